@@ -105,7 +105,7 @@ print("alive")
 """
 NAVIGATION = """
 start = zr.navigation.Alignment(
-    time=0.0, attitude=np.eye(4)[0], latitude=0.0, heading_known=True, course=False,
+    time=0.0, quaternion=np.eye(4)[0], latitude=0.0, heading_known=True, course=False,
     gyro_bias=np.zeros(3), accel_bias=np.zeros(3), level_sigma=0.01, heading_sigma=0.01,
     gyro_bias_sigma=1e-4, accel_bias_sigma=0.01,
 )

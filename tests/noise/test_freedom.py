@@ -102,7 +102,7 @@ def test_bounds_are_those_of_stable32(kind):
     r = white(kind, taus=m, confidence=0.683)
     # Of the total kinds it takes the bias off the Hadamard one alone.
     bias = total_bias(KINDS[kind], m, np.zeros_like(m), 1000) if kind == "htotdev" else 1.0
-    np.testing.assert_array_equal(r.terms, terms)
+    np.testing.assert_array_equal(r.term_count, terms)
     # Five digits are printed; Stable32 approximates the quantiles of chi-squared.
     np.testing.assert_allclose(r.deviation / np.sqrt(bias), sigma, rtol=1e-4)
     np.testing.assert_allclose(r.lower / np.sqrt(bias), lower, rtol=1e-2)

@@ -108,7 +108,7 @@ def test_rounding_on_a_long_way_is_as_documented():
 def test_known_by_hand():
     allan = fed([1.0, 2.0, 0.0, 1.0], octaves=3)
     np.testing.assert_array_equal(allan.taus, [0.01, 0.02, 0.04])
-    np.testing.assert_array_equal(allan.terms, [3, 1, 0])
+    np.testing.assert_array_equal(allan.term_count, [3, 1, 0])
     np.testing.assert_array_equal(allan.hadamard_term_count, [2, 0, 0])
     # One rounding of a root each.
     np.testing.assert_allclose(allan.deviation, [1.0, math.sqrt(0.5), np.nan], rtol=1e-15)

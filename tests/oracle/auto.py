@@ -164,7 +164,7 @@ class AutoFilter:
             self.run()
 
     def run(self):
-        self.drift = self.learned.bias()
+        self.drift = self.learned.drift()
         self.estimate = self.drift["estimate"]
 
     def disproves(self, tick):
