@@ -4,33 +4,19 @@ import inspect
 import math
 import re
 
-import numpy as np
 import pytest
 
+from support.settings import LEVEL
 from zerorate import NavigationFilter
-from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.options import NAVIGATION_OPTIONS
 
-START = Alignment(
-    time=0.0,
-    quaternion=np.array([1.0, 0.0, 0.0, 0.0]),
-    latitude=48.0,
-    heading_known=True,
-    course=False,
-    gyro_bias=np.zeros(3),
-    accel_bias=np.zeros(3),
-    level_sigma=0.01,
-    heading_sigma=0.01,
-    gyro_bias_sigma=1e-3,
-    accel_bias_sigma=0.1,
-)
 OTHERS = {"start", "gyro", "accel", "antenna", "vehicle", "axle"}
 """Arguments that are more than one number or one word."""
 
 
 def made(name, value):
     vehicle = {"vehicle": "wheeled"} if NAVIGATION_OPTIONS[name].methods else {}
-    return NavigationFilter(START, **vehicle, **{name: value})
+    return NavigationFilter(LEVEL, **vehicle, **{name: value})
 
 
 def ends(option):
@@ -68,4 +54,4 @@ def test_the_range_is_that_of_the_filter(name):
 @pytest.mark.parametrize("name", [n for n, one in NAVIGATION_OPTIONS.items() if one.methods])
 def test_one_of_wheels_is_refused_without_them(name):
     with pytest.raises(ValueError, match=name):
-        NavigationFilter(START, **{name: NAVIGATION_OPTIONS[name].default})
+        NavigationFilter(LEVEL, **{name: NAVIGATION_OPTIONS[name].default})
