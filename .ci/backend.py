@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from maturin import (
     prepare_metadata_for_build_editable,
     prepare_metadata_for_build_wheel,
 )
+from stub import document
 
 Settings = dict[str, Any] | None
 
@@ -32,9 +34,15 @@ __all__ = [
 def build_wheel(
     wheel_directory: str, config_settings: Settings = None, metadata_directory: str | None = None
 ) -> str:
-    """Build a wheel."""
+    """Build a wheel, the stub with the docstrings of what was compiled."""
     _remap_paths()
-    return maturin.build_wheel(wheel_directory, config_settings, metadata_directory)
+    name: str = maturin.build_wheel(wheel_directory, config_settings, metadata_directory)
+    try:
+        document(Path(wheel_directory, name))
+    except ImportError as error:
+        # Compiled for another machine than this one, as is meant.
+        print(f"the stub of {name} has no docstrings: {error}", file=sys.stderr)
+    return name
 
 
 def build_editable(
