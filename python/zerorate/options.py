@@ -36,7 +36,9 @@ __all__ = [
     "with_limits",
 ]
 
-Kind = Literal["order", "number", "seconds", "seconds or always", "choice", "pair or word"]
+Kind = Literal[
+    "order", "number", "seconds", "seconds or always", "choice", "pair or word", "word or flag"
+]
 
 
 @dataclass(frozen=True)
@@ -47,9 +49,10 @@ class Option:
     ----------
     name : str
         Its keyword.
-    kind : {"order", "number", "seconds", "seconds or always", "choice", "pair or word"}
+    kind : {"order", "number", "seconds", "seconds or always", "choice", "pair or word", \
+"word or flag"}
         What its value is: two whole numbers (p, q), a number, seconds, seconds or None for always,
-        one of `choices`, or two numbers or one of these.
+        one of `choices`, or two numbers or one of these, or one of these, True or False.
     default : object
         Its default; None where that depends on the method, or where nothing is given.
     unit : str

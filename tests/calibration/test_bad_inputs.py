@@ -368,8 +368,8 @@ class TestArguments:
         ("arguments", "error", "told"),
         [
             ({"gravity": 1.0}, ValueError, r"m/s\^2, 9.7 to 9.9, got 1"),
-            ({"frame": "y"}, ValueError, "frame must be one of x, z, symmetric, got 'y'"),
-            ({"prior": "none"}, ValueError, "prior must be one of datasheet, wide"),
+            ({"frame": "y"}, ValueError, "frame must be 'x', 'z' or 'symmetric', got 'y'"),
+            ({"prior": "none"}, ValueError, "prior must be 'datasheet' or 'wide', got 'none'"),
             ({"g_sensitivity": "no"}, ValueError, "must be 'auto', True or False, got 'no'"),
             ({"saturation": -1.0}, ValueError, "saturation must be positive"),
             ({"gyro": np.zeros((5, 3))}, ValueError, "gyro= is an array, which needs rate="),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from zerorate.array.options import ARRAY_OPTIONS
 from zerorate.cli.errors import UsageFault, as_usage, of_log, writing
 from zerorate.cli.outputs import check_outputs, print_written, progress_bar, together
 from zerorate.cli.records import Record, print_title
@@ -22,10 +23,20 @@ if TYPE_CHECKING:
     from zerorate.progress import Progress
     from zerorate.run.array import ArrayReplay
 
-__all__ = ["ARRAY", "ArrayOptions", "refuse_with_array", "replay_arrays"]
+__all__ = [
+    "ARRAY",
+    "ARRAY_CONSTANTS",
+    "ArrayOptions",
+    "array_flag",
+    "refuse_with_array",
+    "replay_arrays",
+]
 
 ARRAY: Final = "Several gyros of one body"
 """The panel of help."""
+
+ARRAY_CONSTANTS: Final = {name: ARRAY_OPTIONS[name] for name in ("method", "scale_error")}
+"""What the filter does not have as well."""
 
 _FIND: Final = "find"
 _WORDS: Final = ("auto", "mean", "white")
@@ -42,16 +53,25 @@ class ArrayOptions:
     file: Path | None
     find: bool
     weights: str | list[float]
+    constants: Mapping[str, Any]
     given: str
 
     @classmethod
-    def of(cls, rotations: str | None, weights: str | None) -> ArrayOptions:
+    def of(
+        cls, rotations: str | None, weights: str | None, constants: Mapping[str, Any]
+    ) -> ArrayOptions:
         """Return what was typed; a usage fault if that means nothing."""
         find = rotations == _FIND
         file = None if rotations is None or find else Path(rotations)
         given = {"--rotations": rotations, "--weights": weights}
         names = [name for name, value in given.items() if value is not None]
-        return cls(file, find, _weights(weights), " and ".join(names))
+        names += [array_flag(name) for name in constants]
+        return cls(file, find, _weights(weights), constants, " and ".join(names))
+
+
+def array_flag(name: str) -> str:
+    """Return how a constant of the array is called beside the options of the filter."""
+    return "--array-method" if name == "method" else f"--{name.replace('_', '-')}"
 
 
 def _weights(text: str | None) -> str | list[float]:
@@ -154,7 +174,7 @@ def _replayed(
     arguments = {name: value for name, value in options.items() if name in _USED[1:]}
     result = replay_array(
         log, rotations=matrices, positions=positions, weights=weights, progress=progress,
-        **arguments,
+        **asked.constants, **arguments,
     )  # fmt: skip
     return result, known
 

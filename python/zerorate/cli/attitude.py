@@ -15,11 +15,13 @@ from zerorate.cli.checking import Fix, checked, print_alarms, said_first
 from zerorate.cli.errors import as_usage
 from zerorate.cli.options import (
     PANEL,
+    AccelName,
     CalibrationOption,
     FigureFormat,
     FigureFormatOption,
     Force,
     FrameName,
+    GyroName,
     LogArgument,
     LogFormat,
     LogFormatOption,
@@ -97,23 +99,8 @@ def attitude(
             rich_help_panel=_FILTER,
         ),
     ] = False,
-    gyro: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Which gyro, where the log has several: gyro, gyro_1 and so on, in the order of "
-            "the file.",
-            rich_help_panel=_FILTER,
-        ),
-    ] = None,
-    accel: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Which accelerometer; by default the one of the gyro.",
-            rich_help_panel=_FILTER,
-        ),
-    ] = None,
+    gyro: GyroName = None,
+    accel: AccelName = None,
     bias_limit: Annotated[
         float | None,
         typer.Option(

@@ -13,6 +13,7 @@ import typer
 from zerorate.calibration import Calibration, CalibrationError
 from zerorate.calibration import calibrate as calibrate_imu
 from zerorate.calibration.choice import own_sensors
+from zerorate.calibration.options import CALIBRATION_OPTIONS
 from zerorate.calibration.parameters import GYRO_MATRIX
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
@@ -20,15 +21,18 @@ from zerorate.cli.errors import DataFault, UsageFault, as_usage, require, writin
 from zerorate.cli.options import (
     OF_IMU,
     READING,
+    AccelName,
     FigureFormat,
     FigureFormatOption,
     Force,
+    GyroName,
     LogArgument,
     LogFormat,
     NoFigure,
     Output,
     Reading,
     parse_choices,
+    with_options,
     with_reading_options,
 )
 from zerorate.cli.outputs import (
@@ -63,22 +67,6 @@ class Export(StrEnum):
     json = "json"
 
 
-class FrameName(StrEnum):
-    """Axes of the body."""
-
-    x = "x"
-    z = "z"
-    symmetric = "symmetric"
-
-
-class Sensitivity(StrEnum):
-    """Whether g-sensitivity is a part of the fit."""
-
-    auto = "auto"
-    on = "on"
-    off = "off"
-
-
 _SUFFIXES: Final = {
     Export.kalibr: ("-kalibr.yaml",),
     Export.imu_tk: ("-imu_tk_acc.calib", "-imu_tk_gyro.calib"),
@@ -86,17 +74,13 @@ _SUFFIXES: Final = {
     Export.ardupilot: ("-ardupilot.param",),
     Export.json: (),
 }
-_SENSITIVITY: Final[Mapping[Sensitivity, str | bool]] = {
-    Sensitivity.auto: "auto",
-    Sensitivity.on: True,
-    Sensitivity.off: False,
-}
 _FIT: Final = "Calibration"
 _EXPORTS: Final = "Exports for other programs"
 _APPLY: Final = "Instead of a calibration"
 """Panels of help."""
 
 
+@with_options(CALIBRATION_OPTIONS, "choices", panel=_FIT)
 @with_reading_options(
     imu=True,
     help={"unit": f"{OF_IMU['unit']} Values are not converted."},
@@ -106,41 +90,7 @@ def calibrate(
     log: LogArgument,
     reading: Reading,
     output: Output = ".",
-    gravity: Annotated[
-        float | None,
-        typer.Option(
-            metavar="M/S^2",
-            help="Local gravity; by default 9.80665, which may be wrong by 0.3 %: that moves the "
-            "scale of the accelerometer alone.",
-            rich_help_panel=_FIT,
-        ),
-    ] = None,
-    frame: Annotated[
-        FrameName,
-        typer.Option(
-            help="Axes of the body. x: its x is that of the accelerometer, its y in the x-y plane "
-            "of that, as Kalibr has it; z: its z, and y in the y-z plane, as imu_tk; symmetric: as "
-            "near to all three as can be.",
-            rich_help_panel=_FIT,
-        ),
-    ] = FrameName.x,
-    g_sensitivity: Annotated[
-        Sensitivity,
-        typer.Option(
-            help="Whether what gravity makes the gyro read is taken off in turns, too: where it "
-            "is clear (auto), always, or never.",
-            rich_help_panel=_FIT,
-        ),
-    ] = Sensitivity.auto,
-    saturation: Annotated[
-        float | None,
-        typer.Option(
-            metavar="LIMIT",
-            help="End of the gyro's range, in the unit of the log; by default what it reaches "
-            "again and again. A turn that reaches it is not used.",
-            rich_help_panel=_FIT,
-        ),
-    ] = None,
+    choices: Mapping[str, Any],
     temperature: Annotated[
         bool,
         typer.Option(
@@ -149,23 +99,8 @@ def calibrate(
             rich_help_panel=_FIT,
         ),
     ] = False,
-    gyro: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Which gyro, where the log has several: gyro, gyro_1 and so on, in the order of "
-            "the file.",
-            rich_help_panel=_FIT,
-        ),
-    ] = None,
-    accel: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Which accelerometer; by default the one of the gyro.",
-            rich_help_panel=_FIT,
-        ),
-    ] = None,
+    gyro: GyroName = None,
+    accel: AccelName = None,
     compare: Annotated[
         Path | None,
         typer.Option(
@@ -218,9 +153,8 @@ def calibrate(
         raise UsageFault("--format is that of the corrected log: it acts with --apply")
     exports = parse_choices("--export", export, Export)
     old = None if compare is None else read_calibration(compare)
-    asked: dict[str, Any] = {"frame": str(frame), "g_sensitivity": _SENSITIVITY[g_sensitivity]}
-    given = {"gravity": gravity, "saturation": saturation, "gyro": gyro, "accel": accel}
-    asked |= {name: value for name, value in given.items() if value is not None}
+    own = {name: value for name, value in sensors._asdict().items() if value is not None}
+    asked = {**choices, **own}
     suffixes = ["json", *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-calibration", suffixes)
     figures = []

@@ -24,11 +24,13 @@ __all__ = [
     "PANEL",
     "READING",
     "RECORDING",
+    "AccelName",
     "CalibrationOption",
     "FigureFormat",
     "FigureFormatOption",
     "Force",
     "FrameName",
+    "GyroName",
     "LogArgument",
     "LogFormat",
     "LogFormatOption",
@@ -60,6 +62,9 @@ _TAKEN: Final = {"order": "two numbers p,q: p from 1 to 3, q from 0 to 3"}
 
 _DEFAULTS: Final = {"order": "2,1; robust: 1,0"}
 """Defaults that depend on the method, as help shows them."""
+
+_FLAGGED: Final = {"on": True, "off": False}
+"""How True and False are typed beside a word."""
 
 _FLAGS: Final = {
     # Where files are written, that is what --output means.
@@ -134,6 +139,25 @@ FigureFormatOption: TypeAlias = Annotated[
 ]
 NoFigure: TypeAlias = Annotated[
     bool, typer.Option("--no-figure", help="Draw no figure.", rich_help_panel=OUTPUT)
+]
+GyroName: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--gyro",
+        metavar="NAME",
+        help="Which gyro, where the log has several: gyro, gyro_1 and so on, in the order of the "
+        "file.",
+        rich_help_panel=PANEL,
+    ),
+]
+AccelName: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--accel",
+        metavar="NAME",
+        help="Which accelerometer; by default the one of the gyro.",
+        rich_help_panel=PANEL,
+    ),
 ]
 NoAccel: TypeAlias = Annotated[
     bool,
@@ -468,7 +492,7 @@ def _parameter(option: Option, flag: str, argument: str, panel: str) -> inspect.
     value: Any = float
     default: Any = option.default
     metavar = None
-    if option.kind == "choice":
+    if option.kind in ("choice", "word or flag"):
         value = _members(option)
         default = default and value(default)
     elif option.kind == "order":
@@ -503,13 +527,14 @@ def _panel(option: Option, common: str) -> str:
 def _members(option: Option) -> Any:  # noqa: ANN401
     """Return the choices as a class that typer lists in help, and refuses all others by."""
     named: Any = StrEnum
-    return named(option.name, [(choice, choice) for choice in option.choices])
+    words = (*option.choices, *(_FLAGGED if option.kind == "word or flag" else ()))
+    return named(option.name, [(word, word) for word in words])
 
 
 def _help(option: Option) -> str:
     """Return what an option means and takes: a choice shows that by itself."""
     meaning = f"{option.meaning[0].upper()}{option.meaning[1:]}."
-    if option.kind == "choice":
+    if option.kind in ("choice", "word or flag"):
         return meaning
     taken = _TAKEN.get(option.kind, option.expected)
     word = f", or '{_WORDS[option.name]}'" if option.name in _WORDS else ""
@@ -523,7 +548,8 @@ def _parsed(option: Option, value: Any) -> object:  # noqa: ANN401
         return _parse_pair(option, value)
     if option.name in _WORDS:
         return _parse_number(flag(option.name), value, _WORDS[option.name])
-    return value.value if isinstance(value, Enum) else value
+    typed = value.value if isinstance(value, Enum) else value
+    return _FLAGGED.get(typed, typed) if option.kind == "word or flag" else typed
 
 
 def _was_given(context: typer.Context, name: str) -> bool:

@@ -9,7 +9,14 @@ from typing import Annotated, Any, Final
 import typer
 
 from zerorate.calibration.calibration import Calibration
-from zerorate.cli.array import ARRAY, ArrayOptions, refuse_with_array, replay_arrays
+from zerorate.cli.array import (
+    ARRAY,
+    ARRAY_CONSTANTS,
+    ArrayOptions,
+    array_flag,
+    refuse_with_array,
+    replay_arrays,
+)
 from zerorate.cli.calibrations import corrected_imu, read_calibration
 from zerorate.cli.checking import Fix, checked_files, print_alarms, said_first
 from zerorate.cli.errors import (
@@ -36,6 +43,7 @@ from zerorate.cli.options import (
     check_filter_options,
     flag,
     with_filter_options,
+    with_options,
     with_reading_options,
 )
 from zerorate.cli.outputs import (
@@ -63,6 +71,7 @@ _COMPARED: Final = ("kf", "akf", "fading")
 
 
 @with_filter_options
+@with_options(ARRAY_CONSTANTS, "fusion", array_flag, panel=ARRAY)
 @with_reading_options()
 def replay(
     *,
@@ -120,6 +129,7 @@ def replay(
             rich_help_panel=ARRAY,
         ),
     ] = None,
+    fusion: Mapping[str, Any],
     options: Mapping[str, Any],
 ) -> None:
     """Remove the bias from every axis of a log.
@@ -127,7 +137,7 @@ def replay(
     Prints what was learned and how good it is, and writes the filtered log and a figure. The
     default method, auto, needs no settings.
     """
-    asked_of_array = ArrayOptions.of(rotations, weights)
+    asked_of_array = ArrayOptions.of(rotations, weights, fusion)
     if array:
         refuse_with_array(options, only=only, calibration=calibration, no_accel=no_accel)
     elif asked_of_array.given:

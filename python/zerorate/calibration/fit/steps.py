@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, get_args
+from typing import Final
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from zerorate.calibration.fit.turns import (
     saturated,
     turns_between,
 )
+from zerorate.calibration.options import CALIBRATION_OPTIONS, GRAVITIES
 from zerorate.calibration.parameters import Frame
 from zerorate.faults import ArgumentError
 from zerorate.io.log import Log, LogError, Recording
@@ -43,8 +44,6 @@ __all__ = ["Choices", "calibrated"]
 _FEWEST_RESTS: Final = 4
 _FEWEST_TURNS: Final = 6
 _JITTER: Final = 0.05
-_LEAST_GRAVITY: Final = 9.7
-_MOST_GRAVITY: Final = 9.9
 
 _RUNAWAY: Final = 1e6
 _MORE: Final = 1.1
@@ -82,24 +81,18 @@ class Choices:
 
     def __post_init__(self) -> None:
         """Check all of them."""
-        if self.g_sensitivity not in ("auto", True, False):
-            raise ArgumentError(
-                "g_sensitivity", f"must be 'auto', True or False, got {self.g_sensitivity!r}"
-            )
-        for name, value, allowed in (
-            ("frame", self.frame, get_args(Frame)),
-            ("prior", self.prior, get_args(PriorName)),
-        ):
-            if value not in allowed:
-                raise ArgumentError(name, f"must be one of {', '.join(allowed)}, got {value!r}")
+        least, most = GRAVITIES
+        sound = {
+            "g_sensitivity": self.g_sensitivity in ("auto", True, False),
+            "frame": self.frame in CALIBRATION_OPTIONS["frame"].choices,
+            "prior": self.prior in CALIBRATION_OPTIONS["prior"].choices,
+            "gravity": least <= positive("gravity", self.local_gravity) <= most,
+        }
+        for name in (name for name in sound if not sound[name]):
+            expected = CALIBRATION_OPTIONS[name].expected
+            raise ArgumentError(name, f"must be {expected}, got {getattr(self, name)!r}")
         if self.saturation is not None:
             positive("saturation", self.saturation)
-        if not _LEAST_GRAVITY <= positive("gravity", self.local_gravity) <= _MOST_GRAVITY:
-            raise ArgumentError(
-                "gravity",
-                f"must be that of a place on Earth in m/s^2, {_LEAST_GRAVITY} to "
-                f"{_MOST_GRAVITY}, got {self.gravity}",
-            )
 
     @property
     def local_gravity(self) -> float:
