@@ -1,7 +1,12 @@
-"""Hypothesis profiles (HYPOTHESIS_PROFILE=deep), the ``slow`` marker, and signals of programs."""
+"""Hypothesis profiles (HYPOTHESIS_PROFILE=deep), what runs nightly alone, and signals of programs.
+
+A test marked ``slow`` runs with ``--slow`` alone. Of the cases of a test marked ``every(k)`` each
+``k``th runs without it, and where there are several parameters each value of each.
+"""
 
 import os
 import signal
+from collections import defaultdict
 
 from hypothesis import HealthCheck, settings
 
@@ -22,16 +27,40 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "default"))
 
 
 def pytest_addoption(parser):
-    parser.addoption("--slow", action="store_true", help="run the tests marked slow, too")
+    parser.addoption("--slow", action="store_true", help="run what is left for the night, too")
 
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "slow: takes minutes; run with --slow")
+    config.addinivalue_line("markers", "every(k): of its cases each kth, all with --slow")
 
 
 def pytest_collection_modifyitems(config, items):
     if config.getoption("--slow"):
         return
-    slow = [item for item in items if item.get_closest_marker("slow")]
-    config.hook.pytest_deselected(items=slow)
-    items[:] = [item for item in items if item not in slow]
+    left = set(left_for_the_night(items))
+    config.hook.pytest_deselected(items=[*left])
+    items[:] = [item for item in items if item not in left]
+
+
+def left_for_the_night(items):
+    """Yield what is slow, and of what is marked so the cases that say the least that is new."""
+    tests = defaultdict(list)
+    for item in items:
+        if item.get_closest_marker("slow"):
+            yield item
+        elif item.get_closest_marker("every"):
+            tests[item.nodeid.partition("[")[0]].append(item)
+    for cases in tests.values():
+        step = cases[0].get_closest_marker("every").args[0]
+        tried = set().union(*map(values, cases[::step]))
+        for case in [case for k, case in enumerate(cases) if k % step]:
+            if len(case.callspec.params) > 1 and not values(case) <= tried:
+                tried |= values(case)
+            else:
+                yield case
+
+
+def values(case):
+    """Return each parameter of a case with its value."""
+    return {(name, repr(value)) for name, value in case.callspec.params.items()}

@@ -42,6 +42,7 @@ TEXTS = {
 
 
 class TestEncodings:
+    @pytest.mark.every(2)
     @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
     @pytest.mark.parametrize("command", TEXTS)
     def test_no_table_is_lost(self, log, tmp_path, command, encoding):
@@ -92,6 +93,7 @@ class TestNames:
 
     NAME = os.fsdecode(b"r\xe9sum\xe9")
 
+    @pytest.mark.every(2)
     @pytest.mark.parametrize("command", ["replay", "allan", "identify", "compare"])
     def test_of_a_log(self, log, tmp_path, command):
         path = tmp_path / f"{self.NAME}.csv"
@@ -105,6 +107,7 @@ class TestNames:
         if output:
             assert rb"r\xe9sum\xe9-zerorate" in text
 
+    @pytest.mark.every(2)
     @pytest.mark.parametrize("command", ["replay", "allan", "identify", "compare"])
     def test_of_a_column(self, tmp_path, command):
         z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)

@@ -24,6 +24,7 @@ def assert_nearly_semidefinite(P):
     assert np.all(np.linalg.eigvalsh(P) >= -1e-12 * np.trace(P, axis1=-2, axis2=-1)[..., None])
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_forged_checkpoints(search, name):
     stream = EXAMPLES[name][0]

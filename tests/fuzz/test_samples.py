@@ -8,6 +8,7 @@ from support.feeding import joined, process
 from support.wild import pieces, samples
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_any_samples(search, name):
     """Sound answers, the same bits in any batches, saved and loaded anywhere between."""

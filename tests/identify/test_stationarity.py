@@ -266,6 +266,7 @@ ADF_RECORDS = {
 }
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("z", ADF_RECORDS.values(), ids=ADF_RECORDS)
 @pytest.mark.parametrize("lags", [None, 0, 1, 7])
 def test_adf_equals_statsmodels(z, lags):

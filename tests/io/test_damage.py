@@ -41,6 +41,7 @@ def told(path, read, **options):
         return str(error)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", FORMATS)
 def test_damage_is_read_or_refused(tmp_path, name):
     path = written(tmp_path, name)

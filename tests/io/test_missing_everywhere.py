@@ -136,6 +136,7 @@ def expected():
     return {name: plain(call(NAN)) for name, call in CALLS.items()}
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("name", CALLS)
 def test_missing_is_nan(expected, name, shape):

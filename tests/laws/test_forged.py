@@ -64,6 +64,7 @@ def accepted(kind, b):
         return None
 
 
+@pytest.mark.every(4)
 @BY_KIND
 @pytest.mark.parametrize("n", [0, 40, 1000])
 def test_every_number_at_every_place(kind, n):

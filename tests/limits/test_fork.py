@@ -99,6 +99,7 @@ assert found == [expected] * len(forks)
 """
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("road", ROADS)
 def test_every_road_goes_on_in_a_child(road):
     assert run(PROGRAM.format(road=ROADS[road], then="")) == "done\n"

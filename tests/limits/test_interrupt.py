@@ -80,6 +80,7 @@ f.{method}(*(part[:100] for part in z))
 """
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("kind", FILTERS)
 def test_a_filter_is_as_it_was_before(kind):
     then = FILTER.format(make=FILTERS[kind], method="process")
@@ -146,6 +147,7 @@ RECORDS = {
 }
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", RECORDS)
 def test_work_on_a_record_ends(name):
     then = f"for _ in range(2): interrupted(lambda: {RECORDS[name]})"

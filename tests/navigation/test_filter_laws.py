@@ -184,6 +184,7 @@ def assert_saved(nav):
     assert zr.NavigationFilter.from_bytes(nav.to_bytes()).to_bytes() == nav.to_bytes()
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("fixes", ["with fixes", "without fixes"])
 @pytest.mark.parametrize("settings", ["plain", "wheeled", "increments"])
 @pytest.mark.parametrize("name", HOSTILE)

@@ -175,6 +175,7 @@ def slow_record():
     return zr.simulate(zr.NoiseModel(1e-4, 3e-5), 20.0, 1800.0, 7)[0]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("kind", KINDS_WITH_MODEL)
 def test_every_kind_with_a_model_recovers_it(slow_record, kind):
     fit = zr.allan(slow_record, 20.0, kind).fit()

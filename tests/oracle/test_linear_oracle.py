@@ -31,14 +31,16 @@ def same_runs(n, m, count, seed=0):
     np.testing.assert_array_equal(run.missing, np.isnan(z))
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(("n", "m"), SIZES + OTHER_SIZES)
 def test_equal_to_its_twin(n, m):
     same_runs(n, m, 2000)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "m"), [(2, 1), (8, 4), (10, 5)])
 def test_equal_to_its_twin_over_many_samples(n, m):
-    same_runs(n, m, 20_000, seed=1)
+    same_runs(n, m, 100_000, seed=1)
 
 
 @pytest.mark.parametrize("names", ["F", "H", "Q", "R", "B", "FHQRB"])

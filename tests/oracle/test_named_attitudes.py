@@ -42,6 +42,7 @@ def tumbling(seed=1):
 RECORD = tumbling()
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("constants", ["default", "other"])
 @pytest.mark.parametrize("mag", [True, False])
 @pytest.mark.parametrize("method", TWINS)

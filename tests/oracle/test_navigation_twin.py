@@ -150,6 +150,7 @@ SETTINGS = {
 }
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", SETTINGS)
 def test_settings(name):
     arguments = SETTINGS[name]
@@ -162,6 +163,7 @@ def test_settings(name):
     assert np.linalg.norm(off) < 6.0
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("sensors", ["gyro", "accel", "both"])
 @pytest.mark.parametrize("seconds", [0.06, 0.5])
 def test_missing_samples(sensors, seconds):
@@ -185,6 +187,7 @@ def test_the_first_sample_is_missing():
     run(Pair(start_of(one, 0.0)), one, fixes_of(one), gyro=gyro)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("seconds", [0.9, 2.0])
 @pytest.mark.parametrize("arguments", [{}, {"vehicle": "wheeled"}], ids=["plain", "wheeled"])
 def test_gaps(seconds, arguments):
@@ -236,6 +239,7 @@ def test_outliers():
     assert pair.filter.rejected_count["velocities"] > 10
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("kind", ["position", "velocity", "both"])
 def test_a_filter_that_starts_wrong(kind):
     """The first fix is 200 m and 30 m/s off: ten are rejected, then it finds back."""
@@ -316,6 +320,7 @@ FIXES = {
 }
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("first", [0.0, 30.0], ids=["from rest", "under way"])
 @pytest.mark.parametrize("name", FIXES)
 def test_fixes(name, first):
@@ -327,6 +332,7 @@ def test_fixes(name, first):
     assert pair.filter.fix_count["used"] >= 20
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("arguments", [{}, {"vehicle": "wheeled"}], ids=["plain", "wheeled"])
 @pytest.mark.parametrize("off", [0.0, 1.5, 3.0])
 def test_the_heading_from_the_course(arguments, off):
@@ -373,6 +379,7 @@ def test_lost():
     assert pair.filter.status == "waiting"
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("seconds", [1.5, 2.5, 12.0])
 def test_a_gyro_that_is_missing_for_long(seconds):
     one = drive()

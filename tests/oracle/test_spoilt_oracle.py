@@ -109,6 +109,7 @@ def spoilt_record(spoilt, n, signal="walk", seed=1):
 
 
 # Each record in the default setting and in every third other one, each setting on many records.
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     ("spoilt", "setting"),
     [
@@ -122,6 +123,7 @@ def test_every_setting_on_spoilt_records(spoilt, setting):
     assert_equal_to_twin(spoilt_record(spoilt, 8000), **SETTINGS[setting])
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     ("spoilt", "rate"),
     [
@@ -135,6 +137,7 @@ def test_every_rate(spoilt, rate):
     assert_equal_to_twin(spoilt_record(spoilt, 8000, signal), rate)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("seed", range(12))
 def test_several_at_once(seed):
     rng = np.random.default_rng(seed)
@@ -163,6 +166,7 @@ def test_the_records_show_what_they_are_for():
     assert limited.saturated_count > 300
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("setting", ["default", "all limits"])
 @pytest.mark.parametrize("spoilt", ["start_in_motion", "stuck", "louder_start"])
 def test_the_status_after_every_sample(spoilt, setting):
@@ -174,6 +178,7 @@ def test_the_status_after_every_sample(spoilt, setting):
         assert f.status == twin.status
 
 
+@pytest.mark.every(3)
 @BY_SPOILT
 @pytest.mark.parametrize("limits", [{}, {"rest_limit": 3.0 * NOISE, "bias_limit": 10.0 * NOISE}])
 def test_rest_alone(spoilt, limits):
@@ -192,6 +197,7 @@ GATED = [
 ]
 
 
+@pytest.mark.every(4)
 @BY_SPOILT
 @pytest.mark.parametrize("arguments", GATED, ids=str)
 def test_published_filters_that_are_kept_from_some_samples(spoilt, arguments):

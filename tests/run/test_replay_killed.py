@@ -65,6 +65,7 @@ def hidden(folder):
     return [path.name for path in folder.iterdir() if path.name.startswith(".")]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     ("number", "share", "old"),
     [

@@ -72,6 +72,7 @@ def lists_of(axes):
     return [text for text in axes.texts if text.get_text()[:2] in ("Q ", "N ", "B ", "K ", "R ")]
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("unit", ["rad/s", "g"])
 @pytest.mark.parametrize("name", RECORDS)
 def test_nothing_lies_over_a_neighbour_or_outside(name, unit):

@@ -30,6 +30,7 @@ def estimate(name, reference=True):
     return zr.estimate_attitude(zr.Recording(logs, "a.csv"), **ASKED[name])
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", ASKED)
 @pytest.mark.parametrize("reference", [True, False])
 def test_nothing_lies_over_another(name, reference):

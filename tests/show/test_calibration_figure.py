@@ -42,6 +42,7 @@ def drawn(name, with_log=False):
     return made.plot(recording(made) if with_log else None)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     ("name", "with_log"), [*((name, False) for name in MADE), ("usual", True), ("many", True)]
 )

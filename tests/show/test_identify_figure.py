@@ -78,6 +78,7 @@ def by_title(figure, start):
     return axes
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", RECORDS)
 def test_nothing_lies_over_a_neighbour_or_outside(name):
     assert len(drawn(name).axes) == PANELS

@@ -52,6 +52,7 @@ def drawn(name, method="auto"):
     return figure_of(LOGS[name], method)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", LOGS)
 def test_panels_and_limits(name, method):
@@ -69,6 +70,7 @@ def test_drawing(name, tmp_path):
     assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", ["plain", "one axis", "walk", "far from zero", "tiny", "stuck"])
 def test_nothing_lies_over_a_neighbour_or_outside(name, method):

@@ -43,6 +43,7 @@ def navigated(drive):
 
 
 class TestTruth:
+    @pytest.mark.every(2)
     @pytest.mark.parametrize(
         "drive",
         [

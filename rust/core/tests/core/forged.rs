@@ -20,7 +20,7 @@ pub const HEADER: usize = 30;
 pub const CHECKSUM: usize = 4;
 
 /// Of the places in the content, every so manyth is forged in one case.
-const STRIDE: usize = 37;
+const STRIDE: usize = 293;
 
 /// Numbers that no filter computes, or none at that place.
 pub const WORDS: [f64; 20] = [

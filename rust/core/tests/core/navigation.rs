@@ -9,7 +9,7 @@ use zerorate_core::navigation::{
 };
 
 /// Of the places in the content, every so manyth is forged in one case.
-const STRIDE: usize = 67;
+const STRIDE: usize = 293;
 const BYTES: usize = 1 << 13;
 
 pub fn filter(wheeled: bool, adapt: Adapt, kind: Kind) -> NavigationFilter {
