@@ -36,4 +36,6 @@ def test_the_range_is_that_of_the_function(name):
         assert name not in made(name, value)
     for value in (-1.0, math.nan) if option.kind == "number" else ("pink", 2.0, None):
         told = made(name, value)
-        assert re.match(f"{name} must be ({re.escape(option.expected)}|positive and finite), got", told)
+        assert re.match(
+            f"{name} must be ({re.escape(option.expected)}|positive and finite), got", told
+        )
