@@ -1,15 +1,18 @@
 """The compiled module knows no module of the package: it is told what it goes by."""
 
+import pickle
 import re
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 from zerorate import _native
+from zerorate._native import AllanNoise, MotionDetector, RecursiveLeastSquares
 
 SOURCES = sorted((Path(__file__).parents[1] / "rust/py/src").rglob("*.rs"))
 # Where a class says that it lives.
-HOME = re.compile(r'module = "zerorate(\._native)?"')
+HOME = re.compile(r'module = "zerorate(\.\w+)?"')
 
 
 def code(path):
@@ -31,3 +34,20 @@ def test_it_names_no_module_of_the_package(path):
 def test_an_unknown_rule_is_refused():
     with pytest.raises(KeyError, match="no rule 'weather'"):
         _native.register(weather=print)
+
+
+CLASSES = [getattr(_native, name) for name in _native.__all__ if name[0].isupper()]
+
+
+@pytest.mark.parametrize("kind", CLASSES, ids=lambda kind: kind.__name__)
+def test_a_class_stands_where_it_says(kind):
+    assert getattr(import_module(kind.__module__), kind.__name__) is kind
+
+
+@pytest.mark.parametrize("make", [AllanNoise, lambda: MotionDetector(100.0), RecursiveLeastSquares])
+def test_pickles_of_before_it_moved_into_its_package_are_loaded(make):
+    f = make()
+    place = f"c{type(f).__module__}\n".encode()
+    old = pickle.dumps(f, 0).replace(place, b"czerorate\n")
+    assert place not in old
+    assert type(pickle.loads(old)) is type(f)

@@ -59,7 +59,7 @@ class TestFinding:
         matrices = [np.eye(3), UPSIDE_DOWN, rotation(3), rotation(4)]
         found = find(sensors(motion(), matrices, noise=0.01))
         np.testing.assert_array_equal(found.matrices[0], np.eye(3))
-        assert found.errors[0] == 0.0
+        assert found.sigma_deg[0] == 0.0
         for matrix, one in zip(matrices[1:], found.matrices[1:], strict=True):
             # Noise of 0.01 against 100 deg/s, over 280 means; the bias costs about as much.
             assert angle(one, matrix) < 0.002
@@ -82,7 +82,7 @@ class TestFinding:
             shares += [
                 angle(one, matrix) / error
                 for matrix, one, error in zip(
-                    matrices[1:], found.matrices[1:], found.errors[1:], strict=True
+                    matrices[1:], found.matrices[1:], found.sigma_deg[1:], strict=True
                 )
             ]
         # Ten parts know their spread to a quarter; sensors share the errors of the first.
@@ -178,10 +178,16 @@ class TestFiles:
         found.to_json(tmp_path / "turns.json")
         again = read_rotations(tmp_path / "turns.json")
         np.testing.assert_array_equal(again.matrices, found.matrices)
-        np.testing.assert_array_equal(again.errors, found.errors)
+        np.testing.assert_array_equal(again.sigma_deg, found.sigma_deg)
         assert again.labels == found.labels
         with pytest.raises(FileExistsError):
             found.to_json(tmp_path / "turns.json")
+
+    def test_sigmas_of_files_before_they_had_their_name(self):
+        found = read_rotations(
+            json.dumps(HEAD | {"rotations": {"a": [1, 0, 0, 0]}, "errors_deg": {"a": 0.5}})
+        )
+        assert found.sigma_deg == [0.5]
 
     def test_quaternions(self):
         half = np.sqrt(0.5)
@@ -189,7 +195,7 @@ class TestFiles:
         found = read_rotations(self.text(a=[1, 0, 0, 0], b=[round(half, 4), 0, 0, round(half, 4)]))
         np.testing.assert_allclose(found.matrices[1] @ [1, 0, 0], [0, 1, 0], atol=1e-12)
         np.testing.assert_array_equal(found.matrices[0], np.eye(3))
-        assert np.isnan(found.errors).all()
+        assert np.isnan(found.sigma_deg).all()
 
     def test_by_label(self):
         found = read_rotations(self.text(a=[1, 0, 0, 0], b=UPSIDE_DOWN.tolist()))
@@ -249,7 +255,7 @@ class TestBoardOfEight:
         assert max(off) < 0.5
         # Sensors that sample at moments of their own leave some 2 % of 700 deg/s.
         assert found.residuals.max() < 0.025
-        assert found.errors.max() < 0.2
+        assert found.sigma_deg.max() < 0.2
 
     def test_halves_of_the_record_agree(self, log):
         half = log.n // 2
@@ -258,7 +264,7 @@ class TestBoardOfEight:
             for part in (log.data[:half], log.data[half:])
         )
         off = [angle(*pair) for pair in zip(one.matrices[1:], other.matrices[1:], strict=True)]
-        told = np.hypot(one.errors[1:], other.errors[1:])
+        told = np.hypot(one.sigma_deg[1:], other.sigma_deg[1:])
         # Means of seven, whose errors share those of the first.
         assert np.sqrt(np.mean(np.square(off / told))) < 1.5
         assert max(off) < 0.2

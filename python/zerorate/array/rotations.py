@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from zerorate.faults import ArgumentError
 from zerorate.geometry import rotations as quaternions
 from zerorate.io.log import LogError, checked_rate
 from zerorate.io.missing import floats
-from zerorate.io.saved import check_format, finite_numbers, part, restored
+from zerorate.io.saved import as_json, check_format, finite_numbers, part, restored
 from zerorate.noise.exports import written
 from zerorate.options import with_limits
 from zerorate.types import Booleans, Floats
@@ -53,7 +52,7 @@ class Rotations(Result):
     ----------
     matrices : ndarray, shape (N, 3, 3)
         Each turns rates in the sensor's axes into those of the first.
-    errors : ndarray, shape (N,)
+    sigma_deg : ndarray, shape (N,)
         Standard error of the angle of each, deg: 0 for the first, NaN where it is not known.
     labels : tuple of str
         One a sensor.
@@ -67,7 +66,7 @@ class Rotations(Result):
     """
 
     matrices: Floats
-    errors: Floats
+    sigma_deg: Floats
     labels: tuple[str, ...]
     residuals: Floats
     seconds: float
@@ -103,31 +102,18 @@ class Rotations(Result):
         OSError
             If the file exists (without `force`) or cannot be written.
         """
-        matrices = dict(zip(self.labels, self.matrices.tolist(), strict=True))
-        head = {"format": _FORMAT, "version": _VERSION, "model": _MODEL}
-        lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
-        listed = [f"    {json.dumps(label)}: {json.dumps(m)}" for label, m in matrices.items()]
-        known = dict(zip(self.labels, _or_none(self.errors), strict=True))
-        text = "\n".join(
-            (
-                "{",
-                *lines,
-                '  "rotations": {',
-                ",\n".join(listed),
-                "  },",
-                *self._places(),
-                f'  "errors_deg": {json.dumps(known)}',
-                "}\n",
-            )
-        )
-        return written(text, path, force)
+        content = {
+            "format": _FORMAT,
+            "version": _VERSION,
+            "model": _MODEL,
+            "rotations": self._by_label(self.matrices),
+            **({} if self.positions is None else {"positions": self._by_label(self.positions)}),
+            "sigma_deg": self._by_label(self.sigma_deg),
+        }
+        return written(as_json(content, indent=None), path, force)
 
-    def _places(self) -> list[str]:
-        """Return the line of JSON that holds the positions, if there are any."""
-        if self.positions is None:
-            return []
-        known = dict(zip(self.labels, self.positions.tolist(), strict=True))
-        return [f'  "positions": {json.dumps(known)},']
+    def _by_label(self, values: Floats) -> dict[str, Floats]:
+        return dict(zip(self.labels, values, strict=True))
 
 
 def find_rotations(
@@ -197,7 +183,7 @@ def find_rotations(
     [[ 0.  1.  0.]
      [-1.  0.  0.]
      [ 0.  0.  1.]]
-    >>> bool(found.errors[1] < 0.05)
+    >>> bool(found.sigma_deg[1] < 0.05)
     True
     """
     samples, hertz = _samples(z), checked_rate(rate)
@@ -419,17 +405,20 @@ def _built(content: object) -> Rotations:
     if not listed:
         raise ValueError("'rotations' must have an entry for each sensor, got none")
     matrices = np.stack([_rotation(label, given) for label, given in listed.items()])
-    errors = dict.fromkeys(listed, np.nan)
-    if isinstance(content, dict) and "errors_deg" in content:
-        known = part(content, "errors_deg", dict)
-        errors |= {
+    sigmas = dict.fromkeys(listed, np.nan)
+    # "errors_deg" in files of before.
+    held = content if isinstance(content, dict) else {}
+    key = "errors_deg" if "errors_deg" in held else "sigma_deg"
+    if key in held:
+        known = part(content, key, dict)
+        sigmas |= {
             label: float(finite_numbers(label, known[label], ()))
             for label in listed
             if known.get(label) is not None
         }
     unknown = np.full(len(matrices), np.nan)
     return Rotations(
-        matrices, np.array([*errors.values()]), tuple(listed), unknown, np.nan,
+        matrices, np.array([*sigmas.values()]), tuple(listed), unknown, np.nan,
         _positions(content, tuple(listed)),
     )  # fmt: skip
 
@@ -465,7 +454,3 @@ def _of_quaternion(label: str, q: Floats) -> Floats:
     across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     matrix: Floats = np.eye(3) + 2.0 * w * across + 2.0 * across @ across
     return matrix
-
-
-def _or_none(values: Floats) -> list[float | None]:
-    return [value if np.isfinite(value) else None for value in values.tolist()]

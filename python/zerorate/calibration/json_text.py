@@ -6,14 +6,21 @@ import json
 import math
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Final, TypeVar, get_args
 
 import numpy as np
 
 from zerorate.calibration.parameters import PARAMETERS, Frame
 from zerorate.io.exporting import exports
-from zerorate.io.saved import check_format, checked, finite_numbers, part, restored
+from zerorate.io.saved import (
+    as_json,
+    check_format,
+    checked,
+    fields_of,
+    finite_numbers,
+    part,
+    restored,
+)
 from zerorate.noise.exports import written
 from zerorate.types import Booleans, Floats
 
@@ -70,11 +77,11 @@ def to_json(
         },
         "parameters": _parameters(calibration),
         "covariance": calibration.covariance,
-        "rests": [_named(rest) for rest in calibration.rests],
-        "turns": [_named(turn) for turn in calibration.turns],
+        "rests": [fields_of(rest) for rest in calibration.rests],
+        "turns": [fields_of(turn) for turn in calibration.turns],
         "temperature_model": None if model is None else json.loads(model.to_json()),
     }
-    return written(_text(_plain(content)), path, force)
+    return written(as_json(content, indent=None), path, force)
 
 
 _MODEL: Final = (
@@ -90,43 +97,6 @@ def _parameters(calibration: Calibration) -> dict[str, dict[str, Any]]:
         name: {"value": value, "sigma": sigma, "identifiable": bool(identifiable)}
         for name, value, sigma, identifiable in known
     }
-
-
-def _named(record: Any) -> dict[str, Any]:  # noqa: ANN401
-    return {field.name: getattr(record, field.name) for field in fields(record)}
-
-
-def _text(content: dict[str, Any]) -> str:
-    """Return an object as JSON, what is deep in it on one line each."""
-    parts = []
-    for key, value in content.items():
-        lines = _lines(value)
-        parts.append(f"{json.dumps(key)}: {lines}")
-    return "{\n  " + ",\n  ".join(parts) + "\n}\n"
-
-
-def _lines(value: Any) -> str:  # noqa: ANN401
-    if isinstance(value, list) and value:
-        return "[\n    " + ",\n    ".join(_line(one) for one in value) + "\n  ]"
-    if isinstance(value, dict) and value:
-        listed = (f"{json.dumps(key)}: {_line(one)}" for key, one in value.items())
-        return "{\n    " + ",\n    ".join(listed) + "\n  }"
-    return _line(value)
-
-
-def _line(value: Any) -> str:  # noqa: ANN401
-    return json.dumps(value, allow_nan=False)
-
-
-def _plain(value: Any) -> Any:  # noqa: ANN401
-    """Return a value with lists for arrays and None for what JSON has no number for."""
-    if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def from_json(source: str | os.PathLike[str], build: type[Built]) -> Built:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -11,6 +10,7 @@ import numpy as np
 
 from zerorate.checks.decision import Status
 from zerorate.io import Log, Recording
+from zerorate.io.saved import as_json
 from zerorate.noise.coefficient import Coefficient
 from zerorate.types import Floats
 from zerorate.views import Result
@@ -162,9 +162,9 @@ class Checks(Result):
             "scale": [_number(one) for one in self.scale],
             "delay": _number(self.delay),
             "dip": self.dip,
-            "notes": list(self.notes),
+            "notes": self.notes,
         }
-        return json.dumps(content, indent=1, allow_nan=False) + "\n"
+        return as_json(content, indent=1)
 
     def __repr__(self) -> str:
         """Return what is said of each sensor."""
@@ -176,8 +176,7 @@ class Checks(Result):
 
 
 def _as_dict(finding: Finding) -> dict[str, Any]:
-    matrix = None if finding.matrix is None else finding.matrix.tolist()
-    return {**vars(finding), "matrix": matrix, "alarm": finding.alarm}
+    return {**vars(finding), "alarm": finding.alarm}
 
 
 def _number(value: Coefficient) -> dict[str, Any] | None:

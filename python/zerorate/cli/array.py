@@ -184,7 +184,7 @@ def _rows(known: Rotations, labels: Sequence[str]) -> dict[str, Any]:
     places = [known.labels.index(label) for label in labels]
     return {
         "matrices": known.matrices[places],
-        "errors": known.errors[places],
+        "sigma_deg": known.sigma_deg[places],
         "residuals": known.residuals[places],
         "labels": tuple(labels),
         "positions": None if known.positions is None else known.positions[places],

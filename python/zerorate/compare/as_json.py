@@ -1,7 +1,5 @@
 """Comparisons as JSON."""
 
-import json
-import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -10,6 +8,7 @@ from zerorate._native import __version__
 from zerorate.compare.comparison import Comparison
 from zerorate.compare.measures import Row
 from zerorate.compare.simulated import Regret
+from zerorate.io.saved import as_json as strict
 from zerorate.simulation import Contamination
 
 __all__ = ["SCHEMA", "as_json"]
@@ -38,7 +37,7 @@ def as_json(found: Sequence[Comparison], simulated: Sequence[Regret] = ()) -> st
             {"contamination": str(fault), **_content(found, simulated, fault)} for fault in faults
         ],
     }
-    return json.dumps(content, indent=1, allow_nan=False) + "\n"
+    return strict(content, indent=1)
 
 
 def _content(
@@ -67,7 +66,7 @@ def _row(row: Row) -> dict[str, Any]:
         "method": row.method,
         "causal": row.causal,
         "angle": row.angle,
-        **{name: _number(value) for name, value in row.values.items()},
+        **row.values,
     }
 
 
@@ -77,13 +76,9 @@ def _gyro(simulated: Regret, i: int) -> Iterator[dict[str, Any]]:
         yield {
             "model": simulated.models[i].name,
             "method": method,
-            "causal": bool(simulated.causal[j]),
-            "optimum_dps": float(simulated.optimum[i]),
-            "regret": _number(simulated.regret[i, j]),
-            "regret_sigma": _number(simulated.sigma[i, j]),
-            "coverage": _number(simulated.coverage[i, j]),
+            "causal": simulated.causal[j],
+            "optimum_dps": simulated.optimum[i],
+            "regret": simulated.regret[i, j],
+            "regret_sigma": simulated.sigma[i, j],
+            "coverage": simulated.coverage[i, j],
         }
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

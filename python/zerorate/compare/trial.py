@@ -5,17 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Literal
+from typing import Final, Literal, Unpack
 
 import numpy as np
 
 from zerorate.compare.slope import slope
 from zerorate.faults import given, said
 from zerorate.io import Log, LogError, Recording
-from zerorate.io.columns import TimeColumn
-from zerorate.io.counts import Scale
 from zerorate.io.formats import LogSource
 from zerorate.io.names import UNKNOWN, is_quaternion, looks_like_gyro, meaning_of, plain
+from zerorate.io.reading import ReadArguments
 from zerorate.io.recording import read_topic
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
@@ -140,28 +139,18 @@ class Trial:
 
 def read_trial(
     path: LogSource,
-    rate: float | None = None,
-    columns: Sequence[str | int] | None = None,
+    *,
     unit: str | None = None,
     reference: str | None = None,
     quaternion: Sequence[str] | None = None,
-    topic: str | None = None,
-    *,
-    sensor: str | None = None,
-    scale: Scale = None,
-    start: float | None = None,
-    stop: float | None = None,
-    time: TimeColumn = None,
-    time_unit: str | None = None,
+    **arguments: Unpack[ReadArguments],
 ) -> Trial:
     """Return the gyros of a recording with the reference that it holds.
 
     Parameters
     ----------
-    path, rate, columns, unit, topic, sensor, scale, time, time_unit
+    path, unit
         As of `zerorate.read_log`.
-    start, stop
-        As of `zerorate.read_recording`.
     reference : str, optional
         Column of an angle or a rate about the axis of one gyro, from a shaft encoder or a rate
         table. It is a rate if its unit or its name says so, else an angle, in deg unless its name
@@ -169,6 +158,8 @@ def read_trial(
     quaternion : sequence of str, optional
         Four columns w, x, y, z of the orientation from sensor to world. Unless `columns` are
         chosen, those whose names end so after ``quat``, such as ``ref_quat_w``, are found.
+    **arguments
+        As of `zerorate.read_log`; ``start`` and ``stop`` as of `zerorate.read_recording`.
 
     Returns
     -------
@@ -186,21 +177,9 @@ def read_trial(
     if quaternion is not None and len(quaternion) != 4:
         raise ValueError(f"a quaternion has four columns w, x, y, z, got {len(quaternion)}")
     truth = [reference] if reference is not None else quaternion
-    recording = read_topic(
-        path,
-        rate,
-        columns=columns,
-        reference=truth,
-        unit=unit,
-        topic=topic,
-        only=("gyro",) if truth is None and columns is not None else _KINDS,
-        sensor=sensor,
-        scale=scale,
-        start=start,
-        stop=stop,
-        time=time,
-        time_unit=time_unit,
-    )
+    bare = truth is None and arguments.get("columns") is not None
+    only = ("gyro",) if bare else _KINDS
+    recording = read_topic(path, reference=truth, unit=unit, only=only, **arguments)
     return Trial.of(recording if truth is not None else _with_quaternion(recording))
 
 

@@ -1,6 +1,5 @@
 """ARMA models as text: notes on what to beware of, JSON."""
 
-import json
 import math
 import os
 from collections.abc import Iterator
@@ -12,7 +11,7 @@ import numpy.typing as npt
 
 from zerorate.identify.polynomials import inverse_roots
 from zerorate.io.exporting import exports
-from zerorate.io.saved import check_format, restored
+from zerorate.io.saved import as_json, check_format, restored
 from zerorate.noise.exports import written
 from zerorate.types import Floats
 
@@ -146,7 +145,7 @@ def to_json(
     """
     content = {"format": _FORMAT, "version": _VERSION}
     content |= {field.name: _encoded(getattr(model, field.name)) for field in fields(model)}
-    return written(json.dumps(content, indent=2, allow_nan=False) + "\n", path, force)
+    return written(as_json(content), path, force)
 
 
 def from_json(source: str | os.PathLike[str], build: type["ArmaModel"]) -> "ArmaModel":

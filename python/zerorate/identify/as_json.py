@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-import math
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Final
-
-import numpy as np
 
 from zerorate._native import __version__
 from zerorate.identify.conclusions import is_fit
 from zerorate.identify.order import CRITERIA
+from zerorate.io.saved import as_json as strict
+from zerorate.io.saved import fields_of, plain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,7 +44,7 @@ def as_json(found: Sequence[Identification], source: str, notes: Sequence[str] =
         "notes": list(notes),
         "axes": {one.name: as_dict(one) for one in found},
     }
-    return json.dumps(content, indent=1, allow_nan=False) + "\n"
+    return strict(content, indent=1)
 
 
 def as_dict(found: Identification) -> dict[str, Any]:
@@ -56,42 +54,38 @@ def as_dict(found: Identification) -> dict[str, Any]:
     """
     content = {
         "unit": found.unit,
-        "record": {**_named(found.record), "duration": found.record.duration},
+        "record": {**fields_of(found.record), "duration": found.record.duration},
         "moving": [[span.start, span.end] for span in found.moving],
         "changes": [
             {"what": change.what, "count": change.count} for change in found.prepared.changes
         ],
         "modelled_rate": found.rate,
-        "tests": [_named(test) for test in (*found.tests.all, found.whiteness.ljung_box)],
+        "tests": [fields_of(test) for test in (*found.tests.all, found.whiteness.ljung_box)],
         "slow": {
             "part": found.tests.slow,
             "segment": found.tests.segment,
             "over_model": found.slow_ratio,
         },
-        "correlogram": _named(found.correlogram),
+        "correlogram": fields_of(found.correlogram),
         "orders": {"ar": _orders(found.ar_orders), "arma": _orders(found.arma_orders)},
         "residuals": {
             "white": found.whiteness.white,
             "outside_count": found.whiteness.outside_count,
             "predictable": found.whiteness.predictable,
-            "correlogram": _named(found.whiteness.correlogram),
+            "correlogram": fields_of(found.whiteness.correlogram),
         },
         "online": None if found.online is None else _online(found.online),
         "fit": is_fit(found),
         "verdict": list(found.verdict),
     }
     models = {"ar": _model(found.ar), "arma": _model(found.model)}
-    return {**_plain(content), "models": models}
-
-
-def _named(record: Any) -> dict[str, Any]:  # noqa: ANN401
-    return {field.name: getattr(record, field.name) for field in fields(record)}
+    return {**plain(content), "models": models}
 
 
 def _orders(orders: OrderSelection) -> dict[str, Any]:
     scores: dict[str, Any] = {name: getattr(orders, name) for name in CRITERIA}
     choice = {"minimum": orders.minimum, "clear": orders.clear}
-    return {**_named(orders), **scores, **choice}
+    return {**fields_of(orders), **scores, **choice}
 
 
 def _model(model: ArmaModel) -> Any:  # noqa: ANN401
@@ -100,16 +94,3 @@ def _model(model: ArmaModel) -> Any:  # noqa: ANN401
 
 def _online(online: Online) -> dict[str, Any]:
     return {"coefficients": online.last, "distance": online.distance}
-
-
-def _plain(value: Any) -> Any:  # noqa: ANN401
-    """Return a value with lists for arrays and None for what JSON has no number for."""
-    if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Unpack
 
 import numpy as np
 
 from zerorate.io.clocks.repeats import HEAD, repeated
 from zerorate.io.clocks.sensor_clock import Clock
-from zerorate.io.columns import TimeColumn
-from zerorate.io.counts import Scale, Scaling
+from zerorate.io.counts import Scaling
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Header, Log, LogError
 from zerorate.io.reading import (
     Asked,
+    ReadArguments,
     Selection,
     all_within,
     logs_of,
@@ -188,40 +188,17 @@ class LogFile:
 
 
 def open_log(
-    path: LogSource,
-    rate: float | None = None,
-    columns: str | int | Sequence[str | int] | None = None,
-    unit: str | None = None,
-    topic: str | None = None,
-    *,
-    sensor: str | None = None,
-    scale: Scale = None,
-    start: float | None = None,
-    stop: float | None = None,
-    time: TimeColumn = None,
-    time_unit: str | None = None,
+    path: LogSource, *, unit: str | None = None, **arguments: Unpack[ReadArguments]
 ) -> LogFile:
     """Return a file's log in blocks, with the arguments and faults of `read_log`.
 
     Of a Parquet file the time column alone is read here; any other format is loaded whole.
     """
-    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit, sensor)
-    return _opened(path, asked, unit, accel=False)[0]
+    return _opened(path, Asked.of(**arguments), unit, accel=False)[0]
 
 
 def open_imu(
-    path: LogSource,
-    rate: float | None = None,
-    columns: str | int | Sequence[str | int] | None = None,
-    unit: str | None = None,
-    topic: str | None = None,
-    *,
-    sensor: str | None = None,
-    scale: Scale = None,
-    start: float | None = None,
-    stop: float | None = None,
-    time: TimeColumn = None,
-    time_unit: str | None = None,
+    path: LogSource, *, unit: str | None = None, **arguments: Unpack[ReadArguments]
 ) -> tuple[LogFile, LogFile | None]:
     """Return the log that `open_log` returns, and that of its accelerometer.
 
@@ -229,8 +206,7 @@ def open_imu(
     is None if there is none, if it has not three axes or cannot be read, and where a log is of
     several gyros.
     """
-    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit, sensor)
-    return _opened(path, asked, unit, accel=True)
+    return _opened(path, Asked.of(**arguments), unit, accel=True)
 
 
 def _opened(

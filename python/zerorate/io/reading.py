@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 
@@ -43,7 +43,7 @@ from zerorate.io.table import Column, Table, as_numbers
 from zerorate.io.triads import ALL
 from zerorate.types import Floats
 
-__all__ = ["read_log", "read_sensors"]
+__all__ = ["ReadArguments", "read_log", "read_sensors"]
 
 
 class Group(NamedTuple):
@@ -63,13 +63,27 @@ Grouping = Callable[[list[str], str | None], list[Group]]
 """Makes groups of the chosen names and the unit of the metadata."""
 
 
+class ReadArguments(TypedDict, total=False):
+    """Arguments of `read_log` but source and unit, which all take that read a log."""
+
+    rate: float | None
+    columns: Columns
+    topic: str | None
+    sensor: str | None
+    scale: Scale
+    start: float | None
+    stop: float | None
+    time: TimeColumn
+    time_unit: str | None
+
+
 @dataclass(frozen=True)
 class Asked:
     """What a caller asks of a source, beside which of its columns make a log.
 
     Parameters
     ----------
-    rate, columns, topic
+    rate, columns, topic, sensor
         As of `read_log`; the rate is checked.
     scaling
         What values are multiplied by.
@@ -90,15 +104,16 @@ class Asked:
     @classmethod
     def of(
         cls,
-        rate: float | None,
-        columns: Columns,
-        topic: str | None,
-        scale: Scale,
-        start: float | None,
-        stop: float | None,
+        *,
+        rate: float | None = None,
+        columns: Columns = None,
+        topic: str | None = None,
+        sensor: str | None = None,
+        scale: Scale = None,
+        start: float | None = None,
+        stop: float | None = None,
         time: TimeColumn = None,
         time_unit: str | None = None,
-        sensor: str | None = None,
     ) -> Asked:
         """Return the arguments of a reader after checking them; ValueError if one is not valid."""
         given = None if rate is None else checked_rate(rate)
@@ -235,7 +250,10 @@ def read_log(
     >>> read_log({"gyro_x": [0.1, 0.2, 0.1]}, rate=100, unit="deg/s")
     Log(3 samples at 100 Hz, 0.03 s, deg/s: gyro_x)
     """
-    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit, sensor)
+    asked = Asked.of(
+        rate=rate, columns=columns, topic=topic, sensor=sensor, scale=scale,
+        start=start, stop=stop, time=time, time_unit=time_unit,
+    )  # fmt: skip
     return read_groups(source, asked, one_group(unit, asked.scaling), ("gyro",))[0]
 
 
@@ -476,40 +494,24 @@ _SENSOR: Final = dict(zip(_KINDS, ("gyro", "accel"), strict=True))
 
 def read_sensors(
     source: LogSource,
-    rate: float | None = None,
-    columns: Sequence[str | int] | None = None,
-    unit: str | Sequence[str] | None = None,
-    topic: str | None = None,
     *,
-    sensor: str | None = None,
-    scale: Scale = None,
-    start: float | None = None,
-    stop: float | None = None,
-    time: TimeColumn = None,
-    time_unit: str | None = None,
+    unit: str | Sequence[str] | None = None,
+    **arguments: Unpack[ReadArguments],
 ) -> tuple[Log, ...]:
     """Return the gyros of a recording as one log, and its accelerometers as another.
 
     Parameters
     ----------
-    source, rate, topic
+    source
         As of `read_log`.
-    columns
-        Names or indices. By default the axes of every gyro and accelerometer, one of each device;
-        in a table without names all columns but the time, if these are three or fewer.
     unit
         Where the file does not say it: of an angular rate, of an acceleration, or both, with a
         comma between or as a sequence. A column that neither its name nor its suffix places is of
         the first.
-    scale
-        A number for the gyros, or for the accelerometers where there are no gyros; of both
-        ``{"gyro": 1 / 131, "accel": 1 / 16384}``, or `zerorate.raw_counts` of a device.
-    sensor
-        Which device of several, as of `read_log`; by default all.
-    start, stop
-        As of `read_log`, from the earlier of the two first samples.
-    time, time_unit
-        As of `read_log`.
+    **arguments
+        As of `read_log`. By default the axes of every gyro and accelerometer are read, one of each
+        device, and of every device; ``scale`` may be of both, ``{"gyro": 1 / 131, "accel":
+        1 / 16384}``; ``start`` and ``stop`` count from the earlier of the two first samples.
 
     Returns
     -------
@@ -523,7 +525,8 @@ def read_sensors(
     """
     listed = unit.split(",") if isinstance(unit, str) else unit or ()
     given = _by_kind([canonical_unit(one) for one in listed])
-    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit, sensor or ALL)
+    arguments["sensor"] = arguments.get("sensor") or ALL
+    asked = Asked.of(**arguments)
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
         return _groups(names, file_unit, given, asked.scaling)

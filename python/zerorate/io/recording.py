@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, NamedTuple, cast
+from typing import Final, NamedTuple, Unpack, cast
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from zerorate.io.clocks.sensor_clock import Clock
 from zerorate.io.columns import Columns, TimeColumn, Timing, check_samples, choose, with_time
 from zerorate.io.counts import Scale, Scaling
 from zerorate.io.formats import LogSource, label_of, opened
-from zerorate.io.log import Log, LogError, Recording, checked_rate, units_of
+from zerorate.io.log import Log, LogError, Recording, units_of
 from zerorate.io.names import (
     UNKNOWN,
     Meaning,
@@ -26,7 +26,9 @@ from zerorate.io.names import (
     split_unit,
 )
 from zerorate.io.reading import (
+    Asked,
     Group,
+    ReadArguments,
     loaded_of,
     log_of,
     row_clock,
@@ -144,54 +146,49 @@ def read_recording(
     if not sources:
         raise LogError("there is no source to read")
     of_kinds = columns if isinstance(columns, Mapping) else {"gyro": columns}
-    request = _request(of_kinds, reference, unit, topic, only, Timing(time, time_unit), sensor)
-    return _recording(sources, request.with_numbers(rate, scale, start, stop))
+    asked = Asked.of(
+        rate=rate, topic=topic, sensor=sensor, scale=scale,
+        start=start, stop=stop, time=time, time_unit=time_unit,
+    )  # fmt: skip
+    return _recording(sources, _request(asked, of_kinds, reference, unit, only))
 
 
 def read_topic(
     source: LogSource,
-    rate: float | None = None,
     *,
-    columns: Columns = None,
     reference: Columns = None,
     unit: str | None = None,
-    topic: str | None = None,
     only: Iterable[str] | None = None,
-    sensor: str | None = None,
-    scale: Scale = None,
-    start: float | None = None,
-    stop: float | None = None,
-    time: TimeColumn = None,
-    time_unit: str | None = None,
+    **arguments: Unpack[ReadArguments],
 ) -> Recording:
     """Return the recording of one topic alone, the one that `read_log` would read.
 
     Arguments and faults are those of `read_recording` and, of several topics to choose from, those
     of `read_log`.
     """
-    timing, of_kinds = Timing(time, time_unit), {"gyro": columns}
-    request = _request(of_kinds, reference, unit, topic, only, timing, sensor)
-    request = request.with_numbers(rate, scale, start, stop)
+    asked = Asked.of(**arguments)
+    request = _request(asked, {"gyro": asked.columns}, reference, unit, only)
     return _recording([source], replace(request, alone=True))
 
 
 def _request(
+    asked: Asked,
     columns: Mapping[str, Columns],
     reference: Columns,
     unit: str | Mapping[str, str] | None,
-    topic: str | None,
     only: Iterable[str] | None,
-    timing: Timing,
-    sensor: str | None,
 ) -> _Request:
     unknown = [kind for kind in columns if kind not in _ASKED]
     if unknown:
         raise ValueError(
             said(given("columns"), f" takes those of {', '.join(_ASKED)}, got '{unknown[0]}'")
         )
-    asked = {**columns, "reference": reference}
-    asked = {kind: chosen for kind, chosen in asked.items() if chosen is not None}
-    return _Request(asked, _units(unit), topic, _kinds(only), timing=timing, sensor=sensor)
+    known = {**columns, "reference": reference}
+    chosen = {kind: names for kind, names in known.items() if names is not None}
+    return _Request(
+        chosen, _units(unit), asked.topic, _kinds(only), False,
+        asked.sensor, asked.rate, asked.scaling, asked.span, asked.timing,
+    )  # fmt: skip
 
 
 def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
@@ -258,13 +255,6 @@ class _Request:
     scaling: Scaling = field(default_factory=Scaling)
     span: Span = field(default_factory=Span)
     timing: Timing = field(default_factory=Timing)
-
-    def with_numbers(
-        self, rate: float | None, scale: Scale, start: float | None, stop: float | None
-    ) -> _Request:
-        """Return the request with a rate, a scale and a span; ValueError if one is not valid."""
-        known = None if rate is None else checked_rate(rate)
-        return replace(self, rate=known, scaling=Scaling.of(scale), span=Span(start, stop))
 
     def requires(self, sensors: Iterable[_Sensor]) -> bool:
         """Whether a sensor among these was asked for, so that a fault in it is one of all."""

@@ -1,9 +1,10 @@
-"""Results saved as JSON: read from a text or a file, and their parts checked one by one."""
+"""Results saved as strict JSON: written, read again, and their parts checked one by one."""
 
 import json
 import math
 import os
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -11,7 +12,16 @@ import numpy as np
 
 from zerorate.types import Floats
 
-__all__ = ["check_format", "checked", "finite_numbers", "part", "restored"]
+__all__ = [
+    "as_json",
+    "check_format",
+    "checked",
+    "fields_of",
+    "finite_numbers",
+    "part",
+    "plain",
+    "restored",
+]
 
 Built = TypeVar("Built")
 
@@ -23,6 +33,43 @@ _NAMES: Final = {
     list: "a list",
     str: "a string",
 }
+
+
+def as_json(content: dict[str, Any], indent: int | None = 2) -> str:
+    """Return an object as strict JSON, exact to the last bit, null for what is not finite.
+
+    Without `indent` what is deep in it stands on one line each.
+    """
+    plain_content = plain(content)
+    if indent is not None:
+        return json.dumps(plain_content, indent=indent, allow_nan=False) + "\n"
+    parts = (f"{json.dumps(key)}: {_lines(value)}" for key, value in plain_content.items())
+    return "{\n  " + ",\n  ".join(parts) + "\n}\n"
+
+
+def _lines(value: Any) -> str:  # noqa: ANN401
+    if isinstance(value, list) and value:
+        return "[\n    " + ",\n    ".join(map(json.dumps, value)) + "\n  ]"
+    if isinstance(value, dict) and value:
+        listed = (f"{json.dumps(key)}: {json.dumps(one)}" for key, one in value.items())
+        return "{\n    " + ",\n    ".join(listed) + "\n  }"
+    return json.dumps(value)
+
+
+def plain(value: Any) -> Any:  # noqa: ANN401
+    """Return a value with lists for arrays and None for what JSON has no number for."""
+    if isinstance(value, dict):
+        return {key: plain(one) for key, one in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def fields_of(record: Any) -> dict[str, Any]:  # noqa: ANN401
+    """Return the fields of a dataclass by name."""
+    return {field.name: getattr(record, field.name) for field in fields(record)}
 
 
 def restored(source: str | os.PathLike[str], what: str, build: Callable[[object], Built]) -> Built:

@@ -1,12 +1,11 @@
 """Noise models as JSON, and back without loss."""
 
 import dataclasses
-import json
 import os
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from zerorate.io.exporting import exports
-from zerorate.io.saved import check_format, part, restored
+from zerorate.io.saved import as_json, check_format, part, restored
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.noise.exports import written
 from zerorate.noise.quantities import TERMS, Quantity, term_of
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 
 Model = TypeVar("Model", bound="NoiseModel")
 
-__all__ = ["from_json", "to_json"]
+__all__ = ["decoded", "encoded", "from_json", "to_json"]
 
 _FORMAT: Final = "zerorate noise model"
 _VERSION: Final = 1
@@ -39,8 +38,7 @@ def to_json(
 
     Examples
     --------
-    >>> import json
-    >>> from zerorate import NoiseModel
+    >>>     >>> from zerorate import NoiseModel
     >>> read = json.loads(NoiseModel(angle_random_walk=1e-4).to_json())
     >>> read["coefficients"]["angle_random_walk"]["value"]
     0.0001
@@ -59,7 +57,7 @@ def to_json(
     fit = {name: getattr(model, name) for name in _FIT if hasattr(model, name)}
     if fit:
         content["fit"] = fit
-    return written(json.dumps(content, indent=2, allow_nan=False) + "\n", path, force)
+    return written(as_json(content), path, force)
 
 
 def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
@@ -111,17 +109,22 @@ def _all_decoded(entry: object, units: dict[str, str]) -> dict[str, Any]:
     return {name: _decoded(entry, name, unit) for name, unit in units.items()}
 
 
-def _encoded(coefficient: Coefficient, unit: str) -> dict[str, Any]:
+def encoded(coefficient: Coefficient) -> dict[str, Any]:
+    """Return the parts of a coefficient, None for the numbers of one that is unknown."""
+    numbers = ("value", "sigma", "identifiable", "upper_bound")
     if not coefficient.known:
-        nothing = dict.fromkeys(("value", "sigma", "upper_bound"))
-        return {**nothing, "identifiable": False, "unit": unit}
-    return {
-        "value": coefficient.value,
-        "sigma": coefficient.sigma,
-        "identifiable": coefficient.identifiable,
-        "upper_bound": coefficient.upper_bound,
-        "unit": unit,
-    }
+        return {**dict.fromkeys(numbers), "identifiable": False}
+    return {name: getattr(coefficient, name) for name in numbers}
+
+
+def _encoded(coefficient: Coefficient, unit: str) -> dict[str, Any]:
+    return {**encoded(coefficient), "unit": unit}
+
+
+def decoded(entry: object) -> Coefficient:
+    """Return the coefficient of its parts; ValueError if one is not there."""
+    parts = (("value", float), ("sigma", float), ("identifiable", bool), ("upper_bound", float))
+    return Coefficient(*(part(entry, name, kind) for name, kind in parts))
 
 
 def _decoded(content: object, name: str, unit: str) -> Coefficient:
@@ -131,9 +134,4 @@ def _decoded(content: object, name: str, unit: str) -> Coefficient:
         raise ValueError(f"the unit of {name!r} is {found!r}, expected {unit!r}")
     if entry.get("value", 0.0) is None and entry.get("upper_bound", 0.0) is None:
         return NOTHING_KNOWN
-    return Coefficient(
-        part(entry, "value", float),
-        part(entry, "sigma", float),
-        part(entry, "identifiable", bool),
-        part(entry, "upper_bound", float),
-    )
+    return decoded(entry)

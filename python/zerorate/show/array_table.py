@@ -165,7 +165,7 @@ def format_rotations(rotations: Rotations) -> str:
         for label, angle, error, residual, matrix in zip(
             rotations.labels,
             rotations.angles,
-            rotations.errors,
+            rotations.sigma_deg,
             rotations.residuals,
             rotations.matrices,
             strict=True,

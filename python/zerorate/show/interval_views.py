@@ -115,7 +115,7 @@ def plot_time_offset(result: TimeOffset) -> Figure:
 
 def plot_rotations(result: Rotations) -> Figure:
     """Return by what angle each sensor is turned, with its error, and what is left."""
-    turned = zip(result.labels, result.angles, result.errors, strict=True)
+    turned = zip(result.labels, result.angles, result.sigma_deg, strict=True)
     left = zip(result.labels, 100.0 * result.residuals, strict=True)
     groups = (
         _Group("angle to the first, deg", tuple(_Row(n, a, _known(e)) for n, a, e in turned)),

@@ -44,7 +44,7 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// >>> noise = zr.noise.AllanNoise(fading=1.0)
 /// >>> float(noise.process([1.0, 2.0, 0.0])[-1])  # ((2-1)**2 + (0-2)**2) / 2 / 2
 /// 1.25
-#[pyclass(generic, module = "zerorate")]
+#[pyclass(generic, module = "zerorate.noise")]
 #[derive(Debug)]
 pub struct AllanNoise {
     shared: Shared<Bank<core::AllanNoise<f64>>>,

@@ -105,7 +105,7 @@ fn restored_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restor
 /// >>> residuals = model.process(y)
 /// >>> bool(abs(model.coefficients[0] - 0.8) < 0.02)
 /// True
-#[pyclass(generic, module = "zerorate")]
+#[pyclass(generic, module = "zerorate.identify")]
 #[derive(Debug)]
 pub struct RecursiveLeastSquares {
     shared: Shared<dyn ModelBank>,

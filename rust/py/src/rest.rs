@@ -156,7 +156,7 @@ impl RestDetector {
 /// >>> _, _ = plain.process(gyro), told.process(gyro, moving=moving)
 /// >>> round(plain.bias, 1), round(told.bias, 1)
 /// (2.3, 0.3)
-#[pyclass(generic, module = "zerorate")]
+#[pyclass(generic, module = "zerorate.noise")]
 #[derive(Debug)]
 pub struct MotionDetector {
     shared: Shared<Bank<MotionCore>>,

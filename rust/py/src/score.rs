@@ -23,7 +23,7 @@ use crate::common::streaming::exclusive;
 ///     Of the coasting errors, in samples.
 /// delay : int, optional
 ///     Samples to leave out before each motion, where rest matters; None measures all samples.
-#[pyclass(module = "zerorate")]
+#[pyclass(module = "zerorate._native")]
 #[derive(Debug)]
 pub struct ReplayScores {
     axes: Vec<AxisScores>,

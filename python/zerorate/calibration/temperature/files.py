@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -12,9 +11,10 @@ import numpy as np
 from zerorate.calibration.temperature.fit import KELVINS
 from zerorate.faults import ArgumentError, given, said
 from zerorate.io.exporting import exports
-from zerorate.io.saved import check_format, checked, finite_numbers, part, restored
+from zerorate.io.saved import as_json, check_format, checked, finite_numbers, part, restored
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.noise.exports import written
+from zerorate.noise.json_text import decoded, encoded
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
@@ -58,35 +58,28 @@ def to_json(
         "unit": model.unit,
         "single": model.single,
         "reference": model.reference,
-        "range": list(model.range),
+        "range": model.range,
         "time_correlation": model.time_correlation,
         "step": model.step,
         "axes": [_axis(model, i) for i in range(model.axes)],
-        "notes": list(model.notes),
+        "notes": model.notes,
     }
-    return written(json.dumps(content, indent=2, allow_nan=False) + "\n", path, force)
+    return written(as_json(content), path, force)
 
 
 def _axis(model: TemperatureModel, i: int) -> dict[str, Any]:
     return {
         "name": model.names[i],
         "degree": model.degrees[i],
-        "coefficients": model.coefficients[i].tolist(),
-        "covariance": model.covariance[i].tolist(),
+        "coefficients": model.coefficients[i],
+        "covariance": model.covariance[i],
         "slope": _encoded(model.slopes[i]),
         "hysteresis": _encoded(model.hystereses[i]),
     }
 
 
 def _encoded(one: Coefficient) -> dict[str, Any] | None:
-    if not one.known:
-        return None
-    return {
-        "value": one.value,
-        "sigma": one.sigma,
-        "identifiable": one.identifiable,
-        "upper_bound": one.upper_bound,
-    }
+    return encoded(one) if one.known else None
 
 
 def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
@@ -130,13 +123,7 @@ def _listed(axis: object, key: str, shape: tuple[int, ...]) -> Floats:
 def _decoded(axis: object, key: str) -> Coefficient:
     if isinstance(axis, dict) and key in axis and axis[key] is None:
         return NOTHING_KNOWN
-    entry = part(axis, key, dict)
-    return Coefficient(
-        part(entry, "value", float),
-        part(entry, "sigma", float),
-        part(entry, "identifiable", bool),
-        part(entry, "upper_bound", float),
-    )
+    return decoded(part(axis, key, dict))
 
 
 @exports(".params")

@@ -100,7 +100,7 @@ readings! { DriftFilter;
 ///     The sample was at or beyond ``limit``.
 /// stuck : ndarray, bool, (n,)
 ///     The sensor gives the same sample for longer than chance does.
-#[pyclass(frozen, module = "zerorate")]
+#[pyclass(frozen, module = "zerorate.run")]
 #[derive(Debug)]
 pub struct Trace {
     /// One array a field.
