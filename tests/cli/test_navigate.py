@@ -65,8 +65,8 @@ def gnss(tmp_path):
 
 def expected(smooth=False, recording=None, antenna=(0.0, 0.0, 0.0), **options):
     recording = recording or zr.read_recording(imu_columns())
-    start = zr.align(recording, latitude=DRIVE.fixes.position[0, 0], heading="course")
     fixes = zr.read_fixes(fix_columns())
+    start = zr.navigation.find_start(recording, fixes, antenna=antenna, **options)
     track = zr.NavigationFilter(start, antenna=antenna, **options).process(recording, fixes)
     return track.smooth() if smooth else track
 
@@ -233,7 +233,7 @@ def test_a_heading_and_a_rest_may_be_given(cli, imu, gnss, out):
         (("--rest", "500,520"), 1, "imu.csv: there are 0 samples from 500 to 520 s"),
         (("--gate", "-1"), 2, "--gate must be"),
         (("--adapt", "never"), 2, "--adapt takes inflate, free or fixed, got 'never'"),
-        (("--time-offset", "1e5"), 1, "imu.csv: the filter did not begin: its samples are from 0"),
+        (("--time-offset", "1e5"), 1, "imu.csv: the filter cannot start: its samples are from 0"),
         (("--gyro-noise", "none.json"), 1, "none.json: No such file"),
         (("--calibration", "none.json"), 1, "none.json: No such file"),
         (("-o", "a.xlsx"), 2, "-o takes a folder, or a file as parquet, csv, npz, geojson, gpx"),

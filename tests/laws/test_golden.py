@@ -52,7 +52,8 @@ OLDER = [
     ("robust-holding", "robust-gated", 3, 4),
     ("attitude", "attitude", 1, 3),
     ("attitude", "attitude", 2, 3),
-    ("navigation", "navigation", 1, 2),
+    ("navigation", "navigation", 1, 3),
+    ("navigation", "navigation", 2, 3),
     ("rest-detector", "rest-detector", 2, 3),
 ]
 

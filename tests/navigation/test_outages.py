@@ -48,7 +48,7 @@ def test_outages_stand_where_they_should():
 
 def test_errors_are_those_of_a_run_without_these_fixes():
     driven, one = drive(), found()[20.0]
-    nav = zr.NavigationFilter(zr.align(driven.recording(), latitude=48.0, heading="course"))
+    nav = zr.NavigationFilter(zr.navigation.find_start(driven.recording(), driven.fixes))
     kept = ~np.isin(driven.fixes.time, one.time)
     track = nav.process(driven.recording(), driven.fixes.chosen(kept))
     best = track.smooth()
@@ -56,7 +56,8 @@ def test_errors_are_those_of_a_run_without_these_fixes():
         # Each fix is at the time of a sample.
         at = round(last * driven.rate)
         fix, held = driven.fixes.position[round(last)], driven.fixes.position[round(before)]
-        assert one.end["filter"][k] == pytest.approx(distance(track.position[at], fix), abs=1e-6)
+        # By a plane at one end or at the other, metres apart.
+        assert one.end["filter"][k] == pytest.approx(distance(track.position[at], fix), abs=1e-5)
         inside = [
             distance(best.position[round(t * driven.rate)], driven.fixes.position[round(t)])
             for t in np.arange(before + 1.0, last + 0.5)
@@ -174,7 +175,7 @@ def test_filters_that_are_of_no_use():
         zr.navigation.outages(imu, fixes, nav=used)
     with pytest.raises(zr.LogError, match="did not begin: the heading is not known, and"):
         zr.navigation.outages(imu, fixes, nav=zr.NavigationFilter(start(driven, None)))
-    with pytest.raises(zr.LogError, match="the fixes from 10000 to 10159 s: time_offset= moves"):
+    with pytest.raises(zr.LogError, match="the fixes from 10000 to 10159 s, as on another"):
         zr.navigation.outages(imu, fixes.shifted(1e4))
     with pytest.raises(zr.LogError, match="there are no fixes"):
         zr.navigation.outages(imu, fixes.between(1e3))

@@ -55,6 +55,7 @@ from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
 from zerorate.navigation.options import NAVIGATION_OPTIONS
 from zerorate.navigation.outage import Outages, outages
 from zerorate.navigation.readers import read_fixes
+from zerorate.navigation.start import find_start
 from zerorate.navigation.track import Track, not_begun
 from zerorate.navigation.tracks import write_geojson, write_gpx
 from zerorate.noise import NoiseModel, worst_axis
@@ -113,20 +114,21 @@ def navigate(
         ),
     ] = False,
     heading: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="DEG",
             help="Heading at the start, deg from north over east; or 'course': the direction in "
-            "which the vehicle first moves.",
+            "which the vehicle first moves. By default the motion tells it.",
+            show_default=False,
             rich_help_panel=_FILTER,
         ),
-    ] = _COURSE,
+    ] = None,
     rest: Annotated[
         str | None,
         typer.Option(
             metavar="START,STOP",
-            help="When the vehicle rests at the start, s after the first sample. By default the "
-            "first 10 s at rest that are found.",
+            help="When the vehicle rests at the start, s after the first sample. By default before "
+            "the receiver moves, if it rests for 3 s; else it starts in motion.",
             rich_help_panel=_FILTER,
         ),
     ] = None,
@@ -214,7 +216,7 @@ def navigate(
     asked = _Asked(
         lengths=_lengths(lengths),
         smooth=smooth,
-        heading=_heading(heading),
+        heading=None if heading is None else _heading(heading),
         rest=None if rest is None else _span(rest),
         filter={
             **constants,
@@ -428,7 +430,7 @@ class _Asked:
 
     lengths: Sequence[float]
     smooth: bool
-    heading: float | str
+    heading: float | str | None
     rest: tuple[float, float] | None
     filter: dict[str, Any]
     mounting: _Mounted
@@ -439,13 +441,7 @@ class _Asked:
         if mounted.matrix is not None:
             recording = body_axes(recording, mounted.matrix)
         progress("navigating", 0.1)
-        first = recording.gyro.time[0] if recording.gyro is not None else 0.0
-        start = align(
-            recording,
-            latitude=float(fixes.position[0, 0]),
-            heading=self.heading,  # type: ignore[arg-type]
-            span=None if self.rest is None else (first + self.rest[0], first + self.rest[1]),
-        )
+        start = self._start(recording, fixes)
         nav = NavigationFilter(start, antenna=mounted.antenna, **self.filter)
         track = nav.copy().process(
             recording,
@@ -465,6 +461,25 @@ class _Asked:
         notes = filter(None, (mounted.note, self._clock(recording, fixes, start)))
         track = replace(track, notes=(*notes, *track.notes))
         return _Found(start, track, nis, errors)
+
+    def _start(self, recording: Recording, fixes: Fixes) -> Alignment:
+        heading: Any = self.heading
+        if self.rest is None:
+            return find_start(
+                recording,
+                fixes,
+                heading=heading,
+                time_offset=self.mounting.time_offset,
+                antenna=self.mounting.antenna,
+                **self.filter,
+            )
+        first = recording.gyro.time[0] if recording.gyro is not None else 0.0
+        return align(
+            recording,
+            latitude=float(fixes.position[0, 0]),
+            heading=_COURSE if heading is None else heading,
+            span=(first + self.rest[0], first + self.rest[1]),
+        )
 
     def _clock(self, recording: Recording, fixes: Fixes, start: Alignment) -> str:
         """Return a sentence on the clock of the fixes, if it is not that of the sensors."""

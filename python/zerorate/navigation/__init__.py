@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
     from zerorate.navigation.outage import Outages, outages
     from zerorate.navigation.readers import read_fixes
+    from zerorate.navigation.start import find_start
     from zerorate.navigation.track import STATUSES, VERDICTS, Track
     from zerorate.navigation.tracks import write_geojson, write_gpx
 
@@ -28,6 +29,7 @@ __all__ = [
     "Track",
     "align",
     "body_axes",
+    "find_start",
     "find_time_offset",
     "outages",
     "read_fixes",
@@ -56,6 +58,7 @@ _PLACES: Final = {
         "outages",
     ),
     "readers": ("read_fixes",),
+    "start": ("find_start",),
     "track": (
         "STATUSES",
         "VERDICTS",

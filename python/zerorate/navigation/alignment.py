@@ -17,7 +17,7 @@ from zerorate.io.samples import Samples
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
-__all__ = ["Alignment", "align"]
+__all__ = ["Alignment", "align", "leveled"]
 
 _REST: Final = 10.0
 """Seconds at rest that an alignment needs."""
@@ -55,6 +55,8 @@ class Alignment(Result):
         Standard deviations of roll and pitch and of the heading, rad.
     gyro_bias_sigma, accel_bias_sigma : float
         The same of the biases of an axis, rad/s and m/s^2.
+    notes : tuple of str
+        Sentences on what it is from.
     """
 
     time: float
@@ -68,6 +70,7 @@ class Alignment(Result):
     heading_sigma: float
     gyro_bias_sigma: float
     accel_bias_sigma: float
+    notes: tuple[str, ...] = ()
 
 
 def align(
@@ -140,7 +143,7 @@ def align(
     gyro, accel = _between(samples, first, last)
     force, rate = accel.mean(axis=0), gyro.mean(axis=0)
     _check_force(force, first, last)
-    attitude = _level(force, yaw)
+    attitude = leveled(force, yaw)
     earth = earth_rate(math.radians(latitude))
     unknown = 0.0
     if not known:
@@ -184,7 +187,7 @@ def _rest(imu: Recording, samples: Samples) -> tuple[float, float]:
 
 
 def _steady(samples: Samples, first: float, last: float) -> tuple[float, float]:
-    """Return the longest part of a rest whose means of a second stay what they are.
+    """Return the first long part of a rest whose means of a second stay what they are.
 
     A car that moves off gently does not vary more than a noisy sensor, by which rests are found.
     """
@@ -206,7 +209,9 @@ def _steady(samples: Samples, first: float, last: float) -> tuple[float, float]:
     limit = np.maximum(_STEADY * _OF_MEDIAN * np.median(off[known], axis=0), _SMALL)
     edges = np.flatnonzero(np.diff((off <= limit).all(axis=1), prepend=False, append=False))
     runs = edges.reshape(-1, 2)
-    a, b = runs[np.argmax(runs[:, 1] - runs[:, 0])] if len(runs) else (0, 0)
+    # A cruise with a slow turn is steady too, and longer: the vehicle rests before it moves.
+    long = runs[runs[:, 1] - runs[:, 0] >= _REST]
+    a, b = long[0] if len(long) else (0, 0)
     if (a, b) == (0, seconds):
         return first, last
     if b < seconds:
@@ -244,7 +249,8 @@ def _check_force(force: Floats, first: float, last: float) -> None:
         )
 
 
-def _level(force: Floats, yaw: float) -> Floats:
+def leveled(force: Floats, yaw: float) -> Floats:
+    """Return the orientation, w, x, y, z, of a body that rests on such a force."""
     fx, fy, fz = (float(x) for x in force)
     roll, pitch = math.atan2(-fy, -fz), math.atan2(fx, math.hypot(fy, fz))
     (cr, cp, cy), (sr, sp, sy) = (

@@ -157,8 +157,8 @@ def outages(
     seconds : float or sequence of float
         Lengths of outages; the filter runs once for each. Default 10, 30 and 60.
     nav : NavigationFilter, optional
-        A filter that has seen no sample, which is copied and not changed. By default one that is
-        aligned by the first rest, takes the course for its heading, and has the default noise.
+        A filter that has seen no sample, which is copied and not changed. By default one that
+        begins as `find_start` finds it, with the default noise.
     antenna : array_like, shape (3,), optional
         Without `nav`, which has its own: from the sensors to the antenna, body axes, m.
     smooth : bool
@@ -214,7 +214,7 @@ def outages(
         raise LogError(f"{gnss.source}: there are no fixes to withhold")
     if nav is not None and antenna is not None:
         raise ValueError("antenna is for a filter that is made here: nav has its own")
-    template = _aligned(imu, gnss, _lever(antenna)) if nav is None else nav
+    template = _started(imu, gnss, _lever(antenna), time_offset) if nav is None else nav
     if template.samples_seen:
         raise ArgumentError(
             "nav", f"must be a filter that has seen no sample, this one has {template.samples_seen}"
@@ -260,11 +260,11 @@ def _at_least(name: str, value: float) -> None:
         raise ArgumentError(name, f"must be a number from 0, got {value}")
 
 
-def _aligned(imu: Recording, gnss: Fixes, lever: Floats) -> NavigationFilter:
+def _started(imu: Recording, gnss: Fixes, lever: Floats, time_offset: float) -> NavigationFilter:
     from zerorate._native import NavigationFilter
-    from zerorate.navigation.alignment import align
+    from zerorate.navigation.start import find_start
 
-    start = align(imu, latitude=float(gnss.position[0, 0]), heading="course")
+    start = find_start(imu, gnss, time_offset=time_offset, antenna=lever)
     return NavigationFilter(start, antenna=lever)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -15,10 +16,11 @@ from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.track import Inputs, Track, track_of
 from zerorate.types import Floats
 
-__all__ = ["processed", "rows_of"]
+__all__ = ["SIGMA_POSITION", "SIGMA_VELOCITY", "processed", "rows_of"]
 
-_SIGMA_POSITION = 2.0
-_SIGMA_VELOCITY = 0.1
+SIGMA_POSITION: Final = 2.0
+SIGMA_VELOCITY: Final = 0.1
+"""What is taken for the deviations of a receiver that tells none, m and m/s."""
 
 
 def processed(
@@ -71,8 +73,8 @@ def rows_of(fixes: Fixes | None) -> Floats:
     rows = np.full((len(fixes), 13), np.nan)
     rows[:, 0] = fixes.time
     rows[:, 1:4] = fixes.position
-    rows[:, 7:10] = _told(fixes.position_sigma, _SIGMA_POSITION)
-    rows[:, 10:13] = _told(fixes.velocity_sigma, _SIGMA_VELOCITY)
+    rows[:, 7:10] = _told(fixes.position_sigma, SIGMA_POSITION)
+    rows[:, 10:13] = _told(fixes.velocity_sigma, SIGMA_VELOCITY)
     if fixes.velocity is not None:
         rows[:, 4:7] = fixes.velocity
     return rows

@@ -272,6 +272,8 @@ def track_of(
     found, steps = nav.process_arrays(
         inputs.time, inputs.gyro, inputs.accel, inputs.fixes, inputs.rest, record=keep
     )
+    for name in ("innovation", "innovation_sigma"):
+        del found[name]
     return Track(
         time=inputs.time,
         fixes=inputs.fixes,

@@ -88,7 +88,8 @@ def format_alignment(found: Alignment) -> str:
             ", ".join(with_error(one, found.accel_bias_sigma) for one in found.accel_bias),
         ),
     )
-    return as_text(Table(f"Aligned at {found.time:g} s", (), rows, words=2))
+    table = as_text(Table(f"Aligned at {found.time:g} s", (), rows, words=2))
+    return f"{table}\n\n{bulleted(found.notes)}" if found.notes else table
 
 
 def format_time_offset(found: TimeOffset) -> str:

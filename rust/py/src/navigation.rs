@@ -239,8 +239,9 @@ impl NavigationFilter {
     /// position (deg, deg, m), velocity, deviations of both, shape (m, 13), NaN where a fix tells nothing.
     /// A fix is taken after the first sample that is not before it. Returns by name what is known after
     /// each sample, and of each fix its ``verdict`` (used, rejected, refused, or 3 if it comes after the
-    /// last sample), ``nis`` (m, 2) and when it was ``taken``, s; with ``record`` also what the smoother
-    /// needs, else None. The interpreter lock is released.
+    /// last sample), ``nis`` (m, 2), what was new of each axis of position and velocity as ``innovation``
+    /// (m, 6), with its deviation ``innovation_sigma`` (m, 6), and when it was ``taken``, s; with ``record``
+    /// also what the smoother needs, else None. The interpreter lock is released.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false))]
     fn process_arrays<'py>(
         slf: &Bound<'py, Self>,
@@ -407,7 +408,8 @@ const SAMPLE: [(&str, usize); 6] = [
     ("accel_bias", 3),
     ("sigma", STATES),
 ];
-const OF_FIX: [&str; 2] = ["nis", "taken"];
+const OF_FIX: [(&str, usize); 4] =
+    [("nis", 2), ("innovation", 6), ("innovation_sigma", 6), ("taken", 0)];
 const WORDS: [&str; 2] = ["status", "verdict"];
 
 /// Arrays for it.
@@ -420,7 +422,8 @@ impl<'py> Outputs<'py> {
     fn new(py: Python<'py>, n: usize, fixes: usize) -> PyResult<Self> {
         let of_sample = SAMPLE.iter().map(|(_, size)| arrays::zeros(py, &[n, *size]));
         let mut numbers = of_sample.collect::<PyResult<Vec<_>>>()?;
-        for shape in [&[fixes, 2][..], &[fixes]] {
+        for (_, size) in OF_FIX {
+            let shape: &[usize] = if size > 0 { &[fixes, size] } else { &[fixes] };
             numbers.push(arrays::filled(py, shape, f64::NAN)?);
         }
         let words = vec![arrays::zeros(py, &[n])?, arrays::filled(py, &[fixes], NOT_REACHED)?];
@@ -430,7 +433,8 @@ impl<'py> Outputs<'py> {
     fn with(&self, work: impl FnOnce(&mut Known<'_>) -> PyResult<()>) -> PyResult<()> {
         let mut numbers: Vec<_> = self.numbers.iter().map(|array| array.readwrite()).collect();
         let mut words: Vec<_> = self.words.iter().map(|array| array.readwrite()).collect();
-        if let [position, velocity, quaternion, gyro, accel, sigma, nis, taken] = &mut numbers[..]
+        if let [position, velocity, quaternion, gyro, accel, sigma, of_fix @ ..] = &mut numbers[..]
+            && let [nis, innovation, innovation_sigma, taken] = of_fix
             && let [status, verdict] = &mut words[..]
         {
             work(&mut Known {
@@ -443,6 +447,8 @@ impl<'py> Outputs<'py> {
                 status: status.as_slice_mut()?,
                 verdict: verdict.as_slice_mut()?,
                 nis: nis.as_slice_mut()?.as_chunks_mut().0,
+                innovation: innovation.as_slice_mut()?.as_chunks_mut().0,
+                innovation_sigma: innovation_sigma.as_slice_mut()?.as_chunks_mut().0,
                 taken: taken.as_slice_mut()?,
             })?;
             position.as_slice_mut()?.as_chunks_mut().0.iter_mut().for_each(|p| *p = degrees(*p));
@@ -452,7 +458,7 @@ impl<'py> Outputs<'py> {
 
     fn into_dict(self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let found = PyDict::new(py);
-        let names = SAMPLE.iter().map(|(name, _)| *name).chain(OF_FIX);
+        let names = SAMPLE.iter().chain(&OF_FIX).map(|(name, _)| *name);
         for (name, array) in names.zip(self.numbers) {
             found.set_item(name, array)?;
         }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::covariance::{ACCEL, Errors, GYRO, PHI, R, Row, STATES, V};
+use super::covariance::{ACCEL, Errors, GYRO, Innovation, PHI, R, Row, STATES, V};
 use super::filter::{GAP_ANGLES, NavigationFilter, Sums, Witness};
 use super::fix::{Given, Verdict, position_rows, velocity_rows};
 use super::judge::{INNOVATION_MAX, Judgement};
@@ -80,8 +80,8 @@ impl NavigationFilter {
         let judge = &self.judges[kind];
         let noise = [0, 1, 2].map(|i| judge.noise(i, told[i] * told[i], self.params.adapt));
         let before = (self.covariance, *found);
-        let nis = self.correct(z, rows, &noise, found);
-        match self.judges[kind].judge(self.sensors.time, nis, self.params.gate) {
+        let new = self.correct(z, rows, &noise, found);
+        match self.judges[kind].judge(self.sensors.time, new, self.params.gate) {
             Judgement::Take => return true,
             Judgement::Reject => {
                 (self.covariance, *found) = before;
@@ -103,8 +103,8 @@ impl NavigationFilter {
         rows: &[Row; 3],
         noise: &[f64; 3],
         found: &mut Errors,
-    ) -> f64 {
-        (0..3).map(|i| self.covariance.correct(&rows[i], z[i], noise[i], found)).sum()
+    ) -> [Innovation; 3] {
+        [0, 1, 2].map(|i| self.covariance.correct(&rows[i], z[i], noise[i], found))
     }
 
     /// The filter was wrong, by as much as the fix says.

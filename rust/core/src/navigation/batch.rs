@@ -44,6 +44,11 @@ pub struct Known<'a> {
     /// Normalised innovations squared of position and velocity; NaN where the fix was refused, tells
     /// none, or began the track.
     pub nis: &'a mut [[f64; 2]],
+    /// What was new of north, east and down of a position and of a velocity, each given those before
+    /// it; NaN as above.
+    pub innovation: &'a mut [[f64; 6]],
+    /// Its standard deviation.
+    pub innovation_sigma: &'a mut [[f64; 6]],
     /// Time of the sample after which the fix was taken, s.
     pub taken: &'a mut [f64],
 }
@@ -94,9 +99,15 @@ impl Known<'_> {
         self.verdict[k] = verdict as u8;
         self.taken[k] = filter.time();
         if verdict != Verdict::Refused {
-            let [position, velocity] = filter.nis();
-            let told = !fix.velocity.iter().any(|v| v.is_nan());
-            self.nis[k] = [position, if told { velocity } else { f64::NAN }];
+            // A height or a vertical velocity may be missing.
+            let told = [&fix.position, &fix.velocity].map(|x| x[..2].iter().all(|x| !x.is_nan()));
+            let (nis, new) = (filter.nis(), filter.innovations());
+            for (kind, _) in told.iter().enumerate().filter(|(_, told)| **told) {
+                self.nis[k][kind] = nis[kind];
+                let part = 3 * kind..3 * kind + 3;
+                self.innovation[k][part.clone()].copy_from_slice(&new[0][part.clone()]);
+                self.innovation_sigma[k][part.clone()].copy_from_slice(&new[1][part]);
+            }
         }
     }
 }

@@ -23,6 +23,23 @@ pub(crate) const PHI: usize = 6;
 pub(crate) const GYRO: usize = 9;
 pub(crate) const ACCEL: usize = 12;
 
+/// What was new of a scalar, given those before it, and its variance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Innovation {
+    pub value: f64,
+    pub variance: f64,
+}
+
+impl Innovation {
+    pub const NONE: Self = Self { value: f64::NAN, variance: f64::NAN };
+
+    /// Normalised and squared: 1 on average.
+    #[inline(always)]
+    pub fn nis(&self) -> f64 {
+        self.value * self.value * (1.0 / self.variance)
+    }
+}
+
 /// Errors, estimated less true; those of biases true less estimated.
 pub type Errors = [f64; STATES];
 
@@ -257,16 +274,23 @@ impl Covariance {
     }
 
     /// Takes a scalar that errors move by `h`, with its noise variance. `found` are the errors that
-    /// scalars before it have found; returns the normalised innovation squared.
+    /// scalars before it have found; returns what was new of it.
     #[inline]
-    pub(crate) fn correct(&mut self, h: &Row, z: f64, noise: f64, found: &mut Errors) -> f64 {
+    pub(crate) fn correct(
+        &mut self,
+        h: &Row,
+        z: f64,
+        noise: f64,
+        found: &mut Errors,
+    ) -> Innovation {
         let gain = add([0.0; 16], h, &self.0);
         let (mut variance, mut innovation) = (0.0, z);
         for i in 0..STATES {
             variance += gain[i] * h[i];
             innovation -= found[i] * h[i];
         }
-        let inverse = 1.0 / (variance + noise.at_least(NOISE_MIN * variance));
+        variance += noise.at_least(NOISE_MIN * variance);
+        let inverse = 1.0 / variance;
         for i in 0..STATES {
             found[i] += gain[i] * (innovation * inverse);
             for j in 0..16 {
@@ -274,7 +298,7 @@ impl Covariance {
                 self.0[i][j] -= (gain[i] * gain[j]) * inverse;
             }
         }
-        innovation * innovation * inverse
+        Innovation { value: innovation, variance }
     }
 
     /// The error of the velocity is that in the frame which is believed in: one that moves has it

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::covariance::{
-    ACCEL, Course, Covariance, Errors, GYRO, Growth, PHI, STATES, Transition, V,
+    ACCEL, Course, Covariance, Errors, GYRO, Growth, Innovation, PHI, STATES, Transition, V,
 };
 use super::earth::{HEIGHT_MAX, LATITUDE_MAX, wrapped};
 use super::fix::{Fix, Given, Verdict, velocity_rows};
@@ -608,7 +608,15 @@ impl NavigationFilter {
     /// Normalised innovations squared of the last position and velocity, 3 on average; NaN before
     /// the first.
     pub fn nis(&self) -> [f64; 2] {
-        [self.judges[0].nis, self.judges[1].nis]
+        [self.judges[0].nis(), self.judges[1].nis()]
+    }
+
+    /// What was new of the last position and velocity, north, east, down, each given those before it,
+    /// and its standard deviation; NaN before the first.
+    pub fn innovations(&self) -> [[f64; 6]; 2] {
+        let all = self.judges.map(|judge| judge.new);
+        let of = |of: fn(&Innovation) -> f64| core::array::from_fn(|i| of(&all[i / 3][i % 3]));
+        [of(|new| new.value), of(|new| new.variance.simd_sqrt())]
     }
 
     /// Standard deviations of position and velocity that the innovations show; NaN before they do.

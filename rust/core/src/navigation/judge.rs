@@ -7,6 +7,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::covariance::Innovation;
 use super::params::Adapt;
 use crate::math::Real;
 
@@ -42,8 +43,8 @@ pub(crate) struct Judge {
     rejected: u32,
     /// Until when all are taken; NaN before the first.
     open_until: f64,
-    /// Normalised innovation squared of the last one, 3 on average; NaN before the first.
-    pub nis: f64,
+    /// What was new of the last one; NaN before the first.
+    pub new: [Innovation; 3],
 }
 
 /// What becomes of a fix.
@@ -65,7 +66,7 @@ impl Judge {
             usual: 0.0,
             rejected: 0,
             open_until: f64::NAN,
-            nis: f64::NAN,
+            new: [Innovation::NONE; 3],
         }
     }
 
@@ -116,10 +117,15 @@ impl Judge {
         [0, 1, 2].map(|i| if known { self.spread[i].simd_sqrt() } else { f64::NAN })
     }
 
+    /// Normalised innovation squared of the last one, 3 on average; NaN before the first.
+    pub fn nis(&self) -> f64 {
+        self.new.iter().map(Innovation::nis).sum()
+    }
+
     /// Judges a fix by its normalised innovation squared.
-    pub fn judge(&mut self, time: f64, nis: f64, gate: f64) -> Judgement {
-        self.nis = nis;
-        if nis <= gate || time < self.open_until {
+    pub fn judge(&mut self, time: f64, new: [Innovation; 3], gate: f64) -> Judgement {
+        self.new = new;
+        if self.nis() <= gate || time < self.open_until {
             self.rejected = 0;
             return Judgement::Take;
         }
@@ -138,7 +144,15 @@ impl Judge {
             && (0.0..=USUAL_MAX).contains(&self.usual)
             && self.rejected <= REJECTED_MAX
             && [self.last_time, self.open_until].into_iter().all(time)
-            && (self.nis.is_nan() || self.nis >= 0.0)
+            && self.new.iter().all(Innovation::is_sound)
+    }
+}
+
+impl Innovation {
+    fn is_sound(&self) -> bool {
+        let Self { value, variance } = *self;
+        let there = value.is_finite() && variance > 0.0 && variance.is_finite();
+        there || (value.is_nan() && variance.is_nan())
     }
 }
 

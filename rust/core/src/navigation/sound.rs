@@ -14,7 +14,7 @@ use crate::math::sound::{are_within, is_count, is_size, is_within};
 
 impl Checkpoint for NavigationFilter {
     const TAG: &'static str = "navigation";
-    const VERSION: u16 = 2;
+    const VERSION: u16 = 3;
 
     fn is_sound(&self) -> bool {
         let chosen = self.params.checked().is_ok() && self.start.checked().is_ok();

@@ -1,0 +1,319 @@
+"""A start from what there is: a rest if the receiver stands too, else in motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any, Final, Literal
+
+import numpy as np
+
+from zerorate.faults import ArgumentError, given, said
+from zerorate.geometry.earth import local_ned
+from zerorate.io import LogError, Recording
+from zerorate.io.samples import Samples
+from zerorate.navigation.alignment import Alignment, align, leveled
+from zerorate.navigation.fixes import Fixes
+from zerorate.navigation.heading import LONGEST, find_heading, looking
+from zerorate.navigation.windows import Epochs, sigma_of_position
+from zerorate.types import Booleans, Floats
+
+__all__ = ["find_start"]
+
+_TICK: Final = 0.5
+_STEADY: Final = (math.radians(0.5), 0.15)
+"""By how much means of half a second scatter at rest, rad/s and m/s^2."""
+_RATE: Final = math.radians(10.0)
+"""Largest bias of a gyro."""
+_REST: Final = 3.0
+_LAST: Final = 300.0
+"""Seconds before the body leaves in which a rest is looked for."""
+_SLOWEST: Final = 0.3
+"""A drift of positions, m/s, that is seen of a rest only after so long."""
+_BIAS: Final = (math.radians(0.1), math.radians(0.5))
+"""Deviation of the bias of a gyro after a rest, and without one, rad/s."""
+_LEVEL: Final = math.radians(5.0)
+_LEVEL_SECONDS: Final = 5.0
+_LEAST_FORCE: Final = 0.5
+"""Part of gravity that the mean force in motion may be off."""
+_ACCEL_BIAS: Final = 0.05
+_SPANS: Final = (3.0, 10.0, 30.0)
+"""Seconds over which a displacement shows motion: a slow body needs longer."""
+_TRIES: Final = 20
+
+
+def find_start(
+    imu: Recording,
+    gnss: Fixes,
+    *,
+    heading: float | Literal["course"] | None = None,
+    time_offset: float = 0.0,
+    **options: Any,  # noqa: ANN401
+) -> Alignment:
+    """Find where a filter may begin, from whatever a recording holds: at rest or in motion.
+
+    Parameters
+    ----------
+    imu : Recording
+        With a gyro and an accelerometer, axes forward, right, down.
+    gnss : Fixes
+        Of the receiver.
+    heading : float or "course", optional
+        At the start, rad from north over east; or "course": the direction in which the vehicle
+        moves first. By default it is found by a bank of filters, which needs no vehicle that moves
+        forward, only one that speeds up, brakes or turns.
+    time_offset : float
+        Added to the times of the fixes, s.
+    **options
+        As of `NavigationFilter`, with which the bank runs.
+
+    Returns
+    -------
+    Alignment
+        For `NavigationFilter`; its ``notes`` say what it is from.
+
+    Raises
+    ------
+    LogError
+        If there is no start; the message says which of rest, course and force is missing.
+
+    Notes
+    -----
+    A rest is the longest stretch of 3 s or more before the receiver leaves its place in which means
+    of half a second stay within 0.5 deg/s and 0.15 m/s^2: its mean rate is the bias, to 0.1 deg/s.
+    Without one the bias is taken for zero, to 0.5 deg/s. Roll and pitch are of the mean force of
+    the 5 s before, to 5 deg. The heading is that of the filter, of eight round the compass and one
+    along the course, under which the fixes are the most likely, once it leads those that look
+    elsewhere by 15 in the logarithm.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=60.0, seed=1)
+    >>> start = zr.navigation.find_start(drive.recording(), drive.fixes)
+    >>> start.heading_known, len(start.notes)
+    (True, 2)
+    """
+    if not math.isfinite(time_offset):
+        raise ArgumentError("time_offset", f"must be a number of seconds, got {time_offset}")
+    samples = Samples.of(imu, mag=False, what="navigation")
+    fixes = _within(imu, samples, gnss.shifted(time_offset), gnss.source)
+    moves = _Moves.of(fixes)
+    rest = _rest(samples, moves)
+    if heading is not None and rest is not None:
+        return align(imu, latitude=_latitude(fixes), heading=heading, span=rest)
+    begins = moves.begins if heading is None else [_first(samples, fixes)]
+    if not begins:
+        raise LogError(_no_motion(imu, moves))
+    for begin in begins[:_TRIES]:
+        level = _in_motion(imu.source, samples, fixes, begin, rest)
+        if heading == "course":
+            return replace(level, course=True)
+        if heading is not None:
+            turned = looking(level.quaternion, float(heading))
+            return replace(level, quaternion=turned, heading_known=True, heading_sigma=_LEVEL)
+        found = find_heading(samples, fixes, level, options)
+        if found is None:
+            continue
+        note = (
+            f"the heading is told by the motion: {math.degrees(found.decided) % 360.0:.0f} deg "
+            f"(sigma {math.degrees(found.decided_sigma):.0f}) at {found.time:.1f} s, "
+            f"{found.time - begin:.1f} s after the start"
+        )
+        return replace(
+            level,
+            quaternion=looking(level.quaternion, found.begun),
+            heading_known=True,
+            heading_sigma=found.begun_sigma,
+            notes=(*level.notes, note),
+        )
+    raise LogError(_no_heading(imu, begins))
+
+
+def _within(imu: Recording, samples: Samples, fixes: Fixes, source: str) -> Fixes:
+    """Return the fixes that the samples overlap, with a position."""
+    there = np.isfinite(fixes.position[:, :2].sum(axis=1))
+    time = samples.time
+    inside = fixes.chosen(there).between(float(time[0]), float(time[-1]))
+    if len(inside):
+        return inside
+    if not len(fixes):
+        raise LogError(f"{source}: there are no fixes")
+    raise LogError(
+        said(
+            f"{imu.source}: the filter cannot start: its samples are from {time[0]:.6g} to "
+            f"{time[-1]:.6g} s and the fixes from {fixes.time[0]:.6g} to {fixes.time[-1]:.6g} s, "
+            "as on another clock: ",
+            given("time_offset"),
+            " moves these",
+        )
+    )
+
+
+def _latitude(fixes: Fixes) -> float:
+    return float(np.clip(fixes.position[0, 0], -89.5, 89.5))
+
+
+@dataclass(frozen=True, eq=False)
+class _Moves:
+    """When a receiver stands, and when it surely moves."""
+
+    fixes: Fixes
+    leaves: float
+    """Up to when it stands, s; before the first fix if it never does."""
+    begins: list[float]
+    """Fixes from which on it moves, a minute apart, s."""
+    farthest: float
+    """Largest displacement in three seconds, m."""
+
+    @classmethod
+    def of(cls, fixes: Fixes) -> _Moves:
+        sigma = sigma_of_position(fixes)
+        epochs = Epochs.of(fixes)
+        time = fixes.time
+        place = np.nan_to_num(fixes.position)
+        way = local_ned(place, place[0])[:, :2]
+        left, moving = np.zeros(len(time), bool), np.zeros(len(time), bool)
+        farthest = 0.0
+        for i, seconds in enumerate(_SPANS):
+            before = np.clip(np.searchsorted(time, time - seconds - 1e-6), 0, None)
+            far = np.hypot(*(way - way[before]).T)
+            moving |= far > np.maximum(0.5, 4.0 * math.sqrt(2.0) * sigma)
+            if i == 0:
+                left = far > np.maximum(0.3, 5.7 * sigma)
+                farthest = float(far.max())
+        if epochs.told:
+            fast = epochs.speed > np.maximum(0.2, 4.0 * epochs.sigma)
+            at = np.searchsorted(time, epochs.time[fast])
+            left[at] = True
+            fast = epochs.speed > np.maximum(0.5, 4.0 * epochs.sigma)
+            moving[np.searchsorted(time, epochs.time[fast])] = True
+        leaving = np.flatnonzero(left | moving)
+        leaves = float(time[leaving[0]] if leaving.size else time[-1]) - 1.0
+        return cls(fixes, leaves, list(_begins(time, moving)), farthest)
+
+
+def _begins(time: Floats, moving: Booleans) -> Iterator[float]:
+    """Yield times of fixes in motion, each a minute after the one before."""
+    after = -math.inf
+    for t in time[moving].tolist():
+        if t >= after:
+            yield t
+            after = t + LONGEST
+
+
+def _rest(samples: Samples, moves: _Moves) -> tuple[float, float] | None:
+    """Return the longest rest before the receiver leaves, from and to when, s."""
+    stop = moves.leaves
+    fixes = moves.fixes
+    start = max(float(fixes.time[0]), float(samples.time[0]), stop - _LAST)
+    count = math.floor((stop - start) / _TICK)
+    if count * _TICK < _REST:
+        return None
+    start = stop - count * _TICK
+    edges = np.searchsorted(samples.time, start + _TICK * np.arange(count + 1))
+    means = np.array([_mean(samples, a, b) for a, b in pairwise(edges)])
+    shortest = _REST
+    if fixes.velocity is None:
+        shortest = max(_REST, 1.4 * float(np.median(sigma_of_position(fixes))) / _SLOWEST)
+    first, last = _longest(means)
+    if (last - first) * _TICK < shortest:
+        return None
+    return start + first * _TICK, start + last * _TICK
+
+
+def _mean(samples: Samples, first: int, last: int) -> Floats:
+    values = np.concatenate((samples.gyro[first:last], samples.accel[first:last]), axis=1)
+    there = np.isfinite(values).all(axis=1)
+    return values[there].mean(axis=0) if there.any() else np.full(6, np.nan)
+
+
+def _longest(means: Floats) -> tuple[int, int]:
+    """Return first and last of the longest steady stretch of means of half a second."""
+    limit = np.repeat(_STEADY, 3)
+    best = (0, 0)
+    for first in range(len(means)):
+        rest = means[first:]
+        if len(rest) <= best[1] - best[0]:
+            break
+        n = np.arange(1, len(rest) + 1)[:, np.newaxis]
+        mean = np.cumsum(rest, axis=0) / n
+        spread = np.sqrt(
+            np.maximum(np.cumsum((rest - rest[0]) ** 2, axis=0) / n - (mean - rest[0]) ** 2, 0.0)
+        )
+        near = np.maximum(
+            np.maximum.accumulate(rest, axis=0) - mean, mean - np.minimum.accumulate(rest, axis=0)
+        )
+        good = ((near <= 2.0 * limit) & (spread <= limit)).all(axis=1)
+        good &= np.linalg.norm(mean[:, :3], axis=1) <= _RATE
+        length = int(np.argmin(good)) if not good.all() else len(rest)
+        if length > best[1] - best[0]:
+            best = (first, first + length)
+    return best
+
+
+def _first(samples: Samples, fixes: Fixes) -> float:
+    """Return the first fix with a second of samples before it."""
+    late = fixes.time >= samples.time[0] + 1.0
+    return float(fixes.time[late][0] if late.any() else fixes.time[0])
+
+
+def _in_motion(
+    source: str, samples: Samples, fixes: Fixes, begin: float, rest: tuple[float, float] | None
+) -> Alignment:
+    """Return what is known at a fix but for the heading."""
+    a, b = np.searchsorted(samples.time, [begin - _LEVEL_SECONDS, begin])
+    # In the first seconds of a recording those that follow have to do.
+    b = max(b, int(np.searchsorted(samples.time, samples.time[0] + 1.0)))
+    mean = _mean(samples, int(a), int(b))
+    force = float(np.linalg.norm(mean[3:]))
+    if not abs(force / 9.81 - 1.0) <= _LEAST_FORCE:
+        raise LogError(
+            f"{source}: the filter cannot start: the mean force from {samples.time[a]:.1f} to "
+            f"{begin:.1f} s is {force:.3g} m/s^2, expected about 9.8: the accelerometer has "
+            "another unit, or lacks samples"
+        )
+    bias, sigma = np.zeros(3), _BIAS[1]
+    note = "there is no rest of 3 s before the receiver moves: the bias of the gyro is taken for 0"
+    if rest is not None:
+        x, y = np.searchsorted(samples.time, rest)
+        bias, sigma = _mean(samples, int(x), int(y))[:3], _BIAS[0]
+        note = f"the bias of the gyro is of a rest from {rest[0]:.1f} to {rest[1]:.1f} s"
+    return Alignment(
+        time=begin,
+        quaternion=leveled(mean[3:], 0.0),
+        latitude=_latitude(fixes),
+        heading_known=False,
+        course=False,
+        gyro_bias=bias,
+        accel_bias=np.zeros(3),
+        level_sigma=_LEVEL,
+        heading_sigma=math.pi / 2.0,
+        gyro_bias_sigma=sigma,
+        accel_bias_sigma=_ACCEL_BIAS,
+        notes=(f"{note}, to {math.degrees(sigma):.1f} deg/s",),
+    )
+
+
+def _no_motion(imu: Recording, moves: _Moves) -> str:
+    time = moves.fixes.time
+    return said(
+        f"{imu.source}: the filter cannot start: from {time[0]:.1f} to {time[-1]:.1f} s the fixes "
+        f"show no motion beyond their noise, {moves.farthest:.2g} m in 3 s at most, so neither a "
+        "course nor a change of speed tells the heading: ",
+        given("heading"),
+        " says it",
+    )
+
+
+def _no_heading(imu: Recording, begins: list[float]) -> str:
+    times = ", ".join(f"{t:.1f}" for t in begins[:3])
+    return said(
+        f"{imu.source}: the filter cannot start: it moves from {times} s on, but in a minute of it "
+        "no heading fits the fixes better than all others: either it neither speeds up, brakes nor "
+        "turns, or units, axes or clock are not as told; ",
+        given("heading"),
+        " says the heading",
+    )

@@ -1,0 +1,223 @@
+"""Motion as a receiver sees it, and the means of the sensors over the same windows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from zerorate.geometry.earth import local_ned
+from zerorate.io.samples import Samples
+from zerorate.navigation.fixes import Fixes
+from zerorate.navigation.processing import SIGMA_POSITION, SIGMA_VELOCITY
+from zerorate.types import Booleans, Floats, Integers
+
+__all__ = ["GRAVITY", "Epochs", "Means", "Windows", "sigma_of_position", "sigma_of_velocity"]
+
+GRAVITY: Final = 9.81
+_WIDTH: Final = 1.0
+"""Seconds of a window."""
+_APART: Final = 2.5
+"""Widths, or intervals, from which on two fixes leave a gap."""
+_TURN: Final = 0.35
+"""Deviation of a change of course, rad, from which on the course is not known."""
+
+
+def sigma_of_position(fixes: Fixes) -> Floats:
+    """Return the deviation of each position in the plane, an axis, m."""
+    return _level(fixes.position_sigma, SIGMA_POSITION, len(fixes))
+
+
+def sigma_of_velocity(fixes: Fixes) -> Floats:
+    """Return the deviation of each velocity in the plane, an axis, m/s."""
+    return _level(fixes.velocity_sigma, SIGMA_VELOCITY, len(fixes))
+
+
+def _level(told: Floats | None, usual: float, n: int) -> Floats:
+    if told is None:
+        return np.full(n, usual)
+    squares = np.where(np.isnan(told[:, :2]), usual, told[:, :2]) ** 2
+    sigma: Floats = np.sqrt(squares.mean(axis=1))
+    return sigma
+
+
+@dataclass(frozen=True, eq=False)
+class Epochs:
+    """Velocities of a receiver at m times, north, east, down, with the deviation of an axis.
+
+    Parameters
+    ----------
+    time : ndarray, shape (m,)
+        s.
+    velocity : ndarray, shape (m, 3)
+        m/s; the vertical one NaN where it is not known.
+    sigma : ndarray, shape (m,)
+        Of the horizontal ones, m/s.
+    told : bool
+        Whether the receiver tells them; else they are differences of positions.
+    """
+
+    time: Floats
+    velocity: Floats
+    sigma: Floats
+    told: bool
+
+    @classmethod
+    def of(cls, fixes: Fixes) -> Epochs:
+        """Return the velocities told, or differences of positions where there are too few."""
+        if fixes.velocity is not None:
+            there = np.isfinite(fixes.velocity[:, :2]).all(axis=1)
+            if there.sum() > max(2.0, 0.2 * len(fixes)):
+                sigma = sigma_of_velocity(fixes)[there]
+                return cls(fixes.time[there], fixes.velocity[there], sigma, told=True)
+        return cls.between_positions(fixes)
+
+    @classmethod
+    def between_positions(cls, fixes: Fixes) -> Epochs:
+        """Return differences of positions, at the middle of two fixes."""
+        there = np.isfinite(fixes.position[:, :2]).all(axis=1)
+        position = fixes.position[there]
+        height = np.isfinite(position[:, 2])
+        position = np.column_stack([position[:, :2], np.nan_to_num(position[:, 2])])
+        time, sigma = fixes.time[there], sigma_of_position(fixes)[there]
+        dt = np.diff(time)
+        way = local_ned(position[1:], position[:-1]) if len(dt) else np.empty((0, 3))
+        velocity = way / dt[:, np.newaxis]
+        velocity[~(height[1:] & height[:-1]), 2] = np.nan
+        spread = np.hypot(sigma[1:], sigma[:-1]) / dt
+        return cls(0.5 * (time[1:] + time[:-1]), velocity, spread, told=False)
+
+    @property
+    def interval(self) -> float:
+        """Usual seconds from one to the next."""
+        return float(np.median(np.diff(self.time))) if len(self.time) > 1 else _WIDTH
+
+    @property
+    def speed(self) -> Floats:
+        """Speed in the plane, m/s."""
+        return np.hypot(self.velocity[:, 0], self.velocity[:, 1])
+
+    def shifted(self, seconds: float) -> Epochs:
+        """Return them on a clock that shows so many seconds more."""
+        return Epochs(self.time + seconds, self.velocity, self.sigma, self.told)
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """How a receiver moves over m windows that overlap by half.
+
+    Parameters
+    ----------
+    start, stop : ndarray, shape (m,)
+        s.
+    course_rate, course_sigma : ndarray, shape (m,)
+        How fast the course turns, rad/s to the right, and its deviation; NaN where it is not known.
+    along, across : ndarray, shape (m,)
+        Acceleration along the course and to the right of it, m/s^2.
+    climb : ndarray, shape (m,)
+        Slope of the way, 0 where it is not known.
+    speed : ndarray, shape (m,)
+        m/s.
+    sigma : ndarray, shape (m,)
+        Of an acceleration, m/s^2.
+    """
+
+    start: Floats
+    stop: Floats
+    course_rate: Floats
+    course_sigma: Floats
+    along: Floats
+    across: Floats
+    climb: Floats
+    speed: Floats
+    sigma: Floats
+
+    @classmethod
+    def of(cls, epochs: Epochs) -> Windows:
+        """Return the windows of some velocities."""
+        time = epochs.time
+        width = max(_WIDTH, 1.0 if epochs.told else 2.0 * epochs.interval)
+        first, last = _pairs(time, width, epochs.interval)
+        v, s = epochs.velocity, epochs.sigma
+        seconds = time[last] - time[first]
+        speed = np.maximum(epochs.speed, 1e-9)
+        course = np.arctan2(v[:, 1], v[:, 0])
+        turn = np.remainder(course[last] - course[first] + np.pi, 2.0 * np.pi) - np.pi
+        sigma_turn = np.hypot(s[first] / speed[first], s[last] / speed[last])
+        known = sigma_turn < _TURN
+        both = v[first] + v[last]
+        size = np.maximum(np.hypot(both[:, 0], both[:, 1]), 1e-9)
+        north, east = both[:, 0] / size, both[:, 1] / size
+        a = (v[last] - v[first])[:, :2] / seconds[:, np.newaxis]
+        climb = np.clip(-both[:, 2] / size, -1.0, 1.0)
+        return cls(
+            time[first],
+            time[last],
+            np.where(known, turn / seconds, np.nan),
+            np.where(known, sigma_turn / seconds, np.nan),
+            np.where(known, a[:, 0] * north + a[:, 1] * east, np.nan),
+            np.where(known, a[:, 1] * north - a[:, 0] * east, np.nan),
+            np.where(np.isfinite(climb), climb, 0.0),
+            0.5 * size,
+            np.hypot(s[first], s[last]) / seconds,
+        )
+
+    @property
+    def turning(self) -> Booleans:
+        """Where the course is known."""
+        known: Booleans = np.isfinite(self.course_rate)
+        return known
+
+
+def _pairs(time: Floats, width: float, interval: float) -> tuple[Integers, Integers]:
+    """Return first and last epochs of the windows."""
+    if len(time) < 2:
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    grid = np.arange(time[0], time[-1], 0.5 * width)
+    slack = 0.25 * interval
+    first = np.searchsorted(time, grid - slack)
+    last = np.maximum(np.searchsorted(time, time[first] + width - slack), first + 1)
+    pairs = np.unique(np.column_stack([first, last])[last < len(time)], axis=0)
+    first, last = pairs.T.astype(np.int64)
+    near = time[last] - time[first] <= _APART * max(width, interval)
+    return first[near], last[near]
+
+
+@dataclass(frozen=True, eq=False)
+class Means:
+    """Means of gyro and force between any two times, of their integrals."""
+
+    time: Floats
+    integral: Floats
+    missing: Floats
+
+    @classmethod
+    def of(cls, samples: Samples) -> Means:
+        """Return those of the samples of a recording."""
+        values = np.concatenate((samples.gyro, samples.accel), axis=1)
+        there = np.isfinite(values.sum(axis=1))
+        values = np.where(there[:, np.newaxis], values, 0.0)
+        dt = np.diff(samples.time)[:, np.newaxis]
+        steps = 0.5 * (values[1:] + values[:-1]) * dt
+        integral = np.concatenate((np.zeros((1, 6)), np.cumsum(steps, axis=0)))
+        return cls(samples.time, integral, np.cumsum(~there).astype(np.float64))
+
+    def between(self, start: Floats, stop: Floats) -> Floats:
+        """Return the means from some times to others, shape (m, 6); NaN where samples lack."""
+        found = np.empty((len(start), 6))
+        seconds = stop - start
+        for i, column in enumerate(self.integral.T):
+            found[:, i] = np.interp(stop, self.time, column) - np.interp(start, self.time, column)
+        inside = (start >= self.time[0]) & (stop <= self.time[-1])
+        lost = np.interp(stop, self.time, self.missing) - np.interp(start, self.time, self.missing)
+        found[~inside | (lost > 0.0)] = np.nan
+        return found / seconds[:, np.newaxis]
+
+    def about(self, axis: Floats, start: Floats, stop: Floats) -> Floats:
+        """Return the mean rate about an axis of the sensor, shape (m,), rad/s."""
+        turned = self.integral[:, :3] @ axis
+        seconds = stop - start
+        mean = (np.interp(stop, self.time, turned) - np.interp(start, self.time, turned)) / seconds
+        inside = (start >= self.time[0]) & (stop <= self.time[-1])
+        return np.where(inside, mean, np.nan)
