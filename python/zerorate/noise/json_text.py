@@ -38,7 +38,8 @@ def to_json(
 
     Examples
     --------
-    >>>     >>> from zerorate import NoiseModel
+    >>> import json
+    >>> from zerorate import NoiseModel
     >>> read = json.loads(NoiseModel(angle_random_walk=1e-4).to_json())
     >>> read["coefficients"]["angle_random_walk"]["value"]
     0.0001
