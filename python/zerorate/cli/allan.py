@@ -1,9 +1,7 @@
 """``zerorate allan``: the noise of the sensors of one log."""
 
 import math
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from collections.abc import Sequence
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -17,7 +15,6 @@ from zerorate.cli.errors import (
     as_usage,
     require,
     sentence,
-    writing,
 )
 from zerorate.cli.options import (
     OUTPUT,
@@ -33,11 +30,12 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import (
     Destination,
+    Outputs,
     check_outputs,
     preload_figure,
     print_written,
     progress_bar,
-    together,
+    text_writer,
 )
 from zerorate.cli.records import print_title, records
 from zerorate.io import Log, LogError
@@ -182,23 +180,26 @@ def allan(
     suffixes = [*CurveFormat, *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-allan", suffixes)
     curve = place.choose("--format", format, CurveFormat.csv)
-    figure = None
+    figures = []
     if not no_figure:
-        figure = place.choose("--figure-format", figure_format, FigureFormat.png)
+        require("matplotlib", "plot")
+        figures = [f".{place.choose('--figure-format', figure_format, FigureFormat.png)}"]
     all_of_them = records(log, reading.group_by)
+    endings = [_SUFFIX[export] for export in exports]
     outputs = [
-        _Outputs.of(place.of_part(one.ending), curve, figure, exports, force) for one in all_of_them
+        place.of_part(one.ending).files(f".{curve}", endings, figures, force) for one in all_of_them
     ]
-    texts = partial(_text, inflate=inflate, per_sample=per_sample)
     check_outputs([path for files in outputs for path in files.paths], force, log)
-    if figure is not None:
+    if not no_figure:
         preload_figure("allan_figure")
     for one, files in zip(all_of_them, outputs, strict=True):
         with progress_bar() as progress:
             sensors = present_logs(reading.read(read_sensors, one.source))
             _check_units(exports, sensors[0])
             found = in_background(partial(_all_found, analysis, sensors, progress))
-            files.write(found, texts, progress)
+            texts = [_text(export, found, inflate, per_sample) for export in exports]
+            curves = partial(_write_curves, found, curve)
+            files.write([curves, *map(text_writer, texts)], partial(_draw, found), progress)
         print_title(one, first=one is all_of_them[0])
         _print_result(found, files)
 
@@ -217,7 +218,7 @@ def _found(analysis: partial[Characterisation], log: Log, progress: Progress) ->
         raise DataFault(f"{log.meta['source']}: {sentence(error)}") from None
 
 
-def _print_result(found: Sequence[Characterisation], outputs: "_Outputs") -> None:
+def _print_result(found: Sequence[Characterisation], outputs: Outputs) -> None:
     print(format_allan(found))
     notes = format_allan_notes(found)
     if notes:
@@ -236,63 +237,6 @@ def _taus(text: str) -> TauGrid | list[float]:
         raise UsageFault(
             f"--taus takes {known}, or seconds such as 0.1,1,10, got '{text}'"
         ) from None
-
-
-@dataclass(frozen=True)
-class _Outputs:
-    """The files of a characterisation, all whole or none; `figure` is None for none."""
-
-    curve: Path
-    form: CurveFormat
-    figure: Path | None
-    exports: dict[Export, Path]
-    force: bool
-
-    @classmethod
-    def of(
-        cls,
-        place: Destination,
-        form: CurveFormat,
-        figure: FigureFormat | None,
-        exports: Sequence[Export],
-        force: bool,
-    ) -> "_Outputs":
-        """Return the files, after checking that the figure can be drawn."""
-        if figure is not None:
-            require("matplotlib", "plot")
-        drawn = None if figure is None else place.file(f".{figure}")
-        paths = {export: place.file(_SUFFIX[export]) for export in exports}
-        return cls(place.file(f".{form}"), form, drawn, paths, force)
-
-    @property
-    def paths(self) -> list[Path]:
-        """The files to write."""
-        figure = [] if self.figure is None else [self.figure]
-        return [self.curve, *figure, *self.exports.values()]
-
-    def write(
-        self,
-        found: Sequence[Characterisation],
-        text: Callable[["Export", Sequence[Characterisation]], str],
-        progress: Progress,
-    ) -> None:
-        """Write all files under other names; rename them when all are whole."""
-        texts = [text(export, found) for export in self.exports]
-        with (
-            writing(),
-            together(self.paths, self.force) as temporary,
-            ThreadPoolExecutor(1) as executor,
-        ):
-            curves = [one.curve for one in found]
-            job = executor.submit(write_curves, curves, temporary[0], self.form)
-            if self.figure is not None:
-                progress("drawing", 0.0)
-                _draw(found, temporary[1])
-            progress("writing", 0.9)
-            exported = temporary[len(temporary) - len(texts) :]
-            for written, path in zip(texts, exported, strict=True):
-                path.write_text(written, encoding="utf-8", newline="\n")
-            job.result()
 
 
 def _check_exports(exports: Sequence[Export], inflate: float, per_sample: bool) -> None:
@@ -346,6 +290,10 @@ def _topic(log: Log) -> str:
 def _worst(found: Sequence[Characterisation], quantity: str) -> NoiseModel | None:
     models = (one.worst for one in found)
     return next((m for m in models if m is not None and m.quantity == quantity), None)
+
+
+def _write_curves(found: Sequence[Characterisation], form: CurveFormat, path: Path) -> None:
+    write_curves([one.curve for one in found], path, form)
 
 
 def _draw(found: Sequence[Characterisation], path: Path) -> None:

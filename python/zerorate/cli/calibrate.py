@@ -1,7 +1,7 @@
 """``zerorate calibrate``: scale, misalignment and bias of an IMU from a log of hand turns."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -37,10 +37,12 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import (
     Destination,
+    Outputs,
     check_outputs,
     preload_figure,
     print_written,
     progress_bar,
+    text_writer,
     together,
 )
 from zerorate.cli.records import print_title, records
@@ -164,7 +166,8 @@ def calibrate(
         figures = [f".{suffix}", *([f"-temperature.{suffix}"] if temperature else [])]
         preload_figure("calibration_figure")
     found = records(log, reading.group_by)
-    outputs = [_Outputs.of(place.of_part(one.ending), figures, exports, force) for one in found]
+    endings = [end for export in exports for end in _SUFFIXES[export]]
+    outputs = [place.of_part(one.ending).files(".json", endings, figures, force) for one in found]
     check_outputs([path for files in outputs for path in files.paths], force, log, compare)
     invalid = []
     for one, files in zip(found, outputs, strict=True):
@@ -174,7 +177,7 @@ def calibrate(
                 recording, alarms = checked(recording, fix, gyro, accel)
             with said_first(alarms):
                 calibration = _found(recording, sensors, asked, temperature, progress)
-            files.write(calibration, sensors.of(recording), progress)
+            _written(files, calibration, sensors.of(recording), exports, progress)
         print_title(one, first=one is found[0])
         print_alarms(() if _says_axes(calibration) else alarms)
         _print(calibration, sensors.of(recording), old)
@@ -264,50 +267,6 @@ def _notes(recording: Recording) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*recording.notes, *of_logs)))
 
 
-@dataclass(frozen=True)
-class _Outputs:
-    """The files of a calibration, all whole or none: the second figure is of the temperature."""
-
-    numbers: Path
-    figures: Sequence[Path]
-    exports: Mapping[Path, Export]
-    force: bool
-
-    @classmethod
-    def of(
-        cls,
-        place: Destination,
-        figures: Sequence[str],
-        exports: Sequence[Export],
-        force: bool,
-    ) -> "_Outputs":
-        """Return where the files lie; figures are given by the endings of their names."""
-        listed = {place.file(end): export for export in exports for end in _SUFFIXES[export]}
-        return cls(place.file(".json"), [place.file(end) for end in figures], listed, force)
-
-    @property
-    def paths(self) -> list[Path]:
-        """The files to write."""
-        return [self.numbers, *self.figures, *self.exports]
-
-    def write(self, calibration: Calibration, recording: Recording, progress: Progress) -> None:
-        """Write all files under other names; rename them when all are whole."""
-        texts = [calibration.to_json(), *self._exported(calibration)]
-        progress("drawing", 0.7)
-        with writing(), together(self.paths, self.force) as temporary:
-            drawings = (partial(calibration.plot, recording), partial(_thermal, calibration))
-            for draw, path in zip(drawings, temporary[1 : 1 + len(self.figures)], strict=False):
-                _save(draw(), path)
-            written = [temporary[0], *temporary[len(temporary) - len(self.exports) :]]
-            for path, text in zip(written, texts, strict=True):
-                path.write_text(text, encoding="utf-8", newline="\n")
-
-    def _exported(self, calibration: Calibration) -> Iterator[str]:
-        with as_usage():
-            for export in dict.fromkeys(self.exports.values()):
-                yield from _texts(calibration, export)
-
-
 def _texts(calibration: Calibration, export: Export) -> Sequence[str]:
     """Return the texts of an export's files."""
     if export is Export.imu_tk:
@@ -320,15 +279,24 @@ def _texts(calibration: Calibration, export: Export) -> Sequence[str]:
     return (one[export](),)
 
 
-def _thermal(calibration: Calibration) -> "Figure":
-    assert calibration.temperature_model is not None
-    return calibration.temperature_model.plot()
+def _written(
+    files: Outputs, calibration: Calibration, recording: Recording, exports: Iterable[Export],
+    progress: Progress,
+) -> None:  # fmt: skip
+    """Write the numbers, what is exported, and the figures: the second is of the temperature."""
+    with as_usage():
+        texts = [text for export in exports for text in _texts(calibration, export)]
+    plots: list[Callable[[], Figure]] = [partial(calibration.plot, recording)]
+    if calibration.temperature_model is not None:
+        plots.append(calibration.temperature_model.plot)
+    writers = map(text_writer, (calibration.to_json(), *texts))
+    files.write([*writers], [partial(_draw, plot) for plot in plots], progress, 0.7)
 
 
-def _save(figure: "Figure", path: Path) -> None:
+def _draw(plot: Callable[[], "Figure"], path: Path) -> None:
     from zerorate.show import save_figure
 
-    save_figure(figure, path)
+    save_figure(plot(), path)
 
 
 def _correct(

@@ -62,7 +62,7 @@ def _told(result: Replay, outputs: Outputs) -> str:
         f"What you see: the simulated gyro has a bias of up to {max(biases):.2g} deg/s. The method "
         f"{result.method} found it to within {max(errors):.2g} deg/s (RMS, the column 'true "
         "error').",
-        f"Look at {outputs.figure}: raw samples and bias on top, the bias with its uncertainty "
+        f"Look at {outputs.figures[0]}: raw samples and bias on top, the bias with its uncertainty "
         "below, then the noise as it was learned.",
         f"{outputs.log} is the filtered log: raw minus bias, with the bias beside it.",
         "Next: zerorate replay LOG does the same with a log of yours.",

@@ -10,7 +10,7 @@ from typing import Annotated, Final, Literal, NoReturn
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, require, writing
+from zerorate.cli.errors import DataFault, UsageFault, require
 from zerorate.cli.options import (
     Force,
     LogArgument,
@@ -22,11 +22,12 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import (
     Destination,
+    Outputs,
     check_outputs,
     preload_figure,
     print_written,
     progress_bar,
-    together,
+    text_writer,
 )
 from zerorate.cli.records import print_title, records
 from zerorate.faults import said, sentence_of, told
@@ -182,14 +183,21 @@ def identify(
         method=estimator.value,
     )
     all_of_them = records(log, reading.group_by)
-    outputs = [_Outputs.of(output, log, not no_figure, force, one.ending) for one in all_of_them]
+    place = Destination.of(output, f"{log.stem}-zerorate-identify", ("html", "json"))
+    if not no_figure:
+        require("matplotlib", "plot")
+    outputs = [
+        place.of_part(one.ending).files(".html", [".json"], (), force) for one in all_of_them
+    ]
+    check_outputs([path for files in outputs for path in files.paths], force, log)
     if not no_figure:
         preload_figure("identify_figure", svg=True)
     for one, files in zip(all_of_them, outputs, strict=True):
         with progress_bar() as progress:
             recording = reading.read(read_log, one.source)
             found = in_background(partial(_found, analysis, recording, progress))
-            files.write(recording, found, progress)
+            texts = _texts(recording, found, not no_figure, progress)
+            files.write([*map(text_writer, texts)], (), progress)
         print_title(one, first=one is all_of_them[0])
         _print_result(found, files)
 
@@ -241,7 +249,7 @@ def _refuse(log: Log, reasons: Mapping[str, str]) -> NoReturn:
     raise UsageFault(f"{name}: {told(reason)}")
 
 
-def _print_result(found: _Found, outputs: "_Outputs") -> None:
+def _print_result(found: _Found, outputs: Outputs) -> None:
     print(format_identify(found.axes))
     notes = bulleted(found.notes)
     if notes:
@@ -249,43 +257,12 @@ def _print_result(found: _Found, outputs: "_Outputs") -> None:
     print_written(outputs.paths)
 
 
-@dataclass(frozen=True)
-class _Outputs:
-    """A page, with figures or without, and its numbers: both files whole or neither."""
-
-    page: Path
-    numbers: Path
-    figures: bool
-    force: bool
-
-    @classmethod
-    def of(cls, output: str, log: Path, figures: bool, force: bool, ending: str) -> "_Outputs":
-        """Return the files, after checking that they can be written and drawn."""
-        if figures:
-            require("matplotlib", "plot")
-        place = Destination.of(output, f"{log.stem}-zerorate-identify", ("html", "json"))
-        place = place.of_part(ending)
-        outputs = cls(place.file(".html"), place.file(".json"), figures, force)
-        check_outputs(outputs.paths, force, log)
-        return outputs
-
-    @property
-    def paths(self) -> list[Path]:
-        """The files to write."""
-        return [self.page, self.numbers]
-
-    def write(self, log: Log, found: _Found, progress: Progress) -> None:
-        """Write both files under other names; rename them when they are whole."""
-        source = Path(log.meta["source"]).name
-        drawings = _drawn(found.axes, progress) if self.figures else {}
-        texts = (
-            identification_page(found.axes, source, drawings, found.notes),
-            as_json(found.axes, source, found.notes),
-        )
-        progress("writing", 0.95)
-        with writing(), together(self.paths, self.force) as temporary:
-            for path, text in zip(temporary, texts, strict=True):
-                path.write_text(text, encoding="utf-8", newline="\n")
+def _texts(log: Log, found: _Found, figures: bool, progress: Progress) -> tuple[str, str]:
+    """Return the page and the numbers."""
+    source = Path(log.meta["source"]).name
+    drawings = _drawn(found.axes, progress) if figures else {}
+    page = identification_page(found.axes, source, drawings, found.notes)
+    return page, as_json(found.axes, source, found.notes)
 
 
 def _drawn(found: Sequence[Identification], progress: Progress) -> Mapping[str, bytes]:

@@ -10,7 +10,7 @@ from enum import StrEnum
 from importlib import import_module
 from pathlib import Path
 from threading import Thread
-from typing import Final, Self, TypeVar
+from typing import Final, Self, TypeAlias, TypeVar
 
 from zerorate.cli.errors import UsageFault, as_usage, require, writing
 from zerorate.cli.options import FigureFormat, LogFormat
@@ -28,11 +28,14 @@ __all__ = [
     "preload_figure",
     "print_written",
     "progress_bar",
+    "text_writer",
     "together",
 ]
 
 
 _Format = TypeVar("_Format", bound=StrEnum)
+Writer: TypeAlias = Callable[[Path], object]
+"""Writes a file of this name."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,13 @@ class Destination:
     def of_part(self, ending: str) -> Self:
         """Return where the files of a part of the log go, whose names end so."""
         return replace(self, base=self.file(ending))
+
+    def files(
+        self, first: str, beside: Iterable[str], figures: Iterable[str], force: bool
+    ) -> "Outputs":
+        """Return the files of these endings."""
+        others, drawn = (tuple(map(self.file, endings)) for endings in (beside, figures))
+        return Outputs(self.file(first), drawn, force, others)
 
     def file(self, ending: str) -> Path:
         """Return the file of this ending."""
@@ -224,14 +234,14 @@ def _log_and_figure(
 
 @dataclass(frozen=True)
 class Outputs:
-    """A log, what is written beside it, and a figure, None for none; all whole or none.
+    """A log or what else a command is about, what is written beside it, and figures; all or none.
 
     Attributes
     ----------
     log : Path
-        The log.
-    figure : Path or None
-        The figure.
+        The first file.
+    figures : tuple of Path
+        The figures.
     force : bool
         Whether files that exist are replaced.
     beside : tuple of Path
@@ -239,7 +249,7 @@ class Outputs:
     """
 
     log: Path
-    figure: Path | None
+    figures: tuple[Path, ...]
     force: bool
     beside: tuple[Path, ...] = ()
 
@@ -255,44 +265,51 @@ class Outputs:
     ) -> Self:
         """Return the files; those beside are given by their suffixes, without dots."""
         log, figure = _log_and_figure(place, log_format, figure_format, draws)
-        return cls(log, figure, force, tuple(place.file(f".{suffix}") for suffix in beside))
+        figures = () if figure is None else (figure,)
+        return cls(log, figures, force, tuple(place.file(f".{suffix}") for suffix in beside))
 
     @property
     def paths(self) -> list[Path]:
         """The files to write."""
-        return [self.log, *self.beside, *([] if self.figure is None else [self.figure])]
+        return [self.log, *self.beside, *self.figures]
 
     def write(
         self,
-        writers: Sequence[Callable[[Path], object]],
-        draw: Callable[[Path], object],
+        writers: Sequence[Writer],
+        draw: Writer | Sequence[Writer],
         progress: Progress,
         done: float = 0.0,
     ) -> None:
-        """Draw the figure while another thread writes the others; rename when all are whole.
+        """Draw the figures while another thread writes the others; rename when all are whole.
 
         Parameters
         ----------
         writers : sequence of callable
             Of the log, and of each file beside it.
-        draw : callable
-            Of the figure.
+        draw : callable or sequence of callable
+            Of the figure, or of each.
         progress : callable
             As of `progress_bar`.
         done : float
             Fraction that was done before.
         """
+        draws = [draw] if callable(draw) else draw
         with (
             writing(),
             together(self.paths, self.force) as temporary,
             ThreadPoolExecutor(1) as executor,
         ):
-            # The figure is the last of the files.
-            pairs = zip(writers, temporary, strict=False)
+            others = 1 + len(self.beside)
+            pairs = zip(writers, temporary[:others], strict=True)
             jobs = [executor.submit(write, path) for write, path in pairs]
-            if self.figure is not None:
+            for one, path in zip(draws, temporary[others:], strict=False):
                 progress("drawing", done)
-                draw(temporary[-1])
+                one(path)
             progress("writing", 0.9)
             for job in jobs:
                 job.result()
+
+
+def text_writer(text: str) -> Writer:
+    """Return what writes a text into a file."""
+    return lambda path: path.write_text(text, encoding="utf-8", newline="\n")
