@@ -4,6 +4,8 @@ The table stands in the core, whose refusals come from it; the command line come
 of it here.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -29,6 +31,7 @@ __all__ = [
     "FilterOptions",
     "Option",
     "StreamOptions",
+    "by_name",
     "check_used",
     "checked_options",
     "table",
@@ -41,6 +44,11 @@ Kind = Literal[
 ]
 
 
+def _listed(words: Sequence[str], last: str = "and") -> str:
+    *most, end = (f"'{word}'" for word in words)
+    return f"{', '.join(most)} {last} {end}" if most else end
+
+
 @dataclass(frozen=True)
 class Option:
     """An option of a filter: `zerorate.DriftFilter`, `Attitude`, `NavigationFilter` and others.
@@ -49,20 +57,20 @@ class Option:
     ----------
     name : str
         Its keyword.
-    kind : {"order", "number", "seconds", "seconds or always", "choice", "pair or word", \
-"word or flag"}
-        What its value is: two whole numbers (p, q), a number, seconds, seconds or None for always,
-        one of `choices`, or two numbers or one of these, or one of these, True or False.
+    kind : str
+        What its value is: "order", two whole numbers (p, q); "number"; "seconds", or None for
+        always in "seconds or always"; "choice", one of `choices`; "pair or word", two numbers or
+        one of these; "word or flag", one of these, True or False.
     default : object
         Its default; None where that depends on the method, or where nothing is given.
-    unit : str
-        Unit of a number, "" where there is none.
-    expected : str
-        The values that are allowed, in words.
-    choices : tuple of str
-        The values of a choice, or the words in place of two numbers.
     meaning : str
         What it is, in one sentence without a full stop.
+    expected : str
+        The values that are allowed, in words.
+    unit : str
+        Unit of a number, "" where there is none.
+    choices : tuple of str
+        The values of a choice, or the words in place of two numbers.
     methods : tuple of str
         The methods that use it; none where there are no methods and it always counts.
     """
@@ -70,36 +78,32 @@ class Option:
     name: str
     kind: Kind
     default: object
-    unit: str
-    expected: str
-    choices: tuple[str, ...]
     meaning: str
-    methods: tuple[str, ...]
+    expected: str
+    unit: str = ""
+    choices: tuple[str, ...] = ()
+    methods: tuple[str, ...] = ()
 
-
-def _listed(words: Sequence[str], last: str = "and") -> str:
-    *most, end = (f"'{word}'" for word in words)
-    return f"{', '.join(most)} {last} {end}" if most else end
+    @classmethod
+    def choice(cls, name: str, choices: tuple[str, ...], meaning: str) -> Option:
+        """Return one of some words, of which the first is the default."""
+        return cls(name, "choice", choices[0], meaning, _listed(choices, "or"), choices=choices)
 
 
 def table(rows: Iterable[_Option]) -> Iterator[Option]:
     """Yield the rows of one of the core's tables, in the order in which help shows them."""
     for row in rows:
-        yield Option(
-            name=row["name"],
-            kind=row["kind"],
-            default=row["default"],
-            unit=row["unit"],
-            expected=row["expected"],
-            choices=tuple(row["choices"]),
-            meaning=row["meaning"],
-            methods=tuple(row["methods"]),
-        )
+        parts: dict[str, Any] = dict(row)
+        words = {name: tuple(parts[name]) for name in ("choices", "methods")}
+        yield Option(**(parts | words))
 
 
-FILTER_OPTIONS: Final[Mapping[str, Option]] = MappingProxyType(
-    {option.name: option for option in table(filter_options())}
-)
+def by_name(rows: Iterable[Option]) -> Mapping[str, Option]:
+    """Return a table by the names of its options."""
+    return MappingProxyType({option.name: option for option in rows})
+
+
+FILTER_OPTIONS: Final = by_name(table(filter_options()))
 
 METHODS: Final = FILTER_OPTIONS["method"].choices
 """All methods: the published ones, then the one that tunes itself."""

@@ -1,10 +1,8 @@
 """What a person chooses of a calibration: names, defaults, ranges, units and meanings."""
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Final
 
-from zerorate.options import Option
+from zerorate.options import Option, by_name
 
 __all__ = ["CALIBRATION_OPTIONS", "GRAVITIES"]
 
@@ -18,59 +16,40 @@ _ROWS: Final = (
         default=None,
         unit="m/s^2",
         expected="that of a place on Earth in m/s^2, {} to {}".format(*GRAVITIES),
-        choices=(),
         meaning="Local gravity; by default 9.80665, which may be wrong by 0.3 %: that moves the "
         "scale of the accelerometer alone",
-        methods=(),
     ),
-    Option(
-        name="frame",
-        kind="choice",
-        default="x",
-        unit="",
-        expected="'x', 'z' or 'symmetric'",
-        choices=("x", "z", "symmetric"),
-        meaning="Axes of the body. x: its x is that of the accelerometer, its y in the x-y plane "
+    Option.choice(
+        "frame",
+        ("x", "z", "symmetric"),
+        "Axes of the body. x: its x is that of the accelerometer, its y in the x-y plane "
         "of that, as Kalibr has it; z: its z, and y in the y-z plane, as imu_tk; symmetric: as "
         "near to all three as can be",
-        methods=(),
     ),
     Option(
         name="g_sensitivity",
         kind="word or flag",
         default="auto",
-        unit="",
         expected="'auto', True or False",
         choices=("auto",),
         meaning="Whether what gravity makes the gyro read is taken off in turns, too: where it is "
         "clear (auto), always, or never",
-        methods=(),
     ),
-    Option(
-        name="prior",
-        kind="choice",
-        default="datasheet",
-        unit="",
-        expected="'datasheet' or 'wide'",
-        choices=("datasheet", "wide"),
-        meaning="What is known before: errors as of a data sheet, or nothing but that they are "
+    Option.choice(
+        "prior",
+        ("datasheet", "wide"),
+        "What is known before: errors as of a data sheet, or nothing but that they are "
         "smaller than half of the scale",
-        methods=(),
     ),
     Option(
         name="saturation",
         kind="number",
         default=None,
-        unit="",
         expected="positive and finite",
-        choices=(),
         meaning="End of the gyro's range, in the unit of the log; by default what it reaches again "
         "and again. A turn that reaches it is not used",
-        methods=(),
     ),
 )
 
-CALIBRATION_OPTIONS: Final[Mapping[str, Option]] = MappingProxyType(
-    {option.name: option for option in _ROWS}
-)
+CALIBRATION_OPTIONS: Final = by_name(_ROWS)
 """Of `zerorate.calibrate`: every argument that is no data. Its refusals come from here."""
