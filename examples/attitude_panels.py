@@ -150,7 +150,7 @@ def plot_attitude_study(
         axes.set_title(title)
     style_panels(list(grid.ravel()))
     style_decades(grid[1, 1], 2)
-    write_caption(figure, _HEIGHT, textwrap.fill(_CAPTION, 150))
+    write_caption(figure, textwrap.fill(_CAPTION, 150))
     return figure
 
 

@@ -103,7 +103,6 @@ def contamination(recordings: list[Recording]) -> "Figure":
         axes.set_xticks((CLEAN, 0.01, 0.1, 1.0, 10.0), ("none", "0.01", "0.1", "1", "10"))
     write_caption(
         figure,
-        height,
         "Three axes of an ADIS16405 (first 2000 s) and of an MPU-6050 at rest, two seeds each: the "
         "angle lost by holding the bias for 60 s, mean of the ratios.\n"
         "Fed with the contaminated record, judged by the clean one. None: on the clean record.",
@@ -254,7 +253,6 @@ def burst() -> "Figure":
     style_panels([axes])
     write_caption(
         figure,
-        height,
         "Eight ticks of a simulated gyro at rest, 0.1 deg/s of noise at 100 Hz. Lone outliers and "
         "clipped samples leave the levels where they were. More than three far\n"
         "samples in a row on one side, or more than three in ten of a tick beyond 3 $s$, are no "

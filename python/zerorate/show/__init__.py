@@ -1,6 +1,7 @@
 """Results for people: figures, text tables and pages.
 
-Figures need matplotlib, which is imported when one is drawn.
+Figures need matplotlib, of the extra ``plot``, which is imported when one is drawn: whatever draws
+raises ImportError without it.
 """
 
 from typing import TYPE_CHECKING, Final

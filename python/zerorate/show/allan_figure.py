@@ -27,6 +27,7 @@ from zerorate.show.style import (
     FONT,
     GREY_TEXT,
     MM,
+    add_panel,
     new_figure,
     style_decades,
     style_panels,
@@ -104,8 +105,6 @@ def plot_allan(
     ------
     ValueError
         If there is not one model an axis, or results differ in kind or unit.
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     results = [result] if isinstance(result, AllanResult) else list(result)
     if len({(one.kind, one.unit) for one in results}) != 1:
@@ -238,13 +237,12 @@ def _figure(rows: list[list[_Panel]], title: str, axes_of_log: int = 0) -> Figur
     for i, (row, window) in enumerate(zip(rows, windows, strict=True)):
         low = bottom + sum(heights[i + 1 :]) + _X_LABEL
         lefts = [_LEFT + j * (panel[0] + _BETWEEN_COLUMNS) for j in range(len(row))]
-        boxes = ((left / width, low / height, panel[0] / width, panel[1] / height)
-                 for left in lefts)  # fmt: skip
-        _draw_row([figure.add_axes(box) for box in boxes], row, window, in_list, lists[i])
+        panels = [add_panel(figure, left, low, *panel) for left in lefts]
+        _draw_row(panels, row, window, in_list, lists[i])
     if title:
-        write_title(figure, height, title)
+        write_title(figure, title)
     _write_key(figure, key, in_key, (_CAPTION - 0.5) / height)
-    write_caption(figure, height, _caption(rows, axes_of_log))
+    write_caption(figure, _caption(rows, axes_of_log))
     return figure
 
 

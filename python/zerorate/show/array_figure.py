@@ -21,6 +21,7 @@ from zerorate.show.style import (
     ORANGE,
     SKY,
     VERMILION,
+    add_panel,
     new_figure,
     style_decades,
     style_panels,
@@ -73,26 +74,16 @@ def plot_array(replay: ArrayReplay) -> Figure:
         Left, root mean squares over the axes: each sensor, their plain mean, the array. Right: the
         rate, and a row for each sensor, shaded by its weight over that of a plain mean; where it
         was excluded the row is vermilion.
-
-    Raises
-    ------
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     rows = max(_ROW * replay.log.sensors, _LEAST_ROWS)
     height = _BOTTOM + rows + _APART + _RATE + _TOP
     figure = new_figure(_WIDTH, height)
-
-    def place(left: float, bottom: float, width: float, tall: float) -> Axes:
-        sides = left / _WIDTH, bottom / height, width / _WIDTH, tall / height
-        return figure.add_axes(sides)
-
     right = _LEFT + _ALLAN + _BETWEEN
     wide = _WIDTH - right - _RIGHT
-    allan = place(_LEFT, _BOTTOM, _ALLAN, rows + _APART + _RATE)
-    weights = place(right, _BOTTOM, wide, rows)
-    rate = place(right, _BOTTOM + rows + _APART, wide, _RATE)
-    bar = place(right + wide + _BAR_GAP, _BOTTOM, _BAR, rows)
+    allan = add_panel(figure, _LEFT, _BOTTOM, _ALLAN, rows + _APART + _RATE)
+    weights = add_panel(figure, right, _BOTTOM, wide, rows)
+    rate = add_panel(figure, right, _BOTTOM + rows + _APART, wide, _RATE)
+    bar = add_panel(figure, right + wide + _BAR_GAP, _BOTTOM, _BAR, rows)
     _draw_allan(allan, replay)
     _draw_rate(rate, replay)
     _draw_weights(weights, bar, replay)
@@ -103,8 +94,8 @@ def plot_array(replay: ArrayReplay) -> Figure:
     _label_rows(weights, replay)
     if allan.get_yscale() == "log":
         style_decades(allan)
-    write_title(figure, height, _title(replay))
-    write_caption(figure, height, fill(_caption(replay), int(_WIDTH / _LETTER)))
+    write_title(figure, _title(replay))
+    write_caption(figure, fill(_caption(replay), int(_WIDTH / _LETTER)))
     return figure
 
 

@@ -19,6 +19,7 @@ from zerorate.show.style import (
     ROSE,
     SKY,
     VERMILION,
+    add_panel,
     new_figure,
     style_panels,
     time_unit,
@@ -64,11 +65,6 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
         the errors of heading and inclination where there is a reference; the gyro's bias; and its
         scale and misalignment. Rest is grey, a disturbed field rose. No global state of matplotlib
         is used.
-
-    Raises
-    ------
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     panels = [_draw_angles]
     if estimate.reference is not None or _trusted(estimate):
@@ -90,17 +86,14 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
     style_panels(column)
     column[0].set_yticks([-180.0, -90.0, 0.0, 90.0, 180.0])
     figure.align_ylabels(column)
-    write_title(figure, height, attitude_title(estimate))
-    write_caption(figure, height, textwrap.fill(_caption(estimate), 150))
+    write_title(figure, attitude_title(estimate))
+    write_caption(figure, textwrap.fill(_caption(estimate), 150))
     return figure
 
 
 def _panel(figure: Figure, height: float, i: int) -> Axes:
     top = height - _TOP - i * (_PANEL + _BETWEEN)
-    width = _WIDTH - _LEFT - _RIGHT
-    return figure.add_axes(
-        (_LEFT / _WIDTH, (top - _PANEL) / height, width / _WIDTH, _PANEL / height)
-    )
+    return add_panel(figure, _LEFT, top - _PANEL, _WIDTH - _LEFT - _RIGHT, _PANEL)
 
 
 def _caption(estimate: AttitudeEstimate) -> str:

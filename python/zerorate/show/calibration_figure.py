@@ -20,6 +20,7 @@ from zerorate.show.style import (
     BLACK,
     FONT,
     VERMILION_TEXT,
+    add_panel,
     new_figure,
     style_decades,
     style_panels,
@@ -60,11 +61,6 @@ def plot_calibration(calibration: Calibration, recording: Recording | None = Non
         carry error, rest by rest and turn by turn, before and after; scale and misalignment with
         their errors; and how much the record tells of each parameter. No global state of
         matplotlib is used.
-
-    Raises
-    ------
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     shown = [] if recording is None else [one for one in ("accel", "gyro") if one in recording]
     logs = len(shown) * (_LOG + _BETWEEN_LOGS) + (_BETWEEN_ROWS if shown else 0.0)
@@ -73,19 +69,19 @@ def plot_calibration(calibration: Calibration, recording: Recording | None = Non
     top = height - _TOP
     for i, name in enumerate(shown):
         assert recording is not None
-        axes = _axes(figure, height, top, _LOG, 0, 3)
+        axes = _axes(figure, top, _LOG, 0, 3)
         draw_log(axes, calibration, recording[name], last=i == len(shown) - 1)
         top -= _LOG + _BETWEEN_LOGS
     top -= _BETWEEN_ROWS if shown else 0.0
-    draw_poses(_axes(figure, height, top, _POSES, 0, 2), calibration)
+    draw_poses(_axes(figure, top, _POSES, 0, 2), calibration)
     half = 0.5 * (_POSES - _BETWEEN_SIZES)
-    sizes = [_axes(figure, height, at, half, 2) for at in (top, top - half - _BETWEEN_SIZES)]
+    sizes = [_axes(figure, at, half, 2) for at in (top, top - half - _BETWEEN_SIZES)]
     draw_norm(sizes[0], calibration)
     draw_carry(sizes[1], calibration)
     top -= _POSES + _BETWEEN_ROWS
-    deviations = _axes(figure, height, top, _PANEL, 0, 2)
+    deviations = _axes(figure, top, _PANEL, 0, 2)
     draw_deviations(deviations, calibration)
-    known = _axes(figure, height, top, _PANEL, 2)
+    known = _axes(figure, top, _PANEL, 2)
     draw_known(known, calibration)
     style_panels([axes for axes in figure.axes if axes.axison])
     for axes in (*sizes, known):
@@ -94,22 +90,20 @@ def plot_calibration(calibration: Calibration, recording: Recording | None = Non
     name_elements(deviations)
     name_groups(known)
     colour = BLACK if calibration.valid else VERMILION_TEXT
-    write_title(figure, height, "Calibration")
+    write_title(figure, "Calibration")
     said = textwrap.shorten(verdict(calibration), 150, placeholder=" ...")
     figure.text(0.5, 1.0 - 6.0 / height, said, ha="center", va="top", size=FONT, color=colour)
-    write_caption(figure, height, textwrap.fill(_caption(shown), 150))
+    write_caption(figure, textwrap.fill(_caption(shown), 150))
     return figure
 
 
-def _axes(
-    figure: Figure, height: float, top: float, tall: float, column: int, span: int = 1
-) -> Axes:
+def _axes(figure: Figure, top: float, tall: float, column: int, span: int = 1) -> Axes:
     """Return a panel so many millimetres tall whose upper edge lies so high."""
     inner = _WIDTH - _LEFT - _RIGHT - 2 * _BETWEEN_COLUMNS
     single = inner / 3
     left = _LEFT + column * (single + _BETWEEN_COLUMNS)
     width = span * single + (span - 1) * _BETWEEN_COLUMNS
-    return figure.add_axes((left / _WIDTH, (top - tall) / height, width / _WIDTH, tall / height))
+    return add_panel(figure, left, top - tall, width, tall)
 
 
 def _caption(shown: list[str]) -> str:

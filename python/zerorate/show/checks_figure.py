@@ -33,11 +33,6 @@ def plot_checks(checks: Checks) -> Figure:
     ----------
     checks : Checks
         What was found.
-
-    Raises
-    ------
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     figure = new_figure(_WIDTH, _HEIGHT)
     axes = figure.add_axes((0.2, 0.34, 0.76, 0.46))
@@ -51,8 +46,6 @@ def plot_checks(checks: Checks) -> Figure:
     axes.set_ylim(-0.5, 1.7)
     axes.set_xlabel("time, s")
     style_panels([axes])
-    write_title(figure, _HEIGHT, f"What motion shows of {checks.source}")
-    write_caption(
-        figure, _HEIGHT, "Bars: where it is seen; red where what the log says is mistaken."
-    )
+    write_title(figure, f"What motion shows of {checks.source}")
+    write_caption(figure, "Bars: where it is seen; red where what the log says is mistaken.")
     return figure

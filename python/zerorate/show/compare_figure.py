@@ -11,6 +11,7 @@ from zerorate.show.style import (
     BLUE,
     GREY,
     VERMILION,
+    add_panel,
     new_figure,
     style_panels,
     write_caption,
@@ -46,11 +47,6 @@ def plot_compare(found: Comparison) -> Figure:
     -------
     matplotlib.figure.Figure
         A panel a measure with a row a method: a dot an axis, and the mean of all.
-
-    Raises
-    ------
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     section = leading_section(found)
     rows = [[row for row in found.rows if row.method == method] for method in found.methods]
@@ -62,16 +58,16 @@ def plot_compare(found: Comparison) -> Figure:
     figure = new_figure(width, height)
     panels = []
     for i, measure in enumerate(measures):
-        left = (_LEFT + i % _COLUMNS * (_PANEL + _BETWEEN)) / width
-        bottom = (_BELOW + (down - 1 - i // _COLUMNS) * (own + _UNDER)) / height
-        panels.append(figure.add_axes((left, bottom, _PANEL / width, own / height)))
+        left = _LEFT + i % _COLUMNS * (_PANEL + _BETWEEN)
+        bottom = _BELOW + (down - 1 - i // _COLUMNS) * (own + _UNDER)
+        panels.append(add_panel(figure, left, bottom, _PANEL, own))
         _draw(panels[-1], measure, rows)
     style_panels(panels)
     for i, panel in enumerate(panels):
         names = [] if i % _COLUMNS else [label(one) for one in rows]
         panel.set_yticks(range(len(rows)), names or [""] * len(rows))
-    write_title(figure, height, section.title)
-    write_caption(figure, height, "Dots: axes of the recordings. Bars: their mean.")
+    write_title(figure, section.title)
+    write_caption(figure, "Dots: axes of the recordings. Bars: their mean.")
     return figure
 
 

@@ -18,6 +18,7 @@ from zerorate.show.style import (
     PURPLE,
     SKY,
     VERMILION,
+    add_panel,
     new_figure,
     style_panels,
     write_legend,
@@ -145,7 +146,7 @@ def plot_allan_covariance(result: AllanCovariance) -> Figure:
     above.tick_params(labelbottom=False)
     style_panels([above, below])
     write_legend(above, "upper right", 4)
-    write_title(figure, 1.5 * _HEIGHT, "Gyros side by side; below mean, least and largest pair")
+    write_title(figure, "Gyros side by side; below mean, least and largest pair")
     return figure
 
 
@@ -169,9 +170,8 @@ def _mean(pairs: np.ndarray) -> str:
 
 def _one_panel(title: str) -> tuple[Figure, Axes]:
     figure = new_figure(_WIDTH, _HEIGHT)
-    width, height = (_WIDTH - _LEFT - 4.0) / _WIDTH, (_HEIGHT - _BELOW - _ABOVE) / _HEIGHT
-    axes = figure.add_axes((_LEFT / _WIDTH, _BELOW / _HEIGHT, width, height))
-    write_title(figure, _HEIGHT, title)
+    axes = add_panel(figure, _LEFT, _BELOW, _WIDTH - _LEFT - 4.0, _HEIGHT - _BELOW - _ABOVE)
+    write_title(figure, title)
     return figure, axes
 
 

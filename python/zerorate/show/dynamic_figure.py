@@ -11,6 +11,7 @@ from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import shown_unit
 from zerorate.show.style import (
     FONT,
+    add_panel,
     new_figure,
     style_decades,
     style_panels,
@@ -43,17 +44,9 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
     matplotlib.figure.Figure
         Colours of equal steps to the eye that colour-blind readers can tell apart, on a
         logarithmic scale.
-
-    Raises
-    ------
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     figure = new_figure(_WIDTH, _HEIGHT)
-    axes, bar = (
-        figure.add_axes((x / _WIDTH, y / _HEIGHT, w / _WIDTH, h / _HEIGHT))
-        for x, y, w, h in (_MAP, _BAR)
-    )
+    axes, bar = (add_panel(figure, *place) for place in (_MAP, _BAR))
     from matplotlib.colors import LogNorm
     from matplotlib.ticker import MaxNLocator
 
@@ -85,7 +78,7 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
     scale.outline.set_linewidth(0.5)
     style_decades(bar)
     axes.yaxis.set_major_formatter(bar.yaxis.get_major_formatter())
-    write_caption(figure, _HEIGHT, _caption(result))
+    write_caption(figure, _caption(result))
     return figure
 
 

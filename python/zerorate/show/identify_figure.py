@@ -20,7 +20,14 @@ from zerorate.show.identify_panels import (
     style_orders,
     style_times,
 )
-from zerorate.show.style import new_figure, style_decades, style_panels, write_caption, write_title
+from zerorate.show.style import (
+    add_panel,
+    new_figure,
+    style_decades,
+    style_panels,
+    write_caption,
+    write_title,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,11 +58,6 @@ def plot_identification(found: Identification) -> Figure:
         spectrum with those of the models; the criteria of all orders; correlation and quantiles
         of the residuals; and the coefficients as they are learned online. No global state of
         matplotlib is used.
-
-    Raises
-    ------
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     height = _TOP + _BOTTOM + _ROWS * _PANEL + (_ROWS - 1) * _BETWEEN_ROWS
     figure = new_figure(_WIDTH, height)
@@ -78,8 +80,8 @@ def plot_identification(found: Identification) -> Figure:
     for axes in orders:
         style_orders(axes, found.arma_orders.margin)
     title = f"{found.name}: {model_name(found.model.order)}"
-    write_title(figure, height, title)
-    write_caption(figure, height, textwrap.fill(_caption(found), 170))
+    write_title(figure, title)
+    write_caption(figure, textwrap.fill(_caption(found), 170))
     return figure
 
 
@@ -90,7 +92,7 @@ def _axes(figure: Figure, height: float, row: int, column: int, span: int = 1) -
     left = _LEFT + column * (single + _BETWEEN_COLUMNS)
     bottom = height - _TOP - (row + 1) * _PANEL - row * _BETWEEN_ROWS
     width = span * single + (span - 1) * _BETWEEN_COLUMNS
-    return figure.add_axes((left / _WIDTH, bottom / height, width / _WIDTH, _PANEL / height))
+    return add_panel(figure, left, bottom, width, _PANEL)
 
 
 def _caption(found: Identification) -> str:

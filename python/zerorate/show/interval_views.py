@@ -15,6 +15,7 @@ from zerorate.show.style import (
     BLUE,
     GREY_TEXT,
     VERMILION,
+    add_panel,
     new_figure,
     style_panels,
     write_caption,
@@ -164,15 +165,14 @@ def _figure(title: str, groups: Sequence[_Group], caption: str = _BARS) -> Figur
     top, panels = height - _ABOVE, []
     for group, own in zip(groups, heights, strict=True):
         top -= own
-        place = (_LEFT / _WIDTH, top / height, (_WIDTH - _LEFT - 5.0) / _WIDTH, own / height)
-        panels.append(figure.add_axes(place))
+        panels.append(add_panel(figure, _LEFT, top, _WIDTH - _LEFT - 5.0, own))
         _draw(panels[-1], group)
         top -= _BETWEEN
     style_panels(panels)
     for panel, group in zip(panels, groups, strict=True):
         panel.set_yticks(range(len(group.rows)), [row.name for row in group.rows])
-    write_title(figure, height, title)
-    write_caption(figure, height, caption)
+    write_title(figure, title)
+    write_caption(figure, caption)
     return figure
 
 

@@ -22,6 +22,7 @@ from zerorate.show.style import (
     PURPLE,
     SKY,
     VERMILION,
+    add_panel,
     new_figure,
     style_panels,
     time_unit,
@@ -85,11 +86,6 @@ def plot_track(track: Track, outages: Outages | None = None, nis: Floats | None 
         speed, the standard deviations of position and heading, the normalised innovations squared,
         and the biases with bands of three standard deviations. No global state of matplotlib is
         used.
-
-    Raises
-    ------
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     longest = None if outages is None else max(outages.lengths, key=lambda one: one.seconds)
     if nis is None and not track.smoothed:
@@ -119,8 +115,8 @@ def plot_track(track: Track, outages: Outages | None = None, nis: Floats | None 
     column[-1].set_xlabel(f"time [{shown}]")
     style_panels([path, *column])
     figure.align_ylabels(column)
-    write_title(figure, height, f"Track of {track_title(track)}")
-    write_caption(figure, height, textwrap.fill(_caption(longest, nis), 150))
+    write_title(figure, f"Track of {track_title(track)}")
+    write_caption(figure, textwrap.fill(_caption(longest, nis), 150))
     return figure
 
 
@@ -149,17 +145,15 @@ def plot_outages(
     ------
     KeyError
         If there is no such length.
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     length = max(one.seconds for one in outages.lengths) if seconds is None else seconds
     chosen = outages[length]
     height = 70.0
     figure = new_figure(_WIDTH, height)
     half = (_WIDTH - 2.0 * _LEFT - 2.0 * _RIGHT) / 2.0
-    each = figure.add_axes((_LEFT / _WIDTH, 15.0 / height, half / _WIDTH, 46.0 / height))
+    each = add_panel(figure, _LEFT, 15.0, half, 46.0)
     left = 2.0 * _LEFT + _RIGHT + half
-    mean = figure.add_axes((left / _WIDTH, 15.0 / height, half / _WIDTH, 46.0 / height))
+    mean = add_panel(figure, left, 15.0, half, 46.0)
     _draw_each(each, chosen)
     for name in chosen.errors:
         _draw_growth(mean, chosen, name, name, _COLOURS[name])
@@ -177,17 +171,14 @@ def plot_outages(
     _make_room([each, mean])
     write_legend(each, "upper right", 2)
     write_legend(mean, "upper right", 2)
-    write_title(figure, height, f"{chosen.n} outages of {length:g} s: horizontal error")
+    write_title(figure, f"{chosen.n} outages of {length:g} s: horizontal error")
     said = "Against the fixes that were withheld, whose own errors are the floor."
-    write_caption(figure, height, said)
+    write_caption(figure, said)
     return figure
 
 
 def _axes(figure: Figure, height: float, above: float, tall: float) -> Axes:
-    width = _WIDTH - _LEFT - _RIGHT
-    return figure.add_axes(
-        (_LEFT / _WIDTH, (height - above - tall) / height, width / _WIDTH, tall / height)
-    )
+    return add_panel(figure, _LEFT, height - above - tall, _WIDTH - _LEFT - _RIGHT, tall)
 
 
 def _caption(longest: OutageErrors | None, nis: Floats | None) -> str:

@@ -10,6 +10,7 @@ from zerorate.show.style import (
     BLUE,
     ORANGE,
     VERMILION,
+    add_panel,
     new_figure,
     style_panels,
     write_caption,
@@ -41,11 +42,6 @@ def plot_rate_table(table: RateTable) -> Figure:
     -------
     matplotlib.figure.Figure
         Differences in the unit of the rates: over the scale.
-
-    Raises
-    ------
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     count = len(table.axes)
     height = _BELOW + count * (_PANEL + _ABOVE)
@@ -53,14 +49,13 @@ def plot_rate_table(table: RateTable) -> Figure:
     panels = []
     for i in range(count):
         bottom = _BELOW + (count - 1 - i) * (_PANEL + _ABOVE)
-        width = (_WIDTH - _LEFT - 4.0) / _WIDTH
-        panels.append(figure.add_axes((_LEFT / _WIDTH, bottom / height, width, _PANEL / height)))
+        panels.append(add_panel(figure, _LEFT, bottom, _WIDTH - _LEFT - 4.0, _PANEL))
         _draw(panels[-1], table, i)
     panels[-1].set_xlabel("rate")
     style_panels(panels)
     for panel in panels:
         write_legend(panel, "upper right", 2)
-    write_caption(figure, height, "Less the line of bias and scale. Bars: ± 2σ.")
+    write_caption(figure, "Less the line of bias and scale. Bars: ± 2σ.")
     return figure
 
 

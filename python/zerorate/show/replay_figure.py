@@ -87,8 +87,6 @@ def plot_replay(replay: Replay) -> Figure:
     ------
     ValueError
         If the replay has no Allan deviations.
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     shown = min(replay.log.channels, _MOST_AXES)
     width = _COLUMN * max(shown, 2)
@@ -102,8 +100,8 @@ def plot_replay(replay: Replay) -> Figure:
     _label(grid, replay)
     _share(grid, replay)
     style_panels(list(grid.ravel()))
-    write_title(figure, _HEIGHT, _title(replay, round(0.55 * width)))
-    write_caption(figure, _HEIGHT, _caption(replay, shown, round(0.83 * width)), FONT)
+    write_title(figure, _title(replay, round(0.55 * width)))
+    write_caption(figure, _caption(replay, shown, round(0.83 * width)), FONT)
     return figure
 
 

@@ -13,6 +13,7 @@ from zerorate.show.style import (
     BLUE_TEXT,
     ORANGE,
     VERMILION,
+    add_panel,
     new_figure,
     style_panels,
     time_unit,
@@ -214,19 +215,14 @@ def _figure(title: str, panels: Sequence[_Panel], rate: float | None) -> Figure:
     axes: list[Axes] = []
     for i, panel in enumerate(panels):
         bottom = _BELOW + (len(panels) - 1 - i) * (_PANEL + _BETWEEN)
-        place = (
-            _LEFT / _WIDTH,
-            bottom / height,
-            (_WIDTH - _LEFT - 4.0) / _WIDTH,
-            _PANEL / height,
-        )
-        axes.append(figure.add_axes(place, sharex=axes[0] if axes else None))
+        width, beside = _WIDTH - _LEFT - 4.0, axes[0] if axes else None
+        axes.append(add_panel(figure, _LEFT, bottom, width, _PANEL, beside))
         label = _draw(axes[-1], panel, rate)
     for above in axes[:-1]:
         above.tick_params(labelbottom=False)
     axes[-1].set_xlabel(label)
     style_panels(axes)
-    write_title(figure, height, title)
+    write_title(figure, title)
     return figure
 
 

@@ -40,6 +40,7 @@ __all__ = [
     "VERMILION",
     "VERMILION_TEXT",
     "Corner",
+    "add_panel",
     "contrast",
     "new_figure",
     "save_figure",
@@ -151,14 +152,35 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
     figure.savefig(path, dpi=DPI, pil_kwargs={"compress_level": 1})
 
 
-def write_title(figure: Figure, height: float, text: str) -> None:
-    """Write the title of a figure of so many millimetres."""
-    figure.text(0.5, 1.0 - 2.0 / height, text, ha="center", va="top", size=FONT + 1.5)
+def add_panel(
+    figure: Figure,
+    left: float,
+    bottom: float,
+    width: float,
+    height: float,
+    sharex: Axes | None = None,
+) -> Axes:
+    """Return a new panel of a figure, its place and size in millimetres."""
+    across, up = figure.get_size_inches() / MM
+    place = left / across, bottom / up, width / across, height / up
+    return figure.add_axes(place, sharex=sharex)
 
 
-def write_caption(figure: Figure, height: float, text: str, size: float = FONT - 0.5) -> None:
-    """Write what a reader must know under a figure of so many millimetres."""
-    figure.text(0.5, 2.0 / height, text, ha="center", va="bottom", size=size, color=GREY_TEXT)
+def _parts(figure: Figure, millimetres: float) -> float:
+    """Return the part of a figure's height that so many millimetres are."""
+    return float(millimetres * MM / figure.get_figheight())
+
+
+def write_title(figure: Figure, text: str) -> None:
+    """Write the title of a figure."""
+    figure.text(0.5, 1.0 - _parts(figure, 2.0), text, ha="center", va="top", size=FONT + 1.5)
+
+
+def write_caption(figure: Figure, text: str, size: float = FONT - 0.5) -> None:
+    """Write what a reader must know under a figure."""
+    figure.text(
+        0.5, _parts(figure, 2.0), text, ha="center", va="bottom", size=size, color=GREY_TEXT
+    )
 
 
 def write_in_middle(axes: Axes, text: str) -> None:

@@ -12,6 +12,7 @@ from zerorate.show.style import (
     BLUE,
     FONT,
     GREY,
+    add_panel,
     new_figure,
     style_panels,
     time_unit,
@@ -60,11 +61,6 @@ def plot_temperature(model: TemperatureModel) -> Figure:
         Points coloured by time, the curve with two standard errors, dashed on grey beyond the range
         of the record. Angular rates in deg/s or deg/h. A model that was read from a file has no
         points.
-
-    Raises
-    ------
-    ImportError
-        Without matplotlib, of the extra ``plot``.
     """
     shown = _shown(model)
     columns = min(shown.axes, _MOST_COLUMNS)
@@ -77,8 +73,7 @@ def plot_temperature(model: TemperatureModel) -> Figure:
     for i in range(shown.axes):
         left = _LEFT + (i % columns) * (width + _BETWEEN)
         bottom = _BOTTOM + (rows - 1 - i // columns) * (height + _ROWS_APART)
-        place = left / full_width, bottom / full_height, width / full_width, height / full_height
-        panels.append(figure.add_axes(place))
+        panels.append(add_panel(figure, left, bottom, width, height))
     points = [_draw(axes, shown, i) for i, axes in enumerate(panels)]
     for i, axes in enumerate(panels):
         axes.set_title(shown.names[i])
@@ -87,11 +82,9 @@ def plot_temperature(model: TemperatureModel) -> Figure:
             axes.set_ylabel(f"bias [{shown.unit}]")
     style_panels(panels)
     if points[0] is not None:
-        x, y = full_width - _RIGHT + _BAR_GAP, _BOTTOM
-        sides = x / full_width, y / full_height, _BAR / full_width, height / full_height
-        bar = figure.add_axes(sides)
+        bar = add_panel(figure, full_width - _RIGHT + _BAR_GAP, _BOTTOM, _BAR, height)
         _write_times(figure, bar, points[0], shown)
-    write_caption(figure, full_height, fill(_caption(shown), int(full_width / _LETTER)))
+    write_caption(figure, fill(_caption(shown), int(full_width / _LETTER)))
     return figure
 
 
