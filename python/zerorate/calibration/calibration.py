@@ -33,6 +33,7 @@ from zerorate.calibration.removal import (
     in_units,
     with_temperature,
 )
+from zerorate.io.exporting import restores
 from zerorate.noise.coefficient import Coefficient
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result, figure_of
@@ -287,21 +288,9 @@ class Calibration(Result):
     with_temperature = with_temperature
 
     @classmethod
+    @restores
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
-        """Read a calibration that `to_json` wrote, equal to the last bit.
-
-        Parameters
-        ----------
-        source : str or path
-            The text, beginning with ``{``, or the path of a file.
-
-        Raises
-        ------
-        ValueError
-            If it is not such a text, or of an unknown version.
-        OSError
-            If the file cannot be read.
-        """
+        """Read a calibration that `to_json` wrote, equal to the last bit."""
         return from_json(source, cls)
 
     def to_frame(self, frame: Frame) -> Calibration:

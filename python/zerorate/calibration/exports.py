@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -34,8 +35,15 @@ __all__ = ["ImuTk", "to_ardupilot", "to_imu_tk", "to_kalibr", "to_px4"]
 _AXES: Final = "XYZ"
 _SUFFIXES: Final = ("_acc.calib", "_gyro.calib")
 
+_writes = partial(
+    exports,
+    faults="""\
+ValueError
+    If the unit of the raw samples is not known, or a sensor's axes are left-handed.""",
+)
 
-@exports()
+
+@_writes()
 def to_kalibr(
     calibration: Calibration,
     path: str | os.PathLike[str] | None = None,
@@ -51,11 +59,6 @@ def to_kalibr(
         and ``gyroscopes.C_gyro_i``, for samples in rad/s and m/s^2. Biases, for which Kalibr has
         no place, and the formulas in both directions are in comments. The pose ``T_i_b`` and the
         noise are not of a calibration: `NoiseModel.to_kalibr` writes the latter.
-
-    Raises
-    ------
-    ValueError
-        If the unit of the raw samples is not known, or a sensor's axes are left-handed.
 
     Notes
     -----
@@ -177,7 +180,7 @@ def _triad(
     return "\n".join((*(" ".join(map(_number, row)) for row in rows), *remarks)) + "\n"
 
 
-@exports(".params")
+@_writes(".params")
 def to_px4(
     calibration: Calibration,
     path: str | os.PathLike[str] | None = None,
@@ -200,11 +203,6 @@ def to_px4(
         misalignment, for the scale of a gyro and for g-sensitivity; the text says how large what
         is left is. Made of the frame "symmetric", which leaves the least. With a temperature
         model, ``TC_G0`` hold the bias of the gyro, and its offsets are zero.
-
-    Raises
-    ------
-    ValueError
-        If the unit of the raw samples is not known, or the accelerometer's axes are left-handed.
     """
     found, names = _in_si(calibration.to_frame("symmetric"), "PX4"), _PX4
     lines = [
@@ -226,7 +224,7 @@ def to_px4(
     return written("\n".join(lines) + "\n", path, force)
 
 
-@exports(".param")
+@_writes(".param")
 def to_ardupilot(
     calibration: Calibration,
     path: str | os.PathLike[str] | None = None,
@@ -247,11 +245,6 @@ def to_ardupilot(
         ``INS_ACCOFFS``, ``INS_ACCSCAL`` and ``INS_GYROFFS``, used as PX4 uses its own: see
         `to_px4` for what is left; with a temperature model also ``INS_TCAL1``. ArduPilot takes new
         gyro offsets at every start by default.
-
-    Raises
-    ------
-    ValueError
-        If the unit of the raw samples is not known, or the accelerometer's axes are left-handed.
     """
     found, names = _in_si(calibration.to_frame("symmetric"), "ArduPilot"), _ARDUPILOT
     number = "" if instance == 1 else instance

@@ -27,6 +27,7 @@ from zerorate.identify.polynomials import (
     spectrum,
 )
 from zerorate.identify.state_space import of_model
+from zerorate.io.exporting import restores
 from zerorate.noise.records import as_record
 from zerorate.types import Floats
 from zerorate.views import Result
@@ -175,20 +176,9 @@ class ArmaModel(Result):
         )
 
     @classmethod
+    @restores
     def from_json(cls, source: str | os.PathLike[str]) -> ArmaModel:
         """Read a model that `to_json` wrote, equal to the last bit.
-
-        Parameters
-        ----------
-        source : str or path
-            The text, beginning with ``{``, or the path of a file.
-
-        Raises
-        ------
-        ValueError
-            If it is not such a text, or of an unknown version.
-        OSError
-            If the file cannot be read.
 
         Examples
         --------

@@ -1,56 +1,72 @@
-"""What all functions say that return a text, and write it to a file as well if one is given."""
+"""What all functions say that write a text to a file if one is given, and that read such a text."""
 
 import inspect
+import re
 from collections.abc import Callable
 from typing import Any, Final, TypeVar
 
-__all__ = ["exports"]
+__all__ = ["exports", "restores"]
 
-_Export = TypeVar("_Export", bound=Callable[..., Any])
+_Documented = TypeVar("_Documented", bound=Callable[..., Any])
 
+_SECTIONS: Final = ("Parameters", "Returns", "Raises", "Notes", "Examples")
+_HEAD: Final = re.compile(rf"\n\n({'|'.join(_SECTIONS)})\n-+\n")
 _PATH: Final = """path : str or path, optional
-    A file to write as well{}. Default: none.
-"""
+    A file to write as well{}. Default: none."""
 _FORCE: Final = """force : bool
-    Whether to replace an existing file; default no.
-"""
+    Whether to replace an existing file; default no."""
 _FAULT: Final = """OSError
-    If the file exists (without `force`) or cannot be written. Nothing is left half-written.
-"""
+    If the file exists (without `force`) or cannot be written. Nothing is left half-written."""
+_SOURCE: Final = """source : str or path
+    The text, beginning with ``{``, or the path of a file."""
+_NOT_IT: Final = """ValueError
+    If it is not such a text, or of an unknown version.
+OSError
+    If the file cannot be read."""
 
 
-def exports(suffix: str = "") -> Callable[[_Export], _Export]:
+def exports(
+    suffix: str = "", *, returned: str = "", faults: str = ""
+) -> Callable[[_Documented], _Documented]:
     """Return a decorator that adds to a docstring what it says of ``path`` and ``force``.
 
     Parameters
     ----------
     suffix : str
         The one that files of this kind have by custom, if any.
+    returned, faults : str
+        What several functions say alike of the text that is returned, and of faults: last lines of
+        these sections.
     """
+    path = _PATH.format(f", ``{suffix}`` by custom" if suffix else "")
 
-    def documented(function: _Export) -> _Export:
-        path = _PATH.format(f", ``{suffix}`` by custom" if suffix else "")
-        begin, _, end = inspect.cleandoc(function.__doc__ or "").partition("\n\nReturns\n")
-        summary, _, parameters = begin.partition("\n\n" + _head("Parameters"))
-        own = f"{parameters}\n" if parameters else ""
-        given = f"{summary}\n\n{_head('Parameters')}{path}{own}{_FORCE}"
-        function.__doc__ = f"{given}\nReturns\n{_with_fault(end)}"
-        return function
+    def documented(function: _Documented) -> _Documented:
+        parts = _parts_of(function)
+        parts["Parameters"] = _lines(path, parts.get("Parameters"), _FORCE)
+        parts["Returns"] = _lines(parts.get("Returns"), returned)
+        parts["Raises"] = _lines(parts.get("Raises"), faults, _FAULT)
+        return _with_parts(function, parts)
 
     return documented
 
 
-def _with_fault(text: str) -> str:
-    """Return the end of a docstring, from what is returned on, with the fault of a file."""
-    returned, head, raised = text.partition("\n\n" + _head("Raises"))
-    if not head:
-        returned, blank, rest = text.partition("\n\nNotes\n")
-        if not blank:
-            returned, blank, rest = text.partition("\n\nExamples\n")
-        return f"{returned}\n\n{_head('Raises')}{_FAULT}{blank.removeprefix(chr(10))}{rest}"
-    faults, blank, rest = raised.partition("\n\n")
-    return f"{returned}{head}{faults}\n{_FAULT}{blank.removeprefix(chr(10))}{rest}"
+def restores(function: _Documented) -> _Documented:
+    """Add to a docstring what all say that read the text of a ``to_json``."""
+    return _with_parts(function, {**_parts_of(function), "Parameters": _SOURCE, "Raises": _NOT_IT})
 
 
-def _head(section: str) -> str:
-    return f"{section}\n{'-' * len(section)}\n"
+def _parts_of(function: Callable[..., Any]) -> dict[str, str]:
+    """Return the sections of a docstring by their heads, and what stands before them."""
+    first, *rest = _HEAD.split(inspect.cleandoc(function.__doc__ or ""))
+    return {"": first, **dict(zip(rest[::2], rest[1::2], strict=True))}
+
+
+def _with_parts(function: _Documented, parts: dict[str, str]) -> _Documented:
+    there = (name for name in _SECTIONS if parts.get(name))
+    texts = (f"{name}\n{'-' * len(name)}\n{parts[name]}" for name in there)
+    function.__doc__ = "\n\n".join((parts[""], *texts)) + "\n"
+    return function
+
+
+def _lines(*parts: str | None) -> str:
+    return "\n".join(filter(None, parts))

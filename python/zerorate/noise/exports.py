@@ -5,6 +5,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from zerorate.io.atomic import atomic_path
@@ -190,8 +191,19 @@ _SQUARED: Final = "Deviations are {:g} times the measured ones, so covariances {
 _PX4_FLOAT: Final = 9
 """MAV_PARAM_TYPE_REAL32."""
 
+_configures = partial(
+    exports,
+    returned="""\
+    Where a coefficient is not identifiable it holds the upper bound, and says so; one that is
+    unknown has a comment in place of its number.""",
+    faults="""\
+ValueError
+    If a model is of the wrong quantity or of samples whose unit is not known, or rate or
+    inflate not positive and finite.""",
+)
 
-@exports()
+
+@_configures()
 def to_kalibr(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -220,14 +232,7 @@ def to_kalibr(
     Returns
     -------
     str
-        The text. Where a coefficient is not identifiable it holds the upper bound, and says so;
-        one that is unknown has a comment in place of its number.
-
-    Raises
-    ------
-    ValueError
-        If a model is of the wrong quantity or of samples whose unit is not known, or rate or
-        inflate not positive and finite.
+        The text.
 
     Notes
     -----
@@ -255,7 +260,7 @@ def to_kalibr(
     return written(_text(f"Kalibr: {_CONTINUOUS}", accelerometer, inflate, lines), path, force)
 
 
-@exports()
+@_configures()
 def to_vins(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -282,14 +287,7 @@ def to_vins(
     Returns
     -------
     str
-        The text. Where a coefficient is not identifiable it holds the upper bound, and says so;
-        one that is unknown has a comment in place of its number.
-
-    Raises
-    ------
-    ValueError
-        If a model is of the wrong quantity or of samples whose unit is not known, or rate or
-        inflate not positive and finite.
+        The text.
 
     Notes
     -----
@@ -318,7 +316,7 @@ def to_vins(
     return written(_text(title, accelerometer, inflate, lines), path, force)
 
 
-@exports()
+@_configures()
 def to_orbslam3(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -344,15 +342,7 @@ def to_orbslam3(
     Returns
     -------
     str
-        The text, to be put into a settings file. Where a coefficient is not identifiable it
-        holds the upper bound, and says so; one that is unknown has a comment in place of its
-        number.
-
-    Raises
-    ------
-    ValueError
-        If a model is of the wrong quantity or of samples whose unit is not known, or rate or
-        inflate not positive and finite.
+        The text, to be put into a settings file.
 
     Notes
     -----
@@ -377,7 +367,7 @@ def to_orbslam3(
     return written(_text(f"ORB-SLAM3: {_CONTINUOUS}", accelerometer, inflate, lines), path, force)
 
 
-@exports(".params")
+@_configures(".params")
 def to_px4(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -403,15 +393,7 @@ def to_px4(
     Returns
     -------
     str
-        The text. Where a coefficient is not identifiable it holds the upper bound, and says so;
-        one that is unknown has a comment in place of its number. It also says where a number lies
-        outside the range that PX4 states.
-
-    Raises
-    ------
-    ValueError
-        If a model is of the wrong quantity or of samples whose unit is not known, or rate or
-        inflate not positive and finite.
+        The text, which also says where a number lies outside the range that PX4 states.
 
     Notes
     -----
@@ -440,7 +422,7 @@ def to_px4(
     return written(_text(title, accelerometer, inflate, lines), path, force)
 
 
-@exports()
+@_configures()
 def to_ros(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -467,14 +449,6 @@ def to_ros(
     -------
     str
         YAML of the arrays of nine numbers, row by row, that a driver puts into every message.
-        Where a coefficient is not identifiable it holds the upper bound, and says so; one that is
-        unknown has a comment in place of its number.
-
-    Raises
-    ------
-    ValueError
-        If a model is of the wrong quantity or of samples whose unit is not known, or rate or
-        inflate not positive and finite.
 
     Notes
     -----

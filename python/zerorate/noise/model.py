@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Self, TypeVar, get_args
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
+from zerorate.io.exporting import restores
 from zerorate.noise.coefficient import Coefficient, CoefficientField, positive
 from zerorate.noise.densities import densities
 from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_ros, to_vins
@@ -125,28 +126,12 @@ class NoiseModel(Result):
             raise ArgumentError("quantity", f"must be one of {known}, got {self.quantity!r}")
 
     @classmethod
+    @restores
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
         """Read a model that `to_json` wrote, equal to the last bit.
 
         The class decides what is read: `FittedModel.from_json` also reads how well a model
         fitted, which `NoiseModel.from_json` leaves out.
-
-        Parameters
-        ----------
-        source : str or path
-            The text, beginning with ``{``, or the path of a file.
-
-        Returns
-        -------
-        NoiseModel, or FittedModel
-            With every standard error, flag and bound.
-
-        Raises
-        ------
-        ValueError
-            If it is not such a text, or of an unknown version.
-        OSError
-            If the file cannot be read.
 
         Examples
         --------

@@ -20,6 +20,7 @@ from zerorate.calibration.temperature.thermometer import (
     without_leaps,
 )
 from zerorate.faults import ArgumentError
+from zerorate.io.exporting import restores
 from zerorate.io.log import Log, LogError, checked_rate
 from zerorate.io.missing import floats
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
@@ -357,21 +358,9 @@ class TemperatureModel(Result):
     to_ardupilot = files.to_ardupilot
 
     @classmethod
+    @restores
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
-        """Return the model that `to_json` wrote.
-
-        Parameters
-        ----------
-        source : str or path
-            The text, or the name of a file.
-
-        Raises
-        ------
-        ValueError
-            If it is no temperature model; the message says where.
-        OSError
-            If the file cannot be read.
-        """
+        """Return the model that `to_json` wrote."""
         return files.from_json(source, cls)
 
     def __repr__(self) -> str:
