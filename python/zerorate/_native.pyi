@@ -1292,6 +1292,17 @@ def propagate_turns(
     biases: npt.ArrayLike,
     matrix: npt.ArrayLike,
 ) -> tuple[_Floats, _Floats, _Floats, _Floats]: ...
+def parse_rows(
+    text: bytes,
+    begin: int,
+    end: int,
+    delimiter: int | None,
+    point: int,
+    places: Sequence[int],
+    whole: Sequence[bool],
+    missing: Sequence[bytes],
+    out: _Floats,
+) -> bool: ...
 def check_ticks(
     time: npt.ArrayLike, values: npt.ArrayLike, start: float, count: int
 ) -> _Floats: ...

@@ -10,14 +10,16 @@ from hypothesis import strategies as st
 from zerorate.io import LogError, read_log
 from zerorate.io.readers import parsers
 
-PARSERS = ("pyarrow", "numpy", "lines")
+PARSERS = ("plain", "pyarrow", "numpy", "lines")
 ROWS = 30
 
 
 def read(path, parser, **options):
     """Return the log, or the sentence of its refusal, as one parser gives it."""
     with pytest.MonkeyPatch.context() as patch:
-        if parser != "pyarrow":
+        if parser != "plain":
+            patch.setattr(parsers, "_plain", lambda *_: None)
+        if parser in ("numpy", "lines"):
             patch.setitem(sys.modules, "pyarrow", None)
         if parser == "lines":
             patch.setattr(parsers, "_by_numpy", lambda *_: None)

@@ -1,4 +1,4 @@
-"""Text tables: every layout, both fast parsers, and faults named by line and column."""
+"""Text tables: every layout, all parsers, and faults named by line and column."""
 
 import sys
 
@@ -11,10 +11,12 @@ from zerorate.io import LogError, read_log
 from zerorate.io.readers import parsers
 
 
-@pytest.fixture(params=["pyarrow", "numpy", "lines"])
+@pytest.fixture(params=["plain", "pyarrow", "numpy", "lines"])
 def parser(request, monkeypatch):
-    """Force one parser."""
-    if request.param != "pyarrow":
+    """Force one parser, but for rows that the first is to leave to others."""
+    if request.param != "plain":
+        monkeypatch.setattr(parsers, "_plain", lambda *_: None)
+    if request.param in ("numpy", "lines"):
         monkeypatch.setitem(sys.modules, "pyarrow", None)
     if request.param == "lines":
         monkeypatch.setattr(parsers, "_by_numpy", lambda *_: None)
@@ -93,13 +95,41 @@ def test_parsers_agree_to_the_last_bit(tmp_path_factory, rows, mark):
     path = tmp_path_factory.mktemp("parsers") / "a.txt"
     path.write_text(f"wx{mark}wy\n" + "".join(f"{x!r}{mark}{y!r}\n" for x, y in rows))
     got = []
-    for hidden in (False, True):
+    for hidden in ((), ("_plain",), ("_plain", "_by_arrow")):
         with pytest.MonkeyPatch.context() as patch:
-            if hidden:
-                patch.setitem(sys.modules, "pyarrow", None)
+            for name in hidden:
+                patch.setattr(parsers, name, lambda *_: None)
             got.append(read_log(path, rate=10).data)
-    np.testing.assert_array_equal(*got)
-    np.testing.assert_array_equal(got[0], np.array(rows))
+    for found in got:
+        np.testing.assert_array_equal(found, np.array(rows))
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t", "|", "  "])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_plain_table_is_read_by_the_parser_of_plain_rows(tmp_path, monkeypatch, mark, end):
+    for slow in ("_by_arrow", "_by_numpy", "_by_line"):
+        monkeypatch.setattr(parsers, slow, None)
+    rng = np.random.default_rng(1)
+    data = rng.standard_normal((400, 2)) * 10.0 ** rng.integers(-30, 30, (400, 2))
+    data[7, 1] = np.nan
+    rows = [
+        f"{170000000000000000 + i}{mark}{x!r}{mark}{y!r}" for i, (x, y) in enumerate(data.tolist())
+    ]
+    log = read(
+        tmp_path,
+        end.join((mark.join(("stamp_ns", "wx", "wy")), *rows)) + 2 * end,
+        rate=1e9,
+        time=False,
+    )
+    np.testing.assert_array_equal(log.data, data)
+
+
+def test_many_plain_rows_are_those_of_other_parsers(tmp_path, monkeypatch):
+    rows = "".join(f"{i / 100:.2f},{np.sin(i):.9g},{np.cos(i):.5f}\n" for i in range(30_000))
+    text = "time_s,gyro_x_dps,gyro_y_dps\n" + rows
+    plain = read(tmp_path, text)
+    monkeypatch.setattr(parsers, "_plain", lambda *_: None)
+    np.testing.assert_array_equal(plain.data, read(tmp_path, text).data)
 
 
 def test_headerless_time_is_found(tmp_path, parser):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Final, Unpack
 
 import numpy as np
@@ -18,6 +18,7 @@ from zerorate.io.reading import (
     ReadArguments,
     Selection,
     all_within,
+    loaded_of,
     logs_of,
     notes_on,
     notes_on_missing,
@@ -219,28 +220,69 @@ def _opened(
         told = {"source": label, "format": kind}
         grouped = one_group(unit, asked.scaling)
         chosen = selected(table, asked.rate, asked.columns, grouped, sensor=asked.sensor)
-        gyro = _of_selection(chosen, told, label, asked.span)
-        return gyro, _accelerometer(chosen, told, label, asked) if accel else None
+        beside = _beside(chosen) if accel else ()
+        chosen = replace(chosen, table=_loaded_once(chosen, beside))
+        rows = _row_clock(chosen)
+        gyro = _of_selection(chosen, told, label, asked.span, rows)
+        return gyro, _accelerometer(chosen, beside, told, label, asked, rows)
     except LogError as error:
         raise error.around(f"{label}: ") from None
 
 
-def _of_selection(chosen: Selection, told: dict[str, str], label: str, span: Span) -> LogFile:
+def _loaded_once(chosen: Selection, beside: Sequence[int]) -> Table:
+    """Return the table with the columns of both sensors and the time in memory, if any are."""
+    table, time = chosen.table, () if chosen.time is None else (chosen.time,)
+    if table.pieces is not None:
+        return table
+    wanted = tuple(dict.fromkeys((*chosen.data, *beside, *time)))
+    try:
+        columns = dict(zip(wanted, table.load(wanted), strict=True))
+    except LogError:
+        return table  # what is wrong is said where it is read
+
+    def load(asked: Sequence[int]) -> list[Column]:
+        there = all(i in columns for i in asked)
+        return [columns[i] for i in asked] if there else table.load(asked)
+
+    return replace(table, load=load)
+
+
+def _row_clock(chosen: Selection) -> Clock:
+    """Return the clock of a table's rows."""
+    table = chosen.table
+    if table.pieces is None:
+        columns, time = loaded_of(chosen)
+        return row_clock(chosen, time, len(columns[0]))
+    column = None if chosen.time is None else _whole(table, chosen.time)
+    if table.rows == 0:
+        raise LogError("there are columns but no rows")
+    return row_clock(chosen, column, table.rows)
+
+
+def _of_selection(
+    chosen: Selection, told: dict[str, str], label: str, span: Span, rows: Clock
+) -> LogFile:
     if chosen.table.pieces is None:
-        return LogFile.of(*all_within(span, logs_of(chosen, told)))
-    return _in_pieces(chosen, told, label, span)
+        return LogFile.of(*all_within(span, logs_of(chosen, told, rows)))
+    return _in_pieces(chosen, told, label, span, rows)
 
 
 def _accelerometer(
-    gyro: Selection, told: dict[str, str], label: str, asked: Asked
+    gyro: Selection,
+    places: tuple[int, ...],
+    told: dict[str, str],
+    label: str,
+    asked: Asked,
+    rows: Clock,
 ) -> LogFile | None:
-    places = _beside(gyro)
     if len(places) != _AXES:
         return None
     grouped = one_group(None, Scaling())
     try:
         chosen = selected(gyro.table, asked.rate, places, grouped)
-        return _of_selection(chosen, told, label, asked.span)
+        same = (chosen.time, chosen.rate) == (gyro.time, gyro.rate)
+        own = rows if same else _row_clock(chosen)
+        return _of_selection(chosen, told, label, asked.span, own)
     except LogError:
         return None
 
@@ -258,13 +300,12 @@ def _beside(gyro: Selection) -> tuple[int, ...]:
     return next(iter(same or only), ())
 
 
-def _in_pieces(chosen: Selection, told: dict[str, str], label: str, span: Span) -> LogFile:
-    table, time, (group,) = chosen.table, chosen.time, chosen.groups
-    column = None if time is None else _whole(table, time)
-    if table.rows == 0:
-        raise LogError("there are columns but no rows")
+def _in_pieces(
+    chosen: Selection, told: dict[str, str], label: str, span: Span, rows: Clock
+) -> LogFile:
+    (group,) = chosen.groups
     head = _head(chosen)
-    clock = _clock(chosen, column, head)
+    clock = _clock(chosen, rows, head)
     grid, start = clock.grid, clock.start
     part = span.places(grid.length, grid.rate)
     meta = {**chosen.meta(told, grid), "notes": tuple(notes_on(chosen, group, head, clock))}
@@ -319,9 +360,8 @@ def _head(chosen: Selection) -> Floats:
     return np.concatenate(beginning)[:HEAD]
 
 
-def _clock(chosen: Selection, column: Column | None, head: Floats) -> Clock:
+def _clock(chosen: Selection, rows: Clock, head: Floats) -> Clock:
     """Return the clock of a sensor, of whose values only those at the beginning are looked at."""
-    rows = row_clock(chosen, column, chosen.table.rows)
 
     def again() -> Booleans:
         parts, last = [], None

@@ -358,10 +358,13 @@ def loaded_of(chosen: Selection) -> tuple[list[Column], Column | None]:
     return columns, time
 
 
-def logs_of(chosen: Selection, told: dict[str, str]) -> list[Log]:
-    """Return a log for each group, all from one reading; ``told`` is said of the source."""
+def logs_of(chosen: Selection, told: dict[str, str], rows: Clock | None = None) -> list[Log]:
+    """Return a log for each group, all from one reading; ``told`` is said of the source.
+
+    ``rows`` is the clock of the rows where that is known.
+    """
     columns, time = loaded_of(chosen)
-    rows = row_clock(chosen, time, len(columns[0]))
+    rows = rows or row_clock(chosen, time, len(columns[0]))
     logs = []
     for group in chosen.groups:
         names = [chosen.names[i] for i in group.places]

@@ -39,6 +39,8 @@ mod rest;
 pub mod score;
 pub mod stream;
 #[cfg(feature = "std")]
+pub mod text;
+#[cfg(feature = "std")]
 pub mod work;
 
 pub use drift::{

@@ -18,6 +18,7 @@ mod navigation;
 mod position;
 mod rest;
 mod score;
+mod text;
 
 use pyo3::prelude::*;
 
@@ -60,6 +61,8 @@ mod _native {
     use crate::rest::{MotionDetector, RestDetector};
     #[pymodule_export]
     use crate::score::{ReplayScores, exponential_mean};
+    #[pymodule_export]
+    use crate::text::parse_rows;
     use pyo3::prelude::*;
 
     #[pymodule_init]

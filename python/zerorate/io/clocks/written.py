@@ -43,6 +43,8 @@ _DAY: Final = 86_400 * 10**9
 
 
 _HALF_DAY: Final = 43_200.0
+_LOOKED_AT: Final = 10_000
+"""Numbers that tell nearly any count from times of day, for little of what all would cost."""
 _PACKED: Final = (1, 1_000, 1_000_000)
 """Counts a second of hours, minutes and seconds written as one number: HHMMSS, HHMMSSmmm."""
 
@@ -162,23 +164,38 @@ def unpacked_times(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
     ``HHMMSS`` with decimals, ``HHMMSSmmm`` and microseconds are told from a count by what they do
     at a full minute: they leap by forty seconds there, and no number has a 60 where seconds stand.
     """
-    for per_second in _PACKED:
-        seconds = _unpacked(numbers, float(per_second))
-        if seconds is not None:
-            return seconds
+    some = numbers[:: max(1, len(numbers) // _LOOKED_AT)]
+    for per_second in map(float, _PACKED):
+        if _passes_minutes(numbers, per_second) and _split(some, per_second) is not None:
+            seconds = _unpacked(numbers, per_second)
+            if seconds is not None:
+                return seconds
     return None
 
 
-def _unpacked(numbers: npt.NDArray[Any], per_second: float) -> npt.NDArray[np.float64] | None:
-    if not 0.0 <= float(numbers.min()) <= float(numbers.max()) < 240_000.0 * per_second:
-        return None
+def _passes_minutes(numbers: npt.NDArray[Any], per_second: float) -> bool:
+    """Whether numbers are within a day, and not all of one minute."""
+    least, most = float(numbers.min()), float(numbers.max())
+    minute = 100.0 * per_second
+    return 0.0 <= least <= most < 2_400.0 * minute and least // minute < most // minute
+
+
+def _split(numbers: npt.NDArray[Any], per_second: float) -> tuple[npt.NDArray[Any], ...] | None:
+    """Return hours and minutes as one number, and seconds of day; None if one of these is none."""
     written = numbers / per_second
     whole = np.floor(written)
     minutes, second = np.divmod(whole, 100.0)
     hour, minute = np.divmod(minutes, 100.0)
     if max(float(second.max()), float(minute.max())) >= 60.0:
         return None
-    seconds: npt.NDArray[np.float64] = 3600.0 * hour + 60.0 * minute + second + (written - whole)
+    return minutes, 3600.0 * hour + 60.0 * minute + second + (written - whole)
+
+
+def _unpacked(numbers: npt.NDArray[Any], per_second: float) -> npt.NDArray[np.float64] | None:
+    split = _split(numbers, per_second)
+    if split is None:
+        return None
+    minutes, seconds = split
     turns = np.diff(minutes) != 0.0
     if not turns.any() or turns.mean() > 0.5:
         return None

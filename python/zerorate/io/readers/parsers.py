@@ -1,7 +1,8 @@
-"""The parsers of text tables: pyarrow, NumPy and line by line, which give the same numbers.
+"""The parsers of text tables: plain rows, pyarrow, NumPy and line by line, with the same numbers.
 
-The last one says what a table is and names the line and column of a fault. The fast ones are given
-the rows without comments and quotes, and return None for whatever they might take differently.
+The last one says what a table is and names the line and column of a fault. The others return None
+for whatever they might take differently. That of plain rows, which most tables have, is given them
+as they are; pyarrow and NumPy are given the rows without comments and quotes.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Any, Final, NoReturn
 
 import numpy as np
 
+from zerorate._native import parse_rows
 from zerorate.io.clocks.iso8601 import dates, fault_among, is_date
 from zerorate.io.log import LogError
 from zerorate.io.readers.cells import (
@@ -37,6 +39,9 @@ _LINE_END: Final = re.compile(rb"\r\n|\r|\n")
 _REMARKS: Final = (b"#", b"%", b"//")
 _HEXADECIMAL: Final = re.compile(rb"0[xX]")
 _SWAPPED: Final = bytes.maketrans(b",.", b".,")
+_DELIMITERS: Final = (",", ";", "\t", "|", None)
+"""Those of plain rows; a blank alone may stand in an empty line."""
+_WORDS: Final = [word.encode() for word in MISSING]
 _Kinds = list[type[np.float64] | type[np.int64] | type[np.str_]]
 _TEXT: Final = 64
 """Characters of a date that are kept, more than any has."""
@@ -72,6 +77,9 @@ def decoded(raw: bytes) -> str:
 def parsed(raw: bytes, layout: Layout, wanted: list[int]) -> list[Column]:
     """Return the columns at some indices; LogError that names line and column of a fault."""
     kinds = _kinds(layout, wanted)
+    columns = _plain(raw, layout, wanted, kinds)
+    if columns is not None:
+        return columns
     body = _body(raw, layout)
     for parse in (_by_arrow, _by_numpy):
         columns = _with_dates(parse(body, layout, wanted, kinds), kinds)
@@ -137,6 +145,34 @@ def _kind(cell: str) -> type[np.float64] | type[np.int64] | type[np.str_]:
     # Some integers are too long for a float64, such as nanoseconds.
     digits = cell.lstrip("+-")
     return np.int64 if digits.isdigit() and len(digits) > 15 else np.float64
+
+
+def _plain(raw: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> list[Column] | None:
+    """Return the columns of rows that hold nothing but plain numbers."""
+    slots = {index: slot for slot, index in enumerate(wanted)}
+    if np.str_ in kinds or len(slots) < len(wanted) or layout.delimiter not in _DELIMITERS:
+        return None
+    end = len(raw)
+    while raw[end - 1 : end] in (b"\n", b"\r"):
+        end -= 1
+    if end <= layout.offset or _headers(raw, layout):
+        return None
+    out = np.empty((len(wanted), 1 + raw.count(b"\n", layout.offset, end)))
+    whole = [kind is np.int64 for kind in kinds]
+    plain = parse_rows(
+        raw,
+        layout.offset,
+        end,
+        None if layout.delimiter is None else ord(layout.delimiter),
+        ord("," if layout.decimal_comma else "."),
+        [slots.get(i, -1) for i in range(layout.width)],
+        whole,
+        _WORDS,
+        out,
+    )
+    if not plain:
+        return None
+    return [column.view(kind) for column, kind in zip(out, kinds, strict=True)]
 
 
 def _body(raw: bytes, layout: Layout) -> bytes:

@@ -152,9 +152,11 @@ fn with_slow_noise(problem: &Conditional<'_>, Lower { p, q, at }: Lower<'_>) -> 
     let scales = std::iter::successors(Some(8.0), |scale| Some(4.0 * scale));
     let scales = scales.take_while(|scale| 8.0 * scale < problem.count() as f64);
     let pairs = scales.flat_map(|scale| [(8.0 * scale, scale), (scale, 8.0 * scale)]);
-    let points = pairs
-        .map(|(ar, ma)| problem.point(&multiplied(&lower, p, q, 1.0 - 1.0 / ar, 1.0 - 1.0 / ma)));
-    let valued = points.map(|point| (problem.normal(&point).sum_of_squares, point));
+    let points: Vec<_> = pairs
+        .map(|(ar, ma)| problem.point(&multiplied(&lower, p, q, 1.0 - 1.0 / ar, 1.0 - 1.0 / ma)))
+        .collect();
+    let sums = problem.sums_of_squares(&points);
+    let valued = sums.into_iter().zip(points);
     valued.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, point)| point)
 }
 
