@@ -11,9 +11,10 @@ import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.compare import ATTITUDE_METHODS, Trial, compare_attitude, read_trial
 from zerorate.compare.as_json import as_json
-from zerorate.compare.imu import FRAMES, Imu, in_enu
+from zerorate.compare.imu import Imu
 from zerorate.compare.peers import PEERS, Peer, missing
 from zerorate.geometry import rotations
+from zerorate.geometry.frames import FRAMES, in_enu
 from zerorate.io import Log, LogError, Recording
 from zerorate.show.compare_tables import format_compare
 from zerorate.show.tables import WIDTH

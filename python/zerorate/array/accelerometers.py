@@ -16,8 +16,6 @@ from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import canonical, convert, kind
 from zerorate.views import Result
 
-__all__ = ["FusedAccelerometers", "fuse_accelerometers"]
-
 AccelWeights: TypeAlias = Literal["auto", "mean", "white"]
 
 _G: Final = 9.80665

@@ -23,8 +23,6 @@ from zerorate.noise.records import size_of
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
 
-__all__ = ["AllanCovariance", "allan_covariance"]
-
 _KIND: Final = KINDS["oadev"]
 _PARTS: Final = 8
 # Terms at a time, which the cache holds.

@@ -15,8 +15,6 @@ from zerorate.io.names import looks_like_gyro, meaning_of, plain, split_unit
 from zerorate.types import Floats
 from zerorate.units import UNITS
 
-__all__ = ["ArrayLog", "array_log"]
-
 _AXES: Final = ("x", "y", "z")
 _APART: Final = 0.5
 """Periods by which clocks may differ and still be one."""

@@ -4,8 +4,6 @@ from typing import Final
 
 from zerorate.options import FILTER_OPTIONS, Option, by_name
 
-__all__ = ["ARRAY_OPTIONS"]
-
 _ROWS: Final = (
     Option.choice(
         "method",

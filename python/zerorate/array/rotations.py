@@ -21,8 +21,6 @@ from zerorate.options import with_limits
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
-__all__ = ["Rotations", "find_rotations", "read_rotations"]
-
 _FORMAT: Final = "zerorate rotations"
 _VERSION: Final = 1
 _MODEL: Final = "rate in the axes of the first sensor = matrix times rate in the sensor's own axes"

@@ -14,19 +14,6 @@ from zerorate.faults import ArgumentError
 from zerorate.types import Floats
 from zerorate.views import Result
 
-__all__ = [
-    "Noise",
-    "Parts",
-    "VirtualGyro",
-    "WeightsName",
-    "drift_freedom",
-    "drift_weights",
-    "fit_noise",
-    "shrunk",
-    "time_shrinkage",
-    "weigh",
-]
-
 WeightsName: TypeAlias = Literal["drift", "white", "mean"]
 _NAMES: Final = ("drift", "white", "mean")
 

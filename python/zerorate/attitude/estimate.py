@@ -27,8 +27,6 @@ from zerorate.views import Result
 if TYPE_CHECKING:
     pass
 
-__all__ = ["METHODS", "AttitudeEstimate", "estimate_attitude"]
-
 METHODS: Final = ATTITUDE_METHODS
 """Methods of `zerorate.Attitude`."""
 

@@ -5,8 +5,6 @@ from typing import Final
 from zerorate._native import attitude_options, tilt_options
 from zerorate.options import by_name, table
 
-__all__ = ["ATTITUDE_METHODS", "ATTITUDE_OPTIONS", "TILT_OPTIONS"]
-
 ATTITUDE_OPTIONS: Final = by_name(table(attitude_options()))
 """Of `zerorate.Attitude`: its method, then every constant, with the methods that use it."""
 

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from zerorate.calibration.fit.starts import PriorName
     from zerorate.calibration.parameters import Frame
 
-__all__ = ["CalibrationError", "calibrate"]
-
 
 class CalibrationError(LogError):
     """A record has too few rests or turns; the message says what it has.

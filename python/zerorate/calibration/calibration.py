@@ -44,23 +44,6 @@ if TYPE_CHECKING:
     from zerorate.calibration.temperature import TemperatureModel
     from zerorate.io import Recording
 
-__all__ = [
-    "ACCEL_BIAS",
-    "ACCEL_MATRIX",
-    "GYRO_BIAS",
-    "GYRO_MATRIX",
-    "G_SENSITIVITY",
-    "PARAMETERS",
-    "Calibration",
-    "Frame",
-    "Matrix",
-    "Origin",
-    "Rest",
-    "SensorCalibration",
-    "Turn",
-    "Vector",
-]
-
 
 @dataclass(frozen=True)
 class Origin:

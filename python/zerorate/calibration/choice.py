@@ -6,8 +6,6 @@ from typing import Final
 from zerorate.calibration.calibration import Calibration
 from zerorate.io import Log, LogError, Recording
 
-__all__ = ["corrected_gyro", "own_accel", "own_sensors"]
-
 _AXES: Final = 3
 
 

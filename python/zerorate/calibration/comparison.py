@@ -17,8 +17,6 @@ from zerorate.types import Floats, Integers
 from zerorate.units import UNITS, convert
 from zerorate.views import Result
 
-__all__ = ["CalibrationComparison", "MovedParameter", "compare_calibrations"]
-
 _MOVED: Final = 3.0
 """Standard errors beyond which a parameter has moved."""
 _BETWEEN_SESSIONS: Final = 3e-3

@@ -30,8 +30,6 @@ from zerorate.units import UNITS, convert
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
 
-__all__ = ["ImuTk", "to_ardupilot", "to_imu_tk", "to_kalibr", "to_px4"]
-
 _AXES: Final = "XYZ"
 _SUFFIXES: Final = ("_acc.calib", "_gyro.calib")
 

@@ -27,8 +27,6 @@ from zerorate.types import Booleans, Floats
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
 
-__all__ = ["gyro_to_accel", "in_frame", "rotation_of"]
-
 _MATRICES: Final = (ACCEL_MATRIX, GYRO_MATRIX, G_SENSITIVITY)
 _FIXED: Final = {"x": ((0, 1), (0, 2), (1, 2)), "z": ((1, 0), (2, 0), (2, 1))}
 """Elements of the accelerometer's matrix that are zero in a frame."""

@@ -12,8 +12,6 @@ from zerorate.units import convert
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
 
-__all__ = ["gyro_correction", "gyro_prior"]
-
 _CALIBRATED_MATRIX = 1e-3
 """How far scale and misalignment may have moved since a calibration."""
 

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 Built = TypeVar("Built", bound="Calibration")
 
-__all__ = ["from_json", "to_json"]
-
 _FORMAT: Final = "zerorate calibration"
 _VERSION: Final = 1
 _ERRORS: Final = ("norm_error", "norm_error_raw", "carry_error", "carry_error_raw")

@@ -4,8 +4,6 @@ from typing import Final
 
 from zerorate.options import Option, by_name
 
-__all__ = ["CALIBRATION_OPTIONS", "GRAVITIES"]
-
 GRAVITIES: Final = (9.7, 9.9)
 """Least and most gravity of places on Earth, m/s^2."""
 

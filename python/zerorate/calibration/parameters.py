@@ -7,19 +7,6 @@ from typing import Final, Literal
 
 from zerorate.noise.coefficient import Coefficient
 
-__all__ = [
-    "ACCEL_BIAS",
-    "ACCEL_MATRIX",
-    "GYRO_BIAS",
-    "GYRO_MATRIX",
-    "G_SENSITIVITY",
-    "PARAMETERS",
-    "Frame",
-    "Matrix",
-    "Vector",
-    "estimated",
-]
-
 Frame = Literal["x", "z", "symmetric"]
 Vector = tuple[Coefficient, Coefficient, Coefficient]
 Matrix = tuple[Vector, Vector, Vector]

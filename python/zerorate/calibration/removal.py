@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
     from zerorate.calibration.temperature import TemperatureModel
 
-__all__ = ["apply", "apply_accel", "apply_gyro", "corrector", "in_units", "with_temperature"]
-
 Sensor = Literal["gyro", "accel"]
 
 _KINDS: Final = {"gyro": "rate", "accel": "acceleration"}

@@ -20,8 +20,6 @@ from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
 
-__all__ = ["check"]
-
 _TICK: Final = 0.02
 _LEAST: Final = 20.0
 """Seconds without which nothing is told."""

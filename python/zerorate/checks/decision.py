@@ -15,8 +15,6 @@ import numpy as np
 from zerorate.checks.senses import GIVEN, SENSES, changes, shared_rows
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["Costs", "Decision", "Status", "decide"]
-
 Status = Literal["agrees", "partly seen", "unit only", "cannot tell", "doubt", "mistake"]
 
 _GOOD: Final = 0.25

@@ -15,8 +15,6 @@ from zerorate.noise.coefficient import Coefficient
 from zerorate.types import Floats
 from zerorate.views import Result
 
-__all__ = ["Checks", "Finding"]
-
 _ALARMS: Final = ("mistake", "unit only")
 _FORMAT: Final = "zerorate checks"
 _VERSION: Final = 1

@@ -9,8 +9,6 @@ import numpy as np
 
 from zerorate.types import Floats, Integers
 
-__all__ = ["GIVEN", "INVERSES", "SENSES", "changes", "listed", "shared_rows", "typed"]
-
 
 def _rotations() -> Floats:
     """Return those of determinant 1, the identity first."""

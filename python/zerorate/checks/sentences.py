@@ -9,8 +9,6 @@ import numpy as np
 from zerorate.checks.senses import changes, typed
 from zerorate.types import Floats, Integers
 
-__all__ = ["mistaken", "on_axes", "on_unit"]
-
 _AXES: Final = np.array(["x", "y", "z"])
 
 

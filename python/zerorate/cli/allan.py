@@ -51,8 +51,6 @@ from zerorate.run.interrupts import in_background
 from zerorate.show import format_allan, format_allan_notes
 from zerorate.show.curve_files import CurveFormat, write_curves
 
-__all__ = ["allan"]
-
 
 class Export(StrEnum):
     """Estimators whose configuration can be written, and a file of every axis' model."""

@@ -11,8 +11,6 @@ from zerorate.cli.errors import UsageFault
 from zerorate.cli.typed import Hint, flags_of, in_plain_words, unknown
 from zerorate.faults import naming
 
-__all__ = ["invoke", "program"]
-
 _COMMANDS: Final = {
     "demo": (
         "Try it without a sensor: simulate a gyro, remove its bias, draw a figure.",

@@ -23,15 +23,6 @@ if TYPE_CHECKING:
     from zerorate.progress import Progress
     from zerorate.run.array import ArrayReplay
 
-__all__ = [
-    "ARRAY",
-    "ARRAY_CONSTANTS",
-    "ArrayOptions",
-    "array_flag",
-    "refuse_with_array",
-    "replay_arrays",
-]
-
 ARRAY: Final = "Several gyros of one body"
 """The panel of help."""
 

@@ -47,8 +47,6 @@ from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
 from zerorate.units import convert
 
-__all__ = ["attitude"]
-
 _FILTER: Final = "Attitude"
 """The panel of help with what is asked for."""
 

@@ -27,9 +27,6 @@ from zerorate.run.batch import BatchResult, Outlier, Settings, run_batch
 from zerorate.run.batch.fleet import LEAST_LOGS
 from zerorate.show.tables import Table, as_text
 
-__all__ = ["batch"]
-
-
 _WHERE: Final = "Where it runs"
 
 

@@ -56,8 +56,6 @@ from zerorate.show.tables import bulleted
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["calibrate"]
-
 
 class Export(StrEnum):
     """Programs whose files can be written."""

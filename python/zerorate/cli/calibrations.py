@@ -13,8 +13,6 @@ from zerorate.cli.options import Reading, units_of_sensors
 from zerorate.io import Log, LogError, Recording, read_recording
 from zerorate.io.formats import LogSource
 
-__all__ = ["corrected_imu", "naming", "read_calibration", "read_imu"]
-
 
 def read_calibration(path: Path) -> Calibration:
     """Return the calibration in a file, or raise a fault that says what is wrong with it."""

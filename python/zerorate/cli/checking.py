@@ -14,8 +14,6 @@ from zerorate.cli.options import PANEL
 from zerorate.io import Log, LogError, LogFile, Recording
 from zerorate.types import Floats
 
-__all__ = ["Fix", "checked", "checked_files", "print_alarms", "said_first"]
-
 Fix: TypeAlias = Annotated[
     bool,
     typer.Option(

@@ -31,17 +31,15 @@ from zerorate.compare import (
 from zerorate.compare import compare as run_methods
 from zerorate.compare.as_json import as_json
 from zerorate.compare.attitude import check_attitude
-from zerorate.compare.imu import Frame
 from zerorate.compare.methods import Chosen, name_of, resolved
 from zerorate.compare.simulated import Regret, run_contaminated
+from zerorate.geometry.frames import Frame
 from zerorate.io import LogError
 from zerorate.io.log import present_axes
 from zerorate.progress import Progress
 from zerorate.show.compare_simulated import format_regret
 from zerorate.show.compare_tables import format_compare
 from zerorate.simulation import Contamination
-
-__all__ = ["compare"]
 
 
 @with_reading_options()

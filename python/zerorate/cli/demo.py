@@ -17,8 +17,6 @@ from zerorate.show import WIDTH
 from zerorate.simulation.devices import device as find_device
 from zerorate.units import convert
 
-__all__ = ["demo"]
-
 
 def demo(
     device: Annotated[

@@ -8,19 +8,6 @@ from importlib.util import find_spec
 from zerorate.faults import sentence_of, told
 from zerorate.texts import extra_needed
 
-__all__ = [
-    "DataFault",
-    "Fault",
-    "UsageFault",
-    "as_usage",
-    "of_a_file",
-    "of_log",
-    "read_faults",
-    "require",
-    "sentence",
-    "writing",
-]
-
 
 class Fault(Exception):
     """A fault with its exit code."""

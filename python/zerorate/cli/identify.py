@@ -44,8 +44,6 @@ from zerorate.show.identify_page import identification_page
 from zerorate.show.identify_tables import format_identify
 from zerorate.show.tables import bulleted
 
-__all__ = ["identify"]
-
 
 class Criterion(StrEnum):
     """Criteria of order."""

@@ -63,8 +63,6 @@ from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
 from zerorate.types import Floats
 
-__all__ = ["navigate"]
-
 _FILTER: Final = "Navigation"
 _VEHICLE: Final = "The vehicle"
 _COURSE: Final = "course"

@@ -18,38 +18,6 @@ from zerorate.io.counts import Scale
 from zerorate.io.names import canonical_unit
 from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, Option, check_used, used_by
 
-__all__ = [
-    "OF_IMU",
-    "OUTPUT",
-    "PANEL",
-    "READING",
-    "RECORDING",
-    "AccelName",
-    "CalibrationOption",
-    "FigureFormat",
-    "FigureFormatOption",
-    "Force",
-    "FrameName",
-    "GyroName",
-    "LogArgument",
-    "LogFormat",
-    "LogFormatOption",
-    "NoAccel",
-    "NoFigure",
-    "Output",
-    "Reading",
-    "check_filter_options",
-    "flag",
-    "parse_choices",
-    "parse_columns",
-    "parse_order",
-    "parse_words",
-    "units_of_sensors",
-    "with_filter_options",
-    "with_options",
-    "with_reading_options",
-]
-
 _Choice = TypeVar("_Choice", bound=StrEnum)
 _Read = TypeVar("_Read")
 _Command: TypeAlias = Callable[..., None]

@@ -19,20 +19,6 @@ from zerorate.io.atomic import sweep
 from zerorate.io.formats import FORMATS
 from zerorate.progress import Progress, silent
 
-__all__ = [
-    "Destination",
-    "Outputs",
-    "check_outputs",
-    "counting_bar",
-    "make_folders",
-    "preload_figure",
-    "print_written",
-    "progress_bar",
-    "text_writer",
-    "together",
-]
-
-
 _Format = TypeVar("_Format", bound=StrEnum)
 Writer: TypeAlias = Callable[[Path], object]
 """Writes a file of this name."""

@@ -9,8 +9,6 @@ from zerorate.cli.errors import read_faults
 from zerorate.io import split_log
 from zerorate.io.formats import LogSource
 
-__all__ = ["Record", "print_title", "records"]
-
 
 @dataclass(frozen=True)
 class Record:

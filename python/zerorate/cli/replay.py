@@ -64,8 +64,6 @@ from zerorate.run.replay import Replay, Summary, replay_to_file
 from zerorate.run.replay import replay as run_replay
 from zerorate.show import format_learned, format_notes, format_table
 
-__all__ = ["baselines", "in_memory", "place_of", "print_result", "replay", "write"]
-
 _COMPARED: Final = ("kf", "akf", "fading")
 """The methods of one source, of which each is meant to better the one before."""
 

@@ -18,8 +18,6 @@ from zerorate.simulation.gyro import simulate as run_simulation
 from zerorate.types import Floats
 from zerorate.units import convert
 
-__all__ = ["AXES", "Duration", "Seed", "SimulatedRate", "simulate", "simulated"]
-
 AXES: Final = ("x", "y", "z")
 Duration: TypeAlias = Annotated[float, typer.Option(help="Length in seconds.")]
 SimulatedRate: TypeAlias = Annotated[float, typer.Option(help="Samples per second.")]

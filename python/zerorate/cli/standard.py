@@ -10,8 +10,6 @@ from typing import Final, TextIO
 
 from zerorate.texts import printable
 
-__all__ = ["BROKEN_PIPE", "drop_stdout", "prepare", "tell"]
-
 BROKEN_PIPE: Final = 128 + 13
 """Exit code of a program that SIGPIPE ended, as a shell shows it."""
 

@@ -42,8 +42,6 @@ from zerorate.run.live import (
 from zerorate.run.live.sequence import MOST_BITS
 from zerorate.run.live.serving import Line, Saver, Server, datagrams, lines_of, loopback
 
-__all__ = ["stream"]
-
 _BY_SIGNAL: Final = 128
 _PANEL: Final = "Attitude"
 """The panel of help with what is of attitudes alone."""

@@ -7,8 +7,6 @@ from difflib import get_close_matches
 from enum import Enum
 from typing import Any, Final, get_args
 
-__all__ = ["Hint", "flags_of", "in_plain_words", "unknown"]
-
 _ALIKE: Final = 0.8
 _NUMBERS: Final = {float: "a number", int: "a whole number"}
 

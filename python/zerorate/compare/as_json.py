@@ -11,8 +11,6 @@ from zerorate.compare.simulated import Regret
 from zerorate.io.saved import as_json as strict
 from zerorate.simulation import Contamination
 
-__all__ = ["SCHEMA", "as_json"]
-
 SCHEMA: Final = "zerorate-compare/1"
 """The form of the document; the number rises when a reader has to change."""
 

@@ -10,19 +10,18 @@ from typing import Any, Final, Literal, cast
 from zerorate._native import Attitude
 from zerorate.attitude.estimate import METHODS
 from zerorate.compare.comparison import Comparison
-from zerorate.compare.imu import FRAMES, Frame, Imu, in_enu
+from zerorate.compare.imu import Imu
 from zerorate.compare.measures import Row
 from zerorate.compare.orientation import turning_speed
 from zerorate.compare.peers import PEERS, Run, missing
 from zerorate.compare.trial import Orientation, Trial
 from zerorate.compare.turning import MOVING
 from zerorate.faults import ArgumentError
+from zerorate.geometry.frames import FRAMES, Frame, in_enu
 from zerorate.io import LogError, Recording
 from zerorate.metrics import orientation_errors
 from zerorate.progress import Progress, silent
 from zerorate.types import Booleans, Floats
-
-__all__ = ["ATTITUDE_METHODS", "OFFLINE", "check_attitude", "compare_attitude"]
 
 _ERRORS: Final = ("total", "heading", "inclination")
 _SPEED_OVER: Final = 0.5

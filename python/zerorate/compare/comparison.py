@@ -24,9 +24,6 @@ from zerorate.simulation import Contamination
 from zerorate.types import Floats
 from zerorate.views import Result
 
-__all__ = ["Comparison", "compare"]
-
-
 Judge = Callable[[Sequence[Chosen], Floats], Iterator[Row]]
 """Called with methods and what they are fed with, shape (n, k)."""
 

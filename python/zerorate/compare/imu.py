@@ -7,13 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from zerorate.compare.trial import Trial, spread
-from zerorate.geometry.frames import FRAMES, Frame, in_enu
 from zerorate.geometry.rotations import of_matrices
 from zerorate.io import Log, LogError
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
-
-__all__ = ["FRAMES", "Frame", "Imu", "in_enu"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,6 @@ from zerorate import metrics
 from zerorate.compare.methods import AxisResult
 from zerorate.types import Booleans
 
-__all__ = ["DEGRADATION", "ERRORS", "Row", "consistency", "degraded", "if_possible"]
-
-
 ERRORS: Final = frozenset(
     (
         *("coasting_10", "coasting_60"),

@@ -17,24 +17,6 @@ from zerorate.options import METHODS as FILTERS
 from zerorate.run.replay.history import Recorder, memory
 from zerorate.types import Booleans, Floats
 
-__all__ = [
-    "FIRST_REST",
-    "HINDSIGHT",
-    "METHODS",
-    "WHOLE",
-    "AxisResult",
-    "Chosen",
-    "Estimate",
-    "Method",
-    "causal_method",
-    "check_name",
-    "filter_arguments",
-    "first_rest",
-    "name_of",
-    "on_axis",
-    "resolved",
-]
-
 Chosen = str | OwnMethod
 """A method of the package by its name, or one of the user's own."""
 

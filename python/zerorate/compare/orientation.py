@@ -24,8 +24,6 @@ from zerorate.geometry import rotations
 from zerorate.io import Log, LogError
 from zerorate.types import Booleans, Floats
 
-__all__ = ["HORIZONS", "orientation_rows", "turning_speed"]
-
 Growth = Callable[[str, Floats], dict[str, float]]
 
 HORIZONS: Final = (1.0, 10.0, 60.0)

@@ -13,8 +13,6 @@ import numpy.typing as npt
 
 from zerorate.types import Floats
 
-__all__ = ["MethodError", "OwnMethod", "while_on"]
-
 _NAME: Final = re.compile(r"[\w.-]+")
 _FORM: Final = "expected NAME=MODULE:FUNCTION, as in mine=my_filter:bias"
 

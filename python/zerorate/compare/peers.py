@@ -11,12 +11,11 @@ from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 
-from zerorate.compare.imu import Imu, in_enu
+from zerorate.compare.imu import Imu
+from zerorate.geometry.frames import in_enu
 from zerorate.geometry.rotations import inverse, product
 from zerorate.types import Floats
 from zerorate.units import UNITS
-
-__all__ = ["PEERS", "Peer", "Run", "missing"]
 
 _DEG: Final = math.degrees(1.0)
 _G: Final = UNITS["g"].amount

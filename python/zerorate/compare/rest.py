@@ -17,9 +17,6 @@ from zerorate.noise.records import is_constant
 from zerorate.noise.rest import moving_spans
 from zerorate.types import Floats
 
-__all__ = ["HORIZONS", "ScoredAxis", "rest_notes", "rest_rows", "scored_axes", "scored_from"]
-
-
 HORIZONS: Final = (10.0, 60.0)
 """Seconds to coast."""
 

@@ -25,8 +25,6 @@ from zerorate.simulation.models import MODELS, GyroModel, records
 from zerorate.simulation.optimum import optimum
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Regret", "run", "run_contaminated", "scored_span"]
-
 _SEED: Final = 1
 """Of contamination."""
 

@@ -6,9 +6,6 @@ import numpy as np
 
 from zerorate.types import Floats
 
-__all__ = ["slope"]
-
-
 _HALF_WIDTH: Final = 0.03
 """Seconds: wide enough for the steps of an encoder, narrow enough for a shaft that vibrates."""
 

@@ -19,8 +19,6 @@ from zerorate.io.recording import read_topic
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
-__all__ = ["Kind", "Orientation", "Reference", "Trial", "read_trial", "spread"]
-
 Kind = Literal["rest", "turning", "orientation", "attitude"]
 """Of a comparison; a trial is of one of the first three."""
 

@@ -16,9 +16,6 @@ from zerorate.metrics import MotionError
 from zerorate.metrics.motion import moved
 from zerorate.types import Floats
 
-__all__ = ["MOVING", "Fitted", "fitted", "turning_rows"]
-
-
 MOVING: Final = math.radians(2.0)
 """rad/s: a reference that turns faster moves."""
 

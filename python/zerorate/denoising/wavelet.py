@@ -11,8 +11,6 @@ from zerorate import _native
 from zerorate.types import Floats, Integers
 from zerorate.views import Result
 
-__all__ = ["Denoised", "LevelName", "Mode", "Wavelet", "denoise"]
-
 Wavelet: TypeAlias = Literal["haar", "db2", "db4", "db8"]
 Mode: TypeAlias = Literal["soft", "hard"]
 LevelName: TypeAlias = Literal["auto", "psr", "psr-normalised"]

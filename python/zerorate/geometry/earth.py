@@ -14,21 +14,6 @@ import numpy.typing as npt
 
 from zerorate.types import Floats
 
-__all__ = [
-    "ECCENTRICITY_SQUARED",
-    "EQUATORIAL_GRAVITY",
-    "POLAR_GRAVITY",
-    "ROTATION",
-    "SEMI_MAJOR_AXIS",
-    "earth_rate",
-    "local_ned",
-    "moved",
-    "normal_gravity",
-    "radii",
-    "transport_rate",
-    "wrapped",
-]
-
 SEMI_MAJOR_AXIS: Final = 6_378_137.0
 """a, m."""
 ECCENTRICITY_SQUARED: Final = 6.6943799901413e-3

@@ -10,8 +10,6 @@ import numpy as np
 from zerorate.geometry.rotations import inverse, product
 from zerorate.types import Floats
 
-__all__ = ["FRAMES", "Frame", "from_enu", "in_enu"]
-
 Frame: TypeAlias = Literal["enu", "ned", "nwu"]
 
 _HALF: Final = math.sqrt(0.5)

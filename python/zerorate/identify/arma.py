@@ -14,9 +14,6 @@ from zerorate.identify.arma_model import ArmaModel
 from zerorate.noise.records import as_record
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["ArmaGrid", "arma_grid", "fit_arma"]
-
-
 METHODS: Final = ("css", "exact")
 MAX_ORDER: Final = 8
 

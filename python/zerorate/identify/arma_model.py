@@ -32,9 +32,6 @@ from zerorate.noise.records import as_record
 from zerorate.types import Floats
 from zerorate.views import Result
 
-__all__ = ["ArmaModel"]
-
-
 Complexes = npt.NDArray[np.complex128]
 
 

@@ -18,9 +18,6 @@ from zerorate.types import Floats
 if TYPE_CHECKING:
     from zerorate.identify.arma_model import ArmaModel
 
-__all__ = ["diagnosis", "from_json", "to_json"]
-
-
 # Half of the digits of the normal equations are gone.
 _ILL_CONDITIONED: Final = 1e8
 # Within so many standard errors two numbers are the same at 95 %.

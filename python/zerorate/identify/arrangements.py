@@ -17,9 +17,6 @@ from zerorate.identify.verdict import TWO_SIDED_95, Verdict
 from zerorate.noise.records import as_record, size_of
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["LARGEST", "ReverseArrangements", "critical_values", "reverse_arrangements", "two_sided"]
-
-
 Of = Literal["mean", "variance"]
 
 _LEAST: Final = 10

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from zerorate.identify.identification import Identification, Online
     from zerorate.identify.order import OrderSelection
 
-__all__ = ["SCHEMA", "as_dict", "as_json"]
-
-
 SCHEMA: Final = "zerorate-identify/1"
 """The form of the document; the number rises when a reader has to change."""
 

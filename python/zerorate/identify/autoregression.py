@@ -15,9 +15,6 @@ from zerorate.faults import ArgumentError
 from zerorate.identify.arma_model import ArmaModel
 from zerorate.noise.records import as_record
 
-__all__ = ["HIGHEST_ORDER", "ArMethod", "checked_order", "fit_ar"]
-
-
 ArMethod = Literal["least-squares", "burg", "yule-walker"]
 
 HIGHEST_ORDER = 64

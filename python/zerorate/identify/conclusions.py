@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from zerorate.identify.record_tests import RecordTests
     from zerorate.noise.rest import Span
 
-__all__ = ["conclusions", "is_fit", "listed", "model_name", "per_cent"]
-
-
 _MATTERS: Final = 0.01
 """Predictable part of the residuals' variance from which on a model leaves something out."""
 

@@ -14,8 +14,6 @@ from zerorate.identify.verdict import TWO_SIDED_95, Verdict
 from zerorate.noise.records import as_record, centred, checked_width
 from zerorate.types import Floats, Integers
 
-__all__ = ["Correlogram", "Whiteness", "autocorrelation", "ljung_box", "partial", "whiteness"]
-
 
 @dataclass(frozen=True, eq=False)
 class Correlogram:

@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from zerorate._native import _Start
     from zerorate.identify.arma_model import ArmaModel
 
-__all__ = ["filter_of", "split", "to_filter"]
-
-
 Method = Literal["kf", "akf", "fading", "robust"]
 Parts = dict[str, Floats | float]
 

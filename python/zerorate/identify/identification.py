@@ -29,16 +29,6 @@ from zerorate.views import Result
 if TYPE_CHECKING:
     pass
 
-__all__ = [
-    "LEAST_SAMPLES",
-    "Criterion",
-    "Identification",
-    "Method",
-    "Online",
-    "Preparation",
-    "identify",
-]
-
 
 @dataclass(frozen=True, eq=False)
 class Identification(Result):

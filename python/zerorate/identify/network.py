@@ -15,8 +15,6 @@ from zerorate.identify.autoregression import fit_ar
 from zerorate.noise.records import as_record, with_gaps
 from zerorate.types import Floats
 
-__all__ = ["NetworkModel", "NetworkVerdict", "fit_network"]
-
 NetworkVerdict = Literal["gain", "no gain", "oscillates"]
 
 MOST_HIDDEN: Final = 8

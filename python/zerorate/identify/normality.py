@@ -13,9 +13,6 @@ from zerorate.identify.verdict import Verdict
 from zerorate.noise.records import as_record, centred
 from zerorate.types import Floats
 
-__all__ = ["anderson_darling", "jarque_bera"]
-
-
 _CHI_SQUARED_95: Final = 5.991464547107979
 """The 0.95 quantile with 2 degrees of freedom, -2 ln 0.05."""
 

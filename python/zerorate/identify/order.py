@@ -17,20 +17,6 @@ from zerorate.identify.arma import arma_grid
 from zerorate.identify.autoregression import ArMethod, checked_order
 from zerorate.types import Floats
 
-__all__ = [
-    "CRITERIA",
-    "Criterion",
-    "OrderSelection",
-    "above_least",
-    "aic",
-    "aicc",
-    "bic",
-    "fpe",
-    "hq",
-    "select_order",
-]
-
-
 Order = tuple[int, int]
 Criterion = Literal["fpe", "aic", "aicc", "bic", "hq"]
 

@@ -11,22 +11,6 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError
 from zerorate.types import Floats
 
-__all__ = [
-    "Mode",
-    "at_one",
-    "autocovariance",
-    "cancelled",
-    "inverse_roots",
-    "is_stationary",
-    "ma_coefficients",
-    "modes",
-    "psi_weights",
-    "refined",
-    "spectrum",
-    "trimmed",
-]
-
-
 Complexes = npt.NDArray[np.complex128]
 
 # A double root is found to half of the digits: closer roots than this are the same.

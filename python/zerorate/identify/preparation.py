@@ -15,9 +15,6 @@ from zerorate.io.log import checked_rate
 from zerorate.noise.records import as_record, checked_width, with_gaps
 from zerorate.types import Floats
 
-__all__ = ["Change", "Prepared", "detrend", "prepare", "segments"]
-
-
 Trend = Literal["mean", "linear"]
 
 _LEAST: Final[dict[str, int]] = {"mean": 1, "linear": 2}

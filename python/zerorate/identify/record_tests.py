@@ -12,9 +12,6 @@ from zerorate.identify.stationarity import adf, kpss
 from zerorate.identify.verdict import Verdict
 from zerorate.types import Floats
 
-__all__ = ["RecordSummary", "RecordTests", "summarised", "tested"]
-
-
 _GLANCE: Final = 10_000
 _COARSE: Final = 4
 """Samples for each distinct value from which on a record counts as quantised."""

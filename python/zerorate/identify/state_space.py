@@ -24,9 +24,6 @@ from zerorate.types import Booleans, Floats
 if TYPE_CHECKING:
     from zerorate.identify.arma_model import ArmaModel
 
-__all__ = ["Form", "StateSpace", "of_model"]
-
-
 # Digits that forms of at most ten states lose in their characteristic polynomials.
 _ROUNDING = 1e-13
 # An observability matrix worse than this tells no coordinates.

@@ -16,9 +16,6 @@ from zerorate.identify.verdict import Verdict
 from zerorate.noise.records import as_record, centred, longest_stretch
 from zerorate.types import Floats
 
-__all__ = ["adf", "kpss"]
-
-
 Level = Literal["constant", "linear"]
 
 _KPSS_PROBABILITIES: Final = (0.10, 0.05, 0.025, 0.01)

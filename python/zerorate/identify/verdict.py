@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from typing import Final, Literal
 
-__all__ = ["TWO_SIDED_95", "Verdict"]
-
 TWO_SIDED_95: Final = 1.959963984540054
 """Deviations of a normal distribution beyond which, on either side, lies one part in 20."""
 

@@ -14,8 +14,6 @@ from zerorate.faults import ArgumentError
 from zerorate.noise.records import as_record, checked_width, resolution, with_gaps
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Cleaned", "decimate", "far_from_average", "hampel", "moving_average"]
-
 
 def moving_average(z: npt.ArrayLike, width: int) -> Floats:
     """Return the mean of a window centred on each sample.

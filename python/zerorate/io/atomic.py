@@ -13,8 +13,6 @@ from typing import Final
 
 from zerorate.faults import given, said
 
-__all__ = ["atomic_path", "check_writable", "sweep"]
-
 
 def check_writable(
     path: str | os.PathLike[str], force: bool = False, make_folders: bool = False

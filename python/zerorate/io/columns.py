@@ -27,9 +27,6 @@ from zerorate.io.triads import (
     triads_in,
 )
 
-__all__ = ["NOT_TIME", "Choice", "Columns", "TimeColumn", "Timing", "check_samples", "choose"]
-__all__ += ["clock_beside", "with_time"]
-
 NOT_TIME: Final = " is not taken for the time: "
 _BACKWARD: Final = 0.01
 """Part of the steps of a clock that may lead back, as by a clock that was set."""

@@ -21,17 +21,6 @@ from zerorate.io.names import (
 )
 from zerorate.types import Floats
 
-__all__ = [
-    "SENSITIVITIES",
-    "RawCounts",
-    "Scale",
-    "Scaling",
-    "Sensitivities",
-    "kind_of",
-    "note_on_counts",
-    "raw_counts",
-]
-
 
 class Sensitivities(NamedTuple):
     """Counts in 1 deg/s and in 1 g, by the end of the range in deg/s and in g."""

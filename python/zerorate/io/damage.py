@@ -14,8 +14,6 @@ from zerorate.io.log import LogError
 from zerorate.io.table import Column, Content, Format, Table
 from zerorate.texts import one_line
 
-__all__ = ["guarded_content"]
-
 _OF_BYTES: Final = (None, errno.EINVAL)
 """Numbers of OSError with which libraries speak of bytes; others speak of disks and rights."""
 

@@ -5,8 +5,6 @@ import re
 from collections.abc import Callable
 from typing import Any, Final, TypeVar
 
-__all__ = ["exports", "restores"]
-
 _Documented = TypeVar("_Documented", bound=Callable[..., Any])
 
 _SECTIONS: Final = ("Parameters", "Returns", "Raises", "Notes", "Examples")

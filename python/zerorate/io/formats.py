@@ -18,16 +18,6 @@ from zerorate.io.readers.objects import ArrowStream, described, table_of
 from zerorate.io.table import Content, Format
 from zerorate.texts import printable
 
-__all__ = [
-    "FORMATS",
-    "LogSource",
-    "binary_format",
-    "check_readable",
-    "format_of",
-    "label_of",
-    "opened",
-]
-
 LogSource = (
     str | os.PathLike[str] | Mapping[str, npt.ArrayLike] | npt.NDArray[Any] | ArrowStream | Part
 )

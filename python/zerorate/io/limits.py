@@ -7,8 +7,6 @@ from typing import Final
 
 from zerorate.io.log import LogError
 
-__all__ = ["check_bytes", "check_columns", "most_bytes", "most_seconds"]
-
 _BYTES: Final = 64 << 20
 _TIMES_THE_FILE: Final = 20
 _SECONDS: Final = 3.0

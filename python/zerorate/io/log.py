@@ -23,8 +23,6 @@ _HALF: Final = 0.5
 _EVEN: Final = 1e-3
 """Part of a period by which the steps of an even clock may differ."""
 
-__all__ = ["Header", "Log", "LogError", "Recording", "checked_rate", "notes_of", "units_of"]
-
 
 class LogError(ValueError):
     """The content of a log is not what was expected; the message says what and where.

@@ -13,8 +13,6 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["floats", "real_numbers", "without_masks"]
-
 _MISSING: Final[dict[str, Any]] = {
     "M": np.datetime64("NaT"),
     "m": np.timedelta64("NaT"),

@@ -10,27 +10,6 @@ from zerorate.faults import given, said
 from zerorate.io.log import LogError
 from zerorate.io.words import Parsed, parsed_name
 
-__all__ = [
-    "KIND_OF_UNIT",
-    "UNKNOWN",
-    "Foreign",
-    "Meaning",
-    "canonical_unit",
-    "check_foreign",
-    "common_unit",
-    "foreign_unit",
-    "is_quaternion",
-    "is_unit",
-    "looks_like_accelerometer",
-    "looks_like_gyro",
-    "looks_like_sensor",
-    "meaning_of",
-    "plain",
-    "spelled",
-    "split_unit",
-    "with_suffix",
-]
-
 UNKNOWN = "unit"
 
 _SPELLINGS = {

@@ -15,8 +15,6 @@ from zerorate.io.table import Column, Content, Table
 from zerorate.texts import one_line
 from zerorate.types import Integers
 
-__all__ = ["Part", "advice", "parts_of"]
-
 
 @dataclass(frozen=True)
 class Part:

@@ -40,8 +40,6 @@ from zerorate.io.table import Content, Table
 from zerorate.io.triads import Triad, named, note_on_axes, triads_in, without_worse
 from zerorate.types import Floats
 
-__all__ = ["KINDS", "read_recording", "read_topic"]
-
 KINDS: Final = (
     "gyro",
     "accel",

@@ -13,8 +13,6 @@ from zerorate.io.log import notes_of
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
-__all__ = ["Samples"]
-
 _ON_TIME = 0.01
 """Part of a period by which a sample may come after one of the gyro and still be of it."""
 

@@ -12,17 +12,6 @@ import numpy as np
 
 from zerorate.types import Floats
 
-__all__ = [
-    "as_json",
-    "check_format",
-    "checked",
-    "fields_of",
-    "finite_numbers",
-    "part",
-    "plain",
-    "restored",
-]
-
 Built = TypeVar("Built")
 
 _NAMES: Final = {

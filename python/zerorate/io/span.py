@@ -12,8 +12,6 @@ import numpy as np
 from zerorate.faults import given, said
 from zerorate.io.log import Log, LogError
 
-__all__ = ["Span"]
-
 _NEARLY = 1e-6
 """Samples by which a time may miss the one that it names."""
 

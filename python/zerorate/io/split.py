@@ -9,8 +9,6 @@ from zerorate.io.log import LogError
 from zerorate.io.parts import Part, parts_of
 from zerorate.io.table import Content
 
-__all__ = ["split_log"]
-
 
 def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:
     """Return the records in a table whose rows belong to several sensors or recordings.

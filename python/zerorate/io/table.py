@@ -20,17 +20,6 @@ from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
 from zerorate.texts import one_line
 
-__all__ = [
-    "Column",
-    "Content",
-    "Format",
-    "Metadata",
-    "Reader",
-    "Table",
-    "as_numbers",
-    "listed_names",
-]
-
 Column = npt.NDArray[Any]
 
 NO_TOPICS: Final = said(

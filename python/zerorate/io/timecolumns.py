@@ -13,8 +13,6 @@ from zerorate.io.log import LogError
 from zerorate.io.names import plain
 from zerorate.io.table import Column, Table, as_numbers
 
-__all__ = ["with_one_time"]
-
 _NANOSECONDS: Final = {"h": 3600 * 10**9, "min": 60 * 10**9, "s": 10**9, "ms": 10**6, "us": 10**3}
 _WORDS: Final = {word: unit for unit, words in UNITS.items() for word in words if unit != "days"}
 _WORDS.update(hour="h", minute="min", nanosec="ns")

@@ -9,17 +9,6 @@ from zerorate.io.log import LogError
 from zerorate.io.names import Meaning, meaning_of
 from zerorate.io.words import ROLES, STAGES, Parsed, words_of
 
-__all__ = [
-    "ALL",
-    "Triad",
-    "chosen_of",
-    "note_on_axes",
-    "note_on_others",
-    "places_of",
-    "triads_in",
-    "without_worse",
-]
-
 ALL: Final = "all"
 _AXES: Final = 3
 _LISTED: Final = 8

@@ -11,8 +11,6 @@ import unicodedata
 from functools import lru_cache
 from typing import Final, NamedTuple
 
-__all__ = ["STAGES", "Parsed", "parsed_name", "words_of"]
-
 _OF: Final = {
     "gyro": "gyr gyro gyros gyroscope gyroscopes gyrometer gyroskop giroscopio omega drehrate"
     " winkelgeschwindigkeit angvel angrate",

@@ -17,8 +17,9 @@ from zerorate.io.clocks.repeats import HEAD, rows_held
 from zerorate.io.log import Log, LogError, units_of
 from zerorate.io.missing import without_masks
 from zerorate.io.names import UNKNOWN, looks_like_gyro, split_unit, with_suffix
+from zerorate.io.readers.layouts import META_MARK
 from zerorate.io.readers.parquet import TIME_NAME, write_parquet
-from zerorate.io.readers.text import META_MARK, text_header
+from zerorate.io.readers.text import text_header
 from zerorate.io.table import Column
 
 _Writer = Callable[[Log, Path, Sequence[str], Mapping[str, Column]], None]

@@ -8,8 +8,6 @@ from zerorate._native import smooth_linear
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
-__all__ = ["LinearRun", "SmoothedRun"]
-
 
 @dataclass(frozen=True)
 class SmoothedRun(Result):

@@ -17,9 +17,6 @@ from zerorate.metrics.rest import coasting_error
 from zerorate.metrics.truth import rmse
 from zerorate.types import Floats
 
-__all__ = ["SHARED_GAINS", "BestEma", "best_ema", "best_shared_ema", "running_mean"]
-
-
 Error = Callable[[Floats], float]
 
 _GAINS: Final = 25

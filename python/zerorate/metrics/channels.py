@@ -12,17 +12,6 @@ from zerorate.faults import ArgumentError
 from zerorate.io.missing import floats
 from zerorate.types import Booleans, Floats
 
-__all__ = [
-    "columns",
-    "pairs",
-    "per_channel",
-    "positive",
-    "present",
-    "rms",
-    "same_shape",
-    "spread",
-]
-
 
 def columns(name: str, data: npt.ArrayLike) -> Floats:
     """Return the channels as rows, without copying."""

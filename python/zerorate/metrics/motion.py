@@ -15,8 +15,6 @@ from zerorate.metrics.truth import rmse
 from zerorate.types import Floats
 from zerorate.units import whole_samples
 
-__all__ = ["MotionError", "delay", "equal_delay_lowpass", "motion_error", "moved"]
-
 
 @dataclass(frozen=True, eq=False)
 class MotionError:

@@ -16,8 +16,6 @@ from zerorate.metrics.channels import positive, rms
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import whole_samples
 
-__all__ = ["OrientationErrors", "orientation_error_growth", "orientation_errors"]
-
 
 @runtime_checkable
 class _Rotation(Protocol):

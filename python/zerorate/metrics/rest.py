@@ -22,8 +22,6 @@ from zerorate.metrics.channels import (
 from zerorate.types import Floats
 from zerorate.units import whole_samples
 
-__all__ = ["AllanRatio", "allan_ratio", "coasting_error", "mean_shift", "reduction"]
-
 
 def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
     """Return the standard deviation after the filter over that before it.

@@ -20,8 +20,6 @@ from zerorate.metrics.channels import (
 )
 from zerorate.types import Floats
 
-__all__ = ["coverage", "nis", "regret", "rmse", "settling_time"]
-
 
 def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
     """Return the root mean square of estimate minus reference.

@@ -21,9 +21,6 @@ from zerorate.noise.records import is_constant
 from zerorate.noise.result import AllanResult
 from zerorate.types import Floats, Integers
 
-__all__ = ["allan"]
-
-
 _ONE_SIGMA: Final = 0.6826894921370859
 
 

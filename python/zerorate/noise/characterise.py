@@ -18,8 +18,6 @@ from zerorate.noise.spectrum import Spectrum, fit_spectrum
 from zerorate.progress import Progress, silent
 from zerorate.types import Floats
 
-__all__ = ["Axis", "Characterisation", "characterise", "models_json", "notes_on"]
-
 # Every kind has an averaging time from here on.
 _LEAST_SAMPLES: Final = 20
 

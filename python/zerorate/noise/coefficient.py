@@ -5,8 +5,6 @@ from typing import Any, Final, Self, overload
 
 from zerorate.faults import ArgumentError
 
-__all__ = ["NOTHING_KNOWN", "Coefficient", "CoefficientField", "positive"]
-
 _ONE_SIDED_95: Final = 1.6448536269514722
 """The 0.95 quantile of the standard normal distribution."""
 

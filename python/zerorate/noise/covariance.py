@@ -17,9 +17,6 @@ from zerorate.noise.kinds import Kind
 from zerorate.noise.processes import Process
 from zerorate.types import Floats, Integers
 
-__all__ = ["CurveStatistics", "degrees_of_freedom", "variances"]
-
-
 # C(k) bends where a point of the shorter difference meets one of the longer: so many points lie
 # to each side of these, a sixteenth of the shorter averaging time apart, so many over the whole.
 _NEAR: Final = 40

@@ -22,15 +22,6 @@ from zerorate.types import Floats, Integers
 if TYPE_CHECKING:
     from zerorate.noise.result import AllanResult
 
-__all__ = [
-    "Curve",
-    "ExpectedTerm",
-    "curve_fit",
-    "expected_deviation",
-    "expected_terms",
-    "polynomial_fit",
-]
-
 _TIMES_PER_DECADE: Final = 8
 # Keeps what has no scatter of its own, a ramp or a sine, from an infinite weight.
 _EXACT: Final = 1e-12

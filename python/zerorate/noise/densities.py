@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from zerorate.noise.model import NoiseModel
 
-__all__ = ["densities"]
-
 _QUANTITY: Final = {"gyro": "angular rate", "accel": "acceleration"}
 
 _FLAT: Final = 0.664

@@ -24,9 +24,6 @@ from zerorate.types import Floats
 from zerorate.units import whole_samples
 from zerorate.views import Result
 
-__all__ = ["DynamicAllan", "dynamic_allan"]
-
-
 _WINDOWS: Final = 50
 _TAUS_PER_WINDOW: Final = 10
 _LEAST_SAMPLES: Final = 20

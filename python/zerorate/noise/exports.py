@@ -16,8 +16,6 @@ from zerorate.noise.quantities import WITHOUT_UNIT, Quantity, term_of
 if TYPE_CHECKING:
     from zerorate.noise.model import NoiseModel
 
-__all__ = ["to_kalibr", "to_orbslam3", "to_px4", "to_ros", "to_vins", "written"]
-
 _CONTINUOUS: Final = "noise of an IMU, densities of continuous time."
 
 

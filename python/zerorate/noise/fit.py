@@ -14,9 +14,6 @@ from zerorate.noise.quantities import Quantity
 from zerorate.noise.terms import Markov, Sinusoid
 from zerorate.types import Floats
 
-__all__ = ["Component", "FittedModel", "Problem", "fitted"]
-
-
 # A coefficient is identifiable if its square is above twice its standard error: the record then
 # gives the coefficient to better than a quarter.
 _SIGMAS: Final = 2.0

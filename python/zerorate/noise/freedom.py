@@ -11,9 +11,6 @@ from zerorate.noise.kinds import KINDS, Kind
 from zerorate.noise.processes import BY_EXPONENT
 from zerorate.types import Floats, Integers
 
-__all__ = ["bounds", "freedoms", "reflection_bias", "total_bias"]
-
-
 # Degrees of freedom change slowly with the averaging time: dense grids are filled in.
 _MOST: Final = 256
 # The fits pass below what one square has where tau nears the record's length.

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 Model = TypeVar("Model", bound="NoiseModel")
 
-__all__ = ["decoded", "encoded", "from_json", "to_json"]
-
 _FORMAT: Final = "zerorate noise model"
 _VERSION: Final = 1
 _FIT: Final = {"method": str, "chi_squared": float, "degrees_of_freedom": int, "misfit": float}

@@ -12,8 +12,6 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError
 from zerorate.types import Floats, Integers
 
-__all__ = ["KINDS", "Kind", "KindName", "TauGrid", "factors", "kind", "seconds"]
-
 KindName = Literal[
     "adev",
     "oadev",

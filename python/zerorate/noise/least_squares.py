@@ -9,9 +9,6 @@ import numpy as np
 from zerorate._native import chi_squared_quantile
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Solution", "Weighting", "bound_by_one", "left_over", "solve", "upper_bound"]
-
-
 Weighting = Callable[[Floats], Floats]
 """Covariance of the data, shape (t, t), or (t,) if independent, given the strengths (p,)."""
 

@@ -22,8 +22,6 @@ from zerorate.types import Floats
 from zerorate.units import canonical, convert, kind
 from zerorate.views import Result
 
-__all__ = ["DiscreteSigmas", "NoiseModel", "worst_axis"]
-
 T = TypeVar("T")
 
 

@@ -17,24 +17,6 @@ from zerorate.faults import ArgumentError
 from zerorate.noise.kinds import Kind
 from zerorate.types import Floats
 
-__all__ = [
-    "BY_EXPONENT",
-    "COLOURED",
-    "FLICKER",
-    "QUANTISATION",
-    "TERMS",
-    "WALK",
-    "WHITE",
-    "Process",
-    "check_frequencies",
-    "check_terms",
-    "check_times",
-    "markov",
-    "ramp_variance",
-    "sinusoid_variance",
-    "strength",
-]
-
 _SERIES: Final = 20
 _ZETA_3: Final = 1.2020569031595942
 

@@ -12,19 +12,6 @@ if TYPE_CHECKING:
     from zerorate.noise.dynamic import DynamicAllan
     from zerorate.noise.result import AllanResult
 
-__all__ = [
-    "TERMS",
-    "UNKNOWN",
-    "WITHOUT_UNIT",
-    "Quantity",
-    "Shown",
-    "Term",
-    "check_unit",
-    "shown_unit",
-    "si_unit",
-    "term_of",
-]
-
 Quantity = Literal["angular rate", "acceleration", "unknown"]
 
 UNKNOWN: Final = "unit"

@@ -14,19 +14,6 @@ from zerorate.io.log import checked_rate
 from zerorate.io.missing import floats
 from zerorate.types import Floats
 
-__all__ = [
-    "as_record",
-    "centred",
-    "checked_width",
-    "is_constant",
-    "longest_stretch",
-    "power_of_two",
-    "resolution",
-    "samples",
-    "size_of",
-    "with_gaps",
-]
-
 _GLANCE: Final = 1000
 
 

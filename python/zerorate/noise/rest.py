@@ -11,8 +11,6 @@ from zerorate.io.log import checked_rate
 from zerorate.noise.records import as_record, centred, resolution
 from zerorate.types import Booleans, Floats
 
-__all__ = ["MOVED", "Span", "Step", "largest_step", "moving_spans"]
-
 MOVED: Final = 8.0
 """How many usual deviations from rest are motion.
 

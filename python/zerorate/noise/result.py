@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 from zerorate.types import Floats, Integers
 from zerorate.views import Result, figure_of
 
-__all__ = ["AllanResult"]
-
-
 # More averaging times to an octave share nearly all of what they know.
 _PER_OCTAVE: Final = 4
 _LEAST_TAUS: Final = 5

@@ -18,8 +18,6 @@ from zerorate.noise.quantities import check_unit, si_unit
 from zerorate.noise.records import longest_stretch, power_of_two, samples
 from zerorate.types import Floats
 
-__all__ = ["Bands", "Spectrum", "fit_spectrum", "whittle"]
-
 # More average better but smear the lowest frequencies, where drift is.
 _TAPERS: Final = 5
 _PER_OCTAVE: Final = 8

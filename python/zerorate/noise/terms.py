@@ -16,8 +16,6 @@ from zerorate.types import Floats
 if TYPE_CHECKING:
     from zerorate.noise.model import NoiseModel
 
-__all__ = ["ALLAN", "FLICKER_FLOOR", "HADAMARD", "Markov", "Sinusoid", "Statistic", "deviation"]
-
 FLICKER_FLOOR: Final = math.sqrt(2.0 * math.log(2.0) / math.pi)
 """Allan deviation of flicker noise over its bias instability B, 0.664."""
 

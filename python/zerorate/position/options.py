@@ -5,8 +5,6 @@ from typing import Final
 from zerorate._native import position_options
 from zerorate.options import by_name, table
 
-__all__ = ["POSITION_METHODS", "POSITION_OPTIONS"]
-
 POSITION_OPTIONS: Final = by_name(table(position_options()))
 """Of `zerorate.PositionFilter`: its method, then every constant, with the methods that use it."""
 

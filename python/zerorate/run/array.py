@@ -22,14 +22,6 @@ from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import UNITS
 from zerorate.views import Result
 
-__all__ = [
-    "OUT",
-    "ArrayAllan",
-    "ArrayReplay",
-    "Weights",
-    "replay_array",
-]
-
 Weights: TypeAlias = Literal["auto", "mean", "white"]
 Columns: TypeAlias = dict[str, Floats | Booleans]
 

@@ -9,15 +9,6 @@ from contextvars import copy_context
 from types import FrameType
 from typing import Any, Final, Self, TypeVar
 
-__all__ = [
-    "INTERRUPT",
-    "Ending",
-    "Interrupted",
-    "Interrupts",
-    "for_the_parent_alone",
-    "in_background",
-]
-
 T = TypeVar("T")
 
 INTERRUPT: Final = int(signal.SIGINT)

@@ -9,8 +9,6 @@ import numpy as np
 from zerorate._native import DriftFilter
 from zerorate.types import Integers
 
-__all__ = ["LeftOut"]
-
 
 @dataclass(frozen=True, eq=False)
 class LeftOut:

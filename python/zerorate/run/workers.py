@@ -9,8 +9,6 @@ from contextvars import ContextVar
 from types import TracebackType
 from typing import Final, Generic, Self, TypeVar
 
-__all__ = ["Behind", "ahead", "on_threads", "single_threaded", "thread_count", "workers"]
-
 T = TypeVar("T")
 
 _MOST: Final = 16

@@ -45,8 +45,6 @@ if TYPE_CHECKING:
 
     from zerorate.noise.characterise import Characterisation
 
-__all__ = ["plot_allan", "plot_characterisation"]
-
 Style = dict[str, Any]
 
 _MOST_COLUMNS: Final = 4

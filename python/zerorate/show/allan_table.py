@@ -13,8 +13,6 @@ from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, si_unit
 from zerorate.numerals import significant, with_error
 from zerorate.show.tables import GAP, WIDTH, aligned, bulleted
 
-__all__ = ["format_allan", "format_allan_notes"]
-
 _SECOND: Final = "  by the spectrum"
 _SECOND_FIELDS: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
 _WORST: Final = "worst axis"

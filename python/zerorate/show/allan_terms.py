@@ -27,15 +27,6 @@ from zerorate.types import Floats
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = [
-    "COLOURS",
-    "DrawnTerm",
-    "drawn_terms",
-    "fitted_curve",
-    "other_terms",
-    "write_list",
-]
-
 COLOURS: Final = {
     "quantization": PURPLE,
     "angle_random_walk": VERMILION,

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from zerorate.identify.arma_model import ArmaModel
 from zerorate.show.tables import WIDTH
 
-__all__ = ["format_arma_model"]
-
 Row = tuple[str, str, str]
 
 

@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["plot_array"]
-
 # Millimetres.
 _WIDTH: Final = 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 15.0, 8.5, 19.0

@@ -15,14 +15,6 @@ from zerorate.run.array import OUT, ArrayReplay
 from zerorate.show.tables import Table, as_text, bulleted
 from zerorate.types import Floats
 
-__all__ = [
-    "format_accelerometers",
-    "format_array",
-    "format_array_notes",
-    "format_rotations",
-    "title",
-]
-
 _SPANS: Final = 3
 """Spans of an exclusion that are listed."""
 _GAINS: Final = ("mean over array", "sensor over array")

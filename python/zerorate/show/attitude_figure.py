@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from zerorate.attitude.estimate import AttitudeEstimate
     from zerorate.types import Booleans, Floats
 
-__all__ = ["draw_matrix", "heading_and_tilt_errors", "plot_attitude", "shade", "thinned"]
-
 # Millimetres.
 _WIDTH: Final = 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM, _BETWEEN = 15.0, 4.0, 8.0, 14.0, 3.0

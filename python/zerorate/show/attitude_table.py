@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from zerorate.attitude.estimate import AttitudeEstimate
     from zerorate.types import Booleans, Floats
 
-__all__ = ["attitude_title", "format_attitude"]
-
 _AXES: Final = ("x", "y", "z")
 _BEGUN: Final = 2.0
 _OTHER_FRAME: Final = math.radians(120.0)

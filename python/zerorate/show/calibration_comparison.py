@@ -8,8 +8,6 @@ from zerorate.numerals import significant, with_error
 from zerorate.show.tables import bulleted
 from zerorate.units import UNITS, convert
 
-__all__ = ["format_comparison"]
-
 _ROW: Final = "{:31}{:>19}{:>19}{:>13}{:>7}  {}"
 
 

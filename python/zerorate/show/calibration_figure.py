@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
     from zerorate.io import Recording
 
-__all__ = ["plot_calibration"]
-
 # Millimetres.
 _WIDTH: Final = 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 14.0, 4.0, 13.0, 16.0

@@ -34,17 +34,6 @@ if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
     from zerorate.io import Log
 
-__all__ = [
-    "draw_carry",
-    "draw_deviations",
-    "draw_known",
-    "draw_log",
-    "draw_norm",
-    "draw_poses",
-    "name_elements",
-    "name_groups",
-]
-
 _AXIS_COLOURS: Final = (BLUE, VERMILION, GREEN)
 _GAP: Final = np.radians(40.0)
 """Angle from the nearest pose beyond which there is a gap."""

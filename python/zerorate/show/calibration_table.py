@@ -14,8 +14,6 @@ from zerorate.units import UNITS, convert
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration, Rest, SensorCalibration, Turn
 
-__all__ = ["format_calibration", "verdict"]
-
 Row = tuple[str, ...]
 
 _AXES: Final = ("x", "y", "z")

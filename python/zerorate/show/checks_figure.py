@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from zerorate.checks.result import Checks
 
-__all__ = ["plot_checks"]
-
 # Millimetres.
 _WIDTH, _HEIGHT = 120.0, 42.0
 _ROWS: Final = ("magnetometer", "gyro")

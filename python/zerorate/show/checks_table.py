@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from zerorate.checks.result import Checks, Finding
     from zerorate.noise.coefficient import Coefficient
 
-__all__ = ["format_checks"]
-
 _MOST: Final = 3
 """Spans of time, and alternatives, that are listed."""
 

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from zerorate.compare.comparison import Comparison
     from zerorate.compare.measures import Row
 
-__all__ = ["plot_compare"]
-
 # Millimetres.
 _PANEL, _LEFT, _BETWEEN, _UNDER = 42.0, 24.0, 6.0, 11.0
 _ROW, _BELOW, _ABOVE = 5.0, 14.0, 9.0

@@ -11,9 +11,6 @@ from zerorate.numerals import significant
 from zerorate.show.compare_tables import marked, on_looking_ahead
 from zerorate.show.tables import Table, as_text
 
-__all__ = ["format_regret"]
-
-
 _MEANING: Final = (
     "Regret: RMSE to the true drift over that of the Kalman filter that knows the model, whose own "
     "RMSE is the column optimum. 1 is perfect."

@@ -16,17 +16,6 @@ from zerorate.numerals import NOTHING, or_dash
 from zerorate.show.tables import Table, as_text, bulleted
 from zerorate.simulation import Contamination
 
-__all__ = [
-    "Measure",
-    "Section",
-    "format_compare",
-    "format_comparison",
-    "label",
-    "leading_section",
-    "marked",
-    "on_looking_ahead",
-]
-
 
 @dataclass(frozen=True)
 class Measure:

@@ -12,8 +12,6 @@ import numpy as np
 from zerorate.io.readers.cells import inert
 from zerorate.noise import AllanResult
 
-__all__ = ["CurveFormat", "write_curves"]
-
 _COLUMNS: Final = ("deviation", "lower", "upper", "edf", "exponent", "term_count")
 
 

@@ -35,15 +35,6 @@ if TYPE_CHECKING:
     from zerorate.noise.dynamic import DynamicAllan
     from zerorate.noise.result import AllanResult
 
-__all__ = [
-    "format_allan_covariance",
-    "format_allan_result",
-    "format_dynamic",
-    "plot_allan_covariance",
-    "plot_arma_model",
-    "plot_noise_model",
-]
-
 _COLOURS: Final = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 # Millimetres.
 _WIDTH, _HEIGHT, _LEFT, _BELOW, _ABOVE = 100.0, 70.0, 16.0, 10.0, 8.0

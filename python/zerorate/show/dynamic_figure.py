@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import Figure
 
-__all__ = ["plot_dynamic"]
-
 # Millimetres.
 _WIDTH, _HEIGHT = 125.0, 70.0
 _MAP: Final = (15.0, 15.0, 88.0, 52.0)

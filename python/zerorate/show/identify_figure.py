@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["plot_identification"]
-
 # Millimetres.
 _WIDTH: Final = 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 14.0, 4.0, 9.0, 16.0

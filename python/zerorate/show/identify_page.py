@@ -11,8 +11,6 @@ from zerorate.identify.identification import Identification
 from zerorate.show.identify_tables import tables
 from zerorate.show.tables import Table
 
-__all__ = ["identification_page"]
-
 
 def identification_page(
     found: Sequence[Identification], source: str, figures: Mapping[str, bytes], notes: Sequence[str]

@@ -36,20 +36,6 @@ if TYPE_CHECKING:
     from zerorate.identify.identification import Identification, Online
     from zerorate.identify.order import OrderSelection
 
-__all__ = [
-    "draw_acf",
-    "draw_ar_orders",
-    "draw_arma_orders",
-    "draw_online",
-    "draw_pacf",
-    "draw_quantiles",
-    "draw_residual_acf",
-    "draw_series",
-    "draw_spectrum",
-    "style_orders",
-    "style_times",
-]
-
 _SUBSCRIPTS: Final = "₁₂₃"
 _FREQUENCIES: Final = 300
 

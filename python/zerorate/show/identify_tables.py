@@ -13,8 +13,6 @@ from zerorate.identify.verdict import Verdict
 from zerorate.numerals import significant, with_error
 from zerorate.show.tables import WIDTH, Table, as_text, bulleted
 
-__all__ = ["format_identification", "format_identify", "tables"]
-
 Row = tuple[str, ...]
 
 _MARKS: Final = "* the least; < the clear choice, with the fewest coefficients within {:g} of it."

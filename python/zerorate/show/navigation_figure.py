@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     from zerorate.navigation.track import Track
     from zerorate.types import Floats, Integers
 
-__all__ = ["plot_outages", "plot_track"]
-
 # Millimetres.
 _WIDTH: Final = 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM, _BETWEEN = 15.0, 4.0, 8.0, 14.0, 3.0

@@ -6,8 +6,6 @@ from zerorate.noise.coefficient import Coefficient
 from zerorate.noise.model import NoiseModel
 from zerorate.noise.quantities import TERMS, Term, term_of
 
-__all__ = ["format_noise_model"]
-
 Row = tuple[str, str, str]
 
 

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from zerorate.calibration.rate.rate_table import RateTable
 
-__all__ = ["plot_rate_table"]
-
 # Millimetres.
 _WIDTH, _PANEL, _LEFT, _BELOW, _ABOVE = 90.0, 38.0, 16.0, 13.0, 6.0
 _COLOURS: Final = (BLUE, VERMILION, ORANGE)

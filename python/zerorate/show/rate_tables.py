@@ -7,8 +7,6 @@ from zerorate.calibration.rate.reference import FittedRate
 from zerorate.noise.coefficient import Coefficient
 from zerorate.numerals import significant, with_error
 
-__all__ = ["format_fitted_rate", "format_rate_table"]
-
 
 def format_rate_table(table: RateTable) -> str:
     """Return the coefficients of each axis with their standard errors."""

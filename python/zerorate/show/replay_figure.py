@@ -39,8 +39,6 @@ if TYPE_CHECKING:
 
 Grid = np.ndarray[Any, np.dtype[np.object_]]
 
-__all__ = ["plot_replay"]
-
 _MOST_AXES: Final = 6
 """Axes of the log that a figure has room for."""
 

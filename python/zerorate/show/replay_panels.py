@@ -29,19 +29,6 @@ from zerorate.types import Booleans, Floats
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = [
-    "MEMORIES",
-    "draw_allan",
-    "draw_bias",
-    "draw_gain",
-    "draw_model",
-    "draw_noise",
-    "draw_rate",
-    "draw_walk",
-    "draw_white_noise",
-    "length_of_means",
-]
-
 Places = npt.NDArray[np.intp]
 
 MEMORIES: Final = 10.0

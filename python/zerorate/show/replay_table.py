@@ -16,8 +16,6 @@ from zerorate.run.replay.result import extra_names, unlearned
 from zerorate.show.tables import WIDTH, Table, aligned, as_text, bulleted
 from zerorate.types import Integers
 
-__all__ = ["format_learned", "format_notes", "format_table"]
-
 _TITLE: Final = "Bias as each method estimates it; 'raw' is the log itself"
 _MEASURES: Final = (
     "Coasting is the angle error after holding an estimate for that long: what a wrong bias costs. "

@@ -11,17 +11,6 @@ from zerorate.types import Floats
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = [
-    "BUCKETS",
-    "limits",
-    "outline",
-    "parts",
-    "share_decades",
-    "share_heights",
-    "share_limits",
-    "spans",
-]
-
 Panels = np.ndarray[Any, np.dtype[np.object_]]
 
 BUCKETS: Final = 200

@@ -32,19 +32,6 @@ if TYPE_CHECKING:
     from zerorate.linear.run import LinearRun, SmoothedRun
     from zerorate.types import Floats
 
-__all__ = [
-    "format_denoised",
-    "format_fused",
-    "format_integrated",
-    "format_linear",
-    "format_smoothed",
-    "plot_denoised",
-    "plot_fused",
-    "plot_integrated",
-    "plot_linear",
-    "plot_smoothed",
-]
-
 # Millimetres.
 _WIDTH, _PANEL, _LEFT, _BELOW, _ABOVE, _BETWEEN = 130.0, 28.0, 18.0, 10.0, 3.0, 5.0
 _COLOURS: Final = (BLUE, VERMILION, ORANGE, BLUE_TEXT)

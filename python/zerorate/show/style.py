@@ -16,44 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-__all__ = [
-    "AR_COLOURS",
-    "BLACK",
-    "BLUE",
-    "BLUE_TEXT",
-    "BROWN",
-    "DPI",
-    "FONT",
-    "GREEN",
-    "GREEN_TEXT",
-    "GREY",
-    "GREY_TEXT",
-    "MA_COLOURS",
-    "MM",
-    "ORANGE",
-    "ORANGE_TEXT",
-    "PURPLE",
-    "PURPLE_TEXT",
-    "ROSE",
-    "SKY",
-    "SKY_TEXT",
-    "VERMILION",
-    "VERMILION_TEXT",
-    "Corner",
-    "add_panel",
-    "contrast",
-    "new_figure",
-    "save_figure",
-    "style_decades",
-    "style_panels",
-    "text_colour",
-    "time_unit",
-    "write_caption",
-    "write_in_middle",
-    "write_legend",
-    "write_title",
-]
-
 Corner = Literal["upper right", "lower left"]
 
 # Of Okabe and Ito, which colour-blind readers can tell apart.

@@ -8,8 +8,6 @@ from typing import Final
 
 from zerorate.faults import told
 
-__all__ = ["GAP", "WIDTH", "Table", "aligned", "as_text", "bulleted"]
-
 WIDTH: Final = 100
 """Most letters in a line of a table."""
 

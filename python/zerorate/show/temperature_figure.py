@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     from zerorate.calibration.temperature import TemperatureModel
 
-__all__ = ["plot_temperature"]
-
 _ALONE: Final = (96.0, 54.0)
 _BESIDE: Final = (52.0, 50.0)
 _MOST_COLUMNS: Final = 3

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from zerorate.calibration.temperature import TemperatureModel
     from zerorate.noise.coefficient import Coefficient
 
-__all__ = ["format_temperature"]
-
 _BOUND: Final = 'A "<" is an upper bound at 95 %: the record does not determine the slope.'
 
 

@@ -14,8 +14,6 @@ from zerorate.faults import ArgumentError
 from zerorate.simulation.gyro import not_negative, whole
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Contamination"]
-
 _EVERY: Final = 60.0
 """Seconds from the beginning of one burst's turn to that of the next."""
 

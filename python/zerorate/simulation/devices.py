@@ -15,8 +15,6 @@ from typing import Final
 from zerorate.noise import FLICKER_FLOOR, NoiseModel
 from zerorate.units import convert
 
-__all__ = ["DEVICES", "Device", "device"]
-
 _WALK_MEETS_FLOOR_AT: Final = 1000.0
 _UNREAD_SHEET: Final = "Quoted at second hand, not read in the sheet itself. "
 _CHOSEN_WALK: Final = (

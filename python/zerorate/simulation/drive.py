@@ -36,8 +36,6 @@ from zerorate.simulation.gyro import not_negative, simulate, whole
 from zerorate.simulation.hand import fixed, given_or_drawn, turned
 from zerorate.types import Floats, Integers
 
-__all__ = ["SimulatedDrive", "simulate_drive"]
-
 Noise: TypeAlias = NoiseModel | Device | Literal["consumer"] | None
 
 _CONSUMER: Final = {

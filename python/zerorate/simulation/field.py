@@ -13,8 +13,6 @@ from zerorate.simulation.gyro import not_negative
 from zerorate.simulation.hand import fixed
 from zerorate.types import Floats
 
-__all__ = ["nearness", "of_earth", "of_magnet", "spans", "wandered"]
-
 _WANDER_TIME: Final = 15.0
 """Seconds on the way through a room in which its field becomes another one."""
 _MAGNET: Final = (0.5, 0.3)

@@ -12,9 +12,6 @@ from zerorate.simulation import sequences
 from zerorate.simulation.devices import Device
 from zerorate.types import Floats
 
-__all__ = ["not_negative", "simulate", "whole"]
-
-
 _MOST_SAMPLES: Final = 10**9
 # A new term goes to the end: the streams before it, and so the signals of old seeds, stay.
 _STREAMS: Final = (

@@ -14,8 +14,6 @@ from zerorate.geometry.rotations import inverse, of_matrices, of_rotation_vector
 from zerorate.simulation.gyro import not_negative, whole
 from zerorate.types import Floats, Integers
 
-__all__ = ["Hand", "Poses", "fixed", "given_or_drawn", "hand", "turned"]
-
 Poses: TypeAlias = int | Literal["six"] | npt.ArrayLike
 
 _TREMOR: Final = (1.0, 8.0)

@@ -13,20 +13,6 @@ from zerorate.simulation import sequences
 from zerorate.simulation.gyro import not_negative
 from zerorate.types import Floats
 
-__all__ = [
-    "MODELS",
-    "Block",
-    "GaussMarkov",
-    "GyroModel",
-    "Part",
-    "Resonance",
-    "WarmUp",
-    "flicker",
-    "record",
-    "records",
-]
-
-
 # Shares of a resonance that its start still has after so many decay times: e^-40 is rounding.
 _LEAD = 40.0
 

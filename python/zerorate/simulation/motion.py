@@ -20,8 +20,6 @@ from zerorate.simulation.trajectories import TRAJECTORIES, Motion, Trajectory
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS
 
-__all__ = ["MotionErrors", "SimulatedMotion", "simulate_motion"]
-
 Kind = Literal["pendulum", "spinning pendulum", "arm", "vehicle", "circle", "hand"]
 
 _G: Final = UNITS["g"].amount

@@ -10,8 +10,6 @@ from zerorate.faults import ArgumentError
 from zerorate.io.log import checked_rate
 from zerorate.types import Floats
 
-__all__ = ["MOTIONS", "hand", "table", "vehicle"]
-
 
 def table(rate: float, duration: float, seed: int = 0) -> Floats:
     """Return a rate table that swings: a sine of 2 deg/s and 0.2 Hz from a phase by the seed.

@@ -9,8 +9,6 @@ import numpy as np
 from zerorate.simulation.models import Block, GyroModel
 from zerorate.types import Floats
 
-__all__ = ["Optimum", "System", "optimum"]
-
 
 @dataclass(frozen=True, eq=False)
 class System:

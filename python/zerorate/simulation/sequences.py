@@ -6,8 +6,6 @@ import numpy as np
 
 from zerorate.types import Floats
 
-__all__ = ["flicker", "markov", "quantization", "sinusoid", "walk"]
-
 
 def walk(steps: Floats) -> Floats:
     """Return the sum of the steps, from 0: the first step is dropped."""

@@ -10,14 +10,14 @@ from typing import Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.calibration.calibration import (
+from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.parameters import (
     ACCEL_BIAS,
     ACCEL_MATRIX,
     G_SENSITIVITY,
     GYRO_BIAS,
     GYRO_MATRIX,
     PARAMETERS,
-    Calibration,
 )
 from zerorate.faults import ArgumentError
 from zerorate.geometry.rotations import inverse
@@ -31,8 +31,6 @@ from zerorate.simulation.gyro import not_negative, simulate, whole
 from zerorate.simulation.hand import Hand, Poses, fixed, given_or_drawn, hand, turned
 from zerorate.types import Floats, Integers
 from zerorate.units import UNITS
-
-__all__ = ["AccelErrors", "GyroErrors", "SimulatedSession", "simulate_session"]
 
 Noise: TypeAlias = NoiseModel | Device | None
 Course: TypeAlias = tuple[float, float] | Callable[[Floats], npt.ArrayLike]

@@ -18,8 +18,6 @@ from zerorate.simulation.hand import hand as turned_by_hand
 from zerorate.simulation.hand import turned
 from zerorate.types import Floats
 
-__all__ = ["TRAJECTORIES", "Trajectory"]
-
 Random: TypeAlias = np.random.Generator
 Motion: TypeAlias = tuple[Floats, Floats, Floats]
 """Quaternions from body to earth, shape (n, 4); rates in the axes of the body, rad/s, and velocity

@@ -25,8 +25,6 @@ from zerorate.calibration.parameters import (
 )
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Case", "assembled"]
-
 _OUTLIER: Final = 0.5
 
 

@@ -9,16 +9,6 @@ import numpy as np
 from zerorate.calibration.fit.joint_fit import LOWER, Fit
 from zerorate.types import Floats
 
-__all__ = [
-    "MOST_MISS",
-    "MOST_NORM",
-    "WEAK_NORM",
-    "WEAK_TURN",
-    "foretells",
-    "norm_rows",
-    "turn_sigmas",
-]
-
 MOST_NORM: Final = 10e-3
 """RMS of |f|/g - 1 at rests beyond which a calibration is not valid."""
 

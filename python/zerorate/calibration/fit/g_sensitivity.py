@@ -9,8 +9,6 @@ import numpy as np
 
 from zerorate.types import Booleans, Floats
 
-__all__ = ["G_PRIOR", "AtRest", "at_rest"]
-
 G_PRIOR: Final = 0.2 * np.pi / 180.0
 """Standard deviation of an element before the record, rad/s per gravity: MEMS gyros are given up to
 0.1 deg/s/g, and some go beyond."""

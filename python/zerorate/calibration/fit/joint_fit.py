@@ -11,20 +11,6 @@ import numpy as np
 from zerorate.calibration.fit.turns import Carried, cross_matrices
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = [
-    "DATASHEET",
-    "DETERMINED",
-    "LOWER",
-    "WIDE",
-    "Fit",
-    "Observations",
-    "Prior",
-    "directions",
-    "forces",
-    "joint_fit",
-    "sizes",
-]
-
 LOWER: Final = np.array([(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)])
 _BIAS: Final = slice(6, 9)
 _GYRO: Final = slice(9, 18)

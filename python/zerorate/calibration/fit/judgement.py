@@ -22,8 +22,6 @@ from zerorate.calibration.fit.turns import GAP, LONG, SATURATED
 from zerorate.calibration.parameters import PARAMETERS
 from zerorate.types import Booleans, Floats
 
-__all__ = ["advice_on", "handedness", "problems_of"]
-
 _DEG: Final = math.pi / 180.0
 _AXES: Final = "xyz"
 _LEAST_SCALE: Final = 0.8

@@ -16,17 +16,6 @@ from zerorate.faults import ArgumentError
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = [
-    "FLOORS",
-    "Stillness",
-    "clipped",
-    "find_rests",
-    "given_rests",
-    "in_raw_units",
-    "mean_variances",
-    "rests_of",
-]
-
 FLOORS: Final = 5.0
 """A window is still if no axis varies more than this many times as at its quietest."""
 

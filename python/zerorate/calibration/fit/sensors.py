@@ -16,8 +16,6 @@ from zerorate.io.log import Log, LogError, Recording, checked_rate, present_axes
 from zerorate.io.missing import floats
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["STANDARD_GRAVITY", "Sensor", "Source", "chosen", "resolution", "sensor"]
-
 Kind = Literal["gyro", "accel"]
 Source = str | Log | npt.ArrayLike | None
 

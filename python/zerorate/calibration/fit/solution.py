@@ -26,8 +26,6 @@ from zerorate.calibration.fit.sensors import Sensor
 from zerorate.calibration.fit.turns import Carried, carried, misses, turn_biases
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["Record", "Solution", "errors_of", "held_out_errors", "solve"]
-
 GSensitivity = Literal["auto"] | bool
 
 _SIGNIFICANT: Final = 3.0

@@ -14,8 +14,6 @@ from zerorate.calibration.fit.turns import cross_matrices
 from zerorate.io.log import LogError
 from zerorate.types import Floats
 
-__all__ = ["PriorName", "check_gravity", "nominal_sensors", "start_of"]
-
 PriorName = Literal["datasheet", "wide"]
 
 _WINDOW: Final = 0.15

@@ -39,8 +39,6 @@ from zerorate.faults import ArgumentError
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.noise.coefficient import positive
 
-__all__ = ["Choices", "calibrated"]
-
 _FEWEST_RESTS: Final = 4
 _FEWEST_TURNS: Final = 6
 _JITTER: Final = 0.05

@@ -14,21 +14,6 @@ from zerorate.calibration.calibration import Rest, Turn
 from zerorate.calibration.fit.sensors import Sensor
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = [
-    "GAP",
-    "LONG",
-    "LONGEST",
-    "SATURATED",
-    "Carried",
-    "carried",
-    "cross_matrices",
-    "misses",
-    "rotation_vectors",
-    "saturated",
-    "turn_biases",
-    "turns_between",
-]
-
 LONG: Final = "long"
 GAP: Final = "gap"
 SATURATED: Final = "saturated"

@@ -8,8 +8,6 @@ import numpy as np
 
 from zerorate.types import Floats, Integers
 
-__all__ = ["wild_samples"]
-
 _BESIDE: Final = 5
 """Samples on either side that one is compared with."""
 

@@ -24,8 +24,6 @@ from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
 from zerorate.views import Result
 
-__all__ = ["Integrated", "IntegrationMethod", "integrate"]
-
 IntegrationMethod: TypeAlias = Literal["backward-euler", "trapezoid", "coning"]
 
 _LEFT_OUT = ("quantization", "rate_ramp", "markov", "sinusoid")

@@ -9,8 +9,6 @@ import numpy as np
 
 from zerorate.types import Floats
 
-__all__ = ["RateErrors", "angle_sigma"]
-
 _BLOCK: Final = 1 << 16
 """Samples at once: a day at 1 kHz must not fill the memory with matrices."""
 

@@ -9,8 +9,6 @@ import numpy as np
 
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["Bridged", "bridge"]
-
 _EXACT: Final = 16
 """Samples up to which each length of a gap is tried by itself, beyond in steps of a fifth."""
 _LEAST: Final = 10

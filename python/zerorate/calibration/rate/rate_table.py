@@ -21,8 +21,6 @@ from zerorate.views import Result
 if TYPE_CHECKING:
     pass
 
-__all__ = ["RateTable", "RateTableAxis", "Term", "calibrate_rate_table"]
-
 Term = Literal["quadratic", "cubic", "asymmetry"]
 
 TERMS: Final[tuple[Term, ...]] = ("quadratic", "cubic", "asymmetry")

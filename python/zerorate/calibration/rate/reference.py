@@ -22,8 +22,6 @@ from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
 from zerorate.views import Result
 
-__all__ = ["FittedRate", "fit_rate"]
-
 _PARTS: Final = 10
 _FAR: Final = 3.0
 """Standard errors beyond which the model itself is wrong."""

@@ -9,8 +9,6 @@ import numpy as np
 
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["Blocks", "blocks_of", "still_samples"]
-
 _BLOCK: Final = 5.0
 """Seconds, less in a short record and more in a long one."""
 

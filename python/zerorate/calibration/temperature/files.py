@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 Model = TypeVar("Model", bound="TemperatureModel")
 
-__all__ = ["from_json", "to_ardupilot", "to_json", "to_px4"]
-
 _FORMAT: Final = "zerorate temperature model"
 _VERSION: Final = 1
 _MODEL: Final = (

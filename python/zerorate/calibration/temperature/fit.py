@@ -11,8 +11,6 @@ import numpy as np
 from zerorate.calibration.temperature.blocks import Blocks
 from zerorate.types import Floats
 
-__all__ = ["DEGREES", "KELVINS", "SPANS", "Fit", "fitted", "powers"]
-
 KELVINS: Final = 10.0
 """Kelvins that a power of temperature is counted in."""
 

@@ -30,8 +30,6 @@ from zerorate.views import Result
 if TYPE_CHECKING:
     pass
 
-__all__ = ["TemperatureBias", "TemperatureModel"]
-
 _REFERENCE: Final = 25.0
 """degC, where the record has no temperature."""
 

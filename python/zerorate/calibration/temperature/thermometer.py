@@ -8,8 +8,6 @@ import numpy as np
 
 from zerorate.types import Floats, Integers
 
-__all__ = ["between_steps", "held", "thermometric", "without_leaps"]
-
 _COARSE: Final = 5.0
 """Seconds: a thermometer is coarse that stands still for longer most of the time."""
 

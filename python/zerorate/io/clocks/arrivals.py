@@ -17,8 +17,6 @@ from zerorate.io.clocks.gaps import LONG_STEP, LONG_WINDOW, ROUNDS, WINDOW
 from zerorate.io.clocks.grid import ALIKE
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["Bursts", "bursts", "floor"]
-
 _LAG: Final = 512  # rows over which bursts even out
 _FEWEST_STATED: Final = 3  # bursts of which there is one that is neither the first nor the last
 _SHORT: Final = 0.8  # of the period by count, at most: steps within a burst

@@ -16,8 +16,6 @@ from zerorate.io.clocks.wander import Wander, wander_of
 from zerorate.io.log import LogError
 from zerorate.types import Floats, Integers
 
-__all__ = ["clock_through", "fit_grid", "fitted_grid"]
-
 _BLOCK: Final = 1 << 16
 _ROUNDS: Final = 3
 """Times that gaps and the wander of a clock are judged by each other."""

@@ -10,8 +10,6 @@ import numpy as np
 from zerorate.io.log import LogError
 from zerorate.types import Floats, Integers
 
-__all__ = ["ALIKE", "ClockReport", "Grid", "unstamped"]
-
 ALIKE: Final = 0.01
 """Part by which a rate may differ from one that is stated, and stamps from their grid."""
 

@@ -13,8 +13,6 @@ from zerorate.io.clocks.written import is_written_time, written_times
 from zerorate.io.log import LogError
 from zerorate.io.readers.cells import MISSING
 
-__all__ = ["Fault", "dates", "dates_in", "fault_among", "is_date"]
-
 Dates = npt.NDArray[np.datetime64]
 
 # Nanoseconds since 1970 reach from 1678 to 2262.

@@ -7,8 +7,6 @@ from typing import Final
 
 from zerorate.io.names import plain
 
-__all__ = ["UNITS", "looks_like_time", "may_be_time", "named_like_time", "time_unit"]
-
 UNITS: Final = {
     "s": ("s", "sec", "secs", "second", "seconds"),
     "ms": ("ms", "msec", "msecs", "millis", "milliseconds"),

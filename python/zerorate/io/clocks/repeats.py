@@ -18,8 +18,6 @@ from zerorate.io.clocks.gaps import WINDOW
 from zerorate.io.clocks.grid import Grid
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["HEAD", "repeated", "rows_held", "slower"]
-
 HEAD: Final = 1 << 15
 """Rows at the beginning of a log that tell whether its sensor is slower."""
 _LEAST: Final = 1 + 2 / WINDOW

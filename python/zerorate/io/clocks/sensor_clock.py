@@ -12,8 +12,6 @@ from zerorate.io.clocks.stamps import Stamps
 from zerorate.io.log import LogError, checked_rate
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["Clock", "clock_of"]
-
 
 @dataclass(frozen=True)
 class Clock:

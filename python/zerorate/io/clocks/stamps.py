@@ -29,8 +29,6 @@ from zerorate.io.missing import without_masks
 from zerorate.io.table import Column
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Beside", "Stamps", "to_seconds", "without_texts"]
-
 Beside = Callable[[Sequence[str]], tuple[str, str] | None]
 """Returns which of some units another clock tells, and its name."""
 

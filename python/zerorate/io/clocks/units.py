@@ -17,9 +17,6 @@ from zerorate.io.clocks.names import UNITS
 from zerorate.io.log import LogError
 from zerorate.types import Floats
 
-__all__ = ["DATES", "PER_SECOND", "TIME_UNITS", "Unit", "UnitsRemain", "checked_time_unit"]
-__all__ += ["Counts", "date_unit", "middle_step", "row_step", "unit_of", "unit_of_rate"]
-
 Counts = npt.NDArray[np.float64 | np.int64]
 
 PER_SECOND: Final = {

@@ -16,8 +16,6 @@ import numpy.typing as npt
 from zerorate.io.clocks.gaps import WINDOW, medians
 from zerorate.types import Floats, Integers
 
-__all__ = ["Wander", "wander_of"]
-
 _Number = TypeVar("_Number", np.float64, np.int64)
 
 _BLOCKS: Final = (40, 160, 640, 2560, 10_240)

@@ -28,8 +28,6 @@ from zerorate.io.log import LogError
 from zerorate.io.readers import apart_child
 from zerorate.io.table import Column
 
-__all__ = ["asked"]
-
 _PATIENCE: Final = 1.0 if sys.platform == "win32" else 10.0
 """Seconds on the clock for one of computing, which most systems count: they may be busy."""
 _OUT_OF_TIME: Final = -int(getattr(signal, "SIGXCPU", 0))

@@ -15,8 +15,6 @@ from zerorate.io.names import looks_like_sensor, split_unit
 from zerorate.io.readers.stored import Axis, Stored, loaded
 from zerorate.io.table import Column, Metadata, Table
 
-__all__ = ["SCALARS", "from_array", "from_arrays", "metadata_of", "without_common_folder"]
-
 SCALARS = ("rate", "unit", "names", "sensor")
 _WIDEST = 64
 

@@ -19,8 +19,6 @@ from zerorate.io.log import LogError
 from zerorate.io.table import Column, Content, Format, Metadata, Table, listed_names
 from zerorate.texts import extra_needed
 
-__all__ = ["FORMAT", "arrow_table", "in_pieces", "needs_pyarrow", "to_arrow"]
-
 # Of type Any, for the stubs of pyarrow come from elsewhere and lag behind it.
 _Schema = Any
 _Chunks = Any

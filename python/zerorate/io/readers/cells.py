@@ -11,19 +11,6 @@ import math
 import re
 from typing import Final
 
-__all__ = [
-    "MISSING",
-    "from_inert",
-    "has_stray_quotes",
-    "inert",
-    "is_blank",
-    "is_comment",
-    "is_number",
-    "number",
-    "split",
-    "whole",
-]
-
 MISSING: Final = frozenset(
     ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "na", "null", "NULL", "None", "none", "-")
 )

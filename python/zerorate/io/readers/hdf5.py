@@ -17,8 +17,6 @@ from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Content, Format
 from zerorate.texts import extra_needed
 
-__all__ = ["FORMAT", "read_matlab_hdf5"]
-
 
 def _read(path: Path) -> Content:
     return _content(path, "an HDF5 file", matlab=False)

@@ -23,8 +23,6 @@ from zerorate.io.readers.parsers import BOM, Layout, decoded
 from zerorate.io.table import Metadata
 from zerorate.io.words import parsed_name
 
-__all__ = ["META_MARK", "Line", "find_layout", "head_lines", "is_value"]
-
 META_MARK: Final = "zerorate"
 _HEAD: Final = 1 << 17
 _LINE: Final = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r|\Z)")

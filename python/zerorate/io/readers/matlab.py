@@ -12,8 +12,6 @@ from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Content, Format
 from zerorate.texts import extra_needed
 
-__all__ = ["FORMAT"]
-
 _MARK = b"MATLAB 5.0"
 _MARK_HDF5 = b"MATLAB 7.3"
 

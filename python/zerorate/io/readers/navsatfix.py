@@ -14,8 +14,6 @@ from zerorate.io.log import LogError
 from zerorate.io.readers.parsers import decoded
 from zerorate.io.table import Column, Content, Format, Metadata, Table
 
-__all__ = ["FORMAT", "looks_like_json"]
-
 
 def looks_like_json(head: bytes) -> bool:
     """Whether a file begins as JSON does."""

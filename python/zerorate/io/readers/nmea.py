@@ -17,8 +17,6 @@ from zerorate.io.log import LogError
 from zerorate.io.table import Column, Content, Format, Metadata, Table
 from zerorate.texts import extra_needed
 
-__all__ = ["FORMAT", "looks_like_nmea"]
-
 _SENTENCE: Final = re.compile(rb"\$[A-Z]{2}(GGA|RMC|GST|VTG|ZDA),[^$\r\n]*")
 _ANY: Final = re.compile(rb"^[^\r\n]{0,64}?\$(?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,}),", re.MULTILINE)
 _KNOT: Final = 1852.0 / 3600.0

@@ -16,8 +16,6 @@ from zerorate.io.readers.arrays import from_array, from_arrays
 from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Content, Format
 
-__all__ = ["NPY", "NPZ"]
-
 _SUFFIX = ".npy"
 
 

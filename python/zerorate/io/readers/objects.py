@@ -22,8 +22,6 @@ from zerorate.io.readers.arrow import arrow_table, needs_pyarrow
 from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Table
 
-__all__ = ["ArrowStream", "described", "table_of"]
-
 _Frame = Any
 _Series = Any
 

@@ -17,8 +17,6 @@ from zerorate.io.log import Header, Log
 from zerorate.io.readers.arrow import arrow_table, in_pieces, needs_pyarrow, to_arrow
 from zerorate.io.table import Column, Content, Format
 
-__all__ = ["FORMAT", "TIME_NAME", "RowGroups", "about", "native_file", "write_parquet"]
-
 TIME_NAME = "time_s"
 _BUFFER: Final = 1 << 20
 

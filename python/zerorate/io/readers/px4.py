@@ -13,8 +13,6 @@ from zerorate.io.names import looks_like_gyro
 from zerorate.io.readers.ulog import MAGIC, Topic, ULog, parsed
 from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Format, Metadata, Table
 
-__all__ = ["FORMAT"]
-
 _Fields = Mapping[str, Column]
 _Columns = dict[str, Column]
 

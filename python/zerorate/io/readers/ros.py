@@ -18,8 +18,6 @@ from zerorate.io.readers.apart import asked
 from zerorate.io.table import Column, Content, Format, Metadata, Table
 from zerorate.texts import extra_needed
 
-__all__ = ["FORMATS", "columns", "imu_of_cdr", "imu_of_ros1", "is_bag_folder", "topics"]
-
 _Reader = Any
 _Connection = Any
 

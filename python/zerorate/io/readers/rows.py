@@ -20,8 +20,6 @@ from zerorate.io.readers.parsers import parsed, texts
 from zerorate.io.table import Content, Metadata, Table
 from zerorate.io.words import parsed_name, words_of
 
-__all__ = ["by_instance", "by_label", "content_of", "messages"]
-
 _KINDS: Final = ("gyro", "accel", "mag")
 _LABEL: Final = re.compile(rb"[A-Z][A-Z0-9]{1,3}")
 _FORMATS: Final = b"FMT"

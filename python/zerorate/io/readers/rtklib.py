@@ -15,8 +15,6 @@ from zerorate.io.log import LogError
 from zerorate.io.readers.parsers import decoded
 from zerorate.io.table import Column, Content, Format, Metadata, Table
 
-__all__ = ["FORMAT", "looks_like_rtklib"]
-
 _HEADER: Final = re.compile(r"^%\s*(GPST|UTC|JST)\b(.*)$")
 _ROW: Final = (
     r"(?:\d{4}/\d\d/\d\d[ ,]+\d\d:\d\d:\d\d(?:\.\d+)?|\d{3,4}[ ,]+\d{1,6}\.\d{1,9})"

@@ -10,8 +10,6 @@ import numpy as np
 
 from zerorate.io.table import Column
 
-__all__ = ["Axis", "Stored", "loaded"]
-
 
 @dataclass(frozen=True)
 class Stored:

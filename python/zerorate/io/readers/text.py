@@ -17,13 +17,11 @@ from typing import Final
 from zerorate.io.log import LogError
 from zerorate.io.names import meaning_of
 from zerorate.io.readers.cells import inert
-from zerorate.io.readers.layouts import META_MARK, find_layout, head_lines
+from zerorate.io.readers.layouts import find_layout, head_lines
 from zerorate.io.readers.parsers import Layout, decoded, notes_on_lines, parsed, texts
 from zerorate.io.readers.rows import by_instance, by_label, content_of, messages
 from zerorate.io.table import Content, Format, Metadata, Table, listed_names
 from zerorate.io.words import STAGES, parsed_name, words_of
-
-__all__ = ["FOLDER", "FORMAT", "META_MARK", "is_sensor_folder", "is_text", "text_header"]
 
 _UTF_16: Final = (b"\xff\xfe", b"\xfe\xff")
 _HEAD: Final = 1 << 17

@@ -19,8 +19,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from zerorate.io.table import Column
 
-__all__ = ["MAGIC", "Topic", "ULog", "parsed"]
-
 MAGIC: Final = b"ULog\x01\x12\x35"
 
 _TYPES: Final = {

@@ -23,8 +23,6 @@ from zerorate.run.batch.command import Command, Made, Quantity, Row, number
 if TYPE_CHECKING:
     from zerorate.run.batch.task import Settings
 
-__all__ = ["ALLAN"]
-
 _TERMS: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
 _TAUS: Final = {f"deviation_{tau:g}s": tau for tau in (1.0, 10.0, 100.0)}
 

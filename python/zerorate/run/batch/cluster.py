@@ -12,8 +12,6 @@ from zerorate.run.interrupts import for_the_parent_alone
 from zerorate.run.workers import single_threaded
 from zerorate.texts import extra_needed
 
-__all__ = ["Cluster", "local_cluster", "scheduler_at"]
-
 T = TypeVar("T")
 R = TypeVar("R")
 

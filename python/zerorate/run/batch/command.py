@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:
     from zerorate.run.batch.task import Settings
 
-__all__ = ["Command", "Made", "Quantity", "Row", "number"]
-
 Row = Mapping[str, str | float | int | bool | None]
 """Measures of one axis by the names of the columns; None where a number means nothing."""
 

@@ -15,8 +15,6 @@ from zerorate.faults import ArgumentError
 from zerorate.run.interrupts import for_the_parent_alone
 from zerorate.run.workers import single_threaded
 
-__all__ = ["Died", "Engine", "Finished", "Processes", "outlived"]
-
 T = TypeVar("T")
 R = TypeVar("R")
 

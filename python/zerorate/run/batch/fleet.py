@@ -13,8 +13,6 @@ import numpy as np
 from zerorate.run.batch.command import Quantity, Row
 from zerorate.types import Floats
 
-__all__ = ["FALSE_ALARMS", "LEAST_LOGS", "Fleet", "Outlier", "fleet_of"]
-
 LEAST_LOGS: Final = 8
 """Fewer do not tell how much sensors of a kind differ."""
 

@@ -10,8 +10,6 @@ from typing import Final
 from zerorate.io.readers.parquet import native_file
 from zerorate.run.batch.patterns import SUFFIXES, find
 
-__all__ = ["SUMMARY", "SUMMARY_MARK", "Inputs", "command_of", "inputs"]
-
 SUMMARY: Final = "summary.parquet"
 SUMMARY_MARK: Final = b"zerorate batch"
 """Key of the summary's metadata by which it is known wherever it lies."""

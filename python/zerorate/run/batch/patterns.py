@@ -14,8 +14,6 @@ from typing import Final
 from zerorate.io.formats import FORMATS
 from zerorate.io.readers.ros import is_bag_folder
 
-__all__ = ["SUFFIXES", "Found", "find"]
-
 SUFFIXES: Final = tuple(dict.fromkeys(suffix for form in FORMATS for suffix in form.suffixes))
 """Of the files in a folder that are taken for logs."""
 

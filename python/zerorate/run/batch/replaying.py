@@ -19,8 +19,6 @@ from zerorate.units import kind
 if TYPE_CHECKING:
     from zerorate.run.batch.task import Settings
 
-__all__ = ["REPLAY"]
-
 _COUNTS: Final = ("n", "missing_count", "saturated_count", "outlier_count", "stuck_count")
 _NUMBERS: Final = (
     "rate",

@@ -19,8 +19,6 @@ from zerorate.run.batch.summary import write_summary
 from zerorate.run.batch.task import Outcome, Settings, Task, run_task
 from zerorate.texts import extra_needed
 
-__all__ = ["BatchResult", "Progress", "run_batch"]
-
 Progress = Callable[[int, int], None]
 """Called with the logs that are through, and all that are to do."""
 

@@ -12,8 +12,6 @@ from zerorate.run.batch.inputs import SUMMARY_MARK
 from zerorate.run.batch.task import Outcome, Settings
 from zerorate.texts import printable
 
-__all__ = ["write_summary"]
-
 
 def write_summary(
     outcomes: Iterable[Outcome], fleet: Fleet, settings: Settings, path: Path

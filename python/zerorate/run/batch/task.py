@@ -24,8 +24,6 @@ from zerorate.run.batch.command import Command, Row
 from zerorate.run.batch.replaying import REPLAY
 from zerorate.run.workers import on_threads
 
-__all__ = ["COMMANDS", "Outcome", "Record", "Settings", "Task", "run_task"]
-
 Status = Literal["done", "skipped", "failed"]
 
 COMMANDS: Final[Mapping[str, Command]] = {one.name: one for one in (REPLAY, ALLAN)}

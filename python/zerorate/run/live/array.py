@@ -22,8 +22,6 @@ from zerorate.run.live.lines import (
     texts_of,
 )
 
-__all__ = ["ArraySettings", "WithArray"]
-
 _AXES: Final = ("x", "y", "z")
 
 

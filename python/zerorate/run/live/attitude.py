@@ -27,8 +27,6 @@ from zerorate.run.live.lines import (
 )
 from zerorate.units import UNITS
 
-__all__ = ["AttitudeSettings", "WithAttitude"]
-
 _APART: Final = 30.0
 """Factor by which steps of the time may be off the rate, unless lines are lost."""
 _ODD: Final = 10

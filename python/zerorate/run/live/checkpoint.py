@@ -12,20 +12,6 @@ from zerorate.run.live.engine import EngineSettings
 from zerorate.run.live.lines import Layout
 from zerorate.run.live.sequence import SequenceCount
 
-__all__ = [
-    "FOREIGN",
-    "CheckpointError",
-    "Saved",
-    "SettingsError",
-    "check_settings",
-    "filter_of",
-    "numbers_of",
-    "sealed",
-    "sequence_of",
-    "unsealed",
-    "whole",
-]
-
 T = TypeVar("T")
 
 _SIGNATURE: Final = b"ZRLINES2"

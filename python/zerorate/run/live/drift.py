@@ -12,8 +12,6 @@ from zerorate.run.live.engine import Engine
 from zerorate.run.live.lines import Layout
 from zerorate.run.live.running import Running
 
-__all__ = ["DriftEngine"]
-
 _HEAD: Final = 100
 """Samples that tell whether they look like raw counts."""
 

@@ -6,8 +6,6 @@ from typing import Any, ClassVar, Protocol, Self
 
 from zerorate.run.live.lines import Layout
 
-__all__ = ["Engine", "EngineSettings"]
-
 
 class Engine(ABC):
     """Answers samples, and knows what of it a checkpoint must hold.

@@ -20,22 +20,6 @@ from zerorate.io.names import UNKNOWN, common_unit
 from zerorate.io.readers.cells import from_inert, inert, number
 from zerorate.io.triads import places_of
 
-__all__ = [
-    "SECONDS",
-    "Beside",
-    "ColumnError",
-    "Layout",
-    "LineError",
-    "Wanted",
-    "answer",
-    "cells_of",
-    "find_layout",
-    "names_in",
-    "position_of",
-    "seconds_in",
-    "texts_of",
-]
-
 # As many digits as a counter of 64 bits may have.
 _INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
 

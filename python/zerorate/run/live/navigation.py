@@ -27,8 +27,6 @@ from zerorate.run.live.lines import (
 )
 from zerorate.types import Floats
 
-__all__ = ["NavigationSettings", "WithNavigation"]
-
 _NED: Final = ("north", "east", "down")
 _PLACE: Final = ("latitude_deg", "longitude_deg", "height_m")
 _COLUMNS: Final = (

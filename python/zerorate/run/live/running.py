@@ -10,8 +10,6 @@ import numpy as np
 from zerorate._native import DriftFilter
 from zerorate.run.live.lines import Beside, answer
 
-__all__ = ["Running"]
-
 # About a millisecond of the slowest method, after which nobody asks in a stream that has a gap.
 _AT_ONCE: Final = 1 << 14
 # What the slowest method predicts in a third of a second: the samples that come leave that free.

@@ -5,8 +5,6 @@ from typing import Final
 
 from zerorate.run.live.lines import LineError
 
-__all__ = ["MOST_BITS", "SequenceCount"]
-
 MOST_BITS: Final = 64
 
 _LATE_SECONDS: Final = 1.0

@@ -16,8 +16,6 @@ from zerorate.run.interrupts import Interrupts
 from zerorate.run.live.lines import ColumnError, LineError
 from zerorate.run.live.stream import LineStream
 
-__all__ = ["Line", "Saver", "Server", "datagrams", "lines_of", "loopback"]
-
 _TOLD: Final = 10
 _LONGEST: Final = 1 << 16
 

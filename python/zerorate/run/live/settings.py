@@ -16,8 +16,6 @@ from zerorate.run.live.lines import Beside, Layout, Wanted, find_layout
 from zerorate.run.live.running import Running
 from zerorate.run.live.sequence import MOST_BITS
 
-__all__ = ["Settings"]
-
 _LINES: Final = ("beside", "columns", "unit", "data_scale", "sequence", "sequence_bits")
 
 

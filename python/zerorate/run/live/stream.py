@@ -23,8 +23,6 @@ from zerorate.run.live.navigation import NavigationSettings
 from zerorate.run.live.sequence import SequenceCount
 from zerorate.run.live.settings import Settings
 
-__all__ = ["LineStream"]
-
 _KINDS: Final[dict[str, type[EngineSettings]]] = {
     kind.kind: kind for kind in (Settings, AttitudeSettings, ArraySettings, NavigationSettings)
 }

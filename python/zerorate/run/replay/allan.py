@@ -9,8 +9,6 @@ from zerorate.progress import Progress
 from zerorate.run.workers import workers
 from zerorate.types import Floats
 
-__all__ = ["AllanCurves", "allan_curves"]
-
 
 @dataclass(frozen=True, eq=False)
 class AllanCurves:

@@ -15,8 +15,6 @@ from zerorate.options import FilterOptions, check_used, used_by, with_limits
 from zerorate.run.replay.history import Recorder, moments
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Block", "Filters", "Output", "within_range"]
-
 Output = Literal["compensated", "estimate"]
 _Noted = tuple[Floats, Booleans, Booleans]
 """Standard deviation of the bias, rest, and a stuck sensor, to be filled."""

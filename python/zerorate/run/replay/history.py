@@ -11,8 +11,6 @@ from zerorate.noise.quantities import term_of
 from zerorate.types import Floats, Integers
 from zerorate.units import convert
 
-__all__ = ["History", "Recorder", "last_known", "memory", "moments", "noise_units"]
-
 _EVEN: Final = 600
 _PER_DECADE: Final = 60
 _REACHED: Final = 1.0 - math.exp(-1.0)

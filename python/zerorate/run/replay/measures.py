@@ -11,8 +11,6 @@ from zerorate.io.log import Header
 from zerorate.run.replay.filters import Block
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["Measured", "Measures", "Score", "Seen", "onset"]
-
 _ONSET: Final = 0.5
 _FEWEST: Final = 8
 

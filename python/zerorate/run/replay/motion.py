@@ -8,8 +8,6 @@ from zerorate._native import MotionDetector
 from zerorate.io import LogError, LogFile
 from zerorate.types import Booleans
 
-__all__ = ["motion_of", "note_on_motion"]
-
 _ROWS: Final = 1 << 15
 
 

@@ -18,18 +18,6 @@ from zerorate.run.replay.measures import Score, Seen, onset
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
 
-__all__ = [
-    "Columns",
-    "Output",
-    "Readings",
-    "Replay",
-    "Summary",
-    "compensated",
-    "extra_columns",
-    "extra_names",
-    "unlearned",
-]
-
 _NO_REST: Final = "no rest yet"
 _PROVISIONAL: Final = "provisional"
 

@@ -34,8 +34,6 @@ from zerorate.run.replay.result import (
 from zerorate.run.workers import Behind, ahead, workers
 from zerorate.types import Booleans, Floats
 
-__all__ = ["ROWS", "replay", "replay_to_file"]
-
 ROWS: Final = 1 << 15
 """Samples of a block: enough to hide what a block costs, few enough for the processor's caches."""
 
