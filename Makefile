@@ -51,7 +51,7 @@ lint: lint-core lint-package ## Check format, lints, types and stubs
 
 lint-core: | check-cargo
 	cargo fmt --all --check
-	cargo clippy --all-targets -- -D warnings
+	cargo clippy --workspace --exclude zerorate-bare --all-targets -- -D warnings
 	cargo clippy --package zerorate-bare --profile bare -- -D warnings
 
 lint-package: $(TOOLS)
@@ -66,7 +66,7 @@ docs: $(TOOLS) ## Build the documentation site into target/docs, warnings as err
 
 bench: $(TOOLS) ## Time filters and deviations against C and other packages
 	$(BIN)/pip install --quiet --group bench
-	cargo bench --bench attitude --bench filters --bench streaming --bench allan
+	cargo bench --package zerorate-benches --bench attitude --bench filters --bench streaming --bench allan
 	$(BIN)/python -m pytest benches --benchmark-only
 
 ratchet: | check-python check-cargo check-valgrind ## Count the instructions of hot paths; more than benches/instructions.csv says fails

@@ -3,17 +3,10 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rand_distr::{Distribution, StandardNormal};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::SeedableRng;
+use zerorate_benches::noise;
 use zerorate_core::allan::{Kind, Record, curves};
 
 const N: usize = 1_000_000;
-
-fn noise(n: usize) -> Vec<f64> {
-    let mut random = Pcg64::seed_from_u64(1);
-    (0..n).map(|_| StandardNormal.sample(&mut random)).collect()
-}
 
 fn octaves(longest: usize) -> Vec<usize> {
     std::iter::successors(Some(1), |m| Some(2 * m)).take_while(|m| *m <= longest).collect()

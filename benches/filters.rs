@@ -4,9 +4,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rand_distr::{Distribution, StandardNormal};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::SeedableRng;
+use zerorate_benches::noise;
 use zerorate_core::allan::{AllanKind, AllanNoise};
 use zerorate_core::{
     Bank, DriftFilter, Method, Params, RecursiveLeastSquares, RlsParams, RobustFilter,
@@ -14,11 +12,6 @@ use zerorate_core::{
 };
 
 const HOUR: usize = 360_000;
-
-fn noise(n: usize) -> Vec<f64> {
-    let mut random = Pcg64::seed_from_u64(1);
-    (0..n).map(|_| StandardNormal.sample(&mut random)).collect()
-}
 
 fn always_learning(method: Method) -> Params {
     Params { method, adapt_for: None, ..Params::default() }

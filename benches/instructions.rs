@@ -7,9 +7,7 @@
 use std::hint::black_box;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rand_distr::{Distribution, StandardNormal};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::SeedableRng;
+use zerorate_benches::noise;
 use zerorate_core::allan::{Kind as Deviation, Record, StreamingAllan, curves};
 use zerorate_core::array::{ArrayParams, Fusion, GyroArray, Weights};
 use zerorate_core::attitude::{
@@ -59,11 +57,6 @@ fn paths() -> Vec<Path> {
 
 fn path(name: impl Into<String>, make: impl Fn() -> Work + 'static) -> Path {
     (name.into(), Box::new(make))
-}
-
-fn noise(n: usize) -> Vec<f64> {
-    let mut random = Pcg64::seed_from_u64(1);
-    (0..n).map(|_| StandardNormal.sample(&mut random)).collect()
 }
 
 /// One stream a channel over rows of numbers.

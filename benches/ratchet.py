@@ -86,8 +86,8 @@ def function(line):
 
 def program():
     """Build the bench and return its path."""
-    build = ["cargo", "bench", "--quiet", "--package", "zerorate-core", "--bench", "instructions"]
-    lines = told(*build, "--no-run", "--message-format=json").splitlines()
+    build = ["cargo", "bench", "--quiet", "--package", "zerorate-benches", "--no-default-features"]
+    lines = told(*build, "--bench", "instructions", "--no-run", "--message-format=json").splitlines()
     made = (json.loads(line).get("executable") for line in lines)
     return next(path for path in made if path)
 

@@ -4,22 +4,15 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rand_distr::{Distribution, StandardNormal};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::SeedableRng;
+use zerorate_benches::noise;
 use zerorate_core::allan::StreamingAllan;
 use zerorate_core::{RestDetector, RestLimits, Stream};
 
 const N: usize = 1 << 20;
 
-fn white_noise() -> Vec<f64> {
-    let mut random = Pcg64::seed_from_u64(1);
-    (0..N).map(|_| StandardNormal.sample(&mut random)).collect()
-}
-
 /// Times `take` on white noise, with a ring that is full already.
 fn streaming(c: &mut Criterion, name: &str, octaves: usize, take: fn(&mut StreamingAllan, &[f64])) {
-    let signal = white_noise();
+    let signal = noise(N);
     let mut allan = StreamingAllan::new(100.0, octaves).expect("the octaves are in range");
     batch(&mut allan, &signal);
     let mut group = c.benchmark_group("streaming");
@@ -46,7 +39,7 @@ fn octaves(c: &mut Criterion) {
 }
 
 fn rest(c: &mut Criterion) {
-    let signal = white_noise();
+    let signal = noise(N);
     let mut group = c.benchmark_group("rest");
     group.throughput(Throughput::Elements(N as u64)).sample_size(10);
     for rate in [100.0, 1000.0] {
