@@ -87,7 +87,8 @@ def function(line):
 def program():
     """Build the bench and return its path."""
     build = ["cargo", "bench", "--quiet", "--package", "zerorate-benches", "--no-default-features"]
-    lines = told(*build, "--bench", "instructions", "--no-run", "--message-format=json").splitlines()
+    bench = ["--bench", "instructions", "--no-run", "--message-format=json"]
+    lines = told(*build, *bench).splitlines()
     made = (json.loads(line).get("executable") for line in lines)
     return next(path for path in made if path)
 
