@@ -138,6 +138,7 @@ __all__ = [
     "lagged_products",
     "log_normal_cdf",
     "longest_factor",
+    "parse_rows",
     "position_options",
     "propagate_turns",
     "register",
@@ -601,6 +602,7 @@ class Attitude(_Stream, Generic[_Number, _Flag]):
         accel: npt.ArrayLike,
         mag: npt.ArrayLike | None = None,
         dt: npt.ArrayLike | None = None,
+        out: _Floats | None = None,
         threads: int | None = None,
     ) -> _Floats: ...
     def trace(

@@ -1,36 +1,7 @@
 """A line of numbers in, a line of answers out: what ``zerorate stream`` does, without its files."""
 
-from zerorate.run.live import (
-    ArraySettings,
-    AttitudeSettings,
-    Beside,
-    CheckpointError,
-    ColumnError,
-    LineError,
-    LineStream,
-    NavigationSettings,
-    Settings,
-    SettingsError,
-    WithArray,
-    WithAttitude,
-    WithNavigation,
-)
-
-__all__ = [
-    "ArraySettings",
-    "AttitudeSettings",
-    "Beside",
-    "CheckpointError",
-    "ColumnError",
-    "LineError",
-    "LineStream",
-    "NavigationSettings",
-    "Settings",
-    "SettingsError",
-    "WithArray",
-    "WithAttitude",
-    "WithNavigation",
-]
+from zerorate.run.live import *  # noqa: F403
+from zerorate.run.live import __all__ as __all__
 
 
 def __dir__() -> list[str]:

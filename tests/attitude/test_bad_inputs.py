@@ -159,6 +159,15 @@ class TestCalls:
             with pytest.raises((ValueError, TypeError), match=message(words)):
                 call(*sensors)
 
+    def test_out(self):
+        expected = zr.Attitude(RATE).process(STILL, LEVEL)
+        f, out = zr.Attitude(RATE), np.empty((N, 8))[:, ::2]
+        with pytest.raises(ValueError, match=message("out must be a writeable float64 array of")):
+            f.process(STILL, LEVEL, out=np.empty((N, 3)))
+        assert f.samples_seen == 0
+        assert f.process(STILL, LEVEL, out=out) is out
+        np.testing.assert_array_equal(out, expected)
+
     def test_shapes_of_one_sample(self):
         f = zr.Attitude(RATE)
         with pytest.raises(ValueError, match=message("accel must have shape (3,), got (2,)")):

@@ -32,8 +32,6 @@ from zerorate.io.table import Column, Table, as_numbers
 from zerorate.io.triads import triads_in, without_worse
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["LogFile", "open_imu", "open_log"]
-
 
 @dataclass(frozen=True)
 class Places:

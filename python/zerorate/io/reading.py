@@ -43,8 +43,6 @@ from zerorate.io.table import Column, Table, as_numbers
 from zerorate.io.triads import ALL
 from zerorate.types import Floats
 
-__all__ = ["ReadArguments", "read_log", "read_sensors"]
-
 
 class Group(NamedTuple):
     """Columns that make one log: their places among those chosen, their unit, kind and factor.

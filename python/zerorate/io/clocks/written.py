@@ -13,8 +13,6 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["is_written_time", "unpacked_times", "written_times"]
-
 _MONTHS: Final = (
     "jan",
     "feb",

@@ -30,8 +30,6 @@ from zerorate.io.readers.cells import (
 )
 from zerorate.io.table import Column
 
-__all__ = ["BOM", "Layout", "decoded", "notes_on_lines", "parsed", "texts"]
-
 BOM: Final = b"\xef\xbb\xbf"
 # At the beginning of a line alone, or a long one would take the square of its length.
 _QUOTED: Final = re.compile(rb'(?<![^\r\n])[^\r\n"]*"[^\r\n]*')

@@ -153,7 +153,7 @@ def _read_folder(folder: Path) -> Content:
 
 
 FOLDER = Format("folder", "a folder of text tables", (), (), _read_folder)
-FORMAT = Format("text", "a text table", (".csv", ".tsv", ".txt", ".dat"), (), _read)
+FORMAT: Format = Format("text", "a text table", (".csv", ".tsv", ".txt", ".dat"), (), _read)
 
 
 def text_header(names: Sequence[str], delimiter: str) -> str:

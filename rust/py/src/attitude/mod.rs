@@ -210,31 +210,37 @@ impl Attitude {
 
     /// What ``update`` returns for each sample of a batch: (n, 3) each to (n, 4), with channels
     /// (n, k, 3) to (n, k, 4). ``dt`` is one time or (n,); the interpreter lock is released.
-    #[pyo3(signature = (gyro, accel, mag=None, dt=None, threads=None))]
+    #[pyo3(signature = (gyro, accel, mag=None, dt=None, out=None, threads=None))]
+    // The arguments are those of the method in Python.
+    #[allow(clippy::too_many_arguments)]
     fn process<'py>(
         slf: &Bound<'py, Self>,
         gyro: &Bound<'py, PyAny>,
         accel: &Bound<'py, PyAny>,
         mag: Option<&Bound<'py, PyAny>>,
         dt: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
         threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let mut this = exclusive(slf)?;
         this.check_mag(mag.is_some())?;
         let batch = Given { gyro, accel, mag, dt }.batch(this.shared.channels)?;
         let shape = [this.shared.batch_axes(batch.n), vec![4]].concat();
+        let given = out.map(|out| arrays::check_out::<f64>(out, &shape)).transpose()?;
         let array = arrays::zeros::<f64>(slf.py(), &shape)?;
         let mut places = array.try_readwrite()?;
-        let (out, threads) = (places.as_slice_mut()?, streaming::threads(threads)?);
+        let (rows_out, threads) = (places.as_slice_mut()?, streaming::threads(threads)?);
         let before = this.shared.bank.twin().ok();
         let width = 4 * this.shared.bank.channels();
         this.in_blocks(slf.py(), &batch, threads, |bank, rows, instants| {
-            let out = &mut out[streaming::places(instants, width)];
+            let out = &mut rows_out[streaming::places(instants, width)];
             bank.process(rows, out, &mut [], threads)
         })?;
         drop(places);
         this.warn(slf.py(), before)?;
-        Ok(array.into_any())
+        let Some(given) = given else { return Ok(array.into_any()) };
+        array.copy_to(given)?;
+        Ok(given.clone().into_any())
     }
 
     /// Like ``process``, but returns all that was known after each sample, as arrays by name:
