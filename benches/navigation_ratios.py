@@ -14,7 +14,7 @@ import peers
 import zerorate as zr
 from ratios import least, print_table
 from zerorate.geometry.rotations import inverse, product
-from zerorate.navigation.processing import rows_of
+from zerorate.navigation.events import rows_of
 
 CALLS = 10_000
 FIXES = 2_000

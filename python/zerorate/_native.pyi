@@ -24,6 +24,7 @@ from zerorate.io import Recording
 from zerorate.linear.run import LinearRun
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.fixes import Fixes
+from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.track import Track
 from zerorate.noise import NoiseModel
 
@@ -1036,7 +1037,7 @@ class NavigationFilter(_Stream):
         gnss: Fixes | None = None,
         *,
         rest: npt.ArrayLike | None = None,
-        time_offset: float = 0.0,
+        time_offset: float | TimeOffset = 0.0,
         keep: Literal["all", "track"] = "all",
     ) -> Track: ...
     def process_arrays(

@@ -185,10 +185,21 @@ def test_a_clock_that_is_off_is_said(cli, imu, out, tmp_path):
     lever = ("--antenna", "0.5,0,-1", "--no-figure", "-o", out)
     code, text, _ = cli(imu, late, *lever)
     assert code == 0
-    said = re.search(r"best with a time offset of (-0\.\d+) s \(sigma 0\.0", one_line(text))
-    assert float(said[1]) == pytest.approx(-0.15, abs=0.06)
-    _, text, _ = cli(imu, late, "--time-offset", said[1], *lever, "--force")
-    assert "fit best" not in one_line(text)
+    said = re.search(
+        r"clock is as sensors and fixes fit best: time offset, s (-0\.\d+) ", one_line(text)
+    )
+    assert float(said[1]) == pytest.approx(-0.15, abs=0.1)
+    _, text, _ = cli(imu, late, "--time-offset", "0", *lever, "--force")
+    assert "not 0 s: --time-offset auto" in one_line(text)
+    minute = write(tmp_path / "minute.csv", fix_columns() | {"time_s": DRIVE.fixes.time + 60.0})
+    code, text, _ = cli(imu, minute, *lever, "--force")
+    assert code == 0
+    assert "imu.csv: the fixes are on another clock, " in one_line(text)
+    assert "they are moved by that" in one_line(text)
+    code, text, errors = cli(imu, minute, "--time-offset", "1e5", *lever, "--force")
+    assert code == 1
+    assert "--time-offset auto moves them" in text
+    check_line(errors, "imu.csv: the filter cannot start: its samples are from 0")
 
 
 def test_one_file_may_hold_both(cli, out, tmp_path):
@@ -233,7 +244,7 @@ def test_a_heading_and_a_rest_may_be_given(cli, imu, gnss, out):
         (("--rest", "500,520"), 1, "imu.csv: there are 0 samples from 500 to 520 s"),
         (("--gate", "-1"), 2, "--gate must be"),
         (("--adapt", "never"), 2, "--adapt takes inflate, free or fixed, got 'never'"),
-        (("--time-offset", "1e5"), 1, "imu.csv: the filter cannot start: its samples are from 0"),
+        (("--time-offset", "soon"), 2, "--time-offset takes seconds, or 'auto', got 'soon'"),
         (("--gyro-noise", "none.json"), 1, "none.json: No such file"),
         (("--calibration", "none.json"), 1, "none.json: No such file"),
         (("-o", "a.xlsx"), 2, "-o takes a folder, or a file as parquet, csv, npz, geojson, gpx"),

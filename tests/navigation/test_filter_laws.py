@@ -17,7 +17,7 @@ from support.drives import MODELS, NAMES, at_rest, drive, rotation, start_of
 from support.wild import forged
 from zerorate.geometry.earth import local_ned, moved
 from zerorate.navigation import STATUSES
-from zerorate.navigation.processing import rows_of
+from zerorate.navigation.events import rows_of
 
 LEVER = (0.4, -0.3, -1.2)
 SETTINGS = {

@@ -17,6 +17,7 @@ FULL = {
     "velocity_sigma": np.full((N, 3), 0.1),
     "quality": [1, 1, 2, 5, 5],
     "satellites": np.arange(8, 8 + N),
+    "velocity_time": TIME - 0.1,
 }
 
 

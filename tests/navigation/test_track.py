@@ -148,10 +148,12 @@ def test_a_gap_divides_the_smoother():
     }
     rows = nav.copy()
     rows.reset()
-    from zerorate.navigation.processing import rows_of
+    from zerorate.navigation.events import Events
     from zerorate.navigation.track import Inputs, track_of
 
-    inputs = Inputs(imu["time_s"], imu["gyro_radps"], imu["accel_mps2"], rows_of(drive.fixes), None)
+    inputs = Inputs(
+        imu["time_s"], imu["gyro_radps"], imu["accel_mps2"], Events.of(drive.fixes), None
+    )
     track = track_of(rows, inputs, source="a drive with a gap")
     best = track.smooth()
     truth = drive.truth_position[keep]

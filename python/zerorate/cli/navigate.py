@@ -2,15 +2,13 @@
 
 import json
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-import numpy as np
 import typer
 
 from zerorate._native import NavigationFilter
@@ -19,10 +17,10 @@ from zerorate.cli.checking import Fix, checked, print_alarms, said_first
 from zerorate.cli.errors import (
     DataFault,
     UsageFault,
-    as_usage,
     of_a_file,
     read_faults,
 )
+from zerorate.cli.mounts import Mounted, numbers
 from zerorate.cli.options import (
     CalibrationOption,
     FigureFormat,
@@ -34,7 +32,6 @@ from zerorate.cli.options import (
     NoFigure,
     Output,
     Reading,
-    parse_words,
     with_options,
     with_reading_options,
 )
@@ -49,12 +46,15 @@ from zerorate.cli.outputs import (
 from zerorate.faults import said
 from zerorate.io import LogError, Recording, write_log
 from zerorate.navigation.alignment import Alignment, align
+from zerorate.navigation.axes import Axes
 from zerorate.navigation.clock import find_time_offset
 from zerorate.navigation.fixes import Fixes
-from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
+from zerorate.navigation.mounting import body_axes
+from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.options import NAVIGATION_OPTIONS
 from zerorate.navigation.outage import Outages, outages
 from zerorate.navigation.readers import read_fixes
+from zerorate.navigation.selfcheck import NavigationChecks, check_navigation
 from zerorate.navigation.start import find_start
 from zerorate.navigation.track import Track, not_begun
 from zerorate.navigation.tracks import write_geojson, write_gpx
@@ -66,7 +66,10 @@ from zerorate.types import Floats
 _FILTER: Final = "Navigation"
 _VEHICLE: Final = "The vehicle"
 _COURSE: Final = "course"
-_NONE: Final = "none"
+_COARSE: Final = 1.0
+"""Seconds between clocks from which on these are not meant to be one."""
+_TURNED: Final = math.radians(3.0)
+"""Rotation that is worth it: less is within what a road is sloped."""
 _CLOCK_OFF: Final = 0.02
 """Seconds by which the clock of the fixes may be off before it is said."""
 _MAPS: Final = ("geojson", "gpx")
@@ -188,10 +191,11 @@ def navigate(
         ),
     ] = None,
     time_offset: Annotated[
-        float | None,
+        str | None,
         typer.Option(
             metavar="S",
-            help="Added to the times of the fixes. By default as the file's metadata say, or 0.",
+            help="Added to the times of the fixes; or 'auto': as sensors and fixes fit best. By "
+            "default as the file's metadata say, or auto.",
             show_default=False,
             rich_help_panel=_VEHICLE,
         ),
@@ -221,7 +225,7 @@ def navigate(
             **_wheels(vehicle, axle),
             **_noises(gyro_noise, accel_noise),
         },
-        mounting=_Mounted.of(log, mount, antenna, time_offset),
+        mounting=Mounted.of(log, mount, antenna, time_offset),
     )
     known = None if calibration is None else read_calibration(calibration)
     suffixes = [*LogFormat, *_MAPS, *(() if no_figure else FigureFormat)]
@@ -237,29 +241,21 @@ def navigate(
         with naming(recording):
             corrected = recording if known is None else known.apply(recording)
             corrected, alarms = checked(corrected, fix)
+            checks = asked.checked(corrected, fixes)
+            alarms += tuple(asked.alarms(checks))
         with said_first(alarms), naming(recording):
-            found = in_background(lambda: asked.navigated(corrected, fixes, progress))
+            found = in_background(lambda: asked.navigated(corrected, fixes, checks, progress))
         _write(files, found, progress)
     print_alarms(alarms)
     print(found.text())
     print_written(files.paths)
 
 
-def _numbers(option: str, text: str, count: int, expected: str) -> list[float]:
-    try:
-        found = [float(word) for word in parse_words(option, text, expected)]
-    except ValueError:
-        found = []
-    if len(found) != count or not np.isfinite(found).all():
-        raise UsageFault(f"{option} takes {expected} with commas between, got '{text}'")
-    return found
-
-
 def _lengths(text: str | None) -> list[float]:
     if text is None:
         return []
     count = text.count(",") + 1
-    found = _numbers("--outages", text, count, "lengths in s, such as 10,30,60,")
+    found = numbers("--outages", text, count, "lengths in s, such as 10,30,60,")
     if min(found) <= 0.0:
         raise UsageFault(f"--outages takes lengths above 0 s, got '{text}'")
     return found
@@ -278,7 +274,7 @@ def _heading(text: str) -> float | str:
 
 
 def _span(text: str) -> tuple[float, float]:
-    start, stop = _numbers("--rest", text, 2, "two times, such as 0,20,")
+    start, stop = numbers("--rest", text, 2, "two times, such as 0,20,")
     if not stop > start:
         raise UsageFault(f"--rest must end after it begins, got '{text}'")
     return start, stop
@@ -291,7 +287,7 @@ def _wheels(vehicle: _Vehicle | None, axle: str | None) -> dict[str, Any]:
         return {}
     if axle is None:
         return {"vehicle": str(vehicle)}
-    return {"vehicle": str(vehicle), "axle": _numbers("--axle", axle, 3, "three numbers")}
+    return {"vehicle": str(vehicle), "axle": numbers("--axle", axle, 3, "three numbers")}
 
 
 def _noises(gyro: Path | None, accel: Path | None) -> dict[str, Any]:
@@ -333,75 +329,6 @@ def _read_fixes(log: Path, gnss: Path | None) -> Fixes:
 
 
 @dataclass(frozen=True)
-class _Mounted:
-    """Where the sensors are, and a sentence on where that is known from."""
-
-    matrix: Floats | None
-    antenna: Sequence[float]
-    time_offset: float
-    note: str
-
-    @classmethod
-    def of(
-        cls, log: Path, mount: str | None, antenna: str | None, time_offset: float | None
-    ) -> "_Mounted":
-        """Return what options say, and metadata where options say nothing."""
-        with as_usage():
-            told = read_mounting(log) if log.is_file() else Mounting()
-            given, source = (told, log) if mount is None else _mounting(mount)
-        parts = {"mounting": given.body_from_sensor is not None}
-        lever = [0.0] * 3
-        if antenna is not None:
-            lever = _numbers("--antenna", antenna, 3, "three numbers")
-        elif given.antenna is not None or told.antenna is not None:
-            own = given.antenna if given.antenna is not None else told.antenna
-            lever = [float(x) for x in np.asarray(own)]
-            parts["antenna"] = True
-        offset = 0.0
-        if time_offset is not None:
-            offset = time_offset
-        elif given.time_offset is not None or told.time_offset is not None:
-            own_offset = given.time_offset if given.time_offset is not None else told.time_offset
-            offset = own_offset or 0.0
-            parts["time offset"] = True
-        if not math.isfinite(offset):
-            raise UsageFault(f"--time-offset takes seconds, got {offset}")
-        named = [name for name, there in parts.items() if there]
-        note = ""
-        if named and source is not None:
-            values = f"antenna {', '.join(f'{x:g}' for x in lever)} m, time offset {offset:g} s"
-            listed = " and ".join(filter(None, (", ".join(named[:-1]), named[-1])))
-            note = f"{listed} by the metadata of {source.name} ({values})"
-        return cls(given.body_from_sensor, lever, offset, note)
-
-
-def _mounting(text: str) -> tuple[Mounting, Path | None]:
-    """Return what ``--mount`` says, and the file whose metadata say it."""
-    if text == _NONE:
-        return Mounting(), None
-    words = re.split(r"[\s,\[\]]+", text)
-    path = Path(text)
-    if path.is_file():
-        told = read_mounting(path)
-        if told.body_from_sensor is not None:
-            return told, path
-        try:
-            words = re.split(r"[\s,\[\]]+", path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError):
-            words = []
-    try:
-        numbers = [float(word) for word in filter(None, words)]
-    except ValueError:
-        numbers = []
-    if len(numbers) != 9:
-        raise UsageFault(
-            "--mount takes nine numbers of a rotation with commas between, a file with them, or "
-            f"'none', got '{text}'"
-        )
-    return Mounting(np.reshape(numbers, (3, 3))), None
-
-
-@dataclass(frozen=True)
 class _Found:
     """What there is to say and to write."""
 
@@ -431,43 +358,99 @@ class _Asked:
     heading: float | str | None
     rest: tuple[float, float] | None
     filter: dict[str, Any]
-    mounting: _Mounted
+    mounting: Mounted
 
-    def navigated(self, recording: Recording, fixes: Fixes, progress: Progress) -> _Found:
+    def checked(self, recording: Recording, fixes: Fixes) -> NavigationChecks:
+        """Return what sensors and fixes say of each other, in the axes that are told."""
+        told = self.mounting.matrix
+        return check_navigation(
+            recording if told is None else body_axes(recording, told),
+            fixes,
+            time_offset=self.mounting.time_offset or 0.0,
+        )
+
+    def alarms(self, checks: NavigationChecks) -> Iterator[str]:
+        """Yield a line for each mistake, with what is done of it or may be typed."""
+        for one in checks.mistakes:
+            advice = ""
+            if one.what == "mount":
+                if self._turned(checks) is not None:
+                    continue
+                advice = ": --mount says how"
+            elif one.what == "clock" and self.mounting.time_offset is None:
+                advice = ": they are moved by that"
+            elif one.what == "clock":
+                advice = ": --time-offset auto moves them"
+            yield f"{checks.source}: {one.text}{advice}"
+
+    def _turned(self, checks: NavigationChecks) -> Floats | None:
+        """Return the axes that the data tell, where nothing else does and they are certain."""
+        axes = checks.axes
+        untold = self.mounting.matrix is None and not self.mounting.plain
+        if not untold or axes is None or not axes.certain:
+            return None
+        return axes.body_from_sensor if axes.turn > max(_TURNED, 3.0 * axes.yaw_sigma) else None
+
+    def navigated(
+        self, recording: Recording, fixes: Fixes, checks: NavigationChecks, progress: Progress
+    ) -> _Found:
         """Return the track, and errors in outages if they were asked for."""
         mounted = self.mounting
-        if mounted.matrix is not None:
-            recording = body_axes(recording, mounted.matrix)
+        notes = [mounted.note]
+        matrix = self._turned(checks) if mounted.matrix is None else mounted.matrix
+        if matrix is not None:
+            recording = body_axes(recording, matrix)
+        if mounted.matrix is None and matrix is not None and checks.axes is not None:
+            notes.append(_on_axes(checks.axes))
         progress("navigating", 0.1)
-        start = self._start(recording, fixes)
+        start, offset, sentence = self._begun(recording, fixes, checks)
+        notes += [one.text for one in checks.findings if one.status == "cannot tell"]
         nav = NavigationFilter(start, antenna=mounted.antenna, **self.filter)
         track = nav.copy().process(
             recording,
             fixes,
-            time_offset=mounted.time_offset,
+            time_offset=offset,
             keep="all" if self.smooth else "track",
         )
         if not track.navigating.any():
             raise LogError(said("the filter did not begin: ", not_begun(track)))
         nis = track.nis()
         progress("outages", 0.3)
-        errors = self._outages(recording, fixes, nav, progress)
+        errors = self._outages(recording, fixes, nav, offset, progress)
         if self.smooth:
             progress("smoothing", 0.7)
             track = track.smooth()
-        progress("clock", 0.9)
-        notes = filter(None, (mounted.note, self._clock(recording, fixes, start)))
-        track = replace(track, notes=(*notes, *track.notes))
+        notes.append(sentence)
+        track = replace(track, notes=(*filter(None, notes), *track.notes))
         return _Found(start, track, nis, errors)
 
-    def _start(self, recording: Recording, fixes: Fixes) -> Alignment:
+    def _begun(
+        self, recording: Recording, fixes: Fixes, checks: NavigationChecks
+    ) -> tuple[Alignment, float | TimeOffset, str]:
+        """Return where the filter begins, on which clock, and a sentence on that."""
+        told = self.mounting.time_offset
+        about = told or 0.0
+        if told is None and abs(checks.lag) > _COARSE:
+            about = checks.lag
+        start = self._start(recording, fixes, about)
+        found = self._clock(recording, fixes, start, about)
+        if found is None or not found.differs(about, _CLOCK_OFF):
+            return start, about, ""
+        values = ", ".join(f"{name} {x:.3g} (sigma {s:.1g})" for name, x, s in found.parts)
+        if told is not None:
+            better = f"the fixes fit best with {values}, not {told:g} s: --time-offset auto"
+            return start, about, better
+        sentence = f"the clock is as sensors and fixes fit best: {values}"
+        return self._start(recording, fixes, found), found, sentence
+
+    def _start(self, recording: Recording, fixes: Fixes, offset: float | TimeOffset) -> Alignment:
         heading: Any = self.heading
         if self.rest is None:
             return find_start(
                 recording,
                 fixes,
                 heading=heading,
-                time_offset=self.mounting.time_offset,
+                time_offset=offset,
                 antenna=self.mounting.antenna,
                 **self.filter,
             )
@@ -479,32 +462,28 @@ class _Asked:
             span=(first + self.rest[0], first + self.rest[1]),
         )
 
-    def _clock(self, recording: Recording, fixes: Fixes, start: Alignment) -> str:
-        """Return a sentence on the clock of the fixes, if it is not that of the sensors."""
-        told = self.mounting.time_offset
+    def _clock(
+        self, recording: Recording, fixes: Fixes, start: Alignment, about: float
+    ) -> TimeOffset | None:
+        """Return the clock of the fixes, None where it is not told."""
         options = {k: v for k, v in self.filter.items() if k not in ("gate", "adapt")}
+        lever = self.mounting.antenna
         try:
             found = find_time_offset(
-                recording,
-                fixes,
-                start,
-                time_offset=told,
-                antenna=self.mounting.antenna,
-                **options,
+                recording, fixes, start, time_offset=about, antenna=lever, **options
             )
         except ValueError:
             # A receiver without velocities does not tell.
-            return ""
-        off = abs(found.seconds - told)
-        if not found.identifiable or off < max(_CLOCK_OFF, 3.0 * found.sigma):
-            return ""
-        return (
-            f"the fixes fit best with a time offset of {found.seconds:.3f} s (sigma "
-            f"{found.sigma:.3f} s), not {told:g} s: --time-offset {found.seconds:.3f}"
-        )
+            return None
+        return found if found.identifiable else None
 
     def _outages(
-        self, recording: Recording, fixes: Fixes, nav: NavigationFilter, progress: Progress
+        self,
+        recording: Recording,
+        fixes: Fixes,
+        nav: NavigationFilter,
+        offset: float | TimeOffset,
+        progress: Progress,
     ) -> Outages | None:
         if not self.lengths:
             return None
@@ -514,9 +493,18 @@ class _Asked:
             seconds=self.lengths,
             nav=nav,
             smooth=self.smooth,
-            time_offset=self.mounting.time_offset,
+            time_offset=offset,
             progress=_part(progress, 0.3, 0.7),
         )
+
+
+def _on_axes(axes: Axes) -> str:
+    forward = f"{math.degrees(axes.yaw):.1f} deg (sigma {math.degrees(axes.yaw_sigma):.1f})"
+    tilt = math.degrees(math.acos(max(-1.0, min(1.0, float(axes.body_from_sensor[2, 2])))))
+    return (
+        f"axes by the motion, for nothing tells them: forward is {forward} to the right of the "
+        f"sensors' x, down {tilt:.1f} deg from their z; --mount none leaves them"
+    )
 
 
 def _part(progress: Progress, first: float, last: float) -> Progress:

@@ -9,11 +9,18 @@ from zerorate.lazy import later
 
 if TYPE_CHECKING:
     from zerorate.navigation.alignment import Alignment, align
-    from zerorate.navigation.clock import TimeOffset, find_time_offset
+    from zerorate.navigation.axes import Axes, find_axes
+    from zerorate.navigation.clock import find_time_offset
     from zerorate.navigation.fixes import Fixes
     from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
+    from zerorate.navigation.offset import TimeOffset
     from zerorate.navigation.outage import Outages, outages
     from zerorate.navigation.readers import read_fixes
+    from zerorate.navigation.selfcheck import (
+        NavigationChecks,
+        NavigationFinding,
+        check_navigation,
+    )
     from zerorate.navigation.start import find_start
     from zerorate.navigation.track import STATUSES, VERDICTS, Track
     from zerorate.navigation.tracks import write_geojson, write_gpx
@@ -22,13 +29,18 @@ __all__ = [
     "STATUSES",
     "VERDICTS",
     "Alignment",
+    "Axes",
     "Fixes",
     "Mounting",
+    "NavigationChecks",
+    "NavigationFinding",
     "Outages",
     "TimeOffset",
     "Track",
     "align",
     "body_axes",
+    "check_navigation",
+    "find_axes",
     "find_start",
     "find_time_offset",
     "outages",
@@ -43,21 +55,28 @@ _PLACES: Final = {
         "Alignment",
         "align",
     ),
-    "clock": (
-        "TimeOffset",
-        "find_time_offset",
+    "axes": (
+        "Axes",
+        "find_axes",
     ),
+    "clock": ("find_time_offset",),
     "fixes": ("Fixes",),
     "mounting": (
         "Mounting",
         "body_axes",
         "read_mounting",
     ),
+    "offset": ("TimeOffset",),
     "outage": (
         "Outages",
         "outages",
     ),
     "readers": ("read_fixes",),
+    "selfcheck": (
+        "NavigationChecks",
+        "NavigationFinding",
+        "check_navigation",
+    ),
     "start": ("find_start",),
     "track": (
         "STATUSES",

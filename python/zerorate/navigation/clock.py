@@ -1,56 +1,56 @@
-"""By how much the clock of a receiver differs from that of the sensors."""
+"""By how much the clock of a receiver differs from that of the sensors, by innovations."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
 
 from zerorate._native import NavigationFilter
 from zerorate.io import Recording
+from zerorate.io.samples import Samples
 from zerorate.navigation.alignment import Alignment
+from zerorate.navigation.events import Events, rows_of
 from zerorate.navigation.fixes import Fixes
-from zerorate.types import Floats
-from zerorate.views import Result
+from zerorate.navigation.offset import TimeOffset
+from zerorate.navigation.windows import Epochs, Means
+from zerorate.types import Booleans, Floats
 
-__all__ = ["TimeOffset", "find_time_offset"]
+__all__ = ["find_time_offset"]
 
-_SPAN: Final = 0.5
-"""Seconds that are searched on both sides; the filter takes fixes up to a second late."""
-_COARSE: Final = 0.05
-_FINE: Final = 0.01
-_MEDIAN: Final = 2.366
-"""Of chi-squared with three degrees of freedom."""
-_DEGREES: Final = 4.0
-"""Of the Student distribution that innovations are taken to have: outliers count little."""
+_RATE: Final = 50.0
+"""Hz, of what a filter is given here."""
+_SCAN: Final = np.arange(-0.6, 0.61, 0.15)
+_SQUARE: Final = 25.0
+_STEPS: Final = np.array([0.02, 0.02, 1e-4])
+_LIMITS: Final = np.array([0.3, 0.3, 1e-3])
+_ROUGH: Final = 4.0
+"""By how much a cost may rise: it is rough where fixes come and go between two samples."""
+_STOP: Final = np.array([1e-3, 1e-3, 1e-5])
+_TURNS: Final = 8
+_DEPTH: Final = 2
+_FAR: Final = 1
+"""Steps, in all and back, and those that are taken as they are."""
+_HUBER: Final = 3.0
+_MEDIAN: Final = 0.455
+"""Of chi-squared with one degree of freedom."""
+_HEADING: Final = math.radians(27.0)
+_BEGIN: Final = 20.0
+_BLOCK: Final = 10.0
+_MOVING: Final = 10
+"""Fixes in motion, without which nothing is told."""
+_MISFIT: Final = 4.0
+_SURE: Final = 3.0
+_RATE_FLOOR: Final = 5e-6
 _OPEN: Final = 1e12
-"""A gate that lets all pass."""
+_SPAN: Final = 1.0
+"""Seconds of offset that are looked for, on both sides."""
 _UNCERTAIN: Final = 0.1
 """A standard deviation, s, above which nothing is known."""
-
-
-@dataclass(frozen=True)
-class TimeOffset(Result):
-    """A difference of two clocks, as `find_time_offset` returns it.
-
-    Parameters
-    ----------
-    seconds : float
-        To be added to the times of the fixes, ``time_offset`` of ``NavigationFilter.process``; NaN
-        if it is not identifiable.
-    sigma : float
-        Its standard deviation, s; infinite if it is not identifiable.
-    """
-
-    seconds: float
-    sigma: float
-
-    @property
-    def identifiable(self) -> bool:
-        """Whether the record tells it: the vehicle must change its velocity."""
-        return math.isfinite(self.sigma)
+_THREADS: Final = 2
 
 
 def find_time_offset(
@@ -63,20 +63,19 @@ def find_time_offset(
 ) -> TimeOffset:
     """Find what is to be added to the times of the fixes so that they fit the sensors.
 
-    The filter runs over the recording with offsets of up to half a second; the best is the one
-    with the smallest innovations of velocity. A filter takes a part of the offset for a bias of
-    the accelerometer, and its deviations say nothing of it.
+    That of positions, that of velocities, and by how much both grow, with their deviations: those
+    by which a filter's innovations are the smallest.
 
     Parameters
     ----------
     imu : Recording
         As ``NavigationFilter.process`` takes it, in the axes of the body.
     gnss : Fixes
-        Of the receiver. Velocities that lag behind positions are seen as an offset.
+        Of the receiver.
     start : Alignment
         As of `NavigationFilter`.
     time_offset : float
-        Where to search from, s.
+        Where to search from, s; within 0.6 s. `check_navigation` finds one of any size to tenths.
     **options
         As of `NavigationFilter`, without ``adapt`` and ``gate``: here a receiver is believed, for
         what is taken for its noise is not seen as a clock.
@@ -89,62 +88,261 @@ def find_time_offset(
 
     Notes
     -----
-    Twice the negative logarithm of the likelihood of the innovations, of four degrees of freedom
-    and scaled by their median, has a minimum at the offset; about it it grows by one at a standard
-    deviation. Neighbouring innovations are taken for independent: with many fixes a second the
-    deviation is too small.
+    Gauss and Newton's steps on the normalised innovations, which count less beyond three robust
+    deviations, after the first 20 s. A position and a velocity of one fix are two events; to carry
+    one of them by the last force to the other's time would cost more than it tells. Deviations are
+    by leaving out blocks of 10 s, with a fifth of the time of a sample. A rate is told beyond three
+    deviations only. Innovations of twice their size are not of a clock: then nothing is told.
 
     Examples
     --------
     >>> import zerorate as zr
     >>> drive = zr.simulate_drive(50.0, 120.0, seed=1)
-    >>> start = zr.align(drive.recording(), latitude=48.0, heading="course")
+    >>> start = zr.navigation.find_start(drive.recording(), drive.fixes)
     >>> late = drive.fixes.shifted(0.12)
     >>> found = zr.navigation.find_time_offset(drive.recording(), late, start)
-    >>> abs(found.seconds + 0.12) < 4 * found.sigma < 0.1
+    >>> abs(found.velocity_seconds + 0.12) < 4 * found.velocity_sigma < 0.1
     True
     """
     for name in ("adapt", "gate"):
         if name in options:
             raise ValueError(f"{name} is not used here: every fix counts, as it says")
-    nav = NavigationFilter(start, adapt="fixed", gate=_OPEN, **options)
-    runs = _Runs(imu, gnss, nav)
-    coarse = time_offset + np.arange(-_SPAN, _SPAN + 0.5 * _COARSE, _COARSE)
-    known = [runs.innovations(x) for x in coarse]
-    scale = max(1.0, min(float(np.median(nis)) for nis in known) / _MEDIAN)
-    best = float(coarse[np.argmin([_misfit(nis, scale) for nis in known])])
-    fine = best + _FINE * np.arange(-5, 6)
-    misfits = np.array([_misfit(runs.innovations(x), scale) for x in fine]) * len(known[0])
-    curvature, slope, _ = np.polyfit(fine - best, misfits, 2)
-    if not curvature > 0.0:
-        return TimeOffset(math.nan, math.inf)
-    sigma, at = 1.0 / math.sqrt(curvature), best - slope / (2.0 * curvature)
-    if sigma > _UNCERTAIN or abs(at - time_offset) > _SPAN:
-        return TimeOffset(math.nan, math.inf)
-    return TimeOffset(float(at), sigma)
+    if not isinstance(gnss, Fixes):
+        raise TypeError(f"gnss must be Fixes, as zr.read_fixes returns them, got {type(gnss)}")
+    samples = Samples.of(imu, mag=False, what="navigation")
+    if options.get("kind", "rate") == "rate":
+        options["kind"] = "increment"
+        steps = _Steps.of(samples)
+    else:
+        steps = _Steps(samples.time, samples.gyro, samples.accel)
+    # What was found of the heading was so with another clock.
+    loose = replace(start, heading_sigma=max(start.heading_sigma, _HEADING))
+    nav = NavigationFilter(loose, adapt="fixed", gate=_OPEN, **options)
+    # No move of the clock takes one before the start.
+    later = gnss.between(start.time - time_offset + _SPAN)
+    with ThreadPoolExecutor(_THREADS) as pool:
+        return _Search(steps, later, nav, time_offset, pool).found()
 
 
-def _misfit(nis: Floats, scale: float) -> float:
-    """Return twice the mean negative logarithm of the likelihood, but for a constant."""
-    # Fixes at both ends come and go with the offset: a mean, not a sum.
-    return float((_DEGREES + 3.0) * np.log1p(nis / (_DEGREES * scale)).mean())
+@dataclass(frozen=True, eq=False)
+class _Steps:
+    """Times of samples with the angles and the velocities gained since the one before."""
+
+    time: Floats
+    gyro: Floats
+    accel: Floats
+
+    @classmethod
+    def of(cls, samples: Samples) -> _Steps:
+        """Return steps of a fiftieth of a second or a sample, of which there are many to be run."""
+        every = max(1, round(samples.log.rate / _RATE))
+        means = Means.of(samples)
+        gained = np.diff(means.integral[::every], axis=0)
+        gained[np.diff(means.missing[::every]) > 0.0] = np.nan
+        gained = np.concatenate((np.zeros((1, 6)), gained))
+        return cls(samples.time[::every], gained[:, :3].copy(), gained[:, 3:].copy())
 
 
-class _Runs:
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """Normalised innovations of each fix, shape (m, 6), NaN where it was not used."""
+
+    scalars: Floats
+
+    @property
+    def used(self) -> Booleans:
+        return np.isfinite(self.scalars)
+
+
+@dataclass(eq=False)
+class _Search:
     """Runs of one filter with fixes at other times."""
 
-    def __init__(self, imu: Recording, gnss: Fixes, nav: NavigationFilter) -> None:
-        self._imu, self._gnss, self._nav = imu, gnss, nav
+    samples: _Steps
+    gnss: Fixes
+    nav: NavigationFilter
+    about: float
+    pool: ThreadPoolExecutor
+    rows: Floats = field(init=False)
+    middle: float = field(init=False)
 
-    def innovations(self, offset: float) -> Floats:
-        """Return those of velocities, normalised and squared."""
-        nav = self._nav.copy()
-        track = nav.process(self._imu, self._gnss, time_offset=float(offset), keep="track")
-        told = track.nis()[:, 1]
-        known: Floats = told[np.isfinite(told)]
-        if not known.size:
+    def __post_init__(self) -> None:
+        self.rows = rows_of(self.gnss)
+        self.middle = float(self.gnss.time.mean()) if len(self.gnss) else 0.0
+
+    def run(self, theta: Floats) -> _Run:
+        """Return the innovations with offsets of positions and velocities and their rate."""
+        drift = theta[2] * (self.gnss.time - self.middle)
+        velocity = self.gnss.velocity_time
+        velocity = self.gnss.time if velocity is None else velocity
+        events = Events.apart(
+            self.rows, self.gnss.time + theta[0] + drift, velocity + theta[1] + drift
+        )
+        samples = self.samples
+        found, _ = self.nav.copy().process_arrays(
+            samples.time, samples.gyro, samples.accel, events.rows
+        )
+        found = events.merged(found)
+        scalars = found["innovation"] / found["innovation_sigma"]
+        begun = np.flatnonzero(found["verdict"] == 0)
+        if begun.size:
+            scalars[self.gnss.time < self.gnss.time[begun[0]] + _BEGIN] = np.nan
+        return _Run(scalars)
+
+    def found(self) -> TimeOffset:
+        """Return the offset at which the innovations are the smallest."""
+        theta = self.scanned()
+        epochs = Epochs.of(self.gnss)
+        if theta is None or (epochs.speed > np.maximum(0.5, 4.0 * epochs.sigma)).sum() < _MOVING:
+            return TimeOffset(math.nan, math.inf)
+        now, tried = self.run(theta), _Tried()
+        for turn in range(_TURNS):
+            slopes = self.slopes(theta)
+            equations = _Equations.of(now, slopes, self.gnss.time)
+            step = equations.solved(None)
+            if step is None:
+                return TimeOffset(math.nan, math.inf)
+            if (np.abs(step) < _STOP).all():
+                break
+            if turn >= _FAR:
+                step = tried.further(theta, step)
+            step = np.clip(step, -_LIMITS, _LIMITS)
+            theta, now = self.stepped(theta, step, now, equations.limit)
+        return self.told(theta, now, slopes)
+
+    def scanned(self) -> Floats | None:
+        """Return the best of both offsets together."""
+        tried = [np.array([self.about + x, self.about + x, 0.0]) for x in _SCAN]
+        runs = list(self.pool.map(self.run, tried))
+        if not any(run.used[:, 3].any() for run in runs):
             raise ValueError(
-                f"{self._gnss.source}: no velocity is used, by which an offset is found: the "
+                f"{self.gnss.source}: no velocity is used, by which an offset is found: the "
                 "filter does not begin, or the receiver tells none"
             )
-        return known
+        common = np.logical_and.reduce([run.used for run in runs])
+        if not common.any():
+            return None
+        costs = [np.minimum(run.scalars[common] ** 2, _SQUARE).sum() for run in runs]
+        return tried[int(np.argmin(costs))]
+
+    def slopes(self, theta: Floats) -> Floats:
+        """Return how the innovations change with each number, shape (m, 6, 3)."""
+        moves = [sign * step * np.eye(3)[i] for i, step in enumerate(_STEPS) for sign in (1, -1)]
+        runs = list(self.pool.map(lambda move: self.run(theta + move).scalars, moves))
+        return np.stack(
+            [(runs[2 * i] - runs[2 * i + 1]) / (2.0 * _STEPS[i]) for i in range(3)], axis=2
+        )
+
+    def stepped(self, theta: Floats, step: Floats, now: _Run, limit: float) -> tuple[Floats, _Run]:
+        """Return numbers and innovations after a step, halved while the cost rises."""
+        for _ in range(5):
+            new = self.run(theta - step)
+            both = new.used & now.used
+            if _cost(new.scalars[both], limit) <= _cost(now.scalars[both], limit) + _ROUGH:
+                return theta - step, new
+            step = 0.5 * step
+        return theta, now
+
+    def told(self, theta: Floats, now: _Run, slopes: Floats) -> TimeOffset:
+        """Return the numbers with their deviations, without a rate that is not sure."""
+        equations = _Equations.of(now, slopes, self.gnss.time)
+        sigma = equations.jackknife(3)
+        nis = float(np.nanmean(np.minimum(now.scalars**2, _SQUARE)))
+        if sigma is None or not nis <= _MISFIT:
+            return TimeOffset(math.nan, math.inf, nis=nis)
+        if not abs(theta[2]) > _SURE * math.hypot(sigma[2], _RATE_FLOOR):
+            # The others as they are where there is no rate.
+            back = equations.solved(2, theta[2])
+            less = equations.jackknife(2)
+            if back is None or less is None:
+                return TimeOffset(math.nan, math.inf, nis=nis)
+            theta, sigma = np.array([*(theta[:2] - back), 0.0]), np.array([*less, sigma[2]])
+        dt = float(np.median(np.diff(self.samples.time)))
+        sigma = np.hypot(sigma, [0.2 * dt, 0.2 * dt, _RATE_FLOOR])
+        near = np.abs(theta[:2] - self.about).max() <= _SPAN
+        if not near or float(sigma[:2].min()) > _UNCERTAIN:
+            return TimeOffset(math.nan, math.inf, nis=nis)
+        (p, v, rate), (p_sigma, v_sigma, rate_sigma) = theta.tolist(), sigma.tolist()
+        return TimeOffset(p, p_sigma, v, v_sigma, rate, rate_sigma, self.middle, nis)
+
+
+@dataclass(eq=False)
+class _Tried:
+    """Steps so far: a filter takes a part of an offset for biases, and each leaves some of it."""
+
+    theta: list[Floats] = field(default_factory=list)
+    step: list[Floats] = field(default_factory=list)
+
+    def further(self, theta: Floats, step: Floats) -> Floats:
+        """Return a step to where those of the last turns would vanish (Anderson's mixing)."""
+        self.theta.append(theta)
+        self.step.append(step)
+        at, steps = (np.array(x[-_DEPTH - 1 :]) / _STEPS for x in (self.theta, self.step))
+        if len(steps) < 2:
+            return step
+        moved, changed = np.diff(at, axis=0).T, np.diff(steps, axis=0).T
+        part = np.linalg.lstsq(changed, steps[-1], rcond=1e-3)[0]
+        found: Floats = _STEPS * (steps[-1] + (moved - changed) @ part)
+        return found
+
+
+def _cost(u: Floats, limit: float) -> float:
+    size = np.abs(u)
+    return float(np.where(size <= limit, size**2, limit * (2.0 * size - limit)).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class _Equations:
+    """Sums of the normal equations, a block of ten seconds each."""
+
+    normal: Floats
+    right: Floats
+    limit: float
+
+    @classmethod
+    def of(cls, run: _Run, slopes: Floats, time: Floats) -> _Equations:
+        there = run.used & np.isfinite(slopes.sum(axis=2))
+        block = np.broadcast_to(
+            np.floor((time - time[0]) / _BLOCK).astype(np.int64)[:, np.newaxis], there.shape
+        )[there]
+        u, j = run.scalars[there], slopes[there]
+        squares = u**2
+        limit = _HUBER * max(1.0, math.sqrt(float(np.median(squares)) / _MEDIAN)) if u.size else 1.0
+        weight = np.minimum(1.0, limit / np.maximum(np.abs(u), 1e-12))
+        count = int(block.max(initial=0)) + 1
+        normal, right = np.zeros((count, 3, 3)), np.zeros((count, 3))
+        for a in range(3):
+            right[:, a] = np.bincount(block, weight * j[:, a] * u, minlength=count)
+            for b in range(3):
+                normal[:, a, b] = np.bincount(block, weight * j[:, a] * j[:, b], minlength=count)
+        kept = np.trace(normal, axis1=1, axis2=2) > 0.0
+        return cls(normal[kept], right[kept], limit)
+
+    def solved(self, size: int | None, rate: float = 0.0) -> Floats | None:
+        """Return the step that all blocks ask for; with `size` 2 a rate is taken back first."""
+        normal, right = self.normal.sum(axis=0), self.right.sum(axis=0)
+        return _solution(normal, right - normal[:, 2] * rate, size or 3)
+
+    def jackknife(self, size: int) -> Floats | None:
+        """Return the deviations by leaving out each block."""
+        n = len(self.normal)
+        normal, right = self.normal.sum(axis=0), self.right.sum(axis=0)
+        others = [
+            _solution(normal - a, right - b, size)
+            for a, b in zip(self.normal, self.right, strict=True)
+        ]
+        known = [one for one in others if one is not None]
+        if len(known) < max(n, 3):
+            return None
+        spread = np.array(known) - np.mean(known, axis=0)
+        return np.asarray(np.sqrt((n - 1.0) / n * (spread**2).sum(axis=0)))
+
+
+def _solution(normal: Floats, right: Floats, size: int) -> Floats | None:
+    scale = np.sqrt(np.diag(normal)[:size])
+    if not (scale > 0.0).all():
+        return None
+    scaled = normal[:size, :size] / np.outer(scale, scale)
+    if np.linalg.cond(scaled) > 1e8:
+        return None
+    return np.asarray(np.linalg.solve(scaled, right[:size] / scale) / scale)

@@ -38,6 +38,8 @@ class Fixes:
         -1 where it is not told.
     satellites : array_like of int, shape (n,), optional
         How many were used.
+    velocity_time : array_like, shape (n,), optional
+        When the velocities were measured, s, where that is not `time`.
     epoch : float, optional
         Unix time, UTC, at which `time` is zero; None where it is not known.
     source : str
@@ -66,6 +68,7 @@ class Fixes:
     velocity_sigma: Floats | None = None
     quality: Integers | None = None
     satellites: Integers | None = None
+    velocity_time: Floats | None = None
     epoch: float | None = None
     source: str = "the fixes"
     notes: tuple[str, ...] = ()
@@ -89,6 +92,9 @@ class Fixes:
             given = getattr(self, name)
             if given is not None:
                 object.__setattr__(self, name, _whole(name, given, time))
+        if self.velocity_time is not None:
+            own = _numbers("velocity_time", self.velocity_time, (), time)
+            object.__setattr__(self, "velocity_time", own)
         if self.epoch is not None and not math.isfinite(self.epoch):
             raise ArgumentError("epoch", f"must be a finite number of seconds, got {self.epoch}")
 
@@ -118,7 +124,8 @@ class Fixes:
     def shifted(self, seconds: float) -> Self:
         """Return the fixes on a clock that shows so many seconds more at the same moment."""
         epoch = None if self.epoch is None else self.epoch - seconds
-        return replace(self, time=self.time + seconds, epoch=epoch)
+        own = None if self.velocity_time is None else self.velocity_time + seconds
+        return replace(self, time=self.time + seconds, velocity_time=own, epoch=epoch)
 
     def as_dict(self) -> dict[str, npt.NDArray[np.float64 | np.int64] | None]:
         """Return the arrays by name, None for what is not known."""

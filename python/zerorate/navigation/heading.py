@@ -14,8 +14,8 @@ from zerorate.geometry.earth import local_ned
 from zerorate.geometry.rotations import cumulative_product, of_rotation_vectors, product
 from zerorate.io.samples import Samples
 from zerorate.navigation.alignment import Alignment
+from zerorate.navigation.events import Events
 from zerorate.navigation.fixes import Fixes
-from zerorate.navigation.processing import rows_of
 from zerorate.navigation.windows import sigma_of_position
 from zerorate.types import Floats, Integers
 
@@ -140,7 +140,9 @@ def _run(
     )
     nav = NavigationFilter(own, **{**options, "adapt": "fixed", "gate": _OPEN})
     time = samples.time[piece]
-    found, _ = nav.process_arrays(time, samples.gyro[piece], samples.accel[piece], rows_of(fixes))
+    events = Events.of(fixes)
+    found, _ = nav.process_arrays(time, samples.gyro[piece], samples.accel[piece], events.rows)
+    found = events.merged(found)
     size = found["innovation_sigma"]
     with np.errstate(invalid="ignore", divide="ignore"):
         square = np.minimum((found["innovation"] / size) ** 2, _SQUARE)

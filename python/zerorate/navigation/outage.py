@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from zerorate._native import NavigationFilter
     from zerorate.io import Recording
     from zerorate.navigation.fixes import Fixes
+    from zerorate.navigation.offset import TimeOffset
     from zerorate.navigation.track import Track
 
 __all__ = [
@@ -140,7 +141,7 @@ def outages(
     first: float = 60.0,
     between: float = 30.0,
     rest: npt.ArrayLike | None = None,
-    time_offset: float = 0.0,
+    time_offset: float | TimeOffset = 0.0,
     progress: Progress = silent,
 ) -> Outages:
     """Return how far a navigation filter is off after outages of the receiver.
@@ -169,7 +170,7 @@ def outages(
         Seconds from the end of an outage to the next, in which fixes are used. Default 30.
     rest : array_like of bool, shape (n,), optional
         Where the vehicle is known to stand.
-    time_offset : float
+    time_offset : float or TimeOffset
         Added to the times of the fixes, s.
     progress : callable
         Called with a step's name and the fraction that is done.
@@ -202,6 +203,7 @@ def outages(
     (2, True)
     """
     from zerorate.navigation.fixes import Fixes
+    from zerorate.navigation.offset import TimeOffset
 
     if not isinstance(gnss, Fixes):
         raise TypeError(
@@ -223,7 +225,7 @@ def outages(
     progress("navigating", 0.0)
     known: dict[str, Any] = {"rest": rest, "time_offset": time_offset}
     undisturbed = template.copy().process(imu, gnss, keep="track", **known)
-    fixes = _Within.of(undisturbed, gnss.shifted(time_offset))
+    fixes = _Within.of(undisturbed, TimeOffset.of(time_offset).applied(gnss))
     notes: list[str] = []
     found = []
     keep: Literal["all", "track"] = "all" if smooth else "track"
@@ -260,7 +262,9 @@ def _at_least(name: str, value: float) -> None:
         raise ArgumentError(name, f"must be a number from 0, got {value}")
 
 
-def _started(imu: Recording, gnss: Fixes, lever: Floats, time_offset: float) -> NavigationFilter:
+def _started(
+    imu: Recording, gnss: Fixes, lever: Floats, time_offset: float | TimeOffset
+) -> NavigationFilter:
     from zerorate._native import NavigationFilter
     from zerorate.navigation.start import find_start
 

@@ -10,13 +10,14 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from zerorate.faults import ArgumentError, given, said
+from zerorate.faults import given, said
 from zerorate.geometry.earth import local_ned
 from zerorate.io import LogError, Recording
 from zerorate.io.samples import Samples
 from zerorate.navigation.alignment import Alignment, align, leveled
 from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.heading import LONGEST, find_heading, looking
+from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.windows import Epochs, sigma_of_position
 from zerorate.types import Booleans, Floats
 
@@ -49,7 +50,7 @@ def find_start(
     gnss: Fixes,
     *,
     heading: float | Literal["course"] | None = None,
-    time_offset: float = 0.0,
+    time_offset: float | TimeOffset = 0.0,
     **options: Any,  # noqa: ANN401
 ) -> Alignment:
     """Find where a filter may begin, from whatever a recording holds: at rest or in motion.
@@ -64,7 +65,7 @@ def find_start(
         At the start, rad from north over east; or "course": the direction in which the vehicle
         moves first. By default it is found by a bank of filters, which needs no vehicle that moves
         forward, only one that speeds up, brakes or turns.
-    time_offset : float
+    time_offset : float or TimeOffset
         Added to the times of the fixes, s.
     **options
         As of `NavigationFilter`, with which the bank runs.
@@ -96,10 +97,8 @@ def find_start(
     >>> start.heading_known, len(start.notes)
     (True, 2)
     """
-    if not math.isfinite(time_offset):
-        raise ArgumentError("time_offset", f"must be a number of seconds, got {time_offset}")
     samples = Samples.of(imu, mag=False, what="navigation")
-    fixes = _within(imu, samples, gnss.shifted(time_offset), gnss.source)
+    fixes = _within(imu, samples, TimeOffset.of(time_offset).applied(gnss), gnss.source)
     moves = _Moves.of(fixes)
     rest = _rest(samples, moves)
     if heading is not None and rest is not None:

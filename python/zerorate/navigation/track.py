@@ -15,6 +15,7 @@ from zerorate.geometry.earth import local_ned, moved
 from zerorate.geometry.rotations import inverse, of_rotation_vectors, product
 from zerorate.io import Log
 from zerorate.io.missing import floats
+from zerorate.navigation.events import Events
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result, figure_of
 
@@ -45,7 +46,7 @@ class Inputs:
     time: Floats
     gyro: Floats
     accel: Floats
-    fixes: Floats
+    fixes: Events
     rest: Booleans | None
 
 
@@ -270,14 +271,19 @@ def track_of(
     """Run a filter over arrays and return its track; with `keep` it can be smoothed."""
     before = nav.copy()
     found, steps = nav.process_arrays(
-        inputs.time, inputs.gyro, inputs.accel, inputs.fixes, inputs.rest, record=keep
+        inputs.time, inputs.gyro, inputs.accel, inputs.fixes.rows, inputs.rest, record=keep
     )
+    counts = _since(before.fix_count, nav.fix_count)
+    if not inputs.fixes.together:
+        found = inputs.fixes.merged(found)
+        verdicts = np.bincount(found["verdict"], minlength=len(VERDICTS))
+        counts = dict(zip(counts, verdicts.tolist(), strict=False))
     for name in ("innovation", "innovation_sigma"):
         del found[name]
     return Track(
         time=inputs.time,
-        fixes=inputs.fixes,
-        fix_count=_since(before.fix_count, nav.fix_count),
+        fixes=inputs.fixes.whole(),
+        fix_count=counts,
         rejected_count=_since(before.rejected_count, nav.rejected_count),
         epoch=epoch,
         source=source,

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
 
 from zerorate.geometry.earth import local_ned
 from zerorate.io.samples import Samples
+from zerorate.navigation.events import SIGMA_POSITION, SIGMA_VELOCITY
 from zerorate.navigation.fixes import Fixes
-from zerorate.navigation.processing import SIGMA_POSITION, SIGMA_VELOCITY
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["GRAVITY", "Epochs", "Means", "Windows", "sigma_of_position", "sigma_of_velocity"]
@@ -162,6 +162,10 @@ class Windows:
             0.5 * size,
             np.hypot(s[first], s[last]) / seconds,
         )
+
+    def chosen(self, which: Booleans) -> Windows:
+        """Return some of them."""
+        return Windows(*(getattr(self, one.name)[which] for one in fields(self)))
 
     @property
     def turning(self) -> Booleans:

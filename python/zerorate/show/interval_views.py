@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from zerorate.calibration.comparison import CalibrationComparison
     from zerorate.calibration.rate.reference import FittedRate
     from zerorate.navigation.alignment import Alignment
-    from zerorate.navigation.clock import TimeOffset
+    from zerorate.navigation.offset import TimeOffset
     from zerorate.noise.coefficient import Coefficient
 
 __all__ = [

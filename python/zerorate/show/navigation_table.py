@@ -16,7 +16,7 @@ from zerorate.show.tables import Table, as_text, bulleted
 
 if TYPE_CHECKING:
     from zerorate.navigation.alignment import Alignment
-    from zerorate.navigation.clock import TimeOffset
+    from zerorate.navigation.offset import TimeOffset
     from zerorate.navigation.outage import OutageErrors, Outages
     from zerorate.navigation.track import Track
     from zerorate.types import Floats
@@ -96,7 +96,9 @@ def format_time_offset(found: TimeOffset) -> str:
     """Return the offset with its deviation."""
     if not found.identifiable:
         return "time offset not identifiable: the vehicle hardly changes its velocity"
-    return f"time offset {found.seconds:.3f} s (sigma {found.sigma:.3f} s)"
+    lines = [f"time offset {found.seconds:.3f} s (sigma {found.sigma:.3f} s)"]
+    lines += [f"{name} {value:.3g} (sigma {sigma:.1g})" for name, value, sigma in found.parts[1:]]
+    return "\n".join(lines)
 
 
 def track_title(track: Track) -> str:

@@ -87,7 +87,7 @@ VIEWS: Final = {
         "navigation_table:format_alignment",
         "interval_views:plot_alignment",
     ),
-    "navigation.clock.TimeOffset": (
+    "navigation.offset.TimeOffset": (
         "navigation_table:format_time_offset",
         "interval_views:plot_time_offset",
     ),

@@ -220,15 +220,18 @@ impl NavigationFilter {
     /// Takes a recording with a gyro and an accelerometer on one clock, and the fixes of a receiver;
     /// returns the `Track`: what a loop over ``update`` and ``update_gnss`` would have said after each
     /// sample, and the smoother. ``rest``, bool (n,), says where the vehicle is known to stand;
-    /// ``time_offset`` is added to the times of the fixes, s. ``keep="track"`` leaves out what the
+    /// ``time_offset``, a number or a `TimeOffset`, is added to the times of the fixes, s. ``keep="track"`` leaves out what the
     /// smoother needs, 2.8 kB a step of the covariance: for long records.
-    #[pyo3(signature = (imu, gnss=None, *, rest=None, time_offset=0.0, keep="all"))]
+    #[pyo3(
+        signature = (imu, gnss=None, *, rest=None, time_offset=None, keep="all"),
+        text_signature = "($self, imu, gnss=None, *, rest=None, time_offset=0.0, keep='all')"
+    )]
     fn process<'py>(
         slf: &Bound<'py, Self>,
         imu: &Bound<'py, PyAny>,
         gnss: Option<&Bound<'py, PyAny>>,
         rest: Option<&Bound<'py, PyAny>>,
-        time_offset: f64,
+        time_offset: Option<&Bound<'py, PyAny>>,
         keep: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         choice("keep", keep, &["all", "track"])?;

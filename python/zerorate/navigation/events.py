@@ -1,0 +1,104 @@
+"""Fixes as a filter takes them: positions and velocities together, or each at its own time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate.navigation.fixes import Fixes
+from zerorate.types import Floats, Integers
+
+__all__ = ["SIGMA_POSITION", "SIGMA_VELOCITY", "Events", "rows_of"]
+
+SIGMA_POSITION: Final = 2.0
+SIGMA_VELOCITY: Final = 0.1
+"""What is taken for the deviations of a receiver that tells none, m and m/s."""
+
+_POSITION: Final = slice(1, 4)
+_VELOCITY: Final = slice(4, 7)
+
+
+def rows_of(fixes: Fixes | None) -> Floats:
+    """Return fixes as ``NavigationFilter.process_arrays`` takes them, shape (m, 13).
+
+    Where a receiver tells no deviation it is 2 m and 0.1 m/s.
+    """
+    if fixes is None:
+        return np.empty((0, 13))
+    rows = np.full((len(fixes), 13), np.nan)
+    rows[:, 0] = fixes.time
+    rows[:, _POSITION] = fixes.position
+    rows[:, 7:10] = _told(fixes.position_sigma, SIGMA_POSITION)
+    rows[:, 10:13] = _told(fixes.velocity_sigma, SIGMA_VELOCITY)
+    if fixes.velocity is not None:
+        rows[:, _VELOCITY] = fixes.velocity
+    return rows
+
+
+def _told(sigma: Floats | None, usual: float) -> Floats | float:
+    if sigma is None:
+        return usual
+    told: Floats = np.where(np.isnan(sigma), usual, sigma)
+    return told
+
+
+@dataclass(frozen=True, eq=False)
+class Events:
+    """What a filter is given of m fixes, in the order of their times.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (k, 13)
+        As ``NavigationFilter.process_arrays`` takes them.
+    position, velocity : ndarray of int, shape (m,)
+        Which of them has the position of a fix, and which its velocity: the same, unless the
+        velocities have times of their own.
+    """
+
+    rows: Floats
+    position: Integers
+    velocity: Integers
+
+    @classmethod
+    def of(cls, fixes: Fixes | None) -> Events:
+        """Return the events of some fixes."""
+        rows = rows_of(fixes)
+        each = np.arange(len(rows))
+        if fixes is None or fixes.velocity is None or fixes.velocity_time is None:
+            return cls(rows, each, each)
+        return cls.apart(rows, fixes.time, fixes.velocity_time)
+
+    @classmethod
+    def apart(cls, rows: Floats, position: Floats, velocity: Floats) -> Events:
+        """Return rows of fixes as positions at some times and velocities at others."""
+        m = len(rows)
+        both = np.concatenate([rows, rows])
+        both[:m, _VELOCITY], both[m:, _POSITION] = np.nan, np.nan
+        both[:m, 0], both[m:, 0] = position, velocity
+        order = np.argsort(both[:, 0], kind="stable")
+        place = np.empty(2 * m, dtype=np.int64)
+        place[order] = np.arange(2 * m)
+        return cls(both[order], place[:m], place[m:])
+
+    @property
+    def together(self) -> bool:
+        """Whether a fix is one event."""
+        return self.position is self.velocity
+
+    def whole(self) -> Floats:
+        """Return a row a fix, at the time of its position."""
+        rows = self.rows[self.position].copy()
+        rows[:, _VELOCITY] = self.rows[self.velocity, _VELOCITY]
+        return rows
+
+    def merged(self, found: dict[str, Any]) -> dict[str, Any]:
+        """Return what a filter says of each event as of each fix, whose position counts."""
+        if self.together:
+            return found
+        own = {name: found[name][self.position] for name in ("verdict", "taken")}
+        for name, width in (("nis", 1), ("innovation", 3), ("innovation_sigma", 3)):
+            one, other = found[name][self.position], found[name][self.velocity]
+            own[name] = np.hstack([one[:, :width], other[:, width:]])
+        return {**found, **own}

@@ -1,0 +1,44 @@
+"""Sensors that tell nothing new while the vehicle moves."""
+
+from __future__ import annotations
+
+from typing import Final, Literal
+
+import numpy as np
+
+from zerorate.io.samples import Samples
+from zerorate.navigation.windows import Epochs
+from zerorate.types import Floats
+
+__all__ = ["frozen_spans"]
+
+_SECONDS: Final = 1.0
+_SAMPLES: Final = 10
+_TOTAL: Final = (3.0, 0.01)
+"""Seconds, and part of the recording, from which on it counts."""
+
+
+def frozen_spans(
+    samples: Samples, sensor: Literal["gyro", "accel"] | str, epochs: Epochs
+) -> list[tuple[float, float]]:
+    """Return from and to when a sensor repeats a row, or gives none, in motion; s.
+
+    Empty unless it does so for three seconds in all and a hundredth of the time.
+    """
+    values: Floats = getattr(samples, sensor)
+    time = samples.time
+    there = np.isfinite(values.sum(axis=1))
+    same = np.concatenate(([False], (values[1:] == values[:-1]).all(axis=1))) | ~there
+    edges = np.flatnonzero(np.diff(same, prepend=False, append=False)).reshape(-1, 2)
+    spans = []
+    moving = epochs.speed > np.maximum(0.2, 3.0 * epochs.sigma)
+    for first, last in edges.tolist():
+        start, stop = float(time[max(first - 1, 0)]), float(time[last - 1])
+        if stop - start < _SECONDS or last - first < _SAMPLES:
+            continue
+        inside = (epochs.time >= start) & (epochs.time <= stop)
+        if inside.any() and moving[inside].mean() > 0.5:
+            spans.append((start, stop))
+    total = sum(stop - start for start, stop in spans)
+    enough = total >= max(_TOTAL[0], _TOTAL[1] * float(time[-1] - time[0]))
+    return spans if enough else []
