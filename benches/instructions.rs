@@ -17,12 +17,14 @@ use zerorate_core::attitude::{
 use zerorate_core::calibrate::{Correction, ImuCorrector};
 use zerorate_core::denoise::{Mode, Wavelet, WaveletDenoiser, WaveletParams, decompose};
 use zerorate_core::identify::Estimator as Autoregression;
+use zerorate_core::identify::arma::{Series, grid};
 use zerorate_core::linear::{Batch, Known, LinearBank, Model};
 use zerorate_core::navigation::{
     Adapt, Fix, Inertial, Kind, NavigationFilter, NavigationParams, Record as Steps, Start,
 };
 use zerorate_core::stream::checkpoint::{self, Checkpoint};
 use zerorate_core::stream::{Input, Output};
+use zerorate_core::text::{Cell, Form};
 use zerorate_core::{
     AutoFilter, AutoParams, Bank, Behaviour, DriftFilter, Method, Params, RestLimits, RobustFilter,
     RobustParams, Stream,
@@ -315,6 +317,22 @@ fn array_of_eight() -> GyroArray<3> {
 
 fn others() -> Vec<Path> {
     vec![
+        path("2000 rows of seven numbers as text", || {
+            let row =
+                |row: &[f64]| row.iter().map(|z| format!("{z:.5}")).collect::<Vec<_>>().join(",");
+            let rows: Vec<String> = noise(7 * 2000).chunks(7).map(row).collect();
+            let (text, mut out) = (rows.join("\n"), vec![vec![0.0; 2000]; 7]);
+            let cells = (0..7).map(Cell::Double).collect();
+            let form = Form { delimiter: Some(b','), point: b'.', cells, missing: Vec::new() };
+            Box::new(move || {
+                let columns = out.iter_mut().map(Vec::as_mut_slice).collect();
+                assert!(form.read(black_box(text.as_bytes()), columns, false));
+            })
+        }),
+        path("orders of a moving-average model", || {
+            let series = Series::new(noise(2000), true);
+            Box::new(move || drop(black_box(grid(black_box(&series), 2, 2, true))))
+        }),
         path("array of eight gyros", || {
             let (mut array, rows) = (array_of_eight(), noise(24 * SAMPLES / 8));
             Box::new(move || {

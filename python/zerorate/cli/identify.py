@@ -1,6 +1,7 @@
 """``zerorate identify``: drift models of the gyros of one log."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextvars import copy_context
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
@@ -40,6 +41,7 @@ from zerorate.io.log import notes_of
 from zerorate.noise.records import as_record
 from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
+from zerorate.run.workers import workers
 from zerorate.show.identify_page import identification_page
 from zerorate.show.identify_tables import format_identify
 from zerorate.show.tables import bulleted
@@ -216,17 +218,27 @@ class _Found:
 
 
 def _found(analysis: Callable[..., Identification], log: Log, progress: Progress) -> _Found:
-    """Return what can be said of each axis; a fault if of none."""
-    axes, refused = [], {}
-    for i, (name, z) in enumerate(zip(log.names, log.data.T, strict=True)):
+    """Return what can be said of each axis, which share the cores; a fault if of none."""
+    fractions = [0.0] * log.channels
 
-        def tell(step: str, fraction: float, done: int = i) -> None:
-            progress(step, (done + fraction) / log.channels)
+    def of_axis(i: int) -> Identification | ValueError:
+        def tell(step: str, fraction: float) -> None:
+            fractions[i] = fraction
+            progress(step, sum(fractions) / log.channels)
 
         try:
-            axes.append(analysis(z, log.rate, name=name, unit=log.unit, progress=tell))
+            z, name = log.data[:, i], log.names[i]
+            return analysis(z, log.rate, name=name, unit=log.unit, progress=tell)
         except ValueError as error:
-            refused[name] = sentence_of(error)
+            return error
+
+    with workers() as executor:
+        # What holds round the caller holds in each thread, such as what arguments are called.
+        jobs = [executor.submit(copy_context().run, of_axis, i) for i in range(log.channels)]
+        results = [job.result() for job in jobs]
+    axes = [found for found in results if isinstance(found, Identification)]
+    pairs = zip(log.names, results, strict=True)
+    refused = {name: sentence_of(found) for name, found in pairs if isinstance(found, ValueError)}
     if not axes:
         _refuse(log, refused)
     left_out = (said(f"{name} is left out: ", reason) for name, reason in refused.items())

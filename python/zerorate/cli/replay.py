@@ -27,6 +27,7 @@ from zerorate.cli.errors import (
     sentence,
     writing,
 )
+from zerorate.cli.memory import keep_freed
 from zerorate.cli.options import (
     OUTPUT,
     PANEL,
@@ -150,6 +151,7 @@ def replay(
     found = records(log, reading.group_by)
     outputs = [Outputs.of(place.of_part(one.ending), *shape) for one in found]
     check_outputs([path for files in outputs for path in files.paths], force, log)
+    keep_freed()
     if array:
         replay_arrays(reading, found, [one.paths for one in outputs], force, asked_of_array, given)
         return

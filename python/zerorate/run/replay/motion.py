@@ -1,11 +1,13 @@
 """Motion that the accelerometer of a body shows, at the samples of its gyro."""
 
+from contextlib import closing
 from typing import Final
 
 import numpy as np
 
 from zerorate._native import MotionDetector
 from zerorate.io import LogError, LogFile
+from zerorate.run.workers import ahead
 from zerorate.types import Booleans
 
 _ROWS: Final = 1 << 15
@@ -28,17 +30,18 @@ def motion_of(accel: LogFile, gyro: LogFile) -> Booleans:
             f"{', '.join(header.names)}: an accelerometer has three axes, got {header.channels}"
         )
     detector = MotionDetector(header.rate)
-    blocks = (detector.process(np.ascontiguousarray(block.T)) for block in accel.blocks(_ROWS))
-    moving = np.concatenate((*blocks, np.zeros(1, dtype=np.bool_)))
+    with closing(ahead(accel.blocks(_ROWS))) as blocks:
+        shown = [detector.process(np.ascontiguousarray(block.T)) for block in blocks]
+    moving = np.concatenate((*shown, np.zeros(1, dtype=np.bool_)))
     start = float(accel.time(0, 1)[0])
-    found = np.empty(gyro.header.n, dtype=np.bool_)
+    known = np.empty(gyro.header.n, dtype=np.bool_)
     for first in range(0, gyro.header.n, _ROWS):
         end = min(first + _ROWS, gyro.header.n)
         # Stamps are rounded; a sample of the same instant counts.
         last = np.floor((gyro.time(first, end) - start) * header.rate + 1e-3).astype(np.int64)
         # The place after the last says that nothing is known.
-        found[first:end] = moving[np.where((last < 0) | (last >= header.n), header.n, last)]
-    return found
+        known[first:end] = moving[np.where((last < 0) | (last >= header.n), header.n, last)]
+    return known
 
 
 def note_on_motion(accel: LogFile, moving: Booleans, rate: float) -> str:

@@ -297,12 +297,18 @@ impl LinearBank {
             (8, 2) => fixed!(8, 2),
             (8, 3) => fixed!(8, 3),
             (8, 4) => fixed!(8, 4),
-            (n, m) => {
-                let mut room = core::mem::take(&mut self.room);
-                self.take(Free { n, m }, batch, known, &mut room.work(n, m));
-                self.room = room;
-            }
+            (9, m) => self.take_in_room(States::<9> { m }, batch, known),
+            (10, m) => self.take_in_room(States::<10> { m }, batch, known),
+            (12, m) => self.take_in_room(States::<12> { m }, batch, known),
+            (15, m) => self.take_in_room(States::<15> { m }, batch, known),
+            (n, m) => self.take_in_room(Free { n, m }, batch, known),
         }
+    }
+
+    fn take_in_room<S: Size>(&mut self, size: S, batch: &Batch<'_>, known: &mut Known<'_>) {
+        let mut room = core::mem::take(&mut self.room);
+        self.take(size, batch, known, &mut room.work(size.n(), size.m()));
+        self.room = room;
     }
 
     #[inline(always)]
@@ -515,6 +521,45 @@ impl Size for Free {
         room
     }
 
+    fn row<'a, T: Copy + 'a>(self, _: T, room: &'a mut [T]) -> &'a mut [T] {
+        room
+    }
+}
+
+/// States whose number the compiler knows, and any number of measurements: next to what is done for
+/// many states, measurements cost little.
+#[derive(Debug, Clone, Copy)]
+struct States<const N: usize> {
+    m: usize,
+}
+
+impl<const N: usize> Size for States<N> {
+    type States = Fixed<N, 1>;
+    type Column<'a, T: Copy + 'a> = [T; N];
+    type Row<'a, T: Copy + 'a> = &'a mut [T];
+    const FEW: bool = false;
+
+    #[inline(always)]
+    fn states(self) -> Fixed<N, 1> {
+        Fixed
+    }
+
+    #[inline(always)]
+    fn n(self) -> usize {
+        N
+    }
+
+    #[inline(always)]
+    fn m(self) -> usize {
+        self.m
+    }
+
+    #[inline(always)]
+    fn column<'a, T: Copy + 'a>(self, zero: T, _: &'a mut [T]) -> [T; N] {
+        [zero; N]
+    }
+
+    #[inline(always)]
     fn row<'a, T: Copy + 'a>(self, _: T, room: &'a mut [T]) -> &'a mut [T] {
         room
     }

@@ -41,7 +41,13 @@ pub struct Stop {
     /// Length of a Newton step in standard errors.
     pub step: f64,
     pub evaluations: usize,
+    /// Passes after which a search has to be lower by [`WORTH`]: where roots cancel each other, the
+    /// sum of squares is a valley without an end.
+    pub patience: usize,
 }
+
+/// Variances of a residual: no criterion of order tells so little from nothing.
+const WORTH: f64 = 1e-2;
 
 /// Sums of squares whose relative difference is less are equal: what rounding makes of a million
 /// terms.
@@ -65,7 +71,15 @@ pub fn minimise(
     let first = FIRST_RADIUS * normal.sum_of_squares.sqrt();
     let mut radius = first;
     let mut at = Descent { point: start, normal, end: End::Unfinished, evaluations: 1 };
+    let (mut since, mut height) = (at.evaluations, at.normal.sum_of_squares);
     while at.evaluations < stop.evaluations && radius > SHORTEST * first {
+        if at.evaluations - since >= stop.patience {
+            let variance = height / problem.count() as f64;
+            if height - at.normal.sum_of_squares < WORTH * variance {
+                break;
+            }
+            (since, height) = (at.evaluations, at.normal.sum_of_squares);
+        }
         let model = at.normal.model(&frozen(&at, problem.bounds()));
         let variance = at.normal.sum_of_squares / problem.count() as f64;
         let decrease = model.largest_decrease();

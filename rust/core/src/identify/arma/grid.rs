@@ -11,11 +11,12 @@ use crate::identify::autoregression::Reflections;
 use crate::math::parallel;
 use crate::work;
 
-/// Good to 1e-4 in a criterion on the scale of `N ln σ²`.
-const COARSE: Stop = Stop { step: 1e-2, evaluations: 100 };
+/// Good to 1e-4 in a criterion on the scale of `N ln σ²`; where the order is more than the record has,
+/// to some tenths.
+const COARSE: Stop = Stop { step: 1e-2, evaluations: 100, patience: 12 };
 
 /// A second search is worth no more passes than this.
-const SECOND: Stop = Stop { step: 1e-2, evaluations: 25 };
+const SECOND: Stop = Stop { step: 1e-2, evaluations: 25, patience: 6 };
 
 /// Two searches that come so near, in standard errors, end at the same place.
 const SAME: f64 = 0.1;

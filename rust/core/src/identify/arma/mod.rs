@@ -30,7 +30,7 @@ pub const MAX_ORDER: usize = 8;
 
 /// Steps this small, in standard errors, let two searches agree to 1e-6 in well determined
 /// coefficients.
-const FINE: Stop = Stop { step: 1e-6, evaluations: 60 };
+const FINE: Stop = Stop { step: 1e-6, evaluations: 60, patience: usize::MAX };
 
 /// What a fit minimises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
