@@ -17,7 +17,6 @@ use zerorate_core::attitude::{
 use zerorate_core::calibrate::{Correction, ImuCorrector};
 use zerorate_core::denoise::{Mode, Wavelet, WaveletDenoiser, WaveletParams, decompose};
 use zerorate_core::identify::Estimator as Autoregression;
-use zerorate_core::identify::arma::{Series, grid};
 use zerorate_core::linear::{Batch, Known, LinearBank, Model};
 use zerorate_core::navigation::{
     Adapt, Fix, Inertial, Kind, NavigationFilter, NavigationParams, Record as Steps, Start,
@@ -328,10 +327,6 @@ fn others() -> Vec<Path> {
                 let columns = out.iter_mut().map(Vec::as_mut_slice).collect();
                 assert!(form.read(black_box(text.as_bytes()), columns, false));
             })
-        }),
-        path("orders of a moving-average model", || {
-            let series = Series::new(noise(2000), true);
-            Box::new(move || drop(black_box(grid(black_box(&series), 2, 2, true))))
         }),
         path("array of eight gyros", || {
             let (mut array, rows) = (array_of_eight(), noise(24 * SAMPLES / 8));
