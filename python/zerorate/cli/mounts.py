@@ -14,8 +14,6 @@ from zerorate.cli.options import parse_words
 from zerorate.navigation.mounting import Mounting, read_mounting
 from zerorate.types import Floats
 
-__all__ = ["Mounted", "numbers"]
-
 _NONE: Final = "none"
 _AUTO: Final = "auto"
 

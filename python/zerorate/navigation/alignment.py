@@ -17,8 +17,6 @@ from zerorate.io.samples import Samples
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
-__all__ = ["Alignment", "align", "leveled"]
-
 _REST: Final = 10.0
 """Seconds at rest that an alignment needs."""
 _SHORTEST: Final = 1.0

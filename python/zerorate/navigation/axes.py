@@ -11,8 +11,6 @@ import numpy as np
 from zerorate.navigation.windows import GRAVITY, Means, Windows
 from zerorate.types import Floats
 
-__all__ = ["Axes", "find_axes"]
-
 _ROAD: Final = 0.3
 """Deviation of a mean force by what a receiver does not see, m/s^2."""
 _HUBER: Final = 2.5

@@ -19,8 +19,6 @@ from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.windows import Epochs, Means
 from zerorate.types import Booleans, Floats
 
-__all__ = ["find_time_offset"]
-
 _RATE: Final = 50.0
 """Hz, of what a filter is given here."""
 _SCAN: Final = np.arange(-0.6, 0.61, 0.15)

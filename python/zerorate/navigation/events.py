@@ -10,8 +10,6 @@ import numpy as np
 from zerorate.navigation.fixes import Fixes
 from zerorate.types import Floats, Integers
 
-__all__ = ["SIGMA_POSITION", "SIGMA_VELOCITY", "Events", "rows_of"]
-
 SIGMA_POSITION: Final = 2.0
 SIGMA_VELOCITY: Final = 0.1
 """What is taken for the deviations of a receiver that tells none, m and m/s."""

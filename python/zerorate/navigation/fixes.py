@@ -13,8 +13,6 @@ from zerorate.faults import ArgumentError
 from zerorate.io.missing import floats
 from zerorate.types import Floats, Integers
 
-__all__ = ["Fixes"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fixes:

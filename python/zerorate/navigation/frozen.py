@@ -10,8 +10,6 @@ from zerorate.io.samples import Samples
 from zerorate.navigation.windows import Epochs
 from zerorate.types import Floats
 
-__all__ = ["frozen_spans"]
-
 _SECONDS: Final = 1.0
 _SAMPLES: Final = 10
 _TOTAL: Final = (3.0, 0.01)

@@ -19,8 +19,6 @@ from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.windows import sigma_of_position
 from zerorate.types import Floats, Integers
 
-__all__ = ["Heading", "find_heading"]
-
 _MEMBERS: Final = 8
 _OF_MEMBER: Final = math.radians(27.0)
 """Deviation of the heading of a member, of which eight are 45 deg apart."""

@@ -11,8 +11,6 @@ import numpy as np
 from zerorate.navigation.windows import Means, Windows
 from zerorate.types import Floats
 
-__all__ = ["Lag", "find_lag", "is_rate", "lag_of_pieces"]
-
 _STEP: Final = 0.25
 _FINE: Final = 0.01
 NEAR: Final = 10.0

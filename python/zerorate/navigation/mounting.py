@@ -14,8 +14,6 @@ from zerorate.faults import ArgumentError
 from zerorate.io import LogError, Recording
 from zerorate.types import Floats
 
-__all__ = ["Mounting", "body_axes", "read_mounting"]
-
 _KEYS = ("body_from_sensor", "antenna_from_imu_m", "time_offset_s", "imu_time_offset_s")
 _ORTHOGONAL = 1e-3
 

@@ -10,8 +10,6 @@ from zerorate.faults import ArgumentError
 from zerorate.navigation.fixes import Fixes
 from zerorate.views import Result
 
-__all__ = ["TimeOffset"]
-
 _TOLD: Final = 3.0
 """Deviations beyond which something is told."""
 

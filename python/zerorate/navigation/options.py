@@ -4,8 +4,6 @@ from typing import Final
 
 from zerorate.options import Option, by_name
 
-__all__ = ["NAVIGATION_OPTIONS"]
-
 _WHEELED: Final = ("wheeled",)
 
 _ROWS: Final = (

@@ -25,16 +25,6 @@ if TYPE_CHECKING:
     from zerorate.navigation.offset import TimeOffset
     from zerorate.navigation.track import Track
 
-__all__ = [
-    "FILTER",
-    "POSITION_HELD",
-    "SMOOTHED",
-    "VELOCITY_HELD",
-    "OutageErrors",
-    "Outages",
-    "outages",
-]
-
 POSITION_HELD: Final = "position held"
 VELOCITY_HELD: Final = "velocity held"
 FILTER: Final = "filter"

@@ -14,8 +14,6 @@ from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.track import Inputs, Track, track_of
 
-__all__ = ["processed"]
-
 
 def processed(
     nav: NavigationFilter,

@@ -23,8 +23,6 @@ from zerorate.io.table import Column, Content, Format, Table, as_numbers
 from zerorate.navigation.fixes import Fixes
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["FixFormat", "read_fixes"]
-
 FixFormat = Literal["nmea", "rtklib", "navsatfix", "table"]
 
 _HEAD: Final = 1 << 16

@@ -19,8 +19,6 @@ from zerorate.navigation.lag import Lag, find_lag, is_rate, lag_of_pieces
 from zerorate.navigation.windows import Epochs, Means, Windows
 from zerorate.types import Floats
 
-__all__ = ["NavigationChecks", "NavigationFinding", "check_navigation"]
-
 _LAG: Final = 1.0
 """Seconds by which clocks are off that are told here; less is found by innovations."""
 _DEGREES: Final = 180.0 / math.pi

@@ -21,8 +21,6 @@ from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.windows import Epochs, sigma_of_position
 from zerorate.types import Booleans, Floats
 
-__all__ = ["find_start"]
-
 _TICK: Final = 0.5
 _STEADY: Final = (math.radians(0.5), 0.15)
 """By how much means of half a second scatter at rest, rad/s and m/s^2."""

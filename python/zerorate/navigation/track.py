@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from zerorate.navigation.outage import Outages
 
-__all__ = ["STATUSES", "VERDICTS", "Inputs", "Track", "not_begun", "track_of"]
-
 STATUSES: Final = ("waiting", "no heading", "navigating", "coasting", "missing")
 """Words for `Track.status`, in the order of its numbers."""
 

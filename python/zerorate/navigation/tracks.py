@@ -20,8 +20,6 @@ from zerorate.io.atomic import atomic_path
 from zerorate.texts import one_line
 from zerorate.types import Floats
 
-__all__ = ["Track", "write_geojson", "write_gpx"]
-
 
 class Track(Protocol):
     """What has times, s, shape (n,), and positions, deg, deg and m, shape (n, 3)."""

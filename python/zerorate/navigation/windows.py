@@ -13,8 +13,6 @@ from zerorate.navigation.events import SIGMA_POSITION, SIGMA_VELOCITY
 from zerorate.navigation.fixes import Fixes
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["GRAVITY", "Epochs", "Means", "Windows", "sigma_of_position", "sigma_of_velocity"]
-
 GRAVITY: Final = 9.81
 _WIDTH: Final = 1.0
 """Seconds of a window."""

@@ -36,16 +36,6 @@ if TYPE_CHECKING:
     from zerorate.navigation.offset import TimeOffset
     from zerorate.noise.coefficient import Coefficient
 
-__all__ = [
-    "format_virtual_gyro",
-    "plot_alignment",
-    "plot_comparison",
-    "plot_fitted_rate",
-    "plot_rotations",
-    "plot_time_offset",
-    "plot_virtual_gyro",
-]
-
 # Millimetres.
 _WIDTH, _ROW, _LEFT, _BELOW, _ABOVE, _BETWEEN = 110.0, 5.0, 38.0, 11.0, 8.0, 9.0
 _BARS: Final = "Bars: ± 2σ."

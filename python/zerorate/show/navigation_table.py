@@ -21,14 +21,6 @@ if TYPE_CHECKING:
     from zerorate.navigation.track import Track
     from zerorate.types import Floats
 
-__all__ = [
-    "format_alignment",
-    "format_outages",
-    "format_time_offset",
-    "format_track",
-    "track_title",
-]
-
 _NO_HEADING: Final = {True: "from the course", False: "no heading"}
 _INSIDE: Final = {"smoothed": "smoothed, largest inside"}
 """What a row is called where its name does not say it."""

@@ -4,8 +4,6 @@ from typing import Final
 
 from zerorate.views import View, register
 
-__all__ = ["VIEWS"]
-
 VIEWS: Final = {
     "array.accelerometers.FusedAccelerometers": (
         "series_views:format_fused",
