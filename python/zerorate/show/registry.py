@@ -13,10 +13,7 @@ VIEWS: Final = {
         "curve_views:format_allan_covariance",
         "curve_views:plot_allan_covariance",
     ),
-    "array.rotations.Rotations": (
-        "array_table:format_rotations",
-        "interval_views:plot_rotations",
-    ),
+    "array.rotations.Rotations": ("array_table:format_rotations", "interval_views:plot_rotations"),
     "array.virtual_gyro.VirtualGyro": (
         "interval_views:format_virtual_gyro",
         "interval_views:plot_virtual_gyro",
@@ -49,18 +46,12 @@ VIEWS: Final = {
         "temperature_table:format_temperature",
         "temperature_figure:plot_temperature",
     ),
-    "checks.result.Checks": (
-        "checks_table:format_checks",
-        "checks_figure:plot_checks",
-    ),
+    "checks.result.Checks": ("checks_table:format_checks", "checks_figure:plot_checks"),
     "compare.comparison.Comparison": (
         "compare_tables:format_comparison",
         "compare_figure:plot_compare",
     ),
-    "denoising.wavelet.Denoised": (
-        "series_views:format_denoised",
-        "series_views:plot_denoised",
-    ),
+    "denoising.wavelet.Denoised": ("series_views:format_denoised", "series_views:plot_denoised"),
     "identify.arma_model.ArmaModel": (
         "arma_table:format_arma_model",
         "curve_views:plot_arma_model",
@@ -69,14 +60,8 @@ VIEWS: Final = {
         "identify_tables:format_identification",
         "identify_figure:plot_identification",
     ),
-    "linear.run.LinearRun": (
-        "series_views:format_linear",
-        "series_views:plot_linear",
-    ),
-    "linear.run.SmoothedRun": (
-        "series_views:format_smoothed",
-        "series_views:plot_smoothed",
-    ),
+    "linear.run.LinearRun": ("series_views:format_linear", "series_views:plot_linear"),
+    "linear.run.SmoothedRun": ("series_views:format_smoothed", "series_views:plot_smoothed"),
     "navigation.outage.Outages": (
         "navigation_table:format_outages",
         "navigation_figure:plot_outages",
@@ -89,30 +74,15 @@ VIEWS: Final = {
         "navigation_table:format_time_offset",
         "interval_views:plot_time_offset",
     ),
-    "navigation.track.Track": (
-        "navigation_table:format_track",
-        "navigation_figure:plot_track",
-    ),
-    "noise.dynamic.DynamicAllan": (
-        "curve_views:format_dynamic",
-        "dynamic_figure:plot_dynamic",
-    ),
+    "navigation.track.Track": ("navigation_table:format_track", "navigation_figure:plot_track"),
+    "noise.dynamic.DynamicAllan": ("curve_views:format_dynamic", "dynamic_figure:plot_dynamic"),
     "noise.model.NoiseModel": (
         "noise_model_table:format_noise_model",
         "curve_views:plot_noise_model",
     ),
-    "noise.result.AllanResult": (
-        "curve_views:format_allan_result",
-        "allan_figure:plot_allan",
-    ),
-    "run.array.ArrayReplay": (
-        "array_table:format_array",
-        "array_figure:plot_array",
-    ),
-    "run.replay.result.Replay": (
-        "replay_table:format_table",
-        "replay_figure:plot_replay",
-    ),
+    "noise.result.AllanResult": ("curve_views:format_allan_result", "allan_figure:plot_allan"),
+    "run.array.ArrayReplay": ("array_table:format_array", "array_figure:plot_array"),
+    "run.replay.result.Replay": ("replay_table:format_table", "replay_figure:plot_replay"),
 }
 """Of each result by its module and class, the functions of this package that show it."""
 
