@@ -1015,6 +1015,7 @@ class NavigationFilter(_Stream):
         vehicle: Literal["wheeled"] | None = None,
         axle: npt.ArrayLike | None = None,
         wheel_sigma: float | None = None,
+        speed_sigma: float | None = None,
         gate: float = 50.0,
         adapt: Literal["inflate", "free", "fixed"] = "inflate",
         covariance_step: float = 0.1,
@@ -1031,12 +1032,14 @@ class NavigationFilter(_Stream):
         position_sigma: npt.ArrayLike = 2.0,
         velocity_sigma: npt.ArrayLike = 0.1,
     ) -> Literal["used", "rejected", "refused"]: ...
+    def update_wheels(self, t: float, speed: float | None, sigma: float | None = None) -> bool: ...
     def process(
         self,
         imu: Recording,
         gnss: Fixes | None = None,
         *,
         rest: npt.ArrayLike | None = None,
+        wheel_speed: npt.ArrayLike | None = None,
         time_offset: float | TimeOffset = 0.0,
         keep: Literal["all", "track"] = "all",
     ) -> Track: ...
@@ -1048,6 +1051,7 @@ class NavigationFilter(_Stream):
         fixes: npt.ArrayLike,
         rest: npt.ArrayLike | None = None,
         record: bool = False,
+        wheel_speed: npt.ArrayLike | None = None,
     ) -> tuple[dict[str, Any], NavigationRecord | None]: ...
     @property
     def channels(self) -> int | None: ...
@@ -1067,6 +1071,10 @@ class NavigationFilter(_Stream):
     def sigma(self) -> _Floats: ...
     @property
     def covariance(self) -> _Floats: ...
+    @property
+    def wheel_constants(self) -> _Floats: ...
+    @property
+    def wheel_constants_sigma(self) -> _Floats: ...
     @property
     def nis(self) -> _Floats: ...
     @property

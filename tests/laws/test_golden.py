@@ -52,8 +52,9 @@ OLDER = [
     ("robust-holding", "robust-gated", 3, 4),
     ("attitude", "attitude", 1, 3),
     ("attitude", "attitude", 2, 3),
-    ("navigation", "navigation", 1, 3),
-    ("navigation", "navigation", 2, 3),
+    ("navigation", "navigation", 1, 4),
+    ("navigation", "navigation", 2, 4),
+    ("navigation", "navigation", 3, 4),
     ("rest-detector", "rest-detector", 2, 3),
 ]
 

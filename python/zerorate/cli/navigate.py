@@ -44,7 +44,8 @@ from zerorate.cli.outputs import (
     progress_bar,
 )
 from zerorate.faults import said
-from zerorate.io import LogError, Recording, write_log
+from zerorate.io import LogError, Recording, read_log, write_log
+from zerorate.io.samples import Samples
 from zerorate.navigation.alignment import Alignment, align
 from zerorate.navigation.axes import Axes
 from zerorate.navigation.clock import find_time_offset
@@ -169,6 +170,16 @@ def navigate(
             rich_help_panel=_VEHICLE,
         ),
     ] = None,
+    wheel_speed: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN",
+            help="Column of the log with the speed of the wheels, m/s: of a vehicle on wheels, "
+            "whose scale and mounting are estimated.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None,
     antenna: Annotated[
         str | None,
         typer.Option(
@@ -213,8 +224,11 @@ def navigate(
     maps as GeoJSON and GPX, and a figure. Prints what became of the fixes, and with --outages how
     far the track is off without them, beside a position and a velocity that are held.
     """
-    if vehicle is None and "wheel_sigma" in constants:
-        raise UsageFault("--wheel-sigma needs --vehicle wheeled")
+    if wheel_speed is not None:
+        vehicle = _Vehicle.wheeled
+    for name in ("wheel_sigma", "speed_sigma"):
+        if vehicle is None and name in constants:
+            raise UsageFault(f"--{name.replace('_', '-')} needs --vehicle wheeled")
     asked = _Asked(
         lengths=_lengths(lengths),
         smooth=smooth,
@@ -226,6 +240,7 @@ def navigate(
             **_noises(gyro_noise, accel_noise),
         },
         mounting=Mounted.of(log, mount, antenna, time_offset),
+        speed=None if wheel_speed is None else (log, wheel_speed),
     )
     known = None if calibration is None else read_calibration(calibration)
     suffixes = [*LogFormat, *_MAPS, *(() if no_figure else FigureFormat)]
@@ -359,6 +374,7 @@ class _Asked:
     rest: tuple[float, float] | None
     filter: dict[str, Any]
     mounting: Mounted
+    speed: tuple[Path, str] | None = None
 
     def checked(self, recording: Recording, fixes: Fixes) -> NavigationChecks:
         """Return what sensors and fixes say of each other, in the axes that are told."""
@@ -406,9 +422,11 @@ class _Asked:
         start, offset, sentence = self._begun(recording, fixes, checks)
         notes += [one.text for one in checks.findings if one.status == "cannot tell"]
         nav = NavigationFilter(start, antenna=mounted.antenna, **self.filter)
+        speed = None if self.speed is None else _speeds(recording, *self.speed)
         track = nav.copy().process(
             recording,
             fixes,
+            wheel_speed=speed,
             time_offset=offset,
             keep="all" if self.smooth else "track",
         )
@@ -416,7 +434,7 @@ class _Asked:
             raise LogError(said("the filter did not begin: ", not_begun(track)))
         nis = track.nis()
         progress("outages", 0.3)
-        errors = self._outages(recording, fixes, nav, offset, progress)
+        errors = self._outages(recording, fixes, nav, (offset, speed), progress)
         if self.smooth:
             progress("smoothing", 0.7)
             track = track.smooth()
@@ -482,7 +500,7 @@ class _Asked:
         recording: Recording,
         fixes: Fixes,
         nav: NavigationFilter,
-        offset: float | TimeOffset,
+        known: tuple[float | TimeOffset, Floats | None],
         progress: Progress,
     ) -> Outages | None:
         if not self.lengths:
@@ -493,9 +511,18 @@ class _Asked:
             seconds=self.lengths,
             nav=nav,
             smooth=self.smooth,
-            time_offset=offset,
+            time_offset=known[0],
+            wheel_speed=known[1],
             progress=_part(progress, 0.3, 0.7),
         )
+
+
+def _speeds(recording: Recording, log: Path, column: str) -> Floats:
+    """Return the speed of the wheels at each sample, NaN where there is none."""
+    with read_faults():
+        found = read_log(log, columns=column)
+    samples = Samples.of(recording, mag=False, what="navigation")
+    return samples.aligned(found)[:, 0]
 
 
 def _on_axes(axes: Axes) -> str:

@@ -42,6 +42,16 @@ _ROWS: Final = (
         meaning="Deviation of the velocity across the wheels",
         methods=_WHEELED,
     ),
+    Option(
+        name="speed_sigma",
+        kind="number",
+        default=0.15,
+        unit="m/s",
+        expected="from 0.001 to 1000 m/s",
+        choices=(),
+        meaning="Deviation of the speed that wheels tell",
+        methods=_WHEELED,
+    ),
 )
 
 NAVIGATION_OPTIONS: Final = by_name(_ROWS)

@@ -131,6 +131,7 @@ def outages(
     first: float = 60.0,
     between: float = 30.0,
     rest: npt.ArrayLike | None = None,
+    wheel_speed: npt.ArrayLike | None = None,
     time_offset: float | TimeOffset = 0.0,
     progress: Progress = silent,
 ) -> Outages:
@@ -160,6 +161,8 @@ def outages(
         Seconds from the end of an outage to the next, in which fixes are used. Default 30.
     rest : array_like of bool, shape (n,), optional
         Where the vehicle is known to stand.
+    wheel_speed : array_like, shape (n,), optional
+        How fast its wheels roll, m/s, of a filter of a wheeled vehicle.
     time_offset : float or TimeOffset
         Added to the times of the fixes, s.
     progress : callable
@@ -213,7 +216,11 @@ def outages(
         )
     steps = len(asked) * (1 + smooth) + 1
     progress("navigating", 0.0)
-    known: dict[str, Any] = {"rest": rest, "time_offset": time_offset}
+    known: dict[str, Any] = {
+        "rest": rest,
+        "wheel_speed": wheel_speed,
+        "time_offset": time_offset,
+    }
     undisturbed = template.copy().process(imu, gnss, keep="track", **known)
     fixes = _Within.of(undisturbed, TimeOffset.of(time_offset).applied(gnss))
     notes: list[str] = []

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from zerorate._native import NavigationFilter
 from zerorate.faults import ArgumentError, given, said
 from zerorate.io import Recording
+from zerorate.io.missing import floats
 from zerorate.io.samples import Samples
 from zerorate.navigation.events import Events
 from zerorate.navigation.fixes import Fixes
@@ -19,11 +20,15 @@ def processed(
     nav: NavigationFilter,
     imu: Recording,
     gnss: Fixes | None,
-    rest: npt.ArrayLike | None,
+    known: tuple[npt.ArrayLike | None, npt.ArrayLike | None],
     time_offset: float | TimeOffset | None,
     keep: bool,
 ) -> Track:
-    """Do what ``NavigationFilter.process`` says; `keep` is whether the track can be smoothed."""
+    """Do what ``NavigationFilter.process`` says; `keep` is whether the track can be smoothed.
+
+    What is `known` is where the vehicle rests, and how fast its wheels roll.
+    """
+    rest, speed = known
     samples = Samples.of(imu, mag=False, what="navigation")
     if gnss is not None and not isinstance(gnss, Fixes):
         raise TypeError(f"gnss must be Fixes, as zr.read_fixes returns them, got {_type(gnss)}")
@@ -36,6 +41,7 @@ def processed(
         samples.accel,
         Events.of(fixes),
         None if rest is None else _flags(rest, len(time)),
+        None if speed is None else floats(speed, "wheel_speed"),
     )
     notes = [*samples.notes, *(() if gnss is None else gnss.notes)]
     epoch = None if fixes is None else fixes.epoch

@@ -45,7 +45,8 @@ class Inputs:
     gyro: Floats
     accel: Floats
     fixes: Events
-    rest: Booleans | None
+    rest: Booleans | None = None
+    speed: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -269,7 +270,13 @@ def track_of(
     """Run a filter over arrays and return its track; with `keep` it can be smoothed."""
     before = nav.copy()
     found, steps = nav.process_arrays(
-        inputs.time, inputs.gyro, inputs.accel, inputs.fixes.rows, inputs.rest, record=keep
+        inputs.time,
+        inputs.gyro,
+        inputs.accel,
+        inputs.fixes.rows,
+        inputs.rest,
+        record=keep,
+        wheel_speed=inputs.speed,
     )
     counts = _since(before.fix_count, nav.fix_count)
     if not inputs.fixes.together:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         SimulatedSession,
         simulate_session,
     )
+    from zerorate.simulation.wheels import wheel_speeds
 
 __all__ = [
     "DEVICES",
@@ -32,6 +33,7 @@ __all__ = [
     "simulate_drive",
     "simulate_motion",
     "simulate_session",
+    "wheel_speeds",
 ]
 
 _PLACES: Final = {
@@ -57,5 +59,6 @@ _PLACES: Final = {
         "SimulatedSession",
         "simulate_session",
     ),
+    "wheels": ("wheel_speeds",),
 }
 __getattr__, __dir__ = later(__name__, _PLACES)

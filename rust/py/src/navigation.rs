@@ -58,6 +58,8 @@ const BYTES: usize = 1 << 13;
 ///     Of "wheeled": from the sensor to the axle that does not steer, body axes, m.
 /// wheel_sigma : float, optional
 ///     Of "wheeled": deviation of the velocity across, m/s, default 0.3.
+/// speed_sigma : float, optional
+///     Of "wheeled": deviation of the speed that wheels tell, m/s, default 0.15.
 /// gate : float, default 50.0
 ///     Normalised innovation squared, of three degrees of freedom, above which a fix is not taken.
 /// adapt : {"inflate", "free", "fixed"}, default "inflate"
@@ -124,11 +126,12 @@ impl NavigationFilter {
     #[pyo3(
         signature = (
             start, *, gyro=None, accel=None, antenna=None, vehicle=None, axle=None,
-            wheel_sigma=None, gate=50.0, adapt="inflate", covariance_step=0.1, kind="rate"
+            wheel_sigma=None, speed_sigma=None, gate=50.0, adapt="inflate", covariance_step=0.1,
+            kind="rate"
         ),
         text_signature = "(start, *, gyro=None, accel=None, antenna=(0.0, 0.0, 0.0), vehicle=None, \
-            axle=None, wheel_sigma=None, gate=50.0, adapt='inflate', covariance_step=0.1, \
-            kind='rate')"
+            axle=None, wheel_sigma=None, speed_sigma=None, gate=50.0, adapt='inflate', \
+            covariance_step=0.1, kind='rate')"
     )]
     // The arguments are those of the class in Python.
     #[allow(clippy::too_many_arguments)]
@@ -140,6 +143,7 @@ impl NavigationFilter {
         vehicle: Option<&str>,
         axle: Option<&Bound<'_, PyAny>>,
         wheel_sigma: Option<f64>,
+        speed_sigma: Option<f64>,
         gate: f64,
         adapt: &str,
         covariance_step: f64,
@@ -147,7 +151,7 @@ impl NavigationFilter {
     ) -> PyResult<Self> {
         let (gyro_noise, gyro_walk) = densities("gyro", gyro, GYRO)?;
         let (accel_noise, accel_walk) = densities("accel", accel, ACCEL)?;
-        let wheels = wheels(vehicle, axle, wheel_sigma)?;
+        let wheels = wheels(vehicle, axle, wheel_sigma, speed_sigma)?;
         let antenna = lever("antenna", antenna)?;
         let adapt = [Adapt::Inflate, Adapt::Free, Adapt::Fixed][choice("adapt", adapt, &ADAPTS)?];
         let kind = [Kind::Rate, Kind::Increment][choice("kind", kind, &KINDS)?];
@@ -217,25 +221,51 @@ impl NavigationFilter {
         Ok(VERDICTS[this.shared.bank.update_gnss(&fix).map_err(NativeError::from)? as usize])
     }
 
+    /// Takes the speed that wheels tell: when, s, the middle of the time over which it is measured, how
+    /// fast they roll forward, m/s, and its deviation, by default ``speed_sigma``. Their scale, and the yaw
+    /// and pitch of the axis along which they roll, are estimated (``wheel_constants``). A wheel that
+    /// slips, with an innovation of over three deviations, is not believed for ten seconds, then less.
+    /// Returns whether it will be used: not before the first fix, nor if it is over a second old or
+    /// missing. ValueError if the vehicle is not "wheeled", or the deviation not positive.
+    #[pyo3(signature = (t, speed, sigma=None))]
+    fn update_wheels(
+        slf: &Bound<'_, Self>,
+        t: f64,
+        speed: Option<f64>,
+        sigma: Option<f64>,
+    ) -> PyResult<bool> {
+        let mut this = exclusive(slf)?;
+        let speed = speed.unwrap_or(f64::NAN);
+        Ok(this.shared.bank.update_wheels(t, speed, sigma).map_err(NativeError::from)?)
+    }
+
     /// Takes a recording with a gyro and an accelerometer on one clock, and the fixes of a receiver;
     /// returns the `Track`: what a loop over ``update`` and ``update_gnss`` would have said after each
-    /// sample, and the smoother. ``rest``, bool (n,), says where the vehicle is known to stand;
-    /// ``time_offset``, a number or a `TimeOffset`, is added to the times of the fixes, s. ``keep="track"`` leaves out what the
+    /// sample, and the smoother. ``rest``, bool (n,), says where the vehicle is known to stand,
+    /// ``wheel_speed``, (n,), how fast its wheels roll, m/s, NaN where they do not tell; ``time_offset``, a number or a `TimeOffset`, is added to the times of the fixes, s. ``keep="track"`` leaves out what the
     /// smoother needs, 2.8 kB a step of the covariance: for long records.
     #[pyo3(
-        signature = (imu, gnss=None, *, rest=None, time_offset=None, keep="all"),
-        text_signature = "($self, imu, gnss=None, *, rest=None, time_offset=0.0, keep='all')"
+        signature = (
+            imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="all"
+        ),
+        text_signature = "($self, imu, gnss=None, *, rest=None, wheel_speed=None, \
+            time_offset=0.0, keep='all')"
     )]
     fn process<'py>(
         slf: &Bound<'py, Self>,
         imu: &Bound<'py, PyAny>,
         gnss: Option<&Bound<'py, PyAny>>,
         rest: Option<&Bound<'py, PyAny>>,
+        wheel_speed: Option<&Bound<'py, PyAny>>,
         time_offset: Option<&Bound<'py, PyAny>>,
         keep: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         choice("keep", keep, &["all", "track"])?;
-        rules::call(slf.py(), Rule::Navigate, (slf, imu, gnss, rest, time_offset, keep == "all"))
+        rules::call(
+            slf.py(),
+            Rule::Navigate,
+            (slf, imu, gnss, (rest, wheel_speed), time_offset, keep == "all"),
+        )
     }
 
     /// What ``process`` does, with arrays: times (n,), samples (n, 3), and of m fixes the rows time,
@@ -245,7 +275,7 @@ impl NavigationFilter {
     /// last sample), ``nis`` (m, 2), what was new of each axis of position and velocity as ``innovation``
     /// (m, 6), with its deviation ``innovation_sigma`` (m, 6), and when it was ``taken``, s; with ``record``
     /// also what the smoother needs, else None. The interpreter lock is released.
-    #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false))]
+    #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None))]
     fn process_arrays<'py>(
         slf: &Bound<'py, Self>,
         time: &Bound<'py, PyAny>,
@@ -254,6 +284,7 @@ impl NavigationFilter {
         fixes: &Bound<'py, PyAny>,
         rest: Option<&Bound<'py, PyAny>>,
         record: bool,
+        wheel_speed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyDict>, Option<NavigationRecord>)> {
         let (py, mut this) = (slf.py(), exclusive(slf)?);
         let time = arrays::named("time", time, "(n,)", |found| found.len() == 1)?.values;
@@ -265,6 +296,13 @@ impl NavigationFilter {
         let many = |found: &[usize]| found.len() == 2 && found[1] == FIX;
         let fixes = arrays::named("fixes", fixes, "(m, 13)", many)?.values;
         let rest = rest.map(|rest| arrays::flags("rest", rest, n)).transpose()?.unwrap_or_default();
+        let expected = format!("({n},)");
+        let speed = match wheel_speed {
+            Some(given) => {
+                arrays::named("wheel_speed", given, &expected, |found| found == [n])?.values
+            }
+            None => Default::default(),
+        };
         let rows = fixes.as_chunks::<FIX>().0;
         let mut fixes = memory::room(rows.len()).map_err(NativeError::from)?;
         fixes.extend(rows.iter().map(fix_of));
@@ -273,6 +311,7 @@ impl NavigationFilter {
             gyro: gyro.as_chunks().0,
             accel: accel.as_chunks().0,
             rest: &rest,
+            speed: &speed,
             fixes: &fixes,
         };
         let outputs = Outputs::new(py, n, fixes.len())?;
@@ -339,6 +378,11 @@ getters! { NavigationFilter, slf, py, this;
         let places = (0..STATES * STATES).map(|k| covariance.at(k / STATES, k % STATES));
         arrays::array(py, places.collect(), &[STATES, STATES])?
     };
+    /// Scale of the wheels, and yaw and pitch, rad, of the axis along which they roll: they roll
+    /// (1 + scale) times as fast as they tell; NaN before they tell anything: (3,).
+    wheel_constants: Object<'py> = arrays::small(py, &this.shared.bank.wheels()[0]);
+    /// Standard deviations of ``wheel_constants``: (3,).
+    wheel_constants_sigma: Object<'py> = arrays::small(py, &this.shared.bank.wheels()[1]);
     /// Normalised innovations squared of the last position and velocity, 3 on average in a filter that
     /// is consistent; NaN before the first: (2,).
     nis: Object<'py> = arrays::small(py, &this.shared.bank.nis());
@@ -599,25 +643,30 @@ fn wheels(
     vehicle: Option<&str>,
     axle: Option<&Bound<'_, PyAny>>,
     sigma: Option<f64>,
+    speed_sigma: Option<f64>,
 ) -> PyResult<Option<Wheels>> {
     match vehicle {
         Some("wheeled") => {
-            Ok(Some(Wheels { axle: lever("axle", axle)?, sigma: sigma.unwrap_or(WHEEL_SIGMA) }))
+            let sigma = sigma.unwrap_or(WHEEL_SIGMA);
+            let speed_sigma = speed_sigma.unwrap_or(SPEED_SIGMA);
+            Ok(Some(Wheels { axle: lever("axle", axle)?, sigma, speed_sigma }))
         }
         Some(other) => {
             Err(PyValueError::new_err(format!("vehicle must be None or 'wheeled', got '{other}'")))
         }
-        None => match (axle, sigma) {
+        None => match (axle, sigma.or(speed_sigma)) {
             (None, None) => Ok(None),
             (Some(_), _) => Err(PyValueError::new_err("axle is used by vehicle='wheeled' only")),
             (None, Some(_)) => {
-                Err(PyValueError::new_err("wheel_sigma is used by vehicle='wheeled' only"))
+                let name = if sigma.is_some() { "wheel_sigma" } else { "speed_sigma" };
+                Err(PyValueError::new_err(format!("{name} is used by vehicle='wheeled' only")))
             }
         },
     }
 }
 
 const WHEEL_SIGMA: f64 = 0.3;
+const SPEED_SIGMA: f64 = 0.15;
 
 fn choice(name: &str, given: &str, words: &[&str]) -> PyResult<usize> {
     words.iter().position(|word| *word == given).ok_or_else(|| {

@@ -126,7 +126,10 @@ impl NavigationFilter {
 
     /// Takes errors that were found out of the motion and the biases.
     #[inline(never)]
-    fn apply<W: Witness>(&mut self, found: &Errors, witness: &mut W) {
+    pub(crate) fn apply<W: Witness>(&mut self, found: &Errors, witness: &mut W) {
+        if let Some(beside) = &mut self.covariance.1 {
+            self.odometer.take_out(&core::mem::take(&mut beside.found));
+        }
         let part = |i: usize| Vector3::new(found[i], found[i + 1], found[i + 2]);
         self.motion.correct(&part(R), &part(V), &part(PHI));
         let within = |b: Vector3<f64>| b.map(|x| x.within(BIAS_MAX));
@@ -157,20 +160,18 @@ impl NavigationFilter {
 
     #[inline(never)]
     fn roll<W: Witness>(&mut self, wheels: &Wheels, witness: &mut W) {
-        let from_body = self.motion.attitude;
         let rate = self.sensors.gyro - self.gyro_bias;
-        let axle = Vector3::from(wheels.axle);
-        let across = from_body.transpose() * self.motion.velocity + rate.cross(&axle);
-        let axle = axle.cross_matrix();
+        let velocity = self.motion.attitude.transpose() * self.motion.velocity;
+        let rows = self.rows_of_wheels(wheels, &velocity, &rate);
+        let noise = wheels.sigma * wheels.sigma;
         let mut found = [0.0; STATES];
         for i in [1, 2] {
-            let mut h = [0.0; 16];
-            for j in 0..3 {
-                h[V + j] = from_body[(j, i)];
-                h[GYRO + j] = -axle[(i, j)];
+            let (h, z) = (&rows.errors[i], rows.speed[i]);
+            if self.covariance.1.is_some() {
+                self.covariance.correct_beside(h, &rows.constants[i], z, noise, &mut found);
+            } else {
+                self.covariance.correct(h, z, noise, &mut found);
             }
-            let noise = wheels.sigma * wheels.sigma;
-            self.covariance.correct(&h, across[i], noise, &mut found);
         }
         self.apply(&found, witness);
     }

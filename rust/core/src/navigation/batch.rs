@@ -18,6 +18,8 @@ pub struct Batch<'a> {
     pub accel: &'a [[f64; 3]],
     /// Whether the body is known to rest: (n,), or empty for never.
     pub rest: &'a [bool],
+    /// Speed of the wheels at each sample, m/s, NaN where they tell none: (n,), or empty for never.
+    pub speed: &'a [f64],
     /// In the order of their times; each is taken after the first sample that is not before it.
     pub fixes: &'a [Fix],
 }
@@ -71,6 +73,9 @@ impl Batch<'_> {
             let (time, gyro, accel) = (self.time[k], self.gyro[k], self.accel[k]);
             witness.sample(k);
             filter.update_before(&Inertial { time, gyro, accel, rest }, witness)?;
+            if let Some(speed) = self.speed.get(k) {
+                filter.update_wheels(time, *speed, None)?;
+            }
             while let Some(fix) = self.fixes.get(*next).filter(|fix| fix.time <= time) {
                 let verdict = filter.update_gnss_before(fix, witness)?;
                 known.judge(*next, fix, verdict, filter);

@@ -43,9 +43,52 @@ impl Innovation {
 /// Errors, estimated less true; those of biases true less estimated.
 pub type Errors = [f64; STATES];
 
-/// Their covariance, symmetric to the bit. Each row has a sixteenth place, zero.
+/// Their covariance, symmetric to the bit. Each row has a sixteenth place, zero. Beside it that of
+/// what is told of wheels, once they tell something.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Covariance(pub(crate) [Row; STATES]);
+pub struct Covariance(pub(crate) [Row; STATES], pub(crate) Option<Beside>);
+
+/// Constants that are estimated beside the errors.
+pub(crate) const CONSTANTS: usize = 3;
+
+/// The covariance of errors of constants: with the errors of the filter, a row each, and with each
+/// other; and what the scalars so far have found of them, not yet taken out.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Beside {
+    pub cross: [Row; CONSTANTS],
+    pub own: [[f64; CONSTANTS]; CONSTANTS],
+    pub found: [f64; CONSTANTS],
+}
+
+impl Beside {
+    /// Of constants that nothing is known of but their deviations.
+    pub fn new(sigmas: [f64; CONSTANTS]) -> Self {
+        let mut own = [[0.0; CONSTANTS]; CONSTANTS];
+        (0..CONSTANTS).for_each(|k| own[k][k] = sigmas[k] * sigmas[k]);
+        Self { cross: [[0.0; 16]; CONSTANTS], own, found: [0.0; CONSTANTS] }
+    }
+
+    /// What stays where the errors begin anew.
+    pub fn alone(&self) -> Self {
+        Self { cross: [[0.0; 16]; CONSTANTS], found: [0.0; CONSTANTS], ..*self }
+    }
+
+    fn propagate(&mut self, transition: &Transition) {
+        for row in &mut self.cross {
+            let mut errors = [0.0; STATES];
+            errors.copy_from_slice(&row[..STATES]);
+            row[..STATES].copy_from_slice(&transition.apply(&errors));
+        }
+    }
+
+    /// Gains of a scalar that errors move by `h` and constants by `hw`.
+    fn gain(&self, h: &Row, hw: &[f64; CONSTANTS]) -> [f64; CONSTANTS] {
+        core::array::from_fn(|k| {
+            let of_errors = (0..STATES).map(|i| self.cross[k][i] * h[i]).sum::<f64>();
+            of_errors + (0..CONSTANTS).map(|l| self.own[k][l] * hw[l]).sum::<f64>()
+        })
+    }
+}
 
 /// How errors at the end of a step follow from those at its start: the blocks of Φ that are neither
 /// zero nor one, a row beside all that it multiplies.
@@ -216,7 +259,7 @@ impl Covariance {
         for (i, variance) in variances.iter().enumerate() {
             rows[i][i] = *variance;
         }
-        Self(rows)
+        Self(rows, None)
     }
 
     /// Element of a row and a column.
@@ -233,6 +276,9 @@ impl Covariance {
         transition.times(&mut self.0);
         self.grow(growth);
         self.even_out();
+        if let Some(beside) = &mut self.1 {
+            beside.propagate(transition);
+        }
     }
 
     #[inline(always)]
@@ -283,6 +329,9 @@ impl Covariance {
         noise: f64,
         found: &mut Errors,
     ) -> Innovation {
+        if self.1.is_some() {
+            return self.correct_beside(h, &[0.0; CONSTANTS], z, noise, found);
+        }
         let gain = add([0.0; 16], h, &self.0);
         let (mut variance, mut innovation) = (0.0, z);
         for i in 0..STATES {
@@ -299,6 +348,62 @@ impl Covariance {
             }
         }
         Innovation { value: innovation, variance }
+    }
+
+    /// The same where constants are estimated as well, which move the scalar by `hw`.
+    #[inline(never)]
+    pub(crate) fn correct_beside(
+        &mut self,
+        h: &Row,
+        hw: &[f64; CONSTANTS],
+        z: f64,
+        noise: f64,
+        found: &mut Errors,
+    ) -> Innovation {
+        let Some(beside) = &mut self.1 else { return Innovation::NONE };
+        let mut gain = add([0.0; 16], h, &self.0);
+        for (row, factor) in beside.cross.iter().zip(hw) {
+            (0..16).for_each(|i| gain[i] += row[i] * factor);
+        }
+        let own = beside.gain(h, hw);
+        let (mut variance, mut innovation) = (0.0, z);
+        for i in 0..STATES {
+            variance += gain[i] * h[i];
+            innovation -= found[i] * h[i];
+        }
+        for k in 0..CONSTANTS {
+            variance += own[k] * hw[k];
+            innovation -= beside.found[k] * hw[k];
+        }
+        variance += noise.at_least(NOISE_MIN * variance);
+        let inverse = 1.0 / variance;
+        for i in 0..STATES {
+            found[i] += gain[i] * (innovation * inverse);
+            (0..16).for_each(|j| self.0[i][j] -= (gain[i] * gain[j]) * inverse);
+        }
+        for k in 0..CONSTANTS {
+            beside.found[k] += own[k] * (innovation * inverse);
+            (0..16).for_each(|j| beside.cross[k][j] -= (own[k] * gain[j]) * inverse);
+            (0..CONSTANTS).for_each(|l| beside.own[k][l] -= (own[k] * own[l]) * inverse);
+        }
+        Innovation { value: innovation, variance }
+    }
+
+    /// What a scalar's variance would be but for its noise.
+    pub(crate) fn variance_beside(&self, h: &Row, hw: &[f64; CONSTANTS]) -> f64 {
+        let Some(beside) = &self.1 else { return 0.0 };
+        let mut gain = add([0.0; 16], h, &self.0);
+        for (row, factor) in beside.cross.iter().zip(hw) {
+            (0..16).for_each(|i| gain[i] += row[i] * factor);
+        }
+        let own = beside.gain(h, hw);
+        (0..STATES).map(|i| gain[i] * h[i]).sum::<f64>()
+            + (0..CONSTANTS).map(|k| own[k] * hw[k]).sum::<f64>()
+    }
+
+    /// Variances of errors that begin anew; of constants all that is known stays.
+    pub(crate) fn anew(&self, variances: &Errors) -> Self {
+        Self(Self::of(variances).0, self.1.map(|beside| beside.alone()))
     }
 
     /// The error of the velocity is that in the frame which is believed in: one that moves has it

@@ -11,6 +11,7 @@ use super::fix::{Fix, Given, Verdict, velocity_rows};
 use super::initialise::Before;
 use super::judge::Judge;
 use super::motion::{Motion, Step};
+use super::odometer::{Odometer, Rolled};
 use super::params::{Kind, NavigationParams, Start};
 use crate::error::{Error, require};
 use crate::math::Real;
@@ -129,6 +130,7 @@ pub struct NavigationFilter {
     pub(crate) alone: f64,
     /// Seconds since the wheels were looked at.
     pub(crate) wheels: f64,
+    pub(crate) odometer: Odometer,
     /// When the last fix was used; NaN before the first.
     pub(crate) last_used: f64,
     pub(crate) fixes: FixCounts,
@@ -231,6 +233,7 @@ impl NavigationFilter {
             navigating: false,
             alone: 0.0,
             wheels: 0.0,
+            odometer: Odometer::default(),
             last_used: f64::NAN,
             fixes: FixCounts::new(),
         })
@@ -451,6 +454,9 @@ impl NavigationFilter {
         if sums.rests == samples {
             self.stand(&sums, witness);
         }
+        if self.odometer.sums.count > 0.0 && self.navigating {
+            self.rolled(witness);
+        }
     }
 
     /// Whether anything is known of where it is.
@@ -481,7 +487,8 @@ impl NavigationFilter {
             let place = Motion::new(self.motion.attitude, self.start.latitude, 0.0, 0.0);
             self.motion = place;
         }
-        self.covariance = Covariance::of(&variances);
+        self.covariance = self.covariance.anew(&variances);
+        self.odometer.sums = Rolled::default();
         self.sigma = [f64::NAN; STATES];
         self.navigating = false;
         self.heading_known = self.start.heading_known && !self.start.course;

@@ -3,7 +3,7 @@
 use nalgebra::{RealField, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::covariance::{Covariance, GYRO, PHI, R, STATES, V};
+use super::covariance::{GYRO, PHI, R, STATES, V};
 use super::earth::{HEIGHT_MAX, LATITUDE_MAX, Place, wrapped};
 use super::filter::{GAP_ANGLES, NavigationFilter, Sums, UNKNOWN_MAX, Witness, is_known};
 use super::fix::{Given, Verdict};
@@ -152,7 +152,7 @@ impl NavigationFilter {
         if let Some(sigma) = heading_sigma {
             variances[PHI + 2] = sigma * sigma;
         }
-        self.covariance = Covariance::of(&variances);
+        self.covariance = self.covariance.anew(&variances);
         // The error of the velocity is taken in the frame that is believed in.
         self.covariance.couple(&start);
         self.judges.iter_mut().for_each(Judge::restart);

@@ -20,6 +20,7 @@ mod fix;
 mod initialise;
 mod judge;
 mod motion;
+mod odometer;
 mod params;
 #[cfg(feature = "std")]
 mod smoother;

@@ -34,6 +34,8 @@ pub struct Wheels {
     pub axle: [f64; 3],
     /// Of the velocity across, m/s.
     pub sigma: f64,
+    /// Of the speed that they tell, m/s.
+    pub speed_sigma: f64,
 }
 
 /// What a person chooses.
@@ -90,6 +92,8 @@ impl NavigationParams {
         if let Some(wheels) = &self.wheels {
             let sigma = wheels.sigma;
             require((1e-3..=1e3).contains(&sigma), "wheel_sigma", "from 0.001 to 1000 m/s", sigma)?;
+            let sigma = wheels.speed_sigma;
+            require((1e-3..=1e3).contains(&sigma), "speed_sigma", "from 0.001 to 1000 m/s", sigma)?;
         }
         require(self.gate > 0.0, "gate", "a positive number", self.gate)?;
         let step = self.covariance_step;

@@ -2,11 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::covariance::{Covariance, STATES};
+use super::covariance::{Beside, CONSTANTS, Covariance, STATES};
 use super::earth::{HEIGHT_MAX, LATITUDE_MAX};
 use super::filter::{FixCounts, NavigationFilter, SAMPLE_MAX, SIZES_MAX, Sensors, Sums};
 use super::judge::INNOVATION_MAX;
 use super::motion::Motion;
+use super::odometer::{CONSTANT_MAX, Odometer, Rolled, SPEED_MAX};
 use super::params::BIAS_MAX;
 use crate::checkpoint::Checkpoint;
 use crate::math::Symmetric;
@@ -14,7 +15,7 @@ use crate::math::sound::{are_within, is_count, is_size, is_within};
 
 impl Checkpoint for NavigationFilter {
     const TAG: &'static str = "navigation";
-    const VERSION: u16 = 3;
+    const VERSION: u16 = 4;
 
     fn is_sound(&self) -> bool {
         let chosen = self.params.checked().is_ok() && self.start.checked().is_ok();
@@ -32,6 +33,7 @@ impl Checkpoint for NavigationFilter {
             && (!self.navigating || (self.heading_known && self.sensors.time.is_finite()))
             && is_size(self.alone, TIME_MAX)
             && is_size(self.wheels, TIME_MAX)
+            && self.odometer.is_sound()
             && (self.last_used.is_nan() || is_within(self.last_used, self.sensors.time))
             && is_count(self.sensors.samples)
             && self.fixes.is_sound()
@@ -75,6 +77,34 @@ impl Covariance {
         let upper = Symmetric::<f64, STATES>::from_upper(|i, j| self.at(i, j));
         (0..STATES).all(|i| symmetric(i) && self.at(i, STATES) == 0.0)
             && upper.is_covariance(10.0 * SIZES_MAX[0])
+            && self.1.is_none_or(|beside| self.goes_with(&beside))
+    }
+
+    fn goes_with(&self, beside: &Beside) -> bool {
+        let of = |i: usize, j: usize| match (i < STATES, j < STATES) {
+            (true, true) => self.at(i, j),
+            (true, false) => beside.cross[j - STATES][i],
+            (false, true) => beside.cross[i - STATES][j],
+            (false, false) => beside.own[i - STATES][j - STATES],
+        };
+        let symmetric = |i: usize| (0..i).all(|j| beside.own[i][j] == beside.own[j][i]);
+        let whole = Symmetric::<f64, { STATES + CONSTANTS }>::from_upper(of);
+        whole.is_covariance(10.0 * SIZES_MAX[0])
+            && (0..CONSTANTS).all(|k| symmetric(k) && beside.cross[k][STATES] == 0.0)
+            && beside.found == [0.0; CONSTANTS]
+    }
+}
+
+impl Odometer {
+    fn is_sound(&self) -> bool {
+        let Rolled { count, speed, variance, velocity, rate } = self.sums;
+        self.constants.iter().all(|x| is_within(*x, CONSTANT_MAX))
+            && self.slips.is_none_or(|since| is_within(since, TIME_MAX))
+            && is_size(count, 1e12)
+            && is_within(speed, SPEED_MAX * count)
+            && is_size(variance, SPEED_MAX * SPEED_MAX * count)
+            && are_within(&velocity, 2e9 * count)
+            && are_within(&rate, 2.0 * SAMPLE_MAX * count)
     }
 }
 

@@ -1,0 +1,167 @@
+//! What wheels tell: how fast they roll. Their scale and how they are mounted are estimated.
+
+use nalgebra::{ComplexField, Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::covariance::{Beside, CONSTANTS, GYRO, Row, STATES, V};
+use super::filter::{NavigationFilter, Witness};
+use super::params::Wheels;
+use crate::error::{Error, require};
+use crate::math::Real;
+
+/// Deviations of scale, yaw and pitch before anything is told.
+const PRIOR: [f64; CONSTANTS] = [0.03, 0.035, 0.035];
+/// What they are at most: a scale of one half, a right angle.
+pub(crate) const CONSTANT_MAX: f64 = 1.5;
+/// Normalised innovation squared beyond which a wheel slips, and how long it may, s: from then on it
+/// counts less instead, so that a filter that is wrong itself finds back.
+const SLIP: f64 = 9.0;
+const SLIP_MAX: f64 = 10.0;
+/// Largest speed, m/s.
+pub(crate) const SPEED_MAX: f64 = 1e4;
+const AHEAD: f64 = 0.1;
+const LATE: f64 = 1.0;
+
+/// Scale, yaw and pitch: wheels that tell w roll (1 + scale) w along an axis that is yaw right of and
+/// pitch above forward.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Odometer {
+    pub constants: [f64; CONSTANTS],
+    /// Since when it slips, s.
+    pub slips: Option<f64>,
+    pub sums: Rolled,
+}
+
+/// Sums since the last step of the covariance.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Rolled {
+    pub count: f64,
+    pub speed: f64,
+    /// Squares of deviations.
+    pub variance: f64,
+    /// Of the velocity in the body's axes, and of the rate, biases in it.
+    pub velocity: Vector3<f64>,
+    pub rate: Vector3<f64>,
+}
+
+impl Odometer {
+    /// From the body's axes to the wheels'.
+    pub fn rotation(&self) -> Matrix3<f64> {
+        let [_, yaw, pitch] = self.constants;
+        let ((s, c), (t, d)) = (ComplexField::sin_cos(yaw), ComplexField::sin_cos(pitch));
+        Matrix3::new(d * c, d * s, -t, -s, c, 0.0, t * c, t * s, d)
+    }
+
+    pub fn take_out(&mut self, found: &[f64; CONSTANTS]) {
+        for (constant, more) in self.constants.iter_mut().zip(found) {
+            *constant = (*constant + more).within(CONSTANT_MAX);
+        }
+        self.constants[0] = self.constants[0].within(0.5);
+    }
+}
+
+impl NavigationFilter {
+    /// Takes the speed of the wheels, m/s, forward, at a time, s, as a mean about it; a deviation that
+    /// is not told is that of the parameters. Returns whether it will be used: not if it is missing, too
+    /// old, or nothing is known of where the filter is.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if the filter is not of a vehicle on wheels, or the deviation not positive.
+    pub fn update_wheels(
+        &mut self,
+        time: f64,
+        speed: f64,
+        sigma: Option<f64>,
+    ) -> Result<bool, Error> {
+        let wheels = self.params.wheels;
+        require(wheels.is_some(), "vehicle", "'wheeled' where wheels tell a speed", f64::NAN)?;
+        let usual = wheels.map_or(1.0, |wheels| wheels.speed_sigma);
+        let sigma = sigma.unwrap_or(usual);
+        require(sigma > 0.0, "sigma", "positive", sigma)?;
+        let age = self.sensors.time - time;
+        let known = speed.abs() <= SPEED_MAX && (-AHEAD..=LATE).contains(&age);
+        if !known || !self.navigating {
+            return Ok(false);
+        }
+        if self.covariance.1.is_none() {
+            self.covariance.1 = Some(Beside::new(PRIOR));
+        }
+        let moved = self.motion.velocity - self.motion.acceleration * age;
+        let sigma = sigma.at_most(SPEED_MAX).at_least(1e-3);
+        let sums = &mut self.odometer.sums;
+        sums.count += 1.0;
+        sums.speed += speed;
+        sums.variance += sigma * sigma;
+        sums.velocity += self.motion.attitude.transpose() * moved;
+        sums.rate += self.sensors.gyro;
+        Ok(true)
+    }
+
+    /// What wheels have told since the last step.
+    #[inline(never)]
+    pub(crate) fn rolled<W: Witness>(&mut self, witness: &mut W) {
+        let sums = core::mem::take(&mut self.odometer.sums);
+        let Some(wheels) = self.params.wheels.filter(|_| sums.count > 0.0) else { return };
+        let each = 1.0 / sums.count;
+        let rate = sums.rate * each - self.gyro_bias;
+        let rows = self.rows_of_wheels(&wheels, &(sums.velocity * each), &rate);
+        let (u, h, mut hw) = (rows.speed.x, rows.errors[0], rows.constants[0]);
+        let scale = 1.0 + self.odometer.constants[0];
+        // By the speed that is expected: the one that is told has noise of its own.
+        hw[0] = u / scale;
+        let z = u - scale * sums.speed * each;
+        let variance = self.covariance.variance_beside(&h, &hw);
+        let mut noise = sums.variance * each;
+        if z * z > SLIP * (variance + noise) {
+            let now = self.sensors.time;
+            if now - *self.odometer.slips.get_or_insert(now) < SLIP_MAX {
+                return;
+            }
+            noise = noise.at_least(z * z / SLIP - variance);
+        } else {
+            self.odometer.slips = None;
+        }
+        let mut found = [0.0; STATES];
+        self.covariance.correct_beside(&h, &hw, z, noise, &mut found);
+        self.apply(&found, witness);
+    }
+
+    /// The velocity at the axle in the axes of the wheels, and how errors and constants move it.
+    pub(crate) fn rows_of_wheels(
+        &self,
+        wheels: &Wheels,
+        velocity: &Vector3<f64>,
+        rate: &Vector3<f64>,
+    ) -> WheelRows {
+        let axle = Vector3::from(wheels.axle);
+        let turned = self.odometer.rotation();
+        let speed = turned * (velocity + rate.cross(&axle));
+        let by_velocity = turned * self.motion.attitude.transpose();
+        let by_bias = turned * axle.cross_matrix();
+        let errors = core::array::from_fn(|i| {
+            let mut h = [0.0; 16];
+            for j in 0..3 {
+                h[V + j] = by_velocity[(i, j)];
+                h[GYRO + j] = -by_bias[(i, j)];
+            }
+            h
+        });
+        let constants = [[0.0, -speed.y, speed.z], [0.0, speed.x, 0.0], [0.0, 0.0, -speed.x]];
+        WheelRows { speed, errors, constants }
+    }
+
+    /// Scale, yaw and pitch of the wheels, rad, and their deviations; NaN before they told anything.
+    pub fn wheels(&self) -> [[f64; CONSTANTS]; 2] {
+        self.covariance.1.map_or([[f64::NAN; CONSTANTS]; 2], |beside| {
+            let sigma = |k: usize| beside.own[k][k].at_least(0.0).simd_sqrt();
+            [self.odometer.constants, core::array::from_fn(sigma)]
+        })
+    }
+}
+
+/// As of [`NavigationFilter::rows_of_wheels`].
+pub(crate) struct WheelRows {
+    pub speed: Vector3<f64>,
+    pub errors: [Row; 3],
+    pub constants: [[f64; CONSTANTS]; 3],
+}
