@@ -77,7 +77,8 @@ impl Form {
     fn task(&self, lines: &[u8], columns: &mut [&mut [f64]]) -> Option<()> {
         work::pause();
         let mut text = Cursor { text: lines, at: 0, form: self };
-        for row in 0..count(lines) {
+        let rows = columns.first().map_or_else(|| count(lines), |column| column.len());
+        for row in 0..rows {
             text.begin_row()?;
             for (i, cell) in self.cells.iter().enumerate() {
                 let last = i + 1 == self.cells.len();
@@ -102,7 +103,9 @@ fn line_end(text: &[u8], byte: usize) -> usize {
 }
 
 fn count(lines: &[u8]) -> usize {
-    1 + lines.iter().filter(|byte| **byte == b'\n').count()
+    // As many at once as a byte can count: many in a register.
+    let ends = |part: &[u8]| part.iter().map(|byte| u8::from(*byte == b'\n')).sum::<u8>();
+    1 + lines.chunks(255).map(|part| usize::from(ends(part))).sum::<usize>()
 }
 
 /// A place in a text; nothing is returned where it is not plain.
@@ -225,10 +228,16 @@ impl Cursor<'_> {
     /// A number with further digits behind it, modulo 2⁶⁴.
     #[inline(always)]
     fn digits(&mut self, mut number: u64) -> u64 {
-        while let digit @ 0..=9 = self.here().wrapping_sub(b'0') {
+        let mut count = 0;
+        for byte in self.text.get(self.at..).unwrap_or_default() {
+            let digit = byte.wrapping_sub(b'0');
+            if digit > 9 {
+                break;
+            }
             number = number.wrapping_mul(10).wrapping_add(u64::from(digit));
-            self.at += 1;
+            count += 1;
         }
+        self.at += count;
         number
     }
 
