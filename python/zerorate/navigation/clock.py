@@ -25,6 +25,8 @@ _SCAN: Final = np.arange(-0.6, 0.61, 0.15)
 _SQUARE: Final = 25.0
 _STEPS: Final = np.array([0.02, 0.02, 1e-4])
 _LIMITS: Final = np.array([0.3, 0.3, 1e-3])
+_EARLY: Final = 150.0
+"""Seconds that suffice for a first guess."""
 _ROUGH: Final = 4.0
 """By how much a cost may rise: it is rough where fixes come and go between two samples."""
 _STOP: Final = np.array([1e-3, 1e-3, 1e-5])
@@ -41,6 +43,8 @@ _BLOCK: Final = 10.0
 _MOVING: Final = 10
 """Fixes in motion, without which nothing is told."""
 _MISFIT: Final = 4.0
+_ROUNDED: Final = 0.01
+"""Seconds of a step that is still to be taken where it counts as found in any case."""
 _SURE: Final = 3.0
 _RATE_FLOOR: Final = 5e-6
 _OPEN: Final = 1e12
@@ -117,9 +121,17 @@ def find_time_offset(
     loose = replace(start, heading_sigma=max(start.heading_sigma, _HEADING))
     nav = NavigationFilter(loose, adapt="fixed", gate=_OPEN, **options)
     # No move of the clock takes one before the start.
-    later = gnss.between(start.time - time_offset + _SPAN)
+    later = _thinned(gnss.between(start.time - time_offset + _SPAN))
     with ThreadPoolExecutor(_THREADS) as pool:
         return _Search(steps, later, nav, time_offset, pool).found()
+
+
+def _thinned(fixes: Fixes) -> Fixes:
+    """Return two fixes a second at most: the errors of more are not new, and each costs time."""
+    if len(fixes) < 2:
+        return fixes
+    every = round(0.5 / float(np.median(np.diff(fixes.time))))
+    return fixes.chosen(slice(None, None, max(1, every)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +180,14 @@ class _Search:
         self.rows = rows_of(self.gnss)
         self.middle = float(self.gnss.time.mean()) if len(self.gnss) else 0.0
 
+    def begun(self) -> _Search:
+        """Return a search of the first minutes alone."""
+        early = self.gnss.between(stop=self.gnss.time[0] + _EARLY) if len(self.gnss) else self.gnss
+        whole, stop = self.samples, early.time[-1] + self.about + _SPAN if len(early) else 0.0
+        n = int(np.searchsorted(whole.time, stop))
+        steps = _Steps(whole.time[:n], whole.gyro[:n], whole.accel[:n])
+        return _Search(steps, early, self.nav, self.about, self.pool)
+
     def run(self, theta: Floats) -> _Run:
         """Return the innovations with offsets of positions and velocities and their rate."""
         drift = theta[2] * (self.gnss.time - self.middle)
@@ -189,10 +209,18 @@ class _Search:
 
     def found(self) -> TimeOffset:
         """Return the offset at which the innovations are the smallest."""
-        theta = self.scanned()
+        theta = self.begun().scanned()
         epochs = Epochs.of(self.gnss)
         if theta is None or (epochs.speed > np.maximum(0.5, 4.0 * epochs.sigma)).sum() < _MOVING:
             return TimeOffset(math.nan, math.inf)
+        found = self.descended(theta)
+        if not found.identifiable:
+            # From another side, where the first minutes were those of a filter that finds itself.
+            found = self.descended(np.array([self.about, self.about, 0.0]))
+        return found
+
+    def descended(self, theta: Floats) -> TimeOffset:
+        """Return the offset that steps from some numbers lead to."""
         now, tried = self.run(theta), _Tried()
         for turn in range(_TURNS):
             slopes = self.slopes(theta)
@@ -205,7 +233,10 @@ class _Search:
             if turn >= _FAR:
                 step = tried.further(theta, step)
             step = np.clip(step, -_LIMITS, _LIMITS)
+            before = theta
             theta, now = self.stepped(theta, step, now, equations.limit)
+            if theta is before:
+                break
         return self.told(theta, now, slopes)
 
     def scanned(self) -> Floats | None:
@@ -246,7 +277,11 @@ class _Search:
         equations = _Equations.of(now, slopes, self.gnss.time)
         sigma = equations.jackknife(3)
         nis = float(np.nanmean(np.minimum(now.scalars**2, _SQUARE)))
-        if sigma is None or not nis <= _MISFIT:
+        left = equations.solved(None)
+        if sigma is None or left is None or not nis <= _MISFIT:
+            return TimeOffset(math.nan, math.inf, nis=nis)
+        floor = np.array([_ROUNDED, _ROUNDED, 1e-4])
+        if (np.abs(left) > np.maximum(2.0 * sigma, floor)).any():
             return TimeOffset(math.nan, math.inf, nis=nis)
         if not abs(theta[2]) > _SURE * math.hypot(sigma[2], _RATE_FLOOR):
             # The others as they are where there is no rate.

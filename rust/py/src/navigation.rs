@@ -276,6 +276,8 @@ impl NavigationFilter {
     /// (m, 6), with its deviation ``innovation_sigma`` (m, 6), and when it was ``taken``, s; with ``record``
     /// also what the smoother needs, else None. The interpreter lock is released.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false, wheel_speed=None))]
+    // The arguments are those of the method in Python.
+    #[allow(clippy::too_many_arguments)]
     fn process_arrays<'py>(
         slf: &Bound<'py, Self>,
         time: &Bound<'py, PyAny>,
