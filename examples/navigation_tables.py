@@ -51,13 +51,15 @@ def drive_rows(folder):
     free, wheeled = found.values()
     own = zr.navigation.find_start(imu, fixes, antenna=mounting.antenna)
     clock = zr.navigation.find_time_offset(imu, fixes, own, antenna=mounting.antenna)
-    speed = speeds(imu, fixes, mounting.time_offset)
     told = {}
     for name, offset, wheels in (
         ("any start", mounting.time_offset, {}),
         ("clock", clock, {}),
         ("speed", mounting.time_offset, {"vehicle": "wheeled"}),
+        ("both", clock, {"vehicle": "wheeled"}),
     ):
+        later = mounting.time_offset if offset is not clock else clock.velocity_seconds
+        speed = speeds(imu, fixes, later)
         begin = zr.navigation.find_start(imu, fixes, antenna=mounting.antenna, time_offset=offset)
         told[name] = zr.navigation.outages(
             imu,
@@ -76,9 +78,10 @@ def drive_rows(folder):
         ("INS, start by the motion", told["any start"], "filter"),
         ("INS, clock by the innovations", told["clock"], "filter"),
         ("INS + speed of wheels", told["speed"], "filter"),
+        ("INS + speed of wheels, clock", told["both"], "filter"),
         ("INS smoothed", free, "smoothed"),
         ("INS + wheels, smoothed", wheeled, "smoothed"),
-        ("INS + speed of wheels, smoothed", told["speed"], "smoothed"),
+        ("INS + speed, clock, smoothed", told["both"], "smoothed"),
     )
     for label, outages, name in rows:
         yield label, *(cell(outages[length], name) for length in LENGTHS)
