@@ -75,7 +75,7 @@ def test_outages_of_a_minute_are_metres():
         )
         ends.append(found[60.0].rms())
     plain, clean, slips = ends
-    # Against the truth of twelve drives 2.2 m; the fixes of these few outages have 2.8 m themselves.
+    # Against the truth of twelve drives 2.2 m; the fixes have 2.8 m themselves.
     assert clean < 5.5
     assert slips < 5.5
     assert clean < plain
@@ -127,6 +127,18 @@ def test_without_wheels_that_tell_it_is_as_before():
     with_none = wheeled(driven).process(driven.recording(), driven.fixes, wheel_speed=none)
     np.testing.assert_array_equal(plain.position, with_none.position)
     assert np.isnan(wheeled(driven).wheel_constants).all()
+
+
+def test_what_is_none_is_named():
+    nav = wheeled(drive(4, 80.0))
+    for call, name in (
+        (lambda: nav.update(0.0, None, [0.0, 0.0, 0.0]), "gyro"),
+        (lambda: nav.update(0.0, [0.0, 0.0, 0.0], None), "accel"),
+        (lambda: nav.update_gnss(0.0, None), "position"),
+    ):
+        with pytest.raises(TypeError, match=f"^{name} must be three numbers, .* got None"):
+            call()
+    assert nav.update_wheels(0.0, None) is False
 
 
 def test_what_cannot_be_is_refused():

@@ -687,6 +687,10 @@ fn three(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
     if let Some(usual) = arrays::three(given) {
         return Ok(usual);
     }
+    if given.is_none() {
+        let text = format!("{name} must be three numbers, NaN for what is missing, got None");
+        return Err(PyTypeError::new_err(text));
+    }
     let found = arrays::named(name, given, "(3,)", |found| found == [3])?.values;
     Ok([found[0], found[1], found[2]])
 }
