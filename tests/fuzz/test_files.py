@@ -1,5 +1,6 @@
 """Damaged files of every format: read, or refused in one sentence; and the files that broke."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -89,7 +90,8 @@ def test_text_tables_lose_no_row(search, tmp_path):
 # What was read wrongly, or ended a process, before: each with what is said of it today.
 BROKE = {
     "digits-400.csv": "line 3, column 'gyro_x_dps'",
-    "ends-scipy.mat": "it ended the process that read it",
+    # What lies behind its memory decides which.
+    "ends-scipy.mat": "it ended the process that read it|truncated, damaged or of a foreign kind",
     "endless.h5": "reading it would take more than",
     "epoch-1hz.csv": "80 samples at 1 Hz",
     "epoch-5hz-ms.csv": "80 samples at 5 Hz",
@@ -105,7 +107,7 @@ BROKE = {
 @pytest.mark.parametrize("name", sorted(path.name for path in CORPUS.iterdir()))
 def test_what_broke_once(name, monkeypatch):
     monkeypatch.setattr(limits, "_SECONDS", 0.5)  # for the one that would never end
-    assert BROKE[name] in told(CORPUS / name, read_log)
+    assert re.search(BROKE[name], told(CORPUS / name, read_log))
     for road in ROADS:
         assert told(CORPUS / name, road).isprintable()
 
