@@ -8,13 +8,19 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.show.attitude_figure import draw_matrix, heading_and_tilt_errors, shade, thinned
+from zerorate.show.attitude_figure import heading_and_tilt_errors
+from zerorate.show.scales import parts
+from zerorate.show.stack import shade, spans_of
 from zerorate.show.style import (
+    AXIS_COLOURS,
     BLACK,
     BLUE,
     GREEN,
+    GREY,
     ORANGE,
+    PURPLE,
     ROSE,
+    SKY,
     VERMILION,
     new_figure,
     style_decades,
@@ -28,21 +34,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from zerorate.attitude.estimate import AttitudeEstimate
-    from zerorate.types import Floats
+    from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["draw_heading_errors", "draw_magnet", "draw_scale_errors", "plot_attitude_study"]
 
 # Millimetres.
 _WIDTH, _HEIGHT = 180.0, 116.0
 _PLACES: Final = {"left": 0.08, "right": 0.985, "top": 0.955, "bottom": 0.15}
-_COLOURS: Final = (BLUE, VERMILION, GREEN, ORANGE)
+_COLOURS: Final = (BLUE, VERMILION, GREEN, BLACK)
+_MOST: Final = 4000
+"""Points of a curve: more than there are pixels."""
 
 
 def draw_heading_errors(axes: Axes, curves: Mapping[str, AttitudeEstimate]) -> None:
     """Draw how the heading of estimates drifts from the reference of their recording, by name."""
     for (name, estimate), colour in zip(curves.items(), _COLOURS, strict=False):
         heading, _ = _errors(estimate)
-        few = thinned(estimate.n)
+        few = _few(estimate)
         seconds = estimate.time[few] - estimate.time[0]
         axes.plot(seconds, np.degrees(heading[few]), color=colour, linewidth=0.7, label=name)
         axes.set_xlim(0.0, seconds[-1])
@@ -63,9 +71,9 @@ def draw_magnet(axes: Axes, curves: Mapping[str, AttitudeEstimate]) -> None:
     """Draw errors of heading, and of inclination of the first, where that sees another field."""
     first = next(iter(curves.values()))
     seconds = first.time - first.time[0]
-    shade(axes, seconds, first.disturbed, ROSE)
-    few = thinned(first.n)
-    for (name, estimate), colour in zip(curves.items(), (BLUE, ORANGE), strict=False):
+    _shade(axes, seconds, first.disturbed, ROSE)
+    few = _few(first)
+    for (name, estimate), colour in zip(curves.items(), (BLUE, GREEN), strict=False):
         heading = np.degrees(_errors(estimate)[0][few])
         label = f"heading, {name}"
         axes.plot(seconds[few], heading, color=colour, linewidth=0.7, label=label)
@@ -76,6 +84,39 @@ def draw_magnet(axes: Axes, curves: Mapping[str, AttitudeEstimate]) -> None:
     axes.set_xlabel("time [s]")
     axes.set_ylabel("error [deg]")
     write_legend(axes, "lower left", 1)
+
+
+def _few(estimate: AttitudeEstimate) -> Integers:
+    return parts(estimate.n, _MOST)
+
+
+def _shade(axes: Axes, times: Floats, there: Booleans, colour: str) -> None:
+    begins, ends = (times[edges.astype(int).clip(max=times.size - 1)] for edges in spans_of(there))
+    shade(axes, begins, ends, colour)
+
+
+def draw_matrix(axes: Axes, estimate: AttitudeEstimate) -> None:
+    """Draw how scale and misalignment of the gyro are learned."""
+    seconds = estimate.time - estimate.time[0]
+    _shade(axes, seconds, estimate.at_rest, GREY)
+    times = seconds[estimate.moments]
+    error = 100.0 * (estimate.gyro_matrices - np.eye(3))
+    sigma = 100.0 * estimate.gyro_matrix_sigmas
+    for i, (name, colour) in enumerate(zip("xyz", AXIS_COLOURS, strict=True)):
+        values, band = error[:, i, i], 2.0 * sigma[:, i, i]
+        axes.plot(times, values, color=colour, linewidth=0.8, label=f"scale {name}")
+        for edge in (values - band, values + band):
+            axes.plot(times, edge, "--", color=colour, linewidth=0.5)
+    for i, (row, column) in enumerate(((0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2, 1))):
+        name, style = f"{'xyz'[row]}{'xyz'[column]}", "--" if i < 3 else ":"
+        colour = (ORANGE, PURPLE, SKY)[i % 3]
+        axes.plot(times, error[:, row, column], style, color=colour, lw=0.6, label=name)
+    late = slice(len(error) // 10, None)
+    low, high = (error - 2.0 * sigma)[late].min(), (error + 2.0 * sigma)[late].max()
+    room = max(high - low, 1e-9)
+    axes.set_ylim(low - 0.05 * room, high + 0.25 * room)
+    axes.set_xlim(times[0], times[-1])
+    axes.set_ylabel("M - 1 [%]")
 
 
 def draw_scale_errors(axes: Axes, scales: Floats, errors: Mapping[str, Floats]) -> None:
@@ -132,7 +173,7 @@ def plot_attitude_study(
     draw_heading_errors(grid[0, 0], drift)
     learned = next(iter(drift.values()))
     draw_matrix(grid[0, 1], learned)
-    for i, colour in enumerate((VERMILION, GREEN, BLUE)):
+    for i, colour in enumerate(AXIS_COLOURS):
         grid[0, 1].axhline(100.0 * (matrix[i, i] - 1.0), color=colour, linewidth=0.8, linestyle=":")
     grid[0, 1].set_xlabel("time [s]")
     low, high = grid[0, 1].get_ylim()

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib import rc_context
 
 import zerorate as zr
 from recordings import (
@@ -26,7 +25,18 @@ from recordings import (
 from tables import table
 from zerorate._native import exponential_mean
 from zerorate.show import save_figure
-from zerorate.show.style import BLACK, BLUE, FONT, new_figure, style_panels
+from zerorate.show.scales import COLUMNS, band, parts
+from zerorate.show.stack import (
+    Stack,
+    draw_known,
+    draw_scatter,
+    head,
+    names,
+    over_time,
+    shade,
+    spans_of,
+)
+from zerorate.show.style import AXIS_COLOURS, BLACK, BLUE, FONT, new_figure, style_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -210,8 +220,7 @@ def orientation(path: Path) -> None:
         rows.append((name, *(f"{np.degrees(e):.3g}" for e in np.atleast_1d(error))))
     title = "myon aktos-t, moved by hand: growth of the orientation error, deg"
     print(table(title, ("filter", *(f"{h:g} s" for h in horizons)), rows, markdown=True))
-    with rc_context({"hatch.linewidth": 0.5}):
-        motion_figure(log)
+    motion_figure(log)
 
 
 def _vqf(path: Path, log: zr.Log) -> dict[str, Floats]:
@@ -237,46 +246,31 @@ def motion_figure(log: zr.Log) -> None:
     """Draw one axis, its bias, and where the filter saw motion."""
     z = np.degrees(log.data[:, 2])
     trace = learner(log.rate, **LIMITS).trace(z)
-    bias, sigma = trace.bias, trace.bias_sigma
     t = np.arange(z.size) / log.rate
-    known = t > FIRST_REST / RATE
-    figure = new_figure(180.0, 88.0)
-    above = figure.add_axes((0.07, 0.61, 0.91, 0.32))
-    below = figure.add_axes((0.07, 0.115, 0.91, 0.32))
-    above.plot(t, z, color=BLACK, lw=0.3)
-    above.set_ylabel("rate [deg/s]")
-    above.set_title("hand-moved gyro, z")
-    dots = {"color": BLACK, "ls": "", "marker": "o", "ms": 1.6, "label": "means of 1 s, raw"}
-    below.plot(*_means(t, z, log.rate), **dots)
-    band = {"color": BLUE, "alpha": 0.3, "lw": 0, "label": "± 2σ"}
-    low, high = bias - 2 * sigma, bias + 2 * sigma
-    below.fill_between(t[known], low[known], high[known], **band)
-    below.plot(t[known], bias[known], color=BLUE, lw=1.0, label="bias of auto")
-    middle, reach = float(np.median(bias[known])), 5.0 * float(sigma[known].max())
+    few = parts(z.size, COLUMNS)
+    few = few[t[few] > FIRST_REST / RATE]
+    bias, sigma = trace.bias[few], trace.bias_sigma[few]
+    caption = (
+        "Grey: the filter sees motion, and holds the bias. Above: the middle 90 % of the samples."
+    )
+    answer = "It is learned at rest and held in motion; what is not known of it grows."
+    stack = Stack("Does a moving gyro's bias stay known?", answer, caption, [22.0, 26.0])
+    above, below = stack.add(), stack.add()
+    drawn = band(z)
+    draw_scatter(above, drawn.middle / log.rate, drawn, AXIS_COLOURS[0], "")
+    head(above, "rate about z [deg/s]")
+    draw_known(below, t[few], bias, sigma, AXIS_COLOURS[1], "bias ± 2σ")
+    dots = {"color": BLACK, "ls": "", "marker": "o", "ms": 1.3, "mew": 0.0}
+    below.plot(*_means(t, z, log.rate), label="means of 1 s, raw", **dots)
+    middle, reach = float(np.median(bias)), 5.0 * float(sigma.max())
     below.set_ylim(middle - reach, middle + reach)
-    below.set_ylabel("rate, magnified [deg/s]")
+    head(below, "the same, magnified [deg/s]")
+    names(below)
     for axes in (above, below):
-        # Hatched: a colour would mix with that of the band.
-        axes.fill_between(
-            t,
-            0,
-            1,
-            where=~trace.at_rest,
-            transform=axes.get_xaxis_transform(),
-            fc="none",
-            ec="0.72",
-            hatch="////",
-            lw=0,
-            zorder=0,
-            label="no rest: the filter holds the bias",
-        )
-        axes.set_xlim(0.0, float(t[-1]))
-        axes.set_xlabel("time [s]")
-    # Over the panel, where nothing is drawn.
-    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.98), "ncols": 4}
-    below.legend(fontsize=FONT, frameon=False, borderaxespad=0.0, **place)
-    style_panels([above, below])
-    save_figure(figure, FIGURES / "auto_motion.png")
+        begins, ends = spans_of(~trace.at_rest)
+        shade(axes, begins / log.rate, ends / log.rate)
+    over_time(stack.panels, 0.0, float(t[-1]), "s")
+    save_figure(stack.finish("BROAD, trial 5", log.rate, log.duration), FIGURES / "auto_motion.png")
 
 
 if __name__ == "__main__":

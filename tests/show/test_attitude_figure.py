@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from support.figures import check_contrast, check_layout
+from support.figures import check_colours, check_contrast, check_layout
+from zerorate.geometry.rotations import product
 from zerorate.show import save_figure
-from zerorate.show.attitude_figure import heading_and_tilt_errors
+from zerorate.show.attitude_figure import heading_and_tilt_errors, signed_errors
 
 EXAMPLE = runpy.run_path(
     str(Path(__file__).parents[2] / "examples" / "attitude_panels.py"), run_name="panels"
@@ -37,8 +38,29 @@ def test_nothing_lies_over_another(name, reference):
     figure = estimate(name, reference).plot()
     check_layout(figure)
     check_contrast(figure)
+    check_colours(figure)
     # A gradient knows neither deviations nor the gyro.
-    assert len(figure.axes) == (1 + reference if name == "named" else 4)
+    assert len(figure.axes) == (1 + 2 * reference if name == "named" else 6)
+    assert figure.get_figwidth() * 25.4 == pytest.approx(85.0)
+
+
+def test_the_error_of_inclination_has_two_signed_parts():
+    """A turn about the vertical, then one about a level axis: the parts are those of the second."""
+    vertical, level = np.array([np.cos(0.4), 0.0, 0.0, np.sin(0.4)]), 0.2 * np.array([0.6, -0.8])
+    size = np.linalg.norm(level)
+    tilted = np.array([np.cos(size / 2), *(np.sin(size / 2) * level / size), 0.0])
+    turned = product(tilted, vertical)[np.newaxis]
+    found = signed_errors(turned, np.array([[1.0, 0.0, 0.0, 0.0]]))
+    np.testing.assert_allclose(found[0], [0.8, *level], rtol=1e-12)
+
+
+def test_two_sigma_stand_on_both_sides():
+    figure = estimate("usual").plot()
+    for axes in figure.axes[1:3]:
+        (low, high) = axes.get_ylim()
+        assert low == -high
+        band = axes.collections[-1 - len(axes.lines) + 1].get_paths()[0].vertices[:, 1]
+        assert band.min() == pytest.approx(-band.max())
 
 
 def test_the_study(tmp_path):
@@ -49,6 +71,7 @@ def test_the_study(tmp_path):
     figure = EXAMPLE["plot_attitude_study"](curves, magnet, np.eye(3), scales, errors)
     check_layout(figure)
     check_contrast(figure)
+    check_colours(figure)
     assert [axes.get_ylabel() for axes in figure.axes] == [
         "heading error [deg]",
         "M - 1 [%]",

@@ -50,21 +50,31 @@ def test_nothing_lies_over_another(name, with_log):
     figure = drawn(name, with_log)
     check_layout(figure)
     check_contrast(figure)
-    assert len(figure.axes) == (7 if with_log else 5)
+    assert len(figure.axes) == (6 if with_log else 5)
+    assert figure.get_figwidth() * 25.4 == pytest.approx(85.0)
+
+
+def test_everything_has_the_gyro_too():
+    figure = plot_calibration(MADE["usual"], recording(MADE["usual"]), everything=True)
+    check_layout(figure)
+    heads = [axes.get_title(loc="left") for axes in figure.axes[:2]]
+    assert heads == ["raw [g]", "raw [deg/s]"]
+    assert [axes.get_xlabel() for axes in figure.axes[:2]] == ["", "time [s]"]
 
 
 def panel(figure, title):
-    return next(axes for axes in figure.axes if title in axes.get_title())
+    return next(axes for axes in figure.axes if title in axes.get_title(loc="left"))
 
 
 def test_the_verdict_stands_above_all():
     for name, said in (("usual", "is valid"), ("invalid", "is not valid: the scale of the gyro")):
-        assert drawn(name).texts[1].get_text().startswith(f"the calibration {said}")
+        answer = " ".join(drawn(name).texts[1].get_text().split())
+        assert answer.startswith(f"The calibration {said}")
 
 
 def test_norms_before_and_after():
     made = MADE["usual"]
-    lines = panel(drawn("usual"), "norm of gravity").lines
+    lines = panel(drawn("usual"), "gravity at rest").lines
     used = [rest.used for rest in made.rests]
     after = np.array([abs(1e3 * rest.norm_error) for rest in made.rests])
     before = [abs(np.linalg.norm(rest.accel) * 9.80665 / made.gravity - 1) for rest in made.rests]
@@ -75,7 +85,7 @@ def test_norms_before_and_after():
 
 def test_carry_errors_before_and_after():
     made = MADE["usual"]
-    lines = panel(drawn("usual"), "carried").lines
+    lines = panel(drawn("usual"), "after a turn").lines
     used = [turn for turn in made.turns if turn.used]
     np.testing.assert_allclose(lines[2].get_ydata(), np.degrees([t.residual for t in used]))
     np.testing.assert_allclose(lines[0].get_ydata(), np.degrees([t.residual_raw for t in used]))
@@ -106,9 +116,10 @@ def test_gaps_are_where_no_pose_is():
 
 def test_the_rests_stand_behind_the_log():
     figure = drawn("usual", True)
-    assert len(figure.axes[0].patches) == len(MADE["usual"].rests)
-    assert figure.axes[0].get_ylabel() == "raw [g]"
-    assert figure.axes[1].get_xlabel() == "time [s]"
+    shaded = [one for one in figure.axes[0].collections if one.get_zorder() == 0.5]
+    assert sum(len(one.get_paths()) for one in shaded) == len(MADE["usual"].rests)
+    assert figure.axes[0].get_title(loc="left") == "raw [g]"
+    assert figure.axes[0].get_xlabel() == "time [s]"
 
 
 def test_a_file(tmp_path):
@@ -124,6 +135,7 @@ def test_the_peaks_of_turns_that_were_used_are_not_cut():
     data[turn.first : turn.first + 10, 1] = 150.0
     data[2000:] = 2000.0
     log = Log(np.arange(3000) / 100.0, 100.0, data, ["x", "y", "z"], "deg/s")
-    low, high = made.plot(Recording({"gyro": log})).axes[0].get_ylim()
+    figure = plot_calibration(made, Recording({"gyro": log}), everything=True)
+    low, high = figure.axes[0].get_ylim()
     assert low < 0.0
     assert 150.0 < high < 250.0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from support.figures import check_contrast, check_layout
+from support.figures import check_colours, check_contrast, check_layout
 from zerorate.show import (
     WIDTH,
     format_outages,
@@ -44,14 +44,27 @@ def test_nothing_lies_over_another(smoothed, marked):
     figure = track(smoothed).plot(outages() if marked else None)
     check_layout(figure)
     check_contrast(figure)
-    # Of a smoothed track the innovations are not known.
-    assert len(figure.axes) == 6 - smoothed
+    check_colours(figure)
+    assert len(figure.axes) == 6
+    assert figure.get_figwidth() * 25.4 == pytest.approx(85.0)
     labels = [line.get_label() for line in figure.axes[0].lines]
-    assert ("in outages of 20 s" in labels) == marked
+    assert ("outages of 20 s" in labels) == marked
 
 
-def test_innovations_may_be_given():
-    assert len(plot_track(track(smoothed=True), nis=track().nis()).axes) == 6
+def test_innovations_are_asked_for_or_given():
+    figure = plot_track(track(), everything=True)
+    check_layout(figure)
+    assert len(figure.axes) == 7
+    # Of a smoothed track they are not known.
+    assert len(plot_track(track(smoothed=True), everything=True).axes) == 6
+    given = plot_track(track(smoothed=True), nis=track().nis(), everything=True)
+    assert len(given.axes) == 7
+
+
+def test_one_time_axis():
+    figure = plot_track(track(), everything=True)
+    assert len({axes.get_xlim() for axes in figure.axes[1:]}) == 1
+    assert [axes.get_xlabel() for axes in figure.axes] == ["east [m]", *[""] * 5, "time [s]"]
 
 
 def test_a_track_that_did_not_begin():
@@ -79,7 +92,8 @@ def test_the_growth_of_errors():
     figure = plot_outages(outages(), {"with wheels": wheels}, seconds=10.0)
     check_layout(figure)
     check_contrast(figure)
-    curves = {line.get_label(): line for line in figure.axes[1].lines}
+    check_colours(figure)
+    curves = {line.get_label(): line for line in figure.axes[0].lines}
     assert [*curves] == ["position held", "velocity held", "filter", "smoothed", "with wheels"]
     one = outages()[10.0]
     since, rms = curves["filter"].get_data()

@@ -43,21 +43,23 @@ LOGS = {
 METHODS = ("auto", "fading")
 
 
-def figure_of(data, method="auto", **options):
-    return plot_replay(replay(make_log(data), methods=(method,), **options))
+def figure_of(data, method="auto", everything=True, **options):
+    return plot_replay(replay(make_log(data), methods=(method,), **options), everything)
 
 
 @cache
-def drawn(name, method="auto"):
-    return figure_of(LOGS[name], method)
+def drawn(name, method="auto", everything=True):
+    return figure_of(LOGS[name], method, everything)
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(5)
+@pytest.mark.parametrize("everything", [False, True])
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", LOGS)
-def test_panels_and_limits(name, method):
-    figure = drawn(name, method)
-    assert len(figure.axes) == 5 * LOGS[name].shape[1]
+def test_panels_and_limits(name, method, everything):
+    figure = drawn(name, method, everything)
+    axes = LOGS[name].shape[1]
+    assert len(figure.axes) == (5 * axes if everything else 1 + axes)
     for axes in figure.axes:
         for low, high in (axes.get_xlim(), axes.get_ylim()):
             assert np.isfinite([low, high]).all()
@@ -66,20 +68,63 @@ def test_panels_and_limits(name, method):
 
 @pytest.mark.parametrize("name", ["one sample", "gaps", "one axis missing", "huge", "spikes"])
 def test_drawing(name, tmp_path):
-    save_figure(drawn(name), tmp_path / "figure.png")
+    save_figure(drawn(name, everything=False), tmp_path / "figure.png")
     assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(5)
+@pytest.mark.parametrize("everything", [False, True])
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", ["plain", "one axis", "walk", "far from zero", "tiny", "stuck"])
-def test_nothing_lies_over_a_neighbour_or_outside(name, method):
-    check_layout(drawn(name, method))
-    check_contrast(drawn(name, method))
+def test_nothing_lies_over_a_neighbour_or_outside(name, method, everything):
+    figure = drawn(name, method, everything)
+    check_layout(figure)
+    check_contrast(figure)
 
 
-def test_a_page_is_wide_enough_for_three_axes():
-    assert figure_of(noise(300, 3)).get_figwidth() * 25.4 == pytest.approx(180.0)
+@pytest.mark.parametrize(("everything", "wide"), [(False, 85.0), (True, 180.0)])
+def test_a_page_is_wide_enough(everything, wide):
+    figure = drawn("plain", everything=everything)
+    assert figure.get_figwidth() * 25.4 == pytest.approx(wide)
+
+
+def test_one_time_axis_and_the_unit_over_each_panel():
+    figure = drawn("plain", everything=False)
+    assert {axes.get_xlim() for axes in figure.axes} == {(0.0, 200.0)}
+    assert [axes.get_xlabel() for axes in figure.axes] == ["", "", "", "time [s]"]
+    heads = [axes.get_title(loc="left") for axes in figure.axes]
+    assert heads == ["raw rate [deg/s]", *(f"bias of gyro_{i} [deg/s]" for i in range(3))]
+
+
+def test_the_answer_is_the_bias_at_the_end():
+    question, answer, *_, corner = (
+        text.get_text() for text in drawn("plain", everything=False).texts
+    )
+    assert question == "What is the gyro's bias, and how well is it known?"
+    assert answer.startswith("At the end: ")
+    assert corner.endswith("100 Hz · 200 s")
+
+
+def test_a_burst_does_not_flatten_the_rest():
+    z = noise(20_000, 1)
+    z[10_000:10_100] = 1e3
+    low, high = figure_of(z, everything=False).axes[0].get_ylim()
+    assert high - low < 20.0
+    z[5_000:15_000] = 1e3 * noise(10_000, 1)
+    assert figure_of(z, everything=False).axes[0].get_ylim()[1] > 800.0
+
+
+def test_a_power_of_ten_stands_in_the_unit():
+    heads = [axes.get_title(loc="left") for axes in drawn("tiny", everything=False).axes]
+    assert heads[0].startswith("raw rate [10⁻¹⁵")
+    heads = [axes.get_title(loc="left") for axes in drawn("far from zero", everything=False).axes]
+    assert "less 1" in heads[1]
+
+
+def test_axes_beyond_five_are_named():
+    figure = figure_of(noise(300, 8), everything=False)
+    assert len(figure.axes) == 6
+    assert "the first 5 of 8 axes" in " ".join(figure.texts[2].get_text().split())
 
 
 def test_axes_that_do_not_fit_are_named():
@@ -120,7 +165,7 @@ def shaded(axes):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_motion_is_shaded_where_it_was(method):
-    figure = plot_replay(with_motion([(1000, 2000), (3500, 4000)], method=method))
+    figure = plot_replay(with_motion([(1000, 2000), (3500, 4000)], method=method), True)
     # The figure has 400 places over 40 s.
     assert np.ravel(shaded(figure.axes[0])) == pytest.approx([10.0, 20.0, 35.0, 40.0], abs=0.1)
     assert "motion" in figure.texts[-1].get_text()
@@ -143,8 +188,15 @@ def test_a_panel_has_one_scale(method):
         assert label.endswith(f"[{unit}]" if unit else "")
 
 
+def test_motion_is_shaded_where_the_bias_is_held():
+    figure = plot_replay(with_motion([(1000, 2000)]))
+    assert np.ravel(shaded(figure.axes[1])) == pytest.approx([10.0, 20.0], abs=0.1)
+    assert not [c for c in figure.axes[2].collections if c.get_zorder() == 0.5]
+    assert "motion" in figure.texts[2].get_text()
+
+
 def test_a_short_motion_is_seen_and_the_other_axis_stays_white():
-    figure = plot_replay(with_motion([(1234, 1235)]))
+    figure = plot_replay(with_motion([(1234, 1235)]), True)
     ((begin, end),) = shaded(figure.axes[0])
     assert begin <= 12.34 < end
     assert all(c.get_zorder() != 0.5 for c in figure.axes[1].collections)
@@ -157,7 +209,7 @@ def test_a_stuck_and_a_saturated_sensor_are_shaded_in_another_colour(method):
     z[1000:2000, 0] = z[1000, 0]
     z[3500:, 0] = 250.0
     result = replay(make_log(z), methods=(method,), motion="hold", limit=250.0)
-    figure = plot_replay(result)
+    figure = plot_replay(result, True)
     bands = [c for c in figure.axes[0].collections if c.get_zorder() == 0.5]
     rose = bands[-1]
     assert to_hex(rose.get_facecolor()[0]) == ROSE.lower()
@@ -168,7 +220,7 @@ def test_a_stuck_and_a_saturated_sensor_are_shaded_in_another_colour(method):
 
 
 def test_the_bias_is_compared_with_the_rest_alone():
-    figure = plot_replay(with_motion([(1000, 2000)]))
+    figure = plot_replay(with_motion([(1000, 2000)]), True)
     dots = next(line for line in figure.axes[2].lines if line.get_label() == "raw, mean at rest")
     times = dots.get_xdata()[np.isfinite(dots.get_ydata())]
     # The half second before a motion is in doubt; a mean is of 2/3 s and stands at its middle.
@@ -192,7 +244,7 @@ def test_the_band_of_the_bias_is_two_sigma():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_million_samples_make_small_vector_files(tmp_path, method):
-    figure = figure_of(noise(1_000_000, 3), method)
+    figure = figure_of(noise(1_000_000, 3), method, everything=False)
     for suffix in ("svg", "pdf"):
         path = tmp_path / f"figure.{suffix}"
         save_figure(figure, path)
@@ -207,4 +259,4 @@ def test_six_axes_make_a_small_svg(tmp_path, method):
 
 def test_without_allan_deviations_it_says_so():
     with pytest.raises(ValueError, match="allan=True"):
-        plot_replay(replay(make_log(noise(300)), allan=False))
+        plot_replay(replay(make_log(noise(300)), allan=False), True)

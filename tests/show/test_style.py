@@ -1,10 +1,12 @@
 """Units of time axes, and figures outside of matplotlib's global state."""
 
+import itertools
 import subprocess
 import sys
 
 import pytest
 
+from support.figures import APART, SEEN_BY, distance
 from zerorate.show import style
 from zerorate.show.style import contrast, text_colour, time_unit
 
@@ -26,6 +28,27 @@ def test_text_is_readable_on_every_ground(name, ground):
     colour = text_colour(getattr(style, name))
     assert colour == getattr(style, f"{name}_TEXT")
     assert contrast(colour, ground) >= 4.5
+
+
+@pytest.mark.parametrize("readers", SEEN_BY)
+def test_the_axes_are_told_apart_without_red_or_green(readers):
+    for one, other in itertools.combinations(style.AXIS_COLOURS, 2):
+        assert distance(one, other, readers) > 1.5 * APART
+
+
+def test_the_simulation_confuses_what_people_confuse():
+    """Distances as published of the primaries; red and a dark green that a deuteranope mixes."""
+    assert distance("#ff0000", "#00ff00") == pytest.approx(170.6, abs=0.1)
+    assert distance("#a05a00", "#5c7a00", "everybody") > 40.0
+    assert distance("#a05a00", "#5c7a00", "deuteranopes") < 15.0
+
+
+def test_a_path_is_shortened_in_its_middle():
+    name = style.shortened("/data/" + "a" * 40 + "b" * 40 + ".csv", 20)
+    assert len(name) == 21
+    assert name.startswith("aaaa")
+    assert name.endswith(".csv")
+    assert style.shortened("/data/imu.csv") == "imu.csv"
 
 
 def test_pyplot_is_not_touched():

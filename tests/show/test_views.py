@@ -11,7 +11,7 @@ import pytest
 import zerorate as zr
 from support.calibrated import calibration
 from support.drives import drive, start_of
-from support.figures import check_contrast, check_layout
+from support.figures import check_colours, check_contrast, check_layout
 from zerorate import views
 from zerorate.compare import compare
 from zerorate.run.replay import replay
@@ -131,6 +131,7 @@ def test_a_result_shows_itself(name):
     figure = result.plot()
     check_layout(figure)
     check_contrast(figure)
+    check_colours(figure)
 
 
 def test_what_is_registered_is_there():

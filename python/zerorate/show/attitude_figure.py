@@ -1,55 +1,61 @@
-"""The figure of an attitude: angles and their errors, rest, disturbance, what was learned."""
+"""The figure of an attitude: angles, how far to trust them, and what was learned of the gyro."""
 
 from __future__ import annotations
 
-import textwrap
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
 from zerorate.geometry.rotations import inverse, product, unit
 from zerorate.show.attitude_table import attitude_title
+from zerorate.show.scales import COLUMNS, band, parts
+from zerorate.show.stack import (
+    SIGMAS,
+    Stack,
+    draw_known,
+    draw_scatter,
+    head,
+    names,
+    over_time,
+    room,
+    shade,
+    spans_of,
+)
 from zerorate.show.style import (
+    AXIS_COLOURS,
     BLACK,
     BLUE,
-    GREEN,
     GREY,
     ORANGE,
-    PURPLE,
     ROSE,
-    SKY,
     VERMILION,
-    add_panel,
-    new_figure,
-    style_panels,
     time_unit,
-    write_caption,
-    write_legend,
-    write_title,
+    write_in_middle,
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from zerorate.attitude.estimate import AttitudeEstimate
-    from zerorate.types import Booleans, Floats
+    from zerorate.types import Booleans, Floats, Integers
 
 # Millimetres.
-_WIDTH: Final = 180.0
-_LEFT, _RIGHT, _TOP, _BOTTOM, _BETWEEN = 15.0, 4.0, 8.0, 14.0, 3.0
-_PANEL: Final = 26.0
-
-_MOST: Final = 4000
-"""Points of a curve: more than there are pixels."""
-_ANGLES: Final = (("roll", VERMILION), ("pitch", GREEN), ("yaw", BLUE))
-_AXES: Final = (("x", VERMILION), ("y", GREEN), ("z", BLUE))
-_DIAGONAL: Final = (VERMILION, GREEN, BLUE)
-_OTHERS: Final = (ORANGE, PURPLE, SKY)
+_ANGLES, _PANEL = 22.0, 16.0
+_NAMES: Final = ("x", "y", "z")
+_Elements: TypeAlias = tuple[tuple[int, int], ...]
+_SCALE: Final[_Elements] = ((0, 0), (1, 1), (2, 2))
+_CROSS: Final[_Elements] = ((0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2, 1))
+_WAYS: Final = ("-", "--", ":")
+_QUESTION: Final = "Which way does it point, and how sure is that?"
+_STEEP: Final = 300.0
+"""Degrees between neighbours from which on an angle has wrapped."""
 
 
 def plot_attitude(estimate: AttitudeEstimate) -> Figure:
-    """Return the figure of an attitude, 180 mm wide.
+    """Return the figure of an attitude, a column of a page wide.
 
     Parameters
     ----------
@@ -59,107 +65,164 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Over time: Euler angles with bands of two standard deviations; the standard deviations, and
-        the errors of heading and inclination where there is a reference; the gyro's bias; and its
-        scale and misalignment. Rest is grey, a disturbed field rose. No global state of matplotlib
-        is used.
+        Over one time axis: Euler angles; heading and inclination, each with two standard deviations
+        to either side of zero and with its error where there is a reference; the gyro's bias, its
+        scale and its misalignment where they are known. Rest is grey, a disturbed field rose. No
+        global state of matplotlib is used.
     """
-    panels = [_draw_angles]
-    if estimate.reference is not None or _trusted(estimate):
-        panels.append(_draw_trust)
+    panels: list[Callable[[Axes, _Course], None]] = [_draw_angles]
+    course = _Course(estimate)
+    if estimate.reference is not None or course.trusted:
+        panels += [_draw_heading, _draw_inclination]
     if np.isfinite(estimate.bias_sigma[-1]).all():
         panels.append(_draw_bias)
     if np.isfinite(estimate.gyro_matrix_sigma).all():
-        panels.append(draw_matrix)
-    height = _TOP + _BOTTOM + len(panels) * _PANEL + (len(panels) - 1) * _BETWEEN
-    figure = new_figure(_WIDTH, height)
-    column: list[Axes] = []
-    for i, draw in enumerate(panels):
-        column.append(_panel(figure, height, i))
-        draw(column[-1], estimate)
-    shown, _ = time_unit(estimate.n / estimate.rate)
-    for axes in column[:-1]:
-        axes.tick_params(labelbottom=False)
-    column[-1].set_xlabel(f"time [{shown}]")
-    style_panels(column)
-    column[0].set_yticks([-180.0, -90.0, 0.0, 90.0, 180.0])
-    figure.align_ylabels(column)
-    write_title(figure, attitude_title(estimate))
-    write_caption(figure, textwrap.fill(_caption(estimate), 150))
+        panels += [_draw_scale, _draw_misalignment]
+    heights = [_ANGLES, *[_PANEL] * (len(panels) - 1)]
+    stack = Stack(_QUESTION, _answer(course), _caption(estimate), heights)
+    for draw in panels:
+        panel = stack.add()
+        _shade(panel, course)
+        draw(panel, course)
+    over_time(stack.panels, course.times[0], course.times[-1], course.unit)
+    figure = stack.finish(estimate.source, estimate.rate, estimate.n / estimate.rate)
+    stack.panels[0].set_yticks([-180.0, -90.0, 0.0, 90.0, 180.0])
     return figure
 
 
-def _panel(figure: Figure, height: float, i: int) -> Axes:
-    top = height - _TOP - i * (_PANEL + _BETWEEN)
-    return add_panel(figure, _LEFT, top - _PANEL, _WIDTH - _LEFT - _RIGHT, _PANEL)
+class _Course:
+    """What all panels ask of an estimate: times in the unit of the axis, and few of them.
+
+    Parameters
+    ----------
+    estimate : AttitudeEstimate
+        What is shown.
+    """
+
+    def __init__(self, estimate: AttitudeEstimate) -> None:
+        self.estimate = estimate
+        self.unit, length = time_unit(estimate.n / estimate.rate)
+        self.times: Floats = (estimate.time - estimate.time[0]) / length
+        self.few: Integers = parts(estimate.n, COLUMNS)
+        self.errors = _errors(estimate)
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the method knows how far its angles are to be trusted."""
+        return bool(np.isfinite(self.estimate.heading_sigma).all())
+
+    def at(self, places: Floats) -> Floats:
+        """Return the times of samples, whole or half."""
+        return np.interp(places, np.arange(self.times.size), self.times)
+
+
+def _answer(course: _Course) -> str:
+    """Return where it points at the end, and how far it is off where that is known."""
+    estimate = course.estimate
+    roll, pitch, yaw = np.degrees(estimate.euler[-1])
+    tilt, heading = np.degrees((estimate.tilt_sigma[-1], estimate.heading_sigma[-1]))
+    known = f" ± {SIGMAS * heading:.2g}" if course.trusted else ""
+    level = f" ± {SIGMAS * tilt:.2g}" if course.trusted else ""
+    said = (
+        f"At the end: yaw {yaw:.1f}{known}, pitch {pitch:.1f}{level}, roll {roll:.1f}{level} deg."
+    )
+    if not np.isfinite(course.errors).any():
+        return said
+    squares = np.nanmean(course.errors**2, axis=0)
+    heading, tilt = np.sqrt((squares[0], squares[1] + squares[2]))
+    return f"{said} Off by {heading:.2g} in heading, {tilt:.2g} in inclination (RMS)."
 
 
 def _caption(estimate: AttitudeEstimate) -> str:
-    said = "Bands and dashed lines: two standard deviations. Grey: at rest."
+    way = attitude_title(estimate).rpartition(": ")[2]
+    said = [f"{way[0].upper()}{way[1:]}. Bands: ± 2σ."]
+    if estimate.at_rest.any():
+        said.append("Grey: at rest.")
     if estimate.mag and estimate.disturbed.any():
-        said += " Rose: the magnetic field is another than the one known, so it is not used."
+        said.append("Rose: another magnetic field than the one known, not used.")
     if not estimate.mag:
-        said += " Without a magnetometer the heading is against the start."
+        said.append("Without a magnetometer the heading is against the start.")
     if estimate.reference is not None:
-        said += " Errors are against the recording's reference."
-    return said
+        said.append("Errors: against the recording's reference.")
+    return " ".join(said)
 
 
-def thinned(n: int) -> slice:
-    """Return so many samples of a long series that a curve of them looks the same."""
-    return slice(None, None, max(1, n // _MOST))
+def _shade(panel: Axes, course: _Course) -> None:
+    estimate = course.estimate
+    _shade_where(panel, course, estimate.at_rest, GREY)
+    if estimate.mag:
+        _shade_where(panel, course, estimate.disturbed, ROSE)
 
 
-def _times(estimate: AttitudeEstimate) -> Floats:
-    _, length = time_unit(estimate.n / estimate.rate)
-    seconds: Floats = (estimate.time - estimate.time[0]) / length
-    return seconds
+def _shade_where(panel: Axes, course: _Course, there: Booleans, colour: str) -> None:
+    begins, ends = spans_of(there)
+    shade(panel, course.at(begins), course.at(ends), colour)
 
 
-def shade(axes: Axes, times: Floats, there: Booleans, colour: str) -> None:
-    """Shade a panel where something is so."""
-    edges = np.flatnonzero(np.diff(there, prepend=False, append=False))
-    spans = edges.reshape(-1, 2)
-    left = times[spans[:, 0]]
-    right = times[np.minimum(spans[:, 1], times.size - 1)]
-    axes.broken_barh(
-        list(zip(left, right - left, strict=True)),
-        (0.0, 1.0),
-        transform=axes.get_xaxis_transform(),
-        facecolor=colour,
-        edgecolor="none",
-        alpha=0.7,
-        zorder=0,
+def _draw_angles(panel: Axes, course: _Course) -> None:
+    angles = np.degrees(course.estimate.euler)
+    for values, name, colour in zip(angles.T, ("roll", "pitch", "yaw"), AXIS_COLOURS, strict=True):
+        # Over a jump from 180 to -180 the middle of a part would be nowhere.
+        drawn = band(np.unwrap(values, period=360.0))
+        turns = 360.0 * np.round(drawn.median / 360.0)
+        low, median, high = (one - turns for one in (drawn.low, drawn.median, drawn.high))
+        broken = np.abs(np.diff(median, append=median[-1:])) > _STEEP
+        median = np.where(broken, np.nan, median)
+        draw_scatter(
+            panel,
+            course.at(drawn.middle),
+            drawn._replace(low=low, median=median, high=high),
+            colour,
+            name,
+        )
+    panel.set_ylim(-190.0, 190.0)
+    head(panel, "angle [deg]")
+    names(panel, 3)
+
+
+def _draw_heading(panel: Axes, course: _Course) -> None:
+    errors = course.errors[:, :1]
+    _draw_trust(panel, course, course.estimate.heading_sigma, errors, ("error",))
+    head(panel, "error of heading [deg]" if errors.size else "heading known to [deg]")
+
+
+def _draw_inclination(panel: Axes, course: _Course) -> None:
+    errors = course.errors[:, 1:]
+    _draw_trust(panel, course, course.estimate.tilt_sigma, errors, ("about x", "about y"))
+    head(panel, "error of inclination [deg]" if errors.size else "inclination known to [deg]")
+
+
+def _errors(estimate: AttitudeEstimate) -> Floats:
+    """Return the errors of heading and of inclination about two level axes, deg, (n, 3) or (0, 3).
+
+    Without a magnetometer the heading begins with none.
+    """
+    if estimate.reference is None:
+        return np.empty((0, 3))
+    return np.degrees(
+        signed_errors(estimate.quaternion, estimate.reference, relative=not estimate.mag)
     )
 
 
-def _ready(axes: Axes, estimate: AttitudeEstimate) -> Floats:
-    """Shade a panel, set its length, and return the times of its curves."""
-    times = _times(estimate)
-    shade(axes, times, estimate.at_rest, GREY)
-    if estimate.mag:
-        shade(axes, times, estimate.disturbed, ROSE)
-    axes.set_xlim(times[0], times[-1])
-    return times
-
-
-def _draw_angles(axes: Axes, estimate: AttitudeEstimate) -> None:
-    times, few = _ready(axes, estimate), thinned(estimate.n)
-    angles = np.degrees(estimate.euler)
-    sigmas = (estimate.tilt_sigma, estimate.tilt_sigma, estimate.heading_sigma)
-    for values, sigma, (name, colour) in zip(angles.T, sigmas, _ANGLES, strict=True):
-        x, y, band = times[few], _broken(values[few]), 2.0 * np.degrees(sigma[few])
-        axes.fill_between(x, y - band, y + band, color=colour, alpha=0.2, linewidth=0.0)
-        axes.plot(x, y, color=colour, linewidth=0.6, label=name)
-    axes.set_ylim(-190.0, 190.0)
-    axes.set_ylabel("angle [deg]")
-    write_legend(axes, "upper right", 3)
-
-
-def _broken(angles: Floats) -> Floats:
-    """Return a curve of angles that does not cross the panel where they wrap."""
-    jumps = np.abs(np.diff(angles, append=angles[-1])) > 180.0
-    return np.where(jumps, np.nan, angles)
+def _draw_trust(
+    panel: Axes, course: _Course, sigma: Floats, errors: Floats, own: tuple[str, ...]
+) -> None:
+    """Draw two standard deviations to either side of zero, and the errors that lie in them."""
+    times, largest = course.times[course.few], 0.0
+    if course.trusted:
+        half = SIGMAS * np.degrees(sigma[course.few])
+        panel.fill_between(times, -half, half, color=ORANGE, alpha=0.35, lw=0.0, label="± 2σ")
+        largest = float(np.median(half))
+    panel.axhline(0.0, color=BLACK, lw=0.3)
+    curves = errors.T if errors.size else ()
+    for values, name, colour in zip(curves, own, (BLUE, VERMILION), strict=False):
+        drawn = band(values)
+        draw_scatter(panel, course.at(drawn.middle), drawn, colour, name)
+        there = np.concatenate((drawn.low, drawn.high))
+        if np.isfinite(there).any():
+            largest = max(largest, float(np.nanquantile(np.abs(there), 0.99)))
+    panel.set_ylim(-1.3 * (largest or 1.0), 1.3 * (largest or 1.0))
+    names(panel, 3)
 
 
 def heading_and_tilt_errors(
@@ -169,83 +232,82 @@ def heading_and_tilt_errors(
 
     Both are NaN where the reference is; a relative heading begins with no error.
     """
+    found = signed_errors(quaternions, reference, relative=relative)
+    tilt: Floats = np.hypot(found[:, 1], found[:, 2])
+    return found[:, 0], tilt
+
+
+def signed_errors(quaternions: Floats, reference: Floats, *, relative: bool = False) -> Floats:
+    """Return the errors of heading and of inclination about two level axes, shape (n, 3), rad.
+
+    The error is a turn about the vertical, then one about a level axis, whose parts along x and y
+    of the earth are the last two. All are NaN where the reference is; a relative heading begins
+    with none.
+    """
     error = product(unit(quaternions), inverse(unit(reference)))
     w, x, y, z = error.T
     heading = 2.0 * np.arctan2(z, w)
+    vertical = np.hypot(w, z)
+    tilt = 2.0 * np.arctan2(np.hypot(x, y), vertical)
+    # The level axis, once the turn about the vertical is taken off.
+    level = np.stack((w * x - y * z, w * y + x * z), axis=1)
+    size = np.linalg.norm(level, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        level = np.where(size[:, np.newaxis] > 0.0, level / size[:, np.newaxis], 0.0)
     there = np.flatnonzero(np.isfinite(heading))
     if relative and there.size:
         heading = heading - heading[there[0]]
-    wrapped: Floats = np.remainder(heading + np.pi, 2.0 * np.pi) - np.pi
-    tilt: Floats = 2.0 * np.arctan2(np.hypot(x, y), np.hypot(w, z))
-    return wrapped, tilt
+    wrapped = np.remainder(heading + np.pi, 2.0 * np.pi) - np.pi
+    return np.column_stack((wrapped, tilt[:, np.newaxis] * level))
 
 
-def _trusted(estimate: AttitudeEstimate) -> bool:
-    """Return whether the method knows how far its angles are to be trusted."""
-    return bool(np.isfinite(estimate.heading_sigma).all())
+def _draw_bias(panel: Axes, course: _Course) -> None:
+    few = course.few
+    bias = np.degrees(course.estimate.bias[few])
+    sigma = np.degrees(course.estimate.bias_sigma[few])
+    for i, name in enumerate(_NAMES):
+        draw_known(panel, course.times[few], bias[:, i], sigma[:, i], AXIS_COLOURS[i], name)
+    _fit(panel, bias, sigma)
+    head(panel, "gyro's bias [deg/s]")
+    names(panel, 3)
 
 
-def _draw_trust(axes: Axes, estimate: AttitudeEstimate) -> None:
-    times, few = _ready(axes, estimate), thinned(estimate.n)
-    curves = (("heading", estimate.heading_sigma, BLUE), ("tilt", estimate.tilt_sigma, VERMILION))
-    for name, sigma, colour in curves if _trusted(estimate) else ():
-        band = 2.0 * np.degrees(sigma[few])
-        axes.plot(times[few], band, "--", color=colour, linewidth=0.5, label=f"{name}, 2σ")
-        if name == "heading":
-            axes.plot(times[few], -band, "--", color=colour, linewidth=0.5)
-    largest = 2.0 * float(np.degrees(np.median(estimate.heading_sigma)))
-    largest = largest if _trusted(estimate) else 0.0
-    if estimate.reference is not None:
-        heading, tilt = heading_and_tilt_errors(
-            estimate.quaternion, estimate.reference, relative=not estimate.mag
-        )
-        errors = (("heading", heading, BLUE), ("inclination", tilt, VERMILION))
-        for name, error, colour in errors:
-            values = np.degrees(error[few])
-            axes.plot(times[few], values, color=colour, linewidth=0.6, label=f"error of {name}")
-            largest = max(largest, float(np.nanpercentile(np.abs(values), 99.0)))
-        axes.axhline(0.0, color=BLACK, linewidth=0.3)
-    if largest > 0.0:
-        axes.set_ylim(-1.6 * largest, 1.9 * largest)
-    axes.set_ylabel("error [deg]" if estimate.reference is not None else "±2σ [deg]")
-    write_legend(axes, "upper right", 4, 1.6)
+def _draw_scale(panel: Axes, course: _Course) -> None:
+    _draw_elements(panel, course, _SCALE, told=_SCALE)
+    head(panel, "correction of the gyro's scale [%]")
+    names(panel, 4)
 
 
-def _draw_bias(axes: Axes, estimate: AttitudeEstimate) -> None:
-    times, few = _ready(axes, estimate), thinned(estimate.n)
-    bias, sigma = np.degrees(estimate.bias[few]), np.degrees(estimate.bias_sigma[few])
-    for values, band, (name, colour) in zip(bias.T, 2.0 * sigma.T, _AXES, strict=True):
-        axes.fill_between(times[few], values - band, values + band, color=colour, alpha=0.2, lw=0.0)
-        axes.plot(times[few], values, color=colour, linewidth=0.6, label=name)
-    _fit(axes, bias, sigma)
-    axes.set_ylabel("gyro's bias [deg/s]")
-    write_legend(axes, "upper right", 3)
+def _draw_misalignment(panel: Axes, course: _Course) -> None:
+    """Draw the elements that the end tells from zero: all six would lie over one another."""
+    estimate = course.estimate
+    sizes = np.abs(estimate.gyro_matrix) / estimate.gyro_matrix_sigma
+    told = tuple(at for at in _CROSS if sizes[at] > SIGMAS)
+    _draw_elements(panel, course, _CROSS, told)
+    head(panel, "of its axes [%]")
+    names(panel, 7)
+    if not told:
+        write_in_middle(panel, "none differs from zero by 2σ")
 
 
-def draw_matrix(axes: Axes, estimate: AttitudeEstimate) -> None:
-    """Draw how scale and misalignment of the gyro are learned."""
-    times = _ready(axes, estimate)[estimate.moments]
+def _draw_elements(panel: Axes, course: _Course, all_of_them: _Elements, told: _Elements) -> None:
+    """Draw some elements of M - 1, and to either side of zero the largest deviation of all."""
+    estimate = course.estimate
+    times = course.times[estimate.moments]
     error = 100.0 * (estimate.gyro_matrices - np.eye(3))
-    sigma = 100.0 * estimate.gyro_matrix_sigmas
-    for i, (name, _) in enumerate(_AXES):
-        values, band = error[:, i, i], 2.0 * sigma[:, i, i]
-        colour = _DIAGONAL[i]
-        axes.plot(times, values, color=colour, linewidth=0.8, label=f"scale {name}")
-        for edge in (values - band, values + band):
-            axes.plot(times, edge, "--", color=colour, linewidth=0.5)
-    for i, (row, column) in enumerate(((0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2, 1))):
-        name = f"{'xyz'[row]}{'xyz'[column]}"
-        style = "-" if i < 3 else ":"
-        axes.plot(times, error[:, row, column], style, color=_OTHERS[i % 3], lw=0.6, label=name)
-    _fit(axes, error.reshape(len(error), 9), sigma.reshape(len(sigma), 9))
-    axes.set_ylabel("M - 1 [%]")
-    write_legend(axes, "upper right", 9)
+    rows, columns = np.array(all_of_them).T
+    half = SIGMAS * 100.0 * estimate.gyro_matrix_sigmas[:, rows, columns].max(axis=1)
+    panel.fill_between(times, -half, half, color=ORANGE, alpha=0.35, lw=0.0, label="± 2σ")
+    for row, column in told:
+        name = _NAMES[row] + (_NAMES[column] if row != column else "")
+        style = "-" if row == column else _WAYS[column]
+        panel.plot(times, error[:, row, column], style, color=AXIS_COLOURS[row], lw=0.8, label=name)
+    _fit(panel, error[:, rows, columns], half[:, np.newaxis] / SIGMAS)
 
 
-def _fit(axes: Axes, values: Floats, sigmas: Floats) -> None:
-    """Scale a panel to what is known after the first tenth, with room for its legend."""
+def _fit(panel: Axes, values: Floats, sigmas: Floats) -> None:
+    """Scale a panel to what is known after the first tenth."""
     late = slice(len(values) // 10, None)
-    low = float(np.nanmin((values - 2.0 * sigmas)[late]))
-    high = float(np.nanmax((values + 2.0 * sigmas)[late]))
-    room = max(high - low, 1e-9)
-    axes.set_ylim(low - 0.05 * room, high + 0.25 * room)
+    low = float(np.nanmin((values - SIGMAS * sigmas)[late]))
+    high = float(np.nanmax((values + SIGMAS * sigmas)[late]))
+    panel.set_ylim(*room(low, high))

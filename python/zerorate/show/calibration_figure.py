@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from zerorate.show.calibration_panels import (
     draw_carry,
@@ -16,34 +17,26 @@ from zerorate.show.calibration_panels import (
     name_groups,
 )
 from zerorate.show.calibration_table import verdict
-from zerorate.show.style import (
-    BLACK,
-    FONT,
-    VERMILION_TEXT,
-    add_panel,
-    new_figure,
-    style_decades,
-    style_panels,
-    write_caption,
-    write_title,
-)
+from zerorate.show.stack import INNER, LEFT, Stack, over_time
+from zerorate.show.style import GREY_TEXT, VERMILION_TEXT, style_decades, time_unit
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from zerorate.calibration.calibration import Calibration
     from zerorate.io import Recording
 
 # Millimetres.
-_WIDTH: Final = 180.0
-_LEFT, _RIGHT, _TOP, _BOTTOM = 14.0, 4.0, 13.0, 16.0
-_LOG, _POSES, _PANEL = 24.0, 56.0, 36.0
-_BETWEEN_COLUMNS, _BETWEEN_ROWS, _BETWEEN_LOGS, _BETWEEN_SIZES = 15.0, 15.0, 3.0, 14.0
+_LOG, _POSES, _SIZES, _PARAMETERS, _KNOWN = 15.0, 38.0, 19.0, 22.0, 17.0
+_UNDER, _TICKS, _BETWEEN = 6.5, 2.8, 9.0
+_UNHEADED: Final = 3.0
+_QUESTION: Final = "How far off are the sensors, before and after?"
 
 
-def plot_calibration(calibration: Calibration, recording: Recording | None = None) -> Figure:
-    """Return the figure of a calibration, 180 mm wide.
+def plot_calibration(
+    calibration: Calibration, recording: Recording | None = None, everything: bool = False
+) -> Figure:
+    """Return the figure of a calibration, a column of a page wide.
 
     Parameters
     ----------
@@ -51,63 +44,76 @@ def plot_calibration(calibration: Calibration, recording: Recording | None = Non
         What was found.
     recording : Recording, optional
         What it was found from: shown above all else, with the rests.
+    everything : bool
+        Also the raw log of the gyro.
 
     Returns
     -------
     matplotlib.figure.Figure
-        The raw log with its rests; poses on the sphere, and where there are none; norm and
-        carry error, rest by rest and turn by turn, before and after; scale and misalignment with
-        their errors; and how much the record tells of each parameter. No global state of
-        matplotlib is used.
+        The raw log of the accelerometer with its rests; poses on the sphere, and where there are
+        none; norm and carry error, rest by rest and turn by turn, before and after; scale error and
+        misalignment with their errors; and how much the record tells of each parameter. No global
+        state of matplotlib is used.
     """
-    shown = [] if recording is None else [one for one in ("accel", "gyro") if one in recording]
-    logs = len(shown) * (_LOG + _BETWEEN_LOGS) + (_BETWEEN_ROWS if shown else 0.0)
-    height = _TOP + logs + _POSES + _BETWEEN_ROWS + _PANEL + _BOTTOM
-    figure = new_figure(_WIDTH, height)
-    top = height - _TOP
-    for i, name in enumerate(shown):
-        assert recording is not None
-        axes = _axes(figure, top, _LOG, 0, 3)
-        draw_log(axes, calibration, recording[name], last=i == len(shown) - 1)
-        top -= _LOG + _BETWEEN_LOGS
-    top -= _BETWEEN_ROWS if shown else 0.0
-    draw_poses(_axes(figure, top, _POSES, 0, 2), calibration)
-    half = 0.5 * (_POSES - _BETWEEN_SIZES)
-    sizes = [_axes(figure, at, half, 2) for at in (top, top - half - _BETWEEN_SIZES)]
+    kinds = ("accel", "gyro") if everything else ("accel",)
+    logs = [] if recording is None else [recording[one] for one in kinds if one in recording]
+    heights = [*[_LOG] * len(logs), _POSES, _SIZES, _PARAMETERS, _KNOWN]
+    between = (2.0 if logs else 1.0) * _UNDER + _TICKS - _UNHEADED
+    stack = Stack(
+        _QUESTION,
+        _answer(calibration),
+        _caption(bool(logs)),
+        heights,
+        between,
+        GREY_TEXT if calibration.valid else VERMILION_TEXT,
+    )
+    if logs:
+        for log in logs:
+            draw_log(stack.add(), calibration, log)
+        unit, seconds = time_unit(logs[0].duration)
+        first = logs[0].time[0]
+        over_time(stack.panels, first / seconds, (first + logs[0].duration) / seconds, unit)
+        stack.skip(_UNDER)
+    # Their names stand inside.
+    stack.skip(-_UNHEADED)
+    draw_poses(stack.add(), calibration)
+    half = 0.5 * (INNER - _BETWEEN)
+    sizes = stack.add(LEFT, half, last=False), stack.add(LEFT + half + _BETWEEN, half)
     draw_norm(sizes[0], calibration)
     draw_carry(sizes[1], calibration)
-    top -= _POSES + _BETWEEN_ROWS
-    deviations = _axes(figure, top, _PANEL, 0, 2)
+    stack.skip(_UNDER)
+    deviations = stack.add()
     draw_deviations(deviations, calibration)
-    known = _axes(figure, top, _PANEL, 2)
+    stack.skip(_TICKS)
+    known = stack.add()
     draw_known(known, calibration)
-    style_panels([axes for axes in figure.axes if axes.axison])
+    source = calibration.origin.source or ("calibration" if recording is None else recording.source)
+    span = logs[0].duration if logs else 0.0
+    figure = stack.finish(source, calibration.rate, span)
     for axes in (*sizes, known):
         if axes.get_yscale() == "log":
             style_decades(axes)
     name_elements(deviations)
     name_groups(known)
-    colour = BLACK if calibration.valid else VERMILION_TEXT
-    write_title(figure, "Calibration")
-    said = textwrap.shorten(verdict(calibration), 150, placeholder=" ...")
-    figure.text(0.5, 1.0 - 6.0 / height, said, ha="center", va="top", size=FONT, color=colour)
-    write_caption(figure, textwrap.fill(_caption(shown), 150))
     return figure
 
 
-def _axes(figure: Figure, top: float, tall: float, column: int, span: int = 1) -> Axes:
-    """Return a panel so many millimetres tall whose upper edge lies so high."""
-    inner = _WIDTH - _LEFT - _RIGHT - 2 * _BETWEEN_COLUMNS
-    single = inner / 3
-    left = _LEFT + column * (single + _BETWEEN_COLUMNS)
-    width = span * single + (span - 1) * _BETWEEN_COLUMNS
-    return add_panel(figure, left, top - tall, width, tall)
+def _answer(calibration: Calibration) -> str:
+    """Return whether it is valid, and what gravity showed before and after."""
+    before, after = 1e3 * calibration.norm_error_raw, 1e3 * calibration.norm_error
+    said = verdict(calibration)
+    said = f"{said[0].upper()}{said[1:]}"
+    if not (np.isfinite(before) and np.isfinite(after)):
+        return f"{said}."
+    return f"{said}: gravity at rest within {before:.3g} mg before, {after:.3g} mg after (RMS)."
 
 
-def _caption(shown: list[str]) -> str:
+def _caption(with_log: bool) -> str:
     said = (
-        "Poses: which direction of the body was up; shaded: more than 40° from any that was used. "
-        "Hollow: not used, or not identifiable. Bars: two standard errors. Above the dashed line a "
-        "parameter is not identifiable."
+        "Orange: before, blue: after. Poses: which direction of the body was up; rose: more than "
+        "40° from any that was used. Hollow: not used, or not identifiable. Bars: ± 2σ. Above the "
+        "dashed line a parameter is not identifiable."
     )
-    return f"Blue in the log: rests; rose: not used. {said}" if shown else said
+    if not with_log:
+        return said
+    return f"Above: the middle 90 % of the samples at a time; light blue: rests. {said}"

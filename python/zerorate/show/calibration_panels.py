@@ -9,12 +9,13 @@ import numpy as np
 
 from zerorate.calibration.fit.joint_fit import DATASHEET
 from zerorate.calibration.parameters import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
-from zerorate.show.scales import limits, outline
+from zerorate.show.scales import band, limits
+from zerorate.show.stack import draw_scatter, head, names, shade
 from zerorate.show.style import (
+    AXIS_COLOURS,
     BLACK,
     BLUE,
     FONT,
-    GREEN,
     GREY,
     GREY_TEXT,
     ORANGE,
@@ -23,7 +24,6 @@ from zerorate.show.style import (
     VERMILION,
     time_unit,
     write_in_middle,
-    write_legend,
 )
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
@@ -34,12 +34,8 @@ if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
     from zerorate.io import Log
 
-_AXIS_COLOURS: Final = (BLUE, VERMILION, GREEN)
 _GAP: Final = np.radians(40.0)
 """Angle from the nearest pose beyond which there is a gap."""
-
-_STRETCHES: Final = 6
-"""Parts of a log that are drawn apart: it goes across the page and turns last a second."""
 
 _PIXELS: Final = 121
 """Of the side of a half sphere."""
@@ -49,29 +45,25 @@ _LEAST: Final = 0.3
 
 _RIM: Final = {"+x": (1, 0), "−x": (-1, 0), "+y": (0, 1), "−y": (0, -1)}
 _DIAGONAL: Final = (0, 4, 8)
-_GROUPS: Final = ("scale", "cross", "bias", "scale", "cross")
+_GROUPS: Final = ("scale", "axes", "bias", "scale", "axes")
 _GROUP_COLOURS: Final = (BLUE, BLUE, BLUE, VERMILION, VERMILION)
 _NAMES: Final = tuple(f"{i}{j}" for i in "xyz" for j in "xyz")
 
 
-def draw_log(axes: Axes, calibration: Calibration, log: Log, last: bool) -> None:
+def draw_log(axes: Axes, calibration: Calibration, log: Log) -> None:
     """Draw the raw samples of a sensor, and behind them the rests that were found."""
-    unit, seconds = time_unit(log.duration)
-    for name, colour, values in zip("xyz", _AXIS_COLOURS, log.data.T, strict=False):
-        times, shown = _line(log, values)
-        axes.plot(times / seconds, shown, color=colour, lw=0.6, label=name)
-    for rest in calibration.rests:
-        colour = SKY if rest.used else ROSE
-        place = (rest.start / seconds, rest.stop / seconds)
-        axes.axvspan(*place, color=colour, alpha=0.35 if rest.used else 0.9, lw=0.0, zorder=0)
-    axes.set_xlim(log.time[0] / seconds, (log.time[0] + log.duration) / seconds)
-    axes.set_ylim(*limits(_extremes(_of_interest(calibration, log)), 0.08, 0.35))
-    axes.set_ylabel(f"raw [{log.unit}]")
-    if last:
-        axes.set_xlabel(f"time [{unit}]")
-    else:
-        axes.tick_params(labelbottom=False)
-    write_legend(axes, "upper right", 3)
+    _, seconds = time_unit(log.duration)
+    for name, colour, values in zip("xyz", AXIS_COLOURS, log.data.T, strict=False):
+        drawn = band(values)
+        times = (log.time[0] + drawn.middle / log.rate) / seconds
+        draw_scatter(axes, times, drawn, colour, name)
+    for used, colour in ((True, SKY), (False, ROSE)):
+        spans = [(one.start, one.stop) for one in calibration.rests if one.used is used]
+        edges = np.array(spans).reshape(-1, 2).T / seconds
+        shade(axes, edges[0], edges[1], colour, alpha=0.35 if used else 0.9)
+    axes.set_ylim(*limits(_extremes(_of_interest(calibration, log)), 0.08, 0.08))
+    head(axes, f"raw [{log.unit}]")
+    names(axes)
 
 
 def _of_interest(calibration: Calibration, log: Log) -> Floats:
@@ -90,18 +82,6 @@ def _extremes(data: Floats) -> Floats:
     """Return the least and the greatest sample, shape (2,), or (0,) if there is none."""
     there = data[np.isfinite(data)]
     return np.array([there.min(), there.max()]) if there.size else there
-
-
-def _line(log: Log, values: Floats) -> tuple[Floats, Floats]:
-    """Return times and values of a line of some thousand points, peaks included."""
-    first, parts = 0, []
-    for part in np.array_split(values, _STRETCHES):
-        if part.size:
-            times, shown = outline(np.ascontiguousarray(part), log.rate)
-            parts.append((log.time[0] + first / log.rate + times, shown))
-            first += part.size
-    times, shown = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return times, shown
 
 
 def draw_poses(axes: Axes, calibration: Calibration) -> None:
@@ -127,7 +107,7 @@ def _draw_half(axes: Axes, up: Floats, used: Booleans, sign: float, centre: floa
         axes.text(*at, axis, ha="center", va="center", size=FONT - 0.5, color=GREY_TEXT)
     axes.plot(centre, 0.0, marker="+", ms=4.0, mew=0.5, color=GREY_TEXT)
     name = f"poses with {'+' if sign > 0 else '−'}z up"
-    axes.text(centre, 1.9, name, ha="center", va="bottom", size=FONT + 0.5)
+    axes.text(centre, 1.9, name, ha="center", va="bottom", size=FONT)
     half = sign * up[:, 2] >= 0.0
     for chosen, face in ((half & used, BLUE), (half & ~used, "none")):
         x, y = _projected(up[chosen], sign)
@@ -159,7 +139,7 @@ def _projected(up: Floats, sign: float) -> tuple[Floats, Floats]:
 
 def draw_norm(axes: Axes, calibration: Calibration) -> None:
     """Draw the error of the norm of gravity at every rest, before and after."""
-    axes.set_title("norm of gravity at rest [mg]")
+    head(axes, "gravity at rest off [mg]")
     before = 1e3 * np.abs(_raw_norms(calibration))
     after = 1e3 * np.abs([rest.norm_error for rest in calibration.rests])
     _draw_sizes(axes, before, after, [rest.used for rest in calibration.rests])
@@ -168,7 +148,7 @@ def draw_norm(axes: Axes, calibration: Calibration) -> None:
 
 def draw_carry(axes: Axes, calibration: Calibration) -> None:
     """Draw the error of gravity carried through every turn, before and after."""
-    axes.set_title("gravity carried through a turn [deg]")
+    head(axes, "after a turn off [deg]")
     before = np.degrees([turn.residual_raw for turn in calibration.turns])
     after = np.degrees([turn.residual for turn in calibration.turns])
     _draw_sizes(axes, before, after, [turn.used for turn in calibration.turns])
@@ -201,8 +181,7 @@ def _draw_sizes(axes: Axes, before: Floats, after: Floats, used: Sequence[bool])
     positive = seen[np.isfinite(seen) & (seen > 0.0)]
     if positive.size:
         low, high = np.log10(positive.min()), np.log10(positive.max())
-        axes.set_ylim(10.0 ** (low - 0.2), 10.0 ** (high + 0.3 + 0.3 * (high - low)))
-    write_legend(axes, "upper right", 2)
+        axes.set_ylim(10.0 ** (low - 0.2), 10.0 ** (high + 0.2))
 
 
 def _raw_norms(calibration: Calibration) -> Floats:
@@ -217,7 +196,7 @@ def _raw_norms(calibration: Calibration) -> Floats:
 
 def draw_deviations(axes: Axes, calibration: Calibration) -> None:
     """Draw scale error and misalignment of both sensors with their errors."""
-    axes.set_title("what the sensors make of their input, less identity [10⁻³]")
+    head(axes, "scale (xx yy zz), misalignment [10⁻³]")
     places = [*range(ACCEL_MATRIX.start, ACCEL_MATRIX.stop)]
     places += range(GYRO_MATRIX.start, GYRO_MATRIX.stop)
     at = np.array([*range(9), *range(10, 19)], dtype=np.float64)
@@ -253,9 +232,9 @@ def draw_deviations(axes: Axes, calibration: Calibration) -> None:
     shown = np.concatenate(
         (values - 2.0 * sigmas * known, values + 2.0 * sigmas * known, [-1.0, 1.0])
     )
-    axes.set_ylim(*limits(shown, 0.08, 0.3))
+    axes.set_ylim(*limits(shown, 0.08, 0.08))
     axes.set_xlim(-1.0, 19.0)
-    write_legend(axes, "upper right", 2)
+    names(axes)
 
 
 def _relative(calibration: Calibration) -> tuple[Floats, Floats]:
@@ -275,7 +254,7 @@ def _relative(calibration: Calibration) -> tuple[Floats, Floats]:
 
 def draw_known(axes: Axes, calibration: Calibration) -> None:
     """Draw the error of each parameter over what a data sheet states."""
-    axes.set_title("error over that of a data sheet")
+    head(axes, "how well known: error over a data sheet's")
     groups = [parts[parts > 0.0] for parts in _over_prior(calibration)]
     for i, (parts, colour) in enumerate(zip(groups, _GROUP_COLOURS, strict=True)):
         at = i + np.linspace(-0.25, 0.25, max(parts.size, 2))[: parts.size]

@@ -11,13 +11,9 @@ from zerorate.noise.model import NoiseModel
 from zerorate.noise.quantities import TERMS, shown_unit, si_unit
 from zerorate.numerals import significant
 from zerorate.show.style import (
+    AXIS_COLOURS,
     BLACK,
     BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
     add_panel,
     new_figure,
     style_panels,
@@ -35,7 +31,8 @@ if TYPE_CHECKING:
     from zerorate.noise.dynamic import DynamicAllan
     from zerorate.noise.result import AllanResult
 
-_COLOURS: Final = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+_LOOKS: Final = [(colour, way) for way in ("-", "--", ":") for colour in AXIS_COLOURS]
+"""Of curves one after the other: three colours that all can tell apart, then other strokes."""
 # Millimetres.
 _WIDTH, _HEIGHT, _LEFT, _BELOW, _ABOVE = 100.0, 70.0, 16.0, 10.0, 8.0
 _UNITS: Final = {"angular rate": "rad/s", "acceleration": "m/s²", "unknown": "unit"}
@@ -87,8 +84,8 @@ def plot_noise_model(model: NoiseModel) -> Figure:
     figure, axes = _one_panel("The Allan deviation that a noise model expects")
     taus = np.logspace(-3.0, 5.0, 161)
     axes.loglog(taus, model.allan_deviation(taus), color=BLACK, lw=1.2, label="all terms")
-    for (name, part), colour in zip(_parts(model), _COLOURS * 3, strict=False):
-        axes.loglog(taus, part.allan_deviation(taus), color=colour, lw=0.8, ls="--", label=name)
+    for (name, part), (colour, way) in zip(_parts(model), _LOOKS * 2, strict=False):
+        axes.loglog(taus, part.allan_deviation(taus), color=colour, lw=0.8, ls=way, label=name)
     axes.set_xlabel("averaging time, s")
     axes.set_ylabel(f"deviation, {_UNITS[model.quantity]}")
     style_panels([axes])
@@ -126,7 +123,8 @@ def plot_allan_covariance(result: AllanCovariance) -> Figure:
     below = figure.add_axes((0.16, 0.09, 0.8, 0.26), sharex=above)
     deviations = np.sqrt(np.einsum("tii->ti", result.matrix))
     for k, (name, curve) in enumerate(zip(result.names, deviations.T, strict=True)):
-        above.loglog(result.tau, curve, lw=0.8, color=_COLOURS[k % len(_COLOURS)], label=name)
+        colour, way = _LOOKS[k % len(_LOOKS)]
+        above.loglog(result.tau, curve, lw=0.8, color=colour, ls=way, label=name)
     pairs = result.correlation[:, *np.triu_indices(len(result.names), 1)]
     below.semilogx(result.tau, pairs.mean(axis=1), color=BLUE, lw=1.0)
     below.fill_between(result.tau, pairs.min(axis=1), pairs.max(axis=1), color=BLUE, alpha=0.15)

@@ -3,33 +3,38 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from zerorate.geometry.earth import local_ned
 from zerorate.navigation.outage import FILTER, POSITION_HELD, SMOOTHED, VELOCITY_HELD
-from zerorate.show.attitude_figure import thinned
-from zerorate.show.navigation_table import track_title
+from zerorate.show.scales import COLUMNS, band, parts
+from zerorate.show.stack import (
+    INNER,
+    SIGMAS,
+    Stack,
+    draw_known,
+    draw_scatter,
+    head,
+    names,
+    over_time,
+    room,
+    shade,
+)
 from zerorate.show.style import (
+    AXIS_COLOURS,
     BLACK,
     BLUE,
+    BROWN,
     GREEN,
-    GREY,
-    GREY_TEXT,
     ORANGE,
     PURPLE,
     SKY,
     VERMILION,
-    add_panel,
-    new_figure,
-    style_panels,
+    style_decades,
     time_unit,
-    write_caption,
     write_in_middle,
-    write_legend,
-    write_title,
 )
 
 if TYPE_CHECKING:
@@ -43,29 +48,39 @@ if TYPE_CHECKING:
     from zerorate.types import Floats, Integers
 
 # Millimetres.
-_WIDTH: Final = 180.0
-_LEFT, _RIGHT, _TOP, _BOTTOM, _BETWEEN = 15.0, 4.0, 8.0, 14.0, 3.0
-_PATH: Final = 80.0
-_PANEL: Final = 24.0
-_GAP: Final = 9.0
+_PATH, _PANEL = 58.0, 14.0
+_UNDER_PATH: Final = 6.5
+_GROWTH, _NAME_LINE = 30.0, 2.8
+_NAMED: Final = 4
+"""Curves whose names stand in a line."""
+_FIX, _STROKE = 2.0, 0.8
+
+_QUESTION: Final = "Where was it, and how far is that to be trusted?"
+_POINTS: Final = 4000
+"""Of a path: more than there are pixels."""
 
 _ELLIPSES: Final = 12
 _ROUND: Final = np.linspace(0.0, 2.0 * math.pi, 49)
-_AXES: Final = (("x", VERMILION), ("y", GREEN), ("z", BLUE))
+_AXES: Final = (*zip("xyz", AXIS_COLOURS, strict=True),)
 _USUAL: Final = 3.0
 """Mean of a normalised innovation squared of three axes."""
 
 _COLOURS: Final = {
-    POSITION_HELD: GREY_TEXT,
+    POSITION_HELD: BLACK,
     VELOCITY_HELD: ORANGE,
     FILTER: BLUE,
     SMOOTHED: GREEN,
 }
-_OTHERS: Final = (VERMILION, PURPLE, SKY, BLACK)
+_OTHERS: Final = (BROWN, SKY, VERMILION, PURPLE)
 
 
-def plot_track(track: Track, outages: Outages | None = None, nis: Floats | None = None) -> Figure:
-    """Return the figure of a track, 180 mm wide.
+def plot_track(
+    track: Track,
+    outages: Outages | None = None,
+    nis: Floats | None = None,
+    everything: bool = False,
+) -> Figure:
+    """Return the figure of a track, a column of a page wide.
 
     Parameters
     ----------
@@ -75,46 +90,52 @@ def plot_track(track: Track, outages: Outages | None = None, nis: Floats | None 
         Of ``zerorate.navigation.outages``: the longest are marked, with what the filter did in
         them.
     nis : ndarray, shape (m, 2), optional
-        What `Track.nis` returned; by default it is asked, of a track that is not smoothed.
+        What `Track.nis` returned; where everything is shown of a track that is not smoothed, it is
+        asked.
+    everything : bool
+        Also the normalised innovations squared.
 
     Returns
     -------
     matplotlib.figure.Figure
-        The path in metres, with fixes and ellipses of three standard deviations; over time the
-        speed, the standard deviations of position and heading, the normalised innovations squared,
-        and the biases with bands of three standard deviations. No global state of matplotlib is
-        used.
+        The path in metres, with fixes and ellipses of two standard deviations; over one time axis
+        speed, standard deviations of position and of orientation, and the biases with bands of two
+        standard deviations. No global state of matplotlib is used.
     """
     longest = None if outages is None else max(outages.lengths, key=lambda one: one.seconds)
-    if nis is None and not track.smoothed:
+    panels: list[Callable[[Axes, Track, Floats], None]] = [
+        _draw_speed,
+        _draw_position_sigma,
+        _draw_angle_sigma,
+        _draw_gyro_bias,
+        _draw_accel_bias,
+    ]
+    if everything and nis is None and not track.smoothed:
         nis = track.nis()
-    panels: list[Callable[[Axes, Track, Floats], None]] = [_draw_speed, _draw_sigma]
-    if nis is not None and np.isfinite(nis).any():
+    shown = everything and nis is not None and bool(np.isfinite(nis).any())
+    if shown and nis is not None:
         values = nis
-        panels.append(lambda axes, track, times: _draw_nis(axes, track, values))
-    panels += [_draw_gyro_bias, _draw_accel_bias]
-    height = _TOP + _PATH + _GAP + len(panels) * _PANEL + (len(panels) - 1) * _BETWEEN + _BOTTOM
-    figure = new_figure(_WIDTH, height)
-    path = _axes(figure, height, _TOP, _PATH)
+        panels.append(lambda panel, track, times: _draw_nis(panel, track, values))
+    heights = [_PATH, *[_PANEL] * len(panels)]
+    caption = _caption(track, longest, shown)
+    stack = Stack(_QUESTION, _answer(track), caption, heights, _UNDER_PATH)
+    path = stack.add()
     _draw_path(path, track, longest)
-    shown, length = time_unit(float(np.ptp(track.time)) if track.n else 0.0)
+    stack.skip(_UNDER_PATH)
+    span = float(np.ptp(track.time)) if track.n else 0.0
+    unit, length = time_unit(span)
     times: Floats = (track.time - track.time[0]) / length if track.n else track.time
-    column = []
-    for i, draw in enumerate(panels):
-        axes = _axes(figure, height, _TOP + _PATH + _GAP + i * (_PANEL + _BETWEEN), _PANEL)
+    for draw in panels:
+        panel = stack.add()
         if longest is not None:
-            _shade(axes, (longest.spans - track.time[0]) / length)
-        draw(axes, track, times)
-        if track.n > 1:
-            axes.set_xlim(times[0], times[-1])
-        column.append(axes)
-    for axes in column[:-1]:
-        axes.tick_params(labelbottom=False)
-    column[-1].set_xlabel(f"time [{shown}]")
-    style_panels([path, *column])
-    figure.align_ylabels(column)
-    write_title(figure, f"Track of {track_title(track)}")
-    write_caption(figure, textwrap.fill(_caption(longest, nis), 150))
+            shade(panel, *((longest.spans - track.time[0]) / length).T)
+        draw(panel, track, times)
+    over_time(stack.panels[1:], 0.0, span / length, unit)
+    rate = (track.n - 1) / span if span > 0.0 else 0.0
+    figure = stack.finish(track.source, rate, span)
+    for panel in stack.panels[1:]:
+        if panel.get_yscale() == "log":
+            style_decades(panel, 2)
     return figure
 
 
@@ -146,42 +167,57 @@ def plot_outages(
     """
     length = max(one.seconds for one in outages.lengths) if seconds is None else seconds
     chosen = outages[length]
-    height = 70.0
-    figure = new_figure(_WIDTH, height)
-    half = (_WIDTH - 2.0 * _LEFT - 2.0 * _RIGHT) / 2.0
-    each = add_panel(figure, _LEFT, 15.0, half, 46.0)
-    left = 2.0 * _LEFT + _RIGHT + half
-    mean = add_panel(figure, left, 15.0, half, 46.0)
-    _draw_each(each, chosen)
+    question = f"How far off after {length:g} s without fixes?"
+    said = (
+        f"{chosen.n} outage{'s' if chosen.n > 1 else ''}; horizontal errors against the fixes that "
+        "were withheld, whose own errors are the floor."
+    )
+    answer = ", ".join(f"{name} {chosen.rms(name):.3g} m" for name in chosen.errors)
+    curves = len(chosen.errors) + sum(
+        1 + (SMOOTHED in other[length].errors) for other in (others or {}).values()
+    )
+    lines = _NAME_LINE * (math.ceil(curves / _NAMED) - 1)
+    stack = Stack(question, f"RMS: {answer}.", said, [_GROWTH, _GROWTH], lines)
+    stack.skip(lines)
+    mean, each = stack.add(), stack.add()
     for name in chosen.errors:
         _draw_growth(mean, chosen, name, name, _COLOURS[name])
     for (name, other), colour in zip((others or {}).items(), _OTHERS, strict=False):
         _draw_growth(mean, other[length], FILTER, name, colour)
         if SMOOTHED in other[length].errors:
             _draw_growth(mean, other[length], SMOOTHED, f"{name}, smoothed", colour, "--")
-    for axes in (each, mean):
-        axes.set_xlabel("time since the last fix [s]")
+    _draw_each(each, chosen)
+    for axes in (mean, each):
         axes.set_yscale("log")
-        axes.set_xlim(0.0, length)
-    each.set_ylabel("error of each outage [m]")
-    mean.set_ylabel("error, RMS [m]")
-    style_panels([each, mean])
-    _make_room([each, mean])
-    write_legend(each, "upper right", 2)
-    write_legend(mean, "upper right", 2)
-    write_title(figure, f"{chosen.n} outages of {length:g} s: horizontal error")
-    said = "Against the fixes that were withheld, whose own errors are the floor."
-    write_caption(figure, said)
+    over_time(stack.panels, 0.0, length, "s")
+    each.set_xlabel("time since the last fix [s]")
+    head(mean, "RMS [m]")
+    head(each, "each outage [m]")
+    names(mean, _NAMED)
+    names(each, 2)
+    figure = stack.finish(outages.source, 0.0, 0.0)
+    for axes in (mean, each):
+        style_decades(axes)
     return figure
 
 
-def _axes(figure: Figure, height: float, above: float, tall: float) -> Axes:
-    return add_panel(figure, _LEFT, height - above - tall, _WIDTH - _LEFT - _RIGHT, tall)
+def _answer(track: Track) -> str:
+    """Return how far the end of the track is known."""
+    there = np.flatnonzero(track.navigating)
+    if not there.size:
+        return "Unknown: the filter did not begin."
+    sigma = SIGMAS * track.sigma[there[-1]]
+    return (
+        f"At the end within {np.hypot(*sigma[:2]):.2g} m, {np.hypot(*sigma[3:5]):.2g} m/s and "
+        f"{np.degrees(sigma[8]):.2g} deg of heading (2σ)."
+    )
 
 
-def _caption(longest: OutageErrors | None, nis: Floats | None) -> str:
-    said = "Ellipses, bands and dashed lines: three standard deviations."
-    if nis is not None:
+def _caption(track: Track, longest: OutageErrors | None, nis: bool) -> str:
+    said = "Ellipses and bands: ± 2σ."
+    if track.smoothed:
+        said = f"Smoothed: each moment in the light of all fixes. {said}"
+    if nis:
         said += (
             f" NIS: normalised innovation squared of a fix, {_USUAL:g} on average (line) if all "
             "deviations are right."
@@ -194,50 +230,38 @@ def _caption(longest: OutageErrors | None, nis: Floats | None) -> str:
     return said
 
 
-def _shade(axes: Axes, spans: Floats) -> None:
-    axes.broken_barh(
-        list(zip(spans[:, 0], np.diff(spans, axis=1)[:, 0], strict=True)),
-        (0.0, 1.0),
-        transform=axes.get_xaxis_transform(),
-        facecolor=GREY,
-        edgecolor="none",
-        alpha=0.7,
-        zorder=0,
-    )
-
-
 def _draw_path(axes: Axes, track: Track, longest: OutageErrors | None) -> None:
     axes.set_xlabel("east [m]")
-    axes.set_ylabel("north [m]")
+    head(axes, "north [m]")
     there = np.flatnonzero(track.navigating)
     if not there.size:
         write_in_middle(axes, "the filter did not begin")
         return
     origin = track.position[there[0]]
     way = local_ned(track.position, origin)
-    few = thinned(track.n)
+    few = parts(track.n, _POINTS)
     inside = (track.fixes[:, 0] >= track.time[there[0]]) & (
         track.fixes[:, 0] <= track.time[there[-1]]
     )
     fixes = _level(track.fixes[inside, 1:4], origin)
-    axes.plot(fixes[:, 1], fixes[:, 0], ".", color=ORANGE, markersize=1.5, label="fixes")
-    axes.plot(way[few, 1], way[few, 0], color=BLUE, linewidth=0.7, label="track")
-    for i, k in enumerate(_moments(way, there)):
-        _draw_ellipse(axes, way[k], track.sigma[k], PURPLE, "" if i else "3σ")
+    axes.plot(fixes[:, 1], fixes[:, 0], ".", color=BLACK, ms=_FIX, mew=0.0, label="fixes")
+    axes.plot(way[few, 1], way[few, 0], color=BLUE, linewidth=_STROKE, label="track")
+    for k in _moments(way, there):
+        _draw_ellipse(axes, way[k], track.sigma[k], BLUE)
     begin, end = way[there[0]], way[there[-1]]
     axes.plot(begin[1], begin[0], "o", color=BLACK, markersize=3.0, label="begin")
     axes.plot(end[1], end[0], "s", color=BLACK, markersize=3.0, label="end")
     if longest is not None:
         _draw_silences(axes, longest, origin)
     _fit(axes, way[there, :2])
-    write_legend(axes, "upper right", 1)
+    names(axes, 5)
 
 
 def _fit(axes: Axes, way: Floats) -> None:
     """Show all of a way, a metre north as long as one east."""
     low, high = way.min(axis=0), way.max(axis=0)
     middle = 0.5 * (low + high)
-    wide = (_WIDTH - _LEFT - _RIGHT) / _PATH
+    wide = INNER / _PATH
     half = 0.56 * max(high[0] - low[0], (high[1] - low[1]) / wide, 10.0)
     axes.set_ylim(middle[0] - half, middle[0] + half)
     axes.set_xlim(middle[1] - half * wide, middle[1] + half * wide)
@@ -257,10 +281,10 @@ def _moments(way: Floats, there: Integers) -> Integers:
     return found
 
 
-def _draw_ellipse(axes: Axes, place: Floats, sigma: Floats, colour: str, label: str) -> None:
-    north = place[0] + 3.0 * sigma[0] * np.sin(_ROUND)
-    east = place[1] + 3.0 * sigma[1] * np.cos(_ROUND)
-    axes.plot(east, north, color=colour, linewidth=0.6, label=label)
+def _draw_ellipse(axes: Axes, place: Floats, sigma: Floats, colour: str) -> None:
+    north = place[0] + SIGMAS * sigma[0] * np.sin(_ROUND)
+    east = place[1] + SIGMAS * sigma[1] * np.cos(_ROUND)
+    axes.plot(east, north, color=colour, linewidth=0.5)
 
 
 def _draw_silences(axes: Axes, longest: OutageErrors, origin: Floats) -> None:
@@ -269,91 +293,99 @@ def _draw_silences(axes: Axes, longest: OutageErrors, origin: Floats) -> None:
     guessed = truth + longest.errors[FILTER]
     for k in range(longest.n):
         own = longest.outage == k
-        name = "" if k else f"in outages of {longest.seconds:g} s"
+        name = "" if k else f"outages of {longest.seconds:g} s"
         axes.plot(guessed[own, 1], guessed[own, 0], color=VERMILION, lw=0.8, label=name)
         for ends in (guessed[own][-1], truth[own][-1]):
             axes.plot(ends[1], ends[0], "x", color=VERMILION, markersize=2.5, markeredgewidth=0.6)
-        _draw_ellipse(axes, guessed[own][-1], longest.sigma[own][-1], PURPLE, "")
+        _draw_ellipse(axes, guessed[own][-1], longest.sigma[own][-1], VERMILION)
 
 
-def _draw_speed(axes: Axes, track: Track, times: Floats) -> None:
-    few = thinned(track.n)
-    east_north = track.velocity[few, :2]
-    speed = np.hypot(*east_north.T)
-    band = 3.0 * np.hypot(*track.sigma[few, 3:5].T)
-    x = times[few]
-    axes.fill_between(x, np.maximum(speed - band, 0.0), speed + band, color=BLUE, alpha=0.25, lw=0)
-    axes.plot(x, speed, color=BLUE, linewidth=0.7)
-    axes.set_ylabel("speed [m/s]")
+def _draw_speed(panel: Axes, track: Track, times: Floats) -> None:
+    few = parts(track.n, COLUMNS)
+    speed = np.hypot(*track.velocity[few, :2].T)
+    sigma = np.hypot(*track.sigma[few, 3:5].T)
+    draw_known(panel, times[few], speed, sigma, BLUE, "± 2σ")
+    panel.set_ylim(bottom=0.0)
+    head(panel, "speed [m/s]")
 
 
-def _draw_sigma(axes: Axes, track: Track, times: Floats) -> None:
-    few = thinned(track.n)
-    sigma = track.sigma[few]
-    curves = (
-        ("position [m]", 3.0 * np.hypot(*sigma[:, :2].T), BLUE),
-        ("tilt [deg]", 3.0 * np.degrees(np.hypot(*sigma[:, 6:8].T)), VERMILION),
-        ("heading [deg]", 3.0 * np.degrees(sigma[:, 8]), GREEN),
-    )
-    for name, values, colour in curves:
-        axes.plot(times[few], values, "--", color=colour, linewidth=0.7, label=name)
-    axes.set_yscale("log")
-    axes.set_ylabel("3σ")
-    _make_room([axes])
-    write_legend(axes, "upper right", 3)
+def _draw_position_sigma(panel: Axes, track: Track, times: Floats) -> None:
+    few = parts(track.n, COLUMNS)
+    level = SIGMAS * np.hypot(*track.sigma[few, :2].T)
+    up = SIGMAS * track.sigma[few, 2]
+    panel.plot(times[few], level, color=BLUE, lw=_STROKE, label="level")
+    panel.plot(times[few], up, "--", color=VERMILION, lw=_STROKE, label="height")
+    _logarithmic(panel)
+    head(panel, "position, 2σ [m]")
+    names(panel)
 
 
-def _draw_nis(axes: Axes, track: Track, nis: Floats) -> None:
+def _draw_angle_sigma(panel: Axes, track: Track, times: Floats) -> None:
+    few = parts(track.n, COLUMNS)
+    sigma = SIGMAS * np.degrees(track.sigma[few, 6:9])
+    panel.plot(times[few], sigma[:, 2], color=BLUE, lw=_STROKE, label="heading")
+    tilt = np.hypot(*sigma[:, :2].T)
+    panel.plot(times[few], tilt, "--", color=VERMILION, lw=_STROKE, label="tilt")
+    _logarithmic(panel)
+    head(panel, "orientation, 2σ [deg]")
+    names(panel)
+
+
+def _logarithmic(panel: Axes) -> None:
+    """Make a scale logarithmic where something is drawn that has a place on it."""
+    drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in panel.lines])
+    drawn = drawn[np.isfinite(drawn) & (drawn > 0.0)]
+    if drawn.size:
+        panel.set_yscale("log")
+        panel.set_ylim(drawn.min() / 1.3, drawn.max() * 1.3)
+
+
+def _draw_nis(panel: Axes, track: Track, nis: Floats) -> None:
     _, length = time_unit(float(np.ptp(track.time)))
     times = (track.fixes[:, 0] - track.time[0]) / length
-    parts = (("position", BLUE), ("velocity", VERMILION))
-    for values, (name, colour) in zip(nis.T, parts, strict=True):
+    own = (("position", BLUE), ("velocity", VERMILION))
+    lows, highs = [], []
+    for values, (name, colour) in zip(nis.T, own, strict=True):
         there = np.isfinite(values) & (values > 0.0)
-        few = thinned(int(there.sum()))
-        x, y = times[there][few], values[there][few]
-        axes.plot(x, y, ".", color=colour, markersize=1.2, label=name)
-    axes.axhline(_USUAL, color=BLACK, linewidth=0.6)
-    axes.set_yscale("log")
-    axes.set_ylabel("NIS")
-    low, high = np.nanpercentile(nis[nis > 0.0], [1.0, 100.0])
-    axes.set_ylim(low, high)
-    _make_room([axes])
-    write_legend(axes, "upper right", 2)
+        if not there.any():
+            continue
+        drawn = band(values[there], COLUMNS // 4)
+        at = np.interp(drawn.middle, np.arange(int(there.sum())), times[there])
+        draw_scatter(panel, at, drawn, colour, name)
+        lows.append(drawn.low.min())
+        highs.append(drawn.high.max())
+    panel.axhline(_USUAL, color=BLACK, linewidth=0.6)
+    panel.set_yscale("log")
+    panel.set_ylim(min(lows) / 1.3, max(highs) * 1.3)
+    head(panel, "NIS")
+    names(panel)
 
 
-def _draw_gyro_bias(axes: Axes, track: Track, times: Floats) -> None:
+def _draw_gyro_bias(panel: Axes, track: Track, times: Floats) -> None:
     values, sigma = np.degrees(track.gyro_bias), np.degrees(track.sigma[:, 9:12])
-    _draw_bias(axes, track, times, values, sigma)
-    axes.set_ylabel("gyro bias [deg/s]")
+    _draw_bias(panel, track, times, values, sigma)
+    head(panel, "gyro's bias [deg/s]")
+    names(panel)
 
 
-def _draw_accel_bias(axes: Axes, track: Track, times: Floats) -> None:
-    _draw_bias(axes, track, times, track.accel_bias, track.sigma[:, 12:15])
-    axes.set_ylabel("accel bias [m/s²]")
+def _draw_accel_bias(panel: Axes, track: Track, times: Floats) -> None:
+    _draw_bias(panel, track, times, track.accel_bias, track.sigma[:, 12:15])
+    head(panel, "accelerometer's bias [m/s²]")
+    names(panel)
 
 
-def _draw_bias(axes: Axes, track: Track, times: Floats, values: Floats, sigma: Floats) -> None:
-    few = thinned(track.n)
+def _draw_bias(panel: Axes, track: Track, times: Floats, values: Floats, sigma: Floats) -> None:
+    few = parts(track.n, COLUMNS)
     for i, (name, colour) in enumerate(_AXES):
-        x, y, band = times[few], values[few, i], 3.0 * sigma[few, i]
-        axes.fill_between(x, y - band, y + band, color=colour, alpha=0.2, linewidth=0.0)
-        axes.plot(x, y, color=colour, linewidth=0.7, label=name)
+        draw_known(panel, times[few], values[few, i], sigma[few, i], colour, name)
     there = np.flatnonzero(track.navigating)
     if there.size:
         # Scaled to what is known after the first tenth.
-        late = slice(int(there[there.size // 10]), None)
-        low = float(np.nanmin((values - 3.0 * sigma)[late]))
-        high = float(np.nanmax((values + 3.0 * sigma)[late]))
-        room = max(high - low, 1e-9)
-        axes.set_ylim(low - 0.05 * room, high + 0.35 * room)
-    write_legend(axes, "upper right", 3)
-
-
-def _make_room(panels: list[Axes]) -> None:
-    """Leave the upper part of logarithmic panels for their legends."""
-    for axes in panels:
-        low, high = axes.get_ylim()
-        axes.set_ylim(low, high * (high / low) ** 0.25)
+        late = few[few >= there[there.size // 10]]
+        if late.size:
+            low = float(np.nanmin((values - SIGMAS * sigma)[late]))
+            high = float(np.nanmax((values + SIGMAS * sigma)[late]))
+            panel.set_ylim(*room(low, high))
 
 
 def _draw_each(axes: Axes, chosen: OutageErrors) -> None:

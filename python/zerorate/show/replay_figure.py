@@ -1,193 +1,218 @@
-"""The figure of a replay: a column of panels for each axis."""
+"""The figure of a replay: the raw rate, and under it the bias of each axis."""
 
 from __future__ import annotations
 
-import textwrap
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from zerorate.io.names import split_unit
+from zerorate.numerals import with_error
 from zerorate.run.replay import Replay
-from zerorate.run.replay.history import noise_units
-from zerorate.show.replay_panels import (
-    MEMORIES,
-    draw_allan,
-    draw_bias,
-    draw_gain,
-    draw_model,
-    draw_noise,
-    draw_rate,
-    draw_walk,
-    draw_white_noise,
-    length_of_means,
+from zerorate.show.replay_grid import plot_replay_grid
+from zerorate.show.replay_panels import length_of_means, means_at_rest, together
+from zerorate.show.scales import COLUMNS, band, limits
+from zerorate.show.stack import (
+    Stack,
+    draw_known,
+    draw_scatter,
+    head,
+    names,
+    over_time,
+    room,
+    shade,
+    spans_of,
 )
-from zerorate.show.scales import share_decades, share_heights, share_limits
 from zerorate.show.style import (
-    FONT,
-    MM,
-    Corner,
-    new_figure,
-    style_panels,
-    write_caption,
-    write_legend,
-    write_title,
+    AXIS_COLOURS,
+    BLACK,
+    ORANGE,
+    ROSE,
+    VERMILION,
+    time_unit,
+    write_in_middle,
 )
+from zerorate.types import Booleans, Floats
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Grid = np.ndarray[Any, np.dtype[np.object_]]
+_MOST_AXES: Final = 5
+"""Axes whose bias is shown: with the raw rate there are six panels."""
 
-_MOST_AXES: Final = 6
-"""Axes of the log that a figure has room for."""
+# Millimetres.
+_RATE, _BIAS = 19.0, 16.0
+_FEW: Final = 0.02
+"""Part of the columns that may lie beyond the panel of the raw rate, if they would flatten it."""
 
-# Millimetres. A layout engine would draw everything three times to find the same places.
-_COLUMN: Final = 60.0
-_HEIGHT: Final = 212.0
-_LEFT, _RIGHT, _TOP, _BOTTOM = 16.5, 4.0, 16.0, 21.0
-_BETWEEN_COLUMNS, _BETWEEN_ROWS = 13.0, 11.0
-_LABELS: Final = 10.2
-"""Of the left panels' scales, from the panel."""
+_WIDER: Final = 1.0
+"""How many times as far as the band reaches a dot may lie off it and still be shown."""
 
-_LOW: Final = 0.62
-"""Height of a panel with one line in it, over that of the others."""
-
-_HEIGHTS: Final = {True: (1.0, 1.0, _LOW, _LOW, 1.0), False: (1.0, _LOW, _LOW, 1.0, 1.0)}
-"""Of the rows, by whether the filter tunes itself."""
-
-_GREY: Final = {
-    "estimate": f"Grey: averaging times below {MEMORIES:g} filter time constants, where the "
-    "filtered curve shows smoothing, not a better sensor.",
-    "compensated": "Grey: averaging times above the filter's time constant, where the bias is "
-    "subtracted as it is learned: a lower curve there is no better sensor.",
-}
+_FLAT: Final = 5.0
+"""How many times as far as the others they must reach for that."""
 
 
-def plot_replay(replay: Replay) -> Figure:
-    """Return a figure with a column for each axis of the log, of the first six at most.
+def plot_replay(replay: Replay, everything: bool = False) -> Figure:
+    """Return the figure of a replay, a column of a page wide.
 
     Parameters
     ----------
     replay : Replay
-        With Allan deviations.
+        What to show.
+    everything : bool
+        All panels instead: also the noise, the gain or the drift that were learned, and Allan
+        deviations; a column for each axis, of the first six at most, two columns of a page wide.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Rows: raw rate and bias; then of a published method measurement noise, Kalman gain and the
-        ARMA coefficients; of "auto" the bias with two standard deviations, and the white noise and
-        the drift that were learned; last Allan deviations before and after. Motion is shaded, and
-        so is a stuck or saturated sensor. No global state of matplotlib is used. Up to three axes
-        are 180 mm wide at most, for a page.
+        Over one time axis: the raw rate of all axes, as wide as the middle 90 % of each pixel's
+        samples, and the bias of each of the first five, with two standard deviations to either
+        side and the means of the raw rate at rest. Motion is shaded, and so is a stuck or
+        saturated sensor. No global state of matplotlib is used.
 
     Raises
     ------
     ValueError
-        If the replay has no Allan deviations.
+        If everything is asked of a replay without Allan deviations.
     """
+    if everything:
+        return plot_replay_grid(replay)
     shown = min(replay.log.channels, _MOST_AXES)
-    width = _COLUMN * max(shown, 2)
-    figure = new_figure(width, _HEIGHT)
-    heights = _HEIGHTS[replay.method == "auto"]
-    grid = figure.subplots(
-        5, shown, squeeze=False, height_ratios=heights, gridspec_kw=_places(width, shown)
-    )
+    heights = [_RATE, *[_BIAS] * shown]
+    stack = Stack(_question(replay), _answer(replay, shown), _caption(replay, shown), heights)
+    unit, seconds = time_unit(replay.log.duration)
+    _draw_rates(stack.add(), replay, shown, seconds)
     for i in range(shown):
-        _draw_column(grid[:, i], replay, i)
-    _label(grid, replay)
-    _share(grid, replay)
-    style_panels(list(grid.ravel()))
-    write_title(figure, _title(replay, round(0.55 * width)))
-    write_caption(figure, _caption(replay, shown, round(0.83 * width)), FONT)
-    return figure
+        _draw_bias(stack.add(), replay, i, seconds)
+    last = max(replay.log.duration, 1.0 / replay.log.rate)
+    over_time(stack.panels, 0.0, last / seconds, unit)
+    meta = replay.log.meta
+    source = meta.get("sensor") or meta.get("source", "log")
+    return stack.finish(str(source), replay.log.rate, replay.log.duration)
 
 
-def _places(width: float, columns: int) -> dict[str, float]:
-    """Return the margins and the spaces between panels, in the units of a grid."""
-    panel_width = (width - _LEFT - _RIGHT - _BETWEEN_COLUMNS * (columns - 1)) / columns
-    panel_height = (_HEIGHT - _TOP - _BOTTOM - 4.0 * _BETWEEN_ROWS) / 5.0
-    return {
-        "left": _LEFT / width,
-        "right": 1.0 - _RIGHT / width,
-        "top": 1.0 - _TOP / _HEIGHT,
-        "bottom": _BOTTOM / _HEIGHT,
-        "wspace": _BETWEEN_COLUMNS / panel_width,
-        "hspace": _BETWEEN_ROWS / panel_height,
-    }
+def _question(replay: Replay) -> str:
+    if replay.output == "compensated":
+        return "What is the gyro's bias, and how well is it known?"
+    return f"What does {replay.method} make of the gyro's rate?"
 
 
-def _draw_column(column: Grid, replay: Replay, i: int) -> None:
-    published = (draw_rate, draw_noise, draw_gain, draw_model, draw_allan)
-    own = (draw_rate, draw_bias, draw_white_noise, draw_walk, draw_allan)
-    for axes, draw in zip(column, own if replay.method == "auto" else published, strict=True):
-        draw(axes, replay, i)
+def _answer(replay: Replay, shown: int) -> str:
+    """Return the bias of each axis at the end."""
+    bias, sigma = replay.history.bias[-1], replay.history.bias_sigma[-1]
+    known = replay.method == "auto"
+    each = [
+        f"{_short(replay, i)} {with_error(bias[i], sigma[i]) if known else f'{bias[i]:.4g}'}"
+        for i in range(shown)
+        if np.isfinite(bias[i])
+    ]
+    return f"At the end: {', '.join(each)} {replay.log.unit}." if each else "Nothing was learned."
 
 
-def _label(grid: Grid, replay: Replay) -> None:
-    """Name the scales at the left edge, and in the first column the lines of a panel."""
-    unit = replay.log.unit
-    if replay.method == "auto":
-        (white, _), (walk, _) = noise_units(unit)
-        between = (f"bias [{unit}]", f"white noise\n[{white}]", f"bias drift\n[{walk}]")
+def _draw_rates(panel: Axes, replay: Replay, shown: int, seconds: float) -> None:
+    lows, highs = [], []
+    for i in range(shown):
+        drawn = band(replay.log.data[:, i])
+        times = drawn.middle / replay.log.rate / seconds
+        draw_scatter(panel, times, drawn, _colour(i), _short(replay, i))
+        lows.append(drawn.low)
+        highs.append(drawn.high)
+    panel.set_ylim(*_cut(np.concatenate(lows), np.concatenate(highs)))
+    head(panel, f"raw rate [{replay.log.unit}]")
+    names(panel, shown)
+    if not np.isfinite(replay.log.data[:, :shown]).any():
+        write_in_middle(panel, "no sample")
+
+
+def _cut(low: Floats, high: Floats) -> tuple[float, float]:
+    """Return limits that hold all, but for a burst that would flatten the rest to a line."""
+    there = np.isfinite(low)
+    if not there.any():
+        return -1.0, 1.0
+    low, high = low[there], high[there]
+    least, most = np.quantile(low, _FEW), np.quantile(high, 1.0 - _FEW)
+    middle, half = 0.5 * (least + most), 0.5 * (most - least)
+    if max(middle - low.min(), high.max() - middle) > _FLAT * half > 0.0:
+        return room(float(least), float(most), 0.3)
+    return room(float(low.min()), float(high.max()))
+
+
+def _draw_bias(panel: Axes, replay: Replay, i: int, seconds: float) -> None:
+    history = replay.history
+    places = _evenly(replay)
+    times = history.samples[places] / replay.log.rate / seconds
+    bias, sigma = history.bias[places, i], history.bias_sigma[places, i]
+    tuned = replay.method == "auto"
+    if tuned:
+        draw_known(panel, times, bias, sigma, VERMILION, "bias ± 2σ")
     else:
-        between = (f"√R [{unit}]", "Kalman\ngain", "ARMA coefficients")
-    labels = (f"rate [{unit}]", *between, f"Allan deviation [{unit}]")
-    panel = grid[0, 0].get_position().width * grid[0, 0].figure.get_figwidth() / MM
-    for axes, label in zip(grid[:, 0], labels, strict=True):
-        axes.set_ylabel(label)
-        axes.yaxis.set_label_coords(-_LABELS / panel, 0.5)
-    several = (0, 1, 4) if replay.method == "auto" else (0, 3, 4)
-    places: tuple[Corner, ...] = ("upper right", "upper right", "lower left")
-    for row, place in zip(several, places, strict=True):
-        write_legend(grid[row, 0], place, 4)
+        drawn = band(replay.bias[:, i])
+        draw_scatter(panel, drawn.middle / replay.log.rate / seconds, drawn, VERMILION, "filtered")
+    centres, means = means_at_rest(replay, i)
+    panel.plot(centres / seconds, means, "o", color=BLACK, ms=1.3, mew=0.0, label="raw, at rest")
+    _shade(panel, replay, i, seconds)
+    late = slice(bias.size // 10, None)
+    half = 2.0 * sigma if tuned else np.zeros_like(sigma)
+    low, high = limits(np.concatenate(((bias - half)[late], (bias + half)[late])), 0.0, 0.0)
+    # Dots say less than the band: they may widen the scale, not flatten the band to a line.
+    near, span = together(means), high - low
+    low, high = (
+        min([low, *near[near > low - _WIDER * span]]),
+        max([high, *near[near < high + _WIDER * span]]),
+    )
+    panel.set_ylim(*room(low, high))
+    head(panel, f"{_name(replay, i)} [{replay.log.unit}]")
+    if i == 0:
+        names(panel, 2)
+    if not replay.ready[i]:
+        write_in_middle(panel, "no bias known")
 
 
-def _share(grid: Grid, replay: Replay) -> None:
-    """Give panels side by side the same scale where that helps to compare."""
+def _evenly(replay: Replay) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    samples = replay.history.samples
+    wanted = np.linspace(samples[-1] / COLUMNS, samples[-1], COLUMNS)
+    return np.unique(np.searchsorted(samples, wanted).clip(max=samples.size - 1))
+
+
+def _colour(i: int) -> str:
+    return (*AXIS_COLOURS, BLACK, ORANGE)[i]
+
+
+def _short(replay: Replay, i: int) -> str:
+    """Return what tells an axis from the others: "x" of "gyro_x"."""
+    name = split_unit(replay.log.names[i])[0]
+    return name.rpartition("_")[2] if replay.log.channels == 3 else name
+
+
+def _name(replay: Replay, i: int) -> str:
+    what = "bias of " if replay.output == "compensated" else ""
+    return f"{what}{split_unit(replay.log.names[i])[0]}"
+
+
+def _shade(panel: Axes, replay: Replay, i: int, seconds: float) -> None:
+    """Shade the times in motion, and those of a stuck or saturated sensor, behind all else."""
+    lost: Booleans = replay.lost[:, i]
+    scale = 1.0 / (replay.log.rate * seconds)
+    if replay.readings is not None:
+        begins, ends = spans_of(~(replay.readings.at_rest[:, i] | lost))
+        shade(panel, scale * begins, scale * ends)
+    begins, ends = spans_of(lost)
+    shade(panel, scale * begins, scale * ends, ROSE)
+
+
+def _caption(replay: Replay, shown: int) -> str:
+    said = ["Coloured above: the middle 90 % of the samples at a time, and their median."]
     if replay.method == "auto":
-        for row in grid[2:4]:
-            share_limits(row)
-            for axes in row[1:]:
-                axes.tick_params(labelleft=False)
-    else:
-        share_heights(grid[3])
-        for axes in grid[2, 1:]:
-            axes.tick_params(labelleft=False)
-    share_decades(grid[4])
-
-
-def _title(replay: Replay, letters: int) -> str:
-    """Return the log's name, its middle left out where it is too long, above the filter's."""
-    source = replay.log.meta.get("sensor") or Path(replay.log.meta.get("source", "log")).name
-    if len(source) > letters:
-        source = f"{source[: letters // 2]}…{source[-(letters // 2) :]}"
-    order = replay.params.get("order")
-    model = "" if order is None else f"ARMA({order[0]}, {order[1]}), "
-    return f"{source}\n{replay.method}, {model}{replay.log.n:,} samples at {replay.log.rate:.4g} Hz"
-
-
-def _caption(replay: Replay, shown: int, width: int) -> str:
-    """Return what a reader must know, in lines of at most so many letters."""
-    sentences = [_GREY[replay.output], _last_sentence(replay)]
-    if shown < replay.log.channels:
-        sentences[1] += f" Shown are the first {shown} of {replay.log.channels} axes."
-    return "\n".join(textwrap.fill(sentence, width) for sentence in sentences)
-
-
-def _last_sentence(replay: Replay) -> str:
-    lost = replay.lost
-    moved = replay.readings is not None and not (replay.readings.at_rest | lost).all()
-    if replay.method == "auto":
-        seconds = length_of_means(replay)
-        sentences = [f"Dots: means of {seconds:.2g} s, noisier than the bias. Band: ± 2σ."]
-    else:
-        sentences = ["Dotted: end of learning."]
-    if moved:
-        sentences.append(
-            "Grey or hatched over time: motion, or no rest seen yet; Allan deviations are of the "
-            "rest."
+        said.append(
+            f"Dots: means of {length_of_means(replay):.2g} s at rest, noisier than the bias."
         )
+    lost = replay.lost
+    if replay.readings is not None and not (replay.readings.at_rest | lost).all():
+        said.append("Grey: motion, or no rest seen yet.")
     if lost.any():
-        sentences.append("Shaded rose: the sensor was stuck or saturated.")
-    return " ".join(sentences)
+        said.append("Rose: stuck or saturated.")
+    if shown < replay.log.channels:
+        said.append(f"Shown are the first {shown} of {replay.log.channels} axes.")
+    return " ".join(said)

@@ -186,7 +186,7 @@ def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
         t / seconds, bias - 2.0 * sigma, bias + 2.0 * sigma, color=VERMILION, alpha=0.25, lw=0.0
     )
     axes.plot(t / seconds, bias, color=VERMILION, lw=0.8, label="bias ± 2σ")
-    times, means = _means_at_rest(replay, i)
+    times, means = means_at_rest(replay, i)
     look: Any = {"color": SKY, "lw": 0.0, "marker": "o", "ms": 1.8, "zorder": 1.5}
     axes.plot(times / seconds, means, label="raw, mean at rest", **look)
     # Hatched, as a colour would mix with that of the band.
@@ -194,7 +194,7 @@ def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
     late = t > t[-1] / 10.0
     axes.set_ylim(
-        *_holding(_together(means), (bias - 2.0 * sigma)[late], (bias + 2.0 * sigma)[late])
+        *_holding(together(means), (bias - 2.0 * sigma)[late], (bias + 2.0 * sigma)[late])
     )
     axes.set_xlabel(f"time [{unit}]")
     if not replay.ready[i]:
@@ -235,7 +235,7 @@ def _holding(*series: Floats) -> tuple[float, float]:
     return low, high + 0.3 * (high - low)
 
 
-def _together(values: Floats) -> Floats:
+def together(values: Floats) -> Floats:
     """Return the values without those so far from the others that these would be one line."""
     there = values[np.isfinite(values)]
     if there.size == 0:
@@ -257,7 +257,7 @@ def length_of_means(replay: Replay) -> float:
     return replay.log.n / replay.log.rate / min(_MEANS, replay.log.n)
 
 
-def _means_at_rest(replay: Replay, i: int) -> tuple[Floats, Floats]:
+def means_at_rest(replay: Replay, i: int) -> tuple[Floats, Floats]:
     """Return times, s, and means of the samples at rest in equal parts of the record."""
     z = replay.log.data[:, i]
     used = np.isfinite(z)

@@ -1,7 +1,7 @@
 """Limits and scales of panels, and long series cut down to what a panel can show."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,14 @@ Panels = np.ndarray[Any, np.dtype[np.object_]]
 BUCKETS: Final = 200
 """Parts of a series that a panel shows: about as many as it has room for."""
 
+COLUMNS: Final = 400
+"""Parts of a series across a panel a page's column wide: two pixels of its PNG each."""
+
 _TAIL: Final = 0.005
+_DRAWN: Final = 96
+"""Samples of a part of which quantiles are taken, evenly spread over it."""
+
+_EDGES: Final = (0.05, 0.95)
 
 
 def parts(n: int, count: int) -> npt.NDArray[np.intp]:
@@ -41,6 +48,38 @@ def outline(z: Floats, rate: float) -> tuple[Floats, Floats]:
         return np.arange(z.size) / rate, np.where(np.isfinite(z), z, np.nan)
     centre, least, most = spans(z, rate)
     return np.repeat(centre, 2), np.column_stack((least, most)).ravel()
+
+
+class Band(NamedTuple):
+    """A series (n,) as wide as it scatters: what lines over one another would hide.
+
+    Attributes
+    ----------
+    middle : ndarray, shape (m,)
+        Index of the middle of each part, whole or half.
+    low, median, high : ndarray, shape (m,)
+        Quantiles 5 %, 50 % and 95 % of each part; NaN where nothing is there.
+    """
+
+    middle: Floats
+    low: Floats
+    median: Floats
+    high: Floats
+
+
+def band(z: Floats, columns: int = COLUMNS) -> Band:
+    """Return the quantiles of each pixel's column of a series (n,); it is itself where short."""
+    starts = parts(z.size, columns)
+    lengths = np.append(starts[1:], z.size) - starts
+    drawn = min(_DRAWN, int(lengths.max(initial=1)))
+    chosen = z[starts[:, np.newaxis] + lengths[:, np.newaxis] * np.arange(drawn) // drawn]
+    # What is missing is last of its row, and not counted.
+    there = np.isfinite(chosen)
+    ordered = np.sort(np.where(there, chosen, np.nan), axis=1)
+    last = np.maximum(there.sum(axis=1) - 1, 0)
+    rows = np.arange(starts.size)
+    places = (np.rint(part * last).astype(np.intp) for part in (_EDGES[0], 0.5, _EDGES[1]))
+    return Band(starts + 0.5 * (lengths - 1), *(ordered[rows, place] for place in places))
 
 
 def limits(z: Floats, below: float = 0.1, above: float = 0.1) -> tuple[float, float]:

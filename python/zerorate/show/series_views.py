@@ -9,10 +9,8 @@ import numpy as np
 
 from zerorate.numerals import significant
 from zerorate.show.style import (
-    BLUE,
-    BLUE_TEXT,
-    ORANGE,
-    VERMILION,
+    AXIS_COLOURS,
+    BLACK,
     add_panel,
     new_figure,
     style_panels,
@@ -34,7 +32,7 @@ if TYPE_CHECKING:
 
 # Millimetres.
 _WIDTH, _PANEL, _LEFT, _BELOW, _ABOVE, _BETWEEN = 130.0, 28.0, 18.0, 10.0, 3.0, 5.0
-_COLOURS: Final = (BLUE, VERMILION, ORANGE, BLUE_TEXT)
+_COLOURS: Final = (*AXIS_COLOURS, BLACK)
 _MOST: Final = 4000
 """Points of a curve: more cannot be told apart."""
 _BAND: Final = ((-1.0, 0.05), (1.0, 0.95))

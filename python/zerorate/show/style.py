@@ -1,4 +1,4 @@
-"""The style of all figures: colours, sizes, ticks, legends, titles and captions; their files."""
+"""The one style of all figures: colours, sizes, ticks, legends, titles, captions; their files."""
 
 from __future__ import annotations
 
@@ -51,14 +51,25 @@ _TEXT_COLOURS: Final = {
     ROSE: PURPLE_TEXT,
 }
 
+AXIS_COLOURS: Final = (BLUE, VERMILION, GREEN)
+"""Of x, y and z, in whatever figure: a reader without red or green tells them apart."""
+
 AR_COLOURS: Final = (BLUE, SKY, GREEN)
 MA_COLOURS: Final = (VERMILION, ORANGE, PURPLE)
 
 MM: Final = 1.0 / 25.4
 """A millimetre in inches."""
 
+COLUMN: Final = 85.0
+"""Width of a column of a journal's page, mm: what is drawn so wide has letters of their size."""
+
 FONT: Final = 6.5
+SMALL: Final = 5.8
+"""Letters of captions, corners and ticks, points."""
+
+_DPI_OF_COLUMN: Final = 254
 DPI: Final = 200
+"""Pixels an inch of figures across two columns."""
 
 
 def time_unit(duration: float) -> tuple[str, float]:
@@ -92,7 +103,8 @@ def new_figure(width: float, height: float) -> Figure:
         from matplotlib.figure import Figure
     except ImportError:
         raise ImportError(extra_needed("matplotlib", "plot")) from None
-    figure = Figure(figsize=(width * MM, height * MM), dpi=DPI)
+    dpi = DPI if width > 1.2 * COLUMN else _DPI_OF_COLUMN
+    figure = Figure(figsize=(width * MM, height * MM), dpi=dpi)
     FigureCanvasAgg(figure)
     return figure
 
@@ -111,7 +123,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
         figure.savefig(path)
         return
     # Compressing as far as it goes takes longer than drawing, and gains little.
-    figure.savefig(path, dpi=DPI, pil_kwargs={"compress_level": 1})
+    figure.savefig(path, dpi=figure.dpi, pil_kwargs={"compress_level": 1})
 
 
 def add_panel(
@@ -143,6 +155,25 @@ def write_caption(figure: Figure, text: str, size: float = FONT - 0.5) -> None:
     figure.text(
         0.5, _parts(figure, 2.0), text, ha="center", va="bottom", size=size, color=GREY_TEXT
     )
+
+
+def write_corner(figure: Figure, source: str, rate: float, seconds: float) -> None:
+    """Write a recording's name, rate and span, as far as known, into the lower right corner."""
+    unit, length = time_unit(seconds)
+    known = [f"{rate:.4g} Hz"] if rate > 0.0 else []
+    known += [f"{seconds / length:.4g} {unit}"] if seconds > 0.0 else []
+    told = " · ".join([shortened(source), *known])
+    right = 1.0 - 1.5 * MM / figure.get_figwidth()
+    figure.text(
+        right, _parts(figure, 1.2), told, ha="right", va="bottom", size=SMALL, color=GREY_TEXT
+    )
+
+
+def shortened(source: str, most: int = 44) -> str:
+    """Return the last part of a path, its middle left out where it is too long."""
+    name = Path(source).name or source
+    half = most // 2
+    return name if len(name) <= most else f"{name[:half]}…{name[-half:]}"
 
 
 def write_in_middle(axes: Axes, text: str) -> None:
