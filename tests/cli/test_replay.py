@@ -317,3 +317,18 @@ class TestFaults:
         code, _, errors = cli(log, "-o", out, *options)
         assert code == 2
         check_line(errors, extra_needed(module, extra))
+
+
+def test_all_panels_of_the_figure(cli, log, out):
+    """The usual ones are a column of a page wide, all of them two."""
+    widths = []
+    for chosen in ("usual", "all"):
+        assert cli(log, "-o", out, "--only", "--force", "--figure", chosen)[0] == 0
+        (figure,) = out.glob("*.png")
+        # Where a PNG has its width.
+        widths.append(int.from_bytes(figure.read_bytes()[16:20]))
+    assert widths[0] == 850
+    assert widths[1] > 850
+    code, _, errors = cli(log, "-o", out, "--force", "--figure", "all", "--no-figure")
+    assert code == 2
+    assert "--figure all has no effect with --no-figure" in errors

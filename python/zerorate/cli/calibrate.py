@@ -24,12 +24,14 @@ from zerorate.cli.options import (
     AccelName,
     FigureFormat,
     FigureFormatOption,
+    FigurePanels,
     Force,
     GyroName,
     LogArgument,
     LogFormat,
     NoFigure,
     Output,
+    PanelsOption,
     Reading,
     parse_choices,
     with_options,
@@ -38,6 +40,7 @@ from zerorate.cli.options import (
 from zerorate.cli.outputs import (
     Destination,
     Outputs,
+    all_panels,
     check_outputs,
     preload_figure,
     print_written,
@@ -135,6 +138,7 @@ def calibrate(
         ),
     ] = None,
     figure_format: FigureFormatOption = None,
+    figure: PanelsOption = FigurePanels.usual,
     no_figure: NoFigure = False,
     force: Force = False,
     context: typer.Context,
@@ -155,6 +159,7 @@ def calibrate(
     old = None if compare is None else read_calibration(compare)
     own = {name: value for name, value in sensors._asdict().items() if value is not None}
     asked = {**choices, **own}
+    everything = all_panels(figure, not no_figure)
     suffixes = ["json", *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-calibration", suffixes)
     figures = []
@@ -175,7 +180,8 @@ def calibrate(
                 recording, alarms = checked(recording, fix, gyro, accel)
             with said_first(alarms):
                 calibration = _found(recording, sensors, asked, temperature, progress)
-            _written(files, calibration, sensors.of(recording), exports, progress)
+            plots = _plots(calibration, sensors.of(recording), everything)
+            _written(files, calibration, plots, exports, progress)
         print_title(one, first=one is found[0])
         print_alarms(() if _says_axes(calibration) else alarms)
         _print(calibration, sensors.of(recording), old)
@@ -277,16 +283,30 @@ def _texts(calibration: Calibration, export: Export) -> Sequence[str]:
     return (one[export](),)
 
 
-def _written(
-    files: Outputs, calibration: Calibration, recording: Recording, exports: Iterable[Export],
-    progress: Progress,
-) -> None:  # fmt: skip
-    """Write the numbers, what is exported, and the figures: the second is of the temperature."""
-    with as_usage():
-        texts = [text for export in exports for text in _texts(calibration, export)]
-    plots: list[Callable[[], Figure]] = [partial(calibration.plot, recording)]
+def _plots(
+    calibration: Calibration, recording: Recording, everything: bool
+) -> list[Callable[[], "Figure"]]:
+    """Return what draws the figures: the second is of the temperature."""
+    from zerorate.show import plot_calibration
+
+    plots: list[Callable[[], Figure]] = [
+        partial(plot_calibration, calibration, recording, everything)
+    ]
     if calibration.temperature_model is not None:
         plots.append(calibration.temperature_model.plot)
+    return plots
+
+
+def _written(
+    files: Outputs,
+    calibration: Calibration,
+    plots: Iterable[Callable[[], "Figure"]],
+    exports: Iterable[Export],
+    progress: Progress,
+) -> None:
+    """Write the numbers, what is exported, and the figures."""
+    with as_usage():
+        texts = [text for export in exports for text in _texts(calibration, export)]
     writers = map(text_writer, (calibration.to_json(), *texts))
     files.write([*writers], [partial(_draw, plot) for plot in plots], progress, 0.7)
 

@@ -45,7 +45,7 @@ def demo(
         names = tuple(f"gyro_{axis}_dps" for axis in AXES)
         meta = {"source": f"simulated {gyro.name}", "sensor": f"simulated {gyro.name}"}
         log = Log(np.arange(len(signal)) / rate, rate, signal, names, "deg/s", meta)
-        result = in_memory(log, progress, truth=truth)
+        result = in_memory(log, progress, truth=truth, allan=False)
         write(outputs, result, progress)
     print(f"{gyro.name}, simulated at rest: {duration:g} s at {rate:g} Hz, seed {seed}\n")
     print_result(result, outputs)
@@ -60,8 +60,8 @@ def _told(result: Replay, outputs: Outputs) -> str:
         f"What you see: the simulated gyro has a bias of up to {max(biases):.2g} deg/s. The method "
         f"{result.method} found it to within {max(errors):.2g} deg/s (RMS, the column 'true "
         "error').",
-        f"Look at {outputs.figures[0]}: raw samples and bias on top, the bias with its uncertainty "
-        "below, then the noise as it was learned.",
+        f"Look at {outputs.figures[0]}: raw samples on top, below the bias of each axis with its "
+        "uncertainty.",
         f"{outputs.log} is the filtered log: raw minus bias, with the bias beside it.",
         "Next: zerorate replay LOG does the same with a log of yours.",
     )

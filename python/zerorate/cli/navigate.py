@@ -25,12 +25,14 @@ from zerorate.cli.options import (
     CalibrationOption,
     FigureFormat,
     FigureFormatOption,
+    FigurePanels,
     Force,
     LogArgument,
     LogFormat,
     LogFormatOption,
     NoFigure,
     Output,
+    PanelsOption,
     Reading,
     with_options,
     with_reading_options,
@@ -38,6 +40,7 @@ from zerorate.cli.options import (
 from zerorate.cli.outputs import (
     Destination,
     Outputs,
+    all_panels,
     check_outputs,
     preload_figure,
     print_written,
@@ -215,6 +218,7 @@ def navigate(
     fix: Fix = False,
     format: LogFormatOption = None,
     figure_format: FigureFormatOption = None,
+    figure: PanelsOption = FigurePanels.usual,
     no_figure: NoFigure = False,
     force: Force = False,
 ) -> None:
@@ -243,6 +247,7 @@ def navigate(
         speed=None if wheel_speed is None else (log, wheel_speed),
     )
     known = None if calibration is None else read_calibration(calibration)
+    everything = all_panels(figure, not no_figure)
     suffixes = [*LogFormat, *_MAPS, *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-navigate", suffixes)
     shape = (format, None if no_figure else figure_format, not no_figure, force)
@@ -260,7 +265,7 @@ def navigate(
             alarms += tuple(asked.alarms(checks))
         with said_first(alarms), naming(recording):
             found = in_background(lambda: asked.navigated(corrected, fixes, checks, progress))
-        _write(files, found, progress)
+        _write(files, found, everything, progress)
     print_alarms(alarms)
     print(found.text())
     print_written(files.paths)
@@ -538,7 +543,7 @@ def _part(progress: Progress, first: float, last: float) -> Progress:
     return lambda step, done: progress(step, first + (last - first) * done)
 
 
-def _write(outputs: Outputs, found: _Found, progress: Progress) -> None:
+def _write(outputs: Outputs, found: _Found, everything: bool, progress: Progress) -> None:
     from zerorate.show import plot_track, save_figure
 
     track = found.track
@@ -550,6 +555,6 @@ def _write(outputs: Outputs, found: _Found, progress: Progress) -> None:
     ]
 
     def draw(path: Path) -> None:
-        save_figure(plot_track(track, found.outages, found.nis), path)
+        save_figure(plot_track(track, found.outages, found.nis, everything), path)
 
     outputs.write(writers, draw, progress, done=0.8)

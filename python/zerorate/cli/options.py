@@ -70,6 +70,13 @@ class FigureFormat(StrEnum):
     pdf = "pdf"
 
 
+class FigurePanels(StrEnum):
+    """How much of a result its figure shows."""
+
+    usual = "usual"
+    all = "all"
+
+
 class FrameName(StrEnum):
     """Axes of the earth."""
 
@@ -107,6 +114,14 @@ FigureFormatOption: TypeAlias = Annotated[
 ]
 NoFigure: TypeAlias = Annotated[
     bool, typer.Option("--no-figure", help="Draw no figure.", rich_help_panel=OUTPUT)
+]
+PanelsOption: TypeAlias = Annotated[
+    FigurePanels,
+    typer.Option(
+        "--figure",
+        help="Panels of the figure: the usual ones, six at most, or all.",
+        rich_help_panel=OUTPUT,
+    ),
 ]
 GyroName: TypeAlias = Annotated[
     str | None,

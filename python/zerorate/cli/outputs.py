@@ -13,7 +13,7 @@ from threading import Thread
 from typing import Final, Self, TypeAlias, TypeVar
 
 from zerorate.cli.errors import UsageFault, as_usage, require, writing
-from zerorate.cli.options import FigureFormat, LogFormat
+from zerorate.cli.options import FigureFormat, FigurePanels, LogFormat
 from zerorate.io import atomic_path, check_writable
 from zerorate.io.atomic import sweep
 from zerorate.io.formats import FORMATS
@@ -127,6 +127,15 @@ def together(paths: Sequence[Path], force: bool) -> Iterator[list[Path]]:
     with ExitStack() as stack:
         # Left in reverse order, so the first file is the last to appear.
         yield [stack.enter_context(atomic_path(path, force)) for path in paths]
+
+
+def all_panels(panels: FigurePanels, draws: bool) -> bool:
+    """Return whether a figure has all its panels; a usage fault where none is drawn."""
+    if panels is FigurePanels.usual:
+        return False
+    if not draws:
+        raise UsageFault("--figure all has no effect with --no-figure")
+    return True
 
 
 def print_written(paths: Sequence[Path]) -> None:

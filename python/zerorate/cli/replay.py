@@ -33,6 +33,7 @@ from zerorate.cli.options import (
     PANEL,
     FigureFormat,
     FigureFormatOption,
+    FigurePanels,
     Force,
     LogArgument,
     LogFormat,
@@ -40,6 +41,7 @@ from zerorate.cli.options import (
     NoAccel,
     NoFigure,
     Output,
+    PanelsOption,
     Reading,
     check_filter_options,
     flag,
@@ -50,6 +52,7 @@ from zerorate.cli.options import (
 from zerorate.cli.outputs import (
     Destination,
     Outputs,
+    all_panels,
     check_outputs,
     make_folders,
     print_written,
@@ -79,6 +82,7 @@ def replay(
     output: Output = ".",
     format: LogFormatOption = None,
     figure_format: FigureFormatOption = None,
+    figure: PanelsOption = FigurePanels.usual,
     no_figure: NoFigure = False,
     only: Annotated[
         bool,
@@ -139,6 +143,8 @@ def replay(
     asked_of_array = ArrayOptions.of(rotations, weights, fusion)
     if array:
         refuse_with_array(options, only=only, calibration=calibration, no_accel=no_accel)
+        if figure is FigurePanels.all:
+            raise UsageFault("--figure all has no effect on --array")
     elif asked_of_array.given:
         raise UsageFault(f"only --array takes {asked_of_array.given}")
     method = options["method"]
@@ -146,6 +152,7 @@ def replay(
     check_filter_options(options, methods)
     given = {name: value for name, value in options.items() if name != "method"}
     known = None if calibration is None else read_calibration(calibration)
+    everything = all_panels(figure, not no_figure)
     place = place_of(output, log.stem, not no_figure)
     shape = (format, figure_format, not no_figure, force)
     found = records(log, reading.group_by)
@@ -166,7 +173,10 @@ def replay(
                 **with_limits(given, methods, recording.header.unit),
             }
             with said_first(alarms):
-                result = _replayed(recording, files, not no_figure, progress, asked)
+                if no_figure:
+                    result = _into_file(recording, files.log, files.force, progress, asked)
+                else:
+                    result = _drawn(recording, files, everything, progress, asked)
         print_title(one, first=one is found[0])
         print_alarms(alarms)
         print_result(result, files)
@@ -201,22 +211,20 @@ def in_memory(log: Log, progress: Progress, **asked: Any) -> Replay:  # noqa: AN
         return run_replay(log, progress=progress, **asked)
 
 
-def _replayed(
+def _drawn(
     recording: LogFile,
     files: Outputs,
-    draws: bool,
+    everything: bool,
     progress: Progress,
     asked: Mapping[str, Any],
 ) -> Summary:
-    """Write the files of one record and return the rest, or raise a fault."""
-    if not draws:
-        return _into_file(recording, files.log, files.force, progress, asked)
+    """Write the files of one record, a figure among them, and return the rest, or raise a fault."""
     accel = asked["accel"]
     with read_faults():
         whole = recording.log()
         own = None if accel is None else accel.log()
-    result = in_memory(whole, progress, **{**asked, "accel": own})
-    write(files, result, progress)
+    result = in_memory(whole, progress, **{**asked, "accel": own, "allan": everything})
+    write(files, result, progress, everything)
     return result
 
 
@@ -262,12 +270,12 @@ def place_of(output: str, stem: str, figure: bool) -> Destination:
     return Destination.of(output, f"{stem}-zerorate", suffixes)
 
 
-def write(outputs: Outputs, result: Replay, progress: Progress) -> None:
+def write(outputs: Outputs, result: Replay, progress: Progress, everything: bool = False) -> None:
     """Write the filtered log and the figure."""
     from zerorate.show import plot_replay, save_figure
 
     outputs.write(
         [partial(write_log, result.filtered_log, beside=result.beside)],
-        lambda path: save_figure(plot_replay(result), path),
+        lambda path: save_figure(plot_replay(result, everything), path),
         progress,
     )
