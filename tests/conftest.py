@@ -13,6 +13,9 @@ from hypothesis import HealthCheck, settings
 # Programs that tests start compile the package once, not each anew, whatever they inherit.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
+# What is printed is as wide as without a terminal, wherever tests run.
+os.environ["COLUMNS"] = "100"
+
 # What `nohup` or a script's `&` ignores, programs would ignore as well; what is caught is theirs
 # again. The tests themselves go on, as was asked for.
 for number in (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", None)):

@@ -1,6 +1,32 @@
-"""Texts that come from outside, such as names of files, and what to say of an absent package."""
+"""Texts from outside, such as names of files; absent packages; how wide a line of text may be."""
 
-__all__ = ["extra_needed", "one_line", "printable"]
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Final
+
+__all__ = ["WIDTH", "extra_needed", "one_line", "printable", "width", "within"]
+
+WIDTH: Final = 100
+"""Most letters in a line, unless `within` says otherwise."""
+
+_LEAST: Final = 60
+_WIDTH: ContextVar[int] = ContextVar("width", default=WIDTH)
+
+
+def width() -> int:
+    """Return how many letters a line of a table may have."""
+    return _WIDTH.get()
+
+
+@contextmanager
+def within(letters: int) -> Iterator[None]:
+    """Let lines of tables have so many letters, 60 at least."""
+    before = _WIDTH.set(max(letters, _LEAST))
+    try:
+        yield
+    finally:
+        _WIDTH.reset(before)
 
 
 def printable(text: str) -> str:

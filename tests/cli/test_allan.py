@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import zerorate as zr
-from support.commands import names, one_line
+from support.commands import check_line, names, one_line
 from support.logs import write_table
 from zerorate import Log, NoiseModel, write_log
 from zerorate.cli.allan import Export
@@ -89,7 +89,7 @@ class TestTable:
         assert ("no model to fit" in one_line(text)) == (kind in ("theo1", "pdev"))
 
     def test_an_unknown_unit_is_that_of_the_samples(self, cli, tmp_path, out):
-        np.save(tmp_path / "run.npy", signal(2000, 2))
+        np.save(tmp_path / "run.npy", signal(2200, 2))
         given = (tmp_path / "run.npy", "--rate", RATE, "-o", out, "--no-figure")
         code, text, _ = cli(*given, "--export", "json")
         assert code == 0
@@ -171,8 +171,31 @@ class TestFiles:
             np.testing.assert_array_equal(found["tau_s"], curve.taus)
             assert list(found["axis"][:3]) == list(curve.names)
 
+    def test_what_is_doubted_is_not_exported_unless_forced(self, cli, tmp_path, out):
+        z = signal(3000)
+        z[1500:1700] += 0.5
+        table = {f"gyro_{x}_radps": z[:, i] for i, x in enumerate("xyz")}
+        path = write_table(tmp_path / "run.csv", table)
+        asked = (path, "-o", out, "--no-figure", "--export", "kalibr,px4,json")
+        code, text, errors = cli(*asked)
+        assert (code, names(out)) == (1, [f"{STEM}.csv"])
+        assert text.startswith("gyro: overlapping Allan deviation")
+        check_line(errors, f"{path}: no export to kalibr, px4, json: gyro_x_radps: looks as if it")
+        assert "record the sensor at rest" in errors
+        assert "--force writes the numbers with this warning" in errors
+        assert cli(*asked, "--force")[::2] == (0, "")
+        assert "# WARNING: gyro_x_radps: looks" in (out / f"{STEM}-kalibr.yaml").read_text()
+        assert "looks as if it moved" in (out / f"{STEM}-models.json").read_text()
+
+    def test_without_a_gyro_there_is_no_export(self, cli, tmp_path, out):
+        path = write_table(tmp_path / "run.csv", {"accel_x_g": signal(2200)[:, 0]})
+        code, _, errors = cli(path, "-o", out, "--no-figure", "--export", "kalibr")
+        assert (code, names(out)) == (1, [f"{STEM}.csv"])
+        check_line(errors, f"{path}: no export to kalibr: it needs a model of a gyro")
+
     def test_exports_hold_the_worst_axis_of_each_kind(self, cli, log, out):
-        code, text, _ = cli(log, "-o", out, "--no-figure", "--export", "kalibr,vins,orbslam3,px4")
+        options = ("--no-figure", "--force", "--export", "kalibr,vins,orbslam3,px4")
+        code, text, _ = cli(log, "-o", out, *options)
         assert code == 0
         gyros, accelerometers = read_sensors(log)
         worst = [zr.noise.worst_axis(zr.allan(one).fit()) for one in (gyros, accelerometers)]
@@ -206,7 +229,7 @@ class TestFiles:
         for sensor, topic in (("/imu/data", "/imu/data"), ("ADIS", "/imu0")):
             named = Log(time, RATE, z, ["gx"], "rad/s", {"sensor": sensor})
             found = characterise(named, second_opinion=False)
-            text = export_text(Export.kalibr, [found], inflate=1.0, per_sample=False)
+            text = export_text(Export.kalibr, [found], inflate=1.0, per_sample=False, force=True)
             assert yaml.safe_load(text)["rostopic"] == topic
 
     def test_models_of_every_axis(self, cli, log, out):
@@ -276,11 +299,6 @@ DATA = {
     "other rate": ({"gyro_x_dps": np.ones(100)}, ("--rate", 5), "stated as 5 Hz"),
     "unit of none": ({"gyro_x_dps": np.ones(100)}, ("--unit", "g"), "no column holds an accel"),
     "other unit": ({"gyro_x_dps": np.ones(100)}, ("--unit", "rad/s"), "is in deg/s"),
-    "no gyro to export": (
-        {"accel_x_g": signal(1000)[:, 0]},
-        ("--export", "kalibr"),
-        "--export kalibr needs a model of a gyro",
-    ),
 }
 
 

@@ -12,6 +12,7 @@ from support.commands import check_line, names, one_line
 from support.logs import write_table
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate import read_recording
+from zerorate.simulation.session import GyroErrors
 
 EXACT = {"rtol": 1e-10, "atol": 1e-10}
 
@@ -226,7 +227,10 @@ class TestCalibrate:
         assert "end of the gyro's range" in text
 
     def test_the_temperature_of_the_same_log(self, cli, tmp_path, out, turns):
-        session = zr.simulation.simulate_session(14, seed=3, rest=4.0, temperature=(20.0, 32.0))
+        slope = GyroErrors(temperature=np.radians([[0.2, -0.1, 0.15]]))
+        session = zr.simulation.simulate_session(
+            14, seed=3, rest=4.0, temperature=(20.0, 32.0), gyro=slope
+        )
         log = write_imu(tmp_path / "warm.csv", session.recording)
         code, text, _ = cli(log, "-o", out, "--temperature", "--export", "px4")
         assert code == 0

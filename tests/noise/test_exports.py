@@ -3,17 +3,28 @@
 import functools
 import json
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zerorate.noise import Coefficient, FittedModel, Markov, NoiseModel, Sinusoid
+import zerorate as zr
+from zerorate.noise import (
+    Coefficient,
+    FittedModel,
+    Markov,
+    NoiseModel,
+    Sinusoid,
+    worst_axis,
+)
 from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_ros, to_vins
 
 BOUNDED = Coefficient(0.0, identifiable=False, upper_bound=4e-6)
-GYRO = NoiseModel(Coefficient(2e-4, 1e-5), 3e-5, BOUNDED)
+GYRO = NoiseModel(Coefficient(2e-4, 1e-5), 3e-5, 4e-6)
+SHORT = NoiseModel(Coefficient(2e-4, 1e-5), 3e-5, BOUNDED)
 ACCELEROMETER = NoiseModel(1e-3, 1e-4, 5e-5, quantity="acceleration")
 RATE = 400.0
 # Six digits are written.
@@ -116,14 +127,63 @@ def test_ros_takes_the_variance_of_one_message():
 
 
 @WITH_WALK
-def test_what_is_not_identifiable_is_exported_as_its_bound_and_said_so(export):
-    text = export(GYRO, accelerometer=ACCELEROMETER, rate=RATE)
-    assert text.count("upper bound, the record does not determine it") == 1
+def test_what_is_not_identifiable_is_left_out_unless_forced(export):
+    plain, forced = (
+        export(SHORT, accelerometer=ACCELEROMETER, rate=RATE, force=force)
+        for force in (False, True)
+    )
+    assert plain.count("the record does not determine it, so not written; record ten hours") == 1
+    assert "upper bound," not in plain
+    assert forced.count("upper bound, the record does not determine it") == 1
     given = NoiseModel(1e-4, rate_random_walk=0.0)
     given_zero = export(given, accelerometer=ACCELEROMETER, rate=RATE)
     assert "upper bound" not in given_zero
     assert "unknown" not in given_zero
     assert "0.00000e+00" in given_zero
+
+
+@ALL
+def test_nothing_is_exported_of_a_record_that_determines_nothing(export):
+    nothing = NoiseModel(BOUNDED, rate_random_walk=BOUNDED)
+    with pytest.raises(ValueError, match="determines none of the numbers: record the sensor at"):
+        export(nothing, rate=RATE)
+    assert "upper bound" in export(nothing, rate=RATE, force=True)
+
+
+@ALL
+@pytest.mark.parametrize("doubted", ["gyro", "accelerometer"])
+def test_a_doubt_is_refused_or_stands_in_the_file(export, tmp_path, doubted):
+    doubt = "gyro_x: looks as if it moved"
+    gyro, accelerometer = (
+        replace(model, doubt=doubt if name == doubted else "")
+        for name, model in (("gyro", GYRO), ("accelerometer", ACCELEROMETER))
+    )
+    given = {"accelerometer": accelerometer, "rate": RATE}
+    with pytest.raises(ValueError, match=f"^{doubt}: record the sensor at rest, .*; force=True"):
+        export(gyro, tmp_path / "file", **given)
+    assert not (tmp_path / "file").exists()
+    assert f"# WARNING: {doubt}\n" in export(gyro, **given, force=True)
+
+
+def test_a_record_in_motion_or_too_short_has_a_doubt():
+    z, _ = zr.simulate(NoiseModel(angle_random_walk=1e-4), 100.0, 60.0, seed=1)
+    turning = z + 0.5 * np.sin(np.arange(6000) / 100.0)
+    moved = z.copy()
+    moved[3000:3300] += 0.5
+    asked = {"rate": 100.0, "unit": "rad/s"}
+    assert zr.allan(z, **asked).fit().doubt == zr.noise.whittle(z, **asked).doubt == ""
+    for record, words in (
+        (turning, "all the time"),
+        (moved, "at 30 s"),
+        (z[:2000], "20 s are too"),
+    ):
+        model = zr.allan(record, **asked).fit()
+        assert words in model.doubt
+        assert words in zr.noise.whittle(record, **asked).doubt
+        assert FittedModel.from_json(model.to_json()) == model
+        assert worst_axis([zr.allan(z, **asked).fit(), model]).doubt == model.doubt
+        with pytest.raises(ValueError, match="record the sensor at rest"):
+            model.to_kalibr()
 
 
 @ALL
@@ -276,10 +336,10 @@ def test_json_keeps_how_well_a_model_fits():
 
 def test_json_from_a_file(tmp_path):
     path = tmp_path / "model.json"
-    GYRO.to_json(path)
+    SHORT.to_json(path)
     for source in (path, str(path)):
         again = NoiseModel.from_json(source)
-        assert again == GYRO
+        assert again == SHORT
         assert again.rate_random_walk.upper_bound == 4e-6
         assert not again.rate_random_walk.identifiable
 
@@ -297,7 +357,7 @@ def test_json_names_its_units():
 
 
 def changed(*path, to):
-    content = json.loads(GYRO.to_json())
+    content = json.loads(SHORT.to_json())
     inner = content
     for key in path[:-1]:
         inner = inner[key]

@@ -172,7 +172,9 @@ def test_any_model_has_finite_curves_of_the_taus_shape(n, b, k, r, q, amplitude,
         assert np.all(np.isfinite(deviation) & (deviation >= 0.0))
 
 
-@pytest.mark.parametrize("field", [f.name for f in dataclasses.fields(NoiseModel)])
+@pytest.mark.parametrize(
+    "field", [f.name for f in dataclasses.fields(NoiseModel) if f.name != "doubt"]
+)
 @pytest.mark.parametrize("value", [math.nan, math.inf, "much"])
 def test_coefficients_are_finite_numbers(field, value):
     with pytest.raises(ValueError, match=f"{field} must be"):

@@ -8,6 +8,7 @@ import pytest
 import zerorate as zr
 from zerorate.cli import run
 from zerorate.io import LogError, LogFile, open_imu, read_recording
+from zerorate.live import LineStream
 from zerorate.run.batch import Settings, run_batch
 from zerorate.run.replay import replay, replay_to_file
 from zerorate.run.replay.motion import motion_of
@@ -120,3 +121,57 @@ def test_without_one_nothing_is_said(tmp_path, capsys):
     path = write(tmp_path / "imu.parquet", with_accel=False)
     assert run(["replay", str(path), "-o", f"{tmp_path}/out/", "--no-figure", "--only"]) == 0
     assert "accelerometer" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("shown", [True, False], ids=["with accelerometer", "gyro alone"])
+@pytest.mark.parametrize("method", ["auto", "robust", "kf"])
+def test_live_and_replay_give_the_same_numbers(tmp_path, shown, method):
+    """What README promises: to the last bit, sample by sample, line by line and from a log."""
+    t, gyro, accel = turned()
+    gyro[4000:4003], accel[9000:9002] = np.nan, np.nan
+    columns = {"t_s": t}
+    columns |= dict(zip([f"{name}_dps" for name in GYRO], gyro.T, strict=True))
+    columns |= dict(zip([f"{name}_g" for name in ACCEL], accel.T, strict=True))
+    pq.write_table(pa.table(columns), tmp_path / "imu.parquet")
+    limits = {"rest_limit": 3.0, "bias_limit": 20.0} if method == "auto" else {}
+    held = {} if method == "auto" else {"motion": "hold"}
+    imu = read_recording(tmp_path / "imu.parquet")
+    log = replay(imu if shown else imu.gyro, methods=[method], **limits, **held).filtered_log
+
+    filter_ = zr.DriftFilter(RATE, channels=3, method=method, **limits, **held)
+    motion = zr.noise.MotionDetector(RATE)
+    rates = []
+    for rate, force in zip(gyro, accel, strict=True):
+        moving = motion.update(force) and shown
+        rates.append(filter_.update(rate, moving=moving))
+    np.testing.assert_array_equal(rates, log.data)
+
+    accels = None if shown else ()
+    stream = LineStream(zr.live.Settings(RATE, method=method, accel_columns=accels, **held))
+    answers = [stream.take(",".join(columns))]
+    rows = np.column_stack((t, gyro, accel)).tolist()
+    for i, row in enumerate(rows):
+        if i == 7000:
+            stream = LineStream.from_bytes(stream.to_bytes(), stream.settings)
+        answers.append(stream.take(",".join(map(repr, row))))
+    numbers = np.array([[float(cell) for cell in line.split(",")] for line in answers[1:]])
+    np.testing.assert_array_equal(numbers[:, 1:4], log.data)
+    assert ("told of motion by accel_x_g, accel_y_g, accel_z_g" in stream.opening) == shown
+
+
+def test_a_stream_is_told_of_its_accelerometer(capsys, tmp_path):
+    """By position where no line names it, by another name, and not at all."""
+    lines = tmp_path / "lines.txt"
+    lines.write_text("0.1,0.2,0.3,0,0,1\n" * 3)
+    asked = ["stream", str(lines), "--rate", "100", "--columns", "0,1,2"]
+    assert run([*asked, "--accel-columns", "3,4,5"]) == 0
+    assert "told of motion by column 3, column 4, column 5" in capsys.readouterr().err
+    faults = {
+        ("--accel-columns", "3,4"): "--accel-columns takes three columns, got 2",
+        ("--accel-columns", "2,3,4"): "--accel-columns names a column of a gyro or of the",
+        ("--accel-columns", "3,4,5", "--no-accel"): "give either --accel-columns or --no-accel",
+        ("--attitude", "--no-accel"): "--no-accel has no effect with --attitude",
+    }
+    for options, words in faults.items():
+        assert run([*asked, *options]) in (1, 2)
+        assert words in capsys.readouterr().err

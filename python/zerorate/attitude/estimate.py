@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +16,15 @@ from zerorate.calibration.calibration import Calibration
 from zerorate.faults import ArgumentError
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.geometry.rotations import euler_angles
-from zerorate.io import Log, Recording
+from zerorate.io import Log, LogError, Poses, Recording
 from zerorate.io.samples import Samples
 from zerorate.io.table import FORWARD_RIGHT_DOWN
-from zerorate.metrics.orientation import OrientationErrors, orientation_errors
+from zerorate.metrics.orientation import (
+    Heading,
+    OrientationErrors,
+    heading_offset,
+    orientation_errors,
+)
 from zerorate.progress import Progress, silent
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
@@ -82,6 +87,8 @@ class AttitudeEstimate(Result):
         Name of the recording.
     notes : tuple of str
         Sentences on the recording, and on what was assumed.
+    own_north : bool
+        Whether the north of the reference is its own, as a camera's, so that headings are aligned.
     """
 
     time: Floats
@@ -104,6 +111,7 @@ class AttitudeEstimate(Result):
     reference: Floats | None = None
     source: str = "the recording"
     notes: tuple[str, ...] = ()
+    own_north: bool = False
 
     @property
     def n(self) -> int:
@@ -138,15 +146,18 @@ class AttitudeEstimate(Result):
         last: Floats = self.gyro_matrix_sigmas[-1]
         return last
 
-    def errors(self, where: npt.ArrayLike | None = None) -> OrientationErrors:
-        """Return the errors against the reference of the recording.
-
-        Without a magnetometer the heading is relative to that of the first sample judged.
+    def errors(
+        self, where: npt.ArrayLike | None = None, heading: Heading | None = None
+    ) -> OrientationErrors:
+        """Return the errors against the reference.
 
         Parameters
         ----------
         where : array_like of bool, shape (n,), optional
             The samples that count, ``~estimate.at_rest`` for those in motion; by default all.
+        heading : {"absolute", "relative", "aligned"}, optional
+            As of `zerorate.metrics.orientation_errors`. Default "relative" without a magnetometer,
+            "aligned" for a reference from a file, whose north is its own, else "absolute".
 
         Raises
         ------
@@ -157,8 +168,32 @@ class AttitudeEstimate(Result):
             raise ValueError(
                 "there are no errors: the recording has no orientation to compare with"
             )
-        heading: Literal["absolute", "relative"] = "absolute" if self.mag else "relative"
-        return orientation_errors(self.quaternion, self.reference, where=where, heading=heading)
+        return orientation_errors(
+            self.quaternion, self.reference, where=where, heading=heading or self.compared_heading
+        )
+
+    @property
+    def compared_heading(self) -> Heading:
+        """How `errors` takes the heading by default."""
+        if not self.mag:
+            return "relative"
+        return "aligned" if self.own_north else "absolute"
+
+    def heading_offset(self) -> float:
+        """Return the angle about the vertical between estimate and reference, rad.
+
+        Raises
+        ------
+        ValueError
+            As of `errors`.
+        """
+        if self.reference is None:
+            raise ValueError("there is no offset: the recording has no orientation to compare with")
+        return heading_offset(self.quaternion, self.reference)
+
+    def poses(self) -> Poses:
+        """Return the orientations as poses in the frame, at the origin: `Poses.to_tum` for evo."""
+        return Poses(self.time, np.zeros((self.n, 3)), self.quaternion, self.source)
 
     def to_log(self) -> tuple[Log, dict[str, npt.NDArray[np.float64 | np.bool_]]]:
         """Return a log of the quaternion, and the columns to be written beside it.
@@ -213,6 +248,7 @@ def estimate_attitude(
     gyro: str = "gyro",
     accel: str | None = None,
     calibration: Calibration | None = None,
+    reference: Poses | None = None,
     reference_frame: Frame | None = None,
     progress: Progress | None = None,
     **constants: Any,  # noqa: ANN401
@@ -244,6 +280,9 @@ def estimate_attitude(
         of its device.
     calibration : Calibration, optional
         Correct gyro and accelerometer by it first.
+    reference : Poses, optional
+        The true orientation on the clock of the gyro, of a camera for instance, in the place of the
+        recording's own: its north is its own, and headings are aligned.
     reference_frame : {"enu", "ned", "nwu"}, optional
         Axes of the earth that the reference is to; default `frame`.
     progress : callable, optional
@@ -290,7 +329,7 @@ def estimate_attitude(
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
         found, moments, matrices = run(filter_, samples, report)
-    truth = _reference(recording, samples)
+    truth = _reference(recording, samples) if reference is None else _of_poses(reference, samples)
     if truth is not None and reference_frame is not None:
         truth = from_enu(in_enu(truth, reference_frame), frame)
     return AttitudeEstimate(
@@ -304,6 +343,7 @@ def estimate_attitude(
         offline=offline,
         mag=uses_mag,
         reference=truth,
+        own_north=reference is not None,
         source=recording.source,
         notes=(
             *_told(warned),
@@ -362,6 +402,17 @@ def _reference(recording: Recording, samples: Samples) -> Floats | None:
         return None
     values = samples.aligned(found[0])
     return values if np.isfinite(values).all(axis=1).any() else None
+
+
+def _of_poses(poses: Poses, samples: Samples) -> Floats:
+    """Return the true orientation at the samples; LogError if it is of another time."""
+    found = poses.at(samples.time).quaternion
+    if not np.isfinite(found).all(axis=1).any():
+        own, other = (f"{t[0]:.2f} to {t[-1]:.2f} s" for t in (samples.time, poses.time))
+        raise LogError(
+            f"{poses.source}: it is of {other}, and the log of {own}: both must be on one clock"
+        )
+    return found
 
 
 def _told(warned: Iterable[warnings.WarningMessage]) -> Iterator[str]:

@@ -29,6 +29,7 @@ from zerorate.units import UNITS, convert
 
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
+    from zerorate.calibration.temperature import TemperatureModel
 
 _AXES: Final = "XYZ"
 _SUFFIXES: Final = ("_acc.calib", "_gyro.calib")
@@ -37,7 +38,9 @@ _writes = partial(
     exports,
     faults="""\
 ValueError
-    If the unit of the raw samples is not known, or a sensor's axes are left-handed.""",
+    If the calibration is not valid, without `force`; if the unit of the raw samples is not known,
+    or a sensor's axes are left-handed.""",
+    forced=", and to write a calibration that is not valid, with a warning",
 )
 
 
@@ -63,6 +66,7 @@ def to_kalibr(
     Kalibr multiplies the force by C_gyro_i before A (``IccSensors.py``,
     ``IccScaledMisalignedImu``), so A is our G turned into the axes of the gyro.
     """
+    _check_valid(calibration, force)
     found = _in_si(calibration.to_frame("x"), "Kalibr")
     gyro = found.values[GYRO_MATRIX].reshape(3, 3)
     rotation = rotation_of(gyro, "x")
@@ -124,7 +128,8 @@ def to_imu_tk(
         What the names of the files begin with: ``imu`` gives ``imu_acc.calib`` and
         ``imu_gyro.calib``, as imu_tk's programs name them. Default: none is written.
     force : bool
-        Whether to replace existing files; default no.
+        Whether to replace existing files, and to write a calibration that is not valid, with a
+        warning; default no.
 
     Returns
     -------
@@ -137,7 +142,8 @@ def to_imu_tk(
     Raises
     ------
     ValueError
-        If the accelerometer's axes are left-handed.
+        If the calibration is not valid, without `force`, or the accelerometer's axes are
+        left-handed.
     OSError
         If a file exists (without `force`) or cannot be written. Nothing is left half-written.
 
@@ -147,6 +153,7 @@ def to_imu_tk(
     Menegatti, "A robust and easy to implement method for IMU calibration without external
     equipments", ICRA 2014, equations 6 to 10.
     """
+    _check_valid(calibration, force)
     found = calibration.to_frame("z")
     sensors = (
         (found.accel.correction, found.values[ACCEL_BIAS], found.accel_units, "m/s^2"),
@@ -202,6 +209,7 @@ def to_px4(
         is left is. Made of the frame "symmetric", which leaves the least. With a temperature
         model, ``TC_G0`` hold the bias of the gyro, and its offsets are zero.
     """
+    _check_valid(calibration, force)
     found, names = _in_si(calibration.to_frame("symmetric"), "PX4"), _PX4
     lines = [
         *_head(calibration, "PX4: offsets and scales of raw sensor_accel and sensor_gyro."),
@@ -213,7 +221,7 @@ def to_px4(
             for name, value in _diagonal(found, names)
         ),
     ]
-    model = calibration.temperature_model
+    model = _temperature(calibration)
     if model is not None:
         lines += [
             "# The bias of the gyro is all in these:",
@@ -244,9 +252,10 @@ def to_ardupilot(
         `to_px4` for what is left; with a temperature model also ``INS_TCAL1``. ArduPilot takes new
         gyro offsets at every start by default.
     """
+    _check_valid(calibration, force)
     found, names = _in_si(calibration.to_frame("symmetric"), "ArduPilot"), _ARDUPILOT
     number = "" if instance == 1 else instance
-    model = calibration.temperature_model
+    model = _temperature(calibration)
     lines = [
         *_head(calibration, "ArduPilot: offsets and scales of accelerometer and gyro."),
         *_left_out(found),
@@ -267,7 +276,7 @@ _ARDUPILOT: Final = ("INS_ACC{{}}OFFS_{}", "INS_ACC{{}}SCAL_{}", "INS_GYR{{}}OFF
 
 def _diagonal(calibration: Calibration, names: Sequence[str]) -> Iterator[tuple[str, float]]:
     """Yield offsets and scales: (raw - offset) scale is the best that axes alone can do."""
-    zero = calibration.values[GYRO_BIAS] * (calibration.temperature_model is None)
+    zero = calibration.values[GYRO_BIAS] * (_temperature(calibration) is None)
     scale = np.diagonal(calibration.accel.correction)
     for name, values in zip(names, (calibration.values[ACCEL_BIAS], scale, zero), strict=False):
         yield from zip(map(name.format, _AXES), values.tolist(), strict=True)
@@ -303,11 +312,33 @@ def _in_si(calibration: Calibration, program: str) -> Calibration:
     return calibration.in_units(gyro="rad/s", accel="m/s^2")
 
 
+def _check_valid(calibration: Calibration, force: bool) -> None:
+    """Refuse a calibration whose own words doubt it: ValueError says what to record instead."""
+    if calibration.valid or force:
+        return
+    advice = "; ".join(calibration.advice) or "rest in a dozen poses, and turns between them"
+    raise ValueError(
+        said(
+            f"the calibration is not valid, {calibration.problems[0]}: record {advice}; ",
+            given("force", "", "force=True"),
+            " writes it with this warning",
+        )
+    )
+
+
+def _temperature(calibration: Calibration) -> TemperatureModel | None:
+    """Return the model of temperature, if the record shows that the bias depends on it."""
+    model = calibration.temperature_model
+    return model if model is not None and any(model.degrees) else None
+
+
 def _head(calibration: Calibration, title: str) -> tuple[str, ...]:
     """Return the first lines of a file: what it is, and whether it can be trusted."""
     lines = [f"# {title}"]
     if not calibration.valid:
-        lines.append(f"# NOT VALID: {calibration.problems[0]}")
+        lines.append(f"# WARNING, NOT VALID: {calibration.problems[0]}")
+    if calibration.temperature_model is not None and _temperature(calibration) is None:
+        lines.append("# The record does not show that the bias depends on temperature.")
     unknown = [
         name for name, known in zip(PARAMETERS, calibration.identifiable, strict=True) if not known
     ]

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -20,7 +21,7 @@ from zerorate.cli.options import (
     OUTPUT,
     FigureFormat,
     FigureFormatOption,
-    Force,
+    ForceExports,
     LogArgument,
     NoFigure,
     Output,
@@ -38,18 +39,21 @@ from zerorate.cli.outputs import (
     text_writer,
 )
 from zerorate.cli.records import print_title, records
+from zerorate.faults import given, said
 from zerorate.io import Log, LogError
 from zerorate.io.log import present_logs
 from zerorate.io.names import UNKNOWN
 from zerorate.io.reading import read_sensors
 from zerorate.noise import NoiseModel
 from zerorate.noise.characterise import Characterisation, characterise, models_json
+from zerorate.noise.exports import left_out
 from zerorate.noise.kinds import TauGrid
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
 from zerorate.show import format_allan, format_allan_notes
 from zerorate.show.curve_files import CurveFormat, write_curves
+from zerorate.show.tables import bulleted
 
 
 class Export(StrEnum):
@@ -157,7 +161,7 @@ def allan(
     ] = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
-    force: Force = False,
+    force: ForceExports = False,
 ) -> None:
     """Characterise the noise of gyros and accelerometers from a log at rest."""
     with as_usage():
@@ -190,16 +194,23 @@ def allan(
     check_outputs([path for files in outputs for path in files.paths], force, log)
     if not no_figure:
         preload_figure("allan_figure")
+    refused: list[str] = []
     for one, files in zip(all_of_them, outputs, strict=True):
         with progress_bar() as progress:
             sensors = present_logs(reading.read(read_sensors, one.source))
             _check_units(exports, sensors[0])
             found = in_background(partial(_all_found, analysis, sensors, progress))
-            texts = [_text(export, found, inflate, per_sample) for export in exports]
+            texts, why = _exported(exports, found, inflate, per_sample, force)
+            refused += [f"{one.title or log}: {sentence}" for sentence in why]
+            beside = [p for p, e in zip(files.beside, exports, strict=True) if e in texts]
+            files = replace(files, beside=tuple(beside))
             curves = partial(_write_curves, found, curve)
-            files.write([curves, *map(text_writer, texts)], partial(_draw, found), progress)
+            written = map(text_writer, texts.values())
+            files.write([curves, *written], partial(_draw, found), progress)
         print_title(one, first=one is all_of_them[0])
-        _print_result(found, files)
+        _print_result(found, files, [] if force or not texts else _left_out(found))
+    if refused:
+        raise DataFault("; ".join(refused))
 
 
 def _all_found(
@@ -216,9 +227,11 @@ def _found(analysis: partial[Characterisation], log: Log, progress: Progress) ->
         raise DataFault(f"{log.meta['source']}: {sentence(error)}") from None
 
 
-def _print_result(found: Sequence[Characterisation], outputs: Outputs) -> None:
+def _print_result(
+    found: Sequence[Characterisation], outputs: Outputs, left_out: Sequence[str]
+) -> None:
     print(format_allan(found))
-    notes = format_allan_notes(found)
+    notes = "\n".join(filter(None, (format_allan_notes(found), bulleted(left_out))))
     if notes:
         print(f"\n{notes}")
     print_written(outputs.paths)
@@ -258,16 +271,53 @@ def _check_units(exports: Sequence[Export], gyro: Log) -> None:
         )
 
 
+def _exported(
+    exports: Sequence[Export],
+    found: Sequence[Characterisation],
+    inflate: float,
+    per_sample: bool,
+    force: bool,
+) -> tuple[dict[Export, str], list[str]]:
+    """Return the texts of exports, and why others are refused."""
+    texts: dict[Export, str] = {}
+    refused: dict[str, list[Export]] = {}
+    for export in exports:
+        try:
+            texts[export] = _text(export, found, inflate, per_sample, force)
+        except ValueError as error:
+            refused.setdefault(sentence(error), []).append(export)
+    return texts, [f"no export to {', '.join(names)}: {why}" for why, names in refused.items()]
+
+
+def _left_out(found: Sequence[Characterisation]) -> list[str]:
+    """Return which numbers exports lack, and what to record for them."""
+    models = (_worst(found, kind) for kind in ("angular rate", "acceleration"))
+    return [
+        said(
+            f"exports leave out the {one}, or ",
+            given("force"),
+            " writes its upper bound",
+        )
+        for model in models
+        if model is not None
+        for one in left_out(model)
+    ]
+
+
 def _text(
-    export: Export, found: Sequence[Characterisation], inflate: float, per_sample: bool
+    export: Export,
+    found: Sequence[Characterisation],
+    inflate: float,
+    per_sample: bool,
+    force: bool,
 ) -> str:
     if export is Export.json:
-        return models_json(found)
+        return models_json(found, force=force)
     gyro, accelerometer = (_worst(found, kind) for kind in ("angular rate", "acceleration"))
     if gyro is None:
-        raise DataFault(f"--export {export} needs a model of a gyro, and this log gives none")
+        raise ValueError("it needs a model of a gyro, and this log gives none")
     rate = found[0].curve.rate
-    common: dict[str, Any] = {"accelerometer": accelerometer, "inflate": inflate}
+    common: dict[str, Any] = {"accelerometer": accelerometer, "inflate": inflate, "force": force}
     if export is Export.kalibr:
         return gyro.to_kalibr(rate=rate, rostopic=_topic(found[0].log), **common)
     if export is Export.vins:

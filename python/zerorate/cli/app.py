@@ -2,14 +2,17 @@
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from shutil import get_terminal_size
 from typing import Annotated, Final
 
 import typer
 
 from zerorate._native import __version__
+from zerorate.cli import help
 from zerorate.cli.errors import UsageFault
 from zerorate.cli.typed import Hint, flags_of, in_plain_words, unknown
 from zerorate.faults import naming
+from zerorate.texts import WIDTH, within
 
 _COMMANDS: Final = {
     "demo": (
@@ -63,7 +66,9 @@ _ABOUT: Final = (
     "Removes the bias of MEMS gyros, live or from a log, measures their noise, calibrates them; "
     "finds attitudes and tracks."
 )
-_EPILOG: Final = "Begin with: zerorate demo. Options of a command: zerorate replay --help."
+_EPILOG: Final = (
+    "Begin with: zerorate demo. Options of a command: zerorate replay --help, or --help-all."
+)
 
 
 def _print_version(wanted: bool) -> None:
@@ -133,12 +138,30 @@ def _hint(called: str) -> Hint:
 
 def invoke(arguments: list[str]) -> int:
     """Run a command and return its exit code; faults are raised."""
+    with within(columns()):
+        return _invoked(arguments)
+
+
+def columns() -> int:
+    """Return how wide the terminal is; where there is none, as wide as tables are by themselves."""
+    return get_terminal_size((WIDTH, 24)).columns
+
+
+def _invoked(arguments: list[str]) -> int:
     # What stands before a command takes no values.
     called = next((word for word in arguments if not word.startswith("-")), "")
+    if not called and help.asked(arguments):
+        about = {name: what for name, (what, _) in _COMMANDS.items()}
+        print(help.overview(about, _ABOUT, _EPILOG))
+        return 0
     group = typer.main.get_group(program(called))
     if called in _COMMANDS and arguments[0] == called:
         # At once: for options of its own the program would import what checks values.
         command, name, words = group.commands[called], f"zerorate {called}", arguments[1:]
+        if help.asked(words):
+            example, everything = _COMMANDS[called][1], help.ALL in words
+            print(help.of_command(command, _command(called), called, example, everything))
+            return 0
         taken, flags = _command(called), flags_of(command, _OTHERWISE.get(called, {}))
     elif arguments[0] == called:
         raise UsageFault(unknown("command", called, [*_COMMANDS], _hint("")))

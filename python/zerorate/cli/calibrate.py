@@ -25,7 +25,7 @@ from zerorate.cli.options import (
     FigureFormat,
     FigureFormatOption,
     FigurePanels,
-    Force,
+    ForceExports,
     GyroName,
     LogArgument,
     LogFormat,
@@ -140,7 +140,7 @@ def calibrate(
     figure_format: FigureFormatOption = None,
     figure: PanelsOption = FigurePanels.usual,
     no_figure: NoFigure = False,
-    force: Force = False,
+    force: ForceExports = False,
     context: typer.Context,
 ) -> None:
     """Calibrate an IMU from one log of hand turns: rests in a dozen poses, and turns between them.
@@ -180,16 +180,27 @@ def calibrate(
                 recording, alarms = checked(recording, fix, gyro, accel)
             with said_first(alarms):
                 calibration = _found(recording, sensors, asked, temperature, progress)
+            made = exports if calibration.valid or force else [Export.json]
+            if made is not exports:
+                files = replace(files, beside=())
             plots = _plots(calibration, sensors.of(recording), everything)
-            _written(files, calibration, plots, exports, progress)
+            with as_usage():
+                texts = [text for export in made for text in _texts(calibration, export, force)]
+            _written(files, calibration, plots, texts, progress)
         print_title(one, first=one is found[0])
         print_alarms(() if _says_axes(calibration) else alarms)
         _print(calibration, sensors.of(recording), old)
         print_written(files.paths)
         if not calibration.valid:
-            invalid.append(f"{one.title or log}: {verdict(calibration)}")
+            invalid.append(f"{one.title or log}: {verdict(calibration)}{_unmade(exports, force)}")
     if invalid:
         raise DataFault("; ".join(invalid))
+
+
+def _unmade(exports: Sequence[Export], force: bool) -> str:
+    """Return what a calibration that is not valid leaves unwritten."""
+    names = ", ".join(export for export in exports if export is not Export.json)
+    return "" if force or not names else f": no export to {names}, unless with --force"
 
 
 _OF_APPLY: Final = ("log", "apply", "output", "format", "force", "gyro", "accel", *READING)
@@ -271,16 +282,18 @@ def _notes(recording: Recording) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*recording.notes, *of_logs)))
 
 
-def _texts(calibration: Calibration, export: Export) -> Sequence[str]:
+def _texts(calibration: Calibration, export: Export, force: bool) -> Sequence[str]:
     """Return the texts of an export's files."""
+    if export is Export.json:
+        return ()
     if export is Export.imu_tk:
-        return calibration.to_imu_tk()
+        return calibration.to_imu_tk(force=force)
     one = {
         Export.kalibr: calibration.to_kalibr,
         Export.px4: calibration.to_px4,
         Export.ardupilot: calibration.to_ardupilot,
     }
-    return (one[export](),)
+    return (one[export](force=force),)
 
 
 def _plots(
@@ -301,12 +314,10 @@ def _written(
     files: Outputs,
     calibration: Calibration,
     plots: Iterable[Callable[[], "Figure"]],
-    exports: Iterable[Export],
+    texts: Iterable[str],
     progress: Progress,
 ) -> None:
     """Write the numbers, what is exported, and the figures."""
-    with as_usage():
-        texts = [text for export in exports for text in _texts(calibration, export)]
     writers = map(text_writer, (calibration.to_json(), *texts))
     files.write([*writers], [partial(_draw, plot) for plot in plots], progress, 0.7)
 

@@ -1,6 +1,5 @@
 """``zerorate demo``: a simulated gyro through the filters."""
 
-import textwrap
 from typing import Annotated
 
 import numpy as np
@@ -13,7 +12,7 @@ from zerorate.cli.replay import in_memory, place_of, print_result, write
 from zerorate.cli.simulate import AXES, Duration, Seed, SimulatedRate, simulated
 from zerorate.io import Log
 from zerorate.run.replay import Replay
-from zerorate.show import WIDTH
+from zerorate.show.tables import prose
 from zerorate.simulation.devices import device as find_device
 from zerorate.units import convert
 
@@ -65,4 +64,4 @@ def _told(result: Replay, outputs: Outputs) -> str:
         f"{outputs.log} is the filtered log: raw minus bias, with the bias beside it.",
         "Next: zerorate replay LOG does the same with a log of yours.",
     )
-    return "\n".join(textwrap.fill(one, WIDTH, break_on_hyphens=False) for one in sentences)
+    return "\n".join(map(prose, sentences))

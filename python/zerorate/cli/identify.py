@@ -108,7 +108,7 @@ def identify(
     order: Annotated[
         str | None,
         typer.Option(
-            metavar="p,q",
+            metavar="P,Q",
             help="Take this order of the ARMA model, p autoregressive and q moving-average terms, "
             "instead of choosing one.",
             rich_help_panel=_MODEL,

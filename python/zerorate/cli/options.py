@@ -93,6 +93,7 @@ Output: TypeAlias = Annotated[
         "--output",
         metavar="PATH",
         help="Folder for the files, or the name of one of them; a missing folder is made.",
+        show_default="this folder",
         rich_help_panel=OUTPUT,
     ),
 ]
@@ -163,6 +164,15 @@ CalibrationOption: TypeAlias = Annotated[
 ]
 Force: TypeAlias = Annotated[
     bool, typer.Option("--force", help="Replace existing files.", rich_help_panel=OUTPUT)
+]
+ForceExports: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--force",
+        help="Replace existing files; and export numbers that the log does not bear out, with a "
+        "warning in the file.",
+        rich_help_panel=OUTPUT,
+    ),
 ]
 
 
@@ -281,7 +291,7 @@ _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
     "mag_columns": (str, "NAMES", "The same of the magnetometer."),
     "unit": (
         str,
-        None,
+        "UNIT",
         "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h. Values are "
         "not converted.",
     ),
@@ -297,7 +307,7 @@ _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
     ),
     "time_unit": (
         str,
-        None,
+        "UNIT",
         "Unit of timestamps that do not say it: s, ms, us, ns, 100us, min, h, days, or samples of "
         "--rate.",
     ),
@@ -328,7 +338,7 @@ _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
     "stop": (float, "S", "End so many seconds after the first sample."),
     "topic": (
         str,
-        None,
+        "TOPIC",
         "Topic of a ROS recording or a PX4 log, where several hold an IMU.",
     ),
     "group_by": (
@@ -479,13 +489,13 @@ def _parameter(option: Option, flag: str, argument: str, panel: str) -> inspect.
         value = _members(option)
         default = default and value(default)
     elif option.kind == "order":
-        value, metavar = str, "p,q"
+        value, metavar = str, "P,Q"
         default = ",".join(map(str, default))
     elif option.kind == "pair or word":
-        value, metavar = str, "<float,float>"
+        value, metavar = str, "X,Y"
         default = ",".join(f"{number:g}" for number in default)
     elif option.name in _WORDS:
-        value, metavar = str, "<float>"
+        value, metavar = str, "NUMBER"
         default = _WORDS[option.name] if default is None else f"{default:g}"
     limit = LIMITS.get(option.name)
     shown: bool | str = _DEFAULTS.get(option.name, True)

@@ -1,6 +1,5 @@
 """``zerorate simulate``: a gyro of the table as a log at rest, or an IMU that is calibrated."""
 
-import textwrap
 from pathlib import Path
 from typing import Annotated, Final, TypeAlias
 
@@ -11,7 +10,7 @@ from zerorate.cli.errors import UsageFault, as_usage, require, writing
 from zerorate.cli.options import OUTPUT, Force
 from zerorate.cli.outputs import check_outputs, progress_bar, together
 from zerorate.io import Log, write_log
-from zerorate.show import WIDTH
+from zerorate.show.tables import prose
 from zerorate.simulation.devices import DEVICES, Device
 from zerorate.simulation.devices import device as find_device
 from zerorate.simulation.gyro import simulate as run_simulation
@@ -196,4 +195,4 @@ def _row(gyro: Device) -> str:
 
 
 def _source(gyro: Device) -> str:
-    return textwrap.fill(f"{gyro.name}: {gyro.source}", WIDTH, subsequent_indent="  ")
+    return prose(f"{gyro.name}: {gyro.source}", hang="  ")

@@ -12,7 +12,9 @@ import typer
 
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
 from zerorate.cli.options import (
+    PANEL,
     FrameName,
+    NoAccel,
     Reading,
     check_filter_options,
     flag,
@@ -88,6 +90,16 @@ def stream(
         typer.Option(min=1, help="Numbers in a line, if the first may not be whole."),
     ] = None,
     options: Mapping[str, Any],
+    accel_columns: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES",
+            help="Columns x,y,z of the accelerometer that tells of motion, by name or position. "
+            "Default: those that the header line names like the one of the gyro.",
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
+    no_accel: NoAccel = False,
     beside: Annotated[
         str | None,
         typer.Option(
@@ -149,7 +161,8 @@ def stream(
 ) -> None:
     """Answer each line of samples at once with the compensated rate.
 
-    Where a header line names the columns, those of gyros are filtered and the others pass through.
+    Where a header line names the columns, those of gyros are filtered and the others pass through;
+    an accelerometer among them tells of motion, as in a replay.
     A line that is garbled is reported on stderr, answered with nan and taken as missing. With
     --attitude the answer is the quaternion w, x, y, z from sensor to earth in place of the samples.
     """
@@ -168,8 +181,14 @@ def stream(
         raise UsageFault("--sequence-bits needs --sequence")
     numbered = _column("--sequence", sequence), sequence_bits
     settings: Settings | AttitudeSettings
+    shown = _accelerometer(accel_columns, no_accel)
     if attitude:
         _check_none_of_filter(options)
+        if shown is not None:
+            raise UsageFault(
+                f"{'--no-accel' if no_accel else '--accel-columns'} has no effect with --attitude: "
+                "--columns takes those of all sensors"
+            )
         of_earth = _OfEarth(str(frame or FrameName.enu), not no_mag, _column("--time", time))
         settings = _attitude_settings(reading, beside, numbered, of_earth)
     else:
@@ -177,7 +196,7 @@ def stream(
         alone = [name for name, value in given.items() if value is not None]
         if alone:
             raise UsageFault(f"{alone[0]} needs --attitude")
-        settings = _settings(reading, beside, numbered, options)
+        settings = _settings(reading, beside, numbered, shown, options)
     saver = None if checkpoint is None else _saver(checkpoint, every * rate)
     lines = _resumed(checkpoint, settings, fields, force)
     server = Server(lines, saver, lambda text: tell(told(text)), patient=fields is not None)
@@ -192,7 +211,11 @@ _Numbered: TypeAlias = tuple[str | int | None, int | None]
 
 
 def _settings(
-    reading: Reading, beside: str | None, numbered: _Numbered, options: Mapping[str, Any]
+    reading: Reading,
+    beside: str | None,
+    numbered: _Numbered,
+    accel: tuple[str | int, ...] | None,
+    options: Mapping[str, Any],
 ) -> Settings:
     check_filter_options(options, [options["method"]])
     with as_usage():
@@ -205,8 +228,19 @@ def _settings(
             data_scale=scaling.of_kind("gyro", first=True),
             sequence=numbered[0],
             sequence_bits=numbered[1],
+            accel_columns=accel,
             **options,
         )
+
+
+def _accelerometer(columns: str | None, none: bool) -> tuple[str | int, ...] | None:
+    """Return the columns that were asked for, none of them where it is left alone."""
+    if not none:
+        found = parse_columns(columns, "--accel-columns")
+        return None if found is None else tuple(found)
+    if columns is not None:
+        raise UsageFault("give either --accel-columns or --no-accel, not both")
+    return ()
 
 
 class _OfEarth(NamedTuple):

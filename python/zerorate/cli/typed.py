@@ -74,7 +74,7 @@ def unknown(what: str, got: str, known: Sequence[str], hint: Hint) -> str:
 
 def _refused(parameter: Any, taken: Callable[..., None], value: object) -> str | None:  # noqa: ANN401
     """Return what an option takes in place of a value, by the annotation of its parameter."""
-    kind, about = _annotated(inspect.signature(taken, eval_str=True).parameters[parameter.name])
+    kind, about = annotated(inspect.signature(taken, eval_str=True).parameters[parameter.name])
     called = _flag(parameter)
     if isinstance(kind, type) and issubclass(kind, Enum):
         *most, last = (str(one.value) for one in kind)
@@ -91,7 +91,7 @@ def _refused(parameter: Any, taken: Callable[..., None], value: object) -> str |
     return f"{called} must be less than or equal to {about.max}"
 
 
-def _annotated(parameter: inspect.Parameter) -> tuple[Any, Any]:
+def annotated(parameter: inspect.Parameter) -> tuple[Any, Any]:
     """Return the type that a parameter takes beside None, and what typer knows of it."""
     given, about = get_args(parameter.annotation)[:2]
     kinds = [one for one in get_args(given) if one is not type(None)]

@@ -5,6 +5,7 @@ from zerorate.io.clocks.grid import ClockReport
 from zerorate.io.counts import RawCounts, raw_counts
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.io.logfile import LogFile, open_imu, open_log
+from zerorate.io.poses import Poses, read_poses
 from zerorate.io.reading import read_log
 from zerorate.io.recording import read_recording
 from zerorate.io.split import split_log
@@ -15,6 +16,7 @@ __all__ = [
     "Log",
     "LogError",
     "LogFile",
+    "Poses",
     "RawCounts",
     "Recording",
     "atomic_path",
@@ -23,6 +25,7 @@ __all__ = [
     "open_log",
     "raw_counts",
     "read_log",
+    "read_poses",
     "read_recording",
     "split_log",
     "write_log",

@@ -12,7 +12,7 @@ _HEAD: Final = re.compile(rf"\n\n({'|'.join(_SECTIONS)})\n-+\n")
 _PATH: Final = """path : str or path, optional
     A file to write as well{}. Default: none."""
 _FORCE: Final = """force : bool
-    Whether to replace an existing file; default no."""
+    Whether to replace an existing file{}; default no."""
 _FAULT: Final = """OSError
     If the file exists (without `force`) or cannot be written. Nothing is left half-written."""
 _SOURCE: Final = """source : str or path
@@ -24,7 +24,7 @@ OSError
 
 
 def exports(
-    suffix: str = "", *, returned: str = "", faults: str = ""
+    suffix: str = "", *, returned: str = "", faults: str = "", forced: str = ""
 ) -> Callable[[_Documented], _Documented]:
     """Return a decorator that adds to a docstring what it says of ``path`` and ``force``.
 
@@ -35,12 +35,14 @@ def exports(
     returned, faults : str
         What several functions say alike of the text that is returned, and of faults: last lines of
         these sections.
+    forced : str
+        What ``force`` does beside replacing a file.
     """
     path = _PATH.format(f", ``{suffix}`` by custom" if suffix else "")
 
     def documented(function: _Documented) -> _Documented:
         parts = _parts_of(function)
-        parts["Parameters"] = _lines(path, parts.get("Parameters"), _FORCE)
+        parts["Parameters"] = _lines(path, parts.get("Parameters"), _FORCE.format(forced))
         parts["Returns"] = _lines(parts.get("Returns"), returned)
         parts["Raises"] = _lines(parts.get("Raises"), faults, _FAULT)
         return _with_parts(function, parts)

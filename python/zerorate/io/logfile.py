@@ -29,7 +29,7 @@ from zerorate.io.reading import (
 )
 from zerorate.io.span import Span
 from zerorate.io.table import Column, Table, as_numbers
-from zerorate.io.triads import triads_in, without_worse
+from zerorate.io.triads import accelerometer_of
 from zerorate.types import Booleans, Floats, Integers
 
 
@@ -218,7 +218,7 @@ def _opened(
         told = {"source": label, "format": kind}
         grouped = one_group(unit, asked.scaling)
         chosen = selected(table, asked.rate, asked.columns, grouped, sensor=asked.sensor)
-        beside = _beside(chosen) if accel else ()
+        beside = accelerometer_of(chosen.table.names or (), chosen.data) if accel else ()
         chosen = replace(chosen, table=_loaded_once(chosen, beside))
         rows = _row_clock(chosen)
         gyro = _of_selection(chosen, told, label, asked.span, rows)
@@ -283,19 +283,6 @@ def _accelerometer(
         return _of_selection(chosen, told, label, asked.span, own)
     except LogError:
         return None
-
-
-def _beside(gyro: Selection) -> tuple[int, ...]:
-    """Return the columns of the accelerometer of a gyro: of its device, or the only one."""
-    found = triads_in(dict(enumerate(gyro.table.names or ())))
-    accels, _ = without_worse([one for one in found if one.kind == "accel" and one.whole])
-    chosen = set(gyro.data)
-    devices = {one.device for one in found if one.kind == "gyro" and chosen & set(one.places)}
-    if len(devices) > 1:
-        return ()
-    same = [one.places for one in accels if one.device in devices]
-    only = [one.places for one in accels] if len(accels) == 1 else []
-    return next(iter(same or only), ())
 
 
 def _in_pieces(

@@ -175,3 +175,16 @@ def _listed(triads: Sequence[Triad]) -> str:
     stems = list(dict.fromkeys(triad.stem for triad in triads))
     more = [f"... ({len(stems)} in all)"] if len(stems) > _LISTED else []
     return ", ".join([*stems[:_LISTED], *more])
+
+
+def accelerometer_of(names: Sequence[str], gyro: Sequence[int]) -> tuple[int, ...]:
+    """Return the columns of the accelerometer of a gyro: of its device, or the only one."""
+    found = triads_in(dict(enumerate(names)))
+    accels, _ = without_worse([one for one in found if one.kind == "accel" and one.whole])
+    chosen = set(gyro)
+    devices = {one.device for one in found if one.kind == "gyro" and chosen & set(one.places)}
+    if len(devices) > 1:
+        return ()
+    same = [one.places for one in accels if one.device in devices]
+    only = [one.places for one in accels] if len(accels) == 1 else []
+    return next(iter(same or only), ())

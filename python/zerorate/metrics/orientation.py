@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol, TypeAlias, runtime_checkable
+from typing import Final, Literal, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,8 @@ class _Rotation(Protocol):
 
 
 Orientations: TypeAlias = npt.ArrayLike | _Rotation
+Heading: TypeAlias = Literal["absolute", "relative", "aligned"]
+_HEADINGS: Final = ("absolute", "relative", "aligned")
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ def orientation_errors(
     reference: Orientations,
     *,
     where: npt.ArrayLike | None = None,
-    heading: Literal["absolute", "relative"] = "absolute",
+    heading: Heading = "absolute",
 ) -> OrientationErrors:
     """Return the errors of orientations: in all, of heading and of inclination.
 
@@ -69,10 +71,12 @@ def orientation_errors(
         The earth's z axis is vertical and its axes are the same for both.
     where : array_like of bool, shape (n,), optional
         The samples that count, such as those in motion; by default all.
-    heading : {"absolute", "relative"}
+    heading : {"absolute", "relative", "aligned"}
         ``"relative"`` turns all estimates about the vertical by one angle, so that the first
         sample judged has no error of heading: what is left is drift since then. For filters
-        without a magnetometer, which begin with any heading.
+        without a magnetometer, which begin with any heading. ``"aligned"`` turns them by the angle
+        that fits best over all samples, `heading_offset`: for a reference whose north is its own,
+        such as a camera's.
 
     Returns
     -------
@@ -98,17 +102,13 @@ def orientation_errors(
     >>> round(found.total, 12), round(found.heading, 12), found.inclination, found.sample_count
     (0.1, 0.1, 0.0, 100)
     """
-    q, true = _as_quaternions("quaternions", quaternions), _as_quaternions("reference", reference)
-    if len(q) != len(true):
-        raise ValueError(
-            f"quaternions and reference must be of one length, got {len(q)} and {len(true)}"
-        )
-    if heading not in ("absolute", "relative"):
-        raise ArgumentError("heading", f"must be 'absolute' or 'relative', got {heading!r}")
-    error = rotations.product(rotations.unit(q), rotations.inverse(rotations.unit(true)))
-    error = error[np.isfinite(error).all(axis=1) & _judged(where, len(q))]
-    if not len(error):
-        raise ValueError("no sample that counts is present in both quaternions and reference")
+    q, true = _both(quaternions, reference)
+    if heading not in _HEADINGS:
+        known = ", ".join(map(repr, _HEADINGS))
+        raise ArgumentError("heading", f"must be one of {known}, got {heading!r}")
+    error = _errors(q, true, where)
+    if heading == "aligned":
+        error = rotations.product(rotations.inverse(_best_turn(error)), error)
     if heading == "relative":
         error = rotations.product(rotations.inverse(_turn_about_vertical(error[0])), error)
     w, x, y, z = np.abs(error.T)
@@ -118,6 +118,63 @@ def orientation_errors(
         inclination=rms(2.0 * np.arctan2(np.hypot(x, y), np.hypot(w, z))),
         sample_count=len(error),
     )
+
+
+def heading_offset(
+    quaternions: Orientations, reference: Orientations, *, where: npt.ArrayLike | None = None
+) -> float:
+    """Return the angle about the vertical by which orientations are turned against a reference.
+
+    The one that fits best over all samples: in the mean square of the sines of half the angles.
+
+    Parameters
+    ----------
+    quaternions, reference, where
+        As of `orientation_errors`.
+
+    Returns
+    -------
+    float
+        rad, -pi to pi: about the upward axis of an earth whose z is up.
+
+    Raises
+    ------
+    ValueError
+        If a shape is wrong, or no sample is left.
+
+    Examples
+    --------
+    >>> turned = np.tile([np.cos(0.05), 0.0, 0.0, np.sin(0.05)], (100, 1))
+    >>> round(heading_offset(turned, np.tile([1.0, 0.0, 0.0, 0.0], (100, 1))), 12)
+    0.1
+    """
+    turn = _best_turn(_errors(*_both(quaternions, reference), where))
+    return float(np.arctan2(np.sin(angle := 2.0 * np.arctan2(turn[3], turn[0])), np.cos(angle)))
+
+
+def _both(quaternions: Orientations, reference: Orientations) -> tuple[Floats, Floats]:
+    q, true = _as_quaternions("quaternions", quaternions), _as_quaternions("reference", reference)
+    if len(q) != len(true):
+        raise ValueError(
+            f"quaternions and reference must be of one length, got {len(q)} and {len(true)}"
+        )
+    return q, true
+
+
+def _errors(q: Floats, true: Floats, where: npt.ArrayLike | None) -> Floats:
+    """Return the rotations from the true orientations to the others, of the samples that count."""
+    error = rotations.product(rotations.unit(q), rotations.inverse(rotations.unit(true)))
+    error = error[np.isfinite(error).all(axis=1) & _judged(where, len(q))]
+    if not len(error):
+        raise ValueError("no sample that counts is present in both quaternions and reference")
+    return error
+
+
+def _best_turn(error: Floats) -> Floats:
+    """Return the rotation about z that is nearest to all, shape (4,)."""
+    w, z = error[:, 0], error[:, 3]
+    half = 0.5 * np.arctan2(2.0 * np.sum(w * z), np.sum(w * w) - np.sum(z * z))
+    return np.array([np.cos(half), 0.0, 0.0, np.sin(half)])
 
 
 def _as_quaternions(name: str, given: Orientations) -> Floats:

@@ -12,8 +12,9 @@ import numpy.typing as npt
 from zerorate._native import NavigationFilter, NavigationRecord
 from zerorate.faults import given, said
 from zerorate.geometry.earth import local_ned, moved
+from zerorate.geometry.frames import in_enu
 from zerorate.geometry.rotations import inverse, of_rotation_vectors, product
-from zerorate.io import Log
+from zerorate.io import Log, Poses
 from zerorate.io.missing import floats
 from zerorate.navigation.events import Events
 from zerorate.types import Booleans, Floats
@@ -162,6 +163,33 @@ class Track(Result):
             with np.errstate(invalid="ignore", divide="ignore"):
                 parts.append(np.where(sine > 0.0, angle / sine, 2.0) * back[:, 1:])
         return np.hstack(parts)
+
+    def poses(self, origin: npt.ArrayLike | None = None) -> Poses:
+        """Return the track in metres east, north and up of an origin, as TUM and evo have it.
+
+        Parameters
+        ----------
+        origin : array_like, shape (3,), optional
+            deg, deg, m; default the first position that is known.
+
+        Returns
+        -------
+        Poses
+            Of the samples at which the filter navigated; orientations from the body (forward,
+            right, down) to east, north, up.
+
+        Raises
+        ------
+        ValueError
+            If the filter never navigated.
+        """
+        there = self.navigating
+        if not there.any():
+            raise ValueError("the filter never navigated: there is no pose")
+        begin = self.position[there][0] if origin is None else floats(origin, "origin")
+        ned = local_ned(self.position[there], begin)
+        place = ned[:, (1, 0, 2)] * (1.0, 1.0, -1.0)
+        return Poses(self.time[there], place, in_enu(self.quaternion[there], "ned"), self.source)
 
     def nis(self) -> Floats:
         """Return the normalised innovations squared of each fix, shape (m, 2).

@@ -18,6 +18,7 @@ from zerorate.noise.kinds import Kind, KindName, TauGrid, factors, seconds
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.noise.quantities import check_unit
 from zerorate.noise.records import is_constant
+from zerorate.noise.rest import doubts_of_rest
 from zerorate.noise.result import AllanResult
 from zerorate.types import Floats, Integers
 
@@ -125,6 +126,7 @@ def allan(
         unit=unit,
         names=labels,
         confidence=confidence,
+        doubts=doubts_of_rest(record, hertz, unit, labels),
         notes=(
             *said,
             *_on_record(record, missing, bridge, labels),

@@ -12,8 +12,8 @@ from zerorate.faults import given, said
 from zerorate.io import Log, LogError
 from zerorate.io.log import notes_of
 from zerorate.noise import AllanResult, FittedModel, NoiseModel, allan, worst_axis
+from zerorate.noise.exports import check_doubts
 from zerorate.noise.kinds import KindName, TauGrid
-from zerorate.noise.rest import MOVED, Step, largest_step
 from zerorate.noise.spectrum import Spectrum, fit_spectrum
 from zerorate.progress import Progress, silent
 from zerorate.types import Floats
@@ -34,8 +34,6 @@ class Axis:
         Of the deviation curve; None where nothing can be fitted.
     second : FittedModel or None
         Of the spectrum; None where that was not asked for or cannot be.
-    step : Step
-        The largest change between the means of two seconds.
     doubts : tuple of str
         Why there is no model.
     """
@@ -43,13 +41,7 @@ class Axis:
     name: str
     model: FittedModel | None
     second: FittedModel | None
-    step: Step
     doubts: tuple[str, ...] = ()
-
-    @property
-    def moved(self) -> bool:
-        """Whether the record looks as if the sensor moved."""
-        return self.step.size > MOVED
 
 
 @dataclass(frozen=True)
@@ -84,18 +76,12 @@ class Characterisation:
     @property
     def moved(self) -> tuple[bool, ...]:
         """Whether each axis looks as if the sensor moved: all do where most do."""
-        found = [axis.moved for axis in self.axes]
-        return (True,) * len(found) if 2 * sum(found) > len(found) else tuple(found)
+        return tuple(one.moved for one in self.curve.doubts)
 
     @property
     def notes(self) -> Iterator[str]:
         """What to beware of, a sentence each."""
-        yield from (_motion(axis) for axis in self.axes if axis.moved)
-        yield from (
-            f"{axis.name}: the other axes of this sensor moved, so it probably did too"
-            for axis, moved in zip(self.axes, self.moved, strict=True)
-            if moved and not axis.moved
-        )
+        yield from (one.why for one in self.curve.doubts if one.why)
         yield from self.curve.notes
         yield from dict.fromkeys(doubt for axis in self.axes for doubt in axis.doubts)
         yield from (
@@ -104,14 +90,6 @@ class Characterisation:
             for axis in self.axes
             if axis.model is not None and axis.model.misfit > 0.0
         )
-
-
-def _motion(axis: Axis) -> str:
-    return (
-        f"{axis.name}: looks as if it moved (at {axis.step.time:g} s its mean over one second "
-        f"changes {axis.step.size:.0f} times as much as usual): the numbers describe the motion, "
-        "not the sensor"
-    )
 
 
 def characterise(
@@ -170,14 +148,20 @@ def characterise(
     return Characterisation(log, curve, tuple(axes))
 
 
-def models_json(found: Sequence[Characterisation]) -> str:
-    """Return the models of all axes of a log as JSON, null for an axis without one."""
-    models = {
+def models_json(found: Sequence[Characterisation], *, force: bool = True) -> str:
+    """Return the models of all axes of a log as JSON, null for an axis without one.
+
+    Without `force` one that has a doubt is an error, as in other exports: ValueError.
+    """
+    models = [axis.model for one in found for axis in one.axes if axis.model is not None]
+    if not force:
+        check_doubts(models)
+    texts = {
         axis.name: None if axis.model is None else json.loads(axis.model.to_json())
         for one in found
         for axis in one.axes
     }
-    return json.dumps({"axes": models}, indent=2) + "\n"
+    return json.dumps({"axes": texts}, indent=2) + "\n"
 
 
 def notes_on(found: Sequence[Characterisation]) -> tuple[str, ...]:
@@ -205,14 +189,13 @@ def _examined(
     spectrum: Future[Spectrum] | None,
 ) -> Axis:
     (name,) = curve.names
-    step = largest_step(z, log.rate)
     if not np.any(curve.deviation > 0.0):
-        return Axis(name, None, None, step)
+        return Axis(name, None, None)
     model, doubt = _tried(lambda: curve.fit(markov=markov))
     second = None
     if spectrum is not None:
         second, _ = _tried(lambda: fit_spectrum(spectrum.result(), log.rate, log.unit))
-    return Axis(name, model, second, step, (doubt,) if doubt else ())
+    return Axis(name, model, second, (doubt,) if doubt else ())
 
 
 def _tried(

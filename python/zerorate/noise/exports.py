@@ -3,14 +3,15 @@
 import json
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from zerorate.faults import given, said
 from zerorate.io.atomic import atomic_path
 from zerorate.io.exporting import exports
-from zerorate.noise.coefficient import positive
+from zerorate.noise.coefficient import Coefficient, positive
 from zerorate.noise.quantities import WITHOUT_UNIT, Quantity, term_of
 
 if TYPE_CHECKING:
@@ -25,6 +26,12 @@ _WHY_UNKNOWN: Final = {
     "angle_random_walk": "ten minutes at rest determine it",
     "rate_random_walk": "data sheets seldom state it, hours at rest determine it",
 }
+_RECORD: Final = {
+    "angle_random_walk": "record ten minutes at rest",
+    "rate_random_walk": "record ten hours at rest",
+}
+"""What to do where a record does not determine a coefficient."""
+_AT_REST: Final = "record the sensor at rest, ten minutes for white noise, ten hours for its walk"
 
 
 class _Setting(NamedTuple):
@@ -71,6 +78,7 @@ class _Estimator:
         gyro: "NoiseModel",
         accelerometer: "NoiseModel | None",
         inflate: float,
+        force: bool,
         rate: float | None = None,
     ) -> list[str]:
         """Return the lines of all numbers: densities, or deviations per step at a rate in Hz."""
@@ -78,21 +86,78 @@ class _Estimator:
         if rate is not None:
             factor *= math.sqrt(positive("rate", rate))
         models = (_of(gyro, "angular rate"), _of(accelerometer, "acceleration"))
-        return [
-            line
+        if not force:
+            check_doubts(model for model in models if model is not None)
+        wanted = [
+            (name, model, field)
             for model, names in zip(models, (self.gyro, self.accelerometer), strict=True)
             if model is not None
             for name, field in zip(names, _FIELDS, strict=False)
-            for line in self._lines(name, model, field, factor, rate)
         ]
+        if not force:
+            _check_any([getattr(model, field) for _, model, field in wanted])
+        lines = (
+            line
+            for name, model, field in wanted
+            for line in self._lines(name, model, field, factor, rate, force)
+        )
+        return [*_warnings(models), *lines]
 
     def _lines(
-        self, name: str, model: "NoiseModel", field: str, factor: float, rate: float | None
+        self,
+        name: str,
+        model: "NoiseModel",
+        field: str,
+        factor: float,
+        rate: float | None,
+        force: bool,
     ) -> Iterator[str]:
         """Yield the lines of one number, or one that says why there is none."""
-        if getattr(model, field).known:
-            return self.lines(_setting(name, model, field, factor, rate))
-        return iter([f"# {name}: unknown, so not written; {_WHY_UNKNOWN[field]}"])
+        coefficient = getattr(model, field)
+        if not coefficient.known:
+            return iter([f"# {name}: unknown, so not written; {_WHY_UNKNOWN[field]}"])
+        if not (coefficient.identifiable or force):
+            why = "the record does not determine it, so not written"
+            return iter([f"# {name}: {why}; {_RECORD[field]}, or force its upper bound"])
+        return self.lines(_setting(name, model, field, factor, rate))
+
+
+def left_out(model: "NoiseModel") -> tuple[str, ...]:
+    """Return which coefficients of estimators a record does not determine, and what to record."""
+    return tuple(
+        f"{term_of(model.quantity, field).name}: {_RECORD[field]}"
+        for field in _FIELDS
+        if (one := getattr(model, field)).known and not one.identifiable
+    )
+
+
+def check_doubts(models: Iterable["NoiseModel"]) -> None:
+    """Refuse models of which one has a doubt: ValueError says what to record instead.
+
+    What moved one sensor of an IMU moved the others.
+    """
+    doubt = next((model.doubt for model in models if model.doubt), "")
+    if doubt:
+        writes = " writes the numbers with this warning"
+        raise ValueError(said(f"{doubt}: {_AT_REST}; ", given("force", "", "force=True"), writes))
+
+
+def _warnings(models: Iterable["NoiseModel | None"]) -> list[str]:
+    doubts = (model.doubt for model in models if model is not None and model.doubt)
+    return [f"# WARNING: {doubt}" for doubt in dict.fromkeys(doubts)]
+
+
+def _check_any(coefficients: Sequence[Coefficient]) -> None:
+    """Refuse a file without any number, where a record determines none."""
+    known = [one for one in coefficients if one.known]
+    if known and not any(one.identifiable for one in known):
+        raise ValueError(
+            said(
+                f"the record determines none of the numbers: {_AT_REST}; ",
+                given("force", "", "force=True"),
+                " writes their upper bounds",
+            )
+        )
 
 
 def written(text: str, path: str | os.PathLike[str] | None, force: bool) -> str:
@@ -192,12 +257,14 @@ _PX4_FLOAT: Final = 9
 _configures = partial(
     exports,
     returned="""\
-    Where a coefficient is not identifiable it holds the upper bound, and says so; one that is
-    unknown has a comment in place of its number.""",
+    One that is unknown, or that the record does not determine, has a comment in place of its
+    number; with `force` the latter has its upper bound, and says so.""",
     faults="""\
 ValueError
-    If a model is of the wrong quantity or of samples whose unit is not known, or rate or
-    inflate not positive and finite.""",
+    If a model has a `doubt` or the record determines none of the numbers, without `force`; if a
+    model is of the wrong quantity or of samples whose unit is not known, or rate or inflate
+    not positive and finite.""",
+    forced=", and to write numbers that the record does not bear out, with a warning",
 )
 
 
@@ -250,7 +317,7 @@ def to_kalibr(
     update_rate: 2.00000e+02  # Hz
     <BLANKLINE>
     """
-    lines = _KALIBR.settings(model, accelerometer, inflate)
+    lines = _KALIBR.settings(model, accelerometer, inflate, force)
     # A JSON string is a YAML one in double quotes: nothing in it can end the line or begin a key.
     lines.append(f"rostopic: {json.dumps(rostopic)}")
     if rate is not None:
@@ -307,7 +374,7 @@ def to_vins(
     gyr_w: 1.00000e-04  # rad/s^2
     <BLANKLINE>
     """
-    lines = _VINS.settings(model, accelerometer, inflate, rate)
+    lines = _VINS.settings(model, accelerometer, inflate, force, rate)
     title = f"VINS: {_CONTINUOUS}"
     if rate is not None:
         title = f"VINS: noise of an IMU at {rate:g} Hz, deviations per sample."
@@ -359,7 +426,7 @@ def to_orbslam3(
     IMU.Frequency: 2.00000e+02  # Hz
     <BLANKLINE>
     """
-    lines = _ORBSLAM3.settings(model, accelerometer, inflate)
+    lines = _ORBSLAM3.settings(model, accelerometer, inflate, force)
     if rate is not None:
         lines.append(f"IMU.Frequency: {_number(positive('rate', rate))}  # Hz")
     return written(_text(f"ORB-SLAM3: {_CONTINUOUS}", accelerometer, inflate, lines), path, force)
@@ -414,7 +481,7 @@ def to_px4(
     1 1 EKF2_GYR_B_NOISE  1.00000e-05 9
     <BLANKLINE>
     """
-    lines = _PX4.settings(model, accelerometer, inflate, rate)
+    lines = _PX4.settings(model, accelerometer, inflate, force, rate)
     title = f"PX4 EKF2: noise of an IMU, deviations per filter step at {rate:g} Hz."
     lines.insert(0, "# Vehicle-Id Component-Id Name Value Type")
     return written(_text(title, accelerometer, inflate, lines), path, force)
@@ -467,7 +534,7 @@ def to_ros(
     orientation_covariance: [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     <BLANKLINE>
     """
-    lines = _ROS.settings(model, accelerometer, inflate, rate)
+    lines = _ROS.settings(model, accelerometer, inflate, force, rate)
     lines.append(f"orientation_covariance: [{', '.join(['-1.0', *['0.0'] * 8])}]")
     title = "\n# ".join(
         (

@@ -43,7 +43,7 @@ def to_json(
     0.0001
     """
     quantity = model.quantity
-    content = {
+    content: dict[str, Any] = {
         "format": _FORMAT,
         "version": _VERSION,
         "quantity": quantity,
@@ -53,6 +53,8 @@ def to_json(
         "markov": [_all_encoded(term, _markov_units(quantity)) for term in model.markov],
         "sinusoid": [_all_encoded(term, _sinusoid_units(quantity)) for term in model.sinusoid],
     }
+    if model.doubt:
+        content["doubt"] = model.doubt
     fit = {name: getattr(model, name) for name in _FIT if hasattr(model, name)}
     if fit:
         content["fit"] = fit
@@ -80,7 +82,12 @@ def _fields(content: object) -> dict[str, Any]:
             Sinusoid(**_all_decoded(term, _sinusoid_units(quantity))) for term in sinusoid
         ],
         "quantity": quantity,
+        "doubt": part(content, "doubt", str) if _has(content, "doubt") else "",
     }
+
+
+def _has(content: object, key: str) -> bool:
+    return isinstance(content, dict) and key in content
 
 
 def _fit(content: object, build: type[Model]) -> dict[str, Any]:

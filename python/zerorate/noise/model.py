@@ -76,6 +76,9 @@ class NoiseModel(Result):
         `angle_random_walk` is the velocity random walk in m/s^2/sqrt(Hz), and so on. "unknown" is
         of a record whose unit is not known: every rad/s is the unit of its samples, and nothing
         is converted or exported but as JSON.
+    doubt : str
+        Why the numbers are not to be trusted, a sentence: of a record that moved or is too short,
+        `zerorate.allan` says so. Exports refuse such a model unless they are forced. Default none.
 
     Raises
     ------
@@ -107,6 +110,7 @@ class NoiseModel(Result):
     markov: tuple[Markov, ...] = ()
     sinusoid: tuple[Sinusoid, ...] = ()
     quantity: Quantity = "angular rate"
+    doubt: str = ""
 
     to_kalibr = to_kalibr
     to_vins = to_vins
@@ -122,6 +126,8 @@ class NoiseModel(Result):
         if self.quantity not in get_args(Quantity):
             known = ", ".join(repr(name) for name in get_args(Quantity))
             raise ArgumentError("quantity", f"must be one of {known}, got {self.quantity!r}")
+        if not isinstance(self.doubt, str):
+            raise ArgumentError("doubt", f"must be a sentence, got {self.doubt!r}")
 
     @classmethod
     @restores
@@ -301,7 +307,7 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
         Each coefficient as it is in the axis where it is largest, with its standard error; one
         that is not identifiable counts by its upper bound, a ramp by its size, and one that is
         unknown in an axis is unknown. Markov terms and sinusoids are those of the axis where
-        they have the largest variance together.
+        they have the largest variance together. A doubt of any axis is one of the model.
 
     Raises
     ------
@@ -331,6 +337,7 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
         markov=_largest((axis.markov for axis in axes), _markov_deviation),
         sinusoid=_largest((axis.sinusoid for axis in axes), _sinusoid_deviation),
         quantity=quantity,
+        doubt=next((axis.doubt for axis in axes if axis.doubt), ""),
     )
 
 

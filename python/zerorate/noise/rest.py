@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate.io.log import checked_rate
+from zerorate.noise.quantities import Quantity, si_unit
 from zerorate.noise.records import as_record, centred, resolution
 from zerorate.types import Booleans, Floats
 
@@ -18,6 +21,9 @@ At rest the largest of 10 000 steps from the mean of a second to the next is 4.5
 of any colour; recordings at rest reach 4.5, next to a running motor 5.3. The logarithm of the
 variance of a second reaches 4.2. Recordings that turn begin at 10.8, motion by hand at 30.
 """
+
+LEAST_SECONDS: Final = 21.0
+"""A shorter record does not tell whether it is one of a sensor at rest."""
 
 _LEAST_WINDOWS: Final = 20
 _LEAST_SAMPLES: Final = 10
@@ -40,6 +46,16 @@ No noise of a gyro is smoother; what is, moves.
 _MEDIAN_OF_NORMAL: Final = 0.6744897501960817
 _QUANTILES: Final = 0.9703637767
 """Between the 0.05 and the 0.25 quantile of the standard normal distribution."""
+
+
+_RESTLESS: Final[Mapping[Quantity, float]] = {
+    "angular rate": math.radians(0.5),
+    "acceleration": 0.2,
+}
+"""Usual change of the mean of a second, rad/s or m/s^2, that no sensor at rest shows.
+
+Gyros of phones reach 0.1 deg/s, accelerometers 0.02 m/s^2.
+"""
 
 
 class Span(NamedTuple):
@@ -123,15 +139,94 @@ def largest_step(z: Floats, rate: float) -> Step:
     Step
         Its size is 0 where the record is shorter than 20 s or so coarse that most means are equal.
     """
-    width = max(round(rate), 1)
-    seconds = z[: len(z) // width * width].reshape(-1, width)
-    changes = np.diff(_means(seconds))
-    present = np.abs(changes[np.isfinite(changes)])
-    usual = _usual(present) if present.size else 0.0
-    if present.size < _LEAST_WINDOWS or usual == 0.0:
-        return Step(0.0, 0.0)
-    place = int(np.nanargmax(np.abs(changes)))
-    return Step(float(abs(changes[place])) / usual, (place + 1) * width / rate)
+    return _Seconds.of(z, rate).largest
+
+
+def doubts_of_rest(
+    record: npt.NDArray[np.generic], rate: float, unit: str, names: Sequence[str]
+) -> tuple[Doubt, ...]:
+    """Return why noise coefficients of each axis of a sensor are not to be trusted.
+
+    One that was moved now and then is known by `largest_step`, one in motion all the time by how
+    much its second means change, where the unit is known. Where most axes moved, all did.
+
+    Parameters
+    ----------
+    record : ndarray, shape (n,) or (n, k)
+        Samples, NaN where missing.
+    rate : float
+        Samples per second, Hz.
+    unit : str
+        Of the samples, as `zerorate.noise.quantities` has it.
+    names : sequence of str
+        One name an axis; "" for none.
+
+    Returns
+    -------
+    tuple of Doubt
+        One an axis; its `why` is empty without a doubt.
+    """
+    factor, quantity = si_unit(unit)
+    most = _RESTLESS.get(quantity, math.inf) / factor
+    columns = record.reshape(len(record), -1)
+    axes = [_Seconds.of(columns[:, i], rate) for i in range(columns.shape[1])]
+    moved = [one.largest.size > MOVED or one.usual > most for one in axes]
+    together = 2 * sum(moved) > len(moved)
+    whys = (_why(one, its, together, most) for one, its in zip(axes, moved, strict=True))
+    return tuple(
+        Doubt(f"{name}: {why}" if name and why else why, itself or together)
+        for name, why, itself in zip(names, whys, moved, strict=True)
+    )
+
+
+class Doubt(NamedTuple):
+    """Why the noise of an axis is not to be trusted, and whether that is motion."""
+
+    why: str = ""
+    moved: bool = False
+
+
+def _why(one: _Seconds, itself: bool, together: bool, most: float) -> str:
+    if itself:
+        return f"looks as if it moved ({one.sign(most)}): {_DESCRIBES}"
+    if together:
+        return "the other axes of this sensor moved, so it probably did too"
+    if one.duration < LEAST_SECONDS:
+        return f"{one.duration:.3g} s are too short to tell noise from motion"
+    return ""
+
+
+_DESCRIBES: Final = "the numbers describe the motion, not the sensor"
+
+
+class _Seconds(NamedTuple):
+    """What the means of the seconds of a record show."""
+
+    duration: float
+    usual: float
+    largest: Step
+
+    @classmethod
+    def of(cls, z: npt.NDArray[np.generic], rate: float) -> _Seconds:
+        width = max(round(rate), 1)
+        changes = np.diff(_means(z[: len(z) // width * width].reshape(-1, width)))
+        present = np.abs(changes[np.isfinite(changes)])
+        usual = _usual(present) if present.size else 0.0
+        duration = len(z) / rate
+        if present.size < _LEAST_WINDOWS or usual == 0.0:
+            return cls(duration, usual, Step(0.0, 0.0))
+        place = int(np.nanargmax(np.abs(changes)))
+        size = float(abs(changes[place])) / usual
+        return cls(duration, usual, Step(size, (place + 1) * width / rate))
+
+    def sign(self, most: float) -> str:
+        """Return what shows the motion."""
+        if self.usual > most:
+            return "its mean over one second changes all the time, as no sensor's at rest"
+        return (
+            f"at {self.largest.time:g} s its mean over one second changes "
+            f"{self.largest.size:.0f} times as much as usual"
+        )
 
 
 def _moving(windows: Floats) -> Booleans:
@@ -179,12 +274,16 @@ class _Windows(NamedTuple):
         )
 
 
-def _means(rows: Floats) -> Floats:
+def _means(rows: npt.NDArray[np.generic]) -> Floats:
     """Return the mean of each row, NaN where half of it or more is missing."""
+    whole: Floats = np.asarray(rows.sum(axis=1, dtype=np.float64))
+    if np.isfinite(whole).all():
+        return whole / rows.shape[1]
     there = np.isfinite(rows)
     count = there.sum(axis=1)
     sums = np.where(there, rows, 0.0).sum(axis=1)
-    return np.where(2 * count > rows.shape[1], sums / np.maximum(count, 1), np.nan)
+    found: Floats = np.where(2 * count > rows.shape[1], sums / np.maximum(count, 1), np.nan)
+    return found
 
 
 def _usual(steps: Floats) -> float:

@@ -16,6 +16,7 @@ from zerorate.noise.kinds import KINDS, Kind
 from zerorate.noise.processes import TERMS, check_frequencies, check_terms, check_times
 from zerorate.noise.quantities import UNKNOWN, si_unit
 from zerorate.noise.records import power_of_two
+from zerorate.noise.rest import Doubt
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,6 +68,9 @@ class AllanResult(Result):
         Probability that the true deviation lies between the bounds.
     notes : tuple of str
         What was done to the input and what to beware of, a sentence each.
+    doubts : tuple of Doubt
+        Why the noise of each axis is not to be trusted, as the sensor moved or the record is under
+        21 s: exports refuse it.
     """
 
     kind: str
@@ -84,6 +88,7 @@ class AllanResult(Result):
     names: tuple[str, ...]
     confidence: float
     notes: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
 
     def __repr__(self) -> str:
         """Return kind, averaging times, unit and names."""
@@ -118,7 +123,7 @@ class AllanResult(Result):
             name: getattr(self, name).reshape(self.taus.size, -1)[:, i]
             for name in ("deviation", "lower", "upper", "edf", "exponent", "term_count")
         }
-        return replace(self, names=(self.names[i],), **arrays)
+        return replace(self, names=(self.names[i],), doubts=self.doubts[i : i + 1], **arrays)
 
     def fit(
         self,
@@ -175,13 +180,16 @@ class AllanResult(Result):
         # Squares of any record shall neither overflow nor vanish.
         scale = power_of_two(deviation[np.isfinite(deviation)])
         unit = factor * scale, quantity
+        doubt = "".join(one.why for one in self.doubts)
         if method == "polynomial":
             used = axis._used(_PER_OCTAVE * 16)
-            return polynomial_fit(self.taus[used], deviation[used] / scale, unit)
+            model = polynomial_fit(self.taus[used], deviation[used] / scale, unit)
+            return replace(model, doubt=doubt)
         if method != "curve":
             raise ValueError(f"unknown method {method!r}; known: curve, polynomial")
         times, frequencies = check_times(markov), check_frequencies(sinusoid, self.rate)
-        return curve_fit(axis._curve(scale), check_terms(terms), times, frequencies, unit)
+        model = curve_fit(axis._curve(scale), check_terms(terms), times, frequencies, unit)
+        return replace(model, doubt=doubt)
 
     def plot(self, models: Sequence[FittedModel] | FittedModel | None = None) -> Figure:
         """Return a figure of the curves, their bounds, and models where they are given.

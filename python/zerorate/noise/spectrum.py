@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final, Self
 
@@ -16,6 +16,7 @@ from zerorate.noise.fit import Component, FittedModel, Problem, fitted
 from zerorate.noise.processes import TERMS, check_terms, strength
 from zerorate.noise.quantities import check_unit, si_unit
 from zerorate.noise.records import longest_stretch, power_of_two, samples
+from zerorate.noise.rest import doubts_of_rest
 from zerorate.types import Floats
 
 # More average better but smear the lowest frequencies, where drift is.
@@ -190,7 +191,9 @@ def whittle(
     True
     """
     check_terms(terms)
-    return fit_spectrum(Spectrum.of(z, rate), rate, check_unit(unit), terms)
+    found, known = Spectrum.of(z, rate), check_unit(unit)
+    (doubt,) = doubts_of_rest(np.asarray(z), rate, known, ("",))
+    return replace(fit_spectrum(found, rate, known, terms), doubt=doubt.why)
 
 
 def fit_spectrum(

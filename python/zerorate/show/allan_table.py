@@ -11,7 +11,8 @@ from zerorate.noise.characterise import Axis, Characterisation, notes_on
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, si_unit, term_of
 from zerorate.numerals import significant, with_error
-from zerorate.show.tables import GAP, WIDTH, aligned, bulleted
+from zerorate.show.tables import GAP, aligned, bulleted
+from zerorate.texts import width
 
 _SECOND: Final = "  by the spectrum"
 _SECOND_FIELDS: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
@@ -187,7 +188,7 @@ def _parts(
     labels: Sequence[str], units: Sequence[str], columns: list[list[str]]
 ) -> Iterator[list[list[str]]]:
     """Yield as many columns at a time as fit beside the labels and units."""
-    room = WIDTH - _width(labels) - _width(units) - len(GAP)
+    room = width() - _width(labels) - _width(units) - len(GAP)
     part: list[list[str]] = []
     for column in columns:
         if part and sum(_width(c) + len(GAP) for c in (*part, column)) > room:

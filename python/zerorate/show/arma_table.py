@@ -1,10 +1,9 @@
 """The coefficients of an ARMA model as plain text."""
 
-import textwrap
 from collections.abc import Iterator
 
 from zerorate.identify.arma_model import ArmaModel
-from zerorate.show.tables import WIDTH
+from zerorate.show.tables import prose
 
 Row = tuple[str, str, str]
 
@@ -21,7 +20,7 @@ def format_arma_model(model: ArmaModel) -> str:
 
 
 def _note(note: str) -> str:
-    return textwrap.fill(f"note: {note}", WIDTH, subsequent_indent="  ")
+    return prose(f"note: {note}", hang="  ")
 
 
 def _head(model: ArmaModel) -> str:

@@ -19,6 +19,11 @@ if TYPE_CHECKING:
 _AXES: Final = ("x", "y", "z")
 _BEGUN: Final = 2.0
 _OTHER_FRAME: Final = math.radians(120.0)
+_ON_HEADING: Final = {
+    "absolute": "Heading against the north of the reference, which is to be the magnetic one.",
+    "relative": "Heading against the first sample of each row: without a magnetometer it is any.",
+    "aligned": "Headings are aligned: the estimate is turned back by {:.2f} deg about z.",
+}
 _FRAMES: Final = {
     "enu": "east, north, up",
     "ned": "north, east, down",
@@ -110,11 +115,9 @@ def _row(values: Floats, sigmas: Floats) -> tuple[str, ...]:
 def _errors(estimate: AttitudeEstimate) -> Table:
     rows = [_error("all", estimate, None), _error("in motion", estimate, ~estimate.at_rest)]
     found = estimate.errors()
-    note = (
-        "Heading against the north of the reference, which is to be the magnetic one."
-        if estimate.mag
-        else "Heading against the first sample of each row: without a magnetometer it is any."
-    )
+    note = _ON_HEADING[estimate.compared_heading]
+    if estimate.compared_heading == "aligned":
+        note = note.format(math.degrees(estimate.heading_offset()))
     if found.inclination > _OTHER_FRAME:
         note += " So large an inclination is that of a reference to other axes of the earth."
     head = ("RMS over", "total", "heading", "inclination", "samples")

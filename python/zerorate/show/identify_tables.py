@@ -11,7 +11,8 @@ from zerorate.identify.identification import Identification
 from zerorate.identify.order import CRITERIA, OrderSelection, above_least
 from zerorate.identify.verdict import Verdict
 from zerorate.numerals import significant, with_error
-from zerorate.show.tables import WIDTH, Table, as_text, bulleted
+from zerorate.show.tables import Table, as_text, bulleted
+from zerorate.texts import width
 
 Row = tuple[str, ...]
 
@@ -219,7 +220,7 @@ def format_identification(found: Identification) -> str:
 
 
 def _parts(found: Identification) -> Iterator[str]:
-    title = f"{found.name} [{found.unit}]"[:WIDTH]
+    title = f"{found.name} [{found.unit}]"[: width()]
     yield f"{title}\n{'=' * len(title)}"
     yield from map(as_text, tables(found))
     yield f"Verdict\n{bulleted(found.verdict)}"

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 from typing import Final
 
 from zerorate.faults import told
+from zerorate.texts import WIDTH, width
 
-WIDTH: Final = 100
-"""Most letters in a line of a table."""
+__all__ = ["GAP", "WIDTH", "Table", "aligned", "as_text", "bulleted", "fitting", "prose"]
 
 GAP: Final = "  "
 """Between the columns of a table."""
+
+_CUT: Final = 16
+"""Letters that are left of words at least."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,8 @@ class Table:
         Columns from the left that hold words; the others hold numbers and end flush right.
     note : str
         A sentence; empty for none.
+    spare : tuple of int
+        Columns that are left out where lines are short, in this order; none if empty.
     """
 
     title: str
@@ -38,14 +43,63 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     words: int = 1
     note: str = ""
+    spare: tuple[int, ...] = ()
 
 
 def as_text(table: Table) -> str:
-    """Return a table as lines, at most `WIDTH` letters long: the longest words are cut."""
+    """Return a table as lines that fit: columns are left out that are spare, long words are cut."""
     rows = [row for row in (table.head, *table.rows) if row]
-    lines = (f"{GAP}{line}" for line in aligned(rows, table.words, WIDTH - len(GAP)))
-    note = textwrap.fill(table.note, WIDTH, initial_indent=GAP, subsequent_indent=GAP)
-    return "\n".join(filter(None, (table.title, *lines, note)))
+    if not rows:
+        return "\n".join(filter(None, (prose(table.title), prose(table.note, GAP))))
+    room = width() - len(GAP)
+    kept = fitting(rows, table.words, room, table.spare)
+    words = sum(i < table.words for i in kept)
+    shown = [[row[i] for i in kept] for row in rows]
+    lines = (f"{GAP}{line}" for line in aligned(shown, words, room))
+    note = prose(table.note, GAP)
+    return "\n".join(filter(None, (prose(table.title), *lines, note)))
+
+
+def fitting(
+    rows: Sequence[Sequence[str]], words: int, most: int, spare: Sequence[int]
+) -> list[int]:
+    """Return the columns that fit into a line.
+
+    Parameters
+    ----------
+    rows : sequence of sequence of str
+        As many cells each as there are columns.
+    words : int
+        Columns from the left that hold words, which may be cut.
+    most : int
+        Letters that a line may have.
+    spare : sequence of int
+        Columns that may be left out, in this order.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    kept, further = list(range(len(widths))), list(spare)
+    while further and _least(widths, kept, words) > most:
+        kept.remove(further.pop(0))
+    return kept
+
+
+def _least(widths: Sequence[int], kept: Sequence[int], words: int) -> int:
+    """Return how short a line can be: the widest column of words may be cut."""
+    whole = sum(widths[i] for i in kept) + len(GAP) * (len(kept) - 1)
+    longest = max((widths[i] for i in kept if i < words), default=0)
+    return whole - max(longest - _CUT, 0)
+
+
+def prose(text: str, indent: str = "", hang: str | None = None) -> str:
+    """Return a sentence in lines that fit, which are never broken within a word or option."""
+    return textwrap.fill(
+        text,
+        min(width(), WIDTH),
+        initial_indent=indent,
+        subsequent_indent=indent if hang is None else hang,
+        break_on_hyphens=False,
+        break_long_words=False,
+    )
 
 
 def aligned(rows: Sequence[Sequence[str]], words: int = 1, most: int | None = None) -> list[str]:
@@ -65,15 +119,13 @@ def aligned(rows: Sequence[Sequence[str]], words: int = 1, most: int | None = No
     excess = sum(widths) + len(GAP) * (len(widths) - 1) - (most or math.inf)
     if excess > 0:
         widest = max(range(words), key=widths.__getitem__)
-        widths[widest] -= int(excess)
+        widths[widest] = max(widths[widest] - int(excess), 1)
     return [_line(cells, widths, words) for cells in rows]
 
 
 def bulleted(notes: Iterable[str]) -> str:
     """Return sentences as a list, one a paragraph."""
-    return "\n".join(
-        textwrap.fill(f"- {told(note)}", WIDTH, subsequent_indent="  ") for note in notes
-    )
+    return "\n".join(prose(f"- {told(note)}", hang=GAP) for note in notes)
 
 
 def _line(cells: Sequence[str], widths: Sequence[int], words: int) -> str:

@@ -35,6 +35,8 @@ _ARDUPILOT_REFERENCE: Final = 35.0
 
 _ARDUPILOT_SCALE: Final = 1e6
 _AXES: Final = "XYZ"
+_FORCED: Final = ", and to write a model without any slope, with a warning"
+_NOT_SHOWN: Final = "the record does not show that the bias depends on temperature"
 
 
 @exports()
@@ -124,7 +126,7 @@ def _decoded(axis: object, key: str) -> Coefficient:
     return decoded(part(axis, key, dict))
 
 
-@exports(".params")
+@exports(".params", forced=_FORCED)
 def to_px4(
     model: TemperatureModel,
     path: str | os.PathLike[str] | None = None,
@@ -153,12 +155,13 @@ def to_px4(
     Raises
     ------
     ValueError
-        If the model has not three axes, or the unit of its samples is none of angular rate, or
+        If the record does not show that the bias depends on temperature, without `force`; if the
+        model has not three axes, or the unit of its samples is none of angular rate, or
         `instance` is none of PX4's.
     """
     if instance not in range(4):
         raise ArgumentError("instance", f"must be 0 to 3, got {instance!r}")
-    c = _per_kelvin(_in_radians(model, "PX4"))
+    c = _per_kelvin(_in_radians(model, "PX4", force))
     low, high = model.range
     named = [("ENABLE", "TC_G_ENABLE", 1), ("ID", f"TC_G{instance}_ID", device_id)]
     whole = [f"1\t1\t{name}\t{value}\t6" for _, name, value in named if value is not None]
@@ -178,7 +181,7 @@ def to_px4(
     return written("\n".join(lines) + "\n", path, force)
 
 
-@exports(".param")
+@exports(".param", forced=_FORCED)
 def to_ardupilot(
     model: TemperatureModel,
     path: str | os.PathLike[str] | None = None,
@@ -205,12 +208,13 @@ def to_ardupilot(
     Raises
     ------
     ValueError
-        If the model has not three axes, or the unit of its samples is none of angular rate, or
+        If the record does not show that the bias depends on temperature, without `force`; if the
+        model has not three axes, or the unit of its samples is none of angular rate, or
         `instance` is none of ArduPilot's.
     """
     if instance not in range(1, 4):
         raise ArgumentError("instance", f"must be 1 to 3, got {instance!r}")
-    found = _in_radians(model, "ArduPilot")
+    found = _in_radians(model, "ArduPilot", force)
     c = _moved(_per_kelvin(found), _ARDUPILOT_REFERENCE - found.reference)
     low, high = model.range
     calibration, gyro = f"INS_TCAL{instance}", f"INS_GYR{instance}"
@@ -233,7 +237,15 @@ def to_ardupilot(
     return written("\n".join(lines) + "\n", path, force)
 
 
-def _in_radians(model: TemperatureModel, program: str) -> TemperatureModel:
+def _in_radians(model: TemperatureModel, program: str, force: bool) -> TemperatureModel:
+    if not (any(model.degrees) or force):
+        raise ValueError(
+            said(
+                f"{_NOT_SHOWN}: record while the temperature changes by 15 K; ",
+                given("force", "", "force=True"),
+                " writes the bias without a slope",
+            )
+        )
     if model.axes != 3:
         raise ValueError(f"{program} takes a gyro of three axes, the model has {model.axes}")
     if model.unit not in UNITS or UNITS[model.unit].kind != "rate":
@@ -266,7 +278,7 @@ def _beyond(model: TemperatureModel) -> list[str]:
     low, high = model.range
     lines = [f"# Of {low:.1f} to {high:.1f} degC; beyond, the bias at the end of that is used."]
     if not any(model.degrees):
-        lines.append("# The record does not show that the bias depends on temperature.")
+        lines.append(f"# WARNING: {_NOT_SHOWN}.")
     return lines
 
 

@@ -1,5 +1,6 @@
 """The drift filter as the engine of a stream."""
 
+import base64
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
@@ -9,7 +10,7 @@ from zerorate.io.counts import note_on_counts
 from zerorate.io.names import UNKNOWN
 from zerorate.run.left_out import LeftOut
 from zerorate.run.live.engine import Engine
-from zerorate.run.live.lines import Layout
+from zerorate.run.live.lines import Layout, number_or_nan
 from zerorate.run.live.running import Running
 
 _HEAD: Final = 100
@@ -29,6 +30,8 @@ class DriftEngine(Engine):
         What samples are multiplied by, and the end of the sensor's range.
     samples : int
         Samples that it has seen, those lost or garbled among them.
+    accel : sequence of int
+        Columns of an accelerometer, x, y, z; none if there is none.
     """
 
     def __init__(
@@ -38,10 +41,12 @@ class DriftEngine(Engine):
         scale: float | None,
         limit: float | None,
         samples: int = 0,
+        accel: Sequence[int] = (),
     ) -> None:
         super().__init__(layout, samples)
         self._running, self._scale, self._limit = running, scale, limit
         self._head: list[list[float]] = []
+        self._accel = tuple(accel)
 
     @property
     def columns(self) -> Sequence[str]:
@@ -58,14 +63,19 @@ class DriftEngine(Engine):
         self.samples += count
         self._running.miss(count)
 
-    def answer(self, sample: list[float]) -> list[str]:
+    def read(self, cells: Sequence[str]) -> tuple[list[float], list[float]]:
+        """Return the numbers of the gyro and of the accelerometer; LineError if there are none."""
+        return self.layout.row(cells), [number_or_nan(cells[i]) for i in self._accel]
+
+    def answer(self, sample: tuple[list[float], list[float]]) -> list[str]:
         """Return the rate of each channel, and what was asked for beside it."""
         self.samples += 1
+        gyro, force = sample
         if self._scale is not None:
-            sample = [value * self._scale for value in sample]
+            gyro = [value * self._scale for value in gyro]
         elif self.samples <= _HEAD:
-            self._head.append(sample)
-        return self._running.answer(sample)
+            self._head.append(gyro)
+        return self._running.answer(gyro, force) if force else self._running.answer(gyro)
 
     def placed(self, cells: Sequence[str], texts: Sequence[str]) -> str:
         """Return the answer to a line: texts in the place of channels, further ones at its end."""
@@ -85,6 +95,9 @@ class DriftEngine(Engine):
         times = "" if self._scale is None else f" times {self._scale:.6g}"
         unit = "" if layout.unit is None else f" in {layout.unit}"
         filters = f"filters {', '.join(layout.labels)}{times}{unit}"
+        if self._accel:
+            names = layout.names or tuple(f"column {i}" for i in range(layout.fields))
+            filters += f", told of motion by {', '.join(names[i] for i in self._accel)}"
         return f"{filters}; passes on {', '.join(passing)}" if passing else filters
 
     def notice(self) -> str | None:
@@ -101,8 +114,12 @@ class DriftEngine(Engine):
         yield from LeftOut.of(filter_).sentences(self._names, seen, self._limit)
 
     def state(self) -> dict[str, Any]:
-        """Return how many missing samples the filter has not been given."""
-        return {"owed": self._running.owed}
+        """Return how many missing samples the filter has not been given, and who sees motion."""
+        motion = self._running.motion
+        if motion is None:
+            return {"owed": self._running.owed}
+        kept = base64.b64encode(motion.to_bytes()).decode()
+        return {"owed": self._running.owed, "accel": list(self._accel), "motion": kept}
 
     def to_bytes(self) -> bytes:
         """Return the filter."""

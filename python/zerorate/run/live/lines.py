@@ -256,6 +256,14 @@ def _number(cell: str) -> float:
         raise LineError(f"'{_shortened(cell)}' {error}") from None
 
 
+def number_or_nan(cell: str) -> float:
+    """Return the number in a cell, NaN where there is none."""
+    try:
+        return _number(cell)
+    except LineError:
+        return math.nan
+
+
 def seconds_in(cell: str, unit: float) -> float | None:
     """Return the time in a cell, s; None where it is missing, LineError if it is no number."""
     try:

@@ -1,22 +1,40 @@
 """What a stream is asked for: its filter, and what its lines hold."""
 
+import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Self, Unpack
 
-from zerorate._native import DriftFilter
-from zerorate.faults import ArgumentError
+from zerorate._native import DriftFilter, MotionDetector
+from zerorate.faults import ArgumentError, given, said
 from zerorate.io.counts import Scaling
 from zerorate.io.names import canonical_unit
+from zerorate.io.triads import accelerometer_of
 from zerorate.options import FILTER_OPTIONS, LIMITS, StreamOptions, checked_options, with_limits
 from zerorate.run.live.checkpoint import filter_of, whole
 from zerorate.run.live.drift import DriftEngine
 from zerorate.run.live.engine import Engine
-from zerorate.run.live.lines import Beside, Layout, Wanted, find_layout
+from zerorate.run.live.lines import (
+    Beside,
+    ColumnError,
+    Layout,
+    Wanted,
+    find_layout,
+    position_of,
+)
 from zerorate.run.live.running import Running
 from zerorate.run.live.sequence import MOST_BITS
 
-_LINES: Final = ("beside", "columns", "unit", "data_scale", "sequence", "sequence_bits")
+_LINES: Final = (
+    "beside",
+    "columns",
+    "unit",
+    "data_scale",
+    "sequence",
+    "sequence_bits",
+    "accel_columns",
+)
+_AXES: Final = 3
 
 
 @dataclass(frozen=True, init=False)
@@ -42,6 +60,10 @@ class Settings:
         Column of the sequence number; None for no such column.
     sequence_bits : int, optional
         Width of the counter that numbers the samples; None if it is to be learned.
+    accel_columns : tuple of str or int, optional
+        Those of an accelerometer, x, y, z, which tells the filter of motion, as in a replay, and
+        passes through. By default those that a header line names like the one of the gyro; none if
+        empty.
     **options
         Arguments of `zerorate.DriftFilter`, with its defaults: method "auto", output
         "compensated".
@@ -61,6 +83,7 @@ class Settings:
     data_scale: float | None
     sequence: str | int | None
     sequence_bits: int | None
+    accel_columns: tuple[str | int, ...] | None
     options: Mapping[str, Any]
 
     def __init__(
@@ -73,15 +96,18 @@ class Settings:
         data_scale: float | None = None,
         sequence: str | int | None = None,
         sequence_bits: int | None = None,
+        accel_columns: tuple[str | int, ...] | None = None,
         **options: Unpack[StreamOptions],
     ) -> None:
         if sequence_bits is not None:
             _check_bits(sequence_bits, sequence)
-        given = checked_options(options)
+        if accel_columns and len(accel_columns) != _AXES:
+            raise ArgumentError("accel_columns", f"takes three columns, got {len(accel_columns)}")
+        asked = checked_options(options)
         # Written out, so that it is the same setting whether given or not, but for the limits: what
         # they are by default depends on the unit, which a header line may tell.
-        params: Mapping[str, Any] = DriftFilter(rate, **given).params
-        settled = params.keys() - (LIMITS.keys() - given.keys())
+        params: Mapping[str, Any] = DriftFilter(rate, **asked).params
+        settled = params.keys() - (LIMITS.keys() - asked.keys())
         known = {name: params[name] for name in FILTER_OPTIONS if name in settled}
         Scaling.of(data_scale)
         vars(self).update(
@@ -92,6 +118,7 @@ class Settings:
             data_scale=data_scale,
             sequence=sequence,
             sequence_bits=sequence_bits,
+            accel_columns=accel_columns,
             options=known,
         )
 
@@ -103,7 +130,10 @@ class Settings:
     def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
         """Return a new filter for lines as the first one is; LineError or ColumnError if none."""
         layout = find_layout(cells, Wanted(self.columns, self.sequence, fields, self.unit))
-        return self._engine(layout, Running(self._of(layout), self.beside), 0)
+        accel = self._accel(layout)
+        motion = MotionDetector(self.rate) if accel else None
+        running = Running(self._of(layout), self.beside, motion=motion)
+        return self._engine(layout, running, 0, accel)
 
     def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
         """Return the filter of a checkpoint; ValueError if its parts do not belong together."""
@@ -113,13 +143,32 @@ class Settings:
             found.samples_seen != samples - owed
         ):
             raise ValueError("the parts of the state do not belong together")
-        return self._engine(layout, Running(found, self.beside, owed), samples)
+        accel = tuple(map(whole, saved.get("accel", ())))
+        motion = _motion(saved, self.rate) if accel else None
+        if accel and (accel != self._accel(layout) or motion is None):
+            raise ValueError("the parts of the state do not belong together")
+        return self._engine(layout, Running(found, self.beside, owed, motion), samples, accel)
 
     def _of(self, layout: Layout) -> DriftFilter:
         return self.filter(len(layout.channels), layout.unit)
 
-    def _engine(self, layout: Layout, running: Running, samples: int) -> Engine:
-        return DriftEngine(layout, running, self.data_scale, self.options["limit"], samples)
+    def _accel(self, layout: Layout) -> tuple[int, ...]:
+        """Return the columns of the accelerometer; ColumnError if one is not there."""
+        if self.accel_columns is None:
+            return accelerometer_of(layout.names or (), layout.channels)
+        wanted = self.accel_columns
+        places = tuple(position_of(one, layout.names, layout.fields) for one in wanted)
+        if set(places) & {*layout.channels, layout.sequence}:
+            raise ColumnError(
+                said(given("accel_columns"), " names a column of a gyro or of the sequence number")
+            )
+        return places
+
+    def _engine(
+        self, layout: Layout, running: Running, samples: int, accel: tuple[int, ...]
+    ) -> Engine:
+        limit = self.options["limit"]
+        return DriftEngine(layout, running, self.data_scale, limit, samples, accel)
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
@@ -131,12 +180,18 @@ class Settings:
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
         """Return the settings that `as_json` gave."""
-        given: dict[str, Any] = {
+        kept: dict[str, Any] = {
             name: tuple(value) if isinstance(value, list) else value
             for name, value in fields.items()
         }
-        own = {name: given.pop(name) for name in ("rate", *_LINES) if name in given}
-        return cls(**own, **given)
+        own = {name: kept.pop(name) for name in ("rate", *_LINES) if name in kept}
+        return cls(**own, **kept)
+
+
+def _motion(saved: Mapping[str, Any], rate: float) -> MotionDetector[bool] | None:
+    """Return what a checkpoint holds that sees motion; None if it is of another rate."""
+    found = filter_of(MotionDetector.from_bytes, base64.b64decode(saved["motion"], validate=True))
+    return found if found.rate == rate and found.channels is None else None
 
 
 def _check_bits(bits: int, sequence: str | int | None) -> None:

@@ -1,0 +1,334 @@
+"""Errors of a track: of where it is as a whole (ATE), and of its steps (RPE)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.faults import ArgumentError
+from zerorate.geometry import rotations
+from zerorate.io.poses import Poses
+from zerorate.metrics.channels import positive
+from zerorate.types import Floats
+
+Alignment: TypeAlias = Literal["rigid", "yaw", "similar", "origin", "none"]
+_ALIGNMENTS: Final = ("rigid", "yaw", "similar", "origin", "none")
+_Places: TypeAlias = npt.NDArray[np.intp]
+
+
+class Statistics(NamedTuple):
+    """Of errors, as evo names them; ``std`` is here `deviation`."""
+
+    rmse: float
+    mean: float
+    median: float
+    deviation: float
+    least: float
+    largest: float
+    of: int
+
+
+@dataclass(frozen=True, eq=False)
+class TrackErrors:
+    """Errors of poses, or of the steps between them.
+
+    Attributes
+    ----------
+    time : ndarray, shape (m,)
+        Of the pose of the reference; of a step that of its end, s.
+    translation : ndarray, shape (m,)
+        m.
+    rotation : ndarray, shape (m,)
+        Angles, rad; NaN where an orientation is not known.
+    turn : ndarray, shape (4,)
+        Quaternion by which the estimate was turned to fit, w, x, y, z.
+    shift : ndarray, shape (3,)
+        By which it was moved then, m.
+    scale : float
+        By which it was stretched before; 1 unless the alignment is ``"similar"``.
+    """
+
+    time: Floats
+    translation: Floats
+    rotation: Floats
+    turn: Floats
+    shift: Floats
+    scale: float
+
+    @property
+    def metres(self) -> Statistics:
+        """Of the translations, m."""
+        return _statistics(self.translation)
+
+    @property
+    def degrees(self) -> Statistics:
+        """Of the rotations that are known, deg."""
+        return _statistics(np.degrees(self.rotation[np.isfinite(self.rotation)]))
+
+    def __repr__(self) -> str:
+        """Return how many there are, and their root mean squares."""
+        turned = self.degrees
+        angle = f", {turned.rmse:.4g} deg" if turned.of else ""
+        return f"TrackErrors({len(self.time)}: RMS {self.metres.rmse:.4g} m{angle})"
+
+
+def ate(
+    estimate: Poses,
+    reference: Poses,
+    *,
+    align: Alignment = "rigid",
+    most_apart: float = 0.01,
+) -> TrackErrors:
+    """Return how far a track is from the true one, pose by pose: the absolute trajectory error.
+
+    Poses are matched by their times, and the estimate is moved as a whole to fit best.
+
+    Parameters
+    ----------
+    estimate, reference : Poses
+        On one clock.
+    align : {"rigid", "yaw", "similar", "origin", "none"}
+        What may be chosen so that positions fit best: a rotation and a shift; a rotation about the
+        vertical and a shift, for a track that knows the vertical; also a scale, for one camera; the
+        first pose; nothing. evo's ``-a``, none, ``-as``, ``--align_origin``, its default.
+    most_apart : float
+        Seconds between two poses that belong together, at most; default 0.01, evo's
+        ``--t_max_diff``.
+
+    Returns
+    -------
+    TrackErrors
+        An entry a pair; `metres` and `degrees` are its statistics.
+
+    Raises
+    ------
+    ValueError
+        If no poses belong together, an argument is not as described, or the positions lie on a
+        line, or in a point, so that no rotation fits best.
+
+    References
+    ----------
+    J. Sturm et al., "A benchmark for the evaluation of RGB-D SLAM systems", IROS 2012. S. Umeyama,
+    IEEE Trans. Pattern Anal. Mach. Intell. 13(4), 1991, equations 34 to 43. Pairs, alignment and
+    errors are those of evo 1.31, ``evo_ape``.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> time, still = np.arange(4.0), np.tile([1.0, 0.0, 0.0, 0.0], (4, 1))
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> true = zr.io.Poses(time, corners, still)
+    >>> moved = zr.metrics.ate(zr.io.Poses(time, corners + 5.0, still), true)
+    >>> round(moved.metres.rmse, 9), moved.shift.round(9).tolist()
+    (0.0, [-5.0, -5.0, -5.0])
+    """
+    if align not in _ALIGNMENTS:
+        known = ", ".join(map(repr, _ALIGNMENTS))
+        raise ArgumentError("align", f"must be one of {known}, got {align!r}")
+    first, second = _matched(estimate, reference, positive("most_apart", most_apart))
+    found, true = _taken(estimate, first), _taken(reference, second)
+    turn, shift, scale = _fitted(found, true, align)
+    place = rotated(turn, scale * found.position) + shift
+    turned = rotations.product(turn, found.quaternion)
+    apart = rotations.angle(rotations.product(rotations.inverse(true.quaternion), turned))
+    distance = np.linalg.norm(place - true.position, axis=1)
+    return TrackErrors(true.time, distance, apart, turn, shift, scale)
+
+
+def rpe(
+    estimate: Poses,
+    reference: Poses,
+    *,
+    delta: float = 1.0,
+    unit: Literal["poses", "m", "s"] = "poses",
+    every: bool = False,
+    most_apart: float = 0.01,
+) -> TrackErrors:
+    """Return how far steps of a track are from the true ones: the relative pose error.
+
+    It does not depend on where the track begins, so nothing is aligned.
+
+    Parameters
+    ----------
+    estimate, reference : Poses
+        On one clock, with orientations.
+    delta : float
+        Length of a step; default 1.
+    unit : {"poses", "m", "s"}
+        Of `delta`: pairs of poses, metres of the estimate's path, as evo has them, or seconds.
+    every : bool
+        Whether a step begins at every pose; else at the end of the one before. By metres a step is
+        then the one that is nearest to `delta`, within a tenth of it (evo's ``--all_pairs``).
+    most_apart : float
+        As of `ate`.
+
+    Returns
+    -------
+    TrackErrors
+        An entry a step.
+
+    Raises
+    ------
+    ValueError
+        If there is no such step, or an argument is not as described.
+
+    References
+    ----------
+    J. Sturm et al., as of `ate`; pairs and errors are those of evo 1.31, ``evo_rpe``, whose unit
+    has no seconds.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> time, still = np.arange(4.0), np.tile([1.0, 0.0, 0.0, 0.0], (4, 1))
+    >>> line = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]])
+    >>> true = zr.io.Poses(time, line, still)
+    >>> found = zr.metrics.rpe(zr.io.Poses(time, 1.1 * line, still), true)
+    >>> found.translation.round(9).tolist()
+    [0.1, 0.1, 0.1]
+    """
+    first, second = _matched(estimate, reference, positive("most_apart", most_apart))
+    found, true = _taken(estimate, first), _taken(reference, second)
+    begin, end = _steps(found, positive("delta", delta), unit, every)
+    if not begin.size:
+        raise ValueError(f"the track has no step of {delta:g} {unit}")
+    place, turned = _step(found, begin, end)
+    true_place, true_turned = _step(true, begin, end)
+    # E = (Q_i^-1 Q_j)^-1 (P_i^-1 P_j): its translation is turned, which keeps its length.
+    distance = np.linalg.norm(place - true_place, axis=1)
+    apart = rotations.angle(rotations.product(rotations.inverse(true_turned), turned))
+    identity = np.array([1.0, 0.0, 0.0, 0.0])
+    return TrackErrors(true.time[end], distance, apart, identity, np.zeros(3), 1.0)
+
+
+def rotated(q: Floats, vectors: Floats) -> Floats:
+    """Return vectors of shape (n, 3) turned by quaternions of shape (4,) or (n, 4)."""
+    w, u = q[..., :1], q[..., 1:]
+    across = np.cross(u, vectors)
+    turned: Floats = vectors + 2.0 * (w * across + np.cross(u, across))
+    return turned
+
+
+def _statistics(values: Floats) -> Statistics:
+    if not values.size:
+        nan = float("nan")
+        return Statistics(nan, nan, nan, nan, nan, nan, 0)
+    return Statistics(
+        float(np.sqrt(np.mean(values**2))),
+        float(values.mean()),
+        float(np.median(values)),
+        float(values.std()),
+        float(values.min()),
+        float(values.max()),
+        values.size,
+    )
+
+
+def _matched(estimate: Poses, reference: Poses, most: float) -> tuple[_Places, _Places]:
+    """Return which poses belong together: of the fewer each with the nearest of the others."""
+    more = len(estimate) > len(reference)
+    few, many = (reference, estimate) if more else (estimate, reference)
+    after = np.clip(np.searchsorted(many.time, few.time), 1, max(len(many) - 1, 1))
+    if len(many) == 1:
+        after = np.zeros(len(few), dtype=np.intp)
+    before = np.maximum(after - 1, 0)
+    earlier = np.abs(many.time[before] - few.time) <= np.abs(many.time[after] - few.time)
+    nearest = np.where(earlier, before, after)
+    there = np.abs(many.time[nearest] - few.time) <= most
+    own, others = np.flatnonzero(there), nearest[there]
+    if not own.size:
+        spans = [f"{one.time[0]:.3f} to {one.time[-1]:.3f} s" for one in (estimate, reference)]
+        raise ValueError(
+            f"no poses are within {most:g} s of each other: the track's are of {spans[0]}, the "
+            f"reference's of {spans[1]}"
+        )
+    return (others, own) if more else (own, others)
+
+
+def _taken(poses: Poses, places: _Places) -> Poses:
+    # A pose may be the nearest of several: their times do not increase, so that none is checked.
+    taken = object.__new__(Poses)
+    for name in ("time", "position", "quaternion"):
+        object.__setattr__(taken, name, getattr(poses, name)[places])
+    object.__setattr__(taken, "source", poses.source)
+    return taken
+
+
+def _fitted(found: Poses, true: Poses, align: Alignment) -> tuple[Floats, Floats, float]:
+    """Return rotation, shift and scale that bring positions together best."""
+    identity = np.array([1.0, 0.0, 0.0, 0.0])
+    if align == "none":
+        return identity, np.zeros(3), 1.0
+    if align == "origin":
+        turn = rotations.product(true.quaternion[0], rotations.inverse(found.quaternion[0]))
+        return turn, true.position[0] - rotated(turn, found.position[0]), 1.0
+    there = np.isfinite(found.position).all(axis=1) & np.isfinite(true.position).all(axis=1)
+    x, y = found.position[there], true.position[there]
+    if not len(x):
+        raise ValueError("no pair of poses has both positions")
+    a, b = x - x.mean(axis=0), y - y.mean(axis=0)
+    if align == "yaw":
+        angle = np.arctan2(
+            np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a[:, :2] * b[:, :2])
+        )
+        turn, scale = np.array([np.cos(0.5 * angle), 0.0, 0.0, np.sin(0.5 * angle)]), 1.0
+    else:
+        u, d, vt = np.linalg.svd(b.T @ a / len(x))
+        if np.count_nonzero(d > np.finfo(float).eps) < 2:
+            raise ValueError(
+                "the positions lie on a line or in a point, so that no rotation fits best: give "
+                "align='yaw' or 'none'"
+            )
+        sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
+        turn = rotations.of_matrices((u * sign @ vt)[np.newaxis])[0]
+        scale = float(d @ sign / np.mean(np.sum(a**2, axis=1))) if align == "similar" else 1.0
+    return turn, y.mean(axis=0) - rotated(turn, scale * x.mean(axis=0)), scale
+
+
+def _steps(found: Poses, delta: float, unit: str, every: bool) -> tuple[_Places, _Places]:
+    """Return where steps begin and end."""
+    n = len(found.time)
+    if unit == "poses":
+        step = int(delta)
+        if step != delta:
+            raise ArgumentError("delta", f"must be a whole number of poses, got {delta}")
+        begin = np.arange(0, n - step, 1 if every else step)
+        return begin, begin + step
+    if unit not in ("m", "s"):
+        raise ArgumentError("unit", f"must be 'poses', 'm' or 's', got {unit!r}")
+    moved = np.linalg.norm(np.diff(found.position, axis=0), axis=1) if unit == "m" else None
+    course = found.time - found.time[0] if moved is None else np.concatenate(([0], moved.cumsum()))
+    return _nearest(course, delta) if every else _in_turn(course, delta, unit == "m")
+
+
+def _in_turn(course: Floats, delta: float, by_path: bool) -> tuple[_Places, _Places]:
+    """Return steps of which each begins at the end of the one before, as evo has those of paths."""
+    ends: list[int] = [] if by_path else [0]
+    last = course[0]
+    for i, value in enumerate(course.tolist()):
+        if value - last >= delta:
+            ends.append(i)
+            last = value
+    places = np.array(ends, dtype=np.intp)
+    return places[:-1], places[1:]
+
+
+def _nearest(course: Floats, delta: float) -> tuple[_Places, _Places]:
+    """Return from each pose the step that is nearest to a length, within a tenth of it."""
+    begin = np.arange(len(course) - 1)
+    after = np.clip(np.searchsorted(course, course[:-1] + delta), begin + 1, len(course) - 1)
+    before = np.maximum(after - 1, begin + 1)
+    miss = [np.abs(course[place] - course[:-1] - delta) for place in (before, after)]
+    end = np.where(miss[0] <= miss[1], before, after)
+    near = np.minimum(*miss) <= 0.1 * delta
+    return begin[near], end[near]
+
+
+def _step(poses: Poses, begin: _Places, end: _Places) -> tuple[Floats, Floats]:
+    """Return translation and rotation of steps, in the axes of the body at their beginning."""
+    back = rotations.inverse(poses.quaternion[begin])
+    place = rotated(back, poses.position[end] - poses.position[begin])
+    return place, rotations.product(back, poses.quaternion[end])
