@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import zerorate as zr
 from support.signals import RATE
 from zerorate import metrics
 from zerorate.geometry import rotations
@@ -191,7 +192,10 @@ class TestOrientationErrors:
         [
             ({"quaternions": np.zeros((10, 3))}, r"quaternions must have shape \(n, 4\)"),
             ({"reference": np.ones((9, 4))}, "of one length, got 10 and 9"),
-            ({"heading": "free"}, "heading must be 'absolute' or 'relative', got 'free'"),
+            (
+                {"heading": "free"},
+                "heading must be one of 'absolute', 'relative', 'aligned', got 'free'",
+            ),
             ({"where": np.ones(10)}, "where must hold true and false in shape"),
             ({"where": np.ones(9, dtype=bool)}, r"in shape \(10,\), got bool in \(9,\)"),
             ({"where": np.zeros(10, dtype=bool)}, "no sample that counts is present"),
@@ -202,3 +206,17 @@ class TestOrientationErrors:
         arguments = {"quaternions": np.ones((10, 4)), "reference": np.ones((10, 4))}
         with pytest.raises(ValueError, match=match):
             metrics.orientation_errors(**arguments | change)
+
+
+def test_headings_are_aligned_by_the_angle_that_fits_best():
+    rng = np.random.default_rng(1)
+    true = rng.standard_normal((50, 4))
+    angle = 0.7 + 0.01 * rng.standard_normal(50)
+    zero = np.zeros(50)
+    turn = np.column_stack((np.cos(angle / 2.0), zero, zero, np.sin(angle / 2.0)))
+    found = rotations.product(turn, true)
+    assert zr.metrics.heading_offset(found, true) == pytest.approx(angle.mean(), abs=1e-4)
+    aligned = zr.metrics.orientation_errors(found, true, heading="aligned")
+    assert aligned.heading == pytest.approx(angle.std(), rel=1e-3)
+    assert aligned.inclination == pytest.approx(0.0, abs=1e-7)
+    assert zr.metrics.heading_offset(true, found) == pytest.approx(-angle.mean(), abs=1e-4)

@@ -113,7 +113,7 @@ def ate(
     ----------
     J. Sturm et al., "A benchmark for the evaluation of RGB-D SLAM systems", IROS 2012. S. Umeyama,
     IEEE Trans. Pattern Anal. Mach. Intell. 13(4), 1991, equations 34 to 43. Pairs, alignment and
-    errors are those of evo 1.31, ``evo_ape``.
+    errors are those of evo 1.38, ``evo_ape``.
 
     Examples
     --------
@@ -177,7 +177,7 @@ def rpe(
 
     References
     ----------
-    J. Sturm et al., as of `ate`; pairs and errors are those of evo 1.31, ``evo_rpe``, whose unit
+    J. Sturm et al., as of `ate`; pairs and errors are those of evo 1.38, ``evo_rpe``, whose unit
     has no seconds.
 
     Examples
@@ -301,12 +301,12 @@ def _steps(found: Poses, delta: float, unit: str, every: bool) -> tuple[_Places,
         raise ArgumentError("unit", f"must be 'poses', 'm' or 's', got {unit!r}")
     moved = np.linalg.norm(np.diff(found.position, axis=0), axis=1) if unit == "m" else None
     course = found.time - found.time[0] if moved is None else np.concatenate(([0], moved.cumsum()))
-    return _nearest(course, delta) if every else _in_turn(course, delta, unit == "m")
+    return _nearest(course, delta) if every else _in_turn(course, delta)
 
 
-def _in_turn(course: Floats, delta: float, by_path: bool) -> tuple[_Places, _Places]:
+def _in_turn(course: Floats, delta: float) -> tuple[_Places, _Places]:
     """Return steps of which each begins at the end of the one before, as evo has those of paths."""
-    ends: list[int] = [] if by_path else [0]
+    ends = [0]
     last = course[0]
     for i, value in enumerate(course.tolist()):
         if value - last >= delta:

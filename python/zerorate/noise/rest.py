@@ -278,7 +278,7 @@ def _means(rows: npt.NDArray[np.generic]) -> Floats:
     """Return the mean of each row, NaN where half of it or more is missing."""
     whole: Floats = np.asarray(rows.sum(axis=1, dtype=np.float64))
     if np.isfinite(whole).all():
-        return whole / rows.shape[1]
+        return np.asarray(whole / rows.shape[1])
     there = np.isfinite(rows)
     count = there.sum(axis=1)
     sums = np.where(there, rows, 0.0).sum(axis=1)
