@@ -15,6 +15,7 @@ extensions = [
     "commands",
     "myst_parser",
     "numpydoc",
+    "reference",
     "sphinx.ext.autodoc",
     "sphinx_copybutton",
 ]
@@ -29,7 +30,12 @@ autodoc_typehints = "none"
 numpydoc_show_class_members = False
 add_module_names = False
 
+# Two hyphens before an option stay two hyphens, which can be copied.
+smartquotes = False
+
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_title = f"zerorate {version}"
 html_show_sourcelink = False
 copybutton_prompt_text = r">>> |\.\.\. |\$ "

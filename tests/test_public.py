@@ -75,8 +75,10 @@ def test_signatures_can_be_read(name):
 
 def test_the_reference_has_every_name():
     page = (Path(__file__).parents[1] / "docs/reference/api.md").read_text(encoding="utf-8")
-    assert [name for name in zr.__all__ if f"zerorate.{name}\n" not in page] == ["__version__"]
+    page = re.sub(" -- .*", "", page)
+    missing = [name for name in zr.__all__ if not re.search(rf"zerorate\.{name}(\.\*)?\n", page)]
+    assert missing == ["__version__"]
     moved = (f"zerorate.{home}.{name}" for name, home in zr._MODULES.items() if "." not in home)
-    whole = re.findall(r"automodule:: (\S+)\n", page)
+    whole = re.findall(r"^(zerorate\.\S+)\.\*$", page, re.MULTILINE)
     listed = (name for name in moved if name.rpartition(".")[0] not in whole)
     assert [name for name in listed if f"{name}\n" not in page and "._native." not in name] == []

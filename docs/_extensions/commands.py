@@ -34,7 +34,7 @@ def _section(group, name):
             row = parameter.get_help_record(context)
             if row is not None:
                 panels[_panel(parameter)].append(row)
-    parts = [f"## {name}", f"```text\nzerorate {name} {usage}\n```", _prose(command.help)]
+    parts = [f"## {name}", f"```sh\nzerorate {name} {usage}\n```", _prose(command.help)]
     for title, rows in panels.items():
         lines = [f"| {title} | |", "| --- | --- |"]
         lines += [f"| {_options(first)} | {_cell(second)} |" for first, second in rows]
