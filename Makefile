@@ -94,6 +94,7 @@ results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and
 	$(BIN)/python examples/navigation_tables.py
 	$(BIN)/python examples/navigation_figures.py
 	$(BIN)/python examples/rest_accel.py
+	$(BIN)/python examples/readme_numbers.py
 
 compare: $(STAMP) ## Compare all methods on simulated gyros and on the recordings in RECORDINGS
 	$(BIN)/zerorate compare --simulated --rate 100 $(RECORDINGS)/adis16405_static_100hz_run1.parquet

@@ -67,19 +67,31 @@ def differences(x: Floats, m: int) -> Floats:
     return (means[m:] - means[:-m]) / np.sqrt(2.0)
 
 
+def settled_rests(trace: dict[str, Floats], rate: float) -> list[slice]:
+    """Return the rests from the fourth on, without their ends."""
+    rests = runs(trace["at_rest"].all(axis=1), round(15.0 * rate))
+    return [inner(r, rate) for r in rests[FOURTH:]]
+
+
+def deviations(
+    trace: dict[str, Floats], turned: Floats, rate: float, settled: list[slice], tau: float
+) -> list[float]:
+    """Return Allan deviations at rest of the fused rate, the mean and one sensor."""
+    m = round(tau * rate)
+    long = [r for r in settled if r.stop - r.start > 2 * m]
+    return [
+        rms(np.concatenate([differences(x[r], m) for r in long]))
+        for x in (trace["rate"], turned.mean(axis=1), turned)
+    ]
+
+
 def noise(trace: dict[str, Floats], turned: Floats, rate: float) -> list[list[str]]:
     """Return the rows of the first table."""
-    rests = runs(trace["at_rest"].all(axis=1), round(15.0 * rate))
-    settled = [inner(r, rate) for r in rests[FOURTH:]]
-    mean = turned.mean(axis=1)
-    rows = []
-    for tau in TAUS:
-        m = round(tau * rate)
-        three = [
-            rms(np.concatenate([differences(x[r], m) for r in settled if r.stop - r.start > 2 * m]))
-            for x in (trace["rate"], mean, turned)
-        ]
-        rows.append(row(f"Allan deviation at {tau:g} s, deg/s", three))
+    settled = settled_rests(trace, rate)
+    rows = [
+        row(f"Allan deviation at {tau:g} s, deg/s", deviations(trace, turned, rate, settled, tau))
+        for tau in TAUS
+    ]
     return [*rows, row(f"angle lost in {HORIZON:g} s, deg", coasted(trace, turned, rate, settled))]
 
 
@@ -154,6 +166,12 @@ class Study:
         """Return the RMS change in motion and at rest."""
         change = after - before
         return f"{rms(change[self.moving]):.3f} / {rms(change[self.rest]):.3f}"
+
+    def gain(self, tau: float) -> float:
+        """Return one sensor's Allan deviation over the array's, at rest."""
+        rests = settled_rests(self.clean, self.rate)
+        fused, _, one = deviations(self.clean, self.turned(self.z), self.rate, rests, tau)
+        return one / fused
 
     def noise(self) -> str:
         """Return the first table."""

@@ -133,7 +133,7 @@ def units(recordings: Path) -> None:
     """Print the errors of the eight units of the array before and after, on what was not fitted."""
     rows = []
     for unit in UNITS:
-        found = _of_unit(recordings, unit)
+        found = of_unit(recordings, unit)
         norms = 1e3 * found.norm_error_raw, 1e3 * found.norm_error
         carried = np.degrees([found.carry_error_raw, found.carry_error])
         lost = int(np.count_nonzero(~found.identifiable))
@@ -151,7 +151,8 @@ def units(recordings: Path) -> None:
     print(table("eight units, held out", head, rows, markdown=True))
 
 
-def _of_unit(recordings: Path, unit: int, stop: float | None = None) -> zr.Calibration:
+def of_unit(recordings: Path, unit: int, stop: float | None = None) -> zr.Calibration:
+    """Return the calibration of a unit of the array, by the record up to so many seconds."""
     gyro, accel = _logs(recordings, unit, stop)
     return zr.calibrate(gyro=gyro, accel=accel)
 
@@ -167,12 +168,12 @@ def angles(recordings: Path) -> None:
 
     They are calibrated on the first half, by gravity alone; the turns are those of the second.
     """
-    whole = _of_unit(recordings, 1)
+    whole = of_unit(recordings, 1)
     late = [turn for turn in whole.turns if turn.start > LEARNED and turn.used]
     found: dict[str, list[list[float]]] = {"bias alone removed": [], "calibrated": []}
     for unit in UNITS:
         gyro, accel = _logs(recordings, unit)
-        calibration = _of_unit(recordings, unit, LEARNED)
+        calibration = of_unit(recordings, unit, LEARNED)
         corrected = calibration.apply_gyro(gyro.data, calibration.apply_accel(accel.data))
         for name, rates in zip(found, (gyro.data, corrected), strict=True):
             found[name].append([_angle(rates, gyro.rate, whole, turn) for turn in late])

@@ -31,12 +31,26 @@ SETTLED = 120.0
 """Seconds from which on errors of simulated drives count."""
 
 
-def drive_rows(folder):
-    """Yield the rows of the recorded drive."""
+def read_drive(folder):
+    """Return sensors in the axes of the body, fixes, mounting, and the start from a rest."""
     mounting = zr.navigation.read_mounting(folder / IMU)
     imu = zr.navigation.body_axes(zr.read_recording(folder / IMU), mounting.body_from_sensor)
     fixes = zr.read_fixes(folder / GNSS)
     start = zr.align(imu, latitude=fixes.position[0, 0], heading="course", span=RESTED)
+    return imu, fixes, mounting, start
+
+
+def outages_of_the_drive(folder, seconds, **options):
+    """Return the outages of the recorded drive, by the inertial sensors alone."""
+    imu, fixes, mounting, start = read_drive(folder)
+    nav = zr.NavigationFilter(start, antenna=mounting.antenna)
+    asked = {"seconds": seconds, "nav": nav, "time_offset": mounting.time_offset, **options}
+    return zr.navigation.outages(imu, fixes, **asked)
+
+
+def drive_rows(folder):
+    """Yield the rows of the recorded drive."""
+    imu, fixes, mounting, start = read_drive(folder)
     found = {}
     for name, wheels in (("INS", {}), ("INS + wheels", {"vehicle": "wheeled", "axle": AXLE})):
         nav = zr.NavigationFilter(start, antenna=mounting.antenna, **wheels)

@@ -51,7 +51,7 @@ def _panel(parameter):
 
 def _options(text):
     """Return the names of an option and what it takes as code."""
-    return f"`{text}`".replace("|", "\\|")
+    return ", ".join(f"`{one}`" for one in text.split(", ")).replace("|", "\\|")
 
 
 def _prose(text):
