@@ -30,7 +30,8 @@ from zerorate.run.workers import on_threads, workers
 RATE = 100.0
 PART = 1 << 18
 AXES = tuple(f"{sensor}_{axis}" for sensor in ("gyro", "acc") for axis in "xyz")
-CASES = ("--method fading --only --no-figure", "--only --no-figure", "--no-figure", "")
+OTHERS = "--methods kf,akf,fading"
+CASES = ("--method fading --no-figure", "--no-figure", f"{OTHERS} --no-figure", OTHERS)
 
 
 def make(path, rows):

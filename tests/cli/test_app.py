@@ -18,7 +18,7 @@ MISTYPED = {
     "fly": "there is no command 'fly'; zerorate --help lists all",
     "replai": "there is no command 'replai'; did you mean replay?",
     "--foo": "there is no option --foo; zerorate --help lists all",
-    "replay": "missing: log; for example: zerorate replay imu.csv --unit deg/s -o out",
+    "replay": "missing: logs; for example: zerorate replay imu.csv --unit deg/s -o out",
     "batch x": "missing: -o; for example: zerorate batch logs -o out",
     "demo x": "unexpected: x; for example: zerorate demo --device MPU-6050 -o demo",
     "demo --sed 1": "there is no option --sed; did you mean --seed?",

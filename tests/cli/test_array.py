@@ -234,7 +234,10 @@ class TestFaults:
         ("options", "told"),
         [
             (("--method", "kf"), "--method has no effect on --array"),
-            (("--fading", "0.9", "--only"), "--fading, --only have no effect on --array"),
+            (
+                ("--fading", "0.9", "--methods", "kf"),
+                "--fading, --methods have no effect on --array",
+            ),
             (("--calibration", "x.json"), "--calibration has no effect on --array"),
             (("--no-accel",), "--no-accel has no effect on --array"),
             (("--limit", "-1"), "limit"),

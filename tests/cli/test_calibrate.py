@@ -133,7 +133,7 @@ class TestReplay:
     """``zerorate replay --calibration``."""
 
     def test_the_gyro_is_corrected_before_it_is_filtered(self, call, cal, log, out):
-        options = ("-o", out, "--only", "--no-figure", "--format", "csv")
+        options = ("-o", out, "--no-figure", "--format", "csv")
         code, text, errors = call("replay", "--calibration", cal, log, *options)
         assert (code, errors) == (0, "")
         assert "gyro: corrected by a calibration of 4 rests and 3 turns" in one_line(text)
@@ -153,9 +153,7 @@ class TestReplay:
             for i, axis in enumerate("xyz")
         }
         log = write_table(tmp_path / "two.csv", columns)
-        code, text, _ = call(
-            "replay", "--calibration", cal, log, "-o", out, "--only", "--no-figure"
-        )
+        code, text, _ = call("replay", "--calibration", cal, log, "-o", out, "--no-figure")
         assert code == 0
         assert "- of 2 accelerometers accel is taken for the force on the gyro" in text
 

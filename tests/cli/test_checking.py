@@ -71,7 +71,7 @@ def test_a_log_in_blocks_is_put_right_as_well(call, logs, tmp_path):
         table |= {n: log.accel.data[:, i] for i, n in enumerate(log.accel.names)}
         written[name] = _parquet(tmp_path / f"{name}.parquet", table)
         out = tmp_path / f"{name}-out.parquet"
-        code, _, _ = call("replay", written[name], "-o", out, "--no-figure", "--only", "--fix")
+        code, _, _ = call("replay", written[name], "-o", out, "--no-figure", "--fix")
         assert code == 0
     one, other = (zr.read_log(tmp_path / f"{n}-out.parquet").data for n in ("right", "sign"))
     np.testing.assert_array_equal(one, other)

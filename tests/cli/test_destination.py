@@ -15,7 +15,7 @@ def log(tmp_path):
     return write_gyros(tmp_path / "run.csv")
 
 
-REPLAY = ("replay", ("--only",))
+REPLAY = ("replay", ())
 CASES = {
     "a folder": (REPLAY, "new", ["run-zerorate.parquet", "run-zerorate.png"]),
     "a folder of folders": (REPLAY, "new/deep", ["run-zerorate.parquet", "run-zerorate.png"]),
@@ -28,7 +28,7 @@ CASES = {
     "a curve": (("allan", ()), "new/noise.json", ["noise.json", "noise.png"]),
     "a curve's figure": (("allan", ()), "new/noise.pdf", ["noise.csv", "noise.pdf"]),
     "exports": (
-        ("allan", ("--no-figure", "--export", "json")),
+        ("allan", ("--no-figure", "--force", "--export", "json")),
         "new/noise.csv",
         ["noise-models.json", "noise.csv"],
     ),

@@ -40,25 +40,44 @@ class TestReplay:
 
     def test_options_that_act_on_the_baselines_alone_are_told(self, cli, log, out):
         options = ("--order", "3,1", "--fading", "0.9", "--startup", "2", "--no-figure")
+        options += ("--methods", "kf,fading")
         code, text, errors = cli(log, "-o", out, *options)
         assert (code, errors) == (0, "")
         told = "--order, --fading have no effect on auto, only on the methods that the table"
         assert text.endswith(f"\n{told} compares it with\n")
+
+    def test_several_logs_have_one_table(self, cli, log, tmp_path, out):
+        other = write_gyros(tmp_path / "other.parquet")
+        code, text, _ = cli(log, other, "-o", out, "--no-figure")
+        assert code == 0
+        assert names(out) == ["other-zerorate.parquet", "run-zerorate.parquet"]
+        first = [line.split()[0] for line in text.split("\n")[2:6]]
+        assert first == ["run.parquet", "gyro_y", "other.parquet", "gyro_y"]
+        code, _, errors = cli(log, other, "-o", out / "a.parquet")
+        assert (code, "takes a folder where there are several logs" in errors) == (2, True)
+        code, _, errors = cli(log, log, "-o", out)
+        assert (code, "two logs have one name" in errors) == (2, True)
+
+    @pytest.mark.parametrize("typed", ["ekf", "", "kf,,akf"])
+    def test_methods_that_there_are_not(self, cli, log, out, typed):
+        code, _, errors = cli(log, "-o", out, "--methods", typed)
+        assert code == 2
+        assert errors.startswith("zerorate: --methods takes ")
 
     @pytest.mark.parametrize(
         ("options", "told"),
         [
             (
                 ("--method", "kf", "--fading", "0.9"),
-                "--fading has no effect on methods 'akf' and 'kf', only on 'fading'",
+                "--fading has no effect on method 'kf', only on 'fading'",
             ),
             (
-                ("--only", "--order", "3,1"),
+                ("--order", "3,1"),
                 "--order has no effect on method 'auto', only on 'kf', 'akf', 'fading' and "
                 "'robust'",
             ),
             (
-                ("--only", "--fading", "0.97"),
+                ("--fading", "0.97"),
                 "--fading has no effect on method 'auto', only on 'fading'",
             ),
         ],
@@ -68,9 +87,10 @@ class TestReplay:
         assert names(out) == []
 
     def test_options_of_the_baselines_reach_them_alone(self, cli, log, out):
-        text = cli(log, "-o", out, "--no-figure")[1]
-        other = cli(log, "-o", out, "--no-figure", "--fading", "0.5", "--force")[1]
-        rows = [[line.split()[-6:] for line in t.split("\n")[3:8]] for t in (text, other)]
+        asked = (log, "-o", out, "--no-figure", "--methods", "kf,akf,fading")
+        text, other = cli(*asked)[1], cli(*asked, "--fading", "0.5", "--force")[1]
+        tables = [t.partition("Bias as each")[2].split("\n")[3:8] for t in (text, other)]
+        rows = [[line.split()[-6:] for line in table] for table in tables]
         same = [one == another for one, another in zip(*rows, strict=True)]
         assert same == [True, True, True, False, True]
 
@@ -78,7 +98,7 @@ class TestReplay:
     def test_bias_and_rest_stand_beside_the_compensated_rate(self, cli, log, out, kind):
         code, text, _ = cli(log, "-o", out, "--no-figure", "--format", kind)
         assert code == 0
-        assert "Learned by auto" in text
+        assert "Bias at the end, by auto" in text
         trace = DriftFilter(100.0, method="auto", channels=2, **LIMITS).trace(read_log(log).data)
         columns = ["bias_gyro_x_dps", "bias_sigma_gyro_y_dps", "at_rest_gyro_y"]
         beside = [read_log(out / f"run-zerorate.{kind}", columns=name) for name in columns]
@@ -138,7 +158,7 @@ class TestReplay:
         z[:1000] += 60.0
         z[2000:2010] = 200.0
         log = write_table(tmp_path / "run.csv", {"gyro_x_dps": z[:, 0]})
-        code, text, errors = cli(log, "-o", out, "--only", "--no-figure", *given.split())
+        code, text, errors = cli(log, "-o", out, "--no-figure", *given.split())
         assert (code, errors) == (0, "")
         alone = DriftFilter(100.0, method="auto", output="compensated", channels=1, **limits)
         filtered = read_log(out / "run-zerorate.parquet")
@@ -148,7 +168,7 @@ class TestReplay:
 
     def test_limits_are_in_the_unit_of_the_log(self, cli, tmp_path, out):
         log = write_gyros(tmp_path / "run.parquet", unit="rad/s")
-        assert cli(log, "-o", out, "--no-figure", "--only")[0] == 0
+        assert cli(log, "-o", out, "--no-figure")[0] == 0
         limits = {name: math.radians(limit) for name, limit in LIMITS.items()}
         alone = DriftFilter(100.0, method="auto", output="compensated", channels=2, **limits)
         filtered = read_log(out / "run-zerorate.parquet")
@@ -159,7 +179,7 @@ class TestReplay:
         z[1000:1500] = z[1000]
         z[2000:2010] = 250.0
         log = write_table(tmp_path / "run.csv", {"gyro_x_dps": z[:, 0]})
-        assert cli(log, "-o", out, "--only", "--no-figure", "--limit", 250)[0] == 0
+        assert cli(log, "-o", out, "--no-figure", "--limit", 250)[0] == 0
         alone = DriftFilter(100.0, method="auto", limit=250.0, channels=1, **LIMITS)
         trace = alone.trace(z)
         for name, expected in (("stuck", trace.stuck), ("saturated", trace.saturated)):
@@ -239,7 +259,7 @@ USAGE_FAULTS = {
     "startup": (("--startup", "-1"), "startup"),
     "rest limit": (("--rest-limit", "-1"), "--rest-limit must be a positive number, got -1"),
     "rest limit no number": (("--rest-limit", "low"), "--rest-limit takes a number or 'none'"),
-    "rest limit of kf": (("--method", "kf", "--rest-limit", "3"), "no effect on methods 'akf' and"),
+    "rest limit of kf": (("--method", "kf", "--rest-limit", "3"), "no effect on method 'kf', only"),
     "rest limit of all": (
         ("--rest-limit", "3", "--motion", "ignore"),
         "--rest-limit has no effect on motion 'ignore', only on 'hold'",
@@ -323,7 +343,7 @@ def test_all_panels_of_the_figure(cli, log, out):
     """The usual ones are a column of a page wide, all of them two."""
     widths = []
     for chosen in ("usual", "all"):
-        assert cli(log, "-o", out, "--only", "--force", "--figure", chosen)[0] == 0
+        assert cli(log, "-o", out, "--force", "--figure", chosen)[0] == 0
         (figure,) = out.glob("*.png")
         # Where a PNG has its width.
         widths.append(int.from_bytes(figure.read_bytes()[16:20]))

@@ -102,7 +102,7 @@ class TestDemo:
         code, text, errors = call("demo", "-o", out, "--duration", "20")
         assert (code, errors) == (0, "")
         assert "true error" in text
-        assert "Learned by auto" in text
+        assert "Bias at the end, by auto" in text
         assert names(out) == ["demo-zerorate.parquet", "demo-zerorate.png"]
         assert call("demo", "-o", out, "--duration", "20")[0] == 2
         assert call("demo", "-o", out, "--duration", "20", "--force")[0] == 0

@@ -35,7 +35,7 @@ def log(tmp_path_factory):
 
 
 TEXTS = {
-    "replay": (("--no-figure", "--only"), "sqrt(h)", "+/-"),
+    "replay": (("--no-figure",), "sqrt(h)", "+/-"),
     "allan": (("--no-figure",), "+/-", "%"),
     "compare": (("--methods", "raw,ema"), "ema*", "At rest"),
 }
@@ -77,7 +77,7 @@ class TestEncodings:
         assert text.encode("ascii", "zerorate.substitutes").decode() == substitute
 
     def test_help(self):
-        code, text, errors = zerorate("replay", "--help", encoding="ascii")
+        code, text, errors = zerorate("replay", "--help-all", encoding="ascii")
         assert (code, errors) == (0, b"")
         assert b"--figure-format" in text
 

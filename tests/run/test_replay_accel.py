@@ -72,9 +72,7 @@ def test_by_the_command(tmp_path, capsys):
     rest = {}
     for name, options in {"both": [], "alone": ["--no-accel"]}.items():
         folder = tmp_path / name
-        assert (
-            run(["replay", str(path), "-o", f"{folder}/", "--no-figure", "--only", *options]) == 0
-        )
+        assert run(["replay", str(path), "-o", f"{folder}/", "--no-figure", *options]) == 0
         assert ("the accelerometer" in capsys.readouterr().out) == (not options)
         (filtered,) = folder.iterdir()
         rest[name] = pq.read_table(filtered).to_pandas()
@@ -119,7 +117,7 @@ def test_refused(tmp_path):
 
 def test_without_one_nothing_is_said(tmp_path, capsys):
     path = write(tmp_path / "imu.parquet", with_accel=False)
-    assert run(["replay", str(path), "-o", f"{tmp_path}/out/", "--no-figure", "--only"]) == 0
+    assert run(["replay", str(path), "-o", f"{tmp_path}/out/", "--no-figure"]) == 0
     assert "accelerometer" not in capsys.readouterr().out
 
 

@@ -210,7 +210,7 @@ def test_progress_rises_to_the_end(tmp_path):
 def test_the_method_alone(tmp_path, capsys):
     regular(tmp_path / "raw.parquet")
     arguments = ["replay", str(tmp_path / "raw.parquet"), "-o", str(tmp_path), "--no-figure"]
-    assert run([*arguments, "--only"]) == 0
+    assert run([*arguments]) == 0
     rows = capsys.readouterr().out.split("\n")[3:7]
     assert [row[12:].split()[0] for row in rows] == ["raw", "auto", "raw", "auto"]
     alone = (tmp_path / "raw-zerorate.parquet").read_bytes()

@@ -970,7 +970,7 @@ def pieces(files: Recordings, folder: Path) -> None:
 
 def replays(shell: Shell) -> None:
     """Record `replay`, as a stream, in memory and with a figure."""
-    stated, bare = ("--rate", 100), ("--no-figure", "--only")
+    stated, bare = ("--rate", 100), ("--no-figure",)
     for method, kind in (("auto", "compensated"), ("auto", "estimate"), ("kf", "estimate"),
                          ("akf", "estimate"), ("fading", "compensated")):  # fmt: skip
         chosen = ("--method", method, "--output-kind", kind)

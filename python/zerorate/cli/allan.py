@@ -1,7 +1,7 @@
 """``zerorate allan``: the noise of the sensors of one log."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from functools import partial
@@ -16,13 +16,14 @@ from zerorate.cli.errors import (
     as_usage,
     require,
     sentence,
+    writing,
 )
 from zerorate.cli.options import (
     OUTPUT,
+    RECORDING,
     FigureFormat,
     FigureFormatOption,
     ForceExports,
-    LogArgument,
     NoFigure,
     Output,
     Reading,
@@ -33,10 +34,12 @@ from zerorate.cli.outputs import (
     Destination,
     Outputs,
     check_outputs,
+    own_names,
     preload_figure,
     print_written,
     progress_bar,
     text_writer,
+    together,
 )
 from zerorate.cli.records import print_title, records
 from zerorate.faults import given, said
@@ -99,21 +102,28 @@ _EXPORTS: Final = "Exports for other programs"
 )
 def allan(
     *,
-    log: LogArgument,
+    logs: Annotated[
+        list[Path],
+        typer.Argument(help=f"{RECORDING} Several are drawn over each other.", show_default=False),
+    ],
     reading: Reading,
     output: Output = ".",
     kind: Annotated[
         str,
         typer.Option(
+            "--deviation",
+            "--kind",
+            metavar="KIND",
             help="Deviation: oadev, adev, mdev, tdev (Allan), hdev, ohdev (Hadamard, blind to a "
-            "ramp), totdev, mtotdev, ttotdev, htotdev, theo1 (for long averaging times), pdev."
+            "ramp), totdev, mtotdev, ttotdev, htotdev, theo1 (for long averaging times), pdev.",
         ),
     ] = "oadev",
     taus: Annotated[
         str,
         typer.Option(
+            metavar="TIMES",
             help="Averaging times: octave (doubling), decade (ten a decade), all, or seconds such "
-            "as 0.1,1,10."
+            "as 0.1,1,10.",
         ),
     ] = "octave",
     bridge: Annotated[
@@ -131,6 +141,7 @@ def allan(
     export: Annotated[
         str | None,
         typer.Option(
+            metavar="NAMES",
             help="Files for estimators, of the worst axis: some of kalibr,vins,orbslam3,px4,ros "
             "(covariances of sensor_msgs/Imu); json has the models of all axes.",
             rich_help_panel=_EXPORTS,
@@ -180,22 +191,31 @@ def allan(
     exports = parse_choices("--export", export, Export)
     _check_exports(exports, inflate, per_sample)
     suffixes = [*CurveFormat, *(() if no_figure else FigureFormat)]
-    place = Destination.of(output, f"{log.stem}-zerorate-allan", suffixes)
-    curve = place.choose("--format", format, CurveFormat.csv)
-    figures = []
+    several = len(logs) > 1
+    places = _places(logs, output, suffixes)
+    curve = places[0].choose("--format", format, CurveFormat.csv)
+    figures, overlay = [], []
     if not no_figure:
         require("matplotlib", "plot")
-        figures = [f".{place.choose('--figure-format', figure_format, FigureFormat.png)}"]
-    all_of_them = records(log, reading.group_by)
-    endings = [_SUFFIX[export] for export in exports]
-    outputs = [
-        place.of_part(one.ending).files(f".{curve}", endings, figures, force) for one in all_of_them
+        suffix = places[0].choose("--figure-format", figure_format, FigureFormat.png)
+        figures = [] if several else [f".{suffix}"]
+        overlay = [places[0].base.with_name(f"{_OVERLAY}.{suffix}")] if several else []
+    parts = [
+        (log, one, place.of_part(one.ending))
+        for log, place in zip(logs, places, strict=True)
+        for one in records(log, reading.group_by)
     ]
-    check_outputs([path for files in outputs for path in files.paths], force, log)
+    endings = [_SUFFIX[export] for export in exports]
+    outputs = [place.files(f".{curve}", endings, figures, force) for _, _, place in parts]
+    for log in logs:
+        check_outputs([path for files in outputs for path in files.paths], force, log)
+    check_outputs(overlay, force)
     if not no_figure:
-        preload_figure("allan_figure")
+        preload_figure("overlay" if several else "allan_figure")
     refused: list[str] = []
-    for one, files in zip(all_of_them, outputs, strict=True):
+    all_found: dict[str, list[Characterisation]] = {}
+    said: list[tuple[str, str, Outputs]] = []
+    for (log, one, _), files in zip(parts, outputs, strict=True):
         with progress_bar() as progress:
             sensors = present_logs(reading.read(read_sensors, one.source))
             _check_units(exports, sensors[0])
@@ -207,8 +227,17 @@ def allan(
             curves = partial(_write_curves, found, curve)
             written = map(text_writer, texts.values())
             files.write([curves, *written], partial(_draw, found), progress)
-        print_title(one, first=one is all_of_them[0])
-        _print_result(found, files, [] if force or not texts else _left_out(found))
+        title = " ".join(filter(None, (str(log) if several else "", one.title)))
+        notes = _notes(found, [] if force or not texts else _left_out(found))
+        if several:
+            all_found[_unique(title, all_found)] = found
+            said.append((title, notes, files))
+            continue
+        print_title(one, first=one is parts[0][1])
+        print("\n\n".join(filter(None, (format_allan(found), notes))))
+        print_written(files.paths)
+    if several:
+        _overlaid(all_found, overlay, said, force)
     if refused:
         raise DataFault("; ".join(refused))
 
@@ -227,14 +256,47 @@ def _found(analysis: partial[Characterisation], log: Log, progress: Progress) ->
         raise DataFault(f"{log.meta['source']}: {sentence(error)}") from None
 
 
-def _print_result(
-    found: Sequence[Characterisation], outputs: Outputs, left_out: Sequence[str]
+_OVERLAY: Final = "allan-zerorate-overlay"
+"""Name of the figure of several logs."""
+
+
+def _places(logs: Sequence[Path], output: str, suffixes: Sequence[str]) -> list[Destination]:
+    """Return where the files of each log go; a usage fault for one name of several."""
+    places = [
+        Destination.of(output, f"{name}-zerorate-allan", suffixes) for name in own_names(logs)
+    ]
+    if len(places) > 1 and places[0].named:
+        raise UsageFault(f"-o takes a folder where there are several logs, got '{output}'")
+    return places
+
+
+def _unique(title: str, taken: Mapping[str, object]) -> str:
+    return title if title not in taken else f"{title} ({len(taken) + 1})"
+
+
+def _overlaid(
+    found: Mapping[str, Sequence[Characterisation]],
+    figure: Sequence[Path],
+    said: Sequence[tuple[str, str, Outputs]],
+    force: bool,
 ) -> None:
-    print(format_allan(found))
-    notes = "\n".join(filter(None, (format_allan_notes(found), bulleted(left_out))))
-    if notes:
-        print(f"\n{notes}")
-    print_written(outputs.paths)
+    """Draw several logs over each other, and print them in one table, then the notes on each."""
+    from zerorate.show.overlay import format_overlay, plot_overlay
+    from zerorate.show.style import save_figure
+
+    with writing(), together(figure, force) as temporary:
+        for path in temporary:
+            save_figure(plot_overlay(found), path)
+    print(format_overlay(found))
+    for title, notes, _ in said:
+        if notes:
+            print(f"\n{title}\n{notes}")
+    print_written([*figure, *(path for _, _, files in said for path in files.paths)])
+
+
+def _notes(found: Sequence[Characterisation], left_out: Sequence[str]) -> str:
+    """Return what to know of a log, and which numbers exports lack."""
+    return "\n".join(filter(None, (format_allan_notes(found), bulleted(left_out))))
 
 
 def _taus(text: str) -> TauGrid | list[float]:

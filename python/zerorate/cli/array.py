@@ -77,7 +77,7 @@ def _weights(text: str | None) -> str | list[float]:
 
 
 def refuse_with_array(
-    options: Mapping[str, Any], *, only: bool, calibration: Path | None, no_accel: bool
+    options: Mapping[str, Any], *, compared: str | None, calibration: Path | None, no_accel: bool
 ) -> None:
     """Raise a usage fault for what means nothing where one gyro is made of many."""
     from zerorate.cli.options import flag
@@ -85,7 +85,7 @@ def refuse_with_array(
     others = [flag(name) for name in options if name not in _USED]
     if options["method"] != "auto":
         others.append("--method")
-    others += ["--only"] if only else []
+    others += ["--methods"] if compared is not None else []
     others += ["--calibration"] if calibration is not None else []
     others += ["--no-accel"] if no_accel else []
     if others:

@@ -3,20 +3,31 @@
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated, Final, Self, cast, get_args
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, sentence, writing
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, require, sentence, writing
 from zerorate.cli.options import (
+    OUTPUT,
     RECORDING,
+    FigureFormat,
+    FigureFormatOption,
+    Force,
+    NoFigure,
     Reading,
     parse_words,
     with_reading_options,
 )
-from zerorate.cli.outputs import check_outputs, progress_bar, together
+from zerorate.cli.outputs import (
+    Destination,
+    check_outputs,
+    print_written,
+    progress_bar,
+    together,
+)
 from zerorate.cli.records import records
 from zerorate.compare import (
     ATTITUDE_METHODS,
@@ -33,6 +44,7 @@ from zerorate.compare.as_json import as_json
 from zerorate.compare.attitude import check_attitude
 from zerorate.compare.methods import Chosen, name_of, resolved
 from zerorate.compare.simulated import Regret, run_contaminated
+from zerorate.compare.trial import Kind
 from zerorate.geometry.frames import Frame
 from zerorate.io import LogError
 from zerorate.io.log import present_axes
@@ -88,10 +100,30 @@ def compare(
     frame: Annotated[str, typer.Option(help="Of the true orientation: enu, ned or nwu.")] = "enu",
     reading: Reading,
     per_axis: Annotated[bool, typer.Option("--per-axis", help="A table of every axis.")] = False,
-    json: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Write all numbers, too.")
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="PATH",
+            help="Folder for all numbers (JSON) and a figure of each table, or the name of one of "
+            "them; without it nothing is written.",
+            show_default=False,
+            rich_help_panel=OUTPUT,
+        ),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+    figure_format: FigureFormatOption = None,
+    no_figure: NoFigure = False,
+    json: Annotated[
+        Path | None,
+        typer.Option(
+            "--json",
+            metavar="FILE",
+            help="Write all numbers into this file.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+    force: Force = False,
 ) -> None:
     """Compare filters on logs by what they cost their user, at rest and in motion."""
     if not logs and not simulated:
@@ -102,8 +134,8 @@ def compare(
         faults = [Contamination.parse(text) for text in contaminate or []]
         filters = [] if attitude == "none" else parse_words("--attitude", attitude)
         check_attitude(filters, frame)
-    if json is not None:
-        check_outputs([json], force, None, *(logs or []))
+    files = _Files.of(output, figure_format, not no_figure, json)
+    check_outputs(files.possible, force, None, *(logs or []))
     with progress_bar() as progress:
         recordings = []
         for one in (one for log in logs or [] for one in records(log, reading.group_by)):
@@ -115,12 +147,80 @@ def compare(
             regret = _simulated(chosen, faults, seeds, progress) if simulated else []
         except MethodError as error:
             raise DataFault(str(error)) from None
-    if json is not None:
-        with writing(), together([json], force) as (temporary,):
-            temporary.write_text(as_json(found, regret), encoding="utf-8", newline="\n")
+        written = files.write(found, regret, force, progress)
     print("\n\n".join(_texts(found, regret, per_axis)))
-    if json is not None:
-        print(f"\nwrote {json}")
+    if written:
+        print_written(written)
+
+
+@dataclass(frozen=True)
+class _Files:
+    """Where numbers go, and the figures of the tables, by what these begin and end with."""
+
+    numbers: tuple[Path, ...]
+    figures: tuple[Path, str] | None
+
+    @classmethod
+    def of(
+        cls, output: str | None, form: FigureFormat | None, draws: bool, json: Path | None
+    ) -> Self:
+        """Return them; a usage fault for what means nothing, or an extra that is missing."""
+        numbers = () if json is None else (json,)
+        if output is None:
+            if form is not None or not draws:
+                option = "--no-figure" if form is None else "--figure-format"
+                raise UsageFault(f"{option} has no effect without -o")
+            return cls(numbers, None)
+        suffixes = ["json", *(FigureFormat if draws else ())]
+        place = Destination.of(output, "zerorate-compare", suffixes)
+        if draws:
+            require("matplotlib", "plot")
+        chosen = place.choose("--figure-format", form, FigureFormat.png)
+        figures = (place.base, f".{chosen}") if draws else None
+        return cls((*numbers, place.file(".json")), figures)
+
+    def figure(self, name: str) -> Path:
+        """Return the file of a figure."""
+        assert self.figures is not None
+        base, suffix = self.figures
+        return base.with_name(f"{base.name}-{name}{suffix}")
+
+    @property
+    def possible(self) -> list[Path]:
+        """The files that may be written."""
+        kinds = () if self.figures is None else _KINDS
+        return [*self.numbers, *map(self.figure, kinds)]
+
+    def write(
+        self,
+        found: Sequence[Comparison],
+        regret: list[Regret],
+        force: bool,
+        progress: Progress,
+    ) -> list[Path]:
+        """Write them, and return which there are."""
+        drawn: dict[Path, Comparison] = {}
+        for one in found if self.figures is not None else ():
+            if one.rows:
+                faults = sum(path.stem.endswith(one.kind) for path in drawn)
+                drawn[self.figure(one.kind if not faults else f"{one.kind}-{faults + 1}")] = one
+        paths = [*drawn, *self.numbers]
+        progress("writing", 0.95)
+        with writing(), together(paths, force) as temporary:
+            for path, one in zip(temporary, drawn.values(), strict=False):
+                _draw(one, path)
+            for path in temporary[len(drawn) :]:
+                path.write_text(as_json(found, regret), encoding="utf-8", newline="\n")
+        return paths
+
+
+_KINDS: Final = get_args(Kind)
+
+
+def _draw(found: Comparison, path: Path) -> None:
+    from zerorate.show.style import save_figure
+
+    save_figure(found.plot(), path)
 
 
 def _texts(found: tuple[Comparison, ...], regret: list[Regret], per_axis: bool) -> Iterator[str]:

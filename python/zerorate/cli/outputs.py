@@ -86,6 +86,18 @@ class Destination:
         return Path(f"{self.base}{ending}")
 
 
+def own_names(logs: Sequence[Path]) -> list[str]:
+    """Return what the files of each log begin with; a usage fault where two would be the same."""
+    stems = [log.stem for log in logs]
+    names = [
+        stem if stems.count(stem) == 1 else f"{log.absolute().parent.name}-{stem}"
+        for log, stem in zip(logs, stems, strict=True)
+    ]
+    if len(set(names)) < len(names):
+        raise UsageFault("two logs have one name: give each once, or copies of other names")
+    return names
+
+
 _FOREIGN: Final = (
     *(suffix.removeprefix(".") for one in FORMATS for suffix in one.suffixes),
     *("html", "json", "pdf", "png", "svg", "xls", "xlsx", "yaml"),

@@ -1,7 +1,8 @@
 """``zerorate replay``: one log through the filters."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -31,11 +32,11 @@ from zerorate.cli.memory import keep_freed
 from zerorate.cli.options import (
     OUTPUT,
     PANEL,
+    RECORDING,
     FigureFormat,
     FigureFormatOption,
     FigurePanels,
     Force,
-    LogArgument,
     LogFormat,
     LogFormatOption,
     NoAccel,
@@ -45,6 +46,7 @@ from zerorate.cli.options import (
     Reading,
     check_filter_options,
     flag,
+    parse_words,
     with_filter_options,
     with_options,
     with_reading_options,
@@ -55,6 +57,7 @@ from zerorate.cli.outputs import (
     all_panels,
     check_outputs,
     make_folders,
+    own_names,
     print_written,
     progress_bar,
 )
@@ -62,14 +65,11 @@ from zerorate.cli.records import print_title, records
 from zerorate.io import Log, LogError, LogFile, open_imu, write_log
 from zerorate.io.formats import LogSource
 from zerorate.io.log import Header
-from zerorate.options import used_by, with_limits
+from zerorate.options import METHODS, used_by, with_limits
 from zerorate.progress import Progress
 from zerorate.run.replay import Replay, Summary, replay_to_file
 from zerorate.run.replay import replay as run_replay
-from zerorate.show import format_learned, format_notes, format_table
-
-_COMPARED: Final = ("kf", "akf", "fading")
-"""The methods of one source, of which each is meant to better the one before."""
+from zerorate.show import format_biases, format_notes, format_replay, format_table
 
 
 @with_filter_options
@@ -77,21 +77,26 @@ _COMPARED: Final = ("kf", "akf", "fading")
 @with_reading_options()
 def replay(
     *,
-    log: LogArgument,
+    logs: Annotated[
+        list[Path],
+        typer.Argument(help=f"{RECORDING} Several have one table.", show_default=False),
+    ],
     reading: Reading,
     output: Output = ".",
     format: LogFormatOption = None,
     figure_format: FigureFormatOption = None,
     figure: PanelsOption = FigurePanels.usual,
     no_figure: NoFigure = False,
-    only: Annotated[
-        bool,
+    compared: Annotated[
+        str | None,
         typer.Option(
-            "--only",
-            help="Run the chosen method alone; else the table has others beside it to compare.",
+            "--methods",
+            metavar="NAMES",
+            help="Compare the method with others, of kf, akf, fading, robust and auto; all for all "
+            "of them.",
             rich_help_panel=OUTPUT,
         ),
-    ] = False,
+    ] = None,
     force: Force = False,
     calibration: Annotated[
         Path | None,
@@ -137,32 +142,39 @@ def replay(
 ) -> None:
     """Remove the bias from every axis of a log.
 
-    Prints what was learned and how good it is, and writes the filtered log and a figure. The
-    default method, auto, needs no settings.
+    Prints the bias with its standard deviation, and writes the filtered log and a figure: the log
+    holds raw minus bias under the names of the raw columns, and beside them the bias, its standard
+    deviation, rest, and a stuck or saturated sensor. The default method, auto, needs no settings.
     """
     asked_of_array = ArrayOptions.of(rotations, weights, fusion)
     if array:
-        refuse_with_array(options, only=only, calibration=calibration, no_accel=no_accel)
+        refuse_with_array(options, compared=compared, calibration=calibration, no_accel=no_accel)
         if figure is FigurePanels.all:
             raise UsageFault("--figure all has no effect on --array")
     elif asked_of_array.given:
         raise UsageFault(f"only --array takes {asked_of_array.given}")
     method = options["method"]
-    methods = (method,) if only else (*baselines(method), method)
+    methods = (*_others(compared, method), method)
     check_filter_options(options, methods)
     given = {name: value for name, value in options.items() if name != "method"}
     known = None if calibration is None else read_calibration(calibration)
     everything = all_panels(figure, not no_figure)
-    place = place_of(output, log.stem, not no_figure)
     shape = (format, figure_format, not no_figure, force)
-    found = records(log, reading.group_by)
-    outputs = [Outputs.of(place.of_part(one.ending), *shape) for one in found]
-    check_outputs([path for files in outputs for path in files.paths], force, log)
+    places = places_of_logs(logs, output, not no_figure)
+    parts = [
+        (log, one, Outputs.of(place.of_part(one.ending), *shape))
+        for log, place in zip(logs, places, strict=True)
+        for one in records(log, reading.group_by)
+    ]
+    for log in logs:
+        check_outputs([path for _, _, files in parts for path in files.paths], force, log)
     keep_freed()
     if array:
-        replay_arrays(reading, found, [one.paths for one in outputs], force, asked_of_array, given)
+        found, outputs = [one for _, one, _ in parts], [files.paths for _, _, files in parts]
+        replay_arrays(reading, found, outputs, force, asked_of_array, given)
         return
-    for one, files in zip(found, outputs, strict=True):
+    several: list[_Told] = []
+    for log, one, files in parts:
         with progress_bar() as progress:
             recording, accel = _opened(reading, one.source, known)
             recording, alarms = checked_files(recording, accel, fix)
@@ -177,9 +189,15 @@ def replay(
                     result = _into_file(recording, files.log, files.force, progress, asked)
                 else:
                     result = _drawn(recording, files, everything, progress, asked)
-        print_title(one, first=one is found[0])
+        if len(logs) > 1:
+            title = " ".join(filter(None, (str(log), one.title)))
+            several.append(_Told(title, alarms, _without_samples(result), files))
+            continue
+        print_title(one, first=one is parts[0][1])
         print_alarms(alarms)
         print_result(result, files)
+    if several:
+        _print_several(several)
     others = [flag(name) for name in options if name not in used_by(method, options)]
     if others:
         verb = "has" if len(others) == 1 else "have"
@@ -199,10 +217,44 @@ def _opened(
     return LogFile.of(gyro), None if accel is None else LogFile.of(accel)
 
 
-def baselines(method: str) -> tuple[str, ...]:
-    """Return the published methods that the chosen one is compared with."""
-    compared = _COMPARED if method == "auto" else _COMPARED[:2]
-    return tuple(other for other in compared if other != method)
+@dataclass(frozen=True)
+class _Told:
+    """What there is to say of one log of several."""
+
+    title: str
+    alarms: Sequence[str]
+    result: Summary
+    files: Outputs
+
+
+def _without_samples(result: Summary) -> Summary:
+    return Summary(**{one.name: getattr(result, one.name) for one in fields(Summary)})
+
+
+def _print_several(told: Sequence[_Told]) -> None:
+    """Print the biases of all logs in one table, then what is to be known of each."""
+    print(format_biases({one.title: one.result for one in told}))
+    for one in told:
+        compared = format_table(one.result) if len(one.result.speed) > 1 else ""
+        parts = ["\n".join(one.alarms), compared, format_notes(one.result)]
+        text = "\n\n".join(filter(None, parts))
+        if text:
+            print(f"\n{one.title}\n{text}")
+    print_written([path for one in told for path in one.files.paths])
+
+
+def _others(typed: str | None, method: str) -> tuple[str, ...]:
+    """Return the methods that the chosen one is compared with."""
+    if typed is None:
+        return ()
+    names = list(METHODS) if typed == _ALL else parse_words("--methods", typed)
+    for name in names:
+        if name not in METHODS:
+            raise UsageFault(f"--methods takes all, or some of {', '.join(METHODS)}, got '{name}'")
+    return tuple(dict.fromkeys(name for name in names if name != method))
+
+
+_ALL: Final = "all"
 
 
 def in_memory(log: Log, progress: Progress, **asked: Any) -> Replay:  # noqa: ANN401
@@ -259,9 +311,16 @@ def _values() -> Iterator[None]:
 
 def print_result(result: Summary, outputs: Outputs) -> None:
     """Print the table, the notes, and which files were written."""
-    parts = (format_table(result), format_learned(result), format_notes(result))
-    print("\n\n".join(filter(None, parts)))
+    print("\n\n".join(filter(None, (format_replay(result), format_notes(result)))))
     print_written(outputs.paths)
+
+
+def places_of_logs(logs: Sequence[Path], output: str, figure: bool) -> list[Destination]:
+    """Return where the files of each log lie; a usage fault for one name of several."""
+    places = [place_of(output, name, figure) for name in own_names(logs)]
+    if len(places) > 1 and places[0].named:
+        raise UsageFault(f"-o takes a folder where there are several logs, got '{output}'")
+    return places
 
 
 def place_of(output: str, stem: str, figure: bool) -> Destination:

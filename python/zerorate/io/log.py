@@ -324,7 +324,7 @@ def notes_of(log: Log | Header, even: bool = False) -> tuple[str, ...]:
     wanders.
     """
     clock = log.meta.get("clock")
-    on_clock = [] if clock is None or clock.regular else [clock.summary()]
+    on_clock = [] if clock is None or clock.regular or clock.as_told else [clock.summary()]
     if even and clock is not None and clock.wander:
         off = max(clock.fastest / log.rate, log.rate / clock.slowest) - 1.0
         on_clock.append(

@@ -20,6 +20,8 @@ from zerorate.types import Floats
 
 # Every kind has an averaging time from here on.
 _LEAST_SAMPLES: Final = 20
+_TELLING: Final = 0.1
+"""Misfit of deviations that is worth a word; standard errors include any."""
 
 
 @dataclass(frozen=True)
@@ -85,10 +87,15 @@ class Characterisation:
         yield from self.curve.notes
         yield from dict.fromkeys(doubt for axis in self.axes for doubt in axis.doubts)
         yield from (
-            f"{axis.name}: the model misses the curve by {50.0 * axis.model.misfit:.0f} % "
-            "(standard errors include it)"
+            said(
+                f"{axis.name}: the model misses the curve by {50.0 * axis.model.misfit:.0f} %: "
+                "noise that is correlated over one time may explain it, ",
+                given("markov", "1"),
+            )
             for axis in self.axes
-            if axis.model is not None and axis.model.misfit > 0.0
+            if axis.model is not None
+            and 0.5 * axis.model.misfit > _TELLING
+            and not axis.model.markov
         )
 
 

@@ -31,7 +31,14 @@ if TYPE_CHECKING:
     from zerorate.show.navigation_figure import plot_outages, plot_track
     from zerorate.show.navigation_table import format_outages, format_track
     from zerorate.show.replay_figure import plot_replay
-    from zerorate.show.replay_table import format_learned, format_notes, format_table
+    from zerorate.show.replay_table import (
+        format_bias,
+        format_biases,
+        format_learned,
+        format_notes,
+        format_replay,
+        format_table,
+    )
     from zerorate.show.style import save_figure
     from zerorate.show.tables import WIDTH
 
@@ -43,6 +50,8 @@ __all__ = [
     "format_array",
     "format_array_notes",
     "format_attitude",
+    "format_bias",
+    "format_biases",
     "format_calibration",
     "format_compare",
     "format_identify",
@@ -50,6 +59,7 @@ __all__ = [
     "format_notes",
     "format_outages",
     "format_regret",
+    "format_replay",
     "format_rotations",
     "format_table",
     "format_track",
@@ -90,7 +100,15 @@ _PLACES: Final = {
     "navigation_figure": ("plot_outages", "plot_track"),
     "navigation_table": ("format_outages", "format_track"),
     "replay_figure": ("plot_replay",),
-    "replay_table": ("format_learned", "format_notes", "format_table"),
+    "replay_table": (
+        "format_bias",
+        "format_biases",
+        "format_biases",
+        "format_learned",
+        "format_notes",
+        "format_replay",
+        "format_table",
+    ),
     "style": ("save_figure",),
     "tables": ("WIDTH",),
 }

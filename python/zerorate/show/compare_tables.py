@@ -286,7 +286,9 @@ def _of_all(section: Section, axes: Sequence[Sequence[Row]]) -> Table:
         (label(rows), *(cell for one in shared for cell in _mean_and_worst(one, rows)))
         for rows in zip(*axes, strict=True)
     )
-    return Table(title, ("method", *head), _with_numbers(lines))
+    last = 2 * len(shared)
+    spare = (*range(last, 1, -2), *range(last - 1, 1, -2))  # the worst, then means
+    return Table(title, ("method", *head), _with_numbers(lines), spare=spare)
 
 
 def _counted(axes: Sequence[Sequence[Row]]) -> str:

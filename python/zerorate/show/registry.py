@@ -82,7 +82,7 @@ VIEWS: Final = {
     ),
     "noise.result.AllanResult": ("curve_views:format_allan_result", "allan_figure:plot_allan"),
     "run.array.ArrayReplay": ("array_table:format_array", "array_figure:plot_array"),
-    "run.replay.result.Replay": ("replay_table:format_table", "replay_figure:plot_replay"),
+    "run.replay.result.Replay": ("replay_table:format_replay", "replay_figure:plot_replay"),
 }
 """Of each result by its module and class, the functions of this package that show it."""
 

@@ -1,22 +1,26 @@
 """A replay as plain text: scores, what the filter learned, and the sentences under them."""
 
 import math
-import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from zerorate.io.log import notes_of
 from zerorate.io.names import split_unit
-from zerorate.numerals import or_dash, with_error
+from zerorate.numerals import NOTHING, or_dash, with_error
 from zerorate.run.replay import Score, Summary
 from zerorate.run.replay.history import last_known, noise_units
-from zerorate.run.replay.result import extra_names, unlearned
-from zerorate.show.tables import WIDTH, Table, aligned, as_text, bulleted
+from zerorate.run.replay.result import unlearned
+from zerorate.show.tables import Table, aligned, as_text, bulleted, fitting, prose
+from zerorate.texts import width
 from zerorate.types import Integers
 
-_TITLE: Final = "Bias as each method estimates it; 'raw' is the log itself"
+_TITLE: Final = "Bias as each method estimates it; 'raw' is what they are given"
+Row = tuple[str, ...]
+
+_SIGMA: Final = "With ± σ."
 _MEASURES: Final = (
     "Coasting is the angle error after holding an estimate for that long: what a wrong bias costs. "
     "Any low-pass filter lowers the deviation at rest, and pays with delay when the sensor turns."
@@ -27,6 +31,88 @@ _LEARNED: Final = (
     "step."
 )
 _ANGLE: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 1.0 / 3600.0)}
+
+
+def format_replay(replay: Summary) -> str:
+    """Return the bias of each axis, and where several methods ran how well each did."""
+    compared = format_table(replay) if len(replay.speed) > 1 else ""
+    return "\n\n".join(filter(None, (format_bias(replay), compared)))
+
+
+def format_bias(replay: Summary) -> str:
+    """Return the bias of each axis at the end, how long it rested, and what a hold would cost.
+
+    Parameters
+    ----------
+    replay : Summary
+        What to show.
+
+    Returns
+    -------
+    str
+        Lines without an end, a row for each axis; of auto with what it learned of the noise.
+    """
+    heads, rows = _answer(replay)
+    title = f"Bias at the end, by {replay.method}: {Path(_source(replay)).name}"
+    legend = _meanings(heads, replay)
+    return as_text(Table(title.rstrip(": "), heads, rows, words=2, note=_SIGMA, legend=legend))
+
+
+def format_biases(replays: Mapping[str, Summary]) -> str:
+    """Return the biases of several logs, by their names, in tables of those of one unit."""
+    tables: dict[tuple[str, ...], list[tuple[str, ...]]] = {}
+    for name, replay in replays.items():
+        heads, rows = _answer(replay, whole=True)
+        listed = tables.setdefault(("log", *heads), [])
+        listed += [(Path(name).name if i == 0 else "", *row) for i, row in enumerate(rows)]
+    one = next(iter(replays.values()))
+    title = f"Bias at the end, by {one.method}"
+    return "\n\n".join(
+        as_text(Table(title, heads, tuple(rows), 3, _SIGMA, legend=_meanings(heads, one)))
+        for heads, rows in tables.items()
+    )
+
+
+def _answer(replay: Summary, whole: bool = False) -> tuple[Row, tuple[Row, ...]]:
+    """Return heads and rows of the answer; unless `whole` without columns that are not known."""
+    unit = replay.header.unit
+    angle, factor = _ANGLE.get(unit, (f"{unit} s", 1.0))
+    scores = [one for one in replay.scores if one.method == replay.method]
+    columns: list[tuple[str, list[str]]] = [
+        ("axis", [split_unit(name)[0] for name in replay.header.names]),
+        (f"bias, {unit}", [_bias(replay, i) for i in range(len(scores))]),
+    ]
+    if not all(math.isnan(one.error) for one in scores):
+        columns.append(("true error", _numbers(scores, lambda s: s.error)))
+    times = [_times(replay, i) for i in range(len(scores))]
+    for name, cells in zip(("at rest, s", "moving, s"), zip(*times, strict=True), strict=True):
+        columns.append((name, list(cells)))
+    for i, horizon in enumerate(replay.horizons):
+        errors = _numbers(scores, lambda s, i=i: factor * s.coasting[i], ".3g")  # type: ignore[misc]
+        columns.append((f"{horizon:g} s, {angle}", errors))
+    if replay.method == "auto":
+        (white, _), (walk, _) = noise_units(unit)
+        learned = list(zip(*_learned_rows(replay), strict=True))
+        columns += [(f"N, {white}", list(learned[3])), (f"K, {walk}", list(learned[4]))]
+    told = [(head, cells) for head, cells in columns if whole or set(cells) != {NOTHING}]
+    rows = tuple(zip(*(cells for _, cells in told), strict=True))
+    return tuple(head for head, _ in told), rows
+
+
+def _source(replay: Summary) -> str:
+    return str(replay.header.meta.get("source", ""))
+
+
+def _meanings(heads: Sequence[str], replay: Summary) -> dict[int, str]:
+    """Return what columns mean that do not say it, by their places."""
+    horizons = tuple(f"{one:g} s, " for one in replay.horizons)
+    found = {}
+    for i, head in enumerate(heads):
+        if head.startswith(horizons):
+            found[i] = f"{head.partition(',')[0]}: angle that a wrong bias costs, held so long."
+        elif head.startswith(("N, ", "K, ")):
+            found[i] = "N: white noise." if head.startswith("N") else "K: walk of the bias."
+    return found
 
 
 def format_table(replay: Summary) -> str:
@@ -43,10 +129,11 @@ def format_table(replay: Summary) -> str:
         Lines without an end: a title, two of headings, one a row, some on what the numbers mean.
         A dash stands where a number means nothing.
     """
-    lines = aligned(list(zip(*_columns(replay), strict=True)), 2, WIDTH)
-    said = (_on_noise(replay), _MEASURES, _on_speed(replay))
-    paragraphs = (textwrap.fill(text, WIDTH, break_on_hyphens=False) for text in said if text)
-    return "\n".join((_TITLE, *lines, "", *paragraphs))
+    rows = list(zip(*_columns(replay), strict=True))
+    kept = fitting(rows, 2, width(), range(len(rows[0]) - 1, 2, -1))
+    lines = aligned([[row[i] for i in kept] for row in rows], 2, width())
+    paragraphs = (prose(text) for text in (_on_noise(replay), _MEASURES) if text)
+    return "\n".join((prose(_TITLE), *lines, "", *paragraphs))
 
 
 def format_learned(replay: Summary) -> str:
@@ -138,14 +225,6 @@ def _on_noise(replay: Summary) -> str:
     return f"Deviation of the {rate} over raw, motion included: {listed}."
 
 
-def _on_speed(replay: Summary) -> str:
-    """Say what is the same for every axis."""
-    speeds = ", ".join(
-        f"{method} {speed / 1e6:.3g}" for method, speed in replay.speed.items() if speed > 0.0
-    )
-    return f"Speed, million samples of one axis a second on one core: {speeds}." if speeds else ""
-
-
 def _notes(replay: Summary) -> Iterator[str]:
     yield from _on_log(replay)
     yield from unlearned(replay)
@@ -158,8 +237,7 @@ def _notes(replay: Summary) -> Iterator[str]:
         )
     if replay.method != "auto":
         yield from _on_memory(replay)
-    yield from _on_motion(replay)
-    yield from _on_output(replay)
+        yield from _on_motion(replay)
 
 
 def _on_log(replay: Summary) -> Iterator[str]:
@@ -208,17 +286,6 @@ def _moved(replay: Summary) -> Integers | None:
     if seen.at_rest_count is None or seen.stuck_count is None:
         return None
     return replay.header.n - seen.at_rest_count - seen.stuck_count
-
-
-def _on_output(replay: Summary) -> Iterator[str]:
-    if replay.output == "compensated":
-        limited = replay.limit is not None
-        columns = next(extra_names(replay.header.names, replay.header.unit, limited))
-        lost = "a stuck and a saturated sensor" if limited else "a stuck sensor"
-        yield (
-            "the filtered log holds raw minus bias under the names of the raw columns, and "
-            f"{', '.join(columns)} and so on: the bias, its standard deviation, rest, and {lost}"
-        )
 
 
 def _learned_rows(replay: Summary) -> Iterator[tuple[str, ...]]:

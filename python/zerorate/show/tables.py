@@ -2,8 +2,8 @@
 
 import math
 import textwrap
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Final
 
 from zerorate.faults import told
@@ -35,7 +35,10 @@ class Table:
     note : str
         A sentence; empty for none.
     spare : tuple of int
-        Columns that are left out where lines are short, in this order; none if empty.
+        Columns that are left out where lines are short, in this order; by default those of numbers,
+        the last first, but for one.
+    legend : mapping of int to str
+        What columns mean, said under the note where they are shown.
     """
 
     title: str
@@ -44,6 +47,7 @@ class Table:
     words: int = 1
     note: str = ""
     spare: tuple[int, ...] = ()
+    legend: Mapping[int, str] = field(default_factory=dict)
 
 
 def as_text(table: Table) -> str:
@@ -52,11 +56,13 @@ def as_text(table: Table) -> str:
     if not rows:
         return "\n".join(filter(None, (prose(table.title), prose(table.note, GAP))))
     room = width() - len(GAP)
-    kept = fitting(rows, table.words, room, table.spare)
+    spare = table.spare or tuple(range(len(rows[0]) - 1, table.words, -1))
+    kept = fitting(rows, table.words, room, spare)
     words = sum(i < table.words for i in kept)
     shown = [[row[i] for i in kept] for row in rows]
     lines = (f"{GAP}{line}" for line in aligned(shown, words, room))
-    note = prose(table.note, GAP)
+    meant = dict.fromkeys(table.legend[i] for i in kept if i in table.legend)
+    note = prose(" ".join(filter(None, (table.note, *meant))), GAP)
     return "\n".join(filter(None, (prose(table.title), *lines, note)))
 
 

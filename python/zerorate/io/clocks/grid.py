@@ -63,6 +63,11 @@ class ClockReport:
         """Whether there are timestamps and nothing is to be said of them."""
         return self.stamped and not self._faults()
 
+    @property
+    def as_told(self) -> bool:
+        """Whether the rate is that which somebody has stated, and nothing contradicts it."""
+        return not self.stamped and not self._faults()
+
     def summary(self) -> str:
         """Return one sentence on the clock.
 

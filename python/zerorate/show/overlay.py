@@ -1,0 +1,177 @@
+"""Deviations of several logs over each other: a panel an axis, a colour a log; and their table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from zerorate.noise.kinds import KINDS
+from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, si_unit
+from zerorate.numerals import NOTHING, significant, with_error
+from zerorate.show.style import (
+    BLACK,
+    BLUE,
+    FONT,
+    GREY,
+    MM,
+    ORANGE,
+    VERMILION,
+    add_panel,
+    new_figure,
+    shortened,
+    style_decades,
+    style_panels,
+    write_caption,
+    write_title,
+)
+from zerorate.show.tables import Table, as_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from zerorate.noise import AllanResult, Coefficient, NoiseModel
+    from zerorate.noise.characterise import Characterisation
+
+Logs = Mapping[str, Sequence["Characterisation"]]
+"""What was found of each log, by its name."""
+
+# Millimetres.
+_PANEL, _LEFT, _RIGHT, _BELOW, _ABOVE, _BETWEEN = (44.0, 44.0), 14.0, 3.0, 9.0, 6.0, 5.0
+_CAPTION, _TITLE = 5.0, 11.0
+_MOST: Final = 4
+_COLOURS: Final = (BLUE, VERMILION, BLACK, ORANGE, GREY)
+_DASHES: Final = ("-", "--", ":", "-.")
+_SHOWN: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
+"""N, B and K."""
+_QUANTITIES: Final[tuple[Quantity, ...]] = ("angular rate", "acceleration", "unknown")
+
+
+def plot_overlay(logs: Logs) -> Figure:
+    """Return the deviations of several logs, each axis of a sensor in a panel.
+
+    Parameters
+    ----------
+    logs : mapping of str to sequence of Characterisation
+        Of each log by its name: gyros, accelerometers.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Gyros above, accelerometers below; the first four axes of each. Axes of logs are compared in
+        their order.
+    """
+    rows = [row for quantity in _QUANTITIES if (row := _row_of(logs, quantity))]
+    across = min(max(len(curve.names) for row in rows for curve in row.values()), _MOST)
+    width = _LEFT + _RIGHT + across * _PANEL[0] + (across - 1) * _BETWEEN
+    each = _PANEL[1] + _BELOW + _ABOVE
+    figure = new_figure(width, _CAPTION + _TITLE + len(rows) * each)
+    for i, row in enumerate(rows):
+        low = _CAPTION + _BELOW + (len(rows) - 1 - i) * each
+        lefts = [_LEFT + j * (_PANEL[0] + _BETWEEN) for j in range(across)]
+        panels = [add_panel(figure, left, low, *_PANEL) for left in lefts]
+        _draw(panels, row)
+        if i == 0:
+            _write_names(figure, panels[0])
+    write_title(figure, "How noisy is each log, by averaging time?")
+    write_caption(figure, "Bands: 68 % of what the true deviation may be.")
+    return figure
+
+
+def _row_of(logs: Logs, quantity: Quantity) -> dict[str, AllanResult]:
+    return {
+        name: one.curve
+        for name, found in logs.items()
+        for one in found
+        if si_unit(one.curve.unit)[1] == quantity
+    }
+
+
+def _draw(panels: Sequence[Axes], row: Mapping[str, AllanResult]) -> None:
+    curves = list(row.values())
+    shown = shown_unit(curves[0])
+    in_si = si_unit(curves[0].unit)[0]
+    for k, (name, curve) in enumerate(row.items()):
+        factor = shown.factor * si_unit(curve.unit)[0] / in_si
+        line: dict[str, Any] = {
+            "color": _COLOURS[k % len(_COLOURS)],
+            "ls": _DASHES[k // len(_COLOURS) % 4],
+        }
+        for axes, axis in zip(panels, curve.axes, strict=False):
+            seen = axis.deviation > 0.0
+            taus, y, low, high = (
+                values[seen] for values in (axis.taus, axis.deviation, axis.lower, axis.upper)
+            )
+            axes.plot(taus, factor * y, lw=0.9, label=shortened(name, 28), **line)
+            axes.fill_between(taus, factor * low, factor * high, color=line["color"], alpha=0.15)
+    labels = max((curve.names for curve in curves), key=len)
+    for axes, label in zip(panels, labels, strict=False):
+        axes.set(xscale="log", yscale="log", xlabel="averaging time [s]", title=label)
+    unit = shown.unit.replace("ug", "µg").replace("^2", "²")
+    panels[0].set_ylabel(f"{KINDS[curves[0].kind].title} [{unit}]")
+    used = panels[: len(labels)]
+    for axes in panels[len(labels) :]:
+        axes.set_axis_off()
+    limits = [axes.get_ylim() for axes in used]
+    style_panels(used)
+    for axes in used:
+        axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+        style_decades(axes)
+    for axes in used[1:]:
+        axes.tick_params(which="both", labelleft=False)
+
+
+def _write_names(figure: Figure, panel: Axes) -> None:
+    """Write the names of the logs under the title."""
+    handles, labels = panel.get_legend_handles_labels()
+    place = 1.0 - 6.0 * MM / figure.get_figheight()
+    figure.legend(
+        handles,
+        labels,
+        loc="upper center",
+        bbox_to_anchor=(0.5, place),
+        ncols=min(len(labels), 3),
+        fontsize=FONT - 0.5,
+        frameon=False,
+        borderpad=0.0,
+    )
+
+
+def format_overlay(logs: Logs) -> str:
+    """Return a table a sensor: white noise, bias instability and walk of each log and axis."""
+    return "\n\n".join(as_text(table) for table in _tables(logs))
+
+
+def _tables(logs: Logs) -> Iterator[Table]:
+    for quantity in _QUANTITIES:
+        terms = [term for term in TERMS[quantity] if term.field in _SHOWN]
+        rows = [
+            (shortened(name, 40) if i == 0 else "", axis.name, *_cells(axis.model, terms))
+            for name, found in logs.items()
+            for one in found
+            if si_unit(one.curve.unit)[1] == quantity
+            for i, axis in enumerate(one.axes)
+        ]
+        if rows:
+            sensor = {"angular rate": "Gyros", "acceleration": "Accelerometers"}.get(quantity, "")
+            head = ("log", "axis", *(f"{n}, {t.shown}" for n, t in zip("NBK", terms, strict=True)))
+            note = "; ".join(f"{n}: {t.name}" for n, t in zip("NBK", terms, strict=True))
+            bounded = any("<" in cell for row in rows for cell in row)
+            note += '; a "<" is an upper bound at 95 %' if bounded else ""
+            yield Table(sensor or "Noise", head, tuple(rows), words=2, note=note, spare=(4, 3))
+
+
+def _cells(model: NoiseModel | None, terms: Sequence[Term]) -> Iterator[str]:
+    for term in terms:
+        yield NOTHING if model is None else _cell(getattr(model, term.field), term.factor)
+
+
+def _cell(known: Coefficient, factor: float) -> str:
+    if not known.known:
+        return NOTHING
+    shown = known.scaled(factor)
+    if not shown.identifiable:
+        return f"< {significant(shown.upper_bound)}" if np.isfinite(shown.upper_bound) else NOTHING
+    return with_error(shown.value, shown.sigma)
