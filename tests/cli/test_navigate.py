@@ -76,7 +76,8 @@ def test_it_writes_a_log_maps_and_a_figure(cli, imu, gnss, out):
     assert (code, errors) == (0, "")
     stem = "imu-zerorate-navigate"
     assert names(out) == [f"{stem}.{x}" for x in ("geojson", "gpx", "parquet", "png")]
-    assert re.match(r"Track of imu.csv\n\nAligned at [\d.]+ s\n  roll, pitch, deg ", text)
+    assert re.match(r"Track of imu.csv\n\nAt the end\n +σ\n  latitude, deg; north, m ", text)
+    assert re.search(r"\n\nAligned at [\d.]+ s\n  roll, pitch, deg ", text)
     assert "NIS of position, mean" in text
     assert "outages" not in text
     found, track = zr.read_fixes(out / f"{stem}.parquet"), expected()

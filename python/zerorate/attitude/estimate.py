@@ -13,7 +13,7 @@ import numpy.typing as npt
 from zerorate._native import Attitude
 from zerorate.attitude.options import ATTITUDE_METHODS
 from zerorate.calibration.calibration import Calibration
-from zerorate.faults import ArgumentError
+from zerorate.faults import ArgumentError, given, said
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.geometry.rotations import euler_angles
 from zerorate.io import Log, LogError, Poses, Recording
@@ -87,8 +87,9 @@ class AttitudeEstimate(Result):
         Name of the recording.
     notes : tuple of str
         Sentences on the recording, and on what was assumed.
-    own_north : bool
-        Whether the north of the reference is its own, as a camera's, so that headings are aligned.
+    compared_heading : {"absolute", "relative", "aligned"}
+        How `errors` takes headings by default: "relative" without a magnetometer, "aligned" with a
+        reference whose north is its own, as a camera's.
     """
 
     time: Floats
@@ -111,7 +112,7 @@ class AttitudeEstimate(Result):
     reference: Floats | None = None
     source: str = "the recording"
     notes: tuple[str, ...] = ()
-    own_north: bool = False
+    compared_heading: Heading = "absolute"
 
     @property
     def n(self) -> int:
@@ -156,8 +157,7 @@ class AttitudeEstimate(Result):
         where : array_like of bool, shape (n,), optional
             The samples that count, ``~estimate.at_rest`` for those in motion; by default all.
         heading : {"absolute", "relative", "aligned"}, optional
-            As of `zerorate.metrics.orientation_errors`. Default "relative" without a magnetometer,
-            "aligned" for a reference from a file, whose north is its own, else "absolute".
+            As of `zerorate.metrics.orientation_errors`; default `compared_heading`.
 
         Raises
         ------
@@ -171,13 +171,6 @@ class AttitudeEstimate(Result):
         return orientation_errors(
             self.quaternion, self.reference, where=where, heading=heading or self.compared_heading
         )
-
-    @property
-    def compared_heading(self) -> Heading:
-        """How `errors` takes the heading by default."""
-        if not self.mag:
-            return "relative"
-        return "aligned" if self.own_north else "absolute"
 
     def heading_offset(self) -> float:
         """Return the angle about the vertical between estimate and reference, rad.
@@ -343,7 +336,7 @@ def estimate_attitude(
         offline=offline,
         mag=uses_mag,
         reference=truth,
-        own_north=reference is not None,
+        compared_heading=_compared(uses_mag, reference),
         source=recording.source,
         notes=(
             *_told(warned),
@@ -410,9 +403,18 @@ def _of_poses(poses: Poses, samples: Samples) -> Floats:
     if not np.isfinite(found).all(axis=1).any():
         own, other = (f"{t[0]:.2f} to {t[-1]:.2f} s" for t in (samples.time, poses.time))
         raise LogError(
-            f"{poses.source}: it is of {other}, and the log of {own}: both must be on one clock"
+            said(
+                f"{poses.source} is of {other}, and the log of {own}: both must be on one clock, ",
+                given("reference_offset", "S", "so shift its time"),
+            )
         )
     return found
+
+
+def _compared(mag: bool, reference: Poses | None) -> Heading:
+    if reference is not None:
+        return "aligned"
+    return "absolute" if mag else "relative"
 
 
 def _told(warned: Iterable[warnings.WarningMessage]) -> Iterator[str]:

@@ -1,8 +1,10 @@
 """``zerorate attitude``: which way a body points, from a log of its sensors."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
+from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
@@ -12,7 +14,7 @@ from zerorate.attitude.options import ATTITUDE_OPTIONS
 from zerorate.calibration.calibration import Calibration
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
-from zerorate.cli.errors import as_usage
+from zerorate.cli.errors import UsageFault, as_usage
 from zerorate.cli.options import (
     PANEL,
     AccelName,
@@ -39,8 +41,10 @@ from zerorate.cli.outputs import (
     preload_figure,
     print_written,
     progress_bar,
+    text_writer,
 )
 from zerorate.cli.records import print_title, records
+from zerorate.cli.references import ReferenceHeading, ReferenceOffset, Tum, reference_poses
 from zerorate.io import Recording, write_log
 from zerorate.options import check_used
 from zerorate.progress import Progress
@@ -113,12 +117,25 @@ def attitude(
     reference: Annotated[
         str | None,
         typer.Option(
-            metavar="NAMES",
-            help="Four columns w,x,y,z of the true orientation, from sensor to earth. Default: "
-            "those named like one, such as ref_quat_w.",
+            metavar="FILE",
+            help="True orientation, from sensor to earth, to tell the errors by: a file of TUM's "
+            "text or EuRoC's table on the clock of the log, or four columns w,x,y,z of the log. "
+            "Default: its columns named like one, such as ref_quat_w.",
             rich_help_panel=PANEL,
         ),
     ] = None,
+    reference_heading: Annotated[
+        ReferenceHeading | None,
+        typer.Option(
+            help="How headings are compared: aligned, turned to fit best, as is usual for a file, "
+            "whose north is its own; absolute, by the reference's north; relative, to the first "
+            "sample, as is usual without a magnetometer.",
+            show_default=False,
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
+    reference_offset: ReferenceOffset = 0.0,
+    tum: Tum = False,
     reference_frame: Annotated[
         FrameName | None,
         typer.Option(
@@ -138,7 +155,10 @@ def attitude(
     Writes quaternion and Euler angles with their standard deviations, rest, magnetic disturbance
     and what was learned of the gyro; prints a table, with the errors where the log has a reference.
     """
-    truth = parse_columns(reference, "--reference")
+    poses = reference_poses(reference, reference_offset)
+    truth = None if poses is not None else parse_columns(reference, "--reference")
+    if poses is None and reference_offset:
+        raise UsageFault("--reference-offset acts on a file that --reference names")
     with as_usage():
         check_used(constants, [str(method.value)], ATTITUDE_OPTIONS)
     known = None if calibration is None else read_calibration(calibration)
@@ -149,6 +169,7 @@ def attitude(
         "mag": not no_mag,
         "gyro": gyro or "gyro",
         "accel": accel,
+        "reference": poses,
         "reference_frame": None if reference_frame is None else str(reference_frame),
         **constants,
     }
@@ -158,7 +179,8 @@ def attitude(
     place = Destination.of(output, f"{log.stem}-zerorate-attitude", suffixes)
     shape = (format, None if no_figure else figure_format, not no_figure, force)
     found = records(log, reading.group_by)
-    outputs = [Outputs.of(place.of_part(one.ending), *shape) for one in found]
+    beside = ("tum",) if tum else ()
+    outputs = [Outputs.of(place.of_part(one.ending), *shape, beside=beside) for one in found]
     check_outputs([path for files in outputs for path in files.paths], force, log, calibration)
     if not no_figure:
         preload_figure("attitude_figure")
@@ -172,6 +194,10 @@ def attitude(
             with said_first(alarms), naming(recording):
                 work = partial(estimate_attitude, recording, progress=progress, **asked)
                 estimate = in_background(work)
+                if reference_heading is not None:
+                    if estimate.reference is None:
+                        raise UsageFault("--reference-heading needs a reference")
+                    estimate = replace(estimate, compared_heading=reference_heading.value)
             _write(files, estimate, progress)
         print_title(one, first=one is found[0])
         print_alarms(alarms)
@@ -190,8 +216,11 @@ def _write(outputs: Outputs, estimate: AttitudeEstimate, progress: Progress) -> 
     from zerorate.show import save_figure
 
     log, beside = estimate.to_log()
+    writers: list[Callable[[Path], object]] = [partial(write_log, log, beside=beside)]
+    if outputs.beside:
+        writers.append(text_writer(estimate.poses().to_tum()))
     outputs.write(
-        [partial(write_log, log, beside=beside)],
+        writers,
         lambda path: save_figure(estimate.plot(), path),
         progress,
     )

@@ -25,7 +25,7 @@ from zerorate.numerals import significant
 from zerorate.options import FILTER_OPTIONS
 from zerorate.run.batch import BatchResult, Outlier, Settings, run_batch
 from zerorate.run.batch.fleet import LEAST_LOGS
-from zerorate.show.tables import Table, as_text
+from zerorate.show.tables import GAP, Table, as_text, prose
 
 _WHERE: Final = "Where it runs"
 
@@ -144,15 +144,15 @@ _SHOWN: Final = 20
 def _print(result: BatchResult) -> None:
     """Print what became of the logs; a failed one is a fault of the data."""
     counts = result.counts
-    print(
+    _say(
         f"{counts['done']} logs done in {result.seconds:.1f} s, "
         f"{counts['skipped']} skipped, {counts['failed']} failed"
     )
     for one in result.failed:
-        print(f"failed: {one.name}: {told(one.error or '')}")
+        _say(f"failed: {one.name}: {told(one.error or '')}")
     if result.left_out:
         count = len(result.left_out)
-        print(f"left out: {count} file{'s' if count > 1 else ''} that zerorate has written")
+        _say(f"left out: {count} file{'s' if count > 1 else ''} that zerorate has written")
     _print_notes(result.notes)
     _print_fleet(result)
     print(f"wrote {result.summary}")
@@ -160,9 +160,13 @@ def _print(result: BatchResult) -> None:
         raise DataFault(f"{len(result.failed)} of {len(result.outcomes)} logs failed")
 
 
+def _say(sentence: str) -> None:
+    print(prose(sentence, hang=GAP))
+
+
 def _print_notes(notes: Mapping[str, Sequence[str]]) -> None:
     for note, logs in islice(notes.items(), _SHOWN):
-        print(f"note: {logs[0]}{_and_others(len(logs) - 1)}: {told(note)}")
+        _say(f"note: {logs[0]}{_and_others(len(logs) - 1)}: {told(note)}")
     if len(notes) > _SHOWN:
         print(f"{len(notes) - _SHOWN} more notes are in the summary")
 
@@ -176,7 +180,7 @@ def _print_fleet(result: BatchResult) -> None:
     fleet, through = result.fleet, [one for one in result.outcomes if one.rows]
     alone = {log for log, _ in fleet.unjudged}
     if alone:
-        print(
+        _say(
             f"not compared with each other: {len(alone)} of {len(through)} logs; "
             f"it takes {LEAST_LOGS} with the same axis and unit"
         )

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final
 
+import numpy as np
 import typer
 
 from zerorate._native import NavigationFilter
@@ -17,11 +18,13 @@ from zerorate.cli.checking import Fix, checked, print_alarms, said_first
 from zerorate.cli.errors import (
     DataFault,
     UsageFault,
+    as_usage,
     of_a_file,
     read_faults,
 )
 from zerorate.cli.mounts import Mounted, numbers
 from zerorate.cli.options import (
+    PANEL,
     CalibrationOption,
     FigureFormat,
     FigureFormatOption,
@@ -45,10 +48,13 @@ from zerorate.cli.outputs import (
     preload_figure,
     print_written,
     progress_bar,
+    text_writer,
 )
+from zerorate.cli.references import ReferenceOffset, Tum, reference_poses
 from zerorate.faults import said
-from zerorate.io import LogError, Recording, read_log, write_log
+from zerorate.io import LogError, Poses, Recording, read_log, write_log
 from zerorate.io.samples import Samples
+from zerorate.metrics.tracks import TrackErrors, ate, rpe
 from zerorate.navigation.alignment import Alignment, align
 from zerorate.navigation.axes import Axes
 from zerorate.navigation.clock import find_time_offset
@@ -214,6 +220,17 @@ def navigate(
             rich_help_panel=_VEHICLE,
         ),
     ] = None,
+    reference: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="True track, to tell the errors by: TUM's text or EuRoC's table, on the clock of "
+            "the log, in axes of its own whose z is up; or positions of a better receiver.",
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
+    reference_offset: ReferenceOffset = 0.0,
+    tum: Tum = False,
     calibration: CalibrationOption = None,
     fix: Fix = False,
     format: LogFormatOption = None,
@@ -251,7 +268,8 @@ def navigate(
     suffixes = [*LogFormat, *_MAPS, *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-navigate", suffixes)
     shape = (format, None if no_figure else figure_format, not no_figure, force)
-    files = Outputs.of(place, *shape, beside=_MAPS)
+    files = Outputs.of(place, *shape, beside=(*_MAPS, *(("tum",) if tum else ())))
+    truth = None if reference is None else _truth(reference, reference_offset)
     check_outputs(files.paths, force, log, gnss, calibration)
     if not no_figure:
         preload_figure("navigation_figure")
@@ -267,7 +285,7 @@ def navigate(
             found = in_background(lambda: asked.navigated(corrected, fixes, checks, progress))
         _write(files, found, everything, progress)
     print_alarms(alarms)
-    print(found.text())
+    print(found.text(truth))
     print_written(files.paths)
 
 
@@ -348,6 +366,22 @@ def _read_fixes(log: Path, gnss: Path | None) -> Fixes:
         raise DataFault(f"{fault}; name the file of the receiver's fixes after the log") from None
 
 
+def _truth(reference: str, offset: float) -> Poses | Fixes:
+    """Return the true track in a file: poses, or positions on the earth."""
+    try:
+        poses = reference_poses(reference, offset)
+    except DataFault as fault:
+        try:
+            with read_faults():
+                fixes = read_fixes(reference)
+        except (DataFault, UsageFault):
+            raise fault from None
+        return fixes.shifted(offset)
+    if poses is None:
+        raise UsageFault(f"--reference names {reference}, which does not exist")
+    return poses
+
+
 @dataclass(frozen=True)
 class _Found:
     """What there is to say and to write."""
@@ -357,16 +391,28 @@ class _Found:
     nis: Floats
     outages: Outages | None
 
-    def text(self) -> str:
-        """Return the alignment, the tables of the track, and that of outages."""
+    def text(self, truth: Poses | Fixes | None) -> str:
+        """Return the errors that were asked for, the tables of the track, and the alignment."""
         from zerorate.show import format_outages, format_track
+        from zerorate.show.navigation_table import format_errors
 
-        table = format_track(self.track, nis=self.nis)
-        title, rest = table.split("\n", 1)
-        parts = [title, self.start.table(), rest.strip("\n")]
+        parts = [] if truth is None else [format_errors(*self._errors(truth))]
         if self.outages is not None:
             parts.append(format_outages(self.outages))
-        return "\n\n".join(parts)
+        return "\n\n".join((*parts, format_track(self.track, nis=self.nis), self.start.table()))
+
+    def _errors(self, truth: Poses | Fixes) -> tuple[TrackErrors, TrackErrors | None, str]:
+        """Return the errors of places and of steps of a second, and how the track was fitted."""
+        with as_usage():
+            if isinstance(truth, Fixes):
+                origin = truth.position[np.isfinite(truth.position).all(axis=1)][0]
+                return ate(self.track.poses(origin), truth.poses(origin), align="none"), None, ""
+            poses = self.track.poses()
+            found = ate(poses, truth, align="yaw")
+            turned = np.isfinite(truth.quaternion).all()
+            steps = rpe(poses, truth, delta=1.0, unit="s") if turned else None
+            angle = math.degrees(2.0 * math.atan2(found.turn[3], found.turn[0]))
+            return found, steps, f"turned by {angle:.2f} deg about the vertical, and shifted"
 
 
 @dataclass(frozen=True)
@@ -553,6 +599,9 @@ def _write(outputs: Outputs, found: _Found, everything: bool, progress: Progress
         lambda path: write_geojson(path, track, force=True),
         lambda path: write_gpx(path, track, force=True),
     ]
+
+    if any(path.suffix == ".tum" for path in outputs.beside):
+        writers.append(text_writer(track.poses().to_tum()))
 
     def draw(path: Path) -> None:
         save_figure(plot_track(track, found.outages, found.nis, everything), path)

@@ -10,7 +10,7 @@ from zerorate.cli.errors import UsageFault, as_usage, require, writing
 from zerorate.cli.options import OUTPUT, Force
 from zerorate.cli.outputs import check_outputs, progress_bar, together
 from zerorate.io import Log, write_log
-from zerorate.show.tables import prose
+from zerorate.show.tables import Table, as_text, prose
 from zerorate.simulation.devices import DEVICES, Device
 from zerorate.simulation.devices import device as find_device
 from zerorate.simulation.gyro import simulate as run_simulation
@@ -179,19 +179,18 @@ def _log(values: Floats, stem: str, rate: float, gyro: Device) -> Log:
 
 
 def _listed() -> str:
-    head = f"{'device':12}{'noise density':>17}{'bias instability':>18}"
-    head += f"{'turn-on bias':>15}{'resolution':>13}"
-    units = f"{'':12}{'deg/s/sqrt(Hz)':>17}{'deg/h':>18}{'deg/s':>15}{'deg/s':>13}"
-    return "\n".join(
-        (head, units, *map(_row, DEVICES.values()), "", *map(_source, DEVICES.values()))
-    )
+    head = ("device", "N, deg/s/√Hz", "B, deg/h", "turn-on, deg/s", "step, deg/s")
+    note = "N: noise density; B: bias instability; step: resolution."
+    rows = tuple(map(_row, DEVICES.values()))
+    table = as_text(Table("Gyros that can be simulated", head, rows, note=note))
+    return "\n".join((table, "", *map(_source, DEVICES.values())))
 
 
-def _row(gyro: Device) -> str:
+def _row(gyro: Device) -> tuple[str, ...]:
     noise = convert(gyro.noise.angle_random_walk, "rad/s/sqrt(Hz)", "deg/s/sqrt(Hz)")
     bias = convert(gyro.noise.bias_instability, "rad/s", "deg/h")
     turn_on, step = (convert(v, "rad/s", "deg/s") for v in (gyro.turn_on_bias, gyro.resolution))
-    return f"{gyro.name:12}{noise:17.3g}{bias:18.3g}{turn_on:15.3g}{step:13.3g}"
+    return (gyro.name, *(f"{value:.3g}" for value in (noise, bias, turn_on, step)))
 
 
 def _source(gyro: Device) -> str:

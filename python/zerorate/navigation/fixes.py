@@ -10,6 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
+from zerorate.geometry.earth import local_ned
+from zerorate.io import Poses
 from zerorate.io.missing import floats
 from zerorate.types import Floats, Integers
 
@@ -124,6 +126,14 @@ class Fixes:
         epoch = None if self.epoch is None else self.epoch - seconds
         own = None if self.velocity_time is None else self.velocity_time + seconds
         return replace(self, time=self.time + seconds, velocity_time=own, epoch=epoch)
+
+    def poses(self, origin: npt.ArrayLike) -> Poses:
+        """Return the positions in metres east, north and up of an origin (deg, deg, m)."""
+        there = np.isfinite(self.position).all(axis=1)
+        ned = local_ned(self.position[there], floats(origin, "origin"))
+        unknown = np.full((len(ned), 4), np.nan)
+        place = ned[:, (1, 0, 2)] * (1.0, 1.0, -1.0)
+        return Poses(self.time[there], place, unknown, self.source)
 
     def as_dict(self) -> dict[str, npt.NDArray[np.float64 | np.int64] | None]:
         """Return the arrays by name, None for what is not known."""

@@ -11,7 +11,7 @@ from zerorate.noise.characterise import Axis, Characterisation, notes_on
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, si_unit, term_of
 from zerorate.numerals import significant, with_error
-from zerorate.show.tables import GAP, aligned, bulleted
+from zerorate.show.tables import GAP, aligned, bulleted, prose
 from zerorate.texts import width
 
 _SECOND: Final = "  by the spectrum"
@@ -40,7 +40,7 @@ def format_allan(found: Sequence[Characterisation]) -> str:
     text = "\n\n\n".join(_table(one) for one in found)
     said = [_BOUND] if "< " in text else []
     said += [_UNIT] if any(_quantity(one) == "unknown" for one in found) else []
-    return "\n\n".join((text, "\n".join(said))) if said else text
+    return "\n\n".join((text, "\n".join(map(prose, said)))) if said else text
 
 
 def format_allan_notes(found: Sequence[Characterisation]) -> str:
@@ -72,7 +72,7 @@ def _heading(found: Characterisation) -> str:
     quantity, curve = _quantity(found), found.curve
     named = quantity == "unknown" and looks_like_accelerometer(curve.names[0])
     sensor = "accelerometer" if named or quantity == "acceleration" else "gyro"
-    return (
+    return prose(
         f"{sensor}: {KINDS[curve.kind].title} of {curve.duration:g} s at {curve.rate:g} Hz, "
         f"{curve.taus.size} averaging times"
     )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.numerals import with_error
-from zerorate.show.tables import Table, as_text, bulleted
+from zerorate.show.tables import Table, as_text, bulleted, prose
 
 if TYPE_CHECKING:
     from zerorate.attitude.estimate import AttitudeEstimate
@@ -57,13 +57,13 @@ def attitude_title(estimate: AttitudeEstimate) -> str:
 
 
 def _parts(estimate: AttitudeEstimate) -> Iterator[str]:
-    yield f"Attitude of {attitude_title(estimate)}"
+    yield prose(f"Attitude of {attitude_title(estimate)}")
+    if estimate.reference is not None:
+        yield as_text(_errors(estimate))
     yield as_text(_angles(estimate))
     yield as_text(_states(estimate))
     if np.isfinite(estimate.bias_sigma[-1]).all():
         yield as_text(_gyro(estimate))
-    if estimate.reference is not None:
-        yield as_text(_errors(estimate))
     if estimate.notes:
         yield f"Notes\n{bulleted(estimate.notes)}"
 
@@ -105,7 +105,7 @@ def _gyro(estimate: AttitudeEstimate) -> Table:
             for i, axis in enumerate(_AXES)
         ]
         note = "Correction: M - 1 in rate = M (gyro - bias), row by row, with ± σ."
-    return Table("Gyro at the end", ("", "", *_AXES), tuple(rows), words=2, note=note)
+    return Table("Gyro at the end", ("", "", *_AXES), tuple(rows), words=2, note=note, blocks=True)
 
 
 def _row(values: Floats, sigmas: Floats) -> tuple[str, ...]:

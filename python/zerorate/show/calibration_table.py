@@ -73,7 +73,7 @@ def _accel(calibration: Calibration) -> Table:
         *_scale_and_bias(sensor, "m/s^2", "mg"),
         *_misalignment(sensor),
     )
-    return Table(f"Accelerometer{_raw(sensor)}", ("", "", *_AXES), rows, words=2)
+    return Table(f"Accelerometer{_raw(sensor)}", ("", "", *_AXES), rows, words=2, blocks=True)
 
 
 def _gyro(calibration: Calibration) -> Table:
@@ -83,7 +83,7 @@ def _gyro(calibration: Calibration) -> Table:
     if any(one.value or one.sigma for row in sensor.g_sensitivity for one in row):
         rows += tuple(_sensitivity(sensor))
         note = "g-sensitivity of an axis: what it reads under 1 g along x, y and z"
-    return Table(f"Gyro{_raw(sensor)}", ("", "", *_AXES), rows, words=2, note=note)
+    return Table(f"Gyro{_raw(sensor)}", ("", "", *_AXES), rows, words=2, note=note, blocks=True)
 
 
 def _sensitivity(sensor: SensorCalibration) -> Iterator[Row]:
@@ -151,7 +151,9 @@ def _rotation(calibration: Calibration) -> Table:
         "gyro to accelerometer", "deg", [_times(c, degrees) for c in calibration.gyro_to_accel]
     )
     note = f"axes of the body: {_FRAMES[calibration.frame]} (frame '{calibration.frame}')"
-    return Table("Rotation between the sensors", ("", "", *_AXES), (row,), words=2, note=note)
+    return Table(
+        "Rotation between the sensors", ("", "", *_AXES), (row,), words=2, note=note, blocks=True
+    )
 
 
 def _errors(calibration: Calibration) -> Table:

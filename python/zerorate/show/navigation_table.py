@@ -12,9 +12,10 @@ import numpy as np
 from zerorate.geometry.rotations import euler_angles
 from zerorate.navigation.track import STATUSES
 from zerorate.numerals import with_error
-from zerorate.show.tables import Table, as_text, bulleted
+from zerorate.show.tables import Table, as_text, bulleted, prose
 
 if TYPE_CHECKING:
+    from zerorate.metrics.tracks import TrackErrors
     from zerorate.navigation.alignment import Alignment
     from zerorate.navigation.offset import TimeOffset
     from zerorate.navigation.outage import OutageErrors, Outages
@@ -65,6 +66,34 @@ def format_outages(outages: Outages) -> str:
     return "\n\n".join(filter(None, (as_text(Table(title, head, rows, words=2)), notes)))
 
 
+def format_errors(found: TrackErrors, steps: TrackErrors | None, fitted: str) -> str:
+    """Return the errors of a track against the true one.
+
+    Parameters
+    ----------
+    found, steps : TrackErrors
+        Of `zerorate.metrics.ate` and, over a second, of `rpe`; None without orientations.
+    fitted : str
+        How the track was moved to fit best.
+
+    Returns
+    -------
+    str
+        Lines without an end.
+    """
+    listed = [("place, m (ATE)", found.metres), ("orientation, deg", found.degrees)]
+    if steps is not None:
+        listed += [("step of 1 s, m (RPE)", steps.metres), ("its turn, deg", steps.degrees)]
+    rows = tuple(
+        (name, str(one.of), *(f"{value:.3g}" for value in (one.rmse, one.median, one.largest)))
+        for name, one in listed
+        if one.of
+    )
+    head = ("", "poses", "rms", "median", "largest")
+    note = f"The track is {fitted}, to fit best." if fitted else ""
+    return as_text(Table("Errors against the reference", head, rows, note=note))
+
+
 def format_alignment(found: Alignment) -> str:
     """Return the angles at the end of the rest, and the biases, with their deviations."""
     angles = np.degrees(euler_angles(found.quaternion[np.newaxis])[0])
@@ -111,12 +140,13 @@ def _metres(value: float) -> str:
 
 
 def _parts(track: Track, nis: Floats | None) -> Iterator[str]:
-    yield f"Track of {track_title(track)}"
-    yield as_text(_fixes(track, nis))
-    yield as_text(_states(track))
+    yield prose(f"Track of {track_title(track)}")
     there = np.flatnonzero(track.navigating)
     if there.size:
         yield as_text(_end(track, int(there[-1])))
+    yield as_text(_fixes(track, nis))
+    yield as_text(_states(track))
+    if there.size:
         yield as_text(_biases(track, int(there[-1])))
     if track.notes:
         yield f"Notes\n{bulleted(track.notes)}"
@@ -179,4 +209,4 @@ def _biases(track: Track, last: int) -> Table:
         (name, unit, *(with_error(float(v), float(s)) for v, s in zip(*both, strict=True)))
         for name, unit, both in (("gyro", "deg/s", gyro), ("accelerometer", "m/s^2", accel))
     )
-    return Table("Bias at the end", ("", "", "x", "y", "z"), rows, words=2, note="With ± σ.")
+    return Table("Bias at the end", ("", "", *"xyz"), rows, words=2, note="With ± σ.", blocks=True)

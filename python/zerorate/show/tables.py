@@ -39,6 +39,8 @@ class Table:
         the last first, but for one.
     legend : mapping of int to str
         What columns mean, said under the note where they are shown.
+    blocks : bool
+        Whether columns that do not fit stand under the others, in the place of being left out.
     """
 
     title: str
@@ -48,6 +50,7 @@ class Table:
     note: str = ""
     spare: tuple[int, ...] = ()
     legend: Mapping[int, str] = field(default_factory=dict)
+    blocks: bool = False
 
 
 def as_text(table: Table) -> str:
@@ -57,13 +60,33 @@ def as_text(table: Table) -> str:
         return "\n".join(filter(None, (prose(table.title), prose(table.note, GAP))))
     room = width() - len(GAP)
     spare = table.spare or tuple(range(len(rows[0]) - 1, table.words, -1))
-    kept = fitting(rows, table.words, room, spare)
-    words = sum(i < table.words for i in kept)
-    shown = [[row[i] for i in kept] for row in rows]
-    lines = (f"{GAP}{line}" for line in aligned(shown, words, room))
+    if table.blocks:
+        kept, parts = list(range(len(rows[0]))), _blocks(rows, table.words, room)
+    else:
+        kept = fitting(rows, table.words, room, spare)
+        parts = [kept]
+    lines = [
+        f"{GAP}{line}".rstrip()
+        for part in parts
+        for line in aligned(
+            [[row[i] for i in part] for row in rows], sum(i < table.words for i in part), room
+        )
+    ]
     meant = dict.fromkeys(table.legend[i] for i in kept if i in table.legend)
     note = prose(" ".join(filter(None, (table.note, *meant))), GAP)
     return "\n".join(filter(None, (prose(table.title), *lines, note)))
+
+
+def _blocks(rows: Sequence[Sequence[str]], words: int, most: int) -> list[list[int]]:
+    """Return the columns of blocks that fit, each with all columns of words."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    first = list(range(words))
+    found: list[list[int]] = [[*first]]
+    for i in range(words, len(widths)):
+        if len(found[-1]) > words and _least(widths, [*found[-1], i], 0) > most:
+            found.append([*first])
+        found[-1].append(i)
+    return found
 
 
 def fitting(
