@@ -374,3 +374,25 @@ class TestCharacterise:
         write_log(log, tmp_path / "a.npz")
         (found,) = read_sensors(tmp_path / "a.npz")
         assert (found.names, found.unit) == (("accel_x",), "m/s^2")
+
+
+def test_several_logs_are_drawn_over_each_other(call, tmp_path, out):
+    z = signal(3000)
+    names_ = [f"gyro_{x}_radps" for x in "xyz"]
+    paths = [
+        write_table(tmp_path / f"{name}.csv", dict(zip(names_, scale * z.T, strict=True)))
+        for name, scale in (("a", 1.0), ("b", 2.0))
+    ]
+    code, text, errors = call("allan", *paths, "-o", out, "--deviation", "adev")
+    assert (code, errors) == (0, "")
+    assert names(out) == [
+        "a-zerorate-allan.csv",
+        "allan-zerorate-overlay.png",
+        "b-zerorate-allan.csv",
+    ]
+    lines = text.splitlines()
+    assert lines[0] == "Gyros"
+    assert [line.split()[0] for line in lines[2:8:3]] == ["a.csv", "b.csv"]
+    assert "adev" in (out / "a-zerorate-allan.csv").read_text()
+    code, _, errors = call("allan", *paths, "-o", out / "x.csv")
+    assert (code, "takes a folder where there are several logs" in errors) == (2, True)

@@ -1,5 +1,6 @@
 """``zerorate attitude`` and ``zerorate stream --attitude``: files, and a line for every fault."""
 
+import re
 from functools import partial
 
 import numpy as np
@@ -9,6 +10,7 @@ import zerorate as zr
 from support.commands import check_line, names, one_line
 from support.logs import write_table
 from support.streams import streamed
+from zerorate.geometry import rotations
 
 MOTION = zr.simulate_motion("hand", duration=8.0, seed=3, magnet=[[5.0, 7.0]])
 SENSORS = {"gyro_{}_radps": MOTION.gyro, "accel_{}_mps2": MOTION.accel, "mag_{}_ut": MOTION.mag}
@@ -187,3 +189,47 @@ class TestStream:
         code, _, errors = call("stream", "--rate", "100", *options)
         assert code == 2
         check_line(errors, match)
+
+
+class TestReference:
+    """A camera that sees the same orientations with a north of its own."""
+
+    def given(self, folder, turn=1.0):
+        recording = MOTION.recording()
+        (truth,) = recording.of_kind("reference")
+        half = np.array([np.cos(turn / 2.0), 0.0, 0.0, -np.sin(turn / 2.0)])
+        seen = rotations.product(half, truth.data[::4])
+        poses = zr.io.Poses(truth.time[::4], np.zeros((len(seen), 3)), seen)
+        poses.to_tum(folder / "truth.tum", force=True)
+        columns = {
+            name: log.data[:, i]
+            for kind in ("gyro", "accel", "mag")
+            for log in [recording[kind]]
+            for i, name in enumerate(log.names)
+        }
+        return write_table(folder / "seen.csv", columns), folder / "truth.tum"
+
+    def test_headings_are_aligned_and_that_is_said(self, call, tmp_path, out):
+        log, truth = self.given(tmp_path)
+        asked = ("attitude", log, "-o", out, "--no-figure", "--force", "--reference", truth)
+        code, text, errors = call(*asked, "--tum")
+        assert (code, errors) == (0, "")
+        assert text.split("\n\n")[1].startswith("Errors against the reference, deg")
+        angle = float(re.search(r"turned back by ([\d.]+) deg about z", text)[1])
+        assert angle == pytest.approx(np.degrees(1.0), abs=15.0)
+        poses = zr.io.read_poses(out / "seen-zerorate-attitude.tum")
+        assert len(poses) > 700
+        absolute = call(*asked, "--reference-heading", "absolute")[1]
+        row = next(line for line in absolute.splitlines() if line.startswith("  all "))
+        assert float(row.split()[2]) > 40.0
+
+    def test_what_cannot_be_compared_is_told(self, call, tmp_path, out):
+        log, truth = self.given(tmp_path)
+        asked = ("attitude", log, "-o", out, "--no-figure", "--force", "--reference")
+        code, _, errors = call(*asked, truth, "--reference-offset", "1000")
+        assert (code, "so both" in errors or "both must be on one clock" in errors) == (1, True)
+        assert "--reference-offset S" in errors
+        code, _, errors = call(*asked, tmp_path / "no.tum")
+        assert (code, "no.tum, which does not exist" in errors) == (2, True)
+        code, _, errors = call(*asked, "a,b,c,d", "--reference-offset", "1")
+        assert (code, "acts on a file" in errors) == (2, True)

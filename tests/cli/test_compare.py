@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from support.commands import check_line
+from support.commands import check_line, names
 from support.compared import gyros, noise, oriented, resting, turning
 from support.logs import write_table
 from support.recordings import RECORDINGS, needs_recordings
@@ -293,3 +293,16 @@ def test_seeds_must_be_a_number_of_records(cli):
     code, text, errors = cli("--simulated", "--seeds", "0")
     assert (code, text) == (2, "")
     check_line(errors, "seeds")
+
+
+def test_numbers_and_figures_are_written(call, tmp_path, out):
+    log = resting(tmp_path / "run.csv")
+    asked = ("compare", log, "--methods", "auto,ema", "--attitude", "none")
+    code, text, _ = call(*asked, "-o", out)
+    assert code == 0
+    assert names(out) == ["zerorate-compare-rest.png", "zerorate-compare.json"]
+    assert f"wrote {out / 'zerorate-compare.json'}" in text
+    code, _, errors = call(*asked, "-o", out)
+    assert (code, "exists" in errors.lower()) == (2, True)
+    code, _, errors = call(*asked, "--no-figure")
+    assert (code, "--no-figure has no effect without -o" in errors) == (2, True)

@@ -308,3 +308,22 @@ def test_a_log_of_a_flight_controller_holds_both(cli, out):
     code, text, errors = cli(log, *options)
     assert (code, errors) == (0, "")
     assert re.search(r"used +22\n", text)
+
+
+def test_errors_against_a_reference_come_first(cli, imu, gnss, out, tmp_path):
+    asked = (imu, gnss, "--no-figure", "--force", "-o", out / "a.csv", "--reference")
+    truth = expected().poses()
+    turned = zr.io.Poses(truth.time, truth.position[:, (1, 0, 2)] * [1, -1, 1], truth.quaternion)
+    turned.to_tum(tmp_path / "truth.tum")
+    code, text, _ = cli(*asked, tmp_path / "truth.tum", "--tum")
+    assert code == 0
+    lines = text.splitlines()
+    assert lines[0] == "Errors against the reference"
+    assert float(lines[2].split()[4]) == pytest.approx(0.0, abs=0.01)
+    assert "turned by -90.00 deg about the vertical" in text
+    assert len(zr.io.read_poses(out / "a.tum")) == len(truth)
+    code, text, _ = cli(*asked, gnss)
+    assert (code, text.splitlines()[0]) == (0, "Errors against the reference")
+    assert "to fit best" not in text
+    code, _, errors = cli(*asked, tmp_path / "none.tum")
+    assert (code, "does not exist" in errors) == (2, True)
