@@ -211,10 +211,12 @@ def test_the_method_alone(tmp_path, capsys):
     regular(tmp_path / "raw.parquet")
     arguments = ["replay", str(tmp_path / "raw.parquet"), "-o", str(tmp_path), "--no-figure"]
     assert run([*arguments]) == 0
-    rows = capsys.readouterr().out.split("\n")[3:7]
-    assert [row[12:].split()[0] for row in rows] == ["raw", "auto", "raw", "auto"]
+    assert "as each method" not in capsys.readouterr().out
     alone = (tmp_path / "raw-zerorate.parquet").read_bytes()
-    assert run([*arguments, "--force"]) == 0
+    assert run([*arguments, "--force", "--methods", "all"]) == 0
+    rows = capsys.readouterr().out.partition("as each method")[2].split("\n")[3:9]
+    methods = ["raw", "kf", "akf", "fading", "robust", "auto"]
+    assert [row[12:].split()[0] for row in rows] == methods
     assert (tmp_path / "raw-zerorate.parquet").read_bytes() == alone
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
+from zerorate.io.missing import floats
 from zerorate.noise.fit import Component, FittedModel, Problem, fitted
 from zerorate.noise.processes import TERMS, check_terms, strength
 from zerorate.noise.quantities import check_unit, si_unit
@@ -192,7 +193,7 @@ def whittle(
     """
     check_terms(terms)
     found, known = Spectrum.of(z, rate), check_unit(unit)
-    (doubt,) = doubts_of_rest(np.asarray(z), rate, known, ("",))
+    (doubt,) = doubts_of_rest(floats(z, "z"), rate, known, ("",))
     return replace(fit_spectrum(found, rate, known, terms), doubt=doubt.why)
 
 
