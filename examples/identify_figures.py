@@ -10,7 +10,7 @@ import numpy as np
 
 import zerorate as zr
 from zerorate import identify
-from zerorate.show import save_figure
+from zerorate.show import plot_identification, save_figure
 from zerorate.show.style import (
     BLACK,
     BLUE,
@@ -47,7 +47,7 @@ def simulated(model: identify.ArmaModel, n: int, seed: int) -> np.ndarray:
 def page() -> None:
     """Draw what the command draws of one axis."""
     found = identify.identify(simulated(MODEL, N, 1), RATE, name="gyro_x", unit="deg/s")
-    save(found.plot(), "identify_axis")
+    save(plot_identification(found, everything=True), "identify_axis")
 
 
 def smoothing() -> None:

@@ -1,12 +1,81 @@
-"""The type of the functions that report the progress of long work."""
+"""How long work reports its progress: to whoever asks, and in a notebook by a bar of its own."""
 
+from __future__ import annotations
+
+import sys
 from collections.abc import Callable
+from html import escape
+from time import monotonic
+from typing import Any, Final
 
-__all__ = ["Progress", "silent"]
+__all__ = ["Counter", "Progress", "counted", "reported", "silent"]
 
 Progress = Callable[[str, float], None]
 """Called with the step's name and the fraction of it that is done."""
 
+Counter = Callable[[int, int], None]
+"""Called with how many things are through, and how many there are."""
+
+_PATIENCE: Final = 1.0
+"""Seconds of work that need no bar."""
+_EVERY: Final = 0.2
+"""Seconds between two drawings of it."""
+
 
 def silent(step: str, fraction: float) -> None:
     """Report nothing."""
+
+
+def reported(progress: Progress | None) -> Progress:
+    """Return what reports: what was given, or else a bar in a notebook, or nothing."""
+    if progress is not None:
+        return progress
+    return _Bar() if _in_notebook() else silent
+
+
+def counted(progress: Counter | None) -> Counter:
+    """Return what counts: what was given, or else a bar in a notebook, or nothing."""
+    if progress is not None:
+        return progress
+    report = reported(None)
+    return lambda through, all_of_them: report(
+        f"{through} of {all_of_them}", through / max(all_of_them, 1)
+    )
+
+
+def _in_notebook() -> bool:
+    """Return whether there is a kernel that shows what it is sent; nothing is imported for it."""
+    ipython = sys.modules.get("IPython")
+    shell = None if ipython is None else ipython.get_ipython()
+    return getattr(shell, "kernel", None) is not None
+
+
+class _Bar:
+    """A bar in a notebook, shown of work that lasts, and taken away when it is done."""
+
+    def __init__(self) -> None:
+        self._begun = self._drawn = monotonic()
+        self._shown: Any = None
+
+    def __call__(self, step: str, fraction: float) -> None:
+        now = monotonic()
+        if now - self._begun < _PATIENCE or (now - self._drawn < _EVERY and fraction < 1.0):
+            return
+        self._drawn = now
+        self._show(
+            f'<progress max="1" value="{fraction:.3f}"></progress> {escape(step)}'
+            f" {100.0 * fraction:.0f} %"
+        )
+
+    def _show(self, text: str) -> None:
+        from IPython.display import HTML, display  # type: ignore[import-not-found]
+
+        if self._shown is None:
+            self._shown = display(HTML(text), display_id=True)
+        else:
+            self._shown.update(HTML(text))
+
+    def __del__(self) -> None:
+        """Take the bar away: whoever reported to it has returned."""
+        if self._shown is not None:
+            self._show("")

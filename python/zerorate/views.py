@@ -5,14 +5,17 @@ What shows results registers itself here; a result knows nothing of how it is sh
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Mapping
+from html import escape
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Result", "View", "figure_of", "register", "shown_by", "table_of"]
+__all__ = ["Result", "View", "figure_of", "html_of", "register", "shown_by", "table_of"]
 
 
 class View(NamedTuple):
@@ -21,6 +24,14 @@ class View(NamedTuple):
     table: str
     figure: str
 
+
+_SMALL: Final = 380.0
+"""Width at which a figure is shown, pixels."""
+_TALL: Final = 0.55
+"""How much of its height counts as its width: a tall one is made narrower."""
+_TABLE: Final = "line-height: 1.25; margin: 0; overflow-x: auto"
+_FIGURE: Final = "max-width: 100%; height: auto; background: white"
+_BESIDE: Final = "display: flex; flex-wrap: wrap; gap: 1.5em; align-items: flex-start"
 
 _VIEWS: dict[str, View] = {}
 _SHOWN_BY: list[str] = []
@@ -58,6 +69,24 @@ def figure_of(result: object, *arguments: object) -> Figure:
     return figure
 
 
+def html_of(result: object) -> str:
+    """Return the table of a result, and its small figure where there is matplotlib."""
+    table = f'<pre style="{_TABLE}">{escape(table_of(result))}</pre>'
+    try:
+        figure = figure_of(result)
+    except ImportError:
+        return f"<div>{table}</div>"
+    written = BytesIO()
+    # More pixels than are shown, for screens of high resolution.
+    wide, tall = figure.get_size_inches()
+    scale = _SMALL / max(wide, tall * _TALL)
+    figure.savefig(written, format="png", dpi=1.5 * scale)
+    data = b64encode(written.getvalue()).decode("ascii")
+    size = f'width="{wide * scale:.0f}" style="{_FIGURE}"'
+    shown = f'<img src="data:image/png;base64,{data}" {size} alt="figure">'
+    return f'<div style="{_BESIDE}">{table}{shown}</div>'
+
+
 def _view_of(result: object) -> View:
     while _SHOWN_BY:
         import_module(_SHOWN_BY.pop())
@@ -89,3 +118,7 @@ class Result:
     def __str__(self) -> str:
         """Return the table."""
         return self.table()
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the table and the figure, small."""
+        return html_of(self)

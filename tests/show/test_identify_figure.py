@@ -5,14 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from support.figures import check_contrast, check_layout
+from support.figures import check_colours, check_contrast, check_layout
 from zerorate.identify import identify
 from zerorate.noise.spectrum import Spectrum
 from zerorate.show import plot_identification, save_figure
 from zerorate.show.identify_panels import _one_sided
 
 RATE = 100.0
-PANELS = 9
 
 
 def coloured(n=5000, seed=1):
@@ -54,8 +53,8 @@ def identified(name):
 
 
 @cache
-def drawn(name):
-    return identified(name).plot()
+def drawn(name, everything=True):
+    return plot_identification(identified(name), everything)
 
 
 @pytest.fixture
@@ -78,17 +77,22 @@ def by_title(figure, start):
     return axes
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
+@pytest.mark.parametrize(("everything", "panels", "wide"), [(False, 6, 85.0), (True, 9, 180.0)])
 @pytest.mark.parametrize("name", RECORDS)
-def test_nothing_lies_over_a_neighbour_or_outside(name):
-    assert len(drawn(name).axes) == PANELS
-    check_layout(drawn(name))
-    check_contrast(drawn(name))
+def test_nothing_lies_over_a_neighbour_or_outside(name, everything, panels, wide):
+    figure = drawn(name, everything)
+    assert len(figure.axes) == panels
+    assert figure.get_figwidth() * 25.4 == pytest.approx(wide)
+    check_layout(figure)
+    check_contrast(figure)
+    check_colours(figure)
 
 
-@pytest.mark.parametrize("name", RECORDS)
-def test_the_page_is_180_mm_wide(name):
-    assert drawn(name).get_figwidth() * 25.4 == pytest.approx(180.0)
+def test_the_answer_is_the_model_and_what_it_leaves():
+    question, answer, *_ = (text.get_text() for text in drawn("white", False).texts)
+    assert question == "Which model describes the drift?"
+    assert answer.startswith("White noise; what it leaves may be white (Ljung-Box, p = ")
 
 
 class TestPanels:

@@ -1,8 +1,11 @@
 """Every result has a table, a figure and a text, by what `zerorate.show` registers."""
 
+import base64
+import html
 import importlib
 import inspect
 import pkgutil
+import re
 from functools import cache
 
 import numpy as np
@@ -132,6 +135,28 @@ def test_a_result_shows_itself(name):
     check_layout(figure)
     check_contrast(figure)
     check_colours(figure)
+
+
+def test_a_notebook_shows_the_table_and_a_small_figure():
+    result = RESULTS["NoiseModel"]()
+    text = result._repr_html_()
+    assert html.escape(result.table()) in text
+    data = re.search(r'<img src="data:image/png;base64,([^"]*)" width="(\d+)"', text)
+    png = base64.b64decode(data[1])
+    # For screens of high resolution.
+    assert int.from_bytes(png[16:20]) == pytest.approx(1.5 * int(data[2]), abs=2)
+    assert int(data[2]) <= 380
+    assert len(text) < 200_000
+
+
+def test_a_notebook_without_matplotlib_shows_the_table(monkeypatch):
+    def missing(result):
+        raise ImportError("this needs matplotlib")
+
+    monkeypatch.setattr(views, "figure_of", missing)
+    result = RESULTS["NoiseModel"]()
+    assert "<pre" in result._repr_html_()
+    assert "<img" not in result._repr_html_()
 
 
 def test_what_is_registered_is_there():

@@ -25,7 +25,7 @@ from zerorate.metrics.orientation import (
     heading_offset,
     orientation_errors,
 )
-from zerorate.progress import Progress, silent
+from zerorate.progress import Progress, reported
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
 
@@ -280,6 +280,7 @@ def estimate_attitude(
         Axes of the earth that the reference is to; default `frame`.
     progress : callable, optional
         Called with a step's name and the fraction of it that is done.
+        By default a bar in a notebook.
     **constants
         Further arguments of `zerorate.Attitude`, such as those of its named methods.
 
@@ -317,7 +318,7 @@ def estimate_attitude(
     # The filter refuses what it does not know.
     settings: Any = {"mag": uses_mag, "frame": frame, "method": method, **constants}
     filter_: Any = Attitude(samples.log.rate, **settings)
-    report = silent if progress is None else progress
+    report = reported(progress)
     run = _smoothed if offline else _traced
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")

@@ -13,10 +13,12 @@ import typer
 
 from zerorate.cli.errors import DataFault, UsageFault, require
 from zerorate.cli.options import (
+    FigurePanels,
     Force,
     LogArgument,
     NoFigure,
     Output,
+    PanelsOption,
     Reading,
     parse_order,
     with_reading_options,
@@ -24,6 +26,7 @@ from zerorate.cli.options import (
 from zerorate.cli.outputs import (
     Destination,
     Outputs,
+    all_panels,
     check_outputs,
     preload_figure,
     print_written,
@@ -103,6 +106,7 @@ def identify(
     log: LogArgument,
     reading: Reading,
     output: Output = ".",
+    figure: PanelsOption = FigurePanels.usual,
     no_figure: NoFigure = False,
     force: Force = False,
     order: Annotated[
@@ -182,6 +186,7 @@ def identify(
         decimate=decimate,
         method=estimator.value,
     )
+    everything = all_panels(figure, not no_figure)
     all_of_them = records(log, reading.group_by)
     place = Destination.of(output, f"{log.stem}-zerorate-identify", ("html", "json"))
     if not no_figure:
@@ -196,7 +201,8 @@ def identify(
         with progress_bar() as progress:
             recording = reading.read(read_log, one.source)
             found = in_background(partial(_found, analysis, recording, progress))
-            texts = _texts(recording, found, not no_figure, progress)
+            drawings = {} if no_figure else _drawn(found.axes, everything, progress)
+            texts = _texts(recording, found, drawings)
             files.write([*map(text_writer, texts)], (), progress)
         print_title(one, first=one is all_of_them[0])
         _print_result(found, files)
@@ -267,27 +273,32 @@ def _print_result(found: _Found, outputs: Outputs) -> None:
     print_written(outputs.paths)
 
 
-def _texts(log: Log, found: _Found, figures: bool, progress: Progress) -> tuple[str, str]:
+def _texts(log: Log, found: _Found, drawings: Mapping[str, bytes]) -> tuple[str, str]:
     """Return the page and the numbers."""
     source = Path(log.meta["source"]).name
-    drawings = _drawn(found.axes, progress) if figures else {}
     page = identification_page(found.axes, source, drawings, found.notes)
     return page, as_json(found.axes, source, found.notes)
 
 
-def _drawn(found: Sequence[Identification], progress: Progress) -> Mapping[str, bytes]:
+def _drawn(
+    found: Sequence[Identification], everything: bool, progress: Progress
+) -> Mapping[str, bytes]:
     drawings = {}
     for i, one in enumerate(found):
         progress("drawing", i / len(found))
-        drawings[one.name] = _svg(one)
+        drawings[one.name] = _svg(one, everything)
     return drawings
 
 
-def _svg(found: Identification) -> bytes:
+def _svg(found: Identification, everything: bool) -> bytes:
     from matplotlib import rc_context
+
+    from zerorate.show import plot_identification
 
     buffer = BytesIO()
     # The same log gives the same bytes.
     with rc_context({"svg.hashsalt": found.name}):
-        found.plot().savefig(buffer, format="svg", metadata={"Date": None})
+        plot_identification(found, everything).savefig(
+            buffer, format="svg", metadata={"Date": None}
+        )
     return buffer.getvalue()

@@ -20,7 +20,7 @@ from zerorate.faults import ArgumentError
 from zerorate.geometry.frames import FRAMES, Frame, in_enu
 from zerorate.io import LogError, Recording
 from zerorate.metrics import orientation_errors
-from zerorate.progress import Progress, silent
+from zerorate.progress import Progress, reported
 from zerorate.types import Booleans, Floats
 
 _ERRORS: Final = ("total", "heading", "inclination")
@@ -56,6 +56,7 @@ def compare_attitude(
         which is `zerorate.Attitude.smooth`, and ``"vqf-offline"``.
     progress : callable, optional
         Called with a step's name and the fraction of it that is done.
+        By default a bar in a notebook.
     frame : {"enu", "ned", "nwu"}
         Of the earth, to which the reference turns the sensor. Its north must be the magnetic one.
 
@@ -77,7 +78,7 @@ def compare_attitude(
     check_attitude(methods, frame)
     chosen, notes = _installed(methods)
     trials = [one if isinstance(one, Trial) else Trial.of(one) for one in recordings]
-    report, rows = silent if progress is None else progress, []
+    report, rows = reported(progress), []
     for i, trial in enumerate(trials):
         if trial.orientation is None:
             raise LogError(f"{trial.source}: there is no orientation to compare attitudes with")

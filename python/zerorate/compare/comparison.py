@@ -19,7 +19,7 @@ from zerorate.compare.turning import fitted, turning_rows
 from zerorate.faults import ArgumentError
 from zerorate.io import Recording
 from zerorate.io.log import notes_of
-from zerorate.progress import Progress, silent
+from zerorate.progress import Progress, reported
 from zerorate.simulation import Contamination
 from zerorate.types import Floats
 from zerorate.views import Result
@@ -83,6 +83,7 @@ def compare(
         then returns other values looks ahead, and its rows say so.
     progress : callable, optional
         Called with a step's name and the fraction of it that is done.
+        By default a bar in a notebook.
     contaminate : str, zerorate.simulation.Contamination, or a sequence of these
         Faults, each of which is put into every recording for a comparison of its own, as in
         ``"share=0.01,size=100"``. Chance is seeded: the same call gives the same numbers. The best
@@ -106,7 +107,7 @@ def compare(
     listed = resolved(methods)
     trials = [one if isinstance(one, Trial) else Trial.of(one) for one in recordings]
     runs = len(listed) * (1 + len(faults))
-    report = _Report(trials, runs, silent if progress is None else progress)
+    report = _Report(trials, runs, reported(progress))
     found = []
     # Numbers near the largest double overflow when squared: the measure is then infinite.
     with np.errstate(over="ignore", invalid="ignore"):

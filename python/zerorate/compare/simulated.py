@@ -19,7 +19,7 @@ from zerorate.compare.methods import (
 from zerorate.compare.own import while_on
 from zerorate.faults import ArgumentError
 from zerorate.metrics.averages import best_shared_ema
-from zerorate.progress import Progress, silent
+from zerorate.progress import Progress, reported
 from zerorate.simulation import Contamination
 from zerorate.simulation.models import MODELS, GyroModel, records
 from zerorate.simulation.optimum import optimum
@@ -161,6 +161,7 @@ def run(
         Time from which errors count, s; default two minutes.
     progress : callable, optional
         Called with a model's name and the fraction of all that is done.
+        By default a bar in a notebook.
 
     Returns
     -------
@@ -186,7 +187,7 @@ def run(
     counted = scored_span(duration, score_from, rate)
     if not chosen or seeds < 1:
         raise ValueError(f"regret needs models and seeds, got {len(chosen)} and {seeds}")
-    report = silent if progress is None else progress
+    report = reported(progress)
     rows: list[list[_Score]] = []
     for model in chosen:
         scores: list[_Score] = []

@@ -23,6 +23,7 @@ from zerorate.identify.record_tests import RecordSummary, RecordTests, summarise
 from zerorate.io.log import checked_rate
 from zerorate.noise.records import as_record
 from zerorate.noise.rest import Span, moving_spans
+from zerorate.progress import reported
 from zerorate.types import Floats, Integers
 from zerorate.views import Result
 
@@ -237,6 +238,7 @@ def identify(
         Of the ARMA model: "css", the conditional sum of squares, or "exact", the likelihood.
     progress : callable, optional
         Called with the step's name and the fraction of the whole that is done.
+        By default a bar in a notebook.
     **preparation
         ``smooth``, ``outliers``, ``window``, ``threshold``, ``trend`` and ``decimate`` of
         `prepare`; by default nothing is done to the record, and a constant of the models takes
@@ -269,7 +271,7 @@ def identify(
     >>> found.model.order, found.whiteness.white
     ((1, 0), True)
     """
-    tell = progress or (lambda step, fraction: None)
+    tell = reported(progress)
     tell("preparing", 0.0)
     record = as_record(z, LEAST_SAMPLES, "identification")
     summary = summarised(record, checked_rate(rate))

@@ -14,7 +14,7 @@ from zerorate.faults import ArgumentError, said
 from zerorate.geometry.rotations import inverse, product
 from zerorate.io import LogError
 from zerorate.metrics.channels import positive
-from zerorate.progress import Progress, silent
+from zerorate.progress import Progress, reported
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
 
@@ -133,7 +133,7 @@ def outages(
     rest: npt.ArrayLike | None = None,
     wheel_speed: npt.ArrayLike | None = None,
     time_offset: float | TimeOffset = 0.0,
-    progress: Progress = silent,
+    progress: Progress | None = None,
 ) -> Outages:
     """Return how far a navigation filter is off after outages of the receiver.
 
@@ -165,8 +165,9 @@ def outages(
         How fast its wheels roll, m/s, of a filter of a wheeled vehicle.
     time_offset : float or TimeOffset
         Added to the times of the fixes, s.
-    progress : callable
+    progress : callable, optional
         Called with a step's name and the fraction that is done.
+        By default a bar in a notebook.
 
     Returns
     -------
@@ -215,7 +216,8 @@ def outages(
             "nav", f"must be a filter that has seen no sample, this one has {template.samples_seen}"
         )
     steps = len(asked) * (1 + smooth) + 1
-    progress("navigating", 0.0)
+    report = reported(progress)
+    report("navigating", 0.0)
     known: dict[str, Any] = {
         "rest": rest,
         "wheel_speed": wheel_speed,
@@ -228,13 +230,13 @@ def outages(
     keep: Literal["all", "track"] = "all" if smooth else "track"
     for i, length in enumerate(asked):
         done = 1 + i * (1 + smooth)
-        progress(f"{length:g} s", done / steps)
+        report(f"{length:g} s", done / steps)
         withheld = fixes.withheld(length, first, between)
         used = gnss.chosen(~withheld.all_of(len(gnss)))
         track = template.copy().process(imu, used, keep=keep, **known)
         tracks = {FILTER: track}
         if smooth:
-            progress("smoothing", (done + 1) / steps)
+            report("smoothing", (done + 1) / steps)
             tracks[SMOOTHED] = track.smooth()
         found.append(_errors(length, withheld, fixes.gnss, tracks, template.antenna, notes))
     return Outages(tuple(found), imu.source, tuple(dict.fromkeys(notes)))

@@ -15,7 +15,7 @@ from zerorate.noise import AllanResult, FittedModel, NoiseModel, allan, worst_ax
 from zerorate.noise.exports import check_doubts
 from zerorate.noise.kinds import KindName, TauGrid
 from zerorate.noise.spectrum import Spectrum, fit_spectrum
-from zerorate.progress import Progress, silent
+from zerorate.progress import Progress, reported
 from zerorate.types import Floats
 
 # Every kind has an averaging time from here on.
@@ -124,6 +124,7 @@ def characterise(
         Whether to estimate from the spectrum as well; default yes.
     progress : callable, optional
         Called with the step's name and the fraction of it that is done.
+        By default a bar in a notebook.
 
     Returns
     -------
@@ -138,7 +139,7 @@ def characterise(
         If an argument is not as described.
     """
     _check_samples(log, kind)
-    tell = progress or silent
+    tell = reported(progress)
     tell("deviations", 0.0)
     curve = allan(log, kind=kind, taus=taus, bridge=bridge, confidence=confidence)
 

@@ -16,7 +16,7 @@ from zerorate.array.logs import ArrayLog
 from zerorate.io.log import Log, LogError
 from zerorate.io.names import with_suffix
 from zerorate.options import with_limits
-from zerorate.progress import Progress, silent
+from zerorate.progress import Progress, reported
 from zerorate.run.replay.measures import onset
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import UNITS
@@ -194,6 +194,7 @@ def replay_array(
         As of `zerorate.GyroArray`.
     progress : callable, optional
         Called with a step's name and the fraction of it that is done.
+        By default a bar in a notebook.
     **options
         Other arguments of `zerorate.GyroArray`: ``limit``, ``rest_limit``, ``bias_limit``,
         ``scale_error``, ``method``. Where the unit is known, the limits of what rest can be are
@@ -225,7 +226,7 @@ def replay_array(
     """
     if not np.isfinite(log.data).any():
         raise LogError("no sensor holds a sample: all are missing")
-    report = silent if progress is None else progress
+    report = reported(progress)
     known = with_limits(options, ["auto"], log.unit)
     given = None if rotations is None else np.asarray(rotations, dtype=np.float64)
     array = GyroArray(

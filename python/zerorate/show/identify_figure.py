@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from zerorate.identify.conclusions import model_name
 from zerorate.identify.identification import Identification
+from zerorate.numerals import significant
 from zerorate.show.identify_panels import (
     draw_acf,
     draw_ar_orders,
@@ -20,6 +21,7 @@ from zerorate.show.identify_panels import (
     style_orders,
     style_times,
 )
+from zerorate.show.stack import INNER, LEFT, Stack, head
 from zerorate.show.style import (
     add_panel,
     new_figure,
@@ -40,23 +42,94 @@ _PANEL: Final = 36.0
 _BETWEEN_COLUMNS, _BETWEEN_ROWS = 14.0, 14.0
 _ROWS, _COLUMNS = 4, 3
 
+# Of the usual six, in a column of a page.
+_HEIGHTS: Final = (15.0, 24.0, 20.0, 20.0)
+_PANELS: Final = 6
+_AXIS, _APART = 6.5, 10.0
+_BETWEEN: Final = 3.0 * _AXIS
+_DOUBT: Final = 0.05
+_QUESTION: Final = "Which model describes the drift?"
+_SHORT: Final = (
+    "Grey: 95 % bounds of white noise; criteria within the margin of the least. Hollow: the least; "
+    "filled: the clear choice."
+)
 
-def plot_identification(found: Identification) -> Figure:
-    """Return the figure of one axis, 180 mm wide.
+
+def plot_identification(found: Identification, everything: bool = False) -> Figure:
+    """Return the figure of one axis, a column of a page wide.
 
     Parameters
     ----------
     found : Identification
         What was found out.
+    everything : bool
+        All nine panels instead, 180 mm wide: also partial autocorrelation, the orders of
+        autoregressions, and the coefficients as they are learned online.
 
     Returns
     -------
     matplotlib.figure.Figure
-        The record with the means of its segments and where it moved; its correlation; its
-        spectrum with those of the models; the criteria of all orders; correlation and quantiles
-        of the residuals; and the coefficients as they are learned online. No global state of
-        matplotlib is used.
+        The record with the means of its segments and where it moved; its spectrum with those of the
+        models; its correlation and the criteria of all orders; correlation and quantiles of the
+        residuals. No global state of matplotlib is used.
     """
+    if everything:
+        return _everything(found)
+    stack = Stack(_QUESTION, _answer(found), _SHORT, _HEIGHTS, _BETWEEN)
+    series, spectrum = _next(stack), _next(stack)
+    half = 0.5 * (INNER - _APART)
+    lefts = LEFT, LEFT + half + _APART
+    acf, orders, residuals, quantiles = (
+        _next(stack, left, half, left == lefts[1]) for _ in range(2) for left in lefts
+    )
+    draw_series(series, found)
+    draw_spectrum(spectrum, found)
+    draw_acf(acf, found)
+    draw_arma_orders(orders, found)
+    draw_residual_acf(residuals, found)
+    draw_quantiles(quantiles, found)
+    for panel, text in (
+        (series, f"record [{found.unit}]"),
+        (spectrum, f"spectrum [({found.unit})²/Hz]"),
+        (acf, "its autocorrelation"),
+        (orders, "ARMA orders"),
+        (residuals, residuals.get_title()),
+        (quantiles, "quantiles of residuals"),
+    ):
+        panel.set_title("")
+        panel.set_ylabel("")
+        head(panel, text)
+    quantiles.set_xlabel("Gaussian [σ]")
+    record = found.record
+    seconds = record.sample_count / record.rate
+    figure = stack.finish(found.name, record.rate, seconds)
+    if spectrum.lines:
+        style_decades(spectrum, fewest=2)
+    style_orders(orders, found.arma_orders.margin)
+    return figure
+
+
+def _next(stack: Stack, left: float = LEFT, width: float = INNER, last: bool = True) -> Axes:
+    """Return the next panel, under which a row of panels leaves room for its own axis."""
+    panel = stack.add(left, width, last)
+    if last and len(stack.panels) < _PANELS:
+        stack.skip(_AXIS)
+    return panel
+
+
+def _answer(found: Identification) -> str:
+    """Return the model, and whether it leaves white residuals."""
+    p = found.whiteness.ljung_box.p_value
+    verdict = "what it leaves may be white" if p > _DOUBT else "what it leaves is not white"
+    name = model_name(found.model.order)
+    return f"{name[0].upper()}{name[1:]}; {verdict} (Ljung-Box, p {_shown(p)})."
+
+
+def _shown(p: float) -> str:
+    return "< 1e-6" if p < 1e-6 else f"= {significant(p, 2)}"
+
+
+def _everything(found: Identification) -> Figure:
     height = _TOP + _BOTTOM + _ROWS * _PANEL + (_ROWS - 1) * _BETWEEN_ROWS
     figure = new_figure(_WIDTH, height)
     draw_series(_axes(figure, height, 0, 0, 3), found)

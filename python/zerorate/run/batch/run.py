@@ -10,6 +10,7 @@ from pathlib import Path
 
 from zerorate.io import check_writable
 from zerorate.io.atomic import sweep
+from zerorate.progress import counted
 from zerorate.run.batch.cluster import local_cluster as on_local_cluster
 from zerorate.run.batch.cluster import scheduler_at
 from zerorate.run.batch.engines import Died, Engine, Finished, Processes, outlived
@@ -106,6 +107,7 @@ def run_batch(
         Whether to do finished logs again; default no.
     progress : callable, optional
         Called with the number of logs that are through and that of all that are to do.
+        By default a bar in a notebook.
 
     Returns
     -------
@@ -151,7 +153,7 @@ def run_batch(
     todo = [task for task in tasks if task.name not in ends]
     if todo:
         with closing(_ended(engine, todo, sweeping=scheduler is None)) as fresh:
-            ends |= _counted(fresh, len(todo), progress or _silent)
+            ends |= _counted(fresh, len(todo), counted(progress))
     through = (_still_there(task, ends[task.name]) for task in tasks)
     outcomes = tuple(sorted((*through, *unread), key=lambda one: one.name))
     fleet = fleet_of({one.name: one.rows for one in outcomes}, chosen.does.compared)
@@ -216,10 +218,6 @@ def _check_pyarrow() -> None:
         import pyarrow  # noqa: F401
     except ImportError:
         raise ImportError(extra_needed("pyarrow", "io", "a batch")) from None
-
-
-def _silent(through: int, all_of_them: int) -> None:
-    """Report nothing."""
 
 
 def _tasks(

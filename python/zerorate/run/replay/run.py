@@ -16,7 +16,7 @@ from zerorate.io.readers.parquet import TIME_NAME, RowGroups, about
 from zerorate.io.reading import notes_on_missing
 from zerorate.io.writing import column_names
 from zerorate.options import METHODS, FilterOptions
-from zerorate.progress import Progress, silent
+from zerorate.progress import Progress, reported
 from zerorate.run.left_out import LeftOut
 from zerorate.run.replay.allan import AllanCurves, allan_curves
 from zerorate.run.replay.filters import Block, Filters, Output, within_range
@@ -74,6 +74,7 @@ def replay(
         Whether to compute the Allan deviations, which only a figure needs; default yes.
     progress : callable, optional
         Called in this thread with a step's name and the fraction of it that is done.
+        By default a bar in a notebook.
     **options
         Arguments of `zerorate.DriftFilter`, each for those of the methods that use it. If the unit
         of the log is known, `rest_limit` is 3 deg/s unless it is given; None is no limit.
@@ -99,7 +100,7 @@ def replay(
     >>> [s.method for s in result.scores if s.reduction < 0.6]
     ['kf', 'akf', 'fading', 'robust', 'auto']
     """
-    report = silent if progress is None else progress
+    report = reported(progress)
     if isinstance(log, Recording):
         log, accel = _sensors(log, accel)
     source = LogFile.of(log)
@@ -198,7 +199,7 @@ def replay_to_file(
     with atomic_path(path, force) as temporary:
         with _FilteredFile(temporary, recording, filters) as file:
             sinks = (measures.take, file.take)
-            _drive(recording, filters, sinks, silent if progress is None else progress, rows)
+            _drive(recording, filters, sinks, reported(progress), rows)
         return _summary(recording, filters, measures, horizons)
 
 
