@@ -24,8 +24,9 @@ demo: $(STAMP) ## Simulate a gyro, filter it, write the log and the figure into 
 
 test: test-package test-core ## Run all tests of the core and of the package
 
+# The benches run once, and beside the tests, so that the core is built for both at once.
 test-core: | check-cargo
-	cargo test --quiet --package zerorate-core
+	cargo test --quiet --package zerorate-core --package zerorate-benches
 
 # Not --numprocesses=auto, which counts one for the two threads of a core.
 test-package: $(TOOLS)

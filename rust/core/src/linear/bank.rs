@@ -264,39 +264,33 @@ impl LinearBank {
 
     /// Takes steps. Batches, parts of them and single steps lead to the same bits.
     pub fn run(&mut self, batch: &Batch<'_>, known: &mut Known<'_>) {
-        macro_rules! fixed {
-            ($n:literal, $m:literal) => {{
-                let mut room = FixedRoom::<$n, $m>::new();
-                self.take(Fixed::<$n, $m>, batch, known, &mut room.work())
-            }};
-        }
         match (self.model.sizes[0], self.model.sizes[1]) {
-            (1, 1) => fixed!(1, 1),
-            (2, 1) => fixed!(2, 1),
-            (2, 2) => fixed!(2, 2),
-            (3, 1) => fixed!(3, 1),
-            (3, 2) => fixed!(3, 2),
-            (3, 3) => fixed!(3, 3),
-            (4, 1) => fixed!(4, 1),
-            (4, 2) => fixed!(4, 2),
-            (4, 3) => fixed!(4, 3),
-            (4, 4) => fixed!(4, 4),
-            (5, 1) => fixed!(5, 1),
-            (5, 2) => fixed!(5, 2),
-            (5, 3) => fixed!(5, 3),
-            (5, 4) => fixed!(5, 4),
-            (6, 1) => fixed!(6, 1),
-            (6, 2) => fixed!(6, 2),
-            (6, 3) => fixed!(6, 3),
-            (6, 4) => fixed!(6, 4),
-            (7, 1) => fixed!(7, 1),
-            (7, 2) => fixed!(7, 2),
-            (7, 3) => fixed!(7, 3),
-            (7, 4) => fixed!(7, 4),
-            (8, 1) => fixed!(8, 1),
-            (8, 2) => fixed!(8, 2),
-            (8, 3) => fixed!(8, 3),
-            (8, 4) => fixed!(8, 4),
+            (1, 1) => self.take_fixed::<1, 1>(batch, known),
+            (2, 1) => self.take_fixed::<2, 1>(batch, known),
+            (2, 2) => self.take_fixed::<2, 2>(batch, known),
+            (3, 1) => self.take_fixed::<3, 1>(batch, known),
+            (3, 2) => self.take_fixed::<3, 2>(batch, known),
+            (3, 3) => self.take_fixed::<3, 3>(batch, known),
+            (4, 1) => self.take_fixed::<4, 1>(batch, known),
+            (4, 2) => self.take_fixed::<4, 2>(batch, known),
+            (4, 3) => self.take_fixed::<4, 3>(batch, known),
+            (4, 4) => self.take_fixed::<4, 4>(batch, known),
+            (5, 1) => self.take_fixed::<5, 1>(batch, known),
+            (5, 2) => self.take_fixed::<5, 2>(batch, known),
+            (5, 3) => self.take_fixed::<5, 3>(batch, known),
+            (5, 4) => self.take_fixed::<5, 4>(batch, known),
+            (6, 1) => self.take_fixed::<6, 1>(batch, known),
+            (6, 2) => self.take_fixed::<6, 2>(batch, known),
+            (6, 3) => self.take_fixed::<6, 3>(batch, known),
+            (6, 4) => self.take_fixed::<6, 4>(batch, known),
+            (7, 1) => self.take_fixed::<7, 1>(batch, known),
+            (7, 2) => self.take_fixed::<7, 2>(batch, known),
+            (7, 3) => self.take_fixed::<7, 3>(batch, known),
+            (7, 4) => self.take_fixed::<7, 4>(batch, known),
+            (8, 1) => self.take_fixed::<8, 1>(batch, known),
+            (8, 2) => self.take_fixed::<8, 2>(batch, known),
+            (8, 3) => self.take_fixed::<8, 3>(batch, known),
+            (8, 4) => self.take_fixed::<8, 4>(batch, known),
             (9, m) => self.take_in_room(States::<9> { m }, batch, known),
             (10, m) => self.take_in_room(States::<10> { m }, batch, known),
             (12, m) => self.take_in_room(States::<12> { m }, batch, known),
@@ -305,6 +299,18 @@ impl LinearBank {
         }
     }
 
+    // A function for each size: all of them in one take the compiler much longer.
+    #[inline(never)]
+    fn take_fixed<const N: usize, const M: usize>(
+        &mut self,
+        batch: &Batch<'_>,
+        known: &mut Known<'_>,
+    ) {
+        let mut room = FixedRoom::<N, M>::new();
+        self.take(Fixed::<N, M>, batch, known, &mut room.work());
+    }
+
+    #[inline(never)]
     fn take_in_room<S: Size>(&mut self, size: S, batch: &Batch<'_>, known: &mut Known<'_>) {
         let mut room = core::mem::take(&mut self.room);
         self.take(size, batch, known, &mut room.work(size.n(), size.m()));
