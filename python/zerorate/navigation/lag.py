@@ -67,7 +67,9 @@ def find_lag(means: Means, windows: Windows, down: Floats) -> Lag | None:
             continue
         at, lead = found
         seconds, r, slope = _refined(means, windows, down, at)
-        certain = abs(r) >= least and lead > _LEAD and is_rate(slope)
+        # What fits less well has to lead wherever clocks may be.
+        leads = lead > _LEAD and (abs(r) >= _BELIEVED[1] or grid.lead(at) > _LEAD)
+        certain = abs(r) >= least and leads and is_rate(slope)
         if certain or (reach == np.inf):
             return Lag(seconds, r, slope, certain)
     return None
@@ -190,10 +192,14 @@ class _Grid:
         near = np.abs(self.lags) <= reach
         if not near.any():
             return None
-        scores, lags = self.scores[near], self.lags[near]
-        k = int(np.argmax(scores))
-        if not scores[k] > 0.0:
+        k = int(np.argmax(np.where(near, self.scores, -1.0)))
+        if not self.scores[k] > 0.0:
             return None
-        beside = scores[np.abs(lags - lags[k]) > _BESIDE]
-        second = float(beside.max()) if beside.size else 0.0
-        return float(lags[k]), float(scores[k] / max(second, 1e-9))
+        return float(self.lags[k]), self.lead(float(self.lags[k]), reach)
+
+    def lead(self, lag: float, reach: float = np.inf) -> float:
+        """Return by how much a lag leads all within a reach that are not beside it."""
+        others = (np.abs(self.lags) <= reach) & (np.abs(self.lags - lag) > _BESIDE)
+        second = float(self.scores[others].max()) if others.any() else 0.0
+        own = float(self.scores[int(np.argmin(np.abs(self.lags - lag)))])
+        return own / max(second, 1e-9)
