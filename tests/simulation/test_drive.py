@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import zerorate as zr
 from oracle.strapdown import strapdown
-from zerorate.geometry.earth import earth_rate, local_ned, normal_gravity
+from zerorate.geometry.earth import earth_rate, local_ned, normal_gravity, radii
 
 SILENT = {"gyro": None, "accel": None, "gyro_bias": 0.0, "accel_bias": 0.0}
 EXACT = {"position_sigma": 0.0, "velocity_sigma": 0.0}
@@ -258,9 +258,58 @@ class TestRecord:
             ({"fixes_rate": 200.0}, "fixes_rate must be above 0 and 100 Hz at most"),
             ({"position_sigma": -1.0}, "position_sigma must not be negative"),
             ({"velocity_sigma": [1.0]}, r"velocity_sigma must be finite, of shape \(3\)"),
-            ({"antenna": 1.0}, r"antenna must be finite, of shape \(3\)"),
+            ({"antenna": [1.0, 2.0]}, r"antenna must be finite, of shape \(3\)"),
+            ({"antenna": -1.0}, "antenna must be finite and not negative"),
+            ({"wander": 0.5}, "wander must be from 0 to 0.2, got 0.5"),
+            ({"body_from_sensor": "any"}, "body_from_sensor must be a rotation, 'random' or None"),
+            ({"body_from_sensor": -np.eye(3)}, "body_from_sensor must be a rotation, got"),
+            ({"time_offset": np.nan}, "time_offset must be a number of seconds, got nan"),
         ],
     )
     def test_refusals(self, arguments, message):
         with pytest.raises(ValueError, match=message):
             zr.simulate_drive(**{"duration": 2.0, **arguments})
+
+
+class TestOutside:
+    """What recordings have: mounts, clocks, a rate that wanders, an antenna somewhere."""
+
+    def test_a_mount_turns_samples_and_nothing_else(self):
+        plain, mounted = (
+            zr.simulate_drive(50.0, 60.0, seed=2, body_from_sensor=mount, gyro=None, gyro_bias=0.0)
+            for mount in (None, "random")
+        )
+        turn = mounted.body_from_sensor
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+        np.testing.assert_allclose(mounted.gyro @ turn.T, plain.gyro, atol=1e-12)
+        np.testing.assert_array_equal(mounted.truth_quaternion, plain.truth_quaternion)
+        np.testing.assert_allclose(mounted.rates(), plain.rates(), atol=1e-12)
+
+    def test_clocks_are_put_right_by_their_offset(self):
+        exact = {"position_sigma": 0.0, "velocity_sigma": 0.0}
+        offset = zr.navigation.TimeOffset(-0.2, 0.0, 0.15, 0.0, 3e-4, 0.0, 30.0)
+        plain = zr.simulate_drive(50.0, 60.0, seed=2, **exact)
+        late = zr.simulate_drive(50.0, 60.0, seed=2, time_offset=offset, **exact)
+        fixes = offset.applied(late.fixes)
+        np.testing.assert_allclose(fixes.time, plain.fixes.time, atol=1e-9)
+        np.testing.assert_allclose(fixes.position, plain.fixes.position, atol=1e-12)
+        for axis in range(3):
+            true = np.interp(fixes.velocity_time, plain.time, plain.truth_velocity[:, axis])
+            np.testing.assert_allclose(fixes.velocity[:, axis], true, atol=2e-3)
+
+    def test_a_rate_that_wanders_is_navigated_without_error(self):
+        drive = zr.simulate_drive(
+            50.0, 60.0, seed=2, wander=0.03, gyro=None, accel=None, gyro_bias=0.0, accel_bias=0.0
+        )
+        steps = np.diff(drive.time) * 50.0
+        assert np.std(steps) == pytest.approx(0.03, rel=0.2)
+        assert drive.time[-1] == pytest.approx(60.0 - 0.02)
+        assert drive.recording().gyro.stamps is not None
+        meridian, _ = radii(np.radians(drive.truth_position[:-1, 0]))
+        north = 0.5 * (drive.truth_velocity[1:, 0] + drive.truth_velocity[:-1, 0])
+        way = north * np.diff(drive.time) / (meridian + drive.truth_position[:-1, 2])
+        np.testing.assert_allclose(np.diff(np.radians(drive.truth_position[:, 0])), way, atol=1e-12)
+
+    def test_an_antenna_is_drawn(self):
+        drives = [zr.simulate_drive(50.0, 20.0, seed=seed, antenna=1.0) for seed in (1, 2)]
+        assert np.abs(drives[0].antenna - drives[1].antenna).max() > 0.1

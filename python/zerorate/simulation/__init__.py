@@ -16,7 +16,7 @@ if TYPE_CHECKING:
         SimulatedSession,
         simulate_session,
     )
-    from zerorate.simulation.wheels import wheel_speeds
+    from zerorate.simulation.wheels import wheel_speeds, wheel_ticks
 
 __all__ = [
     "DEVICES",
@@ -34,6 +34,7 @@ __all__ = [
     "simulate_motion",
     "simulate_session",
     "wheel_speeds",
+    "wheel_ticks",
 ]
 
 _PLACES: Final = {
@@ -59,6 +60,9 @@ _PLACES: Final = {
         "SimulatedSession",
         "simulate_session",
     ),
-    "wheels": ("wheel_speeds",),
+    "wheels": (
+        "wheel_speeds",
+        "wheel_ticks",
+    ),
 }
 __getattr__, __dir__ = later(__name__, _PLACES)

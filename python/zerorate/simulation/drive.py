@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Final, Literal, TypeAlias
 
@@ -30,6 +30,7 @@ from zerorate.geometry.rotations import (
 from zerorate.io import Log, Recording
 from zerorate.io.log import checked_rate
 from zerorate.navigation.fixes import Fixes
+from zerorate.navigation.offset import TimeOffset
 from zerorate.noise import NoiseModel
 from zerorate.simulation.devices import Device
 from zerorate.simulation.gyro import not_negative, simulate, whole
@@ -37,13 +38,15 @@ from zerorate.simulation.hand import fixed, given_or_drawn, turned
 from zerorate.types import Floats, Integers
 
 Noise: TypeAlias = NoiseModel | Device | Literal["consumer"] | None
+Mount: TypeAlias = npt.ArrayLike | Literal["random"] | None
+Kind: TypeAlias = Literal["drive", "rest"]
 
 _CONSUMER: Final = {
     "gyro": NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-6),
     "accel": NoiseModel(angle_random_walk=1e-3, rate_random_walk=2e-5, quantity="acceleration"),
 }
 # A new stream goes to the end: what old seeds draw for those before it stays.
-_STREAMS: Final = ("way", "bias", "gyro", "accel", "fixes")
+_STREAMS: Final = ("way", "bias", "gyro", "accel", "fixes", "mount", "clock")
 _LONGEST: Final = 3600.0
 """Seconds after which the height of unaided navigation, which is unstable, has left the road."""
 _ROUNDS: Final = 60
@@ -77,6 +80,10 @@ class SimulatedDrive:
         Constant and drift, rad/s and m/s^2. Samples less bias are the truth and white noise.
     antenna : ndarray, shape (3,)
         From the inertial sensors, in the axes of the body, m.
+    body_from_sensor : ndarray, shape (3, 3)
+        Rotation from the axes of the sensors, which samples and biases are in, to the body's.
+    time_offset : TimeOffset
+        What is to be added to the times of the fixes.
     source : str
         Kind and seed, in words.
     """
@@ -92,14 +99,21 @@ class SimulatedDrive:
     gyro_bias: Floats
     accel_bias: Floats
     antenna: Floats
+    body_from_sensor: Floats = field(default_factory=lambda: np.eye(3))
+    time_offset: TimeOffset = field(default_factory=lambda: TimeOffset(0.0, 0.0))
     source: str = "a simulated drive"
+
+    def rates(self) -> Floats:
+        """Return the angular rates that are true, in the axes of the body, with the noise."""
+        true: Floats = (self.gyro - self.gyro_bias) @ self.body_from_sensor.T
+        return true
 
     def recording(self) -> Recording:
         """Return gyro and accelerometer as a recording."""
 
         def log(values: Floats, kind: str, suffix: str, unit: str) -> Log:
             names = tuple(f"{kind}_{axis}_{suffix}" for axis in "xyz")
-            return Log(self.time, self.rate, values, names, unit, {"source": self.source})
+            return Log.at(self.time, self.rate, values, names, unit, {"source": self.source})
 
         logs = {
             "gyro": log(self.gyro, "gyro", "radps", "rad/s"),
@@ -116,7 +130,7 @@ def simulate_drive(
     latitude: float = 48.0,
     longitude: float = 11.0,
     height: float = 500.0,
-    kind: Literal["drive", "rest"] = "drive",
+    kind: Kind = "drive",
     rest: float = 30.0,
     gyro: Noise = "consumer",
     accel: Noise = "consumer",
@@ -126,6 +140,9 @@ def simulate_drive(
     position_sigma: npt.ArrayLike = 2.0,
     velocity_sigma: npt.ArrayLike = 0.1,
     antenna: npt.ArrayLike = (0.0, 0.0, 0.0),
+    body_from_sensor: Mount = None,
+    time_offset: float | TimeOffset = 0.0,
+    wander: float = 0.0,
 ) -> SimulatedDrive:
     """Simulate gyro, accelerometer and receiver of a car whose way is known.
 
@@ -156,8 +173,17 @@ def simulate_drive(
     position_sigma, velocity_sigma : float or array_like, shape (3,)
         Standard deviations of the fixes' white noise north, east and down, m and m/s, which the
         fixes tell as well; with 0 they tell nothing.
-    antenna : array_like, shape (3,)
-        From the inertial sensors, forward, right and down, m.
+    antenna : float or array_like, shape (3,)
+        From the inertial sensors, forward, right and down, m; or the standard deviation of what is
+        drawn.
+    body_from_sensor : array_like, shape (3, 3), "random" or None
+        Rotation from the axes of the sensors to forward, right and down; None for none.
+    time_offset : float or TimeOffset
+        What is to be added to the times of the fixes, s, as `find_time_offset` finds it: that of
+        positions, of velocities, and a rate.
+    wander : float
+        Part by which the time from sample to sample wanders, RMS, over half a minute. The stamps
+        are right.
 
     Returns
     -------
@@ -193,15 +219,16 @@ def simulate_drive(
     """
     hertz = checked_rate(rate)
     n = _samples(hertz, duration)
+    offset = TimeOffset.of(time_offset)
     start = _start(latitude, longitude, height)
     random = _streams(seed)
     if kind not in ("drive", "rest"):
         raise ArgumentError("kind", f"must be 'drive' or 'rest', got {kind!r}")
-    seconds = np.arange(n) / hertz
+    seconds, hertzes = _stamps(n, hertz, wander, random["clock"])
     still = not_negative("rest", rest) if kind == "drive" else math.inf
     road = _Road.drawn(random["way"], still, duration)
-    rates, force, begin = _samples_of(road, seconds, hertz, start)
-    way = _navigated(rates, force, hertz, start, begin)
+    rates, force, begin = _samples_of(road, seconds, hertzes, start)
+    way = _navigated(rates, force, hertzes, start, begin)
     parts = {
         "gyro": _drift(gyro, "gyro", hertz, n, random["gyro"]),
         "accel": _drift(accel, "accel", hertz, n, random["accel"]),
@@ -210,14 +237,15 @@ def simulate_drive(
         name: given_or_drawn(f"{name}_bias", given, (3,), random["bias"]) + parts[name][1]
         for name, given in (("gyro", gyro_bias), ("accel", accel_bias))
     }
-    lever = fixed("antenna", antenna, (3,))
+    lever = given_or_drawn("antenna", antenna, (3,), random["mount"])
+    turn = _mount(body_from_sensor, random["mount"])
     # The rate against the earth, which carries the antenna.
     spin = rates - turned(inverse(way.attitude), earth_rate(way.position[:, 0]))
     return SimulatedDrive(
         time=seconds,
         rate=hertz,
-        gyro=rates + biases["gyro"] + parts["gyro"][0],
-        accel=force + biases["accel"] + parts["accel"][0],
+        gyro=_in_sensor(rates, turn) + biases["gyro"] + parts["gyro"][0],
+        accel=_in_sensor(force, turn) + biases["accel"] + parts["accel"][0],
         fixes=_fixes(
             way,
             spin,
@@ -226,6 +254,7 @@ def simulate_drive(
             _moments(fixes_rate, hertz, n),
             (_sigma("position_sigma", position_sigma), _sigma("velocity_sigma", velocity_sigma)),
             random["fixes"],
+            offset,
         ),
         truth_position=way.in_degrees(),
         truth_velocity=way.velocity,
@@ -233,6 +262,8 @@ def simulate_drive(
         gyro_bias=biases["gyro"],
         accel_bias=biases["accel"],
         antenna=lever,
+        body_from_sensor=np.eye(3) if turn is None else turn,
+        time_offset=offset,
         source=f"simulated {kind}, seed {seed}",
     )
 
@@ -248,6 +279,44 @@ def _samples(rate: float, duration: float) -> int:
             "duration", f"must be two samples or longer, and {_LONGEST:g} s at most, got {duration}"
         )
     return round(duration * rate)
+
+
+def _stamps(
+    n: int, rate: float, wander: float, random: np.random.Generator
+) -> tuple[Floats, float | Floats]:
+    """Return times of samples, and samples a second, or those from each to the next, (n - 1, 1)."""
+    if not 0.0 <= wander <= 0.2:
+        raise ArgumentError("wander", f"must be from 0 to 0.2, got {wander}")
+    even = np.arange(n) / rate
+    if wander == 0.0:
+        return even, rate
+    phase, period = random.uniform(0.0, 2.0 * math.pi), random.uniform(20.0, 40.0)
+    wave = np.sin(2.0 * math.pi * even[1:] / period + phase)
+    steps = 1.0 / (1.0 + wander * math.sqrt(2.0) * wave)
+    steps *= even[-1] / steps.sum()
+    return np.concatenate([[0.0], np.cumsum(steps)]), 1.0 / steps[:, np.newaxis]
+
+
+def _mount(given: Mount, random: np.random.Generator) -> Floats | None:
+    """Return a rotation from the axes of the sensors to those of the body, None for none."""
+    if given is None:
+        return None
+    if isinstance(given, str):
+        if given != "random":
+            raise ArgumentError(
+                "body_from_sensor", f"must be a rotation, 'random' or None, got {given!r}"
+            )
+        q = unit(random.standard_normal((1, 4)))
+        return turned(q[0], np.eye(3)).T.copy()
+    matrix = fixed("body_from_sensor", given, (3, 3))
+    if not (np.abs(matrix @ matrix.T - np.eye(3)).max() < 1e-6 and np.linalg.det(matrix) > 0.0):
+        raise ArgumentError("body_from_sensor", f"must be a rotation, got {matrix.tolist()}")
+    return matrix
+
+
+def _in_sensor(vectors: Floats, body_from_sensor: Floats | None) -> Floats:
+    found: Floats = vectors if body_from_sensor is None else vectors @ body_from_sensor
+    return found
 
 
 def _start(latitude: float, longitude: float, height: float) -> Floats:
@@ -305,16 +374,28 @@ def _fixes(
     moments: Integers,
     sigmas: tuple[Floats, Floats],
     random: np.random.Generator,
+    offset: TimeOffset,
 ) -> Fixes:
+    """Return the fixes at some moments, with the times that the receiver tells of them."""
     attitude = way.attitude[moments]
     noise = random.standard_normal((2, moments.size, 3))
     lever = turned(attitude, np.tile(antenna, (moments.size, 1)))
     carried = turned(attitude, np.cross(spin[moments], antenna))
     told = [np.tile(s, (moments.size, 1)) if s.all() else None for s in sigmas]
+    velocity = way.velocity[moments] + carried
+    time = (seconds[moments] - offset.seconds + offset.rate * offset.middle) / (1.0 + offset.rate)
+    later = offset.velocity_seconds - offset.seconds
+    if math.isfinite(later) and later != 0.0:
+        # Of another moment than the position, between samples.
+        all_carried = turned(way.attitude, np.cross(spin, antenna))
+        at = seconds[moments] + later
+        velocity = np.column_stack(
+            [np.interp(at, seconds, axis) for axis in (way.velocity + all_carried).T]
+        )
     return Fixes(
-        seconds[moments],
+        time,
         moved(way.in_degrees()[moments], lever + sigmas[0] * noise[0]),
-        way.velocity[moments] + carried + sigmas[1] * noise[1],
+        velocity + sigmas[1] * noise[1],
         position_sigma=told[0],
         velocity_sigma=told[1],
         source="simulated fixes",
@@ -418,7 +499,7 @@ def _leg(random: np.random.Generator, before: float, after: float, turn: float) 
 
 
 def _samples_of(
-    road: _Road, seconds: Floats, rate: float, start: Floats
+    road: _Road, seconds: Floats, rate: float | Floats, start: Floats
 ) -> tuple[Floats, Floats, _Way]:
     """Return angular rates and specific forces at the samples, and the way in closed form."""
     angles, derivatives, speed, gained = road.at(seconds)
@@ -476,7 +557,9 @@ class _Way:
         return np.column_stack([degrees[:, 0], wrapped(degrees[:, 1]), self.position[:, 2]])
 
 
-def _navigated(rates: Floats, force: Floats, rate: float, start: Floats, guess: _Way) -> _Way:
+def _navigated(
+    rates: Floats, force: Floats, rate: float | Floats, start: Floats, guess: _Way
+) -> _Way:
     """Return what strapdown navigation makes of samples, begun where the guess begins.
 
     Each round takes the rates of the local axes, gravity and radii from the way of the round
@@ -495,7 +578,9 @@ def _navigated(rates: Floats, force: Floats, rate: float, start: Floats, guess: 
     raise AssertionError("the way does not settle")
 
 
-def _approximated(way: _Way, steps: Floats, delta: Floats, dt: float, start: Floats) -> _Way:
+def _approximated(
+    way: _Way, steps: Floats, delta: Floats, dt: float | Floats, start: Floats
+) -> _Way:
     latitude, height, velocity = way.position[:-1, 0], way.position[:-1, 2], way.velocity[:-1]
     earth, transport = earth_rate(latitude), transport_rate(latitude, height, velocity)
     local = inverse(cumulative_product(of_rotation_vectors((earth + transport) * dt)))
@@ -510,7 +595,7 @@ def _approximated(way: _Way, steps: Floats, delta: Floats, dt: float, start: Flo
     return _Way(_driven(moving, 1.0 / dt, start, way.position), moving, attitude)
 
 
-def _driven(velocity: Floats, rate: float, start: Floats, near: Floats) -> Floats:
+def _driven(velocity: Floats, rate: float | Floats, start: Floats, near: Floats) -> Floats:
     """Return the positions at the samples, by radii at others that are near."""
     latitude, _, height = near[:-1].T
     meridian, normal = radii(latitude)
@@ -525,7 +610,7 @@ def _driven(velocity: Floats, rate: float, start: Floats, near: Floats) -> Float
     return np.concatenate([start[None], start + np.cumsum(change, axis=0)])
 
 
-def _increments(rates: Floats, force: Floats, dt: float) -> tuple[Floats, Floats]:
+def _increments(rates: Floats, force: Floats, dt: float | Floats) -> tuple[Floats, Floats]:
     """Return rotation vectors and changes of velocity from sample to sample."""
     w0, w1, f0, f1 = rates[:-1], rates[1:], force[:-1], force[1:]
     theta = 0.5 * (w0 + w1) * dt + np.cross(w0, w1) * (dt * dt / 12.0)

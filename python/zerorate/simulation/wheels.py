@@ -14,8 +14,6 @@ from zerorate.simulation.gyro import not_negative, whole
 from zerorate.simulation.hand import fixed, turned
 from zerorate.types import Floats
 
-__all__ = ["wheel_speeds"]
-
 _SLIPS = (0.5, 2.0)
 """Seconds that a slip lasts."""
 _SLIP = (-0.4, 0.3)
@@ -77,23 +75,84 @@ def wheel_speeds(
     """
     if not 0.0 < rate <= drive.rate:
         raise ArgumentError("rate", f"must be above 0 and {drive.rate:g} Hz at most, got {rate}")
-    if not abs(scale) <= 0.5:
-        raise ArgumentError("scale", f"must be within 0.5, got {scale}")
     noise, way = not_negative("sigma", sigma), not_negative("tick", tick)
     random = np.random.default_rng(whole("seed", seed, 0))
-    spin = drive.gyro - drive.gyro_bias
-    velocity = turned(inverse(drive.truth_quaternion), drive.truth_velocity)
-    velocity = velocity + np.cross(spin, fixed("axle", axle, (3,)))
-    forward = math.cos(yaw) * velocity[:, 0] + math.sin(yaw) * velocity[:, 1]
+    forward = _rolled(drive, scale, axle, yaw)
     at = np.unique(np.rint(np.arange(0.0, len(drive.time), drive.rate / rate)).astype(np.int64))
     at = at[at < len(drive.time)]
-    speed = forward[at] / (1.0 + scale) + noise * random.standard_normal(at.size)
-    for _ in range(whole("slips", slips, 0)):
-        first = random.uniform(drive.time[0], drive.time[-1])
-        last = first + random.uniform(*_SLIPS)
-        speed[(drive.time[at] >= first) & (drive.time[at] < last)] *= 1.0 + random.choice(_SLIP)
+    speed = forward[at] + noise * random.standard_normal(at.size)
+    _slip(drive.time[at], speed, whole("slips", slips, 0), random)
     if way > 0.0:
         speed = way * rate * np.floor(speed / (way * rate) + random.uniform(size=at.size))
     found = np.full(len(drive.time), np.nan)
     found[at] = speed
     return found
+
+
+def wheel_ticks(
+    drive: SimulatedDrive,
+    tick: float = 0.03,
+    *,
+    scale: float = 0.0,
+    slips: int = 0,
+    axle: npt.ArrayLike = (0.0, 0.0, 0.0),
+    yaw: float = 0.0,
+    seed: int = 0,
+) -> Floats:
+    """Return the ticks that a wheel has counted at each sample, for ``Wheels.of_ticks``.
+
+    Parameters
+    ----------
+    drive : SimulatedDrive
+        Of n samples.
+    tick : float
+        Metres that are told to be a tick, m.
+    scale, slips, axle, yaw, seed
+        As of `wheel_speeds`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Whole numbers, from 0 on.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=60.0, seed=1)
+    >>> count = zr.simulation.wheel_ticks(drive, scale=0.02)
+    >>> wheels = zr.navigation.Wheels.of_ticks(drive.time, count, tick=0.03)
+    >>> bool(abs(wheels.speed).max() > 5.0)
+    True
+    """
+    if not tick > 0.0:
+        raise ArgumentError("tick", f"must be above 0, got {tick}")
+    random = np.random.default_rng(whole("seed", seed, 0))
+    speed = _rolled(drive, scale, axle, yaw)
+    _slip(drive.time, speed, whole("slips", slips, 0), random)
+    steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(drive.time)
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    counted: Floats = np.floor(way / tick + random.uniform())
+    return counted
+
+
+def _rolled(drive: SimulatedDrive, scale: float, axle: npt.ArrayLike, yaw: float) -> Floats:
+    """Return the speed that wheels without noise tell at each sample, m/s."""
+    if not abs(scale) <= 0.5:
+        raise ArgumentError("scale", f"must be within 0.5, got {scale}")
+    velocity = turned(inverse(drive.truth_quaternion), drive.truth_velocity)
+    velocity = velocity + np.cross(drive.rates(), fixed("axle", axle, (3,)))
+    forward: Floats = math.cos(yaw) * velocity[:, 0] + math.sin(yaw) * velocity[:, 1]
+    return forward / (1.0 + scale)
+
+
+def _slip(time: Floats, speed: Floats, count: int, random: np.random.Generator) -> None:
+    """Let a wheel slip so many times."""
+    for _ in range(count):
+        first = random.uniform(time[0], time[-1])
+        last = first + random.uniform(*_SLIPS)
+        speed[(time >= first) & (time < last)] *= 1.0 + random.choice(_SLIP)
