@@ -1,0 +1,495 @@
+"""What stands round the navigation filter: asked, by a prototype, next to what is reached.
+
+``python examples/navigation_asked.py [FOLDER]`` prints a table in Markdown, in some minutes. FOLDER
+has the recordings ``drive_imu_100hz.parquet`` and ``drive_gnss_4hz.parquet``, as of
+``navigation_tables.py``. Default: ../shared/data beside the checkout; without them the rows of the
+recorded drive are left out.
+"""
+
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import zerorate as zr
+from navigation_tables import GNSS, IMU, speeds
+from recordings import BESIDE
+from tables import table
+from zerorate.geometry.earth import moved
+from zerorate.navigation import TimeOffset, find_start, find_time_offset
+from zerorate.navigation.heading import heading_of
+
+RATE, LONG, SHORT = 100.0, 400.0, 150.0
+DRIVES = 40
+AXLE = (0.0, 0.0, 0.0)
+"""A simulated car turns about its sensors."""
+LENGTHS = (10.0, 30.0, 60.0)
+ANTENNA = np.array([1.0, 0.3, -1.2])
+Row = tuple[str, str, str]
+
+
+def main(folder):
+    """Print the table."""
+    rows = [row for part in SIMULATED for row in part()]
+    if (folder / IMU).exists():
+        drive = recorded(folder)
+        rows += [row for part in RECORDED for row in part(*drive)]
+    else:
+        print(f"no {IMU} in {folder}\n", file=sys.stderr)
+    print(table("Asked and reached", ("", "asked", "reached"), rows, markdown=True))
+
+
+def many(work, cases):
+    """Return what some work makes of each case, on two threads."""
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(work, cases))
+
+
+def rms(values):
+    """Return the root mean square, NaN left out."""
+    return float(np.sqrt(np.nanmean(np.square(values))))
+
+
+def numbers(values, digits=2):
+    """Return some numbers with commas."""
+    return ", ".join(f"{x:.{digits}f}" for x in np.atleast_1d(values))
+
+
+# Starts.
+
+
+def starts() -> Iterator[Row]:
+    """Sixty starts of simulated drives, at rest and in motion."""
+    cases = [(seed, begin) for seed in range(20) for begin in (0.0, 100.0, 200.0)]
+    found = np.array(many(started, cases))
+    seconds, at_once, later = found.T
+    yield (
+        "60 starts of simulated drives: decided",
+        "60",
+        str(int(np.isfinite(seconds).sum())),
+    )
+    yield (
+        "seconds to the decision, median and worst",
+        "7, 21",
+        f"{np.nanmedian(seconds):.0f}, {np.nanmax(seconds):.0f}",
+    )
+    yield (
+        "heading then, deg RMS and worst",
+        "4.0, 12.8",
+        f"{rms(at_once):.1f}, {np.nanmax(np.abs(at_once)):.1f}",
+    )
+    yield (
+        "a minute later",
+        "0.80, 2.53",
+        f"{rms(later):.2f}, {np.nanmax(np.abs(later)):.2f}",
+    )
+
+
+def started(case):
+    """Return seconds to the decision, and the error of the heading then and a minute later, deg."""
+    seed, begin = case
+    drive = zr.simulate_drive(RATE, LONG, seed=seed)
+    fixes = drive.fixes.between(begin)
+    try:
+        start = find_start(drive.recording(), fixes)
+    except zr.LogError:
+        return np.full(3, np.nan)
+    decided = float(start.notes[-1].split(" at ")[1].split(" s")[0])
+    track = zr.NavigationFilter(start).process(drive.recording(), fixes, keep="track")
+    at = np.searchsorted(track.time, [decided + 0.01, decided + 60.0])
+    off = heading_of(track.quaternion[at]) - heading_of(drive.truth_quaternion[at])
+    return np.array(
+        [decided - start.time, *np.degrees(np.remainder(off + np.pi, 2 * np.pi) - np.pi)]
+    )
+
+
+# What is checked before the filter runs.
+
+ONE = np.eye(3)
+FLIP = np.diag([1.0, -1.0, 1.0])
+EXCHANGED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+FORWARD_IS_Y = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+TO_RADIANS = np.diag([np.radians(1.0), np.radians(1.0), 1.0])
+
+
+def turned(imu, gyro=ONE, accel=ONE):
+    """Return a recording whose sensors are multiplied by matrices."""
+    gyro_log, accel_log = (
+        imu[name].with_data(imu[name].data @ matrix.T)
+        for name, matrix in (("gyro", gyro), ("accel", accel))
+    )
+    return zr.Recording({"gyro": gyro_log, "accel": accel_log}, imu.source)
+
+
+def frozen(imu, name):
+    """Return a recording one of whose sensors stops for twenty seconds."""
+    log = imu[name]
+    data = log.data.copy()
+    k = np.searchsorted(log.time, [log.time[0] + 0.4 * np.ptp(log.time)])[0]
+    data[k : k + round(20.0 * log.rate)] = data[k]
+    logs = {one: imu[one] for one in ("gyro", "accel")}
+    return zr.Recording({**logs, name: log.with_data(data)}, imu.source)
+
+
+def by(fixes, position=ONE, velocity=ONE):
+    """Return fixes whose positions or velocities are multiplied by a matrix."""
+    return replace(
+        fixes, position=fixes.position @ position.T, velocity=fixes.velocity @ velocity.T
+    )
+
+
+def jumped(fixes):
+    """Return fixes whose clock jumps by 3 s in the middle."""
+    middle = 0.5 * (fixes.time[0] + fixes.time[-1])
+    kept = (fixes.time < middle - 3.0) | (fixes.time >= middle)
+    some = fixes.chosen(kept)
+    return replace(some, time=some.time - 3.0 * (some.time >= middle))
+
+
+MISTAKES = {
+    "gyro": (
+        lambda i, f: (turned(i, np.degrees(1.0) * ONE), f),
+        lambda i, f: (turned(i, np.radians(1.0) * ONE), f),
+        lambda i, f: (turned(i, -ONE), f),
+    ),
+    "force": (lambda i, f: (turned(i, accel=-ONE), f),),
+    "axes": (
+        lambda i, f: (turned(i, FLIP, FLIP), f),
+        lambda i, f: (turned(i, *2 * (np.diag([1.0, 1.0, -1.0]),)), f),
+    ),
+    "mount": (
+        lambda i, f: (turned(i, *2 * (np.diag([-1.0, -1.0, 1.0]),)), f),
+        lambda i, f: (turned(i, FORWARD_IS_Y, FORWARD_IS_Y), f),
+    ),
+    "velocity": (
+        lambda i, f: (i, by(f, velocity=3.6 * ONE)),
+        lambda i, f: (i, by(f, velocity=ONE / 0.514444)),
+        lambda i, f: (i, by(f, velocity=EXCHANGED)),
+    ),
+    "position": (lambda i, f: (i, by(f, position=TO_RADIANS)),),
+    "clock": (
+        lambda i, f: (i, f.shifted(3.0)),
+        lambda i, f: (i, f.shifted(60.0)),
+        lambda i, f: (i, f.shifted(1.7e9)),
+    ),
+    "jump": (lambda i, f: (i, jumped(f)),),
+    "frozen": (lambda i, f: (frozen(i, "gyro"), f), lambda i, f: (frozen(i, "accel"), f)),
+}
+
+
+def named(imu, fixes):
+    """Return how many mistakes are named, each alone."""
+    count = 0
+    for what, changes in MISTAKES.items():
+        for change in changes:
+            found = zr.navigation.check_navigation(*change(imu, fixes)).findings
+            count += len(found) == 1 and (found[0].what, found[0].status) == (what, "mistake")
+    return count
+
+
+def checks() -> Iterator[Row]:
+    """Mistakes that are named, those that are not there, and fixes of another recording."""
+    drives = {seed: zr.simulate_drive(50.0, LONG, seed=seed) for seed in range(3)}
+    counts = [named(drive.recording(), drive.fixes) for drive in drives.values()]
+    total = sum(map(len, MISTAKES.values()))
+    words = ", ".join(f"{count} of {total}" for count in counts)
+    yield "mistakes in 3 simulated drives, each named alone", f"{total}", words
+    cases = [(seed, seconds) for seed in range(20) for seconds in (LONG, SHORT)]
+    false = sum(many(lambda case: len(right(*case)), cases))
+    yield f"false findings in {len(cases)} that are right", "0", str(false)
+    pairs = [(seed, seconds) for seed in range(15) for seconds in (LONG, SHORT)]
+    taken = sum(many(lambda case: matched(*case), pairs))
+    yield f"fixes of another recording taken for its own, of {len(pairs)}", "0", str(int(taken))
+
+
+def right(seed, seconds):
+    """Return the mistakes that are found where there is none."""
+    drive = zr.simulate_drive(50.0, seconds, seed=seed)
+    return zr.navigation.check_navigation(drive.recording(), drive.fixes).mistakes
+
+
+def matched(seed, seconds):
+    """Return whether fixes of another drive are taken for those of this one."""
+    drive, other = (zr.simulate_drive(50.0, seconds, seed=k) for k in (seed, 1000 + seed))
+    return np.isfinite(zr.navigation.check_navigation(drive.recording(), other.fixes).lag)
+
+
+# Axes.
+
+
+def axes() -> Iterator[Row]:
+    """Axes of sensors that are mounted at random."""
+    found = np.array(many(axes_off, range(DRIVES)))
+    yaw, tilt, sigma, certain = found.T
+    worst = np.abs(yaw).max()
+    yield (
+        f"axes of {DRIVES} random mounts: yaw deg RMS, worst; tilt; certain",
+        "0.62, 1.27; 0.13; 40",
+        f"{rms(yaw):.2f}, {worst:.2f}; {rms(tilt):.2f}; {certain.sum():.0f}",
+    )
+    within = np.mean(np.abs(yaw) < sigma)
+    yield "yaw within one deviation", "0.57", f"{within:.2f}"
+
+
+def axes_off(seed):
+    """Return errors of yaw and tilt, deg, the deviation of the yaw, and whether it is certain."""
+    drive = zr.simulate_drive(50.0, LONG, seed=seed, body_from_sensor="random")
+    axes = zr.navigation.check_navigation(drive.recording(), drive.fixes, mounted=False).axes
+    turn = Rotation.from_matrix(axes.body_from_sensor @ drive.body_from_sensor.T)
+    x, y, z = turn.as_rotvec(degrees=True)
+    return z, np.hypot(x, y), np.degrees(axes.yaw_sigma), axes.certain
+
+
+# Clocks.
+
+
+def clocks() -> Iterator[Row]:
+    """Two offsets and a rate, of a receiver of 2 m and of RTK."""
+    for name, options, asked in (
+        ("clock", {}, ("0.019, 0.005, 5e-5", "0.63, 0.73, 0.63", "0")),
+        (
+            "clock, RTK of 2 cm at 4 Hz",
+            {"position_sigma": 0.02, "velocity_sigma": 0.05, "fixes_rate": 4.0},
+            ("0.0030, 0.0031, 4e-5", "0.92, 0.74, 0.72", "1"),
+        ),
+    ):
+        found = np.array(many(lambda seed, told=options: clock_off(seed, told), range(DRIVES)))
+        off, sigma = found[:, :3], found[:, 3:]
+        told = np.isfinite(off[:, 0])
+        # A rate that is not sure is told as none.
+        rated = told & (sigma[:, 2] > 0.0)
+        errors = [rms(off[told, 0]), rms(off[told, 1]), rms(off[rated, 2])]
+        p, v, r = errors
+        yield (
+            f"{name}, {DRIVES} drives: position, velocity s RMS, rate",
+            asked[0],
+            f"{p:.4f}, {v:.4f}, {r:.0e}",
+        )
+        within = np.mean(np.abs(off[rated]) < sigma[rated], axis=0)
+        yield "within one deviation", asked[1], numbers(within)
+        yield "not told", asked[2], str(int((~told).sum()))
+
+
+def clock_off(seed, options):
+    """Return the errors of both offsets and of the rate, and their deviations."""
+    random = np.random.default_rng(seed)
+    true = TimeOffset(
+        random.uniform(-0.3, 0.3),
+        0.0,
+        random.uniform(-0.3, 0.3),
+        0.0,
+        random.uniform(-4e-4, 4e-4),
+        0.0,
+        0.5 * LONG,
+    )
+    drive = zr.simulate_drive(RATE, LONG, seed=seed, time_offset=true, **options)
+    imu = drive.recording()
+    found = find_time_offset(imu, drive.fixes, find_start(imu, drive.fixes))
+    if not found.identifiable:
+        return np.full(6, np.nan)
+    drift = true.rate * (found.middle - true.middle)
+    off = (
+        found.seconds - true.seconds - drift,
+        found.velocity_seconds - true.velocity_seconds - drift,
+        found.rate - true.rate,
+    )
+    rate_sigma = found.rate_sigma if found.rate else 0.0
+    return (*off, found.sigma, found.velocity_sigma, rate_sigma)
+
+
+# Wheels.
+
+
+def wheels() -> Iterator[Row]:
+    """Their scale, and outages against the truth."""
+    for name, slips, asked in (
+        ("clean", 0, ("0.0004, 0.0010", "0.60 to 0.76", "1.4")),
+        ("6 slips", 6, ("0.0004, 0.0010", "0.60 to 0.76", "1.9")),
+    ):
+        found = np.array(many(lambda seed, count=slips: scale_off(seed, count), range(DRIVES)))
+        off, sigma, end = found.T
+        label = f"wheels 2 % wrong, ticks of 3 cm, {DRIVES} drives, {name}"
+        yield f"{label}: scale RMS, worst", asked[0], f"{rms(off):.4f}, {np.abs(off).max():.4f}"
+        yield "within one deviation", asked[1], f"{np.mean(np.abs(off) < sigma):.2f}"
+        yield "60 s outage against the truth, m", asked[2], f"{rms(end):.1f}"
+
+
+def scale_off(seed, slips):
+    """Return error and deviation of the scale, and where the last minute without fixes ends, m."""
+    drive = zr.simulate_drive(RATE, LONG, seed=seed)
+    imu = drive.recording()
+    count = zr.simulation.wheel_ticks(drive, scale=0.02, axle=AXLE, slips=slips, seed=seed)
+    told = zr.navigation.Wheels.of_ticks(drive.time, count, tick=0.03)
+    nav = zr.NavigationFilter(find_start(imu, drive.fixes), vehicle="wheeled", axle=AXLE)
+    run = nav.copy()
+    run.process(imu, drive.fixes, wheel_speed=told, keep="track")
+    fixes = drive.fixes.between(stop=LONG - 60.5)
+    track = nav.process(imu, fixes, wheel_speed=told, keep="track")
+    end = np.hypot(*track.errors(drive.truth_position)[-1, :2])
+    return run.wheel_constants[0] - 0.02, run.wheel_constants_sigma[0], end
+
+
+# The antenna.
+
+
+def antennas() -> Iterator[Row]:
+    """Where it is, given rightly, given wrongly, and found."""
+    found = np.array(many(antenna_found, range(20)))
+    errors, off, sigma = found[:, :3], found[:, 3:6], found[:, 6:]
+    yield (
+        "antenna 1.6 m off, 20 drives, m RMS: given, wrong, found",
+        "0.615, 1.22, 0.619",
+        numbers([rms(column) for column in errors.T], 3),
+    )
+    yield (
+        "its place: forward, right, down, m RMS; told",
+        "0.04, 0.05, 0.88; 0.06, 0.06, 0.67",
+        f"{numbers([rms(column) for column in off.T])}; {numbers(sigma.mean(axis=0))}",
+    )
+
+
+def antenna_found(seed):
+    """Return RMS errors in the plane, the antenna found less the true one, and its deviations."""
+    drive = zr.simulate_drive(RATE, LONG, seed=seed, antenna=ANTENNA)
+    imu = drive.recording()
+    start = find_start(imu, drive.fixes)
+    found = []
+    for lever, spread in ((ANTENNA, 0.0), (np.zeros(3), 0.0), (np.zeros(3), 1.0)):
+        nav = zr.NavigationFilter(start, antenna=lever, antenna_sigma=spread)
+        track = nav.process(imu, drive.fixes, keep="track")
+        error = track.errors(drive.truth_position)[track.time > 120.0, :2]
+        found.append(rms(np.hypot(*error.T)))
+    return (*found, *(nav.antenna - ANTENNA), *nav.antenna_sigma)
+
+
+SIMULATED = (starts, checks, axes, clocks, wheels, antennas)
+
+
+# The recorded drive.
+
+
+def recorded(folder):
+    """Return recording, fixes and what the metadata say."""
+    mounting = zr.navigation.read_mounting(folder / IMU)
+    imu = zr.navigation.body_axes(zr.read_recording(folder / IMU), mounting.body_from_sensor)
+    return imu, zr.read_fixes(folder / GNSS), mounting
+
+
+def drive_checks(imu, fixes, mounting) -> Iterator[Row]:
+    """Mistakes and axes of the recorded drive."""
+    total = sum(map(len, MISTAKES.values()))
+    yield "drive: mistakes, each named alone", f"{total}", f"{named(imu, fixes)} of {total}"
+    parts = ((0.0, 600.0), (0.0, 270.0), (270.0, 600.0), (150.0, 350.0))
+    found = [zr.navigation.check_navigation(imu, fixes.between(*span)).findings for span in parts]
+    yield "drive and three parts of it: false findings", "0", str(sum(map(len, found)))
+    turn = Rotation.from_matrix(zr.navigation.check_navigation(imu, fixes).axes.body_from_sensor)
+    x, y, z = turn.as_rotvec(degrees=True)
+    yield (
+        "axes of the drive against its metadata, yaw and tilt, deg",
+        "0.43, 0.4",
+        f"{abs(z):.2f}, {np.hypot(x, y):.2f}",
+    )
+
+
+def drive_starts(imu, fixes, mounting) -> Iterator[Row]:
+    """Outages of 10 s of the drive, begun where one likes."""
+    lever, offset = mounting.antenna, mounting.time_offset
+    found = []
+    for begin in (0.0, 100.0, 140.0, 230.0, 300.0):
+        some = fixes.between(begin)
+        start = find_start(imu, some, antenna=lever, time_offset=offset)
+        nav = zr.NavigationFilter(start, antenna=lever, gate=1e12)
+        one = zr.navigation.outages(imu, some, seconds=10.0, nav=nav, time_offset=offset)
+        found.append(one[10.0].rms())
+    yield (
+        "drive, 10 s outages begun at 0, 100, 140, 230, 300 s, m RMS",
+        "4.1, 3.8, 4.3, 2.8, 3.4",
+        numbers(found, 1),
+    )
+
+
+def drive_clock(imu, fixes, mounting) -> Iterator[Row]:
+    """Its clocks, what wheels are worth with and without them, and the antenna."""
+    lever = mounting.antenna
+    clock = find_time_offset(imu, fixes, find_start(imu, fixes, antenna=lever), antenna=lever)
+    yield (
+        "clock of the drive: position, velocity, s, rate",
+        "-0.202, -0.074, -2.8e-4",
+        f"{-clock.seconds:.3f}, {-clock.velocity_seconds:.3f}, {-clock.rate:.1e}",
+    )
+    start = find_start(imu, fixes, antenna=lever, time_offset=clock)
+    nav = zr.NavigationFilter(start, antenna=lever)
+    nis = np.nanmean(nav.process(imu, fixes, time_offset=clock, keep="track").nis(), axis=0)
+    yield "its mean NIS of positions and velocities with that", "0.8, 1.9", numbers(nis, 1)
+    for name, offset, later, asked in (
+        ("metadata's clock", mounting.time_offset, mounting.time_offset, "0.77, 1.41, 2.46"),
+        ("clocks found", clock, clock.velocity_seconds, "0.74, 1.04, 2.08"),
+    ):
+        begin = find_start(imu, fixes, antenna=lever, time_offset=offset)
+        found = zr.navigation.outages(
+            imu,
+            fixes,
+            seconds=LENGTHS,
+            nav=zr.NavigationFilter(begin, antenna=lever, vehicle="wheeled"),
+            wheel_speed=speeds(imu, fixes, later),
+            time_offset=offset,
+        )
+        ends = [one.rms() for one in found.lengths]
+        yield f"wheels, drive, {name}: 10, 30, 60 s, m RMS", asked, numbers(ends)
+    ends = []
+    for wrong, spread in (((1.0, 0.0, 0.0), 0.0), ((1.0, 0.0, 0.0), 1.0)):
+        nav = zr.NavigationFilter(start, antenna=np.add(lever, wrong), antenna_sigma=spread)
+        one = zr.navigation.outages(imu, fixes, seconds=10.0, nav=nav, time_offset=clock)
+        ends.append(one[10.0].rms())
+    yield "antenna 1 m wrong, and then found: 10 s, m RMS", "5.31, 3.04", numbers(ends)
+
+
+def drive_returns(imu, fixes, mounting) -> Iterator[Row]:
+    """Positions after outages of 30 s, right and wrong."""
+    for name, wrong, asked in (
+        ("right", 0, "150, 0.9, 1.8, 0.8"),
+        ("the first 100 m off", 1, "154, 0.6, 0.9, 0.8"),
+        ("two that differ", 2, "157, 7.2, 0.8, 0.8"),
+    ):
+        worst = returned(imu, fixes, mounting, wrong)
+        yield (
+            f"drive, after 30 s outages, fixes {name}: worst in 0-1, 1-2, 2-5, 5-30 s, m",
+            asked,
+            numbers(worst, 1),
+        )
+
+
+def returned(imu, fixes, mounting, wrong):
+    """Return the worst errors after outages of 30 s whose first fixes are wrong."""
+    lever, offset = mounting.antenna, mounting.time_offset
+    start = find_start(imu, fixes, antenna=lever, time_offset=offset)
+    starts = np.arange(100.0, fixes.time[-1] - 62.0, 75.0)
+    kept = np.ones(len(fixes), bool)
+    off = np.zeros((len(fixes), 3))
+    for begin in starts:
+        kept &= (fixes.time <= begin) | (fixes.time > begin + 30.0)
+        first = int(np.searchsorted(fixes.time, begin + 30.0, side="right"))
+        off[first : first + wrong] = 100.0 * np.array([[1.0, 0, 0], [0, -1.0, 0]])[:wrong]
+    some = replace(fixes, position=moved(fixes.position, off)).chosen(kept)
+    track = zr.NavigationFilter(start, antenna=lever).process(
+        imu, some, time_offset=offset, keep="track"
+    )
+    time = fixes.time + offset
+    place = np.column_stack([np.interp(time, track.time, axis) for axis in track.position.T])
+    error = np.hypot(*zr.geometry.earth.local_ned(place, fixes.position)[:, :2].T)
+    worst = []
+    for low, high in ((0.0, 1.0), (1.0, 2.0), (2.0, 5.0), (5.0, 30.0)):
+        inside = [(fixes.time > b + 30.0 + low) & (fixes.time <= b + 30.0 + high) for b in starts]
+        worst.append(error[np.logical_or.reduce(inside)].max())
+    return worst
+
+
+RECORDED = (drive_checks, drive_starts, drive_clock, drive_returns)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else BESIDE)
