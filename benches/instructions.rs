@@ -200,6 +200,7 @@ fn navigator() -> NavigationFilter {
         gyro_walk: [1e-10; 3],
         accel_walk: [2.5e-7; 3],
         antenna: [0.1, -0.2, -1.0],
+        antenna_sigma: 0.0,
         wheels: None,
         gate: 50.0,
         adapt: Adapt::Inflate,

@@ -26,6 +26,7 @@ from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.track import Track
+from zerorate.navigation.wheels import Wheels
 from zerorate.noise import NoiseModel
 
 _Method: TypeAlias = Literal["kf", "akf", "fading", "robust", "auto"]
@@ -1012,6 +1013,7 @@ class NavigationFilter(_Stream):
         gyro: NoiseModel | Sequence[NoiseModel] | None = None,
         accel: NoiseModel | Sequence[NoiseModel] | None = None,
         antenna: npt.ArrayLike = (0.0, 0.0, 0.0),
+        antenna_sigma: float = 0.0,
         vehicle: Literal["wheeled"] | None = None,
         axle: npt.ArrayLike | None = None,
         wheel_sigma: float | None = None,
@@ -1039,7 +1041,7 @@ class NavigationFilter(_Stream):
         gnss: Fixes | None = None,
         *,
         rest: npt.ArrayLike | None = None,
-        wheel_speed: npt.ArrayLike | None = None,
+        wheel_speed: npt.ArrayLike | Wheels | None = None,
         time_offset: float | TimeOffset = 0.0,
         keep: Literal["all", "track"] = "all",
     ) -> Track: ...
@@ -1083,6 +1085,8 @@ class NavigationFilter(_Stream):
     def status(self) -> _Navigating: ...
     @property
     def antenna(self) -> _Floats: ...
+    @property
+    def antenna_sigma(self) -> _Floats: ...
     @property
     def time(self) -> float: ...
     @property

@@ -52,9 +52,10 @@ OLDER = [
     ("robust-holding", "robust-gated", 3, 4),
     ("attitude", "attitude", 1, 3),
     ("attitude", "attitude", 2, 3),
-    ("navigation", "navigation", 1, 4),
-    ("navigation", "navigation", 2, 4),
-    ("navigation", "navigation", 3, 4),
+    ("navigation", "navigation", 1, 5),
+    ("navigation", "navigation", 2, 5),
+    ("navigation", "navigation", 3, 5),
+    ("navigation", "navigation", 4, 5),
     ("rest-detector", "rest-detector", 2, 3),
 ]
 

@@ -24,6 +24,7 @@ SETTINGS = {
     "plain": {},
     "antenna": {"antenna": LEVER, "adapt": "free"},
     "wheeled": {"vehicle": "wheeled", "axle": (-1.0, 0.0, 0.5), "antenna": LEVER},
+    "antenna to be found": {"antenna": LEVER, "antenna_sigma": 0.5},
     "increments": {"kind": "increment", "covariance_step": 0.05},
     "consumer": {"gyro": None, "accel": None, "gate": 5.0},
 }
@@ -39,6 +40,8 @@ def record():
     fixes[:, 0] += np.random.default_rng(1).uniform(-0.4, 0.05, len(fixes))
     fixes[20, 1:3] += 0.01
     fixes[22, 4:7], fixes[25, 6], fixes[27, 3], fixes[30, 1] = np.nan, np.nan, np.nan, np.nan
+    # An outage, after which the second position does not agree with the first.
+    fixes = np.delete(fixes, slice(13, 19), axis=0)
     rest = np.linalg.norm(one.truth_velocity, axis=1) < 0.01
     keep = (one.time < 34.0) | (one.time > 35.5)
     given = [part[keep] for part in (one.time, gyro, accel)]

@@ -122,6 +122,21 @@ def test_heights_may_be_missing():
     assert all(np.isfinite(values).all() for values in one[10.0].end.values())
 
 
+def test_an_outage_in_which_the_filter_is_lost_leaves_the_rest_alone():
+    driven, whole = drive(), found(smooth=False)[10.0]
+    recording = driven.recording()
+    gap = (driven.time > whole.spans[0, 0] + 3.0) & (driven.time < whole.spans[0, 0] + 6.0)
+    recording.gyro.data[gap] = np.nan
+    nav = zr.NavigationFilter(start(driven))
+    some = zr.navigation.outages(recording, driven.fixes, seconds=10.0, nav=nav)
+    one = some[10.0]
+    assert np.isnan(one.end["filter"][0])
+    assert one.rms() == pytest.approx(math.sqrt((one.end["filter"][1:] ** 2).mean()))
+    assert one.largest() < 100.0
+    assert np.isfinite(one.end["position held"]).all()
+    assert f": 1 of {one.n}" in str(some)
+
+
 def test_a_receiver_with_gaps_has_fewer():
     driven = drive()
     gap = found()[10.0].spans[0] + [2.0, 20.0]

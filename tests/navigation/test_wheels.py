@@ -41,6 +41,75 @@ def test_a_scale_of_two_percent_is_found_with_its_error():
     assert np.abs(off).max() < 3.5
 
 
+def test_ticks_tell_speeds_and_how_long_they_are():
+    """Counted up to now, with a scale that is learned of the receiver where none is told."""
+    driven = drive(2, 200.0)
+    count = zr.simulation.wheel_ticks(driven, 0.031)
+    assert (np.diff(count) >= -1.0).all()
+    count[5::7] = np.nan
+    for known in ({"tick": 0.03}, {"fixes": driven.fixes}):
+        told = zr.navigation.Wheels.of_ticks(driven.time, count, **known)
+        assert np.abs(np.diff(told.time) - 0.1).max() < 0.1
+        nav = wheeled(driven)
+        nav.process(driven.recording(), driven.fixes, wheel_speed=told, keep="track")
+        length = told.tick * (1.0 + nav.wheel_constants[0])
+        assert length == pytest.approx(0.031, rel=0.004)
+        assert nav.wheel_constants_sigma[0] < 0.004
+    assert told.tick == pytest.approx(0.031, rel=0.02)
+    # A counter that begins anew, and one that is silent for a second, tell no speed there.
+    count[3000:] -= count[2999]
+    count[6000:6050] = np.nan
+    again = zr.navigation.Wheels.of_ticks(driven.time, count, tick=0.031)
+    assert np.abs(again.speed).max() < 30.0
+    assert not ((again.time > 120.0) & (again.time < 121.0)).any()
+
+
+def test_times_of_their_own_are_those_of_a_loop():
+    driven = drive(4, 80.0)
+    speed = zr.simulation.wheel_speeds(driven, axle=AXLE, scale=0.01)
+    at = np.flatnonzero(np.isfinite(speed))
+    told = zr.navigation.Wheels(driven.time[at] - 0.01, speed[at], 0.2)
+    batch = wheeled(driven)
+    batch.process(driven.recording(), None, wheel_speed=told)
+    batch.reset()
+    track = batch.process(driven.recording(), driven.fixes, wheel_speed=told)
+    nav, fixes = wheeled(driven), list(range(len(driven.fixes)))
+    sigmas = driven.fixes.position_sigma[0], driven.fixes.velocity_sigma[0]
+    rows = told.rows.tolist()
+    for t, gyro, accel in zip(driven.time, driven.gyro, driven.accel, strict=True):
+        nav.update(t, gyro, accel)
+        while rows and rows[0][0] <= t:
+            nav.update_wheels(*rows.pop(0))
+        while fixes and driven.fixes.time[fixes[0]] <= t:
+            k = fixes.pop(0)
+            nav.update_gnss(t, driven.fixes.position[k], driven.fixes.velocity[k], *sigmas)
+    assert nav.to_bytes() == batch.to_bytes()
+    (note,) = (one for one in track.notes if one.startswith("the wheels roll"))
+    assert "% faster than they tell" in note
+
+
+@pytest.mark.parametrize(
+    ("arguments", "match"),
+    [
+        (([0.0, 1.0], [1.0]), r"speed must have the shape of time, \(w,\), got \(2,\) and \(1,\)"),
+        (([1.0, 0.0], [1.0, 1.0]), "time must be finite and in order"),
+        (([0.0, 1.0], [1.0, 1.0], 0.0), "sigma must be positive"),
+    ],
+)
+def test_wheels_that_cannot_be_are_refused(arguments, match):
+    with pytest.raises(ValueError, match=match):
+        zr.navigation.Wheels(*arguments)
+
+
+def test_ticks_of_which_nothing_is_told_are_refused():
+    time = np.arange(0.0, 5.0, 0.1)
+    with pytest.raises(ValueError, match="tick must be given, or fixes"):
+        zr.navigation.Wheels.of_ticks(time, time)
+    still = zr.simulate_drive(50.0, 40.0, kind="rest").fixes
+    with pytest.raises(zr.LogError, match=r"does not tell how long a tick .* tick= says it"):
+        zr.navigation.Wheels.of_ticks(time, time, fixes=still)
+
+
 def test_a_mount_that_is_turned_is_found():
     driven = drive(2)
     yaw = math.radians(3.0)

@@ -1,7 +1,9 @@
 """The navigation filter with whole matrices: one sample, one fix, one scalar at a time.
 
 Errors are those of position, velocity and orientation, estimated less true, and of the biases, true
-less estimated. A velocity's is that in the frame which is believed in: v_hat - exp(-[phi x]) v.
+less estimated. A velocity's is that in the frame which is believed in: v_hat - exp(-[phi x]) v. Six
+constants follow, true less estimated: scale, yaw and pitch of wheels, and the place of the antenna;
+one that is known has no variance.
 """
 
 import numpy as np
@@ -33,7 +35,14 @@ WHEELS_EVERY, WHEELS_SPEED = 0.2, 1.0
 REST_SIGMA, REST_SPEED, REST_RATE = 0.05, 0.5, 1e-7
 SIZES_MAX = (1e14, 1e10, 1e3)
 
-R, V, PHI, GYRO, ACCEL = (slice(i, i + 3) for i in range(0, 15, 3))
+# The wheels' constants before they tell anything; beyond three deviations they slip, for 10 s.
+WHEELS_PRIOR, SLIP, SLIP_SECONDS = np.array([0.03, 0.035, 0.035]), 9.0, 10.0
+CONSTANT_MAX, LEVER_MAX, SPEED_MAX = 1.5, 1e3, 1e4
+# Of the normalised innovation squared of what comes back after an outage.
+SURPRISE = 16.27
+
+R, V, PHI, GYRO, ACCEL, ROLL, ANTENNA = (slice(i, i + 3) for i in range(0, 21, 3))
+ERRORS, ALL = 15, 21
 I3 = np.eye(3)
 
 
@@ -112,11 +121,16 @@ class Judge:
         """The filter begins anew; the receiver is the same."""
         self.last, self.last_time = np.zeros(3), np.nan
         self.rejected, self.open_until, self.nis = 0, -np.inf, np.nan
+        self.first = None
 
     def learn(self, time, e):
+        """Returns the seconds of an outage that this ends, else None."""
         apart = time - self.last_time
-        if apart > max(2.0, 3.0 * self.usual):
+        ended = apart > max(2.0, 5.0 * self.usual)
+        if ended:
             self.open_until = time + 1.0
+        # Of a receiver whose usual time is not known yet nobody knows what an outage is.
+        outage = apart if ended and self.usual > 0.0 else None
         if apart > 0.0:
             part = 0.1 if self.usual > 0.0 else 1.0
             self.usual += part * (min(apart, 60.0) - self.usual)
@@ -128,6 +142,24 @@ class Judge:
                 new = np.minimum(new, 4.0 * self.spread)
             self.spread = (1.0 - w) * self.spread + w * np.minimum(new, INNOVATION_MAX**2)
         self.last, self.last_time = e, time
+        return outage
+
+    def after_outage(self, time, outage, e, noise, walk):
+        """ "none", "first", or the seconds of an outage after which two positions agree."""
+        if outage is not None:
+            self.first = (e, time, outage + (self.first[2] if self.first else 0.0))
+            return "first"
+        if self.first is None:
+            return "none"
+        there, then, seconds = self.first
+        dt = time - then
+        most = 3.0 * np.sqrt(2.0 * noise + walk * dt**2) + 0.5 + 4.5 * np.abs(there) * dt / seconds
+        if np.all(np.abs(e - there) <= most) or self.rejected >= 10:
+            self.first, self.rejected = None, 0
+            return seconds
+        self.rejected += 1
+        self.first = (e, time, seconds + dt)
+        return "first"
 
     def noise(self, told, adapt):
         if self.count < 10 or adapt == "fixed":
@@ -159,9 +191,11 @@ class Navigation:
         accel,
         *,
         antenna=(0.0, 0.0, 0.0),
+        antenna_sigma=0.0,
         vehicle=None,
         axle=(0.0, 0.0, 0.0),
         wheel_sigma=0.3,
+        speed_sigma=0.15,
         gate=50.0,
         adapt="inflate",
         covariance_step=0.1,
@@ -177,11 +211,13 @@ class Navigation:
         self.latitude, self.longitude, self.height = np.radians(start.latitude), 0.0, 0.0
         self.place = Place(self.latitude, 0.0)
         self.b_g, self.b_a = np.array(start.gyro_bias), np.array(start.accel_bias)
-        deviations = np.zeros(15)
+        self.speed_sigma, self.roll, self.slips = speed_sigma, np.zeros(3), None
+        deviations = np.zeros(ALL)
+        deviations[ANTENNA] = antenna_sigma
         deviations[PHI] = [start.level_sigma, start.level_sigma, start.heading_sigma]
         deviations[GYRO], deviations[ACCEL] = start.gyro_bias_sigma, start.accel_bias_sigma
         self.P = np.diag(deviations**2)
-        self.sigma = np.full(15, np.nan)
+        self.sigma = np.full(ERRORS, np.nan)
         self.judges = [Judge(), Judge()]
         self.time = np.nan
         self.w, self.f = np.zeros(3), np.zeros(3)
@@ -192,6 +228,7 @@ class Navigation:
         self.fixes = {"used": 0, "rejected": 0, "refused": 0}
         self.rejected = {"positions": 0, "velocities": 0}
         self.moves, self.last_move = 0, None
+        self.rolled = []
         self.clear()
 
     def clear(self):
@@ -307,16 +344,18 @@ class Navigation:
         self.refresh()
         if rests == count:
             self.stand(mean_w / count, T, unknown[0] > 0.0)
+        if self.rolled and self.navigating:
+            self.take_rolled()
 
     def transition(self, T, C, v):
         earth, transport = self.place.earth, self.place.transport(self.v)
         g = skew(np.array([0.0, 0.0, self.place.gravity]))
-        F = np.zeros((15, 15))
+        F = np.zeros((ALL, ALL))
         F[R, V], F[R, PHI] = I3, skew(v)
         F[V, V], F[V, PHI] = -skew(2.0 * earth + transport), -g
         F[V, GYRO], F[V, ACCEL] = skew(v) @ C, C
         F[PHI, PHI], F[PHI, GYRO] = -skew(earth + transport), -C
-        result = np.eye(15) + F * T + F @ F * (T**2 / 2.0)
+        result = np.eye(ALL) + F * T + F @ F * (T**2 / 2.0)
         # Of the third order, only what a bias of the gyro does to the position through gravity.
         result[R, GYRO] += g @ C * (T**3 / 6.0)
         return result
@@ -325,7 +364,7 @@ class Navigation:
         """QT/2."""
         W = C @ np.diag(self.N_g) @ C.T * T + I3 * UNKNOWN[0] * self.unknown[0]
         A = C @ np.diag(self.N_a) @ C.T * T + I3 * UNKNOWN[1] * self.unknown[1]
-        G = np.zeros((15, 15))
+        G = np.zeros((ALL, ALL))
         G[PHI, PHI], G[V, PHI] = W, -skew(v) @ W
         G[PHI, V], G[V, V] = G[V, PHI].T, skew(v) @ W @ skew(v).T + A
         G[GYRO, GYRO], G[ACCEL, ACCEL] = np.diag(self.K_g * T), np.diag(self.K_a * T)
@@ -355,20 +394,27 @@ class Navigation:
                 self.latitude, self.longitude = np.radians(self.start.latitude), 0.0
                 self.height, self.a = 0.0, np.zeros(3)
                 self.place = Place(self.latitude, 0.0)
-        self.P = np.diag(variances)
-        self.sigma = np.full(15, np.nan)
+        self.begin_anew(variances)
+        self.rolled = []
+        self.sigma = np.full(ERRORS, np.nan)
         self.navigating = False
         self.heading_known = self.start.heading_known and not self.by_course
         self.before, self.alone = None, 0.0
         self.clear()
 
+    def begin_anew(self, variances):
+        """Of the constants all that is known stays."""
+        constants = self.P[ERRORS:, ERRORS:]
+        self.P = np.diag(variances)
+        self.P[ERRORS:, ERRORS:] = constants
+
     def refresh(self):
         """Standard deviations; that of v_hat - v = dv + v x phi for the velocity."""
         P = self.P.copy()
-        H = np.zeros((3, 15))
+        H = np.zeros((3, ALL))
         H[:, V], H[:, PHI] = I3, skew(self.v)
         P[V, V] = H @ self.P @ H.T
-        self.sigma = np.sqrt(np.maximum(np.diag(P), 0.0))
+        self.sigma = np.sqrt(np.maximum(np.diag(P), 0.0))[:ERRORS]
 
     # Measurements.
 
@@ -392,6 +438,8 @@ class Navigation:
         self.height += x[2]
         self.b_g = np.clip(self.b_g + x[GYRO], -BIAS_MAX, BIAS_MAX)
         self.b_a = np.clip(self.b_a + x[ACCEL], -BIAS_MAX, BIAS_MAX)
+        self.roll = np.clip(self.roll + x[ROLL], [-0.5, -1.5, -1.5], [0.5, 1.5, 1.5])
+        self.antenna = np.clip(self.antenna + x[ANTENNA], -LEVER_MAX, LEVER_MAX)
         if not self.is_somewhere():
             self.lose()
             return
@@ -402,12 +450,12 @@ class Navigation:
     def stand(self, mean_w, T, rate_unknown):
         if np.linalg.norm(self.v) >= REST_SPEED + 3.0 * np.linalg.norm(self.sigma[V]):
             return
-        H = np.zeros((6, 15))
+        H = np.zeros((6, ALL))
         H[:3, V], H[:3, PHI], H[3:, GYRO] = I3, skew(self.v), I3
         z = np.append(self.v, mean_w - self.b_g - self.C.T @ self.place.earth)
         noise = np.append(np.full(3, REST_SIGMA**2), self.N_g / T + REST_RATE**2)
         count = 3 if rate_unknown else 6
-        self.P, x, _ = self.correct(z[:count], H[:count], noise[:count], np.zeros(15))
+        self.P, x, _ = self.correct(z[:count], H[:count], noise[:count], np.zeros(ALL))
         self.apply(x)
 
     def look_at_wheels(self):
@@ -417,11 +465,57 @@ class Navigation:
         self.since_wheels = 0.0
         if self.v @ self.v <= WHEELS_SPEED**2:
             return
-        z = self.C.T @ self.v + cross(self.w - self.b_g, self.axle)
-        H = np.zeros((3, 15))
-        H[:, V], H[:, GYRO] = self.C.T, -skew(self.axle)
+        u, H = self.at_the_axle(self.C.T @ self.v, self.w - self.b_g)
         noise = np.full(2, self.wheel_sigma**2)
-        self.P, x, _ = self.correct(z[1:], H[1:], noise, np.zeros(15))
+        self.P, x, _ = self.correct(u[1:], H[1:], noise, np.zeros(ALL))
+        self.apply(x)
+
+    def at_the_axle(self, velocity, rate):
+        """The velocity there in the axes of the wheels, and what errors do to it."""
+        _, yaw, pitch = self.roll
+        c, s, d, t = np.cos(yaw), np.sin(yaw), np.cos(pitch), np.sin(pitch)
+        turned = np.array([[d, 0.0, -t], [0.0, 1.0, 0.0], [t, 0.0, d]]) @ np.array(
+            [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]
+        )
+        u = turned @ (velocity + cross(rate, self.axle))
+        H = np.zeros((3, ALL))
+        H[:, V], H[:, GYRO] = turned @ self.C.T, -turned @ skew(self.axle)
+        # To first order in the pitch, as a mount's is small.
+        H[:, 16], H[:, 17] = [-u[1], u[0], 0.0], [u[2], 0.0, -u[0]]
+        if self.P[15, 15] == 0.0:
+            H[:, ROLL] = 0.0
+        return u, H
+
+    def update_wheels(self, t, speed, sigma=None):
+        age = self.time - t
+        there = speed is not None and abs(speed) <= SPEED_MAX and -AHEAD <= age <= LATE
+        if not (there and self.navigating):
+            return False
+        if self.P[15, 15] == 0.0:
+            self.P[ROLL, ROLL] = np.diag(WHEELS_PRIOR**2)
+        sigma = np.clip(self.speed_sigma if sigma is None else sigma, 1e-3, SPEED_MAX)
+        self.rolled.append((speed, sigma**2, self.C.T @ (self.v - self.a * age), self.w))
+        return True
+
+    def take_rolled(self):
+        """The mean of what wheels have told since the last step."""
+        w, variance, velocity, rate = (
+            np.mean(part, axis=0) for part in zip(*self.rolled, strict=True)
+        )
+        self.rolled = []
+        u, H = self.at_the_axle(velocity, rate - self.b_g)
+        h, scale = H[:1], 1.0 + self.roll[0]
+        # By the speed that is expected: the one that is told has noise of its own.
+        h[0, 15] = u[0] / scale
+        z, spread = u[0] - scale * w, (h @ self.P @ h.T)[0, 0]
+        if z**2 > SLIP * (spread + variance):
+            self.slips = self.time if self.slips is None else self.slips
+            if self.time - self.slips < SLIP_SECONDS:
+                return
+            variance = max(variance, z**2 / SLIP - spread)
+        else:
+            self.slips = None
+        self.P, x, _ = self.correct([z], h, [variance], np.zeros(ALL))
         self.apply(x)
 
     # Fixes.
@@ -462,20 +556,63 @@ class Navigation:
             return "refused"
         lever = self.C @ self.antenna
         v_a = self.v + self.C @ cross(self.w - self.b_g, self.antenna)
-        H_p, H_v = np.zeros((3, 15)), np.zeros((3, 15))
-        H_p[:, R], H_p[:, PHI] = I3, skew(lever)
+        H_p, H_v = np.zeros((3, ALL)), np.zeros((3, ALL))
+        H_p[:, R], H_p[:, PHI], H_p[:, ANTENNA] = I3, skew(lever), -self.C
         H_v[:, V], H_v[:, PHI], H_v[:, GYRO] = I3, skew(v_a), -self.C @ skew(self.antenna)
+        H_v[:, ANTENNA] = -self.C @ skew(self.w - self.b_g)
         kinds = []
         if p is not None:
             z = self.offset_from(p) + lever - v_a * age + 0.5 * self.a * age**2
             kinds.append((0, R, z, H_p, sigma_p))
         if v is not None:
             kinds.append((1, V, v_a - self.a * age - v, H_v, sigma_v))
-        x, taken = np.zeros(15), {}
+        kinds = [
+            (k, part, np.clip(z, -INNOVATION_MAX, INNOVATION_MAX), *of) for k, part, z, *of in kinds
+        ]
+        outages = {k: self.judges[k].learn(self.time, z) for k, _, z, _, _ in kinds}
+        after = "none"
+        if p is not None:
+            noise, walk = self.judges[0].noise(sigma_p**2, self.adapt), self.sigma[V] ** 2
+            after = self.judges[0].after_outage(self.time, outages[0], kinds[0][2], noise, walk)
+        if after == "none":
+            return self.usual(kinds)
+        if after == "first":
+            self.believed(kinds)
+            self.rejected["positions"] += 1
+            return "rejected"
+        return self.comes_back(kinds, after)
+
+    def believed(self, kinds):
+        """What all of them would make of the filter, and the largest NIS."""
+        kept, x, largest = self.P, np.zeros(ALL), 0.0
+        for kind, _, z, H, sigma in kinds:
+            noise = self.judges[kind].noise(sigma**2, self.adapt)
+            self.P, x, nis = self.correct(z, H, noise, x)
+            self.judges[kind].nis, largest = nis, max(largest, nis)
+        found, self.P = self.P, kept
+        return found, x, largest
+
+    def comes_back(self, kinds, seconds):
+        """Two positions agree after an outage: they are right."""
+        P, x, largest = self.believed(kinds)
+        if largest > SURPRISE:
+            shown = [judge.nis for judge in self.judges]
+            self.P[R, R] += np.diag(kinds[0][2] ** 2)
+            fast = kinds[1][2] if len(kinds) > 1 else 2.0 * kinds[0][2] / seconds
+            self.P[V, V] += np.diag(fast**2)
+            self.P[PHI, PHI] += np.diag(WRONG)
+            P, x, _ = self.believed(kinds)
+            for judge, nis in zip(self.judges, shown, strict=True):
+                judge.nis = nis
+        self.P = P
+        self.apply(x)
+        return "used" if self.navigating else "refused"
+
+    def usual(self, kinds):
+        """Each as its gate decides."""
+        x, taken = np.zeros(ALL), {}
         for kind, part, z, H, sigma in kinds:
-            z = np.clip(z, -INNOVATION_MAX, INNOVATION_MAX)
             judge = self.judges[kind]
-            judge.learn(self.time, z)
             noise = judge.noise(sigma**2, self.adapt)
             P, found, nis = self.correct(z, H, noise, x)
             decision = judge.decide(self.time, nis, self.gate)
@@ -572,10 +709,13 @@ class Navigation:
         variances[R], variances[V] = sigma_p**2, sigma_v**2
         if heading_variance is not None:
             variances[8] = heading_variance
-        # An error of the orientation is one of the velocity in the frame that is believed in.
-        M = np.eye(15)
-        M[V, PHI] = -skew(self.v)
-        self.P = M @ np.diag(variances) @ M.T
+        self.begin_anew(variances)
+        # An error of the orientation is one of the velocity in the frame that is believed in, and
+        # one of the antenna is one of the sensor.
+        M = np.eye(ALL)
+        M[V, PHI], M[R, ANTENNA] = -skew(self.v), self.C
+        M[V, ANTENNA] = self.C @ skew(self.w - self.b_g) * moves
+        self.P = M @ self.P @ M.T
         for judge in self.judges:
             judge.restart()
         self.navigating = True

@@ -711,10 +711,21 @@ STREAMS = {
                 "start": LEVEL,
                 "vehicle": "wheeled",
                 "antenna": (0.4, -0.3, -1.2),
+                "antenna_sigma": 0.1,
             },
         },
         properties=dict.fromkeys(
-            (*NAVIGATED, "covariance", "nis", "learned_sigma", "time", "samples_seen"), 0
+            (
+                *NAVIGATED,
+                "covariance",
+                "antenna",
+                "antenna_sigma",
+                "nis",
+                "learned_sigma",
+                "time",
+                "samples_seen",
+            ),
+            0,
         ),
         answer=0,
         sound=sound_navigation,

@@ -400,6 +400,7 @@ def navigation_settings(channels=None):
         optional={
             "vehicle": st.sampled_from([None, "wheeled"]),
             "antenna": st.just((0.4, -0.3, -1.2)),
+            "antenna_sigma": st.sampled_from([0.0, 0.1]),
             "adapt": st.sampled_from(["inflate", "free", "fixed"]),
             "kind": st.sampled_from(["rate", "increment"]),
             "gate": st.sampled_from([5.0, 50.0]),

@@ -16,6 +16,9 @@ from zerorate.types import Floats
 
 _NONE: Final = "none"
 _AUTO: Final = "auto"
+_TOLD: Final = 0.05
+_UNTOLD: Final = 1.0
+"""How well an antenna is known that is told, and one of which nothing is told, m."""
 
 
 def numbers(option: str, text: str, count: int, expected: str) -> list[float]:
@@ -34,7 +37,7 @@ class Mounted:
     """Where the sensors are, and a sentence on where that is known from.
 
     The offset is None where nothing tells it, and so is the matrix; `plain` is whether the axes of
-    the sensors are said to be those of the body.
+    the sensors are said to be those of the body, `antenna_told` whether anything says where it is.
     """
 
     matrix: Floats | None
@@ -42,6 +45,12 @@ class Mounted:
     time_offset: float | None
     note: str
     plain: bool = False
+    antenna_told: bool = True
+
+    @property
+    def antenna_sigma(self) -> float:
+        """How well it is known where the antenna is, m."""
+        return _TOLD if self.antenna_told else _UNTOLD
 
     @classmethod
     def of(
@@ -52,13 +61,15 @@ class Mounted:
             told = read_mounting(log) if log.is_file() else Mounting()
             given, source = (told, log) if mount is None else _mounting(mount)
         parts = {"mounting": given.body_from_sensor is not None}
-        lever = [0.0] * 3
+        lever, knows = [0.0] * 3, True
         if antenna is not None:
             lever = numbers("--antenna", antenna, 3, "three numbers")
         elif given.antenna is not None or told.antenna is not None:
             own = given.antenna if given.antenna is not None else told.antenna
             lever = [float(x) for x in np.asarray(own)]
             parts["antenna"] = True
+        else:
+            knows = False
         offset = None
         if time_offset is not None:
             offset = _offset(time_offset)
@@ -73,7 +84,7 @@ class Mounted:
             values = f"antenna {arm} m" + ("" if offset is None else f", time offset {offset:g} s")
             listed = " and ".join(filter(None, (", ".join(named[:-1]), named[-1])))
             note = f"{listed} by the metadata of {source.name} ({values})"
-        return cls(given.body_from_sensor, lever, offset, note, plain=mount == _NONE)
+        return cls(given.body_from_sensor, lever, offset, note, mount == _NONE, knows)
 
 
 def _mounting(text: str) -> tuple[Mounting, Path | None]:

@@ -68,6 +68,7 @@ from zerorate.navigation.selfcheck import NavigationChecks, check_navigation
 from zerorate.navigation.start import find_start
 from zerorate.navigation.track import Track, not_begun
 from zerorate.navigation.tracks import write_geojson, write_gpx
+from zerorate.navigation.wheels import Wheels
 from zerorate.noise import NoiseModel, worst_axis
 from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
@@ -189,12 +190,32 @@ def navigate(
             rich_help_panel=_VEHICLE,
         ),
     ] = None,
+    wheel_ticks: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN",
+            help="Column of the log with the ticks of a wheel so far, instead of its speed.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None,
+    tick: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="Of --wheel-ticks: metres a tick, to some percent. By default as the receiver's "
+            "speed tells it.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None,
     antenna: Annotated[
         str | None,
         typer.Option(
             metavar="X,Y,Z",
             help="From the sensors to the antenna, m forward, right, down. By default as the "
-            "file's metadata say, or 0,0,0.",
+            "file's metadata say, or about 0,0,0. It is estimated: within --antenna-sigma, by "
+            "default 0.05 m where it is told and 1 m where it is not.",
             show_default=False,
             rich_help_panel=_VEHICLE,
         ),
@@ -245,7 +266,8 @@ def navigate(
     maps as GeoJSON and GPX, and a figure. Prints what became of the fixes, and with --outages how
     far the track is off without them, beside a position and a velocity that are held.
     """
-    if wheel_speed is not None:
+    told = _Rolling.of(log, wheel_speed, wheel_ticks, tick)
+    if told is not None:
         vehicle = _Vehicle.wheeled
     for name in ("wheel_sigma", "speed_sigma"):
         if vehicle is None and name in constants:
@@ -261,7 +283,7 @@ def navigate(
             **_noises(gyro_noise, accel_noise),
         },
         mounting=Mounted.of(log, mount, antenna, time_offset),
-        speed=None if wheel_speed is None else (log, wheel_speed),
+        rolling=told,
     )
     known = None if calibration is None else read_calibration(calibration)
     everything = all_panels(figure, not no_figure)
@@ -425,7 +447,7 @@ class _Asked:
     rest: tuple[float, float] | None
     filter: dict[str, Any]
     mounting: Mounted
-    speed: tuple[Path, str] | None = None
+    rolling: "_Rolling | None" = None
 
     def checked(self, recording: Recording, fixes: Fixes) -> NavigationChecks:
         """Return what sensors and fixes say of each other, in the axes that are told."""
@@ -472,8 +494,11 @@ class _Asked:
         progress("navigating", 0.1)
         start, offset, sentence = self._begun(recording, fixes, checks)
         notes += [one.text for one in checks.findings if one.status == "cannot tell"]
-        nav = NavigationFilter(start, antenna=mounted.antenna, **self.filter)
-        speed = None if self.speed is None else _speeds(recording, *self.speed)
+        spread = {"antenna_sigma": mounted.antenna_sigma, **self.filter}
+        nav = NavigationFilter(start, antenna=mounted.antenna, **spread)
+        speed = None
+        if self.rolling is not None:
+            speed = self.rolling.read(recording, TimeOffset.of(offset).applied(fixes))
         track = nav.copy().process(
             recording,
             fixes,
@@ -521,7 +546,7 @@ class _Asked:
                 heading=heading,
                 time_offset=offset,
                 antenna=self.mounting.antenna,
-                **self.filter,
+                **self._without("antenna_sigma"),
             )
         first = recording.gyro.time[0] if recording.gyro is not None else 0.0
         return align(
@@ -535,7 +560,7 @@ class _Asked:
         self, recording: Recording, fixes: Fixes, start: Alignment, about: float
     ) -> TimeOffset | None:
         """Return the clock of the fixes, None where it is not told."""
-        options = {k: v for k, v in self.filter.items() if k not in ("gate", "adapt")}
+        options = self._without("gate", "adapt", "antenna_sigma")
         lever = self.mounting.antenna
         try:
             found = find_time_offset(
@@ -546,12 +571,15 @@ class _Asked:
             return None
         return found if found.identifiable else None
 
+    def _without(self, *names: str) -> dict[str, Any]:
+        return {name: value for name, value in self.filter.items() if name not in names}
+
     def _outages(
         self,
         recording: Recording,
         fixes: Fixes,
         nav: NavigationFilter,
-        known: tuple[float | TimeOffset, Floats | None],
+        known: tuple[float | TimeOffset, Floats | Wheels | None],
         progress: Progress,
     ) -> Outages | None:
         if not self.lengths:
@@ -568,12 +596,37 @@ class _Asked:
         )
 
 
-def _speeds(recording: Recording, log: Path, column: str) -> Floats:
-    """Return the speed of the wheels at each sample, NaN where there is none."""
-    with read_faults():
-        found = read_log(log, columns=column)
-    samples = Samples.of(recording, mag=False, what="navigation")
-    return samples.aligned(found)[:, 0]
+@dataclass(frozen=True)
+class _Rolling:
+    """The column that tells how fast wheels roll, or how many ticks they have counted."""
+
+    log: Path
+    column: str
+    ticks: bool
+    tick: float | None
+
+    @classmethod
+    def of(
+        cls, log: Path, speed: str | None, ticks: str | None, tick: float | None
+    ) -> "_Rolling | None":
+        if tick is not None and ticks is None:
+            raise UsageFault("--tick needs --wheel-ticks")
+        if tick is not None and not 0.0 < tick < math.inf:
+            raise UsageFault(f"--tick takes metres above 0, got {tick:g}")
+        if speed is not None and ticks is not None:
+            raise UsageFault("--wheel-speed and --wheel-ticks tell the same: give one")
+        column = speed if ticks is None else ticks
+        return None if column is None else cls(log, column, ticks is not None, tick)
+
+    def read(self, recording: Recording, fixes: Fixes) -> Floats | Wheels:
+        """Return the speed at each sample, NaN where there is none, or speeds between counts."""
+        with read_faults():
+            found = read_log(self.log, columns=self.column)
+            samples = Samples.of(recording, mag=False, what="navigation")
+            values = samples.aligned(found)[:, 0]
+            if not self.ticks:
+                return values
+            return Wheels.of_ticks(samples.time, values, tick=self.tick, fixes=fixes)
 
 
 def _on_axes(axes: Axes) -> str:

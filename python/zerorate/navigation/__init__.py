@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from zerorate.navigation.start import find_start
     from zerorate.navigation.track import STATUSES, VERDICTS, Track
     from zerorate.navigation.tracks import write_geojson, write_gpx
+    from zerorate.navigation.wheels import Wheels
 
 __all__ = [
     "STATUSES",
@@ -37,6 +38,7 @@ __all__ = [
     "Outages",
     "TimeOffset",
     "Track",
+    "Wheels",
     "align",
     "body_axes",
     "check_navigation",
@@ -87,5 +89,6 @@ _PLACES: Final = {
         "write_geojson",
         "write_gpx",
     ),
+    "wheels": ("Wheels",),
 }
 __getattr__, __dir__ = later(__name__, _PLACES)

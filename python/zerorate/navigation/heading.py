@@ -164,6 +164,11 @@ def heading_of(q: Floats) -> Floats:
     return found
 
 
+def compass(heading: float, digits: int) -> str:
+    """Return a heading, rad, in deg from 0 to below 360, as it is printed everywhere."""
+    return f"{round(math.degrees(heading), digits) % 360.0:.{digits}f}"
+
+
 def _turned(samples: Samples, start: Alignment, piece: slice) -> Floats:
     """Return by how much the body has turned since the start, by its gyro, rad."""
     time = samples.time[piece]

@@ -34,6 +34,14 @@ _ROWS: Final = (
         "Whether samples are rates and forces, or their integrals since the sample before",
     ),
     Option(
+        name="antenna_sigma",
+        kind="number",
+        default=0.0,
+        unit="m",
+        expected="from 0 to 1000 m",
+        meaning="Deviation of where the antenna is told to be: if not 0 it is estimated",
+    ),
+    Option(
         name="wheel_sigma",
         kind="number",
         default=0.3,

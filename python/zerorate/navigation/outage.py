@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from zerorate.navigation.fixes import Fixes
     from zerorate.navigation.offset import TimeOffset
     from zerorate.navigation.track import Track
+    from zerorate.navigation.wheels import Wheels
 
 POSITION_HELD: Final = "position held"
 VELOCITY_HELD: Final = "velocity held"
@@ -77,16 +78,21 @@ class OutageErrors:
         return len(self.spans)
 
     def rms(self, name: str = FILTER) -> float:
-        """Return the root mean square of `end`, m."""
-        return math.sqrt(float(np.mean(self.end[name] ** 2)))
+        """Return the root mean square of `end`, m, of the outages in which it is known."""
+        return math.sqrt(float(np.mean(self._known(name) ** 2)))
 
     def median(self, name: str = FILTER) -> float:
         """Return the median of `end`, m."""
-        return float(np.median(self.end[name]))
+        return float(np.median(self._known(name)))
 
     def largest(self, name: str = FILTER) -> float:
         """Return the largest of `end`, m."""
-        return float(np.max(self.end[name]))
+        return float(np.max(self._known(name)))
+
+    def _known(self, name: str) -> Floats:
+        ends = self.end[name]
+        there = np.isfinite(ends)
+        return ends[there] if there.any() else np.array([np.nan])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -131,7 +137,7 @@ def outages(
     first: float = 60.0,
     between: float = 30.0,
     rest: npt.ArrayLike | None = None,
-    wheel_speed: npt.ArrayLike | None = None,
+    wheel_speed: npt.ArrayLike | Wheels | None = None,
     time_offset: float | TimeOffset = 0.0,
     progress: Progress | None = None,
 ) -> Outages:
@@ -161,7 +167,7 @@ def outages(
         Seconds from the end of an outage to the next, in which fixes are used. Default 30.
     rest : array_like of bool, shape (n,), optional
         Where the vehicle is known to stand.
-    wheel_speed : array_like, shape (n,), optional
+    wheel_speed : array_like, shape (n,), or Wheels, optional
         How fast its wheels roll, m/s, of a filter of a wheeled vehicle.
     time_offset : float or TimeOffset
         Added to the times of the fixes, s.
@@ -233,12 +239,13 @@ def outages(
         report(f"{length:g} s", done / steps)
         withheld = fixes.withheld(length, first, between)
         used = gnss.chosen(~withheld.all_of(len(gnss)))
-        track = template.copy().process(imu, used, keep=keep, **known)
+        run = template.copy()
+        track = run.process(imu, used, keep=keep, **known)
         tracks = {FILTER: track}
         if smooth:
             report("smoothing", (done + 1) / steps)
             tracks[SMOOTHED] = track.smooth()
-        found.append(_errors(length, withheld, fixes.gnss, tracks, template.antenna, notes))
+        found.append(_errors(length, withheld, fixes.gnss, tracks, run.antenna, notes))
     return Outages(tuple(found), imu.source, tuple(dict.fromkeys(notes)))
 
 
@@ -370,10 +377,11 @@ def _errors(
             f"outages of {length:g} s left out where the receiver has gaps itself: "
             f"{withheld.dropped}"
         )
-    if not np.isfinite(end[FILTER]).all():
+    lost = int((~np.isfinite(end[FILTER])).sum())
+    if lost:
         notes.append(
-            f"in an outage of {length:g} s the filter lost its position, by a gap of the sensors: "
-            "its error is not a number"
+            f"outages of {length:g} s in which the filter lost its position, by a gap of the "
+            f"sensors, and which are not in its row: {lost} of {len(last)}"
         )
     # The last sample before a fix: at the first after it the next may have been taken.
     samples = np.searchsorted(tracks[FILTER].time, time, side="right") - 1

@@ -14,13 +14,15 @@ from zerorate.navigation.events import Events
 from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.track import Inputs, Track, track_of
+from zerorate.navigation.wheels import Wheels
+from zerorate.types import Floats
 
 
 def processed(
     nav: NavigationFilter,
     imu: Recording,
     gnss: Fixes | None,
-    known: tuple[npt.ArrayLike | None, npt.ArrayLike | None],
+    known: tuple[npt.ArrayLike | None, npt.ArrayLike | Wheels | None],
     time_offset: float | TimeOffset | None,
     keep: bool,
 ) -> Track:
@@ -41,7 +43,7 @@ def processed(
         samples.accel,
         Events.of(fixes),
         None if rest is None else _flags(rest, len(time)),
-        None if speed is None else floats(speed, "wheel_speed"),
+        _speeds(speed),
     )
     notes = [*samples.notes, *(() if gnss is None else gnss.notes)]
     epoch = None if fixes is None else fixes.epoch
@@ -58,6 +60,12 @@ def processed(
         )
     told = tuple(dict.fromkeys(notes))
     return track_of(nav, inputs, source=imu.source, epoch=epoch, notes=told, keep=keep)
+
+
+def _speeds(given: npt.ArrayLike | Wheels | None) -> Floats | None:
+    if given is None:
+        return None
+    return given.rows if isinstance(given, Wheels) else floats(given, "wheel_speed")
 
 
 def _flags(rest: npt.ArrayLike, n: int) -> npt.NDArray[np.bool_]:

@@ -16,7 +16,7 @@ from zerorate.io import LogError, Recording
 from zerorate.io.samples import Samples
 from zerorate.navigation.alignment import Alignment, align, leveled
 from zerorate.navigation.fixes import Fixes
-from zerorate.navigation.heading import LONGEST, find_heading, looking
+from zerorate.navigation.heading import LONGEST, compass, find_heading, looking
 from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.windows import Epochs, sigma_of_position
 from zerorate.types import Booleans, Floats
@@ -115,7 +115,7 @@ def find_start(
         if found is None:
             continue
         note = (
-            f"the heading is told by the motion: {math.degrees(found.decided) % 360.0:.0f} deg "
+            f"the heading is told by the motion: {compass(found.decided, 0)} deg "
             f"(sigma {math.degrees(found.decided_sigma):.0f}) at {found.time:.1f} s, "
             f"{found.time - begin:.1f} s after the start"
         )

@@ -17,6 +17,7 @@ from zerorate.geometry.rotations import inverse, of_rotation_vectors, product
 from zerorate.io import Log, Poses
 from zerorate.io.missing import floats
 from zerorate.navigation.events import Events
+from zerorate.numerals import with_error
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result, figure_of
 
@@ -30,6 +31,11 @@ STATUSES: Final = ("waiting", "no heading", "navigating", "coasting", "missing")
 
 VERDICTS: Final = ("used", "rejected", "refused", "not reached")
 """Words for `Track.verdict`, in the order of its numbers."""
+
+_SURE: Final = 3.0
+"""Deviations beyond which an antenna is not where it is told to be."""
+_OF_WHEELS: Final = np.array([100.0, 180.0 / np.pi, 180.0 / np.pi])
+"""Of scale, yaw and pitch: percent and degrees."""
 
 _BIASES: Final = {"gyro": "radps", "accel": "mps2"}
 
@@ -320,7 +326,7 @@ def track_of(
         rejected_count=_since(before.rejected_count, nav.rejected_count),
         epoch=epoch,
         source=source,
-        notes=(*_on_moves(before, nav), *notes),
+        notes=(*_on_moves(before, nav), *_on_constants(before, nav), *notes),
         _nis=found.pop("nis"),
         _steps=steps,
         **found,
@@ -343,6 +349,31 @@ def _on_moves(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
         f"at {time:.2f} s ten positions in a row had been rejected, and the filter went where they "
         f"are, {size} away{often}: either they are wrong or it was"
     )
+
+
+def _on_constants(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
+    """Say where the antenna is and what the wheels are like, where that was estimated."""
+    if before.antenna_sigma.any():
+        found = ", ".join(map(with_error, nav.antenna, nav.antenna_sigma))
+        told = ", ".join(f"{x:g}" for x in before.antenna)
+        off = np.abs(nav.antenna - before.antenna) > _SURE * before.antenna_sigma
+        if off.any():
+            yield (
+                f"the antenna is not where it is told to be: {found} m forward, right and down of "
+                f"the sensors fit best, not {told}"
+            )
+        else:
+            yield f"the antenna is {found} m forward, right and down of the sensors"
+    if np.isfinite(nav.wheel_constants[0]):
+        scale, yaw, pitch = map(
+            with_error,
+            nav.wheel_constants * _OF_WHEELS,
+            nav.wheel_constants_sigma * _OF_WHEELS,
+        )
+        yield (
+            f"the wheels roll {scale} % faster than they tell, along an axis {yaw} deg right of "
+            f"and {pitch} deg above forward"
+        )
 
 
 def not_begun(track: Track) -> str:

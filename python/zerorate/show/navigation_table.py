@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.geometry.rotations import euler_angles
+from zerorate.navigation.heading import compass
 from zerorate.navigation.track import STATUSES
 from zerorate.numerals import with_error
 from zerorate.show.tables import Table, as_text, bulleted, prose
@@ -97,6 +98,7 @@ def format_errors(found: TrackErrors, steps: TrackErrors | None, fitted: str) ->
 def format_alignment(found: Alignment) -> str:
     """Return the angles at the end of the rest, and the biases, with their deviations."""
     angles = np.degrees(euler_angles(found.quaternion[np.newaxis])[0])
+    angles[2] %= 360.0
     level, heading = math.degrees(found.level_sigma), math.degrees(found.heading_sigma)
     known = with_error(angles[2], heading) if found.heading_known else _NO_HEADING[found.course]
     gyro, sigma = np.degrees(found.gyro_bias), math.degrees(found.gyro_bias_sigma)
@@ -197,7 +199,7 @@ def _end(track: Track, last: int) -> Table:
     rows += [
         ("roll, deg", f"{euler[0]:.2f}", f"{tilt:.2g}"),
         ("pitch, deg", f"{euler[1]:.2f}", f"{tilt:.2g}"),
-        ("heading, deg", f"{euler[2] % 360.0:.2f}", f"{heading:.2g}"),
+        ("heading, deg", compass(math.radians(euler[2]), 2), f"{heading:.2g}"),
     ]
     return Table("At the end", ("", "", "σ"), tuple(rows))
 

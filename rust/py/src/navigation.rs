@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use zerorate_core::navigation::{
     Adapt, Batch, Fix, FixCounts, Inertial, Kind, Known, NavigationFilter as Core,
-    NavigationParams, Record, STATES, Start, Wheels,
+    NavigationParams, Next, Record, Rolling, STATES, Start, Wheels,
 };
 use zerorate_core::{Error, checkpoint, memory};
 
@@ -33,8 +33,9 @@ const BYTES: usize = 1 << 13;
 /// correct what drifts. Body axes are forward, right, down; the earth's north, east, down, WGS84.
 ///
 /// A position or velocity is taken if its normalised innovation squared is at most ``gate``. After ten in
-/// a row that are not, the filter is taken to be wrong and goes where the next one is (``move_count``); in the first second after an outage there is no
-/// gate. A fix may be up to a second late. Without a known heading the filter waits, and with ``vehicle=
+/// a row that are not, the filter is taken to be wrong and goes where the next one is (``move_count``).
+/// After an outage of two seconds, and five times the usual, a position is rejected until one follows
+/// that agrees with it; these the filter believes, however far it has drifted. A fix may be up to a second late. Without a known heading the filter waits, and with ``vehicle=
 /// "wheeled"`` takes it from the course above 1 m/s.
 ///
 /// A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a
@@ -51,6 +52,8 @@ const BYTES: usize = 1 << 13;
 ///     consumer sensors: 0.05 deg/s/sqrt(Hz) and 0.02 m/s^2/sqrt(Hz).
 /// antenna : array_like, shape (3,), default (0, 0, 0)
 ///     From the sensor to the antenna, body axes, m.
+/// antenna_sigma : float, default 0.0
+///     Deviation of that, m: if it is not 0, where the antenna is is estimated (``antenna``).
 /// vehicle : {None, "wheeled"}, default None
 ///     "wheeled": it does not slip sideways and does not leave the ground, used five times a second above
 ///     1 m/s.
@@ -125,12 +128,12 @@ impl NavigationFilter {
     #[new]
     #[pyo3(
         signature = (
-            start, *, gyro=None, accel=None, antenna=None, vehicle=None, axle=None,
-            wheel_sigma=None, speed_sigma=None, gate=50.0, adapt="inflate", covariance_step=0.1,
+            start, *, gyro=None, accel=None, antenna=None, antenna_sigma=0.0, vehicle=None,
+            axle=None, wheel_sigma=None, speed_sigma=None, gate=50.0, adapt="inflate", covariance_step=0.1,
             kind="rate"
         ),
-        text_signature = "(start, *, gyro=None, accel=None, antenna=(0.0, 0.0, 0.0), vehicle=None, \
-            axle=None, wheel_sigma=None, speed_sigma=None, gate=50.0, adapt='inflate', \
+        text_signature = "(start, *, gyro=None, accel=None, antenna=(0.0, 0.0, 0.0), \
+            antenna_sigma=0.0, vehicle=None, axle=None, wheel_sigma=None, speed_sigma=None, gate=50.0, adapt='inflate', \
             covariance_step=0.1, kind='rate')"
     )]
     // The arguments are those of the class in Python.
@@ -140,6 +143,7 @@ impl NavigationFilter {
         gyro: Option<&Bound<'_, PyAny>>,
         accel: Option<&Bound<'_, PyAny>>,
         antenna: Option<&Bound<'_, PyAny>>,
+        antenna_sigma: f64,
         vehicle: Option<&str>,
         axle: Option<&Bound<'_, PyAny>>,
         wheel_sigma: Option<f64>,
@@ -161,6 +165,7 @@ impl NavigationFilter {
             gyro_walk,
             accel_walk,
             antenna,
+            antenna_sigma,
             wheels,
             gate,
             adapt,
@@ -242,8 +247,10 @@ impl NavigationFilter {
     /// Takes a recording with a gyro and an accelerometer on one clock, and the fixes of a receiver;
     /// returns the `Track`: what a loop over ``update`` and ``update_gnss`` would have said after each
     /// sample, and the smoother. ``rest``, bool (n,), says where the vehicle is known to stand,
-    /// ``wheel_speed``, (n,), how fast its wheels roll, m/s, NaN where they do not tell; ``time_offset``, a number or a `TimeOffset`, is added to the times of the fixes, s. ``keep="track"`` leaves out what the
-    /// smoother needs, 2.8 kB a step of the covariance: for long records.
+    /// ``wheel_speed``, (n,), how fast its wheels roll, m/s, NaN where they do not tell, or `Wheels` with
+    /// times and deviations of their own; ``time_offset``, a number or a `TimeOffset`, is added to the times
+    /// of the fixes, s. ``keep="track"`` leaves out what the smoother needs, 2.8 kB a step of the
+    /// covariance and 2.3 more where wheels or antenna are estimated: for long records.
     #[pyo3(
         signature = (
             imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="all"
@@ -270,7 +277,8 @@ impl NavigationFilter {
 
     /// What ``process`` does, with arrays: times (n,), samples (n, 3), and of m fixes the rows time,
     /// position (deg, deg, m), velocity, deviations of both, shape (m, 13), NaN where a fix tells nothing.
-    /// A fix is taken after the first sample that is not before it. Returns by name what is known after
+    /// ``wheel_speed`` is that of each sample, (n,), or rows of time, speed and deviation, (w, 3), in order.
+    /// A fix is taken after the first sample that is not before it, and so are wheels. Returns by name what is known after
     /// each sample, and of each fix its ``verdict`` (used, rejected, refused, or 3 if it comes after the
     /// last sample), ``nis`` (m, 2), what was new of each axis of position and velocity as ``innovation``
     /// (m, 6), with its deviation ``innovation_sigma`` (m, 6), and when it was ``taken``, s; with ``record``
@@ -298,13 +306,8 @@ impl NavigationFilter {
         let many = |found: &[usize]| found.len() == 2 && found[1] == FIX;
         let fixes = arrays::named("fixes", fixes, "(m, 13)", many)?.values;
         let rest = rest.map(|rest| arrays::flags("rest", rest, n)).transpose()?.unwrap_or_default();
-        let expected = format!("({n},)");
-        let speed = match wheel_speed {
-            Some(given) => {
-                arrays::named("wheel_speed", given, &expected, |found| found == [n])?.values
-            }
-            None => Default::default(),
-        };
+        let wheels = wheel_speed.map(|given| rollings(given, &time)).transpose()?;
+        let wheels = wheels.unwrap_or_default();
         let rows = fixes.as_chunks::<FIX>().0;
         let mut fixes = memory::room(rows.len()).map_err(NativeError::from)?;
         fixes.extend(rows.iter().map(fix_of));
@@ -313,14 +316,14 @@ impl NavigationFilter {
             gyro: gyro.as_chunks().0,
             accel: accel.as_chunks().0,
             rest: &rest,
-            speed: &speed,
+            wheels: &wheels,
             fixes: &fixes,
         };
         let outputs = Outputs::new(py, n, fixes.len())?;
         // A batch that is interrupted or fails leaves the filter as it was.
         let (mut filter, mut steps) = (this.shared.bank.clone(), Record::default());
         outputs.with(|known| {
-            let mut next = 0;
+            let mut next = Next::default();
             for first in (0..n).step_by(PIECE) {
                 let piece = first..n.min(first + PIECE);
                 let done = py.detach(|| match record {
@@ -397,8 +400,10 @@ getters! { NavigationFilter, slf, py, this;
     /// "waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds, or
     /// "missing": without samples of a sensor for a tenth of a second.
     status: &'static str = STATUSES[this.shared.bank.status() as usize];
-    /// From the sensor to the antenna, body axes, m: (3,).
-    antenna: Object<'py> = arrays::small(py, &this.shared.bank.params().antenna);
+    /// From the sensor to the antenna, body axes, m, as far as is known: (3,).
+    antenna: Object<'py> = arrays::small(py, &this.shared.bank.antenna()[0]);
+    /// Standard deviations of ``antenna``, 0 if it is not estimated: (3,).
+    antenna_sigma: Object<'py> = arrays::small(py, &this.shared.bank.antenna()[1]);
     /// Time of the last sample, s; NaN before the first.
     time: f64 = this.shared.bank.time();
     /// Samples of the sensors given so far, missing ones included.
@@ -446,6 +451,22 @@ fn fix_of(row: &[f64; FIX]) -> Fix {
         position_sigma: part(7),
         velocity_sigma: part(10),
     }
+}
+
+/// What wheels tell: a speed at each sample, NaN for none, or rows of time, speed and deviation.
+fn rollings(given: &Bound<'_, PyAny>, time: &[f64]) -> PyResult<Vec<Rolling>> {
+    let n = time.len();
+    let fits = |found: &[usize]| found == [n] || (found.len() == 2 && found[1] == 3);
+    let found = arrays::named("wheel_speed", given, &format!("({n},)"), fits)?;
+    let (rows, _) = found.values.as_chunks::<3>();
+    let mut all = memory::room(n.max(rows.len())).map_err(NativeError::from)?;
+    if found.shape.len() == 2 {
+        all.extend(rows.iter().map(|&[time, speed, sigma]| Rolling { time, speed, sigma }));
+    } else {
+        let told = time.iter().zip(found.values.iter()).filter(|(_, speed)| !speed.is_nan());
+        all.extend(told.map(|(&time, &speed)| Rolling { time, speed, sigma: f64::NAN }));
+    }
+    Ok(all)
 }
 
 /// What a batch gives: names and numbers of what is known after each sample, and of each fix.

@@ -2,15 +2,20 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::covariance::{ACCEL, Errors, GYRO, Innovation, PHI, R, Row, STATES, V};
+use super::covariance::{
+    ACCEL, ANTENNA, CONSTANTS, Constants, Errors, GYRO, Innovation, PHI, R, Row, STATES, V,
+};
 use super::filter::{GAP_ANGLES, NavigationFilter, Sums, Witness};
 use super::fix::{Given, Verdict, position_rows, velocity_rows};
-use super::judge::{INNOVATION_MAX, Judgement};
-use super::params::{BIAS_MAX, Wheels};
+use super::judge::{INNOVATION_MAX, Judgement, Return};
+use super::params::{BIAS_MAX, LEVER_MAX, Wheels};
 use crate::math::Real;
 
 /// Variances of level and heading that a filter gains that was wrong, rad².
 const WRONG: [f64; 2] = [1e-3, 0.03];
+/// Normalised innovation squared of what comes back after an outage, one in a thousand, beyond which
+/// the filter has drifted by more than it knows.
+const SURPRISE: f64 = 16.27;
 /// Seconds between two looks at the wheels, and speed above which they tell something, m/s.
 const WHEELS_EVERY: f64 = 0.2;
 const WHEELS_SPEED: f64 = 1.0;
@@ -21,6 +26,13 @@ const REST_SPEED: f64 = 0.5;
 const REST_RATE: f64 = 1e-7;
 /// A correction after which the Earth is that of another place, m.
 const FAR: f64 = 1e3;
+
+/// What is new of a position or a velocity, how errors move it, and its deviations as told.
+pub(crate) struct Measured {
+    z: Vector3<f64>,
+    rows: [Row; 3],
+    told: Vector3<f64>,
+}
 
 impl NavigationFilter {
     /// A fix that is neither too old nor ahead.
@@ -33,30 +45,12 @@ impl NavigationFilter {
             return Verdict::Refused;
         }
         let mut found = [0.0; STATES];
-        let time = self.sensors.time;
-        let antenna = Vector3::from(self.params.antenna);
-        let lever = self.motion.attitude * antenna;
-        let rate = self.sensors.gyro - self.gyro_bias;
-        let swing = self.motion.attitude * rate.cross(&antenna);
-        let velocity = self.motion.velocity + swing;
-        let acceleration = self.motion.acceleration;
-        let place = given.position.map(|position| {
-            let here = self.motion.offset_from(position) + lever;
-            let z = here - velocity * age + acceleration * (0.5 * age * age);
-            (limited(&z), position_rows(&lever), given.position_sigma)
-        });
-        let moved = given.velocity.map(|measured| {
-            let z = velocity - acceleration * age - measured;
-            let turned = self.motion.attitude * antenna.cross_matrix();
-            (limited(&z), velocity_rows(&velocity, &turned), given.velocity_sigma)
-        });
-        let mut taken = [None; 2];
-        for (kind, measured) in [place, moved].into_iter().enumerate() {
-            if let Some((z, rows, told)) = measured {
-                self.judges[kind].learn(time, &z);
-                taken[kind] = Some(self.judged(kind, &z, &rows, &told, &mut found));
-            }
-        }
+        let measured = self.measured_by(given, age);
+        let taken = match self.after_outage(&measured) {
+            Return::None => self.usual(&measured, &mut found),
+            Return::First => self.waits(&measured, &mut found),
+            Return::Agrees(seconds) => self.comes_back(&measured, seconds, &mut found),
+        };
         if taken.contains(&Some(true)) {
             self.apply(&found, witness);
         }
@@ -68,19 +62,115 @@ impl NavigationFilter {
         }
     }
 
-    /// Takes one kind of measurement if it is believed.
-    fn judged(
-        &mut self,
-        kind: usize,
-        z: &Vector3<f64>,
-        rows: &[Row; 3],
-        told: &Vector3<f64>,
-        found: &mut Errors,
-    ) -> bool {
-        let judge = &self.judges[kind];
-        let noise = [0, 1, 2].map(|i| judge.noise(i, told[i] * told[i], self.params.adapt));
+    /// What a fix says of position and velocity, beside what is expected of the antenna.
+    #[inline(always)]
+    fn measured_by(&self, given: &Given, age: f64) -> [Option<Measured>; 2] {
+        let lever = self.motion.attitude * self.antenna;
+        let rate = self.sensors.gyro - self.gyro_bias;
+        let swing = self.motion.attitude * rate.cross(&self.antenna);
+        let velocity = self.motion.velocity + swing;
+        let acceleration = self.motion.acceleration;
+        let place = given.position.map(|position| {
+            let here = self.motion.offset_from(position) + lever;
+            let z = here - velocity * age + acceleration * (0.5 * age * age);
+            Measured { z: limited(&z), rows: position_rows(&lever), told: given.position_sigma }
+        });
+        let moved = given.velocity.map(|measured| {
+            let z = velocity - acceleration * age - measured;
+            let turned = self.motion.attitude * self.antenna.cross_matrix();
+            let rows = velocity_rows(&velocity, &turned);
+            Measured { z: limited(&z), rows, told: given.velocity_sigma }
+        });
+        [place, moved]
+    }
+
+    /// Whether a fix is the first after an outage, or one that follows it.
+    fn after_outage(&mut self, measured: &[Option<Measured>; 2]) -> Return {
+        let time = self.sensors.time;
+        let mut after = None;
+        for (judge, measured) in self.judges.iter_mut().zip(measured).rev() {
+            after = measured.as_ref().and_then(|measured| judge.learn(time, &measured.z));
+        }
+        let Some(position) = &measured[0] else { return Return::None };
+        if after.is_none() && !self.judges[0].waits() {
+            return Return::None;
+        }
+        let noise = self.noise(0, position);
+        let walk = [V, V + 1, V + 2].map(|i| self.sigma[i] * self.sigma[i]);
+        self.judges[0].returns(time, after, &position.z, &noise, &walk)
+    }
+
+    /// Position and velocity, each if it is believed.
+    fn usual(&mut self, measured: &[Option<Measured>; 2], found: &mut Errors) -> [Option<bool>; 2] {
+        let mut taken = [None; 2];
+        for (kind, measured) in measured.iter().enumerate() {
+            if let Some(measured) = measured {
+                taken[kind] = Some(self.judged(kind, measured, found));
+            }
+        }
+        taken
+    }
+
+    /// The first fix after an outage is looked at only: the next one tells whether it was right.
+    #[cold]
+    fn waits(&mut self, measured: &[Option<Measured>; 2], found: &mut Errors) -> [Option<bool>; 2] {
         let before = (self.covariance, *found);
-        let new = self.correct(z, rows, &noise, found);
+        self.believed(measured, found);
+        (self.covariance, *found) = before;
+        self.fixes.rejected_of[0] += 1;
+        [Some(false), None]
+    }
+
+    /// Two fixes after an outage agree: if they are a surprise, the filter has drifted by more than it
+    /// knows.
+    #[cold]
+    fn comes_back(
+        &mut self,
+        measured: &[Option<Measured>; 2],
+        seconds: f64,
+        found: &mut Errors,
+    ) -> [Option<bool>; 2] {
+        let before = (self.covariance, *found);
+        if self.believed(measured, found) > SURPRISE {
+            (self.covariance, *found) = before;
+            let [position, velocity] = measured.each_ref().map(|one| one.as_ref().map(|m| m.z));
+            let z = position.unwrap_or_default();
+            self.add_error(R, &z);
+            self.add_error(V, &velocity.unwrap_or(z * (2.0 / seconds)));
+            self.add_angles();
+            let shown = self.judges.map(|judge| judge.new);
+            self.believed(measured, found);
+            for (judge, new) in self.judges.iter_mut().zip(shown) {
+                judge.new = new;
+            }
+        }
+        measured.each_ref().map(|one| one.as_ref().map(|_| true))
+    }
+
+    /// Takes all that was measured; returns the largest normalised innovation squared.
+    fn believed(&mut self, measured: &[Option<Measured>; 2], found: &mut Errors) -> f64 {
+        let mut largest = 0.0_f64;
+        for (kind, measured) in measured.iter().enumerate() {
+            if let Some(measured) = measured {
+                let noise = self.noise(kind, measured);
+                self.judges[kind].new = self.correct(measured, kind, &noise, found);
+                largest = largest.max(self.judges[kind].nis());
+            }
+        }
+        largest
+    }
+
+    fn noise(&self, kind: usize, measured: &Measured) -> [f64; 3] {
+        let told = &measured.told;
+        let judge = &self.judges[kind];
+        [0, 1, 2].map(|i| judge.noise(i, told[i] * told[i], self.params.adapt))
+    }
+
+    /// Takes one kind of measurement if it is believed.
+    fn judged(&mut self, kind: usize, measured: &Measured, found: &mut Errors) -> bool {
+        let noise = self.noise(kind, measured);
+        let before = (self.covariance, *found);
+        let new = self.correct(measured, kind, &noise, found);
         match self.judges[kind].judge(self.sensors.time, new, self.params.gate) {
             Judgement::Take => return true,
             Judgement::Reject => {
@@ -89,8 +179,8 @@ impl NavigationFilter {
             }
             Judgement::Widen => {
                 (self.covariance, *found) = before;
-                self.widen(kind, z);
-                self.correct(z, rows, &noise, found);
+                self.widen(kind, &measured.z);
+                self.correct(measured, kind, &noise, found);
                 return true;
             }
         }
@@ -99,12 +189,33 @@ impl NavigationFilter {
 
     fn correct(
         &mut self,
-        z: &Vector3<f64>,
-        rows: &[Row; 3],
+        measured: &Measured,
+        kind: usize,
         noise: &[f64; 3],
         found: &mut Errors,
     ) -> [Innovation; 3] {
-        [0, 1, 2].map(|i| self.covariance.correct(&rows[i], z[i], noise[i], found))
+        let Measured { z, rows, .. } = measured;
+        if self.covariance.1.is_none() {
+            return [0, 1, 2].map(|i| self.covariance.correct(&rows[i], z[i], noise[i], found));
+        }
+        let constants = self.rows_of_antenna(kind);
+        [0, 1, 2]
+            .map(|i| self.covariance.correct_beside(&rows[i], &constants[i], z[i], noise[i], found))
+    }
+
+    /// How an error of where the antenna is moves a position, or a velocity.
+    #[inline(never)]
+    pub(crate) fn rows_of_antenna(&self, kind: usize) -> [Constants; 3] {
+        let rate = self.sensors.gyro - self.gyro_bias;
+        let moved = match kind {
+            0 => -self.motion.attitude,
+            _ => -(self.motion.attitude * rate.cross_matrix()),
+        };
+        core::array::from_fn(|i| {
+            let mut row = [0.0; CONSTANTS];
+            (0..3).for_each(|j| row[ANTENNA + j] = moved[(i, j)]);
+            row
+        })
     }
 
     /// The filter was wrong, by as much as the fix says.
@@ -114,10 +225,17 @@ impl NavigationFilter {
             self.fixes.moved += 1;
             self.fixes.last_move = [self.sensors.time, z.norm()];
         }
-        let first = [R, V][kind];
+        self.add_error([R, V][kind], z);
+        self.add_angles();
+    }
+
+    fn add_error(&mut self, first: usize, z: &Vector3<f64>) {
         for i in 0..3 {
             self.covariance.widen(first + i, z[i] * z[i]);
         }
+    }
+
+    fn add_angles(&mut self) {
         let [level, heading] = WRONG;
         for (i, more) in [level, level, heading].into_iter().enumerate() {
             self.covariance.widen(PHI + i, more);
@@ -127,8 +245,12 @@ impl NavigationFilter {
     /// Takes errors that were found out of the motion and the biases.
     #[inline(never)]
     pub(crate) fn apply<W: Witness>(&mut self, found: &Errors, witness: &mut W) {
+        let mut constants = None;
         if let Some(beside) = &mut self.covariance.1 {
-            self.odometer.take_out(&core::mem::take(&mut beside.found));
+            let found = *constants.insert(core::mem::take(&mut beside.found));
+            self.odometer.take_out(&found);
+            let [.., x, y, z] = found;
+            self.antenna = (self.antenna + Vector3::new(x, y, z)).map(|x| x.within(LEVER_MAX));
         }
         let part = |i: usize| Vector3::new(found[i], found[i + 1], found[i + 2]);
         self.motion.correct(&part(R), &part(V), &part(PHI));
@@ -143,6 +265,9 @@ impl NavigationFilter {
             self.motion.settle();
         }
         self.refresh_sigma();
+        if let Some(constants) = &constants {
+            witness.told(constants);
+        }
         witness.corrected(found, &self.covariance, &self.motion);
     }
 
@@ -187,7 +312,9 @@ impl NavigationFilter {
         let mut found = [0.0; STATES];
         let z = self.motion.velocity;
         let rows = velocity_rows(&z, &Matrix3::zeros());
-        self.correct(&z, &rows, &[REST_SIGMA * REST_SIGMA; 3], &mut found);
+        for i in 0..3 {
+            self.covariance.correct(&rows[i], z[i], REST_SIGMA * REST_SIGMA, &mut found);
+        }
         if sums.unknown[0] == 0.0 {
             let earth = self.motion.attitude.transpose() * self.motion.place.earth;
             let z = sums.gyro * (1.0 / sums.samples) - self.gyro_bias - earth;

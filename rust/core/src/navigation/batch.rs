@@ -5,6 +5,7 @@ use core::ops::Range;
 use super::covariance::Errors;
 use super::filter::{Inertial, NavigationFilter, Witness};
 use super::fix::{Fix, Verdict};
+use super::odometer::Rolling;
 use crate::error::Error;
 
 /// A record of n samples and m fixes.
@@ -18,10 +19,17 @@ pub struct Batch<'a> {
     pub accel: &'a [[f64; 3]],
     /// Whether the body is known to rest: (n,), or empty for never.
     pub rest: &'a [bool],
-    /// Speed of the wheels at each sample, m/s, NaN where they tell none: (n,), or empty for never.
-    pub speed: &'a [f64],
     /// In the order of their times; each is taken after the first sample that is not before it.
+    pub wheels: &'a [Rolling],
+    /// Likewise, after the wheels.
     pub fixes: &'a [Fix],
+}
+
+/// The first of the wheels and of the fixes that are not taken yet.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Next {
+    wheels: usize,
+    fixes: usize,
 }
 
 /// What was known after each sample, and what became of each fix.
@@ -56,7 +64,7 @@ pub struct Known<'a> {
 }
 
 impl Batch<'_> {
-    /// A piece of the samples, and the fixes from the `next` one on that are due.
+    /// A piece of the samples, and the wheels and fixes from the `next` ones on that are due.
     ///
     /// # Errors
     /// As of [`NavigationFilter::update`] and [`NavigationFilter::update_gnss`].
@@ -64,7 +72,7 @@ impl Batch<'_> {
         &self,
         filter: &mut NavigationFilter,
         piece: Range<usize>,
-        next: &mut usize,
+        next: &mut Next,
         known: &mut Known<'_>,
         witness: &mut W,
     ) -> Result<(), Error> {
@@ -73,13 +81,15 @@ impl Batch<'_> {
             let (time, gyro, accel) = (self.time[k], self.gyro[k], self.accel[k]);
             witness.sample(k);
             filter.update_before(&Inertial { time, gyro, accel, rest }, witness)?;
-            if let Some(speed) = self.speed.get(k) {
-                filter.update_wheels(time, *speed, None)?;
+            while let Some(rolling) = self.wheels.get(next.wheels).filter(|one| one.time <= time) {
+                let sigma = Some(rolling.sigma).filter(|sigma| !sigma.is_nan());
+                filter.update_wheels(rolling.time, rolling.speed, sigma)?;
+                next.wheels += 1;
             }
-            while let Some(fix) = self.fixes.get(*next).filter(|fix| fix.time <= time) {
+            while let Some(fix) = self.fixes.get(next.fixes).filter(|fix| fix.time <= time) {
                 let verdict = filter.update_gnss_before(fix, witness)?;
-                known.judge(*next, fix, verdict, filter);
-                *next += 1;
+                known.judge(next.fixes, fix, verdict, filter);
+                next.fixes += 1;
             }
             known.put(k, filter);
         }

@@ -44,28 +44,55 @@ impl Innovation {
 pub type Errors = [f64; STATES];
 
 /// Their covariance, symmetric to the bit. Each row has a sixteenth place, zero. Beside it that of
-/// what is told of wheels, once they tell something.
+/// constants, where some are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Covariance(pub(crate) [Row; STATES], pub(crate) Option<Beside>);
 
-/// Constants that are estimated beside the errors.
-pub(crate) const CONSTANTS: usize = 3;
+/// Constants that may be estimated beside the errors: scale, yaw and pitch of wheels, and where the
+/// antenna is. Their errors are true less estimated.
+pub const CONSTANTS: usize = 6;
+
+/// Where those of the antenna begin.
+pub(crate) const ANTENNA: usize = 3;
+
+/// A number for each of them.
+pub type Constants = [f64; CONSTANTS];
 
 /// The covariance of errors of constants: with the errors of the filter, a row each, and with each
-/// other; and what the scalars so far have found of them, not yet taken out.
+/// other; and what the scalars so far have found of them, not yet taken out. The variance of one
+/// that is not estimated is zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Beside {
     pub cross: [Row; CONSTANTS],
-    pub own: [[f64; CONSTANTS]; CONSTANTS],
-    pub found: [f64; CONSTANTS],
+    pub own: [Constants; CONSTANTS],
+    pub found: Constants,
 }
 
 impl Beside {
-    /// Of constants that nothing is known of but their deviations.
-    pub fn new(sigmas: [f64; CONSTANTS]) -> Self {
-        let mut own = [[0.0; CONSTANTS]; CONSTANTS];
-        (0..CONSTANTS).for_each(|k| own[k][k] = sigmas[k] * sigmas[k]);
-        Self { cross: [[0.0; 16]; CONSTANTS], own, found: [0.0; CONSTANTS] }
+    /// Of constants that are all known.
+    pub const NONE: Self = Self {
+        cross: [[0.0; 16]; CONSTANTS],
+        own: [[0.0; CONSTANTS]; CONSTANTS],
+        found: [0.0; CONSTANTS],
+    };
+
+    /// Some constants, from the `first` on, are not known any more, but to deviations.
+    pub fn with<const N: usize>(mut self, first: usize, sigmas: [f64; N]) -> Self {
+        for (k, sigma) in sigmas.into_iter().enumerate() {
+            self.own[first + k][first + k] = sigma * sigma;
+        }
+        self
+    }
+
+    /// Standard deviation of a constant.
+    pub fn sigma(&self, constant: usize) -> f64 {
+        self.own[constant][constant].at_least(0.0).simd_sqrt()
+    }
+
+    /// Whether a constant is estimated.
+    #[inline(always)]
+    pub fn has(&self, constant: usize) -> bool {
+        self.own[constant][constant] > 0.0
     }
 
     /// What stays where the errors begin anew.
@@ -74,7 +101,10 @@ impl Beside {
     }
 
     fn propagate(&mut self, transition: &Transition) {
-        for row in &mut self.cross {
+        for (k, row) in self.cross.iter_mut().enumerate() {
+            if self.own[k][k] == 0.0 {
+                continue;
+            }
             let mut errors = [0.0; STATES];
             errors.copy_from_slice(&row[..STATES]);
             row[..STATES].copy_from_slice(&transition.apply(&errors));
@@ -82,7 +112,7 @@ impl Beside {
     }
 
     /// Gains of a scalar that errors move by `h` and constants by `hw`.
-    fn gain(&self, h: &Row, hw: &[f64; CONSTANTS]) -> [f64; CONSTANTS] {
+    fn gain(&self, h: &Row, hw: &Constants) -> Constants {
         core::array::from_fn(|k| {
             let of_errors = (0..STATES).map(|i| self.cross[k][i] * h[i]).sum::<f64>();
             of_errors + (0..CONSTANTS).map(|l| self.own[k][l] * hw[l]).sum::<f64>()
@@ -355,7 +385,7 @@ impl Covariance {
     pub(crate) fn correct_beside(
         &mut self,
         h: &Row,
-        hw: &[f64; CONSTANTS],
+        hw: &Constants,
         z: f64,
         noise: f64,
         found: &mut Errors,
@@ -390,7 +420,7 @@ impl Covariance {
     }
 
     /// What a scalar's variance would be but for its noise.
-    pub(crate) fn variance_beside(&self, h: &Row, hw: &[f64; CONSTANTS]) -> f64 {
+    pub(crate) fn variance_beside(&self, h: &Row, hw: &Constants) -> f64 {
         let Some(beside) = &self.1 else { return 0.0 };
         let mut gain = add([0.0; 16], h, &self.0);
         for (row, factor) in beside.cross.iter().zip(hw) {
@@ -399,6 +429,25 @@ impl Covariance {
         let own = beside.gain(h, hw);
         (0..STATES).map(|i| gain[i] * h[i]).sum::<f64>()
             + (0..CONSTANTS).map(|k| own[k] * hw[k]).sum::<f64>()
+    }
+
+    /// Errors of position and velocity that follow from those of the antenna by some rows: so the
+    /// filter begins at a fix.
+    #[cold]
+    pub(crate) fn carry_antenna(&mut self, rows: &[[f64; 3]; 6]) {
+        let Some(beside) = &mut self.1 else { return };
+        let through = |of: &[f64]| rows.map(|row| (0..3).map(|j| row[j] * of[ANTENNA + j]).sum());
+        for k in 0..CONSTANTS {
+            let moved: [f64; 6] = through(&beside.own[k]);
+            beside.cross[k][..6].copy_from_slice(&moved);
+        }
+        for i in 0..6 {
+            for j in 0..=i {
+                let more: f64 = (0..3).map(|a| rows[i][a] * beside.cross[ANTENNA + a][j]).sum();
+                self.0[i][j] += more;
+                self.0[j][i] = self.0[i][j];
+            }
+        }
     }
 
     /// Variances of errors that begin anew; of constants all that is known stays.

@@ -4,7 +4,8 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::covariance::{
-    ACCEL, Course, Covariance, Errors, GYRO, Growth, Innovation, PHI, STATES, Transition, V,
+    ACCEL, ANTENNA, Beside, Constants, Course, Covariance, Errors, GYRO, Growth, Innovation, PHI,
+    STATES, Transition, V,
 };
 use super::earth::{HEIGHT_MAX, LATITUDE_MAX, wrapped};
 use super::fix::{Fix, Given, Verdict, velocity_rows};
@@ -97,6 +98,9 @@ pub trait Witness {
     fn stepped(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion);
     /// `found` was taken out of the motion.
     fn corrected(&mut self, found: &Errors, covariance: &Covariance, motion: &Motion);
+    /// This was found of constants that are estimated, which `corrected` follows.
+    #[inline(always)]
+    fn told(&mut self, _constants: &Constants) {}
     /// The filter began anew, with this covariance.
     fn started(&mut self, covariance: &Covariance, motion: &Motion);
 }
@@ -131,6 +135,8 @@ pub struct NavigationFilter {
     /// Seconds since the wheels were looked at.
     pub(crate) wheels: f64,
     pub(crate) odometer: Odometer,
+    /// From the sensor to the antenna, body axes, m.
+    pub(crate) antenna: Vector3<f64>,
     /// When the last fix was used; NaN before the first.
     pub(crate) last_used: f64,
     pub(crate) fixes: FixCounts,
@@ -223,7 +229,7 @@ impl NavigationFilter {
             motion: Motion::new(matrix(start.quaternion), start.latitude, 0.0, 0.0),
             gyro_bias: start.gyro_bias.into(),
             accel_bias: start.accel_bias.into(),
-            covariance: Covariance::of(&Self::first_variances(&start)),
+            covariance: Self::first_covariance(&start, params.antenna_sigma),
             sigma: [f64::NAN; STATES],
             judges: [Judge::new(); 2],
             sensors: Sensors::new(),
@@ -234,9 +240,18 @@ impl NavigationFilter {
             alone: 0.0,
             wheels: 0.0,
             odometer: Odometer::default(),
+            antenna: params.antenna.into(),
             last_used: f64::NAN,
             fixes: FixCounts::new(),
         })
+    }
+
+    fn first_covariance(start: &Start, antenna_sigma: f64) -> Covariance {
+        let mut covariance = Covariance::of(&Self::first_variances(start));
+        if antenna_sigma > 0.0 {
+            covariance.1 = Some(Beside::NONE.with(ANTENNA, [antenna_sigma; 3]));
+        }
+        covariance
     }
 
     /// Of orientation and biases; nothing is known of a position and a velocity before a fix.

@@ -1,6 +1,6 @@
 //! The first fix, or the first after a gap: where the filter begins, and which way it looks.
 
-use nalgebra::{RealField, Vector3};
+use nalgebra::{Matrix3, RealField, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::covariance::{GYRO, PHI, R, STATES, V};
@@ -103,7 +103,7 @@ impl NavigationFilter {
         // The axle goes forward; what is ahead of it goes sideways in a turn.
         let across = self.params.wheels.map_or(0.0, |wheels| {
             let rate = self.sensors.gyro.z - self.gyro_bias.z;
-            rate * (self.params.antenna[0] - wheels.axle[0])
+            rate * (self.antenna.x - wheels.axle[0])
         });
         let drift = RealField::atan2(across.within(speed), speed);
         let off = RealField::atan2(v.y, v.x) - drift - self.motion.heading();
@@ -122,7 +122,7 @@ impl NavigationFilter {
     ) {
         let [latitude, longitude, height] = position;
         let mut motion = Motion::new(self.motion.attitude, latitude, longitude, height);
-        let antenna = Vector3::from(self.params.antenna);
+        let antenna = self.antenna;
         let lever = motion.attitude * antenna;
         let rate = self.sensors.gyro - self.gyro_bias;
         let swing = motion.attitude * rate.cross(&antenna);
@@ -153,6 +153,15 @@ impl NavigationFilter {
             variances[PHI + 2] = sigma * sigma;
         }
         self.covariance = self.covariance.anew(&variances);
+        // What is not known of the antenna is not known of the place.
+        if self.params.antenna_sigma > 0.0 {
+            let turn = self.motion.attitude;
+            let swing = turn * rate.cross_matrix();
+            let told = if velocity.is_some() { 1.0 } else { 0.0 };
+            let row = |m: &Matrix3<f64>, i: usize| [m[(i, 0)], m[(i, 1)], m[(i, 2)]];
+            let of = |i: usize| if i < 3 { row(&turn, i) } else { row(&(swing * told), i - 3) };
+            self.covariance.carry_antenna(&core::array::from_fn(of));
+        }
         // The error of the velocity is taken in the frame that is believed in.
         self.covariance.couple(&start);
         self.judges.iter_mut().for_each(Judge::restart);

@@ -18,11 +18,17 @@ const APART: f64 = 1.5;
 /// Memory of the Allan variance, and differences from which on it counts.
 const FADING: f64 = 0.03;
 const LEARNED: u32 = 10;
-/// After so many seconds, and so many times the usual, without a fix there is no gate for a while:
-/// how far a filter has drifted it knows only as well as its noise model, and the first fixes tell.
+/// After so many seconds, and so many times the usual, without a fix no gate decides: how far a filter
+/// has drifted it knows only as well as its noise model. A position is taken if the next one agrees
+/// with it; of velocities without positions all are for a while.
 const OUTAGE: f64 = 2.0;
-const OUTAGE_TIMES: f64 = 3.0;
+const OUTAGE_TIMES: f64 = 5.0;
 const AMNESTY: f64 = 1.0;
+/// Two positions agree to so many deviations, so many metres, and so much of what the first was off
+/// over the part of the outage that has passed since: a drift grows at most as its square.
+const AGREE_SIGMAS: f64 = 3.0;
+const AGREE_WITHIN: f64 = 0.5;
+const AGREE_DRIFT: f64 = 4.5;
 /// Part of its change that the usual time between fixes takes over.
 const USUAL: f64 = 0.1;
 /// Part of the noise told below which it never goes.
@@ -43,8 +49,30 @@ pub(crate) struct Judge {
     rejected: u32,
     /// Until when all are taken; NaN before the first.
     open_until: f64,
+    /// The position after an outage that waits for one that agrees with it.
+    first: Option<First>,
     /// What was new of the last one; NaN before the first.
     pub new: [Innovation; 3],
+}
+
+/// A position after an outage.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct First {
+    innovation: Vector3<f64>,
+    time: f64,
+    /// Since the last position before the outage, s.
+    outage: f64,
+}
+
+/// What a position is to an outage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Return {
+    /// There was none.
+    None,
+    /// The first after it, or one that does not agree with it: the next one tells.
+    First,
+    /// It agrees with the one before; the outage was of so many seconds.
+    Agrees(f64),
 }
 
 /// What becomes of a fix.
@@ -66,6 +94,7 @@ impl Judge {
             usual: 0.0,
             rejected: 0,
             open_until: f64::NAN,
+            first: None,
             new: [Innovation::NONE; 3],
         }
     }
@@ -76,13 +105,17 @@ impl Judge {
         *self = Self { spread, count, usual, ..Self::new() };
     }
 
-    /// Learns from an innovation, whether it will be taken or not.
-    pub fn learn(&mut self, time: f64, innovation: &Vector3<f64>) {
+    /// Learns from an innovation, whether it will be taken or not. Returns the seconds of the outage
+    /// that it ends.
+    pub fn learn(&mut self, time: f64, innovation: &Vector3<f64>) -> Option<f64> {
         let difference = innovation - self.last;
         let apart = time - self.last_time;
-        if apart > OUTAGE.max(OUTAGE_TIMES * self.usual) {
+        let ended = apart > OUTAGE.max(OUTAGE_TIMES * self.usual);
+        if ended {
             self.open_until = time + AMNESTY;
         }
+        // Of a receiver whose usual time is not known yet nobody knows what an outage is.
+        let outage = (ended && self.usual > 0.0).then_some(apart);
         // NaN before the first.
         if apart > 0.0 {
             let part = if self.usual > 0.0 { USUAL } else { 1.0 };
@@ -99,6 +132,46 @@ impl Judge {
             }
         }
         (self.last, self.last_time) = (*innovation, time);
+        outage
+    }
+
+    /// Whether a position waits for one that agrees with it.
+    #[inline(always)]
+    pub fn waits(&self) -> bool {
+        self.first.is_some()
+    }
+
+    /// What a position is to an outage that ended with it, or before. `noise` is its variances,
+    /// `walk` those of the velocity.
+    pub fn returns(
+        &mut self,
+        time: f64,
+        outage: Option<f64>,
+        innovation: &Vector3<f64>,
+        noise: &[f64; 3],
+        walk: &[f64; 3],
+    ) -> Return {
+        let now = |outage: f64| Some(First { innovation: *innovation, time, outage });
+        let Some(first) = self.first.filter(|_| outage.is_none()) else {
+            let Some(seconds) = outage else { return Return::None };
+            let before = self.first.map_or(0.0, |first| first.outage);
+            self.first = now((seconds + before).min(OUTAGE_MAX));
+            return Return::First;
+        };
+        let dt = time - first.time;
+        let agrees = (0..3).all(|i| {
+            let drift = AGREE_DRIFT * first.innovation[i].abs() * dt / first.outage;
+            let sigma = (2.0 * noise[i] + walk[i] * dt * dt).simd_sqrt();
+            let apart = (innovation[i] - first.innovation[i]).abs();
+            apart <= AGREE_SIGMAS * sigma + AGREE_WITHIN + drift
+        });
+        if agrees || self.rejected >= REJECTED_MAX {
+            (self.first, self.rejected) = (None, 0);
+            return Return::Agrees(first.outage);
+        }
+        self.rejected += 1;
+        self.first = now((first.outage + dt).min(OUTAGE_MAX));
+        Return::First
     }
 
     /// Variance of an axis, told to be `told`.
@@ -144,7 +217,16 @@ impl Judge {
             && (0.0..=USUAL_MAX).contains(&self.usual)
             && self.rejected <= REJECTED_MAX
             && [self.last_time, self.open_until].into_iter().all(time)
+            && self.first.is_none_or(|first| first.is_sound())
             && self.new.iter().all(Innovation::is_sound)
+    }
+}
+
+impl First {
+    fn is_sound(&self) -> bool {
+        self.innovation.iter().all(|e| e.abs() <= INNOVATION_MAX)
+            && self.time.is_finite()
+            && (OUTAGE..=OUTAGE_MAX).contains(&self.outage)
     }
 }
 
@@ -159,4 +241,6 @@ impl Innovation {
 /// Largest innovation: farther than anything on Earth.
 pub(crate) const INNOVATION_MAX: f64 = 1e8;
 const USUAL_MAX: f64 = 60.0;
+/// Longest outage that is told apart from a longer one, s.
+const OUTAGE_MAX: f64 = 1e9;
 const SPREAD_MAX: f64 = INNOVATION_MAX * INNOVATION_MAX;

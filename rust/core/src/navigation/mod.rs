@@ -26,13 +26,14 @@ mod params;
 mod smoother;
 mod sound;
 
-pub use batch::{Batch, Known};
-pub use covariance::{Covariance, Errors, STATES, Transition};
+pub use batch::{Batch, Known, Next};
+pub use covariance::{CONSTANTS, Constants, Covariance, Errors, STATES, Transition};
 pub use earth::{Place, normal_gravity};
 pub use event::Event;
 pub use filter::{FixCounts, Inertial, NavigationFilter, Snapshot, Status, Witness};
 pub use fix::{Fix, Verdict};
 pub use motion::Motion;
+pub use odometer::Rolling;
 pub use params::{Adapt, Kind, NavigationParams, Start, Wheels};
 #[cfg(feature = "std")]
 pub use smoother::{Record, Smoothed};

@@ -3,14 +3,16 @@
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::covariance::{Beside, CONSTANTS, GYRO, Row, STATES, V};
+use super::covariance::{ANTENNA, Beside, Constants, GYRO, Row, STATES, V};
 use super::filter::{NavigationFilter, Witness};
 use super::params::Wheels;
 use crate::error::{Error, require};
 use crate::math::Real;
 
+/// Scale, yaw and pitch: the first of the constants.
+const OF_WHEELS: usize = 3;
 /// Deviations of scale, yaw and pitch before anything is told.
-const PRIOR: [f64; CONSTANTS] = [0.03, 0.035, 0.035];
+const PRIOR: [f64; OF_WHEELS] = [0.03, 0.035, 0.035];
 /// What they are at most: a scale of one half, a right angle.
 pub(crate) const CONSTANT_MAX: f64 = 1.5;
 /// Normalised innovation squared beyond which a wheel slips, and how long it may, s: from then on it
@@ -22,11 +24,23 @@ pub(crate) const SPEED_MAX: f64 = 1e4;
 const AHEAD: f64 = 0.1;
 const LATE: f64 = 1.0;
 
+/// What wheels tell of a time, s: how fast they roll forward, m/s, as a mean about it, and its
+/// deviation, NaN for that of the parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rolling {
+    /// See above.
+    pub time: f64,
+    /// See above.
+    pub speed: f64,
+    /// See above.
+    pub sigma: f64,
+}
+
 /// Scale, yaw and pitch: wheels that tell w roll (1 + scale) w along an axis that is yaw right of and
 /// pitch above forward.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Odometer {
-    pub constants: [f64; CONSTANTS],
+    pub constants: [f64; OF_WHEELS],
     /// Since when it slips, s.
     pub slips: Option<f64>,
     pub sums: Rolled,
@@ -52,7 +66,7 @@ impl Odometer {
         Matrix3::new(d * c, d * s, -t, -s, c, 0.0, t * c, t * s, d)
     }
 
-    pub fn take_out(&mut self, found: &[f64; CONSTANTS]) {
+    pub fn take_out(&mut self, found: &Constants) {
         for (constant, more) in self.constants.iter_mut().zip(found) {
             *constant = (*constant + more).within(CONSTANT_MAX);
         }
@@ -83,8 +97,9 @@ impl NavigationFilter {
         if !known || !self.navigating {
             return Ok(false);
         }
-        if self.covariance.1.is_none() {
-            self.covariance.1 = Some(Beside::new(PRIOR));
+        let beside = self.covariance.1.get_or_insert(Beside::NONE);
+        if !beside.has(0) {
+            *beside = beside.with(0, PRIOR);
         }
         let moved = self.motion.velocity - self.motion.acceleration * age;
         let sigma = sigma.at_most(SPEED_MAX).at_least(1e-3);
@@ -146,16 +161,27 @@ impl NavigationFilter {
             }
             h
         });
-        let constants = [[0.0, -speed.y, speed.z], [0.0, speed.x, 0.0], [0.0, 0.0, -speed.x]];
+        let of = |yaw: f64, pitch: f64| [0.0, yaw, pitch, 0.0, 0.0, 0.0];
+        let constants = [of(-speed.y, speed.z), of(speed.x, 0.0), of(0.0, -speed.x)];
         WheelRows { speed, errors, constants }
     }
 
     /// Scale, yaw and pitch of the wheels, rad, and their deviations; NaN before they told anything.
-    pub fn wheels(&self) -> [[f64; CONSTANTS]; 2] {
-        self.covariance.1.map_or([[f64::NAN; CONSTANTS]; 2], |beside| {
-            let sigma = |k: usize| beside.own[k][k].at_least(0.0).simd_sqrt();
-            [self.odometer.constants, core::array::from_fn(sigma)]
+    pub fn wheels(&self) -> [[f64; OF_WHEELS]; 2] {
+        let told = self.covariance.1.as_ref().filter(|beside| beside.has(0));
+        told.map_or([[f64::NAN; OF_WHEELS]; 2], |beside| {
+            [self.odometer.constants, core::array::from_fn(|k| beside.sigma(k))]
         })
+    }
+
+    /// From the sensor to the antenna, body axes, m, and the deviations of that.
+    pub fn antenna(&self) -> [[f64; 3]; 2] {
+        let sigma = self
+            .covariance
+            .1
+            .as_ref()
+            .map_or([0.0; 3], |beside| core::array::from_fn(|k| beside.sigma(ANTENNA + k)));
+        [self.antenna.into(), sigma]
     }
 }
 
@@ -163,5 +189,5 @@ impl NavigationFilter {
 pub(crate) struct WheelRows {
     pub speed: Vector3<f64>,
     pub errors: [Row; 3],
-    pub constants: [[f64; CONSTANTS]; 3],
+    pub constants: [Constants; 3],
 }

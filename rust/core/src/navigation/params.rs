@@ -51,6 +51,8 @@ pub struct NavigationParams {
     pub accel_walk: [f64; 3],
     /// From the sensor to the antenna, body axes, m.
     pub antenna: [f64; 3],
+    /// Deviation of that, m: zero where it is known, else it is estimated.
+    pub antenna_sigma: f64,
     /// Of a vehicle on wheels.
     pub wheels: Option<Wheels>,
     /// Normalised innovation squared above which a fix is not taken.
@@ -64,7 +66,7 @@ pub struct NavigationParams {
 }
 
 /// Farthest antenna or axle, m.
-const LEVER_MAX: f64 = 1e3;
+pub(crate) const LEVER_MAX: f64 = 1e3;
 /// Largest density of noise, its unit squared.
 const NOISE_MAX: f64 = 1e4;
 
@@ -89,6 +91,8 @@ impl NavigationParams {
                 require(x.abs() <= LEVER_MAX, name, "within 1000 m", x)?;
             }
         }
+        let sigma = self.antenna_sigma;
+        require((0.0..=LEVER_MAX).contains(&sigma), "antenna_sigma", "from 0 to 1000 m", sigma)?;
         if let Some(wheels) = &self.wheels {
             let sigma = wheels.sigma;
             require((1e-3..=1e3).contains(&sigma), "wheel_sigma", "from 0.001 to 1000 m/s", sigma)?;

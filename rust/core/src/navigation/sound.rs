@@ -8,14 +8,14 @@ use super::filter::{FixCounts, NavigationFilter, SAMPLE_MAX, SIZES_MAX, Sensors,
 use super::judge::INNOVATION_MAX;
 use super::motion::Motion;
 use super::odometer::{CONSTANT_MAX, Odometer, Rolled, SPEED_MAX};
-use super::params::BIAS_MAX;
+use super::params::{BIAS_MAX, LEVER_MAX};
 use crate::checkpoint::Checkpoint;
 use crate::math::Symmetric;
 use crate::math::sound::{are_within, is_count, is_size, is_within};
 
 impl Checkpoint for NavigationFilter {
     const TAG: &'static str = "navigation";
-    const VERSION: u16 = 4;
+    const VERSION: u16 = 5;
 
     fn is_sound(&self) -> bool {
         let chosen = self.params.checked().is_ok() && self.start.checked().is_ok();
@@ -34,6 +34,7 @@ impl Checkpoint for NavigationFilter {
             && is_size(self.alone, TIME_MAX)
             && is_size(self.wheels, TIME_MAX)
             && self.odometer.is_sound()
+            && are_within(&self.antenna, LEVER_MAX)
             && (self.last_used.is_nan() || is_within(self.last_used, self.sensors.time))
             && is_count(self.sensors.samples)
             && self.fixes.is_sound()

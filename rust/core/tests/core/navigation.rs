@@ -19,6 +19,7 @@ pub fn filter(wheeled: bool, adapt: Adapt, kind: Kind) -> NavigationFilter {
         gyro_walk: [1e-10; 3],
         accel_walk: [2.5e-7; 3],
         antenna: [0.1, -0.2, -1.0],
+        antenna_sigma: 0.0,
         wheels: wheeled.then_some(Wheels { axle: [-1.0, 0.0, 1.0], sigma: 0.3, speed_sigma: 0.15 }),
         gate: 50.0,
         adapt,

@@ -1,0 +1,180 @@
+"""What wheels tell, at times of their own: speeds, or counts of ticks that speeds are made of."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.faults import ArgumentError, given, said
+from zerorate.io import LogError
+from zerorate.io.missing import floats
+from zerorate.metrics.channels import positive
+from zerorate.navigation.fixes import Fixes
+from zerorate.navigation.windows import Epochs
+from zerorate.types import Booleans, Floats
+
+_EVERY: Final = 0.1
+"""Seconds over which ticks are counted: over less they round the speed too much."""
+_LONGEST: Final = 0.5
+"""Seconds above which the mean speed is not that of the middle."""
+_JUMP: Final = 10.0
+"""Times a speed that is hardly exceeded, beyond which a counter has jumped."""
+_FAST: Final = 3.0
+_ENOUGH: Final = 20
+"""Speed of the receiver, m/s, and counts at such speeds, that tell how long a tick is."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Wheels:
+    """Speeds of wheels, as ``NavigationFilter.process`` and `outages` take them.
+
+    Parameters
+    ----------
+    time : array_like, shape (w,)
+        The middle of the time over which each is a mean, s, in order.
+    speed : array_like, shape (w,)
+        Forward, m/s; NaN for none.
+    sigma : float or array_like, shape (w,), optional
+        Standard deviation, m/s; by default that of the filter, ``speed_sigma``.
+    tick : float, optional
+        Metres a tick, where they were made of ticks.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, times are not finite and in order, or a deviation is not positive.
+    """
+
+    time: npt.ArrayLike
+    speed: npt.ArrayLike
+    sigma: float | npt.ArrayLike | None = None
+    tick: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check what is given."""
+        time, speed = floats(self.time, "time"), floats(self.speed, "speed")
+        sigma = np.nan if self.sigma is None else self.sigma
+        spread = np.broadcast_to(floats(sigma, "sigma"), np.shape(speed)).copy()
+        if time.ndim != 1 or speed.shape != time.shape:
+            shapes = f"{time.shape} and {speed.shape}"
+            raise ArgumentError("speed", f"must have the shape of time, (w,), got {shapes}")
+        if not (np.isfinite(time).all() and (np.diff(time) >= 0.0).all()):
+            raise ArgumentError("time", "must be finite and in order")
+        if (spread <= 0.0).any():
+            raise ArgumentError("sigma", "must be positive")
+        for name, value in (("time", time), ("speed", speed), ("sigma", spread)):
+            object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        """Return how many there are."""
+        ticks = "" if self.tick is None else f", of ticks of {self.tick:.4g} m"
+        return f"Wheels({np.isfinite(self.speed).sum()} speeds{ticks})"
+
+    @classmethod
+    def of_ticks(
+        cls,
+        time: npt.ArrayLike,
+        count: npt.ArrayLike,
+        *,
+        tick: float | None = None,
+        fixes: Fixes | None = None,
+        sigma: float = 0.1,
+    ) -> Wheels:
+        """Return speeds of ticks that are counted, ten times a second.
+
+        Parameters
+        ----------
+        time : array_like, shape (n,)
+            Of the counts, s, in order, on the clock of the sensors.
+        count : array_like, shape (n,)
+            Ticks so far; NaN where it is not told.
+        tick : float, optional
+            Metres a tick. The filter mends it by some percent.
+        fixes : Fixes, optional
+            Of the receiver, whose speed tells the metres a tick if `tick` is not given.
+        sigma : float
+            Standard deviation of a speed besides its rounding, m/s.
+
+        Returns
+        -------
+        Wheels
+            With the deviations that the rounding makes: the root of ``sigma**2 + (tick * rate)**2
+            / 6``. A counter that jumps, or that is silent for half a second, tells no speed.
+
+        Raises
+        ------
+        ValueError
+            If an argument is not as described, or neither `tick` nor `fixes` are given.
+        LogError
+            If the receiver does not tell the metres a tick.
+
+        Examples
+        --------
+        >>> import numpy as np, zerorate as zr
+        >>> time = np.arange(0.0, 10.0, 0.01)
+        >>> wheels = zr.navigation.Wheels.of_ticks(time, np.floor(time * 5.0 / 0.03), tick=0.03)
+        >>> wheels, bool(abs(wheels.speed.mean() - 5.0) < 0.01)
+        (Wheels(99 speeds, of ticks of 0.03 m), True)
+        """
+        t, ticks = floats(time, "time"), floats(count, "count")
+        if t.ndim != 1 or ticks.shape != t.shape:
+            raise ArgumentError("count", f"must have shape {t.shape}, got {ticks.shape}")
+        if not (np.isfinite(t).all() and (np.diff(t) >= 0.0).all()):
+            raise ArgumentError("time", "must be finite and in order")
+        spread = positive("sigma", sigma)
+        there = np.isfinite(ticks)
+        middle, rate, dt = _rates(t[there], ticks[there])
+        if tick is None and fixes is None:
+            raise ArgumentError("tick", "must be given, or fixes, whose speed tells it")
+        length = positive("tick", tick) if tick is not None else _learned(middle, rate, fixes)
+        noise = np.sqrt(spread**2 + (length / dt) ** 2 / 6.0)
+        return cls(middle, length * rate, noise, length)
+
+    @property
+    def rows(self) -> Floats:
+        """Time, speed and deviation, as ``process_arrays`` takes them: (w, 3)."""
+        return np.column_stack([self.time, self.speed, self.sigma])  # type: ignore[list-item]
+
+
+def _rates(time: Floats, count: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return middles of a tenth of a second or an interval, ticks a second there, and seconds."""
+    if len(time) < 2:
+        empty = np.empty(0)
+        return empty, empty, empty
+    # Half an interval of a thousandth less, so that the tenth at 10 Hz is not the next.
+    steps = np.floor((time - time[0]) / _EVERY + 1e-3)
+    first = np.concatenate([[True], np.diff(steps) > 0.0])
+    t, n = time[first], count[first]
+    dt, ticks = np.diff(t), np.diff(n)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rate = ticks / dt
+    kept: Booleans = (dt > 0.0) & (dt <= _LONGEST)
+    if kept.any():
+        usual = float(np.quantile(np.abs(rate[kept]), 0.9))
+        kept &= np.abs(rate) <= max(_JUMP * usual, 10.0 / _EVERY)
+    return 0.5 * (t[1:] + t[:-1])[kept], rate[kept], dt[kept]
+
+
+def _learned(middle: Floats, rate: Floats, fixes: Fixes | None) -> float:
+    """Return the metres a tick by the speed of a receiver."""
+    assert fixes is not None
+    epochs = Epochs.of(fixes)
+    found = np.empty(0)
+    if len(epochs.time) > 1 and len(middle):
+        speed = np.interp(middle, epochs.time, epochs.speed, left=np.nan, right=np.nan)
+        moves = (speed > max(_FAST, 5.0 * float(np.median(epochs.sigma)))) & (rate != 0.0)
+        found = speed[moves] / np.abs(rate[moves])
+    if len(found) < _ENOUGH or not math.isfinite(float(np.median(found))):
+        raise LogError(
+            said(
+                f"{fixes.source}: the receiver does not tell how long a tick of the wheels is: it "
+                f"is faster than {_FAST:g} m/s at {len(found)} counts only; ",
+                given("tick"),
+                " says it, in m",
+            )
+        )
+    return float(np.median(found))
