@@ -478,7 +478,7 @@ class TestReport:
         path = write_table(tmp_path / "a.csv", {"gyro_x": BIAS[0] + noise(6000, axes=1)[:, 0]})
         text = format_compare(compare([read_trial(path)], ("raw",)), per_axis=True)
         assert "deg" not in text
-        assert "the unit of the data is not known" in " ".join(text.split())
+        assert "the unit of gyro_x is not known" in " ".join(text.split())
 
 
 def test_a_recording_is_compared_as_it_is(tmp_path):

@@ -341,3 +341,21 @@ class TestRolesByHand:
     def test_of_a_kind_that_is_none(self):
         with pytest.raises(ValueError, match="columns= takes those of gyro, accel, mag, got 'imu'"):
             zr.read_recording(self.TABLE, columns={"imu": ["a"]})
+
+
+def test_without_names_the_columns_of_several_sensors_are_taken(tmp_path):
+    path = tmp_path / "bare.csv"
+    shown = np.random.default_rng(1).standard_normal((200, 6))
+    np.savetxt(path, np.column_stack((np.arange(200) / 100.0, shown)), "%.4f", ",")
+    columns = {"gyro": (4, 5, 6), "accel": (1, 2, 3)}
+    found = zr.read_recording(path, columns=columns, unit={"gyro": "deg/s", "accel": "g"})
+    assert (found.gyro.channels, found.accel.channels) == (3, 3)
+    assert (found.gyro.unit, found.accel.unit) == ("deg/s", "g")
+
+
+def test_nobody_is_asked_for_the_unit_of_a_magnetometer():
+    shown = np.random.default_rng(1).standard_normal(50)
+    table = {"t_s": np.arange(50) / 10.0, "gyro_x": shown, "mag_x": shown}
+    found = zr.read_recording(table)
+    assert any("the unit of gyro_x is not known" in one for one in found.gyro.meta["notes"])
+    assert not any("unit" in one for one in found["mag"].meta["notes"])

@@ -136,7 +136,7 @@ def test_notes_reach_the_record_the_summary_and_the_terminal(tmp_path, batch, ca
     (logs / "c.csv").write_text("time,gyro_x_dps\n" + "".join(f"{10 * i},1\n" for i in range(2000)))
     (logs / "d.csv").write_text("gyro_x_dps\n1\n2\n")
     gap = "clock at 100 Hz with 10 missing samples in 1 gap (longest 0.11 s)"
-    unit = "the unit of the data is not known; give unit="
+    unit = "the unit of gyro_x is not known; give unit="
     ms = "time column 'time' read as ms, judged by its step: 100 Hz"
     equal = "gyro_x_dps: all samples are equal, so no noise, model or gain was learned"
     for _ in range(2):
@@ -149,7 +149,7 @@ def test_notes_reach_the_record_the_summary_and_the_terminal(tmp_path, batch, ca
     assert f"note: a.csv and 1 other: {gap}" in out
     assert f"note: c.csv: {ms}" in out
     # What a user can do about it is an option there.
-    assert "the unit of the data is not known; give --unit" in out
+    assert "the unit of gyro_x is not known; give --unit" in out
     assert "no timestamps to tell the sampling rate; give --rate in Hz" in out
 
 

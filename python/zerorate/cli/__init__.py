@@ -90,6 +90,8 @@ def _told(error: BaseException) -> int:
             raise error
         return _of_the_system(error.__context__)
     if isinstance(error, Fault):
+        if os.environ.get(_TRACEBACK):
+            traceback.print_exception(error)
         return _fail(str(error), error.code)
     if isinstance(error, OSError):
         return _of_the_system(error)

@@ -35,6 +35,7 @@ from zerorate.io.names import (
     foreign_unit,
     looks_like_accelerometer,
     looks_like_gyro,
+    meaning_of,
     split_unit,
 )
 from zerorate.io.parts import advice
@@ -407,6 +408,10 @@ def stacked(columns: list[Column], names: list[str]) -> Floats:
     return values
 
 
+_NAMED: Final = 3
+"""Columns that a sentence names."""
+
+
 def _on_grid(values: Floats, grid: Grid) -> Floats:
     if grid.used is not None:
         values = values[grid.used]
@@ -434,7 +439,7 @@ def notes_on(chosen: Selection, group: Group, head: Floats, clock: Clock) -> lis
         counts = note_on_counts(names, group.kind, group.unit, head)
     if counts is not None:
         notes.append(counts)
-    elif group.unit == UNKNOWN:
+    elif group.unit == UNKNOWN and _unit_counts(names):
         notes.append(_on_unit(names, group))
     notes.extend((*clock.notes, *_on_bursts(grid)))
     if abs(grid.report.rate / grid.rate - 1) > 1e-5:
@@ -442,11 +447,18 @@ def notes_on(chosen: Selection, group: Group, head: Floats, clock: Clock) -> lis
     return notes
 
 
+def _unit_counts(names: Sequence[str]) -> bool:
+    """Return whether anybody asks for the unit: of a magnetometer only the direction counts."""
+    found = [meaning_of(name) for name in names]
+    return any(one is None or one.kind in ("gyro", "accel") for one in found)
+
+
 def _on_unit(names: Sequence[str], group: Group) -> str:
     """Return the sentence on a unit that is not known, or not computed with."""
     found = foreign_unit(names)
     if found is None:
-        return said("the unit of the data is not known; give ", given("unit"))
+        listed = ", ".join(names[:_NAMED]) + (" and so on" if len(names) > _NAMED else "")
+        return said(f"the unit of {listed} is not known; give ", given("unit"))
     if group.factor is not None:
         times = f"the data are those in {found.name} times {group.factor:g}; give "
         return said(times, given("unit"))

@@ -318,7 +318,10 @@ def _sensors(table: Table, request: _Request, notes: list[str]) -> list[_Sensor]
     taken = {kind: choose(table, columns).data for kind, columns in request.columns.items()}
     used = {index for places in taken.values() for index in places}
     groups: dict[tuple[str, str], list[int]] = {(k, ""): list(p) for k, p in taken.items()}
-    for (kind, sensor), places in _found(table, request, used, notes).items():
+    # Without names nothing is found beside what is asked for.
+    told = table.names is None and "gyro" in taken
+    named_so = {} if told else _found(table, request, used, notes)
+    for (kind, sensor), places in named_so.items():
         if kind not in taken:
             groups[kind, sensor] = places
     return [_sensor(table, kind, places, request) for (kind, _), places in groups.items()]
