@@ -30,7 +30,6 @@ from zerorate.show.style import (
     ROSE,
     VERMILION,
     time_unit,
-    write_in_middle,
 )
 
 if TYPE_CHECKING:
@@ -67,8 +66,8 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
     matplotlib.figure.Figure
         Over one time axis: Euler angles; heading and inclination, each with two standard deviations
         to either side of zero and with its error where there is a reference; the gyro's bias, its
-        scale and its misalignment where they are known. Rest is grey, a disturbed field rose. No
-        global state of matplotlib is used.
+        scale where that is known, and what of its misalignment is told from zero. Rest is grey, a
+        disturbed field rose. No global state of matplotlib is used.
     """
     panels: list[Callable[[Axes, _Course], None]] = [_draw_angles]
     course = _Course(estimate)
@@ -77,7 +76,7 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
     if np.isfinite(estimate.bias_sigma[-1]).all():
         panels.append(_draw_bias)
     if np.isfinite(estimate.gyro_matrix_sigma).all():
-        panels += [_draw_scale, _draw_misalignment]
+        panels += [_draw_scale, *([_draw_misalignment] if _misaligned(estimate) else [])]
     heights = [_ANGLES, *[_PANEL] * (len(panels) - 1)]
     stack = Stack(_QUESTION, _answer(course), _caption(estimate), heights)
     for draw in panels:
@@ -142,6 +141,8 @@ def _caption(estimate: AttitudeEstimate) -> str:
         said.append("Rose: another magnetic field than the one known, not used.")
     if not estimate.mag:
         said.append("Without a magnetometer the heading is against the start.")
+    if np.isfinite(estimate.gyro_matrix_sigma).all() and not _misaligned(estimate):
+        said.append("No misalignment of the gyro is told from zero.")
     if estimate.reference is not None:
         said.append("Errors: against the recording's reference.")
     return " ".join(said)
@@ -280,14 +281,15 @@ def _draw_scale(panel: Axes, course: _Course) -> None:
 
 def _draw_misalignment(panel: Axes, course: _Course) -> None:
     """Draw the elements that the end tells from zero: all six would lie over one another."""
-    estimate = course.estimate
-    sizes = np.abs(estimate.gyro_matrix) / estimate.gyro_matrix_sigma
-    told = tuple(at for at in _CROSS if sizes[at] > SIGMAS)
-    _draw_elements(panel, course, _CROSS, told)
+    _draw_elements(panel, course, _CROSS, _misaligned(course.estimate))
     head(panel, "of its axes [%]")
     names(panel, 7)
-    if not told:
-        write_in_middle(panel, "none differs from zero by 2σ")
+
+
+def _misaligned(estimate: AttitudeEstimate) -> _Elements:
+    """Return the elements off the diagonal that the end tells from zero."""
+    sizes = np.abs(estimate.gyro_matrix) / estimate.gyro_matrix_sigma
+    return tuple(at for at in _CROSS if sizes[at] > SIGMAS)
 
 
 def _draw_elements(panel: Axes, course: _Course, all_of_them: _Elements, told: _Elements) -> None:

@@ -10,7 +10,7 @@ from zerorate.io.names import split_unit
 from zerorate.numerals import with_error
 from zerorate.run.replay import Replay
 from zerorate.show.replay_grid import plot_replay_grid
-from zerorate.show.replay_panels import length_of_means, means_at_rest, together
+from zerorate.show.replay_panels import certain_rest, length_of_means, means_at_rest, together
 from zerorate.show.scales import COLUMNS, band, limits
 from zerorate.show.stack import (
     Stack,
@@ -81,15 +81,19 @@ def plot_replay(replay: Replay, everything: bool = False) -> Figure:
         return plot_replay_grid(replay)
     shown = min(replay.log.channels, _MOST_AXES)
     heights = [_RATE, *[_BIAS] * shown]
-    stack = Stack(_question(replay), _answer(replay, shown), _caption(replay, shown), heights)
+    lost, rest = replay.lost, certain_rest(replay)
+    caption = _caption(replay, shown, lost)
+    stack = Stack(_question(replay), _answer(replay, shown), caption, heights)
     unit, seconds = time_unit(replay.log.duration)
     _draw_rates(stack.add(), replay, shown, seconds)
     for i in range(shown):
-        _draw_bias(stack.add(), replay, i, seconds)
+        panel = stack.add()
+        _draw_bias(panel, replay, i, seconds, rest)
+        _shade(panel, replay, i, seconds, lost[:, i])
     last = max(replay.log.duration, 1.0 / replay.log.rate)
     over_time(stack.panels, 0.0, last / seconds, unit)
     meta = replay.log.meta
-    source = meta.get("sensor") or meta.get("source", "log")
+    source = meta.get("source") or meta.get("sensor", "log")
     return stack.finish(str(source), replay.log.rate, replay.log.duration)
 
 
@@ -139,7 +143,7 @@ def _cut(low: Floats, high: Floats) -> tuple[float, float]:
     return room(float(low.min()), float(high.max()))
 
 
-def _draw_bias(panel: Axes, replay: Replay, i: int, seconds: float) -> None:
+def _draw_bias(panel: Axes, replay: Replay, i: int, seconds: float, rest: Booleans | None) -> None:
     history = replay.history
     places = _evenly(replay)
     times = history.samples[places] / replay.log.rate / seconds
@@ -150,9 +154,8 @@ def _draw_bias(panel: Axes, replay: Replay, i: int, seconds: float) -> None:
     else:
         drawn = band(replay.bias[:, i])
         draw_scatter(panel, drawn.middle / replay.log.rate / seconds, drawn, VERMILION, "filtered")
-    centres, means = means_at_rest(replay, i)
+    centres, means = means_at_rest(replay, i, rest)
     panel.plot(centres / seconds, means, "o", color=BLACK, ms=1.3, mew=0.0, label="raw, at rest")
-    _shade(panel, replay, i, seconds)
     late = slice(bias.size // 10, None)
     half = 2.0 * sigma if tuned else np.zeros_like(sigma)
     low, high = limits(np.concatenate(((bias - half)[late], (bias + half)[late])), 0.0, 0.0)
@@ -191,9 +194,8 @@ def _name(replay: Replay, i: int) -> str:
     return f"{what}{split_unit(replay.log.names[i])[0]}"
 
 
-def _shade(panel: Axes, replay: Replay, i: int, seconds: float) -> None:
+def _shade(panel: Axes, replay: Replay, i: int, seconds: float, lost: Booleans) -> None:
     """Shade the times in motion, and those of a stuck or saturated sensor, behind all else."""
-    lost: Booleans = replay.lost[:, i]
     scale = 1.0 / (replay.log.rate * seconds)
     if replay.readings is not None:
         begins, ends = spans_of(~(replay.readings.at_rest[:, i] | lost))
@@ -202,13 +204,12 @@ def _shade(panel: Axes, replay: Replay, i: int, seconds: float) -> None:
     shade(panel, scale * begins, scale * ends, ROSE)
 
 
-def _caption(replay: Replay, shown: int) -> str:
+def _caption(replay: Replay, shown: int, lost: Booleans) -> str:
     said = ["Coloured above: the middle 90 % of the samples at a time, and their median."]
     if replay.method == "auto":
         said.append(
             f"Dots: means of {length_of_means(replay):.2g} s at rest, noisier than the bias."
         )
-    lost = replay.lost
     if replay.readings is not None and not (replay.readings.at_rest | lost).all():
         said.append("Grey: motion, or no rest seen yet.")
     if lost.any():

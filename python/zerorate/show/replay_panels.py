@@ -186,7 +186,7 @@ def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
         t / seconds, bias - 2.0 * sigma, bias + 2.0 * sigma, color=VERMILION, alpha=0.25, lw=0.0
     )
     axes.plot(t / seconds, bias, color=VERMILION, lw=0.8, label="bias ± 2σ")
-    times, means = means_at_rest(replay, i)
+    times, means = means_at_rest(replay, i, certain_rest(replay))
     look: Any = {"color": SKY, "lw": 0.0, "marker": "o", "ms": 1.8, "zorder": 1.5}
     axes.plot(times / seconds, means, label="raw, mean at rest", **look)
     # Hatched, as a colour would mix with that of the band.
@@ -257,12 +257,17 @@ def length_of_means(replay: Replay) -> float:
     return replay.log.n / replay.log.rate / min(_MEANS, replay.log.n)
 
 
-def means_at_rest(replay: Replay, i: int) -> tuple[Floats, Floats]:
-    """Return times, s, and means of the samples at rest in equal parts of the record."""
+def certain_rest(replay: Replay) -> Booleans | None:
+    """Return where each axis surely rested, shape (n, k); None where motion was not minded."""
+    return None if replay.readings is None else replay.readings.certain_rest(replay.log.rate)
+
+
+def means_at_rest(replay: Replay, i: int, rest: Booleans | None) -> tuple[Floats, Floats]:
+    """Return times, s, and means of the samples of an axis at rest in equal parts of the record."""
     z = replay.log.data[:, i]
     used = np.isfinite(z)
-    if replay.readings is not None:
-        used &= replay.readings.certain_rest(replay.log.rate)[:, i]
+    if rest is not None:
+        used &= rest[:, i]
     starts = parts(z.size, _MEANS)
     counts = np.add.reduceat(used.astype(np.float64), starts)
     # Scaled by the number of samples, numbers near the largest double can be summed.

@@ -1,0 +1,66 @@
+"""What figures cost beside what they show: processor seconds to build and to render as PNG.
+
+``python benches/figures.py`` prints a row a figure, least of ROUNDS. All is simulated.
+"""
+
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+import zerorate as zr
+from zerorate.run.replay import replay
+from zerorate.show import plot_calibration, plot_replay, plot_track, save_figure
+
+ROUNDS = 5
+SAMPLES, RATE = 1_000_000, 100.0
+
+
+def seconds(work):
+    """Return the least processor time of some rounds."""
+    taken = []
+    for _ in range(ROUNDS):
+        begun = time.process_time()
+        work()
+        taken.append(time.process_time() - begun)
+    return min(taken)
+
+
+def drawn(make, path):
+    """Return the processor time of a figure, built and rendered."""
+    return seconds(lambda: save_figure(make(), path))
+
+
+def results():
+    """Yield names of figures and what draws each."""
+    rng = np.random.default_rng(1)
+    log = zr.Log(
+        np.arange(SAMPLES) / RATE, RATE, rng.standard_normal((SAMPLES, 3)), list("xyz"), "deg/s"
+    )
+    alone = seconds(lambda: replay(log, methods=("auto",), allan=False))
+    yield "the filter of a replay, for comparison", alone, None
+    replayed = replay(log, methods=("auto",))
+    yield "replay", None, lambda: plot_replay(replayed)
+    yield "replay, all panels", None, lambda: plot_replay(replayed, everything=True)
+    attitude = zr.estimate_attitude(zr.simulate_motion("hand", 200.0, 200.0, seed=1).recording())
+    yield "attitude", None, attitude.plot
+    session = zr.simulation.simulate_session(20, seed=4).recording
+    found = zr.calibrate(session, gravity=9.80665)
+    yield "calibrate", None, lambda: plot_calibration(found, session)
+    drive = zr.simulate_drive(50.0, 900.0, seed=3)
+    start = zr.align(drive.recording(), latitude=48.0, heading="course", span=(0.0, 20.0))
+    track = zr.NavigationFilter(start).process(drive.recording(), drive.fixes)
+    yield "navigate", None, lambda: plot_track(track)
+
+
+def main():
+    """Print the table."""
+    with TemporaryDirectory() as folder:
+        for name, taken, make in results():
+            shown = drawn(make, Path(folder, "figure.png")) if taken is None else taken
+            print(f"{name:40}{shown:7.2f} s")
+
+
+if __name__ == "__main__":
+    main()
