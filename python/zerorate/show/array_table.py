@@ -12,7 +12,7 @@ from zerorate.array.rotations import Rotations
 from zerorate.io.log import notes_of
 from zerorate.numerals import NOTHING, or_dash, significant
 from zerorate.run.array import OUT, ArrayReplay
-from zerorate.show.tables import Table, as_text, bulleted
+from zerorate.show.tables import Table, as_text, bulleted, prose
 from zerorate.types import Floats
 
 _SPANS: Final = 3
@@ -42,9 +42,11 @@ def format_array(replay: ArrayReplay) -> str:
     listed = [(*row, *_numbers(one)) for row, one in zip(rows, deviations, strict=True)]
     if replay.log.sensors > 1:
         listed += [(name, *empty, *_numbers(values)) for name, values in whole]
-    return as_text(
-        Table(title(replay), (*head, *_columns(axes)), tuple(listed), note=_note(replay))
-    )
+    # The deviations are what was asked for.
+    spare = tuple(range(1, len(head)))
+    columns = (*head, *_columns(axes))
+    table = Table(title(replay), columns, tuple(listed), note=_note(replay), spare=spare)
+    return "\n".join(filter(None, (prose(_gain(replay)), as_text(table))))
 
 
 def _numbers(values: Floats) -> tuple[str, ...]:
@@ -81,21 +83,26 @@ def _percent(share: float) -> str:
 
 
 def _note(replay: ArrayReplay) -> str:
-    """Return what the columns are, and the gains of all axes together."""
+    """Return what the columns are."""
     assert replay.allan is not None
-    at, sensors = replay.allan.second, replay.log.sensors
-    seconds = significant(float(replay.allan.taus[at]))
+    seconds = significant(float(replay.allan.taus[replay.allan.second]))
     columns = ", ".join(_columns(replay.log.axes))
-    said = (
+    return (
         f"{OUT[0]} and so on: % of the samples. weight: mean at rest. {columns}: Allan deviation "
         f"at rest and {seconds} s, {replay.log.unit}."
     )
-    mean, one = (float(gain[-1, at]) for gain in replay.allan.gains())
+
+
+def _gain(replay: ArrayReplay) -> str:
+    """Return what the array gains over one sensor, and over the plain mean; empty for one alone."""
+    assert replay.allan is not None
+    sensors = replay.log.sensors
+    mean, one = (float(gain[-1, replay.allan.second]) for gain in replay.allan.gains())
     if sensors == 1 or not np.isfinite(one):
-        return said
+        return ""
     return (
-        f"{said} All axes together the plain mean has {mean:.2f} times the array's, one sensor "
-        f"{one:.2f} times; sqrt({sensors}) is {np.sqrt(sensors):.2f}."
+        f"At rest one sensor has {one:.2f} times the deviation of the array on all axes, the "
+        f"plain mean {mean:.2f} times; sqrt({sensors}) is {np.sqrt(sensors):.2f}."
     )
 
 
@@ -142,7 +149,8 @@ def format_accelerometers(replay: ArrayReplay) -> str:
         "lever arms taken off if they are known. x, y, z: Allan deviation at rest and "
         f"{significant(float(allan.taus[at]))} s, {fused.unit}."
     )
-    return as_text(Table(title, (*head, *"xyz"), tuple(listed), note=note))
+    spare = tuple(range(1, len(head)))
+    return as_text(Table(title, (*head, *"xyz"), tuple(listed), note=note, spare=spare))
 
 
 def _weight(fused: FusedAccelerometers, sensor: int) -> str:

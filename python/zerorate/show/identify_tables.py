@@ -65,7 +65,7 @@ def _tests(found: Identification) -> Table:
     )
     rows = tuple(_tested(name, test) for name, test in named)
     note = "; ".join(f"{name}: {test.note}" for name, test in named if test.note)
-    return Table("Tests", head, rows, words=2, note=note)
+    return Table("Tests", head, rows, words=2, note=note, spare=(3, 2, 4))
 
 
 def _tested(name: str, test: Verdict) -> Row:
@@ -222,5 +222,5 @@ def format_identification(found: Identification) -> str:
 def _parts(found: Identification) -> Iterator[str]:
     title = f"{found.name} [{found.unit}]"[: width()]
     yield f"{title}\n{'=' * len(title)}"
-    yield from map(as_text, tables(found))
     yield f"Verdict\n{bulleted(found.verdict)}"
+    yield from map(as_text, tables(found))
