@@ -5,7 +5,8 @@ from collections import defaultdict
 from sphinx.util.docutils import SphinxDirective
 from typer.main import get_command
 
-from zerorate.cli.app import program
+from zerorate.cli.app import function_of, program
+from zerorate.cli.help import taken_by
 
 
 class Commands(SphinxDirective):
@@ -26,14 +27,11 @@ def setup(app):
 
 def _section(group, name):
     command = group.commands[name]
-    with group.make_context("zerorate", [], resilient_parsing=True) as parent:
-        context = command.context_class(command, info_name=name, parent=parent)
-        usage = " ".join(command.collect_usage_pieces(context))
-        panels = defaultdict(list)
-        for parameter in command.get_params(context):
-            row = parameter.get_help_record(context)
-            if row is not None:
-                panels[_panel(parameter)].append(row)
+    takes = taken_by(command, function_of(name))
+    usage = " ".join((*(one.typed for one in takes if one.is_argument), "[OPTIONS]"))
+    panels = defaultdict(list)
+    for one in takes:
+        panels[one.panel].append((one.typed, one.meaning))
     parts = [f"## {name}", f"```sh\nzerorate {name} {usage}\n```", _prose(command.help)]
     for title, rows in panels.items():
         lines = [f"| {title} | |", "| --- | --- |"]
@@ -42,11 +40,6 @@ def _section(group, name):
     if command.epilog:
         parts.append(f"```console\n{command.epilog}\n```")
     return "\n\n".join(parts)
-
-
-def _panel(parameter):
-    usual = "Arguments" if parameter.param_type_name == "argument" else "Options"
-    return getattr(parameter, "rich_help_panel", None) or usual
 
 
 def _options(text):

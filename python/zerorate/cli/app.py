@@ -100,12 +100,13 @@ def program(called: str | None = None) -> typer.Typer:
     app.callback()(_root)
     # Each command imports what it works with: all of them take longer than many a log.
     for name, (about, example) in _COMMANDS.items():
-        command = _command(name) if called in (name, None) else _not_called
+        command = function_of(name) if called in (name, None) else _not_called
         app.command(name, short_help=about, epilog=f"Example: {example}")(command)
     return app
 
 
-def _command(name: str) -> Callable[..., None]:
+def function_of(name: str) -> Callable[..., None]:
+    """Return what a command runs, which is imported for it."""
     command: Callable[..., None] = getattr(import_module(f"zerorate.cli.{name}"), name)
     return command
 
@@ -160,9 +161,9 @@ def _invoked(arguments: list[str]) -> int:
         command, name, words = group.commands[called], f"zerorate {called}", arguments[1:]
         if help.asked(words):
             example, everything = _COMMANDS[called][1], help.ALL in words
-            print(help.of_command(command, _command(called), called, example, everything))
+            print(help.of_command(command, function_of(called), called, example, everything))
             return 0
-        taken, flags = _command(called), flags_of(command, _OTHERWISE.get(called, {}))
+        taken, flags = function_of(called), flags_of(command, _OTHERWISE.get(called, {}))
     elif arguments[0] == called:
         raise UsageFault(unknown("command", called, [*_COMMANDS], _hint("")))
     else:

@@ -234,6 +234,8 @@ class Taken:
         flag = getattr(self.made, "is_flag", False)
         if not shown or flag or value is None or callable(value) or value in ("", ()):
             return ""
+        if value == ".":
+            return "this folder"
         text = str(getattr(value, "value", f"{value:g}" if isinstance(value, float) else value))
         return text.replace(",", ", ") if len(text) > _MOST else text
 

@@ -93,7 +93,6 @@ Output: TypeAlias = Annotated[
         "--output",
         metavar="PATH",
         help="Folder for the files, or the name of one of them; a missing folder is made.",
-        show_default="this folder",
         rich_help_panel=OUTPUT,
     ),
 ]
