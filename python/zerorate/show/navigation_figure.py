@@ -332,12 +332,14 @@ def _draw_angle_sigma(panel: Axes, track: Track, times: Floats) -> None:
 
 
 def _logarithmic(panel: Axes) -> None:
-    """Make a scale logarithmic where something is drawn that has a place on it."""
+    """Make a scale logarithmic, a decade at least, where what is drawn has a place on it."""
     drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in panel.lines])
     drawn = drawn[np.isfinite(drawn) & (drawn > 0.0)]
     if drawn.size:
+        low, high = drawn.min() / 1.3, drawn.max() * 1.3
+        wider = max(10.0 * low / high, 1.0) ** 0.5
         panel.set_yscale("log")
-        panel.set_ylim(drawn.min() / 1.3, drawn.max() * 1.3)
+        panel.set_ylim(low / wider, high * wider)
 
 
 def _draw_nis(panel: Axes, track: Track, nis: Floats) -> None:
