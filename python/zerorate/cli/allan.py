@@ -1,7 +1,7 @@
 """``zerorate allan``: the noise of the sensors of one log."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from functools import partial
@@ -228,7 +228,7 @@ def allan(
             written = map(text_writer, texts.values())
             files.write([curves, *written], partial(_draw, found), progress)
         title = " ".join(filter(None, (str(log) if several else "", one.title)))
-        notes = _notes(found, [] if force or not texts else _left_out(found))
+        notes = _notes(found, [] if force else _left_out(found, texts))
         if several:
             all_found[_unique(title, all_found)] = found
             said.append((title, notes, files))
@@ -351,8 +351,13 @@ def _exported(
     return texts, [f"no export to {', '.join(names)}: {why}" for why, names in refused.items()]
 
 
-def _left_out(found: Sequence[Characterisation]) -> list[str]:
+def _left_out(found: Sequence[Characterisation], exports: Iterable[Export]) -> list[str]:
     """Return which numbers exports lack, and what to record for them."""
+    kinds = set(exports) - {Export.json}
+    if not kinds:
+        return []
+    # A message has no place for a walk.
+    walk = kinds != {Export.ros}
     models = (_worst(found, kind) for kind in ("angular rate", "acceleration"))
     return [
         said(
@@ -362,7 +367,7 @@ def _left_out(found: Sequence[Characterisation]) -> list[str]:
         )
         for model in models
         if model is not None
-        for one in left_out(model)
+        for one in left_out(model, walk)
     ]
 
 

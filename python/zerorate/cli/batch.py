@@ -153,8 +153,8 @@ def _print(result: BatchResult) -> None:
     if result.left_out:
         count = len(result.left_out)
         _say(f"left out: {count} file{'s' if count > 1 else ''} that zerorate has written")
-    _print_notes(result.notes)
     _print_fleet(result)
+    _print_notes(result.notes)
     print(f"wrote {result.summary}")
     if result.failed:
         raise DataFault(f"{len(result.failed)} of {len(result.outcomes)} logs failed")

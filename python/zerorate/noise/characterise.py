@@ -86,17 +86,19 @@ class Characterisation:
         yield from (one.why for one in self.curve.doubts if one.why)
         yield from self.curve.notes
         yield from dict.fromkeys(doubt for axis in self.axes for doubt in axis.doubts)
-        yield from (
-            said(
-                f"{axis.name}: the model misses the curve by {50.0 * axis.model.misfit:.0f} %: "
-                "noise that is correlated over one time may explain it, ",
+        yield from self._on_misfit()
+
+    def _on_misfit(self) -> Iterator[str]:
+        models = ((axis.name, axis.model) for axis in self.axes if axis.model is not None)
+        off = {name: 0.5 * one.misfit for name, one in models if not one.markov}
+        told = {name: part for name, part in off.items() if part > _TELLING}
+        if told:
+            listed = ", ".join(f"{name} by {100.0 * part:.0f} %" for name, part in told.items())
+            yield said(
+                f"the model misses the curve: {listed}; noise that is correlated over one time may "
+                "explain it, ",
                 given("markov", "1"),
             )
-            for axis in self.axes
-            if axis.model is not None
-            and 0.5 * axis.model.misfit > _TELLING
-            and not axis.model.markov
-        )
 
 
 def characterise(

@@ -122,11 +122,11 @@ class _Estimator:
         return self.lines(_setting(name, model, field, factor, rate))
 
 
-def left_out(model: "NoiseModel") -> tuple[str, ...]:
+def left_out(model: "NoiseModel", walk: bool = True) -> tuple[str, ...]:
     """Return which coefficients of estimators a record does not determine, and what to record."""
     return tuple(
         f"{term_of(model.quantity, field).name}: {_RECORD[field]}"
-        for field in _FIELDS
+        for field in (_FIELDS if walk else _FIELDS[:1])
         if (one := getattr(model, field)).known and not one.identifiable
     )
 
