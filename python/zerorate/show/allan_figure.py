@@ -29,6 +29,7 @@ from zerorate.show.style import (
     MM,
     add_panel,
     new_figure,
+    shortened,
     style_decades,
     style_panels,
     text_colour,
@@ -137,8 +138,10 @@ def plot_characterisation(found: Sequence[Characterisation]) -> Figure:
     """
     rows = [list(_panels(one)) for one in found]
     meta = found[0].log.meta
-    title = meta.get("sensor") or Path(meta.get("source", "")).name
-    return _figure([row[:_MOST_COLUMNS] for row in rows], title, max(map(len, rows)))
+    name = meta.get("sensor") or Path(meta.get("source", "")).name
+    axes = max(map(len, rows))
+    title = f"How noisy is it? {shortened(name, 24 if axes == 1 else 44)}"
+    return _figure([row[:_MOST_COLUMNS] for row in rows], title, axes)
 
 
 def _panels(found: Characterisation) -> Iterator[_Panel]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Final
 
@@ -13,16 +12,16 @@ from zerorate.run.array import OUT, ArrayReplay
 from zerorate.show.array_table import title
 from zerorate.show.scales import limits, outline, parts
 from zerorate.show.style import (
+    AXIS_COLOURS,
     BLACK,
-    BLUE,
     FONT,
-    GREEN,
     GREY,
-    ORANGE,
     SKY,
     VERMILION,
+    YELLOW,
     add_panel,
     new_figure,
+    shortened,
     style_decades,
     style_panels,
     time_unit,
@@ -54,7 +53,7 @@ _TIMES: Final = 200
 _MOST_WEIGHT: Final = 3.0
 """Times the plain mean's weight, that is the deepest shade at most."""
 _GREY: Final = "#9A9A9A"
-_AXES: Final = (BLUE, ORANGE, GREEN)
+_AXES: Final = AXIS_COLOURS
 _MISSING, _SATURATED, _EXCLUDED, _LEFT_OUT = 1, 2, 3, 4
 
 
@@ -98,8 +97,8 @@ def plot_array(replay: ArrayReplay) -> Figure:
 
 
 def _title(replay: ArrayReplay) -> str:
-    source = Path(str(replay.log.meta.get("source", "array"))).name
-    return f"{source}: {title(replay)}"
+    source = shortened(str(replay.log.meta.get("source", "array")))
+    return f"Is the array quieter than one gyro? {source}: {title(replay)}"
 
 
 def _draw_allan(axes: Axes, replay: ArrayReplay) -> None:
@@ -160,7 +159,7 @@ def _draw_weights(axes: Axes, bar: Axes, replay: ArrayReplay) -> None:
         interpolation="nearest",
     )  # fmt: skip
     cover = np.zeros((*fate.T.shape, 4))
-    for kind, colour in ((_MISSING, _GREY), (_EXCLUDED, VERMILION), (_LEFT_OUT, ORANGE)):
+    for kind, colour in ((_MISSING, _GREY), (_EXCLUDED, VERMILION), (_LEFT_OUT, YELLOW)):
         cover[kind == fate.T] = (*to_rgb(colour), 1.0)
     axes.imshow(cover, aspect="auto", extent=extent, interpolation="nearest")
     axes.set_xlim(0.0, duration)
@@ -214,7 +213,7 @@ def _caption(replay: ArrayReplay) -> str:
             )
     sentences.append(
         "Weights: at rest by noise, in motion by scale errors, which are alike. Vermilion: "
-        "excluded, for it disagreed with the others; orange: stuck or far off for most of the "
+        "excluded, for it disagreed with the others; yellow: stuck or far off for most of the "
         "while; grey: missing."
     )
     return " ".join(sentences)
