@@ -264,3 +264,29 @@ def test_recordings_with_mistakes(name, place):
     assert not found.alarm or typed(SENSES[place]) in found.alternatives
     if name.startswith("broad"):
         np.testing.assert_array_equal(found.matrix, SENSES[place])
+
+
+def stamped(motion, hertz, **stated):
+    """A gyro and an accelerometer whose stamps run at a rate, read with maybe another."""
+    columns = {"time_s": np.arange(len(motion.gyro)) / hertz}
+    for name, values in (("gyro_{}_radps", motion.gyro), ("accel_{}_mps2", motion.accel)):
+        columns |= {name.format(axis): values[:, i] for i, axis in enumerate("xyz")}
+    return zr.read_recording(columns, **stated)
+
+
+def test_a_rate_that_the_stamps_contradict_is_told():
+    """One per cent of the rate is one per cent of every turn."""
+    motion = zr.simulate_motion("hand", 100.0, 30.0, seed=2)
+    wrong, right = stamped(motion, 99.2, rate=100.0), stamped(motion, 99.2)
+    (told,) = zr.check(wrong, scale=False).alarms
+    assert told == (
+        "the gyro's rate is stated as 100 Hz, its stamps run at 99.2: every turn comes out 0.8 % "
+        "too small; leave the rate out, and the stamps count"
+    )
+    assert told in zr.check(wrong, scale=False).table()
+    assert json.loads(zr.check(wrong, scale=False).to_json())["clock"] == told
+    assert "0.8 % too small; leave the rate out" in str(zr.estimate_attitude(wrong).notes)
+    assert zr.check(right, scale=False).alarms == ()
+    assert right.gyro.rate == pytest.approx(99.2, rel=1e-6)
+    # A hair is no fault.
+    assert zr.check(stamped(motion, 99.95, rate=100.0), scale=False).clock == ""

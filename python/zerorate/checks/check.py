@@ -16,6 +16,7 @@ from zerorate.checks.result import Checks, Finding
 from zerorate.checks.senses import INVERSES, SENSES, changes, listed, shared_rows, typed
 from zerorate.checks.sentences import mistaken, on_axes, on_unit
 from zerorate.io import Log, Recording
+from zerorate.io.clocks.grid import ClockReport, on_rate
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
@@ -70,7 +71,8 @@ def check(
     accel = accel or _partner(recording, gyro, "accel")
     mag = _partner(recording, gyro, "mag")
     notes = tuple(_on_sizes(recording, accel, mag))
-    known = {"source": recording.source, "notes": notes}
+    clock = _on_clock(recording[gyro]) if gyro in recording else ""
+    known = {"source": recording.source, "notes": notes, "clock": clock}
     if reason := _reason(recording, gyro, accel):
         silent = Finding(gyro if gyro in recording else "", "cannot tell", reason)
         return Checks(silent, _no_field(recording, mag, reason), *_no_scale(), None, **known)  # type: ignore[arg-type]
@@ -340,6 +342,18 @@ _SIZES: Final = {
     "mag": {"uT": (20.0, 70.0), "gauss": (0.2, 0.7), "mG": (200.0, 700.0), "nT": (2e4, 7e4)},
 }
 """Median size of what an accelerometer and a magnetometer show, by unit."""
+
+
+def _on_clock(gyro: Log) -> str:
+    """Return a sentence where stamps contradict a rate: 1 % of it is 1 % of every turn."""
+    report = gyro.meta.get("clock")
+    if not isinstance(report, ClockReport) or not report.stamped:
+        return ""
+    turned = on_rate(gyro.rate, report.rate)
+    if not turned:
+        return ""
+    told = f"the gyro's rate is stated as {gyro.rate:g} Hz, its stamps run at {report.rate:g}"
+    return f"{told}: {turned}"
 
 
 def _on_sizes(recording: Recording, accel: str, mag: str) -> Iterator[str]:

@@ -116,6 +116,8 @@ class Checks(Result):
         Name of the recording.
     notes : tuple of str
         Sentences on sizes that are of another unit than the one named.
+    clock : str
+        What the stamps say of the rate that was stated, a sentence; "" where they agree to 0.1 %.
 
     Examples
     --------
@@ -132,11 +134,13 @@ class Checks(Result):
     dip: float | None = None
     source: str = "the recording"
     notes: tuple[str, ...] = ()
+    clock: str = ""
 
     @property
     def alarms(self) -> tuple[str, ...]:
         """What is mistaken beyond doubt, a sentence each."""
-        return tuple(one.text for one in (self.gyro, self.magnetometer) if one.alarm)
+        found = (one.text for one in (self.gyro, self.magnetometer) if one.alarm)
+        return (*found, *filter(None, (self.clock,)))
 
     def apply(self, recording: Recording) -> Recording:
         """Return the recording with its mistaken unit and axes put right, where that is exact.
@@ -161,6 +165,7 @@ class Checks(Result):
             "delay": _number(self.delay),
             "dip": self.dip,
             "notes": self.notes,
+            "clock": self.clock,
         }
         return as_json(content, indent=1)
 

@@ -40,6 +40,8 @@ def _lines(found: Checks, fix: bool) -> Iterator[str]:
     for one in (found.gyro, found.magnetometer):
         if one.alarm:
             yield f"{found.source}: {one.text}{_advice(one, one is found.gyro, fix)}"
+    if found.clock:
+        yield f"{found.source}: {found.clock}"
 
 
 def _advice(finding: Finding, is_gyro: bool, fix: bool) -> str:

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple, TypedDict, Unpack
 import numpy as np
 
 from zerorate.faults import given, said
-from zerorate.io.clocks.grid import Grid
+from zerorate.io.clocks.grid import Grid, on_rate
 from zerorate.io.clocks.repeats import HEAD
 from zerorate.io.clocks.sensor_clock import Clock, clock_of
 from zerorate.io.clocks.stamps import Stamps, to_seconds, without_texts
@@ -443,7 +443,9 @@ def notes_on(chosen: Selection, group: Group, head: Floats, clock: Clock) -> lis
         notes.append(_on_unit(names, group))
     notes.extend((*clock.notes, *_on_bursts(grid)))
     if abs(grid.report.rate / grid.rate - 1) > 1e-5:
-        notes.append(f"rate {grid.rate:g} Hz as stated; the timestamps run at {grid.report.rate:g}")
+        told = f"rate {grid.rate:g} Hz as stated; the timestamps run at {grid.report.rate:g}"
+        turned = on_rate(grid.rate, grid.report.rate)
+        notes.append(f"{told}: {turned}" if turned else told)
     return notes
 
 

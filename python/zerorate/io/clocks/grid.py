@@ -13,6 +13,9 @@ from zerorate.types import Floats, Integers
 ALIKE: Final = 0.01
 """Part by which a rate may differ from one that is stated, and stamps from their grid."""
 
+_TURNS: Final = 1e-3
+"""Part by which a rate may be wrong before turns are: no gyro's scale is known better."""
+
 
 @dataclass(frozen=True)
 class ClockReport:
@@ -179,6 +182,24 @@ class Grid:
 
 def _counted(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def on_rate(stated: float, stamped: float) -> str:
+    """Return what becomes of turns where the rate stated is not that of the stamps, "" of nothing.
+
+    Examples
+    --------
+    >>> on_rate(100.0, 99.0)
+    'every turn comes out 1 % too small; leave the rate out, and the stamps count'
+    """
+    off = stamped / stated - 1.0
+    if abs(off) <= _TURNS:
+        return ""
+    size = "small" if off < 0.0 else "large"
+    return (
+        f"every turn comes out {100.0 * abs(off):.2g} % too {size}; leave the rate out, and the "
+        "stamps count"
+    )
 
 
 def unstamped(n: int, rate: float) -> Grid:
