@@ -267,6 +267,16 @@ class TestKeeping:
         ]
         assert drifts[0] < 0.5 * drifts[1]
 
+    def test_what_a_filter_has_learned_is_believed_to_a_twentieth_of_a_degree(self):
+        gyro = np.radians([4.0, -3.0, 2.0]) + 1e-3 * np.random.default_rng(1).normal(size=(3000, 3))
+        drift = zr.DriftFilter(RATE, channels=3, rest_limit=10.0 * DEG)
+        drift.process(gyro)
+        known = zr.Attitude(RATE, mag=False, bias=drift)
+        np.testing.assert_allclose(known.bias_sigma, 0.05 * DEG, rtol=1e-9)
+        np.testing.assert_allclose(known.bias, drift.bias)
+        numbers = zr.Attitude(RATE, mag=False, bias=drift.bias)
+        np.testing.assert_allclose(numbers.bias_sigma, 0.5 * DEG, rtol=1e-9)
+
     def test_it_goes_on_from_a_known_orientation(self):
         motion = simulated("hand", RATE, 30.0, 2, "motion")
         for given in (

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import zerorate as zr
 from support import outside
@@ -236,3 +237,88 @@ def test_a_rest_in_the_middle_serves_the_whole_record():
     # The simulated bias of either hand is of 0.5 deg/s an axis.
     assert np.max(np.abs(apart[:4000].mean(axis=0))) < 1.5
     assert np.max(np.abs(apart[4500])) < 0.1
+
+
+# What must hold whatever is cured.
+
+
+def begun(rate, bias=(2.0, -2.0, 4.0), **more):
+    """A hand that rests for five seconds, with a gyro of nearly 5 deg/s."""
+    motion = zr.simulate_motion("hand", rate, 15.0, seed=4, **more)
+    where = np.arange(len(motion.gyro)) >= 6.0 * rate
+    gyro = motion.gyro + np.asarray(bias) * DEG
+    return outside.Scene(rate, gyro, motion.accel, motion.mag, motion.quaternion, where)
+
+
+@pytest.mark.parametrize("times", [1, 10, 80])
+def test_a_start_at_any_rate(times):
+    """Half a second of rest is so many samples more: 100, 1000 and 8000 a second."""
+    scene = begun(100.0)
+    rng = np.random.default_rng(1)
+    # The mean rates of the samples, each in so many parts.
+    gyro, accel = (np.repeat(z, times, axis=0) for z in (scene.gyro, scene.accel))
+    if times > 1:
+        gyro += 0.1 * DEG * np.sqrt(times) * rng.standard_normal(gyro.shape)
+    filter_ = zr.Attitude(100.0 * times, mag=False)
+    found = {"quaternion": filter_.process(gyro, accel)[times - 1 :: times]}
+    off, leaning = rms(scene, found, 600)
+    assert off < 2.5
+    assert leaning < 1.0
+
+
+def test_a_start_upside_down():
+    scene = outside.level(np.zeros(1500), 0, shaken=0.0)
+    turned = np.array([1.0, -1.0, -1.0])
+    upside = replace(scene, gyro=(scene.gyro + 4.0 * DEG) * turned, accel=scene.accel * turned)
+    trace = traced(upside, nine=False)
+    x, y = trace["quaternion"][-1, 1:3]
+    assert np.hypot(x, y) == pytest.approx(1.0, abs=1e-4), "half a turn about a level axis"
+    np.testing.assert_allclose(np.degrees(trace["bias"][-1]) * turned, 4.0, atol=0.06)
+
+
+def test_an_engine_that_idles():
+    """After a quiet rest, and before anything else was known: the bias stays, and is found."""
+    t = outside.times(60.0)[:, None]
+    engine = np.sin(2.0 * np.pi * 24.0 * t + np.arange(3.0))
+    for begins in (0.0, 20.0):
+        on = t >= begins
+        scene = outside.level(np.zeros(6000), 0, shaken=0.5 * engine * on)
+        scene = replace(scene, gyro=scene.gyro + (2.0 + 0.5 * engine * on) * DEG)
+        trace = traced(scene, nine=False)
+        np.testing.assert_allclose(np.degrees(trace["bias"][-1]), 2.0, atol=0.06)
+        assert np.max(np.abs(heading(scene, trace)[100:])) < 1.0
+
+
+def test_a_person_who_stands_and_sways_is_no_bias():
+    """By half a degree a second about all axes, after three seconds on a table."""
+    t = outside.times(90.0)
+    rng = np.random.default_rng(3)
+    swayed = np.array([outside.smoothed(rng.standard_normal(9000), 1.0) for _ in range(3)])
+    rates = (0.7 / swayed.std(axis=1)[:, None] * swayed).T * (t >= 3.0)[:, None]
+    turned = Rotation.identity(9000)
+    turns = Rotation.from_rotvec(rates * DEG / 100.0)
+    for k in range(1, 9000):
+        turned[k] = turned[k - 1] * turns[k]
+    still = outside.level(np.zeros(9000), 0, shaken=0.0)
+    up = turned.inv().apply([0.0, 0.0, outside.G])
+    accel = still.accel - [0.0, 0.0, outside.G] + up
+    gyro = still.gyro + rates * DEG
+    scene = replace(still, gyro=gyro, accel=accel, truth=turned.as_quat(scalar_first=True))
+    off, leaning = rms(scene, traced(scene, nine=False))
+    assert off < 3.0
+    assert leaning < 0.5
+
+
+@pytest.mark.parametrize("sensor", ["gyro", "accel", "mag"])
+def test_a_sensor_that_fails_for_a_second(sensor):
+    """One axis of it in motion, and all of it at the first rest."""
+    scene = begun(100.0)
+    values = getattr(scene, sensor).copy()
+    values[100:150] = np.nan
+    values[900:1000, 1] = np.nan
+    trace = traced(replace(scene, **{sensor: values}))
+    assert np.isfinite(trace["quaternion"]).all()
+    _, leaning = rms(scene, trace)
+    _, alike = rms(scene, traced(scene))
+    assert leaning < (12.0 if sensor == "gyro" else alike + 0.5)
+    np.testing.assert_allclose(np.degrees(trace["bias"][-1]), [2.0, -2.0, 4.0], atol=1.5)

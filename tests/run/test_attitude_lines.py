@@ -155,3 +155,13 @@ def test_a_time_in_another_unit_than_the_rate_is_refused():
         lines.take(f"{20 * i},0,0,0,0,0,1")
     with pytest.raises(ColumnError, match="the time and rate= contradict: 10 lines are 20 s apart"):
         lines.take("200,0,0,0,0,0,1")
+
+
+def test_the_limit_of_a_bias_is_in_the_unit_of_the_lines():
+    """A turn of 5 deg/s from the first sample on is a bias unless a gyro has less."""
+    rows = np.tile([0.0, 0.0, 5.0, 0.0, 0.0, 1.0], (100, 1))
+    lines = [",".join(map(repr, row)) for row in rows.tolist()]
+    for limit, turned in ((None, False), (2.0, True)):
+        stream = LineStream(settings(bias_limit=limit))
+        yaw = 2.0 * np.degrees(np.arctan2(*quaternions(map(stream.take, lines))[-1, [3, 0]]))
+        assert (abs(yaw) > 5.0) == turned

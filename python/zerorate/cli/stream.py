@@ -189,7 +189,8 @@ def stream(
                 f"{'--no-accel' if no_accel else '--accel-columns'} has no effect with --attitude: "
                 "--columns takes those of all sensors"
             )
-        of_earth = _OfEarth(str(frame or FrameName.enu), not no_mag, _column("--time", time))
+        place, limit = _column("--time", time), options.get("bias_limit")
+        of_earth = _OfEarth(str(frame or FrameName.enu), not no_mag, place, limit)
         settings = _attitude_settings(reading, beside, numbered, of_earth)
     else:
         given = {"--frame": frame, "--no-mag": no_mag or None, "--time": time}
@@ -249,10 +250,11 @@ class _OfEarth(NamedTuple):
     frame: str
     mag: bool
     time: str | int | None
+    bias_limit: float | None
 
 
 def _check_none_of_filter(options: Mapping[str, Any]) -> None:
-    default = {"method": FILTER_OPTIONS["method"].default}
+    default = {"method": FILTER_OPTIONS["method"].default, "bias_limit": options.get("bias_limit")}
     others = [name for name, value in options.items() if default.get(name) != value]
     if others:
         raise UsageFault(f"{flag(others[0])} has no effect with --attitude")

@@ -89,6 +89,8 @@ class AttitudeSettings:
         Where a header line does not say them.
     gyro_scale, accel_scale : float, optional
         What samples are multiplied by; the units are those that they have then.
+    bias_limit : float, optional
+        Largest bias of the gyro, in its unit; default 10 deg/s.
 
     Raises
     ------
@@ -110,6 +112,7 @@ class AttitudeSettings:
     accel_unit: str | None = None
     gyro_scale: float | None = None
     accel_scale: float | None = None
+    bias_limit: float | None = None
 
     def __post_init__(self) -> None:
         """Check all that does not depend on the lines."""
@@ -151,6 +154,7 @@ class AttitudeSettings:
     def filter(self, mag: bool, gyro_unit: str, accel_unit: str) -> Attitude:
         """Return a new filter of samples in these units."""
         settings: Any = {"frame": self.frame, "gyro_unit": gyro_unit, "accel_unit": accel_unit}
+        settings["bias_limit"] = self.bias_limit
         return Attitude(self.rate, mag=mag and self.mag, **settings)
 
     @classmethod
