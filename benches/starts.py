@@ -1,6 +1,6 @@
 """Starts in the middle of motion: what `auto` takes for rest, and what that costs.
 
-python benches/starts.py [FOLDER] [--rest-limit 3]
+python benches/starts.py [FOLDER] [--rest-limit 10]
 
 FOLDER holds the recordings; 0 is no limit.
 """
@@ -80,7 +80,7 @@ def simulated(motion, limit):
 def main():
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     options.add_argument("folder", nargs="?", type=Path, default=BESIDE)
-    options.add_argument("--rest-limit", type=float, default=3.0, help="deg/s, 0 for none")
+    options.add_argument("--rest-limit", type=float, default=10.0, help="deg/s, 0 for none")
     chosen = options.parse_args()
     print("share of the motion taken for rest, mean and worst; bias worse than none, deg/s; first")
     print(f"rest found, s, worst. Simulated motion is turning by more than {TURNS:g} deg/s.\n")

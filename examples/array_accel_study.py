@@ -61,7 +61,7 @@ class Board:
         log = array_log(recording)
         self.rate, self.time = log.rate, log.time
         trace = zr.GyroArray(
-            log.rate, 8, rotations=ROTATIONS, limit=END_OF_RANGE, rest_limit=3.0, bias_limit=20.0
+            log.rate, 8, rotations=ROTATIONS, limit=END_OF_RANGE, rest_limit=10.0, bias_limit=20.0
         ).trace(log.data)
         self.omega = np.radians(trace["rate"])
         rest = trace["at_rest"].all(axis=1)

@@ -70,8 +70,8 @@ class Theirs:
         return {"quaternion": found[name]}
 
 
-def released(path):
-    """Return the filter of another build."""
+def released(path, name="Attitude"):
+    """Return a filter of another build."""
     loader = importlib.machinery.ExtensionFileLoader("zerorate._native", str(path))
     spec = importlib.util.spec_from_loader("zerorate._native", loader)
     module = importlib.util.module_from_spec(spec)
@@ -79,7 +79,7 @@ def released(path):
     module.register(
         convert=convert, without_masks=without_masks, linear_run=LinearRun, navigate=processed
     )
-    return Own(module.Attitude)
+    return getattr(module, name)
 
 
 def six(scene):
@@ -186,7 +186,7 @@ def main(arguments):
     """Print the tables."""
     methods = {"vqf": Theirs()} if VQF else {}
     if arguments.released:
-        methods["before"] = released(arguments.released)
+        methods["before"] = Own(released(arguments.released))
     methods["zerorate"] = Own()
     rows = list(level_scenes())
     nine = [(name, lambda m, s=scenes: of_heading(m, s)) for name, scenes, _ in rows]

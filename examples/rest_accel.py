@@ -24,7 +24,7 @@ Flags = npt.NDArray[np.bool_]
 MIMU = "mimu4444_array8_62hz_exp1.parquet"
 DRIVE = "drive_imu_100hz.parquet"
 GNSS = "drive_gnss_4hz.parquet"
-LIMITS = {"rest_limit": 3.0, "bias_limit": 20.0}
+LIMITS = {"rest_limit": 10.0, "bias_limit": 20.0}
 """Of the commands, deg/s."""
 MIDWAY = (200.0, 260.0, 320.0)
 """Seconds of the drive after which a record of it may begin."""

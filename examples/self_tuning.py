@@ -45,7 +45,7 @@ Floats = npt.NDArray[np.float64]
 
 FIGURES = Path(__file__).parents[1] / "docs" / "figures"
 RATE = 100.0
-LIMITS = {"rest_limit": 3.0, "bias_limit": 20.0}
+LIMITS = {"rest_limit": 10.0, "bias_limit": 20.0}
 """deg/s: what rest can be, as the commands say it where they know the unit."""
 FIRST_REST = 300
 """Sample from which on a bias is drawn: before, none is known."""

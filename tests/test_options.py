@@ -28,7 +28,7 @@ OTHER = {
     "scale": 0.1,
     "motion": "hold",
     "limit": 250.0,
-    "rest_limit": 3.0,
+    "rest_limit": 10.0,
     "bias_limit": 20.0,
     "outliers": "reject",
     "output": "compensated",
@@ -95,7 +95,7 @@ def test_a_sentence_names_who_uses_it():
 def test_limits_of_rest_are_known_where_the_unit_is(unit):
     found = with_limits({"startup": 2.0}, ["kf", "auto"], unit)
     assert found == {
-        "rest_limit": pytest.approx(convert(3.0, "deg/s", unit)),
+        "rest_limit": pytest.approx(convert(10.0, "deg/s", unit)),
         "bias_limit": pytest.approx(convert(20.0, "deg/s", unit)),
         "startup": 2.0,
     }

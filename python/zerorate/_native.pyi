@@ -140,6 +140,7 @@ __all__ = [
     "lagged_products",
     "log_normal_cdf",
     "longest_factor",
+    "longest_quiet",
     "parse_rows",
     "position_options",
     "propagate_turns",
@@ -1318,6 +1319,9 @@ def parse_rows(
     missing: Sequence[bytes],
     out: _Floats,
 ) -> bool: ...
+def longest_quiet(
+    means: npt.ArrayLike, gyro: float, accel: float, turned: float, bias: float
+) -> tuple[int, int]: ...
 def check_ticks(
     time: npt.ArrayLike, values: npt.ArrayLike, start: float, count: int
 ) -> _Floats: ...

@@ -114,8 +114,9 @@ PUBLISHED: Final = FILTER_OPTIONS["order"].methods
 
 LIMITS: Final = MappingProxyType(
     {
-        # A sensor beside a motor has 1.3 deg/s of deviation at rest, one in a hand more than this.
-        "rest_limit": 3.0,
+        # Motors that run shake a sensor at rest by 2 to 5 deg/s; a hand moves its mean as well, by
+        # more than the three tenths of this that a rest may.
+        "rest_limit": 10.0,
         # Data sheets allow MEMS gyros up to this at power-on; what turns for long is often faster.
         "bias_limit": 20.0,
     }

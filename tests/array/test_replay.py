@@ -32,7 +32,7 @@ class TestRate:
     def test_it_is_that_of_the_array(self, axes):
         log = rest(axes=axes)
         found = replay_array(log, limit=50.0)
-        limits = {"rest_limit": 3.0, "bias_limit": 20.0, "limit": 50.0}
+        limits = {"rest_limit": 10.0, "bias_limit": 20.0, "limit": 50.0}
         array = zr.GyroArray(RATE, 4, axes=axes, **limits)
         np.testing.assert_array_equal(found.rate, array.process(log.data))
         np.testing.assert_array_equal(found.bias, array.bias)
@@ -40,7 +40,7 @@ class TestRate:
 
     def test_one_sensor_is_a_filter(self):
         log = rest(sensors=1)
-        alone = zr.DriftFilter(RATE, channels=3, rest_limit=3.0, bias_limit=20.0)
+        alone = zr.DriftFilter(RATE, channels=3, rest_limit=10.0, bias_limit=20.0)
         np.testing.assert_array_equal(replay_array(log).rate, alone.process(log.data[:, 0]))
 
     def test_without_a_unit_rest_has_no_limits(self):

@@ -71,7 +71,7 @@ class TestFiles:
         fused = zr.read_log(out / "board-zerorate.parquet")
         assert (fused.channels, fused.rate, fused.unit) == (3, RATE, "deg/s")
         z = zr.read_log(log, columns=list(columns())[1:]).data.reshape(-1, 3, 3)
-        array = zr.GyroArray(RATE, 3, rest_limit=3.0, bias_limit=20.0)
+        array = zr.GyroArray(RATE, 3, rest_limit=10.0, bias_limit=20.0)
         np.testing.assert_array_equal(fused.data, array.process(z))
 
     def test_no_figure_and_other_formats(self, cli, log, out):
@@ -210,7 +210,7 @@ class TestWeights:
         z = zr.read_log(log, columns=list(columns())[1:]).data.reshape(-1, 3, 3)
         for typed, weights in (("mean", "mean"), ("white", "white"), ("3,0,1", [3.0, 0.0, 1.0])):
             assert cli(log, "-o", out, "--no-figure", "--force", "--weights", typed)[0] == 0
-            array = zr.GyroArray(RATE, 3, weights=weights, rest_limit=3.0, bias_limit=20.0)
+            array = zr.GyroArray(RATE, 3, weights=weights, rest_limit=10.0, bias_limit=20.0)
             fused = zr.read_log(out / "board-zerorate.parquet").data
             np.testing.assert_array_equal(fused, array.process(z))
 

@@ -141,7 +141,7 @@ class TestReplay:
         _, rate, _ = recorded(calibration())
         corrected = zr.Calibration.from_json(cal).apply(read_recording(log)).gyro
         np.testing.assert_allclose(corrected.data, rate, **EXACT)
-        expected = zr.DriftFilter(100.0, channels=3, rest_limit=3.0).process(corrected.data)
+        expected = zr.DriftFilter(100.0, channels=3, rest_limit=10.0).process(corrected.data)
         np.testing.assert_array_equal(found.data, expected)
 
     def test_of_several_accelerometers_the_first_is_taken(self, call, cal, tmp_path, out):

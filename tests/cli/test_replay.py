@@ -12,7 +12,7 @@ from support.logs import write_gyros, write_table
 from zerorate import DriftFilter, read_log
 from zerorate.texts import extra_needed
 
-LIMITS = {"rest_limit": 3.0, "bias_limit": 20.0}
+LIMITS = {"rest_limit": 10.0, "bias_limit": 20.0}
 """What the command takes where the data are in deg/s."""
 
 

@@ -68,7 +68,7 @@ def test_a_log_is_filtered_as_it_stands_with_its_time_and_accelerometers():
     lines = [f"{5 * i},{i % 3},{x},{y}" for i, (x, y) in enumerate(counts)]
     options = ("--device", "mpu6050", "--range", "250")
     code, answers, errors = streamed(["millis,az,gx,gy", *lines], *RATE, *options)
-    limits = {"rest_limit": 3.0, "bias_limit": 20.0}
+    limits = {"rest_limit": 10.0, "bias_limit": 20.0}
     alone = zr.DriftFilter(100.0, method="auto", output="compensated", channels=2, **limits)
     expected = lines_of(alone.process(counts / 131.0))
     before = [line.rsplit(",", 2)[0] for line in lines]
@@ -126,10 +126,10 @@ class TestWhatRestCanBe:
     @pytest.mark.parametrize(
         ("options", "limits"),
         [
-            ("--unit deg/s", {"rest_limit": 3.0, "bias_limit": 20.0}),
+            ("--unit deg/s", {"rest_limit": 10.0, "bias_limit": 20.0}),
             ("--unit dps --rest-limit 2", {"rest_limit": 2.0, "bias_limit": 20.0}),
-            ("--unit deg/s --bias-limit none", {"rest_limit": 3.0}),
-            ("--rest-limit 3", {"rest_limit": 3.0}),
+            ("--unit deg/s --bias-limit none", {"rest_limit": 10.0}),
+            ("--rest-limit 10", {"rest_limit": 10.0}),
             ("--unit deg/s --rest-limit none --bias-limit none", {}),
             ("--unit deg/s --motion ignore", {"motion": "ignore"}),
             ("--unit g", {}),

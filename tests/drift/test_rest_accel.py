@@ -73,7 +73,7 @@ def test_told_of_no_motion_nothing_changes(z):
         assert plain.to_bytes() == told.to_bytes()
 
 
-@pytest.mark.parametrize("limits", [{}, {"rest_limit": 3.0, "bias_limit": 20.0}])
+@pytest.mark.parametrize("limits", [{}, {"rest_limit": 10.0, "bias_limit": 20.0}])
 @pytest.mark.parametrize(("speed", "tilt"), [(0.5, 90.0), (2.0, 30.0), (10.0, 30.0), (50.0, 10.0)])
 def test_a_steady_turn_is_no_bias(speed, tilt, limits):
     gyro, accel, turning = turned(speed, tilt, before=30.0, after=30.0)
@@ -89,7 +89,7 @@ def test_a_steady_turn_is_no_bias(speed, tilt, limits):
 
 def test_without_it_the_turn_is_one():
     gyro, _, _ = turned(2.0, 30.0, before=30.0, after=0.0)
-    plain = zr.DriftFilter(RATE, channels=3, rest_limit=3.0, bias_limit=20.0)
+    plain = zr.DriftFilter(RATE, channels=3, rest_limit=10.0, bias_limit=20.0)
     plain.process(gyro)
     assert np.abs(plain.bias - BIAS).max() > 1.5
 
@@ -97,7 +97,7 @@ def test_without_it_the_turn_is_one():
 @pytest.mark.parametrize("speed", [2.0, 10.0])
 def test_a_record_that_begins_in_a_turn(speed):
     gyro, accel, turning = turned(speed, 30.0, seconds=60.0, after=30.0)
-    filters = zr.DriftFilter(RATE, channels=3, rest_limit=3.0)
+    filters = zr.DriftFilter(RATE, channels=3, rest_limit=10.0)
     trace = filters.trace(gyro, moving=moving_of(accel))
     assert not trace.at_rest[turning].any()
     np.testing.assert_array_equal(trace.bias[turning], 0.0)

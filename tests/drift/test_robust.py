@@ -256,7 +256,7 @@ def test_a_start_in_motion(name):
     motion = swings()[name]
     z = at_rest(motion.size + 3000)
     z[: motion.size] += motion
-    trace = auto(rest_limit=3.0).trace(z)
+    trace = auto(rest_limit=10.0).trace(z)
     moving, resting = slice(None, motion.size), slice(motion.size, None)
     assert trace.at_rest[moving].mean() <= 0.02
     assert np.max(np.abs(trace.bias - BIAS)) <= BIAS + 0.5
@@ -266,7 +266,7 @@ def test_a_start_in_motion(name):
 
 def test_a_start_at_rest_within_limits():
     z = at_rest(6000)
-    f = auto(rest_limit=3.0, bias_limit=20.0)
+    f = auto(rest_limit=10.0, bias_limit=20.0)
     trace = f.trace(z)
     # Nothing is taken off until it has been still for nine ticks.
     assert np.all(trace.bias[:224] == 0.0)
@@ -281,7 +281,7 @@ def test_a_scale_proved_wrong_within_limits_is_learned_anew():
     """A rest of far too little noise: the sensor was not yet on."""
     z = at_rest(30_000)
     z[:2000] = 1e-9 * white(2000, seed=4)
-    f = auto(rest_limit=3.0)
+    f = auto(rest_limit=10.0)
     f.process(z)
     assert f.status == "at rest"
     assert abs(f.bias - BIAS) < 0.01
@@ -301,7 +301,7 @@ def test_starts_in_the_middle_of_hand_motion():
     edges = np.flatnonzero(np.diff(moves.astype(int))) + 1
     for first, last in edges.reshape(-1, 2):
         start = (first + last) // 2
-        f = zr.DriftFilter(rate, method="auto", channels=3, rest_limit=3.0)
+        f = zr.DriftFilter(rate, method="auto", channels=3, rest_limit=10.0)
         trace = f.trace(z[start:])
         assert np.all(trace.at_rest[moves[start:]].mean(axis=0) <= 0.02)
         assert np.all(np.abs(trace.bias - bias) <= np.abs(bias) + 0.5)
@@ -314,7 +314,7 @@ def test_starts_in_the_middle_of_hand_motion():
 @pytest.mark.parametrize("start", range(50, 1400, 150))
 def test_starts_on_a_shaft_that_never_rests(start):
     z = column("mpu6050_encoder_yaw_slow_100hz", "shaft_gyro_z_dps")[start * 100 :]
-    trace = auto(rest_limit=3.0).trace(z)
+    trace = auto(rest_limit=10.0).trace(z)
     assert trace.at_rest.mean() <= 0.02
     assert np.max(np.abs(trace.bias)) <= 0.5
 
@@ -324,7 +324,7 @@ def test_starts_on_a_shaft_that_never_rests(start):
     size=st.sampled_from([0.3, 1.0, 5.0, 50.0]),
     share=st.sampled_from([0.0, 0.01, 0.05]),
     seed=st.integers(0, 1000),
-    limits=st.sampled_from([{}, {"rest_limit": 3.0}, {"bias_limit": 100.0}]),
+    limits=st.sampled_from([{}, {"rest_limit": 10.0}, {"bias_limit": 100.0}]),
 )
 def test_it_always_comes_back(kind, size, share, seed, limits):
     n, t = 12_000, np.arange(6000) / RATE

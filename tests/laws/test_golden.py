@@ -45,8 +45,9 @@ def test_a_state_of_an_older_layout_is_refused():
 
 OLDER = [
     ("fading", "drift", 1, 2),
-    ("auto", "drift-auto", 1, 3),
-    ("auto", "drift-auto", 2, 3),
+    ("auto", "drift-auto", 1, 4),
+    ("auto", "drift-auto", 2, 4),
+    ("auto", "drift-auto", 3, 4),
     ("holding", "drift-rest-gated", 2, 4),
     ("holding", "drift-rest-gated", 3, 4),
     ("robust-holding", "robust-gated", 3, 4),
@@ -56,7 +57,10 @@ OLDER = [
     ("navigation", "navigation", 2, 5),
     ("navigation", "navigation", 3, 5),
     ("navigation", "navigation", 4, 5),
-    ("rest-detector", "rest-detector", 2, 3),
+    ("rest-detector", "rest-detector", 2, 4),
+    ("rest-detector", "rest-detector", 3, 4),
+    ("temperature", "temperature", 1, 2),
+    ("array", "gyro-array", 1, 2),
 ]
 
 

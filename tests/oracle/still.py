@@ -1,11 +1,14 @@
 """Whether a sensor can be at rest at all, where it is known what rest can be."""
 
 LASTING = 6
+# Spread of the means, as a share of the deviation that samples may have.
+STANDING = 0.3
 
 
 class Still:
     def __init__(self, rest_limit=None, bias_limit=None):
         self.rest_limit, self.bias_limit = rest_limit, bias_limit
+        self.standing = None if rest_limit is None else STANDING * rest_limit
         # Of ticks in a row that can be rest.
         self.means = []
 
@@ -15,7 +18,7 @@ class Still:
             self.means = []
             return False
         self.means = [*self.means, seen.mean][-LASTING:]
-        if beyond(max(self.means) - min(self.means), self.rest_limit):
+        if beyond(max(self.means) - min(self.means), self.standing):
             self.means = [seen.mean]
             return False
         return True

@@ -180,7 +180,7 @@ def test_the_status_after_every_sample(spoilt, setting):
 
 @pytest.mark.every(3)
 @BY_SPOILT
-@pytest.mark.parametrize("limits", [{}, {"rest_limit": 3.0 * NOISE, "bias_limit": 10.0 * NOISE}])
+@pytest.mark.parametrize("limits", [{}, {"rest_limit": 10.0 * NOISE, "bias_limit": 10.0 * NOISE}])
 def test_rest_alone(spoilt, limits):
     z = spoilt_record(spoilt, 20_000, "white")
     twin = oracle.RestDetector(RATE, **limits)

@@ -163,7 +163,7 @@ def test_samples_that_were_left_out_are_counted(tmp_path, batch):
     write_table(logs / "a.csv", {"gyro_x_dps": z[:, 0], "gyro_y_dps": z[:, 1]})
     first, second = pq.read_table(batch(Settings(limit=250.0)).summary).to_pylist()
     alone = zr.DriftFilter(
-        100.0, limit=250.0, rest_limit=3.0, bias_limit=20.0, channels=2, output="estimate"
+        100.0, limit=250.0, rest_limit=10.0, bias_limit=20.0, channels=2, output="estimate"
     )
     alone.process(z)
     names = ("saturated_count", "outlier_count", "stuck_count")
@@ -248,8 +248,8 @@ def test_records_are_json_beside_the_logs(logs, batch, tmp_path):
         ({"rate": -1.0}, "rate"),
         ({"format": "xls"}, "format must be one of"),
         ({"rest_limit": -1.0}, "rest_limit must be a positive number"),
-        ({"rest_limit": 3.0, "method": "kf"}, "rest_limit has no effect on method 'kf'"),
-        ({"rest_limit": 3.0, "motion": "ignore"}, "no effect on motion 'ignore', only on 'hold'"),
+        ({"rest_limit": 10.0, "method": "kf"}, "rest_limit has no effect on method 'kf'"),
+        ({"rest_limit": 10.0, "motion": "ignore"}, "no effect on motion 'ignore', only on 'hold'"),
         ({"fading": 0.9}, "fading has no effect on method 'auto', only on 'fading'"),
         ({"method": "fading", "fading": 2.0}, "fading must be above 0 and at most 1"),
     ],

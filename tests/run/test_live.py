@@ -133,7 +133,7 @@ def test_a_time_without_a_header_is_known_where_it_is_a_date():
 
 def test_the_header_tells_the_unit_and_so_what_rest_can_be():
     turning = np.array([[0.0], [100.0]]).repeat(1500)
-    limits = {"rest_limit": 3.0, "bias_limit": 20.0}
+    limits = {"rest_limit": 10.0, "bias_limit": 20.0}
     alone = zr.DriftFilter(RATE, method="auto", output="compensated", **limits)
     expected = lines_of(alone.process(turning))
     named, given = stream(), stream(unit="dps")
@@ -150,7 +150,7 @@ def test_raw_counts_are_scaled():
     counts = np.rint(131 * Z)
     some = stream(data_scale=1 / 131, unit="deg/s")
     some.take("gx,gy,gz")
-    limits = {"rest_limit": 3.0, "bias_limit": 20.0}
+    limits = {"rest_limit": 10.0, "bias_limit": 20.0}
     alone = zr.DriftFilter(RATE, method="auto", output="compensated", channels=3, **limits)
     assert taken(some, lines_of(counts)) == lines_of(alone.process(counts * (1 / 131)))
     assert some.opening == "filters gx, gy, gz times 0.00763359 in deg/s"
@@ -397,7 +397,7 @@ def test_a_header_is_known_after_a_restart():
         ({"motion": "ignore"}, "motion=hold, now it is ignore"),
         ({"output": "estimate"}, "output=compensated, now it is estimate"),
         ({"limit": 250.0}, "limit=none, now it is 250"),
-        ({"rest_limit": 3.0}, "rest_limit=none, now it is 3"),
+        ({"rest_limit": 10.0}, "rest_limit=none, now it is 10"),
         ({"bias_limit": 20.0}, "bias_limit=none, now it is 20"),
         ({"method": "kf", "outliers": "reject"}, "outliers=keep, now it is reject"),
         ({"beside": (Beside.bias,)}, "beside=none, now it is bias"),

@@ -34,7 +34,7 @@ PUBLISHED = ("kf", "akf", "fading")
 
 def alone_of(method, channels=2, **options):
     """Return the filter of the drift that a replay of a log in deg/s makes."""
-    limits = {"rest_limit": 3.0} if method == "auto" else {}
+    limits = {"rest_limit": 10.0} if method == "auto" else {}
     asked = {"output": "estimate", **limits, **options}
     return zr.DriftFilter(RATE, method=method, channels=channels, **asked)
 
@@ -428,7 +428,7 @@ class TestLimitsOfRest:
         z[:1000] += 20.0 * np.sin(np.arange(1000) / 30.0)[:, np.newaxis]
         log = make_log(convert(z, "deg/s", unit), unit=unit)
         result = replay(log, methods=("auto",), allan=False)
-        assert result.params["rest_limit"] == pytest.approx(convert(3.0, "deg/s", unit))
+        assert result.params["rest_limit"] == pytest.approx(convert(10.0, "deg/s", unit))
         assert result.params["bias_limit"] is None
         assert not result.readings.at_rest[:1000].any()
         assert (result.bias[:1000] == 0.0).all()

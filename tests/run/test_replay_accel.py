@@ -131,7 +131,7 @@ def test_live_and_replay_give_the_same_numbers(tmp_path, shown, method):
     columns |= dict(zip([f"{name}_dps" for name in GYRO], gyro.T, strict=True))
     columns |= dict(zip([f"{name}_g" for name in ACCEL], accel.T, strict=True))
     pq.write_table(pa.table(columns), tmp_path / "imu.parquet")
-    limits = {"rest_limit": 3.0, "bias_limit": 20.0} if method == "auto" else {}
+    limits = {"rest_limit": 10.0, "bias_limit": 20.0} if method == "auto" else {}
     held = {} if method == "auto" else {"motion": "hold"}
     imu = read_recording(tmp_path / "imu.parquet")
     log = replay(imu if shown else imu.gyro, methods=[method], **limits, **held).filtered_log

@@ -20,7 +20,7 @@ MOTION = slice(600, 800)
 MIDDLE = 700
 
 # As wherever the unit is known to be deg/s.
-LIMITS = {"rest_limit": 3.0, "bias_limit": 20.0}
+LIMITS = {"rest_limit": 10.0, "bias_limit": 20.0}
 METHODS = {
     "kf": {"method": "kf", "output": "estimate"},
     "akf": {"method": "akf"},

@@ -10,6 +10,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
+from zerorate._native import longest_quiet
 from zerorate.faults import given, said
 from zerorate.geometry.earth import local_ned
 from zerorate.io import LogError, Recording
@@ -22,8 +23,9 @@ from zerorate.navigation.windows import Epochs, sigma_of_position
 from zerorate.types import Booleans, Floats
 
 _TICK: Final = 0.5
-_STEADY: Final = (math.radians(0.5), 0.15)
-"""By how much means of half a second scatter at rest, rad/s and m/s^2."""
+_STEADY: Final = (math.radians(0.85), 0.26, 0.26)
+"""By how much means of half a second scatter at rest over the three axes, rad/s and m/s^2, and how
+far gravity may turn, m/s^2: an engine may run."""
 _RATE: Final = math.radians(10.0)
 """Largest bias of a gyro."""
 _REST: Final = 3.0
@@ -81,7 +83,8 @@ def find_start(
     Notes
     -----
     A rest is the longest stretch of 3 s or more before the receiver leaves its place in which means
-    of half a second stay within 0.5 deg/s and 0.15 m/s^2: its mean rate is the bias, to 0.1 deg/s.
+    of half a second stay within 0.85 deg/s and 0.26 m/s^2 over the three axes: its mean rate is the
+    bias, to 0.1 deg/s.
     Without one the bias is taken for zero, to 0.5 deg/s. Roll and pitch are of the mean force of
     the 5 s before, to 5 deg. The heading is that of the filter, of eight round the compass and one
     along the course, under which the fixes are the most likely, once it leads those that look
@@ -215,7 +218,7 @@ def _rest(samples: Samples, moves: _Moves) -> tuple[float, float] | None:
     shortest = _REST
     if fixes.velocity is None:
         shortest = max(_REST, 1.4 * float(np.median(sigma_of_position(fixes))) / _SLOWEST)
-    first, last = _longest(means)
+    first, last = longest_quiet(means, *_STEADY, _RATE)
     if (last - first) * _TICK < shortest:
         return None
     return start + first * _TICK, start + last * _TICK
@@ -225,30 +228,6 @@ def _mean(samples: Samples, first: int, last: int) -> Floats:
     values = np.concatenate((samples.gyro[first:last], samples.accel[first:last]), axis=1)
     there = np.isfinite(values).all(axis=1)
     return values[there].mean(axis=0) if there.any() else np.full(6, np.nan)
-
-
-def _longest(means: Floats) -> tuple[int, int]:
-    """Return first and last of the longest steady stretch of means of half a second."""
-    limit = np.repeat(_STEADY, 3)
-    best = (0, 0)
-    for first in range(len(means)):
-        rest = means[first:]
-        if len(rest) <= best[1] - best[0]:
-            break
-        n = np.arange(1, len(rest) + 1)[:, np.newaxis]
-        mean = np.cumsum(rest, axis=0) / n
-        spread = np.sqrt(
-            np.maximum(np.cumsum((rest - rest[0]) ** 2, axis=0) / n - (mean - rest[0]) ** 2, 0.0)
-        )
-        near = np.maximum(
-            np.maximum.accumulate(rest, axis=0) - mean, mean - np.minimum.accumulate(rest, axis=0)
-        )
-        good = ((near <= 2.0 * limit) & (spread <= limit)).all(axis=1)
-        good &= np.linalg.norm(mean[:, :3], axis=1) <= _RATE
-        length = int(np.argmin(good)) if not good.all() else len(rest)
-        if length > best[1] - best[0]:
-            best = (first, first + length)
-    return best
 
 
 def _first(samples: Samples, fixes: Fixes) -> float:

@@ -49,7 +49,9 @@ pub use drift::{
     Zones,
 };
 pub use error::Error;
-pub use rest::{Event, MotionAware, MotionDetector, RestDetector, RestLimits, Tick};
+pub use rest::{
+    Event, MotionAware, MotionDetector, QuietLimits, RestDetector, RestLimits, Tick, longest_quiet,
+};
 pub use score::exponential_mean;
 #[cfg(feature = "std")]
 pub use stream::Bank;

@@ -58,7 +58,7 @@ mod _native {
     #[pymodule_export]
     use crate::position::{PositionFilter, position_options};
     #[pymodule_export]
-    use crate::rest::{MotionDetector, RestDetector};
+    use crate::rest::{MotionDetector, RestDetector, longest_quiet};
     #[pymodule_export]
     use crate::score::{ReplayScores, exponential_mean};
     #[pymodule_export]

@@ -2,8 +2,11 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use zerorate_core::{Bank, MotionDetector as MotionCore, RestDetector as Core, RestLimits};
+use zerorate_core::{
+    Bank, MotionDetector as MotionCore, QuietLimits, RestDetector as Core, RestLimits,
+};
 
+use crate::common::arrays::named;
 use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, reading, streaming, text};
@@ -33,8 +36,9 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// channels : int, optional
 ///     Number of signals side by side; ``None`` is a single one.
 /// rest_limit : float, optional
-///     Deviation of the samples within a tick, and spread of the means of six ticks, above which a
-///     sensor of this kind cannot be at rest, in the samples' unit; 3 deg/s suits MEMS gyros.
+///     Deviation of the samples within a tick above which a sensor of this kind cannot be at rest,
+///     in the samples' unit; the means of six ticks spread by three tenths of it at most. 10 deg/s
+///     suits MEMS gyros: motors shake samples, and means hardly.
 /// bias_limit : float, optional
 ///     Level above which it cannot, in the samples' unit.
 ///
@@ -195,4 +199,40 @@ getters! { MotionDetector, slf, py, this;
     moving: Object<'py> = this.shared.each(py, MotionCore::is_moving)?;
     /// Samples a second.
     rate: f64 = this.first().rate();
+}
+
+/// The longest stretch of a record in which means of ticks stand still: first and last (exclusive)
+/// of its ticks, equal where there is none.
+///
+/// Parameters
+/// ----------
+/// means : array_like, shape (n, 6)
+///     Mean rate, rad/s, and mean force, m/s^2, of each tick; NaN where missing, which ends a stretch.
+/// gyro, accel : float
+///     How far they vary over the three axes, rad/s and m/s^2: their deviation, and half of the
+///     distance of one from the mean.
+/// turned : float
+///     How far gravity may turn in it, m/s^2.
+/// bias : float
+///     Mean rate beyond which it is a turn, rad/s.
+///
+/// Returns
+/// -------
+/// tuple of int
+///
+/// Raises
+/// ------
+/// ValueError
+///     An array of another shape.
+#[pyfunction]
+pub fn longest_quiet(
+    means: &Bound<'_, PyAny>,
+    gyro: f64,
+    accel: f64,
+    turned: f64,
+    bias: f64,
+) -> PyResult<(usize, usize)> {
+    let means = named("means", means, "(n, 6)", |shape| matches!(shape, [_, 6]))?;
+    let limits = QuietLimits { gyro, accel, turned };
+    Ok(zerorate_core::longest_quiet(means.values.as_chunks::<6>().0, &limits, bias))
 }

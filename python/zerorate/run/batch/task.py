@@ -66,7 +66,7 @@ class Settings:
         "replay" alone; default yes.
     **options
         Arguments of `zerorate.DriftFilter`, for "replay" alone, with its defaults: method "auto",
-        output "compensated". Of a log whose unit is known `rest_limit` is 3 deg/s and `bias_limit`
+        output "compensated". Of a log whose unit is known `rest_limit` is 10 deg/s and `bias_limit`
         20 deg/s unless they are given; None is no limit.
 
     Attributes

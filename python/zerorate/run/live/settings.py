@@ -53,7 +53,7 @@ class Settings:
         a header line all but the sequence number.
     unit : str, optional
         Of the channels, where a header line does not say it. If it is known, `rest_limit` is
-        3 deg/s and `bias_limit` 20 deg/s unless they are given; None is no limit.
+        10 deg/s and `bias_limit` 20 deg/s unless they are given; None is no limit.
     data_scale : float, optional
         What samples are multiplied by, such as raw counts; the unit is the one they have then.
     sequence : str or int, optional

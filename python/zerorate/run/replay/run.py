@@ -77,7 +77,7 @@ def replay(
         By default a bar in a notebook.
     **options
         Arguments of `zerorate.DriftFilter`, each for those of the methods that use it. If the unit
-        of the log is known, `rest_limit` is 3 deg/s unless it is given; None is no limit.
+        of the log is known, `rest_limit` is 10 deg/s unless it is given; None is no limit.
 
     Returns
     -------

@@ -19,7 +19,7 @@ const MOST_WEIGHT: f64 = 1.0 / LEFT + 1e-9;
 
 impl<const A: usize> Checkpoint for GyroArray<A> {
     const TAG: &'static str = "gyro-array";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
     const SIZES: [u8; 2] = [A as u8, 0];
 
     fn is_sound(&self) -> bool {

@@ -447,7 +447,7 @@ impl<T: Number> Traced for AutoFilter<T> {
 
 impl<T: Number> Checkpoint for AutoFilter<T> {
     const TAG: &'static str = "drift-auto";
-    const VERSION: u16 = 3;
+    const VERSION: u16 = 4;
 
     fn is_sound(&self) -> bool {
         Self::new(self.params).is_ok_and(|fresh| self.is_after(&fresh))

@@ -17,6 +17,7 @@ mod decision;
 mod gate;
 mod model;
 mod motion;
+pub(crate) mod quiet;
 mod repeats;
 mod still;
 mod sums;
@@ -27,6 +28,7 @@ use serde::{Deserialize, Serialize};
 
 use self::decision::{Decision, Times};
 pub use self::motion::MotionDetector;
+pub use self::quiet::{QuietLimits, longest_quiet};
 pub(crate) use self::ticker::Run;
 use self::ticker::{TickSums, Ticker};
 use crate::error::{Error, check_positive, check_rate};
@@ -72,8 +74,8 @@ pub struct Tick<T> {
 /// What rest can be, in the unit of the samples: nothing beyond is ever learned as rest.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct RestLimits {
-    /// Deviation within a tick, and spread of the ticks' means over 1.5 s, that no sensor of this
-    /// kind has at rest.
+    /// Deviation within a tick that no sensor of this kind has at rest; its ticks' means spread over
+    /// 1.5 s by three tenths of it at most.
     pub rest: Option<f64>,
     /// Level that no sensor of this kind has at rest.
     pub bias: Option<f64>,
@@ -255,7 +257,7 @@ where
     T: Limits + Real<Element = T, SimdBool = bool> + Serialize + DeserializeOwned,
 {
     const TAG: &'static str = "rest-detector";
-    const VERSION: u16 = 3;
+    const VERSION: u16 = 4;
 
     fn is_sound(&self) -> bool {
         Self::new(self.rate, self.limits).is_ok_and(|fresh| {

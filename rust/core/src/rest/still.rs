@@ -10,6 +10,10 @@ use crate::math::{Limits, Real};
 /// Ticks that have to stay within the limits: one and a half seconds.
 const LASTING: usize = 6;
 
+/// Spread of their means at most, as a share of the deviation that samples may have: vibration
+/// shakes samples and averages out, turning does not.
+const STANDING: f64 = 0.3;
+
 /// Ticks in a row that may be rest, in the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Still<T> {
@@ -38,7 +42,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Still<T> {
         self.ticks = (self.ticks + 1).min(LASTING as u32);
         let loud = self.rest.is_some_and(|limit| seen.deviation > limit);
         let beyond = self.bias.is_some_and(|limit| seen.mean.simd_abs() > limit);
-        let moves = self.rest.is_some_and(|limit| self.spread() > limit);
+        let moves = self.rest.is_some_and(|limit| self.spread() > T::of(STANDING) * limit);
         if loud || beyond {
             self.ticks = 0;
         } else if moves {

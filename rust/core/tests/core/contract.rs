@@ -176,6 +176,6 @@ fn another_type_is_refused_by_name() {
     let text = error.expect_err("another type").to_string();
     assert_eq!(
         text,
-        "checkpoint holds 'test-centred' version 1, expected 'rest-detector' version 3"
+        "checkpoint holds 'test-centred' version 1, expected 'rest-detector' version 4"
     );
 }

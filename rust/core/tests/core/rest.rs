@@ -115,7 +115,7 @@ fn an_output_that_stands_still_for_its_coarse_steps_is_not_stuck() {
 
 #[test]
 fn nothing_beyond_the_limits_is_rest() {
-    let limits = RestLimits { rest: Some(3.0), bias: Some(20.0) };
+    let limits = RestLimits { rest: Some(10.0), bias: Some(20.0) };
     let refused = |limits| RestDetector::<f64>::new(RATE, limits).expect_err("no limit");
     assert!(matches!(
         refused(RestLimits { rest: Some(0.0), ..limits }),
@@ -134,7 +134,9 @@ fn nothing_beyond_the_limits_is_rest() {
     assert_eq!(rests(turned(0.0)), 30_000 - 224);
     assert_eq!(rests(turned(19.0)), 30_000 - 224);
     assert_eq!(rests(turned(21.0)), 0);
-    assert_eq!(rests(noise.iter().map(|z| 4.0 * z).collect()), 0);
+    assert_eq!(rests(noise.iter().map(|z| 11.0 * z).collect()), 0);
+    // Motors shake samples, and their means hardly.
+    assert!(rests(noise.iter().map(|z| 4.0 * z).collect()) > 25_000);
     // A minute of turning back and forth: the means of ticks move by far more than three.
     let swung = |(i, z): (usize, &f64)| z + 15.0 * (i as f64 / 100.0).sin();
     assert_eq!(rests(noise.iter().enumerate().map(swung).collect()), 0);

@@ -66,9 +66,10 @@ use crate::common::work::in_pieces;
 /// Other Parameters
 /// ----------------
 /// rest_limit : float, optional
-///     Only ``"auto"``: deviation of the samples within a quarter second, and spread of the means of
-///     six of these, above which a sensor of this kind cannot be at rest, in the samples' unit;
-///     3 deg/s suits MEMS gyros. A record may then begin in motion: nothing is learned, and 0 is the
+///     Only ``"auto"``: deviation of the samples within a quarter second above which a sensor of this
+///     kind cannot be at rest, in the samples' unit; the means of six of these spread by three tenths
+///     of it at most. 10 deg/s suits MEMS gyros: motors shake samples, and means hardly. A record may
+///     then begin in motion: nothing is learned, and 0 is the
 ///     bias, until the sensor has been still for 2.25 s. Without it the start is taken for rest if it
 ///     looks like noise, ``status`` is ``"provisional"`` until something louder or a minute of
 ///     stillness has been seen, and ``bias_sigma`` is as large as the samples until then.

@@ -275,7 +275,7 @@ impl Stream for TemperatureFilter {
 
 impl Checkpoint for TemperatureFilter {
     const TAG: &'static str = "temperature";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
 
     fn is_sound(&self) -> bool {
         let most = f64::RAW_MAX * 32.0;

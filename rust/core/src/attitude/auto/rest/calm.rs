@@ -3,8 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::quiet::{ACCEL, Candidate, GYRO, SETTLED};
+use super::quiet::{ACCEL, Candidate, GYRO};
 use super::{DEGREE, Seen};
+use crate::rest::quiet::SETTLED;
 
 /// How much louder than the calmest rest another may be, and a single tick off its mean: squared.
 const LOUDER: f64 = 9.0;

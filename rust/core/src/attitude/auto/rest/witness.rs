@@ -5,10 +5,10 @@ use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::limits::MEAN;
-use super::quiet::{RECENT, SETTLED};
 use crate::attitude::sample::FIELD_MAX;
 use crate::math::rotation::exponential;
 use crate::math::sound::{are_within, is_size};
+use crate::rest::quiet::{RECENT, SETTLED};
 
 /// Deviations by which a field that stands still moves at most, squared, and the least of them as a
 /// share of its strength.
