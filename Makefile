@@ -93,6 +93,7 @@ results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and
 	$(BIN)/python examples/attitude_figures.py
 	$(BIN)/python examples/array_figures.py
 	$(BIN)/python examples/navigation_tables.py
+	$(BIN)/python examples/navigation_asked.py
 	$(BIN)/python examples/navigation_figures.py
 	$(BIN)/python examples/rest_accel.py
 	$(BIN)/python examples/readme_numbers.py

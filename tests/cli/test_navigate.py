@@ -92,6 +92,28 @@ def test_it_writes_a_log_maps_and_a_figure(cli, imu, gnss, out):
     assert (out / f"{stem}.gpx").read_text().count("<trkpt") == there.sum()
 
 
+def test_wheels_tell_their_speed_or_their_ticks(cli, gnss, out, tmp_path):
+    """A tick's length is that of the receiver's speed if nothing says it; notes say what was found."""
+    columns = imu_columns()
+    columns["wheel_speed_mps"] = zr.simulation.wheel_speeds(DRIVE, 50.0, scale=0.02)
+    columns["ticks"] = zr.simulation.wheel_ticks(DRIVE, 0.03, scale=0.02)
+    log = write(tmp_path / "wheels.csv", columns)
+    for k, told in enumerate(
+        (
+            ("--wheel-speed", "wheel_speed_mps"),
+            ("--wheel-ticks", "ticks", "--tick", "0.03"),
+            ("--wheel-ticks", "ticks"),
+        )
+    ):
+        code, text, errors = cli(log, gnss, *told, "--no-figure", "-o", out / f"{k}.csv")
+        assert code == 0, errors
+        note = " ".join(text.split()).partition("- the wheels roll ")[2]
+        scale, sigma = (float(word) for word in note.split(" %")[0].split(" ± "))
+        if k < 2:
+            assert abs(scale - 2.0) < 4.0 * sigma < 4.0
+        assert "% faster than they tell, along an axis" in note
+
+
 def test_held_stands_beside_the_filter(cli, imu, gnss, out):
     options = ("--outages", "5,10", "--smooth", "--no-figure", "-o", out / "a.csv")
     code, text, _ = cli(imu, gnss, *options)
@@ -236,6 +258,9 @@ def test_a_heading_and_a_rest_may_be_given(cli, imu, gnss, out):
         (("--outages", "10,-3"), 2, "--outages takes lengths above 0 s"),
         (("--outages", "90"), 2, "there is no room for an outage of 90 s"),
         (("--vehicle", "boat"), 2, "--vehicle takes wheeled"),
+        (("--tick", "0.03"), 2, "--tick needs --wheel-ticks"),
+        (("--wheel-ticks", "gyro_x_radps", "--tick", "0"), 2, "--tick takes metres above 0"),
+        (("--wheel-ticks", "a", "--wheel-speed", "b"), 2, "--wheel-speed and --wheel-ticks tell"),
         (("--axle", "1,0,0"), 2, "--axle needs --vehicle wheeled"),
         (("--vehicle", "wheeled", "--axle", "1,0"), 2, "--axle takes three numbers with commas"),
         (("--antenna", "1,0,zero"), 2, "--antenna takes three numbers with commas between"),

@@ -38,7 +38,7 @@ SIZES_MAX = (1e14, 1e10, 1e3)
 # The wheels' constants before they tell anything; beyond three deviations they slip, for 10 s.
 WHEELS_PRIOR, SLIP, SLIP_SECONDS = np.array([0.03, 0.035, 0.035]), 9.0, 10.0
 CONSTANT_MAX, LEVER_MAX, SPEED_MAX = 1.5, 1e3, 1e4
-# Of the normalised innovation squared of what comes back after an outage.
+# What fixes may leave after an outage, squared and over their noise.
 SURPRISE = 16.27
 
 R, V, PHI, GYRO, ACCEL, ROLL, ANTENNA = (slice(i, i + 3) for i in range(0, 21, 3))
@@ -491,6 +491,9 @@ class Navigation:
         there = speed is not None and abs(speed) <= SPEED_MAX and -AHEAD <= age <= LATE
         if not (there and self.navigating):
             return False
+        # A heading that is wrong by more would be taken for a mount that is turned.
+        if self.P[15, 15] == 0.0 and not self.sigma[8] < 0.1:
+            return False
         if self.P[15, 15] == 0.0:
             self.P[ROLL, ROLL] = np.diag(WHEELS_PRIOR**2)
         sigma = np.clip(self.speed_sigma if sigma is None else sigma, 1e-3, SPEED_MAX)
@@ -583,19 +586,24 @@ class Navigation:
         return self.comes_back(kinds, after)
 
     def believed(self, kinds):
-        """What all of them would make of the filter, and the largest NIS."""
-        kept, x, largest = self.P, np.zeros(ALL), 0.0
+        """What all of them would make of the filter, and the most that is left, by their noise."""
+        kept, x, noises = self.P, np.zeros(ALL), []
         for kind, _, z, H, sigma in kinds:
             noise = self.judges[kind].noise(sigma**2, self.adapt)
             self.P, x, nis = self.correct(z, H, noise, x)
-            self.judges[kind].nis, largest = nis, max(largest, nis)
+            self.judges[kind].nis = nis
+            noises.append(noise)
         found, self.P = self.P, kept
-        return found, x, largest
+        left = [
+            np.sum((z - H @ x) ** 2 / noise)
+            for (_, _, z, H, _), noise in zip(kinds, noises, strict=True)
+        ]
+        return found, x, max(left)
 
     def comes_back(self, kinds, seconds):
         """Two positions agree after an outage: they are right."""
-        P, x, largest = self.believed(kinds)
-        if largest > SURPRISE:
+        P, x, left = self.believed(kinds)
+        if left > SURPRISE:
             shown = [judge.nis for judge in self.judges]
             self.P[R, R] += np.diag(kinds[0][2] ** 2)
             fast = kinds[1][2] if len(kinds) > 1 else 2.0 * kinds[0][2] / seconds

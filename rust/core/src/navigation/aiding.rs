@@ -13,8 +13,7 @@ use crate::math::Real;
 
 /// Variances of level and heading that a filter gains that was wrong, rad².
 const WRONG: [f64; 2] = [1e-3, 0.03];
-/// Normalised innovation squared of what comes back after an outage, one in a thousand, beyond which
-/// the filter has drifted by more than it knows.
+/// What fixes may leave after an outage, squared and over their noise: more is one in a thousand.
 const SURPRISE: f64 = 16.27;
 /// Seconds between two looks at the wheels, and speed above which they tell something, m/s.
 const WHEELS_EVERY: f64 = 0.2;
@@ -121,8 +120,8 @@ impl NavigationFilter {
         [Some(false), None]
     }
 
-    /// Two fixes after an outage agree: if they are a surprise, the filter has drifted by more than it
-    /// knows.
+    /// Two fixes after an outage agree. If what they leave is still a surprise, by their own noise, the
+    /// filter is surer of itself than it may be.
     #[cold]
     fn comes_back(
         &mut self,
@@ -131,7 +130,8 @@ impl NavigationFilter {
         found: &mut Errors,
     ) -> [Option<bool>; 2] {
         let before = (self.covariance, *found);
-        if self.believed(measured, found) > SURPRISE {
+        self.believed(measured, found);
+        if (0..2).any(|kind| self.left(measured, kind, found) > SURPRISE) {
             (self.covariance, *found) = before;
             let [position, velocity] = measured.each_ref().map(|one| one.as_ref().map(|m| m.z));
             let z = position.unwrap_or_default();
@@ -147,17 +147,29 @@ impl NavigationFilter {
         measured.each_ref().map(|one| one.as_ref().map(|_| true))
     }
 
-    /// Takes all that was measured; returns the largest normalised innovation squared.
-    fn believed(&mut self, measured: &[Option<Measured>; 2], found: &mut Errors) -> f64 {
-        let mut largest = 0.0_f64;
+    /// Takes all that was measured.
+    fn believed(&mut self, measured: &[Option<Measured>; 2], found: &mut Errors) {
         for (kind, measured) in measured.iter().enumerate() {
             if let Some(measured) = measured {
                 let noise = self.noise(kind, measured);
                 self.judges[kind].new = self.correct(measured, kind, &noise, found);
-                largest = largest.max(self.judges[kind].nis());
             }
         }
-        largest
+    }
+
+    /// What is left of one kind after all were taken, squared, over its noise.
+    fn left(&self, measured: &[Option<Measured>; 2], kind: usize, found: &Errors) -> f64 {
+        let Some(measured) = &measured[kind] else { return 0.0 };
+        let noise = self.noise(kind, measured);
+        let constants = self.covariance.1.map_or([0.0; CONSTANTS], |beside| beside.found);
+        let moved = self.rows_of_antenna(kind);
+        let of = |i: usize| {
+            let by_errors = (0..STATES).map(|k| measured.rows[i][k] * found[k]).sum::<f64>();
+            let by_constants = (0..CONSTANTS).map(|k| moved[i][k] * constants[k]).sum::<f64>();
+            let left = measured.z[i] - by_errors - by_constants;
+            left * left / noise[i]
+        };
+        (0..3).map(of).sum()
     }
 
     fn noise(&self, kind: usize, measured: &Measured) -> [f64; 3] {

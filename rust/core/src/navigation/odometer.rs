@@ -3,7 +3,7 @@
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::covariance::{ANTENNA, Beside, Constants, GYRO, Row, STATES, V};
+use super::covariance::{ANTENNA, Beside, Constants, GYRO, PHI, Row, STATES, V};
 use super::filter::{NavigationFilter, Witness};
 use super::params::Wheels;
 use crate::error::{Error, require};
@@ -19,6 +19,9 @@ pub(crate) const CONSTANT_MAX: f64 = 1.5;
 /// counts less instead, so that a filter that is wrong itself finds back.
 const SLIP: f64 = 9.0;
 const SLIP_MAX: f64 = 10.0;
+/// Deviation of a heading, rad, with which wheels begin to tell: what is wrong by more would be taken
+/// for a mount that is turned.
+const HEADING: f64 = 0.1;
 /// Largest speed, m/s.
 pub(crate) const SPEED_MAX: f64 = 1e4;
 const AHEAD: f64 = 0.1;
@@ -77,7 +80,7 @@ impl Odometer {
 impl NavigationFilter {
     /// Takes the speed of the wheels, m/s, forward, at a time, s, as a mean about it; a deviation that
     /// is not told is that of the parameters. Returns whether it will be used: not if it is missing, too
-    /// old, or nothing is known of where the filter is.
+    /// old, or nothing is known of where the filter is, nor before its heading is known to 0.1 rad.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the filter is not of a vehicle on wheels, or the deviation not positive.
@@ -94,7 +97,9 @@ impl NavigationFilter {
         require(sigma > 0.0, "sigma", "positive", sigma)?;
         let age = self.sensors.time - time;
         let known = speed.abs() <= SPEED_MAX && (-AHEAD..=LATE).contains(&age);
-        if !known || !self.navigating {
+        let begun = self.covariance.1.is_some_and(|beside| beside.has(0));
+        let looks = begun || self.sigma[PHI + 2] < HEADING;
+        if !(known && looks && self.navigating) {
             return Ok(false);
         }
         let beside = self.covariance.1.get_or_insert(Beside::NONE);
