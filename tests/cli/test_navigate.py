@@ -93,7 +93,7 @@ def test_it_writes_a_log_maps_and_a_figure(cli, imu, gnss, out):
 
 
 def test_wheels_tell_their_speed_or_their_ticks(cli, gnss, out, tmp_path):
-    """A tick's length is that of the receiver's speed if nothing says it; notes say what was found."""
+    """A tick is as long as the receiver's speed says if nothing else does."""
     columns = imu_columns()
     columns["wheel_speed_mps"] = zr.simulation.wheel_speeds(DRIVE, 50.0, scale=0.02)
     columns["ticks"] = zr.simulation.wheel_ticks(DRIVE, 0.03, scale=0.02)
