@@ -46,6 +46,16 @@ def test_outages_stand_where_they_should():
     np.testing.assert_array_equal(np.bincount(one.outage), 10)
 
 
+@pytest.mark.parametrize("more", [1, 2])
+def test_smoothing_needs_two_fixes_after_an_outage(more):
+    driven, until = drive(), found()[10.0].spans[1, 1]
+    fixes = driven.fixes.chosen(driven.fixes.time <= until + more + 0.5)
+    told = zr.navigation.outages(driven.recording(), fixes, seconds=10.0, smooth=True)
+    assert np.isfinite(told[10.0].end["smoothed"]).tolist() == [True, more == 2]
+    assert np.isfinite(told[10.0].end["filter"]).all()
+    assert any("not two fixes" in note for note in told.notes) == (more == 1)
+
+
 def test_errors_are_those_of_a_run_without_these_fixes():
     driven, one = drive(), found()[20.0]
     nav = zr.NavigationFilter(zr.navigation.find_start(driven.recording(), driven.fixes))

@@ -60,7 +60,8 @@ class OutageErrors:
     sigma : ndarray, shape (m, 2)
         Standard deviations north and east of the filter there, m.
     end : dict of str to ndarray, shape (n,)
-        Horizontal distance at the last fix withheld, m; of "smoothed" the largest inside.
+        Horizontal distance at the last fix withheld, m; of "smoothed" the largest inside, NaN
+        where the record ends before two fixes more.
     """
 
     seconds: float
@@ -280,11 +281,15 @@ def _started(
 
 @dataclass(frozen=True, eq=False)
 class _Withheld:
-    """Indices of fixes that are withheld, of the last before each outage, and of each outage."""
+    """Indices of fixes that are withheld, of the last before each outage, and of each outage.
+
+    `followed` says after which outages two fixes are there: the filter believes none alone.
+    """
 
     fixes: Integers
     outage: Integers
     before: Integers
+    followed: Booleans
     dropped: int
 
     def all_of(self, n: int) -> Booleans:
@@ -338,12 +343,14 @@ class _Within:
                 f"there is no room for an outage of {length:g} s: the receiver has gaps itself"
             )
         befores = np.array([a - 1 for a, _ in ends])
-        if np.isin(befores, [b - 1 for _, b in ends]).any():
+        afters = np.array([b for _, b in ends])
+        if np.isin(befores, afters - 1).any():
             raise ArgumentError("between", f"must leave a fix between outages, got {between:g} s")
         return _Withheld(
             np.concatenate([np.arange(a, b) for a, b in ends]),
             np.repeat(np.arange(len(ends)), [b - a for a, b in ends]),
             befores,
+            np.append(befores[1:] + 1, np.searchsorted(time, self.last + _SAME)) - afters >= 2,
             count - len(ends),
         )
 
@@ -370,7 +377,14 @@ def _errors(
     distance = {name: np.hypot(*error.T) for name, error in errors.items()}
     end = {name: values[last] for name, values in distance.items()}
     if SMOOTHED in tracks:
-        end[SMOOTHED] = np.maximum.reduceat(distance[SMOOTHED], np.r_[0, last[:-1] + 1])
+        largest = np.maximum.reduceat(distance[SMOOTHED], np.r_[0, last[:-1] + 1])
+        end[SMOOTHED] = np.where(withheld.followed, largest, np.nan)
+        alone = int((~withheld.followed).sum())
+        if alone:
+            notes.append(
+                f"outages of {length:g} s after which there are not two fixes, so that a smoother "
+                f"has none to go by, and which are not in its row: {alone} of {len(last)}"
+            )
     spans = np.column_stack([gnss.time[withheld.before], time[last]])
     if withheld.dropped:
         notes.append(
