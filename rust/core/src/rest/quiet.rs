@@ -137,6 +137,8 @@ pub fn longest_quiet(means: &[[f64; 6]], limits: &QuietLimits, bias: f64) -> (us
 
 #[cfg(test)]
 mod tests {
+    use core::array::from_fn;
+
     use super::{QuietLimits, longest_quiet};
 
     const LIMITS: QuietLimits = QuietLimits { gyro: 0.01, accel: 0.1, turned: 0.1 };
@@ -147,12 +149,14 @@ mod tests {
 
     #[test]
     fn the_longest_of_two_levels_is_found_and_a_turn_is_none() {
-        let mut means = vec![still(0.02); 7];
-        means.extend((0..20).map(|k| still(0.1 * f64::from(k))));
-        means.extend([still(0.03); 9]);
-        assert_eq!(longest_quiet(&means, &LIMITS, 0.2), (27, 36));
-        // A level beyond what a bias can be.
-        means.extend([still(0.5); 30]);
+        let means: [_; 66] = from_fn(|k| match k {
+            0..7 => still(0.02),
+            7..27 => still(0.1 * (k - 7) as f64),
+            27..36 => still(0.03),
+            // A level beyond what a bias can be.
+            _ => still(0.5),
+        });
+        assert_eq!(longest_quiet(&means[..36], &LIMITS, 0.2), (27, 36));
         assert_eq!(longest_quiet(&means, &LIMITS, 0.2), (27, 36));
     }
 
@@ -161,8 +165,7 @@ mod tests {
         let mut means = [still(0.0); 10];
         means[4][5] = f64::NAN;
         assert_eq!(longest_quiet(&means, &LIMITS, 0.2), (5, 10));
-        let leaning: Vec<_> =
-            (0..40).map(|k| [0.0, 0.0, 0.0, 0.01 * f64::from(k), 0.0, 9.81]).collect();
+        let leaning: [_; 40] = from_fn(|k| [0.0, 0.0, 0.0, 0.01 * k as f64, 0.0, 9.81]);
         let (first, last) = longest_quiet(&leaning, &LIMITS, 0.2);
         assert!(last - first < 25, "{first} {last}");
         assert_eq!(longest_quiet(&[], &LIMITS, 0.2), (0, 0));
