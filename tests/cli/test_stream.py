@@ -86,6 +86,22 @@ def test_a_log_is_filtered_as_it_stands_with_its_time_and_accelerometers():
     assert errors.startswith(told)
 
 
+def test_a_log_of_ours_begins_with_a_comment_and_is_filtered(tmp_path):
+    log = tmp_path / "gyro.csv"
+    assert run(["simulate", "MPU-6050", "-o", str(log), "--duration", "2"]) == 0
+    lines = log.read_text().splitlines()
+    assert lines[0].startswith("# zerorate")
+    code, answers, errors = streamed(lines, *RATE)
+    assert (code, len(answers)) == (0, len(lines) - 1), errors
+    assert answers[0] == lines[1]
+
+
+def test_what_is_garbled_before_the_first_line_is_told_and_passed_over():
+    code, answers, errors = streamed(["0.5,0.2", "0.5"], *RATE, "--fields", "1")
+    assert (code, len(answers)) == (0, 1), errors
+    assert "line 1: it has 2 cells, expected 1; it is taken as missing" in errors
+
+
 def test_raw_counts_are_told_of_once():
     lines = [f"{i % 7},{i % 5}" for i in range(300)]
     code, _, errors = streamed(lines, *RATE)

@@ -118,7 +118,7 @@ class LineStream:
 
     def notice(self) -> str | None:
         """Return a sentence on the first samples, once; None if there is none to say."""
-        return self._known.notice()
+        return None if self._engine is None else self._engine.notice()
 
     def sentences(self) -> Iterator[str]:
         """Yield what there is to say at the end."""
