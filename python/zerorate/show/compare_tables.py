@@ -66,10 +66,13 @@ class Section:
         Of what the measures are.
     measures : tuple of Measure
         Its columns.
+    question : str
+        What they answer.
     """
 
     title: str
     measures: tuple[Measure, ...]
+    question: str
 
 
 _DEG: Final = math.degrees(1.0)
@@ -91,6 +94,7 @@ def _moving(title: str, name: str, *more: Measure) -> Section:
             Measure(f"{name}_rmse_lowpass", "low-pass", _DEG),
             *more,
         ),
+        "Which filter follows the turns best?",
     )
 
 
@@ -98,6 +102,7 @@ def _growth(title: str, name: str, *more: Measure) -> Section:
     return Section(
         f"Orientation, {title}",
         tuple(Measure(f"{name}_{h}", f"{h} s, deg", _DEG) for h in (1, 10, 60)) + more,
+        "With which filter does an angle drift least?",
     )
 
 
@@ -114,6 +119,7 @@ _SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
                 Measure("nis", "NIS", ideal=1.0),
                 Measure("reduction", "deviation"),
             ),
+            "Which filter knows the bias best at rest?",
         ),
     ),
     "turning": (
@@ -133,6 +139,7 @@ _SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
                 Measure("inclination", "inclination", _DEG),
                 Measure("time", "ns", _NS),
             ),
+            "Which filter knows best how it lies (nine axes)?",
         ),
         Section(
             "Attitude in motion, six axes",
@@ -141,6 +148,7 @@ _SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
                 Measure("inclination_6", "inclination", _DEG),
                 Measure("time_6", "ns", _NS),
             ),
+            "Which filter knows best how it lies (six axes)?",
         ),
     ),
 }
@@ -266,7 +274,8 @@ def _faulty(section: Section, contamination: Contamination) -> Section:
         for one in errors
         if one.name in ERRORS
     ]
-    return Section(f"{section.title}, {contamination}", (*errors, *ratios))
+    title = f"{section.title}, {contamination}"
+    return Section(title, (*errors, *ratios), f"{section.question} {contamination}")
 
 
 def _of_one(section: Section, rows: Sequence[Row]) -> Table:

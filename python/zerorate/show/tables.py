@@ -72,9 +72,18 @@ def as_text(table: Table) -> str:
             [[row[i] for i in part] for row in rows], sum(i < table.words for i in part), room
         )
     ]
-    meant = dict.fromkeys(table.legend[i] for i in kept if i in table.legend)
+    meant = _joined(table.legend[i] for i in kept if i in table.legend)
     note = prose(" ".join(filter(None, (table.note, *meant))), GAP)
     return "\n".join(filter(None, (prose(table.title), *lines, note)))
+
+
+def _joined(legend: Iterable[str]) -> list[str]:
+    """Return what columns mean, ``NAME: meaning``, those of one meaning as ``NAME, NAME: ``."""
+    names: dict[str, list[str]] = {}
+    for one in dict.fromkeys(legend):
+        name, _, meaning = one.partition(": ")
+        names.setdefault(meaning, []).append(name)
+    return [f"{', '.join(all_)}: {meaning}" for meaning, all_ in names.items()]
 
 
 def _blocks(rows: Sequence[Sequence[str]], words: int, most: int) -> list[list[int]]:
@@ -83,7 +92,7 @@ def _blocks(rows: Sequence[Sequence[str]], words: int, most: int) -> list[list[i
     first = list(range(words))
     found: list[list[int]] = [[*first]]
     for i in range(words, len(widths)):
-        if len(found[-1]) > words and _least(widths, [*found[-1], i], 0) > most:
+        if len(found[-1]) > words and _least(widths, [*found[-1], i], ()) > most:
             found.append([*first])
         found[-1].append(i)
     return found
@@ -107,15 +116,21 @@ def fitting(
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     kept, further = list(range(len(widths))), list(spare)
-    while further and _least(widths, kept, words) > most:
+    cut = _cuttable(rows, words)
+    while further and _least(widths, kept, cut) > most:
         kept.remove(further.pop(0))
     return kept
 
 
-def _least(widths: Sequence[int], kept: Sequence[int], words: int) -> int:
-    """Return how short a line can be: the widest column of words may be cut."""
+def _cuttable(rows: Sequence[Sequence[str]], words: int) -> list[int]:
+    """Return the columns of words that may be cut: a number with its error never is."""
+    return [i for i in range(words) if not any("±" in row[i] for row in rows)]
+
+
+def _least(widths: Sequence[int], kept: Sequence[int], cut: Sequence[int]) -> int:
+    """Return how short a line can be: the widest of some columns may be cut."""
     whole = sum(widths[i] for i in kept) + len(GAP) * (len(kept) - 1)
-    longest = max((widths[i] for i in kept if i < words), default=0)
+    longest = max((widths[i] for i in kept if i in cut), default=0)
     return whole - max(longest - _CUT, 0)
 
 
@@ -146,8 +161,8 @@ def aligned(rows: Sequence[Sequence[str]], words: int = 1, most: int | None = No
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     excess = sum(widths) + len(GAP) * (len(widths) - 1) - (most or math.inf)
-    if excess > 0:
-        widest = max(range(words), key=widths.__getitem__)
+    if excess > 0 and (cut := _cuttable(rows, words)):
+        widest = max(cut, key=widths.__getitem__)
         widths[widest] = max(widths[widest] - int(excess), 1)
     return [_line(cells, widths, words) for cells in rows]
 
