@@ -50,6 +50,18 @@ def test_two_offsets_and_a_rate():
     assert np.abs(off).max() < 4.0
 
 
+@pytest.mark.parametrize("seed", [0, 1, 4, 9])
+def test_the_clocks_of_a_fine_receiver_are_told(seed):
+    """Beside centimetres a tenth of a second is far: no start may hang on it."""
+    true = TimeOffset(0.25, 0.0, -0.2, 0.0, 3e-4, 0.0, 100.0)
+    fine = {"position_sigma": 0.02, "velocity_sigma": 0.05, "fixes_rate": 4.0}
+    drive = driven(seed, time_offset=true, **fine)
+    found = found_of(drive, drive.fixes)
+    drift = true.rate * (found.middle - true.middle)
+    assert abs(found.seconds - true.seconds - drift) < 0.01
+    assert abs(found.velocity_seconds - true.velocity_seconds - drift) < 0.015
+
+
 def test_each_at_its_own_time_is_as_good_as_together():
     drive = driven(1)
     start = find_start(drive.recording(), drive.fixes)

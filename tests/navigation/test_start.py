@@ -77,6 +77,18 @@ def test_the_motion_tells_the_heading(drive, name):
     assert ("rest from" in start.notes[0]) == rests
 
 
+@pytest.mark.parametrize("seed", [0, 1, 4])
+def test_clocks_that_are_off_turn_no_heading(seed):
+    """Positions and velocities a quarter of a second apart: of a fine receiver many deviations."""
+    clocks = zr.navigation.TimeOffset(0.25, 0.0, -0.2, 0.0)
+    fine = {"position_sigma": 0.02, "velocity_sigma": 0.05, "fixes_rate": 4.0}
+    drive = zr.simulate_drive(50.0, 60.0, seed=seed, time_offset=clocks, **fine)
+    start = zr.navigation.find_start(drive.recording(), drive.fixes)
+    true = heading_of(drive.truth_quaternion[np.searchsorted(drive.time, start.time)])
+    begun = heading_of(start.quaternion)
+    assert abs(np.angle(np.exp(1j * (begun - true)))) < 2.0 * start.heading_sigma
+
+
 def test_a_rest_is_one_of_the_receiver_too(drive):
     """Three seconds suffice; a cruise that the sensors cannot tell from a rest is none."""
     short = zr.navigation.find_start(drive.recording(), cut(drive.fixes, 26.0))

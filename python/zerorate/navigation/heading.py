@@ -14,9 +14,9 @@ from zerorate.geometry.earth import local_ned
 from zerorate.geometry.rotations import cumulative_product, of_rotation_vectors, product
 from zerorate.io.samples import Samples
 from zerorate.navigation.alignment import Alignment
-from zerorate.navigation.events import Events
+from zerorate.navigation.events import SIGMA_POSITION, SIGMA_VELOCITY, Events
 from zerorate.navigation.fixes import Fixes
-from zerorate.navigation.windows import sigma_of_position
+from zerorate.navigation.windows import Epochs, sigma_of_position
 from zerorate.types import Floats, Integers
 
 _MEMBERS: Final = 8
@@ -31,6 +31,8 @@ _ELSEWHERE: Final = math.radians(15.0)
 _SQUARE: Final = 25.0
 """Normalised innovation squared of a scalar that counts at most."""
 _OPEN: Final = 1e12
+_CLOCK: Final = 0.2
+"""Seconds by which the clock of a receiver may be off."""
 _CHORD: Final = 1.0
 _CHORDS: Final = 10.0
 _COURSE_WAY: Final = 0.5
@@ -84,7 +86,7 @@ def find_heading(
     """
     first, last = np.searchsorted(samples.time, [start.time, start.time + LONGEST])
     piece = slice(max(int(first) - 1, 0), int(last))
-    used = fixes.between(start.time, start.time + LONGEST)
+    used = _as_late(fixes.between(start.time, start.time + LONGEST))
     if len(used) < 2 or piece.stop - piece.start < 2:
         return None
     turned = _turned(samples, start, piece)
@@ -109,6 +111,31 @@ def find_heading(
             time = float(used.time[k])
             return Heading(yaw, sigma, time, float(headings[best]), float(won.sigma[k]))
     return None
+
+
+def _as_late(fixes: Fixes) -> Fixes:
+    """Return fixes with the deviations that they have where their clock is off.
+
+    A position that is a tenth of a second late is off by what the body moves in it: a fine receiver
+    would have the bank decide by its clock.
+    """
+    epochs = Epochs.of(fixes)
+    if len(epochs.time) < 3:
+        return fixes
+    moved = epochs.velocity[:, :2]
+    step = max(1, round(_CHORD / max(epochs.interval, 1e-3)))
+    changed = moved[step:] - moved[:-step] if len(moved) > step else moved[1:] - moved[:-1]
+    speed, change = (_CLOCK * math.sqrt(np.nanmean(x**2)) for x in (moved, changed))
+    return replace(
+        fixes,
+        position_sigma=np.hypot(_known(fixes.position_sigma, SIGMA_POSITION, fixes), speed),
+        velocity_sigma=np.hypot(_known(fixes.velocity_sigma, SIGMA_VELOCITY, fixes), change),
+    )
+
+
+def _known(sigma: Floats | None, usual: float, fixes: Fixes) -> Floats:
+    told = np.full((len(fixes), 3), np.nan) if sigma is None else sigma
+    return np.where(np.isnan(told), usual, told)
 
 
 @dataclass(frozen=True, eq=False)

@@ -88,7 +88,8 @@ def find_start(
     Without one the bias is taken for zero, to 0.5 deg/s. Roll and pitch are of the mean force of
     the 5 s before, to 5 deg. The heading is that of the filter, of eight round the compass and one
     along the course, under which the fixes are the most likely, once it leads those that look
-    elsewhere by 15 in the logarithm.
+    elsewhere by 15 in the logarithm. There each fix has the deviation that a clock 0.2 s off gives
+    it besides its own.
 
     Examples
     --------
