@@ -37,7 +37,8 @@ class Mounted:
     """Where the sensors are, and a sentence on where that is known from.
 
     The offset is None where nothing tells it, and so is the matrix; `plain` is whether the axes of
-    the sensors are said to be those of the body, `antenna_told` whether anything says where it is.
+    the sensors are said to be those of the body, `antenna_told` whether anything says where it is,
+    `offset_typed` whether the offset is that of a person, not of a file.
     """
 
     matrix: Floats | None
@@ -46,6 +47,7 @@ class Mounted:
     note: str
     plain: bool = False
     antenna_told: bool = True
+    offset_typed: bool = False
 
     @property
     def antenna_sigma(self) -> float:
@@ -84,7 +86,8 @@ class Mounted:
             values = f"antenna {arm} m" + ("" if offset is None else f", time offset {offset:g} s")
             listed = " and ".join(filter(None, (", ".join(named[:-1]), named[-1])))
             note = f"{listed} by the metadata of {source.name} ({values})"
-        return cls(given.body_from_sensor, lever, offset, note, mount == _NONE, knows)
+        typed = time_offset is not None and offset is not None
+        return cls(given.body_from_sensor, lever, offset, note, mount == _NONE, knows, typed)
 
 
 def _mounting(text: str) -> tuple[Mounting, Path | None]:

@@ -236,7 +236,7 @@ def navigate(
         typer.Option(
             metavar="S",
             help="Added to the times of the fixes; or 'auto': as sensors and fixes fit best. By "
-            "default as the file's metadata say, or auto.",
+            "default auto, searched from what the file's metadata say.",
             show_default=False,
             rich_help_panel=_VEHICLE,
         ),
@@ -531,10 +531,12 @@ class _Asked:
         if found is None or not found.differs(about, _CLOCK_OFF):
             return start, about, ""
         values = ", ".join(f"{name} {x:.3g} (sigma {s:.1g})" for name, x, s in found.parts)
-        if told is not None:
+        if told is not None and self.mounting.offset_typed:
             better = f"the fixes fit best with {values}, not {told:g} s: --time-offset auto"
             return start, about, better
         sentence = f"the clock is as sensors and fixes fit best: {values}"
+        if told is not None:
+            sentence += f"; not {told:g} s, as the metadata say: --time-offset {told:g} takes that"
         return self._start(recording, fixes, found), found, sentence
 
     def _start(self, recording: Recording, fixes: Fixes, offset: float | TimeOffset) -> Alignment:
