@@ -173,6 +173,10 @@ HEAD = "time_s,gyro_x_dps\n0.00,1\n0.01,2\n"
         ("time_s,gyro_x_dps\n0,1,2\n", "header on line 1 names 2 columns, but line 2 has 3"),
         ("Dear all,\nhello there, friends\n", "line 2 holds no number"),
         (b"a,b\n\x00\x01\x02\xff\xfe", "the content is binary, expected a text table"),
+        (
+            b'{\n  "format": "zerorate calibration",\n  "version": 1}',
+            "the file holds a result of zerorate (calibration), expected a log",
+        ),
         (b"\xff\xfe\x00\xd8\x00", "damaged UTF-16"),
         ('# zerorate {"rate": "x"}\nwx,wy\n1,2\n', "in the metadata, rate must be a positive"),
         ("# zerorate nonsense\nwx,wy\n1,2\n", "no JSON object"),

@@ -45,6 +45,7 @@ def _read(path: Path) -> Content:
     raw = _as_utf8(path.read_bytes())
     if not is_text(raw):
         raise LogError("the content is binary, expected a text table")
+    _refuse_results(raw)
     raw, stamped = _without_arrows(raw)
     found = messages(raw)
     if found is not None:
@@ -54,6 +55,13 @@ def _read(path: Path) -> Content:
         names = table.names and ("time", *table.names[1:])
         table = replace(table, names=names, time=0)
     return by_label(table) or by_instance(table) or Content.of(listed_names(table))
+
+
+def _refuse_results(raw: bytes) -> None:
+    """Refuse what this package has saved: a mistaken argument, never a log."""
+    found = re.match(rb'\{\s*"format": "zerorate ([\w -]+)"', raw.lstrip())
+    if found is not None:
+        raise LogError(f"the file holds a result of zerorate ({found[1].decode()}), expected a log")
 
 
 def _as_utf8(raw: bytes) -> bytes:
