@@ -144,6 +144,17 @@ class TestEstimate:
             from_enu(in_enu(found.quaternion, frame), frame), found.quaternion, atol=1e-14
         )
 
+    @pytest.mark.parametrize("frame", FRAMES)
+    def test_a_declination_turns_to_true_north(self, frame):
+        """A needle that points 10 deg east of north: a body along it looks 10 deg east."""
+        magnetic = zr.estimate_attitude(RECORDING, frame=frame)
+        true = zr.estimate_attitude(RECORDING, frame=frame, declination=np.radians(10.0))
+        # Clockwise from north in NED, anticlockwise from east or north in the others.
+        turned = np.degrees(true.euler[:, 2] - magnetic.euler[:, 2])
+        expected = 10.0 if frame == "ned" else -10.0
+        np.testing.assert_allclose((turned + 180.0) % 360.0 - 180.0, expected, atol=1e-9)
+        np.testing.assert_allclose(true.euler[:, :2], magnetic.euler[:, :2], atol=1e-12)
+
     def test_euler_angles_are_those_of_the_filter(self):
         filter_ = zr.Attitude(100.0, frame="ned")
         filter_.process(MOTION.gyro, MOTION.accel, MOTION.mag)
@@ -183,6 +194,8 @@ class TestEstimate:
             ({"reference_frame": "up"}, "reference_frame must be one of enu, ned, nwu, got 'up'"),
             ({"method": "kf"}, "method must be"),
             ({"method": "ekf", "offline": True}, "smooth is for method 'auto'"),
+            ({"declination": 10.0}, "declination must be -pi to pi rad, got 10.0"),
+            ({"declination": 0.1, "mag": False}, "declination is of no use: no magnetometer"),
         ],
     )
     def test_refusals(self, arguments, match):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from zerorate.attitude.options import ATTITUDE_METHODS
 from zerorate.calibration.calibration import Calibration
 from zerorate.faults import ArgumentError, given, said
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
-from zerorate.geometry.rotations import euler_angles
+from zerorate.geometry.rotations import euler_angles, product
 from zerorate.io import Log, LogError, Poses, Recording
 from zerorate.io.samples import Samples
 from zerorate.io.table import FORWARD_RIGHT_DOWN
@@ -238,6 +239,7 @@ def estimate_attitude(
     method: str = "auto",
     offline: bool = False,
     mag: bool = True,
+    declination: float = 0.0,
     gyro: str = "gyro",
     accel: str | None = None,
     calibration: Calibration | None = None,
@@ -259,8 +261,9 @@ def estimate_attitude(
         to earth; the estimate then tells its errors.
     frame : {"enu", "ned", "nwu"}
         Axes of the earth: east, north and up; north, east and down; north, west and up. North is
-        the magnetic one. Default "enu", or "ned" where the gyro's log says that its axes point
-        forward, right and down, as those of a PX4 do: a level body has then no roll.
+        the magnetic one, unless `declination` is given. Default "enu", or "ned" where the gyro's
+        log says that its axes point forward, right and down, as those of a PX4 do: a level body has
+        then no roll.
     method : str
         Of `zerorate.Attitude`. Default "auto", which needs no settings.
     offline : bool
@@ -268,6 +271,9 @@ def estimate_attitude(
     mag : bool
         Whether to use a magnetometer, if there is one; without, the heading is against the start
         and drifts. Default yes.
+    declination : float
+        How far magnetic north lies east of true north, rad, as a model of the field tells it for
+        the place: the orientation is then to true north. Default 0.
     gyro, accel : str
         Which of several sensors: ``"gyro_1"`` and so on; default the first, and the accelerometer
         of its device.
@@ -294,7 +300,8 @@ def estimate_attitude(
     LogError
         If gyro or accelerometer are missing, not of three axes or not of a known unit.
     ValueError
-        If the method or the frame is not known, or the method cannot run offline.
+        If the method or the frame is not known, the method cannot run offline, or a declination is
+        given without a magnetometer.
 
     Examples
     --------
@@ -315,6 +322,7 @@ def estimate_attitude(
     samples = Samples.of(recording, gyro, accel, mag)
     given, frame = frame, frame or _frame_of(samples.log)
     uses_mag = samples.mag is not None
+    _check_declination(declination, uses_mag)
     # The filter refuses what it does not know.
     settings: Any = {"mag": uses_mag, "frame": frame, "method": method, **constants}
     filter_: Any = Attitude(samples.log.rate, **settings)
@@ -323,6 +331,8 @@ def estimate_attitude(
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
         found, moments, matrices = run(filter_, samples, report)
+    if declination:
+        found = {**found, "quaternion": _to_true_north(found["quaternion"], frame, declination)}
     truth = _reference(recording, samples) if reference is None else _of_poses(reference, samples)
     if truth is not None and reference_frame is not None:
         truth = from_enu(in_enu(truth, reference_frame), frame)
@@ -350,6 +360,20 @@ def estimate_attitude(
 
 
 _Found: TypeAlias = tuple[Mapping[str, npt.NDArray[Any]], Integers, Mapping[str, Floats]]
+
+
+def _check_declination(declination: float, uses_mag: bool) -> None:
+    if not abs(declination) <= math.pi:
+        raise ArgumentError("declination", f"must be -pi to pi rad, got {declination}")
+    if declination and not uses_mag:
+        raise ArgumentError("declination", "is of no use: no magnetometer takes part")
+
+
+def _to_true_north(quaternion: Floats, frame: Frame, declination: float) -> Floats:
+    """Return orientations whose north is the true one, which lies west of the magnetic one."""
+    half = -0.5 * declination
+    turn = np.array([math.cos(half), 0.0, 0.0, math.sin(half)])
+    return from_enu(product(turn, in_enu(quaternion, frame)), frame)
 
 
 def _moments(n: int) -> Integers:

@@ -1,5 +1,6 @@
 """``zerorate attitude``: which way a body points, from a log of its sensors."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from enum import StrEnum
@@ -74,8 +75,8 @@ def attitude(
         FrameName | None,
         typer.Option(
             help="Axes of the earth: east, north, up; north, east, down; or north, west, up. "
-            "North is the magnetic one. By default ned for a log whose axes are known to point "
-            "forward, right, down, as those of a PX4; else enu.",
+            "North is the magnetic one, unless --declination is given. By default ned for a log "
+            "whose axes are known to point forward, right, down, as those of a PX4; else enu.",
             show_default=False,
             rich_help_panel=_FILTER,
         ),
@@ -101,6 +102,16 @@ def attitude(
             rich_help_panel=_FILTER,
         ),
     ] = False,
+    declination: Annotated[
+        float,
+        typer.Option(
+            metavar="DEG",
+            help="How far magnetic north lies east of true north, deg, at the place: north is then "
+            "the true one.",
+            show_default=False,
+            rich_help_panel=_FILTER,
+        ),
+    ] = 0.0,
     gyro: GyroName = None,
     accel: AccelName = None,
     bias_limit: Annotated[
@@ -167,6 +178,7 @@ def attitude(
         "method": str(method),
         "offline": offline,
         "mag": not no_mag,
+        "declination": math.radians(declination),
         "gyro": gyro or "gyro",
         "accel": accel,
         "reference": poses,
