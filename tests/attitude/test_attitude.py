@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import zerorate as zr
+from support.calibrations import calibration
 from support.checks import assert_same_bits
 
 DEG = np.pi / 180.0
@@ -276,6 +277,15 @@ class TestKeeping:
         np.testing.assert_allclose(known.bias, drift.bias)
         numbers = zr.Attitude(RATE, mag=False, bias=drift.bias)
         np.testing.assert_allclose(numbers.bias_sigma, 0.5 * DEG, rtol=1e-9)
+
+    def test_a_calibration_is_believed_as_far_and_gives_the_matrix(self):
+        known = calibration()
+        f = zr.Attitude(RATE, mag=False, gyro_unit="deg/s", bias=known)
+        np.testing.assert_allclose(f.bias_sigma, 0.05, rtol=1e-9)
+        np.testing.assert_allclose(f.bias, known.gyro.bias, rtol=1e-12)
+        np.testing.assert_allclose(f.gyro_matrix, known.gyro.correction, rtol=1e-12)
+        wider = zr.Attitude(RATE, mag=False, gyro_unit="deg/s", bias=known, bias_sigma=0.2)
+        np.testing.assert_allclose(wider.bias_sigma, 0.2, rtol=1e-9)
 
     def test_it_goes_on_from_a_known_orientation(self):
         motion = simulated("hand", RATE, 30.0, 2, "motion")
