@@ -37,6 +37,7 @@ from zerorate.cli.options import (
     Output,
     PanelsOption,
     Reading,
+    with_group,
     with_options,
     with_reading_options,
 )
@@ -90,6 +91,152 @@ class _Vehicle(StrEnum):
     wheeled = "wheeled"
 
 
+@dataclass(frozen=True)
+class _Run:
+    """What is typed of a run of the filter."""
+
+    lengths: Annotated[
+        str | None,
+        typer.Option(
+            "--outages",
+            metavar="S,S",
+            help="Withhold fixes for so many seconds at a time, e.g. 10,30,60, and tell the error.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = None
+    smooth: Annotated[
+        bool,
+        typer.Option(
+            "--smooth",
+            help="See each sample in the light of all fixes, also of those that come later.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = False
+    heading: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DEG",
+            help="Heading at the start, deg from north over east; or 'course': the direction in "
+            "which the vehicle first moves. By default the motion tells it.",
+            show_default=False,
+            rich_help_panel=_FILTER,
+        ),
+    ] = None
+    rest: Annotated[
+        str | None,
+        typer.Option(
+            metavar="START,STOP",
+            help="When the vehicle rests at the start, s after the first sample. By default before "
+            "the receiver moves, if it rests for 3 s; else it starts in motion.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = None
+    gyro_noise: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="MODEL",
+            help="Noise of the gyro (JSON of NoiseModel, or of zerorate allan --export json). By "
+            "default that of a consumer sensor.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = None
+    accel_noise: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="MODEL",
+            help="Noise of the accelerometer, likewise.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = None
+
+
+@dataclass(frozen=True)
+class _Body:
+    """What is typed of the vehicle, and of what it carries where."""
+
+    vehicle: Annotated[
+        _Vehicle | None,
+        typer.Option(
+            help="Wheeled: it neither slips sideways nor leaves the ground.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None
+    axle: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="Of a wheeled vehicle: from the sensors to the axle that does not steer, m "
+            "forward, right, down.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None
+    wheel_speed: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN",
+            help="Column of the log with the speed of the wheels, m/s: of a vehicle on wheels, "
+            "whose scale and mounting are estimated.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None
+    wheel_ticks: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN",
+            help="Column of the log with the ticks of a wheel so far, instead of its speed.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None
+    tick: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="Of --wheel-ticks: metres a tick, to some percent. By default as the receiver's "
+            "speed tells it.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None
+    antenna: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="From the sensors to the antenna, m forward, right, down. By default as the "
+            "file's metadata say, or about 0,0,0. It is estimated: within --antenna-sigma, by "
+            "default 0.05 m where it is told and 1 m where it is not.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None
+    mount: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MATRIX",
+            help="Rotation from the axes of the sensors to forward, right, down: nine numbers row "
+            "by row, with commas, or a file with them or with metadata that say it; 'none' for "
+            "none. By default as the file's metadata say.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None
+    time_offset: Annotated[
+        str | None,
+        typer.Option(
+            metavar="S",
+            help="Added to the times of the fixes; or 'auto': as sensors and fixes fit best. By "
+            "default auto, searched from what the file's metadata say.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None
+
+
+@with_group(_Run, "run")
+@with_group(_Body, "body")
 @with_options(NAVIGATION_OPTIONS, "constants", panel=_FILTER)
 @with_reading_options(
     imu=True,
@@ -108,139 +255,9 @@ def navigate(
     ] = None,
     reading: Reading,
     output: Output = ".",
-    lengths: Annotated[
-        str | None,
-        typer.Option(
-            "--outages",
-            metavar="S,S",
-            help="Withhold fixes for so many seconds at a time, e.g. 10,30,60, and tell the error.",
-            rich_help_panel=_FILTER,
-        ),
-    ] = None,
-    smooth: Annotated[
-        bool,
-        typer.Option(
-            "--smooth",
-            help="See each sample in the light of all fixes, also of those that come later.",
-            rich_help_panel=_FILTER,
-        ),
-    ] = False,
-    heading: Annotated[
-        str | None,
-        typer.Option(
-            metavar="DEG",
-            help="Heading at the start, deg from north over east; or 'course': the direction in "
-            "which the vehicle first moves. By default the motion tells it.",
-            show_default=False,
-            rich_help_panel=_FILTER,
-        ),
-    ] = None,
-    rest: Annotated[
-        str | None,
-        typer.Option(
-            metavar="START,STOP",
-            help="When the vehicle rests at the start, s after the first sample. By default before "
-            "the receiver moves, if it rests for 3 s; else it starts in motion.",
-            rich_help_panel=_FILTER,
-        ),
-    ] = None,
-    gyro_noise: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="MODEL",
-            help="Noise of the gyro (JSON of NoiseModel, or of zerorate allan --export json). By "
-            "default that of a consumer sensor.",
-            rich_help_panel=_FILTER,
-        ),
-    ] = None,
-    accel_noise: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="MODEL",
-            help="Noise of the accelerometer, likewise.",
-            rich_help_panel=_FILTER,
-        ),
-    ] = None,
+    run: _Run,
     constants: Mapping[str, Any],
-    vehicle: Annotated[
-        _Vehicle | None,
-        typer.Option(
-            help="Wheeled: it neither slips sideways nor leaves the ground.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
-        ),
-    ] = None,
-    axle: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X,Y,Z",
-            help="Of a wheeled vehicle: from the sensors to the axle that does not steer, m "
-            "forward, right, down.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
-        ),
-    ] = None,
-    wheel_speed: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN",
-            help="Column of the log with the speed of the wheels, m/s: of a vehicle on wheels, "
-            "whose scale and mounting are estimated.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
-        ),
-    ] = None,
-    wheel_ticks: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN",
-            help="Column of the log with the ticks of a wheel so far, instead of its speed.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
-        ),
-    ] = None,
-    tick: Annotated[
-        float | None,
-        typer.Option(
-            metavar="M",
-            help="Of --wheel-ticks: metres a tick, to some percent. By default as the receiver's "
-            "speed tells it.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
-        ),
-    ] = None,
-    antenna: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X,Y,Z",
-            help="From the sensors to the antenna, m forward, right, down. By default as the "
-            "file's metadata say, or about 0,0,0. It is estimated: within --antenna-sigma, by "
-            "default 0.05 m where it is told and 1 m where it is not.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
-        ),
-    ] = None,
-    mount: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MATRIX",
-            help="Rotation from the axes of the sensors to forward, right, down: nine numbers row "
-            "by row, with commas, or a file with them or with metadata that say it; 'none' for "
-            "none. By default as the file's metadata say.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
-        ),
-    ] = None,
-    time_offset: Annotated[
-        str | None,
-        typer.Option(
-            metavar="S",
-            help="Added to the times of the fixes; or 'auto': as sensors and fixes fit best. By "
-            "default auto, searched from what the file's metadata say.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
-        ),
-    ] = None,
+    body: _Body,
     reference: Annotated[
         str | None,
         typer.Option(
@@ -266,25 +283,7 @@ def navigate(
     maps as GeoJSON and GPX, and a figure. Prints what became of the fixes, and with --outages how
     far the track is off without them, beside a position and a velocity that are held.
     """
-    told = _Rolling.of(log, wheel_speed, wheel_ticks, tick)
-    if told is not None:
-        vehicle = _Vehicle.wheeled
-    for name in ("wheel_sigma", "speed_sigma"):
-        if vehicle is None and name in constants:
-            raise UsageFault(f"--{name.replace('_', '-')} needs --vehicle wheeled")
-    asked = _Asked(
-        lengths=_lengths(lengths),
-        smooth=smooth,
-        heading=None if heading is None else _heading(heading),
-        rest=None if rest is None else _span(rest),
-        filter={
-            **constants,
-            **_wheels(vehicle, axle),
-            **_noises(gyro_noise, accel_noise),
-        },
-        mounting=Mounted.of(log, mount, antenna, time_offset),
-        rolling=told,
-    )
+    asked = _Asked.of(log, run, constants, body)
     known = None if calibration is None else read_calibration(calibration)
     everything = all_panels(figure, not no_figure)
     suffixes = [*LogFormat, *_MAPS, *(() if no_figure else FigureFormat)]
@@ -448,6 +447,28 @@ class _Asked:
     filter: dict[str, Any]
     mounting: Mounted
     rolling: "_Rolling | None" = None
+
+    @classmethod
+    def of(cls, log: Path, run: _Run, constants: Mapping[str, Any], body: _Body) -> "_Asked":
+        """Return what was typed, or raise a usage fault."""
+        rolling = _Rolling.of(log, body.wheel_speed, body.wheel_ticks, body.tick)
+        vehicle = body.vehicle if rolling is None else _Vehicle.wheeled
+        for name in ("wheel_sigma", "speed_sigma"):
+            if vehicle is None and name in constants:
+                raise UsageFault(f"--{name.replace('_', '-')} needs --vehicle wheeled")
+        return cls(
+            lengths=_lengths(run.lengths),
+            smooth=run.smooth,
+            heading=None if run.heading is None else _heading(run.heading),
+            rest=None if run.rest is None else _span(run.rest),
+            filter={
+                **constants,
+                **_wheels(vehicle, body.axle),
+                **_noises(run.gyro_noise, run.accel_noise),
+            },
+            mounting=Mounted.of(log, body.mount, body.antenna, body.time_offset),
+            rolling=rolling,
+        )
 
     def checked(self, recording: Recording, fixes: Fixes) -> NavigationChecks:
         """Return what sensors and fixes say of each other, in the axes that are told."""

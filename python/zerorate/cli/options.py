@@ -3,10 +3,10 @@
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import Enum, StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Final, TypeAlias, TypeVar
+from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_type_hints
 
 import typer
 
@@ -221,6 +221,16 @@ def with_options(
         _parameter(one, called(one.name), names[one.name], panel) for one in options.values()
     ]
     return lambda command: _with_parameters(command, place, parameters, gathered)
+
+
+def with_group(group: type[Any], place: str) -> Callable[[_Command], _Command]:
+    """Return a decorator that gives a command the options that are the fields of a dataclass.
+
+    The command takes them as one object, in the argument `place`.
+    """
+    hints = get_type_hints(group, include_extras=True)
+    listed = [_keyword(one.name, hints[one.name], one.default) for one in fields(group)]
+    return lambda command: _with_parameters(command, place, listed, lambda _, given: group(**given))
 
 
 def _with_parameters(
