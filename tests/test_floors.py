@@ -15,7 +15,7 @@ FLOORS = (
     ("calibration", "checks", "identify"),
     ("array", "attitude", "navigation", "position"),
     ("run", "simulation"),
-    ("compare", "live"),
+    ("compare", "findings", "live"),
     ("show",),
     ("cli",),
 )

@@ -16,6 +16,7 @@ PACKAGES = (
     "checks",
     "compare",
     "denoising",
+    "findings",
     "identify",
     "linear",
     "live",

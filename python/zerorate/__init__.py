@@ -157,6 +157,10 @@ _PLACES: Final = {
         "Finding",
     ),
     "denoising": ("Denoised",),
+    "findings": (
+        "Report",
+        "report",
+    ),
     "identify": ("RecursiveLeastSquares",),
     "io": ("split_log",),
     "linear": (

@@ -15,14 +15,15 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Result", "View", "figure_of", "html_of", "register", "shown_by", "table_of"]
+__all__ = ["Result", "View", "figure_of", "html_of", "page_of", "register", "shown_by", "table_of"]
 
 
 class View(NamedTuple):
-    """The functions that make a result's table and its figure, ``"module:name"`` each."""
+    """The functions that make a result's table, figure and page, ``"module:name"`` each."""
 
     table: str
     figure: str
+    page: str = ""
 
 
 _SMALL: Final = 380.0
@@ -67,6 +68,11 @@ def figure_of(result: object, *arguments: object) -> Figure:
     """
     figure: Figure = _called(_view_of(result).figure)(result, *arguments)
     return figure
+
+
+def page_of(result: object) -> str:
+    """Return the page of a result as HTML; TypeError if there is none for its class."""
+    return str(_called(_view_of(result).page)(result))
 
 
 def html_of(result: object) -> str:

@@ -19,6 +19,10 @@ _COMMANDS: Final = {
         "Try it without a sensor: simulate a gyro, remove its bias, draw a figure.",
         "zerorate demo --device MPU-6050 -o demo",
     ),
+    "report": (
+        "Tell what is the matter with an IMU: a page of findings, with numbers and limits.",
+        "zerorate report flight.ulg -o out",
+    ),
     "replay": (
         "Remove the bias from one log: table, filtered log and figure.",
         "zerorate replay imu.csv --unit deg/s -o out",

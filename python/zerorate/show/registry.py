@@ -52,6 +52,11 @@ VIEWS: Final = {
         "compare_figure:plot_compare",
     ),
     "denoising.wavelet.Denoised": ("series_views:format_denoised", "series_views:plot_denoised"),
+    "findings.report.Report": (
+        "report_page:format_report",
+        "report_page:plot_report",
+        "report_page:report_page",
+    ),
     "identify.arma_model.ArmaModel": (
         "arma_table:format_arma_model",
         "curve_views:plot_arma_model",

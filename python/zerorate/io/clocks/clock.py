@@ -286,6 +286,7 @@ def clock_through(stamps: Floats, place: Integers, start: float = 0.0) -> tuple[
 
 def _report(steps: Floats, missing: Floats, deviation: Floats, rate: float) -> ClockReport:
     gaps = missing > 0
+    whole = steps[~gaps & (steps > 0.0)]
     return ClockReport(
         rate=rate,
         jitter_rms=float(np.sqrt(np.mean(deviation**2))),
@@ -295,4 +296,6 @@ def _report(steps: Floats, missing: Floats, deviation: Floats, rate: float) -> C
         gap_count=int(gaps.sum()),
         missing_count=int(missing.sum()),
         longest_gap=float(steps[gaps].max()) if gaps.any() else 0.0,
+        step_rms=float(np.sqrt(np.mean((whole - 1.0 / rate) ** 2))) if whole.size else 0.0,
+        late_count=int(np.count_nonzero(whole > 1.5 / rate)),
     )

@@ -44,6 +44,11 @@ class ClockReport:
         kept; else 0. The jitter is then that about the clock that wanders.
     slowest, fastest
         Rates between which such a clock ran, Hz, over a fortieth of the log; else 0.
+    step_rms
+        Deviation of the steps between stamps from a period, s, where no sample is missing and no
+        stamp repeated.
+    late_count
+        Steps of more than a period and a half at which no sample is missing.
     """
 
     rate: float
@@ -60,6 +65,8 @@ class ClockReport:
     wander: float = 0.0
     slowest: float = 0.0
     fastest: float = 0.0
+    step_rms: float = 0.0
+    late_count: int = 0
 
     @property
     def regular(self) -> bool:

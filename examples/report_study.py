@@ -1,0 +1,379 @@
+"""Faults put into simulated logs, one at a time: how often `zr.report` finds them.
+
+``python examples/report_study.py`` prints `docs/evidence/report.md`: of each fault at its limit and
+at a third of it the share of logs in which it is found, and of clean logs of ten device classes how
+many findings pass a limit. ``--logs N`` sets how many logs of each; ``--cores N`` the processes.
+"""
+
+import argparse
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+import zerorate as zr
+from tables import table as aligned
+
+GRAVITY = 9.80665
+DURATION = 120.0
+SPANS = ((20.0, 50.0), (65.0, 100.0))
+"""Seconds of the two moves; before, between and after it rests."""
+
+
+@dataclass(frozen=True)
+class Device:
+    """Rate, noise (deg/s/√Hz, µg/√Hz), steps (deg/s, m/s²), bias (deg/s)."""
+
+    rate: float
+    gyro: float
+    accel: float
+    gyro_step: float
+    accel_step: float
+    bias: float
+
+
+DEVICES = {
+    "phone, 100 Hz": Device(100.0, 0.007, 180, 1 / 16.4, GRAVITY / 4096, 0.5),
+    "consumer, 100 Hz": Device(100.0, 0.005, 300, 1 / 131, GRAVITY / 16384, 1.5),
+    "consumer, 200 Hz": Device(200.0, 0.01, 400, 1 / 32.8, GRAVITY / 8192, 1.0),
+    "consumer, noisy": Device(100.0, 0.03, 450, 1 / 16.4, GRAVITY / 2048, 2.0),
+    "autopilot, 250 Hz": Device(250.0, 0.004, 120, 1 / 16.4, GRAVITY / 2048, 0.5),
+    "autopilot, 200 Hz": Device(200.0, 0.0038, 70, 0.0, 0.0, 0.3),
+    "industrial, 100 Hz": Device(100.0, 0.04, 350, 0.05, GRAVITY / 300, 0.4),
+    "industrial, 250 Hz": Device(250.0, 0.002, 25, 0.0, 0.0, 0.02),
+    "tactical, 200 Hz": Device(200.0, 0.001, 20, 0.0, 0.0, 0.005),
+    "shoe, 200 Hz": Device(200.0, 0.03, 80, 0.0, 0.0, 0.1),
+}
+MOVES = ("hand", "rotor craft", "car")
+
+
+def smooth(random, n, rate, hertz, size):
+    """Return a random curve of three axes that is slower than some frequency."""
+    t = np.arange(n) / rate
+    terms = random.uniform(0.1, 1.0, (6, 3)) * hertz
+    phases = random.uniform(0.0, 2.0 * np.pi, (6, 3))
+    return size / np.sqrt(3.0) * np.sin(2 * np.pi * t[:, None, None] * terms + phases).sum(axis=1)
+
+
+def window(n, rate):
+    """Return how far the move is on at each sample, 0 at rest and 1 in motion, without a step."""
+    t = np.arange(n) / rate
+    on = np.zeros(n)
+    for begin, end in SPANS:
+        ramp = np.clip(np.minimum(t - begin, end - t) / 2.0, 0.0, 1.0)
+        on = np.maximum(on, ramp**3 * (10 - 15 * ramp + 6 * ramp**2))
+    return on
+
+
+def gravity_of(rates, rate):
+    """Return which way up is in the body's axes while it turns, shape (n, 3)."""
+    up = np.empty_like(rates)
+    now = np.array([0.02, -0.03, 1.0]) / np.linalg.norm([0.02, -0.03, 1.0])
+    for i, turn in enumerate(rates / rate):
+        angle = np.linalg.norm(turn)
+        if angle > 0.0:
+            axis = -turn / angle
+            now = (
+                now * np.cos(angle)
+                + np.cross(axis, now) * np.sin(angle)
+                + axis * (axis @ now) * (1.0 - np.cos(angle))
+            )
+        up[i] = now
+    return up
+
+
+def motion(move, device, random):
+    """Return true rates, rad/s, and forces, m/s²."""
+    n, rate = round(DURATION * device.rate), device.rate
+    on = window(n, rate)[:, None]
+    if move == "hand":
+        rates, pushed = smooth(random, n, rate, 0.6, 1.5), smooth(random, n, rate, 1.0, 1.5)
+    elif move == "rotor craft":
+        rates, pushed = smooth(random, n, rate, 0.5, 0.4), smooth(random, n, rate, 0.3, 0.8)
+        t = np.arange(n) / rate
+        pushed += 2.5 * np.sin(2 * np.pi * rotor_hertz(random, rate) * t)[:, None]
+        pushed += 0.5 * random.standard_normal((n, 3))
+    else:
+        rates = smooth(random, n, rate, 0.15, 0.3) * [0.1, 0.1, 1.0]
+        pushed = smooth(random, n, rate, 0.2, 1.0) + 0.4 * random.standard_normal((n, 3))
+    rates = on * rates
+    return rates, GRAVITY * gravity_of(rates, rate) + on * pushed
+
+
+def rotor_hertz(random, rate):
+    """Return a rotor's frequency, Hz, that the rate shows."""
+    return random.uniform(0.15, 0.45) * rate
+
+
+def sensed(truth, density, step, bias, rate, random):
+    """Return samples of a sensor with white noise, a bias and a step."""
+    noisy = truth + bias + density * np.sqrt(rate / 2.0) * random.standard_normal(truth.shape)
+    return np.round(noisy / step) * step if step else noisy
+
+
+class Simulated:
+    """Times, and of two IMUs the gyro, deg/s, and the accelerometer, m/s²."""
+
+    def __init__(self, device, move, seed):
+        random = self.random = np.random.default_rng([seed, 7])
+        self.device, self.rate = device, device.rate
+        rates, forces = motion(move, device, random)
+        self.moving = window(len(rates), device.rate) > 0.5
+        self.time = np.arange(len(rates)) / device.rate
+        micro = 1e-6 * GRAVITY
+        self.gyro, self.accel = [], []
+        for _ in range(2):
+            bias = device.bias * random.standard_normal(3).clip(-1.5, 1.5) / 2.0
+            self.gyro.append(
+                sensed(np.degrees(rates), device.gyro, device.gyro_step, bias, self.rate, random)
+            )
+            off = random.uniform(-0.02, 0.02, 3)
+            self.accel.append(
+                sensed(forces, micro * device.accel, device.accel_step, off, self.rate, random)
+            )
+        self.keep = np.ones(len(self.time), dtype=bool)
+
+    def recording(self):
+        """Return it as it is read."""
+        names = {"gyro": "dps", "accel": "mps2"}
+        columns = {"time_s": self.time[self.keep]}
+        for kind, unit in names.items():
+            for k, data in enumerate(getattr(self, kind)):
+                for axis, column in zip("xyz", data[self.keep].T, strict=True):
+                    columns[f"imu{k + 1}_{kind}_{axis}_{unit}"] = column
+        return zr.read_recording(columns)
+
+    def middle(self):
+        """Return a random sample in motion."""
+        return int(self.random.choice(np.flatnonzero(self.moving)[500:-500]))
+
+
+def clip(log, kind, share):
+    """Clip one axis so that a share of all samples is at the limit."""
+    column = getattr(log, kind)[0][:, 0]
+    middle = np.median(column)
+    limit = np.quantile(np.abs(column - middle), 1.0 - share)
+    np.clip(column, middle - limit, middle + limit, out=column)
+
+
+def fault_clip_gyro(log, size):
+    """Put in: gyro clipped at 0.1 % of samples, times a size."""
+    clip(log, "gyro", 0.001 * size)
+
+
+def fault_clip_accel(log, size):
+    """Put in: accelerometer clipped at 0.1 %, times a size."""
+    clip(log, "accel", 0.001 * size)
+
+
+def fault_clip_gyro_longer(log, size):
+    """Put in: gyro clipped at 1 % of samples, times a size."""
+    clip(log, "gyro", 0.01 * size)
+
+
+def fault_gaps(log, size):
+    """Lose samples in motion in 12 gaps whose cost the rates tell: 1.05 deg at the limit."""
+    seconds = np.concatenate([np.arange(begin + 2, end - 3, 2) for begin, end in SPANS])
+    places = np.round(log.rate * log.random.choice(seconds, 12, replace=False)).astype(int)
+    for length in range(2, round(0.9 * log.rate)):
+        errors = []
+        for at in places:
+            inside = log.gyro[0][at - 1 : at + length + 1]
+            errors.append(
+                np.linalg.norm(0.5 * (inside[0] + inside[-1]) * length - inside[1:-1].sum(axis=0))
+            )
+        if np.sqrt(np.square(errors).sum()) / log.rate >= 1.05 * size:
+            break
+    for at in places:
+        log.keep[at : at + length] = False
+
+
+def fault_jitter(log, size):
+    """Put in: jitter of 10 % of a period, times a size."""
+    log.time = log.time + 0.1 * size / np.sqrt(2.0) / log.rate * log.random.standard_normal(
+        len(log.time)
+    )
+
+
+def fault_late(log, size):
+    """Put in: 0.3 % of stamps late, times a size."""
+    count = round(0.003 * size * len(log.time))
+    places = 10 + 20 * log.random.choice(len(log.time) // 20 - 2, count, replace=False)
+    log.time[places] += 0.75 / log.rate
+
+
+def fault_break(log, size):
+    """Put in: a break of 3 s, times a size."""
+    first = log.middle()
+    log.keep[first : first + round(3.0 * size * log.rate)] = False
+
+
+def fault_repeated(log, size):
+    """Put in: 3 repeated stamps, times a size."""
+    for _ in range(round(3 * size)):
+        at = log.middle()
+        log.time[at] = log.time[at - 1]
+
+
+def fault_stuck_axis(log, size):
+    """Put in: accelerometer axis equal 100 times, times a size."""
+    at = log.middle()
+    log.accel[0][at : at + round(100 * size), 0] = log.accel[0][at, 0]
+
+
+def fault_stuck(log, size):
+    """Put in: gyro equal 100 times, times a size."""
+    at = log.middle()
+    log.gyro[0][at : at + round(100 * size)] = log.gyro[0][at]
+
+
+def fault_spikes(log, size):
+    """Put in: 12 spikes of 40 scatters, times a size."""
+    column = log.gyro[0][:, 1]
+    scatter = np.median(np.abs(np.diff(column)[log.moving[1:]])) + np.std(np.diff(column))
+    places = log.random.choice(np.flatnonzero(log.moving), round(12 * size), replace=False)
+    column[places] += 40.0 * scatter
+
+
+def fault_step(log, size):
+    """Put in: accelerometer's step of 3.4 scatters, times a size."""
+    data = log.accel[0]
+    step = 3.4 * size * data[: round(15 * log.rate)].std(axis=0).max()
+    log.accel[0] = np.round(data / step) * step
+
+
+def fault_vibration(log, size):
+    """Put in: vibration of 60 m/s², times a size."""
+    t = log.time[:, None]
+    shake = 61.0 * size * np.sqrt(2.0 / 3.0) * np.sin(2 * np.pi * 0.31 * log.rate * t + [0, 1, 2])
+    log.accel[0] = log.accel[0] + log.moving[:, None] * shake
+
+
+def fault_bias(log, size):
+    """Put in: gyro bias of 5 deg/s, times a size."""
+    for data in log.gyro:
+        data[:, 2] += 5.05 * size - data[: round(15 * log.rate), 2].mean()
+
+
+def fault_moving_bias(log, size):
+    """Put in: bias moves by 0.17 deg/s, times a size."""
+    log.gyro[0][log.time > 60.0, 0] += 0.17 * size
+
+
+def fault_norm(log, size):
+    """Put in: norm off by 0.4 m/s², times a size."""
+    for data in log.accel:
+        rest = data[: round(15 * log.rate)].mean(axis=0)
+        data *= (GRAVITY + 0.41 * size) / np.linalg.norm(rest)
+
+
+def fault_gyros(log, size):
+    """Put in: gyros 5 deg/s apart, times a size."""
+    off = np.median(log.gyro[0] - log.gyro[1], axis=0)
+    log.gyro[0] = log.gyro[0] - off
+    log.gyro[1] = log.gyro[1] + 5.05 * size * np.array([0.0, 1.0, 0.0])
+
+
+def fault_accels(log, size):
+    """Put in: accelerometers 0.75 m/s² apart, times a size."""
+    off = np.median(log.accel[0] - log.accel[1], axis=0)
+    log.accel[0] = log.accel[0] - off
+    log.accel[1] = log.accel[1] + 0.76 * size * np.array([1.0, 0.0, 0.0])
+
+
+def fault_gyro_noise(log, size):
+    """Put in: gyro noise of 0.15 deg/s/√Hz, times a size."""
+    more = 0.155 * size * np.sqrt(log.rate / 2.0)
+    log.gyro[0] = log.gyro[0] + more * log.random.standard_normal(log.gyro[0].shape)
+
+
+def fault_accel_noise(log, size):
+    """Put in: accelerometer noise of 1500 µg/√Hz, times a size."""
+    more = 1550e-6 * size * GRAVITY * np.sqrt(log.rate / 2.0)
+    log.accel[0] = log.accel[0] + more * log.random.standard_normal(log.accel[0].shape)
+
+
+FAULTS = {
+    "12 gaps that cost 1.05 deg": (fault_gaps, "gaps"),
+    "jitter of 10 % of a period": (fault_jitter, "jitter"),
+    "0.3 % of stamps late": (fault_late, "late stamps"),
+    "a break of 3 s": (fault_break, "break"),
+    "3 repeated stamps": (fault_repeated, "repeated stamps"),
+    "gyro clipped at 0.1 % of samples": (fault_clip_gyro, "at its limit"),
+    "gyro clipped at 1 % of samples": (fault_clip_gyro_longer, "at its limit"),
+    "accelerometer clipped at 0.1 %": (fault_clip_accel, "at its limit"),
+    "accelerometer axis equal 100 times": (fault_stuck_axis, "equal samples"),
+    "gyro equal 100 times": (fault_stuck, "equal samples"),
+    "12 spikes of 40 scatters": (fault_spikes, "spikes"),
+    "accelerometer's step of 3.4 scatters": (fault_step, "coarse step"),
+    "vibration of 60 m/s²": (fault_vibration, "vibration"),
+    "gyro bias of 5 deg/s": (fault_bias, "gyro bias"),
+    "bias moves by 0.17 deg/s": (fault_moving_bias, "bias moves"),
+    "norm off by 0.4 m/s²": (fault_norm, "gravity"),
+    "gyros 5 deg/s apart": (fault_gyros, "gyros differ"),
+    "accelerometers 0.75 m/s² apart": (fault_accels, "accels differ"),
+    "gyro noise of 0.15 deg/s/√Hz": (fault_gyro_noise, "gyro noise"),
+    "accelerometer noise of 1500 µg/√Hz": (fault_accel_noise, "accel noise"),
+}
+
+
+def log_of(number):
+    """Return the simulated log of a number: devices and moves in turn."""
+    names = list(DEVICES)
+    device = DEVICES[names[number % len(names)]]
+    return Simulated(device, MOVES[number % len(MOVES)], number)
+
+
+def of_fault(job):
+    """Return whether a fault is found in a log, and other kinds that ask to act."""
+    name, size, number = job
+    put, kind = FAULTS[name]
+    log = log_of(number)
+    put(log, size)
+    found = zr.report(log.recording()).findings
+    hit = any(one.kind == kind and one.severity != "good" for one in found)
+    return hit, {one.kind for one in found if one.severity == "act"} - {kind}
+
+
+def of_clean(number):
+    """Return the kinds of a clean log that ask to act, and to look."""
+    found = zr.report(log_of(number).recording()).findings
+    return tuple(
+        [f"{o.kind}: {o.text}" for o in found if o.severity == how] for how in ("act", "look")
+    )
+
+
+def main():
+    """Print the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--logs", type=int, default=20)
+    parser.add_argument("--clean", type=int, default=200)
+    parser.add_argument("--cores", type=int, default=2)
+    asked = parser.parse_args()
+    began = time.perf_counter()
+    print("# The report: faults put into simulated logs\n")
+    print("Made by `python examples/report_study.py`.\n")
+    with ProcessPoolExecutor(asked.cores) as pool:
+        rows = []
+        for name in FAULTS:
+            shares, others = [], set()
+            for size in (1.0, 1.0 / 3.0):
+                jobs = [(name, size, 1000 + k) for k in range(asked.logs)]
+                hits = list(pool.map(of_fault, jobs))
+                shares.append(np.mean([hit for hit, _ in hits]))
+                others |= set().union(*(more for _, more in hits))
+            rows.append([name, *(f"{share:.2f}" for share in shares), ", ".join(sorted(others))])
+        head = ["fault", "found at its limit", "at a third of it", "others that then ask to act"]
+        print(aligned(f"{asked.logs} logs each", head, rows, markdown=True).strip(), "\n")
+        clean = list(pool.map(of_clean, range(asked.clean)))
+    acts, looks = sum(bool(a) for a, _ in clean), sum(bool(b) for _, b in clean)
+    print(f"Clean logs: {asked.clean}; with an *act*: {acts}; with a *look*: {looks}.\n")
+    for number, (act, look) in enumerate(clean):
+        for text in (*act, *look):
+            print(f"- log {number}: {text}")
+    print(f"\n{len(DEVICES)} device classes, {time.perf_counter() - began:.0f} s.")
+
+
+if __name__ == "__main__":
+    main()

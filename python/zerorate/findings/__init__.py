@@ -1,0 +1,12 @@
+"""Findings on a log: what is seen of an IMU, with numbers, limits and what to record next."""
+
+from zerorate.findings.finding import Finding
+from zerorate.findings.limits import LIMITS, Limit
+from zerorate.findings.report import Report, report
+
+__all__ = ["LIMITS", "Finding", "Limit", "Report", "report"]
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__

@@ -1,0 +1,57 @@
+"""A finding: what is seen of one kind, how bad, how well known, when, and what to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from zerorate.findings.limits import Severity
+
+Spans = tuple[tuple[float, float], ...]
+RANKS: Final = {"act": 0, "look": 1, "good": 2}
+"""Severities, what needs a person first."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What is seen of a log, as data.
+
+    Parameters
+    ----------
+    section : str
+        Of the report: ``"The clock"`` for instance.
+    kind : str
+        The name of its limit in ``LIMITS``, or what it is.
+    severity : str
+        ``"good"``, ``"look"`` or ``"act"``.
+    text : str
+        One sentence: what is seen, never its cause.
+    value : float, optional
+        The number that it rests on; NaN is never one.
+    unit : str
+        Of the number.
+    sigma : float, optional
+        Standard error of the number; None where none is known.
+    spans : tuple of (float, float)
+        Seconds since the log began that it rests on.
+    figure : str
+        Anchor of the figure that shows it; empty for none.
+    advice : str
+        What to do, or to record next; empty for nothing.
+    """
+
+    section: str
+    kind: str
+    severity: Severity
+    text: str
+    value: float | None = None
+    unit: str = ""
+    sigma: float | None = None
+    spans: Spans = ()
+    figure: str = ""
+    advice: str = ""
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a number with its noun, which is plural unless it is one."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"

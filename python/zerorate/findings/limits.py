@@ -1,0 +1,78 @@
+"""The limits from which a finding is worth a look, or asks to act, each with its source."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, Literal
+
+Severity = Literal["good", "look", "act"]
+OWN: Final = "own"
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit of one kind of finding.
+
+    Parameters
+    ----------
+    what : str
+        The quantity that it bounds.
+    unit : str
+        Of both numbers.
+    look, act : float
+        From which a finding is worth a look, and from which it asks to act; infinity for never.
+    source : str
+        Who says so; ``"own"`` for a limit that is only this package's.
+    """
+
+    what: str
+    unit: str
+    look: float
+    act: float
+    source: str = OWN
+
+    def severity(self, value: float, sigma: float = 0.0) -> Severity:
+        """Return the severity of a value, which must pass ``act`` by two standard errors."""
+        if value - 2.0 * sigma >= self.act:
+            return "act"
+        return "look" if value >= self.look else "good"
+
+
+_THIRD: Final = math.sqrt(3.0)
+_ARMING: Final = "ArduPilot, arming check"
+_VIBRATION: Final = "ArduPilot wiki, Measuring Vibration"
+
+
+def _from_act(what: str, unit: str, act: float, source: str = OWN) -> Limit:
+    """Return a limit without a lower one of its source: halfway, as factors go, to a third."""
+    return Limit(what, unit, act / _THIRD, act, source)
+
+
+LIMITS: Final[Mapping[str, Limit]] = {
+    "jitter": Limit("jitter of the stamps, RMS", "% of a period", 5.8, math.inf),
+    "late stamps": Limit("share of stamps more than half a period late", "%", 0.17, math.inf),
+    "repeated stamps": Limit("stamps that repeat the one before", "", 1, math.inf),
+    "break": Limit("longest break of the log", "s", 1.7, math.inf),
+    "gaps": _from_act("error of angle where lost samples are bridged", "deg", 1.0),
+    "at its limit": Limit("share of samples at their limit", "%", 0.0, 0.1),
+    "at its limit, longest": Limit("samples at their limit one after the other", "", 1, 5),
+    "equal samples": Limit(
+        "equal samples one after the other", "", 58, 100, "PX4, VALUE_EQUAL_COUNT_DEFAULT"
+    ),
+    "spikes": Limit("single samples far from both neighbours", "", 7, math.inf),
+    "spikes, share": Limit("share of such samples", "%", math.inf, 0.1),
+    "coarse step": Limit("step of the numbers over their scatter at rest", "", 2.0, math.inf),
+    "gyro bias": _from_act("bias of the gyro at rest", "deg/s", 5.0),
+    "bias moves": Limit("bias of the gyro between two rests", "deg/s", 0.1, math.inf),
+    "gravity": _from_act("norm at rest from 9.807 m/s²", "m/s²", 0.4, "PX4, EKF2_ABL_LIM"),
+    "gyro noise": Limit("noise of the gyro at rest", "deg/s/√Hz", 0.15 / _THIRD, math.inf),
+    "accel noise": Limit("noise of the accelerometer at rest", "µg/√Hz", 1500 / _THIRD, math.inf),
+    "vibration": Limit("vibration by ArduPilot's rule, 95 %", "m/s²", 30.0, 60.0, _VIBRATION),
+    "gyros differ": _from_act("difference of two gyros at rest", "deg/s", 5.0, _ARMING),
+    "accels differ": _from_act(
+        "difference of two accelerometers at rest", "m/s²", 0.75, "ArduPilot, ARMING_ACCTHRESH"
+    ),
+}
+"""Of each kind of finding; the documentation shows this table."""

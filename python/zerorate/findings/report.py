@@ -1,0 +1,167 @@
+"""A report on a log: its findings in the order of its sections, as data, text and JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from zerorate.findings.axes import SECTION as AXES
+from zerorate.findings.axes import axes
+from zerorate.findings.clock import SECTION as CLOCK
+from zerorate.findings.clock import clock
+from zerorate.findings.contents import SECTION as CONTENTS
+from zerorate.findings.contents import contents
+from zerorate.findings.finding import RANKS, Finding
+from zerorate.findings.imus import Imu, imus
+from zerorate.findings.pairs import SECTION as PAIRS
+from zerorate.findings.pairs import pairs
+from zerorate.findings.rests import NOISE, noise, rests
+from zerorate.findings.rests import SECTION as RESTS
+from zerorate.findings.samples import SECTION as SAMPLES
+from zerorate.findings.samples import samples
+from zerorate.findings.vibration import SECTION as VIBRATION
+from zerorate.findings.vibration import vibration
+from zerorate.io.log import LogError, Recording
+from zerorate.io.saved import as_json
+from zerorate.progress import Progress
+from zerorate.views import Result
+
+if TYPE_CHECKING:
+    import os
+
+_FORMAT: Final = "zerorate report"
+_VERSION: Final = 1
+_Found = tuple[Imu, ...]
+SECTIONS: Final[dict[str, Callable[[Recording, _Found], Iterator[Finding]]]] = {
+    CONTENTS: contents,
+    CLOCK: lambda recording, found: clock(found),
+    SAMPLES: lambda recording, found: samples(found),
+    RESTS: lambda recording, found: rests(found),
+    NOISE: lambda recording, found: noise(found),
+    VIBRATION: lambda recording, found: vibration(found),
+    PAIRS: lambda recording, found: pairs(found),
+    AXES: axes,
+}
+"""What finds the findings of each section, in the order of the page."""
+
+
+@dataclass(frozen=True, eq=False)
+class Report(Result):
+    """What is seen of a log, as `zerorate.report` returns it.
+
+    Parameters
+    ----------
+    findings : tuple of Finding
+        In the order of the sections.
+    source : str
+        Name of the log.
+    recording : Recording
+        What was looked at, for the figures.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> found = zr.report(zr.simulate_motion("hand", duration=60.0).recording())
+    >>> found.count("act"), found.findings[0].section
+    (0, 'What is here')
+    """
+
+    findings: tuple[Finding, ...]
+    source: str
+    recording: Recording = field(repr=False)
+
+    def count(self, severity: str) -> int:
+        """Return how many findings are of a severity: ``"good"``, ``"look"`` or ``"act"``."""
+        return sum(one.severity == severity for one in self.findings)
+
+    @property
+    def urgent(self) -> tuple[Finding, ...]:
+        """Those to act on, then those to look at."""
+        worse = (one for one in self.findings if one.severity != "good")
+        return tuple(sorted(worse, key=lambda one: RANKS[one.severity]))
+
+    @property
+    def empty(self) -> tuple[str, ...]:
+        """Sections of which the log shows nothing, and what is not looked at."""
+        return tuple(name for name in SECTIONS if all(name != f.section for f in self.findings))
+
+    @property
+    def summary(self) -> str:
+        """One line: how many findings ask for what."""
+        act, look = self.count("act"), self.count("look")
+        if not act and not look:
+            return "Nothing in this log passes a limit."
+        return f"{act} to act on, {look} to look at; {self.count('good')} within their limits."
+
+    def to_json(self) -> str:
+        """Return all findings as JSON, null where a number is not known."""
+        content = {
+            "format": _FORMAT,
+            "version": _VERSION,
+            "source": self.source,
+            "summary": self.summary,
+            "findings": [asdict(one) for one in self.findings],
+            "no_data": list(self.empty),
+        }
+        return as_json(content, indent=1)
+
+    def to_html(self) -> str:
+        """Return the page: one HTML document that needs no network and no other file."""
+        from zerorate.views import page_of
+
+        return page_of(self)
+
+    def save(self, folder: str | os.PathLike[str]) -> tuple[Path, Path]:
+        """Write ``report.html`` and ``report.json`` into a folder, and return their paths."""
+        place = Path(folder)
+        place.mkdir(parents=True, exist_ok=True)
+        page, numbers = place / "report.html", place / "report.json"
+        page.write_text(self.to_html(), encoding="utf-8")
+        numbers.write_text(self.to_json(), encoding="utf-8")
+        return page, numbers
+
+
+def report(recording: Recording, *, progress: Progress | None = None) -> Report:
+    """Return what is seen of the IMU of a recording: clock, samples, rests, noise, vibration, axes.
+
+    Each finding says what is seen, never its cause, with a number, its standard error where one is
+    known, the time that it rests on, and what to record next. Severities come from
+    ``zerorate.findings.LIMITS``.
+
+    Parameters
+    ----------
+    recording : Recording
+        With a gyro or an accelerometer of three axes.
+    progress : callable, optional
+        Is told the section and the part done, 0 to 1.
+
+    Raises
+    ------
+    LogError
+        If there is neither a gyro nor an accelerometer of three axes.
+    TypeError
+        If it is no recording.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> found = zr.report(zr.simulate_motion("hand", duration=60.0).recording())
+    >>> found.summary[:12]
+    '0 to act on,'
+    """
+    if not isinstance(recording, Recording):
+        raise TypeError(f"expected a Recording, got {type(recording).__name__}")
+    found = imus(recording)
+    if not found:
+        raise LogError(
+            "a report needs a gyro or an accelerometer of three axes; the recording has: "
+            f"{', '.join(recording)}"
+        )
+    findings: list[Finding] = []
+    for number, (name, look) in enumerate(SECTIONS.items()):
+        if progress is not None:
+            progress(name.lower(), number / len(SECTIONS))
+        findings.extend(look(recording, found))
+    return Report(tuple(findings), recording.source, recording)

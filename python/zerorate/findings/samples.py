@@ -1,0 +1,261 @@
+"""The samples of a log: at their limit, equal, spiked, and coarse against their scatter at rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from zerorate.findings.finding import Finding
+from zerorate.findings.imus import BLOCK, Imu, Sensor
+from zerorate.findings.limits import LIMITS
+from zerorate.types import Booleans, Floats, Integers
+
+SECTION: Final = "The samples"
+_AXES: Final = "xyz"
+_SLOW: Final = 50.0
+_RUN: Final = 58
+_UNIQUE: Final = 200_000
+"""Samples that tell the step of a sensor."""
+_WINDOW: Final = 101
+_PIECE: Final = 1 << 18
+
+
+def samples(found: Sequence[Imu]) -> Iterator[Finding]:
+    """Yield what is seen of the numbers of each sensor."""
+    for imu in found:
+        for one in imu.sensors:
+            findings = list(_of_sensor(imu, one))
+            yield from findings or [_nothing(one)]
+
+
+def _of_sensor(imu: Imu, one: Sensor) -> Iterator[Finding]:
+    steps = [step_of(column) for column in one.log.data.T]
+    yield from _at_limit(one, steps)
+    yield from _equal(one, steps)
+    yield from _spikes(one, steps)
+    yield from _coarse(imu, one, steps)
+
+
+def _nothing(one: Sensor) -> Finding:
+    text = (
+        f"{one.name}: none at a limit, stuck, spiked or coarse, as far as {one.log.n} samples show."
+    )
+    return Finding(SECTION, "samples", "good", text, float(one.log.n), "", figure=one.figure)
+
+
+def step_of(column: Floats) -> float:
+    """Return the step of the numbers of an axis, 0 where they are on no grid."""
+    values = column[:_UNIQUE]
+    values = values[np.isfinite(values)]
+    unique = np.unique(values)
+    if unique.size < 3 or unique.size >= 0.5 * values.size:
+        return 0.0
+    steps = np.diff(unique)
+    low = float(np.quantile(steps, 0.1))
+    step = float(np.median(steps[steps <= 1.5 * low]))
+    if not step > 0.0:
+        return 0.0
+    whole = steps / step
+    return step if np.mean(np.abs(whole - np.round(whole)) < 0.1) >= 0.9 else 0.0
+
+
+class _Stop(NamedTuple):
+    rows: Integers
+    longest: int
+    value: float
+
+
+def _at_limit(one: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
+    stops = {}
+    for axis, (column, step) in enumerate(zip(one.log.data.T, steps, strict=True)):
+        for sign in (1.0, -1.0):
+            if (stop := _stop(sign * column, step)) is not None:
+                stops[f"{'+' if sign > 0 else '-'}{_AXES[axis]}"] = stop
+    if not stops:
+        return
+    rows = np.unique(np.concatenate([stop.rows for stop in stops.values()]))
+    share, longest = 100.0 * rows.size / one.log.n, max(s.longest for s in stops.values())
+    bad = "act" in (
+        LIMITS["at its limit"].severity(share),
+        LIMITS["at its limit, longest"].severity(longest),
+    )
+    where = ", ".join(f"{axis} at {abs(stop.value):.5g}" for axis, stop in stops.items())
+    spans = one.spans(rows, 0.5)
+    yield Finding(
+        SECTION, "at its limit", "act" if bad else "look",
+        f"{one.name} was at its limit for {share:.2g} % of samples, {longest} in a row at most "
+        f"({where} {one.log.unit}), from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
+        share, "%", None, spans, one.figure,
+        "Set a wider range, and leave these spans out of any integral.",
+    )  # fmt: skip
+
+
+def _stop(column: Floats, step: float) -> _Stop | None:
+    """Return where an axis is at its largest value as at a stop, None if it is not."""
+    finite = column[np.isfinite(column)]
+    if finite.size < 100:
+        return None
+    most, middle = float(finite.max()), float(np.median(finite))
+    reach = most - middle
+    width = max(0.002 * reach, 1.01 * step)
+    if not reach >= 20.0 * max(step, width) or not width > 0.0:
+        return None
+    near = np.flatnonzero(column >= most - width)
+    below = np.count_nonzero(finite >= most - 9.0 * width) - near.size
+    n0, least = near.size, max(below / 8.0, 0.0) + 1.0
+    longest = _longest(near)
+    if n0 < 5 or n0 > 0.1 * finite.size:
+        return None
+    # At the top of a smooth curve lie four times as many as in a bin beneath, and on a grid many
+    # of them are equal.
+    more = 8.0 if step > 0.0 else 4.0
+    if not ((longest >= 3 and n0 > more * least) or (n0 >= 10 and n0 > 10.0 * least)):
+        return None
+    values = column[near]
+    equal = np.mean(values == most) > 0.5 or (step > 0 and (most - values <= 1.5 * step).all())
+    return _Stop(near, longest, most) if equal else None
+
+
+def _longest(rows: Integers) -> int:
+    """Return the longest run of rows next to each other."""
+    if not rows.size:
+        return 0
+    ends = np.append(np.flatnonzero(np.diff(rows) > 1), rows.size - 1)
+    return int(np.diff(np.append(-1, ends)).max())
+
+
+def _runs(same: Booleans) -> tuple[int, int]:
+    """Return the first sample and the length of the longest run of equal samples."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]])))
+    if not edges.size:
+        return 0, 1
+    lengths = edges[1::2] - edges[::2]
+    best = int(np.argmax(lengths))
+    return int(edges[2 * best]), int(lengths[best]) + 1
+
+
+def _equal(one: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
+    data = one.log.data
+    repeats = np.empty((one.log.n - 1, 3), dtype=bool)
+    for axis in range(3):
+        np.equal(data[1:, axis], data[:-1, axis], out=repeats[:, axis])
+    together = np.asarray(repeats.all(axis=1))
+    first, length = _runs(together)
+    kind = LIMITS["equal samples"]
+    if length >= kind.look and _usual(together, first, length, one.log.rate) <= 0.3:
+        yield _stuck(one, "all axes", first, length)
+        return
+    for axis in range(3):
+        first, length = _runs(repeats[:, axis])
+        if length >= _RUN and _is_stuck(one, repeats[:, axis], axis, first, length, steps):
+            yield _stuck(one, f"axis {_AXES[axis]}", first, length)
+
+
+def _usual(same: Booleans, first: int, length: int, rate: float) -> float:
+    """Return how often samples repeat outside a run: in the mean, or in the worst seconds."""
+    others = np.concatenate([same[:first], same[first + length - 1 :]])
+    block = max(1, round(rate))
+    seconds = others[: len(others) // block * block].reshape(-1, block)
+    worst = float(np.quantile(seconds.mean(axis=1), 0.95)) if len(seconds) else 0.0
+    return max(float(others.mean()) if others.size else 0.0, worst)
+
+
+def _is_stuck(
+    one: Sensor, same: Booleans, axis: int, first: int, length: int, steps: Sequence[float]
+) -> bool:
+    usual = _usual(same, first, length, one.log.rate)
+    if usual >= 0.5 or one.log.n * usual ** (length - 1) >= 1e-3:
+        return False
+    part = one.log.data[first : first + length]
+    others = [a for a in range(3) if a != axis]
+    moving = all(np.nanstd(part[:, a]) > 3.0 * steps[a] for a in others)
+    column, value = one.log.data[:, axis], part[0, axis]
+    return moving and bool(np.nanmin(column) < value < np.nanmax(column))
+
+
+def _stuck(one: Sensor, what: str, first: int, length: int) -> Finding:
+    spans = one.spans(np.arange(first, first + length))
+    return Finding(
+        SECTION, "equal samples", LIMITS["equal samples"].severity(length),
+        f"{one.name}, {what}: {length} equal samples one after the other, from "
+        f"{spans[0][0]:.2f} to {spans[0][1]:.2f} s.",
+        float(length), "", None, spans, one.figure,
+        "Leave the span out, and look whether the next log has one.",
+    )  # fmt: skip
+
+
+def _spikes(one: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
+    if one.log.rate < _SLOW:
+        return
+    pairs = zip(one.log.data.T, steps, strict=True)
+    rows = np.unique(np.concatenate([_spiked(column, step) for column, step in pairs]))
+    share = 100.0 * rows.size / one.log.n
+    how = LIMITS["spikes"].severity(rows.size)
+    how = "act" if how == "look" and LIMITS["spikes, share"].severity(share) == "act" else how
+    if how == "good":
+        return
+    yield Finding(
+        SECTION, "spikes", how,
+        f"{one.name}: {rows.size} single samples ({share:.2g} %) lie far from both neighbours.",
+        float(rows.size), "", None, one.spans(rows), one.figure,
+        "Remove them with `zerorate.denoise`, or a median of three, before any filter.",
+    )  # fmt: skip
+
+
+def _spiked(column: Floats, step: float) -> Integers:
+    """Return the rows of single samples that no motion makes."""
+    if len(column) < _WINDOW + 4:
+        return np.empty(0, dtype=np.int64)
+    with np.errstate(invalid="ignore", over="ignore"):
+        off = column[1:-1] - 0.5 * (column[:-2] + column[2:])
+        size = np.abs(off)
+        known = size[np.isfinite(size)]
+        if not known.size:
+            return np.empty(0, dtype=np.int64)
+        least = 4.0 * float(np.quantile(known, 0.995))
+        places = np.flatnonzero(size > max(least, float(np.median(known)), 4.0 * step))
+    good = [at for at in places.tolist() if _is_single(off, at)]
+    return np.array(good, dtype=np.int64) + 1
+
+
+def _is_single(off: Floats, at: int) -> bool:
+    """Whether a sample alone is off: its neighbours lean half of it the other way, no others."""
+    if at < 3 or at + 3 >= len(off):
+        return False
+    mine = off[at]
+    near, far = off[[at - 1, at + 1]] / mine, off[[at - 2, at + 2]] / mine
+    around = np.delete(off[max(0, at - _WINDOW // 2) : at + _WINDOW // 2], _WINDOW // 2 - 1)
+    scatter = float(np.nanmedian(np.abs(around)))
+    single = (np.abs(near + 0.5) < 0.1).all() and (np.abs(far) < 0.1).all()
+    return bool(single and abs(mine) > 20.0 * scatter)
+
+
+def _coarse(imu: Imu, one: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
+    if not imu.rests or one.factor is None:
+        return
+    rows = np.concatenate([np.arange(rest.first, rest.last) for rest in imu.rests])
+    rows = rows[rows < len(one.blocks.there)]
+    scatter = np.median(one.blocks.scatter[rows], axis=0)
+    ratios = [
+        one.factor * step / max(float(size), one.factor * step / math.sqrt(12.0) / 2.0)
+        for step, size in zip(steps, scatter, strict=True)
+        if step > 0.0
+    ]
+    worst = max(ratios, default=0.0)
+    if LIMITS["coarse step"].severity(worst) == "good":
+        return
+    axis = int(np.argmax(steps))
+    yield Finding(
+        SECTION, "coarse step", "look",
+        f"{one.name}: numbers go in steps of {steps[axis]:.3g} {one.log.unit}, {worst:.2g} times "
+        "their scatter at rest.",
+        worst, "", None, _spans(imu), one.figure,
+        "Log more digits, or set a smaller range.",
+    )  # fmt: skip
+
+
+def _spans(imu: Imu) -> tuple[tuple[float, float], ...]:
+    return tuple((BLOCK * rest.first, BLOCK * rest.last) for rest in imu.rests)

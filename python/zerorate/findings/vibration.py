@@ -1,0 +1,101 @@
+"""Vibration in motion: its level by the autopilots' rule, and its peaks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from zerorate.findings.finding import Finding
+from zerorate.findings.imus import BLOCK, Imu, Sensor
+from zerorate.findings.limits import LIMITS
+from zerorate.types import Booleans, Floats
+
+SECTION: Final = "Vibration in motion"
+_SLOW: Final = 90.0
+"""Hz below which the samples show a small part of a vibration."""
+_LEAST: Final = 10
+"""Blocks in motion without which nothing is told."""
+_WINDOWS: Final = 400
+"""Windows of a second that tell the spectrum."""
+_PEAK: Final = 4.0
+"""Amplitude of a peak over what is around it: 12 dB."""
+
+
+def vibration(found: Sequence[Imu]) -> Iterator[Finding]:
+    """Yield how much each accelerometer shakes in motion, and at what frequency most."""
+    for imu in found:
+        one = imu.accel
+        if one is not None and one.factor is not None and one.log.rate >= _SLOW and imu.still.size:
+            yield from _level(imu, one)
+
+
+def _level(imu: Imu, one: Sensor) -> Iterator[Finding]:
+    moving = ~imu.still & one.blocks.there[: len(imu.still)]
+    if np.count_nonzero(moving) < _LEAST:
+        return
+    sizes = _vibe(one, len(moving))[moving]
+    level = float(np.quantile(sizes, 0.95))
+    kind = LIMITS["vibration"]
+    first = np.flatnonzero(moving)[sizes >= kind.look]
+    spans = tuple((BLOCK * b, BLOCK * (b + 1)) for b in first.tolist()[:50])
+    peak = _peak(one, moving)
+    told = "" if peak is None else f", most of it at {peak:.3g} Hz"
+    yield Finding(
+        SECTION, "vibration", kind.severity(level),
+        f"{one.name}: vibration of {level:.3g} m/s² (95 % of motion) in the {one.log.rate:.4g} Hz "
+        f"samples{told}; what is faster than those does not count in it.",
+        level, "m/s²", None, spans, one.figure,
+        "Compare with the autopilot's own metric, which runs at the sensor's rate; log raw samples "
+        "of a hover.",
+    )  # fmt: skip
+
+
+def _vibe(one: Sensor, count: int) -> Floats:
+    """Return the root mean square of what is faster than 5 Hz, all axes, block by block.
+
+    ArduPilot's: the force less its low-pass of 5 Hz, squared, low-passed at 2 Hz, the root.
+    """
+    square = np.zeros(one.log.n)
+    gain = 1.0 / (1.0 + one.log.rate / (2.0 * np.pi * 5.0))
+    width = max(1, round(1.0 / gain))
+    for column in one.log.data.T:
+        values = np.where(np.isfinite(column), column, np.nanmedian(column))
+        values -= _smoothed(values, width)
+        square += np.square(values, out=values)
+    edges = np.searchsorted(one.log.sampled, np.arange(count + 1) * BLOCK + one.start)
+    sums = np.concatenate([[0.0], np.cumsum(square)])[edges]
+    full = np.maximum(np.diff(edges), 1)
+    return np.asarray((one.factor or 0.0) * np.sqrt(np.maximum(np.diff(sums), 0.0) / full))
+
+
+def _smoothed(values: Floats, width: int) -> Floats:
+    """Return a moving mean, centred, twice as wide as a low-pass of so many samples remembers."""
+    half = width
+    sums = np.concatenate([[0.0], np.cumsum(values)])
+    at = np.arange(len(values))
+    low, high = np.maximum(at - half, 0), np.minimum(at + half + 1, len(values))
+    return np.asarray((sums[high] - sums[low]) / (high - low))
+
+
+def _peak(one: Sensor, moving: Booleans) -> float | None:
+    """Return the frequency that stands out most in motion, Hz, None if none does."""
+    length = round(one.log.rate)
+    starts = np.searchsorted(one.log.sampled, np.flatnonzero(moving) * BLOCK + one.start)
+    starts = starts[starts + length <= one.log.n]
+    if starts.size == 0:
+        return None
+    chosen = starts[:: max(1, starts.size // _WINDOWS)]
+    parts = one.log.data[chosen[:, np.newaxis] + np.arange(length)]
+    parts = parts[np.isfinite(parts).all(axis=(1, 2))]
+    if len(parts) < _LEAST:
+        return None
+    parts = (parts - parts.mean(axis=1, keepdims=True)) * np.hanning(length)[:, np.newaxis]
+    power = (np.abs(np.fft.rfft(parts, axis=1)) ** 2).sum(axis=2)
+    middle = np.sqrt(np.median(power, axis=0))
+    around = np.array([np.median(middle[max(1, i - 12) : i + 13]) for i in range(len(middle))])
+    ratio = middle / np.maximum(around, np.finfo(float).tiny)
+    ratio[:5] = 0.0
+    best = int(np.argmax(np.where(ratio > _PEAK, middle, 0.0)))
+    return float(best * one.log.rate / length) if ratio[best] > _PEAK else None

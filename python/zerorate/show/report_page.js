@@ -1,0 +1,36 @@
+(function () {
+  "use strict";
+  var plots = Array.prototype.slice.call(document.querySelectorAll("svg.plot"));
+  if (!plots.length) { return; }
+  var whole = Number(plots[0].dataset.seconds), from = 0, to = whole;
+  function show() {
+    plots.forEach(function (plot) {
+      plot.setAttribute("viewBox", (1000 * from / whole) + " 0 " + (1000 * (to - from) / whole) + " 200");
+    });
+    document.querySelectorAll(".from").forEach(function (e) { e.textContent = from.toFixed(2) + " s"; });
+    document.querySelectorAll(".to").forEach(function (e) { e.textContent = to.toFixed(2) + " s"; });
+  }
+  function set(a, b) {
+    var width = Math.min(whole, Math.max(whole / 500, b - a));
+    from = Math.min(Math.max(0, (a + b - width) / 2), whole - width);
+    to = from + width;
+    show();
+  }
+  var steps = {
+    closer: function () { var w = (to - from) / 4; set(from + w, to - w); },
+    wider: function () { var w = (to - from) / 2; set(from - w, to + w); },
+    left: function () { var w = (to - from) / 4; set(from - w, to - w); },
+    right: function () { var w = (to - from) / 4; set(from + w, to + w); },
+    all: function () { set(0, whole); }
+  };
+  document.querySelectorAll("button[data-step]").forEach(function (button) {
+    button.addEventListener("click", steps[button.dataset.step]);
+  });
+  document.querySelectorAll("a[data-from]").forEach(function (link) {
+    link.addEventListener("click", function () {
+      var a = Number(link.dataset.from), b = Number(link.dataset.to), room = Math.max(b - a, whole / 100);
+      set(a - room, b + room);
+    });
+  });
+  document.querySelector(".bar").hidden = false;
+}());

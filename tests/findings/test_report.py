@@ -1,0 +1,138 @@
+"""What a report finds in a log: faults put in one at a time, and nothing in a clean one."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from zerorate.findings import LIMITS, report
+from zerorate.findings.report import SECTIONS
+
+RATE = 100.0
+N = 6000
+PAGE = Path(__file__).parents[2] / "docs/reference/report.md"
+
+
+def columns(seed=1, imus=1):
+    """Return a log that rests, turns and rests, of IMUs that are alike but for their noise."""
+    random = np.random.default_rng(seed)
+    t = np.arange(N) / RATE
+    on = np.clip(np.minimum(t - 15.0, 45.0 - t) / 2.0, 0.0, 1.0)
+    turns = 60.0 * on[:, None] * np.sin(2 * np.pi * t[:, None] * [0.31, 0.23, 0.17])
+    found = {"time_s": t}
+    for k in range(imus):
+        gyro = turns + 0.05 * random.standard_normal((N, 3))
+        accel = [0.3, -0.2, 9.79] + (0.02 + on[:, None]) * random.standard_normal((N, 3))
+        for i, axis in enumerate("xyz"):
+            found[f"imu{k + 1}_gyro_{axis}_dps"] = gyro[:, i]
+            found[f"imu{k + 1}_accel_{axis}_mps2"] = accel[:, i]
+    return found
+
+
+def kinds(table, severity):
+    found = zr.report(zr.read_recording(table)).findings
+    return {
+        one.kind for one in found if one.severity == severity and one.section != "Units and axes"
+    }
+
+
+def test_a_clean_log_passes_no_limit():
+    found = zr.report(zr.simulate_motion("hand", duration=60.0).recording())
+    assert (found.count("act"), found.count("look")) == (0, 0)
+    assert found.summary == "Nothing in this log passes a limit."
+    assert kinds(columns(imus=2), "act") | kinds(columns(imus=2), "look") == set()
+
+
+def test_a_gyro_at_its_limit_is_told_with_share_and_span():
+    table = columns()
+    table["imu1_gyro_x_dps"] = np.clip(table["imu1_gyro_x_dps"], -55.0, 55.0)
+    found = zr.report(zr.read_recording(table))
+    (one,) = [one for one in found.findings if one.kind == "at its limit"]
+    assert (one.severity, one.unit) == ("act", "%")
+    at = np.abs(table["imu1_gyro_x_dps"]) == 55.0
+    # Samples that come within 0.2 % of it by themselves count too.
+    assert one.value == pytest.approx(100.0 * at.mean(), rel=0.01)
+    assert one.spans[0][0] == pytest.approx(table["time_s"][at][0], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "severity", "change"),
+    [
+        ("gyro bias", "act", lambda t: t["imu1_gyro_z_dps"].__iadd__(5.2)),
+        ("gyro bias", "look", lambda t: t["imu1_gyro_z_dps"].__iadd__(3.5)),
+        ("bias moves", "look", lambda t: t["imu1_gyro_y_dps"][3000:].__iadd__(0.2)),
+        ("gravity", "act", lambda t: t["imu1_accel_z_mps2"].__isub__(0.5)),
+        ("equal samples", "act", lambda t: t["imu1_accel_x_mps2"][2000:2120].__imul__(0.0)),
+        ("repeated stamps", "look", lambda t: t["time_s"].__setitem__(2000, t["time_s"][1999])),
+    ],
+)
+def test_a_fault_is_found_and_no_other(kind, severity, change):
+    table = columns()
+    change(table)
+    assert kinds(table, severity) == {kind}
+    assert kinds(table, "act" if severity == "look" else "look") == set()
+
+
+def test_two_imus_that_differ_at_rest_are_told():
+    table = columns(imus=2)
+    table["imu2_gyro_x_dps"] += 2.6
+    table["imu1_gyro_x_dps"] -= 2.6
+    assert kinds(table, "act") == {"gyros differ"}
+
+
+def test_lost_samples_cost_what_a_straight_line_is_wrong_by():
+    table = columns()
+    kept = np.ones(N, dtype=bool)
+    for first in range(1800, 4200, 200):
+        kept[first : first + 60] = False
+    found = zr.report(zr.read_recording({name: one[kept] for name, one in table.items()}))
+    (gaps,) = [o for o in found.findings if o.kind == "gaps" and o.text.startswith("gyro")]
+    assert (gaps.severity, len(gaps.spans)) == ("act", 12)
+    errors = []
+    turns = np.stack([table[f"imu1_gyro_{axis}_dps"] for axis in "xyz"], axis=1)
+    for first in range(1800, 4200, 200):
+        inside = turns[first - 1 : first + 61]
+        errors.append(np.linalg.norm(30.0 * (inside[0] + inside[-1]) - inside[1:-1].sum(axis=0)))
+    assert gaps.value == pytest.approx(np.sqrt(np.sum(np.square(errors))) / RATE, rel=0.5)
+
+
+def test_a_number_far_from_its_limit_is_good_and_one_within_two_errors_only_a_look():
+    limit = LIMITS["gyros differ"]
+    assert limit.severity(1.0) == "good"
+    assert limit.severity(5.5, 0.1) == "act"
+    assert limit.severity(5.5, 0.3) == "look"
+
+
+def test_what_a_report_needs_is_said():
+    with pytest.raises(zr.LogError, match="needs a gyro or an accelerometer of three axes"):
+        report(zr.Recording({"mag": zr.simulate_motion("hand", duration=5.0).recording().mag}))
+    with pytest.raises(TypeError, match="expected a Recording, got ndarray"):
+        report(np.zeros(3))
+
+
+@pytest.mark.parametrize("value", [0.0, math.nan, 1e150])
+def test_hostile_numbers_are_reported_on(value):
+    table = {name: np.full(300, value) for name in columns() if name != "time_s"}
+    found = zr.report(zr.read_recording({"time_s": np.arange(300) / RATE, **table}))
+    json.loads(found.to_json(), parse_constant=pytest.fail)
+
+
+def test_json_has_every_finding_and_the_sections_without_data():
+    found = zr.report(zr.read_recording(columns()))
+    content = json.loads(found.to_json())
+    assert len(content["findings"]) == len(found.findings)
+    assert content["no_data"] == ["IMUs against one another"]
+    sections = list(dict.fromkeys(one["section"] for one in content["findings"]))
+    assert sections == [name for name in SECTIONS if name in sections]
+
+
+def test_the_page_of_limits_is_the_table():
+    from zerorate.show.report_page import limit_text
+
+    page = PAGE.read_text(encoding="utf-8")
+    for name, one in LIMITS.items():
+        cells = (name, one.what, limit_text(one.look), limit_text(one.act), one.unit, one.source)
+        assert f"| {' | '.join(cells)} |" in page, name

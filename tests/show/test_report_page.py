@@ -1,0 +1,98 @@
+"""The page of a report: it stands alone, its anchors land, and a browser has nothing to say."""
+
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+
+class Links(HTMLParser):
+    """Anchors of a page, what refers to them, and elements that want text beside."""
+
+    def __init__(self):
+        super().__init__()
+        self.anchors, self.links, self.drawings = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        self.anchors += [found["id"]] if "id" in found else []
+        self.links += [found["href"]] if tag == "a" else []
+        self.drawings += [found] if tag == "svg" else []
+
+
+@pytest.fixture(scope="module")
+def page():
+    recording = zr.simulate_motion("hand", duration=60.0).recording()
+    gyro = recording.gyro.with_data(recording.gyro.data.clip(-1.0, 1.0))
+    nasty = zr.Recording({**recording, "gyro": gyro}, "<script>alert(1)</script>.csv")
+    return zr.report(nasty).to_html()
+
+
+def test_every_anchor_lands_and_every_figure_has_a_text(page):
+    links = Links()
+    links.feed(page)
+    assert len(set(links.anchors)) == len(links.anchors)
+    assert {one for one in links.links if one[0] != "#"} == set()
+    assert {one[1:] for one in links.links} <= set(links.anchors)
+    assert {one["role"] for one in links.drawings} == {"img"}
+    assert all(len(one["aria-label"]) > 20 for one in links.drawings)
+
+
+def test_it_stands_alone_and_takes_names_as_text(page):
+    assert not re.search(r"(src|href)=\"(?!#|data:)|url\(|@import|https?://", page)
+    assert "<script>alert" not in page
+    assert "act</b> gyro was at its limit" in page
+    assert len(page) < 3e6
+
+
+def test_a_long_log_makes_no_long_page():
+    n = 300_000
+    table = {
+        "time_s": np.arange(n) / 100.0,
+        "gyro_dps": np.random.default_rng(1).normal(size=(n, 3)),
+    }
+    assert len(zr.report(zr.read_recording(table)).to_html()) < 1e5
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium")
+def test_a_browser_loads_it_without_an_error_and_a_finding_shows_its_span(page, tmp_path):
+    click = "<script>document.querySelector('a[data-from]').click();</script>"
+    file = tmp_path / "report.html"
+    file.write_text(page.replace("</body>", f"{click}</body>"), encoding="utf-8")
+    command = (CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr")
+    profile = f"--user-data-dir={tmp_path / 'profile'}"
+    run = subprocess.run(
+        [*command, profile, "--dump-dom", file.as_uri()],
+        capture_output=True, text=True, timeout=60, check=True,
+    )  # fmt: skip
+    assert "CONSOLE" not in run.stderr
+    boxes = set(re.findall(r'viewBox="([^"]*)"', run.stdout))
+    assert len(boxes) == 1
+    assert boxes != {"0 0 1000 200"}
+    assert re.search(r'<div class="bar"(?![^>]*hidden)', run.stdout)
+
+
+def test_contrast_of_the_words_is_enough(page):
+    from zerorate.show.style import contrast
+
+    style = page[page.index("<style>") : page.index("</style>")]
+    light, dark = style.split("@media (prefers-color-scheme: dark)")[:2]
+    for part in (light, dark):
+        known = dict(re.findall(r"--(\w+): (#\w{6})", part))
+        for name in ("ink", "faint", "link", "act", "look", "good"):
+            assert contrast(known[name], known["paper"]) >= 4.5, name
+
+
+def test_text_and_figure_of_a_report_say_what_is_urgent():
+    recording = zr.simulate_motion("hand", duration=60.0).recording()
+    gyro = recording.gyro.with_data(recording.gyro.data.clip(-1.0, 1.0))
+    found = zr.report(zr.Recording({**recording, "gyro": gyro}))
+    assert "act: gyro was at its limit" in found.table()
+    assert found.plot().axes[0].get_yticklabels()[-1].get_text() == "act: at its limit"
