@@ -53,6 +53,10 @@ class TestReplay:
         assert names(out) == ["other-zerorate.parquet", "run-zerorate.parquet"]
         first = [line.split()[0] for line in text.split("\n")[2:6]]
         assert first == ["run.parquet", "gyro_y", "other.parquet", "gyro_y"]
+        assert cli(log, other, "-o", out, "--force", "--figure-format", "svg")[0] == 0
+        assert "replay-zerorate-overlay.svg" in names(out)
+        code, _, errors = cli(log, other, "-o", out, "--figure-format", "svg")
+        assert (code, "exists already; pass --force" in errors) == (2, True)
         code, _, errors = cli(log, other, "-o", out / "a.parquet")
         assert (code, "takes a folder where there are several logs" in errors) == (2, True)
         code, _, errors = cli(log, log, "-o", out)

@@ -60,6 +60,7 @@ from zerorate.cli.outputs import (
     own_names,
     print_written,
     progress_bar,
+    together,
 )
 from zerorate.cli.records import print_title, records
 from zerorate.io import Log, LogError, LogFile, open_imu, write_log
@@ -79,7 +80,9 @@ def replay(
     *,
     logs: Annotated[
         list[Path],
-        typer.Argument(help=f"{RECORDING} Several have one table.", show_default=False),
+        typer.Argument(
+            help=f"{RECORDING} Several have one table, and a figure more.", show_default=False
+        ),
     ],
     reading: Reading,
     output: Output = ".",
@@ -168,6 +171,8 @@ def replay(
     ]
     for log in logs:
         check_outputs([path for _, _, files in parts for path in files.paths], force, log)
+    overlay = [] if array else _overlay(parts[0][2], len(logs))
+    check_outputs(overlay, force)
     keep_freed()
     if array:
         found, outputs = [one for _, one, _ in parts], [files.paths for _, _, files in parts]
@@ -197,7 +202,7 @@ def replay(
         print_alarms(alarms)
         print_result(result, files)
     if several:
-        _print_several(several)
+        _print_several(several, overlay, force)
     others = [flag(name) for name in options if name not in used_by(method, options)]
     if others:
         verb = "has" if len(others) == 1 else "have"
@@ -231,16 +236,33 @@ def _without_samples(result: Summary) -> Summary:
     return Summary(**{one.name: getattr(result, one.name) for one in fields(Summary)})
 
 
-def _print_several(told: Sequence[_Told]) -> None:
-    """Print the biases of all logs in one table, then what is to be known of each."""
-    print(format_biases({one.title: one.result for one in told}))
+_OVERLAY: Final = "replay-zerorate-overlay"
+"""Name of the figure of several logs."""
+
+
+def _overlay(first: Outputs, logs: int) -> list[Path]:
+    """Return the figure of several logs, where each has its own, beside that of the first."""
+    return [one.with_name(f"{_OVERLAY}{one.suffix}") for one in first.figures if logs > 1]
+
+
+def _print_several(told: Sequence[_Told], overlay: Sequence[Path], force: bool) -> None:
+    """Draw the biases of all logs over each other, print them in one table, then notes on each."""
+    results = {one.title: one.result for one in told}
+    if overlay:
+        from zerorate.show.biases_figure import plot_biases
+        from zerorate.show.style import save_figure
+
+        with writing(), together(overlay, force) as temporary:
+            for path in temporary:
+                save_figure(plot_biases(results), path)
+    print(format_biases(results))
     for one in told:
         compared = format_table(one.result) if len(one.result.speed) > 1 else ""
         parts = ["\n".join(one.alarms), compared, format_notes(one.result)]
         text = "\n\n".join(filter(None, parts))
         if text:
             print(f"\n{one.title}\n{text}")
-    print_written([path for one in told for path in one.files.paths])
+    print_written([*overlay, *(path for one in told for path in one.files.paths)])
 
 
 def _others(typed: str | None, method: str) -> tuple[str, ...]:
