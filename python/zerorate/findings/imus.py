@@ -197,5 +197,7 @@ def _sensor(recording: Recording, name: str, unit: str, start: float) -> Sensor 
     log = recording.get(name)
     if log is None or log.channels != _AXES:
         return None
+    if np.isinf(log.data).any():
+        log = log.with_data(np.where(np.isinf(log.data), np.nan, log.data))
     known = log.unit in UNITS and UNITS[log.unit].kind == UNITS[unit].kind
     return Sensor(name, log, float(convert(1.0, log.unit, unit)) if known else None, start)

@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from zerorate.findings.axes import SECTION as AXES
 from zerorate.findings.axes import axes
 from zerorate.findings.clock import SECTION as CLOCK
@@ -163,5 +165,7 @@ def report(recording: Recording, *, progress: Progress | None = None) -> Report:
     for number, (name, look) in enumerate(SECTIONS.items()):
         if progress is not None:
             progress(name.lower(), number / len(SECTIONS))
-        findings.extend(look(recording, found))
+        # Numbers so wild that they overflow pass no limit.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            findings.extend(look(recording, found))
     return Report(tuple(findings), recording.source, recording)

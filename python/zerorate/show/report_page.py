@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from html import escape
 from importlib.resources import files
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 _WIDE, _TALL = 1000.0, 200.0
 """Size of a figure, in its own units."""
+_CODE: Final = re.compile("`([^`]*)`")
 _COLUMNS: Final = 1000
 """Columns of a figure, each with the least and the largest sample in it."""
 _MARKS: Final = 200
@@ -55,7 +57,7 @@ _ABOUT: Final = (
 
 def format_report(report: Report) -> str:
     """Return the summary, and what to act on and look at, one sentence each."""
-    lines = [prose(f"{report.source}: {report.summary}")]
+    lines = [prose(f"{report.source.rpartition('/')[2]}: {report.summary}")]
     lines.extend(prose(_line(of_kind), hang="      ") for of_kind in _by_kind(report))
     if report.empty:
         lines.append(prose(f"No data for: {', '.join(report.empty)}."))
@@ -151,7 +153,7 @@ def _finding(one: Finding, others: int = 0) -> str:
     parts = [f'<b class="{one.severity}">{one.severity}</b> {escape(one.text)}']
     told = [_link(one)] if one.figure else []
     if one.advice and one.severity != "good":
-        told.append(escape(one.advice))
+        told.append(_CODE.sub(r"<code>\1</code>", escape(one.advice)))
     if others:
         told.append(f'<a href="#{_anchor(one.section)}">{others} more of this kind</a>.')
     if told:
@@ -218,7 +220,7 @@ def _figure(report: Report, imu: Imu, one: Sensor, seconds: float) -> str:
     keys = " ".join(f'<span class="key {axis}">{axis}</span>' for axis in "xyz")
     return (
         f'<figure id="{one.figure}">\n<figcaption>{escape(one.name)}, {escape(unit)}, '
-        f"{low:.3g} to {high:.3g} {keys}</figcaption>\n"
+        f"{low:.4g} to {high:.4g} {keys}</figcaption>\n"
         f'<svg class="plot" role="img" aria-label="{escape(label)}" data-seconds="{seconds:.6f}" '
         f'viewBox="0 0 {_WIDE:g} {_TALL:g}" preserveAspectRatio="none">{marks}{paths}</svg>\n'
         '<div class="scale"><span class="from">0 s</span>'
