@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
+from support.recordings import RECORDINGS, needs_recordings
 from zerorate.findings import LIMITS, report
 from zerorate.findings.report import SECTIONS
 
@@ -124,7 +125,7 @@ def test_json_has_every_finding_and_the_sections_without_data():
     found = zr.report(zr.read_recording(columns()))
     content = json.loads(found.to_json())
     assert len(content["findings"]) == len(found.findings)
-    assert content["no_data"] == ["IMUs against one another"]
+    assert content["no_data"] == ["What the autopilot wrote", "IMUs against one another"]
     sections = list(dict.fromkeys(one["section"] for one in content["findings"]))
     assert sections == [name for name in SECTIONS if name in sections]
 
@@ -136,3 +137,11 @@ def test_the_page_of_limits_is_the_table():
     for name, one in LIMITS.items():
         cells = (name, one.what, limit_text(one.look), limit_text(one.act), one.unit, one.source)
         assert f"| {' | '.join(cells)} |" in page, name
+
+
+@needs_recordings
+def test_a_px4_log_says_what_the_autopilot_wrote():
+    found = zr.report(zr.read_recording(RECORDINGS / "px4_motor_failure.ulg"))
+    (one,) = [one for one in found.findings if one.kind == "estimator vibration"]
+    assert one.severity == "act"
+    assert one.value == pytest.approx(0.110, abs=0.001)  # as another reader's rows have it

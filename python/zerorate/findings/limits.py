@@ -70,6 +70,13 @@ LIMITS: Final[Mapping[str, Limit]] = {
     "gyro noise": Limit("noise of the gyro at rest", "deg/s/√Hz", 0.15 / _THIRD, math.inf),
     "accel noise": Limit("noise of the accelerometer at rest", "µg/√Hz", 1500 / _THIRD, math.inf),
     "vibration": Limit("vibration by ArduPilot's rule, 95 %", "m/s²", 30.0, 60.0, _VIBRATION),
+    "vibration metric": Limit(
+        "PX4's own vibration metric, 95 %", "m/s²", 4.905, 9.81, "PX4 flight_review's plot"
+    ),
+    "estimator vibration": Limit(
+        "vibration in PX4's estimator (vibe[2]), 95 %", "m/s", 0.02, 0.04, "older flight_review"
+    ),
+    "clips": Limit("growth of PX4's counters of clipped samples", "", 1, 100, _VIBRATION),
     "gyros differ": _from_act("difference of two gyros at rest", "deg/s", 5.0, _ARMING),
     "accels differ": _from_act(
         "difference of two accelerometers at rest", "m/s²", 0.75, "ArduPilot, ARMING_ACCTHRESH"

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from zerorate.findings.autopilot import SECTION as AUTOPILOT
+from zerorate.findings.autopilot import autopilot
 from zerorate.findings.axes import SECTION as AXES
 from zerorate.findings.axes import axes
 from zerorate.findings.clock import SECTION as CLOCK
@@ -43,6 +45,7 @@ SECTIONS: Final[dict[str, Callable[[Recording, _Found], Iterator[Finding]]]] = {
     RESTS: lambda recording, found: rests(found),
     NOISE: lambda recording, found: noise(found),
     VIBRATION: lambda recording, found: vibration(found),
+    AUTOPILOT: lambda recording, found: autopilot(recording),
     PAIRS: lambda recording, found: pairs(found),
     AXES: axes,
 }
@@ -150,8 +153,8 @@ def report(recording: Recording, *, progress: Progress | None = None) -> Report:
     --------
     >>> import zerorate as zr
     >>> found = zr.report(zr.simulate_motion("hand", duration=60.0).recording())
-    >>> found.summary[:12]
-    '0 to act on,'
+    >>> found.summary
+    'Nothing in this log passes a limit.'
     """
     if not isinstance(recording, Recording):
         raise TypeError(f"expected a Recording, got {type(recording).__name__}")

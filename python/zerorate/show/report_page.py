@@ -50,7 +50,7 @@ _ALONE: Final = (
 """What a browser lets the page load: nothing that is not in it."""
 _ABOUT: Final = (
     "It says what is seen, never the cause. The limits, with their sources, stand at the end. "
-    "Not looked at: the log's own vibration metrics and clip counters, its attitude, the receiver, "
+    "Not looked at: the attitude of the log, the receiver, "
     "the magnetometer's disturbance, folded peaks, soft limits."
 )
 
@@ -152,6 +152,8 @@ def _first(report: Report) -> str:
 def _finding(one: Finding, others: int = 0) -> str:
     parts = [f'<b class="{one.severity}">{one.severity}</b> {escape(one.text)}']
     told = [_link(one)] if one.figure else []
+    if one.spans and not one.figure:
+        told.append(f"Seen at {_times(one, 4)}.")
     if one.advice and one.severity != "good":
         told.append(_CODE.sub(r"<code>\1</code>", escape(one.advice)))
     if others:

@@ -1,0 +1,112 @@
+"""What PX4 itself wrote of vibration and clipping into its log, at the rate of the sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from zerorate.findings.finding import Finding, Spans
+from zerorate.findings.imus import beginning
+from zerorate.findings.limits import LIMITS
+from zerorate.io.formats import opened
+from zerorate.io.log import LogError, Recording
+from zerorate.io.table import Table
+from zerorate.types import Booleans, Floats
+
+SECTION: Final = "What the autopilot wrote"
+_STATUS, _ESTIMATOR = "vehicle_imu_status", "estimator_status"
+_LEAST: Final = 5
+"""Rows of a topic without which nothing is told."""
+
+
+class _Rows(NamedTuple):
+    """Seconds since the beginning, and columns by their names, each (n,)."""
+
+    times: Floats
+    columns: Mapping[str, Floats]
+
+
+def autopilot(recording: Recording) -> Iterator[Finding]:
+    """Yield what a ULog says of vibration and clipping; it is opened again for that."""
+    path = Path(recording.source)
+    if path.suffix.lower() != ".ulg" or not path.is_file():
+        return
+    try:
+        tables = opened(path)[1].tables
+    except (LogError, OSError):
+        return
+    start = beginning(recording)
+    for name in sorted(tables):
+        if name.startswith((_STATUS, _ESTIMATOR)):
+            rows = _rows(tables[name], start)
+            if rows is not None:
+                yield from _of_topic(name, rows)
+
+
+def _rows(table: Table, start: float) -> _Rows | None:
+    """Return the rows of a topic, None where there are too few."""
+    found = {
+        label: np.asarray(c)
+        for label, c in zip(table.names or (), table.load(range(table.width)), strict=True)
+    }
+    times = 1e-6 * found.pop("timestamp_us").astype(np.float64) - start
+    if len(times) < _LEAST:
+        return None
+    return _Rows(times, {label: column.astype(np.float64) for label, column in found.items()})
+
+
+def _of_topic(name: str, rows: _Rows) -> Iterator[Finding]:
+    columns = rows.columns
+    if name.startswith(_STATUS) and "accel_vibration_metric" in columns:
+        yield from _level(name, "vibration metric", columns["accel_vibration_metric"], rows.times)
+    elif name.startswith(_ESTIMATOR) and "vibe[2]" in columns:
+        yield from _level(name, "estimator vibration", columns["vibe[2]"], rows.times)
+    for sensor in ("accel", "gyro"):
+        clips = [
+            columns[key] for key in (f"{sensor}_clipping[{i}]" for i in range(3)) if key in columns
+        ]
+        if clips:
+            yield _clips(name, sensor, np.sum(clips, axis=0), rows.times)
+
+
+def _level(name: str, kind: str, values: Floats, times: Floats) -> Iterator[Finding]:
+    there = np.isfinite(values)
+    if np.count_nonzero(there) < _LEAST:
+        return
+    values, times = values[there], times[there]
+    limit, level = LIMITS[kind], float(np.quantile(values, 0.95))
+    how = limit.severity(level)
+    bound = limit.act if how == "act" else limit.look
+    over = values >= bound
+    told = f"{name}: {limit.what}, is {level:.3g} {limit.unit}"
+    if over.any():
+        share = 100.0 * float(over.mean())
+        first = float(times[over][0])
+        told += f"; {bound:g} and more in {share:.2g} % of its rows, first at {first:.1f} s"
+    yield Finding(
+        SECTION, kind, how, f"{told}.", level, limit.unit, None, _spans(times, over), "",
+        "Log raw samples of a hover and compare their spectra before and after a change.",
+    )  # fmt: skip
+
+
+def _clips(name: str, sensor: str, counts: Floats, times: Floats) -> Finding:
+    """Return by how much a counter grew, which may begin anew."""
+    steps = np.diff(counts)
+    steps = np.where(steps < 0, counts[1:], steps)
+    grew, limit = float(steps.sum()), LIMITS["clips"]
+    return Finding(
+        SECTION, "clips", limit.severity(grew),
+        f"{name}: the counters of clipped {sensor} samples grew by {grew:.0f}.",
+        grew, "", None, _spans(times[1:], steps > 0), "",
+        "Leave these spans out of any integral, and set a wider range.",
+    )  # fmt: skip
+
+
+def _spans(times: Floats, where: Booleans) -> Spans:
+    """Return from which row to which something holds, without a break."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]])))
+    pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    return tuple((round(float(times[a]), 3), round(float(times[b - 1]), 3)) for a, b in pairs)
