@@ -29,6 +29,7 @@ FIRST = {
     "calibrate": "Calibration: ",
     "attitude": "Attitude of ",
     "navigate": "Track of ",
+    "report": "hand.csv: Nothing in this log passes a limit.",
     "simulate": "Gyros that can be simulated",
 }
 
@@ -69,6 +70,7 @@ TYPED = {
     "calibrate": "{}/turns.csv --no-figure",
     "attitude": "{}/hand.csv --no-figure --no-mag",
     "navigate": "{}/imu.csv {}/fixes.csv --no-figure --antenna 0.5,0,-1",
+    "report": "{}/hand.csv",
     "simulate": "--list",
 }
 NO_FILES = ("stream", "simulate", "compare")
