@@ -9,6 +9,7 @@ import pytest
 
 from support.killed import left_in
 from support.logs import write_gyros
+from zerorate.run.interrupts import Ending
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 
@@ -56,3 +57,16 @@ def test_at_any_moment(command, log, tmp_path):
         assert left_in(tmp_path / str(i)) == []
         made = tmp_path / str(i) / "new"
         assert not made.exists() or {path.name for path in made.iterdir()} <= set(whole)
+
+
+@pytest.mark.parametrize("number", TOLD)
+def test_within_the_machinery_of_imports_a_signal_waits(number):
+    """What is raised in a callback there is lost, and its lock held for ever."""
+    code = compile("frame = sys._getframe()", "<frozen importlib._bootstrap>", "exec")
+    found = {"sys": sys}
+    exec(code, found)
+    with Ending() as ending:
+        ending._end(number, found["frame"])
+        with pytest.raises(KeyboardInterrupt):
+            time.sleep(10.0)
+    assert ending.number == number

@@ -70,10 +70,10 @@ class Ending:
     def __enter__(self) -> Self:
         """Catch them; only the main thread gets any."""
         if threading.current_thread() is threading.main_thread():
-            for number in _ENDINGS:
+            for number in _SIGNALS:
                 # What a shell or nohup has told to be ignored stays so, and so does what the
                 # caller of a command takes itself.
-                if signal.getsignal(number) is signal.SIG_DFL:
+                if signal.getsignal(number) in _USUAL:
                     self._before[number] = signal.signal(number, self._end)
         return self
 
@@ -83,11 +83,30 @@ class Ending:
             signal.signal(number, handler)
 
     def _end(self, number: int, frame: FrameType | None) -> None:
+        if _is_importing(frame):
+            later = threading.Timer(_SOON, signal.raise_signal, (number,))
+            later.daemon = True
+            later.start()
+            return
         self.number = number
         # Once: a second one must not stop what cleans up.
         for caught in self._before:
             signal.signal(caught, signal.SIG_IGN)
         raise KeyboardInterrupt
+
+
+_USUAL: Final = (signal.SIG_DFL, signal.default_int_handler)
+_SOON: Final = 0.01
+"""Seconds after which a signal comes again."""
+
+
+def _is_importing(frame: FrameType | None) -> bool:
+    """Whether a signal came while the interpreter looks after its imports.
+
+    What is raised in a callback there is lost, and with it the release of the lock that all imports
+    need: a thread that imports would wait for ever.
+    """
+    return frame is not None and frame.f_code.co_filename.startswith("<frozen importlib")
 
 
 class Interrupted(Exception):
