@@ -169,6 +169,8 @@ _PLACES: Final = {
     ),
     "navigation": (
         "Alignment",
+        "FootNavigation",
+        "FootTrack",
         "Mounting",
         "Outages",
         "TimeOffset",
@@ -177,6 +179,7 @@ _PLACES: Final = {
         "find_time_offset",
         "outages",
         "read_mounting",
+        "restore_clipped",
         "write_geojson",
         "write_gpx",
     ),
@@ -204,8 +207,10 @@ _PLACES: Final = {
         "SimulatedDrive",
         "SimulatedMotion",
         "SimulatedSession",
+        "SimulatedWalk",
         "device",
         "simulate_session",
+        "simulate_walk",
     ),
 }
 """Modules that are imported when a name in them is first asked for: nobody needs all of them."""

@@ -136,6 +136,7 @@ __all__ = [
     "exponential_mean",
     "filter_options",
     "fit_autoregression",
+    "foot_track",
     "integrate_rates",
     "lagged_products",
     "log_normal_cdf",
@@ -145,6 +146,7 @@ __all__ = [
     "position_options",
     "propagate_turns",
     "register",
+    "restore_clipped_rates",
     "reversals",
     "smooth_linear",
     "tilt_options",
@@ -1301,6 +1303,17 @@ def denoise(
     mode: str,
     approximation: bool,
 ) -> tuple[_Floats, _Counts, _Floats, _Floats]: ...
+def foot_track(
+    time: npt.ArrayLike,
+    gyro: npt.ArrayLike,
+    accel: npt.ArrayLike,
+    level: bool,
+    restore: bool,
+    record: bool,
+) -> tuple[dict[str, Any], NavigationRecord | None]: ...
+def restore_clipped_rates(
+    gyro: npt.ArrayLike, dt: float
+) -> tuple[_Floats, list[tuple[int, float, float, int]], _Floats]: ...
 def propagate_turns(
     rates: npt.ArrayLike,
     steps: npt.ArrayLike,

@@ -10,8 +10,10 @@ from zerorate.lazy import later
 if TYPE_CHECKING:
     from zerorate.navigation.alignment import Alignment, align
     from zerorate.navigation.axes import Axes, find_axes
+    from zerorate.navigation.clipped import ClippedAxis, RestoredGyro, restore_clipped
     from zerorate.navigation.clock import find_time_offset
     from zerorate.navigation.fixes import Fixes
+    from zerorate.navigation.foot import FootNavigation, FootTrack, PlacedTrack
     from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
     from zerorate.navigation.offset import TimeOffset
     from zerorate.navigation.outage import Outages, outages
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
         check_navigation,
     )
     from zerorate.navigation.start import find_start
+    from zerorate.navigation.strides import Strides
     from zerorate.navigation.track import STATUSES, VERDICTS, Track
     from zerorate.navigation.tracks import write_geojson, write_gpx
     from zerorate.navigation.wheels import Wheels
@@ -31,11 +34,17 @@ __all__ = [
     "VERDICTS",
     "Alignment",
     "Axes",
+    "ClippedAxis",
     "Fixes",
+    "FootNavigation",
+    "FootTrack",
     "Mounting",
     "NavigationChecks",
     "NavigationFinding",
     "Outages",
+    "PlacedTrack",
+    "RestoredGyro",
+    "Strides",
     "TimeOffset",
     "Track",
     "Wheels",
@@ -48,6 +57,7 @@ __all__ = [
     "outages",
     "read_fixes",
     "read_mounting",
+    "restore_clipped",
     "write_geojson",
     "write_gpx",
 ]
@@ -61,8 +71,18 @@ _PLACES: Final = {
         "Axes",
         "find_axes",
     ),
+    "clipped": (
+        "ClippedAxis",
+        "RestoredGyro",
+        "restore_clipped",
+    ),
     "clock": ("find_time_offset",),
     "fixes": ("Fixes",),
+    "foot": (
+        "FootNavigation",
+        "FootTrack",
+        "PlacedTrack",
+    ),
     "mounting": (
         "Mounting",
         "body_axes",
@@ -80,6 +100,7 @@ _PLACES: Final = {
         "check_navigation",
     ),
     "start": ("find_start",),
+    "strides": ("Strides",),
     "track": (
         "STATUSES",
         "VERDICTS",

@@ -242,14 +242,14 @@ class Track(Result):
         return {**vars(self), "_steps": told}
 
     def _corrected(self, steps: Steps) -> Track:
-        error, sigma = _between_steps(self.time, steps)
+        error, sigma = between_steps(self.time, steps)
         turn = of_rotation_vectors(error[:, 6:9])
         back = self.velocity - error[:, 3:6]
         known = self.navigating[:, np.newaxis]
         return replace(
             self,
             position=moved(self.position, -error[:, :3]),
-            velocity=_turned(turn, back),
+            velocity=turned(turn, back),
             quaternion=np.where(known, product(turn, self.quaternion), self.quaternion),
             gyro_bias=self.gyro_bias + error[:, 9:12],
             accel_bias=self.accel_bias + error[:, 12:],
@@ -397,7 +397,7 @@ def not_begun(track: Track) -> str:
     return "no fix was used after the vehicle was aligned"
 
 
-def _between_steps(time: Floats, steps: Steps) -> tuple[Floats, Floats]:
+def between_steps(time: Floats, steps: Steps) -> tuple[Floats, Floats]:
     """Return error and deviation at each sample, from those of the steps round it."""
     at = steps["sample"].astype(np.intp)
     samples = np.arange(len(time))
@@ -413,7 +413,8 @@ def _between_steps(time: Floats, steps: Steps) -> tuple[Floats, Floats]:
     return error, sigma
 
 
-def _turned(q: Floats, vectors: Floats) -> Floats:
+def turned(q: Floats, vectors: Floats) -> Floats:
+    """Return vectors, each turned by a quaternion of its own."""
     pure = np.concatenate((np.zeros((len(vectors), 1)), vectors), axis=1)
     turned: Floats = product(product(q, pure), inverse(q))[:, 1:]
     return turned

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         SimulatedSession,
         simulate_session,
     )
+    from zerorate.simulation.walk import SimulatedWalk, simulate_walk
     from zerorate.simulation.wheels import wheel_speeds, wheel_ticks
 
 __all__ = [
@@ -28,11 +29,13 @@ __all__ = [
     "SimulatedDrive",
     "SimulatedMotion",
     "SimulatedSession",
+    "SimulatedWalk",
     "device",
     "simulate",
     "simulate_drive",
     "simulate_motion",
     "simulate_session",
+    "simulate_walk",
     "wheel_speeds",
     "wheel_ticks",
 ]
@@ -59,6 +62,10 @@ _PLACES: Final = {
         "GyroErrors",
         "SimulatedSession",
         "simulate_session",
+    ),
+    "walk": (
+        "SimulatedWalk",
+        "simulate_walk",
     ),
     "wheels": (
         "wheel_speeds",

@@ -10,6 +10,7 @@ mod common;
 mod denoise;
 mod deviations;
 mod drift;
+mod foot;
 mod identify;
 mod least_squares;
 mod linear;
@@ -42,6 +43,8 @@ mod _native {
     use crate::deviations::{allan_deviations, longest_factor};
     #[pymodule_export]
     use crate::drift::{DriftFilter, Trace, filter_options};
+    #[pymodule_export]
+    use crate::foot::{foot_track, restore_clipped_rates};
     #[pymodule_export]
     use crate::identify::{
         arma_fit, arma_grid, arma_likelihood, arma_residuals, autoregression_variances,

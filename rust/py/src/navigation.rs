@@ -543,7 +543,7 @@ impl<'py> Outputs<'py> {
 #[pyclass(module = "zerorate._native", frozen)]
 #[derive(Debug)]
 pub struct NavigationRecord {
-    steps: Record,
+    pub(crate) steps: Record,
 }
 
 #[pymethods]

@@ -380,6 +380,26 @@ impl Covariance {
         Innovation { value: innovation, variance }
     }
 
+    /// The same, but what is known of the bias of the gyro stays: it is considered, not corrected
+    /// (S. F. Schmidt, *Advances in Control Systems* 3, 1966).
+    #[cfg(feature = "std")]
+    pub(crate) fn correct_considering(
+        &mut self,
+        h: &Row,
+        z: f64,
+        noise: f64,
+        found: &mut Errors,
+    ) -> Innovation {
+        let rows = [0, 1, 2].map(|i| self.0[GYRO + i]);
+        let kept = [0, 1, 2].map(|i| found[GYRO + i]);
+        let new = self.correct(h, z, noise, found);
+        for i in 0..3 {
+            self.0[GYRO + i][GYRO..ACCEL].copy_from_slice(&rows[i][GYRO..ACCEL]);
+        }
+        found[GYRO..ACCEL].copy_from_slice(&kept);
+        new
+    }
+
     /// The same where constants are estimated as well, which move the scalar by `hw`.
     #[inline(never)]
     pub(crate) fn correct_beside(

@@ -52,6 +52,20 @@ impl Place {
         }
     }
 
+    /// Of a ball that does not turn, so large that a walk on it is one over a plane.
+    #[cfg(feature = "std")]
+    pub(crate) fn plane(gravity: f64) -> Self {
+        let (earth, scale) = (Vector3::zeros(), 1.0 / RADIUS);
+        Self { gravity, earth, north: scale, east: scale, across: scale, tangent: 0.0 }
+    }
+
+    /// Elsewhere on the Earth; a plane is everywhere the same.
+    #[inline(always)]
+    pub(crate) fn moved_to(&self, latitude: f64, height: f64) -> Self {
+        let turns = self.earth.x != 0.0 || self.earth.z != 0.0;
+        if turns { Self::at(latitude, height) } else { *self }
+    }
+
     /// How the frame of north, east and down turns while it moves, rad/s.
     #[inline(always)]
     pub fn transport(&self, velocity: &Vector3<f64>) -> Vector3<f64> {

@@ -426,8 +426,14 @@ impl NavigationFilter {
     }
 
     /// Propagates the covariance to the last sample.
-    #[inline(never)]
+    #[inline(always)]
     pub(crate) fn propagate<W: Witness>(&mut self, witness: &mut W) {
+        self.propagate_with([0.0; 2], witness);
+    }
+
+    /// The same; an orientation and a velocity are less sure by these variances besides.
+    #[inline(never)]
+    pub(crate) fn propagate_with<W: Witness>(&mut self, extra: [f64; 2], witness: &mut W) {
         let sums = self.sums;
         let Sums { seconds, samples, attitude, velocity, unknown, .. } = sums;
         if samples == 0.0 {
@@ -450,12 +456,9 @@ impl NavigationFilter {
             [&params.gyro_noise.into(), &params.accel_noise.into()],
             [&params.gyro_walk.into(), &params.accel_walk.into()],
         );
-        if unknown != [0.0; 2] {
-            growth.add_unknown(
-                &course,
-                0.5 * UNKNOWN[0] * unknown[0],
-                0.5 * UNKNOWN[1] * unknown[1],
-            );
+        let more = [0, 1].map(|i| UNKNOWN[i] * unknown[i] + extra[i]);
+        if more != [0.0; 2] {
+            growth.add_unknown(&course, 0.5 * more[0], 0.5 * more[1]);
         }
         self.covariance.propagate(&transition, &growth);
         self.sums = Sums::new();
@@ -660,7 +663,7 @@ fn matrix([w, x, y, z]: [f64; 4]) -> Matrix3<f64> {
 
 /// Scalar first.
 #[inline(always)]
-fn quaternion(m: &Matrix3<f64>) -> [f64; 4] {
+pub(crate) fn quaternion(m: &Matrix3<f64>) -> [f64; 4] {
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(*m);
     let mut q = UnitQuaternion::from_rotation_matrix(&rotation);
     // Between two steps of the covariance the matrix is stretched a little.

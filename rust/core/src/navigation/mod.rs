@@ -17,6 +17,8 @@ mod earth;
 mod event;
 mod filter;
 mod fix;
+#[cfg(feature = "std")]
+pub mod foot;
 mod initialise;
 mod judge;
 mod motion;

@@ -80,7 +80,7 @@ impl Motion {
         let square = self.attitude.transpose() * self.attitude;
         self.attitude *= Matrix3::from_diagonal_element(1.5) - square * 0.5;
         self.longitude = wrapped(self.longitude);
-        self.place = Place::at(self.latitude, self.height);
+        self.place = self.place.moved_to(self.latitude, self.height);
     }
 
     /// Takes errors out: of position, m, of velocity, and of orientation.

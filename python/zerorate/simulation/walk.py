@@ -1,0 +1,225 @@
+"""A simulated walk: a sensor on a foot whose way and errors are known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.faults import ArgumentError
+from zerorate.io import Log, Recording
+from zerorate.io.log import checked_rate
+from zerorate.simulation.gyro import not_negative, whole
+from zerorate.types import Booleans, Floats
+
+_GRAVITY: Final = np.array([0.0, 0.0, 9.81])
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedWalk:
+    """A walk over n samples, as `simulate_walk` makes it.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        s.
+    gyro, accel : ndarray, shape (n, 3)
+        What the sensor shows, rad/s and m/s^2; axes ahead, left, up.
+    position : ndarray, shape (n, 3)
+        Of the sensor: ahead, left and up of the start, m.
+    standing : ndarray of bool, shape (n,)
+        Where the foot does not move at all.
+    distance : float
+        Level way from stance to stance, m.
+    stride_count : int
+        Number of strides.
+    rate : float
+        Samples a second.
+    """
+
+    time: Floats
+    gyro: Floats
+    accel: Floats
+    position: Floats
+    standing: Booleans
+    distance: float
+    stride_count: int
+    rate: float
+
+    def recording(self) -> Recording:
+        """Return gyro and accelerometer as a recording."""
+
+        def log(values: Floats, kind: str, suffix: str, unit: str) -> Log:
+            names = tuple(f"{kind}_{axis}_{suffix}" for axis in "xyz")
+            return Log.at(self.time, self.rate, values, names, unit, {"source": "simulated walk"})
+
+        logs = {
+            "gyro": log(self.gyro, "gyro", "radps", "rad/s"),
+            "accel": log(self.accel, "accel", "mps2", "m/s^2"),
+        }
+        return Recording(logs, "simulated walk")
+
+
+def simulate_walk(
+    rate: float = 200.0,
+    strides: int = 60,
+    *,
+    seed: int = 0,
+    length: float = 1.3,
+    stance: float = 0.45,
+    swing: float = 0.6,
+    turn: float = 0.0,
+    step_height: float = 0.0,
+    rest: float = 2.0,
+    gyro_noise: float = 1e-4,
+    accel_noise: float = 1e-3,
+    gyro_bias: float = 3e-3,
+    gyro_range: float = math.inf,
+) -> SimulatedWalk:
+    """Return the walk of a foot that stands, swings and stands again.
+
+    In a swing the foot follows polynomials that begin and end at rest; it pitches by 0.7 rad up and
+    down, about 9 rad/s at most at the usual `swing`. A stance is still to the last bit.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    strides : int
+        How many.
+    seed : int
+        Of noise and biases.
+    length : float
+        Of a stride, m; drawn to a tenth around it.
+    stance, swing : float
+        How long they last, s.
+    turn : float
+        By how much each stride turns to the left, rad.
+    step_height : float
+        By how much each stride climbs, m.
+    rest : float
+        How long the foot stands before the first and after the last stride, s.
+    gyro_noise, accel_noise : float
+        White noise, rad/s/sqrt(Hz) and m/s^2/sqrt(Hz).
+    gyro_bias : float
+        Standard deviation of the constant biases that are drawn, rad/s.
+    gyro_range : float
+        Where the gyro clips, rad/s.
+
+    Returns
+    -------
+    SimulatedWalk
+        What the sensor shows, and the truth.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of its range.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> walk = zr.simulate_walk(strides=10, seed=1)
+    >>> len(walk.time), round(walk.distance, 1)
+    (2900, 13.0)
+    """
+    checked_rate(rate)
+    whole("strides", strides, 1)
+    for name, value in (("rest", rest), ("gyro_noise", gyro_noise), ("accel_noise", accel_noise)):
+        not_negative(name, value)
+    for name, value in (("length", length), ("stance", stance), ("swing", swing)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise ArgumentError(name, f"must be a positive number, got {value!r}")
+    if not gyro_range > 0.0:
+        raise ArgumentError("gyro_range", f"must be a positive number, got {gyro_range!r}")
+    draws = np.random.default_rng(seed)
+    lengths = length * (1.0 + 0.1 * draws.uniform(-1.0, 1.0, strides))
+    cycle = swing + stance
+    n = round((2.0 * rest + strides * cycle) * rate)
+    time = np.arange(n) / rate
+    phase = time - rest
+    k = np.clip(np.floor(phase / cycle).astype(np.intp), 0, strides - 1)
+    s = np.clip((phase - k * cycle) / swing, 0.0, 1.0)
+    directions = turn * (np.arange(strides) + 0.5)
+    moves = np.column_stack(
+        [lengths * np.cos(directions), lengths * np.sin(directions), np.full(strides, step_height)]
+    )
+    begins = np.vstack([np.zeros(3), np.cumsum(moves, axis=0)])
+    part, part2 = _eased(s), _eased_twice(s) / swing**2
+    lift, lift2 = _bump(s), _bump_twice(s) / swing**2
+    position = begins[k] + part[:, np.newaxis] * moves[k]
+    acceleration = part2[:, np.newaxis] * moves[k]
+    high = 0.1 + 0.5 * abs(step_height)
+    position[:, 2] += high * lift
+    acceleration[:, 2] += high * lift2
+    yaw, yaw_rate = turn * (k + part), turn * _eased_once(s) / swing
+    pitch, pitch_rate = _pitch(s), _pitch_once(s) / swing
+    rotation = _rotations(yaw, pitch)
+    true_rate = np.column_stack([-yaw_rate * np.sin(pitch), pitch_rate, yaw_rate * np.cos(pitch)])
+    force = np.einsum("nji,nj->ni", rotation, acceleration + _GRAVITY)
+    bias = gyro_bias * draws.standard_normal(3)
+    noise = draws.standard_normal((2, n, 3)) * math.sqrt(rate)
+    gyro = np.clip(true_rate + bias + gyro_noise * noise[0], -gyro_range, gyro_range)
+    return SimulatedWalk(
+        time,
+        gyro,
+        force + accel_noise * noise[1],
+        position,
+        (s <= 0.0) | (s >= 1.0),
+        float(lengths.sum()),
+        strides,
+        rate,
+    )
+
+
+def _eased(s: Floats) -> Floats:
+    moved: Floats = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    return moved
+
+
+def _eased_once(s: Floats) -> Floats:
+    moved: Floats = 30.0 * s**2 * (1.0 - s) ** 2
+    return moved
+
+
+def _eased_twice(s: Floats) -> Floats:
+    moved: Floats = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s)
+    return moved
+
+
+def _bump(s: Floats) -> Floats:
+    lifted: Floats = 64.0 * (s * (1.0 - s)) ** 3
+    return lifted
+
+
+def _bump_twice(s: Floats) -> Floats:
+    p, dp = s * (1.0 - s), 1.0 - 2.0 * s
+    lifted: Floats = 64.0 * (6.0 * p * dp**2 - 6.0 * p**2)
+    return lifted
+
+
+_PITCHES: Final = 0.7 * 64.0
+"""Both ways."""
+
+
+def _pitch(s: Floats) -> Floats:
+    pitched: Floats = _PITCHES * 2.0 * (s * (1.0 - s)) ** 3 * np.sin(2.0 * np.pi * s)
+    return pitched
+
+
+def _pitch_once(s: Floats) -> Floats:
+    p, dp = s * (1.0 - s), 1.0 - 2.0 * s
+    sine, cosine = np.sin(2.0 * np.pi * s), np.cos(2.0 * np.pi * s)
+    pitched: Floats = _PITCHES * 2.0 * (3.0 * p**2 * dp * sine + p**3 * 2.0 * np.pi * cosine)
+    return pitched
+
+
+def _rotations(yaw: Floats, pitch: Floats) -> npt.NDArray[np.float64]:
+    """From the sensor to the earth, shape (n, 3, 3)."""
+    cy, sy, cp, sp = np.cos(yaw), np.sin(yaw), np.cos(pitch), np.sin(pitch)
+    zero = np.zeros_like(yaw)
+    rows = [[cy * cp, -sy, cy * sp], [sy * cp, cy, sy * sp], [-sp, zero, cp]]
+    return np.moveaxis(np.array(rows), 2, 0)

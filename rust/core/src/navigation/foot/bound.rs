@@ -1,0 +1,47 @@
+//! A bound of the speed of a foot: what it would be if it stood on a pivot near the sensor.
+
+use nalgebra::Vector3;
+
+use super::samples_in;
+use crate::error::Error;
+use crate::memory;
+
+/// Half a window, s.
+const HALF: f64 = 0.025;
+/// From the pivot to the sensor, m, and for how long a force lasts, s.
+const PIVOT: f64 = 0.1;
+const LASTS: f64 = 0.0175;
+
+/// What is known of a gyro and an accelerometer at rest.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AtRest {
+    pub gyro_bias: Vector3<f64>,
+    pub force: f64,
+}
+
+/// The bound at each sample, m/s.
+pub(super) fn bound(
+    gyro: &[[f64; 3]],
+    accel: &[[f64; 3]],
+    dt: f64,
+    known: &AtRest,
+) -> Result<Vec<f64>, Error> {
+    let (n, half) = (gyro.len(), samples_in(HALF, dt));
+    let window = |k: usize| k.saturating_sub(half)..(k + half + 1).min(n);
+    let mut pushed = memory::room(n)?;
+    for k in 0..n {
+        let sum = window(k).map(|i| Vector3::from(accel[i])).sum::<Vector3<f64>>();
+        let size = sum.norm();
+        let still = if size > 0.0 { sum * (known.force / size) } else { sum };
+        pushed.push((Vector3::from(accel[k]) - still).norm_squared());
+    }
+    let turned = |i: usize| (Vector3::from(gyro[i]) - known.gyro_bias).norm_squared();
+    let mut found = memory::room(n)?;
+    for k in 0..n {
+        let turns: f64 = window(k).map(turned).sum();
+        let pushes: f64 = window(k).map(|i| pushed[i]).sum();
+        let square = PIVOT * PIVOT * turns + LASTS * LASTS * pushes;
+        found.push((square / window(k).len() as f64).sqrt());
+    }
+    Ok(found)
+}

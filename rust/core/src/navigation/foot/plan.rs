@@ -1,0 +1,275 @@
+//! What is looked up in a whole recording before the filter runs over it.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::bound::{AtRest, bound};
+use super::clip::{Clipped, restore_clipped};
+use super::rests::{Rest, find};
+use super::{DEGREE, GRAVITY, samples_in};
+use crate::error::{Error, require};
+use crate::math::Real;
+use crate::memory;
+use crate::navigation::filter::SAMPLE_MAX;
+
+/// Between two steps of the covariance, s.
+const STEP: f64 = 0.02;
+/// A valley: the lowest bound so far round about, s, and how far above it, and above which speed, none
+/// is a stance, m/s.
+const ROUND: f64 = 0.7;
+const ABOVE: f64 = 2.0;
+const LOWEST: f64 = 0.01;
+const HIGHEST: f64 = 0.5;
+/// Two stances less than this apart, s, are one.
+const APART: f64 = 0.15;
+/// The first rest begins within so many seconds.
+const SOON: f64 = 1.5;
+/// Of a force that is gravity's, m/s².
+const FORCE: f64 = 0.3;
+/// Deviations before anything is measured: biases, rad/s and m/s²; level after a rest and without;
+/// velocity likewise.
+const GYRO_BIAS: f64 = 0.3 * DEGREE;
+const ACCEL_BIAS: f64 = 0.1;
+const LEVEL: [f64; 2] = [0.3 * DEGREE, 3.0 * DEGREE];
+const VELOCITY: [f64; 2] = [0.01, 1.0];
+/// A missing sample is the last one for so long, s.
+const HELD: f64 = 0.1;
+
+/// What a person chooses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Feet {
+    /// Whether the floor is level, steps excepted.
+    pub level: bool,
+    /// Whether rates that the gyro clipped are restored.
+    pub restore: bool,
+}
+
+/// Where the foot stands: first sample and past the last, of nodes of the covariance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stance {
+    /// First and past the last.
+    pub samples: (usize, usize),
+    /// Where the bound is lowest.
+    pub lowest: usize,
+}
+
+/// Where the filter begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Beginning {
+    pub attitude: Matrix3<f64>,
+    pub gyro_bias: Vector3<f64>,
+    pub accel_bias: Vector3<f64>,
+    /// Deviations: velocity, level, and bias of the gyro.
+    pub velocity: f64,
+    pub level: f64,
+    pub gyro: f64,
+    pub accel: f64,
+}
+
+/// A recording whose stances and rests are known.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Rates, rad/s, restored where they were clipped, and forces, m/s²; the last ones where they are
+    /// missing.
+    pub gyro: Vec<[f64; 3]>,
+    /// See `gyro`.
+    pub accel: Vec<[f64; 3]>,
+    /// What restored rates are wrong by: density of a white noise, rad²/s.
+    pub variance: Vec<f64>,
+    /// The speed bound, m/s.
+    pub bound: Vec<f64>,
+    /// What was clipped.
+    pub clipped: Vec<Clipped>,
+    /// In their order; one at the start is among them.
+    pub rests: Vec<Rest>,
+    /// Where the foot may stand, whether or not the filter believes it.
+    pub stances: Vec<Stance>,
+    /// Whether each node is one of a stance.
+    pub(super) stands: Vec<bool>,
+    /// The mean step, s.
+    pub(super) dt: f64,
+    /// Samples between two nodes.
+    pub(super) every: usize,
+    pub(super) beginning: Beginning,
+    /// Whether the first of the rests is at the start.
+    pub(super) rested: bool,
+}
+
+impl Plan {
+    /// Looks at a recording of n samples: times, s, increasing; rates, rad/s, and forces, m/s², NaN
+    /// where they are missing.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if there are fewer than a second of samples or none is known;
+    /// [`Error::Memory`].
+    pub fn of(
+        time: &[f64],
+        gyro: &[[f64; 3]],
+        accel: &[[f64; 3]],
+        feet: &Feet,
+    ) -> Result<Self, Error> {
+        let n = time.len().min(gyro.len()).min(accel.len());
+        let seconds = if n > 1 { time[n - 1] - time[0] } else { 0.0 };
+        require(seconds >= 1.0, "time", "over a second or more", seconds)?;
+        let dt = seconds / (n - 1) as f64;
+        require(dt <= 0.021, "time", "of 48 samples a second or more", 1.0 / dt)?;
+        let (mut gyro, lost) = filled(time, gyro)?;
+        let (accel, missed) = filled(time, accel)?;
+        let mut variance = memory::filled(0.0, n)?;
+        let clipped =
+            if feet.restore { restore_clipped(&mut gyro, dt, &mut variance)? } else { Vec::new() };
+        let unbiased = AtRest { gyro_bias: Vector3::zeros(), force: usual_force(&accel, dt)? };
+        let is_lost = |k: usize| lost[k] || missed[k];
+        let known = |mut bound: Vec<f64>| {
+            (0..n).filter(|k| is_lost(*k)).for_each(|k| bound[k] = f64::INFINITY);
+            bound
+        };
+        let mut bound_ = known(bound(&gyro, &accel, dt, &unbiased)?);
+        let mut rests = find(&bound_, &gyro, dt, 0)?;
+        let first = rests.first().copied().filter(|rest| rest.samples.0 as f64 * dt < SOON);
+        let beginning = match &first {
+            Some(rest) => at_rest(rest, &accel),
+            None => in_motion(&bound_, &accel, dt),
+        };
+        if let Some(rest) = first {
+            let force = force_of(mean(&accel[rest.samples.0..rest.samples.1]).norm(), &unbiased);
+            let at_rest = AtRest { gyro_bias: beginning.gyro_bias, force };
+            bound_ = known(bound(&gyro, &accel, dt, &at_rest)?);
+            rests = find(&bound_, &gyro, dt, rest.samples.1)?;
+            memory::reserve(&mut rests, 1)?;
+            rests.insert(0, rest);
+        }
+        let every = samples_in(STEP, dt);
+        let stands = standing(&bound_, every, samples_in(ROUND, dt))?;
+        let stances = joined(&stands, &bound_, every, dt)?;
+        Ok(Self {
+            gyro,
+            accel,
+            variance,
+            bound: bound_,
+            clipped,
+            rests,
+            stances,
+            stands,
+            dt,
+            every,
+            beginning,
+            rested: first.is_some(),
+        })
+    }
+}
+
+/// The last sample where one is missing, the first one before that; and where it is older than a tenth
+/// of a second.
+fn filled(time: &[f64], given: &[[f64; 3]]) -> Result<(Vec<[f64; 3]>, Vec<bool>), Error> {
+    let is_known = |v: &[f64; 3]| v.iter().all(|x| x.abs() <= SAMPLE_MAX);
+    let first = given.iter().position(is_known);
+    require(first.is_some(), "gyro and accel", "arrays with a finite sample each", f64::NAN)?;
+    let first = first.unwrap_or(0);
+    let (mut values, mut lost) = (memory::room(given.len())?, memory::room(given.len())?);
+    let mut last = first;
+    for k in 0..given.len().min(time.len()) {
+        if is_known(&given[k]) {
+            last = k;
+        }
+        values.push(given[last]);
+        lost.push((time[k] - time[last]).abs() > HELD);
+    }
+    Ok((values, lost))
+}
+
+/// The median force of the first half a second, if it may be gravity.
+fn usual_force(accel: &[[f64; 3]], dt: f64) -> Result<f64, Error> {
+    let count = samples_in(0.5, dt).min(accel.len());
+    let mut median = Vector3::zeros();
+    for axis in 0..3 {
+        let mut values = memory::room(count)?;
+        values.extend(accel[..count].iter().map(|force| force[axis]));
+        values.sort_unstable_by(f64::total_cmp);
+        median[axis] = 0.5 * (values[count / 2] + values[(count - 1) / 2]);
+    }
+    let size = median.norm();
+    Ok(if (size - GRAVITY).abs() < FORCE { size } else { GRAVITY })
+}
+
+fn force_of(size: f64, unbiased: &AtRest) -> f64 {
+    if (size - GRAVITY).abs() < FORCE { size } else { unbiased.force }
+}
+
+fn mean(forces: &[[f64; 3]]) -> Vector3<f64> {
+    forces.iter().map(|force| Vector3::from(*force)).sum::<Vector3<f64>>() / forces.len() as f64
+}
+
+fn at_rest(rest: &Rest, accel: &[[f64; 3]]) -> Beginning {
+    let force = mean(&accel[rest.samples.0..rest.samples.1]);
+    let size = force.norm();
+    let share = GYRO_BIAS * GYRO_BIAS / (GYRO_BIAS * GYRO_BIAS + rest.sigma * rest.sigma);
+    let gravity = (size - GRAVITY).abs() < FORCE;
+    Beginning {
+        attitude: levelled(&force),
+        gyro_bias: rest.rate * share,
+        accel_bias: if gravity { force * ((size - GRAVITY) / size) } else { Vector3::zeros() },
+        velocity: VELOCITY[0],
+        level: LEVEL[0],
+        gyro: rest.sigma * share.sqrt(),
+        accel: ACCEL_BIAS,
+    }
+}
+
+/// Without a rest: levelled where it moves least in the first second.
+fn in_motion(bound: &[f64], accel: &[[f64; 3]], dt: f64) -> Beginning {
+    let first = samples_in(1.0, dt).min(bound.len());
+    let least = (0..first).min_by(|i, j| bound[*i].total_cmp(&bound[*j])).unwrap_or(0);
+    let half = samples_in(0.05, dt);
+    let window = least.saturating_sub(half)..(least + half + 1).min(accel.len());
+    Beginning {
+        attitude: levelled(&mean(&accel[window])),
+        gyro_bias: Vector3::zeros(),
+        accel_bias: Vector3::zeros(),
+        velocity: VELOCITY[1],
+        level: LEVEL[1],
+        gyro: GYRO_BIAS,
+        accel: ACCEL_BIAS,
+    }
+}
+
+/// Roll and pitch of a force at rest, and no heading: to axes of which the third is down.
+fn levelled(force: &Vector3<f64>) -> Matrix3<f64> {
+    let f = force / force.norm().max(1e-9);
+    let across = f.y.hypot(f.z);
+    let (sr, cr) = if across > 0.0 { (-f.y / across, -f.z / across) } else { (0.0, 1.0) };
+    let (sp, cp) = (f.x, across);
+    Matrix3::new(cp, sp * sr, sp * cr, 0.0, cr, -sr, -sp, cp * sr, cp * cr)
+}
+
+/// Whether the foot may stand at each node.
+fn standing(bound: &[f64], every: usize, round: usize) -> Result<Vec<bool>, Error> {
+    let n = bound.len();
+    let mut found = memory::room(n / every)?;
+    for k in (every..n).step_by(every) {
+        let window = &bound[k.saturating_sub(round)..(k + round + 1).min(n)];
+        let low = window.iter().fold(f64::INFINITY, |low, x| low.at_most(*x));
+        found.push(bound[k] < ABOVE * low.max(LOWEST) && bound[k] < HIGHEST);
+    }
+    Ok(found)
+}
+
+/// Nodes that stand, those near to each other as one stance.
+fn joined(stands: &[bool], bound: &[f64], every: usize, dt: f64) -> Result<Vec<Stance>, Error> {
+    let mut found: Vec<Stance> = Vec::new();
+    for k in (0..stands.len()).filter(|i| stands[*i]).map(|i| (i + 1) * every) {
+        let joins = |stance: &Stance| ((k + 1 - stance.samples.1) as f64) * dt < APART;
+        match found.last_mut().filter(|last| joins(last)) {
+            Some(last) => {
+                last.samples.1 = k + 1;
+                if bound[k] < bound[last.lowest] {
+                    last.lowest = k;
+                }
+            }
+            None => {
+                memory::reserve(&mut found, 1)?;
+                found.push(Stance { samples: (k, k + 1), lowest: k });
+            }
+        }
+    }
+    Ok(found)
+}

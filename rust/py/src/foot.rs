@@ -1,0 +1,184 @@
+//! A sensor on a foot, and rates that a gyro clipped, for Python.
+
+use numpy::{PyArrayDyn, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use zerorate_core::memory;
+use zerorate_core::navigation::foot::{Clipped, Feet, Plan, Trodden, Walk, restore_clipped};
+use zerorate_core::navigation::{Record, STATES};
+
+use crate::common::arrays;
+use crate::common::errors::NativeError;
+use crate::common::work::interruptible;
+use crate::navigation::NavigationRecord;
+
+/// An axis that was clipped: its number, its sign, its limit, rad/s, and samples restored.
+type Limit = (usize, f64, f64, usize);
+
+/// Samples between two looks for signals.
+const PIECE: usize = 1 << 17;
+
+/// What is known after each sample, and how many numbers that is.
+const SAMPLE: [(&str, usize); 6] = [
+    ("position", 3),
+    ("velocity", 3),
+    ("quaternion", 4),
+    ("gyro_bias", 3),
+    ("accel_bias", 3),
+    ("sigma", STATES),
+];
+
+/// Restores rates that a gyro clipped at its range.
+///
+/// Parameters
+/// ----------
+/// gyro : array_like, shape (n, 3)
+///     rad/s, all of them finite.
+/// dt : float
+///     Seconds between two samples.
+///
+/// Returns
+/// -------
+/// tuple
+///     The rates, (n, 3); axis, sign, limit, rad/s, and number of restored samples of each side that was
+///     clipped; what a restored rate is wrong by, as density of a white noise, rad^2/s, (n,).
+///
+/// Raises
+/// ------
+/// ValueError
+///     A rate is not finite, or the step no positive number.
+#[pyfunction]
+pub fn restore_clipped_rates<'py>(
+    gyro: &Bound<'py, PyAny>,
+    dt: f64,
+) -> PyResult<(Bound<'py, PyAny>, Vec<Limit>, Bound<'py, PyAny>)> {
+    let py = gyro.py();
+    let record = arrays::named("gyro", gyro, "(n, 3)", |found| found.len() == 2 && found[1] == 3)?;
+    let mut values = record.values;
+    if !(dt.is_finite() && dt > 0.0) {
+        return Err(PyValueError::new_err(format!("dt must be a positive number, got {dt}")));
+    }
+    if values.iter().any(|x| !x.is_finite()) {
+        return Err(PyValueError::new_err("gyro must be finite: fill what is missing first"));
+    }
+    let n = values.len() / 3;
+    let mut variance = memory::filled(0.0, n).map_err(NativeError::from)?;
+    let sides =
+        interruptible(py, n, || restore_clipped(values.as_chunks_mut().0, dt, &mut variance))?
+            .map_err(NativeError::from)?;
+    let sides = limits(&sides);
+    let values = arrays::array(py, values, &[n, 3])?.into_any();
+    Ok((values, sides, arrays::array(py, variance, &[n])?.into_any()))
+}
+
+fn limits(sides: &[Clipped]) -> Vec<Limit> {
+    sides.iter().map(|one| (one.axis, one.sign, one.limit, one.samples)).collect()
+}
+
+/// Where a sensor on a foot was.
+///
+/// Parameters
+/// ----------
+/// time : array_like, shape (n,)
+///     s, increasing.
+/// gyro, accel : array_like, shape (n, 3)
+///     rad/s and m/s^2; a row that is not finite is missing.
+/// level : bool
+///     Whether the floor is level, steps excepted.
+/// restore : bool
+///     Whether rates that the gyro clipped are restored.
+/// record : bool
+///     Whether to keep what the smoother needs.
+///
+/// Returns
+/// -------
+/// tuple
+///     By name what is known after each sample, metres ahead, right and down of the start; ``bound``,
+///     m/s, (n,); ``stances``, (s, 3), first, past the last and lowest sample; ``rests``, (r, 2);
+///     ``rest_rates``, (r, 4), rate and its deviation, rad/s; ``clipped`` as of ``restore_clipped_rates``;
+///     ``rejections``. And the record, or None.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Shapes do not fit, times do not increase, or there is less than a second.
+#[pyfunction]
+pub fn foot_track<'py>(
+    time: &Bound<'py, PyAny>,
+    gyro: &Bound<'py, PyAny>,
+    accel: &Bound<'py, PyAny>,
+    level: bool,
+    restore: bool,
+    record: bool,
+) -> PyResult<(Bound<'py, PyDict>, Option<NavigationRecord>)> {
+    let py = time.py();
+    let time = arrays::named("time", time, "(n,)", |found| found.len() == 1)?.values;
+    let n = time.len();
+    let expected = format!("({n}, 3)");
+    let fits = |found: &[usize]| found == [n, 3];
+    let gyro = arrays::named("gyro", gyro, &expected, fits)?.values;
+    let accel = arrays::named("accel", accel, &expected, fits)?.values;
+    let given = [gyro.as_chunks().0, accel.as_chunks().0];
+    let feet = Feet { level, restore };
+    let plan = interruptible(py, n, || Plan::of(&time, given[0], given[1], &feet))?
+        .map_err(NativeError::from)?;
+    let numbers = SAMPLE.iter().map(|(_, size)| arrays::zeros(py, &[n, *size]));
+    let numbers = numbers.collect::<PyResult<Vec<Bound<'py, PyArrayDyn<f64>>>>>()?;
+    let mut steps = Record::default();
+    let rejections = {
+        let mut open: Vec<_> = numbers.iter().map(|array| array.readwrite()).collect();
+        let [position, velocity, quaternion, gyro_bias, accel_bias, sigma] = &mut open[..] else {
+            return Err(PyValueError::new_err("six arrays"));
+        };
+        let mut trodden = Trodden {
+            position: position.as_slice_mut()?.as_chunks_mut().0,
+            velocity: velocity.as_slice_mut()?.as_chunks_mut().0,
+            quaternion: quaternion.as_slice_mut()?.as_chunks_mut().0,
+            gyro_bias: gyro_bias.as_slice_mut()?.as_chunks_mut().0,
+            accel_bias: accel_bias.as_slice_mut()?.as_chunks_mut().0,
+            sigma: sigma.as_slice_mut()?.as_chunks_mut().0,
+        };
+        let began = match record {
+            true => Walk::begin(&plan, level, time[0], &mut steps),
+            false => Walk::begin(&plan, level, time[0], &mut ()),
+        };
+        let mut walk = began.map_err(NativeError::from)?;
+        for first in (0..n).step_by(PIECE) {
+            let piece = first..n.min(first + PIECE);
+            let done = py.detach(|| match record {
+                true => walk.run(&time, given, piece, &mut trodden, &mut steps),
+                false => walk.run(&time, given, piece, &mut trodden, &mut ()),
+            });
+            done.map_err(NativeError::from)?;
+            py.check_signals()?;
+        }
+        walk.rejections()
+    };
+    steps.checked().map_err(NativeError::from)?;
+    let found = PyDict::new(py);
+    for ((name, _), array) in SAMPLE.iter().zip(numbers) {
+        found.set_item(*name, array)?;
+    }
+    put_plan(&found, plan)?;
+    found.set_item("rejections", rejections)?;
+    Ok((found, record.then_some(NavigationRecord { steps })))
+}
+
+fn put_plan(found: &Bound<'_, PyDict>, plan: Plan) -> PyResult<()> {
+    let py = found.py();
+    let (mut stances, mut rests, mut rates) = (Vec::new(), Vec::new(), Vec::new());
+    for one in &plan.stances {
+        stances.extend([one.samples.0 as i64, one.samples.1 as i64, one.lowest as i64]);
+    }
+    for one in &plan.rests {
+        rests.extend([one.samples.0 as i64, one.samples.1 as i64]);
+        rates.extend([one.rate.x, one.rate.y, one.rate.z, one.sigma]);
+    }
+    let n = plan.bound.len();
+    found.set_item("bound", arrays::array(py, plan.bound, &[n])?)?;
+    found.set_item("stances", arrays::array(py, stances, &[plan.stances.len(), 3])?)?;
+    found.set_item("rests", arrays::array(py, rests, &[plan.rests.len(), 2])?)?;
+    found.set_item("rest_rates", arrays::array(py, rates, &[plan.rests.len(), 4])?)?;
+    found.set_item("clipped", limits(&plan.clipped))
+}

@@ -1,0 +1,41 @@
+"""The track of a foot beside its twin."""
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from oracle.foot import Foot
+from support.recordings import RECORDINGS, needs_recordings
+from zerorate.io.samples import Samples
+
+TOLERANCE = 1e-9
+FLIP = (1.0, -1.0, -1.0)
+
+
+def check_twin(recording, floor):
+    samples = Samples.of(recording, mag=False)
+    track = zr.FootNavigation(floor=floor).process(recording)
+    twin = Foot(samples.time, samples.gyro, samples.accel, level=floor is not None)
+    places = twin.run()
+    assert len(track.stances) == len(twin.stances)
+    assert np.abs(track.position * FLIP - places).max() < TOLERANCE
+    last = (track.n - 1) // twin.every * twin.every
+    assert np.abs(track.sigma[last] - twin.sigma).max() < TOLERANCE
+    return track
+
+
+def test_a_simulated_walk_is_that_of_the_twin():
+    walk = zr.simulate_walk(strides=5, seed=2, gyro_range=7.0, step_height=0.17, turn=0.2)
+    assert check_twin(walk.recording(), "level").clipped
+
+
+def test_a_start_in_motion_is_that_of_the_twin():
+    recording = zr.simulate_walk(rate=100.0, strides=6, rest=0.0).recording()
+    assert not len(check_twin(recording, None).rests)
+
+
+@needs_recordings
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["foot_vicon_20171127111153", "foot_vicon_20171122114044"])
+def test_a_recorded_walk_is_that_of_the_twin(name):
+    check_twin(zr.read_recording(RECORDINGS / f"{name}_200hz.parquet"), "level")
