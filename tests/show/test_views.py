@@ -92,6 +92,9 @@ RESULTS = {
         angle_random_walk=1e-4, markov=[zr.noise.Markov(1e-5, 30.0)]
     ),
     "Calibration": calibration,
+    "MagnetometerCalibration": lambda: zr.calibrate_magnetometer(
+        zr.simulate_motion("hand", duration=30.0).recording()
+    ),
     "CalibrationComparison": lambda: zr.compare_calibrations(calibration(), calibration(seed=6)),
     "FittedRate": lambda: zr.calibration.fit_rate(np.gradient(ANGLE, 1 / RATE), RATE, angle=ANGLE),
     "RateTable": lambda: zr.calibrate_rate_table(np.arange(-6.0, 7.0), 1.01 * np.arange(-6.0, 7.0)),

@@ -13,6 +13,11 @@ if TYPE_CHECKING:
         compare_calibrations,
     )
     from zerorate.calibration.fit.rests import find_rests
+    from zerorate.calibration.magnetometer import (
+        IronGroup,
+        MagnetometerCalibration,
+        calibrate_magnetometer,
+    )
     from zerorate.calibration.rate.angle import Integrated, integrate
     from zerorate.calibration.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibration.rate.reference import FittedRate, fit_rate
@@ -24,6 +29,8 @@ __all__ = [
     "CalibrationError",
     "FittedRate",
     "Integrated",
+    "IronGroup",
+    "MagnetometerCalibration",
     "MovedParameter",
     "Origin",
     "RateTable",
@@ -34,6 +41,7 @@ __all__ = [
     "TemperatureModel",
     "Turn",
     "calibrate",
+    "calibrate_magnetometer",
     "calibrate_rate_table",
     "compare_calibrations",
     "find_rests",
@@ -55,6 +63,11 @@ _PLACES: Final = {
         "compare_calibrations",
     ),
     "fit.rests": ("find_rests",),
+    "magnetometer": (
+        "IronGroup",
+        "MagnetometerCalibration",
+        "calibrate_magnetometer",
+    ),
     "rate.angle": (
         "Integrated",
         "integrate",

@@ -30,6 +30,10 @@ VIEWS: Final = {
         "calibration_comparison:format_comparison",
         "interval_views:plot_comparison",
     ),
+    "calibration.magnetometer.MagnetometerCalibration": (
+        "magnetometer_table:format_magnetometer",
+        "magnetometer_figure:plot_magnetometer",
+    ),
     "calibration.rate.angle.Integrated": (
         "series_views:format_integrated",
         "series_views:plot_integrated",

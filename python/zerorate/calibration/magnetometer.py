@@ -1,0 +1,509 @@
+"""Calibration of a magnetometer from ordinary motion, by the gyro."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final, Literal, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import Attitude
+from zerorate.calibration.magnet.choice import Chosen, chosen
+from zerorate.calibration.magnet.fit import BASIS, KNOWN
+from zerorate.calibration.magnet.partition import spans_of
+from zerorate.calibration.magnet.spans import Span
+from zerorate.calibration.magnet.ticks import Ticks, ticks_of
+from zerorate.calibration.parameters import Matrix, Vector
+from zerorate.faults import ArgumentError
+from zerorate.io import LogError, Recording
+from zerorate.io.samples import Samples
+from zerorate.io.saved import check_format, restored
+from zerorate.noise.coefficient import Coefficient
+from zerorate.types import Booleans, Floats
+from zerorate.views import Result
+
+MagnetometerModel = Literal["none", "b", "b+scale", "b+symmetric"]
+
+_FORMAT: Final = "zerorate magnetometer calibration"
+_VERSION: Final = 1
+_SHORTEST: Final = 100
+"""Ticks that a record must have."""
+_WEAK: Final = 0.2
+"""Part of the samples' size below which a field is none: they do not turn with the sensor."""
+_HEADINGS: Final = np.radians(10.0) * np.arange(36)
+_SOFT_SIGMA: Final = 0.06
+_95: Final = 1.645
+
+
+@dataclass(frozen=True)
+class IronGroup:
+    """One hard iron of a record, which several spans may share.
+
+    Parameters
+    ----------
+    hard_iron
+        As found, unit of the samples; zero along directions that are not known.
+    scatter_raw, scatter_unseen
+        RMS of an axis about a constant field, in blocks that the fit had not seen: of raw samples,
+        and without the hard iron.
+    applied
+        Whether the hard iron is taken off.
+    """
+
+    hard_iron: tuple[float, float, float]
+    scatter_raw: float
+    scatter_unseen: float
+    applied: bool
+
+
+@dataclass(frozen=True, eq=False)
+class MagnetometerCalibration(Result):
+    """What the gyro tells of a magnetometer: ``raw = soft_iron @ field + hard_iron``.
+
+    Parameters
+    ----------
+    hard_iron
+        Of the group that lasts longest, unit of the samples.
+    soft_iron
+        Its trace is 3; the unit matrix where it is not applied.
+    rotation
+        Of the magnetometer against the gyro as a fit of everything has it, rad; never applied.
+    field, dip
+        Size of the field, unit of the samples, and its angle below the level, rad.
+    model
+        What is applied.
+    spans
+        Seconds on the clock of the gyro, kinds and groups: see `Span`.
+    groups
+        Hard irons.
+    covariance
+        Of the elements of the soft iron and of the hard iron over `norm`, shape (11, 11).
+    elements
+        Of the soft iron less 1, in eight orthonormal matrices: two of scale, three symmetric,
+        three antisymmetric; shape (8,).
+    norm
+        Median size of the samples.
+    unit
+        Of the samples.
+    problems, advice, notes
+        Why it is not valid, what another record should have, and what was assumed.
+    source
+        Of which recording.
+    """
+
+    hard_iron: Vector
+    soft_iron: Matrix
+    rotation: Vector
+    field: Coefficient
+    dip: Coefficient
+    model: MagnetometerModel
+    spans: tuple[Span, ...]
+    groups: tuple[IronGroup, ...]
+    covariance: Floats
+    elements: Floats
+    norm: float
+    unit: str
+    problems: tuple[str, ...] = ()
+    advice: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    source: str = ""
+
+    @property
+    def valid(self) -> bool:
+        """Whether nothing was found that makes it useless."""
+        return not self.problems
+
+    @property
+    def applied(self) -> bool:
+        """Whether `apply` changes any sample."""
+        return self.model != "none"
+
+    @property
+    def disturbed(self) -> float:
+        """Share of the time in which no hard iron explains the field."""
+        total = sum(span.stop - span.start for span in self.spans)
+        wild = sum(s.stop - s.start for s in self.spans if s.kind == "disturbed")
+        return wild / total if total else 0.0
+
+    def apply(
+        self, samples: Recording | npt.ArrayLike, time: npt.ArrayLike | None = None
+    ) -> Recording | Floats:
+        """Return the samples, or the recording, with the magnetometer corrected.
+
+        Parameters
+        ----------
+        samples : Recording or array_like, shape (n, 3)
+            Unit of `unit`. Where nothing is applied they stay as they were, to the last bit.
+        time : array_like, shape (n,), optional
+            Seconds on the clock of this calibration's recording: each sample then has the hard
+            iron of its span. Without, and of another recording, that of the longest group counts.
+
+        Raises
+        ------
+        ValueError
+            If samples have another shape, or the recording no magnetometer in this unit.
+        """
+        if isinstance(samples, Recording):
+            return self._recording(samples)
+        values = np.array(samples, dtype=np.float64)
+        if values.ndim != 2 or values.shape[1] != 3:
+            raise ArgumentError("samples", f"must have the shape (n, 3), got {values.shape}")
+        places = None if time is None else np.asarray(time, dtype=np.float64)
+        if places is not None and places.shape != (len(values),):
+            raise ArgumentError("time", f"must have the shape ({len(values)},), got {places.shape}")
+        inverse = np.linalg.inv(np.array(self.soft_iron, dtype=np.float64))
+        for g, where in self._where(len(values), places):
+            if self.groups[g].applied:
+                iron = np.array(self.groups[g].hard_iron)
+                values[where] = (values[where] - iron) @ inverse.T
+        return values
+
+    def _recording(self, recording: Recording) -> Recording:
+        log = recording.mag
+        if log is None or log.unit != self.unit:
+            found = "none" if log is None else f"one in {log.unit}"
+            raise LogError(f"the calibration is of a magnetometer in {self.unit}, found {found}")
+        time = log.sampled if recording.source == self.source else None
+        logs = dict(recording)
+        logs["mag"] = log.with_data(self.apply(log.data, time))  # type: ignore[arg-type]
+        return replace(recording, logs=logs)
+
+    def _where(self, n: int, time: Floats | None) -> Iterator[tuple[int, Booleans]]:
+        group = np.full(n, self.longest)
+        if time is not None:
+            for span in self.spans:
+                group[(time >= span.start) & (time < span.stop)] = span.group
+        for g in range(len(self.groups)):
+            yield g, group == g
+
+    @property
+    def longest(self) -> int:
+        """Which of the groups lasts longest."""
+        lasts = np.zeros(max(len(self.groups), 1))
+        for span in self.spans:
+            lasts[span.group] += span.stop - span.start
+        return int(lasts.argmax())
+
+    def heading_error(self, before: bool = False) -> Floats:
+        """Return the heading error to expect of a level sensor, rad, shape (36,).
+
+        Parameters
+        ----------
+        before : bool
+            Whether of raw samples: what hard and soft iron do, and what is not known of them.
+
+        Returns
+        -------
+        ndarray, shape (36,)
+            At headings 0, 10, ... 350 deg, root mean square, with the hard iron of `hard_iron`.
+        """
+        raw = before or not self.groups[self.longest].applied
+        return np.array([self._error(angle, raw) for angle in _HEADINGS])
+
+    def _error(self, heading: float, raw: bool) -> float:
+        level, down = np.cos(self.dip), np.sin(self.dip)
+        size = self.field.value / self.norm
+        c, s = np.cos(heading), np.sin(heading)
+        east = np.array([c, -s, 0.0])
+        seen = size * np.array([s * level, c * level, -down])
+        slope = np.array([*(east @ element @ seen for element in BASIS), *east])
+        variance = slope @ self.covariance @ slope
+        if raw:
+            values = np.array([*self.elements, *(b / self.norm for b in self.hard_iron)])
+            variance = variance + (slope @ values) ** 2
+        return float(min(np.sqrt(variance) / max(size * level, 1e-3), np.pi))
+
+    def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
+        """Return the calibration as JSON, exact to the last bit, and write it where told."""
+        content: dict[str, Any] = {"format": _FORMAT, "version": _VERSION}
+        for name in ("hard_iron", "rotation"):
+            content[name] = [_listed(one) for one in getattr(self, name)]
+        content["soft_iron"] = [[_listed(one) for one in row] for row in self.soft_iron]
+        content |= {"field": _listed(self.field), "dip": _listed(self.dip), "model": self.model}
+        content["spans"] = [asdict(span) for span in self.spans]
+        content["groups"] = [asdict(group) for group in self.groups]
+        content["covariance"] = self.covariance.tolist()
+        content["elements"] = self.elements.tolist()
+        for name in ("norm", "unit", "problems", "advice", "notes", "source"):
+            content[name] = getattr(self, name)
+        text = json.dumps(content, indent=2, allow_nan=False) + "\n"
+        if path is not None:
+            Path(path).write_text(text, encoding="utf-8")
+        return text
+
+    @classmethod
+    def from_json(cls, source: str | os.PathLike[str]) -> Self:
+        """Read a calibration that `to_json` wrote, equal to the last bit."""
+        return restored(source, "magnetometer calibration", cls._built)
+
+    @classmethod
+    def _built(cls, content: Any) -> Self:  # noqa: ANN401
+        check_format(content, _FORMAT, _VERSION)
+        found = {k: v for k, v in content.items() if k not in ("format", "version")}
+        for name in ("hard_iron", "rotation"):
+            found[name] = tuple(_read(one) for one in found[name])
+        found["soft_iron"] = tuple(tuple(_read(one) for one in row) for row in found["soft_iron"])
+        found |= {"field": _read(found["field"]), "dip": _read(found["dip"])}
+        found["spans"] = tuple(Span(**one) for one in found["spans"])
+        groups = [one | {"hard_iron": tuple(one["hard_iron"])} for one in found["groups"]]
+        found["groups"] = tuple(IronGroup(**one) for one in groups)
+        for name in ("problems", "advice", "notes"):
+            found[name] = tuple(found[name])
+        found["covariance"] = np.array(found["covariance"])
+        found["elements"] = np.array(found["elements"])
+        return cls(**found)
+
+    def __repr__(self) -> str:
+        """Return in one line what is applied."""
+        state = f"model {self.model!r}" if self.valid else "not valid"
+        return f"MagnetometerCalibration({state}; {len(self.spans)} spans)"
+
+
+def _listed(one: Coefficient) -> list[Any]:
+    bound = one.upper_bound if np.isfinite(one.upper_bound) else None
+    return [one.value, one.sigma, one.identifiable, bound]
+
+
+def _read(listed: list[Any]) -> Coefficient:
+    value, sigma, identifiable, bound = listed
+    return Coefficient(value, sigma, identifiable, np.inf if bound is None else bound)
+
+
+def calibrate_magnetometer(
+    recording: Recording, *, gyro: str = "gyro", one: bool = False
+) -> MagnetometerCalibration:
+    """Calibrate a magnetometer from ordinary motion: the gyro says how the field must turn.
+
+    Parameters
+    ----------
+    recording : Recording
+        With gyro, accelerometer and a magnetometer in any unit.
+    gyro : str
+        Which of several sensors; default the first.
+    one : bool
+        Whether the record has one hard iron, since nobody touched the device. Default: several
+        where that leaves clearly less scatter, for a magnet that comes and goes.
+
+    Returns
+    -------
+    MagnetometerCalibration
+        Ask `applied`: only what more than halves the scatter of samples that the fit had not
+        seen is taken off.
+
+    Raises
+    ------
+    LogError
+        Without gyro, accelerometer or magnetometer, or with less than ten seconds of them.
+
+    Notes
+    -----
+    Two turns about different axes are enough; what does not turn with the sensor's surroundings
+    is iron. Standard errors are of fields that differ from place to place, not of noise: nothing
+    smaller than a hundredth of the field is claimed.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> motion = zr.simulate_motion("hand", duration=40.0, seed=3)
+    >>> zr.calibrate_magnetometer(motion.recording()).applied
+    False
+    """
+    samples = Samples.of(recording, gyro, what="a magnetometer's calibration")
+    if samples.mag is None:
+        listed = ", ".join(recording) or "nothing"
+        raise LogError(f"there is no magnetometer to calibrate; the recording has: {listed}")
+    problems = _stuck(samples.mag)
+    attitude = Attitude(samples.log.rate, mag=False)
+    turned = attitude.smooth(samples.gyro, samples.accel, dt=samples.dt)["quaternion"]
+    begin = float(samples.time[0])
+    ticks = ticks_of(samples.time - begin, _matrices(turned), samples.mag)
+    if ticks.n < _SHORTEST:
+        raise LogError(
+            f"a magnetometer's calibration needs ten seconds of samples, got {ticks.n / 10:.1f} s"
+        )
+    log = recording[
+        "mag"
+        if gyro == "gyro" or gyro.replace("gyro", "mag") not in recording
+        else gyro.replace("gyro", "mag")
+    ]
+    found = None if problems else chosen(ticks, spans_of(ticks), one)
+    if found is not None and _size(found) < _WEAK:
+        problems = ("the samples do not turn with the sensor: the magnetometer is stuck",)
+        found = None
+    return _result(ticks, found, begin, log.unit, problems, samples.notes, recording.source)
+
+
+def _stuck(mag: Floats) -> tuple[str, ...]:
+    still = [
+        axis
+        for axis, values in zip("xyz", mag.T, strict=True)
+        if np.nanmax(values) == np.nanmin(values)
+    ]
+    if not still:
+        return ()
+    return (f"the magnetometer's {' and '.join(still)} never changes: it is stuck",)
+
+
+def _matrices(q: Floats) -> Floats:
+    w, x, y, z = q.T
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.array(rows).transpose(2, 0, 1)
+
+
+def _size(found: Chosen) -> float:
+    return float(np.median(np.linalg.norm(found.fit.fields, axis=1)))
+
+
+def _result(
+    ticks: Ticks,
+    found: Chosen | None,
+    begin: float,
+    unit: str,
+    problems: tuple[str, ...],
+    notes: tuple[str, ...],
+    source: str,
+) -> MagnetometerCalibration:
+    known: dict[str, Any] = {"norm": ticks.norm, "unit": unit, "notes": notes, "source": source}
+    unknown = Coefficient(0.0, identifiable=False, upper_bound=np.inf)
+    last = begin + float(ticks.number[-1] + 1) / 10.0
+    if found is None:
+        group = IronGroup((0.0, 0.0, 0.0), 0.0, 0.0, False)
+        advice = () if problems else ("turn the sensor about two axes that differ",)
+        soft = _soft(np.zeros(8), np.full(8, np.inf))
+        return MagnetometerCalibration(
+            (unknown,) * 3,
+            soft,
+            (unknown,) * 3,
+            unknown,
+            unknown,
+            "none",
+            (Span(begin, last, "still"),),
+            (group,),
+            np.eye(11),
+            np.zeros(8),
+            problems=problems,
+            advice=advice,
+            **known,
+        )
+    spans = tuple(
+        replace(s, start=begin + s.start, stop=min(begin + s.stop, last)) for s in found.spans
+    )
+    groups = tuple(
+        IronGroup(
+            tuple((b * ticks.norm).tolist()), float(r * ticks.norm), float(u * ticks.norm), bool(a)
+        )
+        for b, r, u, a in zip(found.iron, found.raw, found.left, found.applied, strict=True)
+    )
+    lasts = [sum(s.stop - s.start for s in spans if s.group == g) for g in range(len(groups))]
+    g = int(np.argmax(lasts))
+    places = [*range(8), *range(8 + 3 * g, 11 + 3 * g)]
+    matrix = found.covariance[np.ix_(places, places)]
+    model: MagnetometerModel = "none"
+    if found.applied.any():
+        model = "b" if not found.soft else ("b+symmetric" if max(found.soft) > 1 else "b+scale")
+    field, dip = _field(found, matrix, ticks.norm)
+    return MagnetometerCalibration(
+        _irons(found.iron[g], matrix[8:, 8:], ticks.norm),
+        _soft(found.elements, np.sqrt(np.diagonal(matrix)[:8])),
+        _rotation(found),
+        field,
+        dip,
+        model,
+        spans,
+        groups,
+        matrix,
+        found.elements,
+        advice=tuple(_advice(spans, groups, matrix[8:, 8:], unit)),
+        **known,
+    )
+
+
+def _irons(iron: Floats, block: Floats, norm: float) -> Vector:
+    sigmas = np.sqrt(np.diagonal(block))
+    x, y, z = (_one(v * norm, s * norm, s < KNOWN) for v, s in zip(iron, sigmas, strict=True))
+    return x, y, z
+
+
+def _one(value: float, sigma: float, identifiable: bool) -> Coefficient:
+    if identifiable:
+        return Coefficient(float(value), float(sigma))
+    return Coefficient(float(value), float(sigma), False, float(value + _95 * sigma))
+
+
+def _soft(elements: Floats, sigmas: Floats) -> Matrix:
+    matrix = np.eye(3) + np.tensordot(elements, BASIS, axes=1)
+    if not np.isfinite(sigmas).all():
+        nothing = Coefficient(0.0, identifiable=False, upper_bound=np.inf)
+        one = Coefficient(1.0, identifiable=False, upper_bound=np.inf)
+        rows = [[one if i == j else nothing for j in range(3)] for i in range(3)]
+    else:
+        size = np.sqrt(np.tensordot(sigmas**2, BASIS**2, axes=1))
+        rows = [
+            [_one(matrix[i, j], size[i, j], bool(size[i, j] < _SOFT_SIGMA)) for j in range(3)]
+            for i in range(3)
+        ]
+    a, b, c = ((row[0], row[1], row[2]) for row in rows)
+    return a, b, c
+
+
+def _rotation(found: Chosen) -> Vector:
+    """Return the rotation vector of a fit of everything: of the antisymmetric elements."""
+    xy, xz, yz = found.rotation / np.sqrt(2.0)
+    sigmas = found.rotation_sigma / np.sqrt(2.0)
+    values, order = (-yz, xz, -xy), sigmas[::-1]
+    x, y, z = (_one(v, s, bool(s < _SOFT_SIGMA)) for v, s in zip(values, order, strict=True))
+    return x, y, z
+
+
+def _field(found: Chosen, matrix: Floats, norm: float) -> tuple[Coefficient, Coefficient]:
+    """Return size and dip of the mean field, with what hard and soft iron leave open."""
+    fields = found.fit.fields
+    h, back = fields.mean(axis=0), found.ticks.back
+    turn = found.ticks.rotation
+    seen = back @ h
+    slopes = [-(turn @ (seen @ element.T)[:, :, None])[:, :, 0].mean(axis=0) for element in BASIS]
+    slope = np.column_stack([*slopes, -turn.mean(axis=0)])
+    spread = fields.var(axis=0).mean() / len(fields)
+    cov = slope @ matrix @ slope.T + np.eye(3) * spread
+    size, level = float(np.linalg.norm(h)), float(np.hypot(h[0], h[1]))
+    along = h / max(size, 1e-12)
+    dip = float(np.arctan2(-h[2], level))
+    across = np.array([*(h[:2] / max(level, 1e-12) * np.sin(dip)), np.cos(dip)])
+    sigma = float(np.sqrt(along @ cov @ along))
+    angle = float(np.sqrt(across @ cov @ across)) / max(size, 1e-12)
+    return (
+        _one(size * norm, sigma * norm, sigma < KNOWN * size),
+        _one(dip, angle, angle < KNOWN),
+    )
+
+
+def _advice(
+    spans: tuple[Span, ...], groups: tuple[IronGroup, ...], block: Floats, unit: str
+) -> Iterator[str]:
+    size, axes = np.linalg.eigh(block)
+    for k in range(3):
+        if size[k] >= KNOWN**2:
+            x, y, z = axes[:, k] * np.sign(axes[np.abs(axes[:, k]).argmax(), k])
+            yield (
+                f"turn once about an axis across ({x:.1f}, {y:.1f}, {z:.1f}) of the sensor: along "
+                "it the hard iron is not known"
+            )
+    told = [span for span in spans if span.kind != "disturbed"]
+    for one, other in pairwise(told):
+        if one.group != other.group:
+            irons = [np.array(groups[span.group].hard_iron) for span in (one, other)]
+            apart = float(np.linalg.norm(irons[1] - irons[0]))
+            yield (
+                f"the field changed at {other.start:.0f} s by {apart:.3g} {unit} in the sensor: "
+                "something was attached or taken off"
+            )

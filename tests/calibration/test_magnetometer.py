@@ -1,0 +1,177 @@
+"""A magnetometer calibrated from ordinary motion by the gyro."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from zerorate.calibration.magnet.fit import fit
+from zerorate.calibration.magnet.partition import _spans, spans_of
+from zerorate.calibration.magnet.ticks import Ticks
+
+IRON = np.array([9.0, -14.0, 6.0])
+
+
+def moved(iron=IRON, matrix=None, kind="hand", unit="uT", factor=1.0, duration=60.0, seed=100):
+    """A recording with iron on the sensor, and the samples without."""
+    errors = zr.simulation.MotionErrors(field_wander=math.radians(4.5))
+    recording = zr.simulate_motion(kind, 100, duration, seed=seed, errors=errors).recording()
+    log, matrix = recording.mag, np.eye(3) if matrix is None else matrix
+    spoilt = replace(log, data=factor * (log.data @ matrix.T + iron), unit=unit)
+    logs = dict(recording)
+    logs["mag"] = spoilt
+    return replace(recording, logs=logs), log.data
+
+
+def with_mag(recording, data):
+    logs = dict(recording)
+    logs["mag"] = logs["mag"].with_data(data)
+    return replace(recording, logs=logs)
+
+
+@pytest.fixture(scope="module")
+def found():
+    recording, true = moved()
+    return recording, true, zr.calibrate_magnetometer(recording)
+
+
+def test_hard_iron_is_found_within_its_errors(found):
+    recording, true, mag = found
+    assert mag.model == "b"
+    assert mag.valid
+    for one, b in zip(mag.hard_iron, IRON, strict=True):
+        assert one.identifiable
+        assert abs(one - b) < 3.0 * one.sigma
+    left = mag.apply(recording).mag.data - true
+    assert np.abs(left).max() < 1.0
+    assert np.degrees(mag.heading_error(before=True)).max() > 20.0
+    assert np.degrees(mag.heading_error()).max() < 3.0
+
+
+def test_field_and_dip_are_found(found):
+    _, _, mag = found
+    assert abs(mag.field - 48.0) < 3.0 * mag.field.sigma + 1.0
+    assert abs(math.degrees(mag.dip) - 65.0) < 3.0
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("gauss", 0.01), ("1", 6.842)])
+def test_units_do_not_matter(found, unit, factor):
+    recording, _ = moved(unit=unit, factor=factor)
+    other = zr.calibrate_magnetometer(recording)
+    mine = np.array(found[2].hard_iron)
+    np.testing.assert_allclose(np.array(other.hard_iron) / factor, mine, rtol=1e-6)
+    assert other.unit == unit
+    assert other.model == found[2].model
+
+
+def test_without_iron_samples_stay_to_the_bit():
+    recording, _ = moved(np.zeros(3))
+    mag = zr.calibrate_magnetometer(recording)
+    assert not mag.applied
+    np.testing.assert_array_equal(mag.apply(recording).mag.data, recording.mag.data)
+
+
+def test_soft_iron_is_found():
+    matrix = np.array([[1.08, 0.04, -0.02], [0.04, 0.95, 0.03], [-0.02, 0.03, 0.97]])
+    recording, _ = moved(matrix=matrix, duration=120.0)
+    mag = zr.calibrate_magnetometer(recording)
+    assert mag.model == "b+symmetric"
+    np.testing.assert_allclose(np.array(mag.soft_iron), matrix, atol=0.02)
+
+
+def test_a_magnet_that_comes_and_goes():
+    recording, _ = moved(np.zeros(3), duration=120.0)
+    log = recording.mag
+    late = (log.sampled >= 40.0) & (log.sampled < 80.0)
+    mag = zr.calibrate_magnetometer(with_mag(recording, log.data + late[:, None] * [0, 0, 60.0]))
+    irons = [mag.groups[span.group].hard_iron[2] for span in mag.spans]
+    assert max(irons) == pytest.approx(60.0, abs=3.0)
+    assert {group.applied for group in mag.groups} == {True, False}
+    assert any("something was attached" in sentence for sentence in mag.advice)
+
+
+def test_a_stuck_magnetometer_is_refused():
+    recording, _ = moved(np.zeros(3), duration=30.0)
+    constant = zr.calibrate_magnetometer(
+        with_mag(recording, np.full_like(recording.mag.data, 20.0))
+    )
+    assert not constant.valid
+    assert not constant.applied
+    data = recording.mag.data.copy()
+    data[:, 1] = 3.0
+    stuck = zr.calibrate_magnetometer(with_mag(recording, data))
+    assert not stuck.valid
+    assert "y never changes" in stuck.problems[0]
+    assert "not identifiable" in str(stuck)
+
+
+def test_no_magnetometer_and_too_few_samples_are_refused():
+    recording, _ = moved(duration=20.0)
+    logs = {name: log for name, log in dict(recording).items() if name != "mag"}
+    with pytest.raises(zr.LogError, match="there is no magnetometer"):
+        zr.calibrate_magnetometer(replace(recording, logs=logs))
+    data = recording.mag.data.copy()
+    data[500:] = np.nan
+    with pytest.raises(zr.LogError, match="ten seconds"):
+        zr.calibrate_magnetometer(with_mag(recording, data))
+
+
+def test_missing_samples_and_a_lower_rate(found):
+    recording, _, _ = found
+    data = recording.mag.data.copy()
+    data[np.arange(len(data)) % 5 != 0] = np.nan
+    data[3000:3500] = np.nan
+    mag = zr.calibrate_magnetometer(with_mag(recording, data))
+    np.testing.assert_allclose(np.array(mag.hard_iron), IRON, atol=2.0)
+
+
+def test_json_keeps_every_bit(found, tmp_path):
+    path = tmp_path / "mag.json"
+    text = found[2].to_json(path)
+    again = zr.calibration.MagnetometerCalibration.from_json(path)
+    assert again.to_json() == text
+    assert again.hard_iron == found[2].hard_iron
+    with pytest.raises(ValueError, match="not a magnetometer calibration"):
+        zr.calibration.MagnetometerCalibration.from_json("{}")
+
+
+def test_arrays_are_checked(found):
+    with pytest.raises(ValueError, match="samples"):
+        found[2].apply([[1.0, 2.0]])
+    with pytest.raises(ValueError, match="time"):
+        found[2].apply(np.zeros((3, 3)), [0.0])
+
+
+def turning(n=600, iron=(0.3, -0.2, 0.4), seed=0):
+    """Exact ticks of a sensor that turns about all axes."""
+    from scipy.spatial.transform import Rotation
+
+    t = 0.1 * np.arange(n)
+    angles = np.column_stack([0.9 * t, 0.8 * np.sin(0.5 * t), 0.7 * np.sin(0.33 * t)])
+    turn = Rotation.from_euler("ZYX", angles).as_matrix()
+    field = np.array([0.0, 0.45, -0.9])
+    y = turn.transpose(0, 2, 1) @ field + iron
+    y = y + np.random.default_rng(seed).normal(0.0, 0.01, y.shape)
+    e = (turn @ y[:, :, None])[:, :, 0]
+    return Ticks(np.arange(n), e, turn, y, 1.0)
+
+
+def test_partition_equals_a_full_search():
+    """Without dropping starts, by one filter a span."""
+    from oracle.magnetometer import partition
+
+    ticks = turning(150)
+    for walk in (0.5, 2.0):
+        cost, spans = _spans(ticks, 1e-4, walk)
+        least, expected = partition(ticks.number, ticks.turned, ticks.rotation, 1e-4, walk)
+        assert cost == pytest.approx(least, rel=1e-10)
+        assert [(s.start, s.stop, s.kind == "disturbed") for s in spans] == expected
+
+
+def test_fit_of_exact_ticks():
+    ticks = turning()
+    assert len(spans_of(ticks)) == 1
+    iron = fit(ticks, np.zeros(600, dtype=int)).iron[0]
+    np.testing.assert_allclose(iron, [0.3, -0.2, 0.4], atol=0.003)
