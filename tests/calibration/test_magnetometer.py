@@ -85,11 +85,17 @@ def test_a_magnet_that_comes_and_goes():
     recording, _ = moved(np.zeros(3), duration=120.0)
     log = recording.mag
     late = (log.sampled >= 40.0) & (log.sampled < 80.0)
-    mag = zr.calibrate_magnetometer(with_mag(recording, log.data + late[:, None] * [0, 0, 60.0]))
+    mag = zr.calibrate_magnetometer(with_mag(recording, log.data + late[:, None] * [40.0, 0, 60.0]))
     irons = [mag.groups[span.group].hard_iron[2] for span in mag.spans]
     assert max(irons) == pytest.approx(60.0, abs=3.0)
     assert {group.applied for group in mag.groups} == {True, False}
     assert any("something was attached" in sentence for sentence in mag.advice)
+    # What is shown is what the magnet did, not the longer time without it.
+    assert mag.groups[mag.taken_off].applied
+    before, after = (mag.heading_error(raw, mag.taken_off) for raw in (True, False))
+    assert np.degrees(before).max() > 20.0
+    assert np.degrees(after).max() < 4.0
+    assert "deg where iron is taken off" in mag.table()
 
 
 def test_a_stuck_magnetometer_is_refused():

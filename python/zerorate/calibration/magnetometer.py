@@ -185,28 +185,42 @@ class MagnetometerCalibration(Result):
     @property
     def longest(self) -> int:
         """Which of the groups lasts longest."""
+        return int(self._lasts.argmax())
+
+    @property
+    def _lasts(self) -> Floats:
         lasts = np.zeros(max(len(self.groups), 1))
         for span in self.spans:
             lasts[span.group] += span.stop - span.start
-        return int(lasts.argmax())
+        return lasts
 
-    def heading_error(self, before: bool = False) -> Floats:
+    @property
+    def taken_off(self) -> int:
+        """Which of the groups whose iron is taken off lasts longest; `longest` if none is."""
+        lasts = self._lasts * [group.applied for group in self.groups] if self.groups else None
+        return self.longest if lasts is None or not lasts.any() else int(lasts.argmax())
+
+    def heading_error(self, before: bool = False, group: int | None = None) -> Floats:
         """Return the heading error to expect of a level sensor, rad, shape (36,).
 
         Parameters
         ----------
         before : bool
             Whether of raw samples: what hard and soft iron do, and what is not known of them.
+        group : int, optional
+            With the hard iron of which group; default that of `longest`, whose deviations count.
 
         Returns
         -------
         ndarray, shape (36,)
-            At headings 0, 10, ... 350 deg, root mean square, with the hard iron of `hard_iron`.
+            At headings 0, 10, ... 350 deg, root mean square.
         """
-        raw = before or not self.groups[self.longest].applied
-        return np.array([self._error(angle, raw) for angle in _HEADINGS])
+        of = self.groups[self.longest if group is None else group]
+        iron = np.array(self.hard_iron if group is None else of.hard_iron, dtype=np.float64)
+        raw = before or not of.applied
+        return np.array([self._error(angle, iron if raw else None) for angle in _HEADINGS])
 
-    def _error(self, heading: float, raw: bool) -> float:
+    def _error(self, heading: float, iron: Floats | None) -> float:
         level, down = np.cos(self.dip), np.sin(self.dip)
         size = self.field.value / self.norm
         c, s = np.cos(heading), np.sin(heading)
@@ -214,8 +228,8 @@ class MagnetometerCalibration(Result):
         seen = size * np.array([s * level, c * level, -down])
         slope = np.array([*(east @ element @ seen for element in BASIS), *east])
         variance = slope @ self.covariance @ slope
-        if raw:
-            values = np.array([*self.elements, *(b / self.norm for b in self.hard_iron)])
+        if iron is not None:
+            values = np.array([*self.elements, *(iron / self.norm)])
             variance = variance + (slope @ values) ** 2
         return float(min(np.sqrt(variance) / max(size * level, 1e-3), np.pi))
 

@@ -21,7 +21,7 @@ def _numbers(found: MagnetometerCalibration) -> Iterator[str]:
     unit = found.unit
     yield f"applied      {'nothing' if found.model == 'none' else found.model}"
     if len(found.groups) > 1:
-        yield "             below: in the spans of the hard iron that lasts longest"
+        yield "             hard iron below: of the spans of that which lasts longest"
     for axis, one in zip("xyz", found.hard_iron, strict=True):
         yield f"hard iron {axis}  {_text(one)} {unit}"
     if found.model.startswith("b+"):
@@ -37,9 +37,13 @@ def _numbers(found: MagnetometerCalibration) -> Iterator[str]:
     yield f"dip          {_text(degrees)} deg"
     if found.field.known:
         before, after = (
-            float(np.sqrt(np.mean(found.heading_error(raw) ** 2))) / _DEG for raw in (True, False)
+            float(np.sqrt(np.mean(found.heading_error(raw, found.taken_off) ** 2))) / _DEG
+            for raw in (True, False)
         )
-        yield f"heading      {significant(before)} deg before, {significant(after)} deg after"
+        told = f"{significant(before)} deg as it was"
+        if found.applied:
+            told += f", {significant(after)} deg where iron is taken off"
+        yield f"heading      expect it off by {told}"
 
 
 def _spans(found: MagnetometerCalibration) -> Iterator[str]:
