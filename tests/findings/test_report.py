@@ -14,6 +14,7 @@ from zerorate.findings.report import SECTIONS
 
 RATE = 100.0
 N = 6000
+_SOME = slice(2000, 2010)
 PAGE = Path(__file__).parents[2] / "docs/reference/report.md"
 
 
@@ -67,6 +68,7 @@ def test_a_gyro_at_its_limit_is_told_with_share_and_span():
         ("bias moves", "look", lambda t: t["imu1_gyro_y_dps"][3000:].__iadd__(0.2)),
         ("gravity", "act", lambda t: t["imu1_accel_z_mps2"].__isub__(0.5)),
         ("equal samples", "act", lambda t: t["imu1_accel_x_mps2"][2000:2120].__imul__(0.0)),
+        ("missing samples", "look", lambda t: t["imu1_gyro_x_dps"].__setitem__(_SOME, math.nan)),
         ("repeated stamps", "look", lambda t: t["time_s"].__setitem__(2000, t["time_s"][1999])),
     ],
 )
@@ -75,6 +77,28 @@ def test_a_fault_is_found_and_no_other(kind, severity, change):
     change(table)
     assert kinds(table, severity) == {kind}
     assert kinds(table, "act" if severity == "look" else "look") == set()
+
+
+@pytest.mark.parametrize("rate", [6.0, 200.0])
+def test_an_even_turn_is_no_bias_that_asks_to_act(rate):
+    """A rate table: the accelerometer shows gravity alone, the gyro the same rate all along."""
+    random = np.random.default_rng(5)
+    gyro = [0.0, 0.0, rate] + 0.05 * random.standard_normal((N, 3))
+    accel = [0.0, 0.0, 9.81] + 0.02 * random.standard_normal((N, 3))
+    table = {"time_s": np.arange(N) / RATE}
+    for i, axis in enumerate("xyz"):
+        table |= {f"gyro_{axis}_dps": gyro[:, i], f"accel_{axis}_mps2": accel[:, i]}
+    found = zr.report(zr.read_recording(table)).findings
+    assert [one.kind for one in found if one.severity == "act"] == []
+    (one,) = [one for one in found if one.kind == "gyro bias"]
+    assert one.severity == "look"
+    assert "a bias, or an even turn about the vertical" in one.text
+
+
+def test_a_gyro_without_a_number_asks_to_act():
+    table = columns()
+    table["imu1_gyro_x_dps"][100:5000] = math.nan
+    assert "missing samples" in kinds(table, "act")
 
 
 def test_two_imus_that_differ_at_rest_are_told():

@@ -106,7 +106,7 @@ def _gaps(one: Sensor, firsts: Integers, lengths: Integers, lost: Booleans) -> I
     longest = 1e3 * float(lengths.max()) / one.log.rate
     told = (
         f"{one.name}: {share:.2g} % of samples are lost in {counted(firsts.size, 'gap')}, "
-        f"{longest:.4g} ms at most"
+        f"the longest lost {longest:.4g} ms"
     )
     spans = one.spans(np.flatnonzero(lost), 0.0)
     if one.factor is None or not one.name.startswith("gyro"):

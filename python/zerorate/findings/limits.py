@@ -56,6 +56,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
     "repeated stamps": Limit("stamps that repeat the one before", "", 1, math.inf),
     "break": Limit("longest break of the log", "s", 1.7, math.inf),
     "gaps": _from_act("error of angle where lost samples are bridged", "deg", 1.0),
+    "missing samples": Limit("share of samples without a number", "%", 0.1, 10.0),
     "at its limit": Limit("share of samples at their limit", "%", 0.0, 0.1),
     "at its limit, longest": Limit("samples at their limit one after the other", "", 1, 5),
     "equal samples": Limit(

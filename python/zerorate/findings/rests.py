@@ -19,6 +19,10 @@ NOISE: Final = "Noise at rest"
 _OF_BIAS, _OF_NOISE = 4.0, 12.0
 """Seconds of a rest that tells of the bias, and of the noise."""
 _HALVES: Final = math.radians(0.3)
+_FASTEST: Final = 10.0
+"""Largest bias, deg/s, that a gyro is believed to have, as of `zerorate.Attitude`."""
+_AGAIN: Final = 0.5
+"""Difference, deg/s, of one bias in two rests."""
 _SLOW: Final = 50.0
 _WINDOW: Final = 4.0
 _MEDIAN: Final = 0.97
@@ -79,14 +83,36 @@ def _bias(imu: Imu) -> Iterator[Finding]:
     sigmas = np.degrees([sigma for _, sigma in known])
     at, axis = np.unravel_index(np.argmax(np.abs(values)), values.shape)
     worst, sigma = float(abs(values[at, axis])), float(sigmas[at, axis])
+    how = LIMITS["gyro bias"].severity(worst, sigma)
+    told = f"{60.0 * worst:.3g} deg in a minute if it stays"
+    if how != "good" and _may_turn(imu, usable[at], values, int(at)):
+        how, told = "look", "a bias, or an even turn about the vertical"
     yield Finding(
-        SECTION, "gyro bias", LIMITS["gyro bias"].severity(worst, sigma),
-        f"{gyro.name} shows {with_error(worst, sigma)} deg/s about {'xyz'[axis]} at rest: "
-        f"{60.0 * worst:.3g} deg in a minute if it stays.",
+        SECTION, "gyro bias", how,
+        f"{gyro.name} shows {with_error(worst, sigma)} deg/s about {'xyz'[axis]} at rest: {told}.",
         worst, "deg/s", sigma, spans([usable[at]]), gyro.figure,
         "Start with some seconds at rest, so that a filter takes it off.",
     )  # fmt: skip
     yield from _moves(gyro, usable, values, sigmas)
+
+
+def _may_turn(imu: Imu, rest: Rest, values: Floats, at: int) -> bool:
+    """Return whether a rate at rest may be an even turn: no accelerometer feels that.
+
+    It is larger than any bias, or it is about the vertical, and no other rest shows it again.
+    """
+    rate = values[at]
+    if np.linalg.norm(rate) > _FASTEST:
+        return True
+    if imu.accel is None:
+        return False
+    force = means(imu.accel, rest)[0]
+    up = force / np.linalg.norm(force)
+    across = np.linalg.norm(rate - (rate @ up) * up)
+    if LIMITS["gyro bias"].severity(float(across)) != "good":
+        return False
+    others = np.delete(values, at, axis=0)
+    return not (np.linalg.norm(others - rate, axis=1) < _AGAIN).any()
 
 
 def _moves(

@@ -1,4 +1,4 @@
-"""The samples of a log: at their limit, equal, spiked, and coarse against their scatter at rest."""
+"""The samples of a log: missing, at their limit, equal, spiked, coarse against their scatter."""
 
 from __future__ import annotations
 
@@ -33,10 +33,27 @@ def samples(found: Sequence[Imu]) -> Iterator[Finding]:
 
 def _of_sensor(imu: Imu, one: Sensor) -> Iterator[Finding]:
     steps = [step_of(column) for column in one.log.data.T]
+    yield from _missing(one)
     yield from _at_limit(one, steps)
     yield from _equal(one, steps)
     yield from _spikes(one, steps)
     yield from _coarse(imu, one, steps)
+
+
+def _missing(one: Sensor) -> Iterator[Finding]:
+    rows = np.flatnonzero(~np.isfinite(one.log.data).all(axis=1))
+    share = 100.0 * rows.size / one.log.n
+    how = LIMITS["missing samples"].severity(share)
+    if how == "good":
+        return
+    spans = one.spans(rows, 0.5)
+    yield Finding(
+        SECTION, "missing samples", how,
+        f"{one.name}: {share:.2g} % of samples have no number, {_longest(rows)} in a row at most, "
+        f"from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
+        share, "%", None, spans, one.figure,
+        "Compare with what the sensor sent; leave these spans out of any integral.",
+    )  # fmt: skip
 
 
 def _nothing(one: Sensor) -> Finding:

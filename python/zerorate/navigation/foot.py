@@ -17,7 +17,7 @@ from zerorate.io import Log, LogError, Recording
 from zerorate.io.samples import Samples
 from zerorate.navigation.clipped import ClippedAxis, clipped_axes
 from zerorate.navigation.strides import Strides, strides_of
-from zerorate.navigation.track import Steps, between_steps, turned
+from zerorate.navigation.track import Steps, between_steps, smoothed_steps, turned
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
@@ -153,11 +153,7 @@ class FootTrack(Result):
         MemoryError
             If there is none for what the smoother says.
         """
-        if self.smoothed:
-            raise ValueError("this track is smoothed")
-        if self._steps is None:
-            raise ValueError("only the track was kept: process(..., keep='all')")
-        steps = self._steps if isinstance(self._steps, dict) else self._steps.smoothed()
+        steps = smoothed_steps(self._steps, self.smoothed)
         error, sigma = between_steps(self.time, steps)
         turn = of_rotation_vectors(error[:, 6:9] * _FLIP)
         known = self.navigating[:, np.newaxis]

@@ -226,11 +226,7 @@ class Track(Result):
         MemoryError
             If there is none for what the smoother says.
         """
-        if self.smoothed:
-            raise ValueError("this track is smoothed")
-        if self._steps is None:
-            raise ValueError("only the track was kept: process(..., keep='all')")
-        steps = self._steps if isinstance(self._steps, dict) else self._steps.smoothed()
+        steps = smoothed_steps(self._steps, self.smoothed)
         if not len(steps["sample"]):
             return replace(self, smoothed=True, _nis=None, _steps=None)
         return self._corrected(steps)
@@ -395,6 +391,15 @@ def not_begun(track: Track) -> str:
             " says it",
         )
     return "no fix was used after the vehicle was aligned"
+
+
+def smoothed_steps(steps: NavigationRecord | Steps | None, smoothed: bool) -> Steps:
+    """Return what the smoother says of the steps of a track; ValueError if there are none."""
+    if smoothed:
+        raise ValueError("this track is smoothed")
+    if steps is None:
+        raise ValueError("only the track was kept: process(..., keep='all')")
+    return steps if isinstance(steps, dict) else steps.smoothed()
 
 
 def between_steps(time: Floats, steps: Steps) -> tuple[Floats, Floats]:

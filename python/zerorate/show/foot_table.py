@@ -72,4 +72,6 @@ def _row(name: str, unit: str, values: Floats) -> tuple[str, ...]:
     known = values[np.isfinite(values)]
     if not known.size:
         return (name, unit, "-", "-", "-")
-    return (name, unit, *(f"{x:.2f}" for x in (np.median(known), known.min(), known.max())))
+    shown = (np.median(known), known.min(), known.max())
+    # No minus before what rounds to zero.
+    return (name, unit, *(f"{round(float(x), 2) + 0.0:.2f}" for x in shown))

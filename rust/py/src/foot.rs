@@ -5,29 +5,19 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use zerorate_core::memory;
+use zerorate_core::navigation::Record;
 use zerorate_core::navigation::foot::{Clipped, Feet, Plan, Trodden, Walk, restore_clipped};
-use zerorate_core::navigation::{Record, STATES};
 
 use crate::common::arrays;
 use crate::common::errors::NativeError;
 use crate::common::work::interruptible;
-use crate::navigation::NavigationRecord;
+use crate::navigation::{NavigationRecord, SAMPLE};
 
 /// An axis that was clipped: its number, its sign, its limit, rad/s, and samples restored.
 type Limit = (usize, f64, f64, usize);
 
 /// Samples between two looks for signals.
 const PIECE: usize = 1 << 17;
-
-/// What is known after each sample, and how many numbers that is.
-const SAMPLE: [(&str, usize); 6] = [
-    ("position", 3),
-    ("velocity", 3),
-    ("quaternion", 4),
-    ("gyro_bias", 3),
-    ("accel_bias", 3),
-    ("sigma", STATES),
-];
 
 /// Restores rates that a gyro clipped at its range.
 ///

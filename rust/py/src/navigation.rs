@@ -470,7 +470,7 @@ fn rollings(given: &Bound<'_, PyAny>, time: &[f64]) -> PyResult<Vec<Rolling>> {
 }
 
 /// What a batch gives: names and numbers of what is known after each sample, and of each fix.
-const SAMPLE: [(&str, usize); 6] = [
+pub const SAMPLE: [(&str, usize); 6] = [
     ("position", 3),
     ("velocity", 3),
     ("quaternion", 4),
