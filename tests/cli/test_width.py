@@ -29,6 +29,7 @@ FIRST = {
     "calibrate": "Calibration: ",
     "attitude": "Attitude of ",
     "navigate": "Track of ",
+    "walk": "Walk of walk.csv, smoothed: ",
     "report": "hand.csv: Nothing in this log passes a limit.",
     "simulate": "Gyros that can be simulated",
 }
@@ -42,6 +43,7 @@ def folder(tmp_path_factory):
     write_imu(folder / "hand.csv", zr.simulate_motion("hand", duration=12.0, seed=3).recording())
     turns = zr.simulation.simulate_session(12, seed=3, rate=50.0, rest=4.0)
     write_imu(folder / "turns.csv", turns.recording)
+    write_imu(folder / "walk.csv", zr.simulate_walk(100.0, strides=5).recording())
     drive = zr.simulate_drive(50.0, 110.0, seed=2, antenna=(0.5, 0.0, -1.0))
     imu = {f"gyro_{axis}_radps": drive.gyro[:, i] for i, axis in enumerate("xyz")}
     imu |= {f"accel_{axis}_mps2": drive.accel[:, i] for i, axis in enumerate("xyz")}
@@ -70,6 +72,7 @@ TYPED = {
     "calibrate": "{}/turns.csv --no-figure",
     "attitude": "{}/hand.csv --no-figure --no-mag",
     "navigate": "{}/imu.csv {}/fixes.csv --no-figure --antenna 0.5,0,-1",
+    "walk": "{}/walk.csv --no-figure --smooth",
     "report": "{}/hand.csv",
     "simulate": "--list",
 }

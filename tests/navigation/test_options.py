@@ -7,8 +7,8 @@ import re
 import pytest
 
 from support.settings import LEVEL
-from zerorate import NavigationFilter
-from zerorate.navigation.options import NAVIGATION_OPTIONS
+from zerorate import FootNavigation, NavigationFilter
+from zerorate.navigation.options import FOOT_OPTIONS, NAVIGATION_OPTIONS
 
 OTHERS = {"start", "gyro", "accel", "antenna", "vehicle", "axle"}
 """Arguments that are more than one number or one word."""
@@ -55,3 +55,14 @@ def test_the_range_is_that_of_the_filter(name):
 def test_one_of_wheels_is_refused_without_them(name):
     with pytest.raises(ValueError, match=name):
         NavigationFilter(LEVEL, **{name: NAVIGATION_OPTIONS[name].default})
+
+
+def test_those_of_a_foot_are_those_of_its_class():
+    signature = inspect.signature(FootNavigation).parameters
+    assert set(FOOT_OPTIONS) == set(signature) - {"rate", "restore"}
+    for name, option in FOOT_OPTIONS.items():
+        assert signature[name].default == option.default
+        for choice in option.choices:
+            FootNavigation(**{name: choice})
+        with pytest.raises(ValueError, match=f"^{name} must be {option.expected}, got"):
+            FootNavigation(**{name: "pink"})

@@ -59,6 +59,10 @@ _COMMANDS: Final = {
         "Find the track of a vehicle from its gyro, accelerometer and satellite receiver.",
         "zerorate navigate imu.parquet gnss.parquet --outages 10,30 --smooth -o out",
     ),
+    "walk": (
+        "Find where a sensor on a foot went, and its strides; no receiver is needed.",
+        "zerorate walk foot.csv --unit deg/s,g --floor level -o out",
+    ),
     "simulate": (
         "Write a log of a simulated gyro and its true drift, or of an IMU to calibrate.",
         "zerorate simulate MPU-6050 -o gyro.csv --duration 600",

@@ -77,6 +77,7 @@ USUAL: Final[Mapping[str, tuple[str, ...]]] = {
         "--reference",
         "--force",
     ),
+    "walk": ("-o", *_READ, "--floor", "--smooth", "--at", "--heading", "--calibration", *_FILES),
 }
 """Options that a short help lists; where a command is not named it lists all."""
 
@@ -100,6 +101,7 @@ MORE: Final[Mapping[str, tuple[str, ...]]] = {
     "calibrate": ("zerorate calibrate imu.csv --apply turns-zerorate-calibration.json -o out",),
     "attitude": ("zerorate attitude imu.csv --unit deg/s,g --reference truth.tum",),
     "navigate": ("zerorate navigate imu.csv fixes.csv --vehicle wheeled --wheel-speed speed",),
+    "walk": ("zerorate walk foot.csv --smooth --at 48.137,11.575 --heading 90",),
     "simulate": ("zerorate simulate --poses 12 -o turns.csv", "zerorate simulate --list"),
 }
 """Further lines to type."""

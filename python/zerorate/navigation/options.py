@@ -1,4 +1,4 @@
-"""The constants of the navigation filter: names, defaults, ranges, units and meanings."""
+"""The constants of navigation, by fixes and by feet: names, defaults, ranges, units, meanings."""
 
 from typing import Final
 
@@ -68,3 +68,18 @@ NAVIGATION_OPTIONS: Final = by_name(_ROWS)
 The compiled class checks them, and a test holds the table to it. What has methods is used only with
 a ``vehicle`` among them.
 """
+
+FOOT_OPTIONS: Final = by_name(
+    (
+        Option(
+            name="floor",
+            kind="choice",
+            default=None,
+            expected="None or 'level'",
+            choices=("level",),
+            meaning="Level: a stance within 0.1 m of the height before is as high as that; what "
+            "steps higher is a stair",
+        ),
+    )
+)
+"""Of `zerorate.FootNavigation`: every constant that is one of some words."""

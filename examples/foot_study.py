@@ -1,0 +1,187 @@
+"""How good the track of a foot is: on recorded walks with a reference, and on simulated ones.
+
+``python examples/foot_study.py [FOLDER]`` prints four tables in Markdown, and draws the figure of
+`docs/how-to/walk.md`. FOLDER has the recordings ``foot_*_200hz.parquet`` (sensors on a shoe, with
+motion capture or control points; mtahakoroglu/LLIO-aided-iPyShoe). Default: ../shared/data beside
+the checkout.
+"""
+
+import math
+import resource
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+
+import zerorate as zr
+from recordings import BESIDE
+from tables import table
+from zerorate.show import save_figure
+
+NAMES = (
+    "vicon_20171122112203",
+    "vicon_20171122114044",
+    "vicon_20171127111153",
+    "vicon_20171127112512",
+    "vicon_20171215180305",
+    "walk_SensorConnectData_37",
+    "walk_SensorConnectData_35",
+)
+EVERY = 50
+"""Samples of the motion capture between two points of the reference."""
+FIGURE = Path(__file__).resolve().parents[1] / "docs" / "figures" / "foot_track.png"
+WALKS = 40
+NOISE = math.radians(0.05)
+RELATIVE = 0.001
+"""White noise of the gyro that the filter takes for given: rad/s/sqrt(Hz), and that by rate."""
+BIAS = math.radians(0.3)
+
+
+def reference(path):
+    """Return where the reference is, samples, and its places, m, as complex numbers."""
+    columns = pq.read_table(path, columns=["ref_x_m", "ref_y_m"]).columns
+    x, y = (column.to_numpy().astype(float) for column in columns)
+    known = np.flatnonzero(np.isfinite(x))
+    if "vicon" in path.name:
+        known = np.unique(np.append(known[::EVERY], known[-1]))
+    return known, x[known] + 1j * y[known]
+
+
+def errors(track, known, truth):
+    """Return rms and end error, m, of a track turned about its start to fit its reference."""
+    z = track.position[known, :2] @ [1.0, 1j]
+    z, w = z - z[0], truth - truth[0]
+    turn = (np.conj(z) * w).sum()
+    off = np.abs(z * turn / abs(turn) - w)
+    return math.sqrt(np.mean(off**2)), off[-1]
+
+
+def recorded(folder, **options):
+    """Yield of each recording its name, length, m, and tracks: of the filter and smoothed."""
+    for name in NAMES:
+        path = folder / f"foot_{name}_200hz.parquet"
+        known, truth = reference(path)
+        length = np.abs(np.diff(truth)).sum()
+        track = zr.FootNavigation(**options).process(zr.read_recording(path))
+        yield name, length, track, [errors(one, known, truth) for one in (track, track.smooth())]
+
+
+def recorded_rows(folder):
+    """Yield the rows of the recorded walks."""
+    for name, length, track, (forward, smoothed) in recorded(folder, floor="level"):
+        limits = sorted({round(math.degrees(one.limit)) for one in track.clipped})
+        yield (
+            name,
+            f"{length:.1f}",
+            str(len(track.stances)),
+            ", ".join(map(str, limits)),
+            f"{forward[0]:.3f} / {smoothed[0]:.3f}",
+            f"{100 * forward[1] / length:.2f} / {100 * smoothed[1] / length:.2f}",
+            f"{np.hypot(*track.sigma[-1, :2]):.2f}",
+        )
+
+
+def part_rows(folder):
+    """Yield mean end errors where one part is left out."""
+    parts = {
+        "all": {"floor": "level"},
+        "no level floor": {},
+        "clipped rates as they are": {"floor": "level", "restore": False},
+    }
+    for name, options in parts.items():
+        found = [100 * both[1][1] / length for _, length, _, both in recorded(folder, **options)]
+        yield name, *(f"{np.mean(part):.2f}" for part in (found[:5], found[5:]))
+
+
+def simulated(seed, *, rest, noise, relative, bias, strides=57):
+    """Return a walk and its track, of a gyro with noise by its rate besides."""
+    walk = zr.simulate_walk(strides=strides, seed=seed, rest=rest, gyro_noise=noise, gyro_bias=bias)
+    draws = np.random.default_rng(1000 + seed)
+    size = relative * math.sqrt(walk.rate) * np.linalg.norm(walk.gyro, axis=1)
+    gyro = walk.gyro + size[:, np.newaxis] * draws.standard_normal(walk.gyro.shape)
+    logs = walk.recording().logs
+    shown = zr.Log.at(walk.time, walk.rate, gyro, logs["gyro"].names, "rad/s", {})
+    recording = zr.Recording({**logs, "gyro": shown}, "simulated walk")
+    return walk, zr.FootNavigation().process(recording, keep="track")
+
+
+def heading(quaternion):
+    """Return headings, rad."""
+    w, x, y, z = quaternion.T
+    return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def simulated_rows():
+    """Yield errors of a minute beside the deviations that the filter tells."""
+    cases = {
+        "as the filter takes it, rest before": (2.0, NOISE, RELATIVE, BIAS),
+        "the same, never at rest": (0.0, NOISE, RELATIVE, BIAS),
+        "a twentieth of the noise, rest before": (2.0, NOISE / 20, RELATIVE / 20, BIAS),
+    }
+    for name, (rest, noise, relative, bias) in cases.items():
+        turned, told, off, far = [], [], [], []
+        for seed in range(WALKS):
+            walk, track = simulated(seed, rest=rest, noise=noise, relative=relative, bias=bias)
+            turned.append(heading(track.quaternion[-1:])[0])
+            told.append(track.sigma[-1, 8])
+            off.append((track.position - walk.position)[-1, :2])
+            far.append(track.sigma[-1, :2])
+        turned, told, off, far = map(np.array, (turned, told, off, far))
+        yield (
+            name,
+            f"{np.degrees(np.sqrt(np.mean(turned**2))):.2f}",
+            f"{np.degrees(told.mean()):.2f}",
+            f"{np.mean(np.abs(turned) < told):.2f}",
+            f"{np.sqrt(np.mean(off**2)):.2f}",
+            f"{np.sqrt(np.mean(far**2)):.2f}",
+            f"{np.mean(np.abs(off) < far):.2f}",
+        )
+
+
+def hour_rows():
+    """Yield what an hour at 200 Hz takes, and how far it ends beside its deviation."""
+    walk = zr.simulate_walk(strides=3425, seed=0, turn=0.05, gyro_noise=NOISE)
+    recording = walk.recording()
+    begun = time.perf_counter()
+    track = zr.FootNavigation(floor="level").process(recording)
+    forward = time.perf_counter() - begun
+    begun = time.perf_counter()
+    best = track.smooth()
+    smoothed = time.perf_counter() - begun
+    off = np.hypot(*(best.position - walk.position)[-1, :2])
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    yield (
+        f"{walk.time[-1]:.0f}",
+        f"{walk.distance:.0f}",
+        f"{off:.1f}",
+        f"{np.hypot(*best.sigma[-1, :2]):.1f}",
+        f"{forward:.1f}",
+        f"{smoothed:.1f}",
+        f"{peak:.0f}",
+    )
+
+
+def draw(folder):
+    """Draw the figure of the how-to."""
+    path = folder / "foot_walk_SensorConnectData_37_200hz.parquet"
+    track = zr.FootNavigation(floor="level").process(zr.read_recording(path)).smooth()
+    save_figure(track.plot(), FIGURE)
+
+
+def main(folder):
+    """Print the tables."""
+    head = "recording", "m", "stances", "clipped at", "rmse m", "end %", "sigma m"
+    print(table("Recorded walks, filter / smoothed", head, recorded_rows(folder), markdown=True))
+    head = "filter", "five with motion capture", "two with control points"
+    print(table("Mean end error, %, smoothed", head, part_rows(folder), markdown=True))
+    head = "sensor", "heading deg", "sigma", "within sigma", "end m", "sigma", "within sigma"
+    print(table(f"{WALKS} simulated minutes", head, simulated_rows(), markdown=True))
+    head = "s", "m", "end m", "sigma m", "filter s", "smoother s", "peak MB"
+    print(table("A simulated hour", head, hour_rows(), markdown=True))
+    draw(folder)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else BESIDE)

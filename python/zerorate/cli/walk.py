@@ -1,0 +1,179 @@
+"""``zerorate walk``: where a sensor on a foot went, from its gyro and accelerometer alone."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+
+from zerorate.cli.calibrations import naming, read_calibration, read_imu
+from zerorate.cli.checking import Fix, checked, print_alarms, said_first
+from zerorate.cli.errors import UsageFault
+from zerorate.cli.mounts import numbers
+from zerorate.cli.options import (
+    CalibrationOption,
+    FigureFormat,
+    FigureFormatOption,
+    Force,
+    LogArgument,
+    LogFormat,
+    LogFormatOption,
+    NoFigure,
+    Output,
+    Reading,
+    with_options,
+    with_reading_options,
+)
+from zerorate.cli.outputs import (
+    Destination,
+    Outputs,
+    check_outputs,
+    preload_figure,
+    print_written,
+    progress_bar,
+)
+from zerorate.io import Recording, write_log
+from zerorate.navigation.foot import FootNavigation, FootTrack, PlacedTrack
+from zerorate.navigation.options import FOOT_OPTIONS
+from zerorate.navigation.tracks import write_geojson, write_gpx
+from zerorate.progress import Progress
+from zerorate.run.interrupts import in_background
+
+_FILTER: Final = "Walk"
+_MAPS: Final = ("geojson", "gpx")
+
+
+@with_options(FOOT_OPTIONS, "constants", panel=_FILTER)
+@with_reading_options(imu=True, without=("group_by",))
+def walk(
+    *,
+    log: LogArgument,
+    reading: Reading,
+    output: Output = ".",
+    constants: Mapping[str, Any],
+    smooth: Annotated[
+        bool,
+        typer.Option(
+            "--smooth",
+            help="See each sample in the light of the whole log, also of what comes later.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = False,
+    no_restore: Annotated[
+        bool,
+        typer.Option(
+            "--no-restore",
+            help="Leave rates as they are that the gyro clipped at its range.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = False,
+    at: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAT,LON",
+            help="Where it starts, deg: writes the track for maps, as GeoJSON and GPX.",
+            show_default=False,
+            rich_help_panel=_FILTER,
+        ),
+    ] = None,
+    heading: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEG",
+            help="With --at: where the sensor's first axis looks at the start, deg from north over "
+            "east. Default 0.",
+            show_default=False,
+            rich_help_panel=_FILTER,
+        ),
+    ] = None,
+    height: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="With --at: height of the start, m. Default 0.",
+            show_default=False,
+            rich_help_panel=_FILTER,
+        ),
+    ] = None,
+    calibration: CalibrationOption = None,
+    fix: Fix = False,
+    format: LogFormatOption = None,
+    figure_format: FigureFormatOption = None,
+    no_figure: NoFigure = False,
+    force: Force = False,
+) -> None:
+    """Find where a sensor on a foot went: no receiver, but now and then the foot stands.
+
+    Writes place, velocity and orientation with their standard deviations, and a figure; with --at
+    the track for maps. Prints how far it went, where it ends, and the strides in numbers.
+    """
+    start = _start(at, heading, height)
+    known = None if calibration is None else read_calibration(calibration)
+    maps = () if start is None else _MAPS
+    suffixes = [*LogFormat, *maps, *(() if no_figure else FigureFormat)]
+    place = Destination.of(output, f"{log.stem}-zerorate-walk", suffixes)
+    shape = (format, None if no_figure else figure_format, not no_figure, force)
+    files = Outputs.of(place, *shape, beside=maps)
+    check_outputs(files.paths, force, log, calibration)
+    if not no_figure:
+        preload_figure("foot_figure")
+    nav = FootNavigation(restore=not no_restore, **constants)
+    with progress_bar() as progress:
+        recording = read_imu(reading, log)
+        with naming(recording):
+            corrected = recording if known is None else known.apply(recording)
+            corrected, alarms = checked(corrected, fix)
+        with said_first(alarms), naming(recording):
+            track = in_background(lambda: _walked(nav, corrected, smooth, progress))
+            placed = None if start is None else track.placed(**start)
+        _write(files, track, placed, progress)
+    print_alarms(alarms)
+    print(track.table())
+    print_written(files.paths)
+
+
+def _start(at: str | None, heading: float | None, height: float | None) -> dict[str, float] | None:
+    """Return where the walk starts on the earth, or raise a usage fault."""
+    if at is None:
+        for name, value in (("heading", heading), ("height", height)):
+            if value is not None:
+                raise UsageFault(f"--{name} needs --at")
+        return None
+    latitude, longitude = numbers("--at", at, 2, "latitude and longitude, deg,")
+    if abs(latitude) > 89.5 or abs(longitude) > 360.0:
+        raise UsageFault(f"--at takes deg, latitude within 89.5 first, got '{at}'")
+    if heading is not None and not abs(heading) <= 360.0:
+        raise UsageFault(f"--heading takes deg within 360, got {heading:g}")
+    return {
+        "latitude": latitude,
+        "longitude": longitude,
+        "heading": heading or 0.0,
+        "height": height or 0.0,
+    }
+
+
+def _walked(
+    nav: FootNavigation, recording: Recording, smooth: bool, progress: Progress
+) -> FootTrack:
+    progress("navigating", 0.1)
+    track = nav.process(recording, keep="all" if smooth else "track")
+    if not smooth:
+        return track
+    progress("smoothing", 0.5)
+    return track.smooth()
+
+
+def _write(
+    outputs: Outputs, track: FootTrack, placed: PlacedTrack | None, progress: Progress
+) -> None:
+    from zerorate.show import save_figure
+
+    log, beside = track.to_log()
+    writers: list[Callable[[Path], object]] = [partial(write_log, log, beside=beside)]
+    if placed is not None:
+        writers += [
+            lambda path: write_geojson(path, placed, force=True),
+            lambda path: write_gpx(path, placed, force=True),
+        ]
+    outputs.write(writers, lambda path: save_figure(track.plot(), path), progress, done=0.8)
