@@ -1,6 +1,10 @@
 """``zerorate report``: what is seen of the IMU of a log, as a page, as JSON, as a paragraph."""
 
 from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from zerorate.cli.errors import read_faults
 from zerorate.cli.options import Force, LogArgument, Output, Reading, with_reading_options
@@ -14,27 +18,43 @@ from zerorate.cli.outputs import (
 from zerorate.cli.records import print_title, records
 from zerorate.findings import report as report_on
 from zerorate.io import read_recording
+from zerorate.navigation.readers import read_fixes
 from zerorate.run.interrupts import in_background
 from zerorate.show.report_page import format_report
 
 
 @with_reading_options()
 def report(
-    *, log: LogArgument, reading: Reading, output: Output = ".", force: Force = False
+    *,
+    log: LogArgument,
+    gnss: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Fixes of a receiver on the same body: NMEA, RTKLIB, NavSatFix or a table. By "
+            "default those in the log, if any.",
+            show_default=False,
+        ),
+    ] = None,
+    reading: Reading,
+    output: Output = ".",
+    force: Force = False,
 ) -> None:
-    """Tell what is seen of the IMU of a log: clock, samples, rests, noise, vibration, axes.
+    """Tell what is seen of the IMU of a log: clock, samples, noise, vibration, axes, attitude.
 
     Writes a page (HTML) that needs no network, and all findings as JSON; prints a paragraph.
     """
     found = records(log, reading.group_by)
     place = Destination.of(output, f"{log.stem}-zerorate-report", ("html", "json"))
     outputs = [place.of_part(one.ending).files(".html", [".json"], (), force) for one in found]
-    check_outputs([path for files in outputs for path in files.paths], force, log)
+    check_outputs([path for files in outputs for path in files.paths], force, log, gnss)
+    with read_faults():
+        fixes = None if gnss is None else read_fixes(gnss)
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
             recording = reading.read(read_recording, one.source)
             with read_faults():
-                told = in_background(partial(report_on, recording, progress=progress))
+                told = in_background(partial(report_on, recording, gnss=fixes, progress=progress))
             texts = (told.to_html(), told.to_json())
             files.write([*map(text_writer, texts)], (), progress)
         print_title(one, first=one is found[0])

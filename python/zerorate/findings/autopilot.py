@@ -22,7 +22,7 @@ _LEAST: Final = 5
 """Rows of a topic without which nothing is told."""
 
 
-class _Rows(NamedTuple):
+class Rows(NamedTuple):
     """Seconds since the beginning, and columns by their names, each (n,)."""
 
     times: Floats
@@ -30,7 +30,13 @@ class _Rows(NamedTuple):
 
 
 def autopilot(recording: Recording) -> Iterator[Finding]:
-    """Yield what a ULog says of vibration and clipping; it is opened again for that."""
+    """Yield what a ULog says of vibration and clipping."""
+    for name, rows in rows_of(recording, (_STATUS, _ESTIMATOR)):
+        yield from _of_topic(name, rows)
+
+
+def rows_of(recording: Recording, topics: tuple[str, ...]) -> Iterator[tuple[str, Rows]]:
+    """Yield the rows of topics of a ULog whose names begin so; it is opened again for that."""
     path = Path(recording.source)
     if path.suffix.lower() != ".ulg" or not path.is_file():
         return
@@ -40,13 +46,13 @@ def autopilot(recording: Recording) -> Iterator[Finding]:
         return
     start = beginning(recording)
     for name in sorted(tables):
-        if name.startswith((_STATUS, _ESTIMATOR)):
+        if name.startswith(topics):
             rows = _rows(tables[name], start)
             if rows is not None:
-                yield from _of_topic(name, rows)
+                yield name, rows
 
 
-def _rows(table: Table, start: float) -> _Rows | None:
+def _rows(table: Table, start: float) -> Rows | None:
     """Return the rows of a topic, None where there are too few."""
     found = {
         label: np.asarray(c)
@@ -55,10 +61,10 @@ def _rows(table: Table, start: float) -> _Rows | None:
     times = 1e-6 * found.pop("timestamp_us").astype(np.float64) - start
     if len(times) < _LEAST:
         return None
-    return _Rows(times, {label: column.astype(np.float64) for label, column in found.items()})
+    return Rows(times, {label: column.astype(np.float64) for label, column in found.items()})
 
 
-def _of_topic(name: str, rows: _Rows) -> Iterator[Finding]:
+def _of_topic(name: str, rows: Rows) -> Iterator[Finding]:
     columns = rows.columns
     if name.startswith(_STATUS) and "accel_vibration_metric" in columns:
         yield from _level(name, "vibration metric", columns["accel_vibration_metric"], rows.times)

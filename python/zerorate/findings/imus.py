@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
-from zerorate.io.log import Log, Recording
+from zerorate.io.log import Log, LogError, Recording
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import UNITS, convert
 
@@ -166,6 +166,15 @@ def _quiet(scatter: Floats, there: Booleans, most: float, least: float) -> Boole
     known = worst[there & np.isfinite(worst)]
     floor = float(np.quantile(known, 0.05)) if known.size else 0.0
     return np.asarray(worst < max(min(3.0 * floor, most), least))
+
+
+def part(log: Log, begin: float, end: float) -> Log:
+    """Return the samples of a log between two times of its clock; LogError where there are none."""
+    low, high = np.searchsorted(log.sampled, [begin, end]).tolist()
+    if high - low < 2:
+        raise LogError(f"{', '.join(log.names)}: no samples from {begin:.6g} to {end:.6g} s")
+    stamps = None if log.stamps is None else log.stamps[low:high]
+    return replace(log, time=log.time[low:high], data=log.data[low:high], stamps=stamps)
 
 
 def beginning(recording: Recording) -> float:

@@ -82,5 +82,30 @@ LIMITS: Final[Mapping[str, Limit]] = {
     "accels differ": _from_act(
         "difference of two accelerometers at rest", "m/s²", 0.75, "ArduPilot, ARMING_ACCTHRESH"
     ),
+    "arrivals": Limit(
+        "inclination by gyro and accelerometer from gravity as rests begin, median",
+        "deg",
+        5.0,
+        math.inf,
+        _ARMING,
+    ),
+    "trust": Limit(
+        "share of time in which the inclination is known to worse than 5 deg", "%", 90.0, math.inf
+    ),
+    "log inclination": _from_act(
+        "the log's own inclination from gravity at rest, median", "deg", 5.0, _ARMING
+    ),
+    "attitudes apart": Limit(
+        "the log's own vertical from that of gyro and accelerometer, 95 %",
+        "deg",
+        5.0,
+        math.inf,
+        _ARMING,
+    ),
+    "receiver's clock": Limit("offset of the receiver's clock", "s", 0.2, 1.0),
+    "innovations": Limit("innovations over the deviations that fixes tell", "", 2.0, math.inf),
+    "heading error": _from_act("error of a level heading by hard iron", "deg", 10.0),
+    "iron changes": Limit("changes of the magnetometer's hard iron", "", 1, math.inf),
+    "disturbed": Limit("share of time in which no hard iron fits", "%", 2.0, math.inf),
 }
 """Of each kind of finding; the documentation shows this table."""

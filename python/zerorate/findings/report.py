@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from zerorate.findings.attitude import SECTION as ATTITUDE
+from zerorate.findings.attitude import attitude
 from zerorate.findings.autopilot import SECTION as AUTOPILOT
 from zerorate.findings.autopilot import autopilot
 from zerorate.findings.axes import SECTION as AXES
@@ -19,8 +21,12 @@ from zerorate.findings.contents import SECTION as CONTENTS
 from zerorate.findings.contents import contents
 from zerorate.findings.finding import RANKS, Finding
 from zerorate.findings.imus import Imu, imus
+from zerorate.findings.magnetometer import SECTION as MAGNETOMETER
+from zerorate.findings.magnetometer import magnetometer
 from zerorate.findings.pairs import SECTION as PAIRS
 from zerorate.findings.pairs import pairs
+from zerorate.findings.receiver import SECTION as RECEIVER
+from zerorate.findings.receiver import receiver
 from zerorate.findings.rests import NOISE, noise, rests
 from zerorate.findings.rests import SECTION as RESTS
 from zerorate.findings.samples import SECTION as SAMPLES
@@ -29,6 +35,7 @@ from zerorate.findings.vibration import SECTION as VIBRATION
 from zerorate.findings.vibration import vibration
 from zerorate.io.log import LogError, Recording
 from zerorate.io.saved import as_json
+from zerorate.navigation.fixes import Fixes
 from zerorate.progress import Progress
 from zerorate.views import Result
 
@@ -37,17 +44,29 @@ if TYPE_CHECKING:
 
 _FORMAT: Final = "zerorate report"
 _VERSION: Final = 1
-_Found = tuple[Imu, ...]
-SECTIONS: Final[dict[str, Callable[[Recording, _Found], Iterator[Finding]]]] = {
-    CONTENTS: contents,
-    CLOCK: lambda recording, found: clock(found),
-    SAMPLES: lambda recording, found: samples(found),
-    RESTS: lambda recording, found: rests(found),
-    NOISE: lambda recording, found: noise(found),
-    VIBRATION: lambda recording, found: vibration(found),
-    AUTOPILOT: lambda recording, found: autopilot(recording),
-    PAIRS: lambda recording, found: pairs(found),
-    AXES: axes,
+
+
+class _Given(NamedTuple):
+    """What is looked at: a recording, its IMUs, and fixes that are in no file of it."""
+
+    recording: Recording
+    imus: tuple[Imu, ...]
+    gnss: Fixes | None
+
+
+SECTIONS: Final[dict[str, Callable[[_Given], Iterator[Finding]]]] = {
+    CONTENTS: lambda given: contents(given.recording, given.imus),
+    CLOCK: lambda given: clock(given.imus),
+    SAMPLES: lambda given: samples(given.imus),
+    RESTS: lambda given: rests(given.imus),
+    NOISE: lambda given: noise(given.imus),
+    VIBRATION: lambda given: vibration(given.imus),
+    AUTOPILOT: lambda given: autopilot(given.recording),
+    PAIRS: lambda given: pairs(given.imus),
+    AXES: lambda given: axes(given.recording, given.imus),
+    MAGNETOMETER: lambda given: magnetometer(given.recording, given.imus),
+    ATTITUDE: lambda given: attitude(given.recording, given.imus),
+    RECEIVER: lambda given: receiver(given.recording, given.imus, given.gnss),
 }
 """What finds the findings of each section, in the order of the page."""
 
@@ -128,7 +147,9 @@ class Report(Result):
         return page, numbers
 
 
-def report(recording: Recording, *, progress: Progress | None = None) -> Report:
+def report(
+    recording: Recording, *, gnss: Fixes | None = None, progress: Progress | None = None
+) -> Report:
     """Return what is seen of the IMU of a recording: clock, samples, rests, noise, vibration, axes.
 
     Each finding says what is seen, never its cause, with a number, its standard error where one is
@@ -139,6 +160,8 @@ def report(recording: Recording, *, progress: Progress | None = None) -> Report:
     ----------
     recording : Recording
         With a gyro or an accelerometer of three axes.
+    gnss : Fixes, optional
+        Of a receiver on the same body; by default those in the file of the recording, if any.
     progress : callable, optional
         Is told the section and the part done, 0 to 1.
 
@@ -164,11 +187,12 @@ def report(recording: Recording, *, progress: Progress | None = None) -> Report:
             "a report needs a gyro or an accelerometer of three axes; the recording has: "
             f"{', '.join(recording)}"
         )
+    given = _Given(recording, found, gnss)
     findings: list[Finding] = []
     for number, (name, look) in enumerate(SECTIONS.items()):
         if progress is not None:
             progress(name.lower(), number / len(SECTIONS))
         # Numbers so wild that they overflow pass no limit.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            findings.extend(look(recording, found))
+            findings.extend(look(given))
     return Report(tuple(findings), recording.source, recording)

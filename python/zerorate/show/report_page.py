@@ -50,8 +50,7 @@ _ALONE: Final = (
 """What a browser lets the page load: nothing that is not in it."""
 _ABOUT: Final = (
     "It says what is seen, never the cause. The limits, with their sources, stand at the end. "
-    "Not looked at: the attitude of the log, the receiver, "
-    "the magnetometer's disturbance, folded peaks, soft limits."
+    "Not looked at: folded peaks, limits that are not flat."
 )
 
 
