@@ -38,6 +38,8 @@ class Finding:
         Anchor of the figure that shows it; empty for none.
     advice : str
         What to do, or to record next; empty for nothing.
+    code : str
+        Lines to enter, as a file of another program has them; empty for none.
     """
 
     section: str
@@ -50,6 +52,7 @@ class Finding:
     spans: Spans = ()
     figure: str = ""
     advice: str = ""
+    code: str = ""
 
 
 def counted(count: int, noun: str) -> str:

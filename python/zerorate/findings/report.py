@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from zerorate.findings.clock import SECTION as CLOCK
 from zerorate.findings.clock import clock
 from zerorate.findings.contents import SECTION as CONTENTS
 from zerorate.findings.contents import contents
+from zerorate.findings.enter import SECTION as ENTER
+from zerorate.findings.enter import Known, enter, known
 from zerorate.findings.finding import RANKS, Finding
 from zerorate.findings.imus import Imu, imus
 from zerorate.findings.magnetometer import SECTION as MAGNETOMETER
@@ -27,6 +30,8 @@ from zerorate.findings.pairs import SECTION as PAIRS
 from zerorate.findings.pairs import pairs
 from zerorate.findings.receiver import SECTION as RECEIVER
 from zerorate.findings.receiver import receiver
+from zerorate.findings.record import SECTION as RECORD
+from zerorate.findings.record import record
 from zerorate.findings.rests import NOISE, noise, rests
 from zerorate.findings.rests import SECTION as RESTS
 from zerorate.findings.samples import SECTION as SAMPLES
@@ -46,12 +51,27 @@ _FORMAT: Final = "zerorate report"
 _VERSION: Final = 1
 
 
-class _Given(NamedTuple):
-    """What is looked at: a recording, its IMUs, and fixes that are in no file of it."""
+@dataclass(frozen=True)
+class _Given:
+    """What is looked at: a recording, its IMUs, fixes, and the findings so far."""
 
     recording: Recording
     imus: tuple[Imu, ...]
     gnss: Fixes | None
+    findings: list[Finding] = field(default_factory=list)
+
+    @cached_property
+    def known(self) -> Known:
+        """What the first IMU tells for the settings of others."""
+        return known(self.recording, self.imus[0])
+
+    def entered(self) -> Iterator[Finding]:
+        """Yield what to enter."""
+        return enter(self.imus[0], self.known)
+
+    def recorded(self) -> Iterator[Finding]:
+        """Yield what to record next."""
+        return record(self.recording, self.imus[0], self.known, self.findings)
 
 
 SECTIONS: Final[dict[str, Callable[[_Given], Iterator[Finding]]]] = {
@@ -67,6 +87,8 @@ SECTIONS: Final[dict[str, Callable[[_Given], Iterator[Finding]]]] = {
     MAGNETOMETER: lambda given: magnetometer(given.recording, given.imus),
     ATTITUDE: lambda given: attitude(given.recording, given.imus),
     RECEIVER: lambda given: receiver(given.recording, given.imus, given.gnss),
+    ENTER: lambda given: given.entered(),
+    RECORD: lambda given: given.recorded(),
 }
 """What finds the findings of each section, in the order of the page."""
 
@@ -117,7 +139,8 @@ class Report(Result):
         act, look = self.count("act"), self.count("look")
         if not act and not look:
             return "Nothing in this log passes a limit."
-        return f"{act} to act on, {look} to look at; {self.count('good')} within their limits."
+        within = sum(o.severity == "good" and o.value is not None for o in self.findings)
+        return f"{act} to act on, {look} to look at; {within} within their limits."
 
     def to_json(self) -> str:
         """Return all findings as JSON, null where a number is not known."""
@@ -188,11 +211,10 @@ def report(
             f"{', '.join(recording)}"
         )
     given = _Given(recording, found, gnss)
-    findings: list[Finding] = []
     for number, (name, look) in enumerate(SECTIONS.items()):
         if progress is not None:
             progress(name.lower(), number / len(SECTIONS))
         # Numbers so wild that they overflow pass no limit.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            findings.extend(look(given))
-    return Report(tuple(findings), recording.source, recording)
+            given.findings.extend(look(given))
+    return Report(tuple(given.findings), recording.source, recording)

@@ -16,7 +16,7 @@ from zerorate.types import Floats
 
 SECTION: Final = "Rest and bias"
 NOISE: Final = "Noise at rest"
-_OF_BIAS, _OF_NOISE = 4.0, 12.0
+OF_BIAS, OF_NOISE = 4.0, 12.0
 """Seconds of a rest that tells of the bias, and of the noise."""
 _HALVES: Final = math.radians(0.3)
 _FASTEST: Final = 10.0
@@ -75,7 +75,7 @@ def _bias(imu: Imu) -> Iterator[Finding]:
     gyro = imu.gyro
     if gyro is None:
         return
-    usable = [r for r in imu.rests if r.seconds >= _OF_BIAS and _steady(gyro, r)]
+    usable = [r for r in imu.rests if r.seconds >= OF_BIAS and _steady(gyro, r)]
     if not usable:
         return
     known = [means(gyro, rest) for rest in usable]
@@ -160,7 +160,7 @@ def noise(found: Sequence[Imu]) -> Iterator[Finding]:
     """Yield the white noise of each sensor in its longest rest."""
     for imu in found:
         longest = max(imu.rests, key=lambda rest: rest.seconds, default=None)
-        if longest is None or longest.seconds < _OF_NOISE:
+        if longest is None or longest.seconds < OF_NOISE:
             continue
         for one in imu.sensors:
             if one.factor is not None and one.log.rate >= _SLOW:

@@ -159,6 +159,11 @@ def _finding(one: Finding, others: int = 0) -> str:
         told.append(f'<a href="#{_anchor(one.section)}">{others} more of this kind</a>.')
     if told:
         parts.append(f'<div class="more">{" ".join(told)}</div>')
+    if one.code:
+        parts.append(
+            f"<details><summary>The lines for {escape(one.kind)}</summary>"
+            f'<pre tabindex="0">{escape(one.code)}</pre></details>'
+        )
     return f'<li class="{one.severity}">{"".join(parts)}</li>\n'
 
 
