@@ -77,7 +77,12 @@ def _weights(text: str | None) -> str | list[float]:
 
 
 def refuse_with_array(
-    options: Mapping[str, Any], *, compared: str | None, calibration: Path | None, no_accel: bool
+    options: Mapping[str, Any],
+    *,
+    compared: str | None,
+    calibration: Path | None,
+    no_accel: bool,
+    everything: bool,
 ) -> None:
     """Raise a usage fault for what means nothing where one gyro is made of many."""
     from zerorate.cli.options import flag
@@ -88,6 +93,7 @@ def refuse_with_array(
     others += ["--methods"] if compared is not None else []
     others += ["--calibration"] if calibration is not None else []
     others += ["--no-accel"] if no_accel else []
+    others += ["--figure all"] if everything else []
     if others:
         verb = "has" if len(others) == 1 else "have"
         raise UsageFault(f"{', '.join(others)} {verb} no effect on --array")

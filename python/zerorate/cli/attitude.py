@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -20,26 +20,19 @@ from zerorate.cli.options import (
     PANEL,
     AccelName,
     CalibrationOption,
-    FigureFormat,
-    FigureFormatOption,
-    Force,
     FrameName,
     GyroName,
     LogArgument,
-    LogFormat,
-    LogFormatOption,
-    NoFigure,
-    Output,
     Reading,
     parse_columns,
+    with_group,
     with_options,
     with_reading_options,
 )
 from zerorate.cli.outputs import (
-    Destination,
+    LogAndFigure,
     Outputs,
     check_outputs,
-    preload_figure,
     print_written,
     progress_bar,
     text_writer,
@@ -62,15 +55,10 @@ _AUTO: Final = _METHODS("auto")
 _CONSTANTS: Final = {name: one for name, one in ATTITUDE_OPTIONS.items() if name != "method"}
 
 
-@with_options(_CONSTANTS, "constants")
-@with_reading_options(
-    imu=True,
-)
-def attitude(
-    *,
-    log: LogArgument,
-    reading: Reading,
-    output: Output = ".",
+@dataclass(frozen=True)
+class _Filter:
+    """What is typed of the filter."""
+
     frame: Annotated[
         FrameName | None,
         typer.Option(
@@ -80,12 +68,11 @@ def attitude(
             show_default=False,
             rich_help_panel=_FILTER,
         ),
-    ] = None,
+    ] = None
     method: Annotated[
         _METHODS,
         typer.Option(help="How it is found. Auto needs no settings.", rich_help_panel=_FILTER),
-    ] = _AUTO,
-    constants: Mapping[str, Any],
+    ] = _AUTO
     offline: Annotated[
         bool,
         typer.Option(
@@ -93,7 +80,7 @@ def attitude(
             help="See each sample in the light of the whole log, also of what comes later.",
             rich_help_panel=_FILTER,
         ),
-    ] = False,
+    ] = False
     no_mag: Annotated[
         bool,
         typer.Option(
@@ -101,7 +88,7 @@ def attitude(
             help="Leave out the magnetometer: the heading is then against the start, and drifts.",
             rich_help_panel=_FILTER,
         ),
-    ] = False,
+    ] = False
     declination: Annotated[
         float,
         typer.Option(
@@ -111,9 +98,7 @@ def attitude(
             show_default=False,
             rich_help_panel=_FILTER,
         ),
-    ] = 0.0,
-    gyro: GyroName = None,
-    accel: AccelName = None,
+    ] = 0.0
     bias_limit: Annotated[
         float | None,
         typer.Option(
@@ -123,8 +108,29 @@ def attitude(
             "never a rest. Default 10.",
             rich_help_panel=_FILTER,
         ),
-    ] = None,
-    calibration: CalibrationOption = None,
+    ] = None
+
+    def arguments(self, constants: Mapping[str, Any]) -> dict[str, Any]:
+        """Return those of `estimate_attitude`; a usage fault for a constant without effect."""
+        with as_usage():
+            check_used(constants, [str(self.method)], ATTITUDE_OPTIONS)
+        asked = {
+            "frame": None if self.frame is None else str(self.frame),
+            "method": str(self.method),
+            "offline": self.offline,
+            "mag": not self.no_mag,
+            "declination": math.radians(self.declination),
+            **constants,
+        }
+        if self.bias_limit is not None:
+            asked["bias_limit"] = convert(self.bias_limit, "deg/s", "rad/s")
+        return asked
+
+
+@dataclass(frozen=True)
+class _Truth:
+    """What is typed of the true orientation."""
+
     reference: Annotated[
         str | None,
         typer.Option(
@@ -134,7 +140,7 @@ def attitude(
             "Default: its columns named like one, such as ref_quat_w.",
             rich_help_panel=PANEL,
         ),
-    ] = None,
+    ] = None
     reference_heading: Annotated[
         ReferenceHeading | None,
         typer.Option(
@@ -144,9 +150,8 @@ def attitude(
             show_default=False,
             rich_help_panel=PANEL,
         ),
-    ] = None,
-    reference_offset: ReferenceOffset = 0.0,
-    tum: Tum = False,
+    ] = None
+    reference_offset: ReferenceOffset = 0.0
     reference_frame: Annotated[
         FrameName | None,
         typer.Option(
@@ -154,62 +159,70 @@ def attitude(
             show_default=False,
             rich_help_panel=PANEL,
         ),
-    ] = None,
+    ] = None
+
+    def found(self) -> tuple[dict[str, Any], list[str | int] | None]:
+        """Return what `estimate_attitude` is told of it, and the columns of the log it is in."""
+        poses = reference_poses(self.reference, self.reference_offset)
+        if poses is None and self.reference_offset:
+            raise UsageFault("--reference-offset acts on a file that --reference names")
+        frame = None if self.reference_frame is None else str(self.reference_frame)
+        columns = parse_columns(self.reference, "--reference") if poses is None else None
+        return {"reference": poses, "reference_frame": frame}, columns
+
+    def compared(self, estimate: AttitudeEstimate) -> AttitudeEstimate:
+        """Return an estimate that compares headings as is asked; a usage fault without any."""
+        if self.reference_heading is None:
+            return estimate
+        if estimate.reference is None:
+            raise UsageFault("--reference-heading needs a reference")
+        return replace(estimate, compared_heading=self.reference_heading.value)
+
+
+@with_group(LogAndFigure, "written")
+@with_group(_Filter, "filter")
+@with_options(_CONSTANTS, "constants")
+@with_group(_Truth, "truth")
+@with_reading_options(imu=True)
+def attitude(
+    *,
+    log: LogArgument,
+    reading: Reading,
+    filter: _Filter,
+    constants: Mapping[str, Any],
+    gyro: GyroName = None,
+    accel: AccelName = None,
+    calibration: CalibrationOption = None,
+    truth: _Truth,
     fix: Fix = False,
-    format: LogFormatOption = None,
-    figure_format: FigureFormatOption = None,
-    no_figure: NoFigure = False,
-    force: Force = False,
+    written: LogAndFigure,
+    tum: Tum = False,
 ) -> None:
     """Find which way a body points, from gyro, accelerometer and, if there is one, magnetometer.
 
     Writes quaternion and Euler angles with their standard deviations, rest, magnetic disturbance
     and what was learned of the gyro; prints a table, with the errors where the log has a reference.
     """
-    poses = reference_poses(reference, reference_offset)
-    truth = None if poses is not None else parse_columns(reference, "--reference")
-    if poses is None and reference_offset:
-        raise UsageFault("--reference-offset acts on a file that --reference names")
-    with as_usage():
-        check_used(constants, [str(method.value)], ATTITUDE_OPTIONS)
+    true, columns = truth.found()
+    asked = {**filter.arguments(constants), **true, "gyro": gyro or "gyro", "accel": accel}
     known = None if calibration is None else read_calibration(calibration)
-    asked: dict[str, Any] = {
-        "frame": None if frame is None else str(frame),
-        "method": str(method),
-        "offline": offline,
-        "mag": not no_mag,
-        "declination": math.radians(declination),
-        "gyro": gyro or "gyro",
-        "accel": accel,
-        "reference": poses,
-        "reference_frame": None if reference_frame is None else str(reference_frame),
-        **constants,
-    }
-    if bias_limit is not None:
-        asked["bias_limit"] = convert(bias_limit, "deg/s", "rad/s")
-    suffixes = [*LogFormat, *(() if no_figure else FigureFormat)]
-    place = Destination.of(output, f"{log.stem}-zerorate-attitude", suffixes)
-    shape = (format, None if no_figure else figure_format, not no_figure, force)
+    place = written.place(f"{log.stem}-zerorate-attitude")
     found = records(log, reading.group_by)
     beside = ("tum",) if tum else ()
-    outputs = [Outputs.of(place.of_part(one.ending), *shape, beside=beside) for one in found]
-    check_outputs([path for files in outputs for path in files.paths], force, log, calibration)
-    if not no_figure:
-        preload_figure("attitude_figure")
+    outputs = [written.at(place.of_part(one.ending), beside) for one in found]
+    paths = [path for files in outputs for path in files.paths]
+    check_outputs(paths, written.force, log, calibration)
+    written.preload("attitude_figure")
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
-            recording = read_imu(reading, one.source, truth)
+            recording = read_imu(reading, one.source, columns)
             with naming(recording):
                 if known is not None:
                     recording = _corrected(known, recording, gyro, accel)
                 recording, alarms = checked(recording, fix, gyro, accel)
             with said_first(alarms), naming(recording):
                 work = partial(estimate_attitude, recording, progress=progress, **asked)
-                estimate = in_background(work)
-                if reference_heading is not None:
-                    if estimate.reference is None:
-                        raise UsageFault("--reference-heading needs a reference")
-                    estimate = replace(estimate, compared_heading=reference_heading.value)
+                estimate = truth.compared(in_background(work))
             _write(files, estimate, progress)
         print_title(one, first=one is found[0])
         print_alarms(alarms)

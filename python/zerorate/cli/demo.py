@@ -7,8 +7,8 @@ import typer
 
 from zerorate.cli.errors import as_usage
 from zerorate.cli.options import Force, Output
-from zerorate.cli.outputs import Outputs, check_outputs, progress_bar
-from zerorate.cli.replay import in_memory, place_of, print_result, write
+from zerorate.cli.outputs import LogAndFigure, Outputs, check_outputs, progress_bar
+from zerorate.cli.replay import in_memory, print_result, write
 from zerorate.cli.simulate import AXES, Duration, Seed, SimulatedRate, simulated
 from zerorate.io import Log
 from zerorate.run.replay import Replay
@@ -33,7 +33,8 @@ def demo(
     """
     with as_usage():
         gyro = find_device(device)
-    outputs = Outputs.of(place_of(output, "demo", figure=True), None, None, draws=True, force=force)
+    written = LogAndFigure(output, force=force)
+    outputs = written.at(written.place("demo-zerorate"))
     check_outputs(outputs.paths, force)
     with progress_bar() as progress:
         progress("simulating", 0.0)

@@ -26,27 +26,16 @@ from zerorate.cli.mounts import Mounted, numbers
 from zerorate.cli.options import (
     PANEL,
     CalibrationOption,
-    FigureFormat,
-    FigureFormatOption,
-    FigurePanels,
-    Force,
     LogArgument,
-    LogFormat,
-    LogFormatOption,
-    NoFigure,
-    Output,
-    PanelsOption,
     Reading,
     with_group,
     with_options,
     with_reading_options,
 )
 from zerorate.cli.outputs import (
-    Destination,
+    LogAndPanels,
     Outputs,
-    all_panels,
     check_outputs,
-    preload_figure,
     print_written,
     progress_bar,
     text_writer,
@@ -235,6 +224,7 @@ class _Body:
     ] = None
 
 
+@with_group(LogAndPanels, "written")
 @with_group(_Run, "run")
 @with_group(_Body, "body")
 @with_options(NAVIGATION_OPTIONS, "constants", panel=_FILTER)
@@ -254,7 +244,6 @@ def navigate(
         ),
     ] = None,
     reading: Reading,
-    output: Output = ".",
     run: _Run,
     constants: Mapping[str, Any],
     body: _Body,
@@ -271,11 +260,7 @@ def navigate(
     tum: Tum = False,
     calibration: CalibrationOption = None,
     fix: Fix = False,
-    format: LogFormatOption = None,
-    figure_format: FigureFormatOption = None,
-    figure: PanelsOption = FigurePanels.usual,
-    no_figure: NoFigure = False,
-    force: Force = False,
+    written: LogAndPanels,
 ) -> None:
     """Find the track of a vehicle from gyro, accelerometer and the fixes of a receiver.
 
@@ -285,15 +270,12 @@ def navigate(
     """
     asked = _Asked.of(log, run, constants, body)
     known = None if calibration is None else read_calibration(calibration)
-    everything = all_panels(figure, not no_figure)
-    suffixes = [*LogFormat, *_MAPS, *(() if no_figure else FigureFormat)]
-    place = Destination.of(output, f"{log.stem}-zerorate-navigate", suffixes)
-    shape = (format, None if no_figure else figure_format, not no_figure, force)
-    files = Outputs.of(place, *shape, beside=(*_MAPS, *(("tum",) if tum else ())))
+    everything = written.everything
+    place = written.place(f"{log.stem}-zerorate-navigate", *_MAPS)
+    files = written.at(place, (*_MAPS, *(("tum",) if tum else ())))
     truth = None if reference is None else _truth(reference, reference_offset)
-    check_outputs(files.paths, force, log, gnss, calibration)
-    if not no_figure:
-        preload_figure("navigation_figure")
+    check_outputs(files.paths, written.force, log, gnss, calibration)
+    written.preload("navigation_figure")
     with progress_bar() as progress:
         recording = read_imu(reading, log)
         fixes = _read_fixes(log, gnss)

@@ -13,7 +13,17 @@ from threading import Thread
 from typing import Final, Self, TypeAlias, TypeVar
 
 from zerorate.cli.errors import UsageFault, as_usage, require, writing
-from zerorate.cli.options import FigureFormat, FigurePanels, LogFormat
+from zerorate.cli.options import (
+    FigureFormat,
+    FigureFormatOption,
+    FigurePanels,
+    Force,
+    LogFormat,
+    LogFormatOption,
+    NoFigure,
+    Output,
+    PanelsOption,
+)
 from zerorate.io import atomic_path, check_writable
 from zerorate.io.atomic import sweep
 from zerorate.io.formats import FORMATS
@@ -222,23 +232,6 @@ def _quietly(modules: Sequence[str]) -> None:
             import_module(name)
 
 
-def _log_and_figure(
-    place: Destination,
-    log_format: LogFormat | None,
-    figure_format: FigureFormat | None,
-    draws: bool,
-) -> tuple[Path, Path | None]:
-    """Return the files of a log and of its figure, after checking that what they need is there."""
-    chosen = place.choose("--format", log_format, LogFormat.parquet)
-    if chosen is LogFormat.parquet:
-        require("pyarrow", "io")
-    if not draws:
-        return place.file(f".{chosen}"), None
-    require("matplotlib", "plot")
-    drawn = place.choose("--figure-format", figure_format, FigureFormat.png)
-    return place.file(f".{chosen}"), place.file(f".{drawn}")
-
-
 @dataclass(frozen=True)
 class Outputs:
     """A log or what else a command is about, what is written beside it, and figures; all or none.
@@ -259,21 +252,6 @@ class Outputs:
     figures: tuple[Path, ...]
     force: bool
     beside: tuple[Path, ...] = ()
-
-    @classmethod
-    def of(
-        cls,
-        place: Destination,
-        log_format: LogFormat | None,
-        figure_format: FigureFormat | None,
-        draws: bool,
-        force: bool,
-        beside: Sequence[str] = (),
-    ) -> Self:
-        """Return the files; those beside are given by their suffixes, without dots."""
-        log, figure = _log_and_figure(place, log_format, figure_format, draws)
-        figures = () if figure is None else (figure,)
-        return cls(log, figures, force, tuple(place.file(f".{suffix}") for suffix in beside))
 
     @property
     def paths(self) -> list[Path]:
@@ -315,6 +293,57 @@ class Outputs:
             progress("writing", 0.9)
             for job in jobs:
                 job.result()
+
+
+@dataclass(frozen=True)
+class LogAndFigure:
+    """Where a command puts a log and its figure, as it is typed: a group of options."""
+
+    output: Output = "."
+    format: LogFormatOption = None
+    figure_format: FigureFormatOption = None
+    no_figure: NoFigure = False
+    force: Force = False
+
+    def place(self, usual: str, *further: str) -> Destination:
+        """Return the destination of files that are usually called so, some with further suffixes.
+
+        Raises a usage fault for a file that the command does not write.
+        """
+        figures = () if self.no_figure else FigureFormat
+        return Destination.of(self.output, usual, [*LogFormat, *further, *figures])
+
+    def at(self, place: Destination, beside: Sequence[str] = ()) -> Outputs:
+        """Return the files, after checking that what they need is there.
+
+        Those beside are given by their suffixes, without dots.
+        """
+        chosen = place.choose("--format", self.format, LogFormat.parquet)
+        if chosen is LogFormat.parquet:
+            require("pyarrow", "io")
+        drawn = []
+        if not self.no_figure:
+            require("matplotlib", "plot")
+            drawn = [place.choose("--figure-format", self.figure_format, FigureFormat.png)]
+        others, figures = ([f".{one}" for one in some] for some in (beside, drawn))
+        return place.files(f".{chosen}", others, figures, self.force)
+
+    def preload(self, module: str) -> None:
+        """Begin to import what draws the figure, if there is one."""
+        if not self.no_figure:
+            preload_figure(module)
+
+
+@dataclass(frozen=True)
+class LogAndPanels(LogAndFigure):
+    """The same where the figure may have all its panels."""
+
+    figure: PanelsOption = FigurePanels.usual
+
+    @property
+    def everything(self) -> bool:
+        """Whether it has all of them; a usage fault where none is drawn."""
+        return all_panels(self.figure, not self.no_figure)
 
 
 def text_writer(text: str) -> Writer:

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Self
 
 import typer
 
@@ -33,28 +33,21 @@ from zerorate.cli.options import (
     OUTPUT,
     PANEL,
     RECORDING,
-    FigureFormat,
-    FigureFormatOption,
     FigurePanels,
-    Force,
-    LogFormat,
-    LogFormatOption,
     NoAccel,
-    NoFigure,
-    Output,
-    PanelsOption,
     Reading,
     check_filter_options,
     flag,
     parse_words,
     with_filter_options,
+    with_group,
     with_options,
     with_reading_options,
 )
 from zerorate.cli.outputs import (
-    Destination,
+    LogAndFigure,
+    LogAndPanels,
     Outputs,
-    all_panels,
     check_outputs,
     make_folders,
     own_names,
@@ -62,7 +55,7 @@ from zerorate.cli.outputs import (
     progress_bar,
     together,
 )
-from zerorate.cli.records import print_title, records
+from zerorate.cli.records import Record, print_title, records
 from zerorate.io import Log, LogError, LogFile, open_imu, write_log
 from zerorate.io.formats import LogSource
 from zerorate.io.log import Header
@@ -73,6 +66,67 @@ from zerorate.run.replay import replay as run_replay
 from zerorate.show import format_biases, format_notes, format_replay, format_table
 
 
+@dataclass(frozen=True)
+class _Array:
+    """What is typed of an array of gyros."""
+
+    array: Annotated[
+        bool,
+        typer.Option(
+            "--array",
+            help="Make one gyro of all gyros of the log, which belong to one body. Of --columns "
+            "three in a row are a sensor if they are named x, y, z.",
+            rich_help_panel=ARRAY,
+        ),
+    ] = False
+    rotations: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="From each sensor's axes to those of the body, and positions for accelerometers "
+            "(JSON); 'find' finds rotations from the log's motion and writes them. "
+            "Default: all are aligned.",
+            rich_help_panel=ARRAY,
+        ),
+    ] = None
+    weights: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WORD",
+            help="How much each sensor counts: auto (by noise at rest, by scale errors in motion), "
+            "mean (alike), white (by white noise), or numbers, e.g. 0.5,0.3,0.2. Default: auto.",
+            rich_help_panel=ARRAY,
+        ),
+    ] = None
+
+    def options(self, fusion: Mapping[str, Any]) -> ArrayOptions | None:
+        """Return those of the array, None where none is made; a usage fault for any then."""
+        asked = ArrayOptions.of(self.rotations, self.weights, fusion)
+        if not self.array and asked.given:
+            raise UsageFault(f"only --array takes {asked.given}")
+        return asked if self.array else None
+
+
+@dataclass(frozen=True)
+class _Sensors:
+    """What is typed of what is done to the sensors before the filters, and of the accelerometer."""
+
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CAL",
+            help="Correct the gyro by this calibration first (JSON of zerorate calibrate), and by "
+            "the log's accelerometer, if it has one.",
+            rich_help_panel=PANEL,
+        ),
+    ] = None
+    fix: Fix = False
+    no_accel: NoAccel = False
+
+
+@with_group(LogAndPanels, "written")
+@with_group(_Sensors, "sensors")
+@with_group(_Array, "array")
 @with_filter_options
 @with_options(ARRAY_CONSTANTS, "fusion", array_flag, panel=ARRAY)
 @with_reading_options()
@@ -85,11 +139,7 @@ def replay(
         ),
     ],
     reading: Reading,
-    output: Output = ".",
-    format: LogFormatOption = None,
-    figure_format: FigureFormatOption = None,
-    figure: PanelsOption = FigurePanels.usual,
-    no_figure: NoFigure = False,
+    written: LogAndPanels,
     compared: Annotated[
         str | None,
         typer.Option(
@@ -100,46 +150,8 @@ def replay(
             rich_help_panel=OUTPUT,
         ),
     ] = None,
-    force: Force = False,
-    calibration: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="CAL",
-            help="Correct the gyro by this calibration first (JSON of zerorate calibrate), and by "
-            "the log's accelerometer, if it has one.",
-            rich_help_panel=PANEL,
-        ),
-    ] = None,
-    fix: Fix = False,
-    no_accel: NoAccel = False,
-    array: Annotated[
-        bool,
-        typer.Option(
-            "--array",
-            help="Make one gyro of all gyros of the log, which belong to one body. Of --columns "
-            "three in a row are a sensor if they are named x, y, z.",
-            rich_help_panel=ARRAY,
-        ),
-    ] = False,
-    rotations: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="From each sensor's axes to those of the body, and positions for accelerometers "
-            "(JSON); 'find' finds rotations from the log's motion and writes them. "
-            "Default: all are aligned.",
-            rich_help_panel=ARRAY,
-        ),
-    ] = None,
-    weights: Annotated[
-        str | None,
-        typer.Option(
-            metavar="WORD",
-            help="How much each sensor counts: auto (by noise at rest, by scale errors in motion), "
-            "mean (alike), white (by white noise), or numbers, e.g. 0.5,0.3,0.2. Default: auto.",
-            rich_help_panel=ARRAY,
-        ),
-    ] = None,
+    sensors: _Sensors,
+    array: _Array,
     fusion: Mapping[str, Any],
     options: Mapping[str, Any],
 ) -> None:
@@ -149,66 +161,132 @@ def replay(
     holds raw minus bias under the names of the raw columns, and beside them the bias, its standard
     deviation, rest, and a stuck or saturated sensor. The default method, auto, needs no settings.
     """
-    asked_of_array = ArrayOptions.of(rotations, weights, fusion)
-    if array:
-        refuse_with_array(options, compared=compared, calibration=calibration, no_accel=no_accel)
-        if figure is FigurePanels.all:
-            raise UsageFault("--figure all has no effect on --array")
-    elif asked_of_array.given:
-        raise UsageFault(f"only --array takes {asked_of_array.given}")
-    method = options["method"]
-    methods = (*_others(compared, method), method)
-    check_filter_options(options, methods)
-    given = {name: value for name, value in options.items() if name != "method"}
-    known = None if calibration is None else read_calibration(calibration)
-    everything = all_panels(figure, not no_figure)
-    shape = (format, figure_format, not no_figure, force)
-    places = places_of_logs(logs, output, not no_figure)
-    parts = [
-        (log, one, Outputs.of(place.of_part(one.ending), *shape))
+    of_array = array.options(fusion)
+    if of_array is not None:
+        refuse_with_array(
+            options,
+            compared=compared,
+            calibration=sensors.calibration,
+            no_accel=sensors.no_accel,
+            everything=written.figure is FigurePanels.all,
+        )
+    asked = _Asked.of(options, compared, sensors, written)
+    parts = _parts(logs, reading, written)
+    overlay = [] if of_array is not None else _overlay(parts[0].files, len(logs))
+    for log in logs:
+        check_outputs([path for one in parts for path in one.files.paths], written.force, log)
+    check_outputs(overlay, written.force)
+    keep_freed()
+    if of_array is not None:
+        found, outputs = [one.record for one in parts], [one.files.paths for one in parts]
+        replay_arrays(reading, found, outputs, written.force, of_array, asked.given)
+        return
+    told = []
+    for part in parts:
+        one = asked.told(reading, part)
+        if len(logs) == 1:
+            print_title(part.record, first=part is parts[0])
+            print_alarms(one.alarms)
+            print_result(one.result, one.files)
+        told.append(one.without_samples())
+    if len(logs) > 1:
+        _print_several(told, overlay, written.force)
+    if asked.without_effect:
+        print(asked.without_effect)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A record of a log, and the files that it becomes."""
+
+    log: Path
+    record: Record
+    files: Outputs
+
+
+def _parts(logs: Sequence[Path], reading: Reading, written: LogAndFigure) -> list[_Part]:
+    """Return the records of all logs; a usage fault for one name of several files."""
+    places = [written.place(f"{name}-zerorate") for name in own_names(logs)]
+    if len(places) > 1 and places[0].named:
+        raise UsageFault(f"-o takes a folder where there are several logs, got '{written.output}'")
+    return [
+        _Part(log, one, written.at(place.of_part(one.ending)))
         for log, place in zip(logs, places, strict=True)
         for one in records(log, reading.group_by)
     ]
-    for log in logs:
-        check_outputs([path for _, _, files in parts for path in files.paths], force, log)
-    overlay = [] if array else _overlay(parts[0][2], len(logs))
-    check_outputs(overlay, force)
-    keep_freed()
-    if array:
-        found, outputs = [one for _, one, _ in parts], [files.paths for _, _, files in parts]
-        replay_arrays(reading, found, outputs, force, asked_of_array, given)
-        return
-    several: list[_Told] = []
-    for log, one, files in parts:
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What there is to say of one record."""
+
+    title: str
+    alarms: Sequence[str]
+    result: Summary
+    files: Outputs
+
+    def without_samples(self) -> Self:
+        summary = {one.name: getattr(self.result, one.name) for one in fields(Summary)}
+        return replace(self, result=Summary(**summary))
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What is done with every record."""
+
+    method: str
+    methods: Sequence[str]
+    given: Mapping[str, Any]
+    known: Calibration | None
+    sensors: _Sensors
+    draws: bool
+    everything: bool
+
+    @classmethod
+    def of(
+        cls,
+        options: Mapping[str, Any],
+        compared: str | None,
+        sensors: _Sensors,
+        written: LogAndPanels,
+    ) -> Self:
+        """Return what was typed; a usage fault if that means nothing."""
+        method = options["method"]
+        methods = (*_others(compared, method), method)
+        check_filter_options(options, methods)
+        given = {name: value for name, value in options.items() if name != "method"}
+        known = None if sensors.calibration is None else read_calibration(sensors.calibration)
+        draws = not written.no_figure
+        return cls(method, methods, given, known, sensors, draws, written.everything)
+
+    def told(self, reading: Reading, part: _Part) -> _Told:
+        """Filter a record, write its files, and return what there is to say of it."""
         with progress_bar() as progress:
-            recording, accel = _opened(reading, one.source, known)
-            recording, alarms = checked_files(recording, accel, fix)
-            accel = None if no_accel else accel
+            recording, accel = _opened(reading, part.record.source, self.known)
+            recording, alarms = checked_files(recording, accel, self.sensors.fix)
             asked = {
-                "methods": methods,
-                "accel": accel,
-                **with_limits(given, methods, recording.header.unit),
+                "methods": self.methods,
+                "accel": None if self.sensors.no_accel else accel,
+                **with_limits(self.given, self.methods, recording.header.unit),
             }
             with said_first(alarms):
-                if no_figure:
-                    result = _into_file(recording, files.log, files.force, progress, asked)
+                if self.draws:
+                    result = _drawn(recording, part.files, self.everything, progress, asked)
                 else:
-                    result = _drawn(recording, files, everything, progress, asked)
-        if len(logs) > 1:
-            title = " ".join(filter(None, (str(log), one.title)))
-            several.append(_Told(title, alarms, _without_samples(result), files))
-            continue
-        print_title(one, first=one is parts[0][1])
-        print_alarms(alarms)
-        print_result(result, files)
-    if several:
-        _print_several(several, overlay, force)
-    others = [flag(name) for name in options if name not in used_by(method, options)]
-    if others:
+                    result = _into_file(recording, part.files, progress, asked)
+        title = " ".join(filter(None, (str(part.log), part.record.title)))
+        return _Told(title, alarms, result, part.files)
+
+    @property
+    def without_effect(self) -> str:
+        """A sentence on options that the method itself does not use, if there are any."""
+        others = [flag(name) for name in self.given if name not in used_by(self.method, self.given)]
+        if not others:
+            return ""
         verb = "has" if len(others) == 1 else "have"
-        print(
-            f"{', '.join(others)} {verb} no effect on {method}, only on the methods that the table "
-            "compares it with"
+        return (
+            f"{', '.join(others)} {verb} no effect on {self.method}, only on the methods that the "
+            "table compares it with"
         )
 
 
@@ -220,20 +298,6 @@ def _opened(
         return reading.read(open_imu, source)
     gyro, accel = corrected_imu(reading, source, known)
     return LogFile.of(gyro), None if accel is None else LogFile.of(accel)
-
-
-@dataclass(frozen=True)
-class _Told:
-    """What there is to say of one log of several."""
-
-    title: str
-    alarms: Sequence[str]
-    result: Summary
-    files: Outputs
-
-
-def _without_samples(result: Summary) -> Summary:
-    return Summary(**{one.name: getattr(result, one.name) for one in fields(Summary)})
 
 
 _OVERLAY: Final = "replay-zerorate-overlay"
@@ -303,12 +367,12 @@ def _drawn(
 
 
 def _into_file(
-    recording: LogFile, path: Path, force: bool, progress: Progress, asked: Mapping[str, Any]
+    recording: LogFile, files: Outputs, progress: Progress, asked: Mapping[str, Any]
 ) -> Summary:
     """Write the filtered log block by block and return the rest, or raise a fault."""
     with writing(), _naming(recording.header), _values():
-        make_folders([path])
-        return replay_to_file(recording, path, force=force, progress=progress, **asked)
+        make_folders([files.log])
+        return replay_to_file(recording, files.log, force=files.force, progress=progress, **asked)
 
 
 @contextmanager
@@ -335,20 +399,6 @@ def print_result(result: Summary, outputs: Outputs) -> None:
     """Print the table, the notes, and which files were written."""
     print("\n\n".join(filter(None, (format_replay(result), format_notes(result)))))
     print_written(outputs.paths)
-
-
-def places_of_logs(logs: Sequence[Path], output: str, figure: bool) -> list[Destination]:
-    """Return where the files of each log lie; a usage fault for one name of several."""
-    places = [place_of(output, name, figure) for name in own_names(logs)]
-    if len(places) > 1 and places[0].named:
-        raise UsageFault(f"-o takes a folder where there are several logs, got '{output}'")
-    return places
-
-
-def place_of(output: str, stem: str, figure: bool) -> Destination:
-    """Return where the files of a replay lie: `output` may name either of them."""
-    suffixes = [*LogFormat, *(FigureFormat if figure else ())]
-    return Destination.of(output, f"{stem}-zerorate", suffixes)
 
 
 def write(outputs: Outputs, result: Replay, progress: Progress, everything: bool = False) -> None:
