@@ -14,8 +14,9 @@ FLOORS = (
     ("metrics", "noise"),
     ("calibration", "checks", "identify"),
     ("array", "attitude", "navigation", "position"),
+    ("findings",),
     ("run", "simulation"),
-    ("compare", "findings", "live"),
+    ("compare", "live"),
     ("show",),
     ("cli",),
 )

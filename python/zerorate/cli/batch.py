@@ -1,4 +1,4 @@
-"""``zerorate batch``: many logs filtered or characterised, on all cores or on a cluster."""
+"""``zerorate batch``: many logs filtered, characterised or reported on, on cores or a cluster."""
 
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
@@ -21,12 +21,14 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import counting_bar
 from zerorate.faults import told
+from zerorate.io import atomic_path
 from zerorate.numerals import significant
 from zerorate.options import FILTER_OPTIONS
 from zerorate.run.batch import BatchResult, Outlier, Settings, run_batch
 from zerorate.run.batch.fleet import LEAST_LOGS
 from zerorate.show.tables import GAP, Table, as_text, prose
 
+OVERVIEW: Final = "overview.html"
 _WHERE: Final = "Where it runs"
 
 
@@ -35,6 +37,7 @@ class Command(StrEnum):
 
     replay = "replay"
     allan = "allan"
+    report = "report"
 
 
 @with_filter_options
@@ -42,8 +45,8 @@ class Command(StrEnum):
     without=["group_by"],
     help={
         "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; for "
-        "--command allan and --calibration also of the accelerometers: deg/s,g. Values are not "
-        "converted."
+        "--command allan or report and for --calibration also of the accelerometers: deg/s,g. "
+        "Values are not converted."
     },
 )
 def batch(
@@ -56,8 +59,18 @@ def batch(
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the results.")
     ],
     command: Annotated[
-        Command, typer.Option(help="Filter each log (replay), or find its noise (allan).")
+        Command,
+        typer.Option(
+            help="Filter each log (replay), find its noise (allan), or tell what is seen of its "
+            "IMU (report)."
+        ),
     ] = Command.replay,
+    report: Annotated[
+        bool,
+        typer.Option(
+            "--report", help="The same as --command report: a page a log, and overview.html of all."
+        ),
+    ] = False,
     workers: Annotated[
         int | None,
         typer.Option(
@@ -93,10 +106,13 @@ def batch(
     no_accel: NoAccel = False,
     force: Annotated[bool, typer.Option("--force", help="Do finished logs again.")] = False,
 ) -> None:
-    """Filter many logs, or find their noise, and compare them; what is finished is not redone."""
-    if command is Command.allan:
+    """Filter many logs, find their noise, or report on them; what is finished is not redone."""
+    if report and command is Command.allan:
+        raise UsageFault("--report is --command report: leave --command allan out")
+    command = Command.report if report else command
+    if command is not Command.replay:
         given = True if no_accel else None
-        _check_unused(options, format=format, calibration=calibration, no_accel=given)
+        _check_unused(command, options, format=format, calibration=calibration, no_accel=given)
         options = {}
     else:
         check_filter_options(options, [options["method"]])
@@ -126,22 +142,34 @@ def batch(
         raise UsageFault(sentence(error)) from None
     except OSError as error:
         raise DataFault(of_a_file(error)) from None
-    _print(result)
+    if command is Command.report:
+        _write_overview(result)
+    _print(result, command)
 
 
-def _check_unused(options: Mapping[str, Any], **others: object) -> None:
+def _write_overview(result: BatchResult) -> None:
+    from zerorate.show.overview_page import overview_page
+
+    try:
+        with atomic_path(result.summary.with_name(OVERVIEW), force=True) as temporary:
+            temporary.write_text(overview_page(result), encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise DataFault(of_a_file(error)) from None
+
+
+def _check_unused(command: Command, options: Mapping[str, Any], **others: object) -> None:
     """Raise a usage fault for an option that only the filter has; a method may be the default."""
     usual = FILTER_OPTIONS["method"].default
     given = [flag(name) for name, value in options.items() if (name, value) != ("method", usual)]
     for option in [*given, *(flag(name) for name, value in others.items() if value is not None)]:
-        raise UsageFault(f"{option} has no effect with --command allan, only with replay")
+        raise UsageFault(f"{option} has no effect with --command {command.value}, only with replay")
 
 
 _SHOWN: Final = 20
 """Rows and notes that are printed; all stand in the summary."""
 
 
-def _print(result: BatchResult) -> None:
+def _print(result: BatchResult, command: Command) -> None:
     """Print what became of the logs; a failed one is a fault of the data."""
     counts = result.counts
     _say(
@@ -153,11 +181,29 @@ def _print(result: BatchResult) -> None:
     if result.left_out:
         count = len(result.left_out)
         _say(f"left out: {count} file{'s' if count > 1 else ''} that zerorate has written")
-    _print_fleet(result)
-    _print_notes(result.notes)
+    if command is Command.report:
+        _print_reports(result)
+    else:
+        _print_fleet(result)
+        _print_notes(result.notes)
     print(f"wrote {result.summary}")
+    if command is Command.report:
+        print(f"wrote {result.summary.with_name(OVERVIEW)}")
     if result.failed:
         raise DataFault(f"{len(result.failed)} of {len(result.outcomes)} logs failed")
+
+
+def _print_reports(result: BatchResult) -> None:
+    """Print a row for each log that needs a person, what needs one most first."""
+    from zerorate.show.overview_page import judged, summary
+
+    logs = judged(result.outcomes)
+    urgent = [one for one in logs if one.act or one.look]
+    _say(summary(logs))
+    for one in urgent[:_SHOWN]:
+        _say(f"{one.outcome.name}: {one.act} to act on, {one.look} to look at. {one.first}")
+    if len(urgent) > _SHOWN:
+        print(f"{len(urgent) - _SHOWN} more are in the overview")
 
 
 def _say(sentence: str) -> None:

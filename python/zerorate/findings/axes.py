@@ -47,7 +47,7 @@ def _numbers(checks: Checks, imu: Imu) -> Iterator[Finding]:
     for axis, scale in zip("xyz", checks.scale, strict=True):
         if scale.identifiable:
             yield Finding(
-                SECTION, "scale", "good",
+                SECTION, f"scale {axis}", "good",
                 f"The scale of the gyro's {axis} is {with_error(scale.value, scale.sigma)} of the "
                 "accelerometer's turns.",
                 scale.value, "", scale.sigma, (), imu.sensors[0].figure,

@@ -74,7 +74,7 @@ def _of_noise(model: NoiseModel | None, name: str) -> Iterator[tuple[str, str]]:
 
 def _of_motion(recording: Recording, findings: Sequence[Finding]) -> Iterator[tuple[str, str]]:
     kinds = {(one.section, one.kind) for one in findings}
-    if (AXES, "scale") not in kinds:
+    if not any(section == AXES and kind.startswith("scale") for section, kind in kinds):
         yield "the scale of the gyro", "Turns by hand about all three axes, a minute of them"
     if recording.mag is not None and (MAGNETOMETER, "field") not in kinds:
         yield "iron near the magnetometer", "Turns by hand about all three axes, a minute of them"

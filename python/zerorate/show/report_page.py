@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Iterator
 from html import escape
-from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 from zerorate._native import __version__
 from zerorate.findings.imus import BLOCK, Imu, Sensor, imus
 from zerorate.findings.limits import LIMITS
+from zerorate.show.report_document import document
 from zerorate.show.style import (
     GREEN,
     GREY_TEXT,
@@ -44,10 +44,6 @@ _SHOWN: Final = 12
 """Findings that a terminal shows."""
 _TERMINAL_SPANS: Final = 3
 _COLOURS: Final = {"act": VERMILION, "look": ORANGE, "good": GREEN}
-_ALONE: Final = (
-    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
-)
-"""What a browser lets the page load: nothing that is not in it."""
 _ABOUT: Final = (
     "It says what is seen, never the cause. The limits, with their sources, stand at the end. "
     "Not looked at: folded peaks, limits that are not flat."
@@ -99,20 +95,8 @@ def plot_report(report: Report) -> Figure:
 
 def report_page(report: Report) -> str:
     """Return the page as HTML, with figures in it, no other file and no network."""
-    title = escape(f"{report.source.rpartition('/')[2]}: report of the IMU")
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{_ALONE}">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<link rel="icon" href="data:,">\n<title>{title}</title>\n'
-        f"<style>\n{_file('report_page.css')}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n"
-        + "\n".join(_body(report))
-        + f"\n</main>\n<script>\n{_file('report_page.js')}</script>\n</body>\n</html>\n"
-    )
-
-
-def _file(name: str) -> str:
-    return files("zerorate.show").joinpath(name).read_text(encoding="utf-8")
+    title = f"{report.source.rpartition('/')[2]}: report of the IMU"
+    return document(title, _body(report))
 
 
 def _body(report: Report) -> Iterator[str]:

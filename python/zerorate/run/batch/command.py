@@ -4,7 +4,10 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from zerorate.io.names import canonical_unit
+from zerorate.units import kind
 
 if TYPE_CHECKING:
     from zerorate.run.batch.task import Settings
@@ -60,7 +63,7 @@ class Command:
     work : callable
         Reads a log by the settings, writes the output, and returns rows and notes.
     columns : mapping of str to type
-        Those of the rows next to axis and unit: int, float or bool.
+        Those of the rows next to axis and unit: int, float, bool or str.
     compared : tuple of Quantity
         In what a log may stand out.
     """
@@ -76,6 +79,15 @@ class Command:
         """Return the output and its record for a log of this name, in the same folder."""
         base = f"{log.stem}{self.mark}"
         return log.with_name(f"{base}{self.ending(format)}"), log.with_name(f"{base}.json")
+
+
+def recording_arguments(reading: Mapping[str, Any]) -> dict[str, Any]:
+    """Return arguments of `zerorate.read_recording`, for which a unit belongs to a sensor."""
+    found = dict(reading)
+    if found["unit"] is not None:
+        listed = map(canonical_unit, found["unit"].split(","))
+        found["unit"] = {"accel" if kind(one) == "acceleration" else "gyro": one for one in listed}
+    return found
 
 
 def number(value: float) -> float | None:

@@ -8,13 +8,11 @@ from zerorate.calibration.calibration import Calibration
 from zerorate.calibration.choice import corrected_gyro, own_accel
 from zerorate.io import LogFile, open_imu, read_recording
 from zerorate.io.log import notes_of
-from zerorate.io.names import canonical_unit
 from zerorate.options import with_limits
-from zerorate.run.batch.command import Command, Made, Quantity, Row, number
+from zerorate.run.batch.command import Command, Made, Quantity, Row, number, recording_arguments
 from zerorate.run.replay import Score, Summary, replay_to_file
 from zerorate.run.replay.history import last_known
 from zerorate.run.replay.result import unlearned
-from zerorate.units import kind
 
 if TYPE_CHECKING:
     from zerorate.run.batch.task import Settings
@@ -54,12 +52,7 @@ def _opened(settings: "Settings", source: Path) -> tuple[LogFile, LogFile | None
     """Return a log in blocks, one that is to be corrected first in memory; its accelerometer."""
     if settings.calibration is None:
         return open_imu(source, **settings.reading)
-    reading = dict(settings.reading)
-    if reading["unit"] is not None:
-        listed = map(canonical_unit, reading["unit"].split(","))
-        reading["unit"] = {
-            "accel" if kind(one) == "acceleration" else "gyro": one for one in listed
-        }
+    reading = recording_arguments(settings.reading)
     calibration = Calibration.from_json(settings.calibration)
     asked = reading["columns"] is not None
     imu = read_recording(source, **reading)

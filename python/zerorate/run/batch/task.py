@@ -22,11 +22,12 @@ from zerorate.options import StreamOptions, checked_options
 from zerorate.run.batch.characterising import ALLAN
 from zerorate.run.batch.command import Command, Row
 from zerorate.run.batch.replaying import REPLAY
+from zerorate.run.batch.reporting import REPORT
 from zerorate.run.workers import on_threads
 
 Status = Literal["done", "skipped", "failed"]
 
-COMMANDS: Final[Mapping[str, Command]] = {one.name: one for one in (REPLAY, ALLAN)}
+COMMANDS: Final[Mapping[str, Command]] = {one.name: one for one in (REPLAY, ALLAN, REPORT)}
 """What a batch can do with its logs."""
 
 _FORMATS: Final = ("parquet", "csv", "npz")
@@ -38,15 +39,15 @@ class Settings:
 
     Parameters
     ----------
-    command : {"replay", "allan"}
+    command : {"replay", "allan", "report"}
         What is done with each log: "replay", the default, filters it; "allan" finds the noise of
-        its gyros and accelerometers.
+        its gyros and accelerometers; "report" tells what is seen of its IMU.
     rate : float, optional
         Samples per second, Hz, where the logs do not tell it.
     columns : tuple of str or int, optional
-        Names or indices; by default the gyro columns, for "allan" those of accelerometers too.
+        Names or indices; by default the gyro columns, for the others those of accelerometers too.
     unit : str, optional
-        Unit of the data, where the logs do not tell it: ``"deg/s"``, for "allan" also of both
+        Unit of the data, where the logs do not tell it: ``"deg/s"``, for the others also of both
         kinds of sensor, ``"deg/s,g"``.
     topic : str, optional
         Topic to read of ROS recordings and PX4 logs.
@@ -78,7 +79,7 @@ class Settings:
     reading : mapping
         Arguments of `zerorate.read_log`.
     options : mapping
-        Arguments of `zerorate.DriftFilter`; empty for "allan".
+        Arguments of `zerorate.DriftFilter`; empty for the others.
 
     Raises
     ------
@@ -117,7 +118,7 @@ class Settings:
             raise ArgumentError("command", f"must be {_either(COMMANDS)}, got '{command}'")
         if rate is not None:
             checked_rate(rate)
-        several = command == "allan" or calibration is not None
+        several = command != "replay" or calibration is not None
         units = () if unit is None else unit.split(",") if several else (unit,)
         for one in units:
             canonical_unit(one)
