@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -28,11 +28,13 @@ from zerorate.cli.options import (
     Output,
     Reading,
     parse_choices,
+    with_group,
     with_reading_options,
 )
 from zerorate.cli.outputs import (
     Destination,
     Outputs,
+    Writer,
     check_outputs,
     own_names,
     preload_figure,
@@ -41,7 +43,7 @@ from zerorate.cli.outputs import (
     text_writer,
     together,
 )
-from zerorate.cli.records import print_title, records
+from zerorate.cli.records import Record, print_title, records
 from zerorate.faults import given, said
 from zerorate.io import Log, LogError
 from zerorate.io.log import present_logs
@@ -84,6 +86,164 @@ _EXPORTS: Final = "Exports for other programs"
 """A panel of help."""
 
 
+@dataclass(frozen=True)
+class _Analysis:
+    """What is typed of the deviations and of the model."""
+
+    kind: Annotated[
+        str,
+        typer.Option(
+            "--deviation",
+            "--kind",
+            metavar="KIND",
+            help="Deviation: oadev, adev, mdev, tdev (Allan), hdev, ohdev (Hadamard, blind to a "
+            "ramp), totdev, mtotdev, ttotdev, htotdev, theo1 (for long averaging times), pdev.",
+        ),
+    ] = "oadev"
+    taus: Annotated[
+        str,
+        typer.Option(
+            metavar="TIMES",
+            help="Averaging times: octave (doubling), decade (ten a decade), all, or seconds such "
+            "as 0.1,1,10.",
+        ),
+    ] = "octave"
+    bridge: Annotated[
+        int, typer.Option(help="Longest gap that is filled with a straight line, samples.")
+    ] = 0
+    confidence: Annotated[
+        float, typer.Option(help="Probability that the bounds hold the true deviation, 0 to 1.")
+    ] = 0.683
+    markov: Annotated[
+        int, typer.Option(help="Number of Markov terms, noise correlated over one time, to find.")
+    ] = 0
+    second_opinion: Annotated[
+        bool, typer.Option(help="Estimate the coefficients from the spectrum as well.")
+    ] = True
+
+    def of_a_log(self) -> partial[Characterisation]:
+        """Return what characterises a log so; a usage fault for what means nothing."""
+        with as_usage():
+            family = find_kind(self.kind)
+        if self.markov < 0:
+            raise UsageFault(f"--markov must not be negative, got {self.markov}")
+        asked: dict[str, Any] = {**vars(self), "kind": family.name, "taus": _taus(self.taus)}
+        return partial(characterise, **asked)
+
+
+@dataclass(frozen=True)
+class _Exports:
+    """What is typed of files for other programs."""
+
+    export: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES",
+            help="Files for estimators, of the worst axis: some of kalibr,vins,orbslam3,px4,ros "
+            "(covariances of sensor_msgs/Imu); json has the models of all axes.",
+            rich_help_panel=_EXPORTS,
+        ),
+    ] = None
+    inflate: Annotated[
+        float,
+        typer.Option(
+            help="Factor on the numbers of the exports: 10, say, for a vehicle's noise.",
+            rich_help_panel=_EXPORTS,
+        ),
+    ] = 1.0
+    per_sample: Annotated[
+        bool,
+        typer.Option(
+            "--per-sample",
+            help="For vins: deviations per sample, as its arithmetic takes them, not densities.",
+            rich_help_panel=_EXPORTS,
+        ),
+    ] = False
+
+    def names(self) -> list[Export]:
+        """Return which are asked for; a usage fault for options that act on none of them."""
+        exports = parse_choices("--export", self.export, Export)
+        if not (math.isfinite(self.inflate) and self.inflate > 0.0):
+            raise UsageFault(f"--inflate must be a positive number, got {self.inflate:g}")
+        if self.inflate != 1.0 and not set(exports) - {Export.json}:
+            named = ", ".join(export for export in Export if export is not Export.json)
+            raise UsageFault(f"--inflate acts on exports to estimators: --export {named}")
+        if self.per_sample and Export.vins not in exports:
+            raise UsageFault("--per-sample acts on --export vins")
+        return exports
+
+    def texts(
+        self, found: Sequence[Characterisation], force: bool
+    ) -> tuple[dict[Export, str], list[str]]:
+        """Return the texts of exports, and why others are refused."""
+        texts: dict[Export, str] = {}
+        refused: dict[str, list[Export]] = {}
+        for export in self.names():
+            try:
+                texts[export] = _text(export, found, self.inflate, self.per_sample, force)
+            except ValueError as error:
+                refused.setdefault(sentence(error), []).append(export)
+        return texts, [f"no export to {', '.join(names)}: {why}" for why, names in refused.items()]
+
+
+@dataclass(frozen=True)
+class _Written:
+    """Where curves and figures go, as it is typed."""
+
+    output: Output = "."
+    format: Annotated[
+        CurveFormat | None,
+        typer.Option(
+            help="File format of the curve; else the suffix of -o, or csv.",
+            show_default=False,
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None
+    figure_format: FigureFormatOption = None
+    no_figure: NoFigure = False
+    force: ForceExports = False
+
+    def places(self, logs: Sequence[Path]) -> list[Destination]:
+        """Return where the files of each log go; a usage fault for one name of several."""
+        suffixes = [*CurveFormat, *(() if self.no_figure else FigureFormat)]
+        places = [
+            Destination.of(self.output, f"{name}-zerorate-allan", suffixes)
+            for name in own_names(logs)
+        ]
+        if len(places) > 1 and places[0].named:
+            raise UsageFault(f"-o takes a folder where there are several logs, got '{self.output}'")
+        return places
+
+    def curve(self, place: Destination) -> CurveFormat:
+        """Return the format of the curve."""
+        return place.choose("--format", self.format, CurveFormat.csv)
+
+    def figures(self, place: Destination, several: bool) -> tuple[list[str], list[Path]]:
+        """Return the endings of each log's figure, and the figure of several logs."""
+        if self.no_figure:
+            return [], []
+        require("matplotlib", "plot")
+        suffix = place.choose("--figure-format", self.figure_format, FigureFormat.png)
+        preload_figure("overlay" if several else "allan_figure")
+        if several:
+            return [], [place.base.with_name(f"{_OVERLAY}.{suffix}")]
+        return [f".{suffix}"], []
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What there is to say of one record, and what refuses an export of it."""
+
+    title: str
+    found: Sequence[Characterisation]
+    notes: str
+    files: Outputs
+    refused: Sequence[str]
+
+
+@with_group(_Written, "written")
+@with_group(_Analysis, "analysis")
+@with_group(_Exports, "exports")
 @with_reading_options(
     help={
         "columns": "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: "
@@ -107,139 +267,68 @@ def allan(
         typer.Argument(help=f"{RECORDING} Several are drawn over each other.", show_default=False),
     ],
     reading: Reading,
-    output: Output = ".",
-    kind: Annotated[
-        str,
-        typer.Option(
-            "--deviation",
-            "--kind",
-            metavar="KIND",
-            help="Deviation: oadev, adev, mdev, tdev (Allan), hdev, ohdev (Hadamard, blind to a "
-            "ramp), totdev, mtotdev, ttotdev, htotdev, theo1 (for long averaging times), pdev.",
-        ),
-    ] = "oadev",
-    taus: Annotated[
-        str,
-        typer.Option(
-            metavar="TIMES",
-            help="Averaging times: octave (doubling), decade (ten a decade), all, or seconds such "
-            "as 0.1,1,10.",
-        ),
-    ] = "octave",
-    bridge: Annotated[
-        int, typer.Option(help="Longest gap that is filled with a straight line, samples.")
-    ] = 0,
-    confidence: Annotated[
-        float, typer.Option(help="Probability that the bounds hold the true deviation, 0 to 1.")
-    ] = 0.683,
-    markov: Annotated[
-        int, typer.Option(help="Number of Markov terms, noise correlated over one time, to find.")
-    ] = 0,
-    second_opinion: Annotated[
-        bool, typer.Option(help="Estimate the coefficients from the spectrum as well.")
-    ] = True,
-    export: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAMES",
-            help="Files for estimators, of the worst axis: some of kalibr,vins,orbslam3,px4,ros "
-            "(covariances of sensor_msgs/Imu); json has the models of all axes.",
-            rich_help_panel=_EXPORTS,
-        ),
-    ] = None,
-    inflate: Annotated[
-        float,
-        typer.Option(
-            help="Factor on the numbers of the exports: 10, say, for a vehicle's noise.",
-            rich_help_panel=_EXPORTS,
-        ),
-    ] = 1.0,
-    per_sample: Annotated[
-        bool,
-        typer.Option(
-            "--per-sample",
-            help="For vins: deviations per sample, as its arithmetic takes them, not densities.",
-            rich_help_panel=_EXPORTS,
-        ),
-    ] = False,
-    format: Annotated[
-        CurveFormat | None,
-        typer.Option(
-            help="File format of the curve; else the suffix of -o, or csv.",
-            show_default=False,
-            rich_help_panel=OUTPUT,
-        ),
-    ] = None,
-    figure_format: FigureFormatOption = None,
-    no_figure: NoFigure = False,
-    force: ForceExports = False,
+    analysis: _Analysis,
+    exports: _Exports,
+    written: _Written,
 ) -> None:
     """Characterise the noise of gyros and accelerometers from a log at rest."""
-    with as_usage():
-        family = find_kind(kind)
-    if markov < 0:
-        raise UsageFault(f"--markov must not be negative, got {markov}")
-    analysis = partial(
-        characterise,
-        kind=family.name,
-        taus=_taus(taus),
-        bridge=bridge,
-        confidence=confidence,
-        markov=markov,
-        second_opinion=second_opinion,
-    )
-    exports = parse_choices("--export", export, Export)
-    _check_exports(exports, inflate, per_sample)
-    suffixes = [*CurveFormat, *(() if no_figure else FigureFormat)]
-    several = len(logs) > 1
-    places = _places(logs, output, suffixes)
-    curve = places[0].choose("--format", format, CurveFormat.csv)
-    figures, overlay = [], []
-    if not no_figure:
-        require("matplotlib", "plot")
-        suffix = places[0].choose("--figure-format", figure_format, FigureFormat.png)
-        figures = [] if several else [f".{suffix}"]
-        overlay = [places[0].base.with_name(f"{_OVERLAY}.{suffix}")] if several else []
+    analyse, names = analysis.of_a_log(), exports.names()
+    places = written.places(logs)
+    curve = written.curve(places[0])
+    figures, overlay = written.figures(places[0], len(logs) > 1)
     parts = [
         (log, one, place.of_part(one.ending))
         for log, place in zip(logs, places, strict=True)
         for one in records(log, reading.group_by)
     ]
-    endings = [_SUFFIX[export] for export in exports]
-    outputs = [place.files(f".{curve}", endings, figures, force) for _, _, place in parts]
+    endings = [_SUFFIX[export] for export in names]
+    outputs = [place.files(f".{curve}", endings, figures, written.force) for _, _, place in parts]
     for log in logs:
-        check_outputs([path for files in outputs for path in files.paths], force, log)
-    check_outputs(overlay, force)
-    if not no_figure:
-        preload_figure("overlay" if several else "allan_figure")
-    refused: list[str] = []
-    all_found: dict[str, list[Characterisation]] = {}
-    said: list[tuple[str, str, Outputs]] = []
-    for (log, one, _), files in zip(parts, outputs, strict=True):
-        with progress_bar() as progress:
-            sensors = present_logs(reading.read(read_sensors, one.source))
-            _check_units(exports, sensors[0])
-            found = in_background(partial(_all_found, analysis, sensors, progress))
-            texts, why = _exported(exports, found, inflate, per_sample, force)
-            refused += [f"{one.title or log}: {sentence}" for sentence in why]
-            beside = [p for p, e in zip(files.beside, exports, strict=True) if e in texts]
-            files = replace(files, beside=tuple(beside))
-            curves = partial(_write_curves, found, curve)
-            written = map(text_writer, texts.values())
-            files.write([curves, *written], partial(_draw, found), progress)
-        title = " ".join(filter(None, (str(log) if several else "", one.title)))
-        notes = _notes(found, [] if force else _left_out(found, texts))
-        if several:
-            all_found[_unique(title, all_found)] = found
-            said.append((title, notes, files))
-            continue
-        print_title(one, first=one is parts[0][1])
-        print("\n\n".join(filter(None, (format_allan(found), notes))))
-        print_written(files.paths)
-    if several:
-        _overlaid(all_found, overlay, said, force)
+        check_outputs([path for files in outputs for path in files.paths], written.force, log)
+    check_outputs(overlay, written.force)
+    told: list[_Told] = []
+    for (log, record, _), files in zip(parts, outputs, strict=True):
+        title = " ".join(filter(None, (str(log) if len(logs) > 1 else "", record.title)))
+        one = _characterised(reading, record, analyse, exports, curve, files, title)
+        if len(logs) == 1:
+            print_title(record, first=not told)
+            print("\n\n".join(filter(None, (format_allan(one.found), one.notes))))
+            print_written(one.files.paths)
+        told.append(one)
+    if len(logs) > 1:
+        _overlaid(told, overlay, written.force)
+    refused = [
+        f"{record.title or log}: {why}"
+        for (log, record, _), one in zip(parts, told, strict=True)
+        for why in one.refused
+    ]
     if refused:
         raise DataFault("; ".join(refused))
+
+
+def _characterised(
+    reading: Reading,
+    record: Record,
+    analyse: partial[Characterisation],
+    exports: _Exports,
+    curve: CurveFormat,
+    files: Outputs,
+    title: str,
+) -> _Told:
+    """Characterise a record, and write its files."""
+    names = exports.names()
+    with progress_bar() as progress:
+        sensors = present_logs(reading.read(read_sensors, record.source))
+        _check_units(names, sensors[0])
+        found = in_background(partial(_all_found, analyse, sensors, progress))
+        texts, refused = exports.texts(found, files.force)
+        beside = [p for p, e in zip(files.beside, names, strict=True) if e in texts]
+        files = replace(files, beside=tuple(beside))
+        curves = partial(_write_curves, found, curve)
+        writers: list[Writer] = [curves, *map(text_writer, texts.values())]
+        files.write(writers, partial(_draw, found), progress)
+    notes = _notes(found, [] if files.force else _left_out(found, texts))
+    return _Told(title, found, notes, files, refused)
 
 
 def _all_found(
@@ -260,38 +349,26 @@ _OVERLAY: Final = "allan-zerorate-overlay"
 """Name of the figure of several logs."""
 
 
-def _places(logs: Sequence[Path], output: str, suffixes: Sequence[str]) -> list[Destination]:
-    """Return where the files of each log go; a usage fault for one name of several."""
-    places = [
-        Destination.of(output, f"{name}-zerorate-allan", suffixes) for name in own_names(logs)
-    ]
-    if len(places) > 1 and places[0].named:
-        raise UsageFault(f"-o takes a folder where there are several logs, got '{output}'")
-    return places
-
-
 def _unique(title: str, taken: Mapping[str, object]) -> str:
     return title if title not in taken else f"{title} ({len(taken) + 1})"
 
 
-def _overlaid(
-    found: Mapping[str, Sequence[Characterisation]],
-    figure: Sequence[Path],
-    said: Sequence[tuple[str, str, Outputs]],
-    force: bool,
-) -> None:
+def _overlaid(told: Sequence[_Told], figure: Sequence[Path], force: bool) -> None:
     """Draw several logs over each other, and print them in one table, then the notes on each."""
     from zerorate.show.overlay import format_overlay, plot_overlay
     from zerorate.show.style import save_figure
 
+    found: dict[str, Sequence[Characterisation]] = {}
+    for one in told:
+        found[_unique(one.title, found)] = one.found
     with writing(), together(figure, force) as temporary:
         for path in temporary:
             save_figure(plot_overlay(found), path)
     print(format_overlay(found))
-    for title, notes, _ in said:
-        if notes:
-            print(f"\n{title}\n{notes}")
-    print_written([*figure, *(path for _, _, files in said for path in files.paths)])
+    for one in told:
+        if one.notes:
+            print(f"\n{one.title}\n{one.notes}")
+    print_written([*figure, *(path for one in told for path in one.files.paths)])
 
 
 def _notes(found: Sequence[Characterisation], left_out: Sequence[str]) -> str:
@@ -312,17 +389,6 @@ def _taus(text: str) -> TauGrid | list[float]:
         ) from None
 
 
-def _check_exports(exports: Sequence[Export], inflate: float, per_sample: bool) -> None:
-    """Raise a usage fault for options of exports that act on none of those asked for."""
-    if not (math.isfinite(inflate) and inflate > 0.0):
-        raise UsageFault(f"--inflate must be a positive number, got {inflate:g}")
-    if inflate != 1.0 and not set(exports) - {Export.json}:
-        named = ", ".join(export for export in Export if export is not Export.json)
-        raise UsageFault(f"--inflate acts on exports to estimators: --export {named}")
-    if per_sample and Export.vins not in exports:
-        raise UsageFault("--per-sample acts on --export vins")
-
-
 def _check_units(exports: Sequence[Export], gyro: Log) -> None:
     """Raise a fault before any work if what is wanted needs to know the unit."""
     needs = next((export for export in exports if export is not Export.json), None)
@@ -331,24 +397,6 @@ def _check_units(exports: Sequence[Export], gyro: Log) -> None:
             f"--export {needs} needs the unit of the samples, which the log does not say: give "
             "--unit, deg/s or deg/s,g for instance"
         )
-
-
-def _exported(
-    exports: Sequence[Export],
-    found: Sequence[Characterisation],
-    inflate: float,
-    per_sample: bool,
-    force: bool,
-) -> tuple[dict[Export, str], list[str]]:
-    """Return the texts of exports, and why others are refused."""
-    texts: dict[Export, str] = {}
-    refused: dict[str, list[Export]] = {}
-    for export in exports:
-        try:
-            texts[export] = _text(export, found, inflate, per_sample, force)
-        except ValueError as error:
-            refused.setdefault(sentence(error), []).append(export)
-    return texts, [f"no export to {', '.join(names)}: {why}" for why, names in refused.items()]
 
 
 def _left_out(found: Sequence[Characterisation], exports: Iterable[Export]) -> list[str]:

@@ -5,8 +5,9 @@ import signal
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO, Final, NamedTuple, TextIO, TypeAlias
+from typing import Annotated, Any, BinaryIO, Final, TextIO
 
 import typer
 
@@ -22,6 +23,7 @@ from zerorate.cli.options import (
     parse_columns,
     units_of_sensors,
     with_filter_options,
+    with_group,
     with_reading_options,
 )
 from zerorate.cli.outputs import make_folders
@@ -49,6 +51,176 @@ _PANEL: Final = "Attitude"
 """The panel of help with what is of attitudes alone."""
 
 
+@dataclass(frozen=True)
+class _Numbers:
+    """What is typed of the numbers in a line."""
+
+    sequence: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN",
+            help="Sequence number, by name or position: what the source lost is taken as missing "
+            "and counted. Without it a lost sample cannot be seen.",
+        ),
+    ] = None
+    sequence_bits: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=MOST_BITS,
+            help="Width of the counter that --sequence shows; learned where it is not given.",
+        ),
+    ] = None
+    fields: Annotated[
+        int | None,
+        typer.Option(min=1, help="Numbers in a line, if the first may not be whole."),
+    ] = None
+
+    def arguments(self) -> dict[str, Any]:
+        """Return those of the settings of a stream."""
+        if self.sequence_bits is not None and self.sequence is None:
+            raise UsageFault("--sequence-bits needs --sequence")
+        column = _column("--sequence", self.sequence)
+        return {"sequence": column, "sequence_bits": self.sequence_bits}
+
+
+@dataclass(frozen=True)
+class _Accelerometer:
+    """What is typed of the accelerometer that tells of motion."""
+
+    accel_columns: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES",
+            help="Columns x,y,z of the accelerometer that tells of motion, by name or position. "
+            "Default: those that the header line names like the one of the gyro.",
+            rich_help_panel=PANEL,
+        ),
+    ] = None
+    no_accel: NoAccel = False
+
+    def columns(self) -> tuple[str | int, ...] | None:
+        """Return the columns that were asked for, none of them where it is left alone."""
+        if not self.no_accel:
+            found = parse_columns(self.accel_columns, "--accel-columns")
+            return None if found is None else tuple(found)
+        if self.accel_columns is not None:
+            raise UsageFault("give either --accel-columns or --no-accel, not both")
+        return ()
+
+    def refuse(self) -> None:
+        """Raise a usage fault if anything was typed of it."""
+        if self.columns() is not None:
+            option = "--no-accel" if self.no_accel else "--accel-columns"
+            raise UsageFault(
+                f"{option} has no effect with --attitude: --columns takes those of all sensors"
+            )
+
+
+@dataclass(frozen=True)
+class _OfEarth:
+    """What is typed of attitudes."""
+
+    attitude: Annotated[
+        bool,
+        typer.Option(
+            "--attitude",
+            help="Answer with the orientation: lines hold gyro, accelerometer and maybe "
+            "magnetometer, x, y, z each.",
+            rich_help_panel=_PANEL,
+        ),
+    ] = False
+    frame: Annotated[
+        FrameName | None,
+        typer.Option(
+            help="Axes of the earth: east, north, up (the default); north, east, down; or north, "
+            "west, up.",
+            show_default=False,
+            rich_help_panel=_PANEL,
+        ),
+    ] = None
+    no_mag: Annotated[
+        bool,
+        typer.Option(
+            "--no-mag", help="Leave out the magnetometer of the lines.", rich_help_panel=_PANEL
+        ),
+    ] = False
+    time: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN",
+            help="Time of each sample, by name or position; s, unless the name says ms or us. "
+            "Without it samples are as far apart as --rate says.",
+            rich_help_panel=_PANEL,
+        ),
+    ] = None
+
+    def arguments(self) -> dict[str, Any]:
+        """Return those of `AttitudeSettings`."""
+        place = _column("--time", self.time)
+        return {"frame": str(self.frame or FrameName.enu), "mag": not self.no_mag, "time": place}
+
+    def refuse(self) -> None:
+        """Raise a usage fault if anything was typed that acts on attitudes alone."""
+        given = {"--frame": self.frame, "--no-mag": self.no_mag or None, "--time": self.time}
+        alone = [name for name, value in given.items() if value is not None]
+        if alone:
+            raise UsageFault(f"{alone[0]} needs --attitude")
+
+
+@dataclass(frozen=True)
+class _Saves:
+    """What is typed of the state that is saved."""
+
+    checkpoint: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Save the state, and go on from it at the next start."),
+    ] = None
+    every: Annotated[float, typer.Option(help="Seconds of samples between two saves.")] = 1.0
+    position: Annotated[
+        bool,
+        typer.Option("--position", help="Print the sample that the checkpoint goes on with."),
+    ] = False
+    force: Annotated[
+        bool, typer.Option("--force", help="Begin anew if the checkpoint cannot be used.")
+    ] = False
+
+    def printed_position(self) -> int:
+        """Return the sample that the checkpoint goes on with."""
+        if self.checkpoint is None:
+            raise UsageFault("--position needs --checkpoint")
+        found = _read(self.checkpoint)
+        return 0 if found is None else found.position
+
+    def saver(self, rate: float) -> Saver | None:
+        """Return what saves the state, None where nothing is saved."""
+        if self.checkpoint is None:
+            return None
+        count = self.every * rate
+        if not 0.0 < count < math.inf:
+            raise UsageFault("--every takes a positive number of seconds")
+        with as_usage():
+            check_writable(self.checkpoint, force=True, make_folders=True)
+            make_folders([self.checkpoint])
+        return Saver(self.checkpoint, max(1, round(count)), tell)
+
+    def resumed(self, settings: Settings | AttitudeSettings, cells: int | None) -> LineStream:
+        """Return the stream in the checkpoint, or a new one if there is none, or none of use."""
+        new = LineStream(settings, cells)
+        if self.checkpoint is None:
+            return new
+        try:
+            return _read(self.checkpoint, settings, cells) or new
+        except (DataFault, UsageFault) as fault:
+            if self.force:
+                return new
+            raise type(fault)(f"{fault}; --force begins anew") from None
+
+
+@with_group(_Numbers, "numbers")
+@with_group(_Accelerometer, "accelerometer")
+@with_group(_OfEarth, "of_earth")
+@with_group(_Saves, "saves")
 @with_filter_options
 @with_reading_options(
     without=["topic", "group_by", "start", "stop", "time", "time_unit", "sensor"],
@@ -69,37 +241,9 @@ def stream(
         typer.Argument(help="Device, FIFO or file; stdin without it.", show_default=False),
     ] = None,
     reading: Reading,
-    sequence: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN",
-            help="Sequence number, by name or position: what the source lost is taken as missing "
-            "and counted. Without it a lost sample cannot be seen.",
-        ),
-    ] = None,
-    sequence_bits: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            max=MOST_BITS,
-            help="Width of the counter that --sequence shows; learned where it is not given.",
-        ),
-    ] = None,
-    fields: Annotated[
-        int | None,
-        typer.Option(min=1, help="Numbers in a line, if the first may not be whole."),
-    ] = None,
+    numbers: _Numbers,
     options: Mapping[str, Any],
-    accel_columns: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAMES",
-            help="Columns x,y,z of the accelerometer that tells of motion, by name or position. "
-            "Default: those that the header line names like the one of the gyro.",
-            rich_help_panel=PANEL,
-        ),
-    ] = None,
-    no_accel: NoAccel = False,
+    accelerometer: _Accelerometer,
     beside: Annotated[
         str | None,
         typer.Option(
@@ -107,57 +251,14 @@ def stream(
             help=f"More columns: {','.join(Beside)}; with --attitude: {','.join(WithAttitude)}.",
         ),
     ] = None,
-    attitude: Annotated[
-        bool,
-        typer.Option(
-            "--attitude",
-            help="Answer with the orientation: lines hold gyro, accelerometer and maybe "
-            "magnetometer, x, y, z each.",
-            rich_help_panel=_PANEL,
-        ),
-    ] = False,
-    frame: Annotated[
-        FrameName | None,
-        typer.Option(
-            help="Axes of the earth: east, north, up (the default); north, east, down; or north, "
-            "west, up.",
-            show_default=False,
-            rich_help_panel=_PANEL,
-        ),
-    ] = None,
-    no_mag: Annotated[
-        bool,
-        typer.Option(
-            "--no-mag", help="Leave out the magnetometer of the lines.", rich_help_panel=_PANEL
-        ),
-    ] = False,
-    time: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN",
-            help="Time of each sample, by name or position; s, unless the name says ms or us. "
-            "Without it samples are as far apart as --rate says.",
-            rich_help_panel=_PANEL,
-        ),
-    ] = None,
+    of_earth: _OfEarth,
     udp: Annotated[
         str | None,
         typer.Option(
             metavar="HOST:PORT", help="Take datagrams of this machine, answer to their sender."
         ),
     ] = None,
-    checkpoint: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Save the state, and go on from it at the next start."),
-    ] = None,
-    every: Annotated[float, typer.Option(help="Seconds of samples between two saves.")] = 1.0,
-    position: Annotated[
-        bool,
-        typer.Option("--position", help="Print the sample that the checkpoint goes on with."),
-    ] = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Begin anew if the checkpoint cannot be used.")
-    ] = False,
+    saves: _Saves,
 ) -> None:
     """Answer each line of samples at once with the compensated rate.
 
@@ -166,58 +267,36 @@ def stream(
     A line that is garbled is reported on stderr, answered with nan and taken as missing. With
     --attitude the answer is the quaternion w, x, y, z from sensor to earth in place of the samples.
     """
-    if position:
-        if checkpoint is None:
-            raise UsageFault("--position needs --checkpoint")
-        found = _read(checkpoint)
-        print(0 if found is None else found.position)
+    if saves.position:
+        print(saves.printed_position())
         return
     if source is not None and udp is not None:
         raise UsageFault("give either a source or --udp, not both")
     rate = reading.arguments["rate"]
     if rate is None:
         raise UsageFault("--rate is required: samples per second")
-    if sequence_bits is not None and sequence is None:
-        raise UsageFault("--sequence-bits needs --sequence")
-    numbered = _column("--sequence", sequence), sequence_bits
+    asked = numbers.arguments()
     settings: Settings | AttitudeSettings
-    shown = _accelerometer(accel_columns, no_accel)
-    if attitude:
+    if of_earth.attitude:
         _check_none_of_filter(options)
-        if shown is not None:
-            raise UsageFault(
-                f"{'--no-accel' if no_accel else '--accel-columns'} has no effect with --attitude: "
-                "--columns takes those of all sensors"
-            )
-        place, limit = _column("--time", time), options.get("bias_limit")
-        of_earth = _OfEarth(str(frame or FrameName.enu), not no_mag, place, limit)
-        settings = _attitude_settings(reading, beside, numbered, of_earth)
+        accelerometer.refuse()
+        asked |= {**of_earth.arguments(), "bias_limit": options.get("bias_limit")}
+        settings = _attitude_settings(reading, beside, asked)
     else:
-        given = {"--frame": frame, "--no-mag": no_mag or None, "--time": time}
-        alone = [name for name, value in given.items() if value is not None]
-        if alone:
-            raise UsageFault(f"{alone[0]} needs --attitude")
-        settings = _settings(reading, beside, numbered, shown, options)
-    saver = None if checkpoint is None else _saver(checkpoint, every * rate)
-    lines = _resumed(checkpoint, settings, fields, force)
-    server = Server(lines, saver, lambda text: tell(told(text)), patient=fields is not None)
+        of_earth.refuse()
+        asked |= {"accel_columns": accelerometer.columns(), **options}
+        settings = _settings(reading, beside, asked)
+    saver = saves.saver(rate)
+    lines = saves.resumed(settings, numbers.fields)
+    server = Server(lines, saver, lambda text: tell(told(text)), numbers.fields is not None)
     try:
         _run(server, source, udp)
     finally:
-        _report(server, sequence is not None)
+        _report(server, numbers.sequence is not None)
 
 
-_Numbered: TypeAlias = tuple[str | int | None, int | None]
-"""Column of the sequence numbers, and their width."""
-
-
-def _settings(
-    reading: Reading,
-    beside: str | None,
-    numbered: _Numbered,
-    accel: tuple[str | int, ...] | None,
-    options: Mapping[str, Any],
-) -> Settings:
+def _settings(reading: Reading, beside: str | None, asked: Mapping[str, Any]) -> Settings:
+    options = {name: value for name, value in asked.items() if name in FILTER_OPTIONS}
     check_filter_options(options, [options["method"]])
     with as_usage():
         scaling = Scaling.of(reading.arguments["scale"])
@@ -227,30 +306,8 @@ def _settings(
             columns=reading.arguments["columns"],
             unit=scaling.unit("gyro", reading.arguments["unit"]),
             data_scale=scaling.of_kind("gyro", first=True),
-            sequence=numbered[0],
-            sequence_bits=numbered[1],
-            accel_columns=accel,
-            **options,
+            **asked,
         )
-
-
-def _accelerometer(columns: str | None, none: bool) -> tuple[str | int, ...] | None:
-    """Return the columns that were asked for, none of them where it is left alone."""
-    if not none:
-        found = parse_columns(columns, "--accel-columns")
-        return None if found is None else tuple(found)
-    if columns is not None:
-        raise UsageFault("give either --accel-columns or --no-accel, not both")
-    return ()
-
-
-class _OfEarth(NamedTuple):
-    """What is asked of attitudes alone."""
-
-    frame: str
-    mag: bool
-    time: str | int | None
-    bias_limit: float | None
 
 
 def _check_none_of_filter(options: Mapping[str, Any]) -> None:
@@ -261,7 +318,7 @@ def _check_none_of_filter(options: Mapping[str, Any]) -> None:
 
 
 def _attitude_settings(
-    reading: Reading, beside: str | None, numbered: _Numbered, of_earth: _OfEarth
+    reading: Reading, beside: str | None, asked: Mapping[str, Any]
 ) -> AttitudeSettings:
     unit = reading.arguments["unit"]
     units = {} if unit is None else units_of_sensors(unit)
@@ -269,25 +326,14 @@ def _attitude_settings(
         scaling = Scaling.of(reading.arguments["scale"])
         return AttitudeSettings(
             reading.arguments["rate"],
-            **of_earth._asdict(),
             beside=tuple(map(str, parse_choices("--with", beside, WithAttitude))),
             columns=reading.arguments["columns"],
-            sequence=numbered[0],
-            sequence_bits=numbered[1],
             gyro_unit=scaling.unit("gyro", units.get("gyro")),
             accel_unit=scaling.unit("accel", units.get("accel")),
             gyro_scale=scaling.of_kind("gyro", first=True),
             accel_scale=scaling.of_kind("accel", first=False),
+            **asked,
         )
-
-
-def _saver(checkpoint: Path, every: float) -> Saver:
-    if not 0.0 < every < math.inf:
-        raise UsageFault("--every takes a positive number of seconds")
-    with as_usage():
-        check_writable(checkpoint, force=True, make_folders=True)
-        make_folders([checkpoint])
-    return Saver(checkpoint, max(1, round(every)), tell)
 
 
 def _column(option: str, text: str | None) -> str | int | None:
@@ -295,24 +341,6 @@ def _column(option: str, text: str | None) -> str | int | None:
     if found is not None and len(found) != 1:
         raise UsageFault(f"{option} takes one column, got '{text}'")
     return None if found is None else found[0]
-
-
-def _resumed(
-    path: Path | None,
-    settings: Settings | AttitudeSettings,
-    cells: int | None,
-    force: bool,
-) -> LineStream:
-    """Return the stream in a checkpoint, or a new one if there is none, or none of use."""
-    new = LineStream(settings, cells)
-    if path is None:
-        return new
-    try:
-        return _read(path, settings, cells) or new
-    except (DataFault, UsageFault) as fault:
-        if force:
-            return new
-        raise type(fault)(f"{fault}; --force begins anew") from None
 
 
 def _read(

@@ -1,6 +1,7 @@
 """``zerorate walk``: where a sensor on a foot went, from its gyro and accelerometer alone."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -13,23 +14,16 @@ from zerorate.cli.errors import UsageFault
 from zerorate.cli.mounts import numbers
 from zerorate.cli.options import (
     CalibrationOption,
-    FigureFormat,
-    FigureFormatOption,
-    Force,
     LogArgument,
-    LogFormat,
-    LogFormatOption,
-    NoFigure,
-    Output,
     Reading,
+    with_group,
     with_options,
     with_reading_options,
 )
 from zerorate.cli.outputs import (
-    Destination,
+    LogAndFigure,
     Outputs,
     check_outputs,
-    preload_figure,
     print_written,
     progress_bar,
 )
@@ -44,13 +38,68 @@ _FILTER: Final = "Walk"
 _MAPS: Final = ("geojson", "gpx")
 
 
+@dataclass(frozen=True)
+class _Start:
+    """What is typed of where the walk starts on the earth."""
+
+    at: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAT,LON",
+            help="Where it starts, deg: writes the track for maps, as GeoJSON and GPX.",
+            show_default=False,
+            rich_help_panel=_FILTER,
+        ),
+    ] = None
+    heading: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEG",
+            help="With --at: where the sensor's first axis looks at the start, deg from north over "
+            "east. Default 0.",
+            show_default=False,
+            rich_help_panel=_FILTER,
+        ),
+    ] = None
+    height: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="With --at: height of the start, m. Default 0.",
+            show_default=False,
+            rich_help_panel=_FILTER,
+        ),
+    ] = None
+
+    def placed(self) -> dict[str, float] | None:
+        """Return the arguments of `FootTrack.placed`, None without any; or raise a usage fault."""
+        if self.at is None:
+            for name, value in (("heading", self.heading), ("height", self.height)):
+                if value is not None:
+                    raise UsageFault(f"--{name} needs --at")
+            return None
+        latitude, longitude = numbers("--at", self.at, 2, "latitude and longitude, deg,")
+        if abs(latitude) > 89.5 or abs(longitude) > 360.0:
+            raise UsageFault(f"--at takes deg, latitude within 89.5 first, got '{self.at}'")
+        heading = self.heading or 0.0
+        if not abs(heading) <= 360.0:
+            raise UsageFault(f"--heading takes deg within 360, got {heading:g}")
+        return {
+            "latitude": latitude,
+            "longitude": longitude,
+            "heading": heading,
+            "height": self.height or 0.0,
+        }
+
+
+@with_group(LogAndFigure, "written")
+@with_group(_Start, "origin")
 @with_options(FOOT_OPTIONS, "constants", panel=_FILTER)
 @with_reading_options(imu=True, without=("group_by",))
 def walk(
     *,
     log: LogArgument,
     reading: Reading,
-    output: Output = ".",
     constants: Mapping[str, Any],
     smooth: Annotated[
         bool,
@@ -68,56 +117,22 @@ def walk(
             rich_help_panel=_FILTER,
         ),
     ] = False,
-    at: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LAT,LON",
-            help="Where it starts, deg: writes the track for maps, as GeoJSON and GPX.",
-            show_default=False,
-            rich_help_panel=_FILTER,
-        ),
-    ] = None,
-    heading: Annotated[
-        float | None,
-        typer.Option(
-            metavar="DEG",
-            help="With --at: where the sensor's first axis looks at the start, deg from north over "
-            "east. Default 0.",
-            show_default=False,
-            rich_help_panel=_FILTER,
-        ),
-    ] = None,
-    height: Annotated[
-        float | None,
-        typer.Option(
-            metavar="M",
-            help="With --at: height of the start, m. Default 0.",
-            show_default=False,
-            rich_help_panel=_FILTER,
-        ),
-    ] = None,
+    origin: _Start,
     calibration: CalibrationOption = None,
     fix: Fix = False,
-    format: LogFormatOption = None,
-    figure_format: FigureFormatOption = None,
-    no_figure: NoFigure = False,
-    force: Force = False,
+    written: LogAndFigure,
 ) -> None:
     """Find where a sensor on a foot went: no receiver, but now and then the foot stands.
 
     Writes place, velocity and orientation with their standard deviations, and a figure; with --at
     the track for maps. Prints how far it went, where it ends, and the strides in numbers.
     """
-    start = _start(at, heading, height)
+    on_earth = origin.placed()
     known = None if calibration is None else read_calibration(calibration)
-    maps = () if start is None else _MAPS
-    suffixes = [*LogFormat, *maps, *(() if no_figure else FigureFormat)]
-    place = Destination.of(output, f"{log.stem}-zerorate-walk", suffixes)
-    shape = (format, None if no_figure else figure_format, not no_figure, force)
-    files = Outputs.of(place, *shape, beside=maps)
-    check_outputs(files.paths, force, log, calibration)
-    if not no_figure:
-        preload_figure("foot_figure")
+    maps = () if on_earth is None else _MAPS
+    files = written.at(written.place(f"{log.stem}-zerorate-walk", *maps), maps)
+    check_outputs(files.paths, written.force, log, calibration)
+    written.preload("foot_figure")
     nav = FootNavigation(restore=not no_restore, **constants)
     with progress_bar() as progress:
         recording = read_imu(reading, log)
@@ -126,31 +141,11 @@ def walk(
             corrected, alarms = checked(corrected, fix)
         with said_first(alarms), naming(recording):
             track = in_background(lambda: _walked(nav, corrected, smooth, progress))
-            placed = None if start is None else track.placed(**start)
+            placed = None if on_earth is None else track.placed(**on_earth)
         _write(files, track, placed, progress)
     print_alarms(alarms)
     print(track.table())
     print_written(files.paths)
-
-
-def _start(at: str | None, heading: float | None, height: float | None) -> dict[str, float] | None:
-    """Return where the walk starts on the earth, or raise a usage fault."""
-    if at is None:
-        for name, value in (("heading", heading), ("height", height)):
-            if value is not None:
-                raise UsageFault(f"--{name} needs --at")
-        return None
-    latitude, longitude = numbers("--at", at, 2, "latitude and longitude, deg,")
-    if abs(latitude) > 89.5 or abs(longitude) > 360.0:
-        raise UsageFault(f"--at takes deg, latitude within 89.5 first, got '{at}'")
-    if heading is not None and not abs(heading) <= 360.0:
-        raise UsageFault(f"--heading takes deg within 360, got {heading:g}")
-    return {
-        "latitude": latitude,
-        "longitude": longitude,
-        "heading": heading or 0.0,
-        "height": height or 0.0,
-    }
 
 
 def _walked(
