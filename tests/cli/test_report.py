@@ -45,3 +45,16 @@ def test_a_log_without_an_imu_is_one_line(cli, tmp_path):
     assert (code, out) == (1, "")
     assert "a report needs a gyro or an accelerometer of three axes" in one_line(err)
     assert not (tmp_path / "out").exists()
+
+
+def test_two_logs_go_on_one_page(cli, tmp_path):
+    first = log(tmp_path)
+    second = first.rename(tmp_path / "later.csv")
+    code, out, err = cli(log(tmp_path), second, "--unit", "deg/s", "-o", tmp_path / "out")
+    assert (code, err) == (0, "")
+    assert names(tmp_path / "out") == [f"run-later-{STEM[4:]}.html", f"run-later-{STEM[4:]}.json"]
+    assert "run.csv and later.csv: " in out
+    assert " alike." in out
+    code, _, err = cli(second, second, "--gnss", second, "-o", tmp_path / "other")
+    assert code == 2
+    assert "--gnss goes with one log, got two" in one_line(err)

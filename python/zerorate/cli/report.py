@@ -6,19 +6,22 @@ from typing import Annotated
 
 import typer
 
-from zerorate.cli.errors import read_faults
+from zerorate.cli.errors import UsageFault, read_faults
 from zerorate.cli.options import Force, LogArgument, Output, Reading, with_reading_options
 from zerorate.cli.outputs import (
     Destination,
     check_outputs,
+    own_names,
     print_written,
     progress_bar,
     text_writer,
 )
 from zerorate.cli.records import print_title, records
+from zerorate.findings import Report, before_after
 from zerorate.findings import report as report_on
 from zerorate.io import read_recording
 from zerorate.navigation.readers import read_fixes
+from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
 from zerorate.show.report_page import format_report
 
@@ -27,6 +30,13 @@ from zerorate.show.report_page import format_report
 def report(
     *,
     log: LogArgument,
+    after: Annotated[
+        Path | None,
+        typer.Argument(
+            help="A second log, of the same device later: both go on one page, side by side.",
+            show_default=False,
+        ),
+    ] = None,
     gnss: Annotated[
         Path | None,
         typer.Option(
@@ -42,8 +52,12 @@ def report(
 ) -> None:
     """Tell what is seen of the IMU of a log: clock, samples, noise, vibration, axes, attitude.
 
-    Writes a page (HTML) that needs no network, and all findings as JSON; prints a paragraph.
+    Writes a page (HTML) that needs no network, and all findings as JSON; prints a paragraph. Of two
+    logs it tells what is new, gone, worse, better or different, side by side.
     """
+    if after is not None:
+        _side_by_side(log, after, gnss, reading, output, force)
+        return
     found = records(log, reading.group_by)
     place = Destination.of(output, f"{log.stem}-zerorate-report", ("html", "json"))
     outputs = [place.of_part(one.ending).files(".html", [".json"], (), force) for one in found]
@@ -60,3 +74,27 @@ def report(
         print_title(one, first=one is found[0])
         print(format_report(told))
         print_written(files.paths)
+
+
+def _side_by_side(
+    log: Path, after: Path, gnss: Path | None, reading: Reading, output: str, force: bool
+) -> None:
+    """Write two reports on one page, and print what changed."""
+    if gnss is not None or reading.group_by is not None:
+        given = "--gnss" if gnss is not None else "--group-by"
+        raise UsageFault(f"{given} goes with one log, got two")
+    names = "-".join(own_names((log, after)))
+    place = Destination.of(output, f"{names}-zerorate-report", ("html", "json"))
+    files = place.files(".html", [".json"], (), force)
+    check_outputs(files.paths, force, log, after)
+    with progress_bar() as progress:
+        found = before_after(*(_told(one, reading, progress) for one in (log, after)))
+        files.write([*map(text_writer, (found.to_html(), found.to_json()))], (), progress)
+    print(found.table())
+    print_written(files.paths)
+
+
+def _told(log: Path, reading: Reading, progress: Progress) -> Report:
+    recording = reading.read(read_recording, log)
+    with read_faults():
+        return in_background(partial(report_on, recording, progress=progress))

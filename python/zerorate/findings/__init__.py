@@ -1,10 +1,20 @@
 """Findings on a log: what is seen of an IMU, with numbers, limits and what to record next."""
 
+from zerorate.findings.before_after import BeforeAfter, Change, before_after
 from zerorate.findings.finding import Finding
 from zerorate.findings.limits import LIMITS, Limit
 from zerorate.findings.report import Report, report
 
-__all__ = ["LIMITS", "Finding", "Limit", "Report", "report"]
+__all__ = [
+    "LIMITS",
+    "BeforeAfter",
+    "Change",
+    "Finding",
+    "Limit",
+    "Report",
+    "before_after",
+    "report",
+]
 
 
 def __dir__() -> list[str]:

@@ -56,6 +56,11 @@ VIEWS: Final = {
         "compare_figure:plot_compare",
     ),
     "denoising.wavelet.Denoised": ("series_views:format_denoised", "series_views:plot_denoised"),
+    "findings.before_after.BeforeAfter": (
+        "before_after_page:format_before_after",
+        "before_after_page:plot_before_after",
+        "before_after_page:before_after_page",
+    ),
     "findings.report.Report": (
         "report_page:format_report",
         "report_page:plot_report",

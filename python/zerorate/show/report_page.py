@@ -8,12 +8,11 @@ from collections.abc import Iterator
 from html import escape
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from zerorate._native import __version__
-from zerorate.findings.imus import BLOCK, Imu, Sensor, imus
+from zerorate.findings.imus import imus
 from zerorate.findings.limits import LIMITS
 from zerorate.show.report_document import document
+from zerorate.show.report_figures import log_figures, seconds_of
 from zerorate.show.style import (
     GREEN,
     GREY_TEXT,
@@ -31,15 +30,8 @@ if TYPE_CHECKING:
     from zerorate.findings.finding import Finding
     from zerorate.findings.limits import Limit
     from zerorate.findings.report import Report
-    from zerorate.types import Floats
 
-_WIDE, _TALL = 1000.0, 200.0
-"""Size of a figure, in its own units."""
 _CODE: Final = re.compile("`([^`]*)`")
-_COLUMNS: Final = 1000
-"""Columns of a figure, each with the least and the largest sample in it."""
-_MARKS: Final = 200
-"""Spans that are marked in a figure."""
 _SHOWN: Final = 12
 """Findings that a terminal shows."""
 _TERMINAL_SPANS: Final = 3
@@ -100,7 +92,6 @@ def report_page(report: Report) -> str:
 
 
 def _body(report: Report) -> Iterator[str]:
-    found = imus(report.recording)
     yield f'<p class="summary">{escape(report.summary)}</p>'
     yield f'<p class="about">{escape(_ABOUT)} zerorate {__version__}.</p>'
     if report.urgent:
@@ -114,8 +105,8 @@ def _body(report: Report) -> Iterator[str]:
         yield f"{_listed(of_it)}\n</section>"
     if report.empty:
         yield f'<p class="about">No data for: {escape(", ".join(report.empty))}.</p>'
-    yield from _figures(report, found)
-    yield _limits()
+    yield from log_figures([("", report)], seconds_of(imus(report.recording)))
+    yield limits_section()
 
 
 def _anchor(name: str) -> str:
@@ -151,13 +142,20 @@ def _finding(one: Finding, others: int = 0) -> str:
     return f'<li class="{one.severity}">{"".join(parts)}</li>\n'
 
 
-def _link(one: Finding) -> str:
+def finding_cell(one: Finding, prefix: str) -> str:
+    """Return a finding in short: severity, sentence, and the link to its figure."""
+    link = f" {_link(one, prefix)}" if one.figure else ""
+    return f'<b class="{one.severity}">{one.severity}</b> {escape(one.text)}{link}'
+
+
+def _link(one: Finding, prefix: str = "") -> str:
     """Return a link to the figure of a finding, which then shows its first span."""
+    place = f"#{prefix}{one.figure}"
     if not one.spans:
-        return f'<a href="#{one.figure}">Figure of {escape(one.figure.partition("-")[2])}</a>.'
+        return f'<a href="{place}">Figure of {escape(one.figure.partition("-")[2])}</a>.'
     begin, end = one.spans[0]
     at = f'data-from="{begin:.3f}" data-to="{end:.3f}"'
-    return f'<a href="#{one.figure}" {at}>Seen at {_times(one, 4)}</a>.'
+    return f'<a href="{place}" {at}>Seen at {_times(one, 4)}</a>.'
 
 
 def _times(one: Finding, most: int) -> str:
@@ -166,101 +164,8 @@ def _times(one: Finding, most: int) -> str:
     return f"{listed} s and {more} more times" if more > 0 else f"{listed} s"
 
 
-def _figures(report: Report, found: tuple[Imu, ...]) -> Iterator[str]:
-    sensors = [(imu, one) for imu in found for one in imu.sensors]
-    seconds = max(float(one.log.sampled[-1]) - one.start for _, one in sensors)
-    steps = {
-        "closer": "Closer",
-        "wider": "Wider",
-        "left": "Earlier",
-        "right": "Later",
-        "all": "All",
-    }
-    buttons = (f'<button type="button" data-step="{k}">{v}</button>' for k, v in steps.items())
-    yield '<section id="figures">\n<h2>Figures</h2>'
-    yield (
-        '<p class="about">All share one time axis, in seconds since the log began. Grey: rests; '
-        "coloured: spans of findings.</p>"
-    )
-    yield f'<div class="bar" hidden role="group" aria-label="Time axis">{"".join(buttons)}</div>'
-    for imu, one in sensors:
-        yield _figure(report, imu, one, max(seconds, 1e-9))
-    yield "</section>"
-
-
-def _figure(report: Report, imu: Imu, one: Sensor, seconds: float) -> str:
-    unit = "deg/s" if one.name.startswith("gyro") else "m/s²"
-    factor = one.factor if one.factor is not None else 1.0
-    factor = math.degrees(factor) if unit == "deg/s" and one.factor is not None else factor
-    unit = unit if one.factor is not None else one.log.unit
-    times, lows, highs = _envelope(one, factor)
-    known = np.isfinite(lows)
-    low, high = (float(lows[known].min()), float(highs[known].max())) if known.any() else (0.0, 1.0)
-    room = 0.03 * (high - low) or 1.0
-    low, high = low - room, high + room
-    across = _WIDE * times / seconds
-    paths = "".join(
-        f'<path class="{axis}" d="{_path(across, *curves)}"/>'
-        for axis, *curves in zip(
-            "xyz", _up(lows, low, high).T, _up(highs, low, high).T, strict=True
-        )
-    )
-    marks = "".join(_marks(report, imu, one, seconds))
-    label = f"{one.name} over {seconds:.4g} s, from {low:.3g} to {high:.3g} {unit}, x, y and z"
-    keys = " ".join(f'<span class="key {axis}">{axis}</span>' for axis in "xyz")
-    return (
-        f'<figure id="{one.figure}">\n<figcaption>{escape(one.name)}, {escape(unit)}, '
-        f"{low:.4g} to {high:.4g} {keys}</figcaption>\n"
-        f'<svg class="plot" role="img" aria-label="{escape(label)}" data-seconds="{seconds:.6f}" '
-        f'viewBox="0 0 {_WIDE:g} {_TALL:g}" preserveAspectRatio="none">{marks}{paths}</svg>\n'
-        '<div class="scale"><span class="from">0 s</span>'
-        f'<span class="to">{seconds:.2f} s</span></div>'
-        "\n</figure>"
-    )
-
-
-def _envelope(one: Sensor, factor: float) -> tuple[Floats, Floats, Floats]:
-    """Return times since the beginning, and the least and largest samples of each column."""
-    log = one.log
-    if log.n <= _COLUMNS:
-        values = factor * log.data
-        return log.sampled - one.start, values, values
-    starts = np.unique(np.linspace(0, log.n, _COLUMNS + 1).astype(np.int64)[:-1])
-    lows = np.stack([np.fmin.reduceat(column, starts) for column in log.data.T], axis=1)
-    highs = np.stack([np.fmax.reduceat(column, starts) for column in log.data.T], axis=1)
-    return log.sampled[starts] - one.start, factor * lows, factor * highs
-
-
-def _up(values: Floats, low: float, high: float) -> Floats:
-    return np.asarray(_TALL * (high - values) / (high - low))
-
-
-def _path(across: Floats, lows: Floats, highs: Floats) -> str:
-    """Return a line through the least and the largest of each column, broken where none is."""
-    parts, on = [], False
-    for x, a, b in zip(across.tolist(), lows.tolist(), highs.tolist(), strict=True):
-        if not (math.isfinite(a) and math.isfinite(b)):
-            on = False
-            continue
-        parts.append(f"{'L' if on else 'M'}{x:.1f} {a:.1f}" + (f"V{b:.1f}" if a != b else ""))
-        on = True
-    return "".join(parts)
-
-
-def _marks(report: Report, imu: Imu, one: Sensor, seconds: float) -> Iterator[str]:
-    for rest in imu.rests[:_MARKS]:
-        yield _rectangle(BLOCK * rest.first, BLOCK * rest.last, seconds, "rest")
-    spans = [(f, span) for f in report.urgent if f.figure == one.figure for span in f.spans]
-    for finding, (begin, end) in spans[:_MARKS]:
-        yield _rectangle(begin, end, seconds, finding.severity)
-
-
-def _rectangle(begin: float, end: float, seconds: float, kind: str) -> str:
-    left, width = _WIDE * begin / seconds, max(1.0, _WIDE * (end - begin) / seconds)
-    return f'<rect class="{kind}" x="{left:.1f}" y="0" width="{width:.1f}" height="{_TALL:g}"/>'
-
-
-def _limits() -> str:
+def limits_section() -> str:
+    """Return the table of limits."""
     rows = "".join(map(_limit, LIMITS.values()))
     head = "<tr><th>finding</th><th>look</th><th>act</th><th>unit</th><th>source</th></tr>"
     return (
