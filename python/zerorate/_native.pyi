@@ -132,6 +132,7 @@ __all__ = [
     "check_ticks",
     "chi_squared_quantile",
     "chi_squared_survival",
+    "dataflash_index",
     "denoise",
     "exponential_mean",
     "filter_options",
@@ -1321,6 +1322,9 @@ def propagate_turns(
     biases: npt.ArrayLike,
     matrix: npt.ArrayLike,
 ) -> tuple[_Floats, _Floats, _Floats, _Floats]: ...
+def dataflash_index(
+    raw: npt.NDArray[np.uint8],
+) -> tuple[list[tuple[int, bytes, bytes, bytes, int, npt.NDArray[np.uint64]]], int, int]: ...
 def parse_rows(
     text: bytes,
     begin: int,

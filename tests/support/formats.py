@@ -8,6 +8,8 @@ import pyarrow.parquet as pq
 from scipy.io import savemat
 
 from support.bags import write_recording
+from support.dataflash import flight as copter
+from support.dataflash import write_dataflash, write_text
 from support.ulogs import flight, write_ulog
 
 N = 40
@@ -48,6 +50,8 @@ _WRITERS = {
     "stored.mat": lambda path: savemat(path, {"imu": COLUMNS, "unit": "deg/s"}),
     "deflated.mat": lambda path: savemat(path, COLUMNS, do_compression=True),
     "a.ulg": lambda path: write_ulog(path, flight(N)),
+    "a.bin": lambda path: write_dataflash(path, copter(N)),
+    "a.log": lambda path: write_text(path, copter(N)),
 }
 FORMATS = (*_WRITERS, "a.bag", "a.db3", "a.mcap")
 

@@ -13,7 +13,8 @@ import numpy.typing as npt
 from zerorate.io.damage import guarded_content
 from zerorate.io.log import LogError
 from zerorate.io.parts import Part
-from zerorate.io.readers import arrow, hdf5, matlab, numpy_files, parquet, px4, ros, text
+from zerorate.io.readers import ardupilot, arrow, hdf5, matlab, numpy_files, parquet, px4, ros, text
+from zerorate.io.readers.dataflash import is_text_log
 from zerorate.io.readers.objects import ArrowStream, described, table_of
 from zerorate.io.table import Content, Format
 from zerorate.texts import printable
@@ -32,10 +33,13 @@ FORMATS: Final = (
     matlab.FORMAT,
     *ros.FORMATS,
     px4.FORMAT,
+    ardupilot.FORMAT,
+    ardupilot.TEXT,
 )
 """To add one, see "Adding a reader" in CONTRIBUTING.md."""
 
-_TEXT, *_BINARY = FORMATS
+_TEXT = text.FORMAT
+_BINARY = tuple(form for form in FORMATS if form.marks)
 _BAG_FOLDER = next(form for form in FORMATS if form.kind == "ros2")
 _HEAD = 16
 
@@ -89,7 +93,9 @@ def format_of(file: Path) -> Format:
     suffix = file.suffix.lower()
     form = next((form for form in FORMATS if suffix in form.suffixes), None)
     if form is None and _holds_a_table(file):
-        return _TEXT
+        form = _TEXT
+    if form is _TEXT and _is_log_as_text(file):
+        return ardupilot.TEXT
     if form is None:
         known = ", ".join(suffix for form in FORMATS for suffix in form.suffixes)
         raise LogError(f"unknown suffix '{file.suffix}'; known: {known}")
@@ -107,6 +113,11 @@ def _holds_a_table(file: Path) -> bool:
         head = opened_file.read(1 << 12)
     known = binary_format(head) is not None
     return not known and text.is_text(head) and len(re.findall(rb"[0-9][^\n]*\n", head)) > 1
+
+
+def _is_log_as_text(file: Path) -> bool:
+    with file.open("rb") as opened_file:
+        return is_text_log(opened_file.read(1 << 12))
 
 
 def binary_format(head: bytes) -> Format | None:

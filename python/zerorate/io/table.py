@@ -10,7 +10,7 @@ import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +23,8 @@ from zerorate.texts import one_line
 Column = npt.NDArray[Any]
 
 NO_TOPICS: Final = said(
-    given("topic"), " chooses among the topics of a ROS recording or a PX4 log; this is neither"
+    given("topic"),
+    " chooses among the topics of a ROS recording or an autopilot's log; this is neither",
 )
 
 
@@ -35,7 +36,8 @@ FORWARD_RIGHT_DOWN: Final = "forward, right, down"
 class Metadata:
     """What a file says about itself, each field None where it says nothing.
 
-    ``axes`` says where x, y and z of its sensors point, in words.
+    ``axes`` says where x, y and z of its sensors point, in words, ``calibration`` what the logger
+    took its sensors to be off by, by its own names.
     """
 
     rate: float | None = None
@@ -44,6 +46,7 @@ class Metadata:
     axes: str | None = None
     names: tuple[str, ...] | None = None
     notes: tuple[str, ...] = ()
+    calibration: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no text; the rate is looked at where it is needed."""
@@ -135,6 +138,13 @@ class Reader(Protocol):
         """Return the content of a file; LogError if it is damaged or something else."""
 
 
+class Needs(NamedTuple):
+    """A package without which a format cannot be read, and the extra that installs it."""
+
+    package: str
+    extra: str
+
+
 @dataclass(frozen=True)
 class Format:
     """A format of files.
@@ -148,6 +158,7 @@ class Format:
     suffixes: tuple[str, ...]
     marks: tuple[bytes, ...]
     read: Reader
+    needs: Needs | None = None
 
 
 def listed_names(table: Table) -> Table:

@@ -19,6 +19,7 @@ from zerorate.io.formats import FORMATS, LogSource, binary_format, check_readabl
 from zerorate.io.log import LogError
 from zerorate.io.names import plain
 from zerorate.io.readers import navsatfix, nmea, rtklib, text
+from zerorate.io.readers.dataflash import is_text_log
 from zerorate.io.table import Column, Content, Format, Table, as_numbers
 from zerorate.navigation.fixes import Fixes
 from zerorate.types import Booleans, Floats, Integers
@@ -137,7 +138,7 @@ def read_fixes(
         raise error.around(f"{label}: ") from None
 
 
-_RECEIVERS: Final[Mapping[str, Format]] = {
+RECEIVERS: Final[Mapping[str, Format]] = {
     form.kind: form for form in (nmea.FORMAT, rtklib.FORMAT, navsatfix.FORMAT)
 }
 
@@ -160,8 +161,8 @@ def _format_of(file: Path, format: FixFormat | None) -> Format | None:
     if not head:
         raise LogError("the file is empty, expected fixes")
     if format in ("nmea", "rtklib"):
-        return _RECEIVERS[format]
-    if binary_format(head) is not None:
+        return RECEIVERS[format]
+    if binary_format(head) is not None or is_text_log(head):
         return None
     suffix = file.suffix.lower()
     table = None if any(suffix in form.suffixes for form in FORMATS) else text.FORMAT
@@ -175,7 +176,7 @@ def _format_of(file: Path, format: FixFormat | None) -> Format | None:
         return nmea.FORMAT
     if rtklib.looks_like_rtklib(head):
         return rtklib.FORMAT
-    return next((form for form in _RECEIVERS.values() if suffix in form.suffixes), table)
+    return next((form for form in RECEIVERS.values() if suffix in form.suffixes), table)
 
 
 def _chosen(content: Content, topic: str | None) -> Table:

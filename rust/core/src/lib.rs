@@ -24,6 +24,8 @@ pub mod calibrate;
 #[cfg(feature = "std")]
 pub mod checks;
 #[cfg(feature = "std")]
+pub mod dataflash;
+#[cfg(feature = "std")]
 pub mod denoise;
 pub mod drift;
 mod error;

@@ -7,6 +7,7 @@ mod attitude;
 mod calibrate;
 mod checks;
 mod common;
+mod dataflash;
 mod denoise;
 mod deviations;
 mod drift;
@@ -37,6 +38,8 @@ mod _native {
     use crate::checks::{check_field, check_fit, check_gyro, check_ticks};
     #[pymodule_export]
     use crate::common::rules::register;
+    #[pymodule_export]
+    use crate::dataflash::dataflash_index;
     #[pymodule_export]
     use crate::denoise::{WaveletDenoiser, denoise, wavelet_decomposition};
     #[pymodule_export]

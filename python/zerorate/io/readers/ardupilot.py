@@ -1,0 +1,423 @@
+"""ArduPilot's DataFlash logs: IMUs, magnetometers, fixes, attitudes, batches of fast samples."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cache, partial
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from zerorate.faults import given, said
+from zerorate.io.log import LogError
+from zerorate.io.names import looks_like_gyro
+from zerorate.io.readers.dataflash import MAGIC, DataFlash, Message, binary, textual
+from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Format, Metadata, Table
+from zerorate.types import Floats, Integers
+
+_Columns = dict[str, Callable[[], Column]]
+
+_AXES: Final = "xyz"
+_TIMES: Final = {"SampleUS": "us", "TimeUS": "us", "TimeMS": "ms"}
+"""Fields with the time, that of the sample rather than that of its writing, and their units."""
+_INSTANCES: Final = ("I", "C")
+"""Fields that tell sensors, and the cores of an estimator, apart."""
+_MOST: Final = 16
+_NUMBERED: Final = re.compile(r"(IMU|IMT|MAG|GPS|ACC|GYR)\d")
+_CALIBRATION: Final = re.compile(
+    r"INS_(GYR|ACC)\d?(OFFS|SCAL|_CALTEMP|_ID)|INS_(GYRO|ACC)\d?OFFS|INS\d?_(GYR|ACC)"
+    r"|INS_TCAL|INS_POS|COMPASS_(OFS|DIA|ODI|MOT|SCALE|DEV_ID|ORIENT)|AHRS_(TRIM|ORIENT)|GPS\d?_POS"
+)
+"""Parameters with what the autopilot takes its sensors to be off by, and how they are mounted."""
+
+
+def _read_binary(path: Path) -> Content:
+    return _content(binary(path))
+
+
+def _read_text(path: Path) -> Content:
+    return _content(textual(path))
+
+
+FORMAT: Format = Format("dataflash", "a DataFlash log", (".bin",), (MAGIC + b"\x80",), _read_binary)
+TEXT: Format = Format("dataflash text", "a DataFlash log as text", (), (), _read_text)
+
+
+def _content(log: DataFlash) -> Content:
+    """Return a table of each kind of messages and each sensor, those that are read first."""
+    if not any(message.rows for name, message in log.messages.items() if name != "FMT"):
+        raise ValueError("no message is left")
+    meta = Metadata(calibration=_calibration(log), notes=_notes(log))
+    parts = {name: part for message in log.messages.values() for name, part in _parts(message)}
+    ranked = sorted(parts, key=lambda name: (_rank(parts[name].name), name))
+    tables = {name: _table(name, parts[name], meta) for name in ranked if parts[name].rows}
+    batches = _batches(log, meta)
+    sensors = _sensors(parts, tables)
+    tables = _told(tables | batches, sensors)
+    return Content(tables, partial(_chosen, tables), sensors)
+
+
+def _parts(message: Message) -> Iterator[tuple[str, Message]]:
+    """Yield the messages of each instance: IMU, IMU_1 and so on."""
+    told = next((name for name in _INSTANCES if name in message), None)
+    if told is None or _kind(message.name) not in _SENSORS or not message.rows:
+        yield message.name, message
+        return
+    numbers = message[told]
+    different = np.unique(numbers)
+    if len(different) > _MOST:
+        yield message.name, message
+        return
+    for number in different.tolist():
+        name = f"{message.name}_{number:.0f}" if number else message.name
+        yield name, message.of(np.flatnonzero(numbers == number))
+
+
+def _imu(message: Message) -> _Columns:
+    return {
+        **_vector(message, "Gyr", "gyro_{}_radps"),
+        **_vector(message, "Acc", "accel_{}_mps2"),
+        **_renamed(message, {"T": "temperature_degc"}),
+    }
+
+
+def _increments(message: Message) -> _Columns:
+    """Means over the time of integration, s."""
+    columns: _Columns = {}
+    for field, time, name in (
+        ("DelA", "DelaT", "gyro_{}_radps"),
+        ("DelV", "DelvT", "accel_{}_mps2"),
+    ):
+        for axis in _AXES:
+            columns[name.format(axis)] = partial(_mean, message, f"{field}{axis.upper()}", time)
+    return columns
+
+
+def _mean(message: Message, field: str, time: str) -> Column:
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        return message[field].astype(np.float64) / message[time]
+
+
+def _magnetometer(message: Message) -> _Columns:
+    return _vector(message, "Mag", "mag_{}_gauss", 1e-3)
+
+
+def _barometer(message: Message) -> _Columns:
+    named = {"Press": "pressure_pa", "Alt": "baro_altitude_m", "Temp": "baro_temperature_degc"}
+    return _renamed(message, named)
+
+
+def _fixes(message: Message) -> _Columns:
+    places = {
+        "latitude_deg": partial(_where_fixed, message, "Lat"),
+        "longitude_deg": partial(_where_fixed, message, "Lng"),
+        "altitude_msl_m": partial(_where_fixed, message, "Alt"),
+        "velocity_north_mps": partial(_speed, message, np.cos),
+        "velocity_east_mps": partial(_speed, message, np.sin),
+    }
+    if "VZ" in message:
+        places["velocity_down_mps"] = partial(_where_fixed, message, "VZ")
+    return places | _renamed(message, {"NSats": "satellites", "Status": "fix_type"})
+
+
+def _where_fixed(message: Message, name: str) -> Column:
+    return np.where(message["Status"] >= 2, message[name].astype(np.float64), np.nan)
+
+
+def _speed(message: Message, part: Callable[[Floats], Floats]) -> Column:
+    with np.errstate(invalid="ignore", over="ignore"):
+        return _where_fixed(message, "Spd") * part(np.radians(message["GCrs"].astype(np.float64)))
+
+
+def _attitude(message: Message) -> _Columns:
+    """From the body, forward, right, down, to north, east, down."""
+    if "Q1" in message:
+        return _renamed(message, {f"Q{i}": f"ref_quat_{axis}" for i, axis in enumerate("wxyz", 1)})
+    turned = cache(partial(_quaternions, message))
+    return {f"ref_quat_{axis}": partial(_part, turned, i) for i, axis in enumerate("wxyz")}
+
+
+def _part(quaternions: Callable[[], Floats], component: int) -> Column:
+    return np.asarray(quaternions()[component])
+
+
+def _quaternions(message: Message) -> Floats:
+    """Return the components, (4, n), of turns by yaw, then pitch, then roll."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        half = [
+            np.radians(message[name].astype(np.float64)) / 2 for name in ("Roll", "Pitch", "Yaw")
+        ]
+        (cr, cp, cy), (sr, sp, sy) = map(np.cos, half), map(np.sin, half)
+    return np.array(
+        (
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        )
+    )
+
+
+class _Sensor(NamedTuple):
+    """Fields that messages of a sensor have, and what makes columns of them."""
+
+    needs: tuple[str, ...]
+    columns: Callable[[Message], _Columns]
+
+
+_SENSORS: Final[dict[str, _Sensor]] = {
+    "IMU": _Sensor(("GyrX", "GyrY", "GyrZ", "AccX", "AccY", "AccZ"), _imu),
+    "GYR": _Sensor(("GyrX", "GyrY", "GyrZ"), _imu),
+    "ACC": _Sensor(("AccX", "AccY", "AccZ"), _imu),
+    "IMT": _Sensor(
+        ("DelaT", "DelvT", "DelAX", "DelAY", "DelAZ", "DelVX", "DelVY", "DelVZ"), _increments
+    ),
+    "MAG": _Sensor(("MagX", "MagY", "MagZ"), _magnetometer),
+    "GPS": _Sensor(("Status", "Lat", "Lng", "Alt", "Spd", "GCrs"), _fixes),
+    "BARO": _Sensor((), _barometer),
+    "BAR2": _Sensor((), _barometer),
+    "BAR3": _Sensor((), _barometer),
+    "SIM": _Sensor(("Roll", "Pitch", "Yaw"), _attitude),
+    "ATT": _Sensor(("Roll", "Pitch", "Yaw"), _attitude),
+    "XKF1": _Sensor(("Roll", "Pitch", "Yaw"), _attitude),
+    "NKF1": _Sensor(("Roll", "Pitch", "Yaw"), _attitude),
+    "AHR2": _Sensor(("Roll", "Pitch", "Yaw"), _attitude),
+    "XKQ": _Sensor(("Q1", "Q2", "Q3", "Q4"), _attitude),
+    "NKQ": _Sensor(("Q1", "Q2", "Q3", "Q4"), _attitude),
+}
+"""Messages of sensors and attitudes, the best of each kind first."""
+_RANKS: Final = {name: rank for rank, name in enumerate(_SENSORS)}
+_ESTIMATES: Final = ("ATT", "XKF1", "NKF1")
+"""Attitudes that a recording has as references: the autopilot's own estimates."""
+
+
+def _kind(name: str) -> str:
+    """Return what kind of sensor messages are of: IMU2 and IMU3 are as IMU."""
+    return name[:3] if _NUMBERED.fullmatch(name) or name in ("XKQ1", "NKQ1") else name
+
+
+def _rank(name: str) -> int:
+    return _RANKS.get(_kind(name), len(_RANKS))
+
+
+def _vector(message: Message, field: str, name: str, default: float = 1.0) -> _Columns:
+    """Return the axes that messages have, times what they say or the factor of their firmware."""
+    columns: _Columns = {}
+    for axis in _AXES:
+        key = f"{field}{axis.upper()}"
+        if key in message:
+            factor = message.multipliers.get(key, default)
+            columns[name.format(axis)] = partial(_times, message, key, factor)
+    return columns
+
+
+def _times(message: Message, name: str, factor: float) -> Column:
+    return message[name] if factor == 1.0 else message[name] * factor
+
+
+def _renamed(message: Message, names: Mapping[str, str]) -> _Columns:
+    return {to: partial(message.__getitem__, key) for key, to in names.items() if key in message}
+
+
+def _table(name: str, message: Message, meta: Metadata) -> Table:
+    """Return a table: of a sensor in SI units by our names, of anything else as it is."""
+    sensor = _SENSORS.get(_kind(message.name))
+    known = sensor is not None and all(key in message for key in sensor.needs)
+    time = _time(message)
+    make = sensor.columns if known and sensor is not None else _as_it_is
+
+    def columns(message: Message) -> _Columns:
+        stamps: _Columns = {}
+        if time is not None:
+            stamps[f"timestamp_{_TIMES[time]}"] = partial(_stamps, message, time)
+        return stamps | make(message)
+
+    names = tuple(columns(message))
+
+    def load(wanted: Sequence[int]) -> list[Column]:
+        ways = columns(message.held() if len(wanted) > 1 else message)
+        return [ways[names[i]]() for i in wanted]
+
+    notes = meta.notes
+    if _kind(message.name) in _ESTIMATES:
+        notes = (
+            *notes,
+            f"the attitude {name} is the autopilot's own estimate, no reference to judge by",
+        )
+    axes = FORWARD_RIGHT_DOWN if known else None
+    own = Metadata(
+        sensor=name, axes=axes, calibration=meta.calibration if known else None, notes=notes
+    )
+    return Table(len(names), load, names=names, meta=own, time=0 if time is not None else None)
+
+
+def _as_it_is(message: Message) -> _Columns:
+    return _renamed(message, {key: key for key in message.numbers() if key not in _TIMES})
+
+
+def _time(message: Message) -> str | None:
+    """Return the field with the times: those of the samples, where a driver tells them."""
+    there = [name for name in _TIMES if name in message]
+    if there[:1] == ["SampleUS"] and not message["SampleUS"].all():
+        there = there[1:]
+    return there[0] if there else None
+
+
+def _stamps(message: Message, name: str) -> Column:
+    return message[name].astype(np.int64)
+
+
+_HEAD: Final = ("N", "type", "instance", "mul", "smp_cnt", "SampleUS", "smp_rate")
+_DATA: Final = ("N", "seqno", "x", "y", "z")
+_BATCHES: Final = {0: ("accel", "accel_{}_mps2"), 1: ("gyro", "gyro_{}_radps")}
+"""What batches are of, by their number, and the names of their columns."""
+_OF_A_PART: Final = 32
+"""Samples in a message of a batch."""
+
+
+def _batches(log: DataFlash, meta: Metadata) -> dict[str, Table]:
+    """Return the batches of fast samples of each sensor, which are short and far apart."""
+    head, data = log.messages.get("ISBH"), log.messages.get("ISBD")
+    if head is None or data is None or not head.rows or not data.rows:
+        return {}
+    if not all(map(head.__contains__, _HEAD)) or not all(map(data.__contains__, _DATA)):
+        return {}
+    pairs = zip(head["type"].tolist(), head["instance"].tolist(), strict=True)
+    tables = {}
+    for kind, instance in sorted(set(pairs)):
+        if kind in _BATCHES and instance < _MOST:
+            name = f"ISB_{_BATCHES[kind][0]}_{instance}"
+            own = replace(meta, sensor=name, axes=FORWARD_RIGHT_DOWN)
+            batches = _Batches(head, data, kind, instance)
+            names = ("timestamp_us", *(_BATCHES[kind][1].format(axis) for axis in _AXES))
+            tables[name] = Table(len(names), batches.load, names=names, meta=own, time=0)
+    return tables
+
+
+class _Batches(NamedTuple):
+    """The batches of one sensor: their heads, and their samples, some in a message."""
+
+    head: Message
+    data: Message
+    kind: int
+    instance: int
+
+    def load(self, wanted: Sequence[int]) -> list[Column]:
+        """Return the times of the samples, us, and their axes."""
+        parts, batch = self._placed()
+        at = self.data["seqno"].astype(np.int64)[parts, None] * _OF_A_PART + np.arange(_OF_A_PART)
+        used = at < self.head["smp_cnt"][batch, None]
+        if not used.any():
+            raise ValueError("no batch has a sample")
+        return [
+            (self._times(batch, at) if i == 0 else self._values(_AXES[i - 1], parts, batch))[used]
+            for i in wanted
+        ]
+
+    def _placed(self) -> tuple[Integers, Integers]:
+        """Return the messages of samples, (k,), in the order of time, and the head of each.
+
+        Numbers of batches begin again after the last; then that of the same turn is meant.
+        """
+        numbers, own = self.data["N"].astype(np.int64), self.head["N"].astype(np.int64)
+        seqno = self.data["seqno"].astype(np.int64)
+        order = np.argsort(numbers, kind="stable")
+        new = np.diff(numbers[order], prepend=-1) != 0
+        ordinal = np.cumsum(new | (np.diff(seqno[order], prepend=0) <= 0))
+        turn = ordinal - np.maximum.accumulate(np.where(new, ordinal, 0))
+        heads = np.argsort(own, kind="stable")
+        place = np.searchsorted(own[heads], numbers[order]) + turn
+        fits = place < np.searchsorted(own[heads], numbers[order], "right")
+        parts, batch = order[fits], heads[place[fits]]
+        of = (self.head["type"] == self.kind) & (self.head["instance"] == self.instance)
+        parts, batch = parts[of[batch]], batch[of[batch]]
+        by_time = np.lexsort((seqno[parts], self.head["SampleUS"][batch]))
+        return parts[by_time], batch[by_time]
+
+    def _times(self, batch: Integers, at: Integers) -> Integers:
+        rate = self.head["smp_rate"].astype(np.float64)
+        if not (rate[batch] > 1.0).all():
+            raise ValueError("a batch does not say its rate")
+        first = self.head["SampleUS"].astype(np.int64)
+        return first[batch, None] + np.rint(1e6 * at / rate[batch, None]).astype(np.int64)
+
+    def _values(self, axis: str, parts: Integers, batch: Integers) -> Floats:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return self.data[axis][parts] / self.head["mul"].astype(np.float64)[batch, None]
+
+
+def _sensors(parts: Mapping[str, Message], tables: Mapping[str, Table]) -> tuple[str, ...]:
+    """Return the tables that make a recording, each sensor once."""
+
+    def of(*kinds: str) -> list[str]:
+        return [n for n in tables if _kind(parts[n].name) in kinds and tables[n].meta.axes]
+
+    imus = of("IMU") or of("GYR", "ACC") or of("IMT")
+    references = of("SIM") or [n for n in _ESTIMATES if n in of(n)]
+    return (*imus, *of("MAG"), *of("GPS"), *references)
+
+
+def _told(tables: dict[str, Table], sensors: Sequence[str]) -> dict[str, Table]:
+    """Return the tables, of which the first gyro's says where faster samples are."""
+    first = next((name for name in sensors if _has_gyro(tables[name])), None)
+    others = [
+        n
+        for n in tables
+        if n not in sensors and n.startswith(("GYR", "ISB")) and _has_gyro(tables[n])
+    ]
+    if first is None or not others:
+        return tables
+    note = said("faster samples are read by ", given("topic"), f": {', '.join(others)}")
+    table = tables[first]
+    return tables | {
+        first: replace(table, meta=replace(table.meta, notes=(*table.meta.notes, note)))
+    }
+
+
+def _chosen(tables: Mapping[str, Table], asked: str | None) -> str:
+    if asked is not None:
+        named = next((n for n in (asked, asked.removesuffix("_0")) if n in tables), None)
+        if named is not None:
+            return named
+        raise LogError(
+            f"there is no topic '{asked}'; the log has: {', '.join(sorted(tables))}", "topic"
+        )
+    found = next(
+        (name for name in tables if tables[name].meta.axes and _has_gyro(tables[name])), None
+    )
+    if found is None:
+        listed = ", ".join(sorted(tables)) or "none"
+        raise LogError(f"no message holds a gyro, expected IMU; the log has: {listed}")
+    return found
+
+
+def _has_gyro(table: Table) -> bool:
+    return any(map(looks_like_gyro, table.names or ()))
+
+
+def _calibration(log: DataFlash) -> dict[str, float] | None:
+    """Return the parameters with the autopilot's calibration of its sensors, the last of each."""
+    message = log.messages.get("PARM")
+    if message is None or "Name" not in message or "Value" not in message:
+        return None
+    names = (_text(name) for name in message["Name"].tolist())
+    pairs = zip(names, message["Value"].tolist(), strict=True)
+    return {name: float(value) for name, value in pairs if _CALIBRATION.match(name)} or None
+
+
+def _text(raw: bytes) -> str:
+    return raw.partition(b"\0")[0].decode("ascii", "replace")
+
+
+def _notes(log: DataFlash) -> tuple[str, ...]:
+    notes = []
+    if log.cut:
+        notes.append("the log ends within a message: it was cut off, and the rest is read")
+    if log.lost:
+        notes.append(
+            f"{log.lost} of its {log.size} {log.called} are damaged or unknown: they are left out"
+        )
+    return tuple(notes)

@@ -1,0 +1,276 @@
+"""DataFlash, the format of ArduPilot's logs, binary or text: messages that describe themselves.
+
+A message ``FMT`` declares each kind of messages, its fields by a letter each; ``FMTU``, ``UNIT``
+and ``MULT`` add their units, where the firmware is newer. The binary form is walked once, in Rust,
+and a field of all rows is taken out when it is asked for. See
+https://ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from zerorate._native import dataflash_index
+from zerorate.io.readers.layouts import find_layout
+from zerorate.io.readers.parsers import parsed
+from zerorate.io.table import Column
+from zerorate.types import Integers
+
+MAGIC: Final = b"\xa3\x95"
+_START: Final = 3
+
+_KINDS: Final = {
+    "a": "<i2",
+    "b": "i1",
+    "B": "u1",
+    "M": "u1",
+    "h": "<i2",
+    "H": "<u2",
+    "c": "<i2",
+    "C": "<u2",
+    "g": "<f2",
+    "i": "<i4",
+    "I": "<u4",
+    "e": "<i4",
+    "E": "<u4",
+    "L": "<i4",
+    "f": "<f4",
+    "d": "<f8",
+    "q": "<i8",
+    "Q": "<u8",
+    "n": "S4",
+    "N": "S16",
+    "Z": "S64",
+}
+"""What the letters of fields stand for, as NumPy spells it."""
+_SIZES: Final = {name: np.dtype(kind).itemsize for name, kind in _KINDS.items()} | {"a": 64}
+_DIVISORS: Final = {"c": 1e2, "C": 1e2, "e": 1e2, "E": 1e2, "L": 1e7}
+"""What integers of some letters are divided by."""
+_NO_NUMBERS: Final = "anNZ"
+_TEXTS: Final = _NO_NUMBERS + "M"
+"""Those that are words in a text."""
+_NUMBERS: Final = b"0123456789+-.eE, \tnaifNAIF\r"
+
+
+@dataclass(frozen=True)
+class Message:
+    """Rows of one kind of messages, each field read when it is asked for.
+
+    ``letters`` has one of each name in ``names``. ``multipliers`` make values of some fields ones
+    of a unit without prefix, where the log says so: 1e-3 for milligauss.
+    """
+
+    name: str
+    names: tuple[str, ...]
+    letters: str
+    rows: int
+    read: Callable[[Sequence[int], Integers | None], list[Column]]
+    multipliers: Mapping[str, float] = field(default_factory=dict)
+    chosen: Integers | None = None
+
+    def __contains__(self, name: object) -> bool:
+        """Whether there is a field of a name."""
+        return name in self.names
+
+    def __getitem__(self, name: str) -> Column:
+        """Return a field of all rows, shape (n,), as its letter says."""
+        return self.read([self.names.index(name)], self.chosen)[0]
+
+    def of(self, rows: Integers) -> Message:
+        """Return some of the rows."""
+        return replace(self, rows=len(rows), chosen=rows)
+
+    def held(self) -> Message:
+        """Return the same with all numbers in memory."""
+        places = [self.names.index(name) for name in self.numbers()]
+        columns = dict(zip(places, self.read(places, self.chosen), strict=True))
+
+        def read(wanted: Sequence[int], _: Integers | None) -> list[Column]:
+            return [columns[index] for index in wanted]
+
+        return replace(self, read=read)
+
+    def numbers(self) -> tuple[str, ...]:
+        """Return the names of the fields that are numbers."""
+        pairs = zip(self.names, self.letters, strict=True)
+        return tuple(name for name, letter in pairs if letter not in _NO_NUMBERS)
+
+
+@dataclass
+class DataFlash:
+    """Messages of a log by name, and what of it could not be read.
+
+    ``lost`` and ``cut`` are bytes that are damaged, and those of a message that the log ends
+    within; of a text they are lines, as ``called`` says.
+    """
+
+    messages: dict[str, Message] = field(default_factory=dict)
+    lost: int = 0
+    cut: int = 0
+    size: int = 0
+    called: str = "bytes"
+
+    def add(self, message: Message, length: int) -> None:
+        """Add messages of some length; of two declarations of a name the one of more rows stays."""
+        before = self.messages.get(message.name)
+        if before is None or before.rows < message.rows:
+            self.messages[message.name] = message
+            self.lost += 0 if before is None else length * before.rows
+        else:
+            self.lost += length * message.rows
+
+
+def binary(path: Path) -> DataFlash:
+    """Return the messages of a binary log, whose file is mapped, not held in memory."""
+    raw = _bytes(path)
+    kinds, lost, cut = dataflash_index(raw)
+    log = DataFlash(lost=lost, cut=cut, size=len(raw))
+    numbers: dict[int, str] = {}
+    for number, name, letters, columns, length, places in kinds:
+        message = _declared(path, name, letters, columns, places)
+        if message is None:
+            log.lost += length * len(places)
+        else:
+            numbers[number] = message.name
+            log.add(message, length)
+    _multiply(log, numbers)
+    return log
+
+
+def _bytes(path: Path) -> Column:
+    return np.asarray(np.memmap(path, np.uint8, "r"))
+
+
+def _declared(
+    path: Path, name: bytes, letters: bytes, columns: bytes, places: Column
+) -> Message | None:
+    """Return the messages that a declaration tells of; None for letters that are not known."""
+    names = tuple(_plain(columns).split(","))
+    kinds = _plain(letters)
+    if len(set(names)) < len(names) or len(names) != len(kinds) or not set(kinds) <= set(_KINDS):
+        return None
+    sizes = [_SIZES[letter] for letter in kinds]
+    offsets = np.cumsum([_START, *sizes])
+
+    def read(wanted: Sequence[int], chosen: Integers | None) -> list[Column]:
+        at = places if chosen is None else places[chosen]
+        # Of several fields the whole messages are taken out, at once.
+        one = len(wanted) == 1
+        size = sizes[wanted[0]] if one else int(offsets[-1])
+        windows = sliding_window_view(_bytes(path), size)
+        rows = windows[at + np.uint64(offsets[wanted[0]] if one else 0)] if len(at) else windows[:0]
+        found = []
+        for index in wanted:
+            begin = 0 if one else int(offsets[index])
+            raw = rows[:, begin : begin + sizes[index]]
+            values = raw.view(np.dtype(_KINDS[kinds[index]]))
+            found.append(_scaled(values, kinds[index]))
+        return found
+
+    return Message(_plain(name), names, kinds, len(places), read)
+
+
+def _scaled(values: Column, letter: str) -> Column:
+    values = values if letter == "a" else values[:, 0]
+    divisor = _DIVISORS.get(letter)
+    return values if divisor is None else values / divisor
+
+
+def _plain(raw: bytes) -> str:
+    return raw.decode("ascii", "replace")
+
+
+def is_text_log(head: bytes) -> bool:
+    """Whether a text begins with the declarations of a log."""
+    return re.match(rb"\s*FMT\s*,\s*\d+\s*,\s*\d+\s*,\s*\w+\s*,", head) is not None
+
+
+def textual(path: Path) -> DataFlash:
+    """Return the messages of a text log, a line each: ``IMU, 1000, 0.1, ...``."""
+    raw = path.read_bytes()
+    rows: dict[bytes, list[bytes]] = {}
+    for line in raw.splitlines():
+        label, _, rest = line.partition(b",")
+        rows.setdefault(label.strip(), []).append(rest)
+    log = DataFlash(size=raw.count(b"\n"), called="lines")
+    for name, letters, names in _declarations(rows.pop(b"FMT", [])):
+        found = rows.pop(name.encode(), [])
+        message, sound = _of_lines(name, letters, names, found)
+        log.lost += len(found) - sound
+        if message is not None:
+            log.add(message, 1)
+    log.lost += sum(map(len, rows.values()))  # of no declaration
+    return log
+
+
+def _declarations(lines: list[bytes]) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+    """Yield name, letters and names of fields of each kind of messages, as last declared."""
+    found = {}
+    for line in lines:
+        _, _, name, letters, *names = (*map(str.strip, _plain(line).split(",")), "", "", "")
+        names = [one for one in names if one]
+        known = names and len(names) == len(letters) and set(letters) <= set(_KINDS)
+        if name and known and len(set(names)) == len(names):
+            found[name] = (name, letters, tuple(names))
+    yield from found.values()
+
+
+def _of_lines(
+    name: str, letters: str, names: tuple[str, ...], lines: list[bytes]
+) -> tuple[Message | None, int]:
+    """Return the messages in lines, and how many of these are sound."""
+    commas = len(names) - 1
+    if not set(letters) & set(_TEXTS):
+        sound = [line for line in lines if _is_sound(line, commas)]
+    else:
+        sound = [line for line in lines if line.count(b",") == commas]
+    if not sound:
+        return None, 0
+    raw = b"\n".join(sound)
+    layout, _ = find_layout(raw, names)
+    if layout.width != len(names):
+        return None, 0
+
+    def read(wanted: Sequence[int], chosen: Integers | None) -> list[Column]:
+        numbers = [index for index in wanted if letters[index] not in _TEXTS]
+        found = dict(zip(numbers, parsed(raw, layout, numbers) if numbers else (), strict=True))
+        for index in set(wanted) - set(numbers):
+            found[index] = np.array([line.split(b",")[index].strip() for line in sound])
+        return [found[index] if chosen is None else found[index][chosen] for index in wanted]
+
+    return Message(name, names, letters, len(sound), read), len(sound)
+
+
+def _is_sound(line: bytes, commas: int) -> bool:
+    return line.count(b",") == commas and not line.translate(None, _NUMBERS)
+
+
+def _multiply(log: DataFlash, numbers: Mapping[int, str]) -> None:
+    """Tell the messages of a log what their fields are multiplied by, as far as it says so."""
+    told, letters = log.messages.get("MULT"), log.messages.get("FMTU")
+    if told is None or letters is None:
+        return
+    if not {"Id", "Mult"} <= set(told.names) or not {"FmtType", "MultIds"} <= set(letters.names):
+        return
+    pairs = zip(told["Id"].tolist(), told["Mult"].tolist(), strict=True)
+    # Doubles that were floats before.
+    factors = {chr(int(key) & 0x7F): float(f"{value:.7g}") for key, value in pairs}
+    factors = {key: value for key, value in factors.items() if key not in "-?" and 0 < value < 1e12}
+    for number, ids in zip(letters["FmtType"].tolist(), letters["MultIds"].tolist(), strict=True):
+        message = log.messages.get(numbers.get(int(number), ""))
+        if message is not None:
+            multipliers = {
+                name: factors[letter]
+                for name, kind, letter in zip(
+                    message.names, message.letters, _plain(ids), strict=False
+                )
+                if kind not in _DIVISORS and letter in factors
+            }
+            log.messages[message.name] = replace(message, multipliers=multipliers)
