@@ -31,6 +31,7 @@ FIRST = {
     "navigate": "Track of ",
     "walk": "Walk of walk.csv, smoothed: ",
     "report": "hand.csv: Nothing in this log passes a limit.",
+    "formats": "hand.csv is read as text",
     "simulate": "Gyros that can be simulated",
 }
 
@@ -74,9 +75,10 @@ TYPED = {
     "navigate": "{}/imu.csv {}/fixes.csv --no-figure --antenna 0.5,0,-1",
     "walk": "{}/walk.csv --no-figure --smooth",
     "report": "{}/hand.csv",
+    "formats": "{}/hand.csv",
     "simulate": "--list",
 }
-NO_FILES = ("stream", "simulate", "compare")
+NO_FILES = ("formats", "stream", "simulate", "compare")
 
 
 @pytest.mark.parametrize("name", _COMMANDS)

@@ -63,6 +63,10 @@ _COMMANDS: Final = {
         "Find where a sensor on a foot went, and its strides; no receiver is needed.",
         "zerorate walk foot.csv --unit deg/s,g --floor level -o out",
     ),
+    "formats": (
+        "List the formats that are read and written, or tell how a file is understood.",
+        "zerorate formats imu.csv",
+    ),
     "simulate": (
         "Write a log of a simulated gyro and its true drift, or of an IMU to calibrate.",
         "zerorate simulate MPU-6050 -o gyro.csv --duration 600",

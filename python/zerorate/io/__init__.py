@@ -3,6 +3,7 @@
 from zerorate.io.atomic import atomic_path, check_writable
 from zerorate.io.clocks.grid import ClockReport
 from zerorate.io.counts import RawCounts, raw_counts
+from zerorate.io.explaining import Explanation, explain
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.io.logfile import LogFile, open_imu, open_log
 from zerorate.io.poses import Poses, read_poses
@@ -13,6 +14,7 @@ from zerorate.io.writing import write_log
 
 __all__ = [
     "ClockReport",
+    "Explanation",
     "Log",
     "LogError",
     "LogFile",
@@ -21,6 +23,7 @@ __all__ = [
     "Recording",
     "atomic_path",
     "check_writable",
+    "explain",
     "open_imu",
     "open_log",
     "raw_counts",

@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -105,15 +106,9 @@ def column_names(channels: Iterable[str], unit: str, beside: Iterable[str]) -> l
 
 
 def _writer(suffix: str) -> _Writer:
-    writers: dict[str, _Writer] = {
-        ".csv": _write_text,
-        ".tsv": _write_text,
-        ".npz": _write_npz,
-        ".parquet": write_parquet,
-    }
-    if suffix not in writers:
-        raise ValueError(f"cannot write a log as '{suffix}'; known: {', '.join(writers)}")
-    return writers[suffix]
+    if suffix not in _WRITERS:
+        raise ValueError(f"cannot write a log as '{suffix}'; known: {', '.join(_WRITERS)}")
+    return _WRITERS[suffix]
 
 
 def _write_npz(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
@@ -180,3 +175,13 @@ def _as_text(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]], delimiter:
     arrow_csv.write_csv(table, sink, options)
     text: bytes = sink.getvalue().to_pybytes()
     return text
+
+
+_WRITERS: Final[dict[str, _Writer]] = {
+    ".csv": _write_text,
+    ".tsv": _write_text,
+    ".npz": _write_npz,
+    ".parquet": write_parquet,
+}
+WRITTEN: Final = (*_WRITERS,)
+"""Suffixes of logs that are written."""

@@ -16,7 +16,7 @@ import numpy as np
 from zerorate.io.clocks.names import named_like_time
 from zerorate.io.limits import check_bytes
 from zerorate.io.log import LogError
-from zerorate.io.table import Column, Content, Format, Metadata, Table, listed_names
+from zerorate.io.table import Column, Content, Format, Metadata, Needs, Table, listed_names
 from zerorate.texts import extra_needed
 
 # Of type Any, for the stubs of pyarrow come from elsewhere and lag behind it.
@@ -188,7 +188,12 @@ def _whole(path: Path, reader: Any) -> Any:  # noqa: ANN401
 
 
 FORMAT = Format(
-    "arrow", "Arrow IPC", (".arrow", ".feather", ".ipc"), (_FILE_MARK, _STREAM_MARK), _read
+    "arrow",
+    "Arrow IPC",
+    (".arrow", ".feather", ".ipc"),
+    (_FILE_MARK, _STREAM_MARK),
+    _read,
+    Needs("pyarrow", "io"),
 )
 
 

@@ -14,7 +14,7 @@ from zerorate.io.names import spelled, with_suffix
 from zerorate.io.readers.apart import asked
 from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_folder
 from zerorate.io.readers.stored import Stored
-from zerorate.io.table import Column, Content, Format
+from zerorate.io.table import Column, Content, Format, Needs
 from zerorate.texts import extra_needed
 
 
@@ -22,7 +22,9 @@ def _read(path: Path) -> Content:
     return _content(path, "an HDF5 file", matlab=False)
 
 
-FORMAT = Format("hdf5", "an HDF5 file", (".h5", ".hdf5"), (b"\x89HDF\r\n\x1a\n",), _read)
+FORMAT = Format(
+    "hdf5", "an HDF5 file", (".h5", ".hdf5"), (b"\x89HDF\r\n\x1a\n",), _read, Needs("h5py", "hdf5")
+)
 
 
 def read_matlab_hdf5(path: Path) -> Content:

@@ -9,7 +9,7 @@ from zerorate.io.readers.apart import asked
 from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_folder
 from zerorate.io.readers.hdf5 import read_matlab_hdf5
 from zerorate.io.readers.stored import Stored
-from zerorate.io.table import Column, Content, Format
+from zerorate.io.table import Column, Content, Format, Needs
 from zerorate.texts import extra_needed
 
 _MARK = b"MATLAB 5.0"
@@ -25,7 +25,7 @@ def _read(path: Path) -> Content:
     return Content.of(from_arrays(without_common_folder(arrays)))
 
 
-FORMAT = Format("mat", "a MAT file", (".mat",), (_MARK, _MARK_HDF5), _read)
+FORMAT = Format("mat", "a MAT file", (".mat",), (_MARK, _MARK_HDF5), _read, Needs("scipy", "mat"))
 
 
 def _loaded(path: Path) -> dict[str, Column]:

@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from zerorate.io.log import LogError
-from zerorate.io.table import Column, Content, Format, Metadata, Table
+from zerorate.io.table import Column, Content, Format, Metadata, Needs, Table
 from zerorate.texts import extra_needed
 
 _SENTENCE: Final = re.compile(rb"\$[A-Z]{2}(GGA|RMC|GST|VTG|ZDA),[^$\r\n]*")
@@ -56,7 +56,9 @@ def _read(path: Path) -> Content:
     return Content.of(_table(reading))
 
 
-FORMAT: Final = Format("nmea", "NMEA sentences", (".nmea", ".nma"), (), _read)
+FORMAT: Final = Format(
+    "nmea", "NMEA sentences", (".nmea", ".nma"), (), _read, Needs("pynmeagps", "nmea")
+)
 
 
 @dataclass

@@ -15,7 +15,7 @@ import numpy as np
 from zerorate.io.limits import check_bytes
 from zerorate.io.log import Header, Log
 from zerorate.io.readers.arrow import arrow_table, in_pieces, needs_pyarrow, to_arrow
-from zerorate.io.table import Column, Content, Format
+from zerorate.io.table import Column, Content, Format, Needs
 
 TIME_NAME = "time_s"
 _BUFFER: Final = 1 << 20
@@ -45,7 +45,9 @@ def _read(path: Path) -> Content:
     return Content.of(in_pieces(table, schema, rows, read))
 
 
-FORMAT = Format("parquet", "Parquet", (".parquet", ".pq"), (b"PAR1",), _read)
+FORMAT = Format(
+    "parquet", "Parquet", (".parquet", ".pq"), (b"PAR1",), _read, Needs("pyarrow", "io")
+)
 
 
 def write_parquet(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:

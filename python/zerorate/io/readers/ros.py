@@ -15,7 +15,7 @@ import numpy.typing as npt
 from zerorate.faults import given, said
 from zerorate.io.log import LogError
 from zerorate.io.readers.apart import asked
-from zerorate.io.table import Column, Content, Format, Metadata, Table
+from zerorate.io.table import Column, Content, Format, Metadata, Needs, Table
 from zerorate.texts import extra_needed
 
 _Reader = Any
@@ -47,10 +47,11 @@ def _read(path: Path) -> Content:
     return Content(tables, lambda asked: _chosen(topics, asked))
 
 
+_NEEDS: Final = Needs("rosbags", "ros")
 FORMATS: Final = (
-    Format("ros1", "a ROS 1 bag", (".bag",), (b"#ROSBAG V2.0",), _read),
-    Format("ros2", "a ROS 2 bag", (".db3",), (b"SQLite format 3",), _read),
-    Format("mcap", "MCAP", (".mcap",), (b"\x89MCAP0\r\n",), _read),
+    Format("ros1", "a ROS 1 bag", (".bag",), (b"#ROSBAG V2.0",), _read, _NEEDS),
+    Format("ros2", "a ROS 2 bag", (".db3",), (b"SQLite format 3",), _read, _NEEDS),
+    Format("mcap", "MCAP", (".mcap",), (b"\x89MCAP0\r\n",), _read, _NEEDS),
 )
 
 

@@ -1,0 +1,29 @@
+"""``zerorate formats``: what is read and written, and what a file is taken for."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zerorate.cli.errors import read_faults
+from zerorate.io.explaining import explain, known_formats
+from zerorate.navigation.readers import RECEIVERS
+from zerorate.show.formats_table import format_explanation, format_formats
+
+
+def formats(
+    log: Annotated[
+        Path | None, typer.Argument(help="A recording, to tell what it is taken for.")
+    ] = None,
+) -> None:
+    """List the formats that are read and written, or tell how a file is understood.
+
+    With a file: how its format was recognised, what each of its columns is taken for, and what is
+    read of it.
+    """
+    if log is None:
+        print(format_formats(known_formats(), known_formats(RECEIVERS.values())))
+        return
+    with read_faults():
+        told = explain(log)
+    print(format_explanation(told))
