@@ -31,7 +31,7 @@ def test_a_page_and_its_numbers_are_written(cli, tmp_path):
     assert names(tmp_path / "out") == [f"{STEM}.html", f"{STEM}.json"]
     assert "run.csv: Nothing in this log passes a limit." in out
     content = json.loads((tmp_path / "out" / f"{STEM}.json").read_text())
-    assert content["findings"][0]["kind"] == "gyro"
+    assert content["findings"][0]["kind"] == "sensor"
 
 
 def test_an_unknown_unit_is_worth_a_look_and_says_what_to_type(cli, tmp_path):

@@ -61,8 +61,14 @@ def test_a_long_log_makes_no_long_page():
     assert len(zr.report(zr.read_recording(table)).to_html()) < 1e5
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium")
-def test_a_browser_loads_it_without_an_error_and_a_finding_shows_its_span(page, tmp_path):
+@pytest.mark.parametrize("kind", ["report", "before and after"])
+def test_a_browser_loads_it_without_an_error_and_a_finding_shows_its_span(page, tmp_path, kind):
+    if kind != "report":
+        motions = [zr.simulate_motion("hand", duration=30.0, seed=k) for k in (1, 2)]
+        reports = [zr.report(one.recording()) for one in motions]
+        page = zr.findings.before_after(*reports).to_html()
     click = "<script>document.querySelector('a[data-from]').click();</script>"
     file = tmp_path / "report.html"
     file.write_text(page.replace("</body>", f"{click}</body>"), encoding="utf-8")
@@ -77,6 +83,23 @@ def test_a_browser_loads_it_without_an_error_and_a_finding_shows_its_span(page, 
     assert len(boxes) == 1
     assert boxes != {"0 0 1000 200"}
     assert re.search(r'<div class="bar"(?![^>]*hidden)', run.stdout)
+
+
+def test_findings_of_one_kind_on_many_sensors_are_one_line():
+    n = 3000
+    random = np.random.default_rng(1)
+    table = {"time_s": np.arange(n) / 100.0}
+    for k in range(1, 9):
+        for axis in "xyz":
+            table[f"imu{k}_gyro_{axis}_dps"] = 0.05 * random.standard_normal(n)
+            rest = 9.80665 * (axis == "z") + (k == 8) * 0.5
+            table[f"imu{k}_accel_{axis}_mps2"] = rest + 0.02 * random.standard_normal(n)
+    text = zr.report(zr.read_recording(table)).to_html()
+    assert re.search(
+        r"<summary><b class=\"good\">good</b> gyro bias: 8 alike, [\d.]+ to [\d.]+ deg/s", text
+    )
+    assert "</b> gravity: 7 alike, " in text
+    assert text.count('<li class="act">') == 2  # first of all, and in its section
 
 
 def test_contrast_of_the_words_is_enough(page):

@@ -17,7 +17,7 @@ def contents(recording: Recording, found: Sequence[Imu]) -> Iterator[Finding]:
         text = (
             f"{name}: {log.channels} channels in {log.unit}, {log.n} samples at {log.rate:.6g} Hz."
         )
-        yield Finding(SECTION, name, "good", text, log.rate, "Hz", figure=_figure(found, name))
+        yield Finding(SECTION, "sensor", "good", text, log.rate, "Hz", figure=_figure(found, name))
     notes = [note for log in recording.values() for note in log.meta.get("notes", ())]
     for note in dict.fromkeys((*recording.notes, *notes)):
         yield Finding(SECTION, "reading", "good", f"{note[0].upper()}{note[1:]}.")

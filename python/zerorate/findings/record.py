@@ -33,7 +33,6 @@ def record(
         yield Finding(
             SECTION, "not identifiable", "good",
             f"{how}, for what this log does not determine: {', '.join(unknown)}.",
-            figure=imu.sensors[0].figure,
         )  # fmt: skip
 
 

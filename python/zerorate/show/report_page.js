@@ -1,5 +1,13 @@
 (function () {
   "use strict";
+  var folded = [];
+  window.addEventListener("beforeprint", function () {
+    folded = Array.prototype.slice.call(document.querySelectorAll("details:not([open])"));
+    folded.forEach(function (one) { one.open = true; });
+  });
+  window.addEventListener("afterprint", function () {
+    folded.forEach(function (one) { one.open = false; });
+  });
   var plots = Array.prototype.slice.call(document.querySelectorAll("svg.plot"));
   if (!plots.length) { return; }
   var whole = Number(plots[0].dataset.seconds), from = 0, to = whole;

@@ -9,8 +9,10 @@ from html import escape
 from typing import TYPE_CHECKING, Final
 
 from zerorate._native import __version__
+from zerorate.findings.enter import SECTION as ENTER
 from zerorate.findings.imus import imus
 from zerorate.findings.limits import LIMITS
+from zerorate.findings.record import SECTION as RECORD
 from zerorate.show.report_document import document
 from zerorate.show.report_figures import log_figures, seconds_of
 from zerorate.show.style import (
@@ -32,6 +34,12 @@ if TYPE_CHECKING:
     from zerorate.findings.report import Report
 
 _CODE: Final = re.compile("`([^`]*)`")
+_ALIKE: Final = 2
+"""Findings of one kind that are good, beyond which they are folded into one line."""
+_NOTES: Final = (ENTER, RECORD)
+"""Sections whose lines are judged by no limit."""
+_OWN_LINES: Final = ("reading", "not identifiable")
+"""Kinds whose sentences say different things."""
 _SHOWN: Final = 12
 """Findings that a terminal shows."""
 _TERMINAL_SPANS: Final = 3
@@ -114,7 +122,38 @@ def _anchor(name: str) -> str:
 
 
 def _listed(found: tuple[Finding, ...]) -> str:
-    return f'<ul class="findings">\n{"".join(map(_finding, found))}</ul>'
+    """Return findings as a list, those of one kind and severity folded where they are many."""
+    groups: dict[object, list[Finding]] = {}
+    for place, one in enumerate(found):
+        alike = one.kind not in _OWN_LINES
+        key = (one.kind, one.unit, one.severity) if alike else place
+        groups.setdefault(key, []).append(one)
+    lines = "".join(map(_of_kind, groups.values()))
+    return f'<ul class="findings">\n{lines}</ul>'
+
+
+def _of_kind(found: list[Finding]) -> str:
+    return _folded(found) if len(found) > _ALIKE else "".join(map(_finding, found))
+
+
+def _folded(found: list[Finding]) -> str:
+    """Return findings of one kind as a line that opens, the first urgent one before it."""
+    first = "" if found[0].severity == "good" else _finding(found[0])
+    others = found[bool(first) :]
+    kind, unit, how = others[0].kind, others[0].unit, others[0].severity
+    values = [one.value for one in others if one.value is not None and unit]
+    told = f", {_range(values)} {unit}" if values else ""
+    count = f"{len(others)} more" if first else f"{len(others)} alike"
+    return (
+        f'{first}<li class="{how}"><details><summary><b class="{how}">{how}</b> {escape(kind)}: '
+        f'{count}{escape(told)}</summary><ul class="findings">{"".join(map(_finding, others))}</ul>'
+        "</details></li>\n"
+    )
+
+
+def _range(values: list[float]) -> str:
+    low, high = f"{min(values):.4g}", f"{max(values):.4g}"
+    return low if low == high else f"{low} to {high}"
 
 
 def _first(report: Report) -> str:
@@ -124,7 +163,9 @@ def _first(report: Report) -> str:
 
 
 def _finding(one: Finding, others: int = 0) -> str:
-    parts = [f'<b class="{one.severity}">{one.severity}</b> {escape(one.text)}']
+    is_note = one.section in _NOTES
+    badge = "" if is_note else f'<b class="{one.severity}">{one.severity}</b> '
+    parts = [f"{badge}{escape(one.text)}"]
     told = [_link(one)] if one.figure else []
     if one.spans and not one.figure:
         told.append(f"Seen at {_times(one, 4)}.")
@@ -139,7 +180,7 @@ def _finding(one: Finding, others: int = 0) -> str:
             f"<details><summary>The lines for {escape(one.kind)}</summary>"
             f'<pre tabindex="0">{escape(one.code)}</pre></details>'
         )
-    return f'<li class="{one.severity}">{"".join(parts)}</li>\n'
+    return f'<li class="{"note" if is_note else one.severity}">{"".join(parts)}</li>\n'
 
 
 def finding_cell(one: Finding, prefix: str) -> str:
@@ -167,10 +208,11 @@ def _times(one: Finding, most: int) -> str:
 def limits_section() -> str:
     """Return the table of limits."""
     rows = "".join(map(_limit, LIMITS.values()))
-    head = "<tr><th>finding</th><th>look</th><th>act</th><th>unit</th><th>source</th></tr>"
+    names = ("finding", "look", "act", "unit", "source")
+    head = "".join(f'<th scope="col">{name}</th>' for name in names)
     return (
         '<section id="limits">\n<h2>Limits</h2>\n<div class="wide" tabindex="0" role="region" '
-        f'aria-label="Limits"><table><thead>{head}</thead><tbody>{rows}</tbody></table></div>\n</section>'
+        f'aria-label="Limits"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>\n</section>'
     )
 
 
