@@ -172,3 +172,17 @@ def test_a_px4_log_says_what_the_autopilot_wrote():
     (one,) = [one for one in found.findings if one.kind == "estimator vibration"]
     assert one.severity == "act"
     assert one.value == pytest.approx(0.110, abs=0.001)  # as another reader's rows have it
+
+
+@needs_recordings
+def test_samples_that_the_clock_lost_are_no_samples_without_a_number():
+    found = zr.report(zr.read_recording(RECORDINGS / "px4_motor_failure.ulg"))
+    assert {one.kind for one in found.urgent} == {"estimator vibration", "slow", "gaps"}
+
+
+@needs_recordings
+def test_an_ardupilot_log_says_what_the_autopilot_wrote():
+    found = zr.report(zr.read_recording(RECORDINGS / "formats" / "ardupilot_test.BIN"))
+    wrote = [one for one in found.findings if one.section == "What the autopilot wrote"]
+    assert [one.kind for one in wrote] == ["vibration", "clips", "clips", "clips"]
+    assert wrote[0].value == pytest.approx(0.215, abs=0.001)

@@ -1,4 +1,4 @@
-"""What PX4 itself wrote of vibration and clipping into its log, at the rate of the sensor."""
+"""What PX4 or ArduPilot wrote of vibration and clipping into its log, at the sensor's rate."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from zerorate.types import Booleans, Floats
 
 SECTION: Final = "What the autopilot wrote"
 _STATUS, _ESTIMATOR = "vehicle_imu_status", "estimator_status"
+_VIBE: Final = "VIBE"
+_SUFFIXES: Final = (".ulg", ".bin", ".log")
 _LEAST: Final = 5
 """Rows of a topic without which nothing is told."""
 
@@ -30,15 +32,15 @@ class Rows(NamedTuple):
 
 
 def autopilot(recording: Recording) -> Iterator[Finding]:
-    """Yield what a ULog says of vibration and clipping."""
-    for name, rows in rows_of(recording, (_STATUS, _ESTIMATOR)):
-        yield from _of_topic(name, rows)
+    """Yield what the log of an autopilot says of vibration and clipping."""
+    for name, rows in rows_of(recording, (_STATUS, _ESTIMATOR, _VIBE)):
+        yield from _of_vibe(rows) if name == _VIBE else _of_topic(name, rows)
 
 
 def rows_of(recording: Recording, topics: tuple[str, ...]) -> Iterator[tuple[str, Rows]]:
-    """Yield the rows of topics of a ULog whose names begin so; it is opened again for that."""
+    """Yield the rows of an autopilot's topics whose names begin so; the log is opened again."""
     path = Path(recording.source)
-    if path.suffix.lower() != ".ulg" or not path.is_file():
+    if path.suffix.lower() not in _SUFFIXES or not path.is_file():
         return
     try:
         tables = opened(path)[1].tables
@@ -62,6 +64,22 @@ def _rows(table: Table, start: float) -> Rows | None:
     if len(times) < _LEAST:
         return None
     return Rows(times, {label: column.astype(np.float64) for label, column in found.items()})
+
+
+def _of_vibe(rows: Rows) -> Iterator[Finding]:
+    """Yield what ArduPilot says: a row an IMU with its number, or rows with counters of all."""
+    numbers = rows.columns.get("IMU", np.zeros(len(rows.times)))
+    for number in np.unique(numbers):
+        which = numbers == number
+        times = rows.times[which]
+        columns = {name: column[which] for name, column in rows.columns.items()}
+        axes = [columns[f"Vibe{axis}"] for axis in "XYZ" if f"Vibe{axis}" in columns]
+        if axes and len(times) >= _LEAST:
+            yield from _level(f"VIBE of IMU {number:.0f}", "vibration", np.max(axes, axis=0), times)
+        for name in ("Clip", "Clip0", "Clip1", "Clip2"):
+            if name in columns and len(times) >= _LEAST:
+                of = number if name == "Clip" else float(name[-1])
+                yield _clips(f"VIBE of IMU {of:.0f}", "accel", columns[name], times)
 
 
 def _of_topic(name: str, rows: Rows) -> Iterator[Finding]:

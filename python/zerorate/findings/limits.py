@@ -77,7 +77,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
     "estimator vibration": Limit(
         "vibration in PX4's estimator (vibe[2]), 95 %", "m/s", 0.02, 0.04, "older flight_review"
     ),
-    "clips": Limit("growth of PX4's counters of clipped samples", "", 1, 100, _VIBRATION),
+    "clips": Limit("growth of the log's counters of clipped samples", "", 1, 100, _VIBRATION),
     "gyros differ": _from_act("difference of two gyros at rest", "deg/s", 5.0, _ARMING),
     "accels differ": _from_act(
         "difference of two accelerometers at rest", "m/s²", 0.75, "ArduPilot, ARMING_ACCTHRESH"

@@ -11,6 +11,7 @@ import numpy as np
 from zerorate.findings.finding import Finding
 from zerorate.findings.imus import BLOCK, Imu, Sensor
 from zerorate.findings.limits import LIMITS
+from zerorate.io.clocks.grid import ClockReport
 from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The samples"
@@ -41,7 +42,7 @@ def _of_sensor(imu: Imu, one: Sensor) -> Iterator[Finding]:
 
 
 def _missing(one: Sensor) -> Iterator[Finding]:
-    rows = np.flatnonzero(~np.isfinite(one.log.data).all(axis=1))
+    rows = _without_number(one)
     share = 100.0 * rows.size / one.log.n
     how = LIMITS["missing samples"].severity(share)
     if how == "good":
@@ -54,6 +55,17 @@ def _missing(one: Sensor) -> Iterator[Finding]:
         share, "%", None, spans, one.figure,
         "Compare with what the sensor sent; leave these spans out of any integral.",
     )  # fmt: skip
+
+
+def _without_number(one: Sensor) -> Integers:
+    """Return the rows without a number on some axis, less those that the clock found lost."""
+    known = np.isfinite(one.log.data)
+    report = one.log.meta.get("clock")
+    lost = report.missing_count if isinstance(report, ClockReport) else 0
+    nothing = ~known.any(axis=1)
+    some = ~known.all(axis=1)
+    # The clock tells how many are lost, not which: what goes beyond came without a number.
+    return np.flatnonzero(some if np.count_nonzero(nothing) > lost else some & ~nothing)
 
 
 def _nothing(one: Sensor) -> Finding:
