@@ -10,10 +10,12 @@ from scipy.io import savemat
 from support.bags import write_recording
 from support.dataflash import flight as copter
 from support.dataflash import write_dataflash, write_text
+from support.gopros import write_gopro
 from support.ulogs import flight, write_ulog
 
 N = 40
 COLUMNS = {"time_s": np.arange(N) / 100, "gyro_x_dps": np.random.default_rng(2).normal(size=N)}
+_CAMERA = np.random.default_rng(4).integers(-900, 900, (2, N, 3))
 
 
 def _csv(path):
@@ -51,6 +53,7 @@ _WRITERS = {
     "deflated.mat": lambda path: savemat(path, COLUMNS, do_compression=True),
     "a.ulg": lambda path: write_ulog(path, flight(N)),
     "a.bin": lambda path: write_dataflash(path, copter(N)),
+    "a.mp4": lambda path: write_gopro(path, *_CAMERA, rate=8),
     "a.log": lambda path: write_text(path, copter(N)),
 }
 FORMATS = (*_WRITERS, "a.bag", "a.db3", "a.mcap")

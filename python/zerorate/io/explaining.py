@@ -138,7 +138,7 @@ def reason(file: Path, form: Format) -> str:
         return "a text that begins with FMT, which declares messages"
     if suffix not in form.suffixes:
         return f"a text with lines of numbers; the suffix '{suffix}' is of no format"
-    if not form.marks:
+    if not form.marks and form.looks is None:
         return f"by its suffix {suffix}, and no other format begins so"
     return f"by its suffix {suffix} and its first bytes"
 
@@ -149,7 +149,7 @@ def _topics(content: Content, logs: Mapping[str, Log]) -> tuple[dict[str, Table]
     sensors = content.tables if content.sensors is None else content.sensors
     read = {name: content.tables[name] for name in sensors} if "" not in content.tables else {}
     read = read or dict(content.tables)
-    shown = {name: table for name, table in read.items() if name in used or not used & set(read)}
+    shown = {name: table for name, table in read.items() if table.meta.sensor in used} or read
     return shown, tuple(name for name in content.tables if name not in shown)
 
 
@@ -159,7 +159,7 @@ def _columns(topic: str, table: Table, logs: Mapping[str, Log]) -> tuple[Explain
     of = {
         column: name
         for name, log in logs.items()
-        if not topic or log.meta.get("sensor") in (topic, None)
+        if not topic or log.meta.get("sensor") in (table.meta.sensor, None)
         for column in log.names
     }
     return tuple(

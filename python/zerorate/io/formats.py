@@ -13,7 +13,18 @@ import numpy.typing as npt
 from zerorate.io.damage import guarded_content
 from zerorate.io.log import LogError
 from zerorate.io.parts import Part
-from zerorate.io.readers import ardupilot, arrow, hdf5, matlab, numpy_files, parquet, px4, ros, text
+from zerorate.io.readers import (
+    ardupilot,
+    arrow,
+    camera,
+    hdf5,
+    matlab,
+    numpy_files,
+    parquet,
+    px4,
+    ros,
+    text,
+)
 from zerorate.io.readers.dataflash import is_text_log
 from zerorate.io.readers.objects import ArrowStream, described, table_of
 from zerorate.io.table import Content, Format
@@ -35,11 +46,12 @@ FORMATS: Final = (
     px4.FORMAT,
     ardupilot.FORMAT,
     ardupilot.TEXT,
+    camera.FORMAT,
 )
 """To add one, see "Adding a reader" in CONTRIBUTING.md."""
 
 _TEXT = text.FORMAT
-_BINARY = tuple(form for form in FORMATS if form.marks)
+_BINARY = tuple(form for form in FORMATS if form.marks or form.looks)
 _BAG_FOLDER = next(form for form in FORMATS if form.kind == "ros2")
 _HEAD = 16
 
@@ -122,11 +134,11 @@ def _is_log_as_text(file: Path) -> bool:
 
 def binary_format(head: bytes) -> Format | None:
     """Return the format whose files begin so, None for a text."""
-    return next((form for form in _BINARY if head.startswith(form.marks)), None)
+    return next((form for form in _BINARY if form.fits(head)), None)
 
 
 def _check_content(form: Format, head: bytes) -> None:
     content = binary_format(head) or _TEXT
-    if content is not form and not head.startswith(form.marks):
+    if content is not form and not form.fits(head):
         found = "something else" if content is _TEXT else content.called
         raise LogError(f"by its suffix {form.called}, by its content {found}; rename or convert it")

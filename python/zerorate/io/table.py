@@ -150,7 +150,7 @@ class Format:
     """A format of files.
 
     ``called`` is its name in a sentence, ``marks`` are the beginnings a file of it may have, none
-    for text.
+    for text; ``looks`` tells of other beginnings whether they are of it.
     """
 
     kind: str
@@ -159,6 +159,11 @@ class Format:
     marks: tuple[bytes, ...]
     read: Reader
     needs: Needs | None = None
+    looks: Callable[[bytes], bool] | None = None
+
+    def fits(self, head: bytes) -> bool:
+        """Whether a file of this format may begin so; False for text, which any bytes may be."""
+        return head.startswith(self.marks) or (self.looks is not None and self.looks(head))
 
 
 def listed_names(table: Table) -> Table:

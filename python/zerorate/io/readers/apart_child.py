@@ -1,4 +1,4 @@
-"""The program that reads HDF5, MAT files and bags in a process of its own, within limits.
+"""The program that reads HDF5, MAT files, bags and videos in a process of its own, within limits.
 
 It takes requests as lines of JSON: the name of a function here, its arguments, and the seconds of
 computing and bytes of memory that it may take. An answer is a line of JSON, then the bytes of the
@@ -236,12 +236,26 @@ def bag_columns(path: str, topic: str, wanted: list[int]) -> _Answer:
     return None, ros.columns(Path(path), topic, wanted)
 
 
+def camera_sensors(path: str) -> _Answer:
+    """Return what telemetry-parser finds in a file: the camera, its sensors, and what else."""
+    from zerorate.io.readers import camera
+
+    found = camera.sensors(Path(path))
+    sensors = [
+        {"sensor": one.sensor, "names": one.names, "axes": one.axes, "note": one.note}
+        for one in found.sensors
+    ]
+    told = {"camera": found.camera, "sensors": sensors, "others": found.others}
+    return told, [column for one in found.sensors for column in one.columns]
+
+
 _WORKS: Final[dict[str, tuple[Callable[..., _Answer], str, bool]]] = {
     "mat_arrays": (mat_arrays, "scipy.io", True),
     "hdf5_listing": (hdf5_listing, "h5py", True),
     "hdf5_values": (hdf5_values, "h5py", True),
     "bag_topics": (bag_topics, "zerorate.io.readers.ros", False),
     "bag_columns": (bag_columns, "zerorate.io.readers.ros", False),
+    "camera_sensors": (camera_sensors, "zerorate.io.readers.camera", True),
 }
 """Functions by name, the module that each needs, and whether damage may spoil its memory."""
 

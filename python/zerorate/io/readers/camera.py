@@ -1,0 +1,217 @@
+"""Videos and flight recorders that telemetry-parser reads: GoPro, Sony, Betaflight and others.
+
+Where packets of samples tell their own clock, raw values are taken with their scale, unit and
+temperature, each sensor on its clock; else what telemetry-parser makes of them, in its common axes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from zerorate.io.log import LogError
+from zerorate.io.readers.apart import asked
+from zerorate.io.readers.rows import content_of
+from zerorate.io.table import Column, Content, Format, Metadata, Needs, Table
+from zerorate.texts import extra_needed, one_line
+from zerorate.types import Floats
+
+_Group = Mapping[str, Any]
+
+_BOXES: Final = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
+"""Boxes with which videos begin."""
+_BLACKBOX: Final = b"H Product:Blackbox"
+_KINDS: Final = {"Gyroscope": "gyro", "Accelerometer": "accel", "Magnetometer": "mag"}
+_UNITS: Final = {
+    "rad/s": "radps",
+    "deg/s": "dps",
+    "°/s": "dps",
+    "m/s²": "mps2",
+    "m/s^2": "mps2",
+    "g": "g",
+    "µT": "ut",
+    "μT": "ut",
+}
+_CLOCKS: Final = {"TimestampUs": 1, "0x5449434b": 1000}
+"""Clocks of a packet: of GoPro's STMP and TICK, and their microseconds."""
+_CHANNELS: Final = {"up/down": "z", "right/left": "x", "forward/back": "y"}
+_NAMED: Final = re.compile(r"\(([\w/]+), ?([\w/]+), ?([\w/]+)\)")
+_COMMON: Final = {"gyro": "gyro_{}_dps", "accl": "accel_{}_mps2", "magn": "mag_{}_ut"}
+"""What telemetry-parser makes of all cameras, and its units."""
+_MOST: Final = 12
+"""Things that a sentence lists."""
+
+
+def _begins(head: bytes) -> bool:
+    return head[4:8] in _BOXES or head.startswith(_BLACKBOX[: len(head)])
+
+
+def _read(path: Path) -> Content:
+    if find_spec("telemetry_parser") is None:
+        raise ImportError(extra_needed("telemetry_parser", "camera", "a video or flight recorder"))
+    told, arrays = asked("camera_sensors", path)
+    if not told["sensors"]:
+        listed = ", ".join(told["others"][:_MOST]) or "nothing that it knows"
+        raise LogError(f"no gyro is found in this file of {told['camera']}; there is: {listed}")
+    columns = iter(arrays)
+    tables = {}
+    for one in told["sensors"]:
+        own = [next(columns) for _ in one["names"]]
+        notes = (one["note"],) if one["note"] else ()
+        meta = Metadata(sensor=f"{told['camera']} {one['sensor']}", axes=one["axes"], notes=notes)
+        tables[one["sensor"]] = _table(tuple(one["names"]), own, meta)
+    return content_of(tables)
+
+
+FORMAT: Format = Format(
+    "camera",
+    "a video or flight recorder",
+    (".mp4", ".mov", ".360", ".insv", ".bbl", ".bfl"),
+    (),
+    _read,
+    Needs("telemetry_parser", "camera"),
+    _begins,
+)
+
+
+def _table(names: tuple[str, ...], columns: Sequence[Column], meta: Metadata) -> Table:
+    return Table(
+        len(names), lambda wanted: [columns[i] for i in wanted], names=names, meta=meta, time=0
+    )
+
+
+class Sensor(NamedTuple):
+    """What is read of a sensor: names of columns, the first of times, and these."""
+
+    sensor: str
+    names: tuple[str, ...]
+    columns: tuple[Column, ...]
+    axes: str | None
+    note: str
+
+
+class Found(NamedTuple):
+    """A camera, its sensors, and what else its file holds."""
+
+    camera: str
+    sensors: list[Sensor]
+    others: list[str]
+
+
+def sensors(path: Path) -> Found:
+    """Return the sensors that telemetry-parser finds in a file.
+
+    This runs in a process of its own, because damaged files can end it.
+
+    Raises
+    ------
+    ValueError
+        In the place of whatever the library raises.
+    """
+    import telemetry_parser
+
+    try:
+        parser = telemetry_parser.Parser(str(path))
+        packets = parser.telemetry()
+    except BaseException as error:  # panics of the library are no Exception
+        raise ValueError(str(error)) from None
+    camera = one_line(f"{parser.camera or ''} {parser.model or ''}".strip())
+    groups: dict[str, list[_Group]] = {}
+    for packet in packets:
+        for name, group in packet.items():
+            groups.setdefault(name, []).append(group)
+    found = [one for name in _KINDS if (one := _clocked(name, groups.get(name, ()))) is not None]
+    if not any(one.sensor == "gyro" for one in found):
+        try:
+            found = list(_common(parser.normalized_imu()))
+        except BaseException as error:
+            raise ValueError(str(error)) from None
+    others = [_called(name, of) for name, of in groups.items() if name != "Default"]
+    return Found(camera, found, list(dict.fromkeys(others)))
+
+
+def _called(name: str, groups: Sequence[_Group]) -> str:
+    told = groups[0].get("Name")
+    return one_line(told if isinstance(told, str) else name)
+
+
+def _clocked(name: str, packets: Sequence[_Group]) -> Sensor | None:
+    """Return a sensor whose packets have raw values and a clock of their own."""
+    rows = [packet.get("Data") for packet in packets]
+    clock = next((key for key in _CLOCKS if all(key in packet for packet in packets)), None)
+    unit = {packet.get("Unit") for packet in packets}
+    if len(rows) < 2 or clock is None or len(unit) > 1 or not all(map(_are_triads, rows)):
+        return None
+    suffix = _UNITS.get(str(unit.pop()))
+    scales = {packet.get("Scale", 1) for packet in packets}
+    if suffix is None or len(scales) > 1 or not isinstance(scale := scales.pop(), (int, float)):
+        return None
+    flat = (float(one[axis]) for row in rows if row for one in row for axis in "xyz")
+    values = np.fromiter(flat, np.float64).reshape(-1, 3) / (scale or 1)
+    counts = [len(row) for row in rows if row is not None]
+    begins = np.concatenate(([0], np.cumsum(counts)[:-1]))
+    ticks = np.array([float(packet[clock]) for packet in packets]) * _CLOCKS[clock]
+    order, axes, note = _orientation(packets[0])
+    values = np.column_stack([sign * values[:, at] for at, sign in order])
+    kind = _KINDS[name]
+    names = ["timestamp_us", *(f"{kind}_{axis}_{suffix}" for axis in "xyz")]
+    columns: list[Column] = [_times(begins, ticks, len(values)), *values.T.copy()]
+    temperatures = [packet.get("Temperature") for packet in packets]
+    if all(isinstance(one, (int, float)) for one in temperatures):
+        column = np.full(len(values), np.nan)
+        column[begins[np.array(counts) > 0]] = [
+            t for t, count in zip(temperatures, counts, strict=True) if count
+        ]
+        names, columns = [*names, "temperature_degc"], [*columns, column]
+    return Sensor(kind, tuple(names), tuple(columns), axes, note)
+
+
+def _are_triads(rows: object) -> bool:
+    return isinstance(rows, list) and all(
+        isinstance(one, dict) and {"x", "y", "z"} == set(one) for one in rows
+    )
+
+
+def _times(begins: Column, ticks: Floats, count: int) -> Column:
+    """Return times of samples, us, between the packets that tell theirs, and after the last."""
+    rate = (begins[-1] - begins[0]) / (ticks[-1] - ticks[0]) if ticks[-1] > ticks[0] else 0.0
+    if not rate > 0.0:
+        raise ValueError("the clock of the packets does not go on")
+    end = ticks[-1] + (count - begins[-1]) / rate
+    times = np.interp(np.arange(count), [*begins, count], [*ticks, end])
+    return np.asarray(np.rint(times), dtype=np.int64)
+
+
+def _orientation(packet: _Group) -> tuple[list[tuple[int, int]], str, str]:
+    """Return the channel and sign of each axis, what axes these are, and a note."""
+    told = packet.get("Orientation")
+    if isinstance(told, str) and sorted(told.lower()) == ["x", "y", "z"]:
+        order = [("xyz".index(letter.lower()), 1 if letter.isupper() else -1) for letter in told]
+        return order, "those of telemetry-parser", f"axes are turned by the orientation {told}"
+    named = _NAMED.search(str(packet.get("Name", "")))
+    channels = [_CHANNELS.get(part, part) for part in named.groups()] if named else []
+    if named is not None and sorted(channels) == ["x", "y", "z"]:
+        order = [(channels.index(axis), 1) for axis in "xyz"]
+        said = f"the channels are {named[0][1:-1]}, of which x, y, z are made"
+        return order, "right or left, forward or back, up", said
+    return [(0, 1), (1, 1), (2, 1)], "those of the channels", "nothing tells where the axes point"
+
+
+def _common(rows: Sequence[Mapping[str, Any]]) -> Iterator[Sensor]:
+    """Yield the sensors in what telemetry-parser makes of any camera, by its clock."""
+    times = np.array([row["timestamp_ms"] for row in rows], np.float64)
+    for key, name in _COMMON.items():
+        there = [row.get(key) is not None for row in rows]
+        if any(there):
+            flat = [row[key] for row, own in zip(rows, there, strict=True) if own]
+            values = np.array(flat, np.float64).reshape(-1, 3)
+            names = ("timestamp_ms", *(name.format(axis) for axis in "xyz"))
+            note = "times, axes and units are as telemetry-parser makes them"
+            kind = name.partition("_")[0]
+            columns = (times[np.array(there)], *values.T.copy())
+            yield Sensor(kind, names, columns, "those of telemetry-parser", note)
