@@ -6,8 +6,11 @@ temperature, each sensor on its clock; else what telemetry-parser makes of them,
 
 from __future__ import annotations
 
+import os
 import re
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -116,7 +119,8 @@ def sensors(path: Path) -> Found:
     import telemetry_parser
 
     try:
-        parser = telemetry_parser.Parser(str(path))
+        with _named_in_text(path) as name:
+            parser = telemetry_parser.Parser(name)
         packets = parser.telemetry()
     except BaseException as error:  # panics of the library are no Exception
         raise ValueError(str(error)) from None
@@ -133,6 +137,21 @@ def sensors(path: Path) -> Found:
             raise ValueError(str(error)) from None
     others = [_called(name, of) for name, of in groups.items() if name != "Default"]
     return Found(camera, found, list(dict.fromkeys(others)))
+
+
+@contextmanager
+def _named_in_text(path: Path) -> Iterator[str]:
+    """Give a name of a file that is text: that of a link to it, where its own is none."""
+    name = os.fspath(path)
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        with tempfile.TemporaryDirectory() as folder:
+            link = Path(folder) / f"file{path.suffix}"
+            link.symlink_to(path.absolute())
+            yield str(link)
+    else:
+        yield name
 
 
 def _called(name: str, groups: Sequence[_Group]) -> str:
