@@ -152,6 +152,77 @@ def test_the_true_orientation_of_a_simulated_flight_is_a_reference(tmp_path):
     assert (recording.reference.unit, recording.reference.channels) == ("1", 4)
 
 
+def test_an_estimated_attitude_is_a_reference_that_says_so(tmp_path):
+    q = np.tile(np.float32([1, 0, 0, 0]), (N, 1))
+    own = {("vehicle_attitude", 0): {"timestamp": stamps(N, 5000), "q": q}}
+    recording = zr.read_recording(write_ulog(tmp_path / "a.ulg", flight(N) | own))
+    assert recording.reference.meta["sensor"] == "vehicle_attitude"
+    assert any("the autopilot's own estimate" in note for note in recording.notes)
+    truth = {("vehicle_attitude_groundtruth", 0): {"timestamp": stamps(N, 5000), "q": q}}
+    recording = zr.read_recording(write_ulog(tmp_path / "a.ulg", flight(N) | own | truth))
+    assert recording.reference.meta["sensor"] == "vehicle_attitude_groundtruth"
+    assert "reference_1" not in recording.names
+
+
+def fifo(counts, samples, period, scale):
+    """Return the rows of a topic of samples, (n, 3) in whole numbers, so many in each."""
+    ends = np.cumsum(counts)
+    fields = {
+        "timestamp": (1_000_500 + period * ends).astype(np.uint64),
+        "timestamp_sample": (1_000_000 + period * (ends - 1)).astype(np.uint64),
+        "device_id": np.full(len(counts), 7, np.uint32),
+        "dt": np.full(len(counts), period, np.float32),
+        "scale": np.full(len(counts), scale, np.float32),
+        "samples": np.asarray(counts, np.uint8),
+    }
+    for i, axis in enumerate("xyz"):
+        rows = np.zeros((len(counts), 32), np.int16)
+        for row, end, count in zip(rows, ends, counts, strict=True):
+            row[:count] = samples[end - count : end, i]
+        fields[axis] = rows
+    return fields
+
+
+def test_samples_that_come_many_in_a_row(tmp_path):
+    counts = [8, 32, 20, 31] * 5
+    samples = np.random.default_rng(6).integers(-3000, 3000, (sum(counts), 3))
+    topics = {("sensor_gyro_fifo", 0): fifo(counts, samples, 125, 0.001)}
+    path = write_ulog(tmp_path / "a.ulg", flight(N) | topics)
+    log = zr.read_log(path, topic="sensor_gyro_fifo")
+    assert (log.rate, log.time[0], log.n) == (8000, 1.0, len(samples))
+    np.testing.assert_array_equal(log.data, samples * float(np.float32(0.001)))
+    notes = zr.read_log(path).meta["notes"]
+    assert any("faster samples are read by topic=: sensor_gyro_fifo" in str(n) for n in notes)
+    assert "gyro_1" not in zr.read_recording(path).names
+    alone = write_ulog(tmp_path / "b.ulg", topics)
+    assert zr.read_log(alone).rate == 8000
+
+
+def test_topics_of_one_device_are_told(tmp_path):
+    one, other = ({"device_id": np.full(N, number, np.uint32)} for number in (7, 9))
+    imu = {
+        "timestamp": stamps(N, 5000),
+        "gyro_device_id": np.full(N, 9, np.uint32),
+        **{f"delta_{kind}": vectors() for kind in ("angle", "velocity")},
+        **{f"delta_{kind}_dt": np.full(N, 5000, np.uint32) for kind in ("angle", "velocity")},
+    }
+    topics = {
+        ("vehicle_imu", 0): imu,
+        ("sensor_gyro", 0): sensor(N, 5000, vectors(), **one),
+        ("sensor_gyro", 1): sensor(N, 5000, vectors(), **other),
+    }
+    recording = zr.read_recording(write_ulog(tmp_path / "a.ulg", topics))
+    assert "sensor_gyro_1 and vehicle_imu are of one device" in recording["gyro_2"].meta["notes"]
+    assert not any("one device" in str(note) for note in recording["gyro_1"].meta["notes"])
+
+
+def test_the_calibration_among_the_parameters(tmp_path):
+    parameters = {"CAL_GYRO0_XOFF": 0.0125, "CAL_GYRO0_ID": 3, "SYS_AUTOSTART": 4001}
+    log = zr.read_log(write_ulog(tmp_path / "a.ulg", flight(N), parameters=parameters))
+    expected = {"CAL_GYRO0_XOFF": pytest.approx(0.0125), "CAL_GYRO0_ID": 3}
+    assert log.meta["calibration"] == expected
+
+
 def test_what_the_logger_lost_is_a_gap_and_noted(tmp_path):
     topics = flight(N)
     kept = np.delete(np.arange(N), range(100, 120))

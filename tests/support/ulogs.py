@@ -6,7 +6,7 @@ import numpy as np
 
 MAGIC = b"ULog\x01\x12\x35"
 TYPES = {"u8": "uint64_t", "u4": "uint32_t", "u1": "uint8_t", "i4": "int32_t", "f4": "float"}
-TYPES |= {"f8": "double"}
+TYPES |= {"f8": "double", "i2": "int16_t"}
 
 
 def flight(n=400, period=5000, start=1_000_000, seed=5):
@@ -36,12 +36,16 @@ def sensor(n, period, values, temperature=None, **more):
     return fields
 
 
-def write_ulog(path, topics, dropouts=()):
+def write_ulog(path, topics, dropouts=(), parameters=None):
     """Write topics by name and instance, each of fields (n,) or (n, k); return the path.
 
-    ``dropouts`` are pairs of a time, us, and a duration, ms.
+    ``dropouts`` are pairs of a time, us, and a duration, ms, ``parameters`` numbers by name.
     """
     raw = [MAGIC + b"\x01" + struct.pack("<Q", 0), message("B", bytes(40))]
+    for name, value in (parameters or {}).items():
+        kind, form = ("int32_t", "<i") if isinstance(value, int) else ("float", "<f")
+        key = f"{kind} {name}".encode()
+        raw.append(message("P", bytes([len(key)]) + key + struct.pack(form, value)))
     for name in dict.fromkeys(name for name, _ in topics):
         fields = next(f for (other, _), f in topics.items() if other == name)
         listed = "".join(f"{_type(values)} {field};" for field, values in fields.items())

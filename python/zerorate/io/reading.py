@@ -167,7 +167,8 @@ def read_log(
         or ``.db3`` of a ROS 2 bag, ``.mcap``, PX4's ``.ulg``, ArduPilot's ``.bin`` or its text,
         a camera's ``.mp4``, Betaflight's ``.bbl``. Or an object: a data frame of pandas or polars,
         a pyarrow table or another with ``__arrow_c_stream__``, a dict of arrays by name, a
-        structured array, an array (n,) or (n, k). ``docs/reference/logs.md`` says what is read of each.
+        structured array, an array (n,) or (n, k). ``docs/reference/logs.md`` says what is read of
+        each.
     rate
         Samples per second, Hz. Needed where the file has neither timestamps nor a rate in its
         metadata; elsewhere it must agree with the timestamps to 1 % and then is the log's rate.

@@ -302,6 +302,8 @@ def _of_source(
         wanted = [sensor for sensor in sensors if sensor.kind in request.only]
         for shared in _by_clock(table, wanted):
             yield from _readable(table, shared, request, told, notes)
+        if any(sensor.kind == "reference" for sensor in wanted):
+            notes.extend(table.meta.notes)  # of what others are judged by
         request = replace(request, columns={})
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io.log import LogError
 from zerorate.io.names import looks_like_gyro
 from zerorate.io.readers.ulog import MAGIC, Topic, ULog, parsed
@@ -33,10 +36,46 @@ def _read(path: Path) -> Content:
     notes = _notes(log, len(raw))
     found = {_name(topic): topic for topic in log.topics}
     ranked = sorted(found, key=lambda name: _rank(found[name]))
-    tables = {name: _table(name, found[name], notes) for name in ranked}
+    meta = Metadata(calibration=_calibration(log), notes=notes)
+    tables = {name: _table(name, found[name], meta) for name in ranked}
     sensors = tuple(name for name in tables if found[name].name in _TOPICS)
     measured = tuple(name for name in sensors if found[name].name not in _DERIVED)
+    if not any(found[name].name == _TRUTH for name in ranked):
+        measured += tuple(name for name in ranked if name == _ESTIMATE)
+    tables = _told(tables, found, measured)
     return Content(tables, lambda asked: _chosen(tables, sensors, asked), measured)
+
+
+def _calibration(log: ULog) -> dict[str, float] | None:
+    return {n: v for n, v in log.parameters.items() if _CALIBRATION.match(n)} or None
+
+
+def _told(
+    tables: dict[str, Table], found: Mapping[str, Topic], measured: Sequence[str]
+) -> dict[str, Table]:
+    """Return the tables with what is to be said of each: the same device, faster samples."""
+    devices: dict[int, str] = {}
+    told = dict(tables)
+    for name in measured:
+        notes = [_NO_TRUTH] if name == _ESTIMATE else []
+        ids = found[name].fields.get(_DEVICE.get(found[name].name, ""))
+        if ids is not None and ids.any():
+            other = devices.setdefault(int(ids[0]), name)
+            if other != name:
+                notes.append(f"{name} and {other} are of one device")
+        told[name] = _noting(tables[name], *notes)
+    first = next((name for name in measured if _has_gyro(tables[name])), None)
+    fast = [n for n in tables if found[n].name == "sensor_gyro_fifo"]
+    if first is not None and fast:
+        told[first] = _noting(
+            told[first], said("faster samples are read by ", given("topic"), f": {', '.join(fast)}")
+        )
+    return told
+
+
+def _noting(table: Table, *notes: str) -> Table:
+    meta = replace(table.meta, notes=(*table.meta.notes, *notes))
+    return replace(table, meta=meta) if notes else table
 
 
 FORMAT = Format("ulog", "a ULog", (".ulg",), (MAGIC,), _read)
@@ -109,6 +148,24 @@ def _of_vector(field: str, name: str) -> Callable[[_Fields], _Columns]:
     return columns
 
 
+def _fifo(fields: _Fields, name: str) -> tuple[Column, _Columns]:
+    """Return times, us, and values of samples that come many in a row, the last at its time."""
+    count = np.clip(fields["samples"].astype(np.int64), 0, _OF_A_FIFO)[:, None]
+    place = np.arange(_OF_A_FIFO)
+    used = place < count
+    with np.errstate(invalid="ignore", over="ignore"):
+        before = (count - 1 - place) * np.nan_to_num(fields["dt"].astype(np.float64))[:, None]
+        before = np.rint(np.clip(before, 0.0, 1e6)).astype(np.int64)
+        scale = fields["scale"].astype(np.float64)[:, None]
+        columns = {
+            name.format(axis): (
+                np.stack([fields[f"{axis}[{i}]"] for i in range(_OF_A_FIFO)], axis=1) * scale
+            )[used]
+            for axis in _AXES
+        }
+    return (_stamps(fields)[:, None] - before)[used], columns
+
+
 def _attitude(fields: _Fields) -> _Columns:
     return {f"ref_quat_{letter}": fields[f"q[{i}]"] for i, letter in enumerate("wxyz")}
 
@@ -125,11 +182,28 @@ _TOPICS: Final[dict[str, Callable[[_Fields], _Columns]]] = {
     "vehicle_gps_position": _fixes,
     "sensor_gps": _fixes,
     "vehicle_attitude_groundtruth": _attitude,
+    "vehicle_attitude": _attitude,
+    "sensor_gyro_fifo": _of_vector("{}", "gyro_{}_radps"),
+    "sensor_accel_fifo": _of_vector("{}", "accel_{}_mps2"),
 }
 """Topics of sensors, the best of each kind first, and what turns their fields into columns."""
 
-_DERIVED: Final = ("vehicle_angular_velocity", "vehicle_acceleration")
-"""Filtered and freed of their bias by the autopilot: no further sensors."""
+_FIFOS: Final = {"sensor_gyro_fifo": "gyro_{}_radps", "sensor_accel_fifo": "accel_{}_mps2"}
+"""Topics of which a row has many samples, and the names of their columns."""
+_OF_A_FIFO: Final = 32
+_TRUTH: Final = "vehicle_attitude_groundtruth"
+_ESTIMATE: Final = "vehicle_attitude"
+_NO_TRUTH: Final = (
+    "the attitude vehicle_attitude is the autopilot's own estimate, no reference to judge by"
+)
+_DERIVED: Final = ("vehicle_angular_velocity", "vehicle_acceleration", _ESTIMATE, *_FIFOS)
+"""Filtered, estimated, or further samples of a sensor: no further sensors."""
+_DEVICE: Final = {"vehicle_imu": "gyro_device_id", "sensor_gyro": "device_id"}
+"""Fields with the number of a gyro, by which topics of one are known."""
+_CALIBRATION: Final = re.compile(
+    r"CAL_(GYRO|ACC|MAG)|TC_[GAM]|SENS_BOARD_|SENS_IMU_|SENS_MAG_|EKF2_(IMU|GPS)_POS"
+)
+"""Parameters with what the autopilot takes its sensors to be off by, and how they are mounted."""
 
 _RANKS: Final = {name: rank for rank, name in enumerate(_TOPICS)}
 
@@ -141,24 +215,37 @@ def _vector(fields: _Fields, field: str, name: str) -> _Columns:
     }
 
 
-def _table(name: str, topic: Topic, notes: tuple[str, ...]) -> Table:
-    fields = topic.fields
+def _stamps(fields: _Fields) -> Column:
     # Published a little later than sampled: 0 where the driver does not tell the sample's time.
     stamps = fields.get("timestamp_sample")
     if stamps is None or not stamps.all():
         stamps = fields["timestamp"]
+    return stamps.astype(np.int64)
+
+
+def _table(name: str, topic: Topic, meta: Metadata) -> Table:
+    fields = topic.fields
+    stamps = _stamps(fields)
     try:
-        columns = _TOPICS[topic.name](fields)
+        if topic.name in _FIFOS:
+            stamps, columns = _fifo(fields, _FIFOS[topic.name])
+        else:
+            columns = _TOPICS[topic.name](fields)
     except KeyError:  # any other topic, or fields of a version that is not known
         columns = {key: v for key, v in fields.items() if not key.startswith("timestamp")}
-    names, arrays = ("timestamp_us", *columns), [stamps.astype(np.int64), *columns.values()]
+    names, arrays = ("timestamp_us", *columns), [stamps, *columns.values()]
 
     def load(wanted: Sequence[int]) -> list[Column]:
         return [arrays[i] for i in wanted]
 
-    axes = FORWARD_RIGHT_DOWN if topic.name in _TOPICS else None
-    meta = Metadata(sensor=name, axes=axes, notes=notes)
-    return Table(len(names), load, names=names, meta=meta, time=0)
+    known = topic.name in _TOPICS
+    own = replace(
+        meta,
+        sensor=name,
+        axes=FORWARD_RIGHT_DOWN if known else None,
+        calibration=meta.calibration if known else None,
+    )
+    return Table(len(names), load, names=names, meta=own, time=0)
 
 
 def _name(topic: Topic) -> str:

@@ -48,6 +48,7 @@ _KINDS: Final = b"ABCDFILMOPQRS"
 _KNOWN: Final = re.compile(b"[" + _KINDS + b"]")
 _SYNC: Final = b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
 _FORMAT: Final = re.compile(rb"[\w/-]{1,255}:[ -~]*")
+_PARAMETER: Final = re.compile(rb"(float|int32_t) (\w{1,64})")
 _FIELD: Final = re.compile(r"([\w/-]{1,255})(?:\[(\d{1,5})\])? (\S{1,255})")
 
 _MOST: Final = 0xFFFF
@@ -72,12 +73,14 @@ class Topic:
 
 @dataclass
 class ULog:
-    """Topics of a log, its dropouts with their time in ms, and how many of its bytes were lost.
+    """Topics of a log, its parameters as they were last, its dropouts with their time in ms.
 
-    ``cut`` are the bytes of a last message that the file ends within.
+    ``lost`` are bytes that could not be read, ``cut`` those of a last message that the file ends
+    within.
     """
 
     topics: list[Topic] = field(default_factory=list)
+    parameters: dict[str, float] = field(default_factory=dict)
     dropouts: int = 0
     dropped: int = 0
     lost: int = 0
@@ -246,9 +249,18 @@ class _Walk:
                 self._formats.add(self._raw[at:after])
             case "A":
                 self._subscribe(at, after)
+            case "P":
+                self._parameter(self._raw[at:after])
             case "O":
                 self.log.dropouts += 1
                 self.log.dropped += int.from_bytes(self._raw[at:after], "little")
+
+    def _parameter(self, raw: bytes) -> None:
+        found = _PARAMETER.fullmatch(raw[1 : 1 + raw[0]])
+        if found is not None and len(raw) == 5 + raw[0]:
+            kind = "<f" if found[1] == b"float" else "<i"
+            (value,) = struct.unpack_from(kind, raw, 1 + raw[0])
+            self.log.parameters[found[2].decode("ascii")] = float(value)
 
     def _subscribe(self, at: int, after: int) -> None:
         name, row = self._subscribed(at, after)
