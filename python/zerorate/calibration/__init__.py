@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING, Final
 
-from zerorate.calibration.calibrate import CalibrationError, calibrate
+from zerorate.calibration.calibrate import calibrate
+from zerorate.calibration.refusal import CalibrationError
 from zerorate.lazy import later
 
 if TYPE_CHECKING:

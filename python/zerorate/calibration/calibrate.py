@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from zerorate.io.log import LogError, Recording
+from zerorate.io.log import Recording
 
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration, Rest
@@ -13,21 +13,6 @@ if TYPE_CHECKING:
     from zerorate.calibration.fit.solution import GSensitivity
     from zerorate.calibration.fit.starts import PriorName
     from zerorate.calibration.parameters import Frame
-
-
-class CalibrationError(LogError):
-    """A record has too few rests or turns; the message says what it has.
-
-    Attributes
-    ----------
-    calibration : Calibration or None
-        What they tell all the same, which is never valid; None if it is nothing.
-    """
-
-    def __init__(self, message: str, calibration: Calibration | None = None) -> None:
-        """Keep the message to one line."""
-        super().__init__(message)
-        self.calibration = calibration
 
 
 def calibrate(

@@ -7,8 +7,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.calibration.calibrate import CalibrationError, calibrate
+from zerorate.calibration.calibrate import calibrate
 from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.refusal import CalibrationError
 from zerorate.faults import sentence_of
 from zerorate.findings.finding import Finding, Spans
 from zerorate.findings.imus import Imu, part

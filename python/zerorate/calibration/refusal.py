@@ -1,0 +1,25 @@
+"""Why a record gives no calibration."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from zerorate.io.log import LogError
+
+if TYPE_CHECKING:
+    from zerorate.calibration.calibration import Calibration
+
+
+class CalibrationError(LogError):
+    """A record has too few rests or turns; the message says what it has.
+
+    Attributes
+    ----------
+    calibration : Calibration or None
+        What they tell all the same, which is never valid; None if it is nothing.
+    """
+
+    def __init__(self, message: str, calibration: Calibration | None = None) -> None:
+        """Keep the message to one line."""
+        super().__init__(message)
+        self.calibration = calibration
