@@ -45,6 +45,7 @@ def hostile(rng, n, sensors):
     return z
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("weights", ["auto", "mean", "white"])
 @pytest.mark.parametrize("rotated", [False, True])
 @settings(max_examples=3)

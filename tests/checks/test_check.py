@@ -31,6 +31,7 @@ def mistaken(recording, sense, factor=1.0):
     return having(recording, gyro=factor * recording.gyro.data @ sense)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("place", [1, 5, 9, 16, 23, 24, 30, 38, 47])
 @pytest.mark.parametrize("kind", ["hand", "circle"])
 def test_axes_are_named_where_the_motion_shows_all(kind, place):
@@ -80,6 +81,7 @@ def test_both_mistakes_at_once_are_put_right():
     assert right.accel is wrong.accel
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "kind", ["hand", "circle", "arm", "spinning pendulum", "pendulum", "vehicle"]
 )
@@ -98,6 +100,7 @@ def test_no_wrong_name_where_the_motion_shows_less(kind, place):
     assert kind != "pendulum" or not found.alarm
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "errors",
     [

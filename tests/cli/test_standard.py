@@ -127,6 +127,7 @@ class TestNames:
         check_line(errors.decode(), r"there is no column 'r\xe9sum\xe9'")
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     ("command", "backend"),
     [("replay", "module://nope"), ("allan", "nope"), ("identify", "module://nope")],
@@ -144,6 +145,7 @@ def test_a_user_without_a_home_is_told_nothing_of_it(log, tmp_path):
     assert (code, errors) == (0, b"")
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("command", ["replay", "allan", "identify"])
 def test_letters_that_no_font_has_are_no_warning(tmp_path, command):
     z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)

@@ -139,6 +139,7 @@ class TestWhatRestCanBe:
     Z = 0.5 + 0.1 * np.random.default_rng(3).standard_normal(2000)
     Z[:1000] += 20.0 * np.sin(np.arange(1000) / 30.0)
 
+    @pytest.mark.every(2)
     @pytest.mark.parametrize(
         ("options", "limits"),
         [
@@ -494,6 +495,7 @@ class TestCheckpoints:
         assert len(errors.splitlines()) == 1
         assert checkpoint.read_bytes() == before
 
+    @pytest.mark.every(2)
     @pytest.mark.parametrize("torn", ["short", "empty", "flipped", "foreign", "forged"])
     def test_a_torn_one_is_refused_and_kept_unless_forced(self, checkpoint, torn):
         whole = checkpoint.read_bytes()

@@ -72,6 +72,7 @@ def test_limits_follow_the_size(tmp_path):
     assert limits.most_seconds(tmp_path) == limits.most_seconds(large)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("mark", [";", "\t", ","])
 def test_a_text_of_a_million_columns_is_refused_at_once(tmp_path, mark):
     (tmp_path / "a.csv").write_text("1" + mark * 1_000_000 + "\n")

@@ -24,6 +24,7 @@ def log_of(ratio, late=0.0, axes=3, n=N, sigma=10.0):
     return held(rng, quantised(rng, n, axes, sigma), RATE, ratio * RATE, late)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("late", [0.0, 0.2])
 @pytest.mark.parametrize(
     ("axes", "ratio"),

@@ -64,7 +64,7 @@ def accepted(kind, b):
         return None
 
 
-@pytest.mark.every(4)
+@pytest.mark.every(8)
 @BY_KIND
 @pytest.mark.parametrize("n", [0, 40, 1000])
 def test_every_number_at_every_place(kind, n):
@@ -81,6 +81,7 @@ def test_every_number_at_every_place(kind, n):
                     assert_lawful(other, stream)
 
 
+@pytest.mark.every(3)
 @BY_KIND
 @given(st.data())
 def test_several_numbers_at_once(kind, data):

@@ -283,6 +283,7 @@ def test_started_drift_filter_of_every_size(scale, size, method):
 GAP = np.full(100_000, np.nan)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("order", [(1, 1), (2, 1), (3, 0), (3, 3)], ids=str)
 @BY_METHOD
 def test_drift_filter_after_a_long_gap(order, method):

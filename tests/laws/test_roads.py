@@ -105,6 +105,7 @@ def test_to_another_process(z, expected, other_process, method):
     assert_same_bits(roads.handed_on(there)(z, method), expected(method))
 
 
+@pytest.mark.every(3)
 @BY_METHOD
 def test_through_pipes(z, expected, tmp_path, method):
     assert_same_bits(roads.by_pipes(z, method, tmp_path / "state"), expected(method))
@@ -130,6 +131,7 @@ def batched(logs, method, folder, **engine):
     return folder / "run-zerorate.parquet"
 
 
+@pytest.mark.every(3)
 @BY_METHOD
 def test_in_a_batch_of_processes(logs, replays, tmp_path, method):
     written = batched(logs, method, tmp_path, workers=1)

@@ -27,6 +27,7 @@ def relative_errors(truth, duration, seeds):
     return np.array(found) / [truth.angle_random_walk, truth.bias_instability] - 1.0
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", GYROS)
 def test_three_hours_give_them_well(name):
     n, b = np.sqrt(np.mean(relative_errors(GYROS[name], 10_000.0, [1, 2, 3]) ** 2, axis=0))

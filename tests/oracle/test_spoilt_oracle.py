@@ -109,7 +109,7 @@ def spoilt_record(spoilt, n, signal="walk", seed=1):
 
 
 # Each record in the default setting and in every third other one, each setting on many records.
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize(
     ("spoilt", "setting"),
     [
@@ -123,7 +123,7 @@ def test_every_setting_on_spoilt_records(spoilt, setting):
     assert_equal_to_twin(spoilt_record(spoilt, 8000), **SETTINGS[setting])
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize(
     ("spoilt", "rate"),
     [
@@ -197,7 +197,7 @@ GATED = [
 ]
 
 
-@pytest.mark.every(4)
+@pytest.mark.every(8)
 @BY_SPOILT
 @pytest.mark.parametrize("arguments", GATED, ids=str)
 def test_published_filters_that_are_kept_from_some_samples(spoilt, arguments):

@@ -68,6 +68,7 @@ def check_whole(out, expected):
     assert hidden == []
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("engine", [("--workers", "2"), ("--local-cluster", "2")])
 def test_killed_workers_lose_nothing(folder, tmp_path, engine):
     process = start(folder, tmp_path / "out", *engine)
@@ -85,6 +86,7 @@ def test_killed_workers_lose_nothing(folder, tmp_path, engine):
     assert pq.read_table(tmp_path / "out" / "summary.parquet").num_rows == COUNT
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_a_stopped_run_is_resumed(folder, tmp_path, number):
     process = start(folder, tmp_path / "out", "--workers", "2")

@@ -28,7 +28,7 @@ def log(tmp_path_factory):
     return write_gyros(tmp_path_factory.mktemp("logs") / "run.parquet", n=15_000, axes=1)
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(4)
 @pytest.mark.parametrize("command", COMMANDS)
 def test_at_any_moment(command, log, tmp_path):
     words = [word.format(log=log) for word in COMMANDS[command]]

@@ -48,7 +48,7 @@ def answers_until(asked, lines, kill_after):
     return [answer.rstrip("\n") for answer in answers if answer.endswith("\n")]
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(4)
 @pytest.mark.parametrize("sequence", [False, True])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_killed_and_restarted(tmp_path, capsys, sequence, seed):
