@@ -54,6 +54,6 @@ def test_formats_are_those_that_are_read():
     known = known_formats()
     assert len(known) == len(FORMATS)
     written = {suffix for one in known for suffix in one.written}
-    assert written == {".csv", ".tsv", ".npz", ".parquet"}
+    assert written == {".csv", ".tsv", ".npz", ".parquet", ".mcap", ".gcsv"}
     assert {one.extra for one in known} == {"", "io", "hdf5", "mat", "ros", "camera"}
     assert all(one.there for one in known if not one.extra)

@@ -60,6 +60,8 @@ class LogFormat(StrEnum):
     parquet = "parquet"
     csv = "csv"
     npz = "npz"
+    mcap = "mcap"
+    gcsv = "gcsv"
 
 
 class FigureFormat(StrEnum):

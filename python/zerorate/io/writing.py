@@ -15,7 +15,9 @@ import numpy.typing as npt
 from zerorate.io.atomic import atomic_path, check_writable
 from zerorate.io.clocks.clock import fit_grid
 from zerorate.io.clocks.repeats import HEAD, rows_held
+from zerorate.io.gyroflow import write_gcsv
 from zerorate.io.log import Log, LogError, units_of
+from zerorate.io.mcap import write_mcap
 from zerorate.io.missing import without_masks
 from zerorate.io.names import UNKNOWN, looks_like_gyro, split_unit, with_suffix
 from zerorate.io.readers.layouts import META_MARK
@@ -43,7 +45,9 @@ def write_log(
         What to write. Columns whose name carries no unit get the suffix of the log's unit.
     path
         ``.csv``, ``.tsv``, ``.npz`` or ``.parquet``. A text table begins with one ``#`` line
-        where its columns alone would not give back the rate, unit and names.
+        where its columns alone would not give back the rate, unit and names. For other programs
+        ``.mcap`` (Foxglove, PlotJuggler) and ``.gcsv`` (Gyroflow), in the units of these, of which
+        `read_log` gives back no more than they hold.
     force
         Whether to replace an existing file; default no.
     beside
@@ -182,6 +186,8 @@ _WRITERS: Final[dict[str, _Writer]] = {
     ".tsv": _write_text,
     ".npz": _write_npz,
     ".parquet": write_parquet,
+    ".mcap": write_mcap,
+    ".gcsv": write_gcsv,
 }
 WRITTEN: Final = (*_WRITERS,)
 """Suffixes of logs that are written."""

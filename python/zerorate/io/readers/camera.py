@@ -28,7 +28,7 @@ _Group = Mapping[str, Any]
 
 _BOXES: Final = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
 """Boxes with which videos begin."""
-_BLACKBOX: Final = b"H Product:Blackbox"
+_TEXTS: Final = (b"H Product:Blackbox", b"GYROFLOW IMU LOG")
 _KINDS: Final = {"Gyroscope": "gyro", "Accelerometer": "accel", "Magnetometer": "mag"}
 _UNITS: Final = {
     "rad/s": "radps",
@@ -51,7 +51,7 @@ _MOST: Final = 12
 
 
 def _begins(head: bytes) -> bool:
-    return head[4:8] in _BOXES or head.startswith(_BLACKBOX[: len(head)])
+    return head[4:8] in _BOXES or any(head.startswith(text[: len(head)]) for text in _TEXTS)
 
 
 def _read(path: Path) -> Content:
@@ -74,7 +74,7 @@ def _read(path: Path) -> Content:
 FORMAT: Format = Format(
     "camera",
     "a video or flight recorder",
-    (".mp4", ".mov", ".360", ".insv", ".bbl", ".bfl"),
+    (".mp4", ".mov", ".360", ".insv", ".bbl", ".bfl", ".gcsv"),
     (),
     _read,
     Needs("telemetry_parser", "camera"),

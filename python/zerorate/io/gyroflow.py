@@ -1,0 +1,65 @@
+"""Logs as Gyroflow takes them beside a video: a text with its own header, ``.gcsv``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from zerorate.io.log import Log, LogError
+from zerorate.io.names import meaning_of
+from zerorate.io.table import Column
+from zerorate.units import convert
+
+_HEADER: Final = (
+    "GYROFLOW IMU LOG\nversion,1.3\nid,zerorate\norientation,XYZ\n"
+    "tscale,0.000001\ngscale,1\nascale,1\n"
+)
+_ROWS: Final = 100_000
+
+
+def triad_in(columns: Mapping[str, Column], kind: str, unit: str) -> dict[str, Column] | None:
+    """Return the three axes of a sensor in some unit, by the names of their columns."""
+    axes: dict[int, str] = {}
+    for name in columns:
+        meaning = meaning_of(name)
+        words = None if meaning is None or meaning.unit is None else meaning.words
+        if meaning is not None and meaning.kind == kind and words and words.axis is not None:
+            axes.setdefault(words.axis, name)
+    if set(axes) != {0, 1, 2}:
+        return None
+    units = {name: getattr(meaning_of(name), "unit", "") for name in axes.values()}
+    return {axes[i]: convert(columns[axes[i]], units[axes[i]], unit) for i in range(3)}
+
+
+def write_gcsv(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
+    """Write a gyro of three axes, rad/s, and the accelerometer beside it, g.
+
+    Times are whole microseconds from the first sample; samples that are missing are left out.
+
+    Raises
+    ------
+    LogError
+        If the log is not of a gyro with three axes.
+    """
+    columns = {**dict(zip(names, log.data.T, strict=True)), **beside}
+    gyro = triad_in(columns, "gyro", "rad/s")
+    if gyro is None:
+        raise LogError(
+            f"Gyroflow takes a gyro of three axes with a unit, got the columns {', '.join(names)}"
+        )
+    accel = triad_in(columns, "accel", "g") or {}
+    times = np.rint(1e6 * (log.sampled - log.sampled[0])).astype(np.int64)
+    values = np.column_stack([*gyro.values(), *accel.values()])
+    there = np.isfinite(values).all(axis=1)
+    heads = ["t", "gx", "gy", "gz", *(["ax", "ay", "az"] if accel else [])]
+    with path.open("w", encoding="utf-8", newline="\n") as file:
+        file.write(_HEADER + ",".join(heads) + "\n")
+        for first in range(0, len(values), _ROWS):
+            part = slice(first, first + _ROWS)
+            rows = zip(
+                times[part][there[part]].tolist(), values[part][there[part]].tolist(), strict=True
+            )
+            file.writelines(f"{time},{','.join(map(repr, row))}\n" for time, row in rows)
