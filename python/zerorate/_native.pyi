@@ -20,6 +20,7 @@ import numpy.typing as npt
 from typing_extensions import TypeVar
 
 from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.io import Recording
 from zerorate.linear.run import LinearRun
 from zerorate.navigation.alignment import Alignment
@@ -143,6 +144,9 @@ __all__ = [
     "log_normal_cdf",
     "longest_factor",
     "longest_quiet",
+    "magnet_covariance",
+    "magnet_fit",
+    "magnet_partition",
     "parse_rows",
     "position_options",
     "propagate_turns",
@@ -561,6 +565,7 @@ class Attitude(_Stream, Generic[_Number, _Flag]):
         bias: Calibration | DriftFilter | npt.ArrayLike | None = None,
         bias_sigma: npt.ArrayLike | None = None,
         bias_limit: float | None = None,
+        magnetometer: MagnetometerCalibration | None = None,
         channels: None = None,
         time_constant: float = 0.5,
         kp: float = 1.0,
@@ -584,6 +589,7 @@ class Attitude(_Stream, Generic[_Number, _Flag]):
         bias: Calibration | DriftFilter | npt.ArrayLike | None = None,
         bias_sigma: npt.ArrayLike | None = None,
         bias_limit: float | None = None,
+        magnetometer: MagnetometerCalibration | None = None,
         channels: int,
         time_constant: float = 0.5,
         kp: float = 1.0,
@@ -1356,6 +1362,30 @@ def check_fit(
 def check_field(
     rates: npt.ArrayLike, fields: npt.ArrayLike
 ) -> tuple[_Floats, _Floats, npt.NDArray[np.uint64], int]: ...
+def magnet_partition(
+    number: npt.NDArray[np.int64],
+    turned: npt.ArrayLike,
+    rotation: npt.ArrayLike,
+    noise: float,
+    walks: Sequence[float],
+) -> list[tuple[float, list[tuple[int, int, bool]]]]: ...
+def magnet_fit(
+    rotation: npt.ArrayLike,
+    field: npt.ArrayLike,
+    turned: npt.ArrayLike,
+    group: npt.NDArray[np.int64],
+    window: npt.NDArray[np.int64],
+    elements: npt.ArrayLike,
+) -> tuple[_Floats, _Floats, _Floats, float, _Floats]: ...
+def magnet_covariance(
+    rotation: npt.ArrayLike,
+    field: npt.ArrayLike,
+    group: npt.NDArray[np.int64],
+    window: npt.NDArray[np.int64],
+    elements: npt.ArrayLike,
+    fit: tuple[_Floats, _Floats, _Floats, float, _Floats],
+    doubt: Sequence[float],
+) -> _Floats: ...
 def integrate_rates(rates: npt.ArrayLike, steps: npt.ArrayLike, method: str) -> _Floats: ...
 def exponential_mean(z: npt.ArrayLike, gain: float) -> _Floats: ...
 def log_normal_cdf(x: npt.ArrayLike) -> _Floats: ...

@@ -8,7 +8,7 @@ import pytest
 
 import zerorate as zr
 from zerorate.calibration.magnet.fit import fit
-from zerorate.calibration.magnet.partition import _spans, spans_of
+from zerorate.calibration.magnet.partition import spans_of
 from zerorate.calibration.magnet.ticks import Ticks
 
 IRON = np.array([9.0, -14.0, 6.0])
@@ -150,6 +150,118 @@ def test_arrays_are_checked(found):
         found[2].apply(np.zeros((3, 3)), [0.0])
 
 
+def without(recording, *names):
+    return replace(recording, logs={k: v for k, v in dict(recording).items() if k not in names})
+
+
+def test_a_sphere_without_a_gyro(found):
+    recording, _, _ = found
+    part = without(recording, "gyro", "accel")
+    mag = zr.calibrate_magnetometer(part)
+    assert mag.model == "b"
+    assert "without a gyro a sphere was fitted" in mag.notes[0]
+    for one, b in zip(mag.hard_iron, IRON, strict=True):
+        assert abs(one - b) < 3.0 * one.sigma
+    assert not mag.dip.identifiable
+    assert "dip          not identifiable\n" in mag.table()
+    mag.plot()
+    # A few directions are no sphere.
+    few = zr.calibrate_magnetometer(with_mag(part, np.tile(part.mag.data[:200], (30, 1))))
+    assert not few.applied
+    assert "each of its sides" in few.advice[0]
+
+
+def test_the_end_of_the_range_is_left_out(found):
+    recording, _, _ = found
+    data = recording.mag.data.copy()
+    data[:, 2] = np.minimum(data[:, 2], np.quantile(data[:, 2], 0.95))
+    mag = zr.calibrate_magnetometer(with_mag(recording, data))
+    assert mag.valid
+    assert "z is at the end of its range" in mag.notes[0]
+    np.testing.assert_allclose(np.array(mag.hard_iron), IRON, atol=2.0)
+    data[:, 2] = np.minimum(data[:, 2], np.quantile(data[:, 2], 0.5))
+    mag = zr.calibrate_magnetometer(with_mag(recording, data))
+    assert not mag.valid
+    assert "z is at the end of its range" in mag.problems[0]
+
+
+def test_the_field_of_the_place(found):
+    recording, _, _ = found
+    dip = math.radians(65.0)
+    assert zr.calibrate_magnetometer(recording, field=48.0, dip=dip).valid
+    wrong = zr.calibrate_magnetometer(recording, field=25.0, dip=-dip)
+    assert "that of the place 25 uT" in wrong.problems[0]
+    assert "that of the place -65 deg" in wrong.problems[1]
+    with pytest.raises(ValueError, match="field must be that of a place on earth"):
+        zr.calibrate_magnetometer(recording, field=0.48)
+    with pytest.raises(ValueError, match="dip must be an angle"):
+        zr.calibrate_magnetometer(recording, dip=65.0)
+
+
+def test_the_calibration_of_another_device_is_refused(found):
+    _, _, mag = found
+    other, _ = moved(np.zeros(3), duration=20.0, seed=3)
+    with pytest.raises(zr.LogError, match="is of another device, or its magnets have moved"):
+        mag.apply(replace(other, source="other"))
+    counts, _ = moved(0.1 * IRON, factor=10.0, duration=20.0)
+    with pytest.raises(zr.LogError, match="of another device or place"):
+        mag.apply(replace(counts, source="other"))
+    own, true = moved(duration=20.0, seed=3)
+    assert np.abs(mag.apply(replace(own, source="other")).mag.data - true).max() < 1.5
+    with pytest.raises(zr.LogError, match="is of a magnetometer in uT, found one in gauss"):
+        mag.apply(moved(unit="gauss", duration=20.0)[0])
+
+
+def test_exports(found):
+    _, _, mag = found
+    px4 = dict(line.split("\t")[2:4] for line in mag.to_px4(instance=1).splitlines()[2:])
+    ardupilot = dict(line.split(",") for line in mag.to_ardupilot(compass=2).splitlines()[1:])
+    for k, axis in enumerate("XYZ"):
+        iron = mag.hard_iron[k].value
+        assert float(px4[f"CAL_MAG1_{axis}OFF"]) == pytest.approx(iron / 100.0)
+        assert float(ardupilot[f"COMPASS_OFS2_{axis}"]) == pytest.approx(-10.0 * iron)
+        assert float(px4[f"CAL_MAG1_{axis}SCALE"]) == 1.0
+        assert float(ardupilot[f"COMPASS_ODI2_{axis}"]) == 0.0
+    x, *others = mag.hard_iron
+    hidden = type(x)(x.value, x.sigma, False, x.value + x.sigma)
+    unknown = replace(mag, hard_iron=(hidden, *others))
+    with pytest.raises(ValueError, match="hard iron's x is not known"):
+        unknown.to_px4()
+    assert "# WARNING: the hard iron's x is not known" in unknown.to_px4(force=True)
+    with pytest.raises(ValueError, match="none of a magnetic field"):
+        replace(mag, unit="1").to_ardupilot()
+
+
+def test_attitudes_take_it_off(found):
+    recording, _, mag = found
+    samples = (recording.gyro.data, recording.accel.data)
+    corrected = mag.apply(recording.mag.data)
+    live = zr.Attitude(100.0, magnetometer=mag)
+    answers = live.process(*samples, recording.mag.data)
+    plain = zr.Attitude(100.0)
+    np.testing.assert_allclose(answers, plain.process(*samples, corrected), rtol=0.0, atol=1e-9)
+    again = zr.Attitude.from_bytes(live.to_bytes())
+    assert "magnetometer=..." in repr(again)
+    assert again.to_bytes() == live.to_bytes()
+    offline = live.smooth(*samples, recording.mag.data)["quaternion"]
+    smoothed = plain.smooth(*samples, corrected)["quaternion"]
+    np.testing.assert_allclose(offline, smoothed, rtol=0.0, atol=1e-9)
+    estimate = zr.estimate_attitude(recording, magnetometer=mag)
+    assert np.degrees(estimate.errors().heading) < 3.0
+    assert np.degrees(zr.estimate_attitude(recording).errors().heading) > 20.0
+
+
+def test_attitudes_refuse_what_is_none(found):
+    with pytest.raises(TypeError, match="magnetometer must be a MagnetometerCalibration, got int"):
+        zr.Attitude(100.0, magnetometer=3)
+    with pytest.raises(ValueError, match="magnetometer has no effect with mag=False"):
+        zr.Attitude(100.0, mag=False, magnetometer=found[2])
+    with pytest.raises(ValueError, match="magnetometer has no effect on method 'ekf'"):
+        zr.Attitude(100.0, method="ekf", magnetometer=found[2])
+    nothing = replace(found[2], groups=(replace(found[2].groups[0], applied=False),))
+    assert "magnetometer" not in repr(zr.Attitude(100.0, magnetometer=nothing))
+
+
 def turning(n=600, iron=(0.3, -0.2, 0.4), seed=0):
     """Exact ticks of a sensor that turns about all axes."""
     from scipy.spatial.transform import Rotation
@@ -162,18 +274,6 @@ def turning(n=600, iron=(0.3, -0.2, 0.4), seed=0):
     y = y + np.random.default_rng(seed).normal(0.0, 0.01, y.shape)
     e = (turn @ y[:, :, None])[:, :, 0]
     return Ticks(np.arange(n), e, turn, y, 1.0)
-
-
-def test_partition_equals_a_full_search():
-    """Without dropping starts, by one filter a span."""
-    from oracle.magnetometer import partition
-
-    ticks = turning(150)
-    for walk in (0.5, 2.0):
-        cost, spans = _spans(ticks, 1e-4, walk)
-        least, expected = partition(ticks.number, ticks.turned, ticks.rotation, 1e-4, walk)
-        assert cost == pytest.approx(least, rel=1e-10)
-        assert [(s.start, s.stop, s.kind == "disturbed") for s in spans] == expected
 
 
 def test_fit_of_exact_ticks():

@@ -367,3 +367,56 @@ class TestCalibrate:
         )
         assert code == 0
         assert "Gyro, raw in deg/s" in text
+
+
+@pytest.fixture(scope="module")
+def moved(tmp_path_factory):
+    """A log of a hand's motion with iron beside the magnetometer."""
+    recording = zr.simulate_motion("hand", duration=30.0, seed=100).recording()
+    log, logs = recording.mag, dict(recording)
+    logs["mag"] = log.with_data(log.data + np.array([9.0, -14.0, 6.0]))
+    path = tmp_path_factory.mktemp("mag") / "hand.csv"
+    return write_imu(path, zr.Recording(logs, recording.source))
+
+
+class TestMagnetometer:
+    def test_it_is_written_exported_and_applied(self, cli, call, moved, out):
+        typed = ("--magnetometer", "--export", "px4,ardupilot", "--field", "48", "--dip", "65")
+        code, text, errors = cli(moved, *typed, "-o", out)
+        assert (code, errors) == (0, "")
+        assert text.startswith("applied      b")
+        name = "hand-zerorate-magnetometer"
+        ends = ("-ardupilot.param", "-px4.params", ".json", ".png")
+        assert names(out) == [f"{name}{end}" for end in ends]
+        found = zr.calibration.MagnetometerCalibration.from_json(out / f"{name}.json")
+        assert (out / f"{name}-px4.params").read_text() == found.to_px4()
+        asked = (moved, "--no-figure", "-o", out, "--force")
+        code, text, _ = call("attitude", *asked, "--magnetometer", out / f"{name}.json")
+        expected = zr.estimate_attitude(read_recording(moved), magnetometer=found)
+        assert (code, text.startswith(expected.table())) == (0, True)
+
+    def test_faults_are_one_line(self, cli, call, moved, tmp_path, out):
+        for typed, said in (
+            (("--magnetometer", "--export", "kalibr"), "is one of json, px4, ardupilot"),
+            (("--field", "48"), "--field acts with --magnetometer"),
+            (("--magnetometer", "--temperature"), "no effect with --magnetometer"),
+            (("--magnetometer", "--field", "0.5"), "must be that of a place on earth"),
+        ):
+            code, _, errors = cli(moved, *typed, "-o", out)
+            assert (code, said in one_line(errors)) == (2, True), errors
+        code, _, errors = cli(moved, "--magnetometer", "--field", "25", "-o", out)
+        assert (code, "that of the place 25 uT" in one_line(errors)) == (1, True)
+        code, _, errors = call("attitude", moved, "--no-mag", "--magnetometer", "x", "-o", out)
+        assert (code, "no effect with --no-mag" in one_line(errors)) == (2, True)
+        code, _, errors = cli(at_rest(tmp_path), "--magnetometer", "-o", out, "--force")
+        assert (code, "does not show the hard iron" in one_line(errors)) == (1, True)
+
+
+def at_rest(folder):
+    """A log of a device that nobody moved."""
+    recording = zr.simulate_motion("hand", duration=15.0, seed=1).recording()
+    rng, logs = np.random.default_rng(1), {}
+    for name, log in recording.items():
+        still = log.data[:1] * (name != "gyro")
+        logs[name] = log.with_data(still + rng.normal(0.0, 1e-3, log.data.shape))
+    return write_imu(folder / "still.csv", zr.Recording(logs, "still"))

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from zerorate._native import Attitude
 from zerorate.attitude.options import ATTITUDE_METHODS
 from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.faults import ArgumentError, given, said
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.geometry.rotations import euler_angles, product
@@ -243,6 +244,7 @@ def estimate_attitude(
     gyro: str = "gyro",
     accel: str | None = None,
     calibration: Calibration | None = None,
+    magnetometer: MagnetometerCalibration | None = None,
     reference: Poses | None = None,
     reference_frame: Frame | None = None,
     progress: Progress | None = None,
@@ -279,6 +281,9 @@ def estimate_attitude(
         of its device.
     calibration : Calibration, optional
         Correct gyro and accelerometer by it first.
+    magnetometer : MagnetometerCalibration, optional
+        Take hard and soft iron off the magnetometer first: of the recording that it was made of,
+        span by span.
     reference : Poses, optional
         The true orientation on the clock of the gyro, of a camera for instance, in the place of the
         recording's own: its north is its own, and headings are aligned.
@@ -319,6 +324,12 @@ def estimate_attitude(
         )
     if calibration is not None:
         recording = calibration.apply(recording, gyro=gyro, **({"accel": accel} if accel else {}))
+    if magnetometer is not None:
+        if not mag:
+            raise ArgumentError("magnetometer", "has no effect with mag=False")
+        corrected = magnetometer.apply(recording)
+        assert isinstance(corrected, Recording)
+        recording = corrected
     samples = Samples.of(recording, gyro, accel, mag)
     given, frame = frame, frame or _frame_of(samples.log)
     uses_mag = samples.mag is not None

@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
+from dataclasses import field as _default
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final, Literal, Self
@@ -15,13 +16,16 @@ import numpy.typing as npt
 
 from zerorate._native import Attitude
 from zerorate.calibration.magnet.choice import Chosen, chosen
-from zerorate.calibration.magnet.fit import BASIS, KNOWN
+from zerorate.calibration.magnet.exports import MICROTESLA, to_ardupilot, to_px4
+from zerorate.calibration.magnet.faults import clipped, stuck
+from zerorate.calibration.magnet.fit import BASIS, KNOWN, known_directions
 from zerorate.calibration.magnet.partition import spans_of
 from zerorate.calibration.magnet.spans import Span
+from zerorate.calibration.magnet.sphere import Sphere, sphere
 from zerorate.calibration.magnet.ticks import Ticks, ticks_of
 from zerorate.calibration.parameters import Matrix, Vector
 from zerorate.faults import ArgumentError
-from zerorate.io import LogError, Recording
+from zerorate.io import Log, LogError, Recording
 from zerorate.io.samples import Samples
 from zerorate.io.saved import check_format, restored
 from zerorate.noise.coefficient import Coefficient
@@ -39,6 +43,13 @@ _WEAK: Final = 0.2
 _HEADINGS: Final = np.radians(10.0) * np.arange(36)
 _SOFT_SIGMA: Final = 0.06
 _95: Final = 1.645
+_ELSEWHERE: Final = 0.3
+"""Share by which a field may differ from that of a place: rooms and steel do that much."""
+_OTHER_DIP: Final = np.radians(20.0)
+_ALIKE: Final = 2.0
+"""Times by which the field of another log may differ."""
+_UNEVEN: Final = (1.5, 0.15)
+"""Times more uneven, and how uneven, a field is that is another device's."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +106,9 @@ class MagnetometerCalibration(Result):
         Why it is not valid, what another record should have, and what was assumed.
     source
         Of which recording.
+    residual
+        RMS over each second of what hard and soft iron leave of the field, unit of the samples,
+        NaN where a second has no samples; none without a gyro.
     """
 
     hard_iron: Vector
@@ -113,6 +127,7 @@ class MagnetometerCalibration(Result):
     advice: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     source: str = ""
+    residual: Floats = _default(default_factory=lambda: np.zeros(0))
 
     @property
     def valid(self) -> bool:
@@ -147,7 +162,8 @@ class MagnetometerCalibration(Result):
         Raises
         ------
         ValueError
-            If samples have another shape, or the recording no magnetometer in this unit.
+            If samples have another shape, or the recording no magnetometer in this unit, or one
+            of which the field becomes more uneven: that of another device.
         """
         if isinstance(samples, Recording):
             return self._recording(samples)
@@ -169,10 +185,31 @@ class MagnetometerCalibration(Result):
         if log is None or log.unit != self.unit:
             found = "none" if log is None else f"one in {log.unit}"
             raise LogError(f"the calibration is of a magnetometer in {self.unit}, found {found}")
-        time = log.sampled if recording.source == self.source else None
+        own = recording.source == self.source
+        corrected = self.apply(log.data, log.sampled if own else None)
+        assert isinstance(corrected, np.ndarray)
+        if not own and self.groups[self.longest].applied:
+            self._check_device(log.data, corrected)
         logs = dict(recording)
-        logs["mag"] = log.with_data(self.apply(log.data, time))  # type: ignore[arg-type]
+        logs["mag"] = log.with_data(corrected)
         return replace(recording, logs=logs)
+
+    def _check_device(self, before: Floats, after: Floats) -> None:
+        """Refuse the calibration of another device: LogError where it makes the field worse."""
+        uneven_was, (size, uneven) = _evenness(before)[1], _evenness(after)
+        times, least = _UNEVEN
+        if uneven > max(times * uneven_was, least):
+            raise LogError(
+                "the calibration is of another device, or its magnets have moved: with it the "
+                f"field's size varies by {100.0 * uneven:.0f} %, without by "
+                f"{100.0 * uneven_was:.0f} %; calibrate this log"
+            )
+        if self.field.known and not 1.0 / _ALIKE < size / self.field < _ALIKE:
+            raise LogError(
+                f"the calibration is of another device or place: with it the field is {size:.3g} "
+                f"{self.unit}, and was {self.field.value:.3g} {self.unit} where it was made; "
+                "calibrate this log"
+            )
 
     def _where(self, n: int, time: Floats | None) -> Iterator[tuple[int, Booleans]]:
         group = np.full(n, self.longest)
@@ -199,6 +236,13 @@ class MagnetometerCalibration(Result):
         """Which of the groups whose iron is taken off lasts longest; `longest` if none is."""
         lasts = self._lasts * [group.applied for group in self.groups] if self.groups else None
         return self.longest if lasts is None or not lasts.any() else int(lasts.argmax())
+
+    def __field_correction__(self) -> tuple[list[float], list[list[float]]] | None:
+        """Return what `Attitude` takes off: hard iron of `longest`, and soft iron's inverse."""
+        if not self.groups[self.longest].applied:
+            return None
+        inverse = np.linalg.inv(np.array(self.soft_iron, dtype=np.float64))
+        return list(self.groups[self.longest].hard_iron), inverse.tolist()
 
     def heading_error(self, before: bool = False, group: int | None = None) -> Floats:
         """Return the heading error to expect of a level sensor, rad, shape (36,).
@@ -233,6 +277,9 @@ class MagnetometerCalibration(Result):
             variance = variance + (slope @ values) ** 2
         return float(min(np.sqrt(variance) / max(size * level, 1e-3), np.pi))
 
+    to_px4 = to_px4
+    to_ardupilot = to_ardupilot
+
     def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the calibration as JSON, exact to the last bit, and write it where told."""
         content: dict[str, Any] = {"format": _FORMAT, "version": _VERSION}
@@ -244,6 +291,7 @@ class MagnetometerCalibration(Result):
         content["groups"] = [asdict(group) for group in self.groups]
         content["covariance"] = self.covariance.tolist()
         content["elements"] = self.elements.tolist()
+        content["residual"] = [x if np.isfinite(x) else None for x in self.residual.tolist()]
         for name in ("norm", "unit", "problems", "advice", "notes", "source"):
             content[name] = getattr(self, name)
         text = json.dumps(content, indent=2, allow_nan=False) + "\n"
@@ -271,6 +319,8 @@ class MagnetometerCalibration(Result):
             found[name] = tuple(found[name])
         found["covariance"] = np.array(found["covariance"])
         found["elements"] = np.array(found["elements"])
+        left = [np.nan if x is None else x for x in found.get("residual", [])]
+        found["residual"] = np.array(left, dtype=np.float64)
         return cls(**found)
 
     def __repr__(self) -> str:
@@ -290,19 +340,28 @@ def _read(listed: list[Any]) -> Coefficient:
 
 
 def calibrate_magnetometer(
-    recording: Recording, *, gyro: str = "gyro", one: bool = False
+    recording: Recording,
+    *,
+    gyro: str = "gyro",
+    one: bool = False,
+    field: float | None = None,
+    dip: float | None = None,
 ) -> MagnetometerCalibration:
     """Calibrate a magnetometer from ordinary motion: the gyro says how the field must turn.
 
     Parameters
     ----------
     recording : Recording
-        With gyro, accelerometer and a magnetometer in any unit.
+        With gyro, accelerometer and a magnetometer in any unit. Without a gyro a sphere is fitted,
+        which needs all directions and a field that stays; a note says so.
     gyro : str
         Which of several sensors; default the first.
     one : bool
         Whether the record has one hard iron, since nobody touched the device. Default: several
         where that leaves clearly less scatter, for a magnet that comes and goes.
+    field, dip : float, optional
+        Size of the field at the place, uT, and its angle below the level, rad, as a model of the
+        earth's field tells them: a result that cannot be of there is not valid.
 
     Returns
     -------
@@ -313,7 +372,10 @@ def calibrate_magnetometer(
     Raises
     ------
     LogError
-        Without gyro, accelerometer or magnetometer, or with less than ten seconds of them.
+        Without accelerometer (unless there is no gyro either) or magnetometer, or with less than
+        ten seconds of them.
+    ValueError
+        If ``field`` or ``dip`` are none of the earth's.
 
     Notes
     -----
@@ -328,40 +390,154 @@ def calibrate_magnetometer(
     >>> zr.calibrate_magnetometer(motion.recording()).applied
     False
     """
-    samples = Samples.of(recording, gyro, what="a magnetometer's calibration")
-    if samples.mag is None:
+    _check_place(field, dip)
+    log = _log(recording, gyro)
+    if gyro not in recording:
+        found = _by_sphere(log, recording)
+    else:
+        found = _by_gyro(recording, gyro, log, one)
+    return _placed(found, field, dip)
+
+
+def _check_place(field: float | None, dip: float | None) -> None:
+    if field is not None and not 10.0 <= field <= 100.0:
+        raise ArgumentError("field", f"must be that of a place on earth, 20 to 70 uT, got {field}")
+    if dip is not None and not abs(dip) <= np.pi / 2.0:
+        raise ArgumentError("dip", f"must be an angle from -pi/2 to pi/2 rad, got {dip}")
+
+
+def _log(recording: Recording, gyro: str) -> Log:
+    own = gyro.replace("gyro", "mag")
+    log = recording.get(own if own in recording else "mag")
+    if log is None:
         listed = ", ".join(recording) or "nothing"
         raise LogError(f"there is no magnetometer to calibrate; the recording has: {listed}")
-    problems = _stuck(samples.mag)
+    return log
+
+
+def _by_gyro(recording: Recording, gyro: str, log: Log, one: bool) -> MagnetometerCalibration:
+    samples = Samples.of(recording, gyro, what="a magnetometer's calibration")
+    assert samples.mag is not None
+    ends, wrong, notes = clipped(samples.mag, samples.gyro)
+    problems = (*stuck(samples.mag), *wrong)
+    mag = np.where(ends[:, None], np.nan, samples.mag)
     attitude = Attitude(samples.log.rate, mag=False)
     turned = attitude.smooth(samples.gyro, samples.accel, dt=samples.dt)["quaternion"]
     begin = float(samples.time[0])
-    ticks = ticks_of(samples.time - begin, _matrices(turned), samples.mag)
-    if ticks.n < _SHORTEST:
-        raise LogError(
-            f"a magnetometer's calibration needs ten seconds of samples, got {ticks.n / 10:.1f} s"
-        )
-    log = recording[
-        "mag"
-        if gyro == "gyro" or gyro.replace("gyro", "mag") not in recording
-        else gyro.replace("gyro", "mag")
-    ]
+    ticks = ticks_of(samples.time - begin, _matrices(turned), samples.mag if problems else mag)
+    _check_length(ticks.n / 10.0)
     found = None if problems else chosen(ticks, spans_of(ticks), one)
     if found is not None and _size(found) < _WEAK:
         problems = ("the samples do not turn with the sensor: the magnetometer is stuck",)
         found = None
-    return _result(ticks, found, begin, log.unit, problems, samples.notes, recording.source)
+    said = (*notes, *samples.notes)
+    return _result(ticks, found, begin, log.unit, problems, said, recording.source)
 
 
-def _stuck(mag: Floats) -> tuple[str, ...]:
-    still = [
-        axis
-        for axis, values in zip("xyz", mag.T, strict=True)
-        if np.nanmax(values) == np.nanmin(values)
-    ]
-    if not still:
-        return ()
-    return (f"the magnetometer's {' and '.join(still)} never changes: it is stuck",)
+def _check_length(seconds: float) -> None:
+    if seconds < _SHORTEST / 10.0:
+        raise LogError(
+            f"a magnetometer's calibration needs ten seconds of samples, got {seconds:.1f} s"
+        )
+
+
+def _by_sphere(log: Log, recording: Recording) -> MagnetometerCalibration:
+    known = np.isfinite(log.data).all(axis=1) & np.any(log.data != 0.0, axis=1)
+    seconds = float(known.sum() / log.rate)
+    _check_length(seconds)
+    problems = stuck(log.data)
+    centre = None if problems else sphere(log.data[known], seconds)
+    begin, end = float(log.sampled[0]), float(log.sampled[-1])
+    note = (
+        "without a gyro a sphere was fitted: it needs all directions, and takes a magnet that "
+        "comes and goes for noise"
+    )
+    return _of_sphere(centre, begin, end, log.unit, problems, note, recording.source)
+
+
+def _of_sphere(
+    found: Sphere | None,
+    begin: float,
+    end: float,
+    unit: str,
+    problems: tuple[str, ...],
+    note: str,
+    source: str,
+) -> MagnetometerCalibration:
+    unknown = Coefficient(0.0, identifiable=False, upper_bound=np.inf)
+    norm = 1.0 if found is None else found.norm
+    matrix, irons, field, advice = np.eye(11), (unknown,) * 3, unknown, []
+    iron, raw, left, applied = (0.0, 0.0, 0.0), 0.0, 0.0, False
+    if found is not None:
+        matrix = np.diag([_SOFT_SIGMA**2] * 8 + [1.0] * 3)
+        matrix[8:, 8:] = found.covariance
+        irons = _irons(found.iron, found.covariance, norm)
+        raw, left, applied = found.raw * norm, found.left * norm, found.applied
+        if applied:
+            iron = tuple((found.iron * norm).tolist())
+        sigma = float(np.sqrt(np.trace(found.covariance) / 3.0))
+        field = _one(found.radius * norm, sigma * norm, found.covered and sigma < KNOWN)
+        if not found.covered:
+            advice = ["turn the sensor so that each of its sides points down once"]
+        elif known_directions(found.covariance) < 3:
+            advice = ["record for 40 s or longer"]
+    return MagnetometerCalibration(
+        irons,
+        _soft(np.zeros(8), np.full(8, np.inf)),
+        (unknown,) * 3,
+        field,
+        unknown,
+        "b" if applied else "none",
+        (Span(begin, end, "informative" if applied else "still"),),
+        (IronGroup(iron, raw, left, applied),),
+        matrix,
+        np.zeros(8),
+        norm,
+        unit,
+        problems,
+        tuple(advice),
+        (note,),
+        source,
+    )
+
+
+def _placed(
+    found: MagnetometerCalibration, field: float | None, dip: float | None
+) -> MagnetometerCalibration:
+    """Return the calibration, not valid where its field cannot be that of the place."""
+    problems = list(found.problems)
+    if field is not None and found.unit not in MICROTESLA:
+        raise ArgumentError(
+            "field", f"is in uT: the unit of the magnetometer must be known, got '{found.unit}'"
+        )
+    if field is not None and found.field.identifiable:
+        size, sigma = (
+            MICROTESLA[found.unit] * one for one in (found.field.value, found.field.sigma)
+        )
+        if abs(size - field) > 3.0 * sigma + _ELSEWHERE * field:
+            problems.append(
+                f"the field is {size:.3g} uT, and that of the place {field:.3g} uT: the unit or "
+                "the scale of the magnetometer is wrong, or it is beside iron that turns with it"
+            )
+    if dip is not None and found.dip.identifiable:
+        apart = abs(found.dip - dip)
+        if apart > 3.0 * found.dip.sigma + _OTHER_DIP:
+            problems.append(
+                f"the dip is {np.degrees(found.dip):.3g} deg, and that of the place "
+                f"{np.degrees(dip):.3g} deg: axes of the magnetometer differ from the gyro's, or "
+                "this is another place"
+            )
+    return replace(found, problems=tuple(problems))
+
+
+def _evenness(samples: Floats) -> tuple[float, float]:
+    """Return the median size of a field, and how much of it the size varies by."""
+    sizes = np.linalg.norm(samples[np.isfinite(samples).all(axis=1)], axis=1)
+    if not len(sizes):
+        return 0.0, 0.0
+    size = float(np.median(sizes))
+    low, high = np.quantile(sizes, (0.159, 0.841))
+    return size, float(high - low) / 2.0 / max(size, 1e-12)
 
 
 def _matrices(q: Floats) -> Floats:
@@ -438,8 +614,28 @@ def _result(
         matrix,
         found.elements,
         advice=tuple(_advice(spans, groups, matrix[8:, 8:], unit)),
+        residual=_residual(ticks, found) * ticks.norm,
         **known,
     )
+
+
+def _residual(ticks: Ticks, found: Chosen) -> Floats:
+    """Return what is left of the field in each second, its own being that of the nearest fit."""
+    group = np.zeros(ticks.n, dtype=np.int64)
+    for span in found.spans:
+        group[span.within(ticks)] = span.group
+    after = np.searchsorted(found.ticks.number, ticks.number).clip(1, found.ticks.n - 1)
+    middle = (found.ticks.number[after] + found.ticks.number[after - 1]) / 2.0
+    nearest = np.where(ticks.number > middle, after, after - 1)
+    iron = np.where(found.applied[:, None], found.iron, 0.0)[group]
+    inverse = np.linalg.inv(np.eye(3) + np.tensordot(found.elements, BASIS, axes=1))
+    turned = (ticks.rotation @ ((ticks.field - iron) @ inverse.T)[:, :, None])[:, :, 0]
+    squares = ((turned - found.fit.fields[found.fit.window[nearest]]) ** 2).sum(axis=1)
+    second = ticks.number // 10
+    count = np.bincount(second)
+    with np.errstate(invalid="ignore"):
+        left: Floats = np.sqrt(np.bincount(second, squares) / count)
+    return left
 
 
 def _irons(iron: Floats, block: Floats, norm: float) -> Vector:

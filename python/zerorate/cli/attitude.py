@@ -16,6 +16,7 @@ from zerorate.calibration.calibration import Calibration
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
 from zerorate.cli.errors import UsageFault, as_usage
+from zerorate.cli.magnetometer import read_magnetometer
 from zerorate.cli.options import (
     PANEL,
     AccelName,
@@ -193,6 +194,15 @@ def attitude(
     gyro: GyroName = None,
     accel: AccelName = None,
     calibration: CalibrationOption = None,
+    magnetometer: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="MAG",
+            help="Take hard and soft iron off the magnetometer first, by this calibration (JSON of "
+            "zerorate calibrate --magnetometer).",
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
     truth: _Truth,
     fix: Fix = False,
     written: LogAndFigure,
@@ -206,12 +216,16 @@ def attitude(
     true, columns = truth.found()
     asked = {**filter.arguments(constants), **true, "gyro": gyro or "gyro", "accel": accel}
     known = None if calibration is None else read_calibration(calibration)
+    if magnetometer is not None:
+        if filter.no_mag:
+            raise UsageFault("--magnetometer has no effect with --no-mag")
+        asked["magnetometer"] = read_magnetometer(magnetometer)
     place = written.place(f"{log.stem}-zerorate-attitude")
     found = records(log, reading.group_by)
     beside = ("tum",) if tum else ()
     outputs = [written.at(place.of_part(one.ending), beside) for one in found]
     paths = [path for files in outputs for path in files.paths]
-    check_outputs(paths, written.force, log, calibration)
+    check_outputs(paths, written.force, log, calibration, magnetometer)
     written.preload("attitude_figure")
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:

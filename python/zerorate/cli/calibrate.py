@@ -18,6 +18,9 @@ from zerorate.calibration.parameters import GYRO_MATRIX
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, require, writing
+from zerorate.cli.magnetometer import EXPORTS as OF_MAGNETOMETER
+from zerorate.cli.magnetometer import OPTIONS as WITH_MAGNETOMETER
+from zerorate.cli.magnetometer import Magnetometer, calibrate_compass
 from zerorate.cli.options import (
     OF_IMU,
     READING,
@@ -34,6 +37,7 @@ from zerorate.cli.options import (
     PanelsOption,
     Reading,
     parse_choices,
+    with_group,
     with_options,
     with_reading_options,
 )
@@ -84,6 +88,7 @@ _APPLY: Final = "Instead of a calibration"
 
 
 @with_options(CALIBRATION_OPTIONS, "choices", panel=_FIT)
+@with_group(Magnetometer, "compass")
 @with_reading_options(
     imu=True,
     help={"unit": f"{OF_IMU['unit']} Values are not converted."},
@@ -94,6 +99,7 @@ def calibrate(
     reading: Reading,
     output: Output = ".",
     choices: Mapping[str, Any],
+    compass: Magnetometer,
     temperature: Annotated[
         bool,
         typer.Option(
@@ -146,11 +152,22 @@ def calibrate(
     """Calibrate an IMU from one log of hand turns: rests in a dozen poses, and turns between them.
 
     Prints every number with its error, and whether the calibration is valid (exit 1 if not); writes
-    it as JSON, a figure, and what is exported. With --apply, corrects a log instead.
+    it as JSON, a figure, and what is exported. With --apply, corrects a log instead; with
+    --magnetometer, calibrates a compass from any motion.
     """
     sensors = _Names(gyro, accel)
+    if compass.magnetometer:
+        _check_alone(context, "--magnetometer", WITH_MAGNETOMETER)
+        asked_for = parse_choices("--export", export, Export)
+        _check_exports(asked_for)
+        outline = (output, figure_format, not no_figure, force)
+        calibrate_compass(log, reading, compass, gyro, asked_for, *outline)
+        return
+    for name in ("field", "dip", "one_iron"):
+        if getattr(compass, name):
+            raise UsageFault(f"--{name.replace('_', '-')} acts with --magnetometer")
     if apply is not None:
-        _check_alone(context)
+        _check_alone(context, "--apply", _OF_APPLY)
         _correct(log, reading, sensors, read_calibration(apply), output, format, force)
         return
     if format is not None:
@@ -206,13 +223,20 @@ def _unmade(exports: Sequence[Export], force: bool) -> str:
 _OF_APPLY: Final = ("log", "apply", "output", "format", "force", "gyro", "accel", *READING)
 
 
-def _check_alone(context: typer.Context) -> None:
-    """Raise a usage fault for an option that means nothing where a log is corrected."""
+def _check_exports(asked: Sequence[Export]) -> None:
+    for export in asked:
+        if export not in OF_MAGNETOMETER:
+            listed = ", ".join(OF_MAGNETOMETER)
+            raise UsageFault(f"--export of a magnetometer is one of {listed}, got {export}")
+
+
+def _check_alone(context: typer.Context, asked: str, used: Sequence[str]) -> None:
+    """Raise a usage fault for an option that means nothing beside what is asked for."""
     for parameter in context.command.params:
         name = str(parameter.name)
         source = context.get_parameter_source(name)
-        if name not in _OF_APPLY and source is not None and source.name == "COMMANDLINE":
-            raise UsageFault(f"{parameter.opts[0]} has no effect with --apply")
+        if name not in used and source is not None and source.name == "COMMANDLINE":
+            raise UsageFault(f"{parameter.opts[0]} has no effect with {asked}")
 
 
 def _says_axes(calibration: Calibration) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from zerorate.numerals import significant
 from zerorate.show.stack import Stack, head, names
-from zerorate.show.style import BLUE, VERMILION, write_in_middle
+from zerorate.show.style import BLUE, GREY, VERMILION, write_in_middle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,27 +16,33 @@ if TYPE_CHECKING:
     from zerorate.calibration.magnetometer import MagnetometerCalibration
 
 _TALL: Final = 38.0
+_LEFT: Final = 24.0
+_AXIS: Final = 8.0
 """Millimetres."""
 
 
 def plot_magnetometer(result: MagnetometerCalibration) -> Figure:
     """Return how far a heading is off, by heading of a level sensor, before and after.
 
-    Of several hard irons that counts which is taken off for longest.
+    Of several hard irons that counts which is taken off for longest. Below, what is left of the
+    field second by second: a place that disturbs it, or a magnet that nothing explains.
     """
-    known = result.field.known
+    known = result.field.known and result.dip.known
     raw, after = (
         np.degrees(result.heading_error(before, result.taken_off)) if known else np.zeros(36)
         for before in (True, False)
     )
+    told = bool(np.isfinite(result.residual).any())
     means = [significant(float(np.sqrt(np.mean(one**2)))) for one in (raw, after)]
     answer = f"As it was {means[0]} deg"
     answer += f", iron taken off {means[1]} deg" if result.applied else "; nothing is taken off"
     stack = Stack(
         "How far is a heading off?",
-        answer if known else "The field is not identifiable.",
-        "Root mean square to expect: of the iron, and of what is not known of it.",
-        [_TALL],
+        answer if known else "Not identifiable: field or dip are not known.",
+        "Root mean square to expect: of the iron, and of what is not known of it."
+        + (" Below: what hard and soft iron leave; grey where none explains it." if told else ""),
+        [_TALL, _LEFT] if told else [_TALL],
+        _AXIS if told else 0.0,
     )
     panel = stack.add()
     head(panel, "heading error [deg]")
@@ -51,4 +57,21 @@ def plot_magnetometer(result: MagnetometerCalibration) -> Figure:
         names(panel, 2)
     else:
         write_in_middle(panel, "not identifiable")
+    if told:
+        stack.skip(_AXIS)
+        _disturbances(stack, result)
     return stack.finish(result.source, 0.0, 0.0)
+
+
+def _disturbances(stack: Stack, result: MagnetometerCalibration) -> None:
+    panel = stack.add()
+    head(panel, f"left of the field [{result.unit}]")
+    begin = result.spans[0].start
+    seconds = begin + 0.5 + np.arange(len(result.residual))
+    for span in result.spans:
+        if span.kind == "disturbed":
+            panel.axvspan(span.start, span.stop, color=GREY, alpha=0.25, lw=0.0)
+    panel.plot(seconds, result.residual, color=BLUE, lw=0.9)
+    panel.set_xlim(begin, begin + len(result.residual))
+    panel.set_ylim(0.0, 1.1 * float(np.nanmax(result.residual)) or 1.0)
+    panel.set_xlabel("time [s]")

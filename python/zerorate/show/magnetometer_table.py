@@ -7,6 +7,7 @@ import numpy as np
 from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.noise.coefficient import Coefficient
 from zerorate.numerals import significant, with_error
+from zerorate.show.tables import bulleted
 from zerorate.units import UNITS
 
 _DEG = UNITS["deg/s"].amount / UNITS["rad/s"].amount
@@ -23,19 +24,19 @@ def _numbers(found: MagnetometerCalibration) -> Iterator[str]:
     if len(found.groups) > 1:
         yield "             hard iron below: of the spans of that which lasts longest"
     for axis, one in zip("xyz", found.hard_iron, strict=True):
-        yield f"hard iron {axis}  {_text(one)} {unit}"
+        yield f"hard iron {axis}  {_text(one, unit)}"
     if found.model.startswith("b+"):
         for name, row in zip("xyz", found.soft_iron, strict=True):
             yield f"soft iron {name}  " + "  ".join(_text(one) for one in row)
-    yield f"field        {_text(found.field)} {unit}"
+    yield f"field        {_text(found.field, unit)}"
     degrees = Coefficient(
         found.dip / _DEG,
         found.dip.sigma / _DEG,
         found.dip.identifiable,
         found.dip.upper_bound / _DEG,
     )
-    yield f"dip          {_text(degrees)} deg"
-    if found.field.known:
+    yield f"dip          {_text(degrees, 'deg')}"
+    if found.field.known and found.dip.known:
         before, after = (
             float(np.sqrt(np.mean(found.heading_error(raw, found.taken_off) ** 2))) / _DEG
             for raw in (True, False)
@@ -55,9 +56,10 @@ def _spans(found: MagnetometerCalibration) -> Iterator[str]:
 
 
 def _sentences(found: MagnetometerCalibration) -> Iterator[str]:
-    for sentence in (*found.problems, *found.advice, *found.notes):
-        yield f"- {sentence}"
+    yield from bulleted((*found.problems, *found.advice, *found.notes)).splitlines()
 
 
-def _text(one: Coefficient) -> str:
-    return with_error(one.value, one.sigma) if one.identifiable else "not identifiable"
+def _text(one: Coefficient, unit: str = "") -> str:
+    if not one.identifiable:
+        return "not identifiable"
+    return f"{with_error(one.value, one.sigma)} {unit}".rstrip()

@@ -15,6 +15,7 @@ mod foot;
 mod identify;
 mod least_squares;
 mod linear;
+mod magnet;
 mod math;
 mod navigation;
 mod position;
@@ -57,6 +58,8 @@ mod _native {
     use crate::least_squares::RecursiveLeastSquares;
     #[pymodule_export]
     use crate::linear::{LinearKalman, smooth_linear};
+    #[pymodule_export]
+    use crate::magnet::{magnet_covariance, magnet_fit, magnet_partition};
     #[pymodule_export]
     use crate::math::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
     #[pymodule_export]

@@ -27,9 +27,11 @@ from zerorate.calibration.magnet.ticks import Ticks
 from zerorate.types import Booleans, Floats, Integers
 
 _HALVED: Final = 0.40
-_LARGE: Final = 0.25
 _LARGE_CHI: Final = 25.0
-_LARGE_LEFT: Final = 0.7
+_SIZES: Final = (0.10, 0.25)
+_LEFT: Final = (_HALVED, 0.7)
+"""Scatter that a hard iron may leave, by its size: a room does a tenth of the field, a quarter is
+none of a room; between them in proportion."""
 _PAYS: Final = 0.85
 _MOST: Final = 0.6
 
@@ -119,8 +121,9 @@ def _finished(ticks: Ticks, some: Ticks, group: Integers, spans: list[Span]) -> 
     matrix = covariance(some, group, found)
     raw, left = _by_group(some, group)
     applied = _applied(found, matrix, raw, left)
-    all_raw = root_mean(unseen(some, group, None))
-    all_left = root_mean(unseen(some, group, ()))
+    all_raw, all_left = float(raw[0]), float(left[0])
+    if groups > 1:
+        all_raw, all_left = (root_mean(unseen(some, group, soft)) for soft in (None, ()))
     soft: tuple[int, ...] = ()
     for offered in (SCALE, SYMMETRIC):
         tried = _tried(some, group, offered)
@@ -176,8 +179,8 @@ def _applied(found: Fit, matrix: Floats, raw: Floats, left: Floats) -> Booleans:
     for g, b in enumerate(iron):
         place = slice(8 + 3 * g, 11 + 3 * g)
         chi = float(b @ np.linalg.solve(matrix[place, place], b))
-        large = np.linalg.norm(b) > _LARGE and chi > _LARGE_CHI
-        applied[g] |= large and left[g] < _LARGE_LEFT * raw[g]
+        limit = float(np.interp(np.linalg.norm(b), _SIZES, _LEFT))
+        applied[g] |= chi > _LARGE_CHI and left[g] < limit * raw[g]
     result: Booleans = applied
     return result
 

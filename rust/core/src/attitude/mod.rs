@@ -9,6 +9,7 @@
 //! the sensor into axes of the earth, its scalar first.
 
 mod auto;
+mod compass;
 mod estimator;
 mod frame;
 mod named;
@@ -17,6 +18,7 @@ mod stream;
 mod tilt;
 
 pub use auto::{Auto, AutoOptions};
+pub use compass::{Compass, FieldCorrection};
 pub use estimator::{Estimator, Knowledge};
 pub use frame::Frame;
 pub use named::{

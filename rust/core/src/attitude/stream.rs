@@ -144,6 +144,13 @@ impl<E: Estimator> Attitude<E> {
         &self.estimator
     }
 
+    /// The same stream around another estimator.
+    #[cfg(feature = "std")]
+    pub(super) fn around<F>(&self, estimator: F) -> Attitude<F> {
+        let Self { params, period, rate, unknown, zeros, force, samples, .. } = *self;
+        Attitude { params, period, estimator, rate, unknown, zeros, force, samples }
+    }
+
     /// Samples given so far, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples

@@ -10,6 +10,7 @@
 
 mod angle;
 mod corrector;
+pub mod magnet;
 mod temperature;
 mod turn;
 

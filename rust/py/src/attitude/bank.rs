@@ -5,8 +5,8 @@ use std::any::Any;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use zerorate_core::attitude::{
-    Attitude, AttitudeParams, Auto, AutoOptions, Complementary, Ekf, METHODS, Madgwick, Mahony,
-    Named, NamedOptions, Reading, Snapshot, Tagged, Ukf,
+    Attitude, AttitudeParams, Auto, AutoOptions, Compass, Complementary, Ekf, FieldCorrection,
+    METHODS, Madgwick, Mahony, Named, NamedOptions, Reading, Snapshot, Tagged, Ukf,
 };
 use zerorate_core::checkpoint;
 use zerorate_core::stream::{Output, Parts, sizes};
@@ -26,6 +26,8 @@ pub trait AttitudeBank: AnyBank {
     fn is_calibrated(&self) -> bool;
     /// The largest bias that a gyro has, rad/s, where it is not the usual one.
     fn bias_limit(&self) -> Option<f64>;
+    /// Whether something is taken off the magnetometer first.
+    fn is_corrected(&self) -> bool;
     fn readings(&self) -> Vec<Reading>;
     fn samples_seen(&self) -> u64;
     fn wrong_gravity(&self) -> Option<f64>;
@@ -63,6 +65,10 @@ where
         self.streams()[0].estimator().bias_limit()
     }
 
+    fn is_corrected(&self) -> bool {
+        self.streams()[0].estimator().correction().is_some()
+    }
+
     fn readings(&self) -> Vec<Reading> {
         self.streams().iter().map(Attitude::reading).collect()
     }
@@ -84,12 +90,17 @@ where
 
     fn smooth(&self, columns: &Columns<'_>, n: usize) -> Result<Parts, Error> {
         let any: &dyn Any = self;
-        let Some(bank) = any.downcast_ref::<Bank<Attitude<Auto>>>() else {
-            return Parts::new(fields(), 0);
-        };
-        let smooth = |(k, body): (usize, &Attitude<Auto>)| body.smooth(&columns.samples(k, n)?);
-        let bodies: Vec<Vec<Snapshot>> =
-            bank.streams().iter().enumerate().map(smooth).collect::<Result<_, _>>()?;
+        let mut bodies: Vec<Vec<Snapshot>> = memory::room(self.channels())?;
+        for k in 0..self.channels() {
+            let samples = columns.samples(k, n)?;
+            if let Some(bank) = any.downcast_ref::<Bank<Attitude<Auto>>>() {
+                bodies.push(bank.streams()[k].smooth(&samples)?);
+            } else if let Some(bank) = any.downcast_ref::<Bank<Attitude<Compass>>>() {
+                bodies.push(bank.streams()[k].smooth(&samples)?);
+            } else {
+                return Parts::new(fields(), 0);
+            }
+        }
         let (numbers, flags) = sizes(fields());
         let (mut numbers, mut flags) = (memory::filled(0.0, numbers)?, vec![false; flags]);
         let mut parts = Parts::new(fields(), n * bodies.len())?;
@@ -103,7 +114,7 @@ where
     }
 
     fn smooths(&self) -> bool {
-        (self as &dyn Any).is::<Bank<Attitude<Auto>>>()
+        E::METHOD == METHODS[0]
     }
 
     fn power_on(&mut self) {
@@ -128,8 +139,13 @@ pub fn new(
     params: AttitudeParams,
     auto: AutoOptions,
     named: NamedOptions,
+    correction: Option<FieldCorrection>,
     channels: usize,
 ) -> PyResult<Box<dyn AttitudeBank>> {
+    if let Some(correction) = correction {
+        let compass = Auto::new(auto).and_then(|auto| Compass::new(auto, correction));
+        return of(compass, params, channels);
+    }
     match method {
         Auto::METHOD => of(Auto::new(auto), params, channels),
         Complementary::METHOD => of(Complementary::new(named), params, channels),
@@ -159,6 +175,7 @@ type Restored = (Option<usize>, Box<dyn AttitudeBank>);
 /// The bank that a checkpoint holds.
 pub fn restored(bytes: &[u8]) -> Result<Restored, Error> {
     match checkpoint::label(bytes)?.tag() {
+        Compass::TAG => bank::<Compass>(bytes),
         Complementary::TAG => bank::<Complementary>(bytes),
         Mahony::TAG => bank::<Mahony>(bytes),
         Madgwick::TAG => bank::<Madgwick>(bytes),

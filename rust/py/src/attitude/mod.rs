@@ -75,6 +75,9 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 ///     Of "auto", in ``gyro_unit``: the largest bias that such a gyro has; a steadier rate beyond is a
 ///     turn, never a rest. Default 10 deg/s. Small keeps a table that turns slowly from the first
 ///     sample on from passing for a rest, large finds the bias of a bad gyro.
+/// magnetometer : MagnetometerCalibration, optional
+///     Of "auto": what `calibrate_magnetometer` found, taken off each sample first: the hard iron of
+///     the group that lasts longest, and the soft iron. The samples must be in its unit.
 /// channels : int, optional
 ///     Bodies side by side; ``None`` is a single one.
 /// time_constant : float, default 0.5
@@ -125,10 +128,11 @@ impl Attitude {
     #[pyo3(
         signature = (
             rate, *, mag=true, frame="enu", method="auto", gyro_unit="rad/s",
-            accel_unit="m/s^2", bias=None, bias_sigma=None, bias_limit=None, channels=None, **constants
+            accel_unit="m/s^2", bias=None, bias_sigma=None, bias_limit=None, magnetometer=None,
+            channels=None, **constants
         ),
         text_signature = "(rate, *, mag=True, frame='enu', method='auto', gyro_unit='rad/s', \
-            accel_unit='m/s^2', bias=None, bias_sigma=None, bias_limit=None, channels=None, time_constant=0.5, \
+            accel_unit='m/s^2', bias=None, bias_sigma=None, bias_limit=None, magnetometer=None, channels=None, time_constant=0.5, \
             kp=1.0, ki=0.3, beta=None, gyro_noise=0.0002, accel_noise=0.1, mag_noise=0.1, \
             bias_walk=0.0001)"
     )]
@@ -145,6 +149,7 @@ impl Attitude {
         bias: Option<&Bound<'_, PyAny>>,
         bias_sigma: Option<&Bound<'_, PyAny>>,
         bias_limit: Option<f64>,
+        magnetometer: Option<&Bound<'_, PyAny>>,
         channels: Option<i128>,
         constants: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
@@ -172,7 +177,8 @@ impl Attitude {
             bias_sigma: usual,
             constants: options::read("Attitude", CONSTANTS, method, constants)?,
         };
-        let bank = bank::new(method, params, auto, named, channels.unwrap_or(1))?;
+        let correction = options::correction(magnetometer, method, mag)?;
+        let bank = bank::new(method, params, auto, named, correction, channels.unwrap_or(1))?;
         let shared = Shared::new(channels, bank).map_err(NativeError::from)?;
         Ok(Self { mag, shared })
     }
@@ -377,6 +383,7 @@ impl Attitude {
             ("bias", bias, "None"),
             ("bias_sigma", in_unit(chosen.bias_sigma, usual.bias_sigma, params.gyro_unit), "None"),
             ("bias_limit", limit, "None"),
+            ("magnetometer", if bank.is_corrected() { "..." } else { "None" }.to_owned(), "None"),
         ];
         arguments.extend(
             constants.iter().map(|(name, value, usual)| (*name, value.clone(), usual.as_str())),

@@ -4,8 +4,8 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use zerorate_core::attitude::{
-    BIAS_METHODS, BIAS_SIGMA_METHODS, CONSTANTS, Constant, Constants, METHODS, TILT_CONSTANTS,
-    TILT_METHODS, TiltConstants,
+    BIAS_METHODS, BIAS_SIGMA_METHODS, CONSTANTS, Constant, Constants, FieldCorrection, METHODS,
+    TILT_CONSTANTS, TILT_METHODS, TiltConstants,
 };
 use zerorate_core::position::POSITION_METHODS;
 
@@ -59,6 +59,27 @@ pub fn check_field(mag: bool, given: Option<&Bound<'_, PyDict>>) -> PyResult<()>
         false => Ok(()),
         true => Err(PyValueError::new_err(format!("{name} has no effect with mag=False"))),
     }
+}
+
+/// What a calibration takes off the magnetometer, if it takes off anything.
+pub fn correction(
+    given: Option<&Bound<'_, PyAny>>,
+    method: &str,
+    mag: bool,
+) -> PyResult<Option<FieldCorrection>> {
+    let Some(given) = given else { return Ok(None) };
+    check_used("magnetometer", method, &METHODS[..1])?;
+    if !mag {
+        return Err(PyValueError::new_err("magnetometer has no effect with mag=False"));
+    }
+    let Some(ask) = given.getattr_opt("__field_correction__")? else {
+        return Err(PyTypeError::new_err(format!(
+            "magnetometer must be a MagnetometerCalibration, got {}",
+            given.get_type().name()?
+        )));
+    };
+    let found: Option<([f64; 3], [[f64; 3]; 3])> = ask.call0()?.extract()?;
+    Ok(found.map(|(iron, matrix)| FieldCorrection { iron, matrix }))
 }
 
 fn check_used(name: &str, method: &str, methods: &[&str]) -> PyResult<()> {

@@ -22,6 +22,7 @@ pub use options::{
 };
 
 use super::auto::{Auto, AutoOptions};
+use super::compass::FieldCorrection;
 use super::stream::Tagged;
 
 /// A method that has a name and options that can be read.
@@ -39,6 +40,11 @@ pub trait Named: Tagged {
 
     /// The largest bias that a gyro has, rad/s, where it is not the usual one.
     fn bias_limit(&self) -> Option<f64> {
+        None
+    }
+
+    /// What is taken off the magnetometer before anything else.
+    fn correction(&self) -> Option<&FieldCorrection> {
         None
     }
 }

@@ -1,0 +1,127 @@
+"""What calibrating a magnetometer by the gyro does to headings.
+
+``python examples/magnetometer_study.py [RECORDINGS]`` prints tables in Markdown: simulated motion
+with hard and soft iron, two trials of BROAD where the folder of recordings is given, and the time
+it takes. Headings are of `zerorate.Attitude`, nine axes, root mean squares in degrees.
+"""
+
+import math
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import zerorate as zr
+from recordings import BESIDE, BROAD_RATE
+from tables import table
+from zerorate.io.samples import Samples
+from zerorate.metrics.orientation import orientation_errors
+
+SOFT = np.array([[1.08, 0.04, -0.02], [0.04, 0.95, 0.03], [-0.02, 0.03, 0.97]])
+KINDS = ("hand", "arm", "spinning pendulum", "vehicle")
+TRIALS = {
+    5: "broad_05_undisturbed_slow_rotation_with_breaks_B",
+    32: "broad_32_disturbed_attached_magnet_1cm",
+}
+
+
+def with_mag(recording, data):
+    """Return the recording with other samples of the magnetometer."""
+    logs = dict(recording)
+    logs["mag"] = logs["mag"].with_data(data)
+    return replace(recording, logs=logs)
+
+
+def heading(recording, where=None):
+    """Return the error of the heading against the north of the reference, deg."""
+    samples = Samples.of(recording)
+    truth = samples.aligned(recording["reference"])
+    known = np.isfinite(truth).all(axis=1)
+    known = known if where is None else known & where
+    found = zr.Attitude(samples.log.rate).trace(
+        samples.gyro, samples.accel, samples.mag, samples.dt
+    )
+    errors = orientation_errors(found["quaternion"], truth, where=known, heading="absolute")
+    return float(np.degrees(errors.heading))
+
+
+def simulated(kind, matrix, seeds):
+    """Return headings raw, calibrated and of the true field, |z| of the iron, and how many fits."""
+    rows, z, applied = [], [], 0
+    for seed in range(seeds):
+        errors = zr.simulation.MotionErrors(field_wander=math.radians(4.5))
+        true = zr.simulate_motion(kind, 100.0, 120.0, seed=100 + seed, errors=errors).recording()
+        iron = np.random.default_rng(seed).normal(0.0, 15.0, 3)
+        moved = with_mag(true, true.mag.data @ matrix.T + iron)
+        found = zr.calibrate_magnetometer(moved)
+        rows.append([heading(one) for one in (moved, found.apply(moved), true)])
+        applied += found.applied
+        for one, b in zip(found.hard_iron, iron, strict=True):
+            if one.identifiable:
+                z.append(abs(one.value - b) / one.sigma)
+    return np.sqrt(np.mean(np.square(rows), axis=0)), np.array(z), applied
+
+
+def of_simulation(seeds):
+    """Print the table of simulated motion."""
+    rows = []
+    for kind in KINDS:
+        for name, matrix in (("hard", np.eye(3)), ("hard and soft", SOFT)):
+            (raw, after, true), z, applied = simulated(kind, matrix, seeds)
+            share = f"{np.mean(z < 2.0):.2f}" if len(z) else "none known"
+            told = (f"{raw:.1f}", f"{after:.2f}", f"{true:.2f}", f"{applied} of {seeds}", share)
+            rows.append([kind, name, *told])
+    head = ["motion", "iron", "raw", "calibrated", "true field", "applied", "within 2 sigma"]
+    print(table(f"Simulated, 120 s at 100 Hz, {seeds} seeds:", head, rows, True), end="\n\n")
+
+
+def of_trials(folder):
+    """Print the table of recordings."""
+    import pyarrow.parquet as pq
+
+    rows = []
+    for number, name in TRIALS.items():
+        path = folder / f"{name}.parquet"
+        recording = zr.read_recording(path, rate=BROAD_RATE)
+        moving = pq.read_table(path, columns=["movement"])["movement"].to_numpy() > 0
+        found = zr.calibrate_magnetometer(recording)
+        corrected = found.apply(recording)
+        same = np.array_equal(corrected.mag.data, recording.mag.data, equal_nan=True)
+        after = "equal to the bit" if same else f"{heading(corrected, moving):.2f}"
+        irons = "; ".join(
+            f"{span.start:.0f} to {span.stop:.0f} s "
+            + (
+                f"({', '.join(f'{b:.1f}' for b in found.groups[span.group].hard_iron)})"
+                if found.groups[span.group].applied
+                else "nothing"
+            )
+            for span in found.spans
+            if span.kind != "disturbed"
+        )
+        rows.append([f"BROAD {number}", f"{heading(recording, moving):.2f}", after, irons])
+    head = ["recording", "raw", "calibrated", "taken off, uT"]
+    print(table("Recorded, heading in movement:", head, rows, True), end="\n\n")
+
+
+def of_speed():
+    """Print how long ten minutes take."""
+    rows = []
+    for kind in ("hand", "vehicle"):
+        recording = zr.simulate_motion(kind, 100.0, 600.0, seed=5).recording()
+        times = []
+        for _ in range(5):
+            before = time.perf_counter()
+            zr.calibrate_magnetometer(recording)
+            times.append(time.perf_counter() - before)
+        rows.append([kind, f"{min(times):.2f}"])
+    print(table("Ten minutes at 100 Hz, best of five:", ["motion", "s"], rows, True))
+
+
+if __name__ == "__main__":
+    given = Path(sys.argv[1]) if len(sys.argv) > 1 else BESIDE
+    of_simulation(4)
+    if given.is_dir():
+        of_trials(given)
+    of_speed()

@@ -1,0 +1,163 @@
+"""A magnetometer's calibration as parameters of PX4 and of ArduPilot."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from zerorate.faults import given, said
+from zerorate.io.exporting import exports
+from zerorate.noise.exports import written
+from zerorate.types import Floats
+
+if TYPE_CHECKING:
+    from zerorate.calibration.magnetometer import MagnetometerCalibration
+
+MICROTESLA: Final = {
+    "uT": 1.0,
+    "µT": 1.0,
+    "nT": 1e-3,
+    "mT": 1e3,
+    "T": 1e6,
+    "gauss": 1e2,
+    "Gauss": 1e2,
+    "G": 1e2,
+    "mgauss": 0.1,
+    "mG": 0.1,
+}
+"""Units of a magnetic field."""
+_AXES: Final = "XYZ"
+_PAIRS: Final = ((0, 1), (0, 2), (1, 2))
+
+_writes = partial(
+    exports,
+    faults="""\
+ValueError
+    If nothing is applied or fewer than three directions of the hard iron are known, without
+    `force`; if the unit of the samples is none of a magnetic field.""",
+    forced=", and to write numbers that the log does not bear out, with a warning",
+)
+
+
+@_writes(".params")
+def to_px4(
+    calibration: MagnetometerCalibration,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    instance: int = 0,
+    force: bool = False,
+) -> str:
+    """Return hard and soft iron as parameters of PX4, in the format of QGroundControl.
+
+    Parameters
+    ----------
+    instance : int
+        Number in the parameters' names: 0 for ``CAL_MAG0_XOFF``.
+
+    Returns
+    -------
+    str
+        ``CAL_MAG``, gauss: PX4 corrects by M (sample - offset), ``XSCALE`` the diagonal of M and
+        ``XODIAG``, ``YODIAG``, ``ZODIAG`` its elements xy, xz, yz. Axes must be those of the body.
+        Of several hard irons that of `longest`.
+    """
+    offset, matrix = _numbers(calibration, 1e2, force)
+    names = [f"CAL_MAG{instance}_{axis}OFF" for axis in _AXES]
+    names += [f"CAL_MAG{instance}_{axis}SCALE" for axis in _AXES]
+    names += [f"CAL_MAG{instance}_{axis}ODIAG" for axis in _AXES]
+    values = [*offset, *np.diagonal(matrix), *(matrix[i, j] for i, j in _PAIRS)]
+    lines = [
+        *_head(calibration, "PX4: offsets and scales of a magnetometer, gauss, axes of the body."),
+        "# Vehicle-Id Component-Id Name Value Type",
+        *(f"1\t1\t{name}\t{float(value)!r}\t9" for name, value in zip(names, values, strict=True)),
+    ]
+    return written("\n".join(lines) + "\n", path, force)
+
+
+@_writes(".param")
+def to_ardupilot(
+    calibration: MagnetometerCalibration,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    compass: int = 1,
+    force: bool = False,
+) -> str:
+    """Return hard and soft iron as parameters of ArduPilot.
+
+    Parameters
+    ----------
+    compass : int
+        Number of the compass: 1 for ``COMPASS_OFS_X``, 2 for ``COMPASS_OFS2_X``.
+
+    Returns
+    -------
+    str
+        ``COMPASS_OFS``, milligauss, with ArduPilot's sign: it corrects by E (sample + offset),
+        ``COMPASS_DIA`` the diagonal of E and ``COMPASS_ODI_X``, ``_Y``, ``_Z`` its elements xy, xz,
+        yz. Of several hard irons that of `longest`.
+    """
+    offset, matrix = _numbers(calibration, 0.1, force)
+    number = "" if compass == 1 else str(compass)
+    names = [f"COMPASS_{kind}{number}_{axis}" for kind in ("OFS", "DIA", "ODI") for axis in _AXES]
+    values = [*(-offset), *np.diagonal(matrix), *(matrix[i, j] for i, j in _PAIRS)]
+    lines = [
+        *_head(calibration, "ArduPilot: offsets of a compass in milligauss, scales beside them."),
+        *(f"{name},{float(value)!r}" for name, value in zip(names, values, strict=True)),
+    ]
+    return written("\n".join(lines) + "\n", path, force)
+
+
+def _numbers(
+    calibration: MagnetometerCalibration, microtesla: float, force: bool
+) -> tuple[Floats, Floats]:
+    """Return the hard iron in a unit of so many microtesla, and the inverse of the soft iron."""
+    if calibration.unit not in MICROTESLA:
+        raise ValueError(
+            said(
+                f"the magnetometer's unit, '{calibration.unit}', is none of a magnetic field: read "
+                "the log with ",
+                given("unit"),
+                " of it, such as uT or gauss",
+            )
+        )
+    doubts = list(_doubts(calibration))
+    if doubts and not force:
+        advice = "; ".join(calibration.advice) or "turn the device about two axes that differ"
+        raise ValueError(
+            said(
+                f"{doubts[0]}: {advice}; ",
+                given("force", "", "force=True"),
+                " writes the numbers with this warning",
+            )
+        )
+    iron = np.array(calibration.groups[calibration.longest].hard_iron)
+    matrix = np.linalg.inv(np.array(calibration.soft_iron, dtype=np.float64))
+    return iron * MICROTESLA[calibration.unit] / microtesla, matrix
+
+
+def _doubts(calibration: MagnetometerCalibration) -> Iterator[str]:
+    if not calibration.valid:
+        yield f"the calibration is not valid, {calibration.problems[0]}"
+    elif not calibration.groups[calibration.longest].applied:
+        yield "the log shows no iron that is worth taking off"
+    elif not all(one.identifiable for one in calibration.hard_iron):
+        unknown = (
+            axis
+            for axis, one in zip("xyz", calibration.hard_iron, strict=True)
+            if not one.identifiable
+        )
+        yield f"the hard iron's {' and '.join(unknown)} is not known"
+
+
+def _head(calibration: MagnetometerCalibration, title: str) -> Iterator[str]:
+    yield f"# {title}"
+    for doubt in _doubts(calibration):
+        yield f"# WARNING: {doubt}"
+    for k, group in enumerate(calibration.groups):
+        if k != calibration.longest:
+            iron = ", ".join(f"{b:.4g}" for b in group.hard_iron)
+            yield f"# For a shorter time the hard iron was ({iron}) {calibration.unit}."

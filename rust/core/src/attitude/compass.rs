@@ -1,0 +1,189 @@
+//! The filter with a magnetometer that was calibrated before.
+
+use nalgebra::{Matrix3, Quaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::named::Named;
+use super::stream::Tagged;
+#[cfg(feature = "std")]
+use super::{Attitude, Sample, Snapshot};
+use super::{Auto, Estimator, Inertial, Knowledge, NamedOptions};
+use crate::error::{Error, require};
+
+/// Largest element of a matrix, and hard iron in any unit.
+const MATRIX_MOST: f64 = 10.0;
+const IRON_MOST: f64 = 1e9;
+
+/// What a calibration found of a magnetometer: the field is `matrix (sample - iron)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FieldCorrection {
+    /// In the unit of the samples.
+    pub iron: [f64; 3],
+    /// Its rows.
+    pub matrix: [[f64; 3]; 3],
+}
+
+impl FieldCorrection {
+    /// The correction, if its numbers are within reason.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first that is not.
+    pub fn checked(self) -> Result<Self, Error> {
+        for x in self.iron {
+            require(x.abs() <= IRON_MOST, "magnetometer", "a hard iron of at most 1e9", x)?;
+        }
+        for x in self.matrix.as_flattened() {
+            let expected = "a matrix of elements of at most 10";
+            require(x.abs() <= MATRIX_MOST, "magnetometer", expected, *x)?;
+        }
+        Ok(self)
+    }
+
+    /// The field of a sample.
+    #[inline(always)]
+    pub fn of(&self, sample: &Vector3<f64>) -> Vector3<f64> {
+        Matrix3::from(self.matrix).transpose() * (sample - Vector3::from(self.iron))
+    }
+}
+
+/// The filter, which sees fields instead of samples of the magnetometer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Compass {
+    auto: Auto,
+    correction: FieldCorrection,
+}
+
+impl Compass {
+    /// A filter behind a calibration.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if its numbers are out of their ranges.
+    pub fn new(auto: Auto, correction: FieldCorrection) -> Result<Self, Error> {
+        Ok(Self { auto, correction: correction.checked()? })
+    }
+
+    /// The calibration.
+    pub fn correction(&self) -> &FieldCorrection {
+        &self.correction
+    }
+}
+
+impl Estimator for Compass {
+    #[inline(always)]
+    fn step(&mut self, sample: &Inertial) {
+        let mag = sample.mag.as_ref().map(|mag| self.correction.of(mag));
+        self.auto.step(&Inertial { mag, ..*sample });
+    }
+
+    fn gap(&mut self, seconds: f64) {
+        self.auto.gap(seconds);
+    }
+
+    #[inline(always)]
+    fn orientation(&self) -> Quaternion<f64> {
+        self.auto.orientation()
+    }
+
+    fn knowledge(&self) -> Knowledge {
+        self.auto.knowledge()
+    }
+
+    fn align(&mut self, orientation: Quaternion<f64>, tilt_sigma: f64, heading_sigma: f64) {
+        self.auto.align(orientation, tilt_sigma, heading_sigma);
+    }
+
+    fn reset(&mut self) {
+        self.auto.reset();
+    }
+
+    fn power_on(&mut self) {
+        self.auto.power_on();
+    }
+
+    fn is_sound(&self) -> bool {
+        self.correction.checked().is_ok() && self.auto.is_sound()
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        self.correction == other.correction && self.auto.is_like(&other.auto)
+    }
+}
+
+impl Tagged for Compass {
+    const TAG: &'static str = "attitude-compass";
+    const VERSION: u16 = 1;
+}
+
+impl Named for Compass {
+    const METHOD: &'static str = Auto::METHOD;
+
+    fn options(&self) -> NamedOptions {
+        Named::options(&self.auto)
+    }
+
+    fn is_calibrated(&self) -> bool {
+        self.auto.is_calibrated()
+    }
+
+    fn bias_limit(&self) -> Option<f64> {
+        self.auto.bias_limit()
+    }
+
+    fn correction(&self) -> Option<&FieldCorrection> {
+        Some(&self.correction)
+    }
+}
+
+#[cfg(feature = "std")]
+impl Attitude<Compass> {
+    /// As of the filter alone, of fields instead of samples.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if there is none for the passes, [`Error::Stopped`] if asked to stop.
+    pub fn smooth(&self, samples: &[Sample]) -> Result<Vec<Snapshot>, Error> {
+        let mut fields = crate::memory::copied(samples)?;
+        for sample in &mut fields {
+            sample.mag = self.estimator().correction.of(&Vector3::from(sample.mag)).into();
+        }
+        self.around(self.estimator().auto).smooth(&fields)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Compass, FieldCorrection};
+    use crate::attitude::{Auto, AutoOptions, Estimator, Inertial};
+    use nalgebra::{Matrix3, Vector3};
+
+    #[test]
+    fn samples_with_iron_give_what_fields_give() {
+        let (iron, soft) = (Vector3::new(30.0, -10.0, 5.0), 1.0 / 1.25);
+        let matrix = [[soft, 0.0, 0.0], [0.0, 1.0, 0.1], [0.0, 0.0, 1.0]];
+        let auto = Auto::new(AutoOptions::default()).expect("usual options");
+        let correction = FieldCorrection { iron: iron.into(), matrix };
+        let mut compass = Compass::new(auto, correction).expect("numbers within reason");
+        let mut plain = auto;
+        let spoil = Matrix3::from(matrix).transpose().try_inverse().expect("a regular matrix");
+        for k in 0..300 {
+            let t = 0.01 * f64::from(k);
+            let field = Vector3::new(20.0 * (2.0 * t).cos(), -20.0 * (2.0 * t).sin(), -40.0);
+            let mut sample = Inertial {
+                gyro: Vector3::new(0.0, 0.0, 2.0),
+                known: true,
+                unknown: 0.0,
+                age: 0.0,
+                accel: Some(Vector3::new(0.0, 0.0, 9.81)),
+                mag: Some(field),
+                dt: 0.01,
+            };
+            plain.step(&sample);
+            sample.mag = Some(spoil * field + iron);
+            compass.step(&sample);
+        }
+        let apart = compass.orientation() - plain.orientation();
+        assert!(apart.norm() < 1e-12, "{apart}");
+        assert!(compass.is_sound());
+        let wrong = FieldCorrection { iron: [f64::NAN, 0.0, 0.0], matrix };
+        assert!(Compass::new(auto, wrong).is_err());
+    }
+}

@@ -1,0 +1,88 @@
+//! Standard errors of hard and soft iron: not noise limits them but places, which differ.
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::fit::{Fit, IRON, LITTLE, Ticks};
+use super::normal::{Element, Normal, Sums};
+
+/// Seconds of a tick.
+const TICK: f64 = 0.1;
+/// Seconds that count as one independent observation, and how many a group may have.
+const ONE: f64 = 10.0;
+const MOST: f64 = 4.0;
+const LEAST: f64 = 0.5;
+/// Scatter that no field goes below, its size being 1.
+const FLOOR: f64 = 0.01;
+
+/// Deviations of the elements of the soft iron before anything is seen.
+pub type Doubt<'a> = &'a [f64];
+
+/// Covariance of all elements of the soft iron, then of the hard irons of all groups.
+///
+/// `fit` has a number for each of the elements, zero where it was not fitted.
+pub fn covariance(
+    ticks: &Ticks<'_>,
+    fit: &Fit,
+    elements: &[Element],
+    doubt: Doubt<'_>,
+) -> Option<DMatrix<f64>> {
+    let (soft, groups) = (elements.len(), ticks.groups());
+    let size = soft + 3 * groups;
+    let mut information = DMatrix::zeros(size, size);
+    for k in 0..size {
+        let sigma = doubt.get(k).copied().unwrap_or(IRON);
+        information[(k, k)] = 1.0 / (sigma * sigma);
+    }
+    let limit = fit.scatter.max(FLOOR);
+    for group in 0..groups {
+        let (part, count) = of_group(ticks, fit, elements, group)?;
+        if count == 0 {
+            continue;
+        }
+        let length = count as f64;
+        let observations = (length * TICK / ONE).clamp(LEAST, MOST);
+        let scale = observations / length / (limit * limit);
+        let place = |k: usize| if k < soft { k } else { k + 3 * group };
+        for i in 0..soft + 3 {
+            for j in 0..soft + 3 {
+                let both = 0.5 * (part[(i, j)] + part[(j, i)]);
+                information[(place(i), place(j))] += both * scale;
+            }
+        }
+    }
+    information.try_inverse()
+}
+
+/// What one group says of the elements and of its hard iron, its fields unknown, for a noise of 1.
+fn of_group(
+    ticks: &Ticks<'_>,
+    fit: &Fit,
+    elements: &[Element],
+    group: usize,
+) -> Option<(DMatrix<f64>, usize)> {
+    let variance = (fit.scatter * fit.scatter).max(1e-10);
+    let sum = fit.elements.iter().zip(elements).map(|(x, element)| element * *x);
+    let matrix = Element::identity() + sum.sum::<Element>();
+    let stretches: Vec<_> =
+        ticks.stretches().filter(|stretch| ticks.group[stretch.start] == group).collect();
+    // Windows in which the group has ticks, in order: its own neighbours.
+    let mut windows: Vec<usize> = stretches.iter().map(|one| ticks.window[one.start]).collect();
+    windows.dedup();
+    let mut normal = Normal::new(windows.len(), elements.len(), 1, variance);
+    let mut count = 0;
+    for stretch in stretches {
+        let window = ticks.window[stretch.start];
+        let place = windows.partition_point(|w| *w < window);
+        let (field, mut sums) = (fit.fields[window], Sums::default());
+        count += stretch.len();
+        for k in stretch {
+            let back = ticks.back(k);
+            let (a, s) = (matrix * back, back * field);
+            sums.add(fit.weights[k], &a, &s, &Vector3::zeros(), true);
+        }
+        normal.add(place, 0, &sums, elements);
+    }
+    let fields = vec![Vector3::zeros(); windows.len()];
+    normal.smooth(&fields, LITTLE);
+    Some((normal.eliminate()?.rest.own, count))
+}

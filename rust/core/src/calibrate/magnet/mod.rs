@@ -1,0 +1,26 @@
+//! A magnetometer's hard and soft iron from ordinary motion: the gyro says how the field must turn.
+//!
+//! A tick is a tenth of a second: B, the mean rotation from the sensor to a frame that the gyro holds,
+//! y, the mean field in the sensor, e, the mean of the field turned by each sample's own rotation. The
+//! model is `y = D Bᵀ h + b` with hard iron b, soft iron D and the field h in that frame, all in units
+//! of the field's median size.
+
+#[cfg(feature = "std")]
+mod covariance;
+#[cfg(feature = "std")]
+mod fit;
+#[cfg(feature = "std")]
+mod normal;
+#[cfg(feature = "std")]
+mod partition;
+#[cfg(feature = "std")]
+mod span;
+
+#[cfg(feature = "std")]
+pub use covariance::{Doubt, covariance};
+#[cfg(feature = "std")]
+pub use fit::{Fit, Ticks, fit};
+#[cfg(feature = "std")]
+pub use normal::Element;
+#[cfg(feature = "std")]
+pub use partition::{Partition, Piece, Turned, partition};

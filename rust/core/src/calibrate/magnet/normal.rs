@@ -1,0 +1,171 @@
+//! Normal equations of hard irons, elements of soft iron and a field that goes on from window to
+//! window: sums of a stretch of ticks, and the fields solved out.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX, Vector3};
+
+/// Deviation of the difference of the fields of two windows.
+const WALK: f64 = 0.1;
+
+/// An element of the soft iron.
+pub type Element = Matrix3<f64>;
+
+/// Weighted sums of ticks of one window and one group, A = D Bᵀ, s = Bᵀ h, v what is left of y.
+#[derive(Debug, Clone, Default)]
+pub struct Sums {
+    weight: f64,
+    a: Matrix3<f64>,
+    aa: Matrix3<f64>,
+    /// By axis of the sensor: column of A times s.
+    a_s: [Matrix3<f64>; 3],
+    s: Vector3<f64>,
+    ss: Matrix3<f64>,
+    av: Vector3<f64>,
+    vs: Matrix3<f64>,
+    v: Vector3<f64>,
+}
+
+impl Sums {
+    /// Adds a tick.
+    #[inline(always)]
+    pub fn add(
+        &mut self,
+        weight: f64,
+        a: &Matrix3<f64>,
+        s: &Vector3<f64>,
+        v: &Vector3<f64>,
+        soft: bool,
+    ) {
+        let (wa, wv) = (a * weight, v * weight);
+        self.weight += weight;
+        self.a += wa;
+        self.aa += wa.transpose() * a;
+        self.av += wa.transpose() * v;
+        self.v += wv;
+        if soft {
+            for i in 0..3 {
+                self.a_s[i] += wa.row(i).transpose() * s.transpose();
+            }
+            self.s += s * weight;
+            self.ss += s * s.transpose() * weight;
+            self.vs += wv * s.transpose();
+        }
+    }
+}
+
+/// Unknowns: a field a window, elements of the soft iron, a hard iron a group.
+#[derive(Debug, Clone)]
+pub struct Normal {
+    /// Of each window.
+    inner: Vec<Matrix3<f64>>,
+    right: Vec<Vector3<f64>>,
+    /// Of each window with the rest.
+    across: Vec<Matrix3xX<f64>>,
+    /// Of elements, then hard irons.
+    pub own: DMatrix<f64>,
+    pub own_right: DVector<f64>,
+    soft: usize,
+    walk: f64,
+}
+
+impl Normal {
+    /// Of so many windows, elements and groups; the difference of two fields weighs `noise / WALK²`.
+    pub fn new(windows: usize, soft: usize, groups: usize, noise: f64) -> Self {
+        let size = soft + 3 * groups;
+        Self {
+            inner: vec![Matrix3::zeros(); windows],
+            right: vec![Vector3::zeros(); windows],
+            across: vec![Matrix3xX::zeros(size); windows],
+            own: DMatrix::zeros(size, size),
+            own_right: DVector::zeros(size),
+            soft,
+            walk: noise / (WALK * WALK),
+        }
+    }
+
+    /// Adds what a stretch of ticks says.
+    pub fn add(&mut self, window: usize, group: usize, sums: &Sums, elements: &[Element]) {
+        let first = self.soft + 3 * group;
+        self.inner[window] += sums.aa;
+        self.right[window] += sums.av;
+        let mut across = self.across[window].columns_mut(first, 3);
+        across += sums.a.transpose();
+        for i in 0..3 {
+            self.own[(first + i, first + i)] += sums.weight;
+            self.own_right[first + i] += sums.v[i];
+        }
+        for (k, element) in elements.iter().enumerate() {
+            for i in 0..3 {
+                let row = element.row(i).transpose();
+                let mut column = self.across[window].column_mut(k);
+                column += sums.a_s[i] * row;
+                let with_iron = row.dot(&sums.s);
+                self.own[(k, first + i)] += with_iron;
+                self.own[(first + i, k)] += with_iron;
+                self.own_right[k] += sums.vs.row(i).transpose().dot(&row);
+                for (l, other) in elements.iter().enumerate() {
+                    self.own[(k, l)] += (sums.ss * row).dot(&other.row(i).transpose());
+                }
+            }
+        }
+    }
+
+    /// Keeps the fields of neighbours together, which are now these, and all within reach.
+    pub fn smooth(&mut self, fields: &[Vector3<f64>], little: f64) {
+        let one = Matrix3::identity();
+        for w in 0..self.inner.len() {
+            self.inner[w] += one * little;
+            if w > 0 {
+                let apart = (fields[w] - fields[w - 1]) * self.walk;
+                self.inner[w - 1] += one * self.walk;
+                self.inner[w] += one * self.walk;
+                self.right[w - 1] += apart;
+                self.right[w] -= apart;
+            }
+        }
+    }
+
+    /// Takes the fields out of the equations of the rest.
+    pub fn eliminate(mut self) -> Option<Eliminated> {
+        let mut inverses = Vec::with_capacity(self.inner.len());
+        for w in 0..self.inner.len() {
+            let inverse = self.inner[w].try_inverse()?;
+            let solved = inverse * &self.across[w];
+            self.own -= self.across[w].transpose() * &solved;
+            self.own_right -= solved.transpose() * self.right[w];
+            if w + 1 < self.inner.len() {
+                // The coupling of neighbours is -walk.
+                self.inner[w + 1] -= inverse * (self.walk * self.walk);
+                let carried = inverse * self.right[w] * self.walk;
+                self.right[w + 1] += carried;
+                self.across[w + 1] += solved * self.walk;
+            }
+            inverses.push(inverse);
+        }
+        Some(Eliminated { rest: self, inverses })
+    }
+}
+
+/// Equations of the rest alone, and what the fields follow from.
+#[derive(Debug, Clone)]
+pub struct Eliminated {
+    pub rest: Normal,
+    inverses: Vec<Matrix3<f64>>,
+}
+
+impl Eliminated {
+    /// The rest, and the field of each window.
+    pub fn solve(&self) -> Option<(DVector<f64>, Vec<Vector3<f64>>)> {
+        let rest = match self.rest.own.clone().cholesky() {
+            Some(factor) => factor.solve(&self.rest.own_right),
+            None => self.rest.own.clone().lu().solve(&self.rest.own_right)?,
+        };
+        let mut fields = vec![Vector3::zeros(); self.inverses.len()];
+        let mut next = Vector3::zeros();
+        for w in (0..fields.len()).rev() {
+            let right = self.rest.right[w] - &self.rest.across[w] * &rest + next * self.rest.walk;
+            next = self.inverses[w] * right;
+            fields[w] = next;
+        }
+        Some((rest, fields))
+    }
+}

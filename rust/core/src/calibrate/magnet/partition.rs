@@ -1,0 +1,211 @@
+//! The spans of least cost, each of one hard iron or *wild*, by dynamic programming.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::span::{Cost, NUMBERS, Seen, Span};
+use crate::math::{Lane, Real, WIDEST, parallel};
+use crate::work::pause;
+
+/// Ticks of a second, in which a span begins and ends.
+const SECOND: usize = 10;
+/// Of another span, beside the evidence of its prior.
+const PRICE: f64 = 24.0;
+/// By how much a span may be dearer than the best, and still go on.
+const DROP: f64 = 64.0;
+/// Deviation of an axis where nothing is believed, and how many seconds of it.
+const WILD: f64 = 0.35;
+const LONGEST: usize = 60;
+/// Seconds of a tick.
+const TICK: f64 = 0.1;
+
+/// Ticks: which since the first sample, e, and B by rows.
+#[derive(Debug, Clone, Copy)]
+pub struct Turned<'a> {
+    /// Increasing.
+    pub number: &'a [usize],
+    /// e.
+    pub turned: &'a [[f64; 3]],
+    /// B.
+    pub rotation: &'a [[f64; 9]],
+}
+
+/// Seconds of one hard iron, or of none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Piece {
+    /// First second.
+    pub start: usize,
+    /// Past the last one.
+    pub stop: usize,
+    /// Whether nothing is believed of it.
+    pub wild: bool,
+}
+
+/// What a record falls into, and its cost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Partition {
+    /// Of all ticks.
+    pub cost: f64,
+    /// In order.
+    pub pieces: Vec<Piece>,
+}
+
+/// The partition of least cost for each walk of the field, in deviations of the noise by √s.
+pub fn partition(ticks: &Turned<'_>, noise: f64, walks: &[f64]) -> Vec<Partition> {
+    parallel::map(walks.to_vec(), true, |walk| {
+        Search::new(ticks, noise, walk * walk * noise * TICK).run()
+    })
+}
+
+/// A span that goes on: from which second, its cost, and its filter.
+#[derive(Debug, Clone, Copy)]
+struct Going {
+    start: usize,
+    cost: f64,
+    numbers: [f64; NUMBERS],
+}
+
+struct Search<'a> {
+    ticks: &'a Turned<'a>,
+    noise: f64,
+    walk: f64,
+    /// Least cost of all before each second, and the last piece of it.
+    best: Vec<f64>,
+    came: Vec<Piece>,
+    /// Cost of each second if it is wild.
+    wild: Vec<f64>,
+    going: Vec<Going>,
+}
+
+impl<'a> Search<'a> {
+    fn new(ticks: &'a Turned<'a>, noise: f64, walk: f64) -> Self {
+        let (best, came, wild, going) = (vec![0.0], Vec::new(), Vec::new(), Vec::new());
+        Self { ticks, noise, walk, best, came, wild, going }
+    }
+
+    fn run(mut self) -> Partition {
+        let Some(last) = self.ticks.number.last() else {
+            return Partition { cost: 0.0, pieces: Vec::new() };
+        };
+        let seconds = last / SECOND + 1;
+        let mut first = 0;
+        for second in 0..seconds {
+            pause();
+            let rest = &self.ticks.number[first..];
+            let inside = first..first + rest.partition_point(|k| *k < (second + 1) * SECOND);
+            first = inside.end;
+            self.take(second, inside);
+        }
+        Partition { cost: self.best[seconds], pieces: self.path(seconds) }
+    }
+
+    fn take(&mut self, second: usize, inside: core::ops::Range<usize>) {
+        self.wild.push(3.0 * ((WILD * WILD).ln() + 1.0) * inside.len() as f64);
+        if !inside.is_empty() {
+            let numbers = Span::new(median(&self.ticks.turned[inside.clone()])).numbers();
+            self.going.push(Going { start: second, cost: 0.0, numbers });
+            self.step(inside);
+        }
+        let (mut least, mut piece) = self.wildest(second);
+        for one in &self.going {
+            let cost = self.best[one.start] + one.cost;
+            if cost < least {
+                (least, piece) = (cost, Piece { start: one.start, wild: false, ..piece });
+            }
+        }
+        let found = least + PRICE;
+        self.came.push(piece);
+        let best = &self.best;
+        self.going.retain(|one| best[one.start] + one.cost <= found + DROP);
+        self.best.push(found);
+    }
+
+    /// The wild piece of least cost that ends with a second.
+    fn wildest(&self, second: usize) -> (f64, Piece) {
+        let (mut least, mut start, mut sum) = (f64::INFINITY, second, 0.0);
+        for i in ((second + 1).saturating_sub(LONGEST)..=second).rev() {
+            sum += self.wild[i];
+            if self.best[i] + sum <= least {
+                (least, start) = (self.best[i] + sum, i);
+            }
+        }
+        (least, Piece { start, stop: second + 1, wild: true })
+    }
+
+    fn step(&mut self, inside: core::ops::Range<usize>) {
+        let ticks = self.ticks;
+        let since = |k: usize| if k == 0 { 1 } else { ticks.number[k] - ticks.number[k - 1] };
+        let walked: Vec<f64> = inside.clone().map(|k| self.walk * since(k) as f64).collect();
+        let (turned, rotation) = (&ticks.turned[inside.clone()], &ticks.rotation[inside]);
+        let step = Step { going: &mut self.going, turned, rotation, walked, noise: self.noise };
+        Arch::new().dispatch(step);
+    }
+
+    fn path(&self, seconds: usize) -> Vec<Piece> {
+        let (mut pieces, mut stop) = (Vec::new(), seconds);
+        while stop > 0 {
+            let piece = self.came[stop - 1];
+            pieces.push(piece);
+            stop = piece.start;
+        }
+        pieces.reverse();
+        pieces
+    }
+}
+
+/// The ticks of a second for all spans that go on.
+struct Step<'a> {
+    going: &'a mut [Going],
+    turned: &'a [[f64; 3]],
+    rotation: &'a [[f64; 9]],
+    walked: Vec<f64>,
+    noise: f64,
+}
+
+impl WithSimd for Step<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        for some in self.going.chunks_mut(S::F64_LANES) {
+            let mut rows = [[0.0; WIDEST]; NUMBERS];
+            for k in 0..S::F64_LANES {
+                let numbers = &some[k.min(some.len() - 1)].numbers;
+                for i in 0..NUMBERS {
+                    rows[i][k] = numbers[i];
+                }
+            }
+            let mut loaded = [Lane::<S>::of(0.0); NUMBERS];
+            for i in 0..NUMBERS {
+                loaded[i] = Lane::load(&rows[i]);
+            }
+            let mut span = Span::of(&loaded);
+            // A second's determinants are a number of ordinary size: one logarithm does for all.
+            let (mut product, mut misfit) = (Lane::<S>::of(1.0), Lane::<S>::of(0.0));
+            for k in 0..self.turned.len() {
+                let seen = Seen::of(&self.turned[k], &self.rotation[k], self.walked[k], self.noise);
+                let Cost { determinant, misfit: more } = span.step(&seen);
+                product *= determinant;
+                misfit += more;
+            }
+            let loaded = span.row();
+            for i in 0..NUMBERS {
+                rows[i] = loaded[i].store();
+            }
+            let (product, misfit) = (product.store(), misfit.store());
+            for (k, one) in some.iter_mut().enumerate() {
+                one.cost += product[k].ln() + misfit[k];
+                for i in 0..NUMBERS {
+                    one.numbers[i] = rows[i][k];
+                }
+            }
+        }
+    }
+}
+
+/// The median of each axis.
+fn median(values: &[[f64; 3]]) -> [f64; 3] {
+    core::array::from_fn(|i| {
+        let mut axis: Vec<f64> = values.iter().map(|v| v[i]).collect();
+        super::fit::median(&mut axis)
+    })
+}

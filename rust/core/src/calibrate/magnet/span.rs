@@ -1,0 +1,238 @@
+//! The Kalman filter of one span: hard iron, constant, and the field, which walks.
+
+use crate::math::Real;
+
+/// Where an element of a symmetric matrix is in its six numbers.
+const AT: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
+
+/// Squared size of an innovation, in its own variances, above which it counts less.
+const FAR: f64 = 9.0;
+
+/// Numbers of a span: hard iron, field, and the covariance of both.
+pub const NUMBERS: usize = 27;
+
+/// Hard iron b and field h, known by `e = B b + h + v`.
+#[derive(Debug, Clone, Copy)]
+pub struct Span<T> {
+    iron: [T; 3],
+    field: [T; 3],
+    /// Covariances: of the iron, of iron (rows) with field, of the field.
+    irons: [T; 6],
+    across: [[T; 3]; 3],
+    fields: [T; 6],
+}
+
+/// What a tick costs: the determinant of its innovation's covariance, of which the logarithm counts,
+/// and what the innovation's size adds.
+#[derive(Debug, Clone, Copy)]
+pub struct Cost<T> {
+    pub determinant: T,
+    pub misfit: T,
+}
+
+/// A tick as a span takes it: e, B, by how much the field has walked since the tick before, and the
+/// variance of an axis.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen<T> {
+    pub turned: [T; 3],
+    pub rotation: [[T; 3]; 3],
+    pub walked: T,
+    pub noise: T,
+}
+
+impl<T: Real> Seen<T> {
+    /// The same tick in every lane.
+    #[inline(always)]
+    pub fn of(turned: &[f64; 3], rotation: &[f64; 9], walked: f64, noise: f64) -> Self {
+        let mut seen = Self {
+            turned: [T::zero(); 3],
+            rotation: [[T::zero(); 3]; 3],
+            walked: T::of(walked),
+            noise: T::of(noise),
+        };
+        for i in 0..3 {
+            seen.turned[i] = T::of(turned[i]);
+            for j in 0..3 {
+                seen.rotation[i][j] = T::of(rotation[3 * i + j]);
+            }
+        }
+        seen
+    }
+}
+
+impl Span<f64> {
+    /// Nothing known but about where the field is.
+    pub fn new(field: [f64; 3]) -> Self {
+        let one = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
+        Self { iron: [0.0; 3], field, irons: one, across: [[0.0; 3]; 3], fields: one }
+    }
+
+    /// Its numbers in a row.
+    pub fn numbers(&self) -> [f64; NUMBERS] {
+        let mut row = [0.0; NUMBERS];
+        row[..3].copy_from_slice(&self.iron);
+        row[3..6].copy_from_slice(&self.field);
+        row[6..12].copy_from_slice(&self.irons);
+        row[12..21].copy_from_slice(self.across.as_flattened());
+        row[21..].copy_from_slice(&self.fields);
+        row
+    }
+}
+
+impl<T: Real> Span<T> {
+    /// That of numbers in a row.
+    #[inline(always)]
+    pub fn of(row: &[T; NUMBERS]) -> Self {
+        let z = T::zero();
+        let mut span = Self {
+            iron: [z; 3],
+            field: [z; 3],
+            irons: [z; 6],
+            across: [[z; 3]; 3],
+            fields: [z; 6],
+        };
+        for i in 0..3 {
+            (span.iron[i], span.field[i]) = (row[i], row[3 + i]);
+            for j in 0..3 {
+                span.across[i][j] = row[12 + 3 * i + j];
+            }
+        }
+        for k in 0..6 {
+            (span.irons[k], span.fields[k]) = (row[6 + k], row[21 + k]);
+        }
+        span
+    }
+
+    /// Its numbers in a row.
+    #[inline(always)]
+    pub fn row(&self) -> [T; NUMBERS] {
+        let mut row = [T::zero(); NUMBERS];
+        for i in 0..3 {
+            (row[i], row[3 + i]) = (self.iron[i], self.field[i]);
+            for j in 0..3 {
+                row[12 + 3 * i + j] = self.across[i][j];
+            }
+        }
+        for k in 0..6 {
+            (row[6 + k], row[21 + k]) = (self.irons[k], self.fields[k]);
+        }
+        row
+    }
+
+    /// Takes a tick. What is far off counts with a noise that is larger by as much.
+    #[inline(always)]
+    pub fn step(&mut self, seen: &Seen<T>) -> Cost<T> {
+        let turn = &seen.rotation;
+        for k in 0..3 {
+            self.fields[AT[k][k]] += seen.walked;
+        }
+        let (of_iron, of_field) = self.gains(turn);
+        let mut spread = [T::zero(); 6];
+        let mut off = [T::zero(); 3];
+        for i in 0..3 {
+            off[i] = seen.turned[i] - self.field[i];
+            for k in 0..3 {
+                off[i] -= turn[i][k] * self.iron[k];
+            }
+            for j in i..3 {
+                let mut sum = of_field[i][j];
+                for k in 0..3 {
+                    sum += turn[i][k] * of_iron[k][j];
+                }
+                spread[AT[i][j]] = sum;
+            }
+            spread[AT[i][i]] += seen.noise;
+        }
+        let (adjoint, determinant) = inverse(&spread);
+        let size = quadratic(&adjoint, &off) / determinant;
+        let nine = T::of(FAR);
+        let far = (size.at_least(nine) / nine).simd_sqrt();
+        let beyond = T::of(2.0 * FAR) * far - nine;
+        let misfit = beyond.select(size.simd_ge(nine), size);
+        let more = seen.noise * (far - T::one());
+        for i in 0..3 {
+            spread[AT[i][i]] += more;
+        }
+        self.correct(&of_iron, &of_field, &spread, &off);
+        Cost { determinant, misfit }
+    }
+
+    /// Covariances of iron and field with what is seen.
+    #[inline(always)]
+    fn gains(&self, turn: &[[T; 3]; 3]) -> ([[T; 3]; 3], [[T; 3]; 3]) {
+        let (mut of_iron, mut of_field) = ([[T::zero(); 3]; 3], [[T::zero(); 3]; 3]);
+        for i in 0..3 {
+            for j in 0..3 {
+                let (mut iron, mut field) = (self.across[i][j], self.fields[AT[i][j]]);
+                for k in 0..3 {
+                    iron += self.irons[AT[i][k]] * turn[j][k];
+                    field += self.across[k][i] * turn[j][k];
+                }
+                (of_iron[i][j], of_field[i][j]) = (iron, field);
+            }
+        }
+        (of_iron, of_field)
+    }
+
+    #[inline(always)]
+    fn correct(
+        &mut self,
+        of_iron: &[[T; 3]; 3],
+        of_field: &[[T; 3]; 3],
+        spread: &[T; 6],
+        off: &[T; 3],
+    ) {
+        let (adjoint, determinant) = inverse(spread);
+        let scale = T::one() / determinant;
+        let (mut iron, mut field) = ([[T::zero(); 3]; 3], [[T::zero(); 3]; 3]);
+        for i in 0..3 {
+            for j in 0..3 {
+                let (mut first, mut second) = (T::zero(), T::zero());
+                for k in 0..3 {
+                    first += of_iron[i][k] * adjoint[AT[k][j]];
+                    second += of_field[i][k] * adjoint[AT[k][j]];
+                }
+                (iron[i][j], field[i][j]) = (first * scale, second * scale);
+            }
+        }
+        for i in 0..3 {
+            for k in 0..3 {
+                self.iron[i] += iron[i][k] * off[k];
+                self.field[i] += field[i][k] * off[k];
+            }
+            for j in 0..3 {
+                for k in 0..3 {
+                    self.across[i][j] -= iron[i][k] * of_field[j][k];
+                }
+            }
+            for j in i..3 {
+                for k in 0..3 {
+                    self.irons[AT[i][j]] -= iron[i][k] * of_iron[j][k];
+                    self.fields[AT[i][j]] -= field[i][k] * of_field[j][k];
+                }
+            }
+        }
+    }
+}
+
+/// The adjoint of a symmetric matrix, and its determinant.
+#[inline(always)]
+fn inverse<T: Real>(m: &[T; 6]) -> ([T; 6], T) {
+    let [a, b, c, d, e, f] = *m;
+    let adjoint =
+        [d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b];
+    (adjoint, a * adjoint[0] + b * adjoint[1] + c * adjoint[2])
+}
+
+#[inline(always)]
+fn quadratic<T: Real>(m: &[T; 6], v: &[T; 3]) -> T {
+    let mut sum = T::zero();
+    for i in 0..3 {
+        let mut row = T::zero();
+        for j in 0..3 {
+            row += m[AT[i][j]] * v[j];
+        }
+        sum += v[i] * row;
+    }
+    sum
+}
