@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
-from support.bags import EPOCH, IMU, KINDS, WIND, imu_message, values, write_recording
-from zerorate.io import LogError, read_log
+from support.bags import EPOCH, IMU, KINDS, WIND, imu_message, values, write_own, write_recording
+from zerorate.io import LogError, read_log, read_recording
 from zerorate.io.readers.ros import imu_of_cdr
 from zerorate.io.reading import read_sensors
+from zerorate.navigation import read_fixes
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -113,3 +114,23 @@ def test_without_rosbags_the_extra_is_named(tmp_path, monkeypatch, kind):
     monkeypatch.setitem(sys.modules, "rosbags", None)
     with pytest.raises(ImportError, match=r"pip install '\.\[ros\]' in the checkout"):
         read_log(path)
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap", "folder"])
+def test_messages_of_ones_own_whose_fields_tell(tmp_path, kind):
+    path = write_own(tmp_path, kind)
+    recording = read_recording(path)
+    gyro, accel = recording.gyro, recording.accel
+    assert gyro.names == ("gyro_radps[0]", "gyro_radps[1]", "gyro_radps[2]")
+    assert (gyro.rate, gyro.unit, gyro.time[0]) == (100, "rad/s", EPOCH / 1e9)
+    np.testing.assert_array_equal(gyro.data, values(50)[:, :3])
+    np.testing.assert_array_equal(accel.data, values(50)[:, 3:].astype(np.float32))
+    assert "/motion holds my_msgs/msg/Motion, read by the names of its fields" in gyro.meta["notes"]
+    assert (recording.position.rate, recording.position.units) == (20, ("deg", "deg", "m"))
+    fixes = read_fixes(path)
+    assert (len(fixes), fixes.position[1, 0]) == (10, 45.000005)
+
+
+def test_topics_of_any_type_are_listed(tmp_path):
+    with pytest.raises(LogError, match=r"no topic '/imu' .*; the recording has: /fix, /motion"):
+        read_log(write_own(tmp_path, "mcap"), topic="/imu")

@@ -3,7 +3,7 @@
 import numpy as np
 from rosbags import rosbag1, rosbag2
 from rosbags.rosbag2 import StoragePlugin
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 IMU = "sensor_msgs/msg/Imu"
 WIND = "geometry_msgs/msg/Vector3Stamped"
@@ -67,3 +67,42 @@ def _header(types, stamp, frame):
     header = types["std_msgs/msg/Header"]
     counted = {"seq": 7} if "seq" in header.__dataclass_fields__ else {}
     return header(stamp=time, frame_id=frame, **counted)
+
+
+MOTION = "my_msgs/msg/Motion"
+FIX = "sensor_msgs/msg/NavSatFix"
+_DEFINITION = """std_msgs/Header header
+float64[3] gyro_radps
+my_msgs/Force force
+string remark
+float64[] more
+================================================================================
+MSG: my_msgs/Force
+float32 accel_x_mps2
+float32 accel_y_mps2
+float32 accel_z_mps2
+"""
+
+
+def write_own(folder, kind, n=50):
+    """Write messages of a type of one's own, and fixes; return the file to read."""
+    stores = Stores.ROS1_NOETIC if kind == "bag" else Stores.ROS2_HUMBLE
+    store = get_typestore(stores)
+    store.register(get_types_from_msg(_DEFINITION, MOTION))
+    types = store.types
+    path = folder / ("own.bag" if kind == "bag" else f"own_{kind}")
+    with _writer(path, kind) as writer:
+        motion = writer.add_connection("/motion", MOTION, typestore=store)
+        fixes = writer.add_connection("/fix", FIX, typestore=store)
+        for i, row in enumerate(values(n)):
+            stamp = EPOCH + i * 10_000_000
+            header = _header(types, stamp, "base")
+            force = types["my_msgs/msg/Force"](*row[3:])
+            message = types[MOTION](header, row[:3], force, "none", np.ones(i % 3))
+            writer.write(motion, stamp + 5_000_000, _bytes(store, message, kind))
+            if i % 5 == 0:
+                status = types["sensor_msgs/msg/NavSatStatus"](0, 1)
+                place = (45.0 + 1e-6 * i, 7.0, 300.0, np.arange(9.0), 2)
+                message = types[FIX](header, status, *place)
+                writer.write(fixes, stamp + 6_000_000, _bytes(store, message, kind))
+    return next(path.glob(f"*.{kind}")) if kind in ("db3", "mcap") else path

@@ -223,7 +223,7 @@ def _texts(array: _Array) -> _Array:
 
 
 def bag_topics(path: str) -> _Answer:
-    """Return the topics of a ROS recording that hold messages of a gyro."""
+    """Return the topics of a ROS recording that hold messages of a sensor."""
     from zerorate.io.readers import ros
 
     return ros.topics(Path(path)), []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,6 +15,7 @@ import numpy.typing as npt
 from zerorate.faults import given, said
 from zerorate.io.log import LogError
 from zerorate.io.readers.apart import asked
+from zerorate.io.readers.ros_messages import Plan, columns_of, plan_of
 from zerorate.io.table import Column, Content, Format, Metadata, Needs, Table
 from zerorate.texts import extra_needed
 
@@ -39,12 +40,18 @@ def is_bag_folder(path: Path) -> bool:
 
 
 def _read(path: Path) -> Content:
-    """Return a table of the messages ``sensor_msgs/Imu`` of each topic that holds any."""
+    """Return a table of each topic whose messages are ``sensor_msgs/Imu`` or tell of a sensor."""
     if find_spec("rosbags") is None:
         raise ImportError(extra_needed("rosbags", "ros", "a ROS recording"))
-    topics, _ = asked("bag_topics", path)
-    tables = {topic: _table(path, topic) for topic in topics}
-    return Content(tables, lambda asked: _chosen(topics, asked))
+    told, _ = asked("bag_topics", path)
+    tables = {one["topic"]: _table(path, one) for one in told}
+    imus = [one["topic"] for one in told if one["names"] is None]
+    what = _IMU if imus else "a gyro"
+    gyros = imus or [one["topic"] for one in told if one["gyro"]]
+    others = [one["topic"] for one in told if one["topic"] not in gyros and not one["gyro"]]
+    return Content(
+        tables, lambda asked: _chosen(gyros, list(tables), what, asked), (*gyros, *others)
+    )
 
 
 _NEEDS: Final = Needs("rosbags", "ros")
@@ -55,24 +62,51 @@ FORMATS: Final = (
 )
 
 
-def _table(path: Path, topic: str) -> Table:
+def _table(path: Path, told: Mapping[str, Any]) -> Table:
+    topic, names = told["topic"], told["names"]
+
     def load(wanted: Sequence[int]) -> list[Column]:
         return asked("bag_columns", path, topic, list(wanted))[1]
 
-    return Table(len(_NAMES), load, names=_NAMES, meta=Metadata(sensor=topic), time=0)
+    notes: tuple[str, ...] = ()
+    if names is not None and told["gyro"]:
+        notes = (f"{topic} holds {told['type']}, read by the names of its fields",)
+    meta = Metadata(sensor=topic, notes=notes)
+    names = _NAMES if names is None else tuple(names)
+    return Table(len(names), load, names=names, meta=meta, time=0)
 
 
-def topics(path: Path) -> list[str]:
-    """Return the topics of a recording that hold messages of a gyro.
+def topics(path: Path) -> list[dict[str, Any]]:
+    """Return the topics of a recording that hold messages of a sensor, those of `_IMU` first.
 
+    Each has its type, whether there is a gyro in it, and the names of its columns, None for `_IMU`.
     This and `columns` run in a process of its own: chunks may swell when they are unpacked.
     """
+    found: dict[str, dict[str, Any]] = {}
+    plans: dict[str, Plan | None] = {}
     with _opened(path) as reader:
-        return sorted({c.topic for c in reader.connections if _is_imu(c)})
+        for connection in sorted(reader.connections, key=lambda c: (not _is_imu(c), c.topic)):
+            told = {"topic": connection.topic, "type": connection.msgtype}
+            if _is_imu(connection):
+                found.setdefault(connection.topic, told | {"gyro": True, "names": None})
+            elif _is_decoded(connection) and connection.topic not in found:
+                if connection.msgtype not in plans:
+                    plans[connection.msgtype] = plan_of(connection)
+                plan = plans[connection.msgtype]
+                if plan is not None:
+                    own = {"gyro": plan.has_gyro, "names": plan.names}
+                    found[connection.topic] = told | own
+    return list(found.values())
 
 
 def columns(path: Path, topic: str, wanted: Sequence[int]) -> list[Column]:
     """Return the stamps, ns, and the values of a topic's messages, those of them asked for."""
+    with _opened(path) as reader:
+        on_topic = [c for c in reader.connections if c.topic == topic]
+        if not any(map(_is_imu, on_topic)):
+            (plan, kind) = next((p, c.msgtype) for c in on_topic if (p := plan_of(c)) is not None)
+            own = [c for c in on_topic if c.msgtype == kind and _is_decoded(c)]
+            return columns_of(plan, reader.messages(connections=own), wanted)
     rows = _messages(path, topic)
     stamps = rows["seconds"] * 1_000_000_000 + rows["nanoseconds"]
     found = [stamps, *(rows[name] for name in _VALUES)]
@@ -80,28 +114,37 @@ def columns(path: Path, topic: str, wanted: Sequence[int]) -> list[Column]:
 
 
 def _is_imu(connection: _Connection) -> bool:
+    return connection.msgtype == _IMU and _is_decoded(connection)
+
+
+def _is_decoded(connection: _Connection) -> bool:
     # An MCAP file may hold messages in JSON and others.
-    encoding = getattr(connection.ext, "serialization_format", "cdr")
-    return connection.msgtype == _IMU and encoding == "cdr"
+    return getattr(connection.ext, "serialization_format", "cdr") == "cdr"
 
 
-def _chosen(topics: list[str], asked: str | None) -> str:
-    listed = ", ".join(topics)
-    if not topics:
-        raise LogError(f"no topic holds {_IMU}, expected the messages of a gyro")
-    if asked is not None and asked not in topics:
+def _chosen(gyros: list[str], topics: list[str], what: str, asked: str | None) -> str:
+    listed = ", ".join(gyros)
+    if asked is not None:
+        if asked in topics:
+            return asked
         raise LogError(
-            f"there is no topic '{asked}' of {_IMU}; the recording has: {listed}", "topic"
+            f"there is no topic '{asked}' of {_IMU}; the recording has: {', '.join(topics)}",
+            "topic",
         )
-    if asked is None and len(topics) > 1:
+    if not gyros:
+        raise LogError(
+            f"no topic holds {_IMU}, expected the messages of a gyro, or others with fields that "
+            "tell, such as angular_velocity"
+        )
+    if len(gyros) > 1:
         raise LogError(
             said(
-                f"{len(topics)} topics hold {_IMU}; choose with ",
+                f"{len(gyros)} topics hold {what}; choose with ",
                 given("topic"),
                 f" from: {listed}",
             )
         )
-    return topics[0] if asked is None else asked
+    return gyros[0]
 
 
 def _messages(path: Path, topic: str) -> npt.NDArray[np.void]:
