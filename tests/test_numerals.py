@@ -16,6 +16,7 @@ from zerorate.numerals import or_dash, with_error
         (1562.0, 147.0, "1560 ± 150"),
         (3e-5, 2e-6, "3e-05 ± 2e-06"),
         (0.5, 0.0, "0.5000"),
+        (-0.002, 0.14, "0.00 ± 0.14"),
     ],
 )
 def test_a_number_ends_where_its_error_does(value, sigma, text):

@@ -18,7 +18,9 @@ def with_error(value: float, sigma: float) -> str:
     # The second digit of an error matters only after a small first one.
     digits = 2 if f"{sigma:e}"[0] in "12" else 1
     last = digits - 1 - math.floor(math.log10(sigma))
-    return " ± ".join(f"{round(number, last):.{max(last, 0)}f}" for number in (value, sigma))
+    # No minus before what rounds to zero.
+    shown = (round(number, last) + 0.0 for number in (value, sigma))
+    return " ± ".join(f"{number:.{max(last, 0)}f}" for number in shown)
 
 
 def significant(value: float, digits: int = 3) -> str:

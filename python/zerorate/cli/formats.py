@@ -1,14 +1,19 @@
 """``zerorate formats``: what is read and written, and what a file is taken for."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
 from zerorate.cli.errors import read_faults
+from zerorate.cli.options import READING
+from zerorate.faults import naming
 from zerorate.io.explaining import explain, known_formats
 from zerorate.navigation.readers import RECEIVERS
 from zerorate.show.formats_table import format_explanation, format_formats
+
+_OPTIONS: Final = {name: f"--{name.replace('_', '-')}" for name in READING}
+"""What the commands call arguments that read the file."""
 
 
 def formats(
@@ -24,6 +29,6 @@ def formats(
     if log is None:
         print(format_formats(known_formats(), known_formats(RECEIVERS.values())))
         return
-    with read_faults():
+    with read_faults(), naming(_OPTIONS):
         told = explain(log)
     print(format_explanation(told))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from urllib.parse import quote
 
 from zerorate._native import __version__
+from zerorate.faults import told
 from zerorate.findings.limits import LIMITS
 from zerorate.numerals import significant, with_error
 from zerorate.run.batch.task import COMMANDS
@@ -49,7 +50,8 @@ class Judged(NamedTuple):
     def device(self) -> str:
         """The number of its board, or its folder."""
         known = next((str(r["device"]) for r in self.outcome.rows if r.get("device")), "")
-        return known or PurePosixPath(self.outcome.name).parent.as_posix()
+        folder = PurePosixPath(self.outcome.name).parent.as_posix()
+        return known or ("this folder" if folder == "." else folder)
 
     @property
     def began(self) -> float | None:
@@ -69,7 +71,7 @@ def _judged(outcome: Outcome) -> Judged:
     counts = {how: [r for r in outcome.rows if r["severity"] == how] for how in ("act", "look")}
     urgent = [*counts["act"], *counts["look"]]
     first = str(urgent[0]["text"]) if urgent else "Nothing in this log passes a limit."
-    return Judged(outcome, len(counts["act"]), len(counts["look"]), outcome.error or first)
+    return Judged(outcome, len(counts["act"]), len(counts["look"]), told(outcome.error or first))
 
 
 def overview_page(result: BatchResult) -> str:
