@@ -96,6 +96,7 @@ results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and
 	$(BIN)/python examples/navigation_asked.py
 	$(BIN)/python examples/navigation_figures.py
 	$(BIN)/python examples/foot_study.py
+	$(BIN)/python examples/foot_machine.py
 	$(BIN)/python examples/rest_accel.py
 	$(BIN)/python examples/readme_numbers.py
 

@@ -18,6 +18,7 @@ use zerorate_core::calibrate::{Correction, ImuCorrector};
 use zerorate_core::denoise::{Mode, Wavelet, WaveletDenoiser, WaveletParams, decompose};
 use zerorate_core::identify::Estimator as Autoregression;
 use zerorate_core::linear::{Batch, Known, LinearBank, Model};
+use zerorate_core::navigation::foot::{FootFilter, FootParams};
 use zerorate_core::navigation::{
     Adapt, Fix, Inertial, Kind, NavigationFilter, NavigationParams, Record as Steps, Start,
 };
@@ -243,6 +244,14 @@ fn drive(nav: &mut NavigationFilter, time: &mut f64, steps: &mut Steps, fixed: b
     }
 }
 
+/// A sample of a foot at 200 Hz that stands for half of each second, and swings.
+fn stride(k: usize) -> [f64; 6] {
+    let phase = (k % 200) as f64 / 100.0;
+    let swing = if phase < 1.0 { (phase * std::f64::consts::PI).sin() } else { 0.0 };
+    let wave = (phase * std::f64::consts::TAU).sin() * swing;
+    [0.01, 0.02 + 12.0 * wave, 0.03, 8.0 * wave, 0.01, 9.81 + 6.0 * wave]
+}
+
 fn navigation() -> Vec<Path> {
     let driven = |fixed: bool| {
         move || -> Work {
@@ -258,6 +267,16 @@ fn navigation() -> Vec<Path> {
     vec![
         path("navigation, 1000 samples", driven(false)),
         path("navigation, 1000 samples and 100 fixes", driven(true)),
+        path("foot, live, 1000 samples", || {
+            let params = FootParams { rate: 200.0, level: true, gyro_range: Some(9.0) };
+            let mut foot = FootFilter::new(params).expect("a foot");
+            let strides: Vec<[f64; 6]> = (0..1000).map(stride).collect();
+            Box::new(move || {
+                for sample in black_box(&strides) {
+                    black_box(foot.update(*sample));
+                }
+            })
+        }),
         path("navigation, 100 steps of the smoother", || {
             let (mut nav, mut time, mut steps) = (navigator(), 0.0, Steps::default());
             (0..100).for_each(|_| drive(&mut nav, &mut time, &mut steps, true));

@@ -18,6 +18,7 @@ import pyarrow.parquet as pq
 import zerorate as zr
 from recordings import BESIDE
 from tables import table
+from zerorate.io.samples import Samples
 from zerorate.show import save_figure
 
 NAMES = (
@@ -37,6 +38,8 @@ NOISE = math.radians(0.05)
 RELATIVE = 0.001
 """White noise of the gyro that the filter takes for given: rad/s/sqrt(Hz), and that by rate."""
 BIAS = math.radians(0.3)
+RANGE = math.radians(500.0)
+"""What the live filter is told of the gyros."""
 
 
 def reference(path):
@@ -49,13 +52,24 @@ def reference(path):
     return known, x[known] + 1j * y[known]
 
 
-def errors(track, known, truth):
-    """Return rms and end error, m, of a track turned about its start to fit its reference."""
-    z = track.position[known, :2] @ [1.0, 1j]
+def errors(z, truth):
+    """Return rms and end error, m, of a way turned about its start to fit its reference."""
     z, w = z - z[0], truth - truth[0]
     turn = (np.conj(z) * w).sum()
     off = np.abs(z * turn / abs(turn) - w)
     return math.sqrt(np.mean(off**2)), off[-1]
+
+
+def live(path, known, truth):
+    """Return rms and end error, m, of the live filter, what it says moved back by its delay."""
+    samples = Samples.of(zr.read_recording(path), mag=False)
+    foot = zr.FootFilter(200.0, floor="level", gyro_range=RANGE)
+    told = foot.process(samples.gyro, samples.accel)
+    late = round(foot.delay * foot.rate)
+    place = np.vstack([told[late:], np.repeat(told[-1:], late, axis=0)])
+    there = np.isfinite(place[known, 0])
+    z, w = place[known[there], :2] @ [1.0, 1j], truth[there]
+    return errors(z, w)
 
 
 def recorded(folder, **options):
@@ -65,20 +79,23 @@ def recorded(folder, **options):
         known, truth = reference(path)
         length = np.abs(np.diff(truth)).sum()
         track = zr.FootNavigation(**options).process(zr.read_recording(path))
-        yield name, length, track, [errors(one, known, truth) for one in (track, track.smooth())]
+        ways = [one.position[known, :2] @ [1.0, 1j] for one in (track, track.smooth())]
+        yield name, length, track, [errors(way, truth) for way in ways]
 
 
 def recorded_rows(folder):
     """Yield the rows of the recorded walks."""
     for name, length, track, (forward, smoothed) in recorded(folder, floor="level"):
+        path = folder / f"foot_{name}_200hz.parquet"
+        now = live(path, *reference(path))
         limits = sorted({round(math.degrees(one.limit)) for one in track.clipped})
         yield (
             name,
             f"{length:.1f}",
             str(len(track.stances)),
             ", ".join(map(str, limits)),
-            f"{forward[0]:.3f} / {smoothed[0]:.3f}",
-            f"{100 * forward[1] / length:.2f} / {100 * smoothed[1] / length:.2f}",
+            f"{now[0]:.3f} / {forward[0]:.3f} / {smoothed[0]:.3f}",
+            " / ".join(f"{100 * one[1] / length:.2f}" for one in (now, forward, smoothed)),
             f"{np.hypot(*track.sigma[-1, :2]):.2f}",
         )
 
@@ -141,15 +158,19 @@ def simulated_rows():
 
 
 def hour_rows():
-    """Yield what an hour at 200 Hz takes, and how far it ends beside its deviation."""
+    """Yield what an hour at 200 Hz takes of a processor, live too, and how far off it ends."""
     walk = zr.simulate_walk(strides=3425, seed=0, turn=0.05, gyro_noise=NOISE)
     recording = walk.recording()
-    begun = time.perf_counter()
+    begun = time.process_time()
     track = zr.FootNavigation(floor="level").process(recording)
-    forward = time.perf_counter() - begun
-    begun = time.perf_counter()
+    forward = time.process_time() - begun
+    begun = time.process_time()
     best = track.smooth()
-    smoothed = time.perf_counter() - begun
+    smoothed = time.process_time() - begun
+    foot = zr.FootFilter(walk.rate, floor="level", gyro_range=RANGE)
+    begun = time.process_time()
+    foot.process(walk.gyro, walk.accel)
+    each = 1e6 * (time.process_time() - begun) / len(walk.time)
     off = np.hypot(*(best.position - walk.position)[-1, :2])
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     yield (
@@ -160,6 +181,7 @@ def hour_rows():
         f"{forward:.1f}",
         f"{smoothed:.1f}",
         f"{peak:.0f}",
+        f"{each:.2f}",
     )
 
 
@@ -173,12 +195,16 @@ def draw(folder):
 def main(folder):
     """Print the tables."""
     head = "recording", "m", "stances", "clipped at", "rmse m", "end %", "sigma m"
-    print(table("Recorded walks, filter / smoothed", head, recorded_rows(folder), markdown=True))
+    print(
+        table(
+            "Recorded walks, live / filter / smoothed", head, recorded_rows(folder), markdown=True
+        )
+    )
     head = "filter", "five with motion capture", "two with control points"
     print(table("Mean end error, %, smoothed", head, part_rows(folder), markdown=True))
     head = "sensor", "heading deg", "sigma", "within sigma", "end m", "sigma", "within sigma"
     print(table(f"{WALKS} simulated minutes", head, simulated_rows(), markdown=True))
-    head = "s", "m", "end m", "sigma m", "filter s", "smoother s", "peak MB"
+    head = "s", "m", "end m", "sigma m", "filter s", "smoother s", "peak MB", "live µs a sample"
     print(table("A simulated hour", head, hour_rows(), markdown=True))
     draw(folder)
 

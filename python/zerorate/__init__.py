@@ -172,6 +172,8 @@ _PLACES: Final = {
     ),
     "navigation": (
         "Alignment",
+        "Feet",
+        "FootFilter",
         "FootNavigation",
         "FootTrack",
         "Mounting",
@@ -180,6 +182,7 @@ _PLACES: Final = {
         "Track",
         "body_axes",
         "find_time_offset",
+        "join_feet",
         "outages",
         "read_mounting",
         "restore_clipped",
@@ -213,6 +216,7 @@ _PLACES: Final = {
         "SimulatedWalk",
         "device",
         "simulate_session",
+        "simulate_feet",
         "simulate_walk",
     ),
 }

@@ -104,6 +104,7 @@ __all__ = [
     "AllanNoise",
     "Attitude",
     "DriftFilter",
+    "FootFilter",
     "GyroArray",
     "ImuCorrector",
     "LinearKalman",
@@ -1013,6 +1014,68 @@ class LinearKalman(_Stream, Generic[_Number]):
     def R(self) -> _Floats: ...
     @property
     def B(self) -> _Floats: ...
+
+@final
+class FootFilter(_Stream, Generic[_Number, _Flag]):
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        floor: Literal["level"] | None = None,
+        gyro_range: float | None = None,
+        channels: None = None,
+    ) -> FootFilter[float, bool]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        floor: Literal["level"] | None = None,
+        gyro_range: float | None = None,
+        channels: int,
+    ) -> FootFilter[_Floats, _Flags]: ...
+    def update(self, gyro: npt.ArrayLike, accel: npt.ArrayLike) -> _Floats: ...
+    def process(
+        self,
+        gyro: npt.ArrayLike,
+        accel: npt.ArrayLike,
+        out: _Floats | None = None,
+        threads: int | None = None,
+    ) -> _Floats: ...
+    @staticmethod
+    def from_bytes(b: bytes) -> FootFilter: ...
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    @property
+    def position(self) -> _Floats: ...
+    @property
+    def velocity(self) -> _Floats: ...
+    @property
+    def quaternion(self) -> _Floats: ...
+    @property
+    def gyro_bias(self) -> _Floats: ...
+    @property
+    def accel_bias(self) -> _Floats: ...
+    @property
+    def sigma(self) -> _Floats: ...
+    @property
+    def standing(self) -> _Flag: ...
+    @property
+    def at_rest(self) -> _Flag: ...
+    @property
+    def bound(self) -> _Number: ...
+    @property
+    def stance_count(self) -> int | npt.NDArray[np.uint64]: ...
+    @property
+    def fastest(self) -> _Number: ...
+    @property
+    def rejection_count(self) -> int | npt.NDArray[np.uint64]: ...
+    @property
+    def samples_seen(self) -> int: ...
+    @property
+    def delay(self) -> float: ...
+    @property
+    def rate(self) -> float: ...
 
 @final
 class NavigationFilter(_Stream):

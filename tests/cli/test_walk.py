@@ -42,7 +42,7 @@ def test_all_that_is_written(cli, foot, out):
 
 
 def test_without_a_start_there_are_no_maps(cli, foot, out):
-    code, told, _ = cli(foot, "--no-figure", "--no-restore", "-o", out)
+    code, told, _ = cli(foot, "--no-figure", "--clipped", "leave", "-o", out)
     assert (code, names(out)) == (0, [f"{STEM}.parquet"])
     assert "clipped" not in told
 
@@ -59,3 +59,17 @@ def test_a_machine_is_refused_in_a_line(cli, tmp_path, out):
     code, _, errors = cli(path, "-o", out)
     assert (code, names(out)) == (1, [])
     assert "cannot be navigated by its rests alone" in one_line(errors)
+
+
+def test_attitude_restores_what_is_certainly_clipped_and_says_so(call, foot, tmp_path):
+    def told(*typed):
+        code, text, errors = call("attitude", foot, "--no-figure", "--no-mag", *typed)
+        assert (code, errors) == (0, "")
+        return text.splitlines()
+
+    where = f"{foot.name}: gyro y is clipped at 372 deg/s in "
+    options = ("-o", tmp_path, "--force")
+    first = told(*options)[0]
+    assert where in first
+    assert first.endswith(", and restored from its flanks: --clipped leave leaves it")
+    assert "clipped" not in "".join(told("--clipped", "leave", *options))

@@ -20,6 +20,7 @@ CLASSES = {
     "corrector": lambda k: zr.ImuCorrector(np.eye(3), np.zeros(3), channels=k),
     "temperature": lambda k: zr.TemperatureFilter(100.0, channels=k),
     "attitude": lambda k: zr.Attitude(100.0, channels=k),
+    "foot": lambda k: zr.FootFilter(100.0, channels=k),
     "tilt": lambda k: zr.Tilt(100.0, channels=k),
     "position": lambda k: zr.PositionFilter(1.0, channels=k),
     "wavelet": lambda k: zr.WaveletDenoiser(rate=100.0, level=10, channels=k),

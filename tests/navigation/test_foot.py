@@ -140,6 +140,7 @@ def test_missing_samples_and_gaps():
     lost = walked(WALK, gyro)
     assert not lost.navigating[3500]
     assert lost.navigating[-1]
+    assert lost.sigma[-1, 0] > 3.0
 
 
 def test_stamps_that_wander():
@@ -176,6 +177,24 @@ def test_a_machine_that_shakes_is_refused():
 def test_a_machine_that_drives_smoothly_cannot_be_told_from_one_that_stands():
     track = zr.FootNavigation().process(cart(0.0))
     assert any("a machine that drives smoothly" in note for note in track.notes)
+
+
+def test_headings_are_as_sure_as_their_deviation_says():
+    """Minutes of a gyro as the filter takes it: two of three are within a deviation."""
+    noise, relative, bias = np.radians(0.05), 0.001, np.radians(0.3)
+    for rest in (2.0, 0.0):
+        ratios = []
+        for seed in range(20):
+            walk = zr.simulate_walk(
+                100.0, 57, seed=seed, rest=rest, gyro_noise=noise, gyro_bias=bias
+            )
+            size = relative * np.sqrt(walk.rate) * np.linalg.norm(walk.gyro, axis=1)
+            white = np.random.default_rng(1000 + seed).standard_normal(walk.gyro.shape)
+            track = walked(walk, walk.gyro + size[:, np.newaxis] * white)
+            w, x, y, z = track.quaternion[-1]
+            heading = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+            ratios.append(abs(heading) / track.sigma[-1, 8])
+        assert 0.6 <= np.mean(np.array(ratios) < 1.0) <= 0.8, rest
 
 
 def test_hostile_numbers_stay_finite_or_missing():
@@ -282,3 +301,16 @@ def test_recorded_walks_end_as_the_trials_did(name):
     expected, percent = PUBLISHED[name]
     assert abs(length - expected) < 0.1
     assert error < percent + max(0.05 * percent, 0.03)
+
+
+def test_a_recording_is_restored_where_that_is_certain():
+    walk = zr.simulate_walk(strides=20, seed=5, gyro_range=6.5)
+    noisy = replace(walk, gyro=walk.gyro + 1e-3 * np.sin(np.arange(len(walk.time)))[:, np.newaxis])
+    for one, certain in ((walk, True), (noisy, False)):
+        found, sides = zr.navigation.restore_recording(one.recording())
+        assert [side.certain for side in sides] == [certain] * 2
+        assert (found.gyro.data[:, 1].max() > 7.0) == certain
+        again, _ = zr.navigation.restore_recording(one.recording(), certain=False)
+        assert again.gyro.data[:, 1].max() > 7.0
+    whole = zr.simulate_walk(strides=5).recording()
+    assert zr.navigation.restore_recording(whole)[0] is whole

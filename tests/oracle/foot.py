@@ -48,7 +48,9 @@ def unclipped(gyro, dt):
         if most < 100.0 * DEG or at * dt < 0.1 or at < 0.5 * near:
             continue
         runs = [
-            (a, b) for a, b in spans(x > 0.965 * most) if b - a >= 2 and a >= 3 and b + 3 <= len(x)
+            (a, b)
+            for a, b in spans(x > 0.965 * most)
+            if b - a >= 2 and (b - a) * dt <= 0.5 and a >= 3 and b + 3 <= len(x)
         ]
         peaks = [flanks(x, a, b) for a, b in runs]
         more = [peak - x[a:b] for peak, (a, b) in zip(peaks, runs, strict=True)]

@@ -26,6 +26,7 @@ from support.feeding import NAVIGATED
 from support.linear import TRACKING, model
 from support.records import (
     driven_records,
+    foot_records,
     imu_records,
     moving_records,
     ordinary_records,
@@ -45,6 +46,7 @@ from support.settings import (
     corrector_settings,
     curve_in_unit,
     drift,
+    foot_settings,
     linear_settings,
     model_settings,
     motion_settings,
@@ -230,6 +232,20 @@ def sound_navigation(f, z, answers):
     for name in ("position", "velocity", "sigma"):
         assert np.isfinite(known[name]).all() == navigating, name
     # Its covariance is positive semidefinite, or it would be refused.
+    assert type(f).from_bytes(f.to_bytes()).to_bytes() == f.to_bytes()
+
+
+def sound_foot(f, z, answers):
+    """Known all, or not at all; covariances that are some, or it would be refused."""
+    known = state(f)
+    assert_finite({name: known[name] for name in ("quaternion", "gyro_bias", "accel_bias")})
+    there = np.isfinite(known["position"]).all(axis=-1)
+    for name in ("position", "velocity", "sigma"):
+        finite = np.isfinite(known[name])
+        assert (finite.all(axis=-1) == finite.any(axis=-1)).all(), name
+        assert (finite.all(axis=-1) == there).all(), name
+    told = np.isfinite(answers)
+    assert (told.all(axis=-1) == told.any(axis=-1)).all()
     assert type(f).from_bytes(f.to_bytes()).to_bytes() == f.to_bytes()
 
 
@@ -700,6 +716,39 @@ STREAMS = {
         powers=30,
         width=2,
         told=False,
+    ),
+    "foot": Stream(
+        kind=zr.FootFilter,
+        make=lambda arguments: zr.FootFilter(**arguments),
+        settings=foot_settings,
+        examples={"foot": {"rate": RATE}, "foot-level": {"rate": RATE, "floor": "level"}},
+        properties=dict.fromkeys(
+            (
+                "position",
+                "velocity",
+                "quaternion",
+                "gyro_bias",
+                "accel_bias",
+                "sigma",
+                "standing",
+                "at_rest",
+                "bound",
+                "stance_count",
+                "rejection_count",
+                "fastest",
+                "samples_seen",
+                "delay",
+            ),
+            0,
+        ),
+        answer=0,
+        sound=sound_foot,
+        units={},
+        records=lambda: st.one_of(foot_records(), wide_records(records(), 6)),
+        ordinary=foot_records,
+        # The units of everything are known.
+        powers=0,
+        width=6,
     ),
     "navigation": Stream(
         kind=zr.NavigationFilter,

@@ -29,6 +29,8 @@ def arguments_of(f, z):
             # Of a state that was forged: it takes no field.
             return tuple(sensors[-2:])
         return (*sensors[-2:], *sensors[:-2])
+    if isinstance(f, zr.FootFilter):
+        return tuple(np.split(np.asarray(z, dtype=float), 2, axis=-1))
     if isinstance(f, zr.PositionFilter):
         # East and north of both, strength, rest where the number is positive.
         numbers = np.asarray(z, dtype=float)

@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from zerorate.simulation.motion import simulate_motion
+from zerorate.simulation.walk import simulate_walk
 
 
 def white(rng, n):
@@ -181,6 +182,25 @@ def imu_records(draw, width):
         share = draw(st.sampled_from([0.0, 0.0, 0.1, 0.9]))
         z[rng.random(len(z)) < share, sensor : sensor + 3] = np.nan
     return z
+
+
+@st.composite
+def foot_records(draw):
+    """Stretches of a walk, its gyro clipped, with samples of its sensors missing now and then."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    first, n = draw(st.integers(0, 1500)), draw(st.integers(1, 1500))
+    z = a_walk()[first : first + n].copy()
+    for sensor in (0, 3):
+        share = draw(st.sampled_from([0.0, 0.0, 0.1, 0.9]))
+        z[rng.random(len(z)) < share, sensor : sensor + 3] = np.nan
+    return z
+
+
+@cache
+def a_walk():
+    """Fifteen strides and the rests around them, at 100 Hz."""
+    walk = simulate_walk(100.0, strides=15, seed=1, gyro_range=6.5)
+    return np.column_stack([walk.gyro, walk.accel])
 
 
 @st.composite

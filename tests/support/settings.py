@@ -268,6 +268,17 @@ def named_attitude_settings(draw, channels=None):
     return arguments | {"method": method} | draw(st.fixed_dictionaries({}, optional=constants))
 
 
+def foot_settings(channels=None):
+    """Arguments of a FootFilter; nodes of one sample and of many."""
+    return st.fixed_dictionaries(
+        {"rate": st.sampled_from([48.0, 70.0, RATE, 1200.0]), "channels": st.just(channels)},
+        optional={
+            "floor": st.sampled_from([None, "level"]),
+            "gyro_range": st.sampled_from([None, 0.1, 4.36, 1e4]),
+        },
+    )
+
+
 def tilt_settings(channels=None):
     """Arguments of a Tilt; all that have a unit, for the defaults are of one."""
     noises = ("q_angle", "q_bias", "r_measure", "p_start")

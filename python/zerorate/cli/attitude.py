@@ -15,6 +15,7 @@ from zerorate.attitude.options import ATTITUDE_OPTIONS
 from zerorate.calibration.calibration import Calibration
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
+from zerorate.cli.clipping import Clipped, ClippedOption, restored
 from zerorate.cli.errors import UsageFault, as_usage
 from zerorate.cli.magnetometer import read_magnetometer
 from zerorate.cli.options import (
@@ -204,6 +205,7 @@ def attitude(
         ),
     ] = None,
     truth: _Truth,
+    clipped: ClippedOption = Clipped.auto,
     fix: Fix = False,
     written: LogAndFigure,
     tum: Tum = False,
@@ -234,6 +236,8 @@ def attitude(
                 if known is not None:
                     recording = _corrected(known, recording, gyro, accel)
                 recording, alarms = checked(recording, fix, gyro, accel)
+                recording, told = restored(recording, clipped, gyro)
+                alarms += told
             with said_first(alarms), naming(recording):
                 work = partial(estimate_attitude, recording, progress=progress, **asked)
                 estimate = truth.compared(in_background(work))

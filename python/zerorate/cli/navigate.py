@@ -15,6 +15,7 @@ import typer
 from zerorate._native import NavigationFilter
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
+from zerorate.cli.clipping import Clipped, ClippedOption, restored
 from zerorate.cli.errors import (
     DataFault,
     UsageFault,
@@ -259,6 +260,7 @@ def navigate(
     reference_offset: ReferenceOffset = 0.0,
     tum: Tum = False,
     calibration: CalibrationOption = None,
+    clipped: ClippedOption = Clipped.auto,
     fix: Fix = False,
     written: LogAndPanels,
 ) -> None:
@@ -282,6 +284,8 @@ def navigate(
         with naming(recording):
             corrected = recording if known is None else known.apply(recording)
             corrected, alarms = checked(corrected, fix)
+            corrected, told = restored(corrected, clipped)
+            alarms += told
             checks = asked.checked(corrected, fixes)
             alarms += tuple(asked.alarms(checks))
         with said_first(alarms), naming(recording):

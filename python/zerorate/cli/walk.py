@@ -10,6 +10,7 @@ import typer
 
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
+from zerorate.cli.clipping import Clipped, ClippedOption
 from zerorate.cli.errors import UsageFault
 from zerorate.cli.mounts import numbers
 from zerorate.cli.options import (
@@ -109,16 +110,9 @@ def walk(
             rich_help_panel=_FILTER,
         ),
     ] = False,
-    no_restore: Annotated[
-        bool,
-        typer.Option(
-            "--no-restore",
-            help="Leave rates as they are that the gyro clipped at its range.",
-            rich_help_panel=_FILTER,
-        ),
-    ] = False,
     origin: _Start,
     calibration: CalibrationOption = None,
+    clipped: ClippedOption = Clipped.auto,
     fix: Fix = False,
     written: LogAndFigure,
 ) -> None:
@@ -133,7 +127,7 @@ def walk(
     files = written.at(written.place(f"{log.stem}-zerorate-walk", *maps), maps)
     check_outputs(files.paths, written.force, log, calibration)
     written.preload("foot_figure")
-    nav = FootNavigation(restore=not no_restore, **constants)
+    nav = FootNavigation(restore=clipped is not Clipped.leave, **constants)
     with progress_bar() as progress:
         recording = read_imu(reading, log)
         with naming(recording):

@@ -5,13 +5,20 @@ The filter itself is `zerorate.NavigationFilter`, of the core.
 
 from typing import TYPE_CHECKING, Final
 
+from zerorate._native import FootFilter
 from zerorate.lazy import later
 
 if TYPE_CHECKING:
     from zerorate.navigation.alignment import Alignment, align
     from zerorate.navigation.axes import Axes, find_axes
-    from zerorate.navigation.clipped import ClippedAxis, RestoredGyro, restore_clipped
+    from zerorate.navigation.clipped import (
+        ClippedAxis,
+        RestoredGyro,
+        restore_clipped,
+        restore_recording,
+    )
     from zerorate.navigation.clock import find_time_offset
+    from zerorate.navigation.feet import Asymmetry, Feet, join_feet
     from zerorate.navigation.fixes import Fixes
     from zerorate.navigation.foot import FootNavigation, FootTrack, PlacedTrack
     from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
@@ -33,9 +40,12 @@ __all__ = [
     "STATUSES",
     "VERDICTS",
     "Alignment",
+    "Asymmetry",
     "Axes",
     "ClippedAxis",
+    "Feet",
     "Fixes",
+    "FootFilter",
     "FootNavigation",
     "FootTrack",
     "Mounting",
@@ -54,10 +64,12 @@ __all__ = [
     "find_axes",
     "find_start",
     "find_time_offset",
+    "join_feet",
     "outages",
     "read_fixes",
     "read_mounting",
     "restore_clipped",
+    "restore_recording",
     "write_geojson",
     "write_gpx",
 ]
@@ -75,9 +87,15 @@ _PLACES: Final = {
         "ClippedAxis",
         "RestoredGyro",
         "restore_clipped",
+        "restore_recording",
     ),
     "clock": ("find_time_offset",),
     "fixes": ("Fixes",),
+    "feet": (
+        "Asymmetry",
+        "Feet",
+        "join_feet",
+    ),
     "foot": (
         "FootNavigation",
         "FootTrack",

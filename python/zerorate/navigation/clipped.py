@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import restore_clipped_rates
 from zerorate.faults import ArgumentError
+from zerorate.io import Recording
 from zerorate.io.missing import floats
 from zerorate.types import Booleans, Floats
+from zerorate.units import convert, kind
+
+_AT: Final = 0.965
+"""Part of the largest rate above which a sample is at the range, as the core has it."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +37,9 @@ class ClippedAxis:
         Samples that were restored.
     share : float
         Their part of all samples.
+    certain : bool
+        Whether half of what is at the range is one number to the last bit: then nothing but a range
+        explains it. Axes that a calibration has mixed do not show that, and are clipped as well.
     """
 
     axis: str
@@ -38,6 +47,7 @@ class ClippedAxis:
     limit: float
     sample_count: int
     share: float
+    certain: bool = False
 
     def __str__(self) -> str:
         """Return a sentence without an end."""
@@ -99,7 +109,8 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float) -> RestoredGyro:
     Notes
     -----
     A restored rate is at most twice the range. Where a gyro is clipped for longer than about a
-    tenth of a second, no cubic knows the peak: `variance` says so.
+    tenth of a second, no cubic knows the peak: `variance` says so. Half a second at one rate is no
+    peak, but a table or a wheel that turns, and stays.
 
     Examples
     --------
@@ -127,12 +138,66 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float) -> RestoredGyro:
     values, sides, variance = restore_clipped_rates(given[last], 1.0 / rate)
     values[~known] = given[~known]
     restored = (variance > 0.0) & known
-    return RestoredGyro(values, restored, variance, clipped_axes(sides, len(given)))
+    return RestoredGyro(values, restored, variance, clipped_axes(sides, given))
 
 
-def clipped_axes(sides: Iterable[tuple[int, float, float, int]], n: int) -> tuple[ClippedAxis, ...]:
-    """Return what the core says of axes that were clipped, of n samples."""
-    return tuple(
-        ClippedAxis("xyz"[axis], int(sign), limit, count, count / max(n, 1))
-        for axis, sign, limit, count in sides
-    )
+def restore_recording(
+    imu: Recording, *, gyro: str = "gyro", certain: bool = True
+) -> tuple[Recording, tuple[ClippedAxis, ...]]:
+    """Return a recording whose clipped rates are restored, and the axes that were clipped.
+
+    Parameters
+    ----------
+    imu : Recording
+        With a gyro of three axes in a unit of rates; one without stays as it is.
+    gyro : str
+        The name of the gyro's log.
+    certain : bool, default True
+        Whether it is restored only if each axis that was clipped is `ClippedAxis.certain`.
+
+    Returns
+    -------
+    tuple
+        The recording, the same where nothing was restored, and `ClippedAxis` of each side.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> walk = zr.simulate_walk(strides=20, seed=5, gyro_range=6.5)
+    >>> restored, clipped = zr.navigation.restore_recording(walk.recording())
+    >>> len(clipped), all(axis.certain for axis in clipped)
+    (2, True)
+    >>> bool(restored.gyro.data[:, 1].max() > 7.0)
+    True
+    """
+    log = imu.logs.get(gyro)
+    if log is None or log.channels != 3 or not _is_rate(log.unit):
+        return imu, ()
+    found = restore_clipped(convert(log.data, log.unit, "rad/s"), log.rate)
+    if not found.clipped or (certain and not all(one.certain for one in found.clipped)):
+        return imu, found.clipped
+    data = np.where(found.restored[:, np.newaxis], convert(found.gyro, "rad/s", log.unit), log.data)
+    notes = (*log.meta.get("notes", ()), *map(str, found.clipped))
+    noted = replace(log, data=data, meta={**log.meta, "notes": notes})
+    return replace(imu, logs={**imu.logs, gyro: noted}), found.clipped
+
+
+def _is_rate(unit: str | None) -> bool:
+    try:
+        return unit is not None and kind(unit) == "rate"
+    except ValueError:
+        return False
+
+
+def clipped_axes(
+    sides: Iterable[tuple[int, float, float, int]], gyro: Floats
+) -> tuple[ClippedAxis, ...]:
+    """Return what the core says of axes that were clipped, of the rates as they were."""
+    found = []
+    for axis, sign, limit, count in sides:
+        rate = sign * gyro[:, axis]
+        at = rate[rate > _AT * limit]
+        certain = bool(2 * np.count_nonzero(at == limit) >= at.size > 0)
+        share = count / max(len(gyro), 1)
+        found.append(ClippedAxis("xyz"[axis], int(sign), limit, count, share, certain))
+    return tuple(found)

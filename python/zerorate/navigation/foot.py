@@ -329,7 +329,7 @@ class FootNavigation:
             keep == "all",
         )
         swings = _check_foot(time, samples.gyro, found)
-        clipped = clipped_axes(found["clipped"], len(time))
+        clipped = clipped_axes(found["clipped"], samples.gyro)
         return FootTrack(
             time=time,
             position=found["position"] * _FLIP,
@@ -345,7 +345,7 @@ class FootNavigation:
             bound=found["bound"],
             rejection_count=found["rejections"],
             source=imu.source,
-            notes=(*map(str, clipped), *_on_rests(found["rests"]), *swings, *samples.notes),
+            notes=(*swings, *map(str, clipped), *_on_rests(found["rests"]), *samples.notes),
             _steps=steps,
         )
 
@@ -385,6 +385,6 @@ def _check_foot(time: Floats, gyro: Floats, found: dict[str, Any]) -> tuple[str,
         raise LogError(
             f"between its stances this sensor turns by {math.degrees(fastest):.0f} deg/s at most, "
             "and a foot by more than 100: what stops without swinging, as a cart does, cannot be "
-            "navigated by its rests alone"
+            "navigated by its rests alone; with wheels or a receiver zr.NavigationFilter does it"
         )
     return ()

@@ -76,6 +76,7 @@ VIEWS: Final = {
     ),
     "linear.run.LinearRun": ("series_views:format_linear", "series_views:plot_linear"),
     "linear.run.SmoothedRun": ("series_views:format_smoothed", "series_views:plot_smoothed"),
+    "navigation.feet.Feet": ("feet_views:format_feet", "feet_views:plot_feet"),
     "navigation.foot.FootTrack": ("foot_table:format_foot", "foot_figure:plot_foot"),
     "navigation.outage.Outages": (
         "navigation_table:format_outages",

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
         SimulatedSession,
         simulate_session,
     )
-    from zerorate.simulation.walk import SimulatedWalk, simulate_walk
+    from zerorate.simulation.walk import SimulatedWalk, simulate_feet, simulate_walk
     from zerorate.simulation.wheels import wheel_speeds, wheel_ticks
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "device",
     "simulate",
     "simulate_drive",
+    "simulate_feet",
     "simulate_motion",
     "simulate_session",
     "simulate_walk",
@@ -65,6 +66,7 @@ _PLACES: Final = {
     ),
     "walk": (
         "SimulatedWalk",
+        "simulate_feet",
         "simulate_walk",
     ),
     "wheels": (

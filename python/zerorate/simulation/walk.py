@@ -126,50 +126,192 @@ def simulate_walk(
     >>> len(walk.time), round(walk.distance, 1)
     (2900, 13.0)
     """
-    checked_rate(rate)
+    gait = _Gait(rate, stance, swing)
+    sensor = _Sensor(gyro_noise, accel_noise, gyro_bias, gyro_range)
     whole("strides", strides, 1)
-    for name, value in (("rest", rest), ("gyro_noise", gyro_noise), ("accel_noise", accel_noise)):
-        not_negative(name, value)
-    for name, value in (("length", length), ("stance", stance), ("swing", swing)):
-        if not (math.isfinite(value) and value > 0.0):
-            raise ArgumentError(name, f"must be a positive number, got {value!r}")
-    if not gyro_range > 0.0:
-        raise ArgumentError("gyro_range", f"must be a positive number, got {gyro_range!r}")
+    _check_sizes(length, rest)
     draws = np.random.default_rng(seed)
     lengths = length * (1.0 + 0.1 * draws.uniform(-1.0, 1.0, strides))
-    cycle = swing + stance
-    n = round((2.0 * rest + strides * cycle) * rate)
-    time = np.arange(n) / rate
-    phase = time - rest
-    k = np.clip(np.floor(phase / cycle).astype(np.intp), 0, strides - 1)
-    s = np.clip((phase - k * cycle) / swing, 0.0, 1.0)
     directions = turn * (np.arange(strides) + 0.5)
     moves = np.column_stack(
         [lengths * np.cos(directions), lengths * np.sin(directions), np.full(strides, step_height)]
     )
-    begins = np.vstack([np.zeros(3), np.cumsum(moves, axis=0)])
+    looks: Floats = turn * np.arange(strides + 1.0)
+    return _walked(gait, _Path(np.zeros(3), moves, looks), (rest, rest), sensor, draws)
+
+
+def simulate_feet(
+    rate: float = 200.0,
+    strides: int = 60,
+    *,
+    seed: int = 0,
+    length: float = 1.3,
+    stance: float = 0.65,
+    swing: float = 0.5,
+    turn: float = 0.0,
+    apart: float = 0.2,
+    rest: float = 2.0,
+    gyro_noise: float = 1e-4,
+    accel_noise: float = 1e-3,
+    gyro_bias: float = 3e-3,
+    gyro_range: float = math.inf,
+) -> tuple[SimulatedWalk, SimulatedWalk]:
+    """Return the walk of a left and of a right foot, each with a sensor of its own.
+
+    The left one steps first, half a stride; then they go by turns, and the right one ends beside
+    it with half a stride. All else is as of `simulate_walk`.
+
+    Parameters
+    ----------
+    rate, strides, seed, length, stance, swing, turn, rest
+        As of `simulate_walk`; strides of each foot.
+    apart : float
+        How far the feet are apart while they stand side by side, m.
+    gyro_noise, accel_noise, gyro_bias, gyro_range
+        As of `simulate_walk`, of both sensors.
+
+    Returns
+    -------
+    tuple of SimulatedWalk
+        Left and right, on one clock; positions are in one frame, in which the left foot starts at
+        0, 0, 0 and the right one at 0, -apart, 0.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of its range.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> left, right = zr.simulate_feet(strides=10, seed=1)
+    >>> gap = np.hypot(*(left.position - right.position)[:, :2].T)
+    >>> bool(gap.max() < 0.8)
+    True
+    """
+    gait = _Gait(rate, stance, swing)
+    sensor = _Sensor(gyro_noise, accel_noise, gyro_bias, gyro_range)
+    whole("strides", strides, 2)
+    _check_sizes(length, rest)
+    not_negative("apart", apart)
+    draws = np.random.default_rng(seed)
+    later = 0.5 * (stance + swing)
+    left = np.concatenate([[0.0], np.arange(strides) + 0.5])
+    right = np.concatenate([np.arange(strides), [strides - 0.5]])
+    feet = []
+    for places, side, rests in (
+        (left, 0.5 * apart, (rest, rest + later)),
+        (right, -0.5 * apart, (rest + later, rest)),
+    ):
+        uneven = 0.05 * draws.uniform(-1.0, 1.0, strides + 1)
+        uneven[[0, -1]] = 0.0
+        path = _Path.along(length * (places + uneven), turn / length, side, 0.5 * apart)
+        feet.append(_walked(gait, path, rests, sensor, draws))
+    return feet[0], feet[1]
+
+
+def _check_sizes(length: float, rest: float) -> None:
+    not_negative("rest", rest)
+    _check_positive("length", length)
+
+
+def _check_positive(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise ArgumentError(name, f"must be a positive number, got {value!r}")
+
+
+@dataclass(frozen=True)
+class _Sensor:
+    """What is wrong with a sensor."""
+
+    gyro_noise: float
+    accel_noise: float
+    gyro_bias: float
+    gyro_range: float
+
+    def __post_init__(self) -> None:
+        not_negative("gyro_noise", self.gyro_noise)
+        not_negative("accel_noise", self.accel_noise)
+        if not self.gyro_range > 0.0:
+            raise ArgumentError("gyro_range", f"must be a positive number, got {self.gyro_range!r}")
+
+
+@dataclass(frozen=True)
+class _Gait:
+    """How a foot walks."""
+
+    rate: float
+    stance: float
+    swing: float
+
+    def __post_init__(self) -> None:
+        checked_rate(self.rate)
+        _check_positive("stance", self.stance)
+        _check_positive("swing", self.swing)
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """Where a foot starts, m, how it moves in each stride, and where it looks in stances, rad."""
+
+    begin: Floats
+    moves: Floats
+    looks: Floats
+
+    @classmethod
+    def along(cls, way: Floats, curvature: float, side: float, left: float) -> _Path:
+        """Return that of a foot so far to the left of a bent line; the left one starts at 0."""
+        looks = curvature * way
+        if curvature:
+            middle = np.column_stack([np.sin(looks), 1.0 - np.cos(looks)]) / curvature
+        else:
+            middle = np.column_stack([way, np.zeros_like(way)])
+        stands = np.zeros((len(way), 3))
+        stands[:, :2] = middle + side * np.column_stack([-np.sin(looks), np.cos(looks)])
+        stands[:, 1] -= left
+        return cls(stands[0], np.diff(stands, axis=0), looks)
+
+
+def _walked(
+    gait: _Gait,
+    path: _Path,
+    rests: tuple[float, float],
+    sensor: _Sensor,
+    draws: np.random.Generator,
+) -> SimulatedWalk:
+    """Return the walk of a foot along a path."""
+    rate, swing, moves = gait.rate, gait.swing, path.moves
+    strides, cycle = len(moves), swing + gait.stance
+    n = round((sum(rests) + strides * cycle) * rate)
+    time = np.arange(n) / rate
+    phase = time - rests[0]
+    k = np.clip(np.floor(phase / cycle).astype(np.intp), 0, strides - 1)
+    s = np.clip((phase - k * cycle) / swing, 0.0, 1.0)
+    begins = path.begin + np.vstack([np.zeros(3), np.cumsum(moves, axis=0)])
     part, part2 = _eased(s), _eased_twice(s) / swing**2
     lift, lift2 = _bump(s), _bump_twice(s) / swing**2
     position = begins[k] + part[:, np.newaxis] * moves[k]
     acceleration = part2[:, np.newaxis] * moves[k]
-    high = 0.1 + 0.5 * abs(step_height)
+    high = 0.1 + 0.5 * np.abs(moves[k, 2])
     position[:, 2] += high * lift
     acceleration[:, 2] += high * lift2
-    yaw, yaw_rate = turn * (k + part), turn * _eased_once(s) / swing
+    turn = np.diff(path.looks)[k]
+    yaw, yaw_rate = path.looks[k] + turn * part, turn * _eased_once(s) / swing
     pitch, pitch_rate = _pitch(s), _pitch_once(s) / swing
     rotation = _rotations(yaw, pitch)
     true_rate = np.column_stack([-yaw_rate * np.sin(pitch), pitch_rate, yaw_rate * np.cos(pitch)])
     force = np.einsum("nji,nj->ni", rotation, acceleration + _GRAVITY)
-    bias = gyro_bias * draws.standard_normal(3)
+    bias = sensor.gyro_bias * draws.standard_normal(3)
     noise = draws.standard_normal((2, n, 3)) * math.sqrt(rate)
-    gyro = np.clip(true_rate + bias + gyro_noise * noise[0], -gyro_range, gyro_range)
+    most = sensor.gyro_range
+    gyro = np.clip(true_rate + bias + sensor.gyro_noise * noise[0], -most, most)
     return SimulatedWalk(
         time,
         gyro,
-        force + accel_noise * noise[1],
+        force + sensor.accel_noise * noise[1],
         position,
         (s <= 0.0) | (s >= 1.0),
-        float(lengths.sum()),
+        float(np.hypot(*moves[:, :2].T).sum()),
         strides,
         rate,
     )

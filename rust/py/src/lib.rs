@@ -48,7 +48,7 @@ mod _native {
     #[pymodule_export]
     use crate::drift::{DriftFilter, Trace, filter_options};
     #[pymodule_export]
-    use crate::foot::{foot_track, restore_clipped_rates};
+    use crate::foot::{FootFilter, foot_track, restore_clipped_rates};
     #[pymodule_export]
     use crate::identify::{
         arma_fit, arma_grid, arma_likelihood, arma_residuals, autoregression_variances,

@@ -382,7 +382,6 @@ impl Covariance {
 
     /// The same, but what is known of the bias of the gyro stays: it is considered, not corrected
     /// (S. F. Schmidt, *Advances in Control Systems* 3, 1966).
-    #[cfg(feature = "std")]
     pub(crate) fn correct_considering(
         &mut self,
         h: &Row,

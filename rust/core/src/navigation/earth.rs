@@ -53,7 +53,6 @@ impl Place {
     }
 
     /// Of a ball that does not turn, so large that a walk on it is one over a plane.
-    #[cfg(feature = "std")]
     pub(crate) fn plane(gravity: f64) -> Self {
         let (earth, scale) = (Vector3::zeros(), 1.0 / RADIUS);
         Self { gravity, earth, north: scale, east: scale, across: scale, tangent: 0.0 }

@@ -17,7 +17,6 @@ mod earth;
 mod event;
 mod filter;
 mod fix;
-#[cfg(feature = "std")]
 pub mod foot;
 mod initialise;
 mod judge;

@@ -2,22 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::samples_in;
+use super::beginning::AtRest;
+use super::{HALF, LASTS, PIVOT, samples_in};
 use crate::error::Error;
 use crate::memory;
-
-/// Half a window, s.
-const HALF: f64 = 0.025;
-/// From the pivot to the sensor, m, and for how long a force lasts, s.
-const PIVOT: f64 = 0.1;
-const LASTS: f64 = 0.0175;
-
-/// What is known of a gyro and an accelerometer at rest.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct AtRest {
-    pub gyro_bias: Vector3<f64>,
-    pub force: f64,
-}
 
 /// The bound at each sample, m/s.
 pub(super) fn bound(

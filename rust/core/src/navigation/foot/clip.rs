@@ -1,5 +1,6 @@
 //! Rates that a gyro clipped at its range: found in the recording, restored from their flanks.
 
+use super::cubic::{Cubic, MOST, density};
 use super::{DEGREE, runs};
 use crate::error::Error;
 use crate::memory;
@@ -15,10 +16,8 @@ const SECONDS: f64 = 0.1;
 const SHARE: f64 = 0.5;
 /// What flanks must promise beyond the limit, on average, as a part of it.
 const EXCESS: f64 = 0.015;
-/// A restored rate is at most so many limits, and wrong by these parts: of what was added, and of the
-/// limit.
-const MOST: f64 = 2.0;
-const WRONG: [f64; 2] = [0.5, 0.05];
+/// A run that lasts longer, s, is no peak: no cubic knows what it was.
+const LONGEST: f64 = 0.5;
 /// Samples that a run needs on either side.
 const FLANK: usize = 3;
 
@@ -33,37 +32,6 @@ pub struct Clipped {
     pub limit: f64,
     /// Samples that were restored.
     pub samples: usize,
-}
-
-/// What the flanks of a run promise: a cubic through the samples beside it, with their slopes.
-#[derive(Debug, Clone, Copy)]
-struct Cubic {
-    first: usize,
-    steps: f64,
-    ends: [f64; 2],
-    slopes: [f64; 2],
-}
-
-impl Cubic {
-    fn over(x: impl Fn(usize) -> f64, (first, end): (usize, usize)) -> Self {
-        Self {
-            first,
-            steps: (end - first + 1) as f64,
-            ends: [x(first - 1), x(end)],
-            slopes: [(x(first - 1) - x(first - 2)).max(0.0), (x(end + 1) - x(end)).min(0.0)],
-        }
-    }
-
-    fn at(&self, k: usize) -> f64 {
-        let s = (k - self.first + 1) as f64 / self.steps;
-        let (s2, s3) = (s * s, s * s * s);
-        let [from, to] = self.ends;
-        let [rise, fall] = self.slopes.map(|slope| slope * self.steps);
-        (2.0 * s3 - 3.0 * s2 + 1.0) * from
-            + (s3 - 2.0 * s2 + s) * rise
-            + (3.0 * s2 - 2.0 * s3) * to
-            + (s3 - s2) * fall
-    }
 }
 
 /// Restores, in place, rates (rad/s, finite) that a gyro clipped, of samples `dt` seconds apart; adds
@@ -106,15 +74,19 @@ fn restore_side(
     if at * dt < SECONDS || at < SHARE * near {
         return Ok(None);
     }
-    let inside =
-        |&(first, end): &(usize, usize)| end - first >= 2 && first >= FLANK && end + FLANK <= n;
+    let inside = |&(first, end): &(usize, usize)| {
+        let seconds = (end - first) as f64 * dt;
+        end - first >= 2 && seconds <= LONGEST && first >= FLANK && end + FLANK <= n
+    };
     let mut peaks = memory::room(0)?;
     for run in runs(n, |k| side(k) > RUN * limit).filter(inside) {
         memory::reserve(&mut peaks, 1)?;
-        peaks.push((run, Cubic::over(side, run)));
+        let (first, end) = run;
+        let flanks = [[side(first - 2), side(first - 1)], [side(end), side(end + 1)]];
+        peaks.push((run, Cubic::over(end - first, flanks[0], flanks[1])));
     }
     let excess = |&((first, end), cubic): &((usize, usize), Cubic)| -> f64 {
-        (first..end).map(|k| cubic.at(k) - side(k)).sum()
+        (first..end).map(|k| cubic.at(k - first) - side(k)).sum()
     };
     let samples: usize = peaks.iter().map(|((first, end), _)| end - first).sum();
     let all: f64 = peaks.iter().map(excess).sum();
@@ -123,13 +95,13 @@ fn restore_side(
     }
     for ((first, end), cubic) in peaks {
         let count = (end - first) as f64;
-        let added = (first..end).map(|k| cubic.at(k) - sign * gyro[k][axis]).sum::<f64>() / count;
-        let wrong = WRONG[0] * added + WRONG[1] * limit;
+        let beyond = |k: usize| cubic.at(k - first) - sign * gyro[k][axis];
+        let added = (first..end).map(beyond).sum::<f64>() / count;
+        let density = density(added, limit, count * dt);
         for k in first..end {
-            // One constant rate over the run: its variance by its duration.
-            variance[k] += wrong * wrong * (count * dt);
+            variance[k] += density;
             let given = sign * gyro[k][axis];
-            gyro[k][axis] = sign * cubic.at(k).max(given).min(MOST * limit);
+            gyro[k][axis] = sign * cubic.at(k - first).max(given).min(MOST * limit);
         }
     }
     Ok(Some(Clipped { axis, sign, limit, samples }))
@@ -155,6 +127,15 @@ mod tests {
         let off = whole.iter().zip(&gyro).map(|(a, b)| (a[1] - b[1]).abs()).fold(0.0, f64::max);
         assert!(off < 60.0 * DEGREE, "{}", off / DEGREE);
         assert!(variance.iter().filter(|x| **x > 0.0).count() == found[0].samples);
+    }
+
+    #[test]
+    fn a_table_that_turns_at_one_rate_stays() {
+        let ramp = |k: usize| (k.min(2000 - k) as f64 * 0.02).min(4.0);
+        let mut gyro: Vec<[f64; 3]> = (0..2000).map(|k| [0.0, 0.0, ramp(k)]).collect();
+        let before = gyro.clone();
+        assert!(restore_clipped(&mut gyro, 0.005, &mut [0.0; 2000]).unwrap().is_empty());
+        assert_eq!(gyro, before);
     }
 
     #[test]

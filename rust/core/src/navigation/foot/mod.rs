@@ -1,36 +1,82 @@
 //! A sensor on a foot: the only aid is that now and then it stands.
 //!
 //! The [`NavigationFilter`](super::NavigationFilter) over a plane that does not turn, with one more
-//! aid: zero velocity in the valleys of a bound of the speed, whose noise is of the same bound. A
-//! whole recording is looked at first: rates that a gyro clipped are restored, stances and rests are
-//! found; then the filter runs over it.
+//! aid: zero velocity in the valleys of a bound of the speed, whose noise is of the same bound. Of a
+//! whole recording ([`Walk`]) the valleys are seen from both sides, and rates that a gyro clipped are
+//! found; live ([`FootFilter`]) from behind, a window of the bound late.
 //!
 //! E. Foxlin, *IEEE Computer Graphics and Applications* 25(6), 2005. I. Skog, P. Händel, J.-O.
 //! Nilsson, J. Rantakokko, *IEEE Trans. Biomedical Engineering* 57(11), 2010.
 
+mod beginning;
+#[cfg(feature = "std")]
 mod bound;
+#[cfg(feature = "std")]
 mod clip;
+mod cubic;
+mod live;
+#[cfg(feature = "std")]
 mod plan;
+mod recent;
+#[cfg(feature = "std")]
 mod rests;
+mod still;
+#[cfg(feature = "std")]
 mod walk;
+mod walker;
 
+#[cfg(feature = "std")]
 pub use clip::{Clipped, restore_clipped};
+pub use live::{FootFilter, FootParams};
+#[cfg(feature = "std")]
 pub use plan::{Feet, Plan, Stance};
+#[cfg(feature = "std")]
 pub use rests::Rest;
+#[cfg(feature = "std")]
 pub use walk::{Trodden, Walk};
 
 /// One degree, rad.
 const DEGREE: f64 = core::f64::consts::PI / 180.0;
 /// Gravity of the plane, m/s².
 const GRAVITY: f64 = 9.81;
+/// Of a force that is gravity's, m/s².
+const FORCE: f64 = 0.3;
+/// Between two steps of the covariance, s.
+const STEP: f64 = 0.02;
+/// Half a window of the bound, s.
+const HALF: f64 = 0.025;
+/// From the pivot to the sensor, m, and for how long a force lasts, s.
+const PIVOT: f64 = 0.1;
+const LASTS: f64 = 0.0175;
+/// A valley: how far above the lowest bound round about, and above which speed, none is a stance, m/s.
+const ABOVE: f64 = 2.0;
+const LOWEST: f64 = 0.01;
+const HIGHEST: f64 = 0.5;
+/// Two stances less than this apart, s, are one.
+const APART: f64 = 0.15;
+/// The first rest begins within so many seconds.
+const SOON: f64 = 1.5;
+/// A missing sample is the last one for so long, s.
+const HELD: f64 = 0.1;
+/// Fewest samples a second.
+const SLOWEST: f64 = 1.0 / 0.021;
 
-/// The samples in so many seconds, one at least.
+/// The samples in so many seconds, one at least; halves to even.
 fn samples_in(seconds: f64, dt: f64) -> usize {
-    let count = (seconds / dt).round_ties_even();
-    if count >= 1.0 { count as usize } else { 1 }
+    let count = seconds / dt;
+    let whole = count as usize;
+    let part = count - whole as f64;
+    let up = part > 0.5 || (part == 0.5 && !whole.is_multiple_of(2));
+    (whole + usize::from(up)).max(1)
+}
+
+/// Whether the foot may stand where the bound is so, with the lowest one round about.
+fn may_stand(bound: f64, low: f64) -> bool {
+    bound < ABOVE * if low > LOWEST { low } else { LOWEST } && bound < HIGHEST
 }
 
 /// Where something holds without a break: first and past the last.
+#[cfg(feature = "std")]
 fn runs(n: usize, holds: impl Fn(usize) -> bool) -> impl Iterator<Item = (usize, usize)> {
     let mut k = 0;
     core::iter::from_fn(move || {

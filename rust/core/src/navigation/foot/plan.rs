@@ -1,38 +1,19 @@
 //! What is looked up in a whole recording before the filter runs over it.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use super::bound::{AtRest, bound};
+use super::beginning::{AtRest, Beginning, is_gravity};
+use super::bound::bound;
 use super::clip::{Clipped, restore_clipped};
 use super::rests::{Rest, find};
-use super::{DEGREE, GRAVITY, samples_in};
+use super::{APART, GRAVITY, HELD, SLOWEST, SOON, STEP, may_stand, samples_in};
 use crate::error::{Error, require};
 use crate::math::Real;
 use crate::memory;
 use crate::navigation::filter::SAMPLE_MAX;
 
-/// Between two steps of the covariance, s.
-const STEP: f64 = 0.02;
-/// A valley: the lowest bound so far round about, s, and how far above it, and above which speed, none
-/// is a stance, m/s.
+/// The lowest bound round about, s.
 const ROUND: f64 = 0.7;
-const ABOVE: f64 = 2.0;
-const LOWEST: f64 = 0.01;
-const HIGHEST: f64 = 0.5;
-/// Two stances less than this apart, s, are one.
-const APART: f64 = 0.15;
-/// The first rest begins within so many seconds.
-const SOON: f64 = 1.5;
-/// Of a force that is gravity's, m/s².
-const FORCE: f64 = 0.3;
-/// Deviations before anything is measured: biases, rad/s and m/s²; level after a rest and without;
-/// velocity likewise.
-const GYRO_BIAS: f64 = 0.3 * DEGREE;
-const ACCEL_BIAS: f64 = 0.1;
-const LEVEL: [f64; 2] = [0.3 * DEGREE, 3.0 * DEGREE];
-const VELOCITY: [f64; 2] = [0.01, 1.0];
-/// A missing sample is the last one for so long, s.
-const HELD: f64 = 0.1;
 
 /// What a person chooses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,19 +31,6 @@ pub struct Stance {
     pub samples: (usize, usize),
     /// Where the bound is lowest.
     pub lowest: usize,
-}
-
-/// Where the filter begins.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Beginning {
-    pub attitude: Matrix3<f64>,
-    pub gyro_bias: Vector3<f64>,
-    pub accel_bias: Vector3<f64>,
-    /// Deviations: velocity, level, and bias of the gyro.
-    pub velocity: f64,
-    pub level: f64,
-    pub gyro: f64,
-    pub accel: f64,
 }
 
 /// A recording whose stances and rests are known.
@@ -111,7 +79,7 @@ impl Plan {
         let seconds = if n > 1 { time[n - 1] - time[0] } else { 0.0 };
         require(seconds >= 1.0, "time", "over a second or more", seconds)?;
         let dt = seconds / (n - 1) as f64;
-        require(dt <= 0.021, "time", "of 48 samples a second or more", 1.0 / dt)?;
+        require(1.0 / dt >= SLOWEST, "time", "of 48 samples a second or more", 1.0 / dt)?;
         let (mut gyro, lost) = filled(time, gyro)?;
         let (accel, missed) = filled(time, accel)?;
         let mut variance = memory::filled(0.0, n)?;
@@ -127,7 +95,10 @@ impl Plan {
         let mut rests = find(&bound_, &gyro, dt, 0)?;
         let first = rests.first().copied().filter(|rest| rest.samples.0 as f64 * dt < SOON);
         let beginning = match &first {
-            Some(rest) => at_rest(rest, &accel),
+            Some(rest) => {
+                let force = mean(&accel[rest.samples.0..rest.samples.1]);
+                Beginning::at_rest(&force, &rest.rate, rest.sigma)
+            }
             None => in_motion(&bound_, &accel, dt),
         };
         if let Some(rest) = first {
@@ -188,31 +159,15 @@ fn usual_force(accel: &[[f64; 3]], dt: f64) -> Result<f64, Error> {
         median[axis] = 0.5 * (values[count / 2] + values[(count - 1) / 2]);
     }
     let size = median.norm();
-    Ok(if (size - GRAVITY).abs() < FORCE { size } else { GRAVITY })
+    Ok(if is_gravity(size) { size } else { GRAVITY })
 }
 
 fn force_of(size: f64, unbiased: &AtRest) -> f64 {
-    if (size - GRAVITY).abs() < FORCE { size } else { unbiased.force }
+    if is_gravity(size) { size } else { unbiased.force }
 }
 
 fn mean(forces: &[[f64; 3]]) -> Vector3<f64> {
     forces.iter().map(|force| Vector3::from(*force)).sum::<Vector3<f64>>() / forces.len() as f64
-}
-
-fn at_rest(rest: &Rest, accel: &[[f64; 3]]) -> Beginning {
-    let force = mean(&accel[rest.samples.0..rest.samples.1]);
-    let size = force.norm();
-    let share = GYRO_BIAS * GYRO_BIAS / (GYRO_BIAS * GYRO_BIAS + rest.sigma * rest.sigma);
-    let gravity = (size - GRAVITY).abs() < FORCE;
-    Beginning {
-        attitude: levelled(&force),
-        gyro_bias: rest.rate * share,
-        accel_bias: if gravity { force * ((size - GRAVITY) / size) } else { Vector3::zeros() },
-        velocity: VELOCITY[0],
-        level: LEVEL[0],
-        gyro: rest.sigma * share.sqrt(),
-        accel: ACCEL_BIAS,
-    }
 }
 
 /// Without a rest: levelled where it moves least in the first second.
@@ -221,24 +176,7 @@ fn in_motion(bound: &[f64], accel: &[[f64; 3]], dt: f64) -> Beginning {
     let least = (0..first).min_by(|i, j| bound[*i].total_cmp(&bound[*j])).unwrap_or(0);
     let half = samples_in(0.05, dt);
     let window = least.saturating_sub(half)..(least + half + 1).min(accel.len());
-    Beginning {
-        attitude: levelled(&mean(&accel[window])),
-        gyro_bias: Vector3::zeros(),
-        accel_bias: Vector3::zeros(),
-        velocity: VELOCITY[1],
-        level: LEVEL[1],
-        gyro: GYRO_BIAS,
-        accel: ACCEL_BIAS,
-    }
-}
-
-/// Roll and pitch of a force at rest, and no heading: to axes of which the third is down.
-fn levelled(force: &Vector3<f64>) -> Matrix3<f64> {
-    let f = force / force.norm().max(1e-9);
-    let across = f.y.hypot(f.z);
-    let (sr, cr) = if across > 0.0 { (-f.y / across, -f.z / across) } else { (0.0, 1.0) };
-    let (sp, cp) = (f.x, across);
-    Matrix3::new(cp, sp * sr, sp * cr, 0.0, cr, -sr, -sp, cp * sr, cp * cr)
+    Beginning::in_motion(&mean(&accel[window]))
 }
 
 /// Whether the foot may stand at each node.
@@ -248,7 +186,7 @@ fn standing(bound: &[f64], every: usize, round: usize) -> Result<Vec<bool>, Erro
     for k in (every..n).step_by(every) {
         let window = &bound[k.saturating_sub(round)..(k + round + 1).min(n)];
         let low = window.iter().fold(f64::INFINITY, |low, x| low.at_most(*x));
-        found.push(bound[k] < ABOVE * low.max(LOWEST) && bound[k] < HIGHEST);
+        found.push(may_stand(bound[k], low));
     }
     Ok(found)
 }

@@ -2,24 +2,15 @@
 
 use nalgebra::Vector3;
 
-use super::{DEGREE, runs, samples_in};
+use super::still::{BLOCK, BLOCKS, STILL, WORST, sigma_of};
+use super::{runs, samples_in};
 use crate::error::Error;
 use crate::memory;
 
-/// The speed bound of a still interval, m/s, and its least duration, s.
-const STILL: f64 = 0.01;
+/// Least duration of a still interval, s.
 const LEAST: f64 = 0.5;
-/// A block, s, and how many there must be.
-const BLOCK: f64 = 0.1;
-const BLOCKS: usize = 5;
 /// Parts of a long interval that are tried: its length over this apart.
 const STEPS: usize = 40;
-/// What a mean over a second is wrong by at least, and any; above the last it is none: rad/s.
-const SECOND: f64 = 0.02 * DEGREE;
-const FLOOR: f64 = 0.01 * DEGREE;
-const WORST: f64 = 0.2 * DEGREE;
-/// Largest correlation of neighbours.
-const CORRELATED: f64 = 0.9;
 
 /// Where the sensor rests.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,10 +82,5 @@ fn mean_of(blocks: &[Vector3<f64>], seconds: f64) -> (Vector3<f64>, f64) {
     for pair in blocks.windows(2) {
         products += (pair[0] - mean).component_mul(&(pair[1] - mean));
     }
-    let mut square = SECOND * SECOND / (count * seconds) + FLOOR * FLOOR;
-    for i in 0..3 {
-        let rho = (products[i] / squares[i].max(1e-30)).clamp(0.0, CORRELATED);
-        square += squares[i] / (count - 1.0) / count * (1.0 + rho) / (1.0 - rho) / 3.0;
-    }
-    (mean, square.sqrt())
+    (mean, sigma_of(&squares, &products, count, seconds))
 }

@@ -1,5 +1,7 @@
 //! A sensor on a foot, and rates that a gyro clipped, for Python.
 
+mod live;
+
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -8,6 +10,7 @@ use zerorate_core::memory;
 use zerorate_core::navigation::Record;
 use zerorate_core::navigation::foot::{Clipped, Feet, Plan, Trodden, Walk, restore_clipped};
 
+pub use self::live::FootFilter;
 use crate::common::arrays;
 use crate::common::errors::NativeError;
 use crate::common::work::interruptible;

@@ -1,0 +1,80 @@
+//! Where the filter of a foot begins: at rest, or in motion.
+
+use nalgebra::{ComplexField, Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::{DEGREE, FORCE, GRAVITY};
+
+/// Deviations before anything is measured: biases, rad/s and m/s²; level after a rest and without;
+/// velocity likewise.
+const GYRO_BIAS: f64 = 0.3 * DEGREE;
+const ACCEL_BIAS: f64 = 0.1;
+const LEVEL: [f64; 2] = [0.3 * DEGREE, 3.0 * DEGREE];
+const VELOCITY: [f64; 2] = [0.01, 1.0];
+
+/// What is known of a gyro and an accelerometer at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct AtRest {
+    pub gyro_bias: Vector3<f64>,
+    pub force: f64,
+}
+
+/// Where the filter begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Beginning {
+    pub attitude: Matrix3<f64>,
+    pub gyro_bias: Vector3<f64>,
+    pub accel_bias: Vector3<f64>,
+    /// Deviations: velocity, level, and bias of the gyro.
+    pub velocity: f64,
+    pub level: f64,
+    pub gyro: f64,
+    pub accel: f64,
+}
+
+impl Beginning {
+    /// In a rest with this mean force and rate, the latter with its deviation.
+    pub fn at_rest(force: &Vector3<f64>, rate: &Vector3<f64>, sigma: f64) -> Self {
+        let size = force.norm();
+        let share = GYRO_BIAS * GYRO_BIAS / (GYRO_BIAS * GYRO_BIAS + sigma * sigma);
+        let accel_bias =
+            if is_gravity(size) { force * ((size - GRAVITY) / size) } else { Vector3::zeros() };
+        Self {
+            attitude: levelled(force),
+            gyro_bias: rate * share,
+            accel_bias,
+            velocity: VELOCITY[0],
+            level: LEVEL[0],
+            gyro: sigma * ComplexField::sqrt(share),
+            accel: ACCEL_BIAS,
+        }
+    }
+
+    /// Without a rest, where it moves least.
+    pub fn in_motion(force: &Vector3<f64>) -> Self {
+        Self {
+            attitude: levelled(force),
+            gyro_bias: Vector3::zeros(),
+            accel_bias: Vector3::zeros(),
+            velocity: VELOCITY[1],
+            level: LEVEL[1],
+            gyro: GYRO_BIAS,
+            accel: ACCEL_BIAS,
+        }
+    }
+}
+
+/// Whether a force may be gravity.
+pub(super) fn is_gravity(size: f64) -> bool {
+    (size - GRAVITY).abs() < FORCE
+}
+
+/// Roll and pitch of a force at rest, and no heading: to axes of which the third is down.
+fn levelled(force: &Vector3<f64>) -> Matrix3<f64> {
+    let size = force.norm();
+    let f = if size > 1e-9 { force / size } else { -Vector3::z() };
+    let across = ComplexField::sqrt(f.y * f.y + f.z * f.z);
+    let (sr, cr) = if across > 0.0 { (-f.y / across, -f.z / across) } else { (0.0, 1.0) };
+    let (sp, cp) = (f.x, across);
+    Matrix3::new(cp, sp * sr, sp * cr, 0.0, cr, -sr, -sp, cp * sr, cp * cr)
+}

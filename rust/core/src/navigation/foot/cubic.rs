@@ -1,0 +1,45 @@
+//! What the flanks of a clipped run promise: a cubic through the samples beside it, with their slopes.
+
+/// A restored rate is at most so many limits, and wrong by these parts: of what was added, and of the
+/// limit.
+pub(super) const MOST: f64 = 2.0;
+const WRONG: [f64; 2] = [0.5, 0.05];
+
+/// A cubic over a run; steps count from the sample before it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cubic {
+    steps: f64,
+    ends: [f64; 2],
+    slopes: [f64; 2],
+}
+
+impl Cubic {
+    /// Over `count` samples, with the two samples before and the two after it.
+    pub fn over(count: usize, before: [f64; 2], after: [f64; 2]) -> Self {
+        let (rise, fall) = (before[1] - before[0], after[1] - after[0]);
+        Self {
+            steps: (count + 1) as f64,
+            ends: [before[1], after[0]],
+            slopes: [if rise > 0.0 { rise } else { 0.0 }, if fall < 0.0 { fall } else { 0.0 }],
+        }
+    }
+
+    /// At the sample of this number in the run.
+    pub fn at(&self, k: usize) -> f64 {
+        let s = (k + 1) as f64 / self.steps;
+        let (s2, s3) = (s * s, s * s * s);
+        let [from, to] = self.ends;
+        let [rise, fall] = self.slopes.map(|slope| slope * self.steps);
+        (2.0 * s3 - 3.0 * s2 + 1.0) * from
+            + (s3 - 2.0 * s2 + s) * rise
+            + (3.0 * s2 - 2.0 * s3) * to
+            + (s3 - s2) * fall
+    }
+}
+
+/// Density of a white noise, rad²/s, of rates that are wrong by one constant for so many seconds,
+/// after `added` was restored on average.
+pub(super) fn density(added: f64, limit: f64, seconds: f64) -> f64 {
+    let wrong = WRONG[0] * added + WRONG[1] * limit;
+    wrong * wrong * seconds
+}

@@ -1,0 +1,440 @@
+//! A sensor on a foot while its samples arrive: a window of the speed bound late.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::beginning::{AtRest, Beginning, is_gravity};
+use super::recent::{HALF_MAX, Recent};
+use super::still::{BLOCK, News, Still, Told};
+use super::walker::Walker;
+use super::{APART, GRAVITY, HALF, SLOWEST, SOON, STEP, may_stand, samples_in};
+use crate::checkpoint::Checkpoint;
+use crate::error::{Error, check_positive, require};
+use crate::math::sound::{are_within, is_count, is_size, is_within};
+use crate::navigation::covariance::{Errors, STATES};
+use crate::navigation::filter::Inertial;
+use crate::stream::Stream;
+
+/// Before a sample, s, the lowest bound is looked for.
+const BACK: f64 = 1.5;
+/// Nodes of that time at most.
+const ROW: usize = 16;
+const ROWS: usize = 7;
+const NODES: usize = ROW * ROWS;
+/// Without a rest it begins where it moves least in so many seconds.
+const FIRST: f64 = 1.0;
+/// With a range, for so long rates that are clipped wait for their end, s.
+const CLIPPED: f64 = 0.05;
+/// Largest range of a gyro, rad/s.
+const RANGE_MAX: f64 = 1e4;
+/// Most samples a second.
+const FASTEST: f64 = 1200.0;
+const BOUND_MAX: f64 = 1e9;
+
+/// What a person chooses.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FootParams {
+    /// Samples a second.
+    pub rate: f64,
+    /// Whether the floor is level, steps excepted.
+    pub level: bool,
+    /// Rates from about here on the gyro cannot tell, rad/s.
+    pub gyro_range: Option<f64>,
+}
+
+/// What follows from it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Lengths {
+    dt: f64,
+    /// Samples of half a window, between two nodes, and of a block of a rest.
+    half: u64,
+    /// By how many samples what is told of is behind the last one.
+    late: u64,
+    every: u64,
+    block: u32,
+    /// Nodes in which the lowest bound is looked for.
+    nodes: u32,
+}
+
+/// The stance under way, or the last one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Standing {
+    /// Seconds since the last node that stood.
+    gap: f64,
+    lowest: f64,
+    /// Its height was looked at.
+    floored: bool,
+    stood: bool,
+    count: u64,
+}
+
+/// Where a sensor on a foot is, sample by sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FootFilter {
+    params: FootParams,
+    lengths: Lengths,
+    samples: u64,
+    recent: Recent,
+    known: AtRest,
+    walker: Option<Walker>,
+    /// The bound at the sample that is told of, m/s; NaN before one.
+    bound: f64,
+    /// The lowest bound of each of the last nodes, and of that under way.
+    lows: [[f64; ROW]; ROWS],
+    low: f64,
+    /// The lowest bound of the first second.
+    least: f64,
+    still: Still,
+    /// Whether it began in a rest.
+    rested: bool,
+    /// A rest that has ended, for the next node.
+    rest: Option<Told>,
+    standing: Standing,
+    /// The largest rate about an axis so far, rad/s.
+    fastest: f64,
+}
+
+impl Lengths {
+    fn of(params: &FootParams) -> Self {
+        let dt = 1.0 / params.rate;
+        let every = samples_in(STEP, dt);
+        let half = samples_in(HALF, dt) as u64;
+        let waits = params.gyro_range.map_or(0, |_| samples_in(CLIPPED, dt) as u64);
+        Self {
+            dt,
+            half,
+            late: 2 * half + waits,
+            every: every as u64,
+            block: samples_in(BLOCK, dt) as u32,
+            nodes: samples_in(BACK, every as f64 * dt).min(NODES) as u32,
+        }
+    }
+}
+
+impl FootFilter {
+    /// Before the first sample.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if one is out of its range.
+    pub fn new(params: FootParams) -> Result<Self, Error> {
+        let (rate, expected) = (params.rate, "from 48 to 1200 samples a second");
+        require((SLOWEST..=FASTEST).contains(&rate), "rate", expected, rate)?;
+        if let Some(range) = params.gyro_range {
+            check_positive("gyro_range", "a positive number of rad/s", range)?;
+            require(range <= RANGE_MAX, "gyro_range", "at most 10000 rad/s", range)?;
+        }
+        let lengths = Lengths::of(&params);
+        debug_assert!(lengths.half <= HALF_MAX, "two windows fit in what is kept");
+        Ok(Self {
+            params,
+            lengths,
+            samples: 0,
+            recent: Recent::new(),
+            known: AtRest { gyro_bias: Vector3::zeros(), force: GRAVITY },
+            walker: None,
+            bound: f64::NAN,
+            lows: [[f64::INFINITY; ROW]; ROWS],
+            low: f64::INFINITY,
+            least: f64::INFINITY,
+            still: Still::new(),
+            rested: false,
+            rest: None,
+            standing: Standing { gap: APART, lowest: 0.0, floored: false, stood: false, count: 0 },
+            fastest: 0.0,
+        })
+    }
+
+    fn advance(&mut self, k: u64) {
+        self.bound = self.recent.bound(k, self.lengths.half, &self.known);
+        self.low = if self.bound < self.low { self.bound } else { self.low };
+        for rate in self.recent.slot(k).gyro.iter().map(|rate| rate.abs()) {
+            self.fastest = if rate > self.fastest { rate } else { self.fastest };
+        }
+        if self.begins(k) {
+            let force = self.recent.force(k, self.lengths.half);
+            self.begin(k, &Beginning::in_motion(&force));
+        } else {
+            self.step(k);
+        }
+        self.look_for_rests(k);
+        if k.is_multiple_of(self.lengths.every) {
+            self.node(k);
+        }
+    }
+
+    fn seconds(&self, samples: u64) -> f64 {
+        samples as f64 * self.lengths.dt
+    }
+
+    /// Whether it begins here, for nothing is known, or it moves less than at any sample of the first
+    /// second so far.
+    fn begins(&mut self, k: u64) -> bool {
+        let lower = self.bound < self.least && self.seconds(k) < FIRST && !self.rested;
+        if lower {
+            self.least = self.bound;
+        }
+        lower || (self.walker.is_none() && self.bound < f64::INFINITY)
+    }
+
+    fn begin(&mut self, k: u64, from: &Beginning) {
+        let slot = self.recent.slot(k);
+        let first = [slot.gyro.into(), slot.accel.into()];
+        self.walker = Walker::begin(from, self.seconds(k), first, &mut ()).ok();
+    }
+
+    #[inline(always)]
+    fn step(&mut self, k: u64) {
+        let (slot, time) = (self.recent.slot(k), self.seconds(k));
+        let of = |v: Vector3<f64>, missing: bool| if missing { [f64::NAN; 3] } else { v.into() };
+        let sample = Inertial {
+            time,
+            gyro: of(slot.gyro, slot.missing[0]),
+            accel: of(slot.accel, slot.missing[1]),
+            rest: false,
+        };
+        if let Some(walker) = &mut self.walker {
+            // Times are counted: one after the other.
+            let _ = walker.step(&sample, slot.variance, &mut ());
+        }
+    }
+
+    fn look_for_rests(&mut self, k: u64) {
+        let Lengths { block, dt, .. } = self.lengths;
+        let slot = self.recent.slot(k);
+        let at_start = self.still.since().is_some_and(|since| self.seconds(since) < SOON);
+        match self.still.look(k, self.bound, [slot.gyro, slot.accel], (block, dt)) {
+            News::Better(told) if at_start => {
+                let from = Beginning::at_rest(&told.force, &told.rate, told.sigma);
+                let size = told.force.norm();
+                let force = if is_gravity(size) { size } else { self.known.force };
+                self.known = AtRest { gyro_bias: from.gyro_bias, force };
+                self.rested = true;
+                self.begin(k, &from);
+            }
+            News::Ended(told) if !at_start => self.rest = Some(told),
+            _ => {}
+        }
+    }
+
+    fn node(&mut self, k: u64) {
+        let Lengths { every, dt, nodes, .. } = self.lengths;
+        let seconds = every as f64 * dt;
+        let place = ((k / every) % u64::from(nodes)) as usize;
+        self.lows[place / ROW][place % ROW] = self.low;
+        self.low = f64::INFINITY;
+        let lower = |low: f64, x: &f64| if *x < low { *x } else { low };
+        let low = self.lows.iter().flatten().fold(f64::INFINITY, lower);
+        let may = may_stand(self.bound, low);
+        let floors = self.note(may, seconds);
+        self.standing.stood = false;
+        let rest = self.rest.take();
+        let Some(walker) = self.walker.as_mut() else { return };
+        if !walker.propagate(&mut ()) {
+            return;
+        }
+        let mut found: Errors = [0.0; STATES];
+        let stood = may && walker.stand(self.bound, seconds, &mut found);
+        let floored = floors && walker.take_floor(&mut found);
+        if let Some(told) = &rest {
+            walker.take_rest(&told.rate, told.sigma, &mut found);
+        }
+        if stood || floored || rest.is_some() {
+            walker.apply(&found, &mut ());
+        }
+        self.standing.stood = stood;
+    }
+
+    /// Notes a node that stands or not; whether the height of this stance is to be looked at: once,
+    /// past its lowest bound.
+    fn note(&mut self, stands: bool, seconds: f64) -> bool {
+        let standing = &mut self.standing;
+        if !stands {
+            standing.gap = if standing.gap < APART { standing.gap + seconds } else { APART };
+            return false;
+        }
+        if standing.gap >= APART {
+            standing.count += 1;
+            (standing.lowest, standing.floored) = (self.bound, false);
+        }
+        standing.gap = 0.0;
+        let past = self.bound > standing.lowest && !standing.floored;
+        standing.floored |= past;
+        if self.bound < standing.lowest {
+            standing.lowest = self.bound;
+        }
+        past && self.params.level
+    }
+
+    /// What was chosen.
+    pub fn params(&self) -> &FootParams {
+        &self.params
+    }
+
+    /// Seconds by which what is told is behind the last sample.
+    pub fn delay(&self) -> f64 {
+        self.seconds(self.lengths.late)
+    }
+
+    /// Where it is: ahead, left and up of where it began, m; NaN where that is not known.
+    #[inline]
+    pub fn position(&self) -> [f64; 3] {
+        self.walker.as_ref().map_or([f64::NAN; 3], |walker| flipped(walker.position()))
+    }
+
+    /// Likewise, m/s.
+    pub fn velocity(&self) -> [f64; 3] {
+        self.walker
+            .as_ref()
+            .map_or([f64::NAN; 3], |walker| flipped(walker.filter.snapshot().velocity))
+    }
+
+    /// From the sensor's axes to ahead, left, up; scalar first.
+    pub fn quaternion(&self) -> [f64; 4] {
+        let Some(walker) = &self.walker else { return [1.0, 0.0, 0.0, 0.0] };
+        let [w, x, y, z] = walker.filter.snapshot().quaternion;
+        [-x, w, -z, y]
+    }
+
+    /// Of the gyro, rad/s.
+    pub fn gyro_bias(&self) -> [f64; 3] {
+        self.walker.as_ref().map_or([0.0; 3], |walker| walker.filter.gyro_bias.into())
+    }
+
+    /// Of the accelerometer, m/s².
+    pub fn accel_bias(&self) -> [f64; 3] {
+        self.walker.as_ref().map_or([0.0; 3], |walker| walker.filter.accel_bias.into())
+    }
+
+    /// Standard deviations of position, velocity, orientation and biases; NaN where nothing is known.
+    pub fn sigma(&self) -> Errors {
+        self.walker.as_ref().map_or([f64::NAN; STATES], |walker| walker.filter.sigma)
+    }
+
+    /// Whether the foot stood at the last node.
+    pub fn is_standing(&self) -> bool {
+        self.standing.stood
+    }
+
+    /// Whether it has stood still for half a second, and the gyro's bias can be told.
+    pub fn is_at_rest(&self) -> bool {
+        self.still.rests()
+    }
+
+    /// The speed bound, m/s; NaN before it is known.
+    pub fn bound(&self) -> f64 {
+        self.bound
+    }
+
+    /// Stances so far.
+    pub fn stances(&self) -> u64 {
+        self.standing.count
+    }
+
+    /// The largest rate about an axis so far, rad/s: a foot turns by more than 1.75.
+    pub fn fastest(&self) -> f64 {
+        self.fastest
+    }
+
+    /// Nodes of stances that were not believed since it began.
+    pub fn rejections(&self) -> u64 {
+        self.walker.as_ref().map_or(0, |walker| walker.rejections)
+    }
+
+    /// Samples given so far, missing ones included.
+    pub fn samples_seen(&self) -> u64 {
+        self.samples
+    }
+}
+
+/// From ahead, right, down to ahead, left, up.
+fn flipped([x, y, z]: [f64; 3]) -> [f64; 3] {
+    [x, -y, -z]
+}
+
+impl Stream for FootFilter {
+    type Input = [f64; 6];
+    type Output = [f64; 3];
+
+    /// Takes a sample of gyro and accelerometer, rad/s and m/s²; returns the position.
+    #[inline]
+    fn update(&mut self, [p, q, r, x, y, z]: [f64; 6]) -> [f64; 3] {
+        self.samples += 1;
+        let Lengths { dt, half, late, .. } = self.lengths;
+        let given = [Vector3::new(p, q, r), Vector3::new(x, y, z)];
+        let range = self.params.gyro_range;
+        if self.recent.push(given, (dt, half, late), self.known.force, range)
+            && let Some(k) = self.recent.ready(late)
+        {
+            self.advance(k);
+        }
+        self.position()
+    }
+
+    fn reset(&mut self) {
+        if let Ok(fresh) = Self::new(self.params) {
+            *self = fresh;
+        }
+    }
+}
+
+impl Checkpoint for FootFilter {
+    const TAG: &'static str = "foot";
+    const VERSION: u16 = 1;
+
+    fn is_sound(&self) -> bool {
+        let bound = |x: f64| is_size(x, BOUND_MAX) || x == f64::INFINITY;
+        Self::new(self.params).is_ok_and(|fresh| {
+            self.lengths == fresh.lengths
+                && is_count(self.samples)
+                && self.recent.count() <= self.samples
+                && self.recent.is_sound()
+                && are_within(&self.known.gyro_bias, 10.0)
+                && is_within(self.known.force - GRAVITY, 1.0)
+                && self.walker.as_ref().is_none_or(Walker::is_sound)
+                && (self.bound.is_nan() || bound(self.bound))
+                && self.lows.iter().flatten().all(|x| bound(*x))
+                && bound(self.low)
+                && bound(self.least)
+                && self.still.is_sound(self.lengths.block)
+                && self.rest.as_ref().is_none_or(Told::is_sound)
+                && is_size(self.standing.gap, 2.0 * APART)
+                && is_size(self.standing.lowest, BOUND_MAX)
+                && is_count(self.standing.count)
+                && is_size(self.fastest, 2.0 * RANGE_MAX)
+        })
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.params.rate, self.samples) == (other.params.rate, other.samples)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{FootFilter, FootParams};
+    use crate::stream::Stream;
+
+    #[test]
+    fn at_rest_it_stays_and_learns_the_bias() {
+        let params = FootParams { rate: 200.0, level: true, gyro_range: None };
+        let mut foot = FootFilter::new(params).unwrap();
+        assert_eq!(foot.delay(), 0.05);
+        assert!(foot.update([0.01, -0.02, 0.03, 0.0, 0.0, 9.8])[0].is_nan());
+        for _ in 0..2000 {
+            foot.update([0.01, -0.02, 0.03, 0.0, 0.0, 9.8]);
+        }
+        assert!(foot.is_at_rest() && foot.is_standing());
+        assert!(foot.position().iter().all(|x| x.abs() < 1e-3));
+        assert!((foot.gyro_bias()[2] - 0.03).abs() < 1e-4);
+        foot.update([f64::NAN; 6]);
+        assert_eq!(foot.samples_seen(), 2002);
+    }
+
+    #[test]
+    fn rates_are_refused() {
+        for rate in [0.0, 40.0, 1300.0, f64::NAN] {
+            let params = FootParams { rate, level: false, gyro_range: None };
+            assert!(FootFilter::new(params).is_err());
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! The last samples of a live sensor on a foot, and the speed bound in the middle of them.
+
+use nalgebra::{ComplexField, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::beginning::AtRest;
+use super::cubic::{Cubic, MOST, density};
+use super::{HELD, LASTS, PIVOT};
+use crate::math::sound::{are_within, is_count, is_size};
+use crate::navigation::filter::{SAMPLE_MAX, is_known};
+
+/// Samples that are kept: two windows on either side of the one that is told of, and those for which
+/// clipped rates wait.
+const ROW: usize = 16;
+const ROWS: usize = 12;
+const SLOTS: u64 = (ROW * ROWS) as u64;
+/// Half a window has so many samples at most.
+pub(super) const HALF_MAX: u64 = 30;
+/// Part of the range above which a rate counts as clipped.
+const CLIPPED: f64 = 0.965;
+/// What a clipped rate is wrong by before its flanks are known, as a part of the range.
+const UNTOLD: f64 = 0.2;
+/// Bounds of a sound state: seconds, and squares and densities of what samples can be.
+const TIMES: f64 = 4e9;
+const SQUARES: f64 = 1e12;
+
+/// One sample, the last one where it is missing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Slot {
+    pub gyro: Vector3<f64>,
+    pub accel: Vector3<f64>,
+    /// Which of them is missing.
+    pub missing: [bool; 2],
+    /// What a clipped rate is wrong by: density of a white noise, rad²/s.
+    pub variance: f64,
+    /// The square of what is not gravity in the force.
+    pushed: f64,
+    /// Missing for so long that nothing is known.
+    lost: bool,
+}
+
+/// Rates of one axis at the range, under way.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Run {
+    samples: u32,
+    positive: bool,
+    /// It has ended, and waits for the second sample after it.
+    ended: bool,
+}
+
+/// The last samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Recent {
+    slots: [[Slot; ROW]; ROWS],
+    /// Samples so far, from the first one of which both sensors are known.
+    count: u64,
+    /// Last known rate and force, and seconds since.
+    last: [Option<Vector3<f64>>; 2],
+    ages: [f64; 2],
+    runs: [Run; 3],
+}
+
+impl Slot {
+    const EMPTY: Self = Self {
+        gyro: Vector3::new(0.0, 0.0, 0.0),
+        accel: Vector3::new(0.0, 0.0, 0.0),
+        missing: [false; 2],
+        variance: 0.0,
+        pushed: 0.0,
+        lost: false,
+    };
+
+    fn is_sound(&self) -> bool {
+        are_within(&self.gyro, MOST * SAMPLE_MAX)
+            && are_within(&self.accel, SAMPLE_MAX)
+            && is_size(self.variance, SQUARES)
+            && is_size(self.pushed, SQUARES)
+    }
+}
+
+impl Run {
+    const NONE: Self = Self { samples: 0, positive: false, ended: false };
+}
+
+impl Recent {
+    pub fn new() -> Self {
+        Self {
+            slots: [[Slot::EMPTY; ROW]; ROWS],
+            count: 0,
+            last: [None; 2],
+            ages: [0.0; 2],
+            runs: [Run::NONE; 3],
+        }
+    }
+
+    pub fn slot(&self, k: u64) -> &Slot {
+        let place = (k % SLOTS) as usize;
+        &self.slots[place / ROW][place % ROW]
+    }
+
+    fn slot_mut(&mut self, k: u64) -> &mut Slot {
+        let place = (k % SLOTS) as usize;
+        &mut self.slots[place / ROW][place % ROW]
+    }
+
+    /// Takes a sample; whether both sensors are known, or were. `half` is half a window, `late` how many
+    /// samples before the last one that which is told of is.
+    pub fn push(
+        &mut self,
+        given: [Vector3<f64>; 2],
+        (dt, half, late): (f64, u64, u64),
+        force: f64,
+        range: Option<f64>,
+    ) -> bool {
+        let missing = given.map(|v| !is_known(&v));
+        for i in 0..2 {
+            if missing[i] {
+                let age = self.ages[i] + dt;
+                self.ages[i] = if age < TIMES { age } else { TIMES };
+            } else {
+                (self.last[i], self.ages[i]) = (Some(given[i]), 0.0);
+            }
+        }
+        let [Some(gyro), Some(accel)] = self.last else { return false };
+        let lost = self.ages.iter().any(|age| *age > HELD);
+        let k = self.count;
+        *self.slot_mut(k) = Slot { gyro, accel, missing, lost, ..Slot::EMPTY };
+        self.count += 1;
+        if let Some(range) = range {
+            for axis in 0..3 {
+                self.look_at_clip(axis, range, dt, late);
+            }
+        }
+        if k >= half {
+            let middle = k - half;
+            let sum: Vector3<f64> = self.window(middle, half).map(|i| self.slot(i).accel).sum();
+            let size = sum.norm();
+            let still = if size > 0.0 { sum * (force / size) } else { sum };
+            self.slot_mut(middle).pushed = (self.slot(middle).accel - still).norm_squared();
+        }
+        true
+    }
+
+    /// The sample whose bound is known now.
+    pub fn ready(&self, late: u64) -> Option<u64> {
+        self.count.checked_sub(late + 1)
+    }
+
+    fn window(&self, k: u64, half: u64) -> core::ops::RangeInclusive<u64> {
+        k.saturating_sub(half)..=k + half
+    }
+
+    /// The speed bound at a sample that is ready, m/s.
+    pub fn bound(&self, k: u64, half: u64, known: &AtRest) -> f64 {
+        if self.slot(k).lost {
+            return f64::INFINITY;
+        }
+        let turned = |i: u64| (self.slot(i).gyro - known.gyro_bias).norm_squared();
+        let turns: f64 = self.window(k, half).map(turned).sum();
+        let pushes: f64 = self.window(k, half).map(|i| self.slot(i).pushed).sum();
+        let square = PIVOT * PIVOT * turns + LASTS * LASTS * pushes;
+        let count = 1 + half + k.min(half);
+        ComplexField::sqrt(square / count as f64)
+    }
+
+    /// Mean force within a tenth of a second about a sample that is ready.
+    pub fn force(&self, k: u64, half: u64) -> Vector3<f64> {
+        let window = self.window(k, 2 * half);
+        let count = 1 + 2 * half + k.min(2 * half);
+        window.map(|i| self.slot(i).accel).sum::<Vector3<f64>>() / count as f64
+    }
+
+    /// What the last sample tells of rates that an axis clips.
+    fn look_at_clip(&mut self, axis: usize, range: f64, dt: f64, late: u64) {
+        let k = self.count - 1;
+        let x = self.slot(k).gyro[axis];
+        if self.runs[axis].ended {
+            self.restore(axis, range, dt, late);
+            self.runs[axis] = Run::NONE;
+        }
+        let run = self.runs[axis];
+        let (clipped, positive) = (x.abs() >= CLIPPED * range, x > 0.0);
+        if clipped && (run.samples == 0 || run.positive == positive) {
+            let samples = if run.samples < u32::MAX { run.samples + 1 } else { run.samples };
+            self.runs[axis] = Run { samples, positive, ended: false };
+            let wrong = UNTOLD * range;
+            let seconds = f64::from(samples) * dt;
+            self.slot_mut(k).variance += wrong * wrong * if seconds < 1.0 { seconds } else { 1.0 };
+        } else if !clipped && run.samples >= 2 {
+            self.runs[axis].ended = true;
+        } else {
+            self.runs[axis] = Run::NONE;
+        }
+    }
+
+    /// Restores what of a run was not used yet, the second sample after it being the last one.
+    fn restore(&mut self, axis: usize, range: f64, dt: f64, late: u64) {
+        let run = self.runs[axis];
+        let (n, end) = (u64::from(run.samples), self.count.saturating_sub(2));
+        // The run and its flanks are still here.
+        if n + 6 > SLOTS || end < n + 2 {
+            return;
+        }
+        let (first, sign) = (end - n, if run.positive { 1.0 } else { -1.0 });
+        let side = |k: u64| sign * self.slot(k).gyro[axis];
+        let cubic =
+            Cubic::over(n as usize, [side(first - 2), side(first - 1)], [side(end), side(end + 1)]);
+        let beyond = |i: u64| cubic.at(i as usize) - side(first + i);
+        let added = (0..n).map(beyond).sum::<f64>() / n as f64;
+        let density = density(added, range, n as f64 * dt);
+        // That which was told of when the sample before the last one came is used.
+        let unused = (end + 1).saturating_sub(late);
+        for k in first.max(unused)..end {
+            let (given, told) = (side_of(self.slot(k), axis, sign), cubic.at((k - first) as usize));
+            let most = MOST * range;
+            let more = if told > given { told } else { given };
+            let slot = self.slot_mut(k);
+            slot.gyro[axis] = sign * if more < most { more } else { most };
+            slot.variance = density;
+        }
+    }
+
+    pub fn is_sound(&self) -> bool {
+        is_count(self.count)
+            && self.slots.iter().flatten().all(Slot::is_sound)
+            && self.last.iter().flatten().all(is_known)
+            && self.ages.iter().all(|age| is_size(*age, TIMES))
+    }
+
+    /// Samples so far.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+}
+
+fn side_of(slot: &Slot, axis: usize, sign: f64) -> f64 {
+    sign * slot.gyro[axis]
+}

@@ -1,0 +1,200 @@
+//! Rests while samples arrive: of a still interval the part that tells its mean rate best so far.
+
+use nalgebra::{ComplexField, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::DEGREE;
+use crate::math::sound::{are_within, is_count, is_size};
+use crate::navigation::filter::SAMPLE_MAX;
+
+/// The speed bound of a still interval, m/s.
+pub(super) const STILL: f64 = 0.01;
+/// A block, s, and how many there must be.
+pub(super) const BLOCK: f64 = 0.1;
+pub(super) const BLOCKS: usize = 5;
+/// What a mean over a second is wrong by at least, and any; above the last it is none: rad/s.
+pub(super) const SECOND: f64 = 0.02 * DEGREE;
+pub(super) const FLOOR: f64 = 0.01 * DEGREE;
+pub(super) const WORST: f64 = 0.2 * DEGREE;
+/// Largest correlation of neighbours.
+pub(super) const CORRELATED: f64 = 0.9;
+/// Blocks of a rest at most: beyond, the floor of its deviation is reached.
+const MOST: usize = 32;
+/// Bounds of a sound state.
+const RATE_MAX: f64 = 2.0 * SAMPLE_MAX;
+
+/// A part of a still interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Told {
+    pub rate: Vector3<f64>,
+    pub force: Vector3<f64>,
+    /// Of the rate, rad/s.
+    pub sigma: f64,
+}
+
+/// Means of a block.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Means {
+    rate: Vector3<f64>,
+    force: Vector3<f64>,
+}
+
+impl Means {
+    const ZERO: Self =
+        Self { rate: Vector3::new(0.0, 0.0, 0.0), force: Vector3::new(0.0, 0.0, 0.0) };
+}
+
+/// What a sample tells of rests.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum News {
+    None,
+    /// A better part than before of an interval under way.
+    Better(Told),
+    /// An interval has ended, with its best part.
+    Ended(Told),
+}
+
+/// A still interval under way, if there is one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Still {
+    /// The first sample.
+    since: Option<u64>,
+    /// Sums of the block under way, and its samples.
+    sum: Means,
+    samples: u32,
+    /// The last blocks, and how many there were.
+    blocks: [Means; MOST],
+    count: u64,
+    best: Option<Told>,
+}
+
+impl Still {
+    pub fn new() -> Self {
+        let (sum, blocks) = (Means::ZERO, [Means::ZERO; MOST]);
+        Self { since: None, sum, samples: 0, blocks, count: 0, best: None }
+    }
+
+    /// The first sample of the interval under way.
+    pub fn since(&self) -> Option<u64> {
+        self.since
+    }
+
+    /// Whether a part of it is a rest.
+    pub fn rests(&self) -> bool {
+        self.best.is_some()
+    }
+
+    /// Takes a sample with its bound; a block has `size` samples, `dt` seconds apart.
+    pub fn look(
+        &mut self,
+        k: u64,
+        bound: f64,
+        [rate, force]: [Vector3<f64>; 2],
+        (size, dt): (u32, f64),
+    ) -> News {
+        if bound >= STILL {
+            if self.since.is_none() {
+                return News::None;
+            }
+            let best = self.best;
+            *self = Self { blocks: self.blocks, ..Self::new() };
+            return best.map_or(News::None, News::Ended);
+        }
+        self.since.get_or_insert(k);
+        self.sum.rate += rate;
+        self.sum.force += force;
+        self.samples += 1;
+        if self.samples < size {
+            return News::None;
+        }
+        let each = 1.0 / f64::from(size);
+        let block = Means { rate: self.sum.rate * each, force: self.sum.force * each };
+        (self.sum, self.samples) = (Means::ZERO, 0);
+        self.blocks[(self.count % MOST as u64) as usize] = block;
+        self.count += 1;
+        self.judge(f64::from(size) * dt)
+    }
+
+    /// Whether one of the parts that end with this block is better than any before.
+    fn judge(&mut self, seconds: f64) -> News {
+        let most = if self.count < MOST as u64 { self.count as usize } else { MOST };
+        let block = |back: usize| {
+            let place = (self.count - 1).saturating_sub(back as u64) % MOST as u64;
+            &self.blocks[place as usize]
+        };
+        let newest = block(0).rate;
+        let zero = Vector3::<f64>::zeros();
+        let (mut sum, mut squares, mut products, mut force) = (zero, zero, zero, zero);
+        let mut after = zero;
+        let mut better = None;
+        for back in 0..most {
+            let rate = block(back).rate - newest;
+            sum += rate;
+            squares += rate.component_mul(&rate);
+            products += rate.component_mul(&after);
+            force += block(back).force;
+            after = rate;
+            let count = back + 1;
+            if count < BLOCKS {
+                continue;
+            }
+            let n = count as f64;
+            let mean = sum / n;
+            // About the mean; the last of them is zero here.
+            let squares = squares - mean.component_mul(&mean) * n;
+            let products = products - mean.component_mul(&(sum * 2.0 - rate))
+                + mean.component_mul(&mean) * (n - 1.0);
+            let sigma = sigma_of(&squares, &products, n, seconds);
+            let least = better.or(self.best).map_or(WORST, |told: Told| told.sigma);
+            if sigma < least {
+                better = Some(Told { rate: newest + mean, force: force / n, sigma });
+            }
+        }
+        let Some(told) = better else { return News::None };
+        self.best = better;
+        News::Better(told)
+    }
+
+    pub fn is_sound(&self, size: u32) -> bool {
+        let means = |of: &Means, most: f64| {
+            are_within(&of.rate, RATE_MAX * most) && are_within(&of.force, RATE_MAX * most)
+        };
+        let told = |of: &Told| {
+            are_within(&of.rate, 10.0)
+                && are_within(&of.force, RATE_MAX)
+                && is_size(of.sigma, WORST)
+        };
+        self.since.is_none_or(is_count)
+            && self.samples < size
+            && means(&self.sum, f64::from(size))
+            && self.blocks.iter().all(|block| means(block, 1.0))
+            && is_count(self.count)
+            && self.best.as_ref().is_none_or(told)
+    }
+}
+
+impl Told {
+    pub fn is_sound(&self) -> bool {
+        are_within(&self.rate, 10.0)
+            && are_within(&self.force, RATE_MAX)
+            && is_size(self.sigma, WORST)
+            && self.sigma > 0.0
+    }
+}
+
+/// Deviation of a mean of `n` blocks: sums of squares and of products of neighbours about it.
+pub(super) fn sigma_of(
+    squares: &Vector3<f64>,
+    products: &Vector3<f64>,
+    n: f64,
+    seconds: f64,
+) -> f64 {
+    let mut square = SECOND * SECOND / (n * seconds) + FLOOR * FLOOR;
+    for i in 0..3 {
+        let size = if squares[i] > 1e-30 { squares[i] } else { 1e-30 };
+        let rho = (products[i] / size).clamp(0.0, CORRELATED);
+        let positive = if squares[i] > 0.0 { squares[i] } else { 0.0 };
+        square += positive / (n - 1.0) / n * (1.0 + rho) / (1.0 - rho) / 3.0;
+    }
+    ComplexField::sqrt(square)
+}

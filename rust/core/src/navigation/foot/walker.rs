@@ -1,0 +1,290 @@
+//! The navigation filter with what a foot tells it: that it stands, on which floor, and its bias.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::beginning::Beginning;
+use super::{DEGREE, GRAVITY};
+use crate::checkpoint::Checkpoint;
+use crate::error::Error;
+use crate::math::sound::{is_count, is_size, is_within};
+use crate::navigation::covariance::{Covariance, Errors, GYRO, PHI, R, STATES, V};
+use crate::navigation::earth::Place;
+use crate::navigation::filter::{Inertial, NavigationFilter, Sums, Witness, quaternion};
+use crate::navigation::motion::Motion;
+use crate::navigation::params::{Adapt, Kind, NavigationParams, Start};
+
+/// White noise of gyro and accelerometer, squares, rad²/s and m²/s³, and walks of their biases.
+const GYRO_NOISE: f64 = 0.05 * DEGREE * 0.05 * DEGREE;
+const ACCEL_NOISE: f64 = 0.03 * 0.03;
+const GYRO_WALK: f64 = 1e-14;
+const ACCEL_WALK: f64 = 1e-4;
+/// Noise relative to rate and shock, squares: of scale, misalignment and bandwidth.
+const OF_RATE: f64 = 0.001 * 0.001;
+const OF_SHOCK: f64 = 0.015 * 0.015;
+/// Deviations of where it begins, m, and of its heading, rad.
+const HERE: f64 = 1e-5;
+const HEADING: f64 = 1e-6;
+/// Of a foot that stands, m/s, the bound above which it hardly does, and how long its roll lasts, s.
+const STANDS: f64 = 0.003;
+const HARDLY: f64 = 0.1;
+const ROLL: f64 = 0.05;
+/// The most that may be new of a stance, squared, of three.
+const GATE: f64 = 100.0;
+/// After so many seconds of rejections the filter is wrong: by this in level, rad².
+const WRONG_AFTER: f64 = 0.15;
+const WRONG_LEVEL: f64 = 1e-3;
+/// The same floor, m, and its deviation, m.
+const SAME_FLOOR: f64 = 0.1;
+const FLOOR: f64 = 0.02;
+/// How fast a foot goes while nothing is known of it, m/s.
+const STRAYS: f64 = 2.0;
+/// Bounds of a sound state: heights, m, and times, s.
+const HEIGHTS: f64 = 3e6;
+const TIMES: f64 = 4e9;
+
+/// A sensor on a foot under way.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Walker {
+    pub filter: NavigationFilter,
+    /// Seconds of rejections in a row, and how many there were.
+    rejected: f64,
+    pub rejections: u64,
+    floor: Option<f64>,
+    /// Noise besides since the last node, rad² and m²/s².
+    extra: [f64; 2],
+    /// When the filter was lost, s; NaN before it ever was.
+    lost: f64,
+}
+
+impl Walker {
+    /// At a sample, rad/s and m/s².
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if the time is none.
+    pub fn begin<W: Witness>(
+        from: &Beginning,
+        time: f64,
+        [gyro, accel]: [[f64; 3]; 2],
+        witness: &mut W,
+    ) -> Result<Self, Error> {
+        let start = Start {
+            quaternion: quaternion(&from.attitude),
+            heading_known: true,
+            course: false,
+            time,
+            latitude: 0.0,
+            gyro_bias: from.gyro_bias.into(),
+            accel_bias: from.accel_bias.into(),
+            level_sigma: from.level,
+            heading_sigma: HEADING,
+            gyro_bias_sigma: from.gyro,
+            accel_bias_sigma: from.accel,
+        };
+        let params = NavigationParams {
+            gyro_noise: [GYRO_NOISE; 3],
+            accel_noise: [ACCEL_NOISE; 3],
+            gyro_walk: [GYRO_WALK; 3],
+            accel_walk: [ACCEL_WALK; 3],
+            antenna: [0.0; 3],
+            antenna_sigma: 0.0,
+            wheels: None,
+            gate: GATE,
+            adapt: Adapt::Fixed,
+            // The nodes are counted elsewhere, in samples.
+            covariance_step: 1.0,
+            kind: Kind::Rate,
+        };
+        let mut filter = NavigationFilter::new(start, params)?;
+        filter.update(&Inertial { time, gyro, accel, rest: false })?;
+        filter.motion.attitude = from.attitude;
+        filter.motion.place = Place::plane(GRAVITY);
+        let of = |first: usize| match first {
+            R => HERE,
+            V => from.velocity,
+            PHI => from.level,
+            GYRO => from.gyro,
+            _ => from.accel,
+        };
+        let mut variances: Errors = core::array::from_fn(|i| of(i - i % 3) * of(i - i % 3));
+        variances[PHI + 2] = HEADING * HEADING;
+        filter.begin_on_plane(&variances, witness);
+        let (rejected, rejections) = (0.0, 0);
+        Ok(Self { filter, rejected, rejections, floor: None, extra: [0.0; 2], lost: f64::NAN })
+    }
+
+    /// One sample, NaN where it is missing; the gyro has this noise besides, rad²/s.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if its time is not later than that before.
+    #[inline(always)]
+    pub fn step<W: Witness>(
+        &mut self,
+        sample: &Inertial,
+        variance: f64,
+        witness: &mut W,
+    ) -> Result<(), Error> {
+        let (was, before) = (self.filter.navigating, self.filter.sensors.time);
+        self.filter.update_before(sample, witness)?;
+        if was && !self.filter.navigating {
+            self.lost = before;
+        }
+        let known = |of: &[f64; 3]| of.iter().all(|x| x.is_finite());
+        if !self.filter.navigating && known(&sample.gyro) && known(&sample.accel) {
+            self.resume(sample.time, witness);
+        }
+        let dt = sample.time - before;
+        // Noise relative to rate and shock, and that of restored rates.
+        let rate = self.filter.sensors.gyro - self.filter.gyro_bias;
+        let shock = self.filter.sensors.accel.norm() - GRAVITY;
+        self.extra[0] += (OF_RATE * rate.norm_squared() + variance) * dt;
+        self.extra[1] += OF_SHOCK * shock * shock * dt;
+        Ok(())
+    }
+
+    /// After a gap: where it was, as far as it may have gone.
+    #[cold]
+    fn resume<W: Witness>(&mut self, time: f64, witness: &mut W) {
+        let since = time - self.lost;
+        let far = STRAYS * if since > 0.0 { since } else { 0.0 } + HERE;
+        let filter = &mut self.filter;
+        let motion = &filter.motion;
+        let mut anew = Motion::new(motion.attitude, 0.0, 0.0, 0.0);
+        (anew.latitude, anew.longitude, anew.height) =
+            (motion.latitude, motion.longitude, motion.height);
+        anew.place = Place::plane(GRAVITY);
+        filter.motion = anew;
+        let mut variances: Errors = core::array::from_fn(|i| filter.covariance.at(i, i));
+        for i in 0..3 {
+            variances[R + i] = far * far;
+            variances[V + i] = STRAYS * STRAYS;
+        }
+        filter.begin_on_plane(&variances, witness);
+        (self.rejected, self.floor) = (0.0, None);
+    }
+
+    /// Carries the covariance on; whether anything is known of where it is.
+    #[inline(always)]
+    pub fn propagate<W: Witness>(&mut self, witness: &mut W) -> bool {
+        let extra = core::mem::take(&mut self.extra);
+        let was = self.filter.navigating;
+        self.filter.propagate_with(extra, witness);
+        self.note_lost(was);
+        self.filter.navigating
+    }
+
+    /// Takes what was found out of the motion.
+    #[inline(always)]
+    pub fn apply<W: Witness>(&mut self, found: &Errors, witness: &mut W) {
+        let was = self.filter.navigating;
+        self.filter.apply(found, witness);
+        self.note_lost(was);
+    }
+
+    /// If it is lost by now, it has been since both sensors were last there.
+    #[inline(always)]
+    fn note_lost(&mut self, was: bool) {
+        if was && !self.filter.navigating {
+            let sensors = &self.filter.sensors;
+            let [gyro, accel] = [sensors.gyro_age, sensors.accel_age];
+            self.lost = sensors.time - if gyro > accel { gyro } else { accel };
+        }
+    }
+
+    /// Zero velocity, if it can be, `seconds` after the node before.
+    pub fn stand(&mut self, bound: f64, seconds: f64, found: &mut Errors) -> bool {
+        let part = bound / HARDLY;
+        let independent = if ROLL > seconds { ROLL / seconds } else { 1.0 };
+        let noise = (STANDS * STANDS + bound * bound * (1.0 + part * part)) * independent;
+        let before = self.filter.covariance;
+        if self.filter.take_standing(noise, found) <= GATE {
+            self.rejected = 0.0;
+            return true;
+        }
+        (self.filter.covariance, *found) = (before, [0.0; STATES]);
+        self.rejected += seconds;
+        self.rejections += 1;
+        if self.rejected <= WRONG_AFTER {
+            return false;
+        }
+        self.rejected = 0.0;
+        let square = self.filter.motion.velocity.norm_squared();
+        for i in 0..3 {
+            self.filter.covariance.widen(V + i, square);
+            self.filter.covariance.widen(R + i, 0.25 * square);
+        }
+        self.filter.covariance.widen(PHI, WRONG_LEVEL);
+        self.filter.covariance.widen(PHI + 1, WRONG_LEVEL);
+        self.filter.take_standing(noise, found);
+        true
+    }
+
+    /// The height of the floor so far, once a stance.
+    pub fn take_floor(&mut self, found: &mut Errors) -> bool {
+        let down = -self.filter.motion.height;
+        let here = down - found[R + 2];
+        let floor = self.floor.filter(|floor| (here - floor).abs() < SAME_FLOOR);
+        let Some(floor) = floor else {
+            self.floor = Some(here);
+            return false;
+        };
+        let mut h = [0.0; 16];
+        h[R + 2] = 1.0;
+        self.filter.covariance.correct(&h, down - floor, FLOOR * FLOOR, found);
+        true
+    }
+
+    /// The bias of the gyro that a rest tells.
+    pub fn take_rest(&mut self, rate: &Vector3<f64>, sigma: f64, found: &mut Errors) {
+        let z = rate - self.filter.gyro_bias;
+        for i in 0..3 {
+            let mut h = [0.0; 16];
+            h[GYRO + i] = 1.0;
+            self.filter.covariance.correct(&h, z[i], sigma * sigma, found);
+        }
+    }
+
+    /// Where it is: ahead, right and down of where it began, m; NaN where that is not known.
+    pub fn position(&self) -> [f64; 3] {
+        match self.filter.navigating {
+            true => self.filter.motion.offset_from([0.0; 3]).into(),
+            false => [f64::NAN; 3],
+        }
+    }
+
+    /// Whether samples can have led here.
+    pub fn is_sound(&self) -> bool {
+        self.filter.is_sound()
+            && is_size(self.rejected, 2.0 * WRONG_AFTER)
+            && is_count(self.rejections)
+            && self.floor.is_none_or(|floor| is_within(floor, HEIGHTS))
+            && self.extra.iter().all(|x| is_size(*x, 1e9))
+            && (self.lost.is_nan() || is_within(self.lost, 2.0 * TIMES))
+    }
+}
+
+impl NavigationFilter {
+    /// Somewhere on a plane, with these variances.
+    fn begin_on_plane<W: Witness>(&mut self, variances: &Errors, witness: &mut W) {
+        self.covariance = Covariance::of(variances);
+        self.covariance.couple(&self.motion.velocity);
+        self.navigating = true;
+        self.heading_known = true;
+        self.sums = Sums::new();
+        self.refresh_sigma();
+        witness.started(&self.covariance, &self.motion);
+    }
+
+    /// Takes the velocity for zero, with this noise; what is known of the gyro's bias stays. Returns
+    /// what was new, normalised and squared.
+    fn take_standing(&mut self, noise: f64, found: &mut Errors) -> f64 {
+        let z = self.motion.velocity;
+        let mut new = 0.0;
+        for i in 0..3 {
+            let mut h = [0.0; 16];
+            h[V + i] = 1.0;
+            new += self.covariance.correct_considering(&h, z[i], noise, found).nis();
+        }
+        new
+    }
+}

@@ -1,0 +1,201 @@
+//! The live form of a sensor on a foot, for Python.
+
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use zerorate_core::Bank;
+use zerorate_core::navigation::foot::{FootFilter as Core, FootParams};
+
+use crate::attitude::samples::{self, Given};
+use crate::common::arrays::{self, Record, Samples};
+use crate::common::errors::{NativeError, about};
+use crate::common::getters::{Object, getters};
+use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming, text};
+
+/// Where a sensor on a foot is, while its samples arrive: no receiver, but now and then it stands.
+///
+/// The live form of `FootNavigation`: the same filter, stances as valleys of the same speed bound, seen
+/// from the 1.5 s before, and the rates that it learns from rests. What is told is that of the sample
+/// ``delay`` seconds ago, about 0.05 s, for the bound needs samples on both sides, or 0.1 s with a range. The frame is that of
+/// the start: x ahead, where the sensor's first axis looks, level, y to the left, z up; begun at rest
+/// it begins anew with each better rest, in motion with each lower bound of the first second.
+///
+/// A sample that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a tenth of
+/// a second, then the deviations grow. Where some are lost give NaN in their place, for time is counted
+/// in samples. One object serves one thread at a time.
+///
+/// Parameters
+/// ----------
+/// rate : float
+///     Samples a second, 48 to 1200.
+/// floor : {None, "level"}
+///     "level": a stance within 0.1 m of the height before is as high as that.
+/// gyro_range : float, optional
+///     What the gyro can tell at most, rad/s, as its data sheet says: faster rates are restored from
+///     their flanks as far as these are seen within ``delay``, and believed less.
+/// channels : int, optional
+///     Feet side by side; ``None`` is a single one.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of its range.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, zerorate as zr
+/// >>> walk = zr.simulate_walk(strides=20, seed=1)
+/// >>> foot = zr.FootFilter(walk.rate, floor="level")
+/// >>> for gyro, accel in zip(walk.gyro, walk.accel):
+/// ...     position = foot.update(gyro, accel)
+/// >>> end = np.hypot(*(position - walk.position[-1])[:2])
+/// >>> bool(end < 0.01 * walk.distance), foot.delay, foot.stance_count
+/// (True, 0.05, 21)
+#[pyclass(generic, module = "zerorate")]
+#[derive(Debug)]
+pub struct FootFilter {
+    shared: Shared<Bank<Core>>,
+}
+
+streaming!(FootFilter);
+streaming!(@bank FootFilter, Core);
+
+/// Numbers in a sample.
+const WIDTH: usize = 6;
+
+#[pymethods]
+impl FootFilter {
+    #[new]
+    #[pyo3(signature = (rate, *, floor=None, gyro_range=None, channels=None))]
+    fn new(
+        rate: f64,
+        floor: Option<&str>,
+        gyro_range: Option<f64>,
+        channels: Option<i128>,
+    ) -> PyResult<Self> {
+        let channels = streaming::channels(channels)?;
+        if let Some(other) = floor.filter(|floor| *floor != "level") {
+            return Err(about("floor", format!("floor must be None or 'level', got '{other}'")));
+        }
+        let params = FootParams { rate, level: floor.is_some(), gyro_range };
+        let foot = Core::new(params).map_err(NativeError::from)?;
+        let bank = Bank::new(&foot, channels.unwrap_or(1)).map_err(NativeError::from)?;
+        Ok(Self::of(channels, bank).map_err(NativeError::from)?)
+    }
+
+    /// Takes rates, rad/s, and forces, m/s^2, (3,) each; returns where the foot was ``delay`` seconds
+    /// ago, m, (3,), NaN where that is not known; with channels (k, 3) and (k, 3) to (k, 3).
+    fn update<'py>(
+        slf: &Bound<'py, Self>,
+        gyro: &Bound<'py, PyAny>,
+        accel: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut this = exclusive(slf)?;
+        let given = Given { gyro, accel, mag: None, dt: None };
+        if let (None, Some(row)) = (this.shared.channels, given.usual()) {
+            return this.shared.update_row(slf.py(), &row[..WIDTH]);
+        }
+        let wide = given.row(this.shared.channels)?;
+        let mut row = Vec::with_capacity(wide.len());
+        for sample in wide.chunks_exact(samples::WIDTH) {
+            row.extend_from_slice(&sample[..WIDTH]);
+        }
+        this.shared.update_row(slf.py(), &row)
+    }
+
+    /// What ``update`` returns for each sample of a batch: (n, 3) and (n, 3) to (n, 3), with channels
+    /// (n, k, 3) and (n, k, 3) to (n, k, 3). The interpreter lock is released.
+    #[pyo3(signature = (gyro, accel, out=None, threads=None))]
+    fn process<'py>(
+        slf: &Bound<'py, Self>,
+        gyro: &Bound<'py, PyAny>,
+        accel: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<i128>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut this = exclusive(slf)?;
+        let axes: Vec<usize> = this.shared.channels.into_iter().chain([3]).collect();
+        let mut shape = vec![];
+        let mut read = |name, given| {
+            let expected = match axes.len() {
+                1 => "(n, 3)".to_owned(),
+                _ => format!("(n, {}, 3)", axes[0]),
+            };
+            let fits = |found: &[usize]| {
+                found.len() == axes.len() + 1
+                    && found[1..] == axes
+                    && (shape.is_empty() || found == shape)
+            };
+            let record = arrays::named(name, given, &expected, fits)?;
+            shape = record.shape.clone();
+            PyResult::Ok(record.values)
+        };
+        let (rates, forces) = (read("gyro", gyro)?, read("accel", accel)?);
+        let count = rates.len() / 3;
+        let columns = [(0, 3, &rates[..]), (3, 3, &forces[..])];
+        let values = arrays::side_by_side(WIDTH, count, &columns)?;
+        if let Some(last) = shape.last_mut() {
+            *last = WIDTH;
+        }
+        let record = Record { values, shape };
+        this.shared.process_samples(slf.py(), Samples::Copied(record), out, threads)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let FootParams { rate, level, gyro_range } = *this.first().params();
+        let floor = if level { "'level'" } else { "None" };
+        let arguments = [
+            ("rate", text(rate), ""),
+            ("floor", floor.to_owned(), "None"),
+            ("gyro_range", text(gyro_range), "None"),
+        ];
+        Ok(call("FootFilter", &arguments, this.shared.channels))
+    }
+}
+
+getters! { FootFilter, slf, py, this;
+    /// Where it is, m: ahead, left and up of the start; NaN where that is not known: (3,).
+    position: Object<'py> = this.vectors(py, Core::position)?;
+    /// m/s: (3,).
+    velocity: Object<'py> = this.vectors(py, Core::velocity)?;
+    /// Quaternion w, x, y, z from the sensor's axes to ahead, left, up: (4,).
+    quaternion: Object<'py> = this.vectors(py, Core::quaternion)?;
+    /// Bias of the gyro, rad/s: (3,).
+    gyro_bias: Object<'py> = this.vectors(py, Core::gyro_bias)?;
+    /// Bias of the accelerometer, m/s^2: (3,).
+    accel_bias: Object<'py> = this.vectors(py, Core::accel_bias)?;
+    /// Standard deviations of position, velocity, orientation and biases, as of `FootTrack`; NaN where
+    /// nothing is known: (15,).
+    sigma: Object<'py> = this.vectors(py, Core::sigma)?;
+    /// Whether the foot stands, as of the last step of the covariance, 0.02 s apart: bool.
+    standing: Object<'py> = this.shared.each(py, Core::is_standing)?;
+    /// Whether it has stood still for half a second, from which the gyro's bias is learned: bool.
+    at_rest: Object<'py> = this.shared.each(py, Core::is_at_rest)?;
+    /// The speed bound of which stances are the valleys, m/s; NaN before it is known.
+    bound: Object<'py> = this.shared.each(py, Core::bound)?;
+    /// Stances so far.
+    stance_count: Object<'py> = this.shared.each(py, Core::stances)?;
+    /// The largest rate about an axis so far, rad/s. While it is below 1.75, 100 deg/s, this is no foot
+    /// that walks: a machine that drives smoothly counts as standing, and its way is not found.
+    fastest: Object<'py> = this.shared.each(py, Core::fastest)?;
+    /// Moments of stances that the filter did not believe since it began.
+    rejection_count: Object<'py> = this.shared.each(py, Core::rejections)?;
+    /// Samples given so far, missing ones included.
+    samples_seen: u64 = this.first().samples_seen();
+    /// Seconds by which what is told is behind the last sample.
+    delay: f64 = this.first().delay();
+    /// Samples a second.
+    rate: f64 = this.first().params().rate;
+}
+
+impl FootFilter {
+    /// One vector a channel.
+    fn vectors<'py, const N: usize>(
+        &self,
+        py: Python<'py>,
+        of: impl Fn(&Core) -> [f64; N],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.shared.bank.streams().iter().flat_map(of).collect();
+        self.shared.arrays(py, values, &[N])
+    }
+}
