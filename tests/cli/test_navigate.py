@@ -280,7 +280,11 @@ def test_a_heading_and_a_rest_may_be_given(cli, imu, gnss, out):
         (("--time-offset", "soon"), 2, "--time-offset takes seconds, or 'auto', got 'soon'"),
         (("--gyro-noise", "none.json"), 1, "none.json: No such file"),
         (("--calibration", "none.json"), 1, "none.json: No such file"),
-        (("-o", "a.xlsx"), 2, "-o takes a folder, or a file as parquet, csv, npz, mcap, gcsv, geojson, gpx"),
+        (
+            ("-o", "a.xlsx"),
+            2,
+            "-o takes a folder, or a file as parquet, csv, npz, mcap, gcsv, geojson, gpx",
+        ),
     ],
 )
 def test_refusals(cli, imu, gnss, out, options, code, match):
