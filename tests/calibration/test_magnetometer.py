@@ -8,7 +8,7 @@ import pytest
 
 import zerorate as zr
 from zerorate.calibration.magnet.fit import fit
-from zerorate.calibration.magnet.partition import spans_of
+from zerorate.calibration.magnet.spans import spans_of
 from zerorate.calibration.magnet.ticks import Ticks
 
 IRON = np.array([9.0, -14.0, 6.0])

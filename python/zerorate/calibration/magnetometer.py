@@ -19,8 +19,7 @@ from zerorate.calibration.magnet.choice import Chosen, chosen
 from zerorate.calibration.magnet.exports import MICROTESLA, to_ardupilot, to_px4
 from zerorate.calibration.magnet.faults import clipped, stuck
 from zerorate.calibration.magnet.fit import BASIS, KNOWN, known_directions
-from zerorate.calibration.magnet.partition import spans_of
-from zerorate.calibration.magnet.spans import Span
+from zerorate.calibration.magnet.spans import Span, spans_of
 from zerorate.calibration.magnet.sphere import Sphere, sphere
 from zerorate.calibration.magnet.ticks import Ticks, ticks_of
 from zerorate.calibration.parameters import Matrix, Vector

@@ -7,11 +7,12 @@ from typing import Final
 
 import numpy as np
 
+from zerorate._native import magnet_partition
 from zerorate.calibration.magnet.fit import Fit, covariance, fit, known_directions
-from zerorate.calibration.magnet.ticks import Ticks
+from zerorate.calibration.magnet.ticks import Ticks, noise_of
 from zerorate.types import Floats, Integers
 
-WALKS: Final = (0.5, 2.0, 8.0)
+_WALKS: Final = (0.5, 2.0, 8.0)
 _PER: Final = 10
 """Ticks of a second."""
 _SHORTEST: Final = 5.0
@@ -48,6 +49,13 @@ class _Member:
     spans: tuple[int, ...]
     iron: Floats
     covariance: Floats
+
+
+def spans_of(ticks: Ticks) -> list[Span]:
+    """Return the spans of least cost, of the walk of the field that has most evidence."""
+    found = magnet_partition(ticks.number, ticks.turned, ticks.rotation, noise_of(ticks), _WALKS)
+    spans = min(found, key=lambda one: one[0])[1]
+    return [Span(i, j, "disturbed" if wild else "plain") for i, j, wild in spans]
 
 
 def grouped(ticks: Ticks, spans: list[Span]) -> tuple[list[Span], int]:

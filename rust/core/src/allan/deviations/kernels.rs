@@ -20,10 +20,7 @@ impl<const K: usize> WithSimd for SquaredDifferences<'_, K> {
 /// [`SquaredDifferences`] inside another operation.
 #[inline(always)]
 pub fn squared_differences<S: Simd, const K: usize>(simd: S, slices: [&[f64]; K]) -> f64 {
-    accumulate(simd, slices, |sum, x| {
-        let difference = difference(simd, x);
-        simd.mul_add_e_f64s(difference, difference, sum)
-    })
+    accumulate(simd, slices, |sum, difference| simd.mul_add_e_f64s(difference, difference, sum))
 }
 
 /// Sum of `a - 2 b + c`.
@@ -34,30 +31,33 @@ impl WithSimd for SecondDifferences<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        accumulate(simd, self.0, |sum, x| simd.add_f64s(sum, difference(simd, x)))
+        accumulate(simd, self.0, |sum, difference| simd.add_f64s(sum, difference))
     }
 }
 
 /// The last of K values less its forecast from the others by differences, K = 3 or 4.
+///
+/// They are asked for one by one: an array of them, made by `map`, may be left as a call, in memory
+/// and four times as slow.
 #[inline(always)]
-fn difference<S: Simd, const K: usize>(simd: S, x: [S::f64s; K]) -> S::f64s {
+fn difference<S: Simd, const K: usize>(simd: S, x: impl Fn(usize) -> S::f64s) -> S::f64s {
     let ends = match K {
-        3 => simd.add_f64s(x[0], x[2]),
-        _ => simd.sub_f64s(x[K - 1], x[0]),
+        3 => simd.add_f64s(x(0), x(2)),
+        _ => simd.sub_f64s(x(K - 1), x(0)),
     };
     let (inner, weight) = match K {
-        3 => (x[1], 2.0),
-        _ => (simd.sub_f64s(x[2], x[1]), 3.0),
+        3 => (x(1), 2.0),
+        _ => (simd.sub_f64s(x(2), x(1)), 3.0),
     };
     simd.negate_mul_add_e_f64s(simd.splat_f64s(weight), inner, ends)
 }
 
-/// Adds up `add(sum, values)` over slices of one length, at zeros after their end.
+/// Adds up `add(sum, difference)` over slices of one length, at zeros after their end.
 #[inline(always)]
 fn accumulate<S: Simd, const K: usize>(
     simd: S,
     slices: [&[f64]; K],
-    add: impl Fn(S::f64s, [S::f64s; K]) -> S::f64s,
+    add: impl Fn(S::f64s, S::f64s) -> S::f64s,
 ) -> f64 {
     let parts = slices.map(|slice| S::as_simd_f64s(&slice[..slices[0].len()]));
     let vectors = parts.map(|(vectors, _)| pulp::as_arrays::<SUMS, _>(vectors));
@@ -66,13 +66,14 @@ fn accumulate<S: Simd, const K: usize>(
     let blocks = blocks.map(|block| &block[..blocks[0].len()]);
     for i in 0..blocks[0].len() {
         for (k, sum) in sums.iter_mut().enumerate() {
-            *sum = add(*sum, blocks.map(|block| block[i][k]));
+            *sum = add(*sum, difference::<S, K>(simd, |slice| blocks[slice][i][k]));
         }
     }
     for i in 0..rest[0].len() {
-        sums[i % SUMS] = add(sums[i % SUMS], rest.map(|rest| rest[i]));
+        sums[i % SUMS] = add(sums[i % SUMS], difference::<S, K>(simd, |slice| rest[slice][i]));
     }
-    sums[0] = add(sums[0], parts.map(|(_, tail)| simd.partial_load_f64s(tail)));
+    let tail = difference::<S, K>(simd, |slice| simd.partial_load_f64s(parts[slice].1));
+    sums[0] = add(sums[0], tail);
     let total = sums.into_iter().reduce(|a, b| simd.add_f64s(a, b));
     total.map_or(0.0, |total| simd.reduce_sum_f64s(total))
 }
