@@ -47,6 +47,15 @@ def test_noise_at_rest_is_written_as_other_programs_read_it():
     assert "update_rate: 1.00000e+02" in entered["Kalibr"].code
 
 
+def test_both_numbers_of_a_noise_are_told():
+    """The page's own is one-sided, that which other programs take is not."""
+    (told,) = (one for one in zr.report(still()).findings if one.kind == "gyro noise")
+    assert told.value == pytest.approx(0.01 * np.sqrt(2.0), rel=0.1)
+    assert float(re.search(r"Allan deviation: (\S+)\.$", told.text)[1]) == pytest.approx(
+        0.01, rel=0.1
+    )
+
+
 def test_what_is_not_identifiable_comes_with_the_record_that_tells_it():
     texts = [one.text for one in zr.report(still()).findings if one.section == RECORD]
     assert any("Ten hours at rest" in one and "rate random walk" in one for one in texts)

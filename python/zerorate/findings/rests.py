@@ -28,6 +28,8 @@ _WINDOW: Final = 4.0
 _MEDIAN: Final = 0.97
 """Median of a periodogram of eight windows over its mean, about."""
 _MICRO_G: Final = 1e6 / GRAVITY
+_SIDES: Final = math.sqrt(2.0)
+"""A density of one side over that of two, which is the N of an Allan deviation."""
 
 
 def rests(found: Sequence[Imu]) -> Iterator[Finding]:
@@ -180,8 +182,8 @@ def _density(one: Sensor, rest: Rest) -> Iterator[Finding]:
     value, sigma = (factor * number for number in densities[axis])
     yield Finding(
         NOISE, "gyro noise" if is_gyro else "accel noise", kind.severity(value),
-        f"{one.name}: {with_error(value, sigma)} {kind.unit} about {'xyz'[axis]}, the "
-        "noisiest axis.",
+        f"{one.name}: {with_error(value, sigma)} {kind.unit} about {'xyz'[axis]}, the noisiest "
+        f"axis, one-sided as in data sheets. As N of an Allan deviation: {value / _SIDES:.2g}.",
         value, kind.unit, sigma, spans([rest]), one.figure,
         "For bias instability and random walk record an hour at rest: `zerorate allan`.",
     )  # fmt: skip
