@@ -7,6 +7,8 @@ import pytest
 
 import zerorate as zr
 
+ASYMMETRIES = ("stride_length", "stride_time", "swing_time", "stance_time")
+
 
 def tracked(walk, turned=0.0):
     """The track of a foot, its sensor put on another way and its heading drifting."""
@@ -59,6 +61,22 @@ def test_feet_that_agree_stay_and_are_alike():
     for one in found.values():
         assert abs(one.percent) < max(5.0 * one.percent_sigma, 4.0)
     assert "Two feet: " in feet.table()
+
+
+def test_the_deviations_of_an_asymmetry_are_honest():
+    scores = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        swing, stance = 0.5 + rng.uniform(0.0, 0.08), 0.65 + rng.uniform(0.0, 0.1)
+        rate, rest = (100.0, 200.0, 400.0)[seed % 3], 2.0 + rng.uniform(0.0, 0.1)
+        walks = zr.simulate_feet(rate, strides=25, rest=rest, swing=swing, stance=stance, seed=seed)
+        left, right = (zr.FootNavigation().process(walk.recording()) for walk in walks)
+        # Both feet walk alike: every difference is an error.
+        found = zr.join_feet(left, right).asymmetry()
+        scores.append([found[name].percent / found[name].percent_sigma for name in ASYMMETRIES])
+    scores = np.abs(scores)
+    assert scores.max() < 3.0
+    assert (scores < 2.0).mean() >= 0.9
 
 
 def test_faults():

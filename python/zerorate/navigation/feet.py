@@ -39,6 +39,12 @@ _COMPARED: Final = (
 )
 
 
+_BY_STEPS: Final = ("swing_time", "stance_time")
+"""Those that end where a step is found to stand: all alike in a regular walk, and off alike."""
+_OF_A_STEP: Final = 0.02 / math.sqrt(12.0)
+"""Standard deviation of an instant within a step of the core, s."""
+
+
 @dataclass(frozen=True)
 class Asymmetry:
     """How a quantity differs between both feet.
@@ -50,7 +56,8 @@ class Asymmetry:
     percent : float
         Left less right, over the mean of both, in per cent: Robinson's symmetry index.
     percent_sigma : float
-        Standard error, by the scatter of the strides.
+        Standard error, by the scatter of the strides; of swing and stance also by the 0.02 s to
+        which the instants are known that part them.
     """
 
     left: float
@@ -100,6 +107,7 @@ class Feet(Result):
                 continue
             left, right = (float(one.mean()) for one in known)
             errors = [one.std(ddof=1) / math.sqrt(len(one)) for one in known]
+            errors += [_OF_A_STEP] * len(known) if name in _BY_STEPS else []
             mean = 0.5 * (left + right)
             sigma = 100.0 * math.hypot(*errors) / mean
             found[name] = Asymmetry(left, right, 100.0 * (left - right) / mean, sigma)
