@@ -88,6 +88,7 @@ results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and
 	$(BIN)/python examples/wavelet_figures.py
 	$(BIN)/python examples/calibration_study.py
 	$(BIN)/python examples/temperature_study.py
+	$(BIN)/python examples/magnetometer_study.py
 	$(BIN)/python examples/attitude_study.py
 	$(BIN)/python examples/attitude_methods.py
 	$(BIN)/python examples/attitude_figures.py
