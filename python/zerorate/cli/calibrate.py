@@ -1,6 +1,6 @@
 """``zerorate calibrate``: scale, misalignment and bias of an IMU from a log of hand turns."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from functools import partial
@@ -12,12 +12,12 @@ import typer
 
 from zerorate.calibration import Calibration, CalibrationError
 from zerorate.calibration import calibrate as calibrate_imu
-from zerorate.calibration.choice import own_sensors
 from zerorate.calibration.options import CALIBRATION_OPTIONS
 from zerorate.calibration.parameters import GYRO_MATRIX
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, require, writing
+from zerorate.cli.correct import Sensors, correct, notes_on
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, require
 from zerorate.cli.magnetometer import EXPORTS as OF_MAGNETOMETER
 from zerorate.cli.magnetometer import OPTIONS as WITH_MAGNETOMETER
 from zerorate.cli.magnetometer import Magnetometer, calibrate_compass
@@ -50,11 +50,10 @@ from zerorate.cli.outputs import (
     print_written,
     progress_bar,
     text_writer,
-    together,
 )
 from zerorate.cli.records import print_title, records
-from zerorate.io import Log, Recording, write_log
-from zerorate.io.log import notes_of
+from zerorate.io import Recording
+from zerorate.io.formats import LogSource
 from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
 from zerorate.show.calibration_table import verdict
@@ -155,7 +154,7 @@ def calibrate(
     it as JSON, a figure, and what is exported. With --apply, corrects a log instead; with
     --magnetometer, calibrates a compass from any motion.
     """
-    sensors = _Names(gyro, accel)
+    sensors = Sensors(gyro, accel)
     if compass.magnetometer:
         _check_alone(context, "--magnetometer", WITH_MAGNETOMETER)
         asked_for = parse_choices("--export", export, Export)
@@ -168,56 +167,112 @@ def calibrate(
             raise UsageFault(f"--{name.replace('_', '-')} acts with --magnetometer")
     if apply is not None:
         _check_alone(context, "--apply", _OF_APPLY)
-        _correct(log, reading, sensors, read_calibration(apply), output, format, force)
+        correct(log, reading, sensors, read_calibration(apply), output, format, force)
         return
     if format is not None:
         raise UsageFault("--format is that of the corrected log: it acts with --apply")
     exports = parse_choices("--export", export, Export)
     old = None if compare is None else read_calibration(compare)
     own = {name: value for name, value in sensors._asdict().items() if value is not None}
-    asked = {**choices, **own}
-    everything = all_panels(figure, not no_figure)
-    suffixes = ["json", *(() if no_figure else FigureFormat)]
-    place = Destination.of(output, f"{log.stem}-zerorate-calibration", suffixes)
-    figures = []
-    if not no_figure:
-        require("matplotlib", "plot")
-        suffix = place.choose("--figure-format", figure_format, FigureFormat.png)
-        figures = [f".{suffix}", *([f"-temperature.{suffix}"] if temperature else [])]
-        preload_figure("calibration_figure")
+    fit = _Fit(sensors, {**choices, **own}, temperature, fix)
+    made = _Made(exports, all_panels(figure, not no_figure), force)
+    place, figures = _place(log, output, figure_format, not no_figure, temperature)
     found = records(log, reading.group_by)
-    endings = [end for export in exports for end in _SUFFIXES[export]]
-    outputs = [place.of_part(one.ending).files(".json", endings, figures, force) for one in found]
+    parts = [place.of_part(one.ending) for one in found]
+    outputs = [part.files(".json", made.endings, figures, force) for part in parts]
     check_outputs([path for files in outputs for path in files.paths], force, log, compare)
     invalid = []
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
-            recording = read_imu(reading, one.source)
-            with naming(recording):
-                recording, alarms = checked(recording, fix, gyro, accel)
-            with said_first(alarms):
-                calibration = _found(recording, sensors, asked, temperature, progress)
-            made = exports if calibration.valid or force else [Export.json]
-            if made is not exports:
-                files = replace(files, beside=())
-            plots = _plots(calibration, sensors.of(recording), everything)
-            with as_usage():
-                texts = [text for export in made for text in _texts(calibration, export, force)]
-            _written(files, calibration, plots, texts, progress)
+            recording, alarms, calibration = fit.read(reading, one.source, progress)
+            written = made.write(calibration, sensors.of(recording), files, progress)
         print_title(one, first=one is found[0])
         print_alarms(() if _says_axes(calibration) else alarms)
         _print(calibration, sensors.of(recording), old)
-        print_written(files.paths)
+        print_written(written.paths)
         if not calibration.valid:
-            invalid.append(f"{one.title or log}: {verdict(calibration)}{_unmade(exports, force)}")
+            invalid.append(f"{one.title or log}: {verdict(calibration)}{made.without}")
     if invalid:
         raise DataFault("; ".join(invalid))
 
 
-def _unmade(exports: Sequence[Export], force: bool) -> str:
-    """Return what a calibration that is not valid leaves unwritten."""
-    names = ", ".join(export for export in exports if export is not Export.json)
-    return "" if force or not names else f": no export to {names}, unless with --force"
+def _place(
+    log: Path, output: str, figure_format: FigureFormat | None, draws: bool, temperature: bool
+) -> tuple[Destination, list[str]]:
+    """Return where the files go, and how the names of the figures end."""
+    suffixes = ["json", *(FigureFormat if draws else ())]
+    place = Destination.of(output, f"{log.stem}-zerorate-calibration", suffixes)
+    if not draws:
+        return place, []
+    require("matplotlib", "plot")
+    suffix = place.choose("--figure-format", figure_format, FigureFormat.png)
+    preload_figure("calibration_figure")
+    return place, [f".{suffix}", *([f"-temperature.{suffix}"] if temperature else [])]
+
+
+class _Fit(NamedTuple):
+    """What is fitted, to which sensors, and whether the log's axes are mended before."""
+
+    sensors: Sensors
+    asked: Mapping[str, Any]
+    temperature: bool
+    fix: bool
+
+    def read(
+        self, reading: Reading, source: LogSource, progress: Progress
+    ) -> tuple[Recording, Sequence[str], Calibration]:
+        """Return a recording, what is doubtful of it, and its calibration."""
+        recording = read_imu(reading, source)
+        with naming(recording):
+            recording, alarms = checked(recording, self.fix, *self.sensors)
+        with said_first(alarms):
+            return recording, alarms, self._of(recording, progress)
+
+    def _of(self, recording: Recording, progress: Progress) -> Calibration:
+        """Return the calibration, also one of so little that the fit refuses it, or raise."""
+        progress("fitting", 0.3)
+        with naming(recording):
+            try:
+                found = in_background(partial(calibrate_imu, recording, **self.asked))
+            except CalibrationError as error:
+                if error.calibration is None:
+                    raise
+                found = error.calibration
+            own = self.sensors.of(recording)
+            return found.with_temperature(own) if self.temperature else found
+
+
+class _Made(NamedTuple):
+    """What is made of a calibration: files for other programs, and how much a figure shows."""
+
+    exports: Sequence[Export]
+    everything: bool
+    force: bool
+
+    @property
+    def endings(self) -> list[str]:
+        """How the names of the exports' files end."""
+        return [ending for export in self.exports for ending in _SUFFIXES[export]]
+
+    @property
+    def without(self) -> str:
+        """What a calibration that is not valid leaves unwritten."""
+        names = ", ".join(export for export in self.exports if export is not Export.json)
+        return "" if self.force or not names else f": no export to {names}, unless with --force"
+
+    def write(
+        self, calibration: Calibration, recording: Recording, files: Outputs, progress: Progress
+    ) -> Outputs:
+        """Write the numbers, what is exported, and the figures; return the files."""
+        valid = calibration.valid or self.force
+        written = files if valid else replace(files, beside=())
+        plots = _plots(calibration, recording, self.everything)
+        with as_usage():
+            exports = self.exports if valid else ()
+            texts = [text for one in exports for text in _texts(calibration, one, self.force)]
+        writers = [text_writer(text) for text in (calibration.to_json(), *texts)]
+        written.write(writers, [partial(_draw, plot) for plot in plots], progress, 0.7)
+        return written
 
 
 _OF_APPLY: Final = ("log", "apply", "output", "format", "force", "gyro", "accel", *READING)
@@ -246,47 +301,9 @@ def _says_axes(calibration: Calibration) -> bool:
     return not bool((np.diagonal(matrix) > 0.5 * largest).all())
 
 
-class _Names(NamedTuple):
-    """The sensors of a recording that are meant, by their names; None for the usual ones."""
-
-    gyro: str | None
-    accel: str | None
-
-    @property
-    def both(self) -> dict[str, str]:
-        """Return the names of both: the accelerometer is that of the same device."""
-        gyro = self.gyro or "gyro"
-        return {"gyro": gyro, "accel": self.accel or gyro.replace("gyro", "accel", 1)}
-
-    def of(self, recording: Recording) -> Recording:
-        """Return a recording of these sensors and the temperature alone."""
-        own = {**self.both, "temperature": "temperature"}
-        chosen = {name: recording[one] for name, one in own.items() if one in recording}
-        return Recording(chosen, recording.source)
-
-
-def _found(
-    recording: Recording,
-    names: _Names,
-    asked: Mapping[str, Any],
-    temperature: bool,
-    progress: Progress,
-) -> Calibration:
-    """Return the calibration, also one of so little that the fit refuses it, or raise a fault."""
-    progress("fitting", 0.3)
-    with naming(recording):
-        try:
-            found = in_background(partial(calibrate_imu, recording, **asked))
-        except CalibrationError as error:
-            if error.calibration is None:
-                raise
-            found = error.calibration
-        return found.with_temperature(names.of(recording)) if temperature else found
-
-
 def _print(calibration: Calibration, recording: Recording, old: Calibration | None) -> None:
     print(calibration)
-    notes = bulleted(_notes(recording))
+    notes = bulleted(notes_on(recording))
     if notes:
         print(f"\nLog\n{notes}")
     if old is not None:
@@ -298,12 +315,6 @@ def _print(calibration: Calibration, recording: Recording, old: Calibration | No
             )
             compared = compare_calibrations(alike, calibration)
         print(f"\nCompared with the earlier one, which is first\n{compared}")
-
-
-def _notes(recording: Recording) -> tuple[str, ...]:
-    """Return the sentences on a recording and on its logs, none of them twice."""
-    of_logs = (note for log in recording.values() for note in notes_of(log))
-    return tuple(dict.fromkeys((*recording.notes, *of_logs)))
 
 
 def _texts(calibration: Calibration, export: Export, force: bool) -> Sequence[str]:
@@ -334,78 +345,7 @@ def _plots(
     return plots
 
 
-def _written(
-    files: Outputs,
-    calibration: Calibration,
-    plots: Iterable[Callable[[], "Figure"]],
-    texts: Iterable[str],
-    progress: Progress,
-) -> None:
-    """Write the numbers, what is exported, and the figures."""
-    writers = map(text_writer, (calibration.to_json(), *texts))
-    files.write([*writers], [partial(_draw, plot) for plot in plots], progress, 0.7)
-
-
 def _draw(plot: Callable[[], "Figure"], path: Path) -> None:
     from zerorate.show import save_figure
 
     save_figure(plot(), path)
-
-
-def _correct(
-    log: Path,
-    reading: Reading,
-    names: _Names,
-    calibration: Calibration,
-    output: str,
-    format: LogFormat | None,
-    force: bool,
-) -> None:
-    """Write a log without what a calibration has found."""
-    place = Destination.of(output, f"{log.stem}-zerorate-calibrated", [*LogFormat])
-    suffix = place.choose("--format", format, LogFormat.parquet)
-    if suffix is LogFormat.parquet:
-        require("pyarrow", "io")
-    for i, one in enumerate(records(log, reading.group_by)):
-        with progress_bar() as progress:
-            recording = read_imu(reading, one.source)
-            progress("correcting", 0.5)
-            with naming(recording):
-                own = {} if any(names) else own_sensors(recording, calibration)
-                corrected = calibration.apply(recording, **{**names.both, **own})
-                tables = _tables(corrected)
-            part = place.of_part(one.ending)
-            paths = [part.file(f"{ending}.{suffix}") for ending in tables]
-            check_outputs(paths, force, log)
-            with writing(), together(paths, force) as temporary:
-                for path, table in zip(temporary, tables.values(), strict=True):
-                    write_log(table, path)
-        print_title(one, first=i == 0)
-        print(bulleted(_notes(corrected)))
-        print_written(paths)
-
-
-def _tables(recording: Recording) -> dict[str, Log]:
-    """Return what is written of a recording, by the endings of names: logs of a clock together."""
-    groups: dict[str, list[Log]] = {}
-    for name, log in recording.items():
-        fits = (group for group in groups.values() if _share(group, log))
-        group = next(fits, None)
-        if group is None:
-            groups[f"-{name}" if groups else ""] = [log]
-        else:
-            group.append(log)
-    return {ending: _joined(group) for ending, group in groups.items()}
-
-
-def _share(group: Sequence[Log], log: Log) -> bool:
-    first, taken = group[0], {name for one in group for name in one.names}
-    return np.array_equal(first.sampled, log.sampled) and taken.isdisjoint(log.names)
-
-
-def _joined(group: Sequence[Log]) -> Log:
-    first = group[0]
-    data = np.hstack([log.data for log in group])
-    names = tuple(name for log in group for name in log.names)
-    units = tuple(unit for log in group for unit in log.units)
-    return replace(first, data=data, names=names, unit=units)  # type: ignore[arg-type]
