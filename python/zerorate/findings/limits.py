@@ -57,8 +57,13 @@ LIMITS: Final[Mapping[str, Limit]] = {
     "break": Limit("longest break of the log", "s", 1.7, math.inf),
     "gaps": _from_act("error of angle where lost samples are bridged", "deg", 1.0),
     "missing samples": Limit("share of samples without a number", "%", 0.1, 10.0),
-    "at its limit": Limit("share of samples at their limit", "%", 0.0, 0.1),
-    "at its limit, longest": Limit("samples at their limit one after the other", "", 1, 5),
+    # A tenth of a percent is six samples of a minute at 100 Hz; a hundredth of all is lost motion.
+    "at its limit": Limit("share of samples at their limit", "%", 0.1 / _THIRD, 1.0),
+    # Half a period of 2.5 Hz: what a hand or a foot does in it, the samples beside do not tell.
+    "at its limit, longest": Limit("longest time at the limit", "s", math.inf, 0.2),
+    "soft limit": Limit(
+        "share of samples at a limit that is not flat", "%", 0.1 / _THIRD, math.inf
+    ),
     "equal samples": Limit(
         "equal samples one after the other", "", 58, 100, "PX4, VALUE_EQUAL_COUNT_DEFAULT"
     ),

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import Final, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
 
 import numpy as np
 
-from zerorate.findings.finding import Finding
+from zerorate.findings.finding import RANKS, Finding
 from zerorate.findings.imus import BLOCK, Imu, Sensor
 from zerorate.findings.limits import LIMITS
+from zerorate.findings.stops import Stop, stop_of
 from zerorate.io.clocks.grid import ClockReport
 from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The samples"
 _AXES: Final = "xyz"
+_OTHERS: Final = (slice(1, 3), slice(0, 3, 2), slice(0, 2))
 _SLOW: Final = 50.0
 _RUN: Final = 58
 _UNIQUE: Final = 200_000
@@ -91,61 +93,61 @@ def step_of(column: Floats) -> float:
     return step if np.mean(np.abs(whole - np.round(whole)) < 0.1) >= 0.9 else 0.0
 
 
-class _Stop(NamedTuple):
-    rows: Integers
-    longest: int
-    value: float
-
-
 def _at_limit(one: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
     stops = {}
     for axis, (column, step) in enumerate(zip(one.log.data.T, steps, strict=True)):
-        for sign in (1.0, -1.0):
-            if (stop := _stop(sign * column, step)) is not None:
-                stops[f"{'+' if sign > 0 else '-'}{_AXES[axis]}"] = stop
-    if not stops:
-        return
-    rows = np.unique(np.concatenate([stop.rows for stop in stops.values()]))
-    share, longest = 100.0 * rows.size / one.log.n, max(s.longest for s in stops.values())
-    bad = "act" in (
+        others = one.log.data[:, _OTHERS[axis]]
+        for sign, mark in ((1.0, "+"), (-1.0, "-")):
+            if (stop := stop_of(sign * column, others, one.log.rate, step)) is not None:
+                stops[f"{mark}{_AXES[axis]}"] = stop
+    hard = {axis: stop for axis, stop in stops.items() if stop.hard}
+    if hard:
+        yield _on_hard(one, hard)
+    soft = {axis: stop for axis, stop in stops.items() if not stop.hard}
+    if soft:
+        yield _on_soft(one, soft)
+
+
+def _on_hard(one: Sensor, stops: Mapping[str, Stop]) -> Finding:
+    rows, share = _rows(one, stops)
+    longest = _longest(rows) / one.log.rate
+    how = min(
         LIMITS["at its limit"].severity(share),
         LIMITS["at its limit, longest"].severity(longest),
+        key=RANKS.__getitem__,
     )
-    where = ", ".join(f"{axis} at {abs(stop.value):.5g}" for axis, stop in stops.items())
     spans = one.spans(rows, 0.5)
-    yield Finding(
-        SECTION, "at its limit", "act" if bad else "look",
-        f"{one.name} was at its limit for {share:.2g} % of samples, {longest} in a row at most "
-        f"({where} {one.log.unit}), from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
+    return Finding(
+        SECTION, "at its limit", how,
+        f"{one.name} was at its limit for {share:.2g} % of samples, {longest:.2g} s on end at most "
+        f"({_places(one, stops)}), from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
         share, "%", None, spans, one.figure,
         "Set a wider range, and leave these spans out of any integral.",
     )  # fmt: skip
 
 
-def _stop(column: Floats, step: float) -> _Stop | None:
-    """Return where an axis is at its largest value as at a stop, None if it is not."""
-    finite = column[np.isfinite(column)]
-    if finite.size < 100:
-        return None
-    most, middle = float(finite.max()), float(np.median(finite))
-    reach = most - middle
-    width = max(0.002 * reach, 1.01 * step)
-    if not reach >= 20.0 * max(step, width) or not width > 0.0:
-        return None
-    near = np.flatnonzero(column >= most - width)
-    below = np.count_nonzero(finite >= most - 9.0 * width) - near.size
-    n0, least = near.size, max(below / 8.0, 0.0) + 1.0
-    longest = _longest(near)
-    if n0 < 5 or n0 > 0.1 * finite.size:
-        return None
-    # At the top of a smooth curve lie four times as many as in a bin beneath, and on a grid many
-    # of them are equal.
-    more = 8.0 if step > 0.0 else 4.0
-    if not ((longest >= 3 and n0 > more * least) or (n0 >= 10 and n0 > 10.0 * least)):
-        return None
-    values = column[near]
-    equal = np.mean(values == most) > 0.5 or (step > 0 and (most - values <= 1.5 * step).all())
-    return _Stop(near, longest, most) if equal else None
+def _on_soft(one: Sensor, stops: Mapping[str, Stop]) -> Finding:
+    rows, share = _rows(one, stops)
+    spans = one.spans(rows, 0.5)
+    return Finding(
+        SECTION, "soft limit", LIMITS["soft limit"].severity(share),
+        f"{one.name} bends just below its largest value where it comes near it "
+        f"({_places(one, stops)}): {share:.2g} % of samples, from {spans[0][0]:.1f} to "
+        f"{spans[-1][1]:.1f} s.",
+        share, "%", None, spans, one.figure,
+        "Compare with the range of its data sheet, and set a wider one.",
+    )  # fmt: skip
+
+
+def _rows(one: Sensor, stops: Mapping[str, Stop]) -> tuple[Integers, float]:
+    """Return the rows at any of the limits, and their share, %."""
+    rows = np.unique(np.concatenate([stop.rows for stop in stops.values()]))
+    return rows, 100.0 * rows.size / one.log.n
+
+
+def _places(one: Sensor, stops: Mapping[str, Stop]) -> str:
+    where = ", ".join(f"{axis} at {stop.value:.5g}" for axis, stop in stops.items())
+    return f"{where} {one.log.unit}"
 
 
 def _longest(rows: Integers) -> int:
