@@ -26,7 +26,7 @@ test: test-package test-core ## Run all tests of the core and of the package
 
 # The benches run once, and beside the tests, so that the core is built for both at once.
 test-core: | check-cargo
-	cargo test --quiet --package zerorate-core --package zerorate-benches
+	cargo test --quiet --package zerorate-core --package zerorate-benches --package zerorate-c
 
 # Not --numprocesses=auto, which counts one for the two threads of a core.
 test-package: $(TOOLS)
@@ -40,6 +40,8 @@ nightly: $(TOOLS) ## Test for an hour or two what .ci/run tests for minutes
 	cargo test --quiet --package zerorate-core --no-default-features
 	cargo run --quiet --package zerorate-core --no-default-features --profile test --example controller
 	cargo build --quiet --package zerorate-bare --profile bare
+	cargo rustc --quiet --package zerorate-c --no-default-features --profile bare --crate-type staticlib
+	ZR_LIBRARY=target/bare/libzerorate.a cargo test --quiet --package zerorate-c --test programs
 	$(MAKE) fuzz MINUTES=10
 
 MINUTES ?= 60

@@ -20,7 +20,11 @@ BLOCK = re.compile(r"^```(?:sh|console)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 IN_LINE = re.compile(r"`(zerorate [^`]*)`")
 COMMAND = re.compile(r"\bzerorate (\w+)(.*)")
 OTHERS = {
-    "cargo": {"--bench", "--config", "--package", "--release"},
+    "cargo": {
+        *("--bench", "--config", "--crate-type", "--no-default-features", "--package"),
+        *("--profile", "--release", "--target"),
+    },
+    "colcon": {"--packages-select"},
     "pip": {"--group"},
     "dask": {"--nthreads", "--nworkers"},
 }

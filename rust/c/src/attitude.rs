@@ -1,0 +1,324 @@
+//! The attitude.
+
+use core::ffi::{c_char, c_void};
+
+use zerorate_core::attitude::{Attitude, AttitudeParams, Auto, AutoOptions, Frame, Sample};
+use zerorate_core::{Error, Stream, checkpoint};
+
+use crate::code::{Text, answer, zr_code};
+use crate::memory;
+
+/// Bytes that are enough for a `zr_attitude`, to put one into static memory.
+pub const ZR_ATTITUDE_MEMORY: usize = 5120;
+/// Bytes that are enough for the checkpoint of one.
+pub const ZR_ATTITUDE_CHECKPOINT: usize = 5120;
+
+const _: () = assert!(size_of::<zr_attitude>() <= ZR_ATTITUDE_MEMORY);
+
+/// Axes of the earth.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum zr_frame {
+    /// East, north, up.
+    ZR_ENU = 0,
+    /// North, east, down.
+    ZR_NED = 1,
+    /// North, west, up.
+    ZR_NWU = 2,
+}
+
+/// What a person chooses of an attitude. Zero is the default of all but the rate.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct zr_attitude_params {
+    /// Samples a second, at least one.
+    pub rate: f64,
+    /// A `zr_frame`.
+    pub frame: i32,
+    /// Not zero: there is a magnetometer. Without one the heading at the start is zero.
+    pub mag: i32,
+    /// rad/s in a unit of the gyro; zero: one.
+    pub gyro_unit: f64,
+    /// m/s² in a unit of the accelerometer; zero: one.
+    pub accel_unit: f64,
+    /// The gyro's output without rotation, rad/s, where it is known.
+    pub bias: [f64; 3],
+    /// Its standard deviation, rad/s; zero: 1 deg/s.
+    pub bias_sigma: [f64; 3],
+    /// Largest bias that such a gyro has, rad/s; zero: 10 deg/s.
+    pub bias_limit: f64,
+}
+
+/// What an attitude has to say first of all.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum zr_attitude_status {
+    /// The first seconds are not over.
+    ZR_ATTITUDE_STARTING = 0,
+    /// The gyro has given nothing for more than 50 ms.
+    ZR_ATTITUDE_RATE_MISSING = 1,
+    /// What rests show is not gravity: the unit of the accelerometer is not the one said.
+    ZR_ATTITUDE_WRONG_UNIT = 2,
+    /// The magnetic field is not the one known.
+    ZR_ATTITUDE_DISTURBED = 3,
+    /// The sensor rests.
+    ZR_ATTITUDE_AT_REST = 4,
+    /// The sensor moves.
+    ZR_ATTITUDE_MOVING = 5,
+}
+
+impl zr_attitude_status {
+    fn of(words: &str) -> Self {
+        match words {
+            "starting" => Self::ZR_ATTITUDE_STARTING,
+            "rate missing" => Self::ZR_ATTITUDE_RATE_MISSING,
+            "wrong unit" => Self::ZR_ATTITUDE_WRONG_UNIT,
+            "disturbed" => Self::ZR_ATTITUDE_DISTURBED,
+            "at rest" => Self::ZR_ATTITUDE_AT_REST,
+            _ => Self::ZR_ATTITUDE_MOVING,
+        }
+    }
+}
+
+/// What is known after a sample.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct zr_attitude_state {
+    /// From the axes of the sensor to those of the earth, w, x, y, z.
+    pub quaternion: [f64; 4],
+    /// Roll, pitch, yaw, rad.
+    pub euler: [f64; 3],
+    /// Direction of the sensor's x axis over ground, clockwise from north, rad.
+    pub heading: f64,
+    /// Standard deviation of the angle between true and estimated up, rad.
+    pub tilt_sigma: f64,
+    /// That of the heading, rad.
+    pub heading_sigma: f64,
+    /// The gyro's output without rotation, in its unit.
+    pub bias: [f64; 3],
+    /// Its standard deviation.
+    pub bias_sigma: [f64; 3],
+    /// Specific force without gravity, in the axes and the unit of the accelerometer.
+    pub linear_acceleration: [f64; 3],
+    /// Samples given so far, missing ones included.
+    pub samples: u64,
+    /// What is to be known first of all.
+    pub status: zr_attitude_status,
+    /// Whether the sensor rests.
+    pub at_rest: bool,
+    /// Whether the magnetic field is not the one known.
+    pub disturbed: bool,
+}
+
+/// Which way a body points, from its gyro, accelerometer and magnetometer.
+#[derive(Debug, Clone, Copy)]
+pub struct zr_attitude(Attitude<Auto>);
+
+impl zr_attitude_params {
+    fn attitude(&self) -> Result<zr_attitude, Error> {
+        let frame = match self.frame {
+            0 => Frame::Enu,
+            1 => Frame::Ned,
+            2 => Frame::Nwu,
+            other => {
+                let (name, expected) = ("frame", "one of zr_frame");
+                return Err(Error::Parameter { name, expected, value: f64::from(other) });
+            }
+        };
+        let mag = self.mag != 0;
+        let params = AttitudeParams {
+            rate: self.rate,
+            frame,
+            mag,
+            gyro_unit: or(self.gyro_unit, 1.0),
+            accel_unit: or(self.accel_unit, 1.0),
+        };
+        let usual = AutoOptions { mag, bias: self.bias, ..AutoOptions::default() };
+        let bias_sigma = [0, 1, 2].map(|i| or(self.bias_sigma[i], usual.bias_sigma[i]));
+        let bias_limit = or(self.bias_limit, usual.bias_limit);
+        let auto = Auto::new(AutoOptions { bias_sigma, bias_limit, ..usual })?;
+        Ok(zr_attitude(Attitude::new(params, auto)?))
+    }
+}
+
+/// A number, another one if it is zero.
+fn or(value: f64, usual: f64) -> f64 {
+    if value == 0.0 { usual } else { value }
+}
+
+impl zr_attitude {
+    fn state(&self) -> zr_attitude_state {
+        let reading = self.0.reading();
+        let (snapshot, known) = (reading.snapshot, reading.snapshot.knowledge);
+        zr_attitude_state {
+            quaternion: snapshot.quaternion,
+            euler: reading.euler,
+            heading: reading.heading,
+            tilt_sigma: known.tilt_sigma,
+            heading_sigma: known.heading_sigma,
+            bias: known.bias.into(),
+            bias_sigma: known.bias_sigma.into(),
+            linear_acceleration: snapshot.linear_acceleration,
+            samples: self.0.samples_seen(),
+            status: zr_attitude_status::of(reading.status),
+            at_rest: known.at_rest,
+            disturbed: known.disturbed,
+        }
+    }
+}
+
+/// Returns how many bytes a `zr_attitude` takes, at most `ZR_ATTITUDE_MEMORY`.
+#[unsafe(no_mangle)]
+pub extern "C" fn zr_attitude_size() -> usize {
+    size_of::<zr_attitude>()
+}
+
+/// Returns at multiples of how many bytes a `zr_attitude` may lie.
+#[unsafe(no_mangle)]
+pub extern "C" fn zr_attitude_align() -> usize {
+    align_of::<zr_attitude>()
+}
+
+/// Says what is wrong with parameters, as `zr_drift_explain` does.
+///
+/// # Safety
+/// `params` is null or valid; `text` has room for `size` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_attitude_explain(
+    params: *const zr_attitude_params,
+    text: *mut c_char,
+    size: usize,
+) -> usize {
+    // SAFETY: the caller's.
+    let (Ok(params), Ok(text)) =
+        (unsafe { memory::shared(params) }, unsafe { memory::bytes_mut(text.cast(), size) })
+    else {
+        return 0;
+    };
+    params.attitude().err().map_or(0, |error| Text::explain(&error, text))
+}
+
+/// Makes an attitude before its first sample in `memory`, as `zr_drift_init` does.
+///
+/// # Safety
+/// `memory` has `size` bytes; `params` and `attitude` are null or valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_attitude_init(
+    memory: *mut c_void,
+    size: usize,
+    params: *const zr_attitude_params,
+    attitude: *mut *mut zr_attitude,
+) -> zr_code {
+    // SAFETY: the caller's.
+    let new = || Ok(unsafe { memory::shared(params) }?.attitude()?);
+    // SAFETY: the caller's.
+    answer(unsafe { memory::put(new, memory, size, attitude) })
+}
+
+/// Takes one sample of each sensor, three numbers each, NaN where they are missing; `mag` may be
+/// null, `dt` is the seconds since the sample before, NaN for one period of the rate. `quaternion`
+/// gets w, x, y, z, from the axes of the sensor to those of the earth. Constant work.
+///
+/// # Safety
+/// `attitude` is null or was made by this library; `gyro`, `accel` and `mag` are null or have three
+/// numbers, `quaternion` four.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_attitude_update(
+    attitude: *mut zr_attitude,
+    gyro: *const f64,
+    accel: *const f64,
+    mag: *const f64,
+    dt: f64,
+    quaternion: *mut f64,
+) -> zr_code {
+    let step = || {
+        // SAFETY: the caller's.
+        let attitude = unsafe { memory::exclusive(attitude) }?;
+        // SAFETY: the caller's.
+        let quaternion = unsafe { memory::exclusive(quaternion.cast::<[f64; 4]>()) }?;
+        // SAFETY: the caller's.
+        let (gyro, accel) = unsafe { (memory::three(gyro)?, memory::three(accel)?) };
+        // SAFETY: the caller's.
+        let mag = unsafe { memory::three(mag) }.unwrap_or([f64::NAN; 3]);
+        *quaternion = attitude.0.update(Sample { gyro, accel, mag, dt });
+        Ok(())
+    };
+    answer(step())
+}
+
+/// Tells what is known after the last sample.
+///
+/// # Safety
+/// `attitude` is null or was made by this library; `state` is null or valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_attitude_read(
+    attitude: *const zr_attitude,
+    state: *mut zr_attitude_state,
+) -> zr_code {
+    // SAFETY: the caller's.
+    answer(unsafe { memory::shared(attitude) }.and_then(|attitude| {
+        // SAFETY: the caller's.
+        *unsafe { memory::exclusive(state) }? = attitude.state();
+        Ok(())
+    }))
+}
+
+/// Back to before the first sample.
+///
+/// # Safety
+/// `attitude` is null or was made by this library.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_attitude_reset(attitude: *mut zr_attitude) -> zr_code {
+    // SAFETY: the caller's.
+    answer(unsafe { memory::exclusive(attitude) }.map(|attitude| attitude.0.reset()))
+}
+
+/// The sensor was switched off and on: the same, but for what it keeps meanwhile.
+///
+/// # Safety
+/// `attitude` is null or was made by this library.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_attitude_power_on(attitude: *mut zr_attitude) -> zr_code {
+    // SAFETY: the caller's.
+    answer(unsafe { memory::exclusive(attitude) }.map(|attitude| attitude.0.power_on()))
+}
+
+/// Writes a checkpoint, as `zr_drift_save` does, of at most `ZR_ATTITUDE_CHECKPOINT` bytes.
+///
+/// # Safety
+/// `attitude` is null or was made by this library; `buffer` has `size` bytes; `used` is null
+/// or valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_attitude_save(
+    attitude: *const zr_attitude,
+    buffer: *mut u8,
+    size: usize,
+    used: *mut usize,
+) -> zr_code {
+    // SAFETY: the caller's.
+    answer(unsafe { memory::shared(attitude) }.and_then(|attitude| {
+        // SAFETY: the caller's.
+        let (buffer, used) =
+            unsafe { (memory::bytes_mut(buffer, size)?, memory::exclusive(used)?) };
+        *used = checkpoint::write(&attitude.0, buffer)?.len();
+        Ok(())
+    }))
+}
+
+/// Makes in `memory` the attitude of which `bytes` are the checkpoint, as `zr_drift_restore` does.
+///
+/// # Safety
+/// `memory` has `size` bytes, `bytes` has `n`; `attitude` is null or valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_attitude_restore(
+    memory: *mut c_void,
+    size: usize,
+    bytes: *const u8,
+    n: usize,
+    attitude: *mut *mut zr_attitude,
+) -> zr_code {
+    // SAFETY: the caller's.
+    let saved = || Ok(zr_attitude(checkpoint::read(unsafe { memory::bytes(bytes, n) }?)?));
+    // SAFETY: the caller's.
+    answer(unsafe { memory::put(saved, memory, size, attitude) })
+}

@@ -1,0 +1,406 @@
+//! The drift filter.
+
+use core::ffi::{c_char, c_void};
+
+use zerorate_core::drift::options::Options;
+use zerorate_core::{
+    AutoFilter, DriftFilter, DriftStream, Error, Method, MotionAware, RestGated, Status, Stream,
+    checkpoint,
+};
+
+use crate::code::{Text, answer, zr_code};
+use crate::memory;
+
+/// Bytes that are enough for a `zr_drift`, to put one into static memory.
+pub const ZR_DRIFT_MEMORY: usize = 5120;
+/// Bytes that are enough for the checkpoint of one.
+pub const ZR_DRIFT_CHECKPOINT: usize = 4096;
+
+const _: () = assert!(size_of::<zr_drift>() <= ZR_DRIFT_MEMORY);
+
+/// Methods of a drift filter.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum zr_method {
+    /// Tunes itself: the one to use.
+    ZR_AUTO = 0,
+    /// Fu & Han: a Kalman filter of an ARMA model of order (2, 1).
+    ZR_KF = 1,
+    /// The same; the measurement noise adapts with equal weights.
+    ZR_AKF = 2,
+    /// The same; the measurement noise adapts with fading memory, and the process noise.
+    ZR_FADING = 3,
+}
+
+/// What a drift filter does about motion.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum zr_motion {
+    /// Holds, if it is `ZR_AUTO`; else ignores.
+    ZR_MOTION_USUAL = 0,
+    /// Learns at rest only and holds the bias in motion.
+    ZR_MOTION_HOLD = 1,
+    /// Takes every sample for rest.
+    ZR_MOTION_IGNORE = 2,
+}
+
+/// What a person chooses of a drift filter. Zero is the default of all but the rate.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct zr_drift_params {
+    /// Samples a second.
+    pub rate: f64,
+    /// A `zr_method`.
+    pub method: i32,
+    /// A `zr_motion`.
+    pub motion: i32,
+    /// Not zero: `zr_drift_update` gives the bias, not the sample minus the bias.
+    pub estimate: i32,
+    /// End of the sensor's range in the unit of the samples; zero: there is none.
+    pub limit: f64,
+    /// Deviation of the samples above which the sensor cannot be at rest; zero: it is not known.
+    pub rest_limit: f64,
+    /// Level above which nothing is taken for a bias; zero: it is not known.
+    pub bias_limit: f64,
+    /// Seconds of the start-up; zero: one.
+    pub startup: f64,
+    /// Deviation of the noise; zero: it is learned.
+    pub scale: f64,
+    /// How fast the drift of all but `ZR_AUTO` may change at the start; zero: 0.1.
+    pub process_noise: f64,
+}
+
+/// What a drift filter is doing.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum zr_drift_status {
+    /// The bias is the mean so far.
+    ZR_STARTING = 0,
+    /// The same, after the scale learned before was proved wrong by many orders.
+    ZR_STARTING_ANEW = 1,
+    /// The bias is learned.
+    ZR_AT_REST = 2,
+    /// The bias is held.
+    ZR_IN_MOTION = 3,
+    /// The sensor has moved ever since the start: no bias is known.
+    ZR_NO_REST_YET = 4,
+    /// The bias is learned from what may as well be motion: nothing louder was seen.
+    ZR_PROVISIONAL = 5,
+    /// The sensor gives the same sample again and again: the bias is held.
+    ZR_STUCK = 6,
+}
+
+impl From<Status> for zr_drift_status {
+    fn from(status: Status) -> Self {
+        match status {
+            Status::Starting => Self::ZR_STARTING,
+            Status::StartingAnew => Self::ZR_STARTING_ANEW,
+            Status::AtRest => Self::ZR_AT_REST,
+            Status::InMotion => Self::ZR_IN_MOTION,
+            Status::NoRestYet => Self::ZR_NO_REST_YET,
+            Status::Provisional => Self::ZR_PROVISIONAL,
+            Status::Stuck => Self::ZR_STUCK,
+        }
+    }
+}
+
+/// What is known after a sample, in the unit of the samples.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct zr_drift_state {
+    /// The sensor's output without rotation.
+    pub bias: f64,
+    /// Its standard deviation.
+    pub bias_sigma: f64,
+    /// Samples given so far, missing ones included.
+    pub samples: u64,
+    /// What the filter is doing.
+    pub status: zr_drift_status,
+    /// Whether the bias is learned.
+    pub at_rest: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+// Both are in the memory of C, which has room for either.
+#[allow(clippy::large_enum_variant)]
+enum Filter {
+    Auto(AutoFilter<f64>),
+    Published(RestGated<f64, 3, 4>),
+}
+
+/// Bias of one axis of a gyro, learned and removed sample by sample.
+#[derive(Debug, Clone, Copy)]
+pub struct zr_drift(Filter);
+
+impl zr_drift_params {
+    fn options(&self) -> Result<Options, Error> {
+        let unknown = |name, expected, value: i32| Error::Parameter {
+            name,
+            expected,
+            value: f64::from(value),
+        };
+        let method = match self.method {
+            0 => None,
+            1 => Some(Method::Kf),
+            2 => Some(Method::Akf),
+            3 => Some(Method::Fading),
+            other => return Err(unknown("method", "one of zr_method", other)),
+        };
+        let mut options = Options::of(method, self.rate);
+        match self.motion {
+            0 => {}
+            1 => options.behaviour.hold_in_motion = true,
+            2 => options.behaviour.hold_in_motion = false,
+            other => return Err(unknown("motion", "one of zr_motion", other)),
+        }
+        options.behaviour.compensated = self.estimate == 0;
+        options.behaviour.limit = given(self.limit);
+        options.limits.rest = given(self.rest_limit);
+        options.limits.bias = given(self.bias_limit);
+        options.params.scale = given(self.scale);
+        let place = |place: &mut f64, value| *place = given(value).unwrap_or(*place);
+        place(&mut options.params.startup, self.startup);
+        place(&mut options.params.process_noise, self.process_noise);
+        options.checked()
+    }
+
+    fn filter(&self) -> Result<zr_drift, Error> {
+        let options = self.options()?;
+        if options.method.is_none() {
+            return Ok(zr_drift(Filter::Auto(AutoFilter::new(options.auto())?)));
+        }
+        let published = DriftFilter::new(options.params)?;
+        Ok(zr_drift(Filter::Published(RestGated::new(published, options.behaviour)?)))
+    }
+}
+
+/// A number, none if it is zero.
+fn given(value: f64) -> Option<f64> {
+    (value != 0.0).then_some(value)
+}
+
+impl zr_drift {
+    fn update(&mut self, z: f64, moving: bool) -> f64 {
+        match &mut self.0 {
+            Filter::Auto(filter) => filter.update_while(z, moving),
+            Filter::Published(filter) => filter.update_while(z, moving),
+        }
+    }
+
+    fn state(&self) -> zr_drift_state {
+        match &self.0 {
+            Filter::Auto(filter) => state(filter),
+            Filter::Published(filter) => state(filter),
+        }
+    }
+
+    fn read(bytes: &[u8]) -> Result<Self, Error> {
+        match checkpoint::read(bytes) {
+            Ok(filter) => Ok(Self(Filter::Auto(filter))),
+            Err(Error::Type { .. }) => Ok(Self(Filter::Published(checkpoint::read(bytes)?))),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+fn state(filter: &impl DriftStream<f64>) -> zr_drift_state {
+    let drift = filter.drift();
+    zr_drift_state {
+        bias: drift.bias,
+        bias_sigma: drift.sigma,
+        samples: filter.samples_seen(),
+        status: DriftStream::status(filter).into(),
+        at_rest: drift.at_rest,
+    }
+}
+
+/// Returns how many bytes a `zr_drift` takes, at most `ZR_DRIFT_MEMORY`.
+#[unsafe(no_mangle)]
+pub extern "C" fn zr_drift_size() -> usize {
+    size_of::<zr_drift>()
+}
+
+/// Returns at multiples of how many bytes a `zr_drift` may lie.
+#[unsafe(no_mangle)]
+pub extern "C" fn zr_drift_align() -> usize {
+    align_of::<zr_drift>()
+}
+
+/// Says what is wrong with parameters, with a zero at its end; returns the length without, 0 if
+/// nothing is, as `snprintf` does. `text` may be null if `size` is zero.
+///
+/// # Safety
+/// `params` is null or valid; `text` has room for `size` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_drift_explain(
+    params: *const zr_drift_params,
+    text: *mut c_char,
+    size: usize,
+) -> usize {
+    // SAFETY: the caller's.
+    let (Ok(params), Ok(text)) =
+        (unsafe { memory::shared(params) }, unsafe { memory::bytes_mut(text.cast(), size) })
+    else {
+        return 0;
+    };
+    params.filter().err().map_or(0, |error| Text::explain(&error, text))
+}
+
+/// Makes a filter before its first sample in `memory`, which has `size` bytes, and tells in
+/// `filter` where it is: at `memory`. It lives there until the memory is used for something else;
+/// there is nothing to be freed, and it may be copied by `memcpy`.
+///
+/// # Safety
+/// `memory` has `size` bytes; `params` and `filter` are null or valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_drift_init(
+    memory: *mut c_void,
+    size: usize,
+    params: *const zr_drift_params,
+    filter: *mut *mut zr_drift,
+) -> zr_code {
+    // SAFETY: the caller's.
+    let new = || Ok(unsafe { memory::shared(params) }?.filter()?);
+    // SAFETY: the caller's.
+    answer(unsafe { memory::put(new, memory, size, filter) })
+}
+
+/// Takes one sample; NaN is a missing one. `rate` gets the sample minus the bias, NaN where it is
+/// missing. Constant work.
+///
+/// # Safety
+/// `filter` is null or was made by this library; `rate` is null or valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_drift_update(filter: *mut zr_drift, z: f64, rate: *mut f64) -> zr_code {
+    // SAFETY: the caller's.
+    unsafe { zr_drift_update_while(filter, z, false, rate) }
+}
+
+/// The same of a body that something else knows to be `moving`: what the gyro gives is then no
+/// bias, however still it stands.
+///
+/// # Safety
+/// As of `zr_drift_update`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_drift_update_while(
+    filter: *mut zr_drift,
+    z: f64,
+    moving: bool,
+    rate: *mut f64,
+) -> zr_code {
+    // SAFETY: the caller's.
+    answer(unsafe { memory::exclusive(filter) }.and_then(|filter| {
+        // SAFETY: the caller's.
+        let place = unsafe { memory::exclusive(rate) }?;
+        *place = filter.update(z, moving);
+        Ok(())
+    }))
+}
+
+/// Takes `n` samples, with the same bits as one by one. `rate` may be `z`.
+///
+/// # Safety
+/// `filter` is null or was made by this library; `z` and `rate` have `n` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_drift_process(
+    filter: *mut zr_drift,
+    z: *const f64,
+    rate: *mut f64,
+    n: usize,
+) -> zr_code {
+    // SAFETY: the caller's.
+    answer(unsafe { memory::exclusive(filter) }.and_then(|filter| {
+        // SAFETY: the caller's.
+        unsafe { memory::each(z, rate, n, |z| filter.update(z, false)) }
+    }))
+}
+
+/// Tells what is known after the last sample.
+///
+/// # Safety
+/// `filter` is null or was made by this library; `state` is null or valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_drift_read(
+    filter: *const zr_drift,
+    state: *mut zr_drift_state,
+) -> zr_code {
+    // SAFETY: the caller's.
+    answer(unsafe { memory::shared(filter) }.and_then(|filter| {
+        // SAFETY: the caller's.
+        *unsafe { memory::exclusive(state) }? = filter.state();
+        Ok(())
+    }))
+}
+
+/// Back to before the first sample.
+///
+/// # Safety
+/// `filter` is null or was made by this library.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_drift_reset(filter: *mut zr_drift) -> zr_code {
+    // SAFETY: the caller's.
+    answer(unsafe { memory::exclusive(filter) }.map(|filter| match &mut filter.0 {
+        Filter::Auto(filter) => filter.reset(),
+        Filter::Published(filter) => filter.reset(),
+    }))
+}
+
+/// The sensor was switched off and on: `ZR_AUTO` forgets the bias but not the noise, the others
+/// begin anew.
+///
+/// # Safety
+/// `filter` is null or was made by this library.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_drift_power_on(filter: *mut zr_drift) -> zr_code {
+    // SAFETY: the caller's.
+    answer(unsafe { memory::exclusive(filter) }.map(|filter| match &mut filter.0 {
+        Filter::Auto(filter) => filter.switch_on(),
+        Filter::Published(filter) => filter.reset(),
+    }))
+}
+
+/// Writes a checkpoint into `buffer`, which has `size` bytes; `used` gets how many were needed, at
+/// most `ZR_DRIFT_CHECKPOINT`.
+///
+/// # Safety
+/// `filter` is null or was made by this library; `buffer` has `size` bytes; `used` is null
+/// or valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_drift_save(
+    filter: *const zr_drift,
+    buffer: *mut u8,
+    size: usize,
+    used: *mut usize,
+) -> zr_code {
+    // SAFETY: the caller's.
+    answer(unsafe { memory::shared(filter) }.and_then(|filter| {
+        // SAFETY: the caller's.
+        let (buffer, used) =
+            unsafe { (memory::bytes_mut(buffer, size)?, memory::exclusive(used)?) };
+        *used = match &filter.0 {
+            Filter::Auto(filter) => checkpoint::write(filter, buffer),
+            Filter::Published(filter) => checkpoint::write(filter, buffer),
+        }?
+        .len();
+        Ok(())
+    }))
+}
+
+/// Makes in `memory`, as `zr_drift_init` does, the filter of which `bytes` are the checkpoint. It
+/// goes on with the same bits. Bytes that are none are refused.
+///
+/// # Safety
+/// `memory` has `size` bytes, `bytes` has `n`; `filter` is null or valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn zr_drift_restore(
+    memory: *mut c_void,
+    size: usize,
+    bytes: *const u8,
+    n: usize,
+    filter: *mut *mut zr_drift,
+) -> zr_code {
+    // SAFETY: the caller's.
+    let saved = || Ok(zr_drift::read(unsafe { memory::bytes(bytes, n) }?)?);
+    // SAFETY: the caller's.
+    answer(unsafe { memory::put(saved, memory, size, filter) })
+}
