@@ -273,6 +273,16 @@ def fault_vibration(log, size):
     log.accel[0] = log.accel[0] + log.moving[:, None] * shake
 
 
+def fault_folded(log, size):
+    """Put in: second harmonic of 3 m/s² that is folded, times a size."""
+    hertz = (
+        log.random.uniform(0.28, 0.42) * log.rate * (1 + 0.06 * np.sin(2 * np.pi * log.time / 17))
+    )
+    phase = 2 * np.pi * np.cumsum(hertz) / log.rate
+    shake = 6.0 * np.sin(phase) + 3.1 * size * np.sin(2 * phase + 1.0)
+    log.accel[0][:, 2] += log.moving * shake
+
+
 def fault_bias(log, size):
     """Put in: gyro bias of 5 deg/s, times a size."""
     for data in log.gyro:
@@ -333,6 +343,7 @@ FAULTS = {
     "12 spikes of 40 scatters": (fault_spikes, "spikes"),
     "accelerometer's step of 3.4 scatters": (fault_step, "coarse step"),
     "vibration of 60 m/s²": (fault_vibration, "vibration"),
+    "second harmonic folded, 3 m/s²": (fault_folded, "folded peak"),
     "gyro bias of 5 deg/s": (fault_bias, "gyro bias"),
     "bias moves by 0.17 deg/s": (fault_moving_bias, "bias moves"),
     "norm off by 0.4 m/s²": (fault_norm, "gravity"),

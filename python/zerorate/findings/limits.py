@@ -76,6 +76,8 @@ LIMITS: Final[Mapping[str, Limit]] = {
     "gyro noise": Limit("noise of the gyro at rest", "deg/s/√Hz", 0.15 / _THIRD, math.inf),
     "accel noise": Limit("noise of the accelerometer at rest", "µg/√Hz", 1500 / _THIRD, math.inf),
     "vibration": Limit("vibration by ArduPilot's rule, 95 %", "m/s²", 30.0, 60.0, _VIBRATION),
+    # A third of gravity at a frequency that is not its own.
+    "folded peak": Limit("amplitude of a peak that sampling folds", "m/s²", 3 / _THIRD, math.inf),
     "vibration metric": Limit(
         "PX4's own vibration metric, 95 %", "m/s²", 4.905, 9.81, "PX4 flight_review's plot"
     ),

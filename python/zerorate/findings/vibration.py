@@ -8,8 +8,10 @@ from typing import Final
 import numpy as np
 
 from zerorate.findings.finding import Finding
+from zerorate.findings.folded import Folded, folded_of
 from zerorate.findings.imus import BLOCK, Imu, Sensor
 from zerorate.findings.limits import LIMITS
+from zerorate.numerals import with_error
 from zerorate.types import Booleans, Floats
 
 SECTION: Final = "Vibration in motion"
@@ -40,7 +42,8 @@ def _level(imu: Imu, one: Sensor) -> Iterator[Finding]:
     kind = LIMITS["vibration"]
     first = np.flatnonzero(moving)[sizes >= kind.look]
     spans = tuple((BLOCK * b, BLOCK * (b + 1)) for b in first.tolist()[:50])
-    peak = _peak(one, moving)
+    parts = _windows(one, moving)
+    peak = _peak(parts, one.log.rate)
     told = "" if peak is None else f", most of it at {peak:.3g} Hz"
     yield Finding(
         SECTION, "vibration", kind.severity(level),
@@ -50,6 +53,27 @@ def _level(imu: Imu, one: Sensor) -> Iterator[Finding]:
         "Compare with the autopilot's own metric, which runs at the sensor's rate; log raw samples "
         "of a hover.",
     )  # fmt: skip
+    seen = folded_of(parts, one.log.rate)
+    if seen is not None:
+        yield _on_folded(one, seen)
+
+
+def _on_folded(one: Sensor, seen: Folded) -> Finding:
+    kind = LIMITS["folded peak"]
+    size, sigma = (one.factor or 0.0) * seen.amplitude, (one.factor or 0.0) * seen.sigma
+    rate = seen.fold * one.log.rate
+    return Finding(
+        SECTION, "folded peak", kind.severity(size),
+        f"{one.name}: a peak at {_band(seen.seen)} Hz of {with_error(size, sigma)} m/s² moves as "
+        f"{seen.order} times the one at {_band(seen.peak)} Hz does where sampling folds it at "
+        f"{rate:.4g} Hz.",
+        size, "m/s²", sigma, (), one.figure,
+        "Log at a higher rate, or filter below half of this one before it is sampled.",
+    )  # fmt: skip
+
+
+def _band(edges: tuple[float, float]) -> str:
+    return f"{edges[0]:.3g} to {edges[1]:.3g}"
 
 
 def _vibe(one: Sensor, count: int) -> Floats:
@@ -79,16 +103,19 @@ def _smoothed(values: Floats, width: int) -> Floats:
     return np.asarray((sums[high] - sums[low]) / (high - low))
 
 
-def _peak(one: Sensor, moving: Booleans) -> float | None:
-    """Return the frequency that stands out most in motion, Hz, None if none does."""
+def _windows(one: Sensor, moving: Booleans) -> Floats:
+    """Return windows of a second in motion, shape (m, n, 3), spread evenly over it."""
     length = round(one.log.rate)
     starts = np.searchsorted(one.log.sampled, np.flatnonzero(moving) * BLOCK + one.start)
     starts = starts[starts + length <= one.log.n]
-    if starts.size == 0:
-        return None
     chosen = starts[:: max(1, starts.size // _WINDOWS)]
     parts = one.log.data[chosen[:, np.newaxis] + np.arange(length)]
-    parts = parts[np.isfinite(parts).all(axis=(1, 2))]
+    return np.asarray(parts[np.isfinite(parts).all(axis=(1, 2))])
+
+
+def _peak(parts: Floats, rate: float) -> float | None:
+    """Return the frequency that stands out most in motion, Hz, None if none does."""
+    length = parts.shape[1]
     if len(parts) < _LEAST:
         return None
     parts = (parts - parts.mean(axis=1, keepdims=True)) * np.hanning(length)[:, np.newaxis]
@@ -98,4 +125,4 @@ def _peak(one: Sensor, moving: Booleans) -> float | None:
     ratio = middle / np.maximum(around, np.finfo(float).tiny)
     ratio[:5] = 0.0
     best = int(np.argmax(np.where(ratio > _PEAK, middle, 0.0)))
-    return float(best * one.log.rate / length) if ratio[best] > _PEAK else None
+    return float(best * rate / length) if ratio[best] > _PEAK else None
