@@ -377,7 +377,7 @@ class TestRefused:
         ("options", "told"),
         [
             ([], "--rate is required"),
-            ([*RATE, "imu", "--udp", "127.0.0.1:0"], "not both"),
+            ([*RATE, "imu", "--udp", "127.0.0.1:0"], "give one of a source, --from and --udp"),
             (
                 [*RATE, "--with", "gain"],
                 "--with takes some of bias, bias_sigma, at_rest, saturated",

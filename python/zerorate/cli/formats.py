@@ -9,6 +9,7 @@ from zerorate.cli.errors import read_faults
 from zerorate.cli.options import READING
 from zerorate.faults import naming
 from zerorate.io.explaining import explain, known_formats
+from zerorate.io.packets import PACKETS
 from zerorate.navigation.readers import RECEIVERS
 from zerorate.show.formats_table import format_explanation, format_formats
 
@@ -27,7 +28,8 @@ def formats(
     read of it.
     """
     if log is None:
-        print(format_formats(known_formats(), known_formats(RECEIVERS.values())))
+        fixes = known_formats(RECEIVERS.values())
+        print(format_formats(known_formats(), fixes, PACKETS.values()))
         return
     with read_faults(), naming(_OPTIONS):
         told = explain(log)

@@ -2,12 +2,11 @@
 
 import math
 import signal
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO, Final, TextIO
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -27,6 +26,7 @@ from zerorate.cli.options import (
     with_reading_options,
 )
 from zerorate.cli.outputs import make_folders
+from zerorate.cli.sources import Origin
 from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, tell
 from zerorate.faults import naming, told
 from zerorate.io import check_writable
@@ -44,7 +44,7 @@ from zerorate.run.live import (
     WithAttitude,
 )
 from zerorate.run.live.sequence import MOST_BITS
-from zerorate.run.live.serving import Line, Saver, Server, datagrams, lines_of, loopback
+from zerorate.run.live.serving import Saver, Server
 
 _BY_SIGNAL: Final = 128
 _PANEL: Final = "Attitude"
@@ -220,6 +220,7 @@ class _Saves:
 @with_group(_Numbers, "numbers")
 @with_group(_Accelerometer, "accelerometer")
 @with_group(_OfEarth, "of_earth")
+@with_group(Origin, "origin")
 @with_group(_Saves, "saves")
 @with_filter_options
 @with_reading_options(
@@ -252,12 +253,7 @@ def stream(
         ),
     ] = None,
     of_earth: _OfEarth,
-    udp: Annotated[
-        str | None,
-        typer.Option(
-            metavar="HOST:PORT", help="Take datagrams of this machine, answer to their sender."
-        ),
-    ] = None,
+    origin: Origin,
     saves: _Saves,
 ) -> None:
     """Answer each line of samples at once with the compensated rate.
@@ -270,12 +266,13 @@ def stream(
     if saves.position:
         print(saves.printed_position())
         return
-    if source is not None and udp is not None:
-        raise UsageFault("give either a source or --udp, not both")
+    origin.check(source, numbers.fields)
     rate = reading.arguments["rate"]
     if rate is None:
         raise UsageFault("--rate is required: samples per second")
     asked = numbers.arguments()
+    if asked["sequence"] is None:
+        asked |= origin.numbers()
     settings: Settings | AttitudeSettings
     if of_earth.attitude:
         _check_none_of_filter(options)
@@ -290,9 +287,9 @@ def stream(
     lines = saves.resumed(settings, numbers.fields)
     server = Server(lines, saver, lambda text: tell(told(text)), numbers.fields is not None)
     try:
-        _run(server, source, udp)
+        _run(server, source, origin)
     finally:
-        _report(server, numbers.sequence is not None)
+        _report(server, asked["sequence"] is not None)
 
 
 def _settings(reading: Reading, beside: str | None, asked: Mapping[str, Any]) -> Settings:
@@ -361,14 +358,14 @@ def _read(
         raise DataFault(f"{path}: {error}") from None
 
 
-def _run(server: Server, source: Path | None, udp: str | None) -> None:
-    """Serve lines of a file, datagrams or stdin; a signal ends it with the code of a shell."""
+def _run(server: Server, source: Path | None, origin: Origin) -> None:
+    """Serve what was asked for; a signal ends it with the code of a shell."""
     interrupts = Interrupts()
     try:
         with (
             interrupts.caught(),
             _saved(server),
-            _source(source, udp, interrupts) as taken,
+            origin.opened(source, interrupts) as taken,
             _faults(),
         ):
             server.serve(taken)
@@ -404,38 +401,6 @@ def _saved(server: Server) -> Iterator[None]:
                 server.saver.finish(None if server.owing else server.stream)
             except OSError as error:
                 raise DataFault(f"the checkpoint cannot be written: {error}") from None
-
-
-@contextmanager
-def _source(
-    source: Path | None, udp: str | None, interrupts: Interrupts
-) -> Iterator[Iterator[Line]]:
-    if udp is not None:
-        with as_usage():
-            port = loopback(udp)
-        with port:
-            tell("listening on {}:{}".format(*port.getsockname()[:2]))
-            yield datagrams(port, interrupts)
-    elif source is not None:
-        # To open a FIFO is to wait for its writer.
-        with interrupts.wait(lambda: _opened(source)) as file:
-            yield lines_of(file, _bytes_of(sys.stdout, "stdout"), interrupts)
-    else:
-        yield lines_of(_bytes_of(sys.stdin, "stdin"), _bytes_of(sys.stdout, "stdout"), interrupts)
-
-
-def _bytes_of(stream: TextIO | None, name: str) -> BinaryIO:
-    # None is what a closed descriptor becomes.
-    if stream is None:
-        raise DataFault(f"{name} is closed")
-    return stream.buffer
-
-
-def _opened(source: Path) -> BinaryIO:
-    try:
-        return source.open("rb")
-    except OSError as error:
-        raise DataFault(of_a_file(error)) from None
 
 
 @contextmanager

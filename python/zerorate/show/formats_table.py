@@ -11,16 +11,28 @@ from zerorate.show.tables import Table, as_text, bulleted, prose
 
 if TYPE_CHECKING:
     from zerorate.io.explaining import ExplainedTopic, Explanation, KnownFormat
+    from zerorate.io.packets import PacketForm
 
 _MOST: Final = 40
 """Columns of a topic that are listed."""
 
 
-def format_formats(logs: Iterable[KnownFormat], fixes: Iterable[KnownFormat]) -> str:
-    """Return the formats of logs, and those of receivers, as tables."""
-    return "\n\n".join(
-        (_formats("Logs that are read", logs), _formats("Positions that are read", fixes))
+def format_formats(
+    logs: Iterable[KnownFormat], fixes: Iterable[KnownFormat], packets: Iterable[PacketForm]
+) -> str:
+    """Return the formats of logs, those of receivers, and packets of devices, as tables."""
+    tables = (
+        _formats("Logs that are read", logs),
+        _formats("Positions that are read", fixes),
+        _packets(packets),
     )
+    return "\n\n".join(tables)
+
+
+def _packets(forms: Iterable[PacketForm]) -> str:
+    rows = tuple((form.name, form.meaning) for form in forms)
+    title = "Packets of devices, zerorate stream --form"
+    return as_text(Table(title, ("form", "devices"), rows, words=2))
 
 
 def _formats(title: str, known: Iterable[KnownFormat]) -> str:

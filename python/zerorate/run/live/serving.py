@@ -12,6 +12,7 @@ from typing import Any, BinaryIO, Final, TypeAlias
 from zerorate.faults import said, sentence_of
 from zerorate.io import atomic_path
 from zerorate.io.atomic import sweep
+from zerorate.io.packets import Damaged, PacketForm
 from zerorate.run.interrupts import Interrupts
 from zerorate.run.live.lines import ColumnError, LineError
 from zerorate.run.live.stream import LineStream
@@ -19,19 +20,35 @@ from zerorate.run.live.stream import LineStream
 _TOLD: Final = 10
 _LONGEST: Final = 1 << 16
 
-Line: TypeAlias = tuple[str, Callable[[str], None]]
-"""A line, and what sends its answer."""
+Line: TypeAlias = tuple[str | Damaged, Callable[[str], None]]
+"""A line, or bytes that should have been a packet; and what sends its answer."""
 
 
 def lines_of(source: BinaryIO, answers: BinaryIO, interrupts: Interrupts) -> Iterator[Line]:
     """Yield each line as soon as it is complete, with a function that writes its answer."""
+    reply = _to(answers)
+    while raw := interrupts.wait(lambda: _line(source)):
+        yield _text(raw), reply
 
+
+def packets_of(
+    source: BinaryIO, form: PacketForm, answers: BinaryIO, interrupts: Interrupts
+) -> Iterator[Line]:
+    """Yield the names of a form's columns, then each of its samples as a line."""
+    reply, decoder = _to(answers), form.decoder()
+    yield ",".join(form.columns), reply
+    # Not read, which would wait for a piece as long as that.
+    while raw := interrupts.wait(lambda: source.read1(_LONGEST)):  # type: ignore[attr-defined]
+        for row in decoder.feed(raw):
+            yield row if isinstance(row, Damaged) else ",".join(map(str, row)), reply
+
+
+def _to(answers: BinaryIO) -> Callable[[str], None]:
     def reply(answer: str) -> None:
         answers.write(f"{answer}\n".encode())
         answers.flush()
 
-    while raw := interrupts.wait(lambda: _line(source)):
-        yield _text(raw), reply
+    return reply
 
 
 def datagrams(port: socket.socket, interrupts: Interrupts) -> Iterator[Line]:
@@ -201,7 +218,10 @@ class Server:
         if sentence is not None:
             self.warn(sentence)
 
-    def _answer(self, number: int, line: str) -> str | None:
+    def _answer(self, number: int, line: str | Damaged) -> str | None:
+        if isinstance(line, Damaged):
+            self._tell(f"after {self.stream.samples} samples {line.reason}; it is taken as missing")
+            return self.stream.take_damaged()
         try:
             return self.stream.take(line)
         except ColumnError as error:

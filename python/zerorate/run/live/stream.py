@@ -116,6 +116,17 @@ class LineStream:
             return self._engine.header(cells)
         return self._sample(self._engine, cells)
 
+    def take_damaged(self) -> str:
+        """Return the answer to a sample that came damaged; the columns must be known.
+
+        It is missing, unless numbers will tell.
+        """
+        engine = self._known
+        if engine.layout.sequence is None:
+            self._lines += 1
+            engine.miss(1)
+        return engine.no_answer
+
     def notice(self) -> str | None:
         """Return a sentence on the first samples, once; None if there is none to say."""
         return None if self._engine is None else self._engine.notice()

@@ -1,0 +1,121 @@
+"""Where the samples of ``zerorate stream`` come from: stdin, a file, datagrams, a live device."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, BinaryIO, TextIO
+
+import typer
+
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
+from zerorate.cli.standard import tell
+from zerorate.io.packets import PACKETS, PacketForm
+from zerorate.run.interrupts import Interrupts
+from zerorate.run.live.serving import Line, datagrams, lines_of, loopback, packets_of
+from zerorate.run.live.sources import SOURCES, AddressError, live_source
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What is typed of where samples come from, beside a file."""
+
+    udp: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HOST:PORT", help="Take datagrams of this machine, answer to their sender."
+        ),
+    ] = None
+    address: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="KIND:ADDRESS",
+            help="Live device: " + ", ".join(kind.address for kind in SOURCES.values()) + ".",
+        ),
+    ] = None
+    form: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FORM",
+            help=f"Packets in place of lines: {', '.join(PACKETS)}; zerorate formats lists them.",
+        ),
+    ] = None
+
+    def packets(self) -> PacketForm | None:
+        """Return the form of packets that was asked for."""
+        if self.form is None:
+            return None
+        if self.form not in PACKETS:
+            raise UsageFault(f"--form takes one of {', '.join(PACKETS)}, got '{self.form}'")
+        if self.udp is not None:
+            raise UsageFault("--udp takes lines alone; --from udp:HOST:PORT takes packets")
+        return PACKETS[self.form]
+
+    def check(self, source: Path | None, fields: int | None) -> None:
+        """Raise a usage fault where two sources are given, or what a form says already."""
+        if sum(one is not None for one in (source, self.udp, self.address)) > 1:
+            raise UsageFault("give one of a source, --from and --udp")
+        if self.form is not None and fields is not None:
+            raise UsageFault("--fields has no effect with --form, which says what a packet holds")
+
+    def numbers(self) -> dict[str, Any]:
+        """Return the sequence number that packets have, as arguments of the settings."""
+        form = self.packets()
+        if form is None or form.counter is None:
+            return {}
+        return {"sequence": form.counter, "sequence_bits": form.counter_bits}
+
+    @contextmanager
+    def opened(self, source: Path | None, interrupts: Interrupts) -> Iterator[Iterator[Line]]:
+        """Give the lines, or the packets, of whatever was asked for."""
+        form = self.packets()
+        if self.udp is not None:
+            with as_usage():
+                port = loopback(self.udp)
+            with port:
+                tell("listening on {}:{}".format(*port.getsockname()[:2]))
+                yield datagrams(port, interrupts)
+            return
+        with self._bytes(source, form, interrupts) as file:
+            answers = _bytes_of(sys.stdout, "stdout")
+            if form is None:
+                yield lines_of(file, answers, interrupts)
+            else:
+                yield packets_of(file, form, answers, interrupts)
+
+    @contextmanager
+    def _bytes(
+        self, source: Path | None, form: PacketForm | None, interrupts: Interrupts
+    ) -> Iterator[BinaryIO]:
+        if self.address is not None:
+            try:
+                with live_source(self.address, form) as file:
+                    yield file
+            except AddressError as error:
+                raise UsageFault(f"--from {error}") from None
+            except ImportError as error:
+                raise UsageFault(sentence(error)) from None
+            except OSError as error:
+                raise DataFault(f"{self.address} cannot be read: {error}") from None
+        elif source is not None:
+            # To open a FIFO is to wait for its writer.
+            with interrupts.wait(lambda: _opened(source)) as file:
+                yield file
+        else:
+            yield _bytes_of(sys.stdin, "stdin")
+
+
+def _bytes_of(stream: TextIO | None, name: str) -> BinaryIO:
+    # None is what a closed descriptor becomes.
+    if stream is None:
+        raise DataFault(f"{name} is closed")
+    return stream.buffer
+
+
+def _opened(source: Path) -> BinaryIO:
+    try:
+        return source.open("rb")
+    except OSError as error:
+        raise DataFault(of_a_file(error)) from None

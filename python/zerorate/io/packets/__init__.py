@@ -1,0 +1,15 @@
+"""Packets that devices send: bytes of a serial line, a socket or Bluetooth as rows of samples.
+
+A form is a file with a decoder and the names of its columns, which tell sensors and units; all else
+takes its rows as lines of text. To add one, write such a file and name it in `PACKETS`.
+"""
+
+from zerorate.io.packets import phone, witmotion, xio, xsens
+from zerorate.io.packets.form import Damaged, Decoder, PacketForm, Row
+
+__all__ = ["PACKETS", "Damaged", "Decoder", "PacketForm", "Row"]
+
+PACKETS: dict[str, PacketForm] = {
+    form.name: form for form in (phone.FORM, witmotion.FORM, xio.FORM, xsens.FORM)
+}
+"""The forms by their names."""

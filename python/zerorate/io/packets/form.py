@@ -1,0 +1,134 @@
+"""What a form of packets is: bytes in, rows of numbers out, and what is damaged told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Final, Protocol, TypeAlias
+
+AXES: Final = "xyz"
+
+Row: TypeAlias = Sequence[object]
+"""The cells of a sample: numbers, or an empty text where there is none."""
+
+NO_TRIAD: Final[Row] = ("", "", "")
+"""The cells of a sensor that has not spoken since the last row."""
+
+
+_PATIENCE: Final = 1 << 12
+"""Bytes after which a packet should have come."""
+
+
+@dataclass(frozen=True)
+class Damaged:
+    """Bytes that are no packet where one should be, or a packet that holds no sample of use."""
+
+    reason: str
+
+
+class Decoder(Protocol):
+    """Takes bytes as they come, in pieces of any size."""
+
+    def feed(self, raw: bytes) -> Iterator[Row | Damaged]:
+        """Yield the samples that are complete with these bytes, and what is damaged."""
+
+
+@dataclass(frozen=True)
+class PacketForm:
+    """A form of packets, as a maker's devices send them.
+
+    Attributes
+    ----------
+    name : str
+        What ``--form`` calls it.
+    meaning : str
+        Whose devices send it.
+    columns : tuple of str
+        Names of the cells of a row, which tell the sensors and their units.
+    decoder : callable
+        Returns a new decoder.
+    counter : str, optional
+        The column that numbers the packets.
+    counter_bits : int, optional
+        Its width.
+    notify : str, optional
+        The characteristic by which Bluetooth devices send it.
+    lines : bool
+        Whether a line's end ends a message.
+    """
+
+    name: str
+    meaning: str
+    columns: tuple[str, ...]
+    decoder: Callable[[], Decoder]
+    counter: str | None = None
+    counter_bits: int | None = None
+    notify: str | None = None
+    lines: bool = False
+
+
+def named(*sensors: str) -> tuple[str, ...]:
+    """Return the names of three axes for each sensor, such as ``gyro_{}_dps``."""
+    return tuple(sensor.format(axis) for sensor in sensors for axis in AXES)
+
+
+@dataclass
+class Buffer:
+    """Bytes that wait for the rest of their packet, and a count of those that belong to none.
+
+    What comes before the first packet is not told: a device is often joined in the middle of one.
+    """
+
+    longest: int
+    raw: bytearray = field(default_factory=bytearray)
+    _found: bool = False
+    _skipped: int = 0
+    _lost: int = 0
+
+    def take(self, count: int) -> bytes:
+        """Return a packet and forget its bytes."""
+        packet = bytes(self.raw[:count])
+        del self.raw[:count]
+        if self._found or self._skipped >= self.longest:
+            self._lost += self._skipped
+        self._found, self._skipped = True, 0
+        return packet
+
+    def skip(self, count: int) -> None:
+        """Forget bytes that belong to no packet."""
+        del self.raw[:count]
+        self._skipped += count
+
+    def damage(self, why: str) -> Iterator[Damaged]:
+        """Yield what there is to tell of the bytes between the last two packets."""
+        many, self._lost = self._lost, 0
+        if many:
+            are = "a byte is" if many == 1 else f"{many} bytes are"
+            yield Damaged(f"{are} no packet: {why}")
+
+    def hopeless(self, form: str) -> Iterator[Damaged]:
+        """Yield that the bytes look like another form, where none of many was a packet."""
+        if not self._found and self._skipped >= _PATIENCE:
+            many, self._skipped = self._skipped, 0
+            yield Damaged(
+                f"the first {many} bytes hold no packet of {form}; is the form another, or the "
+                "speed of the line?"
+            )
+
+
+def by_lines(
+    buffer: Buffer, parse: Callable[[bytes], Sequence[Row]], why: str, form: str
+) -> Iterator[Row | Damaged]:
+    """Yield the rows of messages that a line's end ends; `parse` raises ValueError for others."""
+    while (end := buffer.raw.find(b"\n")) >= 0:
+        try:
+            rows = parse(bytes(buffer.raw[:end]))
+        except ValueError:
+            buffer.skip(end + 1)
+            continue
+        buffer.take(end + 1)
+        yield from buffer.damage(why)
+        yield from rows
+    if len(buffer.raw) > buffer.longest:
+        buffer.skip(len(buffer.raw))
+    yield from buffer.hopeless(form)

@@ -1,0 +1,115 @@
+"""JSON of phones: SensorServer's events by WebSocket, and what Sensor Logger pushes.
+
+SensorServer sends an event a message, ``{"type": "android.sensor.gyroscope", "timestamp": …,
+"values": [x, y, z]}``; Sensor Logger many in one, ``{"payload": [{"name": "gyroscope", "time": …,
+"values": {"x": …}}]}``. Both in rad/s, m/s^2 and microtesla, time in nanoseconds. A row is a sample
+of the gyro with what the other sensors have said since the last one.
+
+Sensor Logger's ``accelerometer`` is without gravity: ``totalacceleration`` is taken, or where there
+is none, its sum with ``gravity``.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Final
+
+from zerorate.io.packets.form import (
+    AXES,
+    NO_TRIAD,
+    Buffer,
+    Damaged,
+    PacketForm,
+    Row,
+    by_lines,
+    named,
+)
+
+_LONGEST: Final = 1 << 22
+"""Bytes of a message: Sensor Logger batches seconds of all sensors."""
+_SENSORS: Final = {
+    "gyroscope": "gyro",
+    "android.sensor.gyroscope": "gyro",
+    "totalacceleration": "accel",
+    "android.sensor.accelerometer": "accel",
+    "accelerometer": "linear",
+    "android.sensor.linear_acceleration": "linear",
+    "gravity": "gravity",
+    "android.sensor.gravity": "gravity",
+    "magnetometer": "mag",
+    "android.sensor.magnetic_field": "mag",
+}
+
+
+class _Decoder:
+    def __init__(self) -> None:
+        self._buffer = Buffer(_LONGEST)
+        self._last: dict[str, list[float]] = {}
+
+    def feed(self, raw: bytes) -> Iterator[Row | Damaged]:
+        self._buffer.raw += raw
+        why = "no JSON of events with a time and three numbers"
+        yield from by_lines(self._buffer, self._rows, why, "phone")
+
+    def _rows(self, message: bytes) -> list[Row]:
+        if not message.strip():
+            return []
+        try:
+            return list(self._of_events(_events(json.loads(message))))
+        except RecursionError:
+            raise ValueError("nested too deeply") from None
+
+    def _of_events(self, events: Iterable[Mapping[str, Any]]) -> Iterator[Row]:
+        for event in events:
+            sensor = _SENSORS.get(str(event.get("type", event.get("name"))).lower())
+            if sensor is None:
+                continue
+            stamp, triad = _stamp(event), _triad(event.get("values"))
+            if sensor != "gyro":
+                self._last[sensor] = triad
+                continue
+            yield (stamp, *triad, *self._force(), *self._last.get("mag", NO_TRIAD))
+            self._last = {}
+
+    def _force(self) -> Row:
+        last = self._last
+        if "accel" in last:
+            return last["accel"]
+        if "linear" in last and "gravity" in last:
+            return [a + g for a, g in zip(last["linear"], last["gravity"], strict=True)]
+        return NO_TRIAD
+
+
+def _events(message: Any) -> list[Mapping[str, Any]]:  # noqa: ANN401
+    events = message.get("payload", [message]) if isinstance(message, dict) else message
+    if not isinstance(events, list) or not all(isinstance(event, dict) for event in events):
+        raise ValueError("no events")
+    return events
+
+
+def _stamp(event: Mapping[str, Any]) -> int:
+    stamp = event.get("timestamp", event.get("time"))
+    if not isinstance(stamp, int):
+        raise ValueError("no time")
+    return stamp
+
+
+def _triad(values: Any) -> list[float]:  # noqa: ANN401
+    found = [values.get(axis) for axis in AXES] if isinstance(values, dict) else values
+    if not isinstance(found, list) or len(found) < 3:
+        raise ValueError("no three numbers")
+    triad = [float(value) for value in found[:3] if isinstance(value, int | float)]
+    if len(triad) < 3 or not all(map(math.isfinite, triad)):
+        raise ValueError("no three numbers")
+    return triad
+
+
+FORM: Final = PacketForm(
+    "phone",
+    "phones: JSON of SensorServer (WebSocket) and of Sensor Logger (pushed)",
+    ("time_ns", *named("gyro_{}_radps", "accel_{}_mps2", "mag_{}_ut")),
+    _Decoder,
+    lines=True,
+)

@@ -1,0 +1,82 @@
+"""Packets of WitMotion devices: eleven bytes a sensor, or twenty by Bluetooth.
+
+``55 kind data checksum``, the data four numbers of 16 bits, low byte first: kind 51 acceleration in
+16 g, 52 rate in 2000 deg/s, 54 magnetic field in counts. The checksum is the sum of all bytes
+before it, modulo 256. A packet ``55 61`` of Bluetooth has no checksum and nine numbers:
+acceleration, rate, angles. As the protocols of the maker describe them.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from typing import Final
+
+from zerorate.io.packets.form import NO_TRIAD, Buffer, Damaged, PacketForm, Row, named
+
+_START: Final = 0x55
+_TIME, _ACCEL, _GYRO, _MAG = 0x50, 0x51, 0x52, 0x54
+_BOTH: Final = 0x61
+_KINDS: Final = range(0x50, 0x60)
+_LENGTH: Final = 11
+_BLUETOOTH: Final = 20
+_G: Final = 16.0 / 32768.0
+_DPS: Final = 2000.0 / 32768.0
+
+
+class _Decoder:
+    """A row is complete with the rate: acceleration comes before it, the field after."""
+
+    def __init__(self) -> None:
+        self._buffer = Buffer(_BLUETOOTH)
+        self._accel: Row = NO_TRIAD
+        self._mag: Row = NO_TRIAD
+
+    def feed(self, raw: bytes) -> Iterator[Row | Damaged]:
+        self._buffer.raw += raw
+        while (packet := self._packet()) is not None:
+            yield from self._buffer.damage("no packet with a right checksum")
+            yield from self._row(packet)
+        yield from self._buffer.hopeless("witmotion")
+
+    def _packet(self) -> bytes | None:
+        raw = self._buffer.raw
+        while raw:
+            if raw[0] != _START:
+                start = raw.find(_START)
+                self._buffer.skip(start if start >= 0 else len(raw))
+                continue
+            if len(raw) < _LENGTH:
+                return None
+            if raw[1] == _BOTH:
+                if len(raw) < _BLUETOOTH:
+                    return None
+                # Without a checksum, the next one's start has to do.
+                if len(raw) == _BLUETOOTH or raw[_BLUETOOTH] == _START:
+                    return self._buffer.take(_BLUETOOTH)
+            elif raw[1] in _KINDS and sum(raw[: _LENGTH - 1]) % 256 == raw[_LENGTH - 1]:
+                return self._buffer.take(_LENGTH)
+            self._buffer.skip(1)
+        return None
+
+    def _row(self, packet: bytes) -> Iterator[Row]:
+        kind, numbers = packet[1], struct.unpack_from("<3h", packet, 2)
+        if kind == _ACCEL:
+            self._accel = [number * _G for number in numbers]
+        elif kind == _MAG:
+            self._mag = numbers
+        elif kind == _BOTH:
+            self._accel = [number * _G for number in numbers]
+            numbers = struct.unpack_from("<3h", packet, 8)
+        if kind in (_GYRO, _BOTH):
+            yield (*(number * _DPS for number in numbers), *self._accel, *self._mag)
+            self._accel = self._mag = NO_TRIAD
+
+
+FORM: Final = PacketForm(
+    "witmotion",
+    "WitMotion: packets 51, 52, 54 of serial lines, 61 of Bluetooth",
+    named("gyro_{}_dps", "accel_{}_g", "mag_{}"),
+    _Decoder,
+    notify="0000ffe4-0000-1000-8000-00805f9a34fb",
+)
