@@ -89,6 +89,11 @@ LIMITS: Final[Mapping[str, Limit]] = {
     "accels differ": _from_act(
         "difference of two accelerometers at rest", "m/s²", 0.75, "ArduPilot, ARMING_ACCTHRESH"
     ),
+    # At 100 deg/s two gyros that are 10 ms apart are a degree apart.
+    "delay": Limit("delay between two gyros", "ms", 10 / _THIRD, math.inf),
+    "scales differ": Limit(
+        "scale between two gyros, from one", "%", 3.0, math.inf, "MPU-6050, sensitivity tolerance"
+    ),
     "arrivals": Limit(
         "inclination by gyro and accelerometer from gravity as rests begin, median",
         "deg",

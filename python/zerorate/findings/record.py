@@ -10,6 +10,7 @@ from zerorate.findings.enter import Known
 from zerorate.findings.finding import Finding
 from zerorate.findings.imus import Imu
 from zerorate.findings.magnetometer import SECTION as MAGNETOMETER
+from zerorate.findings.pairs import SECTION as PAIRS
 from zerorate.findings.receiver import SECTION as RECEIVER
 from zerorate.findings.rests import OF_BIAS, OF_NOISE
 from zerorate.io.log import Recording
@@ -75,6 +76,13 @@ def _of_motion(recording: Recording, findings: Sequence[Finding]) -> Iterator[tu
     kinds = {(one.section, one.kind) for one in findings}
     if not any(section == AXES and kind.startswith("scale") for section, kind in kinds):
         yield "the scale of the gyro", "Turns by hand about all three axes, a minute of them"
+    other = recording.get("gyro_1")
+    if other is not None and (PAIRS, "delay") not in kinds:
+        turns = "Turns by hand about all three axes, a minute of them"
+        yield (
+            "delay, rotation and scale between its IMUs",
+            turns if other.rate >= _FAST else "Gyro and accelerometer at 100 Hz and more",
+        )
     if recording.mag is not None and (MAGNETOMETER, "field") not in kinds:
         yield "iron near the magnetometer", "Turns by hand about all three axes, a minute of them"
     if (RECEIVER, "fixes") in kinds and (RECEIVER, "innovations") not in kinds:

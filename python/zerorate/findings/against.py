@@ -1,0 +1,239 @@
+"""One gyro against another of the same body: delay, rotation and scale, each with its error."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from zerorate.findings.imus import BLOCK, Sensor
+from zerorate.types import Booleans, Floats
+
+_CELL: Final = 0.04
+"""Seconds of which the mean rates are compared; more where samples are fewer."""
+_WINDOW: Final = 20.0
+_WINDOWS: Final = 90
+"""Windows that are looked at, those that turn most: half an hour."""
+_FARTHEST: Final = 0.5
+"""Largest delay that is looked for, s."""
+_BLOCKS: Final = 12
+"""Parts of equal evidence whose jackknife tells the errors."""
+_CELLS: Final = 200
+ALIKE: Final = 0.95
+"""Correlation of what two gyros of one body show."""
+_HOLE: Final = 3.5
+"""Periods of a gap over which nothing is compared."""
+_TOP: Final = 0.995
+"""Part of the largest rate of an axis above which it may be clipped."""
+_ROUNDS: Final = 5
+
+
+class Against(NamedTuple):
+    """How a second gyro differs from a first.
+
+    The rate of the first at t is that of the second at t + delay, turned by `matrix` and times
+    `scale` along the axes of the first. Sigmas are infinite where turns do not tell.
+    """
+
+    alike: float
+    """Correlation of the two after all that; below 0.95 they are not on one body."""
+    delay: float
+    delay_sigma: float
+    matrix: Floats
+    turn_sigma: Floats
+    """Of the rotation about each axis of the first, rad."""
+    scale: Floats
+    scale_sigma: Floats
+    scatter: float
+    """Of the difference that is left, rad/s, over a cell."""
+
+
+class _Cells(NamedTuple):
+    """Mean rates of the first and edges of cells that can be compared, window by window."""
+
+    rates: Floats
+    low: Floats
+    high: Floats
+
+
+class _Angle:
+    """The integral of a gyro: a piecewise cubic whose slope is the samples."""
+
+    def __init__(self, one: Sensor) -> None:
+        kept = np.append(True, np.diff(one.log.sampled) > 0.0)
+        self.time = one.log.sampled[kept]
+        self.rate = (one.factor or 1.0) * one.log.data[kept]
+        self.period = 1.0 / one.log.rate
+        known = np.isfinite(self.rate).all(axis=1)
+        largest = np.abs(self.rate[known]).max(axis=0, initial=0.0)
+        with np.errstate(invalid="ignore"):
+            self.good = known & (np.abs(self.rate) < _TOP * largest).all(axis=1)
+        values = np.where(known[:, np.newaxis], self.rate, 0.0)
+        steps = np.diff(self.time)[:, np.newaxis]
+        slopes = np.gradient(values, self.time, axis=0)
+        # The trapezoid with its end correction: as exact as a cubic.
+        parts = 0.5 * steps * (values[1:] + values[:-1]) - steps**2 / 12.0 * np.diff(slopes, axis=0)
+        self.values = values
+        self.angle = np.concatenate([np.zeros((1, 3)), np.cumsum(parts, axis=0)])
+        holes = (np.diff(self.time) > _HOLE * self.period) | ~self.good[1:] | ~self.good[:-1]
+        self.holes = np.append(0, np.cumsum(holes))
+
+    def at(self, times: Floats) -> tuple[Floats, Floats]:
+        """Return the angle and the rate at some times, each of shape (n, 3)."""
+        i = np.clip(np.searchsorted(self.time, times) - 1, 0, len(self.time) - 2)
+        step = (self.time[i + 1] - self.time[i])[:, np.newaxis]
+        u = ((times - self.time[i]) / step[:, 0])[:, np.newaxis]
+        first, last = self.values[i], self.values[i + 1]
+        rise = self.angle[i + 1] - self.angle[i]
+        bend, twist = 3.0 * rise - step * (2.0 * first + last), step * (first + last) - 2.0 * rise
+        angle = self.angle[i] + u * (step * first + u * (bend + u * twist))
+        return angle, first + u * (2.0 * bend + 3.0 * u * twist) / step
+
+    def whole(self, low: Floats, high: Floats) -> Booleans:
+        """Return whether each span is inside the log and has no gap, no NaN and no clipping."""
+        inside = (low > self.time[0]) & (high < self.time[-1])
+        a = np.clip(np.searchsorted(self.time, low) - 1, 0, len(self.holes) - 1)
+        b = np.clip(np.searchsorted(self.time, high), 0, len(self.holes) - 1)
+        return np.asarray(inside & (self.holes[a] == self.holes[b]))
+
+
+def against(first: Sensor, second: Sensor) -> Against | None:
+    """Return how a gyro differs from another, None where they turn too little to tell.
+
+    Mean rates over cells of 0.04 s, by integrals of both, follow a linear model of nine numbers, a
+    bias and a delay (Gauss-Newton); its polar decomposition is rotation and scale. Errors are those
+    of a jackknife over twelve parts of equal evidence, which holds for coloured noise too, and of
+    the noise in what is compared with, which makes scales look small.
+    """
+    mine, its = _Angle(first), _Angle(second)
+    cells = _cells(first, mine, its)
+    if cells is None:
+        return None
+    delay = _roughly(cells, its)
+    linear = np.eye(3)
+    for _ in range(_ROUNDS):
+        usable = its.whole(cells.low + delay, cells.high + delay)
+        kept = _Cells(*(part[usable] for part in cells))
+        if len(kept.low) < _CELLS:
+            return None
+        rates, changes = _shifted(kept, its, delay)
+        step, linear, _ = _solved(kept.rates, rates, changes @ linear.T)
+        delay += step
+        if abs(delay) > _FARTHEST:
+            return None
+    return _judged(kept.rates, rates, changes @ linear.T, delay - step)
+
+
+def _cells(first: Sensor, mine: _Angle, its: _Angle) -> _Cells | None:
+    """Return the cells of the windows that turn most."""
+    length = max(_CELL, 2.0 * max(mine.period, its.period))
+    begin, end = max(mine.time[0], its.time[0]), min(mine.time[-1], its.time[-1])
+    sizes = np.linalg.norm(first.blocks.mean, axis=1)
+    starts = np.arange(begin, end - 1.0, _WINDOW)
+    edges = np.clip(((starts - first.start) / BLOCK).astype(np.int64), 0, max(len(sizes) - 1, 0))
+    if not starts.size or not sizes.size:
+        return None
+    turning = np.add.reduceat(np.nan_to_num(sizes), edges)
+    chosen = np.sort(np.argsort(-turning, kind="stable")[:_WINDOWS])
+    spans = [np.arange(s, min(s + _WINDOW, end), length) for s in starts[chosen]]
+    low = np.concatenate([one[:-1] for one in spans])
+    high = np.concatenate([one[1:] for one in spans])
+    whole = mine.whole(low, high)
+    low, high = low[whole], high[whole]
+    if len(low) < _CELLS:
+        return None
+    rates = (mine.at(high)[0] - mine.at(low)[0]) / (high - low)[:, np.newaxis]
+    return _Cells(rates, low, high)
+
+
+def _shifted(cells: _Cells, its: _Angle, delay: float) -> tuple[Floats, Floats]:
+    """Return mean rates of the second, later by a delay, and how they change with it."""
+    (below, slow), (above, fast) = its.at(cells.low + delay), its.at(cells.high + delay)
+    length = (cells.high - cells.low)[:, np.newaxis]
+    return (above - below) / length, (fast - slow) / length
+
+
+def _roughly(cells: _Cells, its: _Angle) -> float:
+    """Return the delay at which the sizes of the rates are most alike, to a cell."""
+    length = float(cells.high[0] - cells.low[0])
+    mine = np.linalg.norm(cells.rates, axis=1)
+    count = round(_FARTHEST / length)
+    best, most = 0.0, -math.inf
+    for delay in length * np.arange(-count, count + 1):
+        usable = its.whole(cells.low + delay, cells.high + delay)
+        if np.count_nonzero(usable) < max(3, 0.5 * len(mine)):
+            continue
+        part = _Cells(*(one[usable] for one in cells))
+        alike = _correlation(mine[usable], np.linalg.norm(_shifted(part, its, delay)[0], axis=1))
+        if alike > most:
+            best, most = float(delay), alike
+    return best
+
+
+def _correlation(one: Floats, other: Floats) -> float:
+    one, other = one - one.mean(axis=0), other - other.mean(axis=0)
+    size = math.sqrt(float(np.square(one).sum()) * float(np.square(other).sum()))
+    return float((one * other).sum()) / size if size > 0.0 else 0.0
+
+
+def _sums(mine: Floats, its: Floats, turned: Floats) -> tuple[Floats, ...]:
+    """Return the sums of the normal equations."""
+    known = np.column_stack([its, np.ones(len(its))])
+    squares = np.array([float(np.square(turned).sum()), float((turned * mine).sum())])
+    return known.T @ known, known.T @ mine, known.T @ turned, squares
+
+
+def _of_sums(sums: tuple[Floats, ...]) -> tuple[float, Floats, Floats]:
+    """Return what is to be added to the delay, the linear map and the offset."""
+    gram, onto, along, (size, seen) = sums
+    inverse = np.linalg.pinv(gram, hermitian=True)
+    rest = size - float((along * (inverse @ along)).sum())
+    step = (seen - float((along * (inverse @ onto)).sum())) / rest if rest > 0.0 else 0.0
+    solution = inverse @ (onto - step * along)
+    return step, np.asarray(solution[:3].T), np.asarray(solution[3])
+
+
+def _solved(mine: Floats, its: Floats, turned: Floats) -> tuple[float, Floats, Floats]:
+    return _of_sums(_sums(mine, its, turned))
+
+
+def _polar(linear: Floats) -> tuple[Floats, Floats]:
+    """Return the rotation next to a linear map, and its stretch along the axes of the first."""
+    left, sizes, right = np.linalg.svd(linear)
+    sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right)) or 1.0])
+    stretch = (left * sizes) @ left.T
+    return np.asarray(left @ sign @ right), np.asarray(np.diag(stretch))
+
+
+def _judged(mine: Floats, its: Floats, turned: Floats, delay: float) -> Against:
+    evidence = np.cumsum(np.square(its - its.mean(axis=0)).sum(axis=1))
+    cuts = np.searchsorted(evidence, evidence[-1] * np.arange(1, _BLOCKS) / _BLOCKS)
+    triples = zip(*(np.split(one, cuts) for one in (mine, its, turned)), strict=True)
+    parts = [_sums(*triple) for triple in triples]
+    total = tuple(np.sum([part[k] for part in parts], axis=0) for k in range(4))
+    step, linear, offset = _of_sums(total)
+    matrix, scale = _polar(linear)
+    left = mine - its @ linear.T - offset - step * turned
+    numbers = []
+    for part in parts:
+        less, other, _ = _of_sums(tuple(a - b for a, b in zip(total, part, strict=True)))
+        turn, stretch = _polar(other)
+        numbers.append(np.concatenate([[less], _vector(turn @ matrix.T), stretch]))
+    spread = np.std(numbers, axis=0) * math.sqrt(_BLOCKS - 1.0)
+    # Noise in what is compared with makes the answer small, by this much at most.
+    weak = (
+        0.5
+        * float(np.mean(np.square(left)))
+        * np.diag(np.linalg.pinv(np.cov(its @ matrix.T, rowvar=False), hermitian=True))
+    )
+    return Against(
+        _correlation(mine, mine - left), delay + step, float(spread[0]), matrix, spread[1:4],
+        scale, np.hypot(spread[4:], weak), math.sqrt(float(np.mean(np.square(left)))),
+    )  # fmt: skip
+
+
+def _vector(small: Floats) -> Floats:
+    """Return the rotation vector of a small rotation."""
+    off = 0.5 * (small - small.T)
+    return np.array([off[2, 1], off[0, 2], off[1, 0]])
