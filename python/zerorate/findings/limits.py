@@ -72,6 +72,8 @@ LIMITS: Final[Mapping[str, Limit]] = {
     "coarse step": Limit("step of the numbers over their scatter at rest", "", 2.0, math.inf),
     "gyro bias": _from_act("bias of the gyro at rest", "deg/s", 5.0),
     "bias moves": Limit("bias of the gyro between two rests", "deg/s", 0.1, math.inf),
+    # A log that warms by ten kelvins moves the bias by three times what is looked at above.
+    "bias by temperature": Limit("bias of the gyro by temperature", "deg/s/K", 0.03, math.inf),
     "gravity": _from_act("norm at rest from 9.807 m/s²", "m/s²", 0.4, "PX4, EKF2_ABL_LIM"),
     "gyro noise": Limit("noise of the gyro at rest", "deg/s/√Hz", 0.15 / _THIRD, math.inf),
     "accel noise": Limit("noise of the accelerometer at rest", "µg/√Hz", 1500 / _THIRD, math.inf),

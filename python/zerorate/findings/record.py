@@ -58,6 +58,8 @@ def _missing(
         )
     if "temperature" not in recording:
         yield "the bias by temperature", "The sensor's temperature, beside its samples"
+    elif any(one.kind == "bias by temperature" and one.value is None for one in findings):
+        yield "the bias by temperature", "Still from cold until it is warm, and cool again"
     yield from _of_motion(recording, findings)
 
 

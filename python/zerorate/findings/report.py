@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -36,6 +37,7 @@ from zerorate.findings.rests import NOISE, noise, rests
 from zerorate.findings.rests import SECTION as RESTS
 from zerorate.findings.samples import SECTION as SAMPLES
 from zerorate.findings.samples import samples
+from zerorate.findings.temperature import by_temperature
 from zerorate.findings.vibration import SECTION as VIBRATION
 from zerorate.findings.vibration import vibration
 from zerorate.io.log import LogError, Recording
@@ -78,7 +80,7 @@ SECTIONS: Final[dict[str, Callable[[_Given], Iterator[Finding]]]] = {
     CONTENTS: lambda given: contents(given.recording, given.imus),
     CLOCK: lambda given: clock(given.imus),
     SAMPLES: lambda given: samples(given.imus),
-    RESTS: lambda given: rests(given.imus),
+    RESTS: lambda given: chain(rests(given.imus), by_temperature(given.recording, given.imus)),
     NOISE: lambda given: noise(given.imus),
     VIBRATION: lambda given: vibration(given.imus),
     AUTOPILOT: lambda given: autopilot(given.recording),
