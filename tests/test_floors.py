@@ -10,7 +10,7 @@ import zerorate
 ROOT = Path(zerorate.__file__).parent
 FLOORS = (
     ("_native", "faults", "lazy", "numerals", "progress", "texts", "types", "units", "views"),
-    ("denoising", "geometry", "io", "linear", "options"),
+    ("datasets", "denoising", "geometry", "io", "linear", "options"),
     ("metrics", "noise"),
     ("calibration", "checks", "identify"),
     ("array", "attitude", "navigation", "position"),

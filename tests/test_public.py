@@ -15,6 +15,7 @@ PACKAGES = (
     "calibration",
     "checks",
     "compare",
+    "datasets",
     "denoising",
     "findings",
     "identify",

@@ -115,3 +115,15 @@ def test_without_scipy_or_h5py_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "h5py", None)
     with pytest.raises(ImportError, match=r"a MAT file needs h5py: .*'\.\[hdf5\]'"):
         read_log(path)
+
+
+@pytest.mark.parametrize("name", ["sampling_rate", "fs", "SampleRate"])
+def test_a_number_that_is_called_like_a_rate_is_one(tmp_path, name):
+    log = read_log(write(tmp_path, {"imu_gyr": GYRO, name: 100.0}))
+    assert log.rate == 100.0
+    assert any(note == f"rate 100 Hz by '{name}'" for note in log.meta["notes"])
+
+
+def test_a_column_that_is_called_like_a_rate_is_none(tmp_path):
+    log = read_log(write(tmp_path, {"t": TIME, "gyro": GYRO, "fs": TIME}))
+    assert log.rate == pytest.approx(100.0)

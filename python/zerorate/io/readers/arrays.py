@@ -15,7 +15,12 @@ from zerorate.io.names import looks_like_sensor, split_unit
 from zerorate.io.readers.stored import Axis, Stored, loaded
 from zerorate.io.table import Column, Metadata, Table
 
-SCALARS = ("rate", "unit", "names", "sensor")
+_RATES = (
+    *("sampling_rate", "samplingRate", "SamplingRate", "sample_rate", "sampleRate", "SampleRate"),
+    *("samplerate", "sampling_frequency", "sample_frequency", "fs", "Fs", "FS", "f_s"),
+)
+"""What others call the rate; a single number under such a name is one."""
+SCALARS = ("rate", "unit", "names", "sensor", *_RATES)
 _WIDEST = 64
 
 
@@ -33,10 +38,11 @@ def from_array(array: Stored) -> Table:
 
 def from_arrays(arrays: Mapping[str, Stored]) -> Table:
     """Return the table of arrays by name, its rate, unit, names and sensor among them."""
-    # An array of them tells the rows of several sensors apart.
-    sensors = {n for n, array in arrays.items() if n == "sensor" and math.prod(array.shape) > 1}
-    meta = metadata_of({n: array for n, array in arrays.items() if n not in sensors})
-    columns = {n: array for n, array in arrays.items() if n not in SCALARS or n in sensors}
+    # An array of them tells the rows of several sensors apart; a column may be called like a rate.
+    rows = {n for n, array in arrays.items() if n == "sensor" and math.prod(array.shape) > 1}
+    rows |= {n for n, array in arrays.items() if n in _RATES and not _is_number(array)}
+    meta = metadata_of({n: array for n, array in arrays.items() if n not in rows})
+    columns = {n: array for n, array in arrays.items() if n not in SCALARS or n in rows}
     if "data" in columns:
         return _with_data(columns, meta)
     return _one_array_a_column(columns, meta)
@@ -160,7 +166,8 @@ def _raise_lengths(arrays: Sequence[tuple[str, Stored]]) -> NoReturn:
 
 def metadata_of(arrays: Mapping[str, Stored]) -> Metadata:
     """Return what the scalars among some arrays say."""
-    rate = _scalar(arrays, "rate", "fiu")
+    called = next((name for name in ("rate", *_RATES) if name in arrays), "rate")
+    rate = _scalar(arrays, called, "fiu")
     unit = _scalar(arrays, "unit", "U")
     sensor = _scalar(arrays, "sensor", "U")
     names = arrays.get("names")
@@ -171,7 +178,12 @@ def metadata_of(arrays: Mapping[str, Stored]) -> Metadata:
         unit=None if unit is None else str(unit),
         sensor=None if sensor is None else str(sensor),
         names=None if names is None else tuple(str(name) for name in names.read().reshape(-1)),
+        notes=() if rate is None or called == "rate" else (f"rate {rate:g} Hz by '{called}'",),
     )
+
+
+def _is_number(array: Stored) -> bool:
+    return math.prod(array.shape) == 1 and array.dtype.kind in "fiu"
 
 
 def _scalar(arrays: Mapping[str, Stored], key: str, kinds: str) -> np.generic | None:

@@ -1,0 +1,189 @@
+"""Public recordings by name, downloaded once: what the tutorials run on.
+
+A recording is pinned to a commit of its repository. Where its SHA-256 is known, a file that differs
+is refused; where it is not, that is said.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from difflib import get_close_matches
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+from urllib.parse import quote
+
+from zerorate.faults import ArgumentError
+from zerorate.texts import extra_needed
+
+__all__ = ["DATASETS", "Dataset", "fetch"]
+
+_HOST: Final = "https://raw.githubusercontent.com"
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """A public recording.
+
+    Attributes
+    ----------
+    name : str
+        What `fetch` calls it.
+    about : str
+        What was recorded, by which device.
+    licence : str
+        Under which its authors give it.
+    repository, commit, path : str
+        Where it is: the owner and name on GitHub, the commit, the file.
+    sha256 : str, optional
+        Of the file; None where it is not known.
+    """
+
+    name: str
+    about: str
+    licence: str
+    repository: str
+    commit: str
+    path: str
+    sha256: str | None = None
+
+    @property
+    def url(self) -> str:
+        """The address from which it is downloaded."""
+        return f"{_HOST}/{self.repository}/{self.commit}/{quote(self.path)}"
+
+
+def _broad(number: int, title: str) -> Dataset:
+    return Dataset(
+        f"broad/{number:02}",
+        f"BROAD, {title.replace('_', ' ')}: nine axes of a myon aktos-t at 285.7 Hz in a hand, "
+        "orientation by motion capture",
+        "CC BY 4.0",
+        "dlaidig/broad",
+        "afbaa4d75c4cd7c8ca76b8145b1812312d87fb7f",
+        f"data_mat/{number:02}_{title}.mat",
+    )
+
+
+_BROAD: Final = {
+    1: "undisturbed_slow_rotation_A",
+    2: "undisturbed_slow_rotation_B",
+    3: "undisturbed_slow_rotation_C",
+    4: "undisturbed_slow_rotation_with_breaks_A",
+    5: "undisturbed_slow_rotation_with_breaks_B",
+    6: "undisturbed_fast_rotation_A",
+    7: "undisturbed_fast_rotation_B",
+    8: "undisturbed_fast_rotation_with_breaks_A",
+    9: "undisturbed_fast_rotation_with_breaks_B",
+    10: "undisturbed_slow_translation_A",
+    11: "undisturbed_slow_translation_B",
+    12: "undisturbed_slow_translation_C",
+    14: "undisturbed_slow_translation_with_breaks_B",
+    15: "undisturbed_fast_translation_A",
+    16: "undisturbed_fast_translation_B",
+    18: "undisturbed_fast_translation_with_breaks_B",
+    21: "undisturbed_fast_combined",
+    24: "disturbed_tapping_A",
+    25: "disturbed_tapping_B",
+    26: "disturbed_phone_vibration_A",
+    27: "disturbed_phone_vibration_B",
+    28: "disturbed_stationary_magnet_A",
+    29: "disturbed_stationary_magnet_B",
+    30: "disturbed_stationary_magnet_C",
+    31: "disturbed_stationary_magnet_D",
+    32: "disturbed_attached_magnet_1cm",
+    33: "disturbed_attached_magnet_2cm",
+    34: "disturbed_attached_magnet_3cm",
+    35: "disturbed_attached_magnet_4cm",
+    36: "disturbed_attached_magnet_5cm",
+}
+
+_OTHERS: Final = (
+    Dataset(
+        "px4/sample",
+        "six seconds of a PX4 autopilot's log with three IMUs and a receiver",
+        "BSD-3-Clause",
+        "PX4/pyulog",
+        "3cf17793f14709713ab297d3743314c658874068",
+        "test/sample_log_small.ulg",
+        "68d1020f688109f027dba08d2950247cc0ae34aaefdcf37e4a7d60838f3e1aa3",
+    ),
+    Dataset(
+        "px4/motor-failure",
+        "a flight of a PX4 autopilot in which a motor failed",
+        "MIT",
+        "PX4/flight-review-rs",
+        "0b1d5ee209e3b4ccfb30d91b675a9f7e8c484ad8",
+        "crates/converter/tests/fixtures/motor_failure.ulg",
+        "471f4af4b57a94adbeb7006f1994cbc4742f0510a5ae8bc562b41c125282e860",
+    ),
+    Dataset(
+        "gopro/karma",
+        "a GoPro's video with its telemetry: twelve seconds of gyro at 398 Hz and accelerometer",
+        "Apache-2.0 or MIT",
+        "gopro/gpmf-parser",
+        "2f54a2c11039d1fe4f7514e0f9288beb61ba3e06",
+        "samples/karma.mp4",
+        "35c2c80530e0d6c5eed8dafd71852dac621db547bef6bf5ad375b91bd0e38347",
+    ),
+    Dataset(
+        "xsens/sit-to-stand",
+        "an export of Xsens MT Manager at 100 Hz: a person stands up",
+        "Apache-2.0",
+        "opensim-org/opensim-core",
+        "095277807870a7c95dd7fb5e47449ed60afa50dd",
+        "OpenSim/Tests/shared/IMUData/Xsens/MT_012005D6-000_sit_to_stand-000_00B421ED.txt",
+        "5ff9bbbbdc928f061a46781cb2613769f9655a4093b5392e2ee998db23710a13",
+    ),
+)
+
+DATASETS: Final = {one.name: one for one in (*(_broad(*item) for item in _BROAD.items()), *_OTHERS)}
+"""The public recordings by name: `Dataset` says what each is and under which licence."""
+
+
+def fetch(name: str, folder: str | Path | None = None) -> Path:
+    """Return the file of a public recording, which is downloaded when it is not there yet.
+
+    What it is, its licence and its address are written to stderr before a download.
+
+    Parameters
+    ----------
+    name : str
+        One of `DATASETS`, such as ``"broad/05"``.
+    folder : path, optional
+        Where files are kept; default the cache of the user.
+
+    Returns
+    -------
+    pathlib.Path
+        The file, for `zerorate.read_recording` or `zerorate.read_log`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such recording, or the file is not the one that is known.
+    ImportError
+        If pooch is not installed, the extra ``data``.
+    OSError
+        If it cannot be downloaded.
+    """
+    if name not in DATASETS:
+        near = get_close_matches(name, DATASETS, 3) or sorted(DATASETS)[-4:]
+        raise ArgumentError("name", f"is no public recording: '{name}'; such as {', '.join(near)}")
+    if find_spec("pooch") is None:
+        raise ImportError(extra_needed("pooch", "data", "a public recording"))
+    import pooch
+
+    one = DATASETS[name]
+    place = Path(pooch.os_cache("zerorate") if folder is None else folder).expanduser()
+    file = name.replace("/", "-") + Path(one.path).suffix
+    if not (place / file).exists():
+        known = "" if one.sha256 else "; pinned by its commit, no checksum is known"
+        print(f"{name}: {one.about}. {one.licence}, {one.url}{known}", file=sys.stderr)
+    return Path(pooch.retrieve(one.url, one.sha256, file, place, progressbar=False))
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__
