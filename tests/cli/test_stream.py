@@ -1,12 +1,16 @@
 """`zerorate stream` as users run it: through pipes, FIFOs, terminals and datagrams."""
 
+import json
 import os
+import pty
 import signal
 import socket
 import subprocess
 import sys
 import tty
+import urllib.request
 import zlib
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -541,3 +545,62 @@ class TestCheckpoints:
         assert (code, answers) == (1, EXPECTED[1:])
         told = errors.replace(told_of(Z, opening=None), "").splitlines()[1:]
         assert [line.split(":")[1] for line in told] == [" the checkpoint cannot be written"] * 2
+
+
+def test_a_page_shows_what_is_streamed():
+    with Asked(*RATE, "--serve", "0") as asked:
+        address = asked.process.stderr.readline()
+        assert address.startswith("zerorate: watch at http://127.0.0.1:")
+        for line in ("wx,wy", *LINES[:3]):
+            asked.ask(line)
+        with urllib.request.urlopen(f"{address.split()[-1]}events", timeout=60) as events:
+            view = json.loads(events.readline().removeprefix(b"data: "))
+            assert view["names"] == ["wx", "wy"]
+            code, _, errors = asked.end()
+            assert events.read().endswith(b"event: end\ndata: \n\n")
+        assert (code, errors) == (0, "zerorate: filters wx, wy\n")
+
+
+def test_a_port_that_is_taken_is_told(capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        assert run(["stream", *RATE, "--serve", port]) == 2
+    assert f"--serve cannot use port {port}: Address already in use" in capsys.readouterr().err
+
+
+def test_a_terminal_shows_what_is_streamed(tmp_path, capfd):
+    assert run(["stream", *RATE, "--show"]) == 2
+    assert "--show draws on stderr, which is no terminal here" in capfd.readouterr().err
+
+    source = tmp_path / "lines"
+    source.write_text("\n".join(["wx,wy", *LINES]), encoding="utf-8")
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "zerorate", "stream", str(source), *RATE, "--show"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=theirs) as process:
+        os.close(theirs)
+        shown = b""
+        with suppress(OSError):  # how a terminal ends
+            while more := os.read(ours, 1 << 16):
+                shown += more
+        answers = process.stdout.read().decode().splitlines()
+    os.close(ours)
+    assert answers == ["wx,wy", *EXPECTED]
+    assert process.returncode == 0
+    assert "3.0 s" in shown.decode()
+    assert "filters wx, wy" in shown.decode()
+
+
+def test_answers_are_not_printed_over_what_is_shown(tmp_path):
+    source = tmp_path / "lines"
+    source.write_text("\n".join(["wx,wy", *LINES]), encoding="utf-8")
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "zerorate", "stream", str(source), *RATE, "--show"]
+    with subprocess.Popen(command, stdout=theirs, stderr=theirs) as process:
+        os.close(theirs)
+        shown = b""
+        with suppress(OSError):
+            while more := os.read(ours, 1 << 16):
+                shown += more
+    os.close(ours)
+    assert process.returncode == 0
+    assert EXPECTED[-1] not in shown.decode()

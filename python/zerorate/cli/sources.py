@@ -1,5 +1,6 @@
 """Where the samples of ``zerorate stream`` come from: stdin, a file, datagrams, a live device."""
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -68,8 +69,10 @@ class Origin:
         return {"sequence": form.counter, "sequence_bits": form.counter_bits}
 
     @contextmanager
-    def opened(self, source: Path | None, interrupts: Interrupts) -> Iterator[Iterator[Line]]:
-        """Give the lines, or the packets, of whatever was asked for."""
+    def opened(
+        self, source: Path | None, interrupts: Interrupts, hidden: bool
+    ) -> Iterator[Iterator[Line]]:
+        """Give the lines, or the packets, of whatever was asked for; `hidden` prints no answers."""
         form = self.packets()
         if self.udp is not None:
             with as_usage():
@@ -78,8 +81,7 @@ class Origin:
                 tell("listening on {}:{}".format(*port.getsockname()[:2]))
                 yield datagrams(port, interrupts)
             return
-        with self._bytes(source, form, interrupts) as file:
-            answers = _bytes_of(sys.stdout, "stdout")
+        with self._bytes(source, form, interrupts) as file, _answers(hidden) as answers:
             if form is None:
                 yield lines_of(file, answers, interrupts)
             else:
@@ -105,6 +107,15 @@ class Origin:
                 yield file
         else:
             yield _bytes_of(sys.stdin, "stdin")
+
+
+@contextmanager
+def _answers(hidden: bool) -> Iterator[BinaryIO]:
+    if not hidden:
+        yield _bytes_of(sys.stdout, "stdout")
+        return
+    with open(os.devnull, "wb") as nowhere:
+        yield nowhere
 
 
 def _bytes_of(stream: TextIO | None, name: str) -> BinaryIO:

@@ -28,6 +28,7 @@ from zerorate.cli.options import (
 from zerorate.cli.outputs import make_folders
 from zerorate.cli.sources import Origin
 from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, tell
+from zerorate.cli.watching import Watched
 from zerorate.faults import naming, told
 from zerorate.io import check_writable
 from zerorate.io.counts import Scaling
@@ -222,6 +223,7 @@ class _Saves:
 @with_group(_OfEarth, "of_earth")
 @with_group(Origin, "origin")
 @with_group(_Saves, "saves")
+@with_group(Watched, "watched")
 @with_filter_options
 @with_reading_options(
     without=["topic", "group_by", "start", "stop", "time", "time_unit", "sensor"],
@@ -255,6 +257,7 @@ def stream(
     of_earth: _OfEarth,
     origin: Origin,
     saves: _Saves,
+    watched: Watched,
 ) -> None:
     """Answer each line of samples at once with the compensated rate.
 
@@ -285,11 +288,13 @@ def stream(
         settings = _settings(reading, beside, asked)
     saver = saves.saver(rate)
     lines = saves.resumed(settings, numbers.fields)
-    server = Server(lines, saver, lambda text: tell(told(text)), numbers.fields is not None)
-    try:
-        _run(server, source, origin)
-    finally:
-        _report(server, asked["sequence"] is not None)
+    patient = numbers.fields is not None
+    with watched.watcher() as watcher:
+        server = Server(lines, saver, lambda text: tell(told(text)), patient, watcher)
+        try:
+            _run(server, source, origin, watched.hides_answers)
+        finally:
+            _report(server, asked["sequence"] is not None)
 
 
 def _settings(reading: Reading, beside: str | None, asked: Mapping[str, Any]) -> Settings:
@@ -358,14 +363,14 @@ def _read(
         raise DataFault(f"{path}: {error}") from None
 
 
-def _run(server: Server, source: Path | None, origin: Origin) -> None:
+def _run(server: Server, source: Path | None, origin: Origin, hidden: bool) -> None:
     """Serve what was asked for; a signal ends it with the code of a shell."""
     interrupts = Interrupts()
     try:
         with (
             interrupts.caught(),
             _saved(server),
-            origin.opened(source, interrupts) as taken,
+            origin.opened(source, interrupts, hidden) as taken,
             _faults(),
         ):
             server.serve(taken)

@@ -25,6 +25,7 @@ from zerorate.run.live.lines import (
     seconds_in,
     texts_of,
 )
+from zerorate.run.live.view import View
 from zerorate.units import UNITS
 
 _APART: Final = 30.0
@@ -34,6 +35,14 @@ _ODD: Final = 10
 
 _QUATERNION: Final = tuple(f"quat_{axis}" for axis in "wxyz")
 _DEG: Final = math.degrees(1.0)
+
+
+# Half a turn about the first axis makes of north, east, down axes of which the third is up.
+_UP: Final[Mapping[str, Callable[..., tuple[float, ...]]]] = {
+    "enu": lambda w, x, y, z: (w, x, y, z),
+    "nwu": lambda w, x, y, z: (w, x, y, z),
+    "ned": lambda w, x, y, z: (-x, w, -z, y),
+}
 
 
 class WithAttitude(StrEnum):
@@ -202,6 +211,7 @@ class AttitudeEngine(Engine):
         super().__init__(opened.layout, samples)
         self._opened, self._settings, self._filter = opened, settings, filter
         self._lost, self._last, self._odd = lost, last, 0
+        self._gyro: Any = None
         self._beside = [_BESIDE[WithAttitude(name)] for name in settings.beside]
 
     @property
@@ -241,10 +251,29 @@ class AttitudeEngine(Engine):
             self._last = seconds
         self._lost = 0
         self.samples += 1
-        texts = texts_of(self._filter.update(*self._scaled(row), dt=step))
+        scaled = self._scaled(row)
+        self._gyro = scaled[0]
+        texts = texts_of(self._filter.update(*scaled, dt=step))
         for _, read in self._beside:
             texts += texts_of(read(self._filter))
         return texts
+
+    def view(self) -> View | None:
+        """Return the rate without its bias, the bias, and the orientation."""
+        if self._gyro is None:
+            return None
+        filter_ = self._filter
+        return View(
+            seconds=self.samples / self._settings.rate,
+            names=tuple(self.layout.labels[:3]),
+            unit=self._opened.gyro_unit,
+            rate=tuple((self._gyro - filter_.bias).tolist()),
+            bias=tuple(filter_.bias.tolist()),
+            bias_sigma=tuple(filter_.bias_sigma.tolist()),
+            status=str(filter_.status),
+            quaternion=tuple(_UP[self._settings.frame](*filter_.quaternion.tolist())),
+            euler_deg=tuple((filter_.euler * _DEG).tolist()),
+        )
 
     def sentences(self) -> Iterator[str]:
         """Yield what there is to say at the end."""

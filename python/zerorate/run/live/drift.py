@@ -12,6 +12,7 @@ from zerorate.run.left_out import LeftOut
 from zerorate.run.live.engine import Engine
 from zerorate.run.live.lines import Layout, number_or_nan
 from zerorate.run.live.running import Running
+from zerorate.run.live.view import View
 
 _HEAD: Final = 100
 """Samples that tell whether they look like raw counts."""
@@ -46,6 +47,7 @@ class DriftEngine(Engine):
         super().__init__(layout, samples)
         self._running, self._scale, self._limit = running, scale, limit
         self._head: list[list[float]] = []
+        self._gyro: list[float] | None = None
         self._accel = tuple(accel)
 
     @property
@@ -75,6 +77,7 @@ class DriftEngine(Engine):
             gyro = [value * self._scale for value in gyro]
         elif self.samples <= _HEAD:
             self._head.append(gyro)
+        self._gyro = gyro
         return self._running.answer(gyro, force) if force else self._running.answer(gyro)
 
     def placed(self, cells: Sequence[str], texts: Sequence[str]) -> str:
@@ -112,6 +115,23 @@ class DriftEngine(Engine):
         filter_ = self._running.filter
         seen = filter_.samples_seen
         yield from LeftOut.of(filter_).sentences(self._names, seen, self._limit)
+
+    def view(self) -> View | None:
+        """Return the last sample without its bias, and the bias."""
+        if self._gyro is None:
+            return None
+        filter_ = self._running.filter
+        bias = np.atleast_1d(filter_.bias)
+        status = filter_.status
+        return View(
+            seconds=self.samples / filter_.rate,
+            names=tuple(self._names),
+            unit=self.layout.unit or "",
+            rate=tuple((np.array(self._gyro) - bias).tolist()),
+            bias=tuple(bias.tolist()),
+            bias_sigma=tuple(np.atleast_1d(filter_.bias_sigma).tolist()),
+            status=status if isinstance(status, str) else ", ".join(dict.fromkeys(status)),
+        )
 
     def state(self) -> dict[str, Any]:
         """Return how many missing samples the filter has not been given, and who sees motion."""

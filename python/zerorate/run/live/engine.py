@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Protocol, Self
 
 from zerorate.run.live.lines import Layout
+from zerorate.run.live.view import View
 
 
 class Engine(ABC):
@@ -69,6 +70,10 @@ class Engine(ABC):
 
     def _passing(self, cells: Sequence[str]) -> Iterator[str]:
         return (cell for i, cell in enumerate(cells) if i not in self.layout.channels)
+
+    def view(self) -> View | None:
+        """Return what a person may watch, None where there is nothing yet."""
+        return None
 
     @property
     def opening(self) -> str | None:

@@ -16,6 +16,7 @@ from zerorate.io.packets import Damaged, PacketForm
 from zerorate.run.interrupts import Interrupts
 from zerorate.run.live.lines import ColumnError, LineError
 from zerorate.run.live.stream import LineStream
+from zerorate.run.live.view import Watcher
 
 _TOLD: Final = 10
 _LONGEST: Final = 1 << 16
@@ -182,12 +183,15 @@ class Server:
         the first ten garbled lines, and of the first ten restarts of the sequence numbers.
     patient : bool
         Whether garbled lines may come before the first whole one.
+    watcher : Watcher, optional
+        Looks at the stream after an answer has been given.
     """
 
     stream: LineStream
     saver: Saver | None
     warn: Callable[[str], None]
     patient: bool = False
+    watcher: Watcher | None = None
     garbled_count: int = field(default=0, init=False)
     restart_count: int = field(default=0, init=False)
     owing: bool = field(default=False, init=False)
@@ -212,6 +216,10 @@ class Server:
             self.owing = False
             if self.saver is not None:
                 self.saver.answered(self.stream)
+            if self.watcher is not None:
+                self.watcher.answered(self.stream)
+        if self.watcher is not None:
+            self.watcher.finish(self.stream)
 
     def _tell_opening(self) -> None:
         sentence = self.stream.opening

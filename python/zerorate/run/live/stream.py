@@ -22,6 +22,7 @@ from zerorate.run.live.lines import LineError, cells_of
 from zerorate.run.live.navigation import NavigationSettings
 from zerorate.run.live.sequence import SequenceCount
 from zerorate.run.live.settings import Settings
+from zerorate.run.live.view import View
 
 _KINDS: Final[dict[str, type[EngineSettings]]] = {
     kind.kind: kind for kind in (Settings, AttitudeSettings, ArraySettings, NavigationSettings)
@@ -130,6 +131,10 @@ class LineStream:
     def notice(self) -> str | None:
         """Return a sentence on the first samples, once; None if there is none to say."""
         return None if self._engine is None else self._engine.notice()
+
+    def view(self) -> View | None:
+        """Return what a person may watch after the last sample, None before the first."""
+        return None if self._engine is None else self._engine.view()
 
     def sentences(self) -> Iterator[str]:
         """Yield what there is to say at the end."""

@@ -1,0 +1,87 @@
+"""Those who watch ``zerorate stream`` while it runs: what is typed of them, and what draws."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from zerorate.cli.errors import UsageFault
+from zerorate.cli.standard import tell
+from zerorate.run.live.view import View, Watcher
+
+if TYPE_CHECKING:
+    from zerorate.show.live_page import LivePage
+    from zerorate.show.live_terminal import LiveTerminal
+
+
+@dataclass(frozen=True)
+class Watched:
+    """What is typed of those who watch."""
+
+    show: Annotated[
+        bool,
+        typer.Option(
+            "--show",
+            help="Draw rates, biases and attitude in the terminal (on stderr). Answers are printed "
+            "only where stdout is none.",
+        ),
+    ] = False
+    serve: Annotated[
+        int | None,
+        typer.Option(
+            metavar="PORT",
+            min=0,
+            max=65535,
+            help="Show rolling plots and the attitude on a page for a browser of this machine; 0 "
+            "takes any free port.",
+        ),
+    ] = None
+
+    @contextmanager
+    def watcher(self) -> Iterator[Watcher | None]:
+        """Open what draws; give what looks at the stream for it, None if nobody watches."""
+        puts: list[Callable[[View], None]] = []
+        with ExitStack() as opened:
+            if self.serve is not None:
+                page = opened.enter_context(_page(self.serve))
+                tell(f"watch at {page.address}")
+                puts.append(page.put)
+            if self.show:
+                puts.append(opened.enter_context(_terminal()).put)
+            yield Watcher(_to_all(puts)) if puts else None
+
+    @property
+    def hides_answers(self) -> bool:
+        """Whether answers would be printed over what is drawn."""
+        return self.show and sys.stdout is not None and sys.stdout.isatty()
+
+
+def _to_all(puts: list[Callable[[View], None]]) -> Callable[[View], None]:
+    def put(view: View) -> None:
+        for each in puts:
+            each(view)
+
+    return put
+
+
+def _page(port: int) -> "LivePage":
+    from zerorate.show.live_page import LivePage
+
+    try:
+        return LivePage(port)
+    except OSError as error:
+        raise UsageFault(f"--serve cannot use port {port}: {error.strerror}") from None
+
+
+def _terminal() -> "LiveTerminal":
+    from rich.console import Console
+
+    from zerorate.show.live_terminal import LiveTerminal
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        raise UsageFault("--show draws on stderr, which is no terminal here")
+    return LiveTerminal(console)

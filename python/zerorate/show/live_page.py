@@ -1,0 +1,173 @@
+"""A stream as it runs, in a browser of this machine: a page, and views sent to it as they come."""
+
+import json
+import queue
+import threading
+from collections import deque
+from collections.abc import Iterator
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from time import monotonic, sleep
+from types import TracebackType
+from typing import Final, Self
+
+from zerorate.run.live.view import PERIOD, View
+
+HOST: Final = "127.0.0.1"
+_SPAN: Final = 60.0
+"""Seconds that a page shows, and that one which is opened later gets at once."""
+_BEHIND: Final = 200
+"""Views that a page may be late by; of more it loses the oldest."""
+_GRACE: Final = 0.5
+"""Seconds in which pages may take the word that it is over."""
+_FILES: Final = {
+    "/": ("live_page.html", "text/html"),
+    "/live_page.css": ("live_page.css", "text/css"),
+    "/live_page.js": ("live_page.js", "text/javascript"),
+}
+_POLICY: Final = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
+    "frame-ancestors 'none'; base-uri 'none'"
+)
+
+_Pages = set[queue.Queue[str | None]]
+
+
+class LivePage:
+    """Serves the page to this machine alone until it is closed.
+
+    Parameters
+    ----------
+    port : int
+        Port on the loopback interface; 0 is any free one.
+
+    Raises
+    ------
+    OSError
+        If the port cannot be used.
+    """
+
+    def __init__(self, port: int) -> None:
+        self._past: deque[str] = deque(maxlen=round(_SPAN / PERIOD))
+        self._pages: _Pages = set()
+        self._lock = threading.Lock()
+        self._server = _Server((HOST, port), self)
+        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
+
+    @property
+    def address(self) -> str:
+        """Where the page is."""
+        return f"http://{HOST}:{self._server.server_address[1]}/"
+
+    def __enter__(self) -> Self:
+        """Begin to serve."""
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Tell all pages that it is over."""
+        self._send(None)
+        until = monotonic() + _GRACE
+        while self._pages and monotonic() < until:
+            sleep(0.01)
+        self._server.shutdown()
+        self._server.server_close()
+
+    def put(self, view: View) -> None:
+        """Send a view to all pages; none of them is waited for."""
+        text = json.dumps(view.to_json())
+        self._past.append(text)
+        self._send(text)
+
+    def events(self) -> Iterator[bytes]:
+        """Yield what was seen in the last minute, then what comes, and that it is over."""
+        waiting: queue.Queue[str | None] = queue.Queue(_BEHIND)
+        with self._lock:
+            past = list(self._past)
+            self._pages.add(waiting)
+        try:
+            yield from map(_event, past)
+            while (text := _next(waiting)) is not None:
+                # A comment shows whether the page is still there.
+                yield _event(text) if text else b": \n\n"
+            yield b"event: end\ndata: \n\n"
+        finally:
+            with self._lock:
+                self._pages.discard(waiting)
+
+    def _send(self, text: str | None) -> None:
+        with self._lock:
+            for page in self._pages:
+                if page.full():
+                    page.get_nowait()
+                page.put_nowait(text)
+
+
+def _event(text: str) -> bytes:
+    return f"data: {text}\n\n".encode()
+
+
+def _next(waiting: queue.Queue[str | None]) -> str | None:
+    """Return the next view, "" if none comes within a second, None at the end."""
+    try:
+        return waiting.get(timeout=1.0)
+    except queue.Empty:
+        return ""
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+
+    def __init__(self, address: tuple[str, int], page: LivePage) -> None:
+        super().__init__(address, _Handler)
+        self.page = page
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        """Say nothing of a browser that is gone."""
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: _Server
+
+    def do_GET(self) -> None:  # as the base class has it
+        """Answer with a file or with the views."""
+        # Pages of other sites may let a name of theirs lead here, and would read along.
+        port = self.server.server_address[1]
+        if self.headers.get("Host") not in (f"{HOST}:{port}", f"localhost:{port}"):
+            self.send_error(HTTPStatus.FORBIDDEN)
+        elif self.path == "/events":
+            self._events()
+        elif self.path in _FILES:
+            self._file(*_FILES[self.path])
+        else:
+            self.send_error(HTTPStatus.NOT_FOUND)
+
+    def _file(self, name: str, kind: str) -> None:
+        body = files("zerorate.show").joinpath(name).read_bytes()
+        self._head(f"{kind}; charset=utf-8")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def _events(self) -> None:
+        self._head("text/event-stream")
+        self.end_headers()
+        for event in self.server.page.events():
+            self.wfile.write(event)
+            self.wfile.flush()
+
+    def _head(self, kind: str) -> None:
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", kind)
+        self.send_header("Cache-Control", "no-store")
+        self.send_header("Content-Security-Policy", _POLICY)
+        self.send_header("X-Content-Type-Options", "nosniff")
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Say nothing: stderr is the stream's."""

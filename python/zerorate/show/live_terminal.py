@@ -1,0 +1,102 @@
+"""A stream as it runs, in a terminal: rates, biases and angles, drawn anew ten times a second."""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from time import monotonic
+from types import TracebackType
+from typing import Final, Self
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from zerorate.run.live.view import View
+
+_PERIOD: Final = 0.1
+_BARS: Final = "▁▂▃▄▅▆▇█"
+_KEPT: Final = 60
+_AXES: Final = ("roll", "pitch", "yaw")
+
+
+class LiveTerminal:
+    """Draws views on a console until it is closed.
+
+    Parameters
+    ----------
+    console : Console
+        A terminal; what is printed on it meanwhile stands above what is drawn.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self._live = Live(console=console, auto_refresh=False, transient=False)
+        self._past: deque[View] = deque(maxlen=_KEPT)
+        self._next = -math.inf
+
+    def __enter__(self) -> Self:
+        """Begin to draw."""
+        self._live.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Leave the last view standing."""
+        if self._past:
+            self._live.update(drawing(self._past), refresh=True)
+        self._live.stop()
+
+    def put(self, view: View) -> None:
+        """Draw a view, unless one was drawn just before."""
+        self._past.append(view)
+        now = monotonic()
+        if now >= self._next:
+            self._next = now + _PERIOD
+            self._live.update(drawing(self._past), refresh=True)
+
+
+def drawing(past: Sequence[View]) -> Group:
+    """Return the last view, with what led to it."""
+    last = past[-1]
+    unit = last.unit or "unit of the samples"
+    table = Table(box=None, pad_edge=False)
+    table.add_column("")
+    table.add_column(f"rate, {unit}", justify="right")
+    table.add_column(f"last {len(past)} views")
+    table.add_column("bias", justify="right")
+    table.add_column("±", justify="right")
+    for i, name in enumerate(last.names):
+        rates = [view.rate[i] for view in past]
+        numbers = (last.rate[i], last.bias[i], last.bias_sigma[i])
+        rate, bias, sigma = (_number(x) for x in numbers)
+        table.add_row(name, rate, bars(rates), bias, sigma)
+    head = Text(f"{last.seconds:.1f} s  {last.status}", style="bold")
+    parts: list[Text | Table] = [head, table]
+    if last.euler_deg is not None:
+        angles = (f"{n} {a:7.1f}°" for n, a in zip(_AXES, last.euler_deg, strict=True))
+        parts.append(Text("  ".join(angles)))
+    return Group(*parts)
+
+
+def bars(values: Sequence[float]) -> str:
+    """Return numbers as bars from their least to their greatest, a blank for what is missing."""
+    finite = [value for value in values if math.isfinite(value)]
+    if not finite:
+        return " " * len(values)
+    low, span = min(finite), max(finite) - min(finite)
+    top = len(_BARS) - 1
+
+    def bar(value: float) -> str:
+        if not math.isfinite(value):
+            return " "
+        return _BARS[round(top * (value - low) / span) if span > 0 else 0]
+
+    return "".join(map(bar, values))
+
+
+def _number(value: float) -> str:
+    return f"{value:+.4g}" if math.isfinite(value) else "missing"
