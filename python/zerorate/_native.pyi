@@ -50,6 +50,7 @@ _Shrinking: TypeAlias = Literal["soft", "hard"]
 _Outliers: TypeAlias = Literal["keep", "reject"]
 _Frame: TypeAlias = Literal["enu", "ned", "nwu"]
 _AttitudeMethod: TypeAlias = Literal["auto", "complementary", "mahony", "madgwick", "ekf", "ukf"]
+_MagnetometerState: TypeAlias = Literal["raw", "known", "kept", "withheld"]
 _AttitudeStatus: TypeAlias = Literal[
     "starting", "rate missing", "wrong unit", "disturbed", "at rest", "moving"
 ]
@@ -567,6 +568,7 @@ class Attitude(_Stream, Generic[_Number, _Flag]):
         bias_sigma: npt.ArrayLike | None = None,
         bias_limit: float | None = None,
         magnetometer: MagnetometerCalibration | None = None,
+        learn_magnetometer: bool = False,
         channels: None = None,
         time_constant: float = 0.5,
         kp: float = 1.0,
@@ -591,6 +593,7 @@ class Attitude(_Stream, Generic[_Number, _Flag]):
         bias_sigma: npt.ArrayLike | None = None,
         bias_limit: float | None = None,
         magnetometer: MagnetometerCalibration | None = None,
+        learn_magnetometer: bool = False,
         channels: int,
         time_constant: float = 0.5,
         kp: float = 1.0,
@@ -648,6 +651,10 @@ class Attitude(_Stream, Generic[_Number, _Flag]):
     @property
     def heading(self) -> _Number: ...
     @property
+    def hard_iron(self) -> _Floats: ...
+    @property
+    def hard_iron_sigma(self) -> _Floats: ...
+    @property
     def up(self) -> _Floats: ...
     @property
     def gravity(self) -> _Floats: ...
@@ -669,6 +676,8 @@ class Attitude(_Stream, Generic[_Number, _Flag]):
     def at_rest(self) -> _Flag: ...
     @property
     def disturbed(self) -> _Flag: ...
+    @property
+    def magnetometer_state(self) -> _MagnetometerState | list[_MagnetometerState]: ...
     @property
     def status(self) -> _AttitudeStatus | list[_AttitudeStatus]: ...
     @property

@@ -158,6 +158,19 @@ def sound_attitude(f, z, answers):
     assert type(f).from_bytes(f.to_bytes()).to_bytes() == f.to_bytes()
 
 
+def sound_learning_attitude(f, z, answers):
+    """The same; of a hard iron that is not known yet there is no deviation."""
+    sound_attitude(f, z, answers)
+    iron, sigma = np.atleast_2d(f.hard_iron), np.atleast_2d(f.hard_iron_sigma)
+    states = np.atleast_1d(f.magnetometer_state)
+    assert np.isfinite(iron).all()
+    for b, deviation, how in zip(iron, sigma, states, strict=True):
+        assert np.all(deviation >= 0.0) or np.isnan(deviation).all()
+        assert how in ("raw", "known", "kept", "withheld")
+        assert how != "known" or np.isfinite(deviation).all()
+        assert how != "raw" or not b.any()
+
+
 def sound_named_attitude(f, z, answers):
     """The same, but for what the method does not know."""
     np.testing.assert_allclose(np.sum(answers**2, axis=-1), 1.0, rtol=1e-9)
@@ -599,6 +612,21 @@ STREAMS = {
             ("attitude-6", 6, {"mag": False, "frame": "ned"}),
         )
     },
+    "attitude-learning": Stream(
+        kind=zr.Attitude,
+        make=lambda arguments: zr.Attitude(**{"learn_magnetometer": True, **arguments}),
+        settings=partial(attitude_settings, 9),
+        examples={"attitude-learning": {"rate": RATE, "learn_magnetometer": True}},
+        properties=ATTITUDE,
+        answer=0,
+        sound=sound_learning_attitude,
+        units={},
+        records=lambda: st.one_of(imu_records(9), wide_records(records(), 9)),
+        ordinary=lambda: imu_records(9),
+        powers=20,
+        width=9,
+        foreign=6,
+    ),
     "attitude-named": Stream(
         kind=zr.Attitude,
         make=lambda arguments: zr.Attitude(**arguments),

@@ -12,6 +12,7 @@ mod auto;
 mod compass;
 mod estimator;
 mod frame;
+mod iron;
 mod named;
 mod sample;
 mod stream;
@@ -21,6 +22,7 @@ pub use auto::{Auto, AutoOptions};
 pub use compass::{Compass, FieldCorrection};
 pub use estimator::{Estimator, Knowledge};
 pub use frame::Frame;
+pub use iron::{LearnedIron, Learning};
 pub use named::{
     BIAS_METHODS, BIAS_SIGMA_METHODS, CONSTANTS, Complementary, Constant, Constants, Ekf, Kalman,
     Linearised, METHODS, Madgwick, Mahony, Named, NamedOptions, Ukf,

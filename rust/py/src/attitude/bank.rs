@@ -6,7 +6,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use zerorate_core::attitude::{
     Attitude, AttitudeParams, Auto, AutoOptions, Compass, Complementary, Ekf, FieldCorrection,
-    METHODS, Madgwick, Mahony, Named, NamedOptions, Reading, Snapshot, Tagged, Ukf,
+    LearnedIron, Learning, METHODS, Madgwick, Mahony, Named, NamedOptions, Reading, Snapshot,
+    Tagged, Ukf,
 };
 use zerorate_core::checkpoint;
 use zerorate_core::stream::{Output, Parts, sizes};
@@ -28,6 +29,8 @@ pub trait AttitudeBank: AnyBank {
     fn bias_limit(&self) -> Option<f64>;
     /// Whether something is taken off the magnetometer first.
     fn is_corrected(&self) -> bool;
+    /// What each learns of its magnetometer's hard iron, if it does.
+    fn irons(&self) -> Option<Vec<LearnedIron>>;
     fn readings(&self) -> Vec<Reading>;
     fn samples_seen(&self) -> u64;
     fn wrong_gravity(&self) -> Option<f64>;
@@ -69,6 +72,10 @@ where
         self.streams()[0].estimator().correction().is_some()
     }
 
+    fn irons(&self) -> Option<Vec<LearnedIron>> {
+        self.streams().iter().map(|body| body.estimator().iron()).collect()
+    }
+
     fn readings(&self) -> Vec<Reading> {
         self.streams().iter().map(Attitude::reading).collect()
     }
@@ -96,6 +103,8 @@ where
             if let Some(bank) = any.downcast_ref::<Bank<Attitude<Auto>>>() {
                 bodies.push(bank.streams()[k].smooth(&samples)?);
             } else if let Some(bank) = any.downcast_ref::<Bank<Attitude<Compass>>>() {
+                bodies.push(bank.streams()[k].smooth(&samples)?);
+            } else if let Some(bank) = any.downcast_ref::<Bank<Attitude<Learning>>>() {
                 bodies.push(bank.streams()[k].smooth(&samples)?);
             } else {
                 return Parts::new(fields(), 0);
@@ -140,8 +149,13 @@ pub fn new(
     auto: AutoOptions,
     named: NamedOptions,
     correction: Option<FieldCorrection>,
+    learns: bool,
     channels: usize,
 ) -> PyResult<Box<dyn AttitudeBank>> {
+    if learns {
+        let learning = Auto::new(auto).and_then(|auto| Learning::new(auto, correction));
+        return of(learning, params, channels);
+    }
     if let Some(correction) = correction {
         let compass = Auto::new(auto).and_then(|auto| Compass::new(auto, correction));
         return of(compass, params, channels);
@@ -176,6 +190,7 @@ type Restored = (Option<usize>, Box<dyn AttitudeBank>);
 pub fn restored(bytes: &[u8]) -> Result<Restored, Error> {
     match checkpoint::label(bytes)?.tag() {
         Compass::TAG => bank::<Compass>(bytes),
+        Learning::TAG => bank::<Learning>(bytes),
         Complementary::TAG => bank::<Complementary>(bytes),
         Mahony::TAG => bank::<Mahony>(bytes),
         Madgwick::TAG => bank::<Madgwick>(bytes),

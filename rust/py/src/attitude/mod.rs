@@ -13,7 +13,7 @@ use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use zerorate_core::attitude::{
-    AttitudeParams, AutoOptions, CONSTANTS, Frame, METHODS, NamedOptions, Reading,
+    AttitudeParams, AutoOptions, CONSTANTS, Frame, LearnedIron, METHODS, NamedOptions, Reading,
 };
 use zerorate_core::stream::Parts;
 use zerorate_core::{Error, memory};
@@ -78,6 +78,10 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// magnetometer : MagnetometerCalibration, optional
 ///     Of "auto": what `calibrate_magnetometer` found, taken off each sample first: the hard iron of
 ///     the group that lasts longest, and the soft iron. The samples must be in its unit.
+/// learn_magnetometer : bool, default False
+///     Of "auto": whether the magnetometer's hard iron is learned from the motion while it runs, that
+///     which ``magnetometer`` leaves if there is one. Until one is known every answer is that without
+///     it, to the last bit.
 /// channels : int, optional
 ///     Bodies side by side; ``None`` is a single one.
 /// time_constant : float, default 0.5
@@ -129,10 +133,11 @@ impl Attitude {
         signature = (
             rate, *, mag=true, frame="enu", method="auto", gyro_unit="rad/s",
             accel_unit="m/s^2", bias=None, bias_sigma=None, bias_limit=None, magnetometer=None,
-            channels=None, **constants
+            learn_magnetometer=false, channels=None, **constants
         ),
         text_signature = "(rate, *, mag=True, frame='enu', method='auto', gyro_unit='rad/s', \
-            accel_unit='m/s^2', bias=None, bias_sigma=None, bias_limit=None, magnetometer=None, channels=None, time_constant=0.5, \
+            accel_unit='m/s^2', bias=None, bias_sigma=None, bias_limit=None, magnetometer=None, \
+            learn_magnetometer=False, channels=None, time_constant=0.5, \
             kp=1.0, ki=0.3, beta=None, gyro_noise=0.0002, accel_noise=0.1, mag_noise=0.1, \
             bias_walk=0.0001)"
     )]
@@ -150,6 +155,7 @@ impl Attitude {
         bias_sigma: Option<&Bound<'_, PyAny>>,
         bias_limit: Option<f64>,
         magnetometer: Option<&Bound<'_, PyAny>>,
+        learn_magnetometer: bool,
         channels: Option<i128>,
         constants: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
@@ -178,7 +184,9 @@ impl Attitude {
             constants: options::read("Attitude", CONSTANTS, method, constants)?,
         };
         let correction = options::correction(magnetometer, method, mag)?;
-        let bank = bank::new(method, params, auto, named, correction, channels.unwrap_or(1))?;
+        options::check_learns(learn_magnetometer, method, mag)?;
+        let count = channels.unwrap_or(1);
+        let bank = bank::new(method, params, auto, named, correction, learn_magnetometer, count)?;
         let shared = Shared::new(channels, bank).map_err(NativeError::from)?;
         Ok(Self { mag, shared })
     }
@@ -357,6 +365,24 @@ impl Attitude {
         }
     }
 
+    /// What is done with the magnetometer: "raw" (used as it is: no hard iron is known, or none is
+    /// learned), "known" (the present motion tells the hard iron, which is taken off), "kept" (one known
+    /// before is taken off, or none, whichever keeps the field) or "withheld" (no hard iron explains
+    /// the field: heading by the gyro, for a minute at most); with channels a list.
+    #[getter]
+    fn magnetometer_state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        let count = this.shared.bank.channels();
+        let states: Vec<&str> = match this.shared.bank.irons() {
+            Some(irons) => irons.iter().map(|iron| iron.state).collect(),
+            None => vec!["raw"; count],
+        };
+        match this.shared.channels {
+            None => Ok(states[0].into_pyobject(slf.py())?.into_any()),
+            Some(_) => Ok(states.into_pyobject(slf.py())?.into_any()),
+        }
+    }
+
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let (py, this) = (slf.py(), reading(slf)?);
         let bank = &this.shared.bank;
@@ -384,6 +410,11 @@ impl Attitude {
             ("bias_sigma", in_unit(chosen.bias_sigma, usual.bias_sigma, params.gyro_unit), "None"),
             ("bias_limit", limit, "None"),
             ("magnetometer", if bank.is_corrected() { "..." } else { "None" }.to_owned(), "None"),
+            (
+                "learn_magnetometer",
+                if bank.irons().is_some() { "True" } else { "False" }.to_owned(),
+                "False",
+            ),
         ];
         arguments.extend(
             constants.iter().map(|(name, value, usual)| (*name, value.clone(), usual.as_str())),
@@ -432,6 +463,12 @@ getters! { Attitude, slf, py, this;
     /// Whether the magnetic field is another than the one known, by its strength or its dip: bool,
     /// with channels (k,).
     disturbed: Object<'py> = flags(slf, |body| body.snapshot.knowledge.disturbed)?;
+    /// The magnetometer's hard iron that is taken off each sample, in its unit and, behind a
+    /// calibration, in the axes that this one leaves; zeros before one is known, NaN where none is
+    /// learned: (3,), with channels (k, 3).
+    hard_iron: Object<'py> = irons(slf, |iron| iron.value.as_slice().to_vec())?;
+    /// Standard deviation of ``hard_iron``, NaN before one is known: (3,), with channels (k, 3).
+    hard_iron_sigma: Object<'py> = irons(slf, |iron| iron.sigma.as_slice().to_vec())?;
     /// Samples given so far, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
     /// Samples a second.
@@ -519,6 +556,19 @@ fn vectors<'py>(
     let this = reading(slf)?;
     let values = this.shared.bank.readings().iter().flat_map(of).collect();
     this.shared.arrays(slf.py(), values, shape)
+}
+
+/// Numbers of the hard iron of each body, NaN where none is learned.
+fn irons<'py>(
+    slf: &Bound<'py, Attitude>,
+    of: impl Fn(&LearnedIron) -> Vec<f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let this = reading(slf)?;
+    let values = match this.shared.bank.irons() {
+        Some(irons) => irons.iter().flat_map(of).collect(),
+        None => vec![f64::NAN; 3 * this.shared.bank.channels()],
+    };
+    this.shared.arrays(slf.py(), values, &[3])
 }
 
 fn flags<'py>(

@@ -82,6 +82,18 @@ pub fn correction(
     Ok(found.map(|(iron, matrix)| FieldCorrection { iron, matrix }))
 }
 
+/// Refuses to learn what the method does not use, or what there is not.
+pub fn check_learns(learns: bool, method: &str, mag: bool) -> PyResult<()> {
+    if !learns {
+        return Ok(());
+    }
+    check_used("learn_magnetometer", method, &METHODS[..1])?;
+    match mag {
+        true => Ok(()),
+        false => Err(PyValueError::new_err("learn_magnetometer has no effect with mag=False")),
+    }
+}
+
 fn check_used(name: &str, method: &str, methods: &[&str]) -> PyResult<()> {
     // A method that there is not is refused by its name.
     let mut all = METHODS.iter().chain(&TILT_METHODS).chain(&POSITION_METHODS);

@@ -233,6 +233,11 @@ impl Deviation {
         (self.since_field(heading).max(self.places) + seen).min(MOST)
     }
 
+    /// Variance that a field of this covariance, in the sensor's axes, has given the heading.
+    pub fn by_field(&self, covariance: &Matrix3<f64>) -> f64 {
+        (covariance * self.shares).dot(&self.shares).max(0.0)
+    }
+
     pub fn is_sound(&self) -> bool {
         let sizes = [
             (self.white, 1e3),

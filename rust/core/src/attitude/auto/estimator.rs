@@ -7,15 +7,18 @@ use super::recovery::Recovery;
 use super::start::{SPEED, TILT};
 use super::strapdown::Sums;
 use super::trust::Lasting;
-use super::{Auto, BIAS_MAX, BY_BIAS_MAX, MATRIX_MAX, STILL, TICK, VELOCITY_MAX, WEIGHED, square};
+use super::{
+    Auto, BIAS_MAX, BY_BIAS_MAX, MATRIX_MAX, STILL, TICK, Ticked, VELOCITY_MAX, WEIGHED, square,
+};
 use crate::attitude::stream::Tagged;
 use crate::attitude::{Estimator, Inertial, Knowledge};
 use crate::math::sound::{are_within, is_size};
 use nalgebra::{ComplexField, Matrix3, Quaternion, Vector3};
 
-impl Estimator for Auto {
+impl Auto {
+    /// Takes one sample; returns what a tick did that ends with it.
     #[inline(always)]
-    fn step(&mut self, sample: &Inertial) {
+    pub fn follow(&mut self, sample: &Inertial) -> Option<Ticked> {
         let mut driven = sample.gyro - self.bias;
         if sample.age == 0.0 {
             self.lost.end();
@@ -30,9 +33,14 @@ impl Estimator for Auto {
             self.begin(accel, sample.mag.as_ref(), field.is_some());
         }
         self.sums.add(sample, field, &driven, &self.strapdown.rotation, TICK);
-        if self.sums.elapsed + 0.5 * sample.dt >= TICK {
-            self.tick();
-        }
+        (self.sums.elapsed + 0.5 * sample.dt >= TICK).then(|| self.tick())
+    }
+}
+
+impl Estimator for Auto {
+    #[inline(always)]
+    fn step(&mut self, sample: &Inertial) {
+        self.follow(sample);
     }
 
     fn gap(&mut self, seconds: f64) {

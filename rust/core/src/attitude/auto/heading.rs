@@ -4,8 +4,9 @@ use nalgebra::{ComplexField, Matrix3, RealField, Vector3};
 
 use super::deviation::Correction;
 use super::drift::share_of_places;
+use super::magnet::Magnet;
 use super::strapdown::{self, Sums};
-use super::{Auto, DEGREE, square};
+use super::{Auto, DEGREE, HEADING_FREE, square};
 use crate::attitude::frame;
 
 /// Seconds of rest after which the bias is known.
@@ -22,20 +23,30 @@ const LEVEL: f64 = 0.1;
 const VERTICAL: f64 = 1e-12;
 /// Longest time that a field stands for, s.
 pub(super) const FIELD_HOLDS: f64 = 1.0;
+
+/// What a field did to the heading.
+#[derive(Debug, Clone, Copy)]
+pub struct Pull {
+    /// The share of its direction that the heading took over.
+    pub gain: f64,
+    /// By how much a field of the sensor's axes changes that direction, rad in one of its unit.
+    pub share: Vector3<f64>,
+}
+
 impl Auto {
     /// The mean direction of the field corrects the heading, and nothing else.
-    pub(super) fn see_field(&mut self, sums: &Sums, rate: f64) {
+    pub(super) fn see_field(&mut self, sums: &Sums, rate: f64) -> Option<Pull> {
         self.follow_drift(sums.elapsed);
         self.field_age = (self.field_age + sums.elapsed).min(FIELD_HOLDS);
         if sums.fields == 0.0 {
-            return;
+            return None;
         }
         let field = sums.field / sums.fields;
         let seconds = core::mem::take(&mut self.field_age);
         let doubt = self.magnet.observe(&field, seconds, rate);
         let level_squared = field.x * field.x + field.y * field.y;
         if seconds <= 0.0 || level_squared <= VERTICAL * field.norm_squared() {
-            return;
+            return None;
         }
         let level = ComplexField::sqrt(level_squared);
         let places = share_of_places(rate, seconds);
@@ -44,7 +55,7 @@ impl Auto {
         self.deviation.observe(&field, &rotation, seconds, doubt.unwrap_or(UNUSED));
         let innovation = self.east_of_north(&field);
         self.judge_drift(innovation, seconds);
-        let Some(doubt) = doubt else { return };
+        let doubt = doubt?;
         let steep = (LEVEL * field.norm_squared() / level_squared).max(1.0);
         let noise = square(FIELD) / seconds * doubt * steep;
         let before = self.errors.heading();
@@ -66,6 +77,31 @@ impl Auto {
         };
         self.deviation.correct(&by, before, self.errors.heading());
         self.turn_heading(gain * innovation);
+        Some(Pull { gain, share: east * (1.0 / level) })
+    }
+
+    /// From the axes of the sensor to those of a level frame that the gyro alone turns.
+    pub fn held(&self) -> &Matrix3<f64> {
+        &self.strapdown.rotation
+    }
+
+    /// What was learned of the field's shape is not that of the fields to come.
+    pub fn forget_field(&mut self) {
+        self.magnet = Magnet::default();
+        self.drift.end();
+    }
+
+    /// The fields to come find the heading anew; tilt and bias stay.
+    pub fn find_heading(&mut self) {
+        self.errors.restart_heading(HEADING_FREE);
+        self.deviation.restart(HEADING_FREE);
+        self.by_bias = Vector3::zeros();
+        self.forget_field();
+    }
+
+    /// The variance of the heading by a field of the sensor's axes of this covariance, rad².
+    pub fn heading_by(&self, covariance: &Matrix3<f64>) -> f64 {
+        self.deviation.by_field(covariance)
     }
 
     /// The heading turns by the bias that is its own.
@@ -129,7 +165,8 @@ impl Auto {
         ComplexField::sqrt(if self.options.mag { self.deviation.variance(own) } else { own })
     }
 
-    pub(super) fn turn_heading(&mut self, angle: f64) {
+    /// Turns the heading clockwise, rad.
+    pub fn turn_heading(&mut self, angle: f64) {
         let step = strapdown::small_rotation(&Vector3::new(0.0, 0.0, angle));
         let ([c, s], [w, z]) = (self.turn, [step.w, step.k]);
         let (c, s) = (c * w - s * z, s * w + c * z);

@@ -31,6 +31,7 @@ use self::deviation::Deviation;
 use self::drift::HeadingDrift;
 use self::errors::{BIAS, Errors, Found, MATRIX, States, Transition, VELOCITY};
 use self::heading::FIELD_WALK;
+pub use self::heading::Pull;
 use self::lost::Lost;
 use self::magnet::{Magnet, Spikes};
 pub use self::options::AutoOptions;
@@ -124,6 +125,15 @@ pub struct Auto {
     speed_squared: f64,
 }
 
+/// What a tick was.
+#[derive(Debug, Clone, Copy)]
+pub struct Ticked {
+    /// Its seconds.
+    pub seconds: f64,
+    /// What its field did to the heading, if that was used.
+    pub pull: Option<Pull>,
+}
+
 impl Auto {
     /// A filter that has seen nothing.
     ///
@@ -197,7 +207,7 @@ impl Auto {
     }
 
     #[inline(always)]
-    fn tick(&mut self) {
+    fn tick(&mut self) -> Ticked {
         let sums = self.sums;
         self.sums = Sums::new(TICK);
         let state = self.rest(&sums);
@@ -209,10 +219,9 @@ impl Auto {
             self.velocity = [0.0; 2];
         }
         self.correct(&sums, state, moving && !starting);
-        if self.options.mag {
-            self.see_field(&sums, rate);
-        }
+        let pull = if self.options.mag { self.see_field(&sums, rate) } else { None };
         self.strapdown.settle();
+        Ticked { seconds: sums.elapsed, pull }
     }
 
     /// Carries velocity and errors through a tick; false where no force was known in it.

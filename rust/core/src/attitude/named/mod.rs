@@ -23,6 +23,7 @@ pub use options::{
 
 use super::auto::{Auto, AutoOptions};
 use super::compass::FieldCorrection;
+use super::iron::LearnedIron;
 use super::stream::Tagged;
 
 /// A method that has a name and options that can be read.
@@ -45,6 +46,11 @@ pub trait Named: Tagged {
 
     /// What is taken off the magnetometer before anything else.
     fn correction(&self) -> Option<&FieldCorrection> {
+        None
+    }
+
+    /// What it learns of the magnetometer's hard iron, if it does.
+    fn iron(&self) -> Option<LearnedIron> {
         None
     }
 }

@@ -13,7 +13,6 @@ mod fit;
 mod normal;
 #[cfg(feature = "std")]
 mod partition;
-#[cfg(feature = "std")]
 mod span;
 
 #[cfg(feature = "std")]
@@ -24,3 +23,4 @@ pub use fit::{Fit, Ticks, fit};
 pub use normal::Element;
 #[cfg(feature = "std")]
 pub use partition::{Partition, Piece, Turned, partition};
+pub(crate) use span::{Cost, DROP, LONGEST, PRICE, Seen, Span, WILD_TICK};

@@ -2,19 +2,12 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::span::{Cost, NUMBERS, Seen, Span};
+use super::span::{Cost, DROP, LONGEST, NUMBERS, PRICE, Seen, Span, WILD_TICK};
 use crate::math::{Lane, Real, WIDEST, parallel};
 use crate::work::pause;
 
 /// Ticks of a second, in which a span begins and ends.
 const SECOND: usize = 10;
-/// Of another span, beside the evidence of its prior.
-const PRICE: f64 = 24.0;
-/// By how much a span may be dearer than the best, and still go on.
-const DROP: f64 = 64.0;
-/// Deviation of an axis where nothing is believed, and how many seconds of it.
-const WILD: f64 = 0.35;
-const LONGEST: usize = 60;
 /// Seconds of a tick.
 const TICK: f64 = 0.1;
 
@@ -99,7 +92,7 @@ impl<'a> Search<'a> {
     }
 
     fn take(&mut self, second: usize, inside: core::ops::Range<usize>) {
-        self.wild.push(3.0 * ((WILD * WILD).ln() + 1.0) * inside.len() as f64);
+        self.wild.push(WILD_TICK * inside.len() as f64);
         if !inside.is_empty() {
             let numbers = Span::new(median(&self.ticks.turned[inside.clone()])).numbers();
             self.going.push(Going { start: second, cost: 0.0, numbers });

@@ -1,6 +1,18 @@
 //! The Kalman filter of one span: hard iron, constant, and the field, which walks.
 
+use serde::{Deserialize, Serialize};
+
 use crate::math::Real;
+use crate::math::sound::{is_size, is_within};
+
+/// What another span costs, beside the evidence of its prior.
+pub const PRICE: f64 = 24.0;
+/// By how much a span may be dearer than the best, and still go on.
+pub const DROP: f64 = 64.0;
+/// What a tick costs of which nothing is believed: of a deviation of 0.35 an axis, that is
+/// 3 (ln 0.35² + 1). So many seconds in a row at most.
+pub const WILD_TICK: f64 = -3.298_932_746_992_067;
+pub const LONGEST: usize = 60;
 
 /// Where an element of a symmetric matrix is in its six numbers.
 const AT: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
@@ -8,11 +20,14 @@ const AT: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
 /// Squared size of an innovation, in its own variances, above which it counts less.
 const FAR: f64 = 9.0;
 
+/// No number of a filter is larger, fields having a size of about 1.
+const LARGEST: f64 = 1e6;
+
 /// Numbers of a span: hard iron, field, and the covariance of both.
 pub const NUMBERS: usize = 27;
 
 /// Hard iron b and field h, known by `e = B b + h + v`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Span<T> {
     iron: [T; 3],
     field: [T; 3],
@@ -79,8 +94,26 @@ impl Span<f64> {
     }
 }
 
+impl Span<f64> {
+    /// The hard iron as it is known now.
+    pub fn iron(&self) -> [f64; 3] {
+        self.iron
+    }
+
+    /// Whether every number is one of a running filter.
+    pub fn is_sound(&self) -> bool {
+        let row = self.numbers();
+        let variances = AT.iter().enumerate().map(|(i, at)| at[i]);
+        row.iter().all(|x| is_within(*x, LARGEST))
+            && variances
+                .into_iter()
+                .all(|i| is_size(self.irons[i], LARGEST) && is_size(self.fields[i], LARGEST))
+    }
+}
+
 impl<T: Real> Span<T> {
     /// That of numbers in a row.
+    #[cfg(feature = "std")]
     #[inline(always)]
     pub fn of(row: &[T; NUMBERS]) -> Self {
         let z = T::zero();
@@ -104,6 +137,7 @@ impl<T: Real> Span<T> {
     }
 
     /// Its numbers in a row.
+    #[cfg(feature = "std")]
     #[inline(always)]
     pub fn row(&self) -> [T; NUMBERS] {
         let mut row = [T::zero(); NUMBERS];

@@ -1,0 +1,216 @@
+//! Which hard iron is taken off: the one that the present span shows, one remembered, or none; or the
+//! field is withheld.
+
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::learner::{Learner, Present, Start};
+use super::sums::{apart, known_part, root};
+use crate::math::sound::{are_within, is_size};
+
+/// Seconds of a span that tells its hard iron, and how many directions have to be known.
+const SHORTEST: f64 = 5.0;
+const DIRECTIONS: usize = 2;
+/// Share of the scatter that a hard iron may leave: one that is found first, one in use, and by its size
+/// those that are so many deviations from none. A room does a tenth of the field, no room a quarter.
+const HALVED: f64 = 0.40;
+const STAYS: f64 = 0.60;
+const SIZES: [f64; 2] = [0.10, 0.25];
+const LARGE: f64 = 0.7;
+const LARGE_APART: f64 = 25.0;
+/// What is as near as this is the same hard iron.
+const SAME: f64 = 16.0;
+/// Of scatters: how much better another one has to be than the one in use.
+const BETTER: f64 = 1.1;
+/// How near the field has to stay to the last one known, for a span that does not tell.
+const NEAR: f64 = 0.15;
+/// A field that is weaker stands still in the sensor: there is none.
+const NONE: f64 = 0.1;
+/// Seconds for which the field is withheld at most.
+const WITHHELD: f64 = 60.0;
+/// Hard irons that are remembered.
+const PLACES: usize = 5;
+/// Largest number of a hard iron.
+const LARGEST: f64 = 1e6;
+
+/// What is done with the magnetometer.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Taken {
+    /// Nothing is known: samples are used as they are.
+    #[default]
+    Raw,
+    /// The hard iron is known by the present motion, and taken off.
+    Known,
+    /// One known before is taken off, or none, since it keeps the field.
+    Kept,
+    /// No hard iron explains the field, which is not used.
+    Withheld,
+}
+
+/// A hard iron and its covariance, in units of the field's size.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Iron {
+    pub value: Vector3<f64>,
+    pub covariance: Matrix3<f64>,
+}
+
+impl Iron {
+    const NONE: Self = Self {
+        value: Vector3::new(0.0, 0.0, 0.0),
+        covariance: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    };
+
+    fn is_sound(&self) -> bool {
+        are_within(&self.value, LARGEST) && are_within(&self.covariance, LARGEST)
+    }
+}
+
+/// The choice, and what it stands on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Choice {
+    pub taken: Taken,
+    pub iron: Iron,
+    remembered: [Option<Iron>; PLACES],
+    next: usize,
+    /// The last field known, in the frame of the gyro.
+    field: Option<Vector3<f64>>,
+    withheld: f64,
+}
+
+impl Default for Choice {
+    fn default() -> Self {
+        Self {
+            taken: Taken::Raw,
+            iron: Iron::NONE,
+            remembered: [None; PLACES],
+            next: 0,
+            field: None,
+            withheld: 0.0,
+        }
+    }
+}
+
+impl Choice {
+    /// The frame of the gyro is another from now on.
+    pub fn interrupt(&mut self) {
+        self.field = None;
+    }
+
+    /// Takes what a second was.
+    pub fn decide(&mut self, learner: &Learner, present: Present, seconds: f64) {
+        let start = match present {
+            Present::Nothing => return,
+            Present::Wild => return self.withhold(seconds),
+            Present::Of(place) => learner.start(place),
+        };
+        let Some(start) = start else { return };
+        if start.age < SHORTEST {
+            return self.keep(start, seconds);
+        }
+        let value = start.iron();
+        let covariance = start.sums.covariance(&value, start.age);
+        let (directions, value) = known_part(&value, &covariance);
+        if directions < DIRECTIONS {
+            return self.keep(start, seconds);
+        }
+        let iron = Iron { value, covariance };
+        if !self.pays(start, &iron) {
+            return self.least(start);
+        }
+        if start.sums.field(&value).norm() < NONE {
+            self.taken = Taken::Withheld;
+            return;
+        }
+        self.remember(&iron);
+        (self.taken, self.iron, self.withheld) = (Taken::Known, iron, 0.0);
+        self.field = Some(start.sums.field(&value));
+    }
+
+    /// Whether a hard iron leaves so little of the scatter that it is none of a room.
+    fn pays(&self, start: &Start, iron: &Iron) -> bool {
+        let raw = root(start.sums.variance(&Vector3::zeros()));
+        let left = root(start.sums.variance(&iron.value));
+        let usual = if self.taken == Taken::Known { STAYS } else { HALVED };
+        let share = (iron.value.norm() - SIZES[0]) / (SIZES[1] - SIZES[0]);
+        let large = HALVED + (LARGE - HALVED) * share.clamp(0.0, 1.0);
+        left < usual * raw
+            || left < large * raw && apart(&iron.value, &iron.covariance) > LARGE_APART
+    }
+
+    fn remember(&mut self, iron: &Iron) {
+        let same = |one: &Iron| {
+            apart(&(one.value - iron.value), &(one.covariance + iron.covariance)) < SAME
+        };
+        for place in self.remembered.iter_mut().flatten() {
+            if same(place) {
+                if iron.covariance.trace() < 1.5 * place.covariance.trace() {
+                    *place = *iron;
+                }
+                return;
+            }
+        }
+        self.remembered[self.next] = Some(*iron);
+        self.next = (self.next + 1) % PLACES;
+    }
+
+    fn is_learned(&self) -> bool {
+        self.remembered.iter().any(Option::is_some)
+    }
+
+    /// None, and those remembered, with what they cost; the one in use first.
+    fn cheapest(&self, cost: impl Fn(&Vector3<f64>) -> f64, stays: f64) -> (Iron, f64) {
+        let (mut found, mut least) = (self.iron, cost(&self.iron.value) / stays);
+        for one in self.remembered.iter().flatten().chain([&Iron::NONE]) {
+            let its = cost(&one.value);
+            if its < least {
+                (found, least) = (*one, its);
+            }
+        }
+        (found, least)
+    }
+
+    /// A span that tells its hard iron has one that does not pay.
+    fn least(&mut self, start: &Start) {
+        if !self.is_learned() {
+            self.taken = Taken::Raw;
+            return;
+        }
+        let (found, _) = self.cheapest(|iron| root(start.sums.variance(iron)), BETTER);
+        (self.taken, self.iron, self.withheld) = (Taken::Kept, found, 0.0);
+        self.field = Some(start.sums.field(&found.value));
+    }
+
+    /// A span that does not tell: what keeps the field.
+    fn keep(&mut self, start: &Start, seconds: f64) {
+        if !self.is_learned() {
+            self.taken = Taken::Raw;
+            return;
+        }
+        let Some(field) = self.field else {
+            self.taken = Taken::Kept;
+            return;
+        };
+        let (found, apart) = self.cheapest(|iron| (start.sums.field(iron) - field).norm(), 1.0);
+        if apart > NEAR {
+            return self.withhold(seconds);
+        }
+        (self.taken, self.iron, self.withheld) = (Taken::Kept, found, 0.0);
+    }
+
+    fn withhold(&mut self, seconds: f64) {
+        if !self.is_learned() {
+            self.taken = Taken::Raw;
+            return;
+        }
+        self.withheld = (self.withheld + seconds).min(WITHHELD);
+        self.taken = if self.withheld < WITHHELD { Taken::Withheld } else { Taken::Kept };
+    }
+
+    pub fn is_sound(&self) -> bool {
+        self.iron.is_sound()
+            && self.remembered.iter().flatten().all(Iron::is_sound)
+            && self.next < PLACES
+            && self.field.is_none_or(|field| are_within(&field, LARGEST))
+            && is_size(self.withheld, WITHHELD)
+    }
+}

@@ -1,0 +1,310 @@
+//! Which hard iron explains the field: filters that began at different seconds, and the path through
+//! them that costs least.
+
+use nalgebra::{ComplexField, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::sums::Sums;
+use super::ticks::Tick;
+use crate::attitude::auto::Pull;
+use crate::calibrate::magnet::{Cost, DROP, LONGEST, PRICE, Seen, Span, WILD_TICK};
+use crate::math::sound::{are_within, is_size, is_within};
+
+/// Filters that go on.
+const STARTS: usize = 4;
+/// Seconds between two beginnings, and the part of a period that rounding may cost.
+const SECOND: f64 = 1.0;
+const ROUNDING: f64 = 1e-6;
+/// Deviation of the noise by √s that the field walks: as in a room.
+const WALK: f64 = 0.5;
+/// Seconds after which a tick counts e times less.
+const FADES: f64 = 60.0;
+/// Ticks whose median size is that of the field.
+const FIRST: usize = 10;
+/// No field of so many sizes is one.
+const STRONGEST: f64 = 20.0;
+/// Largest cost that is told from others.
+const DEAREST: f64 = 1e9;
+/// Seconds that are counted.
+const AGE_MOST: f64 = 1e9;
+
+/// Noise of a tick: at the start, the least, the ticks that tell it, how much the sensor has to turn in
+/// them, how fast it follows, and which share of them lies below it. Those with a change lie above.
+const NOISE: f64 = 0.02 * 0.02;
+const NOISE_LEAST: f64 = 0.005 * 0.005;
+const NOISE_MOST: f64 = 1.0;
+const WINDOW: f64 = 20.0;
+const TURNS: f64 = 0.3;
+const FOLLOWS: f64 = 0.2;
+const BELOW: f64 = 0.4;
+
+/// One hard iron from one second on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Start {
+    span: Span<f64>,
+    pub sums: Sums,
+    /// Cost of all up to now, less that of the best path with another span to come.
+    cost: f64,
+    pub age: f64,
+    /// What a hard iron of the sensor's axes did to the heading since then, and what the ones taken off
+    /// meanwhile did, rad.
+    shares: Vector3<f64>,
+    taken: f64,
+}
+
+impl Start {
+    fn new(tick: &Tick) -> Self {
+        Self {
+            span: Span::new(tick.turned.into()),
+            sums: Sums::default(),
+            cost: 0.0,
+            age: 0.0,
+            shares: Vector3::zeros(),
+            taken: 0.0,
+        }
+    }
+
+    pub fn iron(&self) -> Vector3<f64> {
+        self.span.iron().into()
+    }
+
+    /// By what a hard iron that was there all along turned the heading, and what was not taken off.
+    pub fn turned(&self, iron: &Vector3<f64>) -> f64 {
+        self.shares.dot(iron) - self.taken
+    }
+
+    fn step(&mut self, tick: &Tick, seen: &Seen<f64>, seconds: f64) {
+        let Cost { determinant, misfit } = self.span.step(seen);
+        let cost = ComplexField::ln(determinant.max(f64::MIN_POSITIVE)) + misfit;
+        self.cost = (self.cost + cost).min(DEAREST);
+        self.age = (self.age + seconds).min(AGE_MOST);
+        // As its filter does: what is far off counts less.
+        let weight = if misfit > 9.0 { 18.0 / (misfit + 9.0) } else { 1.0 };
+        self.sums.add(tick, weight, (1.0 - seconds / FADES).max(0.0));
+    }
+
+    fn is_sound(&self) -> bool {
+        self.span.is_sound()
+            && self.sums.is_sound()
+            && is_within(self.cost, DEAREST)
+            && is_size(self.age, AGE_MOST)
+            && are_within(&self.shares, 1e9)
+            && is_within(self.taken, 1e12)
+    }
+}
+
+/// What the path of least cost says of the present second.
+#[derive(Debug, Clone, Copy)]
+pub enum Present {
+    /// Nothing was seen.
+    Nothing,
+    /// No hard iron explains the field.
+    Wild,
+    /// The one of this start does.
+    Of(usize),
+}
+
+/// Filters, their costs and the noise.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Learner {
+    /// Size of the field, unit of the samples; zero until it is known.
+    norm: f64,
+    sizes: [f64; FIRST],
+    ticks: usize,
+    noise: f64,
+    windows: f64,
+    window: Sums,
+    starts: [Option<Start>; STARTS],
+    /// Of the path that ends in seconds that nothing explains, and how many these are.
+    wild: f64,
+    wild_seconds: f64,
+    /// Seconds since the last tick, and of the present second.
+    since: f64,
+    second: f64,
+    seen: bool,
+}
+
+impl Default for Learner {
+    fn default() -> Self {
+        Self {
+            norm: 0.0,
+            sizes: [0.0; FIRST],
+            ticks: 0,
+            noise: NOISE,
+            windows: 0.0,
+            window: Sums::default(),
+            starts: [None; STARTS],
+            wild: 0.0,
+            wild_seconds: 0.0,
+            since: 0.0,
+            second: 0.0,
+            seen: false,
+        }
+    }
+}
+
+impl Learner {
+    /// Size of the field, in which everything is told; zero until it is known.
+    pub fn norm(&self) -> f64 {
+        self.norm
+    }
+
+    pub fn start(&self, place: usize) -> Option<&Start> {
+        self.starts[place].as_ref()
+    }
+
+    /// The frame of the gyro is another from now on.
+    pub fn interrupt(&mut self) {
+        let Self { norm, sizes, ticks, noise, windows, .. } = *self;
+        *self = Self { norm, sizes, ticks, noise, windows, ..Self::default() };
+    }
+
+    /// Follows what a field did to the heading while this hard iron was taken off.
+    pub fn pull(&mut self, pull: &Pull, taken: &Vector3<f64>) {
+        let share = pull.share * self.norm;
+        for start in self.starts.iter_mut().flatten() {
+            start.shares += (share - start.shares) * pull.gain;
+            start.taken += (share.dot(taken) - start.taken) * pull.gain;
+        }
+    }
+
+    /// The heading was turned by this, rad.
+    pub fn turn(&mut self, angle: f64) {
+        for start in self.starts.iter_mut().flatten() {
+            start.taken -= angle;
+        }
+    }
+
+    /// The heading has forgotten all fields.
+    pub fn forget_heading(&mut self) {
+        for start in self.starts.iter_mut().flatten() {
+            (start.shares, start.taken) = (Vector3::zeros(), 0.0);
+        }
+    }
+
+    /// Takes a tick of so many seconds; at the end of a second tells what it was.
+    pub fn take(&mut self, tick: Option<Tick>, seconds: f64) -> Option<Present> {
+        self.since += seconds;
+        if let Some(tick) = tick.and_then(|tick| self.sized(tick)) {
+            self.see(&tick);
+        }
+        self.second += seconds;
+        if self.second < SECOND - ROUNDING {
+            return None;
+        }
+        self.second = 0.0;
+        Some(self.end())
+    }
+
+    /// A tick in units of the field's size, once that is known.
+    fn sized(&mut self, tick: Tick) -> Option<Tick> {
+        if self.norm == 0.0 {
+            self.sizes[self.ticks] = tick.size;
+            self.ticks += 1;
+            if self.ticks == FIRST {
+                self.sizes.sort_unstable_by(f64::total_cmp);
+                self.norm = 0.5 * (self.sizes[FIRST / 2 - 1] + self.sizes[FIRST / 2]);
+                self.ticks = 0;
+            }
+            return None;
+        }
+        let size = tick.size / self.norm;
+        (size < STRONGEST).then(|| Tick { turned: tick.turned / self.norm, size, ..tick })
+    }
+
+    fn see(&mut self, tick: &Tick) {
+        let since = core::mem::take(&mut self.since);
+        self.judge_noise(tick);
+        if !core::mem::replace(&mut self.seen, true) {
+            self.begin(tick);
+        }
+        let rows: [f64; 9] = core::array::from_fn(|k| tick.rotation[(k / 3, k % 3)]);
+        let walked = WALK * WALK * self.noise * since;
+        let seen = Seen::of(&tick.turned.into(), &rows, walked, self.noise);
+        for start in self.starts.iter_mut().flatten() {
+            start.step(tick, &seen, since);
+        }
+        self.wild += WILD_TICK;
+    }
+
+    /// Another filter, in the place of the one that costs most.
+    fn begin(&mut self, tick: &Tick) {
+        let dearest = |start: &Option<Start>| start.as_ref().map_or(f64::INFINITY, |one| one.cost);
+        let mut place = 0;
+        for k in 1..STARTS {
+            if dearest(&self.starts[k]) > dearest(&self.starts[place]) {
+                place = k;
+            }
+        }
+        self.starts[place] = Some(Start::new(tick));
+    }
+
+    /// The noise is what the best hard iron leaves of two seconds in which the sensor turns.
+    fn judge_noise(&mut self, tick: &Tick) {
+        self.window.add(tick, 1.0, 1.0);
+        if self.window.weight() < WINDOW {
+            return;
+        }
+        let window = core::mem::take(&mut self.window);
+        if window.turning().trace() < TURNS * TURNS {
+            return;
+        }
+        let Some(iron) = window.iron() else { return };
+        let freedom = 3.0 * WINDOW / (3.0 * WINDOW - 6.0);
+        let above = window.variance(&iron) * freedom > self.noise;
+        self.windows += 1.0;
+        let step = FOLLOWS.max(1.0 / self.windows) * if above { 1.0 - BELOW } else { -BELOW };
+        self.noise = (self.noise * ComplexField::exp(2.0 * step)).clamp(NOISE_LEAST, NOISE_MOST);
+    }
+
+    /// The second's end: paths that cost too much are dropped, and costs told against the best.
+    fn end(&mut self) -> Present {
+        if !core::mem::take(&mut self.seen) {
+            return Present::Nothing;
+        }
+        self.wild_seconds += SECOND;
+        let (mut least, mut present) = (self.wild, Present::Wild);
+        for (place, start) in self.starts.iter_mut().enumerate() {
+            if let Some(one) = start {
+                if !one.is_sound() {
+                    *start = None;
+                } else if one.cost < least {
+                    (least, present) = (one.cost, Present::Of(place));
+                }
+            }
+        }
+        let found = least + PRICE;
+        for start in &mut self.starts {
+            if let Some(one) = start {
+                one.cost -= found;
+                if one.cost > DROP {
+                    *start = None;
+                }
+            }
+        }
+        // Seconds that nothing explains go on, or begin after the best path.
+        self.wild -= found;
+        if self.wild > 0.0 || self.wild_seconds >= LONGEST as f64 {
+            (self.wild, self.wild_seconds) = (0.0, 0.0);
+        }
+        present
+    }
+
+    pub fn is_sound(&self) -> bool {
+        let sizes = [
+            (self.norm, 1e10),
+            (self.noise, NOISE_MOST),
+            (self.windows, 1e15),
+            (self.wild_seconds, LONGEST as f64),
+            (self.since, AGE_MOST),
+            (self.second, SECOND),
+        ];
+        sizes.iter().all(|(x, most)| is_size(*x, *most))
+            && self.noise >= NOISE_LEAST
+            && self.sizes.iter().all(|x| is_size(*x, 1e10))
+            && self.ticks < FIRST
+            && self.window.is_sound()
+            && is_within(self.wild, DEAREST)
+            && self.starts.iter().flatten().all(Start::is_sound)
+    }
+}

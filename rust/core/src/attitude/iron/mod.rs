@@ -1,0 +1,279 @@
+//! The filter that learns a magnetometer's hard iron while it runs.
+//!
+//! The gyro says how a field that stands still must turn in the sensor; what does not turn is iron. As
+//! of a record, in [`magnet`](crate::calibrate::magnet), but forward only: four filters of hard iron
+//! and field, begun at different seconds, and one path through them. A hard iron is taken off once it
+//! leaves so little of the field's scatter that it is none of a room; until then the answer is that of
+//! the filter alone, to the last bit.
+
+mod choice;
+mod learner;
+mod sums;
+mod ticks;
+
+use nalgebra::{ComplexField, Quaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use self::choice::{Choice, Taken};
+use self::learner::{Learner, Present};
+use self::ticks::Gathered;
+use super::auto::Ticked;
+use super::compass::FieldCorrection;
+use super::named::Named;
+use super::stream::Tagged;
+#[cfg(feature = "std")]
+use super::{Attitude, Sample, Snapshot};
+use super::{Auto, Estimator, Inertial, Knowledge, NamedOptions};
+use crate::error::Error;
+use crate::math::sound::are_within;
+
+/// Change of a hard iron, by the field's size, with which the shape of the field is another one.
+const RESHAPED: f64 = 0.1;
+/// By how much a hard iron may have turned the heading, rad, for that to be taken back: the square of
+/// it, which is not, is two degrees.
+const TAKEN_BACK: f64 = 0.25;
+
+/// What is known of a magnetometer's hard iron, in the unit of the samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LearnedIron {
+    /// What is taken off each sample; zero where nothing is.
+    pub value: Vector3<f64>,
+    /// Its standard deviation, NaN before one is known.
+    pub sigma: Vector3<f64>,
+    /// "raw", "known", "kept" or "withheld".
+    pub state: &'static str,
+}
+
+/// The filter, which sees samples without the hard iron that it learns of them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Learning {
+    auto: Auto,
+    correction: Option<FieldCorrection>,
+    gathered: Gathered,
+    learner: Learner,
+    choice: Choice,
+    /// What is taken off, unit of the samples.
+    iron: Option<Vector3<f64>>,
+}
+
+impl Learning {
+    /// A filter that has seen nothing, behind a calibration if there is one.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if the calibration's numbers are out of their ranges.
+    pub fn new(auto: Auto, correction: Option<FieldCorrection>) -> Result<Self, Error> {
+        let correction = correction.map(FieldCorrection::checked).transpose()?;
+        Ok(Self::with(auto, correction))
+    }
+
+    fn with(auto: Auto, correction: Option<FieldCorrection>) -> Self {
+        Self {
+            auto,
+            correction,
+            gathered: Gathered::default(),
+            learner: Learner::default(),
+            choice: Choice::default(),
+            iron: None,
+        }
+    }
+
+    /// The calibration.
+    pub fn correction(&self) -> Option<&FieldCorrection> {
+        self.correction.as_ref()
+    }
+
+    /// What is known of the hard iron.
+    pub fn iron(&self) -> LearnedIron {
+        let variances = self.choice.iron.covariance.diagonal() * self.square_of_norm();
+        let state = match self.choice.taken {
+            Taken::Raw => "raw",
+            Taken::Known => "known",
+            Taken::Kept => "kept",
+            Taken::Withheld => "withheld",
+        };
+        let sigma = match self.iron {
+            None => Vector3::repeat(f64::NAN),
+            Some(_) => variances.map(|x| ComplexField::sqrt(x.max(0.0))),
+        };
+        LearnedIron { value: self.iron.unwrap_or_default(), sigma, state }
+    }
+
+    fn square_of_norm(&self) -> f64 {
+        self.learner.norm() * self.learner.norm()
+    }
+
+    /// The field that the filter sees, of a sample behind the calibration.
+    #[inline(always)]
+    fn left(&self, field: Vector3<f64>) -> Option<Vector3<f64>> {
+        if self.choice.taken == Taken::Withheld {
+            return None;
+        }
+        Some(match &self.iron {
+            None => field,
+            Some(iron) => field - iron,
+        })
+    }
+
+    #[inline(never)]
+    fn tick(&mut self, ticked: &Ticked) {
+        if let Some(pull) = &ticked.pull {
+            self.learner.pull(pull, &self.choice.iron.value);
+        }
+        let tick = self.gathered.end();
+        let before = (self.choice.taken, self.choice.iron.value);
+        let Some(present) = self.learner.take(tick, ticked.seconds) else { return };
+        self.choice.decide(&self.learner, present, 1.0);
+        if matches!(self.choice.taken, Taken::Known | Taken::Kept) {
+            self.take_off(&before.1);
+            self.take_back(present);
+        }
+    }
+
+    /// Another hard iron is taken off from now on.
+    fn take_off(&mut self, before: &Vector3<f64>) {
+        let value = self.choice.iron.value;
+        self.iron = Some(value * self.learner.norm());
+        if (value - before).norm() > RESHAPED {
+            self.auto.forget_field();
+        }
+    }
+
+    /// The heading becomes what it were if this hard iron had been taken off since the span began.
+    fn take_back(&mut self, present: Present) {
+        let Present::Of(place) = present else { return };
+        let Some(start) = self.learner.start(place) else { return };
+        let turned = start.turned(&self.choice.iron.value);
+        if turned.abs() > TAKEN_BACK {
+            self.auto.find_heading();
+            self.learner.forget_heading();
+        } else if turned != 0.0 {
+            self.auto.turn_heading(-turned);
+            self.learner.turn(-turned);
+        }
+    }
+
+    fn interrupt(&mut self) {
+        self.gathered.interrupt();
+        self.learner.interrupt();
+        self.choice.interrupt();
+    }
+}
+
+impl Estimator for Learning {
+    #[inline(always)]
+    fn step(&mut self, sample: &Inertial) {
+        let field = match &self.correction {
+            None => sample.mag,
+            Some(correction) => sample.mag.as_ref().map(|mag| correction.of(mag)),
+        };
+        let mag = field.and_then(|field| self.left(field));
+        let ticked = self.auto.follow(&Inertial { mag, ..*sample });
+        if let Some(field) = &field {
+            self.gathered.add(field, self.auto.held());
+        }
+        if let Some(ticked) = ticked {
+            self.tick(&ticked);
+        }
+    }
+
+    fn gap(&mut self, seconds: f64) {
+        self.auto.gap(seconds);
+        self.interrupt();
+    }
+
+    #[inline(always)]
+    fn orientation(&self) -> Quaternion<f64> {
+        self.auto.orientation()
+    }
+
+    fn knowledge(&self) -> Knowledge {
+        let mut known = self.auto.knowledge();
+        if self.iron.is_some() {
+            let by_iron =
+                self.auto.heading_by(&self.choice.iron.covariance) * self.square_of_norm();
+            let own = known.heading_sigma * known.heading_sigma;
+            known.heading_sigma = ComplexField::sqrt(own + by_iron.min(10.0));
+        }
+        known
+    }
+
+    fn align(&mut self, orientation: Quaternion<f64>, tilt_sigma: f64, heading_sigma: f64) {
+        self.auto.align(orientation, tilt_sigma, heading_sigma);
+        self.interrupt();
+    }
+
+    fn reset(&mut self) {
+        self.auto.reset();
+        *self = Self::with(self.auto, self.correction);
+    }
+
+    fn power_on(&mut self) {
+        self.auto.power_on();
+        *self = Self::with(self.auto, self.correction);
+    }
+
+    fn is_sound(&self) -> bool {
+        let iron = self.iron.is_none_or(|iron| are_within(&iron, 1e16));
+        self.correction.is_none_or(|one| one.checked().is_ok())
+            && self.auto.is_sound()
+            && self.gathered.is_sound()
+            && self.learner.is_sound()
+            && self.choice.is_sound()
+            && iron
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        self.correction == other.correction && self.auto.is_like(&other.auto)
+    }
+}
+
+impl Tagged for Learning {
+    const TAG: &'static str = "attitude-iron";
+    const VERSION: u16 = 1;
+}
+
+impl Named for Learning {
+    const METHOD: &'static str = Auto::METHOD;
+
+    fn options(&self) -> NamedOptions {
+        Named::options(&self.auto)
+    }
+
+    fn is_calibrated(&self) -> bool {
+        self.auto.is_calibrated()
+    }
+
+    fn bias_limit(&self) -> Option<f64> {
+        self.auto.bias_limit()
+    }
+
+    fn correction(&self) -> Option<&FieldCorrection> {
+        self.correction.as_ref()
+    }
+
+    fn iron(&self) -> Option<LearnedIron> {
+        Some(Self::iron(self))
+    }
+}
+
+#[cfg(feature = "std")]
+impl Attitude<Learning> {
+    /// As of the filter alone, of fields without the hard iron that is known at each sample.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if there is none for the passes, [`Error::Stopped`] if asked to stop.
+    pub fn smooth(&self, samples: &[Sample]) -> Result<Vec<Snapshot>, Error> {
+        use crate::stream::Stream;
+        let (mut fields, mut live) = (crate::memory::copied(samples)?, *self);
+        live.reset();
+        for sample in &mut fields {
+            let given = *sample;
+            let learning = live.estimator();
+            let field = Vector3::from(given.mag);
+            let field = learning.correction.map_or(field, |correction| correction.of(&field));
+            sample.mag = learning.left(field).unwrap_or(Vector3::repeat(f64::NAN)).into();
+            live.update(given);
+        }
+        self.around(self.estimator().auto).smooth(&fields)
+    }
+}
