@@ -11,6 +11,7 @@ from support.bags import write_recording
 from support.dataflash import flight as copter
 from support.dataflash import write_dataflash, write_text
 from support.gopros import write_gopro
+from support.tlogs import write_tlog
 from support.ulogs import flight, write_ulog
 
 N = 40
@@ -53,6 +54,7 @@ _WRITERS = {
     "deflated.mat": lambda path: savemat(path, COLUMNS, do_compression=True),
     "a.ulg": lambda path: write_ulog(path, flight(N)),
     "a.bin": lambda path: write_dataflash(path, copter(N)),
+    "a.tlog": lambda path: write_tlog(path, N),
     "a.mp4": lambda path: write_gopro(path, *_CAMERA, rate=8),
     "a.log": lambda path: write_text(path, copter(N)),
 }

@@ -45,7 +45,7 @@ _FLAGS: Final = {
 _REQUIRED: Final = inspect.Parameter.empty
 RECORDING: Final = (
     "Recording: csv, tsv, txt, npy, npz, parquet, arrow, feather, h5, mat, bag, mcap, ulg, "
-    "bin, log, mp4, bbl, or the folder of a ROS 2 bag."
+    "bin, log, tlog, mp4, bbl, or the folder of a ROS 2 bag."
 )
 
 

@@ -19,6 +19,7 @@ from zerorate.io.readers import (
     camera,
     hdf5,
     matlab,
+    mavlink,
     numpy_files,
     parquet,
     px4,
@@ -46,6 +47,7 @@ FORMATS: Final = (
     px4.FORMAT,
     ardupilot.FORMAT,
     ardupilot.TEXT,
+    mavlink.FORMAT,
     camera.FORMAT,
 )
 """To add one, see "Adding a reader" in CONTRIBUTING.md."""

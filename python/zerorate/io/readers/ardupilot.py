@@ -15,6 +15,7 @@ from zerorate.faults import given, said
 from zerorate.io.log import LogError
 from zerorate.io.names import looks_like_gyro
 from zerorate.io.readers.dataflash import MAGIC, DataFlash, Message, binary, textual
+from zerorate.io.readers.turns import quaternions
 from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Format, Metadata, Table
 from zerorate.types import Floats, Integers
 
@@ -25,6 +26,7 @@ _TIMES: Final = {"SampleUS": "us", "TimeUS": "us", "TimeMS": "ms"}
 """Fields with the time, that of the sample rather than that of its writing, and their units."""
 _INSTANCES: Final = ("I", "C")
 """Fields that tell sensors, and the cores of an estimator, apart."""
+_ANGLES: Final = ("Roll", "Pitch", "Yaw")
 _MOST: Final = 16
 _NUMBERED: Final = re.compile(r"(IMU|IMT|MAG|GPS|ACC|GYR)\d")
 _CALIBRATION: Final = re.compile(
@@ -145,20 +147,9 @@ def _part(quaternions: Callable[[], Floats], component: int) -> Column:
 
 
 def _quaternions(message: Message) -> Floats:
-    """Return the components, (4, n), of turns by yaw, then pitch, then roll."""
     with np.errstate(invalid="ignore", over="ignore"):
-        half = [
-            np.radians(message[name].astype(np.float64)) / 2 for name in ("Roll", "Pitch", "Yaw")
-        ]
-        (cr, cp, cy), (sr, sp, sy) = map(np.cos, half), map(np.sin, half)
-    return np.array(
-        (
-            cr * cp * cy + sr * sp * sy,
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-        )
-    )
+        angles = [np.radians(message[name].astype(np.float64)) for name in _ANGLES]
+    return quaternions(*angles)
 
 
 class _Sensor(NamedTuple):
@@ -180,11 +171,11 @@ _SENSORS: Final[dict[str, _Sensor]] = {
     "BARO": _Sensor((), _barometer),
     "BAR2": _Sensor((), _barometer),
     "BAR3": _Sensor((), _barometer),
-    "SIM": _Sensor(("Roll", "Pitch", "Yaw"), _attitude),
-    "ATT": _Sensor(("Roll", "Pitch", "Yaw"), _attitude),
-    "XKF1": _Sensor(("Roll", "Pitch", "Yaw"), _attitude),
-    "NKF1": _Sensor(("Roll", "Pitch", "Yaw"), _attitude),
-    "AHR2": _Sensor(("Roll", "Pitch", "Yaw"), _attitude),
+    "SIM": _Sensor(_ANGLES, _attitude),
+    "ATT": _Sensor(_ANGLES, _attitude),
+    "XKF1": _Sensor(_ANGLES, _attitude),
+    "NKF1": _Sensor(_ANGLES, _attitude),
+    "AHR2": _Sensor(_ANGLES, _attitude),
     "XKQ": _Sensor(("Q1", "Q2", "Q3", "Q4"), _attitude),
     "NKQ": _Sensor(("Q1", "Q2", "Q3", "Q4"), _attitude),
 }
