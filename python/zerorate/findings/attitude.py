@@ -81,7 +81,8 @@ def _course(recording: Recording, gyro: Sensor, accel: Sensor) -> Course:
             )
         chosen = slice(every - 1, None, every)
         names = ("quaternion", "tilt_sigma", "heading_sigma")
-        kept.append([traced[name][chosen] for name in names])  # type: ignore[literal-required]
+        # Copies: a view would keep the whole trace.
+        kept.append([traced[name][chosen].copy() for name in names])  # type: ignore[literal-required]
     quaternion, tilt, heading = (np.concatenate(one) for one in zip(*kept, strict=True))
     return Course(gyro.log.sampled[every - 1 :: every] - gyro.start, up(quaternion), tilt, heading)
 

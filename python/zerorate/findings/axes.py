@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import Final
+
+import numpy as np
 
 from zerorate.checks.check import check
 from zerorate.checks.result import Checks
 from zerorate.checks.result import Finding as Checked
 from zerorate.findings.finding import Finding
-from zerorate.findings.imus import Imu
-from zerorate.io.log import Recording
+from zerorate.findings.imus import BLOCK, Imu, Sensor, part
+from zerorate.io.log import LogError, Recording
 from zerorate.numerals import with_error
 
 SECTION: Final = "Units and axes"
+_LONGEST: Final = 7200.0
+"""Seconds that tell units and axes as well as a day does."""
 _SHOWN: Final = ("agrees", "partly seen")
 
 
@@ -22,7 +27,7 @@ def axes(recording: Recording, found: Sequence[Imu]) -> Iterator[Finding]:
     if not found or found[0].gyro is None or found[0].accel is None:
         return
     name = found[0].gyro.name
-    checks = check(recording, gyro=name)
+    checks = check(_liveliest(recording, found[0].gyro), gyro=name)
     start = found[0].gyro.start
     for one in (checks.gyro, checks.magnetometer):
         if one.alarm or one.status in _SHOWN:
@@ -30,6 +35,22 @@ def axes(recording: Recording, found: Sequence[Imu]) -> Iterator[Finding]:
     for note in (*checks.notes, *filter(None, (checks.clock,))):
         yield Finding(SECTION, "size", "look", f"{note[0].upper()}{note[1:]}.")
     yield from _numbers(checks, found[0])
+
+
+def _liveliest(recording: Recording, gyro: Sensor) -> Recording:
+    """Return the two hours in which a gyro turns most, of a longer recording."""
+    seconds = float(gyro.log.sampled[-1]) - gyro.start
+    if seconds <= _LONGEST:
+        return recording
+    sizes = np.nan_to_num(np.linalg.norm(gyro.blocks.mean, axis=1)).cumsum()
+    width = round(_LONGEST / BLOCK)
+    first = int(np.argmax(sizes[width:] - sizes[:-width]))
+    begin = gyro.start + BLOCK * first
+    logs = {}
+    for name, log in recording.items():
+        with suppress(LogError):
+            logs[name] = part(log, begin, begin + _LONGEST)
+    return Recording(logs, recording.source)
 
 
 def _on(one: Checked, imu: Imu, start: float) -> Finding:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import UNITS, convert
 
+Number = TypeVar("Number", np.float64, np.int32)
 GRAVITY: Final = 9.80665
 BLOCK: Final = 0.5
 """Seconds of a block."""
@@ -21,6 +23,7 @@ _SLOWEST: Final = 10.0
 _STILL: Final = 4
 """Blocks of the shortest rest."""
 _AXES: Final = 3
+_SOME: Final = 100_000
 _PRESENT: Final = 0.5
 """Share of a block's samples without which it tells nothing."""
 
@@ -102,9 +105,13 @@ class Sensor:
 def _of_axis(column: Floats, cuts: Integers) -> tuple[Floats, Floats, Floats]:
     """Return mean, scatter and number of the samples between cuts."""
     good = np.isfinite(column)
-    middle = float(np.median(column[good])) if good.any() else 0.0
-    values = np.where(good, column - middle, 0.0)
-    full = _sums(good.astype(np.float64), cuts)
+    # A value in their midst, so that squares keep their digits.
+    some = column[:: max(1, len(column) // _SOME)]
+    some = some[np.isfinite(some)]
+    middle = float(np.median(some)) if some.size else 0.0
+    values = column - middle
+    values[~good] = 0.0
+    full = _sums(good.astype(np.int32), cuts).astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         mean = _sums(values, cuts) / full
         square = _sums(np.square(values, out=values), cuts) / full
@@ -112,7 +119,7 @@ def _of_axis(column: Floats, cuts: Integers) -> tuple[Floats, Floats, Floats]:
     return mean + middle, scatter, full
 
 
-def _sums(values: Floats, cuts: Integers) -> Floats:
+def _sums(values: npt.NDArray[Number], cuts: Integers) -> npt.NDArray[Number]:
     """Return the sums of values between cuts, 0 of none."""
     padded = np.append(values, values.dtype.type(0))
     sums = np.add.reduceat(padded, np.minimum(cuts[:-1], len(values)))

@@ -241,19 +241,28 @@ def _spiked(column: Floats, step: float) -> Integers:
     if len(column) < _WINDOW + 4:
         return np.empty(0, dtype=np.int64)
     with np.errstate(invalid="ignore", over="ignore"):
-        off = column[1:-1] - 0.5 * (column[:-2] + column[2:])
-        size = np.abs(off)
+        size = column[:-2] + column[2:]
+        size *= -0.5
+        size += column[1:-1]
+        np.abs(size, out=size)
         known = size[np.isfinite(size)]
         if not known.size:
             return np.empty(0, dtype=np.int64)
-        least = 4.0 * float(np.quantile(known, 0.995))
-        places = np.flatnonzero(size > max(least, float(np.median(known)), 4.0 * step))
-    good = [at for at in places.tolist() if _is_single(off, at)]
+        least = 4.0 * float(np.quantile(known, 0.995, overwrite_input=True))
+        middle = float(np.median(known, overwrite_input=True))
+        places = np.flatnonzero(size > max(least, middle, 4.0 * step))
+        good = [at for at in places.tolist() if _is_single(column, at)]
     return np.array(good, dtype=np.int64) + 1
 
 
-def _is_single(off: Floats, at: int) -> bool:
-    """Whether a sample alone is off: its neighbours lean half of it the other way, no others."""
+def _is_single(column: Floats, place: int) -> bool:
+    """Whether a sample alone is off: its neighbours lean half of it the other way, no others.
+
+    The place is that of the sample before it.
+    """
+    first = max(0, place - _WINDOW)
+    part = column[first : place + _WINDOW + 3]
+    off, at = part[1:-1] - 0.5 * (part[:-2] + part[2:]), place - first
     if at < 3 or at + 3 >= len(off):
         return False
     mine = off[at]

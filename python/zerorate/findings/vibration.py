@@ -21,6 +21,8 @@ _LEAST: Final = 10
 """Blocks in motion without which nothing is told."""
 _WINDOWS: Final = 400
 """Windows of a second that tell the spectrum."""
+_BLOCKS: Final = 2000
+"""Blocks whose vibration is computed at once."""
 _PEAK: Final = 4.0
 """Amplitude of a peak over what is around it: 12 dB."""
 
@@ -81,17 +83,24 @@ def _vibe(one: Sensor, count: int) -> Floats:
 
     ArduPilot's: the force less its low-pass of 5 Hz, squared, low-passed at 2 Hz, the root.
     """
-    square = np.zeros(one.log.n)
     gain = 1.0 / (1.0 + one.log.rate / (2.0 * np.pi * 5.0))
-    width = max(1, round(1.0 / gain))
-    for column in one.log.data.T:
-        values = np.where(np.isfinite(column), column, np.nanmedian(column))
-        values -= _smoothed(values, width)
-        square += np.square(values, out=values)
+    width, data = max(1, round(1.0 / gain)), one.log.data
+    middles = [float(np.nanmedian(column)) for column in data.T]
     edges = np.searchsorted(one.log.sampled, np.arange(count + 1) * BLOCK + one.start)
-    sums = np.concatenate([[0.0], np.cumsum(square)])[edges]
+    sums = np.zeros(count)
+    for first in range(0, count, _BLOCKS):
+        last = min(first + _BLOCKS, count)
+        begin, end = int(edges[first]), int(edges[last])
+        before, after = max(begin - width, 0), min(end + width, len(data))
+        square = np.zeros(end - begin)
+        for column, middle in zip(data[before:after].T, middles, strict=True):
+            values = np.where(np.isfinite(column), column, middle)
+            values -= _smoothed(values, width)
+            square += np.square(values[begin - before : end - before])
+        parts = np.concatenate([[0.0], np.cumsum(square)])[edges[first : last + 1] - begin]
+        sums[first:last] = np.diff(parts)
     full = np.maximum(np.diff(edges), 1)
-    return np.asarray((one.factor or 0.0) * np.sqrt(np.maximum(np.diff(sums), 0.0) / full))
+    return np.asarray((one.factor or 0.0) * np.sqrt(np.maximum(sums, 0.0) / full))
 
 
 def _smoothed(values: Floats, width: int) -> Floats:

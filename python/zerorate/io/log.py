@@ -20,6 +20,7 @@ from zerorate.types import Floats
 _BETWEEN: Final = ", "
 _HALF: Final = 0.5
 """Periods by which times of an even clock may be rounded."""
+_PIECE: Final = 1 << 18
 _EVEN: Final = 1e-3
 """Part of a period by which the steps of an even clock may differ."""
 
@@ -168,8 +169,10 @@ class Log:
         """Seconds since the sample before, shape (n,), None where they are those of the rate."""
         steps = np.diff(self.sampled, prepend=self.sampled[0] - 1.0 / self.rate)
         # Stamps may be large numbers, of which the last bits are all that changes.
-        even = np.abs(steps * self.rate - 1.0).max() <= _EVEN
-        return None if even else np.maximum(steps, 0.0)
+        parts = (steps[a : a + _PIECE] for a in range(0, len(steps), _PIECE))
+        if max(float(np.abs(part * self.rate - 1.0).max()) for part in parts) <= _EVEN:
+            return None
+        return np.maximum(steps, 0.0, out=steps)
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -267,12 +270,21 @@ def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
         raise LogError(f"time must have shape ({n},) as data has {n} samples, got {seconds.shape}")
     if not np.isfinite(seconds).all():
         raise LogError("time must be finite")
-    off = np.abs(seconds - seconds[0] - np.arange(n) / rate).max() * rate
+    off = _off_grid(seconds, rate)
     if off > _HALF:
         raise LogError(
             f"time must be uniform at {rate:g} Hz, but leaves that grid by {off:.3g} samples"
         )
     return seconds
+
+
+def _off_grid(seconds: Floats, rate: float) -> float:
+    """Return how far times are from an even grid at most, in samples; by pieces, for memory."""
+    starts = range(0, len(seconds), _PIECE)
+    return max(
+        float(np.abs(part - seconds[0] - np.arange(a, a + len(part)) / rate).max()) * rate
+        for a, part in ((a, seconds[a : a + _PIECE]) for a in starts)
+    )
 
 
 def _checked_stamps(stamps: npt.ArrayLike, n: int) -> Floats:

@@ -367,27 +367,61 @@ def logs_of(chosen: Selection, told: dict[str, str], rows: Clock | None = None) 
     """
     columns, time = loaded_of(chosen)
     rows = rows or row_clock(chosen, time, len(columns[0]))
-    logs = []
-    for group in chosen.groups:
-        names = [chosen.names[i] for i in group.places]
-        values = stacked([columns[i] for i in group.places], names)
-        logs.append(log_of(chosen, group, values, rows.of_sensor(values), told))
+    logs: list[Log] = []
+    for group, values in values_of(chosen, columns):
+        logs.append(log_of(chosen, group, values, rows.of_sensor(values), told, logs))
     return logs
 
 
+def values_of(chosen: Selection, columns: list[Column]) -> Iterator[tuple[Group, Floats]]:
+    """Yield each group with its values, shape (n, k); columns are forgotten once they are copied.
+
+    A long log would else be in memory twice.
+    """
+    last = {i: k for k, group in enumerate(chosen.groups) for i in group.places}
+    for k, group in enumerate(chosen.groups):
+        if len(columns[group.places[0]]) == 0:
+            raise LogError("there are columns but no rows")
+        values = np.empty((len(columns[group.places[0]]), len(group.places)))
+        # Some bits are a NaN that warns when it becomes a double.
+        with np.errstate(invalid="ignore"):
+            for axis, i in enumerate(group.places):
+                values[:, axis] = as_numbers(columns[i], chosen.names[i])
+                if last[i] == k:
+                    columns[i] = columns[i][:0].copy()
+        yield group, values
+
+
 def log_of(
-    chosen: Selection, group: Group, values: Floats, clock: Clock, told: dict[str, str]
+    chosen: Selection,
+    group: Group,
+    values: Floats,
+    clock: Clock,
+    told: dict[str, str],
+    others: Iterable[Log] = (),
 ) -> Log:
-    """Return the log of one group of columns, whose rows are those of a clock."""
+    """Return the log of one group of columns, whose rows are those of a clock.
+
+    Its times are those of another log that has the same.
+    """
     names, grid = [chosen.names[i] for i in group.places], clock.grid
     data = scaled(_on_grid(values, grid), group.factor)
-    time = clock.start + np.arange(grid.length) / grid.rate
+    time = _even(clock, others)
     empty = notes_on_missing(names, [bool(np.isnan(column).all()) for column in data.T])
     notes = (*notes_on(chosen, group, values[:HEAD], clock), *empty)
     meta = {**chosen.meta(told, grid), "notes": notes}
     kept = grid.times(range(grid.length))
     stamps = None if kept is None else clock.start + kept
     return Log(time, grid.rate, data, tuple(names), group.unit, meta, stamps)
+
+
+def _even(clock: Clock, others: Iterable[Log]) -> Floats:
+    """Return the times of a clock's even grid, those of another log where they are the same."""
+    grid = clock.grid
+    for one in others:
+        if (one.n, one.rate, one.time[0]) == (grid.length, grid.rate, clock.start):
+            return one.time
+    return clock.start + np.arange(grid.length) / grid.rate
 
 
 def _stated_rate(rate: float | None, table: Table) -> float | None:
@@ -397,18 +431,6 @@ def _stated_rate(rate: float | None, table: Table) -> float | None:
         return checked_rate(table.meta.rate)
     except ValueError as error:
         raise LogError(f"in the metadata, {error}") from None
-
-
-def stacked(columns: list[Column], names: list[str]) -> Floats:
-    """Return columns of numbers as one array (n, k)."""
-    if len(columns[0]) == 0:
-        raise LogError("there are columns but no rows")
-    values = np.empty((len(columns[0]), len(columns)))
-    # Some bits are a NaN that warns when it becomes a double.
-    with np.errstate(invalid="ignore"):
-        for i, (column, name) in enumerate(zip(columns, names, strict=True)):
-            values[:, i] = as_numbers(column, name)
-    return values
 
 
 _NAMED: Final = 3
@@ -483,7 +505,7 @@ def _on_bursts(grid: Grid) -> Iterator[str]:
             f"the samples arrived in {report.burst_count} bursts and were stamped then; they were "
             f"put on the regular clock of {report.rate:.7g} Hz that made them"
         )
-    elif report.missing_count > len(grid.place):
+    elif report.missing_count and report.missing_count > len(grid.place):
         yield said(
             "more samples are missing than there are; if they were stamped as they arrived, in "
             "bursts, ",

@@ -33,7 +33,7 @@ from zerorate.io.reading import (
     log_of,
     row_clock,
     selected,
-    stacked,
+    values_of,
 )
 from zerorate.io.span import Span
 from zerorate.io.table import Content, Table
@@ -486,11 +486,12 @@ def _logs(
     chosen = selected(table, request.rate if concerned else None, places, grouped)
     columns, time = loaded_of(chosen)
     rows = row_clock(chosen, time, len(columns[0]))
-    for sensor, group in zip(sensors, chosen.groups, strict=True):
+    logs: list[Log] = []
+    for sensor, (group, values) in zip(sensors, values_of(chosen, columns), strict=True):
         names = [chosen.names[i] for i in group.places]
-        values = stacked([columns[i] for i in group.places], names)
         values, clock = _with_values(values, rows) or (values, rows)
-        log = log_of(chosen, group, values, clock.of_sensor(values), told)
+        log = log_of(chosen, group, values, clock.of_sensor(values), told, logs)
+        logs.append(log)
         if np.isnan(log.data).all() and not request.requires([sensor]):
             notes.append(f"{', '.join(names)}: left out, for all samples are missing")
             continue
@@ -503,8 +504,11 @@ def _with_values(values: Floats, rows: Clock) -> tuple[Floats, Clock] | None:
     It is another one if the sensor has a value in every second row or fewer, or if the rows of
     several sensors stand between each other so that together they are no clock.
     """
-    there = np.flatnonzero(np.isfinite(values).any(axis=1))
-    if len(there) in (0, 1, len(values)):
+    known = np.isfinite(values).any(axis=1)
+    if known.all():
+        return None
+    there = np.flatnonzero(known)
+    if len(there) in (0, 1):
         return None
     unsteady = rows.grid.report.jitter_max * rows.grid.rate > _UNSTEADY
     if np.median(np.diff(there)) < 2 and not unsteady:

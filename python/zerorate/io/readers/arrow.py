@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from zerorate.io.limits import check_bytes
 from zerorate.io.log import LogError
 from zerorate.io.table import Column, Content, Format, Metadata, Needs, Table, listed_names
 from zerorate.texts import extra_needed
+
+_AT_ONCE: Final = 1 << 18
+"""Rows of a column that Arrow has in memory, where it may hold less than all."""
 
 # Of type Any, for the stubs of pyarrow come from elsewhere and lag behind it.
 _Schema = Any
@@ -59,15 +62,42 @@ def in_pieces(
     schema: _Schema,
     rows: int,
     read: Callable[[Sequence[int], int], Iterator[Sequence[_Chunks]]],
+    check: Callable[[Sequence[int]], None],
 ) -> Table:
-    """Return the table of so many rows, which ``read`` also gives piece by piece."""
+    """Return the table of so many rows, which ``read`` also gives piece by piece.
+
+    ``check`` refuses columns that are far too many bytes to be loaded.
+    """
 
     def pieces(wanted: Sequence[int], most: int) -> Iterator[list[Column]]:
         _check_types(schema, wanted)
         for columns in read(wanted, most):
             yield [_to_numpy(column) for column in columns]
 
-    return replace(table, pieces=pieces, rows=rows)
+    def load(wanted: Sequence[int]) -> list[Column]:
+        if rows <= _AT_ONCE:
+            return table.load(wanted)
+        _check_types(schema, wanted)
+        check(wanted)
+        # Arrow keeps the memory that it has had: a long log would be there twice.
+        return [_joined((_to_numpy(part) for (part,) in read([i], _AT_ONCE)), rows) for i in wanted]
+
+    return replace(table, load=load, pieces=pieces, rows=rows)
+
+
+def _joined(parts: Iterator[Column], rows: int) -> Column:
+    """Return a column of so many rows by its parts, of which one with nulls may be of doubles."""
+    whole, there = np.empty(0), 0
+    for part in parts:
+        if there == 0:
+            whole = np.empty(rows, part.dtype)
+        elif part.dtype != whole.dtype:
+            whole = whole.astype(np.result_type(whole, part))
+        if there + len(part) > len(whole):  # more than the file says; others refuse it
+            return np.concatenate([whole[:there], part])
+        whole[there : there + len(part)] = part
+        there += len(part)
+    return whole[:there]
 
 
 def _column_names(schema: _Schema) -> tuple[str, ...]:

@@ -25,11 +25,13 @@ def _read(path: Path) -> Content:
     with _opened(path) as file:
         schema, rows = file.schema_arrow, file.metadata.num_rows
 
+    def check(wanted: Sequence[int]) -> None:
+        taken = rows * sum(map(_bytes_of, (schema.field(i) for i in wanted)))
+        check_bytes(path, taken, "the table")
+
     def load(wanted: Sequence[int]) -> list[Any]:
+        check(wanted)
         names, places = _places(schema.names, wanted)
-        check_bytes(
-            path, rows * sum(map(_bytes_of, (schema.field(i) for i in wanted))), "the table"
-        )
         with _opened(path) as file:
             table = file.read(columns=names)
         return [table.column(i) for i in places]
@@ -42,7 +44,7 @@ def _read(path: Path) -> Content:
                 yield [batch.column(i) for i in places]
 
     table = arrow_table(schema, load)
-    return Content.of(in_pieces(table, schema, rows, read))
+    return Content.of(in_pieces(table, schema, rows, read, check))
 
 
 FORMAT = Format(
