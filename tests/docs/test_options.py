@@ -24,6 +24,7 @@ OTHERS = {
         *("--bench", "--config", "--crate-type", "--no-default-features", "--package"),
         *("--profile", "--release", "--target"),
     },
+    "jupytext": {"--to"},
     "colcon": {"--packages-select"},
     "pip": {"--group"},
     "dask": {"--nthreads", "--nworkers"},
