@@ -14,13 +14,27 @@ RECORDINGS ?= ../shared/data
 WHEEL ?=
 PACKAGE = $(if $(WHEEL),'$(WHEEL)[all]',--editable '.[all]')
 
-.PHONY: help demo test test-core test-package nightly fuzz lint lint-core lint-package docs bench ratchet ratchet-renew results compare clean check-python check-cargo check-valgrind
+.PHONY: help demo wheel minimal test test-core test-package nightly fuzz lint lint-core lint-package docs bench ratchet ratchet-renew results compare clean check-python check-cargo check-valgrind
 
 help: ## Show this help
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
 demo: $(STAMP) ## Simulate a gyro, filter it, write the log and the figure into demo/
 	$(BIN)/zerorate demo --output demo --force
+
+wheel: | check-python check-cargo ## Build the wheel of this machine into target/wheel and look what is in it
+	rm -rf target/wheel
+	$(PYTHON) -m pip wheel --quiet --no-deps --wheel-dir target/wheel .
+	$(PYTHON) .ci/wheel.py target/wheel
+
+# What pyproject.toml says is enough.
+minimal: wheel ## Test the package with the oldest version of each dependency
+	$(PYTHON) -m venv --clear target/minimal
+	target/minimal/bin/pip install --quiet --upgrade 'pip>=25.1'
+	$(PYTHON) .ci/minimal.py > target/minimal/oldest.txt
+	target/minimal/bin/pip install --quiet --constraint target/minimal/oldest.txt --group test \
+		"$$(echo target/wheel/*.whl)[all]"
+	target/minimal/bin/python -m pytest -W default --numprocesses=logical --dist=worksteal
 
 test: test-package test-core ## Run all tests of the core and of the package
 

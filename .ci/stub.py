@@ -8,6 +8,7 @@ import base64
 import hashlib
 import importlib.util
 import inspect
+import sys
 import tempfile
 import textwrap
 import zipfile
@@ -61,7 +62,7 @@ def document(wheel: Path) -> None:
     entries[record] = _recorded(entries[record].decode(), entries[stub]).encode()
     with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED) as archive:
         for info, data in entries.items():
-            archive.writestr(info, data)
+            archive.writestr(info, data, compresslevel=9)
 
 
 def _recorded(record: str, stub: bytes) -> str:
@@ -80,3 +81,9 @@ def _loaded(name: str, data: bytes) -> ModuleType:
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
     return module
+
+
+if __name__ == "__main__":
+    # Wheels that maturin alone has built.
+    for found in sorted(Path(sys.argv[1]).glob("*.whl")):
+        document(found)
