@@ -1,8 +1,10 @@
 """The page of a report: it stands alone, its anchors land, and a browser has nothing to say."""
 
+import json
 import re
 import shutil
 import subprocess
+from html import unescape
 from html.parser import HTMLParser
 
 import numpy as np
@@ -61,28 +63,82 @@ def test_a_long_log_makes_no_long_page():
     assert len(zr.report(zr.read_recording(table)).to_html()) < 1e5
 
 
+TRIED = """
+<script>
+(function () {
+  "use strict";
+  var told = { missed: [], steps: {}, loaded: [] };
+  var view = function () { return document.querySelector("svg.plot").getAttribute("viewBox"); };
+  document.querySelectorAll("a").forEach(function (link) {
+    link.click();
+    var target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    var place = target && target.getBoundingClientRect();
+    if (link.hash !== location.hash || !target || place.height === 0 || place.top > innerHeight) {
+      told.missed.push(link.getAttribute("href"));
+    }
+  });
+  document.querySelector('button[data-step="all"]').click();
+  told.whole = view();
+  document.querySelector("a[data-from]").click();
+  told.span = view();
+  ["all", "closer", "left", "right", "wider", "all"].forEach(function (step) {
+    document.querySelector('button[data-step="' + step + '"]').click();
+    told.steps[step] = view();
+  });
+  told.views = new Set(Array.from(document.querySelectorAll("svg.plot"), function (one) {
+    return one.getAttribute("viewBox");
+  })).size;
+  told.bar = !document.querySelector(".bar").hidden;
+  told.loaded = performance.getEntriesByType("resource").map(function (one) { return one.name; });
+  document.body.dataset.told = JSON.stringify(told);
+}());
+</script>
+"""
+"""Follows each link, presses each button, and writes down what then is."""
+
+
+def browsed(file, folder):
+    """Return what a browser says of a page, and the page as it then is."""
+    command = (
+        CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr",
+        f"--user-data-dir={folder / 'profile'}", "--dump-dom", file.as_uri(),
+    )  # fmt: skip
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium")
 @pytest.mark.parametrize("kind", ["report", "before and after"])
-def test_a_browser_loads_it_without_an_error_and_a_finding_shows_its_span(page, tmp_path, kind):
+def test_in_a_browser_links_land_figures_zoom_and_nothing_is_loaded(page, tmp_path, kind):
     if kind != "report":
         motions = [zr.simulate_motion("hand", duration=30.0, seed=k) for k in (1, 2)]
         reports = [zr.report(one.recording()) for one in motions]
         page = zr.findings.before_after(*reports).to_html()
-    click = "<script>document.querySelector('a[data-from]').click();</script>"
     file = tmp_path / "report.html"
-    file.write_text(page.replace("</body>", f"{click}</body>"), encoding="utf-8")
-    command = (CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr")
-    profile = f"--user-data-dir={tmp_path / 'profile'}"
-    run = subprocess.run(
-        [*command, profile, "--dump-dom", file.as_uri()],
-        capture_output=True, text=True, timeout=60, check=True,
-    )  # fmt: skip
+    file.write_text(page.replace("</body>", f"{TRIED}</body>"), encoding="utf-8")
+    run = browsed(file, tmp_path)
     assert "CONSOLE" not in run.stderr
-    boxes = set(re.findall(r'viewBox="([^"]*)"', run.stdout))
-    assert len(boxes) == 1
-    assert boxes != {"0 0 1000 200"}
-    assert re.search(r'<div class="bar"(?![^>]*hidden)', run.stdout)
+    told = json.loads(unescape(re.search(r'data-told="([^"]*)"', run.stdout).group(1)))
+    assert (told["missed"], told["loaded"]) == ([], [])
+    assert (told["bar"], told["views"]) == (True, 1)
+    assert told["whole"] == told["steps"]["all"] == "0 0 1000 200"
+    assert told["span"] != told["whole"]
+    # Half of it, from its middle; a quarter of that earlier, and back; then all again.
+    steps = {name: [float(n) for n in view.split()] for name, view in told["steps"].items()}
+    assert steps["closer"] == pytest.approx([250.0, 0.0, 500.0, 200.0])
+    assert steps["left"] == pytest.approx([125.0, 0.0, 500.0, 200.0])
+    assert steps["right"] == pytest.approx(steps["closer"])
+    assert steps["wider"] == pytest.approx([0.0, 0.0, 1000.0, 200.0])
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium")
+def test_what_a_page_may_not_load_a_browser_tells(page, tmp_path):
+    """Else the test above would see nothing of it."""
+    file = tmp_path / "report.html"
+    picture = '<img src="https://example.org/one.png">'
+    file.write_text(page.replace("</body>", f"{picture}</body>"), encoding="utf-8")
+    assert "CONSOLE" in browsed(file, tmp_path).stderr
 
 
 def test_findings_of_one_kind_on_many_sensors_are_one_line():

@@ -46,7 +46,7 @@ _TERMINAL_SPANS: Final = 3
 _COLOURS: Final = {"act": VERMILION, "look": ORANGE, "good": GREEN}
 _ABOUT: Final = (
     "It says what is seen, never the cause. The limits, with their sources, stand at the end. "
-    "Not looked at: folded peaks, limits that are not flat."
+    "Not looked at: vibration that is too fast for the log."
 )
 
 
