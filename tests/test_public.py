@@ -18,6 +18,7 @@ PACKAGES = (
     "datasets",
     "denoising",
     "findings",
+    "geometry",
     "identify",
     "linear",
     "live",

@@ -281,3 +281,36 @@ def test_fit_of_exact_ticks():
     assert len(spans_of(ticks)) == 1
     iron = fit(ticks, np.zeros(600, dtype=int)).iron[0]
     np.testing.assert_allclose(iron, [0.3, -0.2, 0.4], atol=0.003)
+
+
+def test_a_place_tells_field_and_dip(monkeypatch):
+    pytest.importorskip("pygeomag")
+    motion = zr.simulate_motion("hand", 100.0, 40.0, seed=3)
+    recording = motion.recording()
+    there = zr.calibrate_magnetometer(recording, place=(48.1, 11.6))
+    assert there.valid
+    assert any("by the World Magnetic Model" in note for note in there.notes)
+    south = zr.calibrate_magnetometer(recording, place=(-48.1, 11.6, 500.0))
+    assert any("the dip is" in problem for problem in south.problems)
+    with pytest.raises(ValueError, match="place tells field and dip"):
+        zr.calibrate_magnetometer(recording, place=(48.1, 11.6), dip=1.1)
+    with pytest.raises(ValueError, match="place takes latitude, longitude"):
+        zr.calibrate_magnetometer(recording, place=(48.1,))
+
+
+def test_positions_of_the_recording_are_the_place():
+    pytest.importorskip("pygeomag")
+    motion = zr.simulate_motion("hand", 100.0, 40.0, seed=3)
+    recording = motion.recording()
+    time = recording.mag.time
+    places = np.tile([-48.1, 11.6, 500.0], (len(time), 1))
+    places[:50] = np.nan
+    names = ("latitude_deg", "longitude_deg", "height_m")
+    log = zr.Log(time, recording.mag.rate, places, names, "deg, deg, m", {}, None)
+    moved = replace(recording, logs={**recording, "position": log})
+    assert any("the dip is" in problem for problem in zr.calibrate_magnetometer(moved).problems)
+    assert zr.calibrate_magnetometer(moved, dip=float(motion_dip(recording))).valid
+
+
+def motion_dip(recording):
+    return zr.calibrate_magnetometer(recording).dip.value

@@ -10,6 +10,7 @@ import zerorate as zr
 from support.commands import check_line, names, one_line
 from support.logs import write_table
 from support.streams import streamed
+from zerorate.cli import run
 from zerorate.geometry import rotations
 
 MOTION = zr.simulate_motion("hand", duration=8.0, seed=3, magnet=[[5.0, 7.0]])
@@ -233,3 +234,45 @@ class TestReference:
         assert (code, "no.tum, which does not exist" in errors) == (2, True)
         code, _, errors = call(*asked, "a,b,c,d", "--reference-offset", "1")
         assert (code, "acts on a file" in errors) == (2, True)
+
+
+def test_a_place_gives_true_north(tmp_path, capsys):
+    pytest.importorskip("pygeomag")
+    motion = zr.simulate_motion("hand", 100.0, 20.0, seed=2)
+    path = tmp_path / "nine.csv"
+    kinds = {"gyro_{}_radps": motion.gyro, "accel_{}_mps2": motion.accel, "mag_{}_ut": motion.mag}
+    columns = {"time_s": motion.time} | {
+        name.format(axis): values[:, i]
+        for name, values in kinds.items()
+        for i, axis in enumerate("xyz")
+    }
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(path, rows, "%.9g", ",", header=",".join(columns), comments="")
+    options = ["attitude", str(path), "--no-figure", "--format", "csv"]
+    assert run([*options, "-o", str(tmp_path / "there.csv"), "--at", "48.1,11.6"]) == 0
+    told = capsys.readouterr().err
+    assert "deg east of true north, by the World Magnetic Model" in told
+    east = float(told.split("lies ")[1].split(" deg")[0])
+    assert 3.0 < east < 6.0
+    assert run([*options, "-o", str(tmp_path / "typed.csv"), "--declination", f"{east}"]) == 0
+    there, typed = (
+        np.loadtxt(tmp_path / f"{name}.csv", delimiter=",", skiprows=2)[:, 1:5]
+        for name in ("there", "typed")
+    )
+    np.testing.assert_allclose(there, typed, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--at", "95,11"], "--at takes deg, latitude within 90 first, got '95,11'"),
+        (["--at", "48,11", "--declination", "4"], "--at tells the declination: give it, or"),
+        (["--at", "48,11", "--no-mag"], "--at has no effect with --no-mag"),
+    ],
+)
+def test_a_place_that_tells_nothing_is_refused(tmp_path, capsys, options, told):
+    pytest.importorskip("pygeomag")
+    path = tmp_path / "a.csv"
+    path.write_text("t\n1\n")
+    assert run(["attitude", str(path), *options]) == 2
+    assert told in capsys.readouterr().err

@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from dataclasses import field as _default
+from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final, Literal, Self
@@ -24,6 +25,7 @@ from zerorate.calibration.magnet.sphere import Sphere, sphere
 from zerorate.calibration.magnet.ticks import Ticks, ticks_of
 from zerorate.calibration.parameters import Matrix, Vector
 from zerorate.faults import ArgumentError
+from zerorate.geometry import EarthField, earth_field
 from zerorate.io import Log, LogError, Recording
 from zerorate.io.samples import Samples
 from zerorate.io.saved import check_format, restored
@@ -345,6 +347,7 @@ def calibrate_magnetometer(
     one: bool = False,
     field: float | None = None,
     dip: float | None = None,
+    place: tuple[float, ...] | None = None,
 ) -> MagnetometerCalibration:
     """Calibrate a magnetometer from ordinary motion: the gyro says how the field must turn.
 
@@ -361,6 +364,10 @@ def calibrate_magnetometer(
     field, dip : float, optional
         Size of the field at the place, uT, and its angle below the level, rad, as a model of the
         earth's field tells them: a result that cannot be of there is not valid.
+    place : tuple of float, optional
+        Latitude and longitude, deg, and maybe height, m: `zerorate.geometry.earth_field` then tells
+        field and dip. Default that of the recording's positions, where it has some and pygeomag is
+        installed.
 
     Returns
     -------
@@ -374,7 +381,9 @@ def calibrate_magnetometer(
         Without accelerometer (unless there is no gyro either) or magnetometer, or with less than
         ten seconds of them.
     ValueError
-        If ``field`` or ``dip`` are none of the earth's.
+        If ``field`` or ``dip`` are none of the earth's, or ``place`` is no place.
+    ImportError
+        If ``place`` is given and pygeomag is not installed.
 
     Notes
     -----
@@ -391,11 +400,51 @@ def calibrate_magnetometer(
     """
     _check_place(field, dip)
     log = _log(recording, gyro)
+    told = _told_by(recording, place, log.unit, field, dip)
+    field, dip = (field, dip) if told is None else (told.size, told.dip)
     if gyro not in recording:
         found = _by_sphere(log, recording)
     else:
         found = _by_gyro(recording, gyro, log, one)
-    return _placed(found, field, dip)
+    found = _placed(found, field, dip)
+    if told is None:
+        return found
+    note = (
+        f"the field of the place has {told.size:.1f} uT, a dip of {np.degrees(told.dip):.0f} deg, "
+        f"by the {told.model}"
+    )
+    return replace(found, notes=(*found.notes, note))
+
+
+def _told_by(
+    recording: Recording,
+    place: tuple[float, ...] | None,
+    unit: str,
+    field: float | None,
+    dip: float | None,
+) -> EarthField | None:
+    """Return the field at a place, typed or recorded; None where nothing tells it."""
+    if place is not None and (field is not None or dip is not None):
+        raise ArgumentError("place", "tells field and dip: give it, or them")
+    if place is not None:
+        if len(place) not in (2, 3):
+            raise ArgumentError("place", f"takes latitude, longitude and maybe height, got {place}")
+        return earth_field(*place)
+    known = field is not None or dip is not None or unit not in MICROTESLA
+    if known or find_spec("pygeomag") is None:
+        return None
+    there = _middle(recording)
+    return None if there is None else earth_field(*there)
+
+
+def _middle(recording: Recording) -> tuple[float, float] | None:
+    """Return the middle of a recording's positions, latitude and longitude, deg."""
+    log = recording.get("position")
+    if log is None or log.names[:2] != ("latitude_deg", "longitude_deg"):
+        return None
+    places = log.data[np.isfinite(log.data[:, :2]).all(axis=1), :2]
+    places = places[(np.abs(places) <= (90.0, 360.0)).all(axis=1) & places.any(axis=1)]
+    return None if not len(places) else tuple(np.median(places, axis=0).tolist())
 
 
 def _check_place(field: float | None, dip: float | None) -> None:

@@ -18,6 +18,7 @@ from zerorate.cli.checking import Fix, checked, print_alarms, said_first
 from zerorate.cli.clipping import Clipped, ClippedOption, restored
 from zerorate.cli.errors import UsageFault, as_usage
 from zerorate.cli.magnetometer import read_magnetometer
+from zerorate.cli.mounts import place_with_field
 from zerorate.cli.options import (
     PANEL,
     AccelName,
@@ -41,6 +42,8 @@ from zerorate.cli.outputs import (
 )
 from zerorate.cli.records import print_title, records
 from zerorate.cli.references import ReferenceHeading, ReferenceOffset, Tum, reference_poses
+from zerorate.cli.standard import tell
+from zerorate.geometry import earth_field
 from zerorate.io import Recording, write_log
 from zerorate.options import check_used
 from zerorate.progress import Progress
@@ -101,6 +104,16 @@ class _Filter:
             rich_help_panel=_FILTER,
         ),
     ] = 0.0
+    at: Annotated[
+        str | None,
+        typer.Option(
+            "--at",
+            metavar="LAT,LON",
+            help="The place, deg, in place of --declination: that of the World Magnetic Model.",
+            show_default=False,
+            rich_help_panel=_FILTER,
+        ),
+    ] = None
     bias_limit: Annotated[
         float | None,
         typer.Option(
@@ -121,12 +134,27 @@ class _Filter:
             "method": str(self.method),
             "offline": self.offline,
             "mag": not self.no_mag,
-            "declination": math.radians(self.declination),
+            "declination": self._declination(),
             **constants,
         }
         if self.bias_limit is not None:
             asked["bias_limit"] = convert(self.bias_limit, "deg/s", "rad/s")
         return asked
+
+    def _declination(self) -> float:
+        """Return what was typed, or what the model of the earth's field has at the place, rad."""
+        place = place_with_field(self.at)
+        if place is None:
+            return math.radians(self.declination)
+        if self.declination:
+            raise UsageFault("--at tells the declination: give it, or --declination")
+        if self.no_mag:
+            raise UsageFault("--at has no effect with --no-mag")
+        with as_usage():
+            there = earth_field(*place)
+        east = math.degrees(there.declination)
+        tell(f"magnetic north lies {east:.1f} deg east of true north, by the {there.model}")
+        return there.declination
 
 
 @dataclass(frozen=True)

@@ -162,7 +162,7 @@ def calibrate(
         outline = (output, figure_format, not no_figure, force)
         calibrate_compass(log, reading, compass, gyro, asked_for, *outline)
         return
-    for name in ("field", "dip", "one_iron"):
+    for name in ("field", "dip", "at", "one_iron"):
         if getattr(compass, name):
             raise UsageFault(f"--{name.replace('_', '-')} acts with --magnetometer")
     if apply is not None:

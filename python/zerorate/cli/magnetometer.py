@@ -12,6 +12,7 @@ import typer
 from zerorate.calibration.magnetometer import MagnetometerCalibration, calibrate_magnetometer
 from zerorate.cli.calibrations import naming, read_imu
 from zerorate.cli.errors import DataFault, as_usage, of_a_file, require
+from zerorate.cli.mounts import place_with_field
 from zerorate.cli.options import READING, FigureFormat, Reading
 from zerorate.cli.outputs import (
     Destination,
@@ -33,6 +34,7 @@ OPTIONS: Final = (
     "magnetometer",
     "field",
     "dip",
+    "at",
     "one_iron",
     "gyro",
     "export",
@@ -70,6 +72,16 @@ class Magnetometer:
         typer.Option(
             metavar="DEG",
             help="The same of its angle below the level, deg; negative in the south.",
+            rich_help_panel=PANEL,
+        ),
+    ] = None
+    at: Annotated[
+        str | None,
+        typer.Option(
+            "--at",
+            metavar="LAT,LON",
+            help="The place, deg: field and dip by the World Magnetic Model. Default that of the "
+            "log's positions.",
             rich_help_panel=PANEL,
         ),
     ] = None
@@ -112,6 +124,7 @@ def calibrate_compass(
         require("matplotlib", "plot")
         figures = [f".{place.choose('--figure-format', figure_format, FigureFormat.png)}"]
         preload_figure("magnetometer_figure")
+    there = place_with_field(asked.at)
     endings = [_SUFFIXES[export] for export in exports if export in _SUFFIXES]
     found = records(log, reading.group_by)
     outputs = [place.of_part(one.ending).files(".json", endings, figures, force) for one in found]
@@ -129,6 +142,7 @@ def calibrate_compass(
                     one=asked.one_iron,
                     field=asked.field,
                     dip=None if asked.dip is None else float(np.radians(asked.dip)),
+                    place=there,
                 )
                 calibration = in_background(work)
             with as_usage():

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.cli.errors import UsageFault, as_usage
+from zerorate.cli.errors import UsageFault, as_usage, require
 from zerorate.cli.options import parse_words
 from zerorate.navigation.mounting import Mounting, read_mounting
 from zerorate.types import Floats
@@ -127,3 +127,14 @@ def _offset(text: str) -> float | None:
     if not math.isfinite(offset):
         raise UsageFault(f"--time-offset takes seconds, or 'auto', got '{text}'")
     return offset
+
+
+def place_with_field(text: str | None) -> tuple[float, ...] | None:
+    """Return the place of ``--at``, of which the model of the earth's field is asked."""
+    if text is None:
+        return None
+    place = numbers("--at", text, 2, "latitude and longitude, deg,")
+    if abs(place[0]) > 90.0 or abs(place[1]) > 360.0:
+        raise UsageFault(f"--at takes deg, latitude within 90 first, got '{text}'")
+    require("pygeomag", "magnetic")
+    return tuple(place)

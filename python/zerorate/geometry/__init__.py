@@ -1,1 +1,10 @@
-"""Geometry that every floor needs: rotations, frames of the earth, and the earth itself."""
+"""Geometry that every floor needs: rotations, frames of the earth, the earth and its field."""
+
+from zerorate.geometry.magnetic import EarthField, earth_field
+
+__all__ = ["EarthField", "earth_field"]
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__
