@@ -14,7 +14,7 @@ RECORDINGS ?= ../shared/data
 WHEEL ?=
 PACKAGE = $(if $(WHEEL),'$(WHEEL)[all]',--editable '.[all]')
 
-.PHONY: help demo wheel minimal test test-core test-package nightly fuzz lint lint-core lint-package docs bench ratchet ratchet-renew results compare clean check-python check-cargo check-valgrind
+.PHONY: help demo wheel minimal board test test-core test-package nightly fuzz lint lint-core lint-package docs bench ratchet ratchet-renew results compare clean check-python check-cargo check-valgrind
 
 help: ## Show this help
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -54,9 +54,17 @@ nightly: $(TOOLS) ## Test for an hour or two what .ci/run tests for minutes
 	cargo test --quiet --package zerorate-core --no-default-features
 	cargo run --quiet --package zerorate-core --no-default-features --profile test --example controller
 	cargo build --quiet --package zerorate-bare --profile bare
-	cargo rustc --quiet --package zerorate-c --no-default-features --profile bare --crate-type staticlib
+	cargo rustc --quiet $(BARE)
 	ZR_LIBRARY=target/bare/libzerorate.a cargo test --quiet --package zerorate-c --test programs
 	$(MAKE) fuzz MINUTES=10
+
+BARE := --package zerorate-c --no-default-features --profile bare --crate-type staticlib
+
+# Needs rustup's target, gcc-arm-none-eabi, libnewlib-arm-none-eabi and qemu-system-arm.
+board: | check-cargo ## Compare a Cortex-M4F in QEMU with this machine, to the bit
+	cargo rustc --quiet $(BARE)
+	cargo rustc --quiet $(BARE) --target thumbv7em-none-eabihf
+	rust/c/board/run.sh target/thumbv7em-none-eabihf/bare/libzerorate.a target/bare/libzerorate.a
 
 MINUTES ?= 60
 

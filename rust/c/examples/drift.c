@@ -1,8 +1,8 @@
 /* A gyro whose bias is learned at rest and held in motion, in static memory; a restart halfway.
  * gcc drift.c -I../include -L../../../target/release -l:libzerorate.a -lm -o drift && ./drift */
-#include <inttypes.h>
 #include <math.h>
 #include <stdalign.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -67,6 +67,6 @@ int main(void)
         zr_drift_explain(&params, why, sizeof why);
         printf("refused: %s\n", why);
     }
-    printf("sum %016" PRIx64 "\n", sum);
+    printf("sum %08lx%08lx\n", (unsigned long)(sum >> 32), (unsigned long)(sum & 0xffffffff));
     return 0;
 }
