@@ -202,8 +202,8 @@ def test_the_file_of_parameters_is_that_of_the_table(node_of):
 
 def test_the_package_is_of_one_version_and_names_what_it_imports():
     package = ElementTree.parse(PACKAGE / "package.xml").getroot()
-    assert package.findtext("version") == zr.__version__
-    assert f'version="{zr.__version__}"' in (PACKAGE / "setup.py").read_text(encoding="utf-8")
+    version = package.findtext("version")
+    assert f'version="{version}"' in (PACKAGE / "setup.py").read_text(encoding="utf-8")
     depends = {e.text for e in package.iter("exec_depend")}
     assert {"rclpy", "sensor_msgs", "geometry_msgs", "diagnostic_msgs"} <= depends
     assert (PACKAGE / "resource" / package.findtext("name")).exists()

@@ -209,7 +209,7 @@ extern "C" {
 // Returns a `zr_code` in words; valid for ever.
 const char *zr_message(int32_t code);
 
-// Returns the version of the library, such as "0.1.0"; valid for ever.
+// Returns the version of the library, such as "0.2.0"; valid for ever.
 const char *zr_version(void);
 
 // Returns how many bytes a `zr_drift` takes, at most `ZR_DRIFT_MEMORY`.

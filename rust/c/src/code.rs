@@ -80,7 +80,7 @@ pub extern "C" fn zr_message(code: i32) -> *const c_char {
     zr_code::of(code).message().as_ptr()
 }
 
-/// Returns the version of the library, such as "0.1.0"; valid for ever.
+/// Returns the version of the library, such as "0.2.0"; valid for ever.
 #[unsafe(no_mangle)]
 pub extern "C" fn zr_version() -> *const c_char {
     const VERSION: &CStr =
