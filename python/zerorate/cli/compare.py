@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Final, Self, cast, get_args
+from typing import Annotated, Any, Final, Self, cast, get_args
 
 import typer
 
@@ -19,6 +19,7 @@ from zerorate.cli.options import (
     NoFigure,
     Reading,
     parse_words,
+    with_group,
     with_reading_options,
 )
 from zerorate.cli.outputs import (
@@ -54,23 +55,20 @@ from zerorate.show.compare_tables import format_compare
 from zerorate.simulation import Contamination
 
 
-@with_reading_options()
-def compare(
-    *,
-    logs: Annotated[
-        list[Path] | None,
-        typer.Argument(help=RECORDING, show_default=False),
-    ] = None,
+@dataclass(frozen=True)
+class _Asked:
+    """What is typed of what is compared, and against what."""
+
     simulated: Annotated[
         bool, typer.Option("--simulated", help="Also simulated gyros, whose best filter is known.")
-    ] = False,
+    ] = False
     reference: Annotated[
         str | None, typer.Option(help="Column of an encoder's angle or of a true rate.")
-    ] = None,
+    ] = None
     quaternion: Annotated[
         str | None, typer.Option(help="Columns w,x,y,z of the true orientation.")
-    ] = None,
-    seeds: Annotated[int, typer.Option(help="Simulated records of each gyro.")] = 12,
+    ] = None
+    seeds: Annotated[int, typer.Option(help="Simulated records of each gyro.")] = 12
     methods: Annotated[
         str,
         typer.Option(
@@ -79,7 +77,7 @@ def compare(
             "Python file in this folder: FUNCTION(z, rate) returns the bias after each sample. "
             "After a name +hold learns at rest only, +reject rejects outliers.",
         ),
-    ] = ",".join(METHODS),
+    ] = ",".join(METHODS)
     contaminate: Annotated[
         list[str] | None,
         typer.Option(
@@ -88,7 +86,7 @@ def compare(
             "(in deviations), burst=20,size=30 (a minute) or stuck=10,at-zero (s); repeatable.",
             show_default=False,
         ),
-    ] = None,
+    ] = None
     attitude: Annotated[
         str,
         typer.Option(
@@ -96,10 +94,36 @@ def compare(
             help="Filters of attitude, for logs with an accelerometer and the true orientation; "
             "those of other packages where they are installed. none: no table of them.",
         ),
-    ] = ",".join(ATTITUDE_METHODS),
-    frame: Annotated[str, typer.Option(help="Of the true orientation: enu, ned or nwu.")] = "enu",
-    reading: Reading,
-    per_axis: Annotated[bool, typer.Option("--per-axis", help="A table of every axis.")] = False,
+    ] = ",".join(ATTITUDE_METHODS)
+    frame: Annotated[str, typer.Option(help="Of the true orientation: enu, ned or nwu.")] = "enu"
+
+    def chosen(self) -> list[Chosen]:
+        """Return the methods."""
+        return _methods(parse_words("--methods", self.methods))
+
+    def truth(self) -> dict[str, Any]:
+        """Return the columns of a log that hold the truth."""
+        columns = self.quaternion
+        found = None if columns is None else parse_words("--quaternion", columns)
+        return {"reference": self.reference, "quaternion": found}
+
+    def faults(self) -> list[Contamination]:
+        """Return what is put into the records."""
+        with as_usage():
+            return [Contamination.parse(text) for text in self.contaminate or []]
+
+    def filters(self) -> list[str]:
+        """Return the filters of attitude."""
+        with as_usage():
+            found = [] if self.attitude == "none" else parse_words("--attitude", self.attitude)
+            check_attitude(found, self.frame)
+        return found
+
+
+@dataclass(frozen=True)
+class _Written:
+    """What is typed of what is written."""
+
     output: Annotated[
         str | None,
         typer.Option(
@@ -111,9 +135,9 @@ def compare(
             show_default=False,
             rich_help_panel=OUTPUT,
         ),
-    ] = None,
-    figure_format: FigureFormatOption = None,
-    no_figure: NoFigure = False,
+    ] = None
+    figure_format: FigureFormatOption = None
+    no_figure: NoFigure = False
     json: Annotated[
         Path | None,
         typer.Option(
@@ -122,35 +146,50 @@ def compare(
             help="Write all numbers into this file.",
             rich_help_panel=OUTPUT,
         ),
+    ] = None
+    force: Force = False
+
+    def files(self) -> "_Files":
+        """Return where numbers and figures go."""
+        return _Files.of(self.output, self.figure_format, not self.no_figure, self.json)
+
+
+@with_group(_Asked, "asked")
+@with_group(_Written, "written")
+@with_reading_options()
+def compare(
+    *,
+    logs: Annotated[
+        list[Path] | None,
+        typer.Argument(help=RECORDING, show_default=False),
     ] = None,
-    force: Force = False,
+    asked: _Asked,
+    reading: Reading,
+    per_axis: Annotated[bool, typer.Option("--per-axis", help="A table of every axis.")] = False,
+    written: _Written,
 ) -> None:
     """Compare filters on logs by what they cost their user, at rest and in motion."""
-    if not logs and not simulated:
+    if not logs and not asked.simulated:
         raise UsageFault("give at least one log, or --simulated")
-    chosen = _methods(parse_words("--methods", methods))
-    truth = None if quaternion is None else parse_words("--quaternion", quaternion)
-    with as_usage():
-        faults = [Contamination.parse(text) for text in contaminate or []]
-        filters = [] if attitude == "none" else parse_words("--attitude", attitude)
-        check_attitude(filters, frame)
-    files = _Files.of(output, figure_format, not no_figure, json)
-    check_outputs(files.possible, force, None, *(logs or []))
+    chosen, faults, filters = asked.chosen(), asked.faults(), asked.filters()
+    files = written.files()
+    check_outputs(files.possible, written.force, None, *(logs or []))
     with progress_bar() as progress:
         recordings = []
         for one in (one for log in logs or [] for one in records(log, reading.group_by)):
-            trial = reading.read(read_trial, one.source, reference=reference, quaternion=truth)
+            trial = reading.read(read_trial, one.source, **asked.truth())
             recordings.append(replace(trial, log=present_axes(trial.log)))
         try:
             found = _compared(recordings, chosen, faults, progress)
-            found += _attitudes(recordings, filters, frame, progress)
+            found += _attitudes(recordings, filters, asked.frame, progress)
+            seeds, simulated = asked.seeds, asked.simulated
             regret = _simulated(chosen, faults, seeds, progress) if simulated else []
         except MethodError as error:
             raise DataFault(str(error)) from None
-        written = files.write(found, regret, force, progress)
+        paths = files.write(found, regret, written.force, progress)
     print("\n\n".join(_texts(found, regret, per_axis)))
-    if written:
-        print_written(written)
+    if paths:
+        print_written(paths)
 
 
 @dataclass(frozen=True)

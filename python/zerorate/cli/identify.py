@@ -7,7 +7,7 @@ from enum import StrEnum
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import Annotated, Final, Literal, NoReturn
+from typing import Annotated, Any, Final, Literal, NoReturn
 
 import typer
 
@@ -21,6 +21,7 @@ from zerorate.cli.options import (
     PanelsOption,
     Reading,
     parse_order,
+    with_group,
     with_reading_options,
 )
 from zerorate.cli.outputs import (
@@ -100,6 +101,99 @@ _PREPARE: Final = "Before the model: what is done to the record"
 """Panels of help."""
 
 
+@dataclass(frozen=True)
+class _OfModel:
+    """What is typed of the model."""
+
+    order: Annotated[
+        str | None,
+        typer.Option(
+            metavar="P,Q",
+            help="Take this order of the ARMA model, p autoregressive and q moving-average terms, "
+            "instead of choosing one.",
+            rich_help_panel=_MODEL,
+        ),
+    ] = None
+    criterion: Annotated[
+        Criterion,
+        typer.Option(help="Criterion that chooses the order.", rich_help_panel=_MODEL),
+    ] = Criterion.aic
+    max_order: Annotated[
+        int,
+        typer.Option(metavar="P", help="Largest AR order that is tried.", rich_help_panel=_MODEL),
+    ] = 10
+    estimator: Annotated[
+        Estimator,
+        typer.Option(
+            help="How the ARMA model is estimated: css, the conditional sum of squares, is fast; "
+            "exact, the likelihood, bridges missing samples. On long records they differ little.",
+            rich_help_panel=_MODEL,
+        ),
+    ] = Estimator.css
+    segments: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            help="Parts of the record that the tests of stationarity compare.",
+            rich_help_panel=_MODEL,
+        ),
+    ] = 100
+
+    def arguments(self) -> dict[str, Any]:
+        """Return those of the identification of an axis."""
+        return {
+            "order": None if self.order is None else _order(self.order),
+            "criterion": self.criterion.value,
+            "max_order": self.max_order,
+            "method": self.estimator.value,
+            "segments": self.segments,
+        }
+
+
+@dataclass(frozen=True)
+class _Before:
+    """What is typed of what is done to the record first."""
+
+    outliers: Annotated[
+        Outliers,
+        typer.Option(
+            help="How outliers are replaced: by the median of their neighbours (hampel), or by a "
+            "moving average.",
+            rich_help_panel=_PREPARE,
+        ),
+    ] = Outliers.none
+    smooth: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            help="Moving average over so many samples first, as some papers do; it changes the "
+            "model.",
+            rich_help_panel=_PREPARE,
+        ),
+    ] = 1
+    decimate: Annotated[
+        int,
+        typer.Option(
+            metavar="N", help="Keep every N-th sample, after a low-pass.", rich_help_panel=_PREPARE
+        ),
+    ] = 1
+    trend: Annotated[
+        Trend,
+        typer.Option(help="Subtract the mean or a straight line first.", rich_help_panel=_PREPARE),
+    ] = Trend.none
+
+    def arguments(self) -> dict[str, Any]:
+        """Return those of the identification of an axis."""
+        return {
+            "outliers": _OUTLIERS[self.outliers],
+            "smooth": self.smooth,
+            "decimate": self.decimate,
+            "trend": _TRENDS[self.trend],
+        }
+
+
+@with_group(_OfModel, "model")
+@with_group(_Before, "before")
 @with_reading_options()
 def identify(
     *,
@@ -109,83 +203,14 @@ def identify(
     figure: PanelsOption = FigurePanels.usual,
     no_figure: NoFigure = False,
     force: Force = False,
-    order: Annotated[
-        str | None,
-        typer.Option(
-            metavar="P,Q",
-            help="Take this order of the ARMA model, p autoregressive and q moving-average terms, "
-            "instead of choosing one.",
-            rich_help_panel=_MODEL,
-        ),
-    ] = None,
-    criterion: Annotated[
-        Criterion,
-        typer.Option(help="Criterion that chooses the order.", rich_help_panel=_MODEL),
-    ] = Criterion.aic,
-    max_order: Annotated[
-        int,
-        typer.Option(metavar="P", help="Largest AR order that is tried.", rich_help_panel=_MODEL),
-    ] = 10,
-    estimator: Annotated[
-        Estimator,
-        typer.Option(
-            help="How the ARMA model is estimated: css, the conditional sum of squares, is fast; "
-            "exact, the likelihood, bridges missing samples. On long records they differ little.",
-            rich_help_panel=_MODEL,
-        ),
-    ] = Estimator.css,
-    segments: Annotated[
-        int,
-        typer.Option(
-            metavar="N",
-            help="Parts of the record that the tests of stationarity compare.",
-            rich_help_panel=_MODEL,
-        ),
-    ] = 100,
-    outliers: Annotated[
-        Outliers,
-        typer.Option(
-            help="How outliers are replaced: by the median of their neighbours (hampel), or by a "
-            "moving average.",
-            rich_help_panel=_PREPARE,
-        ),
-    ] = Outliers.none,
-    smooth: Annotated[
-        int,
-        typer.Option(
-            metavar="N",
-            help="Moving average over so many samples first, as some papers do; it changes the "
-            "model.",
-            rich_help_panel=_PREPARE,
-        ),
-    ] = 1,
-    decimate: Annotated[
-        int,
-        typer.Option(
-            metavar="N", help="Keep every N-th sample, after a low-pass.", rich_help_panel=_PREPARE
-        ),
-    ] = 1,
-    trend: Annotated[
-        Trend,
-        typer.Option(help="Subtract the mean or a straight line first.", rich_help_panel=_PREPARE),
-    ] = Trend.none,
+    model: _OfModel,
+    before: _Before,
 ) -> None:
     """Find an ARMA model of the drift of each gyro from a log at rest, and test it.
 
     Writes a page (HTML) with tables and figures, and all numbers as JSON.
     """
-    analysis = partial(
-        identify_axis,
-        order=None if order is None else _order(order),
-        criterion=criterion.value,
-        max_order=max_order,
-        segments=segments,
-        smooth=smooth,
-        outliers=_OUTLIERS[outliers],
-        trend=_TRENDS[trend],
-        decimate=decimate,
-        method=estimator.value,
-    )
+    analysis = partial(identify_axis, **model.arguments(), **before.arguments())
     everything = all_panels(figure, not no_figure)
     all_of_them = records(log, reading.group_by)
     place = Destination.of(output, f"{log.stem}-zerorate-identify", ("html", "json"))
