@@ -6,6 +6,8 @@ many findings pass a limit. ``--logs N`` sets how many logs of each; ``--cores N
 """
 
 import argparse
+import copy
+import functools
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -14,6 +16,8 @@ import numpy as np
 
 import zerorate as zr
 from tables import table as aligned
+from zerorate.findings.against import against
+from zerorate.findings.imus import imus
 
 GRAVITY = 9.80665
 DURATION = 120.0
@@ -355,7 +359,13 @@ FAULTS = {
 
 
 def log_of(number):
-    """Return the simulated log of a number: devices and moves in turn."""
+    """Return the simulated log of a number, to put a fault into."""
+    return copy.deepcopy(_simulated(number))
+
+
+@functools.lru_cache(maxsize=32)
+def _simulated(number):
+    """Return the log of a number: devices and moves in turn."""
     names = list(DEVICES)
     device = DEVICES[names[number % len(names)]]
     return Simulated(device, MOVES[number % len(MOVES)], number)
@@ -373,6 +383,68 @@ def of_fault(job):
     return hit, {one.kind for one in found if one.severity == "act"} - {kind}
 
 
+DELAY, SCALES, TURN = 0.008, np.array([1.02, 0.99, 1.0]), np.radians([0.6, -0.4, 0.8])
+"""Of the second gyro of a pair against the first: s, as factors, rad."""
+
+
+def rotation(vector):
+    """Return the rotation of a vector."""
+    angle = np.linalg.norm(vector)
+    x, y, z = vector / angle
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+
+
+def of_pair(job):
+    """Return errors and standard errors of delay, ms, rotation, deg, and scale of two gyros."""
+    size, rates, number = job
+    random = np.random.default_rng([number, 9])
+    terms, phases = random.uniform(0.06, 0.6, (6, 3)), random.uniform(0.0, 6.28, (6, 3))
+    logs = {}
+    for k, rate in enumerate(rates):
+        t = np.arange(round(DURATION * rate)) / rate + 0.003 * k
+        waves = 2 * np.pi * terms * (t - k * DELAY)[:, None, None] + phases
+        true = size / np.sqrt(3.0) * np.sin(waves).sum(axis=1)
+        true = (true / SCALES) @ rotation(TURN) if k else true
+        seen = sensed(np.degrees(true), 0.01, 1 / 32.8, random.standard_normal(3), rate, random)
+        force = [0.0, 0.0, GRAVITY] + 0.02 * random.standard_normal(seen.shape)
+        columns = {"time_s": t}
+        for axis, turn, push in zip("xyz", seen.T, force.T, strict=True):
+            columns |= {f"gyro_{axis}_dps": turn, f"accel_{axis}_mps2": push}
+        for name, log in zr.read_recording(columns).items():
+            logs[f"{name}_1" if k else name] = log
+    first, second = imus(zr.Recording(logs))
+    found = against(first.gyro, second.gyro)
+    off = found.matrix @ rotation(TURN).T
+    turns = np.degrees(0.5 * (off - off.T)[[2, 0, 1], [1, 2, 0]])
+    errors = [1e3 * (found.delay - DELAY), *turns, *(found.scale - SCALES)]
+    sigmas = [1e3 * found.delay_sigma, *np.degrees(found.turn_sigma), *found.scale_sigma]
+    return errors, sigmas
+
+
+PAIRS = {
+    "hand, both 100 Hz": (1.5, (100.0, 100.0)),
+    "hand, 250 and 100 Hz": (1.5, (250.0, 100.0)),
+    "rotor craft, both 200 Hz": (0.3, (200.0, 200.0)),
+}
+"""Size of the turns, rad/s, and rates of both gyros."""
+
+
+def print_pairs(pool, count):
+    """Print how well two gyros are compared."""
+    rows = []
+    for name, (size, rates) in PAIRS.items():
+        told = np.array(list(pool.map(of_pair, [(size, rates, k) for k in range(count)])))
+        for what, part in (("delay, ms", slice(0, 1)), ("rotation, deg", slice(1, 4)),
+                           ("scale", slice(4, 7))):  # fmt: skip
+            errors, sigmas = told[:, 0, part], told[:, 1, part]
+            sizes = [np.sqrt(np.mean(np.square(one))) for one in (errors, sigmas)]
+            inside = np.mean(np.abs(errors) < 2.2 * sigmas)
+            rows.append([name, what, *(f"{one:.2g}" for one in sizes), f"{inside:.2f}"])
+    head = ["turns", "quantity", "error, RMS", "its standard error", "within 2.2 of them"]
+    print(aligned(f"{count} pairs each", head, rows, markdown=True).strip(), "\n")
+
+
 def of_clean(number):
     """Return the kinds of a clean log that ask to act, and to look."""
     found = zr.report(log_of(number).recording()).findings
@@ -386,6 +458,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--logs", type=int, default=20)
     parser.add_argument("--clean", type=int, default=200)
+    parser.add_argument("--pairs", type=int, default=60)
     parser.add_argument("--cores", type=int, default=2)
     asked = parser.parse_args()
     began = time.perf_counter()
@@ -404,6 +477,7 @@ def main():
         head = ["fault", "found at its limit", "at a third of it", "others that then ask to act"]
         print(aligned(f"{asked.logs} logs each", head, rows, markdown=True).strip(), "\n")
         clean = list(pool.map(of_clean, range(asked.clean)))
+        print_pairs(pool, asked.pairs)
     acts, looks = sum(bool(a) for a, _ in clean), sum(bool(b) for _, b in clean)
     print(f"Clean logs: {asked.clean}; with an *act*: {acts}; with a *look*: {looks}.\n")
     for number, (act, look) in enumerate(clean):

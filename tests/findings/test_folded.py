@@ -9,14 +9,14 @@ from zerorate.findings.folded import folded_of
 SECONDS = 60
 
 
-def shaken(rate, size, seed, *, wander=0.06, order=2, start=0.31):
+def shaken(rate, size, seed, *, wander=0.06, order=2, start=0.31, tone=0.07):
     """Return forces with a peak of 6 m/s², a harmonic of some size, a steady tone and noise."""
     random = np.random.default_rng(seed)
     t = np.arange(round(SECONDS * rate)) / rate
     hertz = (start + 0.005 * seed) * rate * (1.0 + wander * np.sin(2 * np.pi * t / 17.0))
     phase = 2.0 * np.pi * np.cumsum(hertz) / rate
     forces = 0.3 * random.standard_normal((len(t), 3))
-    forces += 1.0 * np.sin(2.0 * np.pi * 0.07 * rate * t)[:, None]
+    forces += 1.0 * np.sin(2.0 * np.pi * tone * rate * t)[:, None]
     forces[:, 2] += 6.0 * np.sin(phase) + size * np.sin(order * phase + 1.0)
     return forces
 
@@ -43,9 +43,11 @@ def test_a_folded_harmonic_is_told_with_its_amplitude(rate, order, start):
 
 
 @pytest.mark.parametrize("rate", [100.0, 250.0])
-def test_without_a_harmonic_none_is_told(rate):
+@pytest.mark.parametrize("tone", [0.07, 0.25, 0.38])
+def test_without_a_harmonic_none_is_told(rate, tone):
+    """A steady tone too, which the place of a folded harmonic crosses."""
     for seed in range(10):
-        assert folded_of(windows(shaken(rate, 0.0, seed), rate), rate) is None
+        assert folded_of(windows(shaken(rate, 0.0, seed, tone=tone), rate), rate) is None
 
 
 def test_a_harmonic_that_is_not_folded_is_none():

@@ -100,20 +100,30 @@ def _harmonic(
     place = np.abs(order * first - 2.0 * fold * half)
     width = math.ceil(0.75 * order)
     usable = (place < half - width) & (place > _LOWEST / bins + width)
-    for times in (0.5, 1.0, 1.5, 2.0, 3.0, 4.0):
-        usable &= np.abs(place - times * first) > _NEAR + width
+    usable &= np.abs(place - first) > _NEAR + width
+    for times in (0.5, 1.5, 2.0, 3.0, 4.0):
+        other = times * first
+        seen = _stands_at(stands, other, 1)[other < half]
+        if seen.size and np.mean(seen) > 0.5:  # else there is none to be taken for it
+            usable &= np.abs(place - other) > _NEAR + width
     if np.count_nonzero(usable) < _LEAST:
         return None
     first, place, power, stands = first[usable], place[usable], power[usable], stands[usable]
     hits = _stands_at(stands, place, width)
     # Where the other windows have it tells how often something is there by chance.
-    shifts = [len(place) // 5 * k for k in (1, 2, 3, 4)]
-    far = np.stack([np.abs(np.roll(place, s) - place) > 2 * width + 1 for s in shifts])
-    others = np.stack([_stands_at(stands, np.roll(place, s), width) for s in shifts])
-    usual = float(others[far].mean()) if far.any() else 1.0
+    shifts = range(1, len(place), max(1, len(place) // 64))
+    elsewhere = np.stack([np.roll(place, s) for s in shifts])
+    far = np.abs(elsewhere - place) > 2 * width + 1
+    far &= np.abs(elsewhere - first) > _NEAR + width
+    others = np.stack([_stands_at(stands, one, width) for one in elsewhere])
+    usual = float(others[far].mean()) if np.count_nonzero(far) >= _LEAST else 1.0
     if not _is_told(hits, max(usual, 0.02)):
         return None
-    sizes = _amplitudes(power, place, width + 2)[hits]
+    # Next to the peak itself its own amplitude counts in it.
+    clear = hits & (np.abs(place - first) > _NEAR + width + 2)
+    if np.count_nonzero(clear) < _LEAST // 2:
+        return None
+    sizes = _amplitudes(power, place, width + 2)[clear]
     low, high = np.quantile(first[hits], (0.1, 0.9)) * bins
     under, over = np.quantile(place[hits], (0.1, 0.9)) * bins
     return Folded(
