@@ -45,7 +45,17 @@ def coloured(random, shape, size, rate):
     return white
 
 
-def table(seed, seconds=60.0, *, second=None, noise=2e-3, slow=0.0, rates=(100.0, 100.0), **turns):
+def table(
+    seed,
+    seconds=60.0,
+    *,
+    second=None,
+    noise=2e-3,
+    slow=0.0,
+    rates=(100.0, 100.0),
+    bias=0.01,
+    **turns,
+):
     """Return columns of two gyros, or three, of which the last is late, turned and scaled."""
     body, random = Turns(seed, **turns), np.random.default_rng([seed, 2])
     logs = []
@@ -55,7 +65,7 @@ def table(seed, seconds=60.0, *, second=None, noise=2e-3, slow=0.0, rates=(100.0
         # The first shows SCALE times R of what the last does.
         true = (body(t - DELAY) / SCALE) @ rotation(TURN) if last else body(t)
         true = second(t) if last and second is not None else true
-        seen = true + 0.01 * random.standard_normal(3) + noise * random.standard_normal(true.shape)
+        seen = true + bias * random.standard_normal(3) + noise * random.standard_normal(true.shape)
         if slow:
             seen += coloured(random, true.shape, slow, rate)
         force = [0.0, 0.0, 9.80665] + 0.02 * random.standard_normal(true.shape)
@@ -89,8 +99,14 @@ def errors_of(found):
 
 @pytest.mark.parametrize(
     "what",
-    [{}, {"rates": (250.0, 100.0)}, {"slow": 5e-3}, {"size": 0.4, "noise": 5e-3}],
-    ids=["hand", "two rates", "coloured noise", "small turns"],
+    [
+        {},
+        {"bias": 0.1, "size": 0.5},
+        {"rates": (250.0, 100.0)},
+        {"slow": 5e-3},
+        {"size": 0.4, "noise": 5e-3},
+    ],
+    ids=["hand", "biases as large as turns", "two rates", "coloured noise", "small turns"],
 )
 def test_delay_rotation_and_scale_are_within_their_errors(what):
     pairs = [errors_of(compared(table(seed, **what))) for seed in range(20)]

@@ -26,7 +26,9 @@ _HOLE: Final = 3.5
 """Periods of a gap over which nothing is compared."""
 _TOP: Final = 0.995
 """Part of the largest rate of an axis above which it may be clipped."""
-_ROUNDS: Final = 5
+_ROUNDS: Final = 20
+_SETTLED: Final = 1e-5
+"""Seconds of a step after which the delay is found."""
 
 
 class Against(NamedTuple):
@@ -119,10 +121,12 @@ def against(first: Sensor, second: Sensor) -> Against | None:
             return None
         rates, changes = _shifted(kept, its, delay)
         step, linear, _ = _solved(kept.rates, rates, changes @ linear.T)
+        if abs(step) < _SETTLED or abs(delay + step) > _FARTHEST:
+            break
         delay += step
-        if abs(delay) > _FARTHEST:
-            return None
-    return _judged(kept.rates, rates, changes @ linear.T, delay - step)
+    found = _judged(kept.rates, rates, changes @ linear.T, delay)
+    # Where no delay fits there is none to tell, and the two may be of two bodies.
+    return found if abs(step) < _SETTLED else found._replace(delay_sigma=math.inf)
 
 
 def _cells(first: Sensor, mine: _Angle, its: _Angle) -> _Cells | None:
@@ -155,19 +159,25 @@ def _shifted(cells: _Cells, its: _Angle, delay: float) -> tuple[Floats, Floats]:
 
 
 def _roughly(cells: _Cells, its: _Angle) -> float:
-    """Return the delay at which the sizes of the rates are most alike, to a cell."""
+    """Return the delay at which a linear map of the second is most like the first, to a cell.
+
+    Not that at which the sizes of the rates are: a bias is a part of them.
+    """
     length = float(cells.high[0] - cells.low[0])
-    mine = np.linalg.norm(cells.rates, axis=1)
     count = round(_FARTHEST / length)
-    best, most = 0.0, -math.inf
+    best, least = 0.0, math.inf
     for delay in length * np.arange(-count, count + 1):
         usable = its.whole(cells.low + delay, cells.high + delay)
-        if np.count_nonzero(usable) < max(3, 0.5 * len(mine)):
+        if np.count_nonzero(usable) < max(_CELLS, 0.5 * len(usable)):
             continue
         part = _Cells(*(one[usable] for one in cells))
-        alike = _correlation(mine[usable], np.linalg.norm(_shifted(part, its, delay)[0], axis=1))
-        if alike > most:
-            best, most = float(delay), alike
+        rates = _shifted(part, its, delay)[0]
+        known = np.column_stack([rates, np.ones(len(rates))])
+        inverse = np.linalg.pinv(known.T @ known, hermitian=True)
+        left = part.rates - known @ (inverse @ (known.T @ part.rates))
+        size = float(np.mean(np.square(left)))
+        if size < least:
+            best, least = float(delay), size
     return best
 
 
