@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import re
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -249,15 +250,18 @@ def _by_numpy(body: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> 
     fields = [(f"c{i}", types.get(i, "S1")) for i in range(layout.width)]
     text = decoded(body.translate(_SWAPPED) if layout.decimal_comma else body)
     try:
-        rows = np.loadtxt(
-            io.StringIO(text),
-            dtype=np.dtype(fields),
-            delimiter=layout.delimiter,
-            comments=None,
-            quotechar=None,
-            ndmin=1,
-        )
-    except (ValueError, OverflowError):
+        with warnings.catch_warnings():
+            # Older versions make 1 of 1.5 in a column of whole numbers, and warn of it.
+            warnings.simplefilter("error", DeprecationWarning)
+            rows = np.loadtxt(
+                io.StringIO(text),
+                dtype=np.dtype(fields),
+                delimiter=layout.delimiter,
+                comments=None,
+                quotechar=None,
+                ndmin=1,
+            )
+    except (ValueError, OverflowError, DeprecationWarning):
         return None
     return [np.ascontiguousarray(rows[f"c{i}"]) for i in wanted]
 
