@@ -1,10 +1,10 @@
 """What calibrating a magnetometer by the gyro does to headings.
 
 ``python examples/magnetometer_study.py [RECORDINGS]`` prints tables in Markdown: simulated motion
-with hard and soft iron, two trials of BROAD where the folder of recordings is given, and the time
-it takes; draws ``docs/figures/magnetometer.png``. Headings are of `zerorate.Attitude`, nine axes,
-root mean squares in degrees. The sphere is one through all samples, taken off whether or not they
-point everywhere.
+with hard and soft iron, calibrated and learned live, two trials of BROAD where the folder of
+recordings is given, and the time it takes; draws ``docs/figures/magnetometer.png``. Headings are of
+`zerorate.Attitude`, nine axes, root mean squares in degrees. The sphere is one through all samples,
+taken off whether or not they point everywhere.
 """
 
 import math
@@ -49,15 +49,88 @@ def by_sphere(recording):
 
 def heading(recording, where=None):
     """Return the error of the heading against the north of the reference, deg."""
+    quaternion, truth, known = estimated(recording)
+    known = known if where is None else known & where
+    return error(quaternion, truth, known)
+
+
+def estimated(recording, **arguments):
+    """Return orientations, those of the reference, and where these are known."""
     samples = Samples.of(recording)
     truth = samples.aligned(recording["reference"])
-    known = np.isfinite(truth).all(axis=1)
-    known = known if where is None else known & where
-    found = zr.Attitude(samples.log.rate).trace(
-        samples.gyro, samples.accel, samples.mag, samples.dt
-    )
-    errors = orientation_errors(found["quaternion"], truth, where=known, heading="absolute")
+    attitude = zr.Attitude(samples.log.rate, **arguments)
+    found = attitude.process(samples.gyro, samples.accel, samples.mag, samples.dt)
+    return found, truth, np.isfinite(truth).all(axis=1)
+
+
+def error(quaternion, truth, where):
+    """Return the root mean square of the heading's error, deg."""
+    errors = orientation_errors(quaternion, truth, where=where, heading="absolute")
     return float(np.degrees(errors.heading))
+
+
+def learned(recording):
+    """Return the heading's error over all and over the second half, and from when on it is known.
+
+    The last is the second in which the hard iron is first taken off, NaN for never.
+    """
+    quaternion, truth, known = estimated(recording, learn_magnetometer=True)
+    raw = estimated(recording)[0]
+    late = np.arange(len(truth)) >= len(truth) // 2
+    apart = np.flatnonzero((quaternion != raw).any(axis=1))
+    first = apart[0] / recording.gyro.rate if len(apart) else math.nan
+    return error(quaternion, truth, known), error(quaternion, truth, known & late), first
+
+
+def large(seed):
+    """Return a hard iron of 15 uT an axis."""
+    return np.random.default_rng(seed).normal(0.0, 15.0, 3)
+
+
+def small(seed):
+    """Return one of 2 to 5 uT: no more than a room does."""
+    direction = np.random.default_rng(50 + seed).normal(size=3)
+    return (2.0 + 3.0 * seed / 7.0) * direction / np.linalg.norm(direction)
+
+
+IRONS = {
+    "hard": (np.eye(3), large),
+    "hard and soft": (SOFT, large),
+    "2 to 5 uT": (np.eye(3), small),
+    "none": (np.eye(3), lambda _: np.zeros(3)),
+}
+
+
+def of_learning(seeds):
+    """Print the table of hard irons that are learned live."""
+    rows = []
+    for kind in KINDS:
+        for name, (matrix, iron) in IRONS.items():
+            found = []
+            for seed in range(seeds):
+                errors = zr.simulation.MotionErrors(field_wander=math.radians(4.5))
+                seeded = {"seed": 100 + seed, "errors": errors}
+                true = zr.simulate_motion(kind, 100.0, 120.0, **seeded).recording()
+                moved = with_mag(true, true.mag.data @ matrix.T + iron(seed))
+                found.append([*heads(moved), heads(true)[1], *learned(moved)])
+            values = np.array(found)
+            raw, raw_late, target, live, late = root_mean_square(values[:, :5])
+            times = values[np.isfinite(values[:, 5]), 5]
+            when = f"{np.median(times):.0f}" if len(times) else "never"
+            worse = int(np.sum(values[:, 3] > 1.02 * values[:, 0]))
+            rows.append([kind, name, f"{raw:.1f}", f"{live:.1f}", f"{raw_late:.1f}"])
+            rows[-1] += [f"{late:.2f}", f"{target:.2f}", f"{len(times)} of {seeds}", when]
+            rows[-1].append(str(worse))
+    head = ["motion", "iron", "raw", "live", "raw, second minute", "live", "true field"]
+    head += ["learned", "after, s", "worse than raw"]
+    print(table(f"Learned live, 120 s at 100 Hz, {seeds} seeds:", head, rows, True), end="\n\n")
+
+
+def heads(recording):
+    """Return the heading's error over all and over the second half, without learning."""
+    quaternion, truth, known = estimated(recording)
+    late = np.arange(len(truth)) >= len(truth) // 2
+    return error(quaternion, truth, known), error(quaternion, truth, known & late)
 
 
 def simulated(kind, matrix, seeds):
@@ -131,8 +204,12 @@ def of_trials(folder):
             if span.kind != "disturbed"
         )
         before = [f"{heading(one, moving):.2f}" for one in (recording, by_sphere(recording))]
-        rows.append([f"BROAD {number}", *before, after, irons])
-    head = ["recording", "raw", "sphere", "calibrated", "taken off, uT"]
+        quaternion, truth, known = estimated(recording, learn_magnetometer=True)
+        live = f"{error(quaternion, truth, known & moving):.2f}"
+        if np.array_equal(quaternion, estimated(recording)[0]):
+            live = "equal to the bit"
+        rows.append([f"BROAD {number}", *before, after, live, irons])
+    head = ["recording", "raw", "sphere", "calibrated", "learned live", "taken off, uT"]
     print(table("Recorded, heading in movement:", head, rows, True), end="\n\n")
 
 
@@ -148,12 +225,28 @@ def of_speed():
             times.append(np.array([time.perf_counter(), time.process_time()]) - before)
         rows.append([kind, *(f"{one:.2f}" for one in np.min(times, axis=0))])
     head = ["motion", "wall s", "processor s"]
-    print(table("Ten minutes at 100 Hz, best of seven:", head, rows, True))
+    print(table("Ten minutes at 100 Hz, best of seven:", head, rows, True), end="\n\n")
+    of_live_speed()
+
+
+def of_live_speed():
+    """Print what a sample costs with and without learning."""
+    samples = Samples.of(zr.simulate_motion("hand", 100.0, 120.0, seed=5).recording())
+    costs = {}
+    for learns in (False, True, False, True, False, True):
+        for _ in range(7):
+            attitude = zr.Attitude(100.0, learn_magnetometer=learns)
+            before = time.process_time()
+            attitude.process(samples.gyro, samples.accel, samples.mag)
+            cost = (time.process_time() - before) / len(samples.gyro) * 1e9
+            costs[learns] = min(cost, costs.get(learns, math.inf))
+    print(f"A sample of nine axes: {costs[False]:.0f} ns, learning {costs[True]:.0f} ns.")
 
 
 if __name__ == "__main__":
     given = Path(sys.argv[1]) if len(sys.argv) > 1 else BESIDE
     of_simulation(8)
+    of_learning(8)
     if given.is_dir():
         of_trials(given)
     of_speed()

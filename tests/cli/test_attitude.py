@@ -69,6 +69,24 @@ def test_constants_of_a_method_reach_the_filter(cli, log, out):
     np.testing.assert_array_equal(zr.read_log(out / "a.npz").data, expected)
 
 
+def test_a_hard_iron_is_learned(cli, tmp_path, out):
+    motion = zr.simulate_motion("hand", duration=30.0, seed=3)
+    found = {"time_s": motion.time}
+    mag = motion.mag + np.array([20.0, -12.0, 9.0])
+    for name, values in zip(SENSORS, (motion.gyro, motion.accel, mag), strict=True):
+        found |= {name.format(axis): values[:, i] for i, axis in enumerate("xyz")}
+    log = write_table(tmp_path / "iron.csv", found)
+    typed = ("-o", out / "a.npz", "--learn-magnetometer", "--no-figure")
+    assert cli(log, *typed)[0] == 0
+    recording = zr.read_recording(log)
+    written = zr.read_log(out / "a.npz").data
+    expected = zr.estimate_attitude(recording, learn_magnetometer=True).quaternion
+    np.testing.assert_array_equal(written, expected)
+    assert np.any(written != zr.estimate_attitude(recording).quaternion)
+    code, _, errors = cli(log, *typed, "--no-mag")
+    assert (code, "no effect with --no-mag" in one_line(errors)) == (2, True)
+
+
 def test_a_reference_of_another_frame_is_suspected(cli, log, out):
     _, text, _ = cli(log, "-o", out, "--frame", "ned", "--no-figure")
     assert "that of a reference to other axes of the earth" in one_line(text)

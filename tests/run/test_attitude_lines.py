@@ -48,6 +48,23 @@ def test_columns_by_position_and_the_rest_passes():
     assert answers[17].startswith("17,")
 
 
+def test_a_magnetometer_is_learned():
+    motion = zr.simulate_motion("hand", rate=50.0, duration=30.0, seed=5)
+    mag = motion.mag + np.array([20.0, -12.0, 9.0])
+    rows = np.hstack([np.degrees(motion.gyro), motion.accel / 9.80665, mag])
+    units = {"gyro_unit": "deg/s", "accel_unit": "g"}
+    filter_ = zr.Attitude(50.0, learn_magnetometer=True, **units)
+    expected = filter_.process(rows[:, :3], rows[:, 3:6], rows[:, 6:])
+    assert filter_.magnetometer_state == "known"
+    stream = LineStream(settings(learn_magnetometer=True))
+    answers = [stream.take(",".join(map(repr, row))) for row in rows.tolist()]
+    np.testing.assert_array_equal(quaternions(answers), expected)
+    with pytest.raises(ColumnError, match="the lines hold no magnetometer to be learned"):
+        LineStream(settings(learn_magnetometer=True)).take(LINES[0])
+    with pytest.raises(ValueError, match="learn_magnetometer has no effect with mag=False"):
+        settings(learn_magnetometer=True, mag=False)
+
+
 def test_scales_make_counts_units():
     scaled = ROWS / [0.1, 0.1, 0.1, 0.5, 0.5, 0.5]
     stream = LineStream(settings(gyro_scale=0.1, accel_scale=0.5))

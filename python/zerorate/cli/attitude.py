@@ -94,6 +94,15 @@ class _Filter:
             rich_help_panel=_FILTER,
         ),
     ] = False
+    learn_magnetometer: Annotated[
+        bool,
+        typer.Option(
+            "--learn-magnetometer",
+            help="Learn the magnetometer's hard iron from the motion, as a live filter can; "
+            "of a log zerorate calibrate --magnetometer knows more.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = False
     declination: Annotated[
         float,
         typer.Option(
@@ -137,6 +146,10 @@ class _Filter:
             "declination": self._declination(),
             **constants,
         }
+        if self.learn_magnetometer:
+            if self.no_mag:
+                raise UsageFault("--learn-magnetometer has no effect with --no-mag")
+            asked["learn_magnetometer"] = True
         if self.bias_limit is not None:
             asked["bias_limit"] = convert(self.bias_limit, "deg/s", "rad/s")
         return asked

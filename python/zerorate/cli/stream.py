@@ -146,6 +146,14 @@ class _OfEarth:
             "--no-mag", help="Leave out the magnetometer of the lines.", rich_help_panel=_PANEL
         ),
     ] = False
+    learn_magnetometer: Annotated[
+        bool,
+        typer.Option(
+            "--learn-magnetometer",
+            help="Learn the magnetometer's hard iron from the motion.",
+            rich_help_panel=_PANEL,
+        ),
+    ] = False
     time: Annotated[
         str | None,
         typer.Option(
@@ -159,11 +167,17 @@ class _OfEarth:
     def arguments(self) -> dict[str, Any]:
         """Return those of `AttitudeSettings`."""
         place = _column("--time", self.time)
-        return {"frame": str(self.frame or FrameName.enu), "mag": not self.no_mag, "time": place}
+        return {
+            "frame": str(self.frame or FrameName.enu),
+            "mag": not self.no_mag,
+            "learn_magnetometer": self.learn_magnetometer,
+            "time": place,
+        }
 
     def refuse(self) -> None:
         """Raise a usage fault if anything was typed that acts on attitudes alone."""
         given = {"--frame": self.frame, "--no-mag": self.no_mag or None, "--time": self.time}
+        given["--learn-magnetometer"] = self.learn_magnetometer or None
         alone = [name for name, value in given.items() if value is not None]
         if alone:
             raise UsageFault(f"{alone[0]} needs --attitude")

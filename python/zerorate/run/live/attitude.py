@@ -100,6 +100,8 @@ class AttitudeSettings:
         What samples are multiplied by; the units are those that they have then.
     bias_limit : float, optional
         Largest bias of the gyro, in its unit; default 10 deg/s.
+    learn_magnetometer : bool
+        Whether to learn the magnetometer's hard iron from the motion.
 
     Raises
     ------
@@ -122,6 +124,7 @@ class AttitudeSettings:
     gyro_scale: float | None = None
     accel_scale: float | None = None
     bias_limit: float | None = None
+    learn_magnetometer: bool = False
 
     def __post_init__(self) -> None:
         """Check all that does not depend on the lines."""
@@ -146,6 +149,8 @@ class AttitudeSettings:
         """Return a new filter for lines as the first one is; LineError or ColumnError if none."""
         opened = _found(cells, self, fields)
         mag = len(opened.layout.channels) == 9
+        if self.learn_magnetometer and not mag:
+            raise ColumnError("the lines hold no magnetometer to be learned")
         return AttitudeEngine(opened, self, self.filter(mag, opened.gyro_unit, opened.accel_unit))
 
     def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
@@ -164,6 +169,7 @@ class AttitudeSettings:
         """Return a new filter of samples in these units."""
         settings: Any = {"frame": self.frame, "gyro_unit": gyro_unit, "accel_unit": accel_unit}
         settings["bias_limit"] = self.bias_limit
+        settings["learn_magnetometer"] = self.learn_magnetometer
         return Attitude(self.rate, mag=mag and self.mag, **settings)
 
     @classmethod
