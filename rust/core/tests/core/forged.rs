@@ -4,7 +4,7 @@
 use crate::common::{any_params, any_sample, saved, some_start};
 use proptest::prelude::*;
 use zerorate_core::allan::{AllanKind, AllanNoise};
-use zerorate_core::attitude::{Attitude, AttitudeParams, Auto, AutoOptions, Frame, Learning};
+use zerorate_core::attitude::{Attitude, AttitudeParams, Auto, AutoOptions, Frame};
 use zerorate_core::calibrate::{
     Correction, ImuCorrector, TemperatureCurve, TemperatureFilter, TemperatureParams,
 };
@@ -359,7 +359,6 @@ proptest! {
         let params = AttitudeParams { rate, frame: Frame::Ned, mag: true, gyro_unit: 1.0, accel_unit: 10.0 };
         let auto = Auto::new(AutoOptions { mag, ..AutoOptions::default() })?;
         check(Attitude::new(params, auto)?, sound, &samples, &after, first)?;
-        check(Attitude::new(params, Learning::new(auto, None)?)?, sound, &samples, &after, first)?;
     }
 }
 

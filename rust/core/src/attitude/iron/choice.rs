@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::learner::{Learner, NEAR, Present, Start};
+use super::learner::{Learner, Present, Start};
 use super::sums::{apart, known_part, root};
 use crate::math::sound::{are_within, is_size};
 
@@ -20,10 +20,10 @@ const LARGE: f64 = 0.7;
 const LARGE_APART: f64 = 25.0;
 /// What is as near as this is the same hard iron.
 const SAME: f64 = 16.0;
-/// Variance of one that takes the place of the same, in those of the one before: newer is a little better.
-const AS_GOOD: f64 = 1.2;
 /// Of scatters: how much better another one has to be than the one in use.
 const BETTER: f64 = 1.1;
+/// How near the field has to stay to the last one known, for a span that does not tell.
+const NEAR: f64 = 0.15;
 /// A field that is weaker stands still in the sensor: there is none.
 const NONE: f64 = 0.1;
 /// Seconds for which the field is withheld at most.
@@ -121,9 +121,9 @@ impl Choice {
             self.taken = Taken::Withheld;
             return;
         }
-        let iron = self.remember(&iron);
+        self.remember(&iron);
         (self.taken, self.iron, self.withheld) = (Taken::Known, iron, 0.0);
-        self.field = Some(start.sums.field(&iron.value));
+        self.field = Some(start.sums.field(&value));
     }
 
     /// Whether a hard iron leaves so little of the scatter that it is none of a room.
@@ -137,22 +137,20 @@ impl Choice {
             || left < large * raw && apart(&iron.value, &iron.covariance) > LARGE_APART
     }
 
-    /// Remembers a hard iron, unless the same one is known better; returns the one that is.
-    fn remember(&mut self, iron: &Iron) -> Iron {
+    fn remember(&mut self, iron: &Iron) {
         let same = |one: &Iron| {
             apart(&(one.value - iron.value), &(one.covariance + iron.covariance)) < SAME
         };
         for place in self.remembered.iter_mut().flatten() {
             if same(place) {
-                if iron.covariance.trace() < AS_GOOD * place.covariance.trace() {
+                if iron.covariance.trace() < 1.5 * place.covariance.trace() {
                     *place = *iron;
                 }
-                return *place;
+                return;
             }
         }
         self.remembered[self.next] = Some(*iron);
         self.next = (self.next + 1) % PLACES;
-        *iron
     }
 
     fn is_learned(&self) -> bool {

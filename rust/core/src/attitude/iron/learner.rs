@@ -23,8 +23,6 @@ const FADES: f64 = 60.0;
 const FIRST: usize = 10;
 /// No field of so many sizes is one.
 const STRONGEST: f64 = 20.0;
-/// By how much of its size a field may change from span to span, and still be that of the same iron.
-pub const NEAR: f64 = 0.15;
 /// Largest cost that is told from others.
 const DEAREST: f64 = 1e9;
 /// Seconds that are counted.
@@ -48,46 +46,10 @@ pub struct Start {
     /// Cost of all up to now, less that of the best path with another span to come.
     cost: f64,
     pub age: f64,
-    /// What irons did to the heading since then, and before.
-    pulled: Pulled,
-    before: Pulled,
-    /// The last tick before.
-    last: Option<Tick>,
-    /// Whether the hard iron is that of before.
-    goes_on: bool,
-}
-
-/// What a hard iron of the sensor's axes did to the heading, rad in one of the field's size, and what
-/// those that were taken off did, rad.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-struct Pulled {
+    /// What a hard iron of the sensor's axes did to the heading since then, and what the ones taken off
+    /// meanwhile did, rad.
     shares: Vector3<f64>,
     taken: f64,
-}
-
-impl Pulled {
-    fn follow(&mut self, share: &Vector3<f64>, taken: f64, gain: f64) {
-        self.shares += (share - self.shares) * gain;
-        self.taken += (taken - self.taken) * gain;
-    }
-
-    fn forget(&mut self, gain: f64) {
-        self.shares *= 1.0 - gain;
-        self.taken *= 1.0 - gain;
-    }
-
-    fn and(&self, other: &Self) -> Self {
-        Self { shares: self.shares + other.shares, taken: self.taken + other.taken }
-    }
-
-    /// By what a hard iron that was there all along turned the heading, and was not taken off.
-    fn turned(&self, iron: &Vector3<f64>) -> f64 {
-        self.shares.dot(iron) - self.taken
-    }
-
-    fn is_sound(&self) -> bool {
-        are_within(&self.shares, 1e9) && is_within(self.taken, 1e12)
-    }
 }
 
 impl Start {
@@ -97,10 +59,8 @@ impl Start {
             sums: Sums::default(),
             cost: 0.0,
             age: 0.0,
-            pulled: Pulled::default(),
-            before: Pulled::default(),
-            last: None,
-            goes_on: true,
+            shares: Vector3::zeros(),
+            taken: 0.0,
         }
     }
 
@@ -108,16 +68,9 @@ impl Start {
         self.span.iron().into()
     }
 
-    /// Whether this hard iron keeps the field since before the span began.
-    fn joins(&self, iron: &Vector3<f64>) -> bool {
-        self.last.is_some_and(|tick| {
-            let before = tick.turned - tick.rotation * iron;
-            (self.sums.field(iron) - before).norm() < NEAR
-        })
-    }
-
-    fn all(&self) -> Pulled {
-        if self.goes_on { self.pulled.and(&self.before) } else { self.pulled }
+    /// By what a hard iron that was there all along turned the heading, and what was not taken off.
+    pub fn turned(&self, iron: &Vector3<f64>) -> f64 {
+        self.shares.dot(iron) - self.taken
     }
 
     fn step(&mut self, tick: &Tick, seen: &Seen<f64>, seconds: f64) {
@@ -135,9 +88,8 @@ impl Start {
             && self.sums.is_sound()
             && is_within(self.cost, DEAREST)
             && is_size(self.age, AGE_MOST)
-            && self.pulled.is_sound()
-            && self.before.is_sound()
-            && self.last.is_none_or(|tick| tick.is_sound())
+            && are_within(&self.shares, 1e9)
+            && is_within(self.taken, 1e12)
     }
 }
 
@@ -170,11 +122,6 @@ pub struct Learner {
     since: f64,
     second: f64,
     seen: bool,
-    /// The last tick.
-    last: Option<Tick>,
-    /// What a field of the sensor's axes has done to the heading before the first filter began, rad in
-    /// one of its unit; none after it.
-    early: Option<Vector3<f64>>,
 }
 
 impl Default for Learner {
@@ -192,8 +139,6 @@ impl Default for Learner {
             since: 0.0,
             second: 0.0,
             seen: false,
-            last: None,
-            early: Some(Vector3::zeros()),
         }
     }
 }
@@ -211,41 +156,29 @@ impl Learner {
     /// The frame of the gyro is another from now on.
     pub fn interrupt(&mut self) {
         let Self { norm, sizes, ticks, noise, windows, .. } = *self;
-        *self = Self { norm, sizes, ticks, noise, windows, early: None, ..Self::default() };
+        *self = Self { norm, sizes, ticks, noise, windows, ..Self::default() };
     }
 
     /// Follows what a field did to the heading while this hard iron was taken off.
     pub fn pull(&mut self, pull: &Pull, taken: &Vector3<f64>) {
-        if let Some(early) = &mut self.early {
-            *early += (pull.share - *early) * pull.gain;
-        }
         let share = pull.share * self.norm;
         for start in self.starts.iter_mut().flatten() {
-            start.pulled.follow(&share, share.dot(taken), pull.gain);
-            start.before.forget(pull.gain);
+            start.shares += (share - start.shares) * pull.gain;
+            start.taken += (share.dot(taken) - start.taken) * pull.gain;
         }
-    }
-
-    /// By what the iron of the present span has turned the heading, rad: of all the time in which it was
-    /// there.
-    pub fn turned(&mut self, present: Present, iron: &Vector3<f64>) -> f64 {
-        let Present::Of(place) = present else { return 0.0 };
-        let Some(start) = &mut self.starts[place] else { return 0.0 };
-        start.goes_on = start.joins(iron);
-        start.all().turned(iron)
     }
 
     /// The heading was turned by this, rad.
     pub fn turn(&mut self, angle: f64) {
         for start in self.starts.iter_mut().flatten() {
-            start.pulled.taken -= angle;
+            start.taken -= angle;
         }
     }
 
     /// The heading has forgotten all fields.
     pub fn forget_heading(&mut self) {
         for start in self.starts.iter_mut().flatten() {
-            (start.pulled, start.before) = (Pulled::default(), Pulled::default());
+            (start.shares, start.taken) = (Vector3::zeros(), 0.0);
         }
     }
 
@@ -292,7 +225,6 @@ impl Learner {
             start.step(tick, &seen, since);
         }
         self.wild += WILD_TICK;
-        self.last = Some(*tick);
     }
 
     /// Another filter, in the place of the one that costs most.
@@ -304,19 +236,7 @@ impl Learner {
                 place = k;
             }
         }
-        // The first iron was there before: a body comes with it.
-        let shares = self.early.take().map_or(Vector3::zeros(), |early| early * self.norm);
-        let pulled = Pulled { shares, taken: 0.0 };
-        let new = Start { pulled, last: self.last, ..Start::new(tick) };
-        let before = self.present().map_or(Pulled::default(), Start::all);
-        self.starts[place] = Some(Start { before, ..new });
-    }
-
-    /// The filter of the path of least cost, unless that ends in seconds that nothing explains.
-    fn present(&self) -> Option<&Start> {
-        let all = self.starts.iter().flatten();
-        let least = all.min_by(|one, other| one.cost.total_cmp(&other.cost));
-        least.filter(|one| one.cost < self.wild)
+        self.starts[place] = Some(Start::new(tick));
     }
 
     /// The noise is what the best hard iron leaves of two seconds in which the sensor turns.
@@ -384,8 +304,6 @@ impl Learner {
             && self.sizes.iter().all(|x| is_size(*x, 1e10))
             && self.ticks < FIRST
             && self.window.is_sound()
-            && self.last.is_none_or(|tick| tick.is_sound())
-            && self.early.is_none_or(|early| are_within(&early, 1e18))
             && is_within(self.wild, DEAREST)
             && self.starts.iter().flatten().all(Start::is_sound)
     }

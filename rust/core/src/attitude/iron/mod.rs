@@ -140,7 +140,9 @@ impl Learning {
 
     /// The heading becomes what it were if this hard iron had been taken off since the span began.
     fn take_back(&mut self, present: Present) {
-        let turned = self.learner.turned(present, &self.choice.iron.value);
+        let Present::Of(place) = present else { return };
+        let Some(start) = self.learner.start(place) else { return };
+        let turned = start.turned(&self.choice.iron.value);
         if turned.abs() > TAKEN_BACK {
             self.auto.find_heading();
             self.learner.forget_heading();

@@ -30,18 +30,11 @@ impl Default for Gathered {
 }
 
 /// Means of a tick: e of R m, B of R, and the size of m.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy)]
 pub struct Tick {
     pub turned: Vector3<f64>,
     pub rotation: Matrix3<f64>,
     pub size: f64,
-}
-
-impl Tick {
-    /// Of one in units of the field's size.
-    pub fn is_sound(&self) -> bool {
-        are_within(&self.turned, 1e3) && are_within(&self.rotation, 2.0) && is_size(self.size, 1e3)
-    }
 }
 
 impl Gathered {

@@ -80,7 +80,6 @@ mod tests {
         CONSTANTS, Complementary, Constants, Ekf, Madgwick, Mahony, Named, NamedOptions, Ukf,
     };
     use crate::attitude::sample::Inertial;
-    use crate::attitude::{Auto, AutoOptions, Learning};
     use crate::error::Error;
     use nalgebra::Vector3;
     use proptest::prelude::*;
@@ -148,8 +147,6 @@ mod tests {
             stays_sound(Madgwick::new(options), &samples)?;
             stays_sound(Ekf::new(options), &samples)?;
             stays_sound(Ukf::new(options), &samples)?;
-            let auto = Auto::new(AutoOptions::default());
-            stays_sound(auto.and_then(|auto| Learning::new(auto, None)), &samples)?;
         }
 
         #[test]
