@@ -1,10 +1,10 @@
 """How true the attitude is outside the laboratory, beside vqf and an earlier build.
 
 ``python examples/attitude_outside.py [RECORDINGS] [--released _native.abi3.so]`` prints tables in
-Markdown: bends, rate tables, swerves, a car in a city, quadrotors and, where the folder of
-recordings is given, BROAD 05 and 32 as they are and changed. Degrees, root mean squares, mean of
-the seeds; in brackets the share of errors within three of the filter's own standard deviations. vqf
-is left out where it is not installed.
+Markdown: bends, rate tables, swerves, a car in a city, cars near iron, quadrotors and, where the
+folder of recordings is given, BROAD 05 and 32 as they are and changed. Degrees, root mean squares,
+mean of the seeds; in brackets the share of errors within three of the filter's own standard
+deviations. vqf is left out where it is not installed.
 """
 
 import argparse
@@ -147,6 +147,20 @@ def level_scenes():
             yield told + place, [outside.city(k, r=r, **more) for k in (0, 1)], not place
 
 
+def drives():
+    """Yield name and scenes of cars near iron, as simulated motion has them."""
+    for iron in (0.0, 0.1, 0.25, 0.5):
+        for cars in (False, True):
+            for jump in (0.0, 1.0):
+                told = (
+                    f"iron of {iron:g} of the field" if iron else "no iron",
+                    *(["other cars pass"] if cars else []),
+                    *(["the bias jumps by 1 deg/s"] if jump else []),
+                )
+                scenes = [outside.drive(k, iron=iron, cars=cars, jump=jump) for k in range(8)]
+                yield ", ".join(told), scenes
+
+
 def recorded(folder, trial):
     """Return a trial of BROAD, whose motion counts."""
     recording = zr.read_recording(folder / f"{BROAD[trial]}.parquet", 2000.0 / 7.0)
@@ -195,6 +209,8 @@ def main(arguments):
         (name, lambda m, s=scenes: of_heading(m, map(six, s))) for name, scenes, too in rows if too
     ]
     printed("The same, six axes: heading", methods, plain)
+    near = [(name, lambda m, s=scenes: of_heading(m, s)) for name, scenes in drives()]
+    printed("Cars near iron, nine axes: heading", methods, near)
     flights = [outside.hover(k, *of) for k, of in enumerate(outside.FLIGHTS)]
     still = [outside.hover(k, *of, shift=0.0) for k, of in enumerate(outside.FLIGHTS)]
     hovers = [

@@ -13,7 +13,7 @@ import numpy as np
 from oracle import quaternions
 from oracle.body_rest import BodyRest
 from oracle.field import Field, without_spikes
-from oracle.heading import Deviation, Drift, share_of_places
+from oracle.heading import Deviation, Drift, Iron, share_of_places
 from oracle.inertial import Samples, prepared
 from oracle.under_way import UnderWay
 
@@ -103,7 +103,7 @@ class Attitude:
         self.begun, self.begun_for, self.up, self.northed = False, 0.0, 0.0, 0
         self.rest, self.at_rest = BodyRest(), False
         self.field, self.field_age = Field(), 0.0
-        self.drift, self.by_bias = Drift(), np.zeros(3)
+        self.drift, self.iron, self.by_bias = Drift(), Iron(), np.zeros(3)
         self.deviation = Deviation(self.P[UP, UP])
         self.lost = self.lost_variance = self.covered = self.usual = 0.0
         self.straight, self.straight_for = 0.0, 0.0
@@ -165,7 +165,7 @@ class Attitude:
     @property
     def heading_variance(self):
         own = self.P[UP, UP]
-        return self.deviation.variance(own) if self.mag else own
+        return self.deviation.variance(own, self.iron) if self.mag else own
 
     @property
     def doubt(self):
@@ -291,12 +291,15 @@ class Attitude:
         self.b, self.M, self.v = level, np.eye(3), np.zeros(2)
         self.P = self.ignorance(heading, variance)
         self.forget_scale()
-        self.drift.end()
+        self.end_drift()
 
     def predict(self, tick):
         h = tick.span * tick.force[2]
         turning, lifting = np.eye(17), np.eye(17)
         turning[PHI:B, B:V] = tick.turned_by()
+        if self.drift.active:
+            # The heading follows bias and drift together.
+            turning[UP, B:S] = 0.0
         self.by_bias = self.by_bias + turning[UP, B:S]
         lifting[V, PHI + 1], lifting[V + 1, PHI] = h, -h
         F = lifting @ turning
@@ -431,7 +434,7 @@ class Attitude:
         tilt = quaternions.steps(np.array([[x[PHI], x[PHI + 1], 0.0]]))[0].tolist()
         self.q = quaternions.product(tilt, self.q)
         self.heading += x[UP]
-        self.drift.learned(x[B:S])
+        self.iron.learned(self.R[2] @ x[B:S])
         self.b = np.clip(self.b + x[B:S], -10.0, 10.0)
         self.M = np.eye(3) + np.clip(self.M - np.eye(3) + x[S:V].reshape(3, 3), -0.2, 0.2)
         self.v = np.clip(self.v + x[V:], -1e4, 1e4)
@@ -450,37 +453,46 @@ class Attitude:
         weight, e = share_of_places(self.speed, seconds), self.east_of_north(tick.field)
         self.drift.look(np.array([math.hypot(east, north), -up]), weight)
         turned = tick.mean_rotation()
-        self.deviation.look(tick.field, turned, seconds, 16.0 if doubt is None else doubt)
+        unused = 16.0 if doubt is None else doubt
+        self.iron.look(tick.field, turned, seconds, unused, self.drift.walk)
         if self.begun and not self.at_rest:
-            before, believed = self.P[UP, UP], self.field.believed
-            grown = self.drift.judge(e, before, believed, self.R[2], seconds)
-            self.blur_heading(grown)
-            self.by_bias = np.zeros(3) if grown else self.by_bias
+            believed = self.field.believed
+            grown = self.drift.judge(e, self.P[UP, UP], believed, self.iron, seconds)
+            if grown is not None:
+                self.blur_heading(grown[0])
+                self.iron.P[6, 6] += grown[1]
+                self.by_bias = np.zeros(3)
         if doubt is None:
             return
         level = (east**2 + north**2) / (east**2 + north**2 + up**2)
         R = FIELD / seconds * doubt * max(LEVEL / level, 1.0)
         before, K = self.P[UP, UP], np.zeros(17)
         K[UP] = gain = before / (before + R)
-        self.drift.correct(e, before + R, gain)
+        self.drift.correct(gain)
         rest = np.eye(17) - np.outer(K, np.eye(17)[UP])
         self.P = rest @ self.P @ rest.T + R * np.outer(K, K)
         self.by_bias = (1.0 - gain) * self.by_bias
         c, s = math.cos(self.heading), math.sin(self.heading)
         east = c * turned[0] - s * turned[1]
         tilt, after = 0.5 * self.tilt, self.P[UP, UP]
-        self.deviation.correct(gain, R, e, tick.field, tilt, east, weight, seconds, before, after)
+        place = (weight, seconds, before, after, self.iron.strength)
+        self.deviation.correct(gain, R, e, tick.field, tilt, east, *place)
         self.heading += gain * e
 
     def follow_drift(self, span):
-        turned, grown = self.drift.predict(self.R[2], span)
+        turned, grown = self.drift.predict(self.iron, self.P[UP, UP], span)
         if grown:
             self.blur_heading(grown)
             self.heading += turned
         if self.at_rest:
             self.drift.mean *= max(1.0 - span / 2.0, 0.0)
             if self.rest.lasted >= 2.0:
-                self.drift.end()
+                self.end_drift()
+
+    def end_drift(self):
+        self.drift.end()
+        up = self.R[2]
+        self.iron.rest(up @ self.P[B:S, B:S] @ up)
 
     def blur_heading(self, grown):
         self.P[UP, UP] += grown
@@ -504,6 +516,7 @@ class Attitude:
         self.restart([V, V + 1], START_SPEED**2)
         self.P[range(3), range(3)] += turned
         self.bound()
+        self.iron.blur(turned)
         if self.P[PHI, PHI] > START_TILT**2:
             self.begun, self.begun_for, self.up = False, 0.0, 0.0
 

@@ -8,6 +8,7 @@ import pytest
 
 import oracle
 import zerorate as zr
+from support import outside
 
 TOLERANCE = 1e-10
 DEG = np.pi / 180.0
@@ -110,6 +111,15 @@ def test_rest_at_a_far_level(mag):
     # All but what the rest itself says of it.
     np.testing.assert_allclose(got["gyro_matrix"][4700], np.eye(3), atol=1e-4)
     assert np.max(np.abs(got["gyro_matrix"][3500] - np.eye(3))) > 1e-3
+
+
+def test_a_drift_and_a_rest_after_it():
+    """One that a field shows to a car that swerves, and one that is told from iron."""
+    scene = outside.swerve(1.0, 0, rest=(100.0, 115.0), seconds=120.0)
+    got = assert_equal_to_twin(100.0, scene.gyro, scene.accel, scene.mag)
+    assert got["at_rest"][10000:11500].any()
+    scene = outside.with_iron(outside.drive(4, jump=1.0, seconds=160.0), [0.0, 9.0, 0.0])
+    assert_equal_to_twin(100.0, scene.gyro, scene.accel, scene.mag)
 
 
 @pytest.mark.parametrize("rate", [1.0, 5.0, 20.0, 8000.0])

@@ -9,10 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+import zerorate as zr
+
 RATE = 100.0
 DEG = np.pi / 180.0
 FIELD = np.array([0.0, 20.0, -43.0])
 G = 9.81
+EARTH = 48.0
+"""Strength of the field of `zerorate.simulate_motion`, uT."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +149,39 @@ def gauss_markov(rng, n, sigma, seconds, axes=3):
     white = rng.standard_normal((n, axes)) * sigma * np.sqrt(1.0 - keep**2)
     white[0] = sigma * rng.standard_normal(axes)
     return lfilter([1.0], [1.0, -keep], white, axis=0)
+
+
+# A car near iron.
+
+
+def drive(seed, *, iron=0.0, cars=False, jump=0.0, seconds=300.0):
+    """A car in a town, of `zerorate.simulate_motion`, whose magnetometer carries iron.
+
+    ``iron`` is a share of the earth's field, in a direction that the seed draws; ``cars``: every
+    ten seconds in the mean another passes within one to four, with 0.1 to 0.5 of the field at its
+    nearest; ``jump``: the gyro's bias along z jumps by so much after a hundred seconds, deg/s.
+    """
+    errors = zr.MotionErrors(field_wander=4.5 * DEG)
+    motion = zr.simulate_motion("vehicle", RATE, seconds, seed=seed, errors=errors)
+    t, rng = motion.time, np.random.default_rng([seed, 4])
+    way = rng.standard_normal(3)
+    mag = motion.mag + iron * EARTH * way / np.linalg.norm(way)
+    if cars:
+        turned = Rotation.from_quat(motion.quaternion, scalar_first=True)
+        mag = mag + turned.inv().apply(_passing(t, rng))
+    gyro = motion.gyro + np.outer(t >= 100.0, [0.0, 0.0, jump * DEG])
+    return Scene(RATE, gyro, motion.accel, mag, motion.quaternion, t >= 10.0)
+
+
+def _passing(t, rng):
+    """The field of cars that pass, in the earth's axes, uT."""
+    field, at = np.zeros((len(t), 3)), 5.0
+    while at < t[-1]:
+        at += rng.exponential(10.0)
+        near, way = rng.uniform(1.0, 4.0), rng.standard_normal(3)
+        bell = np.exp(-0.5 * ((t - at) / (0.25 * near)) ** 2)[:, None]
+        field += bell * rng.uniform(0.1, 0.5) * EARTH * way / np.linalg.norm(way)
+    return field
 
 
 # A quadrotor.

@@ -111,7 +111,7 @@ impl Estimator for Compass {
 
 impl Tagged for Compass {
     const TAG: &'static str = "attitude-compass";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
 }
 
 impl Named for Compass {

@@ -2,15 +2,16 @@
 //! gravity shows it.
 //!
 //! A magnetometer corrects the heading alone, so a bias that neither a rest nor a tilt has told stays.
-//! Once a field that is trusted keeps the heading on one side for ten seconds, the heading gets a bias
-//! of its own, in the axes of the sensor, which nothing else uses.
+//! Once a field that is trusted keeps the heading on one side for ten seconds, or the field and the
+//! iron of the body leave a drift that is sure, the heading is turned back as fast as it drifts.
+//! Nothing else knows of it.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::ComplexField;
 use serde::{Deserialize, Serialize};
 
-use super::errors::Errors;
+use super::iron::{SOUGHT, Turning};
 use super::{DEGREE, square};
-use crate::math::sound::{are_within, is_size};
+use crate::math::sound::is_size;
 
 /// Seconds of the mean innovation, and those in which a rest forgets it.
 const MEAN: f64 = 10.0;
@@ -18,16 +19,15 @@ const RESTED: f64 = 2.0;
 /// Deviations, of whatever is largest, from which on a mean is a drift; the least of them, rad.
 const SURE: f64 = 1.5;
 const LEAST: f64 = 5.0 * DEGREE;
-/// Walk of the heading's bias, rad/s/√s.
+/// Deviations of the drift that field and iron leave, from which on there is one.
+const PROVEN: f64 = 2.0;
+/// Walk of a drift that was found, rad/s/√s: of a gyro's bias.
 const WALK: f64 = 0.01 * DEGREE;
 /// Seconds of turning at this rate, rad/s, over which the field's own spread is averaged, and the
 /// deviation of its direction at the start, rad.
 const PLACES: f64 = 60.0;
 const TURNING: f64 = 20.0 * DEGREE;
 const FIRST: f64 = 3.0 * DEGREE;
-/// Largest bias, rad/s, and a variance that none falls below, (rad/s)².
-const BIAS_MAX: f64 = 10.0;
-const REGULAR: f64 = 1e-20;
 
 /// How much the field differs from place to place: the iron of a room or of the body shows in its
 /// level and vertical part before it shows in its direction.
@@ -69,14 +69,12 @@ impl Places {
     }
 }
 
-/// The heading's own bias, rad/s, with its covariance and that with the heading.
+/// Whether the heading drifts, and how its error depends on that of the drift.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HeadingDrift {
-    bias: Vector3<f64>,
-    covariance: Matrix3<f64>,
-    with_heading: Vector3<f64>,
-    /// Whether there is one.
     active: bool,
+    /// Covariance of the heading with the drift, rad²/s: not positive.
+    with_heading: f64,
     /// Mean innovation, rad, and seconds since a drift began.
     mean: f64,
     since: f64,
@@ -85,86 +83,89 @@ pub struct HeadingDrift {
 
 impl Default for HeadingDrift {
     fn default() -> Self {
-        Self {
-            bias: Vector3::zeros(),
-            covariance: Matrix3::zeros(),
-            with_heading: Vector3::zeros(),
-            active: false,
-            mean: 0.0,
-            since: MEAN,
-            places: Places::default(),
-        }
+        let places = Places::default();
+        Self { active: false, with_heading: 0.0, mean: 0.0, since: MEAN, places }
     }
 }
 
+/// By how much the variances of heading and drift grow where the heading has drifted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    pub heading: f64,
+    pub drift: f64,
+}
+
 impl HeadingDrift {
-    /// Carries the heading through a tick; returns by what it turns and by what its variance grows.
-    pub fn predict(&mut self, up: &Vector3<f64>, span: f64) -> (f64, f64) {
+    /// Carries a heading of this variance through a tick; returns by what it turns and by what its
+    /// variance grows.
+    pub fn predict(&mut self, by: Turning, heading: f64, span: f64) -> (f64, f64) {
         self.since = (self.since + span).min(MEAN);
         if !self.active {
             return (0.0, 0.0);
         }
-        let driven = self.covariance * up;
-        let grown = span * (span * up.dot(&driven) - 2.0 * up.dot(&self.with_heading));
-        self.with_heading -= driven * span;
-        self.covariance += Matrix3::from_diagonal_element(span * WALK * WALK);
-        (-span * up.dot(&self.bias), grown)
+        let grown = span * (span * by.variance - 2.0 * self.with_heading);
+        self.with_heading -= span * by.variance;
+        // The drift has become surer by fields than this covariance knows.
+        let most = ComplexField::sqrt((heading + grown).max(0.0) * by.variance);
+        self.with_heading = self.with_heading.max(-most);
+        (-span * by.rate, grown)
     }
 
-    /// Takes an innovation, the heading's variance and whether the field can be believed in motion;
-    /// returns what the variance grows by if the heading has drifted.
+    /// Takes an innovation, the heading's variance, whether the field can be believed in motion, and
+    /// what field and iron leave for a drift.
     pub fn judge(
         &mut self,
         innovation: f64,
         heading: f64,
         believed: bool,
-        up: &Vector3<f64>,
+        by: Turning,
         span: f64,
-    ) -> f64 {
+    ) -> Option<Found> {
         let seen = if believed { innovation } else { 0.0 };
         self.mean += (span / MEAN).min(1.0) * (seen - self.mean);
-        let usual = heading.max(LEAST * LEAST).max(4.0 * self.places.spread);
-        let drifts = believed
-            && self.since >= MEAN * (1.0 - 1e-9)
-            && self.mean * innovation > 0.0
-            && self.mean * self.mean > SURE * SURE * usual;
-        if !drifts {
-            return 0.0;
+        if self.since < MEAN * (1.0 - 1e-9) {
+            return None;
         }
-        let grown = square(self.mean).max(square(innovation));
-        // A second of its walk about the other axes keeps it regular.
-        let walked = Matrix3::from_diagonal_element(WALK * WALK);
-        self.covariance += up * up.transpose() * square(self.mean / MEAN) + walked;
+        let proven = !self.active && square(by.rate) > PROVEN * PROVEN * by.variance;
+        let lags = believed && self.is_one_sided(innovation, heading, by.rate);
+        if !(proven || lags) {
+            return None;
+        }
+        let found = Found {
+            heading: square(self.mean).max(square(innovation)),
+            drift: square(self.mean / MEAN),
+        };
         (self.active, self.mean, self.since) = (true, 0.0, 0.0);
-        grown
+        Some(found)
     }
 
-    /// Learns from a field, whose innovation had this variance and corrected the heading with this
-    /// gain.
-    pub fn correct(&mut self, innovation: f64, variance: f64, gain: f64) {
-        if !self.active {
-            return;
-        }
-        let by = self.with_heading * (1.0 / variance);
-        self.bias = (self.bias + by * innovation).map(|x| x.clamp(-BIAS_MAX, BIAS_MAX));
-        self.covariance -= by * self.with_heading.transpose();
-        self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
+    /// Whether innovations lie on one side, further than anything but a drift would bring them, and
+    /// field and iron leave one that way.
+    fn is_one_sided(&self, innovation: f64, heading: f64, rate: f64) -> bool {
+        let usual = heading.max(LEAST * LEAST).max(4.0 * self.places.spread);
+        self.mean * innovation > 0.0
+            && self.mean * rate <= 0.0
+            && self.mean * self.mean > SURE * SURE * usual
+    }
+
+    /// A field has corrected the heading with this gain.
+    pub fn correct(&mut self, gain: f64) {
         self.with_heading *= 1.0 - gain;
     }
 
     /// The deviation of the heading was shrunk by this to its bound.
     pub fn shrink(&mut self, by: f64) {
-        if self.active && by < 1.0 {
-            self.with_heading *= by;
-        }
+        self.with_heading *= by.min(1.0);
     }
 
-    /// The bias of the gyro has learned something: if it is this, it is known twice.
-    pub fn learned(&mut self, by: &Vector3<f64>) {
-        let rest = self.bias - by;
-        if self.active && rest.norm_squared() < self.bias.norm_squared() {
-            self.bias = rest;
-        }
+    /// Whether the heading is turned back.
+    pub fn is_active(&self) -> bool {
+        self.active
+    }
+
+    /// How the drift walks.
+    pub fn walk(&self) -> f64 {
+        if self.active { WALK } else { SOUGHT }
     }
 
     /// The body rests: what a field says is no drift.
@@ -174,26 +175,74 @@ impl HeadingDrift {
 
     /// The bias of the gyro is known.
     pub fn end(&mut self) {
-        let Self { mean, since, places, .. } = *self;
-        *self = Self { mean, since, places, ..Self::default() };
+        (self.active, self.with_heading) = (false, 0.0);
     }
 
     pub fn places(&mut self) -> &mut Places {
         &mut self.places
     }
 
-    /// Whether it can be that of a running filter with these errors.
-    pub fn is_sound_with(&self, errors: &Errors) -> bool {
-        let none = self.covariance == Matrix3::zeros()
-            && self.with_heading == Vector3::zeros()
-            && self.bias == Vector3::zeros();
-        let regular = self.covariance.diagonal().iter().all(|x| *x >= REGULAR);
-        are_within(&self.bias, BIAS_MAX)
-            && self.covariance == self.covariance.transpose()
-            && if self.active { regular } else { none }
-            && errors.is_sound(&self.covariance, &self.with_heading)
+    pub fn is_sound(&self) -> bool {
+        (self.with_heading == 0.0 || self.active)
+            && is_size(-self.with_heading, 1e3)
             && self.mean.abs() <= 4.0
             && is_size(self.since, MEAN)
             && self.places.is_sound()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DEGREE, HeadingDrift, square};
+    use crate::attitude::auto::iron::Turning;
+
+    const TICK: f64 = 0.1;
+    const LAG: f64 = 20.0 * DEGREE;
+
+    /// Whether a lag that stays is a drift, of a heading that is sure, after half a minute in which
+    /// field and iron leave this for one, rad/s.
+    fn drifts(lag: f64, believed: bool, rate: f64, sigma: f64) -> bool {
+        let (mut drift, by) = (HeadingDrift::default(), Turning { rate, variance: square(sigma) });
+        (0..300).any(|_| drift.judge(lag, 1e-3, believed, by, TICK).is_some())
+    }
+
+    #[test]
+    fn a_field_on_one_side_is_a_drift_that_way() {
+        assert!(drifts(-LAG, true, 0.1 * DEGREE, DEGREE));
+        assert!(drifts(LAG, true, -0.1 * DEGREE, DEGREE));
+        assert!(!drifts(5.0 * DEGREE, true, -0.1 * DEGREE, DEGREE));
+        assert!(!drifts(LAG, false, -0.1 * DEGREE, DEGREE));
+    }
+
+    #[test]
+    fn a_field_that_iron_explains_is_none() {
+        assert!(!drifts(-LAG, true, -0.1 * DEGREE, DEGREE));
+        assert!(!drifts(LAG, true, 0.1 * DEGREE, DEGREE));
+    }
+
+    #[test]
+    fn a_drift_that_is_sure_needs_no_lag() {
+        assert!(drifts(0.0, false, 0.5 * DEGREE, 0.24 * DEGREE));
+        assert!(!drifts(0.0, false, 0.5 * DEGREE, 0.26 * DEGREE));
+    }
+
+    #[test]
+    fn a_heading_that_drifts_is_turned_back() {
+        let by = Turning { rate: DEGREE, variance: square(0.2 * DEGREE) };
+        let mut drift = HeadingDrift::default();
+        assert_eq!(drift.predict(by, 1e-3, TICK), (0.0, 0.0));
+        drift.judge(0.0, 1e-3, true, by, TICK).expect("a drift that is sure");
+        let mut variance = 1e-3;
+        for _ in 0..100 {
+            let (turned, grown) = drift.predict(by, variance, TICK);
+            assert!((turned + TICK * DEGREE).abs() < 1e-15);
+            variance += grown;
+        }
+        // Ten seconds of an unknown rate are an unknown angle; what else is unknown is less.
+        let angle = square(10.0 * 0.2 * DEGREE);
+        assert!((variance - 1e-3 - angle).abs() < 1e-12, "{variance} {angle}");
+        assert!(drift.is_sound());
+        drift.end();
+        assert_eq!(drift.predict(by, 1e-3, TICK), (0.0, 0.0));
     }
 }

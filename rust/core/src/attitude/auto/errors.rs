@@ -4,7 +4,7 @@
 //! The heading stands apart. Nothing but itself depends on it: a magnetometer can correct it, and
 //! the covariances that lead to it, and leave everything else as it is to the last bit.
 
-use nalgebra::{ComplexField, Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{ComplexField, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 use wide::f64x4;
 
@@ -89,6 +89,11 @@ impl Errors {
 
     pub fn heading(&self) -> f64 {
         self.heading
+    }
+
+    /// Variance of the bias along a direction.
+    pub fn bias_along(&self, direction: &Vector3<f64>) -> f64 {
+        (self.covariance.fixed_view::<3, 3>(BIAS, BIAS) * direction).dot(direction).max(0.0)
     }
 
     pub fn covariance(&self) -> &SMatrix<f64, STATES, STATES> {
@@ -365,16 +370,12 @@ impl Errors {
 }
 
 impl Errors {
-    /// Whether this is a covariance, together with errors that depend on those of the heading alone:
-    /// with their own covariance, and that with the heading.
-    pub fn is_sound(&self, others: &Matrix3<f64>, with_others: &Vector3<f64>) -> bool {
-        let all = Symmetric::<f64, { STATES + 4 }>::from_upper(|i, j| match (i, j) {
+    /// Whether this is a covariance.
+    pub fn is_sound(&self) -> bool {
+        let all = Symmetric::<f64, { STATES + 1 }>::from_upper(|i, j| match (i, j) {
             (0..STATES, 0..STATES) => self.covariance[(i, j)],
             (_, STATES) if i < STATES => self.with_heading[i],
-            (STATES, STATES) => self.heading,
-            (0..STATES, _) => 0.0,
-            (STATES, _) => with_others[j - STATES - 1],
-            _ => others[(i - STATES - 1, j - STATES - 1)],
+            _ => self.heading,
         });
         self.covariance == self.covariance.transpose() && all.is_covariance(1e3)
     }
@@ -394,7 +395,7 @@ mod tests {
     use super::{
         BIAS, CAUSES, Drivers, Errors, Found, MATRIX, STATES, States, Transition, VELOCITY,
     };
-    use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+    use nalgebra::{SMatrix, SVector};
     use proptest::prelude::*;
 
     /// The heading comes last.
@@ -413,10 +414,6 @@ mod tests {
         let with_heading = States::from_fn(|i, _| p[(i, STATES)]);
         let covariance = p.fixed_view::<STATES, STATES>(0, 0).into_owned();
         Errors { covariance, with_heading, heading: p[(STATES, STATES)] }
-    }
-
-    fn is_sound(errors: &Errors) -> bool {
-        errors.is_sound(&Matrix3::zeros(), &Vector3::zeros())
     }
 
     fn sizes() -> States {
@@ -552,7 +549,7 @@ mod tests {
             let by = Transition { bias_cap: 1e-4, matrix_caps: [1e-5; 2], ..by };
             let before = errors;
             errors.predict(&by);
-            prop_assert!(is_sound(&errors));
+            prop_assert!(errors.is_sound());
             // Noise raises a variance up to its cap; one above stays.
             for i in BIAS..VELOCITY {
                 let cap = if i < MATRIX { by.bias_cap } else { by.matrix_caps[0] };
@@ -560,7 +557,7 @@ mod tests {
                 prop_assert!(errors.variance(i) <= most * (1.0 + 1e-12));
             }
             errors.blur(1.0, 20.0);
-            prop_assert!(is_sound(&errors));
+            prop_assert!(errors.is_sound());
             // To the rounding of a root and its square.
             prop_assert!(errors.variance(0) <= 0.5 + 1e-15 && errors.heading() <= 10.0);
         }

@@ -52,8 +52,8 @@ impl Estimator for Auto {
         // It may have turned as it did, another way every second.
         let turned = (self.speed_squared + STILL * STILL) * seconds;
         self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
-        let shrunk = self.errors.blur(turned, turned);
-        self.drift.shrink(shrunk);
+        self.blur(turned, turned);
+        self.iron.blur(turned);
         self.strapdown.restart(self.strapdown.orientation);
         if self.errors.variance(0) > TILT * TILT {
             self.start.again();
@@ -93,6 +93,7 @@ impl Estimator for Auto {
         self.errors.restart_heading(square(heading_sigma));
         self.deviation.restart(square(heading_sigma));
         self.drift.end();
+        self.iron.lose_earth();
         (self.lasting, self.recovery) = (Lasting::default(), Recovery::default());
         self.start.over = true;
     }
@@ -125,7 +126,8 @@ impl Estimator for Auto {
             && (c * c + s * s - 1.0).abs() < 1e-9
             && self.strapdown.is_sound()
             && self.sums.is_sound()
-            && self.drift.is_sound_with(&self.errors)
+            && self.drift.is_sound()
+            && self.errors.is_sound()
             && self.start.is_sound()
             && self.rest.is_sound()
             && self.accelerations.is_sound()
@@ -135,7 +137,8 @@ impl Estimator for Auto {
             && self.straight.is_sound()
             && self.recovery.is_sound()
             && self.magnet.is_sound()
-            && self.deviation.is_sound()
+            && self.deviation.is_sound_with(&self.iron)
+            && self.iron.is_sound()
             && self.lost.is_sound()
             && are_within(&self.by_bias, BY_BIAS_MAX)
     }
@@ -147,5 +150,5 @@ impl Estimator for Auto {
 
 impl Tagged for Auto {
     const TAG: &'static str = "attitude";
-    const VERSION: u16 = 3;
+    const VERSION: u16 = 4;
 }

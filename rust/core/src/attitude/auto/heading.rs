@@ -52,7 +52,8 @@ impl Auto {
         let places = share_of_places(rate, seconds);
         self.drift.places().observe(level, -field.z, places);
         let rotation = sums.rotation();
-        self.deviation.observe(&field, &rotation, seconds, doubt.unwrap_or(UNUSED));
+        let unused = doubt.unwrap_or(UNUSED);
+        self.iron.observe(&field, &rotation, seconds, unused, self.drift.walk());
         let innovation = self.east_of_north(&field);
         self.judge_drift(innovation, seconds);
         let doubt = doubt?;
@@ -60,7 +61,7 @@ impl Auto {
         let noise = square(FIELD) / seconds * doubt * steep;
         let before = self.errors.heading();
         let gain = before / (before + noise);
-        self.drift.correct(innovation, before + noise, gain);
+        self.drift.correct(gain);
         self.errors.correct_heading(gain, noise);
         self.by_bias *= 1.0 - gain;
         let (tilt, east) = (0.5 * self.tilt_variance(), self.east(&rotation));
@@ -75,7 +76,7 @@ impl Auto {
             places,
             span: seconds,
         };
-        self.deviation.correct(&by, before, self.errors.heading());
+        self.deviation.correct(&by, before, self.errors.heading(), self.iron.strength());
         self.turn_heading(gain * innovation);
         Some(Pull { gain, share: east * (1.0 / level) })
     }
@@ -89,6 +90,7 @@ impl Auto {
     pub fn forget_field(&mut self) {
         self.magnet = Magnet::default();
         self.drift.end();
+        self.iron.forget();
     }
 
     /// The fields to come find the heading anew; tilt and bias stay.
@@ -104,20 +106,25 @@ impl Auto {
         self.deviation.by_field(covariance)
     }
 
-    /// The heading turns by the bias that is its own.
+    /// The heading is turned back as fast as it drifts; what rests, does not.
     fn follow_drift(&mut self, span: f64) {
-        let up = self.up();
-        let (turned, grown) = self.drift.predict(&up, span);
+        let (turned, grown) = self.drift.predict(self.iron.turning(), self.errors.heading(), span);
         if grown != 0.0 {
-            self.blur_heading(grown);
+            self.blur(0.0, grown);
             self.turn_heading(turned);
         }
         if self.at_rest {
             self.drift.rest(span);
             if self.rest.lasted() >= KNOWN {
-                self.drift.end();
+                self.end_drift();
             }
         }
+    }
+
+    /// The bias is known, and how well: so well the frame stands.
+    pub(super) fn end_drift(&mut self) {
+        self.drift.end();
+        self.iron.rest(self.errors.bias_along(&self.up()));
     }
 
     /// Whether the field keeps the heading on one side, in motion.
@@ -125,17 +132,18 @@ impl Auto {
         if self.at_rest || !self.start.over {
             return;
         }
-        let up = self.up();
-        let believed = self.magnet.is_believed();
-        let grown = self.drift.judge(innovation, self.errors.heading(), believed, &up, span);
-        if grown > 0.0 {
-            self.blur_heading(grown);
+        let (believed, by) = (self.magnet.is_believed(), self.iron.turning());
+        let heading = self.errors.heading();
+        if let Some(found) = self.drift.judge(innovation, heading, believed, by, span) {
+            self.iron.widen(found.drift);
+            self.blur(0.0, found.heading);
             self.by_bias = Vector3::zeros();
         }
     }
 
-    fn blur_heading(&mut self, variance: f64) {
-        let shrunk = self.errors.blur(0.0, variance);
+    /// Tilt and heading become less sure by these variances.
+    pub(super) fn blur(&mut self, tilt: f64, heading: f64) {
+        let shrunk = self.errors.blur(tilt, heading);
         self.drift.shrink(shrunk);
     }
 
@@ -162,7 +170,11 @@ impl Auto {
 
     pub(super) fn heading_sigma(&self) -> f64 {
         let own = self.errors.heading().max(0.0);
-        ComplexField::sqrt(if self.options.mag { self.deviation.variance(own) } else { own })
+        ComplexField::sqrt(if self.options.mag {
+            self.deviation.variance(own, &self.iron)
+        } else {
+            own
+        })
     }
 
     /// Turns the heading clockwise, rad.

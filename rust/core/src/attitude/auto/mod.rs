@@ -11,6 +11,7 @@ mod drift;
 mod errors;
 mod estimator;
 mod heading;
+mod iron;
 mod lost;
 mod magnet;
 mod options;
@@ -32,6 +33,7 @@ use self::drift::HeadingDrift;
 use self::errors::{BIAS, Errors, Found, MATRIX, States, Transition, VELOCITY};
 use self::heading::FIELD_WALK;
 pub use self::heading::Pull;
+use self::iron::Iron;
 use self::lost::Lost;
 use self::magnet::{Magnet, Spikes};
 pub use self::options::AutoOptions;
@@ -112,6 +114,7 @@ pub struct Auto {
     recovery: Recovery,
     magnet: Magnet,
     drift: HeadingDrift,
+    iron: Iron,
     deviation: Deviation,
     lost: Lost,
     /// How the heading depends on the bias, s: what it turned by for each rad/s since power-on.
@@ -168,6 +171,7 @@ impl Auto {
             recovery: Recovery::default(),
             magnet: Magnet::default(),
             drift: HeadingDrift::default(),
+            iron: Iron::default(),
             deviation: Deviation::new(heading),
             lost: Lost::default(),
             by_bias: Vector3::zeros(),
@@ -233,7 +237,11 @@ impl Auto {
         let unknown = self.lost.take(self.speed_squared, span, sums.unknown);
         let angle = span * (square(ANGLE_NOISE) + scale + square(TURN_NOISE) * rate) + unknown;
         let walk = if self.options.mag { span * square(FIELD_WALK) } else { 0.0 };
-        let drivers = [sums.drivers(0), sums.drivers(1), sums.drivers(2)];
+        let mut drivers = [sums.drivers(0), sums.drivers(1), sums.drivers(2)];
+        if self.drift.is_active() {
+            // The heading follows bias and drift together: of the bias alone it tells nothing.
+            drivers[2].fixed_rows_mut::<3>(0).fill(0.0);
+        }
         let of_bias = drivers[2].fixed_rows::<3>(0);
         self.by_bias = (self.by_bias + of_bias).map(|x| x.clamp(-BY_BIAS_MAX, BY_BIAS_MAX));
         let learns = if self.knowing { 0.0 } else { span };
@@ -351,7 +359,9 @@ impl Auto {
     fn apply(&mut self, found: &Found) {
         let states = &found.states;
         self.strapdown.correct(&Vector3::new(states[0], states[1], 0.0));
-        self.drift.learned(&Vector3::new(states[BIAS], states[BIAS + 1], states[BIAS + 2]));
+        if self.options.mag {
+            self.iron.learned(self.up().dot(&states.fixed_rows::<3>(BIAS)));
+        }
         for i in 0..3 {
             self.bias[i] = (self.bias[i] + states[BIAS + i]).clamp(-BIAS_MAX, BIAS_MAX);
             for j in 0..3 {

@@ -70,6 +70,6 @@ impl Auto {
         let variances = start_variances(&sigma, &self.options.matrix_sigma);
         self.errors = Errors::new(&variances, heading);
         (self.velocity, self.scale_noise) = ([0.0; 2], ScaleNoise::default());
-        self.drift.end();
+        self.end_drift();
     }
 }

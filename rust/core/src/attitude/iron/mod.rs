@@ -229,7 +229,7 @@ impl Estimator for Learning {
 
 impl Tagged for Learning {
     const TAG: &'static str = "attitude-iron";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
 }
 
 impl Named for Learning {

@@ -1,0 +1,428 @@
+//! What turns with the gyro's frame, and what with the body, as the samples of a field say it: the
+//! earth's field, iron on the body, and by how much the frame drifts about the vertical.
+//!
+//! A wrong heading alone tells neither iron from a drift. But what iron does depends on where the body
+//! points, and what a drift does on the time: so both are estimated at once, each with what the other
+//! leaves unsure of it.
+
+use nalgebra::{ComplexField, Matrix3, RowVector3, SMatrix, SVector, Vector3};
+use serde::{Deserialize, Serialize};
+use wide::f64x4;
+
+use super::{BIAS_LIMIT, BIAS_SIGMA, DEGREE, square};
+use crate::attitude::sample::FIELD_MIN;
+use crate::math::Symmetric;
+use crate::math::sound::is_size;
+
+/// The earth's field, iron, and the drift of the frame.
+const STATES: usize = 7;
+const EARTH: usize = 0;
+const IRON: usize = 3;
+const DRIFT: usize = 6;
+/// A column in registers: the compiler's own packing is off for this library.
+const ROWS: usize = 8;
+/// Of the field's strength: what iron may be, how the earth's field and the iron walk, 1/√s, the
+/// noise of an axis, √s, and how well iron can be known.
+const IRON_MOST: f64 = 0.4;
+const WALKS: [f64; 2] = [0.003, 0.0005];
+const NOISE: f64 = 0.2;
+const IRON_LEAST: f64 = 0.01;
+/// Walk of a drift that is looked for, rad/s/√s: one that jumps by a degree a second stands out of
+/// the noise above within half a minute, which is sooner than the heading is lost.
+pub const SOUGHT: f64 = 0.05 * DEGREE;
+/// A change of a component, beyond three deviations, that neither a place nor a turn makes within a
+/// tick: three times the tenth by which a field may differ and still be known; and the seconds after
+/// which it has come to stay.
+const CHANGED: f64 = 0.3;
+const STAYED: f64 = 30.0;
+/// A field this many times as strong as the first is no body's, and no estimate is.
+const STRONGEST: f64 = 100.0;
+/// Of a field of which nothing is known, and the largest that noise makes.
+const MOST: f64 = 10.0;
+
+/// A column of the covariance; its last row is zero.
+#[derive(Clone, Copy)]
+struct Lanes(f64x4, f64x4);
+
+impl Lanes {
+    #[inline(always)]
+    fn of(x: &[f64; ROWS]) -> Self {
+        Self(f64x4::from([x[0], x[1], x[2], x[3]]), f64x4::from([x[4], x[5], x[6], x[7]]))
+    }
+
+    #[inline(always)]
+    fn add(&mut self, other: &Self, times: f64) {
+        let times = f64x4::splat(times);
+        self.0 += other.0 * times;
+        self.1 += other.1 * times;
+    }
+
+    #[inline(always)]
+    fn times(&self, times: f64) -> Self {
+        let times = f64x4::splat(times);
+        Self(self.0 * times, self.1 * times)
+    }
+
+    #[inline(always)]
+    fn numbers(&self) -> [f64; ROWS] {
+        let ([a, b, c, d], [e, f, g, h]) = (self.0.to_array(), self.1.to_array());
+        [a, b, c, d, e, f, g, h]
+    }
+}
+
+/// The drift of the frame about the vertical, rad/s, and its variance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turning {
+    pub rate: f64,
+    pub variance: f64,
+}
+
+/// The field as the earth's, in the frame that the gyro holds, and that of iron on the body, in the
+/// axes of the sensor: both in the unit of the first field's strength. Then the drift, rad/s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Iron {
+    strength: f64,
+    state: SVector<f64, STATES>,
+    covariance: SMatrix<f64, ROWS, STATES>,
+    /// Seconds for which no field was this one.
+    apart: f64,
+}
+
+impl Default for Iron {
+    fn default() -> Self {
+        let iron = IRON_MOST * IRON_MOST;
+        let variances = [1.0, 1.0, 1.0, iron, iron, iron, square(BIAS_SIGMA)];
+        let covariance = SMatrix::from_fn(|i, j| if i == j { variances[j] } else { 0.0 });
+        Self { strength: 0.0, state: SVector::zeros(), covariance, apart: 0.0 }
+    }
+}
+
+impl Iron {
+    /// Takes a field after so many seconds, by how much its variance is larger than usual, and the
+    /// walk of the drift.
+    pub fn observe(
+        &mut self,
+        field: &Vector3<f64>,
+        rotation: &Matrix3<f64>,
+        span: f64,
+        doubt: f64,
+        walk: f64,
+    ) {
+        if self.strength == 0.0 {
+            self.strength = field.norm().max(FIELD_MIN);
+        }
+        self.turn(span);
+        self.walk(span, walk);
+        let seen = field * (1.0 / self.strength);
+        if seen.norm_squared() > STRONGEST * STRONGEST {
+            return;
+        }
+        let noise = NOISE * NOISE / span * doubt;
+        let mut fits = true;
+        for i in 0..3 {
+            fits &= self.correct(i, &rotation.row(i).into_owned(), seen[i], noise);
+        }
+        self.judge(fits, span);
+        let limits = SVector::<f64, STATES>::from_fn(|i, _| most(i));
+        self.state = self.state.zip_map(&limits, |x, most| x.clamp(-most, most));
+    }
+
+    /// What differs for too long is the field now: of what it is made, is to be learned anew.
+    fn judge(&mut self, fits: bool, span: f64) {
+        self.apart = if fits { 0.0 } else { self.apart + span };
+        if self.apart >= STAYED {
+            self.forget();
+        }
+    }
+
+    /// Fields to come are made of others; the frame drifts as before.
+    pub fn forget(&mut self) {
+        self.apart = 0.0;
+        self.lose_earth();
+        for i in IRON..DRIFT {
+            self.restart(i, IRON_MOST * IRON_MOST);
+        }
+    }
+
+    /// The earth's field turns in a frame that drifts.
+    fn turn(&mut self, span: f64) {
+        let sine = span * self.state[DRIFT];
+        let cosine = 1.0 - 0.5 * sine * sine;
+        let (x, y) = (self.state[EARTH], self.state[EARTH + 1]);
+        let (by_x, by_y) = (-span * y, span * x);
+        (self.state[EARTH], self.state[EARTH + 1]) = (cosine * x - sine * y, cosine * y + sine * x);
+        let p = &mut self.covariance.data.0;
+        let (first, second, drift) = (Lanes::of(&p[0]), Lanes::of(&p[1]), Lanes::of(&p[DRIFT]));
+        let turned = |own: &Lanes, other: &Lanes, sine: f64, by_drift: f64| {
+            let mut column = own.times(cosine);
+            column.add(other, sine);
+            column.add(&drift, by_drift);
+            column.numbers()
+        };
+        let one = turned(&first, &second, -sine, by_x);
+        let other = turned(&second, &first, sine, by_y);
+        for j in 2..STATES {
+            (p[j][0], p[j][1]) = (one[j], other[j]);
+        }
+        (p[0], p[1]) = (one, other);
+        p[0][0] = cosine * one[0] - sine * one[1] + by_x * one[DRIFT];
+        p[1][1] = cosine * other[1] + sine * other[0] + by_y * other[DRIFT];
+        let both = cosine * one[1] + sine * one[0] + by_y * one[DRIFT];
+        (p[0][1], p[1][0]) = (both, both);
+    }
+
+    fn walk(&mut self, span: f64, walk: f64) {
+        for i in 0..STATES {
+            let (walk, most) = match i {
+                EARTH..IRON => (WALKS[0], MOST),
+                IRON..DRIFT => (WALKS[1], MOST),
+                _ => (walk, square(BIAS_SIGMA)),
+            };
+            let variance = &mut self.covariance[(i, i)];
+            *variance += (span * square(walk)).min((most - *variance).max(0.0));
+        }
+    }
+
+    /// By a component of the field: that of the earth and of the turned iron. False if it is too far
+    /// from both, as with a magnet that was brought near.
+    fn correct(&mut self, i: usize, row: &RowVector3<f64>, seen: f64, noise: f64) -> bool {
+        let p = &mut self.covariance.data.0;
+        let mut column = Lanes::of(&p[i]);
+        for (turned, share) in p[IRON..DRIFT].iter().zip(row.iter()) {
+            column.add(&Lanes::of(turned), *share);
+        }
+        let column = column.numbers();
+        let own = |v: &[f64]| v[i] + row[0] * v[3] + row[1] * v[4] + row[2] * v[5];
+        let (unsure, apart) = (own(&column), seen - own(&self.state.data.0[0]));
+        if square(apart) > square(CHANGED) + 9.0 * unsure {
+            return false;
+        }
+        let scale = 1.0 / (unsure + noise);
+        let weight = apart * scale;
+        // A root of the scale on both sides keeps the covariance symmetric to the last bit.
+        let root = ComplexField::sqrt(scale);
+        let packed = Lanes::of(&column).times(root);
+        for (own, root) in p.iter_mut().zip(packed.numbers()) {
+            let mut rest = Lanes::of(own);
+            rest.add(&packed, -root);
+            *own = rest.numbers();
+        }
+        for (own, column) in self.state.iter_mut().zip(column) {
+            *own += column * weight;
+        }
+        true
+    }
+
+    /// How the frame drifts.
+    pub fn turning(&self) -> Turning {
+        Turning { rate: self.state[DRIFT], variance: self.covariance[(DRIFT, DRIFT)].max(0.0) }
+    }
+
+    /// The drift may have become another one, by so much.
+    pub fn widen(&mut self, variance: f64) {
+        self.covariance[(DRIFT, DRIFT)] += variance;
+    }
+
+    /// A rest has said how the frame drifts: not at all, to this variance.
+    pub fn rest(&mut self, variance: f64) {
+        self.restart(DRIFT, variance);
+    }
+
+    /// The frame is another one: the earth's field may lie anyhow in it.
+    pub fn lose_earth(&mut self) {
+        for i in EARTH..IRON {
+            self.restart(i, 1.0);
+        }
+    }
+
+    /// The frame has turned about the vertical by some angle of this variance.
+    pub fn blur(&mut self, variance: f64) {
+        let level = square(self.state[EARTH]) + square(self.state[EARTH + 1]);
+        for i in EARTH..EARTH + 2 {
+            self.covariance[(i, i)] += (variance * level).min(MOST);
+        }
+    }
+
+    /// A state of which nothing is known but its variance about zero.
+    fn restart(&mut self, i: usize, variance: f64) {
+        for j in 0..STATES {
+            self.covariance[(i, j)] = 0.0;
+            self.covariance[(j, i)] = 0.0;
+        }
+        self.state[i] = 0.0;
+        self.covariance[(i, i)] = variance;
+    }
+
+    /// The gyro's bias about the vertical has learned so much: the frame drifts by so much less.
+    pub fn learned(&mut self, rate: f64) {
+        self.state[DRIFT] = (self.state[DRIFT] - rate).clamp(-BIAS_LIMIT, BIAS_LIMIT);
+    }
+
+    /// What iron makes of a heading that has followed the field by these shares of its axes, and the
+    /// variance of that.
+    pub fn of_heading(&self, shares: &Vector3<f64>) -> (f64, f64) {
+        let shares = shares * self.strength;
+        let iron = self.state.fixed_rows::<3>(IRON);
+        let variance = (self.covariance.fixed_view::<3, 3>(IRON, IRON) * shares).dot(&shares);
+        let most = IRON_LEAST * IRON_LEAST * shares.norm_squared();
+        (shares.dot(&iron), variance.max(0.0).min(most))
+    }
+
+    /// Of the first field; zero before it.
+    pub fn strength(&self) -> f64 {
+        self.strength
+    }
+
+    pub fn is_sound(&self) -> bool {
+        let (p, first) = (&self.covariance, self.strength == 0.0 || self.strength >= FIELD_MIN);
+        let square = p.fixed_rows::<STATES>(0);
+        is_size(self.strength, 1e10)
+            && first
+            && is_size(self.apart, STAYED)
+            && (0..STATES).all(|i| self.state[i].abs() <= most(i))
+            && square == square.transpose()
+            && p.row(ROWS - 1).iter().all(|x| *x == 0.0)
+            && Symmetric::<f64, STATES>::from_upper(|i, j| p[(i, j)]).is_covariance(1e3)
+    }
+}
+
+/// Largest size of a state.
+fn most(i: usize) -> f64 {
+    if i == DRIFT { BIAS_LIMIT } else { STRONGEST }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DEGREE, DRIFT, EARTH, IRON, Iron, SOUGHT, STATES};
+    use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
+    use proptest::prelude::*;
+
+    const TICK: f64 = 0.1;
+    const FIELD: Vector3<f64> = Vector3::new(0.0, 20.0, -43.0);
+
+    /// A car that goes straight on for a quarter of a minute and turns by a right angle, seen from a
+    /// frame that drifts, rad/s, with iron, for some minutes.
+    fn driven(iron: &Vector3<f64>, drift: f64, minutes: usize) -> Iron {
+        let mut found = Iron::default();
+        let (mut heading, mut turned) = (0.0, 0.0);
+        for k in 0..600 * minutes {
+            heading += if k % 150 >= 110 { 22.5 * DEGREE * TICK } else { 0.0 };
+            turned += drift * TICK;
+            let frame = Rotation3::from_axis_angle(&Vector3::z_axis(), turned);
+            let body = frame * Rotation3::from_axis_angle(&Vector3::z_axis(), heading);
+            let field = frame * FIELD + body * iron;
+            found.observe(&field, body.matrix(), TICK, 1.0, SOUGHT);
+        }
+        found
+    }
+
+    #[test]
+    fn iron_is_no_drift() {
+        let iron = Vector3::new(10.0, -10.0, 0.0);
+        let found = driven(&iron, 0.0, 5);
+        let seen = found.state.fixed_rows::<2>(IRON) * found.strength;
+        assert!((seen - iron.xy()).norm() < 1.0, "{seen}");
+        assert!(found.turning().rate.abs() < 0.02 * DEGREE, "{:?}", found.turning());
+    }
+
+    #[test]
+    fn a_drift_is_no_iron() {
+        let found = driven(&Vector3::zeros(), DEGREE, 5);
+        let by = found.turning();
+        assert!((by.rate - DEGREE).abs() < 0.02 * DEGREE, "{by:?}");
+        assert!(by.rate > 2.0 * by.variance.sqrt(), "{by:?}");
+        let iron = found.state.fixed_rows::<2>(IRON) * found.strength;
+        assert!(iron.norm() < 1.0, "{iron}");
+    }
+
+    #[test]
+    fn both_are_told_apart() {
+        let iron = Vector3::new(10.0, -10.0, 0.0);
+        let found = driven(&iron, -DEGREE, 5);
+        assert!((found.turning().rate + DEGREE).abs() < 0.05 * DEGREE, "{:?}", found.turning());
+        let seen = found.state.fixed_rows::<2>(IRON) * found.strength;
+        assert!((seen - iron.xy()).norm() < 1.0, "{seen}");
+    }
+
+    #[test]
+    fn what_passes_is_neither_and_what_stays_is_learned() {
+        let mut found = driven(&Vector3::zeros(), 0.0, 5);
+        let (before, stand) = (found, Matrix3::identity());
+        let magnet = FIELD + Vector3::new(20.0, -25.0, 30.0);
+        let seen = |found: &mut Iron, seconds: f64| {
+            for _ in 0..(seconds / TICK).round() as usize {
+                found.observe(&magnet, &stand, TICK, 1.0, SOUGHT);
+            }
+        };
+        seen(&mut found, 4.0);
+        assert!((found.state - before.state).amax() < 1e-3, "{}", found.state - before.state);
+        seen(&mut found, 60.0);
+        let all = found.state.fixed_rows::<3>(EARTH) + found.state.fixed_rows::<3>(IRON);
+        assert!((all * found.strength - magnet).norm() < 2.0, "{all}");
+        assert!(found.is_sound());
+    }
+
+    #[test]
+    fn what_a_rest_says_stands_alone() {
+        let mut found = driven(&Vector3::new(10.0, 0.0, 0.0), DEGREE, 1);
+        found.rest(1e-8);
+        assert_eq!((found.turning().rate, found.turning().variance), (0.0, 1e-8));
+        assert!(found.is_sound());
+        found.learned(-0.5 * DEGREE);
+        assert_eq!(found.turning().rate, 0.5 * DEGREE);
+    }
+
+    /// A rotation vector and a field.
+    fn seen() -> impl Strategy<Value = ([f64; 3], [f64; 3])> {
+        (prop::array::uniform3(-3.0..3.0_f64), prop::array::uniform3(-90.0..90.0_f64))
+    }
+
+    proptest! {
+        #[test]
+        fn a_drift_turns_the_covariance_as_matrices_do(
+            seen in prop::collection::vec(seen(), 5..60), span in 0.01..1.0_f64,
+        ) {
+            let mut found = Iron::default();
+            for (angle, field) in &seen {
+                let rotation = Rotation3::new(Vector3::from(*angle));
+                found.observe(&Vector3::from(*field), rotation.matrix(), TICK, 1.0, SOUGHT);
+                prop_assert!(found.is_sound());
+            }
+            let before = found;
+            found.turn(span);
+            let (x, y) = (before.state[EARTH], before.state[EARTH + 1]);
+            let sine = span * before.state[DRIFT];
+            let cosine = 1.0 - 0.5 * sine * sine;
+            let mut f = SMatrix::<f64, STATES, STATES>::identity();
+            (f[(0, 0)], f[(1, 1)]) = (cosine, cosine);
+            (f[(0, 1)], f[(1, 0)]) = (-sine, sine);
+            (f[(0, DRIFT)], f[(1, DRIFT)]) = (-span * y, span * x);
+            let p = before.covariance.fixed_rows::<STATES>(0);
+            let expected = f * p * f.transpose();
+            let got = found.covariance.fixed_rows::<STATES>(0);
+            prop_assert!((got - expected).amax() <= 1e-12 * expected.amax());
+            prop_assert_eq!(found.state[EARTH], cosine * x - sine * y);
+            prop_assert!(found.is_sound());
+        }
+
+        #[test]
+        fn it_stays_sound_whatever_happens(
+            seen in prop::collection::vec(seen(), 5..60), variance in 0.0..10.0_f64,
+        ) {
+            let mut found = Iron::default();
+            for (k, (angle, field)) in seen.iter().enumerate() {
+                let rotation: Matrix3<f64> = Rotation3::new(Vector3::from(*angle)).into_inner();
+                let stronger = Vector3::from(*field) * (1.0 + k as f64);
+                found.observe(&stronger, &rotation, TICK, 16.0, SOUGHT);
+                match k % 5 {
+                    0 => found.widen(variance),
+                    1 => found.blur(variance),
+                    2 => found.learned(variance),
+                    3 => found.lose_earth(),
+                    _ => found.rest(variance),
+                }
+                prop_assert!(found.is_sound());
+            }
+        }
+    }
+}
