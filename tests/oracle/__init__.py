@@ -6,6 +6,7 @@ from oracle.attitude import Attitude
 from oracle.auto import AutoFilter
 from oracle.drift import DriftFilter
 from oracle.gated import GatedFilter
+from oracle.hard_iron import LearningAttitude
 from oracle.least_squares import LeastSquares, RecursiveLeastSquares
 from oracle.motion import MotionDetector
 from oracle.rest import RestDetector
@@ -21,6 +22,7 @@ __all__ = [
     "DriftFilter",
     "GatedFilter",
     "GyroArray",
+    "LearningAttitude",
     "LeastSquares",
     "MotionDetector",
     "RecursiveLeastSquares",

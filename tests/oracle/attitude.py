@@ -12,7 +12,7 @@ import numpy as np
 
 from oracle import quaternions
 from oracle.body_rest import BodyRest
-from oracle.field import Field, without_spikes
+from oracle.field import Field, Spikes
 from oracle.heading import Deviation, Drift, Iron, share_of_places
 from oracle.inertial import Samples, prepared
 from oracle.under_way import UnderWay
@@ -103,6 +103,7 @@ class Attitude:
         self.begun, self.begun_for, self.up, self.northed = False, 0.0, 0.0, 0
         self.rest, self.at_rest = BodyRest(), False
         self.field, self.field_age = Field(), 0.0
+        self.spikes, self.pull = Spikes(), None
         self.drift, self.iron, self.by_bias = Drift(), Iron(), np.zeros(3)
         self.deviation = Deviation(self.P[UP, UP])
         self.lost = self.lost_variance = self.covered = self.usual = 0.0
@@ -130,23 +131,26 @@ class Attitude:
     def run(self, gyro, accel, mag=None, dt=None):
         """Named arrays over the samples."""
         samples = prepared(self.rate, gyro, accel, mag, dt)
-        samples = replace(samples, mag=without_spikes(samples.mag))
         told, first, elapsed = [], 0, 0.0
         for k, (step, gap) in enumerate(zip(samples.dt, samples.gap, strict=True)):
             if gap:
                 if k > first:
-                    told += self.follow(samples[first:k])[1]
+                    told += self.follow(self.taken(samples[first:k]))[1]
                 self.lose(gap)
                 first, elapsed = k, 0.0
             elapsed += step
             if elapsed + 0.5 * step >= TICK:
-                tick, known = self.follow(samples[first : k + 1])
+                tick, known = self.follow(self.taken(samples[first : k + 1]))
                 self.end(tick)
                 told += [*known[:-1], self.known()]
                 first, elapsed = k + 1, 0.0
         if first < len(samples):
-            told += self.follow(samples[first:])[1]
+            told += self.follow(self.taken(samples[first:]))[1]
         return {name: np.array([one[name] for one in told]) for name in told[0]}
+
+    def taken(self, samples):
+        """The samples of a tick as they are used."""
+        return replace(samples, mag=self.spikes.without(samples.mag))
 
     def known(self):
         sigma = np.sqrt(np.diag(self.P) * max(self.doubt, 1.0))
@@ -443,6 +447,7 @@ class Attitude:
 
     def see(self, tick):
         """Corrects the heading alone: the gain of all others is zero, whatever it should be."""
+        self.pull = None
         self.follow_drift(tick.span)
         self.field_age = min(self.field_age + tick.span, FIELD_HOLDS)
         if not tick.fields:
@@ -478,6 +483,8 @@ class Attitude:
         place = (weight, seconds, before, after, self.iron.strength)
         self.deviation.correct(gain, R, e, tick.field, tilt, east, *place)
         self.heading += gain * e
+        # By what a field of the sensor's axes turns the one that the heading follows.
+        self.pull = gain, east / math.hypot(*tick.field[:2])
 
     def follow_drift(self, span):
         turned, grown = self.drift.predict(self.iron, self.P[UP, UP], span)

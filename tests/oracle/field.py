@@ -34,20 +34,28 @@ def followed(known, seen, seconds):
 LEAPS, AGREE, AGREE_FIRST = 2.0, 3, 2
 
 
-def without_spikes(mag):
-    """Fields in which those are NaN that are far stronger or weaker than those before."""
-    kept, usual, other, count = mag.copy(), 0.0, 0.0, 0
-    for k, strength in enumerate(np.linalg.norm(mag, axis=1).tolist()):
-        if math.isnan(strength):
-            continue
-        if not alike(strength, usual):
-            count = count + 1 if alike(strength, other) else 1
-            other = strength
-            if count < (AGREE if usual else AGREE_FIRST):
+class Spikes:
+    """What is far stronger or weaker than the fields before."""
+
+    def __init__(self):
+        self.usual, self.other, self.count = 0.0, 0.0, 0
+
+    def without(self, mag):
+        """Fields in which spikes are NaN."""
+        kept = mag.copy()
+        for k, strength in enumerate(np.linalg.norm(mag, axis=1).tolist()):
+            if not math.isnan(strength) and self.is_one(strength):
                 kept[k] = np.nan
-                continue
-        usual, count = strength, 0
-    return kept
+        return kept
+
+    def is_one(self, strength):
+        if not alike(strength, self.usual):
+            self.count = self.count + 1 if alike(strength, self.other) else 1
+            self.other = strength
+            if self.count < (AGREE if self.usual else AGREE_FIRST):
+                return True
+        self.usual, self.count = strength, 0
+        return False
 
 
 def alike(one, other):

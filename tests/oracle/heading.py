@@ -94,9 +94,12 @@ class Iron:
         self.x[6] = np.clip(self.x[6], -BIAS_LIMIT, BIAS_LIMIT)
         self.apart = 0.0 if all(fits) else self.apart + span
         if self.apart >= STAYED:
-            self.restart([0, 1, 2], 1.0)
-            self.restart([3, 4, 5], IRON**2)
-            self.apart = 0.0
+            self.forget()
+
+    def forget(self):
+        self.restart([0, 1, 2], 1.0)
+        self.restart([3, 4, 5], IRON**2)
+        self.apart = 0.0
 
     def correct(self, row, z, noise):
         """By a component of the field; whether it is this one."""
