@@ -6,6 +6,7 @@ The twin contains the whole filter, so orientation and heading have what learnin
 import math
 
 import numpy as np
+import pytest
 
 import oracle
 import zerorate as zr
@@ -117,3 +118,33 @@ def test_a_stuck_magnetometer():
     mag[1200:] = mag[1200]
     _, states = assert_equal_to_twin(motion.gyro, motion.accel, mag)
     assert states == ["raw", "withheld"]
+
+
+@pytest.mark.parametrize("seed", [201, 204])
+def test_weak_irons(seed):
+    """Up to a quarter of the field, another one every twelve seconds: some may be the room's."""
+    motion, rng = moved(seed=seed), np.random.default_rng(seed)
+    mag = motion.mag.copy()
+    for first in range(0, len(mag), 1200):
+        direction = rng.normal(size=3)
+        size = rng.uniform(3.0, 14.0)
+        mag[first : first + 1200] += direction * (size / np.linalg.norm(direction))
+    _, states = assert_equal_to_twin(motion.gyro, motion.accel, mag)
+    assert states[:3] == ["raw", "known", "kept"]
+
+
+def test_noise_that_stays():
+    """No iron explains it: for a minute no field is used, then the last iron again."""
+    motion, rng = moved(82.0, seed=104), np.random.default_rng(5)
+    mag = motion.mag + IRON
+    mag[1500:] += rng.normal(0.0, 60.0, (len(mag) - 1500, 3))
+    _, states = assert_equal_to_twin(motion.gyro, motion.accel, mag)
+    assert states == ["raw", "known", "withheld", "kept"]
+
+
+def test_one_span_all_along():
+    """Until as many observations count as ever do."""
+    motion = zr.simulate_motion("spinning pendulum", RATE, 50.0, seed=100)
+    twin, states = assert_equal_to_twin(motion.gyro, motion.accel, motion.mag + IRON)
+    assert states == ["raw", "known"]
+    assert max(start.age for start in twin.learner.running) > 44.0
