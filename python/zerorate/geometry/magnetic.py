@@ -71,7 +71,7 @@ def earth_field(
     >>> from zerorate.geometry import earth_field
     >>> there = earth_field(48.1, 11.6, 500.0, year=2026.0)
     >>> round(there.size, 1), round(there.dip, 2), round(there.declination, 3)
-    (48.8, 1.12, 0.074)
+    (48.8, 1.12, 0.075)
     """
     for name, value, limit in (("latitude", latitude, 90.0), ("longitude", longitude, 360.0)):
         if not abs(value) <= limit:
