@@ -29,14 +29,14 @@ const DEAREST: f64 = 1e9;
 const AGE_MOST: f64 = 1e9;
 
 /// Noise of a tick: at the start, the least, the ticks that tell it, how much the sensor has to turn in
-/// them, how fast it follows, and which share of them lies below it. Those with a change lie above.
+/// them, how fast it follows, and which share of them lies above it.
 const NOISE: f64 = 0.02 * 0.02;
 const NOISE_LEAST: f64 = 0.005 * 0.005;
 const NOISE_MOST: f64 = 1.0;
 const WINDOW: f64 = 20.0;
 const TURNS: f64 = 0.3;
 const FOLLOWS: f64 = 0.2;
-const BELOW: f64 = 0.4;
+const ABOVE: f64 = 0.4;
 
 /// One hard iron from one second on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -253,7 +253,7 @@ impl Learner {
         let freedom = 3.0 * WINDOW / (3.0 * WINDOW - 6.0);
         let above = window.variance(&iron) * freedom > self.noise;
         self.windows += 1.0;
-        let step = FOLLOWS.max(1.0 / self.windows) * if above { 1.0 - BELOW } else { -BELOW };
+        let step = FOLLOWS.max(1.0 / self.windows) * if above { 1.0 - ABOVE } else { -ABOVE };
         self.noise = (self.noise * ComplexField::exp(2.0 * step)).clamp(NOISE_LEAST, NOISE_MOST);
     }
 
