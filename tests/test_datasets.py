@@ -20,7 +20,6 @@ NAME = "xsens/sit-to-stand"
 @pytest.fixture
 def published(tmp_path, monkeypatch):
     """Put a recording of ours in the place of a public one, on a server of this machine."""
-    pytest.importorskip("pooch")
     root = tmp_path / "served"
     one = replace(DATASETS[NAME], sha256=hashlib.sha256(TEXT).hexdigest())
     file = root / one.repository / one.commit / one.path

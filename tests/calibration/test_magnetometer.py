@@ -284,7 +284,6 @@ def test_fit_of_exact_ticks():
 
 
 def test_a_place_tells_field_and_dip(monkeypatch):
-    pytest.importorskip("pygeomag")
     motion = zr.simulate_motion("hand", 100.0, 40.0, seed=3)
     recording = motion.recording()
     there = zr.calibrate_magnetometer(recording, place=(48.1, 11.6))
@@ -299,7 +298,6 @@ def test_a_place_tells_field_and_dip(monkeypatch):
 
 
 def test_positions_of_the_recording_are_the_place():
-    pytest.importorskip("pygeomag")
     motion = zr.simulate_motion("hand", 100.0, 40.0, seed=3)
     recording = motion.recording()
     time = recording.mag.time

@@ -255,7 +255,6 @@ class TestReference:
 
 
 def test_a_place_gives_true_north(tmp_path, capsys):
-    pytest.importorskip("pygeomag")
     motion = zr.simulate_motion("hand", 100.0, 20.0, seed=2)
     path = tmp_path / "nine.csv"
     kinds = {"gyro_{}_radps": motion.gyro, "accel_{}_mps2": motion.accel, "mag_{}_ut": motion.mag}
@@ -289,7 +288,6 @@ def test_a_place_gives_true_north(tmp_path, capsys):
     ],
 )
 def test_a_place_that_tells_nothing_is_refused(tmp_path, capsys, options, told):
-    pytest.importorskip("pygeomag")
     path = tmp_path / "a.csv"
     path.write_text("t\n1\n")
     assert run(["attitude", str(path), *options]) == 2

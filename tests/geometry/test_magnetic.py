@@ -6,8 +6,6 @@ import pytest
 
 from zerorate.geometry import earth_field
 
-pytest.importorskip("pygeomag")
-
 # Year, height in km, latitude, longitude, declination: test values of NOAA and BGS for WMM 2025.
 PUBLISHED = [
     (2025.0, 0.0, 80.0, 0.0, 1.28),

@@ -8,8 +8,10 @@ import threading
 import tty
 import urllib.request
 
+import bleak
 import numpy as np
 import pytest
+from websockets.sync.server import serve
 
 import zerorate as zr
 from support.packets import mtdata2, sensor_logger, sensor_server, wit
@@ -235,13 +237,11 @@ def test_what_is_pushed():
 
 
 def test_a_websocket():
-    server_of = pytest.importorskip("websockets.sync.server")
-
     def send(port):
         for event in EVENTS:
             port.send(event.decode())
 
-    with server_of.serve(send, "127.0.0.1", 0) as server:
+    with serve(send, "127.0.0.1", 0) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
         number = server.socket.getsockname()[1]
@@ -255,7 +255,6 @@ def test_a_websocket():
 
 def test_a_bluetooth_device(monkeypatch):
     """A device of the library's own kind, which notifies what a WitMotion would."""
-    bleak = pytest.importorskip("bleak")
     packets = [wit(0x51, (0, 0, 2048)) + wit(0x52, (10, n, 3)) for n in range(20)]
 
     class Client:
@@ -281,7 +280,6 @@ def test_a_bluetooth_device(monkeypatch):
 
 
 def test_a_bluetooth_device_that_is_not_there_is_told(monkeypatch):
-    bleak = pytest.importorskip("bleak")
 
     def client(*_, **__):
         raise RuntimeError("no adapter")
