@@ -61,3 +61,11 @@ def test_the_page_has_both_logs_and_every_anchor_lands():
 def test_only_reports_are_compared():
     with pytest.raises(TypeError, match="expected a Report"):
         before_after(log(), 3)
+
+
+@pytest.mark.parametrize(("count", "told"), [(1, "1 differs."), (2, "2 differ.")])
+def test_one_differs_and_several_differ(count, told):
+    found = before_after(log(0.1), log(0.3))
+    one = next(change for change in found.changes if change.verdict == "differs")
+    vars(found)["changes"] = (one,) * count
+    assert found.summary == told

@@ -99,7 +99,12 @@ class BeforeAfter(Result):
     def summary(self) -> str:
         """One line: how many findings became what."""
         counts = Counter(one.verdict for one in self.changes)
-        told = [f"{counts[name]} {name}" for name in VERDICTS if counts[name]]
+        several = {"differs": "differ"}
+        told = [
+            f"{n} {several.get(name, name) if n > 1 else name}"
+            for name in VERDICTS
+            if (n := counts[name])
+        ]
         return f"{', '.join(told)}." if told else "Nothing to compare."
 
     def to_json(self) -> str:
