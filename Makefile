@@ -14,7 +14,7 @@ RECORDINGS ?= ../shared/data
 WHEEL ?=
 PACKAGE = $(if $(WHEEL),'$(WHEEL)[all]',--editable '.[all]')
 
-.PHONY: help demo wheel minimal board test test-core test-package nightly fuzz lint lint-core lint-package docs bench ratchet ratchet-renew results compare clean check-python check-cargo check-valgrind
+.PHONY: help demo wheel clean-systems minimal board test test-core test-package nightly fuzz lint lint-core lint-package docs links bench ratchet ratchet-renew results compare clean check-python check-cargo check-valgrind
 
 help: ## Show this help
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -26,6 +26,11 @@ wheel: | check-python check-cargo ## Build the wheel of this machine into target
 	rm -rf target/wheel
 	$(PYTHON) -m pip wheel --quiet --no-deps --wheel-dir target/wheel .
 	$(PYTHON) .ci/wheel.py target/wheel
+
+SYSTEMS ?= bookworm trixie noble
+
+clean-systems: wheel ## Do what the README tells in new systems of Debian and Ubuntu, as root, by debootstrap
+	.ci/clean target/wheel/zerorate-*.whl $(SYSTEMS)
 
 # What pyproject.toml says is enough.
 minimal: wheel ## Test the package with the oldest version of each dependency
@@ -79,15 +84,22 @@ lint-core: | check-cargo
 	cargo clippy --workspace --exclude zerorate-bare --all-targets -- -D warnings
 	cargo clippy --package zerorate-bare --profile bare -- -D warnings
 
+PROSE := README.md CONTRIBUTING.md CHANGELOG.md Makefile .ci docs examples python rust tests benches
+
 lint-package: $(TOOLS)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
+	$(BIN)/codespell $(PROSE)
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest zerorate._native
 
 docs: $(TOOLS) ## Build the documentation site into target/docs, warnings as errors
 	$(BIN)/pip install --quiet --group docs
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -d target/doctrees docs target/docs
+
+links: $(TOOLS) ## Ask other hosts whether the pages that docs/ links are there
+	$(BIN)/pip install --quiet --group docs
+	$(BIN)/python -m sphinx --quiet -b linkcheck -d target/doctrees docs target/links
 
 bench: $(TOOLS) ## Time filters and deviations against C and other packages
 	$(BIN)/pip install --quiet --group bench
