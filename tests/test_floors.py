@@ -1,6 +1,7 @@
 """The floors of the package: an import points down, lazy and type-only imports included."""
 
 import ast
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -59,6 +60,37 @@ def test_imports_point_down(floor):
 def test_everything_stands_on_a_floor():
     parts = {own_part(file) for file in ROOT.rglob("*.py")} - set(ABOVE_ALL)
     assert parts == set(HEIGHT) - {"_native"}
+
+
+def test_nothing_circles():
+    """No module imports what imports it; a class's methods may name it, for their types alone."""
+    files = {module_of(file): file for file in ROOT.rglob("*.py")}
+    TopologicalSorter({name: imports(file, files) for name, file in files.items()}).prepare()
+
+
+def module_of(file):
+    parts = ("zerorate", *file.relative_to(ROOT).with_suffix("").parts)
+    return ".".join(parts).removesuffix(".__init__")
+
+
+def imports(file, modules):
+    """Which modules a file imports, lazily too, but not for types alone."""
+    found, left = set(), [ast.parse(file.read_text(encoding="utf-8"))]
+    while left:
+        node = left.pop()
+        for_types = isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+        left += node.orelse if for_types else ast.iter_child_nodes(node)
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            inner = {f"{node.module}.{alias.name}" for alias in node.names} & set(modules)
+            found |= inner or ({node.module} if not takes_native(node) else set())
+    return found & set(modules)
+
+
+def takes_native(node):
+    """Whether the root is asked only for the compiled module."""
+    return node.module == "zerorate" and {alias.name for alias in node.names} == {"_native"}
 
 
 def test_nobody_below_show_names_it():

@@ -7,7 +7,7 @@ from zerorate.calibration.refusal import CalibrationError
 from zerorate.lazy import later
 
 if TYPE_CHECKING:
-    from zerorate.calibration.calibration import Calibration, Origin, Rest, SensorCalibration, Turn
+    from zerorate.calibration.calibration import Calibration, SensorCalibration
     from zerorate.calibration.comparison import (
         CalibrationComparison,
         MovedParameter,
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from zerorate.calibration.rate.angle import Integrated, integrate
     from zerorate.calibration.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibration.rate.reference import FittedRate, fit_rate
+    from zerorate.calibration.record import Origin, Rest, Turn
     from zerorate.calibration.temperature import TemperatureBias, TemperatureModel
 
 __all__ = [
@@ -53,10 +54,7 @@ __all__ = [
 _PLACES: Final = {
     "calibration": (
         "Calibration",
-        "Origin",
-        "Rest",
         "SensorCalibration",
-        "Turn",
     ),
     "comparison": (
         "CalibrationComparison",
@@ -81,6 +79,11 @@ _PLACES: Final = {
     "rate.reference": (
         "FittedRate",
         "fit_rate",
+    ),
+    "record": (
+        "Origin",
+        "Rest",
+        "Turn",
     ),
     "temperature": (
         "TemperatureBias",

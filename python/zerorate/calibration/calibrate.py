@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 from zerorate.io.log import Recording
 
 if TYPE_CHECKING:
-    from zerorate.calibration.calibration import Calibration, Rest
+    from zerorate.calibration.calibration import Calibration
     from zerorate.calibration.fit.sensors import Source
     from zerorate.calibration.fit.solution import GSensitivity
     from zerorate.calibration.fit.starts import PriorName
     from zerorate.calibration.parameters import Frame
+    from zerorate.calibration.record import Rest
 
 
 def calibrate(

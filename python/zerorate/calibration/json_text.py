@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, get_args
 import numpy as np
 
 from zerorate.calibration.parameters import PARAMETERS, Frame
+from zerorate.calibration.record import Origin, Rest, Turn
 from zerorate.io.exporting import exports
 from zerorate.io.saved import (
     as_json,
@@ -103,8 +104,6 @@ def from_json(source: str | os.PathLike[str], build: type[Built]) -> Built:
 
 
 def _arguments(content: object) -> dict[str, Any]:
-    from zerorate.calibration.calibration import Rest, Turn
-
     check_format(content, _FORMAT, _VERSION, "calibrate again from the log")
     frame = part(content, "frame", str)
     if frame not in get_args(Frame):
@@ -138,9 +137,7 @@ def _arguments(content: object) -> dict[str, Any]:
     }
 
 
-def _origin(found: dict[str, Any]) -> Any:  # noqa: ANN401
-    from zerorate.calibration.calibration import Origin
-
+def _origin(found: dict[str, Any]) -> Origin:
     return Origin(part(found, "source", str), *(_sentences(found, name) for name in _SENSORS))
 
 

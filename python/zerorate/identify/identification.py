@@ -14,6 +14,7 @@ from zerorate._native import RecursiveLeastSquares
 from zerorate.faults import given, said
 from zerorate.identify.arma import fit_arma
 from zerorate.identify.arma_model import ArmaModel
+from zerorate.identify.as_json import as_dict
 from zerorate.identify.autoregression import fit_ar
 from zerorate.identify.conclusions import conclusions
 from zerorate.identify.correlogram import Correlogram, Whiteness, autocorrelation, whiteness
@@ -104,8 +105,6 @@ class Identification(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as what JSON can hold: there is no NaN or infinity in it."""
-        from zerorate.identify.as_json import as_dict
-
         return as_dict(self)
 
 

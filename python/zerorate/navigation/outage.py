@@ -14,6 +14,7 @@ from zerorate.faults import ArgumentError, said
 from zerorate.geometry.rotations import inverse, product
 from zerorate.io import LogError
 from zerorate.metrics.channels import positive
+from zerorate.navigation.track import Track, not_begun
 from zerorate.progress import Progress, reported
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from zerorate.io import Recording
     from zerorate.navigation.fixes import Fixes
     from zerorate.navigation.offset import TimeOffset
-    from zerorate.navigation.track import Track
     from zerorate.navigation.wheels import Wheels
 
 POSITION_HELD: Final = "position held"
@@ -309,8 +309,6 @@ class _Within:
 
     @classmethod
     def of(cls, track: Track, gnss: Fixes) -> _Within:
-        from zerorate.navigation.track import not_begun
-
         there = np.flatnonzero(track.navigating)
         if not there.size:
             raise LogError(said(f"{track.source}: the filter did not begin: ", not_begun(track)))

@@ -12,7 +12,8 @@ from zerorate.show.tables import Table, as_text, bulleted
 from zerorate.units import UNITS, convert
 
 if TYPE_CHECKING:
-    from zerorate.calibration.calibration import Calibration, Rest, SensorCalibration, Turn
+    from zerorate.calibration.calibration import Calibration, SensorCalibration
+    from zerorate.calibration.record import Rest, Turn
 
 Row = tuple[str, ...]
 

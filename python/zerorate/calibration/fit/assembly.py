@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.calibration.calibration import Calibration, Origin, Rest, Turn
+from zerorate.calibration.calibration import Calibration
 from zerorate.calibration.fit.joint_fit import LOWER, Prior, forces
 from zerorate.calibration.fit.judgement import advice_on, problems_of
 from zerorate.calibration.fit.rests import in_raw_units
@@ -23,6 +23,7 @@ from zerorate.calibration.parameters import (
     GYRO_BIAS,
     GYRO_MATRIX,
 )
+from zerorate.calibration.record import Origin, Rest, Turn
 from zerorate.types import Booleans, Floats
 
 _OUTLIER: Final = 0.5

@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.calibration.calibration import Rest, Turn
 from zerorate.calibration.fit.expected import (
     MOST_MISS,
     MOST_NORM,
@@ -20,6 +19,7 @@ from zerorate.calibration.fit.expected import (
 from zerorate.calibration.fit.joint_fit import Fit, Prior
 from zerorate.calibration.fit.turns import GAP, LONG, SATURATED
 from zerorate.calibration.parameters import PARAMETERS
+from zerorate.calibration.record import Rest, Turn
 from zerorate.types import Booleans, Floats
 
 _DEG: Final = math.pi / 180.0

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from zerorate import units
-from zerorate.calibration.calibration import Rest
 from zerorate.calibration.fit.sensors import STANDARD_GRAVITY, Sensor, resolution, sensor
+from zerorate.calibration.record import Rest
 from zerorate.faults import ArgumentError
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.types import Booleans, Floats, Integers

@@ -8,7 +8,6 @@ from typing import Final, Literal
 
 import numpy as np
 
-from zerorate.calibration.calibration import Rest, Turn
 from zerorate.calibration.fit.expected import foretells
 from zerorate.calibration.fit.g_sensitivity import AtRest, at_rest
 from zerorate.calibration.fit.joint_fit import (
@@ -24,6 +23,7 @@ from zerorate.calibration.fit.joint_fit import (
 from zerorate.calibration.fit.rests import Stillness, mean_variances
 from zerorate.calibration.fit.sensors import Sensor
 from zerorate.calibration.fit.turns import Carried, carried, misses, turn_biases
+from zerorate.calibration.record import Rest, Turn
 from zerorate.types import Booleans, Floats, Integers
 
 GSensitivity = Literal["auto"] | bool

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.calibration.calibration import Calibration, Origin, Rest, Turn
+from zerorate.calibration.calibration import Calibration
 from zerorate.calibration.fit.assembly import Case, assembled
 from zerorate.calibration.fit.joint_fit import Prior
 from zerorate.calibration.fit.judgement import handedness
@@ -34,6 +34,7 @@ from zerorate.calibration.fit.turns import (
 )
 from zerorate.calibration.options import CALIBRATION_OPTIONS, GRAVITIES
 from zerorate.calibration.parameters import Frame
+from zerorate.calibration.record import Origin, Rest, Turn
 from zerorate.calibration.refusal import CalibrationError
 from zerorate.faults import ArgumentError
 from zerorate.io.log import Log, LogError, Recording

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from zerorate._native import propagate_turns
-from zerorate.calibration.calibration import Rest, Turn
 from zerorate.calibration.fit.sensors import Sensor
+from zerorate.calibration.record import Rest, Turn
 from zerorate.types import Booleans, Floats, Integers
 
 LONG: Final = "long"

@@ -25,9 +25,10 @@ import numpy as np
 
 from zerorate.io.limits import most_bytes, most_seconds
 from zerorate.io.log import LogError
-from zerorate.io.readers import apart_child
 from zerorate.io.table import Column
 
+_PROGRAM: Final = Path(__file__).with_name("apart_child.py")
+"""What the process runs; it knows the readers, so it is not imported here."""
 _PATIENCE: Final = 1.0 if sys.platform == "win32" else 10.0
 """Seconds on the clock for one of computing, which most systems count: they may be busy."""
 _OUT_OF_TIME: Final = -int(getattr(signal, "SIGXCPU", 0))
@@ -143,7 +144,7 @@ def _begun() -> subprocess.Popen[bytes]:
         raise LogError("it is read by another interpreter, but this one knows of none")
     found = os.pathsep.join(filter(None, sys.path))
     return subprocess.Popen(
-        [sys.executable, "-P", apart_child.__file__],
+        [sys.executable, "-P", os.fspath(_PROGRAM)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
