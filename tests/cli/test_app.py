@@ -6,11 +6,13 @@ import subprocess
 import sys
 
 import pytest
+import typer
 
 from support.commands import check_line
 from support.logs import write_gyros
 from zerorate import __version__
 from zerorate.cli import app, run
+from zerorate.cli.flags import FLAGS, wrong_option
 from zerorate.cli.help import MORE
 from zerorate.texts import extra_needed
 
@@ -37,6 +39,38 @@ MISTYPED = {
 def test_what_was_mistyped_is_told_in_plain_words(call, tmp_path, monkeypatch, typed):
     monkeypatch.chdir(tmp_path)
     assert call(*typed.split()) == (2, "", f"zerorate: {MISTYPED[typed]}\n")
+
+
+@pytest.mark.parametrize("name", app._COMMANDS)
+def test_options_that_are_known_before_a_command_is_imported_are_its_own(name):
+    parameters = typer.main.get_group(app.program(name)).commands[name].params
+    kinds = {False: [], True: []}
+    for one in parameters:
+        names = [*one.opts, *one.secondary_opts]
+        kinds[getattr(one, "is_flag", False)] += [name for name in names if name.startswith("-")]
+    assert FLAGS[name] == (" ".join(kinds[False]), " ".join(kinds[True]))
+
+
+@pytest.mark.parametrize(
+    ("typed", "wrong"),
+    [
+        ("x.csv --foo", "--foo"),
+        ("x.csv --foo=3 --bar", "--foo"),
+        ("x.csv --unit --foo", None),
+        ("x.csv --unit=--foo --no-figure", None),
+        ("--no-figure --foo", "--foo"),
+        ("x.csv -- --foo", None),
+        ("-o --foo", None),
+    ],
+)
+def test_a_wrong_option_is_no_value_of_another(typed, wrong):
+    assert wrong_option("replay", typed.split()) == wrong
+
+
+def test_a_wrong_option_imports_no_command():
+    code = "import sys; from zerorate.cli import run; run(['replay', '--foo']); "
+    code += "sys.exit('zerorate.io' in sys.modules or 'zerorate.cli.replay' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], stderr=subprocess.DEVNULL).returncode == 0
 
 
 @pytest.mark.parametrize("name", app._COMMANDS)

@@ -10,6 +10,7 @@ import typer
 from zerorate._native import __version__
 from zerorate.cli import help
 from zerorate.cli.errors import UsageFault
+from zerorate.cli.flags import FLAGS, wrong_option
 from zerorate.cli.typed import Hint, flags_of, in_plain_words, unknown
 from zerorate.faults import naming
 from zerorate.texts import WIDTH, within
@@ -167,6 +168,11 @@ def _invoked(arguments: list[str]) -> int:
         about = {name: what for name, (what, _) in _COMMANDS.items()}
         print(help.overview(about, _ABOUT, _EPILOG))
         return 0
+    if called in FLAGS and arguments[0] == called and not help.asked(arguments[1:]):
+        wrong = wrong_option(called, arguments[1:])
+        if wrong is not None:
+            known = " ".join(FLAGS[called]).split()
+            raise UsageFault(unknown("option", wrong, known, _hint(called)))
     group = typer.main.get_group(program(called))
     if called in _COMMANDS and arguments[0] == called:
         # At once: for options of its own the program would import what checks values.
