@@ -13,6 +13,7 @@ version = release = installed("zerorate")
 
 extensions = [
     "commands",
+    "gallery",
     "myst_parser",
     "numpydoc",
     "reference",

@@ -49,13 +49,6 @@ def identifiable() -> None:
     save(plot_allan(results, models, "one simulated gyro"), "allan_identifiable")
 
 
-def gyro() -> None:
-    """Draw three axes of a simulated gyro with the models that were fitted."""
-    signal, _ = zr.simulate(zr.simulation.device("ADIS16405"), RATE, 2 * HOUR, seed=1, axes=3)
-    result = zr.allan(signal, RATE, unit="rad/s", names=["x", "y", "z"])
-    save(plot_allan(result, result.fit(), "ADIS16405, simulated"), "allan_gyro")
-
-
 def warm_up() -> None:
     """Draw a gyro whose bias settles and whose noise falls in the first half hour."""
     signal, _ = zr.simulate(zr.simulation.device("MPU-6050"), RATE, 2 * HOUR, seed=1)
@@ -80,5 +73,5 @@ def save(figure: "Figure", name: str) -> None:
 
 
 if __name__ == "__main__":
-    for draw in (terms, identifiable, gyro, warm_up):
+    for draw in (terms, identifiable, warm_up):
         draw()

@@ -85,3 +85,18 @@ def test_the_reference_has_every_name():
     whole = re.findall(r"^(zerorate\.\S+)\.\*$", page, re.MULTILINE)
     listed = (name for name in moved if name.rpartition(".")[0] not in whole)
     assert [name for name in listed if f"{name}\n" not in page and "._native." not in name] == []
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_every_class_and_function_has_an_example(name):
+    """What `pytest --doctest-modules --pyargs zerorate` runs; types of arguments have none."""
+    found = {one: getattr(MODULES[name], one) for one in MODULES[name].__all__}
+    told = {one: inspect.getdoc(what) or "" for one, what in found.items() if takes_example(what)}
+    assert [one for one, text in told.items() if ">>> " not in text] == []
+
+
+def takes_example(what):
+    """Return whether it is a class or a function of the package, and no exception."""
+    if inspect.isclass(what):
+        return not issubclass(what, Exception)
+    return inspect.isroutine(what)

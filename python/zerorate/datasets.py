@@ -38,6 +38,13 @@ class Dataset:
         Where it is: the owner and name on GitHub, the commit, the file.
     sha256 : str, optional
         Of the file; None where it is not known.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> one = zr.datasets.DATASETS["broad/05"]
+    >>> one.licence, one.url.startswith("https://")
+    ('CC BY 4.0', True)
     """
 
     name: str
@@ -167,6 +174,12 @@ def fetch(name: str, folder: str | Path | None = None) -> Path:
         If pooch is not installed, the extra ``data``.
     OSError
         If it cannot be downloaded.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> path = zr.datasets.fetch("broad/05")  # doctest: +SKIP
+    >>> recording = zr.read_recording(path)  # doctest: +SKIP
     """
     if name not in DATASETS:
         near = get_close_matches(name, DATASETS, 3) or sorted(DATASETS)[-4:]

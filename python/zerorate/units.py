@@ -27,6 +27,12 @@ class Unit(NamedTuple):
 
     Amount and time are kept apart so that deg/s to deg/h is a factor of exactly 3600; a prefix
     such as milli counts with the time.
+
+    Examples
+    --------
+    >>> from zerorate.units import UNITS
+    >>> UNITS["deg/h"].kind, UNITS["deg/h"].time
+    ('rate', 3600.0)
     """
 
     kind: str
@@ -248,6 +254,13 @@ def _factor(from_unit: str, to_unit: str) -> float:
 
 
 def whole_samples(seconds: float, rate: float) -> int:
-    """Return the number of samples nearest to a time, for any finite one."""
+    """Return the number of samples nearest to a time, for any finite one.
+
+    Examples
+    --------
+    >>> from zerorate.units import whole_samples
+    >>> whole_samples(0.5, 200.0)
+    100
+    """
     # The product of two floats may be infinite, which is no whole number.
     return round(min(max(seconds * rate, -_MANY), _MANY))

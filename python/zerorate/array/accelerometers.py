@@ -79,6 +79,14 @@ class FusedAccelerometers(Result):
         rate is. None without positions.
     unit : str
         Of the accelerations.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> accel = 9.81 + 0.1 * np.random.default_rng(1).standard_normal((500, 3, 3))
+    >>> found = zr.array.fuse_accelerometers(accel, np.zeros((500, 3)), rate=100.0)
+    >>> found.accel.shape, found.weights.shape, bool(found.excluded.any())
+    ((500, 3), (500, 3), False)
     """
 
     accel: Floats

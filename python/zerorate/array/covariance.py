@@ -54,6 +54,16 @@ class AllanCovariance(Result):
         One name a gyro.
     notes : tuple of str
         What was done to the input and what to beware of, a sentence each.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> z = np.random.default_rng(1).standard_normal((20_000, 3))
+    >>> r = zr.array.allan_covariance(z, rate=100.0)
+    >>> r.names, r.matrix.shape == (len(r.tau), 3, 3)
+    (('gyro 1', 'gyro 2', 'gyro 3'), True)
+    >>> bool(abs(r.correlation[0, 0, 1]) < 0.05)  # they have nothing in common
+    True
     """
 
     tau: Floats

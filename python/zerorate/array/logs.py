@@ -137,6 +137,13 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
     LogError
         If there is no gyro, or they differ in rate, length, clock, unit or number of axes: the
         message names two that do.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> table = {"t": np.arange(8) / 100, "a_gyro_z_dps": np.zeros(8), "b_gyro_z_dps": np.ones(8)}
+    >>> zr.array.array_log(zr.read_recording(table))
+    ArrayLog(2 gyros of 1 axis, 8 samples at 100 Hz, deg/s: a, b)
     """
     found = _sensors(source, axes)
     first = found[0]

@@ -61,6 +61,14 @@ class Rotations(Result):
         Motion of which they were found; NaN where it is not known.
     positions : ndarray, shape (N, 3), or None
         Of the sensors in the axes of the body, m, as they were put down; they are never found.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> turns = np.stack([np.eye(3), np.diag([-1.0, -1.0, 1.0])])  # the second is put in backwards
+    >>> found = zr.array.Rotations(turns, np.zeros(2), ("a", "b"), np.zeros(2), seconds=np.nan)
+    >>> found.angles.tolist(), found.of(["b"]).shape
+    ([0.0, 180.0], (1, 3, 3))
     """
 
     matrices: Floats

@@ -53,6 +53,14 @@ class VirtualGyro(Result):
         How far the covariance was moved to its diagonal, 0 to 1: at 1 no correlation is used.
     horizon : float
         Averaging time for which `gain` holds, s.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> z = np.random.default_rng(1).standard_normal((60_000, 2)) * [1.0, 2.0]  # one is noisier
+    >>> gyro = zr.array.allan_covariance(z, rate=100.0).virtual_gyro(horizon=1.0, weights="white")
+    >>> gyro.weights.round(2).tolist(), bool(gyro.gain > 1.0)
+    ([0.79, 0.21], True)
     """
 
     weights: Floats

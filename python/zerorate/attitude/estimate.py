@@ -92,6 +92,14 @@ class AttitudeEstimate(Result):
     compared_heading : {"absolute", "relative", "aligned"}
         How `errors` takes headings by default: "relative" without a magnetometer, "aligned" with a
         reference whose north is its own, as a camera's.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> motion = zr.simulate_motion("hand", duration=20.0, seed=2)
+    >>> found = zr.estimate_attitude(motion.recording(), mag=False)
+    >>> found.n, found.euler.shape, bool(found.tilt_sigma[-1] < np.radians(1.0))
+    (2000, (2000, 3), True)
     """
 
     time: Floats

@@ -66,6 +66,13 @@ class SensorCalibration:
         Of a gyro, raw unit per g; zeros of an accelerometer.
     raw_unit, unit
         Of the samples, and of what is corrected.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> gyro = zr.simulation.simulate_session(6, seed=1).truth.gyro
+    >>> gyro.raw_unit, gyro.unit, bool(np.allclose(gyro.correction @ gyro.matrix, np.eye(3)))
+    ('deg/s', 'deg/s', True)
     """
 
     matrix: Matrix

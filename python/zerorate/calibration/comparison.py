@@ -45,6 +45,14 @@ class MovedParameter:
         Whether z is beyond 3.
     reason : str
         Why it does not count, or what is to say of its move.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> truth = zr.simulation.simulate_session(6, seed=1).truth
+    >>> one = zr.compare_calibrations(truth, truth).parameters[0]
+    >>> one.name, float(one.difference), one.moved
+    ('accel.matrix.xx', 0.0, False)
     """
 
     name: str
@@ -74,6 +82,15 @@ class CalibrationComparison(Result):
         Raw units of both calibrations.
     notes : tuple of str
         What is to say of it.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> from zerorate.simulation import simulate_session
+    >>> first, second = (zr.calibrate(simulate_session(12, seed=seed).recording) for seed in (3, 4))
+    >>> found = zr.compare_calibrations(first, second)  # of two sensors, not of one
+    >>> found.probability < 0.01, found.moved[0].moved
+    (True, True)
     """
 
     parameters: tuple[MovedParameter, ...]

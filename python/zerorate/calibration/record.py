@@ -15,6 +15,13 @@ class Origin:
         Where the recording came from; empty where it is not known.
     gyro, accel
         Names of the channels; empty of arrays.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> origin = zr.calibrate(zr.simulation.simulate_session(12, seed=3).recording).origin
+    >>> origin.source, origin.accel
+    ('a simulated session', ('accel_x_g', 'accel_y_g', 'accel_z_g'))
     """
 
     source: str = ""
@@ -44,6 +51,14 @@ class Rest:
         Whether the fit used it.
     reason
         Why it was not, or what is odd about it.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> found = zr.calibrate(zr.simulation.simulate_session(12, seed=3).recording)
+    >>> rest = found.rests[0]
+    >>> rest.used, rest.accel.shape, abs(rest.norm_error) < 1e-3
+    (True, (3,), True)
     """
 
     start: float
@@ -83,6 +98,14 @@ class Turn:
         Why it was not, or what is odd about it.
     residual_raw
         The same angle before calibration, NaN where it was not computed.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> found = zr.calibrate(zr.simulation.simulate_session(12, seed=3).recording)
+    >>> turn = found.turns[0]
+    >>> turn.rests, turn.used, bool(turn.residual < turn.residual_raw)
+    ((0, 1), True, True)
     """
 
     start: float

@@ -52,6 +52,15 @@ class Finding:
         Seconds of the log from and to which it is seen.
     ratio : float
         By how much worse the log, as it is, fits than what is named; 1 if nothing is.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> recording = zr.simulate_motion("hand", duration=60.0).recording()
+    >>> wrong = zr.Log(**{**vars(recording.gyro), "data": recording.gyro.data * [1, -1, 1]})
+    >>> found = zr.check(zr.Recording({**recording, "gyro": wrong})).gyro
+    >>> found.status, found.likely, bool((found.apply(wrong).data == recording.gyro.data).all())
+    ('mistake', 'x,-y,z', True)
     """
 
     sensor: str

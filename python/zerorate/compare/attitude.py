@@ -74,6 +74,15 @@ def compare_attitude(
         If a recording lacks the accelerometer or the orientation, or a unit is not known.
     ValueError
         If a method or the frame is not known.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> recording = zr.simulate_motion("hand", duration=30.0, seed=1).recording()
+    >>> found = zr.compare.compare_attitude([recording], ["auto"])
+    >>> row = found.rows[0]
+    >>> row.method, row.values["inclination"] < 0.02  # rad
+    ('auto', True)
     """
     check_attitude(methods, frame)
     chosen, notes = _installed(methods)

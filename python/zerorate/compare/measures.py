@@ -43,6 +43,14 @@ class Row:
         Measures by name, in SI otherwise; NaN where one means nothing.
     causal : bool
         Whether the method used no later samples: known of the package's own, tried for the user's.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> recording = zr.simulate_motion("hand", duration=30.0, seed=1).recording()
+    >>> row = zr.compare.compare([recording], ["raw"])[0].rows[0]
+    >>> row.method, row.axis, row.angle, row.causal
+    ('raw', 'all', 'rad', True)
     """
 
     source: str

@@ -44,6 +44,15 @@ class OwnMethod:
         If the name holds other characters, or a class has no ``update``.
     TypeError
         If it cannot be called.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.compare import OwnMethod
+    >>> own = OwnMethod("running", lambda z, rate: np.cumsum(z) / np.arange(1, len(z) + 1))
+    >>> z = np.array([1.0, 3.0, 5.0])
+    >>> own.run(z, 100.0), own.is_causal(z, own.run(z, 100.0), 100.0)
+    (array([1., 2., 3.]), True)
     """
 
     name: str

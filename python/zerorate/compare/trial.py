@@ -73,6 +73,14 @@ class Trial:
     accel, mag : Log or None
         Accelerometer and magnetometer of the sensor that the gyros are of, on clocks of their own
         and in their own units: those of the gyros' name, or the only ones.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> table = {"gyro_z_dps": [0.1, 0.3, 0.2], "shaft_deg": [0.0, 1.0, 2.0]}
+    >>> trial = zr.compare.read_trial(table, rate=100.0, reference="shaft_deg")
+    >>> trial.kind, trial.log.unit, trial.angle
+    ('turning', 'rad/s', 'rad')
     """
 
     log: Log
@@ -169,6 +177,14 @@ def read_trial(
     LogError, ValueError, OSError, ImportError
         As `zerorate.read_log`; also if a reference and a quaternion are given, one of them is
         not there or is not what its name says, or the gyros next to it are of no known unit.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> table = {"gyro_z_dps": [0.1, 0.3, 0.2], "shaft_deg": [0.0, 1.0, 2.0]}
+    >>> trial = zr.compare.read_trial(table, rate=100.0, reference="shaft_deg")
+    >>> trial.log.names, trial.reference.name
+    (('gyro_z_dps',), 'shaft_deg')
     """
     if reference is not None and quaternion is not None:
         raise ValueError("a log is compared with a reference or a quaternion, not with both")

@@ -33,6 +33,14 @@ class Denoised(Result):
     wavelet, mode : str
     approximation : bool
         As they were given.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> z = np.sin(np.arange(20_000) / 3000.0)
+    >>> found = zr.denoise(z + 0.1 * np.random.default_rng(1).standard_normal(z.size))
+    >>> found.signal.shape, round(float(found.threshold / found.sigma), 2)  # sqrt(2 ln n)
+    ((20000,), 4.45)
     """
 
     signal: Floats

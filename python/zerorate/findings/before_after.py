@@ -38,6 +38,14 @@ class Change:
     ----------
     before, after : Finding, optional
         Of the one log, and of the other.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> logs = [zr.simulate_motion("hand", duration=30.0, seed=k).recording() for k in (1, 2)]
+    >>> change = zr.findings.before_after(*map(zr.report, logs)).changes[0]
+    >>> change.one.kind, change.verdict
+    ('gyro bias', 'differs')
     """
 
     before: Finding | None
@@ -84,6 +92,14 @@ class BeforeAfter(Result):
     ----------
     before, after : Report
         Of the one log, and of the other.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> logs = [zr.simulate_motion("hand", duration=30.0, seed=k).recording() for k in (1, 2)]
+    >>> found = zr.findings.before_after(*map(zr.report, logs))
+    >>> found.before.source, found.after.source, len(found.changes) > 10
+    ('simulated hand, seed 1', 'simulated hand, seed 2', True)
     """
 
     before: Report

@@ -40,6 +40,13 @@ class Finding:
         What to do, or to record next; empty for nothing.
     code : str
         Lines to enter, as a file of another program has them; empty for none.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> found = zr.report(zr.simulate_motion("hand", duration=60.0).recording()).findings[0]
+    >>> found.section, found.severity, found.text
+    ('What is here', 'good', 'gyro: 3 channels in rad/s, 6000 samples at 100 Hz.')
     """
 
     section: str

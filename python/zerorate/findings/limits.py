@@ -25,6 +25,13 @@ class Limit:
         From which a finding is worth a look, and from which it asks to act; infinity for never.
     source : str
         Who says so; ``"own"`` for a limit that is only this package's.
+
+    Examples
+    --------
+    >>> from zerorate.findings import Limit
+    >>> share = Limit("share of samples", "%", look=0.1, act=1.0, source="own")
+    >>> [share.severity(value) for value in (0.05, 0.5, 2.0)]
+    ['good', 'look', 'act']
     """
 
     what: str

@@ -32,6 +32,13 @@ class EarthField:
         How far magnetic north lies east of true north, rad.
     model : str
         By which coefficients.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> field = zr.geometry.EarthField(size=48.8, dip=1.12, declination=0.07, model="a map")
+    >>> field.size, field.model
+    (48.8, 'a map')
     """
 
     size: float

@@ -35,6 +35,15 @@ class ArmaGrid:
         How often the searches went over the record, without those that value slow starts.
     coefficients : tuple of ndarray
         [phi, theta, c] of each order, row after row of one p.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identify import arma_grid
+    >>> a = np.random.default_rng(1).standard_normal(2001)
+    >>> grid = arma_grid(a[1:] + 0.5 * a[:-1], 1, 1)
+    >>> bool(grid.sigma2[0, 1] < grid.sigma2[0, 0]), bool(grid.converged.all())
+    (True, True)
     """
 
     sigma2: Floats

@@ -88,7 +88,7 @@ class ArmaModel(Result):
     >>> round(model.mean, 12), model.autocovariance(2).round(3).tolist()
     (1.0, [7.368, 4.632, 4.168])
     >>> print(model)
-    ARMA(1, 1) by given
+    ARMA(1, 1) as given
     phi_1     0.9
     theta_1   -0.5
     constant  0.1

@@ -42,6 +42,14 @@ class ReverseArrangements(Verdict):
         positive if the record rises. Within 2 at 5 %.
     where : str
         The place at which the values before and after differ most.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identify import reverse_arrangements
+    >>> found = reverse_arrangements(np.random.default_rng(1).standard_normal(15_000))
+    >>> found.segment_count, found.of, found.accepted
+    (100, 'mean', True)
     """
 
     reversal_count: int

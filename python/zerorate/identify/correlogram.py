@@ -30,6 +30,14 @@ class Correlogram:
         leave fewer products than that; then it is that of the lag that lost most.
     n : int
         Samples that are there.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identify import autocorrelation
+    >>> found = autocorrelation(np.random.default_rng(1).standard_normal(10_000), 20)
+    >>> found.lags.size, round(found.bound, 4), bool((abs(found.acf) < found.bound).mean() >= 0.9)
+    (20, 0.0196, True)
     """
 
     lags: Integers
@@ -151,6 +159,14 @@ class Whiteness:
     white : bool
         Whether the Ljung-Box test accepts. Of a long record it rejects correlations too faint to
         matter; `predictable` says how much they do.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identify import whiteness
+    >>> found = whiteness(np.random.default_rng(1).standard_normal(10_000))
+    >>> found.white, bool(found.predictable < 0.01)
+    (True, True)
     """
 
     ljung_box: Verdict

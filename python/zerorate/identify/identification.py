@@ -65,6 +65,15 @@ class Identification(Result):
     online : Online or None
         What recursive least squares of the same order learns from the same record; None where it
         has no such order.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identify import identify
+    >>> a = np.random.default_rng(1).standard_normal(20_001)
+    >>> found = identify(a[1:] + 0.6 * a[:-1], 100.0)
+    >>> found.model.order, found.whiteness.white, found.moving
+    ((0, 1), True, ())
     """
 
     name: str

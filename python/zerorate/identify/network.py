@@ -60,6 +60,15 @@ class NetworkModel:
         oscillates by itself.
     ar : ArmaModel
         That autoregression.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identify import fit_network
+    >>> z = np.random.default_rng(1).standard_normal(2000)
+    >>> model = fit_network(z, inputs=2, hidden=3)
+    >>> model.weights.shape, model.predict(z).shape, model.verdict
+    ((3, 2), (2000,), 'no gain')
     """
 
     weights: Floats = field(repr=False)

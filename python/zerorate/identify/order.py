@@ -46,6 +46,15 @@ class OrderSelection:
         k = p + q, one more with a constant.
     coefficients : tuple of ndarray, length m or 0
         What the search for "arma" came to, [phi, theta, c]: a start for `fit_arma`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identify import select_order
+    >>> a = np.random.default_rng(1).standard_normal(3001)
+    >>> found = select_order(a[1:] + 0.5 * a[:-1], criterion="bic")
+    >>> found.minimum, found.clear, found.order
+    ((4, 0), (3, 0), (3, 0))
     """
 
     kind: Literal["ar", "arma"]

@@ -108,7 +108,14 @@ Outliers = Literal["hampel", "moving-average"]
 
 @dataclass(frozen=True)
 class Change:
-    """What was done to a record, in a sentence, and to how many samples."""
+    """What was done to a record, in a sentence, and to how many samples.
+
+    Examples
+    --------
+    >>> from zerorate.identify import prepare
+    >>> prepare([0.0, 2.0, float("nan")]).changes
+    (Change(what='the mean was taken off', count=2),)
+    """
 
     what: str
     count: int
@@ -126,6 +133,14 @@ class Prepared:
         Samples per second of `data`, Hz, if the rate of the record was given.
     changes : tuple of Change
         In the order in which they were made.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identify import prepare
+    >>> found = prepare(5.0 + np.random.default_rng(1).standard_normal(1000), rate=100.0)
+    >>> found.data.shape, found.rate, [change.what for change in found.changes]
+    ((1000,), 100.0, ['the mean was taken off'])
     """
 
     data: Floats

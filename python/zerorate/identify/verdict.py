@@ -32,6 +32,14 @@ class Verdict:
         Where the published table ends: the probability is less, or greater, than `p_value`.
     note : str
         What to beware of, a sentence, or nothing.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identify import kpss
+    >>> verdict = kpss(np.random.default_rng(1).standard_normal(10_000))
+    >>> verdict.name, verdict.hypothesis, verdict.accepted, verdict.n
+    ('KPSS', 'stationary', True, 10000)
     """
 
     name: str

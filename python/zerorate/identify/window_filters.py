@@ -164,6 +164,13 @@ def far_from_average(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) 
         If `z` does not hold real numbers.
     ValueError
         If `z` is not one axis with a sample, or `width` or `threshold` not as described.
+
+    Examples
+    --------
+    >>> from zerorate.identify import far_from_average
+    >>> data, outliers = far_from_average([0.0] * 20 + [90.0] + [0.0] * 20, width=5)
+    >>> data[20:22].tolist(), outliers.nonzero()[0].tolist()
+    ([18.0, 0.0], [20])
     """
     checked_width(width)
     _check_threshold(threshold)

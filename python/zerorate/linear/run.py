@@ -11,7 +11,17 @@ from zerorate.views import Result
 
 @dataclass(frozen=True)
 class SmoothedRun(Result):
-    """What a whole record says of each of its samples."""
+    """What a whole record says of each of its samples.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> kf = zr.LinearKalman([[1.0]], [[1.0]], [[1e-4]], [[0.25]])
+    >>> run = kf.process(2.0 + 0.5 * np.random.default_rng(1).standard_normal(500))
+    >>> smooth = run.smooth()
+    >>> smooth.state.shape, bool(smooth.covariance[250, 0, 0] < run.covariance[250, 0, 0])
+    ((500, 1), True)
+    """
 
     state: Floats
     """(n, N), with channels (n, k, N)."""
@@ -24,6 +34,16 @@ class LinearRun(Result):
 
     With channels every array has their axis after that of the samples. Covariances of channels that
     share one are a read-only view of it.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> kf = zr.LinearKalman([[1.0]], [[1.0]], [[1e-4]], [[0.25]])
+    >>> run = kf.process(2.0 + 0.5 * np.random.default_rng(1).standard_normal(500))
+    >>> run.state.shape, run.covariance.shape, int(run.missing.sum())
+    ((500, 1), (500, 1, 1), 0)
+    >>> bool(0.8 < np.nanmean(run.nis) < 1.2)  # the noise is as the model says
+    True
     """
 
     def __init__(self, *, state: Floats, **kept: Floats) -> None:

@@ -35,6 +35,15 @@ class BestEma:
         Of each channel, from 0 to 1.
     error : float or ndarray, shape (k,)
         The error that was least.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.metrics import best_ema
+    >>> z = 1.0 + np.random.default_rng(1).standard_normal(4096)
+    >>> found = best_ema(z, rate=100.0, truth=np.ones(4096), start=20.0)
+    >>> found.estimate.shape, bool(found.error < 0.1)
+    ((4096,), True)
     """
 
     estimate: Floats

@@ -31,6 +31,15 @@ class MotionError:
     rmse_lowpass : float or ndarray
         Error of the raw signal through the one-pole low-pass filter of that delay, of delay 0 for
         an estimate that leads; NaN without the raw signal or without a delay.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.metrics import motion_error
+    >>> t = np.arange(0.0, 20.0, 0.01)
+    >>> found = motion_error(np.sin(t), np.sin(t - 0.1), rate=100.0)
+    >>> round(found.delay, 3), bool(found.rmse_undelayed < found.rmse)
+    (0.1, True)
     """
 
     rmse: float | Floats

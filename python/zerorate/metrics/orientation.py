@@ -44,6 +44,15 @@ class OrientationErrors:
         Of the angle between their verticals.
     sample_count : int
         How many samples were judged.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.metrics import orientation_errors
+    >>> turned = np.tile([np.cos(0.1), 0.0, 0.0, np.sin(0.1)], (10, 1))
+    >>> found = orientation_errors(turned, np.tile([1.0, 0.0, 0.0, 0.0], (10, 1)))
+    >>> round(found.heading, 6), round(found.inclination, 6), found.sample_count
+    (0.2, 0.0, 10)
     """
 
     total: float

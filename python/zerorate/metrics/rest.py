@@ -169,6 +169,15 @@ class AllanRatio:
         Averaging times an octave apart, s.
     ratio : ndarray, shape (m,) or (m, k)
         NaN where a deviation means nothing.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.metrics import allan_ratio
+    >>> z = np.random.default_rng(1).standard_normal(4000)
+    >>> found = allan_ratio(z, 0.5 * z, rate=100.0, memory=0.04)
+    >>> found.taus.tolist(), found.ratio.tolist()
+    ([0.64, 1.28, 2.56, 5.12], [0.5, 0.5, 0.5, 0.5])
     """
 
     taus: Floats

@@ -20,7 +20,17 @@ _Places: TypeAlias = npt.NDArray[np.intp]
 
 
 class Statistics(NamedTuple):
-    """Of errors, as evo names them; ``std`` is here `deviation`."""
+    """Of errors, as evo names them; ``std`` is here `deviation`.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> time, still = np.arange(3.0), np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
+    >>> line = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    >>> found = zr.metrics.rpe(zr.io.Poses(time, 1.1 * line, still), zr.io.Poses(time, line, still))
+    >>> round(found.metres.rmse, 6), round(found.metres.largest, 6)
+    (0.1, 0.1)
+    """
 
     rmse: float
     mean: float
@@ -49,6 +59,16 @@ class TrackErrors:
         By which it was moved then, m.
     scale : float
         By which it was stretched before; 1 unless the alignment is ``"similar"``.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> time, still = np.arange(3.0), np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
+    >>> line = np.array([[0.0, 0, 0], [1, 0, 0], [2, 1, 0]])
+    >>> true = zr.io.Poses(time, line, still)
+    >>> found = zr.metrics.ate(zr.io.Poses(time, line + [0.0, 0, 2.0], still), true, align="none")
+    >>> found.translation.tolist(), found.scale
+    ([2.0, 2.0, 2.0], 1.0)
     """
 
     time: Floats

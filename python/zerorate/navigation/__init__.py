@@ -10,7 +10,7 @@ from zerorate.lazy import later
 
 if TYPE_CHECKING:
     from zerorate.navigation.alignment import Alignment, align
-    from zerorate.navigation.axes import Axes, find_axes
+    from zerorate.navigation.axes import Axes
     from zerorate.navigation.clipped import (
         ClippedAxis,
         RestoredGyro,
@@ -61,7 +61,6 @@ __all__ = [
     "align",
     "body_axes",
     "check_navigation",
-    "find_axes",
     "find_start",
     "find_time_offset",
     "join_feet",
@@ -79,10 +78,7 @@ _PLACES: Final = {
         "Alignment",
         "align",
     ),
-    "axes": (
-        "Axes",
-        "find_axes",
-    ),
+    "axes": ("Axes",),
     "clipped": (
         "ClippedAxis",
         "RestoredGyro",

@@ -55,6 +55,14 @@ class Alignment(Result):
         The same of the biases of an axis, rad/s and m/s^2.
     notes : tuple of str
         Sentences on what it is from.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> drive = zr.simulate_drive(duration=60.0, seed=1)
+    >>> start = zr.align(drive.recording(), latitude=48.0, heading=0.3)
+    >>> start.heading_known, start.quaternion.shape, bool(start.level_sigma < np.radians(1.0))
+    (True, (4,), True)
     """
 
     time: float

@@ -58,6 +58,13 @@ class Asymmetry:
     percent_sigma : float
         Standard error, by the scatter of the strides; of swing and stance also by the 0.02 s to
         which the instants are known that part them.
+
+    Examples
+    --------
+    >>> from zerorate.navigation import Asymmetry
+    >>> step = Asymmetry(left=1.40, right=1.30, percent=7.4, percent_sigma=0.9)
+    >>> step.percent > 3 * step.percent_sigma
+    True
     """
 
     left: float
@@ -78,6 +85,15 @@ class Feet(Result):
         The bound on their distance, m.
     bound_count : int
         How often they were farther apart, and drawn together.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> walks = zr.simulate_feet(strides=20, seed=1)
+    >>> tracks = [zr.FootNavigation().process(walk.recording()).smooth() for walk in walks]
+    >>> feet = zr.join_feet(*tracks)
+    >>> feet.distance, abs(feet.asymmetry()["stride_length"].percent) < 1.0
+    (1.2, True)
     """
 
     left: FootTrack

@@ -43,6 +43,14 @@ class PlacedTrack:
         Latitude and longitude, deg, height, m; NaN where nothing is known.
     source : str
         Name of the recording.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> walk = zr.simulate_walk(strides=20, seed=1)
+    >>> track = zr.FootNavigation().process(walk.recording()).placed(45.0, 7.0)
+    >>> track.position[0].tolist(), track.position.shape == (len(track.time), 3)
+    ([45.0, 7.0, 0.0], True)
     """
 
     time: Floats
@@ -90,6 +98,14 @@ class FootTrack(Result):
         Name of the recording.
     notes : tuple of str
         Sentences on what was restored, left out or assumed.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> walk = zr.simulate_walk(strides=20, seed=1)
+    >>> track = zr.FootNavigation(floor="level").process(walk.recording()).smooth()
+    >>> bool(abs(track.distance - walk.distance) < 0.01 * walk.distance), len(track.stances)
+    (True, 21)
     """
 
     time: Floats

@@ -30,6 +30,13 @@ class Mounting:
         From the sensor to the antenna, body axes, m.
     time_offset : float, or None
         To be added to the times of the fixes, s, as ``NavigationFilter.process`` takes it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.navigation import Mounting
+    >>> Mounting(np.eye(3), antenna=np.array([0.5, 0.0, -1.2]), time_offset=None).antenna
+    array([ 0.5,  0. , -1.2])
     """
 
     body_from_sensor: Floats | None = None
@@ -99,6 +106,12 @@ def read_mounting(path: str | os.PathLike[str]) -> Mounting:
     ------
     LogError
         If what is said cannot be read.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> zr.navigation.read_mounting("drive.csv")
+    Mounting(body_from_sensor=None, antenna=None, time_offset=None)
     """
     said = _metadata(path)
     try:

@@ -38,6 +38,15 @@ class TimeOffset(Result):
         Time of a fix at which the offsets hold, s.
     nis : float
         Mean normalised innovation squared of a scalar with it, 1 if all is right; NaN if not known.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(50.0, 120.0, seed=1)
+    >>> start = zr.navigation.find_start(drive.recording(), drive.fixes)
+    >>> found = zr.navigation.find_time_offset(drive.recording(), drive.fixes.shifted(0.12), start)
+    >>> found.identifiable, bool(found.applied(drive.fixes).time[0] < drive.fixes.time[0])
+    (True, True)
     """
 
     seconds: float

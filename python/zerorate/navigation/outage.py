@@ -108,6 +108,14 @@ class Outages(Result):
         Name of the recording.
     notes : tuple of str
         Sentences on what was left out or assumed.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=240.0, seed=1)
+    >>> found = zr.navigation.outages(drive.recording(), drive.fixes, seconds=[10.0, 30.0])
+    >>> len(found.lengths), found[10.0].rms() < found[30.0].rms()
+    (2, True)
     """
 
     lengths: tuple[OutageErrors, ...]

@@ -50,6 +50,15 @@ class NavigationFinding:
         A sentence.
     value : float
         The factor, angle, rad, or time, s, that was found; NaN where there is none.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=200.0, seed=1)
+    >>> late = drive.fixes.shifted(60.0)
+    >>> (found,) = zr.navigation.check_navigation(drive.recording(), late).findings
+    >>> found.what, found.status, round(found.value)
+    ('clock', 'mistake', -60)
     """
 
     what: str
@@ -74,6 +83,14 @@ class NavigationChecks:
         Which way the axes of the sensors look.
     source : str
         Name of the recording.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=200.0, seed=1)
+    >>> found = zr.navigation.check_navigation(drive.recording(), drive.fixes)
+    >>> found.mistakes, found.correlation > 0.9, found.axes.certain
+    ((), True, True)
     """
 
     findings: tuple[NavigationFinding, ...]

@@ -59,6 +59,14 @@ class Strides:
     max_lateral_excursion : ndarray, shape (m,)
         Farthest level place from the line between both stances, m; of straight strides it tells
         how the leg swings outwards.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> walk = zr.simulate_walk(strides=20, seed=1)
+    >>> strides = zr.FootNavigation().process(walk.recording()).smooth().strides()
+    >>> len(strides), round(float(strides.stride_length.mean()), 1)
+    (20, 1.3)
     """
 
     start: np.ndarray

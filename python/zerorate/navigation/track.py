@@ -95,6 +95,15 @@ class Track(Result):
         Name of the recording.
     notes : tuple of str
         Sentences on what was left out or assumed.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=120.0, seed=1)
+    >>> start = zr.align(drive.recording(), latitude=48.0, heading="course")
+    >>> track = zr.NavigationFilter(start).process(drive.recording(), drive.fixes)
+    >>> track.n, track.position.shape, track.fix_count["rejected"], track.smoothed
+    (12000, (12000, 3), 0, False)
     """
 
     time: Floats

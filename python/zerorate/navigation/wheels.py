@@ -47,6 +47,13 @@ class Wheels:
     ------
     ValueError
         If shapes do not fit, times are not finite and in order, or a deviation is not positive.
+
+    Examples
+    --------
+    >>> from zerorate.navigation import Wheels
+    >>> wheels = Wheels([0.0, 0.1, 0.2], [5.0, float("nan"), 5.2], sigma=0.1)
+    >>> wheels.rows.tolist()
+    [[0.0, 5.0, 0.1], [0.1, nan, 0.1], [0.2, 5.2, 0.1]]
     """
 
     time: npt.ArrayLike

@@ -49,6 +49,14 @@ class DynamicAllan(Result):
         Length of a window, s.
     unit : str
         Unit of the record; ``"unit"`` where it is not known.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> z = np.random.default_rng(1).standard_normal(20_000)
+    >>> d = zr.noise.dynamic_allan(z, rate=100.0, window=20.0, unit="deg/s")
+    >>> d.window, d.deviation.shape == (len(d.times), len(d.taus))
+    (20.0, True)
     """
 
     kind: str

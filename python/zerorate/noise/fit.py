@@ -36,6 +36,15 @@ class FittedModel(NoiseModel):
     misfit : float
         Relative error of the model's variances that had to be allowed for, 0 where chance alone
         explains the data. Standard errors include it.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> model = zr.NoiseModel(angle_random_walk=1e-4)
+    >>> signal, _ = zr.simulate(model, rate=100.0, duration=600.0, seed=1)
+    >>> fit = zr.allan(signal, rate=100.0, unit="rad/s").fit()
+    >>> abs(fit.angle_random_walk / 1e-4 - 1.0) < 0.02, fit.method
+    (True, 'oadev')
     """
 
     method: str = ""

@@ -38,6 +38,14 @@ class DiscreteSigmas(NamedTuple):
         next. Its square is the process noise Q of the bias state.
 
     Both are in m/s^2 for an accelerometer, and in the unit of the samples where that is unknown.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> model = zr.NoiseModel(angle_random_walk=1e-4, rate_random_walk=1e-6)
+    >>> sigmas = model.discrete_sigmas(rate=100.0)
+    >>> sigmas.white, sigmas.walk_step
+    (0.001, 1e-07)
     """
 
     white: float

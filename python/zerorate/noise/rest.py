@@ -59,7 +59,14 @@ Gyros of phones reach 0.1 deg/s, accelerometers 0.02 m/s^2.
 
 
 class Span(NamedTuple):
-    """A part of a record, in seconds from its first sample."""
+    """A part of a record, in seconds from its first sample.
+
+    Examples
+    --------
+    >>> from zerorate.identify import Span
+    >>> Span(20.0, 25.0).end
+    25.0
+    """
 
     start: float
     end: float

@@ -71,6 +71,16 @@ class AllanResult(Result):
     doubts : tuple of Doubt
         Why the noise of each axis is not to be trusted, as the sensor moved or the record is under
         21 s: exports refuse it.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> z = np.random.default_rng(1).standard_normal((20_000, 2))
+    >>> r = zr.allan(z, rate=100.0, unit="deg/s")
+    >>> r.deviation.shape == (len(r.taus), 2), r.axis(0).names, r.duration
+    (True, ('axis 1',), 200.0)
+    >>> r.exponent[2].tolist()  # white noise
+    [0, 0]
     """
 
     kind: str

@@ -40,6 +40,13 @@ class Markov:
     ------
     ValueError
         If a number is not finite, the amplitude negative or the time not positive.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> model = zr.NoiseModel(markov=(zr.noise.Markov(amplitude=1e-5, time=100.0),))
+    >>> int(model.allan_deviation([1.0, 189.0, 1e5]).argmax())  # the peak is at 1.89 T_c
+    1
     """
 
     amplitude: CoefficientField = CoefficientField(required=True)
@@ -61,6 +68,13 @@ class Sinusoid:
     ------
     ValueError
         If a number is not finite, the amplitude negative or the frequency not positive.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> model = zr.NoiseModel(sinusoid=(zr.noise.Sinusoid(amplitude=1e-3, frequency=0.1),))
+    >>> bool(model.allan_deviation([10.0])[0] < 1e-9)  # over a whole period
+    True
     """
 
     amplitude: CoefficientField = CoefficientField(required=True)

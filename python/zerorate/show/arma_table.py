@@ -24,9 +24,14 @@ def _note(note: str) -> str:
 
 
 def _head(model: ArmaModel) -> str:
-    p, q = model.order
     samples = f", {model.n} innovations" if model.n else ""
-    return f"ARMA({p}, {q}) by {model.method}{samples}"
+    return f"{arma_name(model)}{samples}"
+
+
+def arma_name(model: ArmaModel) -> str:
+    """Return the order of a model, and where it is from."""
+    p, q = model.order
+    return f"ARMA({p}, {q}) {'as' if model.method == 'given' else 'by'} {model.method}"
 
 
 def _rows(model: ArmaModel) -> Iterator[Row]:

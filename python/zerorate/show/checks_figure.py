@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from zerorate.show.style import (
     BLUE,
+    FONT,
     GREY_TEXT,
     VERMILION,
     new_figure,
@@ -37,13 +38,12 @@ def plot_checks(checks: Checks) -> Figure:
     for row, finding in enumerate((checks.magnetometer, checks.gyro)):
         bars = [(begin, end - begin) for begin, end in finding.spans]
         axes.broken_barh(bars, (row - 0.3, 0.6), color=VERMILION if finding.alarm else BLUE)
-        axes.text(
-            0.01, row + 0.4, finding.status, transform=axes.get_yaxis_transform(), color=GREY_TEXT
-        )
-    axes.set_yticks(range(2), _ROWS)
+        place, frame = (0.01, row + 0.38), axes.get_yaxis_transform()
+        axes.text(*place, finding.status, transform=frame, color=GREY_TEXT, size=FONT)
     axes.set_ylim(-0.5, 1.7)
     axes.set_xlabel("time, s")
     style_panels([axes])
+    axes.set_yticks(range(2), _ROWS)
     write_title(figure, f"What motion shows of {checks.source}")
     write_caption(figure, "Bars: where it is seen; red where what the log says is mistaken.")
     return figure

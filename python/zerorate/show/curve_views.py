@@ -10,6 +10,7 @@ import numpy as np
 from zerorate.noise.model import NoiseModel
 from zerorate.noise.quantities import TERMS, shown_unit, si_unit
 from zerorate.numerals import significant
+from zerorate.show.arma_table import arma_name
 from zerorate.show.style import (
     AXIS_COLOURS,
     BLACK,
@@ -107,7 +108,7 @@ def _parts(model: NoiseModel) -> Iterator[tuple[str, NoiseModel]]:
 
 def plot_arma_model(model: ArmaModel) -> Figure:
     """Return the density that a model expects, over frequency in parts of the rate."""
-    figure, axes = _one_panel(f"ARMA({model.order[0]}, {model.order[1]}) by {model.method}")
+    figure, axes = _one_panel(arma_name(model))
     frequencies = np.logspace(-5.0, np.log10(0.5), 400)
     axes.loglog(frequencies, model.spectrum(frequencies, 1.0), color=BLUE, lw=1.0)
     axes.set_xlabel("frequency over the rate of the samples")

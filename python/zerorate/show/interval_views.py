@@ -161,6 +161,7 @@ def _figure(title: str, groups: Sequence[_Group], caption: str = _BARS) -> Figur
     style_panels(panels)
     for panel, group in zip(panels, groups, strict=True):
         panel.set_yticks(range(len(group.rows)), [row.name for row in group.rows])
+        panel.ticklabel_format(axis="x", useOffset=False)
     write_title(figure, title)
     write_caption(figure, caption)
     return figure
@@ -168,7 +169,8 @@ def _figure(title: str, groups: Sequence[_Group], caption: str = _BARS) -> Figur
 
 def _draw(axes: Axes, group: _Group) -> None:
     axes.set_xlabel(group.label)
-    axes.set_ylim(max(1, len(group.rows)) - 0.5, -0.5)
+    # A number stands over its bar, so that the first needs room above.
+    axes.set_ylim(max(1, len(group.rows)) - 0.5, -0.9)
     axes.margins(x=0.25)
     known = [(i, row) for i, row in enumerate(group.rows) if math.isfinite(row.value)]
     if not known:

@@ -176,7 +176,9 @@ def plot_outages(
     curves = len(chosen.errors) + sum(
         1 + (SMOOTHED in other[length].errors) for other in (others or {}).values()
     )
-    lines = _NAME_LINE * (math.ceil(curves / _NAMED) - 1)
+    # In two rows they need not be spread over the whole width, where the head stands.
+    across = curves if curves <= _NAMED else _NAMED - 1
+    lines = _NAME_LINE * (math.ceil(curves / across) - 1)
     stack = Stack(question, f"RMS: {answer}.", said, [_GROWTH, _GROWTH], lines)
     stack.skip(lines)
     mean, each = stack.add(), stack.add()
@@ -193,7 +195,7 @@ def plot_outages(
     each.set_xlabel("time since the last fix [s]")
     head(mean, "RMS [m]")
     head(each, "each outage [m]")
-    names(mean, _NAMED)
+    names(mean, across)
     names(each, 2)
     figure = stack.finish(outages.source, 0.0, 0.0)
     for axes in (mean, each):

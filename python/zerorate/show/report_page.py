@@ -17,11 +17,12 @@ from zerorate.show.report_document import document
 from zerorate.show.report_figures import log_figures, seconds_of
 from zerorate.show.style import (
     GREEN,
-    GREY_TEXT,
     ORANGE,
     VERMILION,
+    add_panel,
     new_figure,
     style_panels,
+    write_in_middle,
     write_title,
 )
 from zerorate.show.tables import prose
@@ -78,16 +79,17 @@ def _line(of_kind: list[Finding]) -> str:
 def plot_report(report: Report) -> Figure:
     """Return a bar for each span that a finding rests on, those to act on above."""
     found = [one for one in report.urgent if one.spans][:_SHOWN]
-    figure = new_figure(85.0, 22.0 + 5.0 * max(1, len(found)))
-    axes = figure.add_axes((0.34, 0.2, 0.62, 0.6))
+    tall = 5.0 * max(1, len(found)) + 2.0
+    figure = new_figure(110.0, tall + 18.0)
+    axes = add_panel(figure, 38.0, 10.0, 67.0, tall)
     for row, one in enumerate(reversed(found)):
         bars = [(begin, end - begin) for begin, end in one.spans]
         axes.broken_barh(bars, (row - 0.3, 0.6), color=_COLOURS[one.severity])
-    axes.set_yticks(range(len(found)), [f"{one.severity}: {one.kind}" for one in reversed(found)])
     axes.set_xlabel("time, s")
-    if not found:
-        axes.text(0.5, 0.5, report.summary, ha="center", color=GREY_TEXT, transform=axes.transAxes)
     style_panels([axes])
+    if not found:
+        axes.xaxis.set_visible(False)
+        write_in_middle(axes, report.summary)
     axes.set_yticks(range(len(found)), [f"{one.severity}: {one.kind}" for one in reversed(found)])
     write_title(figure, "When it is seen")
     return figure

@@ -44,7 +44,7 @@ HEAD: Final = 4.6
 
 _EDGE: Final = 1.5
 _TITLE_LETTERS, _ANSWER_LETTERS, _CAPTION_LETTERS = 50, 64, 72
-_SMALL, _LARGE, _CLOSE = 0.01, 1e4, 1e-3
+_SMALL, _LARGE, _CLOSE = 0.01, 1e4, 1e-2
 _RAISED: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 SIGMAS: Final = 2.0
@@ -155,7 +155,12 @@ def _shorten_numbers(panel: Axes) -> None:
     if power == 0 and taken == 0.0:
         return
     unit = 10.0**power
-    panel.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{(value - taken) / unit:.6g}"))
+
+    def shortened(value: float, _: int) -> str:
+        # What is left of a difference that should be zero is none; nor is a zero negative.
+        return f"{round((value - taken) / unit, 6) + 0.0:.6g}"
+
+    panel.yaxis.set_major_formatter(FuncFormatter(shortened))
     text = panel.get_title(loc="left")
     if taken:
         text = text.replace(" [", f" less {taken:.12g} [", 1)

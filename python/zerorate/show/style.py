@@ -163,7 +163,7 @@ def write_corner(figure: Figure, source: str, rate: float, seconds: float) -> No
     unit, length = time_unit(seconds)
     known = [f"{rate:.4g} Hz"] if rate > 0.0 else []
     known += [f"{seconds / length:.4g} {unit}"] if seconds > 0.0 else []
-    told = " · ".join([shortened(source), *known])
+    told = " · ".join([shortened(source), *known] if source else known)
     right = 1.0 - 1.5 * MM / figure.get_figwidth()
     figure.text(
         right, _parts(figure, 1.2), told, ha="right", va="bottom", size=SMALL, color=GREY_TEXT

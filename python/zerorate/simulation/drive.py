@@ -86,6 +86,13 @@ class SimulatedDrive:
         What is to be added to the times of the fixes.
     source : str
         Kind and seed, in words.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=60.0, seed=1)
+    >>> drive.rates().shape, drive.recording().names, drive.truth_position.shape
+    ((6000, 3), ('gyro', 'accel'), (6000, 3))
     """
 
     time: Floats

@@ -66,6 +66,13 @@ class MotionErrors:
         earth is a Gauss-Markov process of 15 s. Default 4.5 deg.
     lost : float
         Share of the samples that is lost; default 0.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> errors = zr.simulation.MotionErrors(gyro_bias=(0.01, 0.0, 0.0), gyro_walk=0.0)
+    >>> zr.simulate_motion("hand", duration=10.0, errors=errors).bias[-1].tolist()
+    [0.01, 0.0, 0.0]
     """
 
     gyro_bias: npt.ArrayLike = 0.5 * _DEG
@@ -117,6 +124,13 @@ class SimulatedMotion:
         Whether the sensor stood still, and whether a magnet was near, shape (n,).
     source
         Kind and seed, in words.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> motion = zr.simulate_motion("hand", duration=20.0, seed=3)
+    >>> motion.quaternion.shape, bool(motion.at_rest[0]), motion.recording().names
+    ((2000, 4), True, ('gyro', 'accel', 'mag', 'reference'))
     """
 
     time: Floats

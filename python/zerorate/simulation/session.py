@@ -78,6 +78,13 @@ class GyroErrors:
     unit : {"deg/s", "rad/s", "unit"}
         Of the samples; "unit" for counts of the resolution, the unit of which a log does not
         tell.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> gyro = zr.simulation.GyroErrors(matrix=np.diag([1.02, 1.0, 1.0]))
+    >>> zr.simulation.simulate_session(6, seed=2, gyro=gyro).truth.gyro.scale[0]
+    Coefficient(1.02)
     """
 
     matrix: npt.ArrayLike | None = None
@@ -119,6 +126,13 @@ class AccelErrors:
     unit : {"g", "m/s^2", "unit"}
         Of the samples; "unit" for counts of the resolution, the unit of which a log does not
         tell.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> perfect = zr.simulation.AccelErrors(matrix=np.eye(3), bias=(0.0, 0.0, 0.0))
+    >>> zr.simulation.simulate_session(6, seed=2, accel=perfect).truth.accel.scale
+    (Coefficient(1), Coefficient(1), Coefficient(1))
     """
 
     matrix: npt.ArrayLike | None = None
@@ -156,6 +170,13 @@ class SimulatedSession:
     rests, turns
         Their samples, from the first to before the last, shape (poses, 2) and (poses - 1, 2). A
         turn begins with the last sample of a rest and ends with the first of the next.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> session = zr.simulation.simulate_session(6, seed=2)
+    >>> session.rests.shape, session.turns.shape, session.recording.names
+    ((6, 2), (5, 2), ('gyro', 'accel'))
     """
 
     recording: Recording

@@ -38,6 +38,13 @@ class SimulatedWalk:
         Number of strides.
     rate : float
         Samples a second.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> walk = zr.simulate_walk(strides=10, seed=1)
+    >>> walk.stride_count, walk.recording().names, bool(walk.standing[0])
+    (10, ('gyro', 'accel'), True)
     """
 
     time: Floats

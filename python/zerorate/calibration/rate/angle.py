@@ -52,6 +52,13 @@ class Integrated(Result):
         As it was given.
     notes : tuple of str
         What `sigma` leaves out, and how many samples were missing.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> turned = zr.integrate(np.tile([0.0, 0.0, 0.5], (101, 1)), rate=100.0)
+    >>> turned.quaternion[-1].round(3).tolist(), turned.sigma
+    ([0.969, 0.0, 0.0, 0.247], None)
     """
 
     angle: Floats

@@ -67,6 +67,15 @@ class RateTableAxis:
     nonlinearity : float
         Largest distance of a mean from the best straight line, over what the line makes of the
         largest rate.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> rates = np.linspace(-300.0, 300.0, 7)
+    >>> means = 1.5 + 0.97 * rates + 1e-7 * rates**3
+    >>> (axis,) = zr.calibrate_rate_table(rates, means, sigma=0.01).axes
+    >>> axis.terms, round(float(axis.scale), 3), axis.degrees_of_freedom
+    (('cubic',), 0.97, 4)
     """
 
     bias: Coefficient

@@ -60,6 +60,14 @@ class FittedRate(Result):
         Seconds.
     notes : tuple of str
         Where the model does not hold, and what is not known.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> t = np.arange(20_000) / 100.0
+    >>> found = zr.calibration.fit_rate(1.02 * np.cos(t) + 0.1, rate=100.0, reference=np.cos(t))
+    >>> round(found.scale.value, 6), found.correct([0.1, 1.12]).round(6).tolist()
+    (1.02, [0.0, 1.0])
     """
 
     scale: Coefficient

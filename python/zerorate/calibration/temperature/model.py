@@ -53,6 +53,15 @@ class TemperatureBias(NamedTuple):
         Its standard error.
     extrapolated
         Whether the temperature is outside the range of the record, or not known.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> temperature = np.linspace(20.0, 40.0, 18_000)
+    >>> z = 0.5 + 0.03 * temperature + 0.05 * np.random.default_rng(1).standard_normal(18_000)
+    >>> bias = zr.TemperatureModel.fit(z, temperature, rate=10.0).predict(30.0)
+    >>> round(float(bias.value), 1), bool(bias.extrapolated)
+    (1.4, False)
     """
 
     value: Floats

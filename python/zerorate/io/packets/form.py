@@ -21,7 +21,14 @@ _PATIENCE: Final = 1 << 12
 
 @dataclass(frozen=True)
 class Damaged:
-    """Bytes that are no packet where one should be, or a packet that holds no sample of use."""
+    """Bytes that are no packet where one should be, or a packet that holds no sample of use.
+
+    Examples
+    --------
+    >>> from zerorate.live import Damaged
+    >>> Damaged("its checksum is wrong").reason
+    'its checksum is wrong'
+    """
 
     reason: str
 
@@ -55,6 +62,14 @@ class PacketForm:
         The characteristic by which Bluetooth devices send it.
     lines : bool
         Whether a line's end ends a message.
+
+    Examples
+    --------
+    >>> from zerorate.live import PACKETS
+    >>> sorted(PACKETS)
+    ['phone', 'witmotion', 'xio', 'xsens']
+    >>> PACKETS["xsens"].columns[:3], PACKETS["xsens"].counter_bits
+    (('packet_counter', 'time_us', 'gyro_x_radps'), 16)
     """
 
     name: str

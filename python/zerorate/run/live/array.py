@@ -26,7 +26,14 @@ _AXES: Final = ("x", "y", "z")
 
 
 class WithArray(StrEnum):
-    """Columns that may follow the rate in an answer."""
+    """Columns that may follow the rate in an answer.
+
+    Examples
+    --------
+    >>> from zerorate.live import WithArray
+    >>> [column.value for column in WithArray]
+    ['at_rest', 'health']
+    """
 
     at_rest = "at_rest"
     health = "health"

@@ -46,7 +46,14 @@ _UP: Final[Mapping[str, Callable[..., tuple[float, ...]]]] = {
 
 
 class WithAttitude(StrEnum):
-    """Columns that may follow the quaternion in an answer, angles in deg."""
+    """Columns that may follow the quaternion in an answer, angles in deg.
+
+    Examples
+    --------
+    >>> from zerorate.live import WithAttitude
+    >>> [column.value for column in WithAttitude]
+    ['euler', 'heading', 'tilt_sigma', 'heading_sigma', 'at_rest', 'disturbed', 'linear', 'bias']
+    """
 
     euler = "euler"
     heading = "heading"
@@ -107,6 +114,13 @@ class AttitudeSettings:
     ------
     ValueError
         If the rate, the frame, a column beside or a unit is not known.
+
+    Examples
+    --------
+    >>> from zerorate.live import AttitudeSettings, LineStream
+    >>> settings = AttitudeSettings(100.0, frame="ned", beside=("heading_sigma",))
+    >>> LineStream(settings).take("t,gx_dps,gy_dps,gz_dps,ax_g,ay_g,az_g")
+    't,quat_w,quat_x,quat_y,quat_z,heading_sigma_deg'
     """
 
     kind: ClassVar[str] = "attitude"

@@ -289,7 +289,14 @@ def _shortened(cell: str) -> str:
 
 
 class Beside(StrEnum):
-    """Columns that may follow the rate in an answer."""
+    """Columns that may follow the rate in an answer.
+
+    Examples
+    --------
+    >>> from zerorate.live import Beside
+    >>> [column.value for column in Beside]
+    ['bias', 'bias_sigma', 'at_rest', 'saturated', 'stuck']
+    """
 
     bias = "bias"
     bias_sigma = "bias_sigma"

@@ -40,7 +40,14 @@ _LATEST: Final = 4e9
 
 
 class WithNavigation(StrEnum):
-    """Columns that may follow place, velocity and orientation in an answer."""
+    """Columns that may follow place, velocity and orientation in an answer.
+
+    Examples
+    --------
+    >>> from zerorate.live import WithNavigation
+    >>> [column.value for column in WithNavigation]
+    ['status', 'sigma', 'verdict']
+    """
 
     status = "status"
     sigma = "sigma"
@@ -85,6 +92,16 @@ class NavigationSettings:
     ------
     ValueError
         If the filter has seen samples, or a column beside is not known.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> from zerorate.live import LineStream, NavigationSettings
+    >>> drive = zr.simulate_drive(duration=60.0, seed=1)
+    >>> start = zr.align(drive.recording(), latitude=48.0, heading=0.3)
+    >>> settings = NavigationSettings(zr.NavigationFilter(start), rate=100.0, time="t")
+    >>> LineStream(settings).take("t,gx,gy,gz,ax,ay,az").split(",")[:4]
+    ['t', 'latitude_deg', 'longitude_deg', 'height_m']
     """
 
     kind: ClassVar[str] = "navigation"

@@ -72,6 +72,13 @@ class Settings:
     ------
     ValueError
         If the filter refuses a value, the method does not use an option, or the width is none.
+
+    Examples
+    --------
+    >>> from zerorate.live import LineStream, Settings
+    >>> stream = LineStream(Settings(rate=100.0, beside=("bias", "at_rest")))
+    >>> stream.take("t,gyro_z_dps"), stream.take("0.00,0.5")
+    ('t,gyro_z_dps,bias_gyro_z_dps,at_rest_gyro_z_dps', '0.00,0.5,0.0,0')
     """
 
     kind: ClassVar[str] = "drift"

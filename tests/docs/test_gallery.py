@@ -1,0 +1,37 @@
+"""The gallery has every result that has a figure, and shows only commands that there are."""
+
+import re
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from zerorate.cli.app import program
+from zerorate.show.registry import VIEWS
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "reference/gallery.md").read_text(encoding="utf-8")
+PAGES = [page.read_text(encoding="utf-8") for page in DOCS.rglob("*.md")]
+
+
+def test_every_result_is_drawn_once():
+    drawn = re.findall(r"^```\{drawn\} (\w+)$", PAGE, re.MULTILINE)
+    assert sorted(drawn) == sorted(name.rpartition(".")[2] for name in VIEWS)
+
+
+def test_its_commands_have_these_options():
+    commands = get_command(program()).commands
+    lines = re.findall(r"^(?::command: )?zerorate (\w+)(.*)$", PAGE, re.MULTILINE)
+    assert len(lines) > 10
+    for name, rest in lines:
+        known = {text for option in commands[name].params for text in option.opts}
+        assert set(re.findall(r"--[a-z-]+", rest)) <= known, name
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in (DOCS / "figures").glob("*.png")))
+def test_every_figure_is_on_a_page_and_has_its_script(name):
+    assert any(f"figures/{name}.png" in text for text in PAGES)
+    (row,) = (line for line in PAGE.splitlines() if f"[`{name}`]" in line)
+    script = DOCS.parent / re.search(r"`python (examples/\w+\.py)`", row)[1]
+    text = script.read_text(encoding="utf-8")
+    assert name in text or re.search(rf"{name.partition('_')[0]}_\{{name\}}\.png", text)
