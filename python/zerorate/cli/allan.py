@@ -141,22 +141,16 @@ class _Exports:
             metavar="NAMES",
             help="Files for estimators, of the worst axis: some of kalibr,vins,orbslam3,px4,ros "
             "(covariances of sensor_msgs/Imu); json has the models of all axes.",
-            rich_help_panel=_EXPORTS,
         ),
     ] = None
     inflate: Annotated[
         float,
-        typer.Option(
-            help="Factor on the numbers of the exports: 10, say, for a vehicle's noise.",
-            rich_help_panel=_EXPORTS,
-        ),
+        typer.Option(help="Factor on the numbers of the exports: 10, say, for a vehicle's noise."),
     ] = 1.0
     per_sample: Annotated[
         bool,
         typer.Option(
-            "--per-sample",
-            help="For vins: deviations per sample, as its arithmetic takes them, not densities.",
-            rich_help_panel=_EXPORTS,
+            help="For vins: deviations per sample, as its arithmetic takes them, not densities."
         ),
     ] = False
 
@@ -194,9 +188,7 @@ class _Written:
     format: Annotated[
         CurveFormat | None,
         typer.Option(
-            help="File format of the curve; else the suffix of -o, or csv.",
-            show_default=False,
-            rich_help_panel=OUTPUT,
+            help="File format of the curve; else the suffix of -o, or csv.", rich_help_panel=OUTPUT
         ),
     ] = None
     figure_format: FigureFormatOption = None
@@ -241,9 +233,9 @@ class _Told:
     refused: Sequence[str]
 
 
-@with_group(_Written, "written")
+@with_group(_Written, "written", OUTPUT)
 @with_group(_Analysis, "analysis")
-@with_group(_Exports, "exports")
+@with_group(_Exports, "exports", _EXPORTS)
 @with_reading_options(
     help={
         "columns": "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: "

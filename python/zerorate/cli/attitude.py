@@ -69,38 +69,29 @@ class _Filter:
         typer.Option(
             help="Axes of the earth: east, north, up; north, east, down; or north, west, up. "
             "North is the magnetic one, unless --declination is given. By default ned for a log "
-            "whose axes are known to point forward, right, down, as those of a PX4; else enu.",
-            show_default=False,
-            rich_help_panel=_FILTER,
+            "whose axes are known to point forward, right, down, as those of a PX4; else enu."
         ),
     ] = None
-    method: Annotated[
-        _METHODS,
-        typer.Option(help="How it is found. Auto needs no settings.", rich_help_panel=_FILTER),
-    ] = _AUTO
+    method: Annotated[_METHODS, typer.Option(help="How it is found. Auto needs no settings.")] = (
+        _AUTO
+    )
     offline: Annotated[
         bool,
         typer.Option(
-            "--offline",
-            help="See each sample in the light of the whole log, also of what comes later.",
-            rich_help_panel=_FILTER,
+            help="See each sample in the light of the whole log, also of what comes later."
         ),
     ] = False
     no_mag: Annotated[
         bool,
         typer.Option(
-            "--no-mag",
-            help="Leave out the magnetometer: the heading is then against the start, and drifts.",
-            rich_help_panel=_FILTER,
+            help="Leave out the magnetometer: the heading is then against the start, and drifts."
         ),
     ] = False
     learn_magnetometer: Annotated[
         bool,
         typer.Option(
-            "--learn-magnetometer",
             help="Learn the magnetometer's hard iron from the motion, as a live filter can; "
-            "of a log zerorate calibrate --magnetometer knows more.",
-            rich_help_panel=_FILTER,
+            "of a log zerorate calibrate --magnetometer knows more."
         ),
     ] = False
     declination: Annotated[
@@ -110,7 +101,6 @@ class _Filter:
             help="How far magnetic north lies east of true north, deg, at the place: north is then "
             "the true one.",
             show_default=False,
-            rich_help_panel=_FILTER,
         ),
     ] = 0.0
     at: Annotated[
@@ -119,8 +109,6 @@ class _Filter:
             "--at",
             metavar="LAT,LON",
             help="The place, deg, in place of --declination: that of the World Magnetic Model.",
-            show_default=False,
-            rich_help_panel=_FILTER,
         ),
     ] = None
     bias_limit: Annotated[
@@ -130,7 +118,6 @@ class _Filter:
             min=0.0,
             help="The largest bias that such a gyro has, deg/s: a steadier rate beyond is a turn, "
             "never a rest. Default 10.",
-            rich_help_panel=_FILTER,
         ),
     ] = None
 
@@ -181,7 +168,6 @@ class _Truth:
             help="True orientation, from sensor to earth, to tell the errors by: a file of TUM's "
             "text or EuRoC's table on the clock of the log, or four columns w,x,y,z of the log. "
             "Default: its columns named like one, such as ref_quat_w.",
-            rich_help_panel=PANEL,
         ),
     ] = None
     reference_heading: Annotated[
@@ -189,18 +175,14 @@ class _Truth:
         typer.Option(
             help="How headings are compared: aligned, turned to fit best, as is usual for a file, "
             "whose north is its own; absolute, by the reference's north; relative, to the first "
-            "sample, as is usual without a magnetometer.",
-            show_default=False,
-            rich_help_panel=PANEL,
+            "sample, as is usual without a magnetometer."
         ),
     ] = None
     reference_offset: ReferenceOffset = 0.0
     reference_frame: Annotated[
         FrameName | None,
         typer.Option(
-            help="Axes of the earth that the reference is to; by default those of --frame.",
-            show_default=False,
-            rich_help_panel=PANEL,
+            help="Axes of the earth that the reference is to; by default those of --frame."
         ),
     ] = None
 
@@ -223,9 +205,9 @@ class _Truth:
 
 
 @with_group(LogAndFigure, "written")
-@with_group(_Filter, "filter")
+@with_group(_Filter, "filter", _FILTER)
 @with_options(_CONSTANTS, "constants")
-@with_group(_Truth, "truth")
+@with_group(_Truth, "truth", PANEL)
 @with_reading_options(imu=True)
 def attitude(
     *,

@@ -52,8 +52,7 @@ class Command(StrEnum):
 def batch(
     *,
     logs: Annotated[
-        list[str],
-        typer.Argument(help="Folders, logs, or patterns such as 'logs/**/*.parquet'."),
+        list[str], typer.Argument(help="Folders, logs, or patterns such as 'logs/**/*.parquet'.")
     ],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the results.")
@@ -92,8 +91,7 @@ def batch(
     reading: Reading,
     options: Mapping[str, Any],
     format: Annotated[
-        LogFormat | None,
-        typer.Option(help="Of the filtered logs; parquet if not said.", show_default=False),
+        LogFormat | None, typer.Option(help="Of the filtered logs; parquet if not said.")
     ] = None,
     calibration: Annotated[
         Path | None,

@@ -20,6 +20,7 @@ from zerorate.cli.correct import Sensors, correct, notes_on
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, require
 from zerorate.cli.magnetometer import EXPORTS as OF_MAGNETOMETER
 from zerorate.cli.magnetometer import OPTIONS as WITH_MAGNETOMETER
+from zerorate.cli.magnetometer import PANEL as COMPASS
 from zerorate.cli.magnetometer import Magnetometer, calibrate_compass
 from zerorate.cli.options import (
     OF_IMU,
@@ -87,7 +88,7 @@ _APPLY: Final = "Instead of a calibration"
 
 
 @with_options(CALIBRATION_OPTIONS, "choices", panel=_FIT)
-@with_group(Magnetometer, "compass")
+@with_group(Magnetometer, "compass", COMPASS)
 @with_reading_options(
     imu=True,
     help={"unit": f"{OF_IMU['unit']} Values are not converted."},
@@ -138,7 +139,6 @@ def calibrate(
         LogFormat | None,
         typer.Option(
             help="File format of the corrected log; else the suffix of -o, or parquet.",
-            show_default=False,
             rich_help_panel=_APPLY,
         ),
     ] = None,

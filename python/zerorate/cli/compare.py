@@ -60,7 +60,7 @@ class _Asked:
     """What is typed of what is compared, and against what."""
 
     simulated: Annotated[
-        bool, typer.Option("--simulated", help="Also simulated gyros, whose best filter is known.")
+        bool, typer.Option(help="Also simulated gyros, whose best filter is known.")
     ] = False
     reference: Annotated[
         str | None, typer.Option(help="Column of an encoder's angle or of a true rate.")
@@ -84,7 +84,6 @@ class _Asked:
             metavar="FAULTS",
             help="Also with faults in the records, e.g. share=0.01,size=100,one-sided "
             "(in deviations), burst=20,size=30 (a minute) or stuck=10,at-zero (s); repeatable.",
-            show_default=False,
         ),
     ] = None
     attitude: Annotated[
@@ -132,20 +131,13 @@ class _Written:
             metavar="PATH",
             help="Folder for all numbers (JSON) and a figure of each table, or the name of one of "
             "them; without it nothing is written.",
-            show_default=False,
-            rich_help_panel=OUTPUT,
         ),
     ] = None
     figure_format: FigureFormatOption = None
     no_figure: NoFigure = False
     json: Annotated[
         Path | None,
-        typer.Option(
-            "--json",
-            metavar="FILE",
-            help="Write all numbers into this file.",
-            rich_help_panel=OUTPUT,
-        ),
+        typer.Option("--json", metavar="FILE", help="Write all numbers into this file."),
     ] = None
     force: Force = False
 
@@ -155,14 +147,11 @@ class _Written:
 
 
 @with_group(_Asked, "asked")
-@with_group(_Written, "written")
+@with_group(_Written, "written", OUTPUT)
 @with_reading_options()
 def compare(
     *,
-    logs: Annotated[
-        list[Path] | None,
-        typer.Argument(help=RECORDING, show_default=False),
-    ] = None,
+    logs: Annotated[list[Path] | None, typer.Argument(help=RECORDING, show_default=False)] = None,
     asked: _Asked,
     reading: Reading,
     per_axis: Annotated[bool, typer.Option("--per-axis", help="A table of every axis.")] = False,

@@ -111,31 +111,25 @@ class _OfModel:
             metavar="P,Q",
             help="Take this order of the ARMA model, p autoregressive and q moving-average terms, "
             "instead of choosing one.",
-            rich_help_panel=_MODEL,
         ),
     ] = None
-    criterion: Annotated[
-        Criterion,
-        typer.Option(help="Criterion that chooses the order.", rich_help_panel=_MODEL),
-    ] = Criterion.aic
-    max_order: Annotated[
-        int,
-        typer.Option(metavar="P", help="Largest AR order that is tried.", rich_help_panel=_MODEL),
-    ] = 10
+    criterion: Annotated[Criterion, typer.Option(help="Criterion that chooses the order.")] = (
+        Criterion.aic
+    )
+    max_order: Annotated[int, typer.Option(metavar="P", help="Largest AR order that is tried.")] = (
+        10
+    )
     estimator: Annotated[
         Estimator,
         typer.Option(
             help="How the ARMA model is estimated: css, the conditional sum of squares, is fast; "
-            "exact, the likelihood, bridges missing samples. On long records they differ little.",
-            rich_help_panel=_MODEL,
+            "exact, the likelihood, bridges missing samples. On long records they differ little."
         ),
     ] = Estimator.css
     segments: Annotated[
         int,
         typer.Option(
-            metavar="N",
-            help="Parts of the record that the tests of stationarity compare.",
-            rich_help_panel=_MODEL,
+            metavar="N", help="Parts of the record that the tests of stationarity compare."
         ),
     ] = 100
 
@@ -158,8 +152,7 @@ class _Before:
         Outliers,
         typer.Option(
             help="How outliers are replaced: by the median of their neighbours (hampel), or by a "
-            "moving average.",
-            rich_help_panel=_PREPARE,
+            "moving average."
         ),
     ] = Outliers.none
     smooth: Annotated[
@@ -168,19 +161,14 @@ class _Before:
             metavar="N",
             help="Moving average over so many samples first, as some papers do; it changes the "
             "model.",
-            rich_help_panel=_PREPARE,
         ),
     ] = 1
     decimate: Annotated[
-        int,
-        typer.Option(
-            metavar="N", help="Keep every N-th sample, after a low-pass.", rich_help_panel=_PREPARE
-        ),
+        int, typer.Option(metavar="N", help="Keep every N-th sample, after a low-pass.")
     ] = 1
-    trend: Annotated[
-        Trend,
-        typer.Option(help="Subtract the mean or a straight line first.", rich_help_panel=_PREPARE),
-    ] = Trend.none
+    trend: Annotated[Trend, typer.Option(help="Subtract the mean or a straight line first.")] = (
+        Trend.none
+    )
 
     def arguments(self) -> dict[str, Any]:
         """Return those of the identification of an axis."""
@@ -192,8 +180,8 @@ class _Before:
         }
 
 
-@with_group(_OfModel, "model")
-@with_group(_Before, "before")
+@with_group(_OfModel, "model", _MODEL)
+@with_group(_Before, "before", _PREPARE)
 @with_reading_options()
 def identify(
     *,

@@ -53,10 +53,8 @@ class Magnetometer:
     magnetometer: Annotated[
         bool,
         typer.Option(
-            "--magnetometer",
             help="Calibrate the magnetometer: its hard and soft iron, by what the gyro tells of "
-            "ordinary motion.",
-            rich_help_panel=PANEL,
+            "ordinary motion."
         ),
     ] = False
     field: Annotated[
@@ -64,15 +62,12 @@ class Magnetometer:
         typer.Option(
             metavar="UT",
             help="Size of the field at the place, uT: a result that cannot be of there is refused.",
-            rich_help_panel=PANEL,
         ),
     ] = None
     dip: Annotated[
         float | None,
         typer.Option(
-            metavar="DEG",
-            help="The same of its angle below the level, deg; negative in the south.",
-            rich_help_panel=PANEL,
+            metavar="DEG", help="The same of its angle below the level, deg; negative in the south."
         ),
     ] = None
     at: Annotated[
@@ -82,16 +77,10 @@ class Magnetometer:
             metavar="LAT,LON",
             help="The place, deg: field and dip by the World Magnetic Model. Default that of the "
             "log's positions.",
-            rich_help_panel=PANEL,
         ),
     ] = None
     one_iron: Annotated[
-        bool,
-        typer.Option(
-            "--one-iron",
-            help="Nobody touched the device: one hard iron for the whole log.",
-            rich_help_panel=PANEL,
-        ),
+        bool, typer.Option(help="Nobody touched the device: one hard iron for the whole log.")
     ] = False
 
 

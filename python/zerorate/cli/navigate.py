@@ -91,15 +91,12 @@ class _Run:
             "--outages",
             metavar="S,S",
             help="Withhold fixes for so many seconds at a time, e.g. 10,30,60, and tell the error.",
-            rich_help_panel=_FILTER,
         ),
     ] = None
     smooth: Annotated[
         bool,
         typer.Option(
-            "--smooth",
-            help="See each sample in the light of all fixes, also of those that come later.",
-            rich_help_panel=_FILTER,
+            help="See each sample in the light of all fixes, also of those that come later."
         ),
     ] = False
     heading: Annotated[
@@ -108,8 +105,6 @@ class _Run:
             metavar="DEG",
             help="Heading at the start, deg from north over east; or 'course': the direction in "
             "which the vehicle first moves. By default the motion tells it.",
-            show_default=False,
-            rich_help_panel=_FILTER,
         ),
     ] = None
     rest: Annotated[
@@ -118,7 +113,6 @@ class _Run:
             metavar="START,STOP",
             help="When the vehicle rests at the start, s after the first sample. By default before "
             "the receiver moves, if it rests for 3 s; else it starts in motion.",
-            rich_help_panel=_FILTER,
         ),
     ] = None
     gyro_noise: Annotated[
@@ -127,16 +121,10 @@ class _Run:
             metavar="MODEL",
             help="Noise of the gyro (JSON of NoiseModel, or of zerorate allan --export json). By "
             "default that of a consumer sensor.",
-            rich_help_panel=_FILTER,
         ),
     ] = None
     accel_noise: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="MODEL",
-            help="Noise of the accelerometer, likewise.",
-            rich_help_panel=_FILTER,
-        ),
+        Path | None, typer.Option(metavar="MODEL", help="Noise of the accelerometer, likewise.")
     ] = None
 
 
@@ -146,11 +134,7 @@ class _Body:
 
     vehicle: Annotated[
         _Vehicle | None,
-        typer.Option(
-            help="Wheeled: it neither slips sideways nor leaves the ground.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
-        ),
+        typer.Option(help="Wheeled: it neither slips sideways nor leaves the ground."),
     ] = None
     axle: Annotated[
         str | None,
@@ -158,8 +142,6 @@ class _Body:
             metavar="X,Y,Z",
             help="Of a wheeled vehicle: from the sensors to the axle that does not steer, m "
             "forward, right, down.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
         ),
     ] = None
     wheel_speed: Annotated[
@@ -168,8 +150,6 @@ class _Body:
             metavar="COLUMN",
             help="Column of the log with the speed of the wheels, m/s: of a vehicle on wheels, "
             "whose scale and mounting are estimated.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
         ),
     ] = None
     wheel_ticks: Annotated[
@@ -177,8 +157,6 @@ class _Body:
         typer.Option(
             metavar="COLUMN",
             help="Column of the log with the ticks of a wheel so far, instead of its speed.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
         ),
     ] = None
     tick: Annotated[
@@ -187,8 +165,6 @@ class _Body:
             metavar="M",
             help="Of --wheel-ticks: metres a tick, to some percent. By default as the receiver's "
             "speed tells it.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
         ),
     ] = None
     antenna: Annotated[
@@ -198,8 +174,6 @@ class _Body:
             help="From the sensors to the antenna, m forward, right, down. By default as the "
             "file's metadata say, or about 0,0,0. It is estimated: within --antenna-sigma, by "
             "default 0.05 m where it is told and 1 m where it is not.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
         ),
     ] = None
     mount: Annotated[
@@ -209,8 +183,6 @@ class _Body:
             help="Rotation from the axes of the sensors to forward, right, down: nine numbers row "
             "by row, with commas, or a file with them or with metadata that say it; 'none' for "
             "none. By default as the file's metadata say.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
         ),
     ] = None
     time_offset: Annotated[
@@ -219,15 +191,13 @@ class _Body:
             metavar="S",
             help="Added to the times of the fixes; or 'auto': as sensors and fixes fit best. By "
             "default auto, searched from what the file's metadata say.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
         ),
     ] = None
 
 
 @with_group(LogAndPanels, "written")
-@with_group(_Run, "run")
-@with_group(_Body, "body")
+@with_group(_Run, "run", _FILTER)
+@with_group(_Body, "body", _VEHICLE)
 @with_options(NAVIGATION_OPTIONS, "constants", panel=_FILTER)
 @with_reading_options(
     imu=True,

@@ -3,10 +3,11 @@
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, fields
 from enum import Enum, StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_type_hints
+from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_args, get_type_hints
 
 import typer
 
@@ -225,14 +226,30 @@ def with_options(
     return lambda command: _with_parameters(command, place, parameters, gathered)
 
 
-def with_group(group: type[Any], place: str) -> Callable[[_Command], _Command]:
+def with_group(
+    group: type[Any], place: str, panel: str | None = None
+) -> Callable[[_Command], _Command]:
     """Return a decorator that gives a command the options that are the fields of a dataclass.
 
-    The command takes them as one object, in the argument `place`.
+    The command takes them as one object, in the argument `place`. Those that name no panel of help
+    stand in `panel`; what is off by default has one flag, its name.
     """
     hints = get_type_hints(group, include_extras=True)
-    listed = [_keyword(one.name, hints[one.name], one.default) for one in fields(group)]
+    own = [(one.name, one.default) for one in fields(group)]
+    listed = [
+        _keyword(name, _in_panel(hints[name], name, usual, panel), usual) for name, usual in own
+    ]
     return lambda command: _with_parameters(command, place, listed, lambda _, given: group(**given))
+
+
+def _in_panel(hint: Any, name: str, usual: object, panel: str | None) -> Any:  # noqa: ANN401
+    kind, about = get_args(hint)
+    about = copy(about)
+    about.rich_help_panel = about.rich_help_panel or panel
+    # Where a type is annotated, typer takes the first flag for the default.
+    if usual is False and about.default is ...:
+        about.default = _own_flag(name)
+    return Annotated[kind, about]
 
 
 def _with_parameters(

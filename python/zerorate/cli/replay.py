@@ -73,10 +73,8 @@ class _Array:
     array: Annotated[
         bool,
         typer.Option(
-            "--array",
             help="Make one gyro of all gyros of the log, which belong to one body. Of --columns "
-            "three in a row are a sensor if they are named x, y, z.",
-            rich_help_panel=ARRAY,
+            "three in a row are a sensor if they are named x, y, z."
         ),
     ] = False
     rotations: Annotated[
@@ -86,7 +84,6 @@ class _Array:
             help="From each sensor's axes to those of the body, and positions for accelerometers "
             "(JSON); 'find' finds rotations from the log's motion and writes them. "
             "Default: all are aligned.",
-            rich_help_panel=ARRAY,
         ),
     ] = None
     weights: Annotated[
@@ -95,7 +92,6 @@ class _Array:
             metavar="WORD",
             help="How much each sensor counts: auto (by noise at rest, by scale errors in motion), "
             "mean (alike), white (by white noise), or numbers, e.g. 0.5,0.3,0.2. Default: auto.",
-            rich_help_panel=ARRAY,
         ),
     ] = None
 
@@ -117,7 +113,6 @@ class _Sensors:
             metavar="CAL",
             help="Correct the gyro by this calibration first (JSON of zerorate calibrate), and by "
             "the log's accelerometer, if it has one.",
-            rich_help_panel=PANEL,
         ),
     ] = None
     fix: Fix = False
@@ -125,8 +120,8 @@ class _Sensors:
 
 
 @with_group(LogAndPanels, "written")
-@with_group(_Sensors, "sensors")
-@with_group(_Array, "array")
+@with_group(_Sensors, "sensors", PANEL)
+@with_group(_Array, "array", ARRAY)
 @with_filter_options
 @with_options(ARRAY_CONSTANTS, "fusion", array_flag, panel=ARRAY)
 @with_reading_options()

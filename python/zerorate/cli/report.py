@@ -43,7 +43,6 @@ def report(
             metavar="FILE",
             help="Fixes of a receiver on the same body: NMEA, RTKLIB, NavSatFix or a table. By "
             "default those in the log, if any.",
-            show_default=False,
         ),
     ] = None,
     reading: Reading,

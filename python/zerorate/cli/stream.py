@@ -73,8 +73,7 @@ class _Numbers:
         ),
     ] = None
     fields: Annotated[
-        int | None,
-        typer.Option(min=1, help="Numbers in a line, if the first may not be whole."),
+        int | None, typer.Option(min=1, help="Numbers in a line, if the first may not be whole.")
     ] = None
 
     def arguments(self) -> dict[str, Any]:
@@ -95,7 +94,6 @@ class _Accelerometer:
             metavar="NAMES",
             help="Columns x,y,z of the accelerometer that tells of motion, by name or position. "
             "Default: those that the header line names like the one of the gyro.",
-            rich_help_panel=PANEL,
         ),
     ] = None
     no_accel: NoAccel = False
@@ -125,34 +123,20 @@ class _OfEarth:
     attitude: Annotated[
         bool,
         typer.Option(
-            "--attitude",
             help="Answer with the orientation: lines hold gyro, accelerometer and maybe "
-            "magnetometer, x, y, z each.",
-            rich_help_panel=_PANEL,
+            "magnetometer, x, y, z each."
         ),
     ] = False
     frame: Annotated[
         FrameName | None,
         typer.Option(
             help="Axes of the earth: east, north, up (the default); north, east, down; or north, "
-            "west, up.",
-            show_default=False,
-            rich_help_panel=_PANEL,
+            "west, up."
         ),
     ] = None
-    no_mag: Annotated[
-        bool,
-        typer.Option(
-            "--no-mag", help="Leave out the magnetometer of the lines.", rich_help_panel=_PANEL
-        ),
-    ] = False
+    no_mag: Annotated[bool, typer.Option(help="Leave out the magnetometer of the lines.")] = False
     learn_magnetometer: Annotated[
-        bool,
-        typer.Option(
-            "--learn-magnetometer",
-            help="Learn the magnetometer's hard iron from the motion.",
-            rich_help_panel=_PANEL,
-        ),
+        bool, typer.Option(help="Learn the magnetometer's hard iron from the motion.")
     ] = False
     time: Annotated[
         str | None,
@@ -160,7 +144,6 @@ class _OfEarth:
             metavar="COLUMN",
             help="Time of each sample, by name or position; s, unless the name says ms or us. "
             "Without it samples are as far apart as --rate says.",
-            rich_help_panel=_PANEL,
         ),
     ] = None
 
@@ -193,12 +176,11 @@ class _Saves:
     ] = None
     every: Annotated[float, typer.Option(help="Seconds of samples between two saves.")] = 1.0
     position: Annotated[
-        bool,
-        typer.Option("--position", help="Print the sample that the checkpoint goes on with."),
+        bool, typer.Option(help="Print the sample that the checkpoint goes on with.")
     ] = False
-    force: Annotated[
-        bool, typer.Option("--force", help="Begin anew if the checkpoint cannot be used.")
-    ] = False
+    force: Annotated[bool, typer.Option(help="Begin anew if the checkpoint cannot be used.")] = (
+        False
+    )
 
     def printed_position(self) -> int:
         """Return the sample that the checkpoint goes on with."""
@@ -233,8 +215,8 @@ class _Saves:
 
 
 @with_group(_Numbers, "numbers")
-@with_group(_Accelerometer, "accelerometer")
-@with_group(_OfEarth, "of_earth")
+@with_group(_Accelerometer, "accelerometer", PANEL)
+@with_group(_OfEarth, "of_earth", _PANEL)
 @with_group(Origin, "origin")
 @with_group(_Saves, "saves")
 @with_group(Watched, "watched")

@@ -48,8 +48,6 @@ class _Start:
         typer.Option(
             metavar="LAT,LON",
             help="Where it starts, deg: writes the track for maps, as GeoJSON and GPX.",
-            show_default=False,
-            rich_help_panel=_FILTER,
         ),
     ] = None
     heading: Annotated[
@@ -58,18 +56,11 @@ class _Start:
             metavar="DEG",
             help="With --at: where the sensor's first axis looks at the start, deg from north over "
             "east. Default 0.",
-            show_default=False,
-            rich_help_panel=_FILTER,
         ),
     ] = None
     height: Annotated[
         float | None,
-        typer.Option(
-            metavar="M",
-            help="With --at: height of the start, m. Default 0.",
-            show_default=False,
-            rich_help_panel=_FILTER,
-        ),
+        typer.Option(metavar="M", help="With --at: height of the start, m. Default 0."),
     ] = None
 
     def placed(self) -> dict[str, float] | None:
@@ -94,7 +85,7 @@ class _Start:
 
 
 @with_group(LogAndFigure, "written")
-@with_group(_Start, "origin")
+@with_group(_Start, "origin", _FILTER)
 @with_options(FOOT_OPTIONS, "constants", panel=_FILTER)
 @with_reading_options(imu=True, without=("group_by",))
 def walk(

@@ -24,9 +24,8 @@ class Watched:
     show: Annotated[
         bool,
         typer.Option(
-            "--show",
             help="Draw rates, biases and attitude in the terminal (on stderr). Answers are printed "
-            "only where stdout is none.",
+            "only where stdout is none."
         ),
     ] = False
     serve: Annotated[
