@@ -200,9 +200,7 @@ def fuse_accelerometers(
         raise ArgumentError("scale_error", f"must be from 0 to 1, got {scale_error}")
     omega = _rates(rate_fused, n) * units.rate
     there = _present(samples, limit, units.accel)
-    force = np.where(there[:, :, np.newaxis], samples * units.accel, np.nan)
-    if matrices is not None:
-        force = np.einsum("kij,nkj->nki", matrices, force)
+    force = _in_body(np.where(there[:, :, np.newaxis], samples * units.accel, np.nan), matrices)
     motion = None if levers is None else _Motion.of(omega, hertz, levers)
     noise = _noise(force, hertz)
     blocks = _blocks(n, hertz)
@@ -211,9 +209,7 @@ def fuse_accelerometers(
     excluded = _excluded(votes, hertz) & there
     found = _Found(n, sensors)
     for here in blocks:
-        size = _median(np.linalg.norm(force[here], axis=2)[:, :, np.newaxis])[:, 0]
-        # Where nobody is left there is none.
-        variances = _variances(given, noise, scale_error * np.fmax(size, _G))
+        variances = _variances(given, noise, scale_error * _size(force[here]))
         usable = there[here] & ~excluded[here]
         found.take(here, force[here], np.where(usable, 1.0 / variances, 0.0), motion)
     return FusedAccelerometers(
@@ -224,6 +220,17 @@ def fuse_accelerometers(
         angular_acceleration=None if motion is None else found.turns / units.rate,
         unit=units.name,
     )
+
+
+def _in_body(force: Floats, matrices: Floats | None) -> Floats:
+    turned: Floats = force if matrices is None else np.einsum("kij,nkj->nki", matrices, force)
+    return turned
+
+
+def _size(force: Floats) -> Floats:
+    """Return the size that most sensors feel, (n,); gravity at least, also where nobody is left."""
+    size: Floats = _median(np.linalg.norm(force, axis=2)[:, :, np.newaxis])[:, 0]
+    return np.fmax(size, _G)
 
 
 class _Units(NamedTuple):

@@ -326,18 +326,10 @@ def estimate_attitude(
     >>> bool(np.degrees(attitude.errors().inclination) < 1.0)
     True
     """
-    if reference_frame is not None and reference_frame not in FRAMES:
-        raise ArgumentError(
-            "reference_frame", f"must be one of {', '.join(FRAMES)}, got {reference_frame!r}"
-        )
-    if calibration is not None:
-        recording = calibration.apply(recording, gyro=gyro, **({"accel": accel} if accel else {}))
-    if magnetometer is not None:
-        if not mag:
-            raise ArgumentError("magnetometer", "has no effect with mag=False")
-        corrected = magnetometer.apply(recording)
-        assert isinstance(corrected, Recording)
-        recording = corrected
+    _check_frame(reference_frame)
+    if magnetometer is not None and not mag:
+        raise ArgumentError("magnetometer", "has no effect with mag=False")
+    recording = _corrected(recording, gyro, accel, calibration, magnetometer)
     samples = Samples.of(recording, gyro, accel, mag)
     given, frame = frame, frame or _frame_of(samples.log)
     uses_mag = samples.mag is not None
@@ -352,9 +344,6 @@ def estimate_attitude(
         found, moments, matrices = run(filter_, samples, report)
     if declination:
         found = {**found, "quaternion": _to_true_north(found["quaternion"], frame, declination)}
-    truth = _reference(recording, samples) if reference is None else _of_poses(reference, samples)
-    if truth is not None and reference_frame is not None:
-        truth = from_enu(in_enu(truth, reference_frame), frame)
     return AttitudeEstimate(
         time=samples.time,
         rate=samples.log.rate,
@@ -365,7 +354,7 @@ def estimate_attitude(
         method=method,
         offline=offline,
         mag=uses_mag,
-        reference=truth,
+        reference=_truth(recording, samples, reference, reference_frame, frame),
         compared_heading=_compared(uses_mag, reference),
         source=recording.source,
         notes=(
@@ -379,6 +368,30 @@ def estimate_attitude(
 
 
 _Found: TypeAlias = tuple[Mapping[str, npt.NDArray[Any]], Integers, Mapping[str, Floats]]
+
+
+def _check_frame(reference_frame: Frame | None) -> None:
+    if reference_frame is not None and reference_frame not in FRAMES:
+        raise ArgumentError(
+            "reference_frame", f"must be one of {', '.join(FRAMES)}, got {reference_frame!r}"
+        )
+
+
+def _corrected(
+    recording: Recording,
+    gyro: str,
+    accel: str | None,
+    calibration: Calibration | None,
+    magnetometer: MagnetometerCalibration | None,
+) -> Recording:
+    """Return a recording after what is known of its sensors."""
+    if calibration is not None:
+        recording = calibration.apply(recording, gyro=gyro, **({"accel": accel} if accel else {}))
+    if magnetometer is None:
+        return recording
+    corrected = magnetometer.apply(recording)
+    assert isinstance(corrected, Recording)
+    return corrected
 
 
 def _check_declination(declination: float, uses_mag: bool) -> None:
@@ -430,6 +443,20 @@ def _smoothed(filter_: Any, samples: Samples, progress: Progress) -> _Found:  # 
 def _arguments(samples: Samples, part: slice) -> tuple[Floats | None, ...]:
     listed = (samples.gyro, samples.accel, samples.mag, samples.dt)
     return tuple(None if values is None else values[part] for values in listed)
+
+
+def _truth(
+    recording: Recording,
+    samples: Samples,
+    given: Poses | None,
+    given_frame: Frame | None,
+    frame: Frame,
+) -> Floats | None:
+    """Return the true orientation to a frame, the given one or the recording's own."""
+    found = _reference(recording, samples) if given is None else _of_poses(given, samples)
+    if found is None or given_frame is None:
+        return found
+    return from_enu(in_enu(found, given_frame), frame)
 
 
 def _reference(recording: Recording, samples: Samples) -> Floats | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -211,51 +211,63 @@ def outages(
     >>> found[30.0].n, found[30.0].rms() < found[30.0].rms("velocity held")
     (2, True)
     """
-    from zerorate.navigation.fixes import Fixes
     from zerorate.navigation.offset import TimeOffset
 
-    if not isinstance(gnss, Fixes):
-        raise TypeError(
-            f"gnss must be Fixes, as zr.read_fixes returns them, got {type(gnss).__name__}"
-        )
+    _check_fixes(gnss)
     asked = _lengths(seconds)
     _at_least("first", first)
     positive("between", between)
-    if len(gnss) == 0:
-        raise LogError(f"{gnss.source}: there are no fixes to withhold")
-    if nav is not None and antenna is not None:
-        raise ValueError("antenna is for a filter that is made here: nav has its own")
-    template = _started(imu, gnss, _lever(antenna), time_offset) if nav is None else nav
-    if template.samples_seen:
-        raise ArgumentError(
-            "nav", f"must be a filter that has seen no sample, this one has {template.samples_seen}"
-        )
+    template = _unused(nav, antenna, imu, gnss, time_offset)
     steps = len(asked) * (1 + smooth) + 1
     report = reported(progress)
     report("navigating", 0.0)
-    known: dict[str, Any] = {
-        "rest": rest,
-        "wheel_speed": wheel_speed,
-        "time_offset": time_offset,
-    }
+    known: dict[str, Any] = {"rest": rest, "wheel_speed": wheel_speed, "time_offset": time_offset}
     undisturbed = template.copy().process(imu, gnss, keep="track", **known)
     fixes = _Within.of(undisturbed, TimeOffset.of(time_offset).applied(gnss))
     notes: list[str] = []
     found = []
-    keep: Literal["all", "track"] = "all" if smooth else "track"
     for i, length in enumerate(asked):
         done = 1 + i * (1 + smooth)
         report(f"{length:g} s", done / steps)
         withheld = fixes.withheld(length, first, between)
         used = gnss.chosen(~withheld.all_of(len(gnss)))
         run = template.copy()
-        track = run.process(imu, used, keep=keep, **known)
-        tracks = {FILTER: track}
+        tracks = {FILTER: run.process(imu, used, keep="all" if smooth else "track", **known)}
         if smooth:
             report("smoothing", (done + 1) / steps)
-            tracks[SMOOTHED] = track.smooth()
+            tracks[SMOOTHED] = tracks[FILTER].smooth()
         found.append(_errors(length, withheld, fixes.gnss, tracks, run.antenna, notes))
     return Outages(tuple(found), imu.source, tuple(dict.fromkeys(notes)))
+
+
+def _check_fixes(gnss: Fixes) -> None:
+    from zerorate.navigation.fixes import Fixes
+
+    if not isinstance(gnss, Fixes):
+        raise TypeError(
+            f"gnss must be Fixes, as zr.read_fixes returns them, got {type(gnss).__name__}"
+        )
+    if len(gnss) == 0:
+        raise LogError(f"{gnss.source}: there are no fixes to withhold")
+
+
+def _unused(
+    nav: NavigationFilter | None,
+    antenna: npt.ArrayLike | None,
+    imu: Recording,
+    gnss: Fixes,
+    time_offset: float | TimeOffset,
+) -> NavigationFilter:
+    """Return a filter that has seen no sample, the given one or one that begins as is found."""
+    if nav is None:
+        return _started(imu, gnss, _lever(antenna), time_offset)
+    if antenna is not None:
+        raise ValueError("antenna is for a filter that is made here: nav has its own")
+    if nav.samples_seen:
+        raise ArgumentError(
+            "nav", f"must be a filter that has seen no sample, this one has {nav.samples_seen}"
+        )
+    return nav
 
 
 def _lengths(seconds: float | Sequence[float]) -> list[float]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Final, Literal, TypeAlias
+from typing import Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -229,45 +230,27 @@ def simulate_drive(
     offset = TimeOffset.of(time_offset)
     start = _start(latitude, longitude, height)
     random = _streams(seed)
-    if kind not in ("drive", "rest"):
-        raise ArgumentError("kind", f"must be 'drive' or 'rest', got {kind!r}")
     seconds, hertzes = _stamps(n, hertz, wander, random["clock"])
-    still = not_negative("rest", rest) if kind == "drive" else math.inf
-    road = _Road.drawn(random["way"], still, duration)
+    road = _Road.drawn(random["way"], _still(kind, rest), duration)
     rates, force, begin = _samples_of(road, seconds, hertzes, start)
     way = _navigated(rates, force, hertzes, start, begin)
-    parts = {
-        "gyro": _drift(gyro, "gyro", hertz, n, random["gyro"]),
-        "accel": _drift(accel, "accel", hertz, n, random["accel"]),
-    }
-    biases = {
-        name: given_or_drawn(f"{name}_bias", given, (3,), random["bias"]) + parts[name][1]
-        for name, given in (("gyro", gyro_bias), ("accel", accel_bias))
-    }
+    gyro_error = _Error.drawn("gyro", gyro, gyro_bias, hertz, n, random)
+    accel_error = _Error.drawn("accel", accel, accel_bias, hertz, n, random)
     lever = given_or_drawn("antenna", antenna, (3,), random["mount"])
     turn = _mount(body_from_sensor, random["mount"])
-    # The rate against the earth, which carries the antenna.
-    spin = rates - turned(inverse(way.attitude), earth_rate(way.position[:, 0]))
+    moments = _moments(fixes_rate, hertz, n)
+    sigmas = _sigma("position_sigma", position_sigma), _sigma("velocity_sigma", velocity_sigma)
     return SimulatedDrive(
         time=seconds,
         rate=hertz,
-        gyro=_in_sensor(rates, turn) + biases["gyro"] + parts["gyro"][0],
-        accel=_in_sensor(force, turn) + biases["accel"] + parts["accel"][0],
-        fixes=_fixes(
-            way,
-            spin,
-            lever,
-            seconds,
-            _moments(fixes_rate, hertz, n),
-            (_sigma("position_sigma", position_sigma), _sigma("velocity_sigma", velocity_sigma)),
-            random["fixes"],
-            offset,
-        ),
+        gyro=gyro_error.added_to(_in_sensor(rates, turn)),
+        accel=accel_error.added_to(_in_sensor(force, turn)),
+        fixes=_fixes(way, rates, lever, seconds, moments, sigmas, random["fixes"], offset),
         truth_position=way.in_degrees(),
         truth_velocity=way.velocity,
         truth_quaternion=way.attitude,
-        gyro_bias=biases["gyro"],
-        accel_bias=biases["accel"],
+        gyro_bias=gyro_error.bias,
+        accel_bias=accel_error.bias,
         antenna=lever,
         body_from_sensor=np.eye(3) if turn is None else turn,
         time_offset=offset,
@@ -319,6 +302,37 @@ def _mount(given: Mount, random: np.random.Generator) -> Floats | None:
     if not (np.abs(matrix @ matrix.T - np.eye(3)).max() < 1e-6 and np.linalg.det(matrix) > 0.0):
         raise ArgumentError("body_from_sensor", f"must be a rotation, got {matrix.tolist()}")
     return matrix
+
+
+class _Error(NamedTuple):
+    """What a sensor adds to the truth, in its axes: white noise, and constant and drift, (n, 3)."""
+
+    noise: Floats
+    bias: Floats
+
+    @classmethod
+    def drawn(
+        cls,
+        name: str,
+        noise: Noise,
+        bias: npt.ArrayLike,
+        rate: float,
+        n: int,
+        random: Mapping[str, np.random.Generator],
+    ) -> _Error:
+        white, drift = _drift(noise, name, rate, n, random[name])
+        return cls(white, given_or_drawn(f"{name}_bias", bias, (3,), random["bias"]) + drift)
+
+    def added_to(self, true: Floats) -> Floats:
+        """Return the samples."""
+        return true + self.bias + self.noise
+
+
+def _still(kind: Kind, rest: float) -> float:
+    """Return for how many seconds a car rests at the start."""
+    if kind not in ("drive", "rest"):
+        raise ArgumentError("kind", f"must be 'drive' or 'rest', got {kind!r}")
+    return not_negative("rest", rest) if kind == "drive" else math.inf
 
 
 def _in_sensor(vectors: Floats, body_from_sensor: Floats | None) -> Floats:
@@ -375,7 +389,7 @@ def _drift(
 
 def _fixes(
     way: _Way,
-    spin: Floats,
+    rates: Floats,
     antenna: Floats,
     seconds: Floats,
     moments: Integers,
@@ -385,6 +399,8 @@ def _fixes(
 ) -> Fixes:
     """Return the fixes at some moments, with the times that the receiver tells of them."""
     attitude = way.attitude[moments]
+    # The rate against the earth, which carries the antenna.
+    spin = rates - turned(inverse(way.attitude), earth_rate(way.position[:, 0]))
     noise = random.standard_normal((2, moments.size, 3))
     lever = turned(attitude, np.tile(antenna, (moments.size, 1)))
     carried = turned(attitude, np.cross(spin[moments], antenna))
