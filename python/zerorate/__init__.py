@@ -26,6 +26,7 @@ from zerorate._native import (
     __version__,
     register,
 )
+from zerorate.lazy import by_name
 from zerorate.views import shown_by
 
 if TYPE_CHECKING:
@@ -100,129 +101,64 @@ __all__ = [
 shown_by("zerorate.show.registry")
 
 _PLACES: Final = {
-    "attitude.estimate": ("estimate_attitude",),
-    "calibration.calibrate": ("calibrate",),
-    "calibration.calibration": ("Calibration",),
-    "calibration.comparison": ("compare_calibrations",),
-    "calibration.rate.angle": ("integrate",),
-    "calibration.rate.rate_table": ("calibrate_rate_table",),
-    "calibration.temperature": ("TemperatureModel",),
-    "checks.check": ("check",),
-    "denoising.wavelet": ("denoise",),
-    "io.counts": ("raw_counts",),
-    "io.log": (
-        "Log",
-        "LogError",
-        "Recording",
-    ),
-    "io.reading": ("read_log",),
-    "io.recording": ("read_recording",),
-    "io.writing": ("write_log",),
-    "navigation.alignment": ("align",),
-    "navigation.fixes": ("Fixes",),
-    "navigation.readers": ("read_fixes",),
-    "noise.allan": ("allan",),
-    "noise.model": ("NoiseModel",),
-    "simulation.drive": ("simulate_drive",),
-    "simulation.gyro": ("simulate",),
-    "simulation.motion": ("simulate_motion",),
+    "attitude.estimate": "estimate_attitude",
+    "calibration.calibrate": "calibrate",
+    "calibration.calibration": "Calibration",
+    "calibration.comparison": "compare_calibrations",
+    "calibration.rate.angle": "integrate",
+    "calibration.rate.rate_table": "calibrate_rate_table",
+    "calibration.temperature": "TemperatureModel",
+    "checks.check": "check",
+    "denoising.wavelet": "denoise",
+    "io.counts": "raw_counts",
+    "io.log": "Log LogError Recording",
+    "io.reading": "read_log",
+    "io.recording": "read_recording",
+    "io.writing": "write_log",
+    "navigation.alignment": "align",
+    "navigation.fixes": "Fixes",
+    "navigation.readers": "read_fixes",
+    "noise.allan": "allan",
+    "noise.model": "NoiseModel",
+    "simulation.drive": "simulate_drive",
+    "simulation.gyro": "simulate",
+    "simulation.motion": "simulate_motion",
     # What has its home in a package, and was here before.
     "array": (
-        "AllanCovariance",
-        "ArrayLog",
-        "FusedAccelerometers",
-        "Rotations",
-        "VirtualGyro",
-        "allan_covariance",
-        "array_log",
-        "find_rotations",
-        "fuse_accelerometers",
-        "read_rotations",
+        "AllanCovariance ArrayLog FusedAccelerometers Rotations VirtualGyro allan_covariance "
+        "array_log find_rotations fuse_accelerometers read_rotations"
     ),
-    "attitude": ("AttitudeEstimate",),
+    "attitude": "AttitudeEstimate",
     "calibration": (
-        "CalibrationComparison",
-        "CalibrationError",
-        "FittedRate",
-        "Integrated",
-        "MovedParameter",
-        "RateTable",
-        "RateTableAxis",
-        "IronGroup",
-        "MagnetometerCalibration",
-        "TemperatureBias",
-        "calibrate_magnetometer",
-        "find_rests",
-        "fit_rate",
+        "CalibrationComparison CalibrationError FittedRate Integrated MovedParameter "
+        "RateTable RateTableAxis IronGroup MagnetometerCalibration TemperatureBias "
+        "calibrate_magnetometer find_rests fit_rate"
     ),
-    "checks": (
-        "Checks",
-        "Finding",
-    ),
-    "denoising": ("Denoised",),
-    "findings": (
-        "Report",
-        "report",
-    ),
-    "identify": ("RecursiveLeastSquares",),
-    "io": ("split_log",),
-    "linear": (
-        "LinearRun",
-        "SmoothedRun",
-    ),
+    "checks": "Checks Finding",
+    "denoising": "Denoised",
+    "findings": "Report report",
+    "identify": "RecursiveLeastSquares",
+    "io": "split_log",
+    "linear": "LinearRun SmoothedRun",
     "navigation": (
-        "Alignment",
-        "Feet",
-        "FootFilter",
-        "FootNavigation",
-        "FootTrack",
-        "Mounting",
-        "Outages",
-        "TimeOffset",
-        "Track",
-        "body_axes",
-        "find_time_offset",
-        "join_feet",
-        "outages",
-        "read_mounting",
-        "restore_clipped",
-        "write_geojson",
-        "write_gpx",
+        "Alignment Feet FootFilter FootNavigation FootTrack Mounting Outages TimeOffset "
+        "Track body_axes find_time_offset join_feet outages read_mounting restore_clipped "
+        "write_geojson write_gpx"
     ),
     "noise": (
-        "AllanNoise",
-        "AllanResult",
-        "Coefficient",
-        "DynamicAllan",
-        "FittedModel",
-        "Markov",
-        "MotionDetector",
-        "Sinusoid",
-        "dynamic_allan",
-        "whittle",
-        "worst_axis",
+        "AllanNoise AllanResult Coefficient DynamicAllan FittedModel Markov MotionDetector "
+        "Sinusoid dynamic_allan whittle worst_axis"
     ),
-    "run": ("Trace",),
+    "run": "Trace",
     "simulation": (
-        "DEVICES",
-        "AccelErrors",
-        "Contamination",
-        "Device",
-        "GyroErrors",
-        "MotionErrors",
-        "SimulatedDrive",
-        "SimulatedMotion",
-        "SimulatedSession",
-        "SimulatedWalk",
-        "device",
-        "simulate_session",
-        "simulate_feet",
-        "simulate_walk",
+        "DEVICES AccelErrors Contamination Device GyroErrors MotionErrors SimulatedDrive "
+        "SimulatedMotion SimulatedSession SimulatedWalk device simulate_session "
+        "simulate_feet simulate_walk"
     ),
 }
 """Modules that are imported when a name in them is first asked for: nobody needs all of them."""
 
-_MODULES: Final = {name: module for module, names in _PLACES.items() for name in names}
+_MODULES: Final = by_name(_PLACES)
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401
@@ -249,6 +185,7 @@ register(
     convert=_rule("zerorate.units", "convert"),
     without_masks=_rule("zerorate.io.missing", "without_masks"),
     linear_run=_rule("zerorate.linear.run", "LinearRun"),
+    trace=_rule("zerorate.run.trace", "Trace"),
     navigate=_rule("zerorate.navigation.processing", "processed"),
 )
 

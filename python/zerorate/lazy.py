@@ -1,17 +1,20 @@
 """Names of a package whose modules are imported when a name is first asked for."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
-__all__ = ["later"]
+__all__ = ["by_name", "later"]
 
 
 def later(
-    package: str, places: Mapping[str, tuple[str, ...]]
+    package: str, places: Mapping[str, str]
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return ``__getattr__`` and ``__dir__`` of a package, given the names by module."""
-    modules = dict(_by_name(places))
+    """Return ``__getattr__`` and ``__dir__`` of a package, given its names by module.
+
+    Those of a module stand in one string, a blank between.
+    """
+    modules = by_name(places)
 
     def get(name: str) -> Any:  # noqa: ANN401
         if name not in modules:
@@ -25,5 +28,6 @@ def later(
     return get, names
 
 
-def _by_name(places: Mapping[str, tuple[str, ...]]) -> Iterator[tuple[str, str]]:
-    return ((name, module) for module, names in places.items() for name in names)
+def by_name(places: Mapping[str, str]) -> dict[str, str]:
+    """Return the module of each name."""
+    return {name: module for module, names in places.items() for name in names.split()}

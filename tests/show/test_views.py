@@ -120,6 +120,8 @@ RESULTS = {
     "TimeOffset not known": lambda: zr.navigation.TimeOffset(np.nan, np.inf),
     "Track": tracked,
     "Outages": outages,
+    "Trace": lambda: zr.DriftFilter(RATE).trace(Z[:, 0]),
+    "Trace of channels": lambda: zr.DriftFilter(RATE, method="fading", channels=3).trace(Z),
     "Replay": lambda: replay(log(), methods=("auto", "kf")),
     "Comparison": lambda: compare([zr.Recording({"gyro": log()})], ("raw", "auto", "kf"))[0],
     "ArmaModel": lambda: zr.identify.fit_arma(Z[:, 0], 1, 1),

@@ -25,23 +25,10 @@ __all__ = [
 ]
 
 _PLACES: Final = {
-    "accelerometers": (
-        "FusedAccelerometers",
-        "fuse_accelerometers",
-    ),
-    "covariance": (
-        "AllanCovariance",
-        "allan_covariance",
-    ),
-    "logs": (
-        "ArrayLog",
-        "array_log",
-    ),
-    "rotations": (
-        "Rotations",
-        "find_rotations",
-        "read_rotations",
-    ),
-    "virtual_gyro": ("VirtualGyro",),
+    "accelerometers": "FusedAccelerometers fuse_accelerometers",
+    "covariance": "AllanCovariance allan_covariance",
+    "logs": "ArrayLog array_log",
+    "rotations": "Rotations find_rotations read_rotations",
+    "virtual_gyro": "VirtualGyro",
 }
 __getattr__, __dir__ = later(__name__, _PLACES)

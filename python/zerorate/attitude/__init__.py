@@ -13,9 +13,6 @@ __all__ = [
 ]
 
 _PLACES: Final = {
-    "estimate": (
-        "AttitudeEstimate",
-        "estimate_attitude",
-    ),
+    "estimate": "AttitudeEstimate estimate_attitude",
 }
 __getattr__, __dir__ = later(__name__, _PLACES)

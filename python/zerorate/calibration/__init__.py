@@ -52,42 +52,14 @@ __all__ = [
 ]
 
 _PLACES: Final = {
-    "calibration": (
-        "Calibration",
-        "SensorCalibration",
-    ),
-    "comparison": (
-        "CalibrationComparison",
-        "MovedParameter",
-        "compare_calibrations",
-    ),
-    "fit.rests": ("find_rests",),
-    "magnetometer": (
-        "IronGroup",
-        "MagnetometerCalibration",
-        "calibrate_magnetometer",
-    ),
-    "rate.angle": (
-        "Integrated",
-        "integrate",
-    ),
-    "rate.rate_table": (
-        "RateTable",
-        "RateTableAxis",
-        "calibrate_rate_table",
-    ),
-    "rate.reference": (
-        "FittedRate",
-        "fit_rate",
-    ),
-    "record": (
-        "Origin",
-        "Rest",
-        "Turn",
-    ),
-    "temperature": (
-        "TemperatureBias",
-        "TemperatureModel",
-    ),
+    "calibration": "Calibration SensorCalibration",
+    "comparison": "CalibrationComparison MovedParameter compare_calibrations",
+    "fit.rests": "find_rests",
+    "magnetometer": "IronGroup MagnetometerCalibration calibrate_magnetometer",
+    "rate.angle": "Integrated integrate",
+    "rate.rate_table": "RateTable RateTableAxis calibrate_rate_table",
+    "rate.reference": "FittedRate fit_rate",
+    "record": "Origin Rest Turn",
+    "temperature": "TemperatureBias TemperatureModel",
 }
 __getattr__, __dir__ = later(__name__, _PLACES)

@@ -8,13 +8,14 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from zerorate import metrics
-from zerorate._native import DriftFilter, Trace, exponential_mean
+from zerorate._native import DriftFilter, exponential_mean
 from zerorate.compare.own import OwnMethod
 from zerorate.denoising import denoise
 from zerorate.faults import ArgumentError
 from zerorate.options import FILTER_OPTIONS, with_limits
 from zerorate.options import METHODS as FILTERS
 from zerorate.run.replay.history import Recorder, memory
+from zerorate.run.trace import Trace
 from zerorate.types import Booleans, Floats
 
 Chosen = str | OwnMethod

@@ -74,56 +74,22 @@ __all__ = [
 ]
 
 _PLACES: Final = {
-    "alignment": (
-        "Alignment",
-        "align",
-    ),
-    "axes": ("Axes",),
-    "clipped": (
-        "ClippedAxis",
-        "RestoredGyro",
-        "restore_clipped",
-        "restore_recording",
-    ),
-    "clock": ("find_time_offset",),
-    "fixes": ("Fixes",),
-    "feet": (
-        "Asymmetry",
-        "Feet",
-        "join_feet",
-    ),
-    "foot": (
-        "FootNavigation",
-        "FootTrack",
-        "PlacedTrack",
-    ),
-    "mounting": (
-        "Mounting",
-        "body_axes",
-        "read_mounting",
-    ),
-    "offset": ("TimeOffset",),
-    "outage": (
-        "Outages",
-        "outages",
-    ),
-    "readers": ("read_fixes",),
-    "selfcheck": (
-        "NavigationChecks",
-        "NavigationFinding",
-        "check_navigation",
-    ),
-    "start": ("find_start",),
-    "strides": ("Strides",),
-    "track": (
-        "STATUSES",
-        "VERDICTS",
-        "Track",
-    ),
-    "tracks": (
-        "write_geojson",
-        "write_gpx",
-    ),
-    "wheels": ("Wheels",),
+    "alignment": "Alignment align",
+    "axes": "Axes",
+    "clipped": "ClippedAxis RestoredGyro restore_clipped restore_recording",
+    "clock": "find_time_offset",
+    "fixes": "Fixes",
+    "feet": "Asymmetry Feet join_feet",
+    "foot": "FootNavigation FootTrack PlacedTrack",
+    "mounting": "Mounting body_axes read_mounting",
+    "offset": "TimeOffset",
+    "outage": "Outages outages",
+    "readers": "read_fixes",
+    "selfcheck": "NavigationChecks NavigationFinding check_navigation",
+    "start": "find_start",
+    "strides": "Strides",
+    "track": "STATUSES VERDICTS Track",
+    "tracks": "write_geojson write_gpx",
+    "wheels": "Wheels",
 }
 __getattr__, __dir__ = later(__name__, _PLACES)

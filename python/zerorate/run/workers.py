@@ -6,7 +6,6 @@ from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
-from types import TracebackType
 from typing import Final, Generic, Self, TypeVar
 
 T = TypeVar("T")
@@ -85,12 +84,7 @@ class Behind(Generic[T]):
         """Return the step itself."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *fault: object) -> None:
         """Wait for what is begun, and raise its error unless there is one already."""
         try:
             while kind is None and self._jobs:

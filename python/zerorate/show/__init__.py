@@ -1,7 +1,8 @@
 """Results for people: figures, text tables and pages.
 
 Figures need matplotlib, of the extra ``plot``, which is imported when one is drawn: whatever draws
-raises ImportError without it.
+raises ImportError without it. No global state of matplotlib is used. Tables are lines without an
+end.
 """
 
 from typing import TYPE_CHECKING, Final
@@ -78,38 +79,27 @@ __all__ = [
 ]
 
 _PLACES: Final = {
-    "allan_figure": ("plot_allan", "plot_characterisation"),
-    "allan_table": ("format_allan", "format_allan_notes"),
-    "array_figure": ("plot_array",),
-    "array_table": (
-        "format_accelerometers",
-        "format_array",
-        "format_array_notes",
-        "format_rotations",
-    ),
-    "attitude_figure": ("plot_attitude",),
-    "attitude_table": ("format_attitude",),
-    "calibration_figure": ("plot_calibration",),
-    "calibration_table": ("format_calibration",),
-    "compare_simulated": ("format_regret",),
-    "compare_tables": ("format_compare",),
-    "dynamic_figure": ("plot_dynamic",),
-    "identify_figure": ("plot_identification",),
-    "identify_page": ("identification_page",),
-    "identify_tables": ("format_identify",),
-    "navigation_figure": ("plot_outages", "plot_track"),
-    "navigation_table": ("format_outages", "format_track"),
-    "replay_figure": ("plot_replay",),
+    "allan_figure": "plot_allan plot_characterisation",
+    "allan_table": "format_allan format_allan_notes",
+    "array_figure": "plot_array",
+    "array_table": "format_accelerometers format_array format_array_notes format_rotations",
+    "attitude_figure": "plot_attitude",
+    "attitude_table": "format_attitude",
+    "calibration_figure": "plot_calibration",
+    "calibration_table": "format_calibration",
+    "compare_simulated": "format_regret",
+    "compare_tables": "format_compare",
+    "dynamic_figure": "plot_dynamic",
+    "identify_figure": "plot_identification",
+    "identify_page": "identification_page",
+    "identify_tables": "format_identify",
+    "navigation_figure": "plot_outages plot_track",
+    "navigation_table": "format_outages format_track",
+    "replay_figure": "plot_replay",
     "replay_table": (
-        "format_bias",
-        "format_biases",
-        "format_biases",
-        "format_learned",
-        "format_notes",
-        "format_replay",
-        "format_table",
+        "format_bias format_biases format_learned format_notes format_replay format_table"
     ),
-    "style": ("save_figure",),
-    "tables": ("WIDTH",),
+    "style": "save_figure",
+    "tables": "WIDTH",
 }
 __getattr__, __dir__ = later(__name__, _PLACES)

@@ -98,6 +98,7 @@ VIEWS: Final = {
     ),
     "noise.result.AllanResult": ("curve_views:format_allan_result", "allan_figure:plot_allan"),
     "run.array.ArrayReplay": ("array_table:format_array", "array_figure:plot_array"),
+    "run.trace.Trace": ("series_views:format_trace", "series_views:plot_trace"),
     "run.replay.result.Replay": ("replay_table:format_replay", "replay_figure:plot_replay"),
 }
 """Of each result by its module and class, the functions of this package that show it."""

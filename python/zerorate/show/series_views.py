@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from zerorate.calibration.rate.angle import Integrated
     from zerorate.denoising import Denoised
     from zerorate.linear.run import LinearRun, SmoothedRun
+    from zerorate.run.trace import Trace
     from zerorate.types import Floats
 
 # Millimetres.
@@ -124,6 +126,37 @@ def format_smoothed(result: SmoothedRun) -> str:
     """Return the last state of the smoother and its deviations."""
     sigma = _deviations(result.covariance)
     return _last_state("Linear Kalman filter, smoothed", result.state, sigma)
+
+
+def plot_trace(result: Trace) -> Figure:
+    """Return the bias with two standard deviations, the innovation, and the noise R."""
+
+    def columns(values: Floats) -> Floats:
+        return values.reshape(len(result), math.prod(values.shape[1:]))
+
+    bias = columns(result.bias)
+    names = _numbered("channel", bias.shape[1])
+    panels = [
+        _Panel("bias", bias, names, columns(result.bias_sigma)),
+        _Panel("innovation", columns(result.innovation), names),
+        _Panel("R", columns(result.measurement_noise), names),
+    ]
+    return _figure("Drift filter", panels, None)
+
+
+def format_trace(result: Trace) -> str:
+    """Return the last bias of each channel with its deviation, and counts of its samples."""
+    title = f"Drift filter: {len(result)} samples"
+    if not len(result):
+        return title
+    flags = (result.missing, result.guarded, result.saturated, result.stuck, result.at_rest)
+    told = (result.bias[-1], result.bias_sigma[-1], *(one.sum(axis=0) for one in flags))
+    rows = tuple(
+        (str(c), significant(float(bias), 5), significant(float(sigma)), *map(str, counts))
+        for c, (bias, sigma, *counts) in enumerate(zip(*map(np.atleast_1d, told), strict=True))
+    )
+    head = ("channel", "bias", "sigma", "missing", "guarded", "saturated", "stuck", "at rest")
+    return as_text(Table(title, head, rows))
 
 
 def plot_fused(result: FusedAccelerometers) -> Figure:
@@ -225,7 +258,7 @@ def _draw(axes: Axes, panel: _Panel, rate: float | None) -> str:
             spread = 2.0 * panel.sigma[::step, i]
             axes.fill_between(at, values - spread, values + spread, color=colour, alpha=0.2, lw=0)
     axes.set_ylabel(panel.label)
-    if panel.sigma is not None:
+    if panel.sigma is not None and n:
         # What is known at the start would hide all that comes after.
         spread = 2.0 * panel.sigma
         low, high = (np.nanquantile(panel.values + sign * spread, part) for sign, part in _BAND)

@@ -42,36 +42,13 @@ __all__ = [
 ]
 
 _PLACES: Final = {
-    "contamination": ("Contamination",),
-    "devices": (
-        "DEVICES",
-        "Device",
-        "device",
-    ),
-    "drive": (
-        "SimulatedDrive",
-        "simulate_drive",
-    ),
-    "gyro": ("simulate",),
-    "motion": (
-        "MotionErrors",
-        "SimulatedMotion",
-        "simulate_motion",
-    ),
-    "session": (
-        "AccelErrors",
-        "GyroErrors",
-        "SimulatedSession",
-        "simulate_session",
-    ),
-    "walk": (
-        "SimulatedWalk",
-        "simulate_feet",
-        "simulate_walk",
-    ),
-    "wheels": (
-        "wheel_speeds",
-        "wheel_ticks",
-    ),
+    "contamination": "Contamination",
+    "devices": "DEVICES Device device",
+    "drive": "SimulatedDrive simulate_drive",
+    "gyro": "simulate",
+    "motion": "MotionErrors SimulatedMotion simulate_motion",
+    "session": "AccelErrors GyroErrors SimulatedSession simulate_session",
+    "walk": "SimulatedWalk simulate_feet simulate_walk",
+    "wheels": "wheel_speeds wheel_ticks",
 }
 __getattr__, __dir__ = later(__name__, _PLACES)

@@ -46,7 +46,7 @@ mod _native {
     #[pymodule_export]
     use crate::deviations::{allan_deviations, longest_factor};
     #[pymodule_export]
-    use crate::drift::{DriftFilter, Trace, filter_options};
+    use crate::drift::{DriftFilter, filter_options};
     #[pymodule_export]
     use crate::foot::{FootFilter, foot_track, restore_clipped_rates};
     #[pymodule_export]

@@ -4,6 +4,10 @@
 //! motion their scale errors, which are alike; who disagrees with the others is left out until it has
 //! agreed again for a while. A single gyro has nobody to agree with: it is its drift filter, equal to
 //! the last bit.
+//!
+//! How many gyros there are is known when it runs, so [`GyroArray`] takes slices and is no [`Stream`],
+//! whose input has a size that is compiled; its filters are. Of a known number it becomes one in a few
+//! lines: see `tests/core/array.rs`.
 
 mod centralised;
 mod noise;

@@ -16,12 +16,14 @@ pub enum Rule {
     WithoutMasks,
     /// What a linear filter says of a record, of arrays by name.
     LinearRun,
+    /// What a drift filter says of a record, of arrays by name.
+    Trace,
     /// The track of a recording, of a filter and what its `process` was given.
     Navigate,
 }
 
-const NAMES: [&str; 4] = ["convert", "without_masks", "linear_run", "navigate"];
-static RULES: [RwLock<Option<Py<PyAny>>>; 4] = [const { RwLock::new(None) }; 4];
+const NAMES: [&str; 5] = ["convert", "without_masks", "linear_run", "trace", "navigate"];
+static RULES: [RwLock<Option<Py<PyAny>>>; 5] = [const { RwLock::new(None) }; 5];
 
 /// Takes the functions that compiled classes call, by name.
 #[pyfunction]

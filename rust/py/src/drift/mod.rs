@@ -14,13 +14,13 @@ use zerorate_core::Error;
 use zerorate_core::drift::options::Options;
 use zerorate_core::stream::Parts;
 
-use self::bank::{AnyDrift, DriftBank, Noted};
+use self::bank::{DriftBank, Noted};
 pub(crate) use self::bank::{Order, for_order, order_error};
 pub use self::options::filter_options;
-pub use self::readings::Trace;
 use crate::common::arrays;
 use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
+use crate::common::rules::{self, Rule};
 use crate::common::streaming::{Shared, arrays_of, exclusive, places, reading, streaming};
 use crate::common::work::in_pieces;
 
@@ -258,21 +258,20 @@ impl DriftFilter {
         )
     }
 
-    /// Like ``process``, but returns a ``Trace`` of all that the filter knew after each sample.
+    /// Like ``process``, but returns a ``zerorate.run.Trace``: all that the filter knew after each sample.
     #[pyo3(signature = (z, moving=None))]
     fn trace(
         slf: &Bound<'_, Self>,
         z: &Bound<'_, PyAny>,
         moving: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Trace> {
+    ) -> PyResult<Py<PyAny>> {
         let py = z.py();
         let mut this = exclusive(slf)?;
         let axes: Vec<usize> = this.shared.channels.into_iter().collect();
         let samples = arrays::samples(z, &axes)?;
         let moving = this.motion(moving, samples.shape()[0])?;
         let (rows, bank) = (samples.values()?, &mut *this.shared.bank);
-        let (n, fields, channels) =
-            (samples.shape()[0], bank.filter(0).readings(), bank.channels());
+        let (n, fields, channels) = (samples.shape()[0], bank.readings(), bank.channels());
         let mut parts = Parts::new(fields, n * channels).map_err(NativeError::from)?;
         in_pieces(py, bank, n, 1, |bank, piece| {
             let moving = if moving.is_empty() { &[] } else { &moving[piece.clone()] };
@@ -283,7 +282,7 @@ impl DriftFilter {
         for (field, array) in fields.iter().zip(arrays) {
             named.set_item(field.name, array)?;
         }
-        Ok(Trace { arrays: named.unbind() })
+        Ok(rules::function(py, Rule::Trace)?.call((), Some(&named))?.unbind())
     }
 
     /// Forgets the bias, but not what was learned about the noise: for a sensor that was switched
@@ -319,7 +318,7 @@ impl DriftFilter {
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
-        let status = this.shared.bank.each(|filter| filter.status());
+        let status = this.shared.bank.status();
         match this.shared.channels {
             None => status[0].into_bound_py_any(py),
             Some(_) => status.into_bound_py_any(py),
@@ -331,31 +330,46 @@ getters! { DriftFilter, slf, py, this;
     /// Density of the white noise as learned, unit of the samples over root Hz: float, with channels
     /// (k,). For ``"auto"`` of noise slower than a quarter second, for the others from R. NaN until
     /// it is known.
-    angle_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[0])?;
+    angle_random_walk: Object<'py> = {
+        let densities = this.shared.bank.densities();
+        this.shared.numbers(py, densities.iter().map(|both| both[0]).collect())?
+    };
     /// How far the bias walks in a root second as learned by ``"auto"``, unit of the samples: float,
     /// with channels (k,). NaN until it is known, and for the other methods.
-    rate_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[1])?;
+    rate_random_walk: Object<'py> = {
+        let densities = this.shared.bank.densities();
+        this.shared.numbers(py, densities.iter().map(|both| both[1]).collect())?
+    };
     /// Samples given so far, missing ones included.
-    samples_seen: u64 = this.shared.bank.filter(0).samples_seen();
+    samples_seen: u64 = this.shared.bank.samples_seen();
     /// How often a step of the process noise was shortened to keep it positive semidefinite: int,
     /// with channels (k,).
-    guard_count: Object<'py> = this.each(py, |filter| filter.guard_count())?;
+    guard_count: Object<'py> = this.shared.numbers(py, this.shared.bank.guard_counts())?;
     /// How often so many outliers of ``"robust"`` followed each other that they were taken for a
     /// step of the signal: int, with channels (k,).
-    exit_count: Object<'py> = this.each(py, |filter| filter.exit_count())?;
+    exit_count: Object<'py> = this.shared.numbers(py, this.shared.bank.exit_counts())?;
     /// How often the scale learned at the start was proved wrong by many orders, upon which noise
     /// and drift were learned anew: int, with channels (k,).
-    restart_count: Object<'py> = this.each(py, |filter| filter.restarts())?;
+    restart_count: Object<'py> = this.shared.numbers(py, this.shared.bank.restarts())?;
     /// Samples at or beyond ``limit`` so far: int, with channels (k,).
-    saturated_count: Object<'py> = this.each(py, |filter| filter.tally().saturated)?;
+    saturated_count: Object<'py> = {
+        let tallies = this.shared.bank.tallies();
+        this.shared.numbers(py, tallies.iter().map(|tally| tally.saturated).collect())?
+    };
     /// Samples so far that were left out as outliers, counted a quarter second at a time, by
     /// ``"robust"`` at once: int, with channels (k,). Zero for a published method that looks for none.
-    outlier_count: Object<'py> = this.each(py, |filter| filter.tally().outliers)?;
+    outlier_count: Object<'py> = {
+        let tallies = this.shared.bank.tallies();
+        this.shared.numbers(py, tallies.iter().map(|tally| tally.outliers).collect())?
+    };
     /// Samples so far that a stuck sensor gave, counted a quarter second at a time: int, with channels
     /// (k,). Zero for a published method that neither rejects outliers nor holds in motion.
-    stuck_count: Object<'py> = this.each(py, |filter| filter.tally().stuck)?;
+    stuck_count: Object<'py> = {
+        let tallies = this.shared.bank.tallies();
+        this.shared.numbers(py, tallies.iter().map(|tally| tally.stuck).collect())?
+    };
     /// The start-up is over: bool, with channels (k,).
-    ready: Object<'py> = this.each(py, |filter| filter.ready())?;
+    ready: Object<'py> = this.shared.numbers(py, this.shared.bank.ready())?;
     /// Samples a second.
     rate: f64 = this.options.params.rate;
     /// Orders (p, q) of the model; None for ``"auto"``, which has no ARMA model.
@@ -391,7 +405,7 @@ fn rows_of<'a>(noted: &'a mut NotedArrays<'_>, shape: &[usize]) -> PyResult<Note
 impl DriftFilter {
     fn restored(bytes: &[u8]) -> Result<Self, Error> {
         let (channels, bank) = bank::restored(bytes)?;
-        Ok(Self { options: bank.filter(0).options(), shared: Shared::new(channels, bank)? })
+        Ok(Self { options: bank.options(), shared: Shared::new(channels, bank)? })
     }
 
     /// What is known of the body's motion at each of so many samples; empty if nothing is.
@@ -410,21 +424,9 @@ impl DriftFilter {
         }
     }
 
-    /// One value a channel.
-    fn each<'py, T>(
-        &self,
-        py: Python<'py>,
-        of: impl Fn(&dyn AnyDrift) -> T,
-    ) -> PyResult<Bound<'py, PyAny>>
-    where
-        T: numpy::Element + IntoPyObjectExt<'py> + Copy,
-    {
-        self.shared.numbers(py, self.shared.bank.each(of))
-    }
-
     fn reading<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let bank = &self.shared.bank;
         let (numbers, flags) = bank.snapshots().map_err(NativeError::from)?;
-        self.shared.field(py, bank.filter(0).readings(), name, &numbers, &flags)
+        self.shared.field(py, bank.readings(), name, &numbers, &flags)
     }
 }
