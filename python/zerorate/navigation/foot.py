@@ -17,8 +17,8 @@ from zerorate.io import Log, LogError, Recording
 from zerorate.io.samples import Samples
 from zerorate.navigation.clipped import ClippedAxis, clipped_axes
 from zerorate.navigation.strides import Strides, strides_of
-from zerorate.navigation.track import Steps, between_steps, smoothed_steps, turned
-from zerorate.types import Booleans, Floats
+from zerorate.navigation.track import Smoothable, Steps, between_steps, smoothed_steps, turned
+from zerorate.types import Floats
 from zerorate.views import Result
 
 _FLIP: Final = np.array([1.0, -1.0, -1.0])
@@ -59,7 +59,7 @@ class PlacedTrack:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FootTrack(Result):
+class FootTrack(Smoothable, Result):
     """The track of a sensor on a foot over n samples, of `FootNavigation.process`.
 
     The frame is that of the start: x ahead, where the sensor's first axis looks, level, y to the
@@ -127,17 +127,6 @@ class FootTrack(Result):
     _steps: NavigationRecord | Steps | None = field(default=None, compare=False)
 
     @property
-    def n(self) -> int:
-        """Number of samples."""
-        return len(self.time)
-
-    @property
-    def navigating(self) -> Booleans:
-        """Where the position is known, shape (n,)."""
-        known: Booleans = np.isfinite(self.position[:, 0])
-        return known
-
-    @property
     def distance(self) -> float:
         """Level way from stance to stance, m."""
         places = self.position[self.lowest, :2]
@@ -184,12 +173,6 @@ class FootTrack(Result):
             smoothed=True,
             _steps=None,
         )
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return all of it; of the steps what the smoother makes of them, which is a tenth."""
-        steps = self._steps
-        told = steps.smoothed() if isinstance(steps, NavigationRecord) else steps
-        return {**vars(self), "_steps": told}
 
     def placed(
         self, latitude: float, longitude: float, *, heading: float = 0.0, height: float = 0.0

@@ -56,8 +56,33 @@ class Inputs:
     speed: Floats | None = None
 
 
+class Smoothable:
+    """What every track has: places over time, and the steps that a smoother goes back over."""
+
+    time: Floats
+    position: Floats
+    _steps: NavigationRecord | Steps | None
+
+    @property
+    def n(self) -> int:
+        """Number of samples."""
+        return len(self.time)
+
+    @property
+    def navigating(self) -> Booleans:
+        """Where the position is known, shape (n,)."""
+        known: Booleans = np.isfinite(self.position[:, 0])
+        return known
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return all of it; of the steps what the smoother makes of them, which is a tenth."""
+        steps = self._steps
+        told = steps.smoothed() if isinstance(steps, NavigationRecord) else steps
+        return {**vars(self), "_steps": told}
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Track(Result):
+class Track(Smoothable, Result):
     """The track of a vehicle over n samples of its sensors, of ``NavigationFilter.process``.
 
     Parameters
@@ -125,17 +150,6 @@ class Track(Result):
     notes: tuple[str, ...] = ()
     _nis: Floats | None = field(default=None, compare=False)
     _steps: NavigationRecord | Steps | None = field(default=None, compare=False)
-
-    @property
-    def n(self) -> int:
-        """Number of samples."""
-        return len(self.time)
-
-    @property
-    def navigating(self) -> Booleans:
-        """Where the position is known, shape (n,)."""
-        known: Booleans = np.isfinite(self.position[:, 0])
-        return known
 
     def __repr__(self) -> str:
         """Return size, fixes and whether it is smoothed."""
@@ -239,12 +253,6 @@ class Track(Result):
         if not len(steps["sample"]):
             return replace(self, smoothed=True, _nis=None, _steps=None)
         return self._corrected(steps)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return all of it; of the steps what the smoother makes of them, which is a tenth."""
-        steps = self._steps
-        told = steps.smoothed() if isinstance(steps, NavigationRecord) else steps
-        return {**vars(self), "_steps": told}
 
     def _corrected(self, steps: Steps) -> Track:
         error, sigma = between_steps(self.time, steps)

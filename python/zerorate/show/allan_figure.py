@@ -84,26 +84,14 @@ def plot_allan(
 ) -> Figure:
     """Return a figure of deviation curves with bounds, and of the models fitted to them.
 
-    Parameters
-    ----------
-    result : AllanResult or sequence of AllanResult
-        One panel an axis, four side by side; all of one kind and unit.
-    models : NoiseModel or sequence of NoiseModel, optional
-        One an axis: drawn are the deviation that the model expects, each identifiable term with
-        a mark where IEEE Std 952 reads it, and a triangle at the bound of each that is not.
-    title : str
-        Of the whole; default none.
+    Angular rates in deg/h or deg/s, accelerations in ug or m/s^2, by the least deviation of all.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Angular rates in deg/h or deg/s, accelerations in ug or m/s^2, by the least deviation of
-        all. No global state of matplotlib is used.
+    `result`: one panel an axis, four side by side; all of one kind and unit. `models`: one an axis:
+    drawn are the deviation that the model expects, each identifiable term with a mark where IEEE
+    Std 952 reads it, and a triangle at the bound of each that is not. `title`: of the whole;
+    default none.
 
-    Raises
-    ------
-    ValueError
-        If there is not one model an axis, or results differ in kind or unit.
+    ValueError if there is not one model an axis, or results differ in kind or unit.
     """
     results = [result] if isinstance(result, AllanResult) else list(result)
     if len({(one.kind, one.unit) for one in results}) != 1:
@@ -125,16 +113,8 @@ def plot_allan(
 def plot_characterisation(found: Sequence[Characterisation]) -> Figure:
     """Return a figure of all sensors of one log: gyros above, accelerometers below.
 
-    Parameters
-    ----------
-    found : sequence of Characterisation
-        At least one.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel an axis, as of `plot_allan`, of the first four axes of each. All panels of one
-        sensor have the same unit.
+    A panel an axis, as of `plot_allan`, of the first four axes of each. All panels of one sensor
+    have the same unit.
     """
     rows = [list(_panels(one)) for one in found]
     meta = found[0].log.meta

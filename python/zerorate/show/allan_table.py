@@ -26,16 +26,8 @@ _UNIT: Final = '"unit" is the unit of the samples. Exports to estimators need to
 def format_allan(found: Sequence[Characterisation]) -> str:
     """Return tables of coefficients and deviations, at most `WIDTH` columns wide.
 
-    Parameters
-    ----------
-    found : sequence of Characterisation
-        What to show, a table each.
-
-    Returns
-    -------
-    str
-        Lines without an end: for each a heading, then a block for as many axes as fit side by
-        side, in the units of data sheets.
+    For each a heading, then a block for as many axes as fit side by side, in the units of data
+    sheets.
     """
     text = "\n\n\n".join(_table(one) for one in found)
     said = [_BOUND] if "< " in text else []
@@ -46,15 +38,7 @@ def format_allan(found: Sequence[Characterisation]) -> str:
 def format_allan_notes(found: Sequence[Characterisation]) -> str:
     """Return the sentences on motion, gaps and fits, and on the log.
 
-    Parameters
-    ----------
-    found : sequence of Characterisation
-        Sensors of one log.
-
-    Returns
-    -------
-    str
-        Lines without an end, empty if there is nothing to say.
+    Empty if there is nothing to say.
     """
     return bulleted(notes_on(found))
 

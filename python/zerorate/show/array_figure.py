@@ -60,17 +60,9 @@ _MISSING, _SATURATED, _EXCLUDED, _LEFT_OUT = 1, 2, 3, 4
 def plot_array(replay: ArrayReplay) -> Figure:
     """Return a figure of the Allan deviations, the rate and the weights over time.
 
-    Parameters
-    ----------
-    replay : ArrayReplay
-        As of `zerorate.run.array.replay_array`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Left, root mean squares over the axes: each sensor, their plain mean, the array. Right: the
-        rate, and a row for each sensor, shaded by its weight over that of a plain mean; where it
-        was excluded the row is vermilion.
+    Left, root mean squares over the axes: each sensor, their plain mean, the array. Right: the
+    rate, and a row for each sensor, shaded by its weight over that of a plain mean; where it was
+    excluded the row is vermilion.
     """
     rows = max(_ROW * replay.log.sensors, _LEAST_ROWS)
     height = _BOTTOM + rows + _APART + _RATE + _TOP

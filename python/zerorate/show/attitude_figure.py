@@ -56,18 +56,10 @@ _STEEP: Final = 300.0
 def plot_attitude(estimate: AttitudeEstimate) -> Figure:
     """Return the figure of an attitude, a column of a page wide.
 
-    Parameters
-    ----------
-    estimate : AttitudeEstimate
-        What to show.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Over one time axis: Euler angles; heading and inclination, each with two standard deviations
-        to either side of zero and with its error where there is a reference; the gyro's bias, its
-        scale where that is known, and what of its misalignment is told from zero. Rest is grey, a
-        disturbed field rose. No global state of matplotlib is used.
+    Over one time axis: Euler angles; heading and inclination, each with two standard deviations to
+    either side of zero and with its error where there is a reference; the gyro's bias, its scale
+    where that is known, and what of its misalignment is told from zero. Rest is grey, a disturbed
+    field rose.
     """
     panels: list[Callable[[Axes, _Course], None]] = [_draw_angles]
     course = _Course(estimate)

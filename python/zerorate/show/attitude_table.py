@@ -34,16 +34,8 @@ _FRAMES: Final = {
 def format_attitude(estimate: AttitudeEstimate) -> str:
     """Return the tables of an attitude, at most `WIDTH` columns wide.
 
-    Parameters
-    ----------
-    estimate : AttitudeEstimate
-        What to show.
-
-    Returns
-    -------
-    str
-        Lines without an end: angles with their standard deviations, rest and disturbance, what was
-        learned of the gyro, errors where there is a reference, notes.
+    Angles with their standard deviations, rest and disturbance, what was learned of the gyro,
+    errors where there is a reference, notes.
     """
     return "\n\n".join(filter(None, _parts(estimate)))
 

@@ -41,16 +41,10 @@ _WIDER: Final = 5.0
 def plot_biases(replays: Mapping[str, Summary]) -> Figure:
     """Return the biases of several logs over the time since each began.
 
-    Parameters
-    ----------
-    replays : mapping of str to Summary
-        By the names of the logs; those whose unit is not that of the first are left out. Axes are
-        compared in their order, the first six.
+    A panel an axis, a column of a page wide; colours begin anew after six logs.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel an axis, a column of a page wide; colours begin anew after six logs.
+    `replays`: by the names of the logs; those whose unit is not that of the first are left out.
+    Axes are compared in their order, the first six.
     """
     of_data = next(iter(replays.values())).header.unit
     replays = {name: one for name, one in replays.items() if one.header.unit == of_data}

@@ -38,22 +38,12 @@ def plot_calibration(
 ) -> Figure:
     """Return the figure of a calibration, a column of a page wide.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        What was found.
-    recording : Recording, optional
-        What it was found from: shown above all else, with the rests.
-    everything : bool
-        Also the raw log of the gyro.
+    The raw log of the accelerometer with its rests; poses on the sphere, and where there are none;
+    norm and carry error, rest by rest and turn by turn, before and after; scale error and
+    misalignment with their errors; and how much the record tells of each parameter.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The raw log of the accelerometer with its rests; poses on the sphere, and where there are
-        none; norm and carry error, rest by rest and turn by turn, before and after; scale error and
-        misalignment with their errors; and how much the record tells of each parameter. No global
-        state of matplotlib is used.
+    `recording`: what it was found from: shown above all else, with the rests. `everything`: also
+    the raw log of the gyro.
     """
     kinds = ("accel", "gyro") if everything else ("accel",)
     logs = [] if recording is None else [recording[one] for one in kinds if one in recording]

@@ -41,16 +41,8 @@ def verdict(calibration: Calibration) -> str:
 def format_calibration(calibration: Calibration) -> str:
     """Return the tables of a calibration, at most `WIDTH` columns wide.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        What to show.
-
-    Returns
-    -------
-    str
-        Lines without an end: first whether it is valid, then what is wrong before any number, each
-        sensor, the rotation between them, errors before and after, rests and turns, advice.
+    First whether it is valid, then what is wrong before any number, each sensor, the rotation
+    between them, errors before and after, rests and turns, advice.
     """
     return "\n\n".join(filter(None, _parts(calibration)))
 

@@ -26,13 +26,7 @@ _ROWS: Final = ("magnetometer", "gyro")
 
 
 def plot_checks(checks: Checks) -> Figure:
-    """Return a bar for each span in which a sensor is seen to be right, or mistaken.
-
-    Parameters
-    ----------
-    checks : Checks
-        What was found.
-    """
+    """Return a bar for each span in which a sensor is seen to be right, or mistaken."""
     figure = new_figure(_WIDTH, _HEIGHT)
     axes = figure.add_axes((0.2, 0.34, 0.76, 0.46))
     for row, finding in enumerate((checks.magnetometer, checks.gyro)):

@@ -55,16 +55,8 @@ class _Method(NamedTuple):
 def plot_compare(found: Comparison) -> Figure:
     """Return how each method did, by the measures that its kind of recording is judged by first.
 
-    Parameters
-    ----------
-    found : Comparison
-        Of one kind of recording.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel a measure, three at most, with a row a method: a dot an axis, and a bar and a number
-        for their mean; in colour the best, by the first measure, of those that use no later sample.
+    A panel a measure, three at most, with a row a method: a dot an axis, and a bar and a number for
+    their mean; in colour the best, by the first measure, of those that use no later sample.
     """
     section = leading_section(found)
     grouped = [[row for row in found.rows if row.method == one] for one in found.methods]

@@ -197,18 +197,10 @@ _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
 def format_compare(found: Sequence[Comparison], per_axis: bool = False) -> str:
     """Return the tables of each kind, at most `WIDTH` columns wide, with their notes.
 
-    Parameters
-    ----------
-    found : sequence of Comparison
-        One a kind.
-    per_axis : bool
-        Whether every axis has tables of its own; by default each number is the mean over all axes
-        of all recordings of the kind, with that of the worst axis next to it.
+    A dash stands where a number means nothing.
 
-    Returns
-    -------
-    str
-        Lines without an end. A dash stands where a number means nothing.
+    `per_axis`: whether every axis has tables of its own; by default each number is the mean over
+    all axes of all recordings of the kind, with that of the worst axis next to it.
     """
     return "\n\n".join(part for one in found for part in _parts(one, per_axis))
 

@@ -32,16 +32,10 @@ _BAR: Final = (106.0, 15.0, 3.5, 52.0)
 def plot_dynamic(result: DynamicAllan) -> Figure:
     """Return the map of a dynamic deviation: time across, averaging time up, size as colour.
 
-    Parameters
-    ----------
-    result : DynamicAllan
-        Missing values are grey.
+    Colours of equal steps to the eye that colour-blind readers can tell apart, on a logarithmic
+    scale.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Colours of equal steps to the eye that colour-blind readers can tell apart, on a
-        logarithmic scale.
+    `result`: missing values are grey.
     """
     figure = new_figure(_WIDTH, _HEIGHT)
     axes, bar = (add_panel(figure, *place) for place in (_MAP, _BAR))

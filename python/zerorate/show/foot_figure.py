@@ -27,16 +27,8 @@ _ROUND: Final = np.linspace(0.0, 2.0 * math.pi, 49)
 def plot_foot(track: FootTrack) -> Figure:
     """Return the figure of a foot's track, a column of a page wide.
 
-    Parameters
-    ----------
-    track : FootTrack
-        What to show.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The path with its stances and an ellipse of two standard deviations at the end; over time
-        the speed bound and the height. No global state of matplotlib is used.
+    The path with its stances and an ellipse of two standard deviations at the end; over time the
+    speed bound and the height.
     """
     said = "Dots: stances. Ellipse and band: ± 2σ. Speed bound: its valleys are the stances."
     heights = [_PATH, _PANEL, _PANEL]

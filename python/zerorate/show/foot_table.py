@@ -19,15 +19,7 @@ if TYPE_CHECKING:
 def format_foot(track: FootTrack) -> str:
     """Return the tables of a foot's track, at most `WIDTH` columns wide.
 
-    Parameters
-    ----------
-    track : FootTrack
-        What to show.
-
-    Returns
-    -------
-    str
-        Lines without an end: where it ends with standard deviations, strides, notes.
+    Where it ends with standard deviations, strides, notes.
     """
     return "\n\n".join(_parts(track))
 

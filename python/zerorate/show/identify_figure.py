@@ -58,20 +58,12 @@ _SHORT: Final = (
 def plot_identification(found: Identification, everything: bool = False) -> Figure:
     """Return the figure of one axis, a column of a page wide.
 
-    Parameters
-    ----------
-    found : Identification
-        What was found out.
-    everything : bool
-        All nine panels instead, 180 mm wide: also partial autocorrelation, the orders of
-        autoregressions, and the coefficients as they are learned online.
+    The record with the means of its segments and where it moved; its spectrum with those of the
+    models; its correlation and the criteria of all orders; correlation and quantiles of the
+    residuals.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The record with the means of its segments and where it moved; its spectrum with those of the
-        models; its correlation and the criteria of all orders; correlation and quantiles of the
-        residuals. No global state of matplotlib is used.
+    `everything`: all nine panels instead, 180 mm wide: also partial autocorrelation, the orders of
+    autoregressions, and the coefficients as they are learned online.
     """
     if everything:
         return _everything(found)

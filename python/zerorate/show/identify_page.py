@@ -17,16 +17,8 @@ def identification_page(
 ) -> str:
     """Return a page with a section for each axis.
 
-    Parameters
-    ----------
-    found : sequence of Identification
-        One an axis, of different names.
-    source : str
-        Name of the log.
-    figures : mapping of str to bytes
-        SVG of the axes that have a figure.
-    notes : sequence of str
-        Sentences on the log.
+    `found`: one an axis, of different names. `source`: name of the log. `figures`: SVG of the axes
+    that have a figure. `notes`: sentences on the log.
     """
     return _page(f"{source}: identification", _body(found, source, figures, notes))
 

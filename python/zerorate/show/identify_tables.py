@@ -199,18 +199,7 @@ def _residuals(found: Identification) -> Table:
 
 
 def format_identify(found: Sequence[Identification]) -> str:
-    """Return the tables and the verdict of every axis, at most `WIDTH` columns wide.
-
-    Parameters
-    ----------
-    found : sequence of Identification
-        One an axis.
-
-    Returns
-    -------
-    str
-        Lines without an end.
-    """
+    """Return the tables and the verdict of every axis, at most `WIDTH` columns wide."""
     return "\n\n\n".join("\n\n".join(_parts(one)) for one in found)
 
 

@@ -9,7 +9,6 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from time import monotonic, sleep
-from types import TracebackType
 from typing import Final, Self
 
 from zerorate.run.live.view import PERIOD, View
@@ -65,12 +64,7 @@ class LivePage:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         """Tell all pages that it is over."""
         self._send(None)
         until = monotonic() + _GRACE

@@ -4,7 +4,6 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from time import monotonic
-from types import TracebackType
 from typing import Final, Self
 
 from rich.console import Console, Group
@@ -39,12 +38,7 @@ class LiveTerminal:
         self._live.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         """Leave the last view standing."""
         if self._past:
             self._live.update(drawing(self._past), refresh=True)

@@ -82,25 +82,13 @@ def plot_track(
 ) -> Figure:
     """Return the figure of a track, a column of a page wide.
 
-    Parameters
-    ----------
-    track : Track
-        What to show.
-    outages : Outages, optional
-        Of ``zerorate.navigation.outages``: the longest are marked, with what the filter did in
-        them.
-    nis : ndarray, shape (m, 2), optional
-        What `Track.nis` returned; where everything is shown of a track that is not smoothed, it is
-        asked.
-    everything : bool
-        Also the normalised innovations squared.
+    The path in metres, with fixes and ellipses of two standard deviations; over one time axis
+    speed, standard deviations of position and of orientation, and the biases with bands of two
+    standard deviations.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The path in metres, with fixes and ellipses of two standard deviations; over one time axis
-        speed, standard deviations of position and of orientation, and the biases with bands of two
-        standard deviations. No global state of matplotlib is used.
+    `outages`: of ``zerorate.navigation.outages``: the longest are marked, with what the filter did
+    in them. `nis`: what `Track.nis` returned; where everything is shown of a track that is not
+    smoothed, it is asked. `everything`: also the normalised innovations squared.
     """
     longest = None if outages is None else max(outages.lengths, key=lambda one: one.seconds)
     panels: list[Callable[[Axes, Track, Floats], None]] = [
@@ -144,26 +132,14 @@ def plot_outages(
 ) -> Figure:
     """Return the figure of how errors grow in outages, 180 mm wide.
 
-    Parameters
-    ----------
-    outages : Outages
-        Of ``zerorate.navigation.outages``.
-    others : mapping of str to Outages, optional
-        Other filters by name, on the same fixes; each is shown beside the first.
-    seconds : float, optional
-        Which length; by default the longest.
+    Over the time since the last fix, the root mean square over all outages: position held, velocity
+    held, the filter, and its smoother if there is one; on the left, the same of each outage of the
+    filter.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Over the time since the last fix, the root mean square over all outages: position held,
-        velocity held, the filter, and its smoother if there is one; on the left, the same of each
-        outage of the filter. No global state of matplotlib is used.
+    `others`: other filters by name, on the same fixes; each is shown beside the first. `seconds`:
+    which length; by default the longest.
 
-    Raises
-    ------
-    KeyError
-        If there is no such length.
+    KeyError if there is no such length.
     """
     length = max(one.seconds for one in outages.lengths) if seconds is None else seconds
     chosen = outages[length]

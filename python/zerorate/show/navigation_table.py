@@ -31,35 +31,16 @@ _INSIDE: Final = {"smoothed": "smoothed, largest inside"}
 def format_track(track: Track, *, nis: Floats | None = None) -> str:
     """Return the tables of a track, at most `WIDTH` columns wide.
 
-    Parameters
-    ----------
-    track : Track
-        What to show.
-    nis : ndarray, shape (m, 2), optional
-        What `Track.nis` returned.
+    What became of the fixes, how long the filter did what, what is known at the end with its
+    standard deviations, notes.
 
-    Returns
-    -------
-    str
-        Lines without an end: what became of the fixes, how long the filter did what, what is known
-        at the end with its standard deviations, notes.
+    `nis`: what `Track.nis` returned.
     """
     return "\n\n".join(filter(None, _parts(track, nis)))
 
 
 def format_outages(outages: Outages) -> str:
-    """Return the errors after outages as a table, position and velocity held first.
-
-    Parameters
-    ----------
-    outages : Outages
-        As `zerorate.navigation.outages` returns them.
-
-    Returns
-    -------
-    str
-        Lines without an end.
-    """
+    """Return the errors after outages as a table, position and velocity held first."""
     rows = tuple(row for one in outages.lengths for row in _of_length(one))
     head = ("outage", "", "n", "rms", "median", "largest")
     title = "Horizontal error at the end of outages of the receiver, m"
@@ -70,17 +51,8 @@ def format_outages(outages: Outages) -> str:
 def format_errors(found: TrackErrors, steps: TrackErrors | None, fitted: str) -> str:
     """Return the errors of a track against the true one.
 
-    Parameters
-    ----------
-    found, steps : TrackErrors
-        Of `zerorate.metrics.ate` and, over a second, of `rpe`; None without orientations.
-    fitted : str
-        How the track was moved to fit best.
-
-    Returns
-    -------
-    str
-        Lines without an end.
+    `found, steps`: of `zerorate.metrics.ate` and, over a second, of `rpe`; None without
+    orientations. `fitted`: how the track was moved to fit best.
     """
     listed = [("place, m (ATE)", found.metres), ("orientation, deg", found.degrees)]
     if steps is not None:

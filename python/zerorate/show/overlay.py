@@ -52,16 +52,10 @@ _QUANTITIES: Final[tuple[Quantity, ...]] = ("angular rate", "acceleration", "unk
 def plot_overlay(logs: Logs) -> Figure:
     """Return the deviations of several logs, each axis of a sensor in a panel.
 
-    Parameters
-    ----------
-    logs : mapping of str to sequence of Characterisation
-        Of each log by its name: gyros, accelerometers.
+    Gyros above, accelerometers below; the first four axes of each. Axes of logs are compared in
+    their order.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Gyros above, accelerometers below; the first four axes of each. Axes of logs are compared in
-        their order.
+    `logs`: of each log by its name: gyros, accelerometers.
     """
     rows = [row for quantity in _QUANTITIES if (row := _row_of(logs, quantity))]
     across = min(max(len(curve.names) for row in rows for curve in row.values()), _MOST)

@@ -31,15 +31,9 @@ _COLOURS: Final = (BLUE, VERMILION, ORANGE)
 def plot_rate_table(table: RateTable) -> Figure:
     """Return how far output is from the line of bias and scale, a panel an axis.
 
-    Parameters
-    ----------
-    table : RateTable
-        Its means with two standard errors, and the fitted curve.
+    Differences in the unit of the rates: over the scale.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Differences in the unit of the rates: over the scale.
+    `table`: its means with two standard errors, and the fitted curve.
     """
     count = len(table.axes)
     height = _BELOW + count * (_PANEL + _ABOVE)

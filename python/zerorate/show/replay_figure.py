@@ -56,26 +56,14 @@ _FLAT: Final = 5.0
 def plot_replay(replay: Replay, everything: bool = False) -> Figure:
     """Return the figure of a replay, a column of a page wide.
 
-    Parameters
-    ----------
-    replay : Replay
-        What to show.
-    everything : bool
-        All panels instead: also the noise, the gain or the drift that were learned, and Allan
-        deviations; a column for each axis, of the first six at most, two columns of a page wide.
+    Over one time axis: the raw rate of all axes, as wide as the middle 90 % of each pixel's
+    samples, and the bias of each of the first five, with two standard deviations to either side and
+    the means of the raw rate at rest. Motion is shaded, and so is a stuck or saturated sensor.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Over one time axis: the raw rate of all axes, as wide as the middle 90 % of each pixel's
-        samples, and the bias of each of the first five, with two standard deviations to either
-        side and the means of the raw rate at rest. Motion is shaded, and so is a stuck or
-        saturated sensor. No global state of matplotlib is used.
+    `everything`: all panels instead: also the noise, the gain or the drift that were learned, and
+    Allan deviations; a column for each axis, of the first six at most, two columns of a page wide.
 
-    Raises
-    ------
-    ValueError
-        If everything is asked of a replay without Allan deviations.
+    ValueError if everything is asked of a replay without Allan deviations.
     """
     if everything:
         return plot_replay_grid(replay)

@@ -67,24 +67,12 @@ _GREY: Final = {
 def plot_replay_grid(replay: Replay) -> Figure:
     """Return a figure with a column for each axis of the log, of the first six at most.
 
-    Parameters
-    ----------
-    replay : Replay
-        With Allan deviations.
+    Rows: raw rate and bias; then of a published method measurement noise, Kalman gain and the ARMA
+    coefficients; of "auto" the bias with two standard deviations, and the white noise and the drift
+    that were learned; last Allan deviations before and after. Motion is shaded, and so is a stuck
+    or saturated sensor. Up to three axes are 180 mm wide at most, for a page.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Rows: raw rate and bias; then of a published method measurement noise, Kalman gain and the
-        ARMA coefficients; of "auto" the bias with two standard deviations, and the white noise and
-        the drift that were learned; last Allan deviations before and after. Motion is shaded, and
-        so is a stuck or saturated sensor. No global state of matplotlib is used. Up to three axes
-        are 180 mm wide at most, for a page.
-
-    Raises
-    ------
-    ValueError
-        If the replay has no Allan deviations.
+    ValueError if the replay has no Allan deviations.
     """
     shown = min(replay.log.channels, _MOST_AXES)
     width = _COLUMN * max(shown, 2)

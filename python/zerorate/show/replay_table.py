@@ -42,15 +42,7 @@ def format_replay(replay: Summary) -> str:
 def format_bias(replay: Summary) -> str:
     """Return the bias of each axis at the end, how long it rested, and what a hold would cost.
 
-    Parameters
-    ----------
-    replay : Summary
-        What to show.
-
-    Returns
-    -------
-    str
-        Lines without an end, a row for each axis; of auto with what it learned of the noise.
+    A row for each axis; of auto with what it learned of the noise.
     """
     heads, rows = _answer(replay)
     title = f"Bias at the end, by {replay.method}: {Path(_source(replay)).name}"
@@ -118,16 +110,10 @@ def _meanings(heads: Sequence[str], replay: Summary) -> dict[int, str]:
 def format_table(replay: Summary) -> str:
     """Return a table with a row for each axis and method, at most `WIDTH` columns wide.
 
-    Parameters
-    ----------
-    replay : Summary
-        What to show; the error to the true bias is shown where that was given.
+    A title, two of headings, one a row, some on what the numbers mean. A dash stands where a number
+    means nothing.
 
-    Returns
-    -------
-    str
-        Lines without an end: a title, two of headings, one a row, some on what the numbers mean.
-        A dash stands where a number means nothing.
+    `replay`: what to show; the error to the true bias is shown where that was given.
     """
     rows = list(zip(*_columns(replay), strict=True))
     kept = fitting(rows, 2, width(), range(len(rows[0]) - 1, 2, -1))
@@ -139,16 +125,7 @@ def format_table(replay: Summary) -> str:
 def format_learned(replay: Summary) -> str:
     """Return a table of what the chosen filter learned, at most `WIDTH` columns wide.
 
-    Parameters
-    ----------
-    replay : Summary
-        What to show.
-
-    Returns
-    -------
-    str
-        Lines without an end, a row for each axis; empty for the published methods, which have no
-        such parameters.
+    A row for each axis; empty for the published methods, which have no such parameters.
     """
     if replay.method != "auto":
         return ""
@@ -162,15 +139,7 @@ def format_learned(replay: Summary) -> str:
 def format_notes(replay: Summary) -> str:
     """Return the sentences on the log's clock, gaps and notes, and on what the filter did.
 
-    Parameters
-    ----------
-    replay : Summary
-        What the sentences are about.
-
-    Returns
-    -------
-    str
-        Lines without an end, empty if there is nothing to say.
+    Empty if there is nothing to say.
     """
     return bulleted(_notes(replay))
 

@@ -113,12 +113,7 @@ def new_figure(width: float, height: float) -> Figure:
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
     """Write a figure as PNG, SVG or PDF, by the suffix of the path.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        As any function of `zerorate.show` returns it.
-    path : path-like
-        Is written over if it exists.
+    `path`: is written over if it exists.
     """
     if Path(path).suffix.lower() != ".png":
         figure.savefig(path)

@@ -103,16 +103,9 @@ def fitting(
 ) -> list[int]:
     """Return the columns that fit into a line.
 
-    Parameters
-    ----------
-    rows : sequence of sequence of str
-        As many cells each as there are columns.
-    words : int
-        Columns from the left that hold words, which may be cut.
-    most : int
-        Letters that a line may have.
-    spare : sequence of int
-        Columns that may be left out, in this order.
+    `rows`: as many cells each as there are columns. `words`: columns from the left that hold words,
+    which may be cut. `most`: letters that a line may have. `spare`: columns that may be left out,
+    in this order.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     kept, further = list(range(len(widths))), list(spare)
@@ -149,15 +142,9 @@ def prose(text: str, indent: str = "", hang: str | None = None) -> str:
 def aligned(rows: Sequence[Sequence[str]], words: int = 1, most: int | None = None) -> list[str]:
     """Return rows of cells as lines with aligned columns.
 
-    Parameters
-    ----------
-    rows : sequence of sequence of str
-        As many cells each as there are columns.
-    words : int
-        Columns from the left that hold words; the others hold numbers and end flush right.
-    most : int, optional
-        Letters that a line may have: the widest column of words is cut where there are more. By
-        default nothing is cut.
+    `rows`: as many cells each as there are columns. `words`: columns from the left that hold words;
+    the others hold numbers and end flush right. `most`: letters that a line may have: the widest
+    column of words is cut where there are more. By default nothing is cut.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     excess = sum(widths) + len(GAP) * (len(widths) - 1) - (most or math.inf)

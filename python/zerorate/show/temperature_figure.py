@@ -48,17 +48,8 @@ _POINTS: Final = 300
 def plot_temperature(model: TemperatureModel) -> Figure:
     """Return the means of the record against their temperature, and the model through them.
 
-    Parameters
-    ----------
-    model : TemperatureModel
-        A panel an axis.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Points coloured by time, the curve with two standard errors, dashed on grey beyond the range
-        of the record. Angular rates in deg/s or deg/h. A model that was read from a file has no
-        points.
+    Points coloured by time, the curve with two standard errors, dashed on grey beyond the range of
+    the record. Angular rates in deg/s or deg/h. A model that was read from a file has no points.
     """
     shown = _shown(model)
     columns = min(shown.axes, _MOST_COLUMNS)

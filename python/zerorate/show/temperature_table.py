@@ -15,18 +15,7 @@ _BOUND: Final = 'A "<" is an upper bound at 95 %: the record does not determine 
 
 
 def format_temperature(model: TemperatureModel) -> str:
-    """Return a table with a row an axis, and the notes under it.
-
-    Parameters
-    ----------
-    model : TemperatureModel
-        What to show, in the unit of its samples.
-
-    Returns
-    -------
-    str
-        Lines without an end.
-    """
+    """Return a table with a row an axis, and the notes under it."""
     low, high = model.range
     head = (
         f"bias [{model.unit}]",
