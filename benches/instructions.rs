@@ -62,7 +62,7 @@ fn path(name: impl Into<String>, make: impl Fn() -> Work + 'static) -> Path {
 }
 
 /// One stream a channel over rows of numbers.
-fn stream<S: Stream + Clone + 'static>(stream: &S, channels: usize, rows: Vec<f64>) -> Work {
+fn stream<S: Stream + Clone + Send + 'static>(stream: &S, channels: usize, rows: Vec<f64>) -> Work {
     let count = rows.len() / S::Input::NUMBERS;
     let mut bank = Bank::new(stream, channels).expect("memory for some channels");
     let mut numbers = vec![0.0; count * S::Output::NUMBERS];
@@ -164,7 +164,7 @@ fn turning(n: usize, mag: bool) -> Vec<f64> {
 
 fn attitude<E>(name: &str, make: impl Fn(NamedOptions) -> E + Copy + 'static) -> [Path; 2]
 where
-    E: Estimator + 'static,
+    E: Estimator + Send + 'static,
     Attitude<E>: Stream + Clone,
 {
     [(6, false), (9, true)].map(|(axes, mag)| {

@@ -131,23 +131,6 @@ impl<S: Stream> Bank<S> {
         }
     }
 
-    /// Takes rows, one after the other; fills the numbers and flags of their outputs.
-    pub fn process(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool]) {
-        let channels = self.streams.len();
-        let length = rows_at_once::<S>(channels);
-        let (n, f) = (S::Output::NUMBERS, S::Output::FLAGS);
-        let count = rows.len() / (channels * S::Input::NUMBERS).max(1);
-        for first in (0..count).step_by(length) {
-            let own = |width: usize| {
-                first * channels * width..count.min(first + length) * channels * width
-            };
-            let (numbers, flags) = (&mut numbers[own(n)], &mut flags[own(f)]);
-            let input = &rows[own(S::Input::NUMBERS)];
-            let mut block = Block::new(channels, input, numbers, flags);
-            S::process_block(&mut self.streams, &mut block);
-        }
-    }
-
     /// Takes rows; fills the numbers and flags of what each stream knows after each of them.
     pub fn trace(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool])
     where
@@ -173,20 +156,86 @@ impl<S: Stream> Bank<S> {
     }
 }
 
-/// Rows that streams work on before the next ones.
-fn rows_at_once<S: Stream>(channels: usize) -> usize {
-    if S::abreast() > 1 && channels > 1 { ROWS_ABREAST } else { ROWS }
+impl<S: Stream + Send> Bank<S> {
+    /// Takes rows, one after the other; fills the numbers and flags of their outputs.
+    pub fn process(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool]) {
+        let layout = Layout::of::<S>(self.streams.len());
+        process(&mut &mut *self.streams, &layout, rows, numbers, flags);
+    }
+}
+
+/// Streams side by side of whatever kind: what cuts rows into blocks and spreads them over threads
+/// is compiled once, and not for each of some eighty kinds.
+trait Channels: Send {
+    fn process_block(&mut self, block: &mut Block<'_>);
+    /// Those before this one, and the others.
+    #[cfg(feature = "parallel")]
+    fn halves(&mut self, first: usize) -> (Box<dyn Channels + '_>, Box<dyn Channels + '_>);
+}
+
+impl<S: Stream + Send> Channels for &mut [S] {
+    fn process_block(&mut self, block: &mut Block<'_>) {
+        S::process_block(self, block);
+    }
+
+    #[cfg(feature = "parallel")]
+    fn halves(&mut self, first: usize) -> (Box<dyn Channels + '_>, Box<dyn Channels + '_>) {
+        let (ours, theirs) = self.split_at_mut(first);
+        (Box::new(ours), Box::new(theirs))
+    }
+}
+
+/// How much of a row a channel has, and how many rows are worked on at once.
+#[derive(Debug, Clone, Copy)]
+struct Layout {
+    channels: usize,
+    /// Numbers of a sample.
+    input: usize,
+    /// Numbers and flags of an output.
+    numbers: usize,
+    flags: usize,
+    /// Rows that streams work on before the next ones.
+    block: usize,
+}
+
+impl Layout {
+    fn of<S: Stream>(channels: usize) -> Self {
+        let (input, numbers, flags) = (S::Input::NUMBERS, S::Output::NUMBERS, S::Output::FLAGS);
+        let block = if S::abreast() > 1 && channels > 1 { ROWS_ABREAST } else { ROWS };
+        Self { channels, input, numbers, flags, block }
+    }
+
+    fn n_rows(&self, rows: &[f64]) -> usize {
+        rows.len() / (self.channels * self.input).max(1)
+    }
+}
+
+fn process(
+    streams: &mut dyn Channels,
+    layout: &Layout,
+    rows: &[f64],
+    numbers: &mut [f64],
+    flags: &mut [bool],
+) {
+    let (channels, count) = (layout.channels, layout.n_rows(rows));
+    for first in (0..count).step_by(layout.block) {
+        let after = count.min(first + layout.block);
+        let own = |width: usize| first * channels * width..after * channels * width;
+        let (numbers, flags) = (&mut numbers[own(layout.numbers)], &mut flags[own(layout.flags)]);
+        let input = &rows[own(layout.input)];
+        streams.process_block(&mut Block::new(channels, input, numbers, flags));
+    }
 }
 
 #[cfg(feature = "parallel")]
 mod on_threads {
     use nalgebra::{Dyn, MatrixViewMut, Scalar, U1};
 
-    use super::{Bank, Block, rows_at_once};
+    use super::{Bank, Block, Channels, Layout, process};
     use crate::error::Error;
     use crate::memory;
+    use crate::stream::Stream;
     use crate::stream::threads::{both, started_on_pool};
-    use crate::stream::{Input, Output, Stream};
 
     /// Samples that make another thread worth its while: some 100 µs of work.
     const SAMPLES_A_THREAD: usize = 1 << 15;
@@ -204,35 +253,49 @@ mod on_threads {
             flags: &mut [bool],
             threads: usize,
         ) -> Result<(), Error> {
-            let channels = self.streams.len();
-            let worth = rows.len() / S::Input::NUMBERS / SAMPLES_A_THREAD;
-            let threads = threads.min(worth).max(1);
-            let share = channels.div_ceil(threads).next_multiple_of(S::abreast());
-            if share >= channels {
-                self.process(rows, numbers, flags);
-                return Ok(());
-            }
-            let width = channels * S::Input::NUMBERS;
-            let count = rows.len() / width;
-            // What the threads will ask for together.
-            let numbers_a_row = width + channels * (S::Output::NUMBERS + S::Output::FLAGS);
-            let block = rows_at_once::<S>(channels).min(count);
-            drop(memory::room::<f64>(block.saturating_mul(numbers_a_row))?);
-            let part = Part {
-                rows,
-                width,
-                first: 0,
-                numbers: columns(numbers, channels * S::Output::NUMBERS, count),
-                flags: columns(flags, channels * S::Output::FLAGS, count),
-            };
-            let (mut part, streams) = (Some(part), &mut self.streams);
-            started_on_pool(&mut || {
-                if let Some(part) = part.take() {
-                    part.spread(streams, share);
-                }
-            });
-            Ok(())
+            let layout = Layout::of::<S>(self.streams.len());
+            let streams = &mut &mut *self.streams;
+            spread(streams, S::abreast(), &layout, rows, numbers, flags, threads)
         }
+    }
+
+    fn spread(
+        streams: &mut dyn Channels,
+        abreast: usize,
+        layout: &Layout,
+        rows: &[f64],
+        numbers: &mut [f64],
+        flags: &mut [bool],
+        threads: usize,
+    ) -> Result<(), Error> {
+        let channels = layout.channels;
+        let worth = rows.len() / layout.input / SAMPLES_A_THREAD;
+        let threads = threads.min(worth).max(1);
+        let share = channels.div_ceil(threads).next_multiple_of(abreast);
+        if share >= channels {
+            process(streams, layout, rows, numbers, flags);
+            return Ok(());
+        }
+        let count = layout.n_rows(rows);
+        let layout = Layout { block: layout.block.min(count), ..*layout };
+        // What the threads will ask for together.
+        let numbers_a_row = channels * (layout.input + layout.numbers + layout.flags);
+        drop(memory::room::<f64>(layout.block.saturating_mul(numbers_a_row))?);
+        let part = Part {
+            rows,
+            width: channels * layout.input,
+            first: 0,
+            numbers: columns(numbers, channels * layout.numbers, count),
+            flags: columns(flags, channels * layout.flags, count),
+            layout,
+        };
+        let mut part = Some(part);
+        started_on_pool(&mut || {
+            if let Some(part) = part.take() {
+                part.spread(streams, share);
+            }
+        });
+        Ok(())
     }
 
     /// The rows of an array as columns of a view, which can be cut along the rows.
@@ -253,51 +316,61 @@ mod on_threads {
         first: usize,
         numbers: Columns<'a, f64>,
         flags: Columns<'a, bool>,
+        /// Of these channels.
+        layout: Layout,
     }
 
     impl Part<'_> {
         /// `share` channels a task.
-        fn spread<S: Stream + Send>(mut self, streams: &mut [S], share: usize) {
-            if streams.len() <= share {
+        fn spread(mut self, streams: &mut dyn Channels, share: usize) {
+            let channels = self.layout.channels;
+            if channels <= share {
                 return self.process(streams);
             }
-            let half = (streams.len().div_ceil(share) / 2) * share;
-            let (ours, theirs) = streams.split_at_mut(half);
-            let (left, right) = self.split::<S>(half);
+            let half = (channels.div_ceil(share) / 2) * share;
+            let (mut ours, mut theirs) = streams.halves(half);
+            let (left, right) = self.split(half);
             let (mut left, mut right) = (Some(left), Some(right));
             both(
                 &mut || {
                     if let Some(part) = left.take() {
-                        part.spread(ours, share);
+                        part.spread(&mut *ours, share);
                     }
                 },
                 &mut || {
                     if let Some(part) = right.take() {
-                        part.spread(theirs, share);
+                        part.spread(&mut *theirs, share);
                     }
                 },
             );
         }
 
-        fn split<S: Stream>(&mut self, channels: usize) -> (Part<'_>, Part<'_>) {
-            let (rows, width, first) = (self.rows, self.width, self.first);
-            let at = channels * S::Output::NUMBERS;
+        fn split(&mut self, channels: usize) -> (Part<'_>, Part<'_>) {
+            let (rows, width, first, layout) = (self.rows, self.width, self.first, self.layout);
+            let at = channels * layout.numbers;
             let (ours, theirs) = self.numbers.rows_range_pair_mut(..at, at..);
-            let at = channels * S::Output::FLAGS;
+            let at = channels * layout.flags;
             let (our_flags, their_flags) = self.flags.rows_range_pair_mut(..at, at..);
-            let second = first + channels * S::Input::NUMBERS;
+            let others = Layout { channels: layout.channels - channels, ..layout };
+            let (layout, second) = (Layout { channels, ..layout }, first + channels * layout.input);
             (
-                Part { rows, width, first, numbers: ours, flags: our_flags },
-                Part { rows, width, first: second, numbers: theirs, flags: their_flags },
+                Part { rows, width, first, numbers: ours, flags: our_flags, layout },
+                Part {
+                    rows,
+                    width,
+                    first: second,
+                    numbers: theirs,
+                    flags: their_flags,
+                    layout: others,
+                },
             )
         }
 
         /// Block by block through buffers that stay in the cache of this thread.
-        fn process<S: Stream>(mut self, streams: &mut [S]) {
-            let channels = streams.len();
-            let length = rows_at_once::<S>(channels).min(self.rows.len() / self.width);
-            let (own, n, f) =
-                (channels * S::Input::NUMBERS, self.numbers.nrows(), self.flags.nrows());
+        fn process(mut self, streams: &mut dyn Channels) {
+            let Layout { channels, block: length, .. } = self.layout;
+            let own = channels * self.layout.input;
+            let (n, f) = (self.numbers.nrows(), self.flags.nrows());
             let mut input = Vec::with_capacity(length * own);
             let (mut numbers, mut flags) = (vec![0.0; length * n], vec![false; length * f]);
             for (block, rows) in self.rows.chunks(length * self.width).enumerate() {
@@ -307,7 +380,7 @@ mod on_threads {
                     input.extend_from_slice(&row[self.first..][..own]);
                 }
                 let (numbers, flags) = (&mut numbers[..count * n], &mut flags[..count * f]);
-                S::process_block(streams, &mut Block::new(channels, &input, numbers, flags));
+                streams.process_block(&mut Block::new(channels, &input, numbers, flags));
                 for i in 0..count {
                     let row = block * length + i;
                     copy(&numbers[i * n..][..n], self.numbers.column_mut(row).as_mut_slice());

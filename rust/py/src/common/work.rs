@@ -34,20 +34,29 @@ pub fn interruptible<R: Send>(
     samples: usize,
     work: impl FnOnce() -> R + Send,
 ) -> PyResult<R> {
+    let (mut work, mut found) = (Some(work), None);
+    let mut run = || found = work.take().map(|work| work());
+    watched(py, samples, &mut run)?;
+    Ok(found.ok_or(Error::Stopped).map_err(NativeError::from)?)
+}
+
+/// What is done is not part of the type, so that all this is compiled once.
+type Run<'a> = &'a mut (dyn FnMut() + Send);
+
+fn watched(py: Python<'_>, samples: usize, run: Run<'_>) -> PyResult<()> {
     let stop = Stop::default();
-    let mut work = Some(work);
-    let mut run = || work.take().map_or(Err(Error::Stopped), |work| stop.run(work));
+    let mut run = || stop.run(&mut *run);
     py.detach(|| {
-        let watched = (samples > FEW).then(|| watched(&mut run, &stop)).flatten();
+        let watched = (samples > FEW).then(|| on_a_thread(&mut run, &stop)).flatten();
         // Where no thread is to be had it is done here, and no signal looked for.
         watched.unwrap_or_else(|| Ok(run().map_err(NativeError::from)?))
     })
 }
 
-fn watched<R: Send>(
-    run: &mut (impl FnMut() -> Result<R, Error> + Send),
+fn on_a_thread(
+    run: &mut (dyn FnMut() -> Result<(), Error> + Send),
     stop: &Stop,
-) -> Option<PyResult<R>> {
+) -> Option<PyResult<()>> {
     scope(|scope| {
         let (done, ended) = channel::<()>();
         let worker = Builder::new().spawn_scoped(scope, move || {
@@ -58,11 +67,11 @@ fn watched<R: Send>(
     })
 }
 
-fn wait<R>(
-    worker: ScopedJoinHandle<'_, Result<R, Error>>,
+fn wait(
+    worker: ScopedJoinHandle<'_, Result<(), Error>>,
     ended: &Receiver<()>,
     stop: &Stop,
-) -> PyResult<R> {
+) -> PyResult<()> {
     let mut interrupted = Ok(());
     while ended.recv_timeout(BETWEEN) == Err(RecvTimeoutError::Timeout) {
         if interrupted.is_ok() {
@@ -72,9 +81,9 @@ fn wait<R>(
             stop.ask();
         }
     }
-    let found = worker.join().unwrap_or_else(|panic| resume_unwind(panic));
+    let done = worker.join().unwrap_or_else(|panic| resume_unwind(panic));
     interrupted?;
-    Ok(found.map_err(NativeError::from)?)
+    Ok(done.map_err(NativeError::from)?)
 }
 
 /// Hands `work` the rows of a batch, piece by piece; if it is interrupted or fails, the bank is as
@@ -90,16 +99,20 @@ pub fn in_pieces<B: AnyBank + ?Sized>(
     let at_once = (PIECE * threads.min(channels)).max(bank.bytes() / BYTES_A_SAMPLE) / channels;
     // Without memory for a copy it is done all the same, and no signal looked for.
     let Some(before) = (rows > at_once).then(|| bank.twin().ok()).flatten() else {
-        return Ok(py.detach(|| work(bank, 0..rows)).map_err(NativeError::from)?);
+        return detached(py, &mut || work(bank, 0..rows));
     };
     let length = (PIECE * threads.min(channels)).div_ceil(channels);
     for first in (0..rows).step_by(length) {
         let piece = first..rows.min(first + length);
-        let done = py.detach(|| work(bank, piece)).map_err(|error| NativeError::from(error).into());
+        let done = detached(py, &mut || work(bank, piece.clone()));
         if let Err(error) = done.and_then(|()| py.check_signals()) {
             bank.become_twin(before);
             return Err(error);
         }
     }
     Ok(())
+}
+
+fn detached(py: Python<'_>, work: &mut (dyn FnMut() -> Result<(), Error> + Send)) -> PyResult<()> {
+    Ok(py.detach(work).map_err(NativeError::from)?)
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use zerorate_core::checkpoint::{self, Label};
+use zerorate_core::drift::Drift;
 use zerorate_core::drift::options::Options;
 use zerorate_core::stream::{Field, Output, Parts, sizes};
 use zerorate_core::{
@@ -18,134 +19,170 @@ use crate::common::streaming::MotionBank;
 /// Samples of a channel that are worked on before the next channel's.
 const ROWS: usize = 512;
 
-/// What a replay notes of each axis at every sample: the drift's deviation, whether the filter
-/// learned, and whether the sensor was stuck.
-#[derive(Debug)]
-pub struct Noted<'a> {
-    pub sigma: Vec<&'a mut [f64]>,
-    pub at_rest: Vec<&'a mut [bool]>,
-    pub stuck: Vec<&'a mut [bool]>,
-}
-
-/// A bank of drift filters of one method and order.
-pub trait DriftBank: MotionBank {
+/// A drift filter whose method and order only the box knows.
+pub trait AnyDrift {
     fn options(&self) -> Options;
     fn samples_seen(&self) -> u64;
-    fn guard_counts(&self) -> Vec<u64>;
-    fn exit_counts(&self) -> Vec<u64>;
-    fn restarts(&self) -> Vec<u64>;
-    fn tallies(&self) -> Vec<Tally>;
-    fn ready(&self) -> Vec<bool>;
-    fn status(&self) -> Vec<&'static str>;
+    fn guard_count(&self) -> u64;
+    fn exit_count(&self) -> u64;
+    fn restarts(&self) -> u64;
+    fn tally(&self) -> Tally;
+    fn ready(&self) -> bool;
+    fn status(&self) -> &'static str;
     /// Densities of the white noise and of the drift's walk.
-    fn densities(&self) -> Vec<[f64; 2]>;
+    fn densities(&self) -> [f64; 2];
     /// The parts of a snapshot.
     fn readings(&self) -> &'static [Field];
-    /// Numbers and flags of a snapshot of each channel.
-    fn snapshots(&self) -> Result<(Vec<f64>, Vec<bool>), Error>;
-    /// Puts down those after each sample; `moving` is empty, or says of each row whether the body is
-    /// known to move.
-    fn trace(&mut self, rows: &[f64], moving: &[bool], parts: &mut Parts) -> Result<(), Error>;
-    /// The parts of a start, and the numbers of each channel's, for filters that were started.
-    fn starts(&self) -> Option<(&'static [Field], Vec<f64>)>;
+    /// Puts down the numbers and flags of a snapshot.
+    fn write(&self, numbers: &mut [f64], flags: &mut [bool]);
+    /// The parts of a start.
+    fn start(&self) -> &'static [Field];
+    /// Puts down the numbers of what it was started with; false if it learned that itself.
+    fn write_start(&self, numbers: &mut [f64]) -> bool;
     /// Forgets the drift but not the noise; false if it can't.
     fn power_on(&mut self) -> bool;
-    /// Fills the drift of each axis, and what is noted of it, in these rows.
-    fn drift_rows(
-        &mut self,
-        rows: Range<usize>,
-        z: &[&[f64]],
-        moving: &[bool],
-        bias: &mut [&mut [f64]],
-        noted: &mut Noted<'_>,
-    );
+    /// Takes a sample, after which the body is known to move, or nothing is known of it.
+    fn take(&mut self, z: f64, moving: bool);
+    /// [`take`](Self::take), and the drift then, and whether the sensor is stuck.
+    fn drift_after(&mut self, z: f64, moving: bool) -> (Drift<f64>, bool);
 }
 
-impl<F> DriftBank for Bank<F>
-where
-    F: DriftStream<f64> + Clone + Send + Sync + 'static,
-{
+impl<F: DriftStream<f64>> AnyDrift for F {
     fn options(&self) -> Options {
-        self.streams()[0].options()
+        F::options(self)
     }
 
     fn samples_seen(&self) -> u64 {
-        self.streams()[0].samples_seen()
+        F::samples_seen(self)
     }
 
-    fn guard_counts(&self) -> Vec<u64> {
-        self.streams().iter().map(F::guard_count).collect()
+    fn guard_count(&self) -> u64 {
+        F::guard_count(self)
     }
 
-    fn exit_counts(&self) -> Vec<u64> {
-        self.streams().iter().map(F::exit_count).collect()
+    fn exit_count(&self) -> u64 {
+        F::exit_count(self)
     }
 
-    fn restarts(&self) -> Vec<u64> {
-        self.streams().iter().map(F::restarts).collect()
+    fn restarts(&self) -> u64 {
+        F::restarts(self)
     }
 
-    fn tallies(&self) -> Vec<Tally> {
-        self.streams().iter().map(F::tally).collect()
+    fn tally(&self) -> Tally {
+        F::tally(self)
     }
 
-    fn ready(&self) -> Vec<bool> {
-        self.streams().iter().map(F::ready).collect()
+    fn ready(&self) -> bool {
+        F::ready(self)
     }
 
-    fn status(&self) -> Vec<&'static str> {
-        self.streams().iter().map(|filter| filter.status().name()).collect()
+    fn status(&self) -> &'static str {
+        F::status(self).name()
     }
 
-    fn densities(&self) -> Vec<[f64; 2]> {
-        self.streams().iter().map(F::densities).collect()
+    fn densities(&self) -> [f64; 2] {
+        F::densities(self)
     }
 
     fn readings(&self) -> &'static [Field] {
         F::Snapshot::FIELDS
     }
 
-    fn snapshots(&self) -> Result<(Vec<f64>, Vec<bool>), Error> {
-        let (n, f) = sizes(F::Snapshot::FIELDS);
-        let mut numbers = memory::filled(0.0, n * self.streams().len())?;
-        let mut flags = memory::filled(false, f * self.streams().len())?;
-        for (c, filter) in self.streams().iter().enumerate() {
-            filter.snapshot().write(&mut numbers[c * n..][..n], &mut flags[c * f..][..f]);
+    fn write(&self, numbers: &mut [f64], flags: &mut [bool]) {
+        self.snapshot().write(numbers, flags);
+    }
+
+    fn start(&self) -> &'static [Field] {
+        F::START
+    }
+
+    fn write_start(&self, numbers: &mut [f64]) -> bool {
+        F::write_start(self, numbers)
+    }
+
+    fn power_on(&mut self) -> bool {
+        F::power_on(self)
+    }
+
+    fn take(&mut self, z: f64, moving: bool) {
+        self.update_while(z, moving);
+    }
+
+    fn drift_after(&mut self, z: f64, moving: bool) -> (Drift<f64>, bool) {
+        self.update_while(z, moving);
+        (self.drift(), F::status(self) == Status::Stuck)
+    }
+}
+
+/// A bank of drift filters of one method and order.
+pub trait DriftBank: MotionBank {
+    /// The filter of a channel.
+    fn filter(&self, channel: usize) -> &dyn AnyDrift;
+    /// The filter of a channel, to change it.
+    fn filter_mut(&mut self, channel: usize) -> &mut dyn AnyDrift;
+}
+
+impl<F> DriftBank for Bank<F>
+where
+    F: DriftStream<f64> + Clone + Send + Sync + 'static,
+{
+    fn filter(&self, channel: usize) -> &dyn AnyDrift {
+        &self.streams()[channel]
+    }
+
+    fn filter_mut(&mut self, channel: usize) -> &mut dyn AnyDrift {
+        &mut self.streams_mut()[channel]
+    }
+}
+
+impl dyn DriftBank {
+    /// One value a channel.
+    pub fn each<T>(&self, of: impl Fn(&dyn AnyDrift) -> T) -> Vec<T> {
+        (0..self.channels()).map(|channel| of(self.filter(channel))).collect()
+    }
+
+    /// Numbers and flags of a snapshot of each channel.
+    pub fn snapshots(&self) -> Result<(Vec<f64>, Vec<bool>), Error> {
+        let (n, f) = sizes(self.filter(0).readings());
+        let mut numbers = memory::filled(0.0, n * self.channels())?;
+        let mut flags = memory::filled(false, f * self.channels())?;
+        for c in 0..self.channels() {
+            self.filter(c).write(&mut numbers[c * n..][..n], &mut flags[c * f..][..f]);
         }
         Ok((numbers, flags))
     }
 
-    fn trace(&mut self, rows: &[f64], moving: &[bool], parts: &mut Parts) -> Result<(), Error> {
-        let channels = self.streams().len();
-        if moving.is_empty() {
-            return parts.add_rows(channels, rows, channels, |rows, numbers, flags| {
-                Bank::trace(self, rows, numbers, flags);
-            });
-        }
-        let (n, f) = sizes(F::Snapshot::FIELDS);
-        let mut moving = moving.iter().flat_map(|one| std::iter::repeat_n(*one, channels));
+    /// Puts down the snapshot after each sample; `moving` is empty, or says of each row whether the
+    /// body is known to move.
+    pub fn trace(&mut self, rows: &[f64], moving: &[bool], parts: &mut Parts) -> Result<(), Error> {
+        let (channels, (n, f)) = (self.channels(), sizes(self.filter(0).readings()));
+        let known = moving.iter().copied().chain(std::iter::repeat(false));
+        let mut moving = known.flat_map(|one| std::iter::repeat_n(one, channels));
         parts.add_rows(channels, rows, channels, |rows, numbers, flags| {
             for (i, (z, moving)) in rows.iter().zip(&mut moving).enumerate() {
-                let filter = &mut self.streams_mut()[i % channels];
-                filter.update_while(*z, moving);
-                filter.snapshot().write(&mut numbers[i * n..][..n], &mut flags[i * f..][..f]);
+                let filter = self.filter_mut(i % channels);
+                filter.take(*z, moving);
+                filter.write(&mut numbers[i * n..][..n], &mut flags[i * f..][..f]);
             }
         })
     }
 
-    fn starts(&self) -> Option<(&'static [Field], Vec<f64>)> {
-        let (n, _) = sizes(F::START);
-        let mut numbers = vec![0.0; n * self.streams().len()];
-        let mut places = numbers.chunks_exact_mut(n.max(1));
-        let mut started = |filter: &F| places.next().is_some_and(|place| filter.write_start(place));
-        self.streams().iter().all(&mut started).then_some((F::START, numbers))
+    /// The parts of a start, and the numbers of each channel's, for filters that were started.
+    pub fn starts(&self) -> Option<(&'static [Field], Vec<f64>)> {
+        let fields = self.filter(0).start();
+        let (n, _) = sizes(fields);
+        let mut numbers = vec![0.0; n * self.channels()];
+        let mut started = |c: usize| self.filter(c).write_start(&mut numbers[c * n..][..n]);
+        (0..self.channels()).all(&mut started).then_some((fields, numbers))
     }
 
-    fn power_on(&mut self) -> bool {
-        self.streams_mut().iter_mut().all(F::power_on)
+    /// Forgets the drift but not the noise; false if it can't.
+    pub fn power_on(&mut self) -> bool {
+        (0..self.channels()).all(|channel| self.filter_mut(channel).power_on())
     }
 
-    fn drift_rows(
+    /// Fills the drift of each axis, and what is noted of it, in these rows.
+    pub fn drift_rows(
         &mut self,
         rows: Range<usize>,
         z: &[&[f64]],
@@ -153,16 +190,25 @@ where
         bias: &mut [&mut [f64]],
         noted: &mut Noted<'_>,
     ) {
-        for (c, filter) in self.streams_mut().iter_mut().enumerate() {
+        for c in 0..self.channels() {
+            let filter = self.filter_mut(c);
             for i in rows.clone() {
-                filter.update_while(z[c][i], moving.get(i).copied().unwrap_or(false));
-                let drift = filter.drift();
+                let moving = moving.get(i).copied().unwrap_or(false);
+                let (drift, stuck) = filter.drift_after(z[c][i], moving);
                 (bias[c][i], noted.sigma[c][i]) = (drift.bias, drift.sigma);
-                noted.at_rest[c][i] = drift.at_rest;
-                noted.stuck[c][i] = filter.status() == Status::Stuck;
+                (noted.at_rest[c][i], noted.stuck[c][i]) = (drift.at_rest, stuck);
             }
         }
     }
+}
+
+/// What a replay notes of each axis at every sample: the drift's deviation, whether the filter
+/// learned, and whether the sensor was stuck.
+#[derive(Debug)]
+pub struct Noted<'a> {
+    pub sigma: Vec<&'a mut [f64]>,
+    pub at_rest: Vec<&'a mut [bool]>,
+    pub stuck: Vec<&'a mut [bool]>,
 }
 
 /// Filters these samples of a row an axis into another.
@@ -261,34 +307,40 @@ fn new_sized<const N: usize, const M: usize>(
     channels: usize,
 ) -> PyResult<Box<dyn DriftBank>> {
     if let Some(robust) = options.robust {
-        let filter = RobustFilter::<f64, N, M>::new(options.params, robust);
-        return gated(std::iter::repeat_n(filter, channels), options.behaviour);
+        return alike(RobustFilter::<f64, N, M>::new(options.params, robust), options, channels);
     }
-    let filter = DriftFilter::<f64, N, M>::new(options.params).map_err(NativeError::from)?;
-    gated(std::iter::repeat_n(Ok(filter), channels), options.behaviour)
+    alike(DriftFilter::<f64, N, M>::new(options.params), options, channels)
+}
+
+fn alike<F, const N: usize, const M: usize>(
+    filter: Result<F, Error>,
+    options: &Options,
+    channels: usize,
+) -> PyResult<Box<dyn DriftBank>>
+where
+    F: PublishedFilter<f64, N, M> + Send + Sync + 'static,
+{
+    let bank = filter.and_then(|filter| Bank::new(&filter, channels));
+    gated(bank.map_err(NativeError::from)?, options.behaviour)
 }
 
 /// The filters as they are, or, where something is asked of them, gated by rest.
 pub fn gated<F, const N: usize, const M: usize>(
-    filters: impl ExactSizeIterator<Item = Result<F, Error>>,
+    bank: Bank<F>,
     behaviour: Behaviour,
 ) -> PyResult<Box<dyn DriftBank>>
 where
     F: PublishedFilter<f64, N, M> + Send + Sync + 'static,
 {
     if behaviour == Behaviour::PUBLISHED {
-        return Ok(Box::new(of(filters)?));
+        return Ok(Box::new(bank));
     }
-    let gated = |filter| RestGated::<f64, N, M, F>::new(filter?, behaviour);
-    Ok(Box::new(of(filters.map(gated))?))
-}
-
-fn of<F>(filters: impl ExactSizeIterator<Item = Result<F, Error>>) -> PyResult<Bank<F>> {
-    let mut streams = memory::room(filters.len()).map_err(NativeError::from)?;
-    for filter in filters {
-        streams.push(filter.map_err(NativeError::from)?);
+    let mut gated = memory::room(bank.streams().len()).map_err(NativeError::from)?;
+    for filter in bank.streams() {
+        let filter = RestGated::<f64, N, M, F>::new(*filter, behaviour);
+        gated.push(filter.map_err(NativeError::from)?);
     }
-    Ok(Bank::of(streams))
+    Ok(Box::new(Bank::of(gated)))
 }
 
 type Restored = (Option<usize>, Box<dyn DriftBank>);

@@ -14,7 +14,7 @@ use zerorate_core::Error;
 use zerorate_core::drift::options::Options;
 use zerorate_core::stream::Parts;
 
-use self::bank::{DriftBank, Noted};
+use self::bank::{AnyDrift, DriftBank, Noted};
 pub(crate) use self::bank::{Order, for_order, order_error};
 pub use self::options::filter_options;
 use crate::common::arrays;
@@ -271,7 +271,8 @@ impl DriftFilter {
         let samples = arrays::samples(z, &axes)?;
         let moving = this.motion(moving, samples.shape()[0])?;
         let (rows, bank) = (samples.values()?, &mut *this.shared.bank);
-        let (n, fields, channels) = (samples.shape()[0], bank.readings(), bank.channels());
+        let (n, fields, channels) =
+            (samples.shape()[0], bank.filter(0).readings(), bank.channels());
         let mut parts = Parts::new(fields, n * channels).map_err(NativeError::from)?;
         in_pieces(py, bank, n, 1, |bank, piece| {
             let moving = if moving.is_empty() { &[] } else { &moving[piece.clone()] };
@@ -318,7 +319,7 @@ impl DriftFilter {
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
-        let status = this.shared.bank.status();
+        let status = this.shared.bank.each(|filter| filter.status());
         match this.shared.channels {
             None => status[0].into_bound_py_any(py),
             Some(_) => status.into_bound_py_any(py),
@@ -330,46 +331,31 @@ getters! { DriftFilter, slf, py, this;
     /// Density of the white noise as learned, unit of the samples over root Hz: float, with channels
     /// (k,). For ``"auto"`` of noise slower than a quarter second, for the others from R. NaN until
     /// it is known.
-    angle_random_walk: Object<'py> = {
-        let densities = this.shared.bank.densities();
-        this.shared.numbers(py, densities.iter().map(|both| both[0]).collect())?
-    };
+    angle_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[0])?;
     /// How far the bias walks in a root second as learned by ``"auto"``, unit of the samples: float,
     /// with channels (k,). NaN until it is known, and for the other methods.
-    rate_random_walk: Object<'py> = {
-        let densities = this.shared.bank.densities();
-        this.shared.numbers(py, densities.iter().map(|both| both[1]).collect())?
-    };
+    rate_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[1])?;
     /// Samples given so far, missing ones included.
-    samples_seen: u64 = this.shared.bank.samples_seen();
+    samples_seen: u64 = this.shared.bank.filter(0).samples_seen();
     /// How often a step of the process noise was shortened to keep it positive semidefinite: int,
     /// with channels (k,).
-    guard_count: Object<'py> = this.shared.numbers(py, this.shared.bank.guard_counts())?;
+    guard_count: Object<'py> = this.each(py, |filter| filter.guard_count())?;
     /// How often so many outliers of ``"robust"`` followed each other that they were taken for a
     /// step of the signal: int, with channels (k,).
-    exit_count: Object<'py> = this.shared.numbers(py, this.shared.bank.exit_counts())?;
+    exit_count: Object<'py> = this.each(py, |filter| filter.exit_count())?;
     /// How often the scale learned at the start was proved wrong by many orders, upon which noise
     /// and drift were learned anew: int, with channels (k,).
-    restart_count: Object<'py> = this.shared.numbers(py, this.shared.bank.restarts())?;
+    restart_count: Object<'py> = this.each(py, |filter| filter.restarts())?;
     /// Samples at or beyond ``limit`` so far: int, with channels (k,).
-    saturated_count: Object<'py> = {
-        let tallies = this.shared.bank.tallies();
-        this.shared.numbers(py, tallies.iter().map(|tally| tally.saturated).collect())?
-    };
+    saturated_count: Object<'py> = this.each(py, |filter| filter.tally().saturated)?;
     /// Samples so far that were left out as outliers, counted a quarter second at a time, by
     /// ``"robust"`` at once: int, with channels (k,). Zero for a published method that looks for none.
-    outlier_count: Object<'py> = {
-        let tallies = this.shared.bank.tallies();
-        this.shared.numbers(py, tallies.iter().map(|tally| tally.outliers).collect())?
-    };
+    outlier_count: Object<'py> = this.each(py, |filter| filter.tally().outliers)?;
     /// Samples so far that a stuck sensor gave, counted a quarter second at a time: int, with channels
     /// (k,). Zero for a published method that neither rejects outliers nor holds in motion.
-    stuck_count: Object<'py> = {
-        let tallies = this.shared.bank.tallies();
-        this.shared.numbers(py, tallies.iter().map(|tally| tally.stuck).collect())?
-    };
+    stuck_count: Object<'py> = this.each(py, |filter| filter.tally().stuck)?;
     /// The start-up is over: bool, with channels (k,).
-    ready: Object<'py> = this.shared.numbers(py, this.shared.bank.ready())?;
+    ready: Object<'py> = this.each(py, |filter| filter.ready())?;
     /// Samples a second.
     rate: f64 = this.options.params.rate;
     /// Orders (p, q) of the model; None for ``"auto"``, which has no ARMA model.
@@ -405,7 +391,7 @@ fn rows_of<'a>(noted: &'a mut NotedArrays<'_>, shape: &[usize]) -> PyResult<Note
 impl DriftFilter {
     fn restored(bytes: &[u8]) -> Result<Self, Error> {
         let (channels, bank) = bank::restored(bytes)?;
-        Ok(Self { options: bank.options(), shared: Shared::new(channels, bank)? })
+        Ok(Self { options: bank.filter(0).options(), shared: Shared::new(channels, bank)? })
     }
 
     /// What is known of the body's motion at each of so many samples; empty if nothing is.
@@ -424,9 +410,21 @@ impl DriftFilter {
         }
     }
 
+    /// One value a channel.
+    fn each<'py, T>(
+        &self,
+        py: Python<'py>,
+        of: impl Fn(&dyn AnyDrift) -> T,
+    ) -> PyResult<Bound<'py, PyAny>>
+    where
+        T: numpy::Element + IntoPyObjectExt<'py> + Copy,
+    {
+        self.shared.numbers(py, self.shared.bank.each(of))
+    }
+
     fn reading<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let bank = &self.shared.bank;
         let (numbers, flags) = bank.snapshots().map_err(NativeError::from)?;
-        self.shared.field(py, bank.readings(), name, &numbers, &flags)
+        self.shared.field(py, bank.filter(0).readings(), name, &numbers, &flags)
     }
 }

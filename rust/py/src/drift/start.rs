@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use zerorate_core::drift::options::{METHOD, Options};
 use zerorate_core::stream::{Field, Input, Output};
-use zerorate_core::{DriftFilter, RobustFilter, Start, memory};
+use zerorate_core::{Bank, DriftFilter, Error, RobustFilter, Start, memory};
 
 use super::bank::{DriftBank, for_order, gated, order_error};
 use crate::common::arrays;
@@ -30,14 +30,29 @@ fn started_sized<const N: usize, const M: usize>(
     start: &Bound<'_, PyDict>,
 ) -> PyResult<Box<dyn DriftBank>> {
     let numbers = read(Start::<f64, N, M>::FIELDS, channels, start)?;
-    let starts = numbers.iter().map(|numbers| Start::<f64, N, M>::read(numbers));
     let (params, behaviour) = (options.params, options.behaviour);
     match options.robust {
-        Some(robust) => {
-            gated(starts.map(|start| RobustFilter::started(params, robust, start)), behaviour)
-        }
-        None => gated(starts.map(|start| DriftFilter::started(params, start)), behaviour),
+        Some(robust) => gated(
+            bank(&numbers, |start| RobustFilter::<f64, N, M>::started(params, robust, start))?,
+            behaviour,
+        ),
+        None => gated(
+            bank(&numbers, |start| DriftFilter::<f64, N, M>::started(params, start))?,
+            behaviour,
+        ),
     }
+}
+
+/// A filter for the numbers of each start.
+fn bank<F, const N: usize, const M: usize>(
+    numbers: &[Vec<f64>],
+    started: impl Fn(Start<f64, N, M>) -> Result<F, Error>,
+) -> PyResult<Bank<F>> {
+    let mut filters = memory::room(numbers.len()).map_err(NativeError::from)?;
+    for numbers in numbers {
+        filters.push(started(Start::read(numbers)).map_err(NativeError::from)?);
+    }
+    Ok(Bank::of(filters))
 }
 
 /// Refuses the method that learns its own start, before anything else that it may not use.

@@ -33,7 +33,11 @@ impl Auto {
             self.begin(accel, sample.mag.as_ref(), field.is_some());
         }
         self.sums.add(sample, field, &driven, &self.strapdown.rotation, TICK);
-        (self.sums.elapsed + 0.5 * sample.dt >= TICK).then(|| self.tick())
+        // No closure: a closure that is called is compiled without the caller's instructions.
+        if self.sums.elapsed + 0.5 * sample.dt < TICK {
+            return None;
+        }
+        Some(self.tick())
     }
 }
 
