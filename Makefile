@@ -45,7 +45,8 @@ test: test-package test-core ## Run all tests of the core and of the package
 
 # The benches run once, and beside the tests, so that the core is built for both at once.
 test-core: | check-cargo
-	cargo test --quiet --package zerorate-core --package zerorate-benches --package zerorate-c
+	cargo test --quiet --package zerorate-core --package zerorate-benches --package zerorate-c \
+		--package zerorate-board
 
 # Not --numprocesses=auto, which counts one for the two threads of a core.
 test-package: $(TOOLS)
@@ -66,10 +67,13 @@ nightly: $(TOOLS) ## Test for an hour or two what .ci/run tests for minutes
 BARE := --package zerorate-c --no-default-features --profile bare --crate-type staticlib
 
 # Needs rustup's target, gcc-arm-none-eabi, libnewlib-arm-none-eabi and qemu-system-arm.
-board: | check-cargo ## Compare a Cortex-M4F in QEMU with this machine, to the bit
+board: | check-cargo ## Compare a Cortex-M4F in QEMU with this machine, to the bit; count its instructions
 	cargo rustc --quiet $(BARE)
 	cargo rustc --quiet $(BARE) --target thumbv7em-none-eabihf
 	rust/c/board/run.sh target/thumbv7em-none-eabihf/bare/libzerorate.a target/bare/libzerorate.a
+	cargo rustc --quiet --package zerorate-board --no-default-features --profile bare \
+		--crate-type staticlib --target thumbv7em-none-eabihf
+	rust/c/board/count.sh target/thumbv7em-none-eabihf/bare/libzerorate_board.a
 
 MINUTES ?= 60
 

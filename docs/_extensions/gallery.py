@@ -17,7 +17,7 @@ from docutils.parsers.rst import directives
 from matplotlib.figure import Figure
 from sphinx.util.docutils import SphinxDirective
 
-RESOLUTION = 80
+RESOLUTION = 120
 
 
 class Drawn(SphinxDirective):

@@ -28,6 +28,11 @@ pub(crate) fn is_size<T: Limits>(x: T, bound: T) -> bool {
     T::zero() <= x && x <= bound
 }
 
+/// A whole number from zero to `bound`: of another one below 1 the inverse may be infinite.
+pub(crate) fn is_whole(x: f64, bound: f64) -> bool {
+    is_size(x, bound) && (x as u64) as f64 == x
+}
+
 /// From `-bound` to `bound`, or NaN where a sample is missing.
 pub(crate) fn is_sample<T: Limits>(z: T, bound: T) -> bool {
     is_nan(z) || is_within(z, bound)

@@ -11,7 +11,7 @@ use super::odometer::{CONSTANT_MAX, Odometer, Rolled, SPEED_MAX};
 use super::params::{BIAS_MAX, LEVER_MAX};
 use crate::checkpoint::Checkpoint;
 use crate::math::Symmetric;
-use crate::math::sound::{are_within, is_count, is_size, is_within};
+use crate::math::sound::{are_within, is_count, is_size, is_whole, is_within};
 
 impl Checkpoint for NavigationFilter {
     const TAG: &'static str = "navigation";
@@ -101,7 +101,7 @@ impl Odometer {
         let Rolled { count, speed, variance, velocity, rate } = self.sums;
         self.constants.iter().all(|x| is_within(*x, CONSTANT_MAX))
             && self.slips.is_none_or(|since| is_within(since, TIME_MAX))
-            && is_size(count, 1e12)
+            && is_whole(count, 1e12)
             && is_within(speed, SPEED_MAX * count)
             && is_size(variance, SPEED_MAX * SPEED_MAX * count)
             && are_within(&velocity, 2e9 * count)
@@ -123,7 +123,7 @@ impl Sums {
         let n = self.samples;
         let rates = Vector3::from_element(2.0 * SAMPLE_MAX * n);
         is_size(self.seconds, STEP_MAX)
-            && is_size(n, 1e12)
+            && is_whole(n, 1e12)
             && is_size(self.rests, n)
             && (n > 0.0) == (self.seconds > 0.0)
             && are_within(&self.attitude, 2.0 * n)
@@ -136,7 +136,9 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::super::covariance::{Covariance, STATES};
+    use super::super::filter::Sums;
     use super::super::motion::{Motion, rotation};
+    use super::super::odometer::{Odometer, Rolled};
     use nalgebra::{Matrix3, Vector3};
 
     #[test]
@@ -163,5 +165,19 @@ mod tests {
         assert!(!p.is_sound());
         p.0[8][3] = -0.9;
         assert!(!p.is_sound());
+    }
+
+    #[test]
+    fn a_count_that_is_no_whole_number_counts_nothing() {
+        for (count, sound) in [(0.0, true), (1.0, true), (0.5, false), (5e-315, false)] {
+            let sums = Rolled { count, ..Rolled::default() };
+            assert_eq!(Odometer { sums, ..Odometer::default() }.is_sound(), sound, "{count}");
+            let seconds = if count > 0.0 { 0.01 } else { 0.0 };
+            assert_eq!(
+                Sums { samples: count, seconds, ..Sums::new() }.is_sound(),
+                sound,
+                "{count}"
+            );
+        }
     }
 }
