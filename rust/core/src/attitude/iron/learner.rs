@@ -4,10 +4,10 @@
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::sums::Sums;
+use super::sums::{Products, Sums};
 use super::ticks::Tick;
 use crate::attitude::auto::Pull;
-use crate::calibrate::magnet::{Cost, DROP, LONGEST, PRICE, Seen, Span, WILD_TICK};
+use crate::calibrate::magnet::{Cost, DROP, LONGEST, PRICE, Seen, Span, WILD_TICK, step_all};
 use crate::math::sound::{are_within, is_size, is_within};
 
 /// Filters that go on.
@@ -73,8 +73,9 @@ impl Start {
         self.shares.dot(iron) - self.taken
     }
 
-    fn step(&mut self, tick: &Tick, seen: &Seen<f64>, seconds: f64) {
-        let Cost { determinant, misfit } = self.span.step(seen);
+    /// Takes a tick that its filter has taken at this cost.
+    fn take(&mut self, tick: &Products, by: Cost<f64>, seconds: f64) {
+        let Cost { determinant, misfit } = by;
         let cost = ComplexField::ln(determinant.max(f64::MIN_POSITIVE)) + misfit;
         self.cost = (self.cost + cost).min(DEAREST);
         self.age = (self.age + seconds).min(AGE_MOST);
@@ -214,15 +215,24 @@ impl Learner {
 
     fn see(&mut self, tick: &Tick) {
         let since = core::mem::take(&mut self.since);
-        self.judge_noise(tick);
+        let products = Products::of(tick);
+        self.judge_noise(&products);
         if !core::mem::replace(&mut self.seen, true) {
             self.begin(tick);
         }
         let rows: [f64; 9] = core::array::from_fn(|k| tick.rotation[(k / 3, k % 3)]);
         let walked = WALK * WALK * self.noise * since;
         let seen = Seen::of(&tick.turned.into(), &rows, walked, self.noise);
-        for start in self.starts.iter_mut().flatten() {
-            start.step(tick, &seen, since);
+        let mut spans = [Span::new([0.0; 3]); STARTS];
+        for (span, start) in spans.iter_mut().zip(&self.starts) {
+            *span = start.map_or(*span, |one| one.span);
+        }
+        let costs = step_all(&mut spans, &seen);
+        for (k, start) in self.starts.iter_mut().enumerate() {
+            if let Some(one) = start {
+                one.span = spans[k];
+                one.take(&products, costs[k], since);
+            }
         }
         self.wild += WILD_TICK;
     }
@@ -240,7 +250,7 @@ impl Learner {
     }
 
     /// The noise is what the best hard iron leaves of two seconds in which the sensor turns.
-    fn judge_noise(&mut self, tick: &Tick) {
+    fn judge_noise(&mut self, tick: &Products) {
         self.window.add(tick, 1.0, 1.0);
         if self.window.weight() < WINDOW {
             return;

@@ -1,11 +1,13 @@
 //! Sums over ticks, from which the scatter of the field with any hard iron follows, and how well it is
 //! known.
 
+use core::ops::Range;
+
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::ticks::Tick;
-use crate::math::sound::{are_within, is_size};
+use crate::math::sound::{is_size, is_within};
 
 /// Scatter that no field goes below: of places, not of noise.
 const FLOOR: f64 = 0.01;
@@ -18,67 +20,84 @@ pub const KNOWN: f64 = 0.10;
 /// No sum is larger.
 const LARGEST: f64 = 1e12;
 
-/// Weighted sums of ticks, fields in units of their usual size.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Sums {
-    weight: f64,
-    /// Of e, of its squared size, of B, of BᵀB and of Bᵀe.
-    turned: Vector3<f64>,
-    squared: f64,
-    rotation: Matrix3<f64>,
-    own: Matrix3<f64>,
-    both: Vector3<f64>,
-}
+/// Where in a row of sums stand those of 1, e, its squared size, B, BᵀB and Bᵀe.
+const WEIGHT: usize = 0;
+const TURNED: Range<usize> = 1..4;
+const SQUARED: usize = 4;
+const ROTATION: Range<usize> = 5..14;
+const OWN: Range<usize> = 14..23;
+const BOTH: Range<usize> = 23..COUNT;
+const COUNT: usize = 26;
 
-impl Default for Sums {
-    fn default() -> Self {
-        let (zero, none) = (Vector3::zeros(), Matrix3::zeros());
-        Self { weight: 0.0, turned: zero, squared: 0.0, rotation: none, own: none, both: zero }
+/// Numbers of a tick that are summed, fields in units of their usual size.
+#[derive(Debug, Clone, Copy)]
+pub struct Products([f64; COUNT]);
+
+impl Products {
+    pub fn of(tick: &Tick) -> Self {
+        let Tick { turned, rotation, .. } = tick;
+        let mut row = [0.0; COUNT];
+        (row[WEIGHT], row[SQUARED]) = (1.0, turned.norm_squared());
+        row[TURNED].copy_from_slice(turned.as_slice());
+        row[ROTATION].copy_from_slice(rotation.as_slice());
+        row[OWN].copy_from_slice(rotation.tr_mul(rotation).as_slice());
+        row[BOTH].copy_from_slice(rotation.tr_mul(turned).as_slice());
+        Self(row)
     }
 }
+
+/// Weighted sums of ticks.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sums([f64; COUNT]);
 
 impl Sums {
     /// Adds a tick of this weight, after all before it have kept so much of theirs.
-    pub fn add(&mut self, tick: &Tick, weight: f64, kept: f64) {
-        let Tick { turned, rotation, .. } = tick;
-        self.weight = kept * self.weight + weight;
-        self.turned = self.turned * kept + turned * weight;
-        self.squared = kept * self.squared + weight * turned.norm_squared();
-        self.rotation = self.rotation * kept + rotation * weight;
-        self.own = self.own * kept + rotation.tr_mul(rotation) * weight;
-        self.both = self.both * kept + rotation.tr_mul(turned) * weight;
+    pub fn add(&mut self, tick: &Products, weight: f64, kept: f64) {
+        for (sum, number) in self.0.iter_mut().zip(&tick.0) {
+            *sum = kept * *sum + weight * number;
+        }
     }
 
     pub fn weight(&self) -> f64 {
-        self.weight
+        self.0[WEIGHT]
+    }
+
+    fn turned(&self) -> Vector3<f64> {
+        Vector3::from_column_slice(&self.0[TURNED])
+    }
+
+    fn rotation(&self) -> Matrix3<f64> {
+        Matrix3::from_column_slice(&self.0[ROTATION])
     }
 
     fn part(&self) -> f64 {
-        1.0 / self.weight.max(1e-9)
+        1.0 / self.weight().max(1e-9)
     }
 
     /// Mean of BᵀB without that of the mean of B: what turning says of a hard iron.
     pub fn turning(&self) -> Matrix3<f64> {
-        let (part, mean) = (self.part(), self.rotation * self.part());
-        let spread = self.own * part - mean.tr_mul(&mean);
+        let (part, mean) = (self.part(), self.rotation() * self.part());
+        let own = Matrix3::from_column_slice(&self.0[OWN]);
+        let spread = own * part - mean.tr_mul(&mean);
         (spread + spread.transpose()) * 0.5
     }
 
     /// The same of Bᵀe.
     fn seen(&self) -> Vector3<f64> {
         let part = self.part();
-        self.both * part - self.rotation.tr_mul(&self.turned) * (part * part)
+        let both = Vector3::from_column_slice(&self.0[BOTH]);
+        both * part - self.rotation().tr_mul(&self.turned()) * (part * part)
     }
 
     /// The mean field without a hard iron.
     pub fn field(&self, iron: &Vector3<f64>) -> Vector3<f64> {
-        (self.turned - self.rotation * iron) * self.part()
+        (self.turned() - self.rotation() * iron) * self.part()
     }
 
     /// Variance of an axis of the field about its mean without a hard iron.
     pub fn variance(&self, iron: &Vector3<f64>) -> f64 {
         let part = self.part();
-        let raw = self.squared * part - (self.turned * part).norm_squared();
+        let raw = self.0[SQUARED] * part - (self.turned() * part).norm_squared();
         let less = iron.dot(&self.seen()) * 2.0 - iron.dot(&(self.turning() * iron));
         ((raw - less) / 3.0).max(0.0)
     }
@@ -99,12 +118,8 @@ impl Sums {
     }
 
     pub fn is_sound(&self) -> bool {
-        is_size(self.weight, LARGEST)
-            && is_size(self.squared, LARGEST)
-            && are_within(&self.turned, LARGEST)
-            && are_within(&self.rotation, LARGEST)
-            && are_within(&self.own, LARGEST)
-            && are_within(&self.both, LARGEST)
+        let sizes = is_size(self.weight(), LARGEST) && is_size(self.0[SQUARED], LARGEST);
+        sizes && self.0.iter().all(|x| is_within(*x, LARGEST))
     }
 }
 

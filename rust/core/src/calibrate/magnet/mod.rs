@@ -14,6 +14,7 @@ mod normal;
 #[cfg(feature = "std")]
 mod partition;
 mod span;
+mod together;
 
 #[cfg(feature = "std")]
 pub use covariance::{Doubt, covariance};
@@ -24,3 +25,4 @@ pub use normal::Element;
 #[cfg(feature = "std")]
 pub use partition::{Partition, Piece, Turned, partition};
 pub(crate) use span::{Cost, DROP, LONGEST, PRICE, Seen, Span, WILD_TICK};
+pub(crate) use together::step_all;

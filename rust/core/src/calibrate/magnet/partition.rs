@@ -2,8 +2,9 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::span::{Cost, DROP, LONGEST, NUMBERS, PRICE, Seen, Span, WILD_TICK};
-use crate::math::{Lane, Real, WIDEST, parallel};
+use super::span::{Cost, DROP, LONGEST, PRICE, Seen, Span, WILD_TICK};
+use super::together::{gather, scatter};
+use crate::math::{Lane, Real, parallel};
 use crate::work::pause;
 
 /// Ticks of a second, in which a span begins and ends.
@@ -54,7 +55,21 @@ pub fn partition(ticks: &Turned<'_>, noise: f64, walks: &[f64]) -> Vec<Partition
 struct Going {
     start: usize,
     cost: f64,
-    numbers: [f64; NUMBERS],
+    span: Span<f64>,
+}
+
+impl AsRef<Span<f64>> for Going {
+    #[inline(always)]
+    fn as_ref(&self) -> &Span<f64> {
+        &self.span
+    }
+}
+
+impl AsMut<Span<f64>> for Going {
+    #[inline(always)]
+    fn as_mut(&mut self) -> &mut Span<f64> {
+        &mut self.span
+    }
 }
 
 struct Search<'a> {
@@ -94,8 +109,8 @@ impl<'a> Search<'a> {
     fn take(&mut self, second: usize, inside: core::ops::Range<usize>) {
         self.wild.push(WILD_TICK * inside.len() as f64);
         if !inside.is_empty() {
-            let numbers = Span::new(median(&self.ticks.turned[inside.clone()])).numbers();
-            self.going.push(Going { start: second, cost: 0.0, numbers });
+            let span = Span::new(median(&self.ticks.turned[inside.clone()]));
+            self.going.push(Going { start: second, cost: 0.0, span });
             self.step(inside);
         }
         let (mut least, mut piece) = self.wildest(second);
@@ -160,18 +175,7 @@ impl WithSimd for Step<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
         for some in self.going.chunks_mut(S::F64_LANES) {
-            let mut rows = [[0.0; WIDEST]; NUMBERS];
-            for k in 0..S::F64_LANES {
-                let numbers = &some[k.min(some.len() - 1)].numbers;
-                for i in 0..NUMBERS {
-                    rows[i][k] = numbers[i];
-                }
-            }
-            let mut loaded = [Lane::<S>::of(0.0); NUMBERS];
-            for i in 0..NUMBERS {
-                loaded[i] = Lane::load(&rows[i]);
-            }
-            let mut span = Span::of(&loaded);
+            let mut span = gather::<S>(some);
             // A second's determinants are a number of ordinary size: one logarithm does for all.
             let (mut product, mut misfit) = (Lane::<S>::of(1.0), Lane::<S>::of(0.0));
             for k in 0..self.turned.len() {
@@ -180,16 +184,10 @@ impl WithSimd for Step<'_> {
                 product *= determinant;
                 misfit += more;
             }
-            let loaded = span.row();
-            for i in 0..NUMBERS {
-                rows[i] = loaded[i].store();
-            }
+            scatter(&span, some);
             let (product, misfit) = (product.store(), misfit.store());
             for (k, one) in some.iter_mut().enumerate() {
                 one.cost += product[k].ln() + misfit[k];
-                for i in 0..NUMBERS {
-                    one.numbers[i] = rows[i][k];
-                }
             }
         }
     }

@@ -82,19 +82,6 @@ impl Span<f64> {
         Self { iron: [0.0; 3], field, irons: one, across: [[0.0; 3]; 3], fields: one }
     }
 
-    /// Its numbers in a row.
-    pub fn numbers(&self) -> [f64; NUMBERS] {
-        let mut row = [0.0; NUMBERS];
-        row[..3].copy_from_slice(&self.iron);
-        row[3..6].copy_from_slice(&self.field);
-        row[6..12].copy_from_slice(&self.irons);
-        row[12..21].copy_from_slice(self.across.as_flattened());
-        row[21..].copy_from_slice(&self.fields);
-        row
-    }
-}
-
-impl Span<f64> {
     /// The hard iron as it is known now.
     pub fn iron(&self) -> [f64; 3] {
         self.iron
@@ -102,12 +89,26 @@ impl Span<f64> {
 
     /// Whether every number is one of a running filter.
     pub fn is_sound(&self) -> bool {
-        let row = self.numbers();
+        let row = self.row();
         let variances = AT.iter().enumerate().map(|(i, at)| at[i]);
         row.iter().all(|x| is_within(*x, LARGEST))
             && variances
                 .into_iter()
                 .all(|i| is_size(self.irons[i], LARGEST) && is_size(self.fields[i], LARGEST))
+    }
+}
+
+impl AsRef<Self> for Span<f64> {
+    #[inline(always)]
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
+impl AsMut<Self> for Span<f64> {
+    #[inline(always)]
+    fn as_mut(&mut self) -> &mut Self {
+        self
     }
 }
 
@@ -137,7 +138,6 @@ impl<T: Real> Span<T> {
     }
 
     /// Its numbers in a row.
-    #[cfg(feature = "std")]
     #[inline(always)]
     pub fn row(&self) -> [T; NUMBERS] {
         let mut row = [T::zero(); NUMBERS];
