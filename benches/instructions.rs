@@ -12,7 +12,7 @@ use zerorate_core::allan::{Kind as Deviation, Record, StreamingAllan, curves};
 use zerorate_core::array::{ArrayParams, Fusion, GyroArray, Weights};
 use zerorate_core::attitude::{
     Attitude, AttitudeParams, Auto, AutoOptions, Complementary, Ekf, Estimator, Frame, Kalman,
-    Madgwick, Mahony, NamedOptions, Ukf,
+    Learning, Madgwick, Mahony, NamedOptions, Ukf,
 };
 use zerorate_core::calibrate::{Correction, ImuCorrector};
 use zerorate_core::denoise::{Mode, Wavelet, WaveletDenoiser, WaveletParams, decompose};
@@ -184,6 +184,11 @@ fn attitudes() -> Vec<Path> {
         let options = AutoOptions { mag: options.mag, ..AutoOptions::default() };
         Auto::new(options).expect("the defaults")
     });
+    let [_, learning] = attitude("auto that learns its magnetometer", |options| {
+        let options = AutoOptions { mag: options.mag, ..AutoOptions::default() };
+        let auto = Auto::new(options).expect("the defaults");
+        Learning::new(auto, None).expect("no calibration")
+    });
     let named = [
         attitude("complementary", |o| Complementary::new(o).expect("the defaults")),
         attitude("mahony", |o| Mahony::new(o).expect("the defaults")),
@@ -191,7 +196,7 @@ fn attitudes() -> Vec<Path> {
         attitude("ekf", |o| Kalman::new(o).map(|it: Ekf| it).expect("the defaults")),
         attitude("ukf", |o| Kalman::new(o).map(|it: Ukf| it).expect("the defaults")),
     ];
-    [auto].into_iter().chain(named).flatten().collect()
+    auto.into_iter().chain([learning]).chain(named.into_iter().flatten()).collect()
 }
 
 fn navigator() -> NavigationFilter {
