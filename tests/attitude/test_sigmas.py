@@ -44,6 +44,7 @@ def of_swung() -> list[tuple[Floats, Floats, Floats]]:
     return [errors(kind, start) for kind in SWUNG for start in ("rest", "motion")]
 
 
+@pytest.mark.slow
 def test_tilt_and_bias_of_what_is_swung() -> None:
     """One sigma holds 63 % of a tilt about two axes and 68 % of a bias. Half-second samples of one
     run are hardly independent: 96 runs leave some 2 % of spread, and the rest is room for what the

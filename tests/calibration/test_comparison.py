@@ -49,6 +49,7 @@ def test_chi_squared_counts_covariances(made):
     assert found.probability == pytest.approx(scipy.stats.chi2.sf(expected, 30), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_by_chance_few_move(made):
     pairs = [(again(made, s), again(made, 1000 + s)) for s in range(100)]
     found = [zr.compare_calibrations(*pair) for pair in pairs]

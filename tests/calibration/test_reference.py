@@ -41,6 +41,7 @@ class TestFit:
         assert found.asymmetry == pytest.approx(0.0, abs=1e-5)
         assert found.window == 1.0
 
+    @pytest.mark.slow
     def test_errors_hold_with_an_encoder(self):
         # No turning point twice: the same rounding there would be one error in all parts.
         second = 40.0 * np.sin(0.31 * T)

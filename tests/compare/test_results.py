@@ -109,6 +109,7 @@ def test_scripts_say_in_one_line_that_the_recordings_are_absent(script, tmp_path
     assert str(tmp_path) in done.stderr
 
 
+@pytest.mark.slow
 @needs_recordings
 def test_the_tables_are_made():
     done = run("published_tables.py", RECORDINGS, "--seconds", "70", "--markdown")
@@ -117,6 +118,7 @@ def test_the_tables_are_made():
     assert "nan" not in done.stdout
 
 
+@pytest.mark.slow
 @needs_recordings
 def test_the_offline_tables_are_made():
     done = run("offline_models.py", RECORDINGS, "--seconds", "160", "--markdown")
@@ -152,6 +154,7 @@ def test_an_arma_2_1_of_a_drift_nearly_cancels(name, axis):
     assert -1.0 < model.theta[0] < -0.99
 
 
+@pytest.mark.slow
 @needs_recordings
 def test_the_figure_is_made(tmp_path):
     figure = tmp_path / "sweep.png"
@@ -160,6 +163,7 @@ def test_the_figure_is_made(tmp_path):
     assert figure.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 @needs_recordings
 def test_the_figures_of_outliers_are_made(tmp_path):
     done = run("robust_figures.py", RECORDINGS, "--seconds", "150", "--figures", tmp_path)

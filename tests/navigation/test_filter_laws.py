@@ -596,6 +596,7 @@ def normalised_errors(seed):
     return np.concatenate([np.mean(found, axis=0), np.nanmean(told, axis=0)])
 
 
+@pytest.mark.slow
 def test_errors_are_as_large_as_it_says():
     """Over 40 drives, from alignments with errors as large as they say; 1.06 is seen."""
     mean = np.mean([normalised_errors(seed) for seed in range(40)], axis=0)

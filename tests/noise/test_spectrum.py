@@ -36,6 +36,7 @@ def test_three_hours_give_them_well(name):
     assert b < 0.10
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth():
     share, count = share_within(coefficients("whittle"))
     assert count > 200

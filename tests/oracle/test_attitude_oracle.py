@@ -41,6 +41,7 @@ def without(vectors, share, rng, several=1):
     return np.where(gone[:, None], np.nan, vectors)
 
 
+@pytest.mark.slow
 def test_a_hand_and_magnets():
     """Learned fields, rejected ones, and one that lasts until it is accepted or merely doubted."""
     motion = moved("hand", 250.0, 140.0, magnet=[(25.0, 30.0), (40.0, 125.0)])
@@ -95,6 +96,7 @@ def resting(rate, seconds, level, rng):
     return gyro, accel, [10.0, 18.0, -40.0] + 0.3 * rng.standard_normal((n, 3))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mag", [True, False])
 def test_rest_at_a_far_level(mag):
     """What was learned in motion is forgotten after ten seconds at a rate that is no bias."""

@@ -157,6 +157,7 @@ class TestErrors:
             assert np.abs(white.mean(axis=0)).max() < 4 * density * 10.0 / 100.0
             assert abs(np.corrcoef(white.T)[0, 1]) < 0.04
 
+    @pytest.mark.slow
     def test_biases_walk(self):
         walk = zr.NoiseModel(rate_random_walk=1e-4)
         drives = [

@@ -98,6 +98,7 @@ def test_markov_noise_is_the_plain_recursion(step):
     np.testing.assert_allclose(sequences.markov(white, step), plain, rtol=0.0, atol=2000 * 2.3e-16)
 
 
+@pytest.mark.slow
 def test_markov_noise_is_stationary_from_the_start():
     model = NoiseModel(markov=[Markov(2.0, 50.0)])
     _, truth = simulate(model, 100.0, 0.02, 3, axes=20_000)
@@ -105,6 +106,7 @@ def test_markov_noise_is_stationary_from_the_start():
     assert truth.std(axis=1) == pytest.approx([10.0, 10.0], rel=0.025)
 
 
+@pytest.mark.slow
 def test_the_phase_of_a_sinusoid_is_uniform():
     model = NoiseModel(sinusoid=[Sinusoid(1.0, 25.0)])
     _, truth = simulate(model, 100.0, 0.02, 3, axes=20_000)

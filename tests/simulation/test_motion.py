@@ -144,6 +144,7 @@ class TestErrors:
         np.testing.assert_array_equal(motion.bias, np.tile([0.1, 0.2, 0.3], (500, 1)))
         np.testing.assert_array_equal(motion.accel_bias, [1.0, 2.0, 3.0])
 
+    @pytest.mark.slow
     def test_what_is_drawn_has_the_deviations_asked_for(self):
         drawn = [zr.simulate_motion("circle", duration=0.03, seed=seed) for seed in range(300)]
         S = np.array([motion.gyro_matrix for motion in drawn]) - np.eye(3)
