@@ -399,6 +399,12 @@ impl<T: Number> Stream for AutoFilter<T> {
         self.step(z, false)
     }
 
+    /// It holds plain numbers, which are copied at once, and not field by field.
+    #[cfg(feature = "std")]
+    fn twin(&self) -> Result<Self, Error> {
+        Ok(*self)
+    }
+
     fn reset(&mut self) {
         if let Ok(new) = Self::new(self.params) {
             *self = new;

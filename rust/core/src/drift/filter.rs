@@ -581,6 +581,12 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
         *self = filter;
     }
 
+    /// It holds plain numbers, which are copied at once, and not field by field.
+    #[cfg(feature = "std")]
+    fn twin(&self) -> Result<Self, Error> {
+        Ok(*self)
+    }
+
     fn reset(&mut self) {
         if let Ok(fresh) = self.fresh() {
             *self = fresh;

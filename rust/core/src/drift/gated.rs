@@ -165,6 +165,12 @@ where
         self.update_while(z, false)
     }
 
+    /// It holds plain numbers, which are copied at once, and not field by field.
+    #[cfg(feature = "std")]
+    fn twin(&self) -> Result<Self, Error> {
+        Ok(*self)
+    }
+
     fn reset(&mut self) {
         self.filter.reset();
         self.detector.restart();

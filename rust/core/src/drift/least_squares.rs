@@ -356,6 +356,12 @@ impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares
         }
     }
 
+    /// It holds plain numbers, which are copied at once, and not field by field.
+    #[cfg(feature = "std")]
+    fn twin(&self) -> Result<Self, Error> {
+        Ok(*self)
+    }
+
     fn reset(&mut self) {
         if let Ok(fresh) = Self::new(self.params) {
             *self = fresh;

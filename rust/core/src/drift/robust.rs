@@ -221,6 +221,12 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for RobustFilter<T, 
         *self = filter;
     }
 
+    /// It holds plain numbers, which are copied at once, and not field by field.
+    #[cfg(feature = "std")]
+    fn twin(&self) -> Result<Self, Error> {
+        Ok(*self)
+    }
+
     fn reset(&mut self) {
         self.filter.reset();
         self.gate = Gate::new(self.gate.law, self.filter.params().rate);
