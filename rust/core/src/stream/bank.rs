@@ -131,20 +131,6 @@ impl<S: Stream> Bank<S> {
         }
     }
 
-    /// Takes rows; fills the numbers and flags of what each stream knows after each of them.
-    pub fn trace(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool])
-    where
-        S: Traced,
-    {
-        let (width, n, f) = (S::Input::NUMBERS, S::Snapshot::NUMBERS, S::Snapshot::FLAGS);
-        let channels = self.streams.len();
-        for (k, sample) in rows.chunks_exact(width).enumerate() {
-            let stream = &mut self.streams[k % channels];
-            stream.update(S::Input::read(sample));
-            stream.snapshot().write(&mut numbers[k * n..][..n], &mut flags[k * f..][..f]);
-        }
-    }
-
     /// Bytes of all states.
     pub fn bytes(&self) -> usize {
         self.streams.iter().map(Stream::bytes).sum()
@@ -161,6 +147,25 @@ impl<S: Stream + Send> Bank<S> {
     pub fn process(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool]) {
         let layout = Layout::of::<S>(self.streams.len());
         process(&mut &mut *self.streams, &layout, rows, numbers, flags);
+    }
+
+    /// Takes rows; fills the numbers and flags of what each stream knows after each of them.
+    pub fn trace(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool])
+    where
+        S: Traced,
+    {
+        let layout = Layout::of::<S>(self.streams.len());
+        let (n, f) = (S::Snapshot::NUMBERS, S::Snapshot::FLAGS);
+        // By the loop that fills batches: a step may be large, and is compiled no second time here.
+        let mut returned = vec![0.0; layout.channels * layout.numbers];
+        let mut marks = vec![false; layout.channels * layout.flags];
+        let mut places = 0..;
+        for row in rows.chunks_exact((layout.channels * layout.input).max(1)) {
+            process(&mut &mut *self.streams, &layout, row, &mut returned, &mut marks);
+            for (stream, k) in self.streams.iter().zip(&mut places) {
+                stream.snapshot().write(&mut numbers[k * n..][..n], &mut flags[k * f..][..f]);
+            }
+        }
     }
 }
 

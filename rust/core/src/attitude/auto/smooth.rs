@@ -134,7 +134,7 @@ impl Attitude<Auto> {
         let mut all = memory::room(n)?;
         for (k, sample) in samples.enumerate() {
             pause(k);
-            filter.update(sample);
+            take(&mut filter, sample);
             all.push(known(filter.estimator()));
         }
         Ok(all)
@@ -150,6 +150,12 @@ impl Attitude<Auto> {
         let dt = if sample.dt >= 0.0 { sample.dt } else { 1.0 / self.params().rate };
         dt.min(1.0)
     }
+}
+
+/// One for all passes: what is done at a tick is large.
+#[inline(never)]
+fn take(filter: &mut Attitude<Auto>, sample: Sample) {
+    filter.update(sample);
 }
 
 impl Bias {
