@@ -251,6 +251,36 @@ def test_a_grid_holds_the_fits_on_common_residuals():
         assert abs(grid.n * np.log(grid.sigma2[p, q] / model.sigma2)) < 1e-4
 
 
+LONG = [([0.6, -0.3], [0.4]), ([0.9995], [-0.99]), ([1.2, -0.5, 0.1], [0.5, 0.3])]
+
+
+@pytest.mark.parametrize("missing", [False, True])
+@pytest.mark.parametrize(("phi", "theta"), LONG)
+def test_long_records_are_searched_by_their_spectrum_and_end_where_the_record_has_it(
+    phi, theta, missing
+):
+    z = simulate(phi, theta, 40_000, 19)
+    if missing:
+        z[[500, 501, 20_000]] = np.nan
+    grid = arma_grid(z, 3, 3)
+    assert np.all(np.diff(grid.sigma2, axis=0) <= 1e-11 * grid.sigma2[0, 0])
+    assert np.all(np.diff(grid.sigma2, axis=1) <= 1e-11 * grid.sigma2[0, 0])
+    p, q = len(phi), len(theta)
+    model = fit_arma(z, p, q)
+    # From the truth itself, on the record alone.
+    searched = fit_arma(z, p, q, start=[*phi, *theta, 0.0])
+    assert model.converged
+    assert searched.converged
+    errors = searched.standard_errors[:-1]
+    found = np.abs(np.concatenate([model.phi - searched.phi, model.theta - searched.theta]))
+    # Both stop a millionth of a standard error from the minimum, to first order.
+    assert np.all(found < 1e-4 * errors)
+    if p == 3 or not missing:
+        at = grid.coefficients[4 * p + q]
+        # A grid is good to a hundredth of a standard error, and leaves out two residuals more.
+        assert np.all(np.abs(at[:-1] - [*model.phi, *model.theta]) < 0.1 * errors)
+
+
 @pytest.mark.parametrize("method", ["css", "exact"])
 @pytest.mark.parametrize(("scale", "offset"), [(3e-7, 0.0), (1e8, 0.0), (1e-4, 1e7), (1e150, 0.0)])
 def test_units_and_offsets_do_not_matter(method, scale, offset):

@@ -62,13 +62,35 @@ impl<'a> Conditional<'a> {
             3 => self.sums::<3>(coefficients),
             _ => self.sums::<MAX_ORDER>(coefficients),
         };
-        let (m, products) = (coefficients.len(), &sums.products);
+        self.of_sums(&sums)
+    }
+
+    /// Normal equations in `[φ, θ, c]` from the sums of a pass.
+    fn of_sums(&self, sums: &Sums) -> Normal {
+        let (m, products) = (self.bounds.len(), &sums.products);
         Normal {
             gram: DMatrix::from_fn(m, m, |i, j| products[i.max(j)][i.min(j)]),
-            curvature: DMatrix::from_fn(m, m, |i, j| self.curvature(&sums, i.max(j), i.min(j))),
+            curvature: DMatrix::from_fn(m, m, |i, j| self.curvature(sums, i.max(j), i.min(j))),
             descent: DVector::from_fn(m, |i, _| products[m][i]),
             sum_of_squares: products[m][m],
         }
+    }
+
+    /// Normal equations at a point from the sums of a pass there, whoever made it.
+    pub fn at_point(&self, point: &[f64], sums: &Sums) -> Normal {
+        self.in_free(point, self.of_sums(sums))
+    }
+
+    /// Normal equations in `[φ, θ, c]`, in the coordinates of a point.
+    fn in_free(&self, point: &[f64], natural: Normal) -> Normal {
+        let (corner, size) = ((self.p, self.p), (self.q, self.q));
+        let free = &point[self.p..self.p + self.q];
+        let mut slopes = DMatrix::identity(point.len(), point.len());
+        slopes.view_mut(corner, size).copy_from(&-partial::jacobian(free));
+        let weights = -natural.descent.rows(self.p, self.q);
+        let mut normal = natural.transformed(&slopes);
+        normal.curvature.view_mut(corner, size).sub_assign(&partial::hessian(free, &weights));
+        normal
     }
 
     /// Sum of the residuals times their second derivatives by coefficients `i >= j`.
@@ -108,15 +130,7 @@ impl<'a> Conditional<'a> {
 
 impl Problem for Conditional<'_> {
     fn normal(&self, point: &[f64]) -> Normal {
-        let (corner, size) = ((self.p, self.p), (self.q, self.q));
-        let free = &point[self.p..self.p + self.q];
-        let mut slopes = DMatrix::identity(point.len(), point.len());
-        slopes.view_mut(corner, size).copy_from(&-partial::jacobian(free));
-        let natural = self.natural(&self.coefficients(point));
-        let weights = -natural.descent.rows(self.p, self.q);
-        let mut normal = natural.transformed(&slopes);
-        normal.curvature.view_mut(corner, size).sub_assign(&partial::hessian(free, &weights));
-        normal
+        self.in_free(point, self.natural(&self.coefficients(point)))
     }
 
     fn bounds(&self) -> &[f64] {

@@ -7,6 +7,7 @@ use super::columns::{BLOCK, against};
 use super::conditional::Conditional;
 use super::descent::{Descent, End, Problem, Stop, minimise};
 use super::series::Series;
+use super::spectrum::{Guide, Spectrum};
 use crate::identify::autoregression::Reflections;
 use crate::math::parallel;
 use crate::work;
@@ -17,6 +18,15 @@ const COARSE: Stop = Stop { step: 1e-2, evaluations: 100, patience: 12 };
 
 /// A second search is worth no more passes than this.
 const SECOND: Stop = Stop { step: 1e-2, evaluations: 25, patience: 6 };
+
+/// On the spectrum, where a pass costs next to nothing.
+const GUIDED: Stop = Stop { step: 1e-2, evaluations: 300, patience: 24 };
+
+/// From where a search on the spectrum ended.
+const NEAR: Stop = Stop { step: 1e-2, evaluations: 25, patience: 4 };
+
+/// Variances of a residual: by less the spectrum does not say which of two ends is the lower.
+const UNDECIDED: f64 = 1.0;
 
 /// Two searches that come so near, in standard errors, end at the same place.
 const SAME: f64 = 0.1;
@@ -60,7 +70,7 @@ pub fn best_fits(
     has_constant: bool,
     skip: usize,
 ) -> Vec<(Descent, usize)> {
-    let regression = Regression::new(series, p, q);
+    let (regression, spectrum) = (Regression::new(series, p, q), Spectrum::new(series));
     let mut found: Vec<Option<(Descent, usize)>> = vec![None; (p + 1) * (q + 1)];
     for diagonal in 0..=p + q {
         let orders: Vec<_> =
@@ -72,8 +82,14 @@ pub fn best_fits(
                 found[p * (q + 1) + j].as_ref().map(|(at, _)| Lower { p, q: j, at })
             };
             let below: Vec<_> = lower(1, 0).into_iter().chain(lower(0, 1)).collect();
-            let starts = starts(&problem, &regression, has_constant, lower(1, 1), &below);
-            (i * (q + 1) + j, best(&problem, starts))
+            let guide = spectrum.as_ref().map(|spectrum| Guide { spectrum, problem: &problem });
+            let slow = lower(1, 1).and_then(|lower| with_slow_noise(&problem, guide, lower));
+            let starts = starts(&problem, &regression, has_constant, slow, &below);
+            let best = match guide {
+                Some(guide) => guided(&guide, starts, &below),
+                None => best(&problem, starts, COARSE, SECOND),
+            };
+            (i * (q + 1) + j, best)
         };
         for (place, fitted) in parallel::map(orders, true, fit) {
             found[place] = Some(fitted);
@@ -83,18 +99,51 @@ pub fn best_fits(
 }
 
 /// Searches from every start, but gives up those that lead to the same place.
-fn best(problem: &Conditional<'_>, starts: Vec<Vec<f64>>) -> (Descent, usize) {
+fn best(
+    problem: &Conditional<'_>,
+    starts: Vec<Vec<f64>>,
+    stop: Stop,
+    second: Stop,
+) -> (Descent, usize) {
     let mut starts = starts.into_iter();
     let first = starts.next().unwrap_or_else(|| vec![0.0; problem.bounds().len()]);
-    let mut best = minimise(problem, first, COARSE, |_, _| false);
+    let mut best = minimise(problem, first, stop, |_, _| false);
     let mut evaluations = best.evaluations;
     for start in starts {
-        let found = minimise(problem, start, SECOND, |at, decrease| {
+        let found = minimise(problem, start, second, |at, decrease| {
             is_futile(at, decrease, &best, problem.count())
         });
         evaluations += found.evaluations;
         if found.normal.sum_of_squares < best.normal.sum_of_squares {
             best = found;
+        }
+    }
+    (best, evaluations)
+}
+
+/// Searches on the spectrum from every start, then on the record from where they ended.
+fn guided(guide: &Guide<'_>, starts: Vec<Vec<f64>>, below: &[Lower<'_>]) -> (Descent, usize) {
+    let (problem, count) = (guide.problem, guide.count());
+    let mut ends: Vec<Descent> = Vec::new();
+    for start in starts {
+        let found = minimise(guide, start, GUIDED, |_, _| false);
+        if !ends.iter().any(|end| is_futile(&found, 0.0, end, count)) {
+            ends.push(found);
+        }
+    }
+    ends.sort_by(|a, b| a.normal.sum_of_squares.total_cmp(&b.normal.sum_of_squares));
+    let lowest = ends.first().map_or(f64::INFINITY, |end| end.normal.sum_of_squares);
+    let near = lowest * (1.0 + UNDECIDED / count as f64);
+    let points = ends.into_iter().take_while(|end| end.normal.sum_of_squares <= near);
+    let points = points.map(|end| end.point);
+    let (mut best, mut evaluations) = best(problem, points.collect(), NEAR, NEAR);
+    for lower in below {
+        if best.normal.sum_of_squares > lower.at.normal.sum_of_squares {
+            let found = minimise(problem, grown(problem, *lower), NEAR, |_, _| false);
+            evaluations += found.evaluations;
+            if found.normal.sum_of_squares < best.normal.sum_of_squares {
+                best = found;
+            }
         }
     }
     (best, evaluations)
@@ -127,12 +176,11 @@ fn starts(
     problem: &Conditional<'_>,
     regression: &Regression,
     has_constant: bool,
-    diagonal: Option<Lower<'_>>,
+    slow: Option<Vec<f64>>,
     below: &[Lower<'_>],
 ) -> Vec<Vec<f64>> {
     let regressed = regression.coefficients(problem.p, problem.q, has_constant);
     let regressed = regressed.map(|coefficients| problem.point(&coefficients));
-    let slow = diagonal.and_then(|lower| with_slow_noise(problem, lower));
     let grown = below.iter().map(|lower| grown(problem, *lower));
     slow.into_iter().chain(grown).chain(regressed).collect()
 }
@@ -148,7 +196,11 @@ fn grown(problem: &Conditional<'_>, Lower { p, q, at }: Lower<'_>) -> Vec<f64> {
 /// The lower model times a slow pair that nearly cancels: gyros have a faint drift under much
 /// noise, which no short autoregression finds. Of a ladder of time scales, with more slow noise
 /// than the model has and with less, the best.
-fn with_slow_noise(problem: &Conditional<'_>, Lower { p, q, at }: Lower<'_>) -> Option<Vec<f64>> {
+fn with_slow_noise(
+    problem: &Conditional<'_>,
+    guide: Option<Guide<'_>>,
+    Lower { p, q, at }: Lower<'_>,
+) -> Option<Vec<f64>> {
     let lower = problem.of_order(p, q).coefficients(&at.point);
     let scales = std::iter::successors(Some(8.0), |scale| Some(4.0 * scale));
     let scales = scales.take_while(|scale| 8.0 * scale < problem.count() as f64);
@@ -156,7 +208,10 @@ fn with_slow_noise(problem: &Conditional<'_>, Lower { p, q, at }: Lower<'_>) -> 
     let points: Vec<_> = pairs
         .map(|(ar, ma)| problem.point(&multiplied(&lower, p, q, 1.0 - 1.0 / ar, 1.0 - 1.0 / ma)))
         .collect();
-    let sums = problem.sums_of_squares(&points);
+    let sums = match guide {
+        Some(guide) => points.iter().map(|point| guide.sum_of_squares(point)).collect(),
+        None => problem.sums_of_squares(&points),
+    };
     let valued = sums.into_iter().zip(points);
     valued.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, point)| point)
 }

@@ -12,6 +12,7 @@ mod likelihood;
 mod maximum;
 mod partial;
 mod series;
+mod spectrum;
 
 use nalgebra::{DMatrix, DVector};
 
