@@ -433,7 +433,9 @@ mod tests {
         for (p, q) in [(1, 0), (0, 1), (1, 1), (2, 1), (1, 2), (3, 3)] {
             let problem = Conditional::new(&series, p, q, true, 3);
             let guide = Guide { spectrum: &spectrum, problem: &problem };
-            let point: Vec<f64> = (0..=p + q).map(|i| 0.1 * ((3 * i) % 5) as f64 - 0.2).collect();
+            let coefficient = |i: usize| 0.1 * ((3 * i) % 5) as f64 - 0.2;
+            // The guide has no constant.
+            let point: Vec<f64> = (0..p + q).map(coefficient).chain([0.0]).collect();
             let (pass, guess) = (problem.normal(&point), guide.normal(&point));
             // The faded ends are a fortieth of the record each: a few per cent of what noise of so
             // many samples makes of a sum.
