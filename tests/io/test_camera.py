@@ -66,6 +66,9 @@ def test_the_extra_is_named_where_it_is_missing(tmp_path, monkeypatch):
     monkeypatch.setattr("zerorate.io.readers.camera.find_spec", lambda name: None)
     with pytest.raises(ImportError, match=r"needs telemetry_parser: run pip install '.\[camera\]'"):
         zr.read_log(path)
+    monkeypatch.setattr("zerorate.io.readers.camera.sys.version_info", (3, 13, 0))
+    with pytest.raises(ImportError, match=r"checkout of zerorate, with Python 3\.12 or older$"):
+        zr.read_log(path)
 
 
 @needs_recordings

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -49,6 +50,9 @@ _COMMON: Final = {"gyro": "gyro_{}_dps", "accl": "accel_{}_mps2", "magn": "mag_{
 _MOST: Final = 12
 """Things that a sentence lists."""
 
+_TOO_NEW: Final = (3, 13)
+"""The first Python for which telemetry-parser has no wheel, and it has no sources on the index."""
+
 
 def _begins(head: bytes) -> bool:
     return head[4:8] in _BOXES or any(head.startswith(text[: len(head)]) for text in _TEXTS)
@@ -56,7 +60,9 @@ def _begins(head: bytes) -> bool:
 
 def _read(path: Path) -> Content:
     if find_spec("telemetry_parser") is None:
-        raise ImportError(extra_needed("telemetry_parser", "camera", "a video or flight recorder"))
+        needed = extra_needed("telemetry_parser", "camera", "a video or flight recorder")
+        newer = tuple(sys.version_info) >= _TOO_NEW
+        raise ImportError(f"{needed}, with Python 3.12 or older" if newer else needed)
     told, arrays = asked("camera_sensors", path)
     if not told["sensors"]:
         listed = ", ".join(told["others"][:_MOST]) or "nothing that it knows"
