@@ -55,6 +55,9 @@ def events_of(f, z):
     velocity, and whether the vehicle is known to rest.
     """
     time = STEP * (f.samples_seen + np.arange(len(z)))
+    if f.time >= STEP * f.samples_seen:
+        # Of a forged state, whose time its samples do not tell.
+        time = f.time + STEP * (1 + np.arange(len(z)))
     there = is_positive(z[:, 6])
     fixes = np.full((there.sum(), 13), 0.1)
     fixes[:, 0] = time[there]
