@@ -74,7 +74,7 @@ impl Covariance {
     /// Symmetric and semidefinite: what looks like a covariance pair by pair may still turn a variance
     /// below zero at the next measurement.
     fn is_sound(&self) -> bool {
-        let symmetric = |i: usize| (0..=i).all(|j| self.at(i, j) == self.at(j, i));
+        let symmetric = |i: usize| (0..=i).all(|j| is_same(self.at(i, j), self.at(j, i)));
         let upper = Symmetric::<f64, STATES>::from_upper(|i, j| self.at(i, j));
         (0..STATES).all(|i| symmetric(i) && self.at(i, STATES) == 0.0)
             && upper.is_covariance(10.0 * SIZES_MAX[0])
@@ -88,12 +88,17 @@ impl Covariance {
             (false, true) => beside.cross[i - STATES][j],
             (false, false) => beside.own[i - STATES][j - STATES],
         };
-        let symmetric = |i: usize| (0..i).all(|j| beside.own[i][j] == beside.own[j][i]);
+        let symmetric = |i: usize| (0..i).all(|j| is_same(beside.own[i][j], beside.own[j][i]));
         let whole = Symmetric::<f64, { STATES + CONSTANTS }>::from_upper(of);
         whole.is_covariance(10.0 * SIZES_MAX[0])
             && (0..CONSTANTS).all(|k| symmetric(k) && beside.cross[k][STATES] == 0.0)
             && beside.found == [0.0; CONSTANTS]
     }
+}
+
+/// To the bit: zeros of two signs stay two.
+fn is_same(one: f64, other: f64) -> bool {
+    one.to_bits() == other.to_bits()
 }
 
 impl Odometer {
@@ -165,6 +170,15 @@ mod tests {
         assert!(!p.is_sound());
         p.0[8][3] = -0.9;
         assert!(!p.is_sound());
+    }
+
+    #[test]
+    fn zeros_of_two_signs_are_not_symmetric() {
+        let mut p = Covariance::of(&[1.0; STATES]);
+        p.0[3][8] = -0.0;
+        assert!(!p.is_sound());
+        p.0[8][3] = -0.0;
+        assert!(p.is_sound());
     }
 
     #[test]
