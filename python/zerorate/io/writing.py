@@ -20,6 +20,7 @@ from zerorate.io.log import Log, LogError, units_of
 from zerorate.io.mcap import write_mcap
 from zerorate.io.missing import without_masks
 from zerorate.io.names import UNKNOWN, looks_like_gyro, split_unit, with_suffix
+from zerorate.io.readers.arrow import to_arrow
 from zerorate.io.readers.layouts import META_MARK
 from zerorate.io.readers.parquet import TIME_NAME, write_parquet
 from zerorate.io.readers.text import text_header
@@ -173,7 +174,9 @@ def _as_text(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]], delimiter:
         lines = (delimiter.join(map(repr, row)) + "\n" for row in rows.tolist())
         return "".join(lines).encode()
     columns = list(np.asfortranarray(rows).T)
-    table = pa.table(columns, names=[str(i) for i in range(len(columns))])
+    table = pa.table(
+        [to_arrow(column) for column in columns], names=[str(i) for i in range(len(columns))]
+    )
     sink = pa.BufferOutputStream()
     options = arrow_csv.WriteOptions(include_header=False, delimiter=delimiter)
     arrow_csv.write_csv(table, sink, options)

@@ -12,14 +12,22 @@ from typing import Final, Literal, get_args
 import numpy as np
 
 from zerorate.faults import ArgumentError
+from zerorate.io.beginnings import is_text_log
 from zerorate.io.clocks.names import looks_like_time, may_be_time, time_unit
 from zerorate.io.clocks.stamps import to_seconds, without_texts
 from zerorate.io.damage import guarded_content
-from zerorate.io.formats import FORMATS, LogSource, binary_format, check_readable, label_of, opened
+from zerorate.io.formats import (
+    FORMATS,
+    TEXT,
+    LogSource,
+    binary_format,
+    check_readable,
+    label_of,
+    opened,
+)
 from zerorate.io.log import LogError
 from zerorate.io.names import plain
-from zerorate.io.readers import navsatfix, nmea, rtklib, text
-from zerorate.io.readers.dataflash import is_text_log
+from zerorate.io.readers import navsatfix, nmea, rtklib
 from zerorate.io.table import Column, Content, Format, Table, as_numbers
 from zerorate.navigation.fixes import Fixes
 from zerorate.types import Booleans, Floats, Integers
@@ -165,7 +173,7 @@ def _format_of(file: Path, format: FixFormat | None) -> Format | None:
     if binary_format(head) is not None or is_text_log(head):
         return None
     suffix = file.suffix.lower()
-    table = None if any(suffix in form.suffixes for form in FORMATS) else text.FORMAT
+    table = None if any(suffix in form.suffixes for form in FORMATS) else TEXT
     if format == "table":
         return table
     if navsatfix.looks_like_json(head):

@@ -14,9 +14,9 @@ import numpy as np
 from zerorate.faults import given, said
 from zerorate.io.log import LogError
 from zerorate.io.names import looks_like_gyro
-from zerorate.io.readers.dataflash import MAGIC, DataFlash, Message, binary, textual
+from zerorate.io.readers.dataflash import DataFlash, Message, binary, textual
 from zerorate.io.readers.turns import quaternions
-from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Format, Metadata, Table
+from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Metadata, Table
 from zerorate.types import Floats, Integers
 
 _Columns = dict[str, Callable[[], Column]]
@@ -36,16 +36,14 @@ _CALIBRATION: Final = re.compile(
 """Parameters with what the autopilot takes its sensors to be off by, and how they are mounted."""
 
 
-def _read_binary(path: Path) -> Content:
+def read_binary(path: Path) -> Content:
+    """Return the messages of a binary log."""
     return _content(binary(path))
 
 
-def _read_text(path: Path) -> Content:
+def read_text(path: Path) -> Content:
+    """Return the messages of a log as text."""
     return _content(textual(path))
-
-
-FORMAT: Format = Format("dataflash", "a DataFlash log", (".bin",), (MAGIC + b"\x80",), _read_binary)
-TEXT: Format = Format("dataflash text", "a DataFlash log as text", (), (), _read_text)
 
 
 def _content(log: DataFlash) -> Content:

@@ -16,7 +16,7 @@ import numpy as np
 from zerorate.io.clocks.names import named_like_time
 from zerorate.io.limits import check_bytes
 from zerorate.io.log import LogError
-from zerorate.io.table import Column, Content, Format, Metadata, Needs, Table, listed_names
+from zerorate.io.table import Column, Content, Metadata, Table, listed_names
 from zerorate.texts import extra_needed
 
 _AT_ONCE: Final = 1 << 18
@@ -185,13 +185,12 @@ def _names(value: bytes | None) -> tuple[str, ...] | None:
 
 
 _FILE_MARK = b"ARROW1"
-_STREAM_MARK = b"\xff\xff\xff\xff"
 
 
-def _read(path: Path) -> Content:
+def read(path: Path) -> Content:
     """Return the table in an Arrow IPC file or stream, of which Feather is one name."""
 
-    def read(wanted: Sequence[int]) -> list[Any]:
+    def load(wanted: Sequence[int]) -> list[Any]:
         fields = sorted(wanted)
         with _opened(path, fields) as reader:
             columns = _whole(path, reader)
@@ -201,7 +200,7 @@ def _read(path: Path) -> Content:
 
     with _opened(path, None) as reader:
         schema = reader.schema
-    return Content.of(arrow_table(schema, read))
+    return Content.of(arrow_table(schema, load))
 
 
 def _whole(path: Path, reader: Any) -> Any:  # noqa: ANN401
@@ -215,16 +214,6 @@ def _whole(path: Path, reader: Any) -> Any:  # noqa: ANN401
         batches.append(batch)
     schema = batches[0].schema if batches else reader.schema
     return needs_pyarrow("Arrow IPC").Table.from_batches(batches, schema)
-
-
-FORMAT = Format(
-    "arrow",
-    "Arrow IPC",
-    (".arrow", ".feather", ".ipc"),
-    (_FILE_MARK, _STREAM_MARK),
-    _read,
-    Needs("pyarrow", "io"),
-)
 
 
 @contextmanager

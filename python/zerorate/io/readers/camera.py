@@ -21,15 +21,12 @@ import numpy as np
 from zerorate.io.log import LogError
 from zerorate.io.readers.apart import asked
 from zerorate.io.readers.rows import content_of
-from zerorate.io.table import Column, Content, Format, Metadata, Needs, Table
+from zerorate.io.table import Column, Content, Metadata, Table
 from zerorate.texts import extra_needed, one_line
 from zerorate.types import Floats
 
 _Group = Mapping[str, Any]
 
-_BOXES: Final = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
-"""Boxes with which videos begin."""
-_TEXTS: Final = (b"H Product:Blackbox", b"GYROFLOW IMU LOG")
 _KINDS: Final = {"Gyroscope": "gyro", "Accelerometer": "accel", "Magnetometer": "mag"}
 _UNITS: Final = {
     "rad/s": "radps",
@@ -54,11 +51,8 @@ _TOO_NEW: Final = (3, 13)
 """The first Python for which telemetry-parser has no wheel, and it has no sources on the index."""
 
 
-def _begins(head: bytes) -> bool:
-    return head[4:8] in _BOXES or any(head.startswith(text[: len(head)]) for text in _TEXTS)
-
-
-def _read(path: Path) -> Content:
+def read(path: Path) -> Content:
+    """Return a table of each sensor of a camera or recorder."""
     if find_spec("telemetry_parser") is None:
         needed = extra_needed("telemetry_parser", "camera", "a video or flight recorder")
         newer = tuple(sys.version_info) >= _TOO_NEW
@@ -75,17 +69,6 @@ def _read(path: Path) -> Content:
         meta = Metadata(sensor=f"{told['camera']} {one['sensor']}", axes=one["axes"], notes=notes)
         tables[one["sensor"]] = _table(tuple(one["names"]), own, meta)
     return content_of(tables)
-
-
-FORMAT: Format = Format(
-    "camera",
-    "a video or flight recorder",
-    (".mp4", ".mov", ".360", ".insv", ".bbl", ".bfl", ".gcsv"),
-    (),
-    _read,
-    Needs("telemetry_parser", "camera"),
-    _begins,
-)
 
 
 def _table(names: tuple[str, ...], columns: Sequence[Column], meta: Metadata) -> Table:

@@ -8,7 +8,6 @@ https://ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -185,11 +184,6 @@ def _scaled(values: Column, letter: str) -> Column:
 
 def _plain(raw: bytes) -> str:
     return raw.decode("ascii", "replace")
-
-
-def is_text_log(head: bytes) -> bool:
-    """Whether a text begins with the declarations of a log."""
-    return re.match(rb"\s*FMT\s*,\s*\d+\s*,\s*\d+\s*,\s*\w+\s*,", head) is not None
 
 
 def textual(path: Path) -> DataFlash:

@@ -14,17 +14,13 @@ from zerorate.io.names import spelled, with_suffix
 from zerorate.io.readers.apart import asked
 from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_folder
 from zerorate.io.readers.stored import Stored
-from zerorate.io.table import Column, Content, Format, Needs
+from zerorate.io.table import Column, Content
 from zerorate.texts import extra_needed
 
 
-def _read(path: Path) -> Content:
+def read(path: Path) -> Content:
+    """Return the arrays in an HDF5 file."""
     return _content(path, "an HDF5 file", matlab=False)
-
-
-FORMAT = Format(
-    "hdf5", "an HDF5 file", (".h5", ".hdf5"), (b"\x89HDF\r\n\x1a\n",), _read, Needs("h5py", "hdf5")
-)
 
 
 def read_matlab_hdf5(path: Path) -> Content:

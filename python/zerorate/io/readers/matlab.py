@@ -9,23 +9,19 @@ from zerorate.io.readers.apart import asked
 from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_folder
 from zerorate.io.readers.hdf5 import read_matlab_hdf5
 from zerorate.io.readers.stored import Stored
-from zerorate.io.table import Column, Content, Format, Needs
+from zerorate.io.table import Column, Content
 from zerorate.texts import extra_needed
 
 _MARK = b"MATLAB 5.0"
-_MARK_HDF5 = b"MATLAB 7.3"
 
 
-def _read(path: Path) -> Content:
+def read(path: Path) -> Content:
     """Return the content of a MAT file of version 5 to 7.3."""
     with path.open("rb") as file:
         if not file.read(len(_MARK)).startswith(_MARK):
             return read_matlab_hdf5(path)
     arrays = {name: Stored.of(array) for name, array in _loaded(path).items()}
     return Content.of(from_arrays(without_common_folder(arrays)))
-
-
-FORMAT = Format("mat", "a MAT file", (".mat",), (_MARK, _MARK_HDF5), _read, Needs("scipy", "mat"))
 
 
 def _loaded(path: Path) -> dict[str, Column]:

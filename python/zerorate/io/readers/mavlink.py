@@ -18,17 +18,18 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.io.beginnings import BEHIND_STAMP as _STAMP
+from zerorate.io.beginnings import MAVLINK_1 as _V1
+from zerorate.io.beginnings import MAVLINK_2 as _V2
 from zerorate.io.log import LogError
 from zerorate.io.readers.turns import quaternions
-from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Format, Metadata, Table
+from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Metadata, Table
 from zerorate.types import Floats
 
 _Rows = npt.NDArray[np.void]
 _Bytes = npt.NDArray[np.uint8]
 _Columns = dict[str, Callable[[_Rows], Column]]
 
-_V1, _V2 = 0xFE, 0xFD
-_STAMP: Final = 8
 _V1_HEAD, _V2_HEAD, _CRC = 6, 10, 2
 _SIGNATURE: Final = 13
 _AXES: Final = "xyz"
@@ -165,20 +166,13 @@ _FIRST: Final = ("RAW_IMU", "SCALED_IMU")
 _STAMPS: Final = {"time_usec": "timestamp_us", "time_boot_ms": "timestamp_ms"}
 
 
-def _read(path: Path) -> Content:
+def read(path: Path) -> Content:
+    """Return a table of each kind of messages and each sender."""
     log = _Log(np.fromfile(path, np.uint8))
     tables = dict(sorted(log.tables(), key=lambda item: list(_KINDS).index(item[0].split("/")[0])))
     if not tables:
         raise LogError("no packet of an IMU, a receiver or an attitude is in it")
     return Content(tables, partial(_chosen, tables), _sensors(tables))
-
-
-def _fits(head: bytes) -> bool:
-    """Whether a file begins with a time of this century and a packet."""
-    return len(head) > _STAMP and head[0] == 0 and head[_STAMP] in (_V1, _V2)
-
-
-FORMAT: Final = Format("mavlink", "a telemetry log of MAVLink", (".tlog",), (), _read, looks=_fits)
 
 
 @dataclass

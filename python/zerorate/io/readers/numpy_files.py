@@ -14,12 +14,14 @@ from zerorate.io.limits import check_bytes
 from zerorate.io.log import LogError
 from zerorate.io.readers.arrays import from_array, from_arrays
 from zerorate.io.readers.stored import Stored
-from zerorate.io.table import Column, Content, Format
+from zerorate.io.table import Column, Content
 
 _SUFFIX = ".npy"
 
 
-def _read_npy(path: Path) -> Content:
+def read_npy(path: Path) -> Content:
+    """Return the array in a file."""
+
     def read() -> Column:
         with path.open("rb") as file:
             return npy.read_array(file, allow_pickle=False)
@@ -28,7 +30,8 @@ def _read_npy(path: Path) -> Content:
         return Content.of(from_array(_stored(path, file, path.stat().st_size, "the array", read)))
 
 
-def _read_npz(path: Path) -> Content:
+def read_npz(path: Path) -> Content:
+    """Return the arrays in an archive."""
     arrays = {}
     with zipfile.ZipFile(path) as archive:
         for info in archive.infolist():
@@ -69,7 +72,3 @@ def _stored(
         )
     check_bytes(path, declared, what)
     return Stored.of(read()) if version > (2, 0) else Stored(shape, dtype, read)
-
-
-NPY = Format("npy", "an .npy array", (_SUFFIX,), (b"\x93NUMPY",), _read_npy)
-NPZ = Format("npz", "an .npz", (".npz",), (b"PK\x03\x04",), _read_npz)

@@ -14,13 +14,14 @@ import numpy as np
 from zerorate.io.limits import check_bytes
 from zerorate.io.log import Header, Log
 from zerorate.io.readers.arrow import arrow_table, in_pieces, needs_pyarrow, to_arrow
-from zerorate.io.table import Column, Content, Format, Needs
+from zerorate.io.table import Column, Content
 
 TIME_NAME = "time_s"
 _BUFFER: Final = 1 << 20
 
 
-def _read(path: Path) -> Content:
+def read(path: Path) -> Content:
+    """Return the table in a Parquet file."""
     with _opened(path) as file:
         schema, rows = file.schema_arrow, file.metadata.num_rows
 
@@ -35,7 +36,7 @@ def _read(path: Path) -> Content:
             table = file.read(columns=names)
         return [table.column(i) for i in places]
 
-    def read(wanted: Sequence[int], most: int) -> Iterator[Sequence[Any]]:
+    def pieces(wanted: Sequence[int], most: int) -> Iterator[Sequence[Any]]:
         names, places = _places(schema.names, wanted)
         # Else pyarrow would keep every column chunk it has read, the whole file in the end.
         with _opened(path, buffer_size=_BUFFER, pre_buffer=False) as file:
@@ -43,12 +44,7 @@ def _read(path: Path) -> Content:
                 yield [batch.column(i) for i in places]
 
     table = arrow_table(schema, load)
-    return Content.of(in_pieces(table, schema, rows, read, check))
-
-
-FORMAT = Format(
-    "parquet", "Parquet", (".parquet", ".pq"), (b"PAR1",), _read, Needs("pyarrow", "io")
-)
+    return Content.of(in_pieces(table, schema, rows, pieces, check))
 
 
 def write_parquet(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:

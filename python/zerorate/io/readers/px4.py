@@ -13,8 +13,8 @@ import numpy as np
 from zerorate.faults import given, said
 from zerorate.io.log import LogError
 from zerorate.io.names import looks_like_gyro
-from zerorate.io.readers.ulog import MAGIC, Topic, ULog, parsed
-from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Format, Metadata, Table
+from zerorate.io.readers.ulog import Topic, ULog, parsed
+from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Metadata, Table
 
 _Fields = Mapping[str, Column]
 _Columns = dict[str, Column]
@@ -24,7 +24,7 @@ _INVALID: Final = 0x7FFFFFFF
 """Relative time of an accelerometer's sample that is none."""
 
 
-def _read(path: Path) -> Content:
+def read(path: Path) -> Content:
     """Return a table of each topic and instance, those of sensors first and in SI units.
 
     Instances after the first are called ``sensor_gyro_1`` and so on.
@@ -76,9 +76,6 @@ def _told(
 def _noting(table: Table, *notes: str) -> Table:
     meta = replace(table.meta, notes=(*table.meta.notes, *notes))
     return replace(table, meta=meta) if notes else table
-
-
-FORMAT = Format("ulog", "a ULog", (".ulg",), (MAGIC,), _read)
 
 
 def _combined(fields: _Fields) -> _Columns:

@@ -16,7 +16,7 @@ from zerorate.faults import given, said
 from zerorate.io.log import LogError
 from zerorate.io.readers.apart import asked
 from zerorate.io.readers.ros_messages import Plan, columns_of, plan_of
-from zerorate.io.table import Column, Content, Format, Metadata, Needs, Table
+from zerorate.io.table import Column, Content, Metadata, Table
 from zerorate.texts import extra_needed
 
 _Reader = Any
@@ -34,12 +34,7 @@ _ROW = np.dtype(
 )
 
 
-def is_bag_folder(path: Path) -> bool:
-    """Whether a folder is a ROS 2 bag."""
-    return (path / "metadata.yaml").is_file()
-
-
-def _read(path: Path) -> Content:
+def read(path: Path) -> Content:
     """Return a table of each topic whose messages are ``sensor_msgs/Imu`` or tell of a sensor."""
     if find_spec("rosbags") is None:
         raise ImportError(extra_needed("rosbags", "ros", "a ROS recording"))
@@ -52,14 +47,6 @@ def _read(path: Path) -> Content:
     return Content(
         tables, lambda asked: _chosen(gyros, list(tables), what, asked), (*gyros, *others)
     )
-
-
-_NEEDS: Final = Needs("rosbags", "ros")
-FORMATS: Final = (
-    Format("ros1", "a ROS 1 bag", (".bag",), (b"#ROSBAG V2.0",), _read, _NEEDS),
-    Format("ros2", "a ROS 2 bag", (".db3",), (b"SQLite format 3",), _read, _NEEDS),
-    Format("mcap", "MCAP", (".mcap",), (b"\x89MCAP0\r\n",), _read, _NEEDS),
-)
 
 
 def _table(path: Path, told: Mapping[str, Any]) -> Table:

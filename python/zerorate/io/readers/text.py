@@ -14,17 +14,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+from zerorate.io.beginnings import is_text
 from zerorate.io.log import LogError
 from zerorate.io.names import meaning_of
 from zerorate.io.readers.cells import inert
 from zerorate.io.readers.layouts import find_layout, head_lines
 from zerorate.io.readers.parsers import Layout, decoded, notes_on_lines, parsed, texts
 from zerorate.io.readers.rows import by_instance, by_label, content_of, messages
-from zerorate.io.table import Content, Format, Metadata, Table, listed_names
+from zerorate.io.table import Content, Metadata, Table, listed_names
 from zerorate.io.words import STAGES, parsed_name, words_of
 
 _UTF_16: Final = (b"\xff\xfe", b"\xfe\xff")
-_HEAD: Final = 1 << 17
 _STAMP: Final = rb"(?m)^(\d{1,2}:\d\d:\d\d[.,]?\d*) -> "
 """What the serial monitor of Arduino writes before a line."""
 _PAIR: Final = r"([A-Za-z_][\w.\[\]]*)[ \t]*[:=][ \t]*([-+.\deE]+|nan)"
@@ -32,16 +32,8 @@ _LABEL: Final = rb"[A-Za-z_][\w.\[\]]*[ \t]*[:=][ \t]*"
 _AXES: Final = (0, 1, 2)
 
 
-def is_text(raw: bytes) -> bool:
-    """Whether bytes may be those of a text, rather than of a binary file."""
-    head = raw[:_HEAD]
-    strange = sum(
-        head.count(bytes([code])) for code in range(32) if code not in (9, 10, 11, 12, 13)
-    )
-    return b"\0" not in head and strange <= 0.01 * len(head)
-
-
-def _read(path: Path) -> Content:
+def read(path: Path) -> Content:
+    """Return the content of a text."""
     raw = _as_utf8(path.read_bytes())
     if not is_text(raw):
         raise LogError("the content is binary, expected a text table")
@@ -134,12 +126,7 @@ def _named_by_file(table: Table, stem: str) -> Table:
     return replace(table, names=tuple(names), meta=meta)
 
 
-def is_sensor_folder(folder: Path) -> bool:
-    """Whether a folder holds text tables that are named after their sensors."""
-    return folder.is_dir() and bool(_sensor_files(folder))
-
-
-def _sensor_files(folder: Path) -> list[Path]:
+def sensor_files(folder: Path) -> list[Path]:
     """Return the files of sensors, calibrated ones first, accelerations with gravity alone."""
     kinds = {file: parsed_name(f"{file.stem} x") for file in sorted(folder.glob("*.csv"))}
     files = [file for file, told in kinds.items() if told.kind and told.stage != "linear"]
@@ -149,19 +136,16 @@ def _sensor_files(folder: Path) -> list[Path]:
     return sorted(files, key=lambda file: STAGES.index(kinds[file].stage))
 
 
-def _read_folder(folder: Path) -> Content:
+def read_folder(folder: Path) -> Content:
+    """Return a table of each file of a sensor in a folder."""
     tables = {}
-    for file in _sensor_files(folder):
+    for file in sensor_files(folder):
         try:
             table = _named_by_file(_table(_as_utf8(file.read_bytes())), file.stem)
         except LogError as error:
             raise error.around(f"{file.name}: ") from None
         tables[file.stem] = replace(table, meta=replace(table.meta, sensor=file.stem))
     return content_of(tables)
-
-
-FOLDER = Format("folder", "a folder of text tables", (), (), _read_folder)
-FORMAT: Format = Format("text", "a text table", (".csv", ".tsv", ".txt", ".dat"), (), _read)
 
 
 def text_header(names: Sequence[str], delimiter: str) -> str:

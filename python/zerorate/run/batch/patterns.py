@@ -11,8 +11,7 @@ from glob import has_magic
 from pathlib import Path
 from typing import Final
 
-from zerorate.io.formats import FORMATS
-from zerorate.io.readers.ros import is_bag_folder
+from zerorate.io.formats import FORMATS, is_bag_folder
 
 SUFFIXES: Final = tuple(dict.fromkeys(suffix for form in FORMATS for suffix in form.suffixes))
 """Of the files in a folder that are taken for logs."""
