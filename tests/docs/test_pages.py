@@ -1,13 +1,19 @@
-"""The commands and scripts of tutorials and how-to pages, run as a reader would run them."""
+"""The commands and scripts of tutorials and how-to pages, run as a reader would run them.
+
+What needs no shell runs inside this process: most of a command of a page is its start.
+"""
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+from support.inside import between_pipes, called
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = sorted(page for kind in ("tutorial", "how-to") for page in (DOCS / kind).glob("*.md"))
@@ -36,15 +42,39 @@ def blocks(page):
             yield language, text
 
 
+PLAIN = re.compile(r"(zerorate [^|<>$&;#*?`()\\\n]*\n)+")
+"""Lines that are the same to a shell and to whoever splits them at blanks."""
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: f"{page.parent.name}/{page.stem}")
-def test_every_command_of_a_page_runs(page, tmp_path):
+def test_every_command_of_a_page_runs(page, tmp_path, monkeypatch):
     PREPARED.get(page.stem, lambda folder: None)(tmp_path)
-    here = Path(sys.executable).parent
-    environment = {**os.environ, "PATH": f"{here}{os.pathsep}{os.environ['PATH']}"}
+    monkeypatch.chdir(tmp_path)
+    # As `python -c` has it; what is imported from there is the page's own.
+    monkeypatch.syspath_prepend(tmp_path)
+    known = set(sys.modules)
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     for language, text in blocks(page):
-        shell = ["bash", "-euo", "pipefail", "-c"]
-        command = [*shell, text] if language == "sh" else [sys.executable, "-c", text]
+        code, *printed = (by_shell if language == "sh" else by_python)(text)
+        assert code == 0, "\n".join([text, *printed])
+    for name in set(sys.modules) - known:
+        if (getattr(sys.modules[name], "__file__", None) or "").startswith(str(tmp_path)):
+            del sys.modules[name]
+
+
+def by_python(text):
+    return between_pipes(lambda: exec(text, {"__name__": "__main__"}) or 0)
+
+
+def by_shell(text):
+    """Return code, stdout and stderr of lines, those up to the first that fails."""
+    if not PLAIN.fullmatch(text):
         done = subprocess.run(
-            command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+            ["bash", "-euo", "pipefail", "-c", text], capture_output=True, text=True, check=False
         )
-        assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"
+        return done.returncode, done.stdout, done.stderr
+    for line in text.splitlines():
+        done = called(*shlex.split(line)[1:])
+        if done[0] != 0:
+            break
+    return done

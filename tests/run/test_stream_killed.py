@@ -7,7 +7,7 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
-from support.streams import Asked, lines_of, streamed
+from support.streams import Asked, lines_of, streamed_apart
 from zerorate.cli import run
 from zerorate.run.live import Beside, LineStream, Settings
 
@@ -55,7 +55,7 @@ def test_killed_and_restarted(tmp_path, capsys, sequence, seed):
     checkpoint, lines, rng = tmp_path / "state", source(sequence), np.random.default_rng(seed)
     options = (*OPTIONS, *(["--sequence", "0"] if sequence else []), "--checkpoint", checkpoint)
     # However slow the disk is, there is something to go on with.
-    _, output, _ = streamed(lines[:100], *options)
+    _, output, _ = streamed_apart(lines[:100], *options)
     for kill_after in (*rng.integers(1, N // KILLS, KILLS), N):
         assert run(["stream", "--checkpoint", str(checkpoint), "--position"]) == 0
         begin = int(capsys.readouterr().out)

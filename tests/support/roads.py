@@ -9,7 +9,7 @@ import pickle
 import numpy as np
 
 import zerorate as zr
-from support.streams import lines_of, streamed
+from support.streams import lines_of, streamed_apart
 from zerorate.run.live import LineStream, Settings
 
 RATE = 100.0
@@ -144,7 +144,9 @@ def by_pipes(z, method, checkpoint):
     begin = options(method)
     answers = []
     for lines in (lines_of(z[:MIDDLE]), lines_of(z[MIDDLE:])):
-        code, more, errors = streamed(lines, *begin, "--rate", RATE, "--checkpoint", checkpoint)
+        code, more, errors = streamed_apart(
+            lines, *begin, "--rate", RATE, "--checkpoint", checkpoint
+        )
         told = errors.splitlines()
         assert (code, told[0]) == (
             0,

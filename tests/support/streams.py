@@ -1,4 +1,4 @@
-"""``zerorate stream`` as a process that is asked line by line."""
+"""``zerorate stream``: as a process that is asked line by line, and whole runs of it."""
 
 import subprocess
 import sys
@@ -6,6 +6,8 @@ import threading
 from contextlib import suppress
 
 import numpy as np
+
+from support.inside import called
 
 # Generous, since it only ends tests that would hang for ever.
 HANGS = 120.0
@@ -56,8 +58,16 @@ class Asked:
 
 def streamed(lines, *options):
     """Return code, answers and stderr of a whole run."""
+    code, answers, errors = called("stream", *options, given=_text(lines))
+    return code, answers.splitlines(), errors
+
+
+def streamed_apart(lines, *options):
+    """The same in a process of its own, for what one leaves to the next."""
     command = [sys.executable, "-m", "zerorate", "stream", *map(str, options)]
-    done = subprocess.run(
-        command, input="".join(f"{line}\n" for line in lines), capture_output=True, text=True
-    )
+    done = subprocess.run(command, input=_text(lines), capture_output=True, text=True)
     return done.returncode, done.stdout.splitlines(), done.stderr
+
+
+def _text(lines):
+    return "".join(f"{line}\n" for line in lines)
