@@ -332,6 +332,17 @@ class TestSmooth:
         ]
         assert drift[0] < drift[1]
 
+    def test_a_field_tells_the_heading_and_nothing_of_the_gyro(self):
+        motion = simulated("hand", RATE, 60.0, 2)
+        iron = motion.mag + np.array([8.0, -5.0, 3.0])
+        with_field = zr.Attitude(RATE, learn_magnetometer=True).smooth(
+            motion.gyro, motion.accel, iron
+        )
+        without = zr.Attitude(RATE, mag=False).smooth(motion.gyro, motion.accel)
+        for name in ("bias", "bias_sigma", "gyro_matrix", "gyro_matrix_sigma"):
+            np.testing.assert_array_equal(with_field[name], without[name], err_msg=name)
+        assert not np.array_equal(with_field["quaternion"], without["quaternion"])
+
     def test_bodies_side_by_side(self):
         motions = [simulated("hand", RATE, 30.0, seed) for seed in (1, 2)]
         sensors = [

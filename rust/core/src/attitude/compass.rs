@@ -3,10 +3,10 @@
 use nalgebra::{Matrix3, Quaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "std")]
+use super::Around;
 use super::named::Named;
 use super::stream::Tagged;
-#[cfg(feature = "std")]
-use super::{Attitude, Sample, Snapshot};
 use super::{Auto, Estimator, Inertial, Knowledge, NamedOptions};
 use crate::error::{Error, require};
 
@@ -135,17 +135,13 @@ impl Named for Compass {
 }
 
 #[cfg(feature = "std")]
-impl Attitude<Compass> {
-    /// As of the filter alone, of fields instead of samples.
-    ///
-    /// # Errors
-    /// [`Error::Memory`] if there is none for the passes, [`Error::Stopped`] if asked to stop.
-    pub fn smooth(&self, samples: &[Sample]) -> Result<Vec<Snapshot>, Error> {
-        let mut fields = crate::memory::copied(samples)?;
-        for sample in &mut fields {
-            sample.mag = self.estimator().correction.of(&Vector3::from(sample.mag)).into();
-        }
-        self.around(self.estimator().auto).smooth(&fields)
+impl Around for Compass {
+    fn auto(&self) -> &Auto {
+        &self.auto
+    }
+
+    fn field(&self, mag: [f64; 3]) -> [f64; 3] {
+        self.correction.of(&Vector3::from(mag)).into()
     }
 }
 

@@ -18,6 +18,8 @@ mod sample;
 mod stream;
 mod tilt;
 
+#[cfg(feature = "std")]
+pub use auto::{Around, Smoothed};
 pub use auto::{Auto, AutoOptions};
 pub use compass::{Compass, FieldCorrection};
 pub use estimator::{Estimator, Knowledge};

@@ -86,6 +86,27 @@ impl AttitudeParams {
         }
     }
 
+    /// What is known, in the frame and in the units of the sensors; NaN where a force is missing.
+    pub(super) fn shown(
+        &self,
+        enu: &Quaternion<f64>,
+        knowledge: &Knowledge,
+        force: &Vector3<f64>,
+    ) -> Snapshot {
+        let AttitudeParams { gyro_unit, accel_unit, .. } = *self;
+        let knowledge = Knowledge {
+            bias: knowledge.bias / gyro_unit,
+            bias_sigma: knowledge.bias_sigma / gyro_unit,
+            ..*knowledge
+        };
+        let linear_acceleration = (force - frame::up(enu) * GRAVITY) / accel_unit;
+        Snapshot {
+            quaternion: self.components(enu),
+            knowledge,
+            linear_acceleration: linear_acceleration.into(),
+        }
+    }
+
     /// Direction of the sensor's x axis, clockwise from north, rad.
     fn heading(&self, enu: &Quaternion<f64>) -> f64 {
         let from_north = frame::heading(enu);
@@ -144,13 +165,6 @@ impl<E: Estimator> Attitude<E> {
         &self.estimator
     }
 
-    /// The same stream around another estimator.
-    #[cfg(feature = "std")]
-    pub(super) fn around<F>(&self, estimator: F) -> Attitude<F> {
-        let Self { params, period, rate, unknown, zeros, force, samples, .. } = *self;
-        Attitude { params, period, estimator, rate, unknown, zeros, force, samples }
-    }
-
     /// Samples given so far, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples
@@ -185,27 +199,6 @@ impl<E: Estimator> Attitude<E> {
             Knowledge { disturbed: true, .. } => "disturbed",
             Knowledge { at_rest: true, .. } => "at rest",
             _ => "moving",
-        }
-    }
-
-    /// What is known, in the frame and in the units of the sensors; NaN where a force is missing.
-    pub(super) fn shown(
-        &self,
-        enu: &Quaternion<f64>,
-        knowledge: &Knowledge,
-        force: &Vector3<f64>,
-    ) -> Snapshot {
-        let AttitudeParams { gyro_unit, accel_unit, .. } = self.params;
-        let knowledge = Knowledge {
-            bias: knowledge.bias / gyro_unit,
-            bias_sigma: knowledge.bias_sigma / gyro_unit,
-            ..*knowledge
-        };
-        let linear_acceleration = (force - frame::up(enu) * GRAVITY) / accel_unit;
-        Snapshot {
-            quaternion: self.params.components(enu),
-            knowledge,
-            linear_acceleration: linear_acceleration.into(),
         }
     }
 
@@ -420,7 +413,7 @@ impl<E: Estimator> Traced for Attitude<E> {
 
     fn snapshot(&self) -> Snapshot {
         let estimator = &self.estimator;
-        self.shown(&estimator.orientation(), &estimator.knowledge(), &self.force)
+        self.params.shown(&estimator.orientation(), &estimator.knowledge(), &self.force)
     }
 }
 

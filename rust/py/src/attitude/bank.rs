@@ -6,8 +6,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use zerorate_core::attitude::{
     Attitude, AttitudeParams, Auto, AutoOptions, Compass, Complementary, Ekf, FieldCorrection,
-    LearnedIron, Learning, METHODS, Madgwick, Mahony, Named, NamedOptions, Reading, Snapshot,
-    Tagged, Ukf,
+    LearnedIron, Learning, METHODS, Madgwick, Mahony, Named, NamedOptions, Reading, Smoothed,
+    Snapshot, Tagged, Ukf,
 };
 use zerorate_core::checkpoint;
 use zerorate_core::stream::{Output, Parts, sizes};
@@ -17,6 +17,9 @@ use super::samples::Columns;
 
 use crate::common::errors::NativeError;
 use crate::common::streaming::{AnyBank, quoted};
+
+/// Rows that are taken apart at once.
+const RECORDS: usize = 256;
 
 /// A bank of attitudes by one method.
 pub trait AttitudeBank: AnyBank {
@@ -97,29 +100,20 @@ where
 
     fn smooth(&self, columns: &Columns<'_>, n: usize) -> Result<Parts, Error> {
         let any: &dyn Any = self;
-        let mut bodies: Vec<Vec<Snapshot>> = memory::room(self.channels())?;
+        let mut bodies: Vec<Smoothed> = memory::room(self.channels())?;
         for k in 0..self.channels() {
             let samples = columns.samples(k, n)?;
             if let Some(bank) = any.downcast_ref::<Bank<Attitude<Auto>>>() {
-                bodies.push(bank.streams()[k].smooth(&samples)?);
+                bodies.push(bank.streams()[k].smooth(samples)?);
             } else if let Some(bank) = any.downcast_ref::<Bank<Attitude<Compass>>>() {
-                bodies.push(bank.streams()[k].smooth(&samples)?);
+                bodies.push(bank.streams()[k].smooth(samples)?);
             } else if let Some(bank) = any.downcast_ref::<Bank<Attitude<Learning>>>() {
-                bodies.push(bank.streams()[k].smooth(&samples)?);
+                bodies.push(bank.streams()[k].smooth(samples)?);
             } else {
                 return Parts::new(fields(), 0);
             }
         }
-        let (numbers, flags) = sizes(fields());
-        let (mut numbers, mut flags) = (memory::filled(0.0, numbers)?, vec![false; flags]);
-        let mut parts = Parts::new(fields(), n * bodies.len())?;
-        for k in 0..n {
-            for body in &bodies {
-                body[k].write(&mut numbers, &mut flags);
-                parts.add(&numbers, &flags);
-            }
-        }
-        Ok(parts)
+        side_by_side(bodies, n)
     }
 
     fn smooths(&self) -> bool {
@@ -140,6 +134,27 @@ where
 /// The parts of what is known after a sample.
 pub fn fields() -> &'static [zerorate_core::stream::Field] {
     Snapshot::FIELDS
+}
+
+/// What is known of each sample of each body, sample by sample.
+fn side_by_side(mut bodies: Vec<Smoothed>, n: usize) -> Result<Parts, Error> {
+    let (numbers, flags) = sizes(fields());
+    let mut parts = Parts::new(fields(), n * bodies.len())?;
+    let records = RECORDS.min(n) * bodies.len();
+    let (mut all, mut marks) =
+        (memory::filled(0.0, records * numbers)?, vec![false; records * flags]);
+    for first in (0..n).step_by(RECORDS) {
+        let rows = RECORDS.min(n - first);
+        let (all, marks) =
+            (&mut all[..rows * bodies.len() * numbers], &mut marks[..rows * bodies.len() * flags]);
+        let mut places = all.chunks_exact_mut(numbers).zip(marks.chunks_exact_mut(flags));
+        for _ in 0..rows {
+            let row = bodies.iter_mut().flat_map(Iterator::next);
+            row.zip(&mut places).for_each(|(known, (all, marks))| known.write(all, marks));
+        }
+        parts.add(all, marks);
+    }
+    Ok(parts)
 }
 
 /// A bank of new attitudes.

@@ -71,8 +71,7 @@ impl Estimator for Auto {
     }
 
     fn knowledge(&self) -> Knowledge {
-        // What a velocity that lasts does to the tilt, it does to what is learned from it.
-        let doubt = self.accelerations.doubt(&self.lasting).max(1.0);
+        let doubt = self.doubt();
         let sigma = |i: usize| ComplexField::sqrt(doubt * self.errors.variance(i).max(0.0));
         Knowledge {
             bias: self.bias,
@@ -81,7 +80,7 @@ impl Estimator for Auto {
             gyro_matrix_sigma: Matrix3::from_fn(|i, j| sigma(MATRIX + 3 * i + j)),
             tilt_sigma: ComplexField::sqrt(self.tilt_variance()),
             heading_sigma: self.heading_sigma(),
-            gravity: if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN },
+            gravity: self.mean_gravity(),
             at_rest: self.at_rest,
             disturbed: self.magnet.is_disturbed(),
             started: self.start.over,

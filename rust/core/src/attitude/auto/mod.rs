@@ -39,6 +39,8 @@ use self::magnet::{Magnet, Spikes};
 pub use self::options::AutoOptions;
 use self::recovery::{Recovery, Wrong};
 use self::rest::Rest;
+#[cfg(feature = "std")]
+pub use self::smooth::{Around, Smoothed};
 use self::start::{SPEED, Start, TILT};
 use self::straight::Straight;
 use self::strapdown::{Strapdown, Sums};
@@ -383,6 +385,17 @@ impl Auto {
         let own = (self.errors.variance(0) + self.errors.variance(1)).max(0.0);
         let doubt = self.accelerations.doubt(&self.lasting);
         doubt * own + 2.0 * square(ACCEL_BIAS / GRAVITY)
+    }
+
+    /// By what variances of bias and matrix are told larger: what a velocity that lasts does to the
+    /// tilt, it does to what is learned from it.
+    fn doubt(&self) -> f64 {
+        self.accelerations.doubt(&self.lasting).max(1.0)
+    }
+
+    /// Mean strength of the force in rests, m/s²; NaN before the first.
+    fn mean_gravity(&self) -> f64 {
+        if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN }
     }
 
     fn weigh(&mut self, sums: &Sums) {

@@ -1,18 +1,40 @@
 //! Smoothing of a whole record: rests before, between and after say what the bias was all along, and
 //! then the filter runs forward and backward on rates that have none.
 
-use nalgebra::{Matrix3, Quaternion, Vector3};
+use nalgebra::{ComplexField, Matrix3, Quaternion, Vector3};
 
 use super::errors::BIAS;
 use super::strapdown::small_rotation;
 use super::{Auto, AutoOptions};
-use crate::attitude::{Attitude, Estimator, Knowledge, Sample, Snapshot, frame, sample};
+use crate::attitude::stream::Tagged;
+use crate::attitude::{
+    Attitude, AttitudeParams, Estimator, Knowledge, Sample, Snapshot, frame, sample,
+};
 use crate::error::Error;
-use crate::stream::Stream;
+use crate::math::parallel;
+use crate::stream::{Block, Stream};
 use crate::{memory, work};
 
 /// Samples between two looks at whether to go on.
 const PIECE: usize = 1 << 12;
+
+/// A filter around this one that sees fields of its own making.
+pub trait Around: Tagged + Clone + Send + Sync {
+    /// The filter inside.
+    fn auto(&self) -> &Auto;
+    /// The field that it sees of the next sample's, NaN for none.
+    fn field(&self, mag: [f64; 3]) -> [f64; 3];
+}
+
+impl Around for Auto {
+    fn auto(&self) -> &Auto {
+        self
+    }
+
+    fn field(&self, mag: [f64; 3]) -> [f64; 3] {
+        mag
+    }
+}
 
 /// The bias after a sample, rad/s, with the filter's variance of it and the deviation to be told.
 #[derive(Debug, Clone, Copy)]
@@ -33,13 +55,47 @@ struct Gyro {
 #[derive(Debug, Clone, Copy)]
 struct Known {
     orientation: Quaternion<f64>,
-    knowledge: Knowledge,
     /// The filter's variances of both tilts together, and of the heading.
     tilt: f64,
     heading: f64,
+    /// What is told of them.
+    tilt_sigma: f64,
+    heading_sigma: f64,
+    gravity: f64,
+    at_rest: bool,
+    disturbed: bool,
+    started: bool,
 }
 
-impl Attitude<Auto> {
+/// What a pass has found of each sample, in the order in which it came to them, and of the gyro.
+#[derive(Debug)]
+struct Passed<T> {
+    found: Vec<T>,
+    gyro: Gyro,
+}
+
+/// A record as a gyro without bias and with the matrix one gives it, and what was taken off.
+#[derive(Debug)]
+struct Record {
+    params: AttitudeParams,
+    samples: Vec<Sample>,
+    biases: Vec<Bias>,
+    gyro: Gyro,
+}
+
+/// What is known of each sample of a record by all of it, one after the other.
+#[derive(Debug)]
+pub struct Smoothed {
+    record: Record,
+    mag: bool,
+    forward: Vec<Known>,
+    /// From the last sample to the first.
+    backward: Vec<Known>,
+    drift: Drift,
+    next: usize,
+}
+
+impl<E: Around> Attitude<E> {
     /// What is known of each sample of a record by all of it, whatever this filter has seen.
     ///
     /// The record is filtered forward and backward in time. The bias of both passes is joined at each
@@ -49,116 +105,152 @@ impl Attitude<Auto> {
     ///
     /// # Errors
     /// [`Error::Memory`] if there is none for the passes, [`Error::Stopped`] if asked to stop.
-    pub fn smooth(&self, samples: &[Sample]) -> Result<Vec<Snapshot>, Error> {
-        let options = *self.estimator().options();
-        let (biases, gyro) = self.biases(samples)?;
-        let rates = self.without_errors(samples, &biases, &gyro)?;
-        let (forward, backward) = self.passes(&rates, [Auto::knowing(options); 2], Known::of)?;
-        let mut drift = Drift::default();
-        let mut smoothed = memory::room(samples.len())?;
-        for (k, (forward, backward)) in forward.iter().zip(&backward).enumerate() {
-            pause(k);
-            let (orientation, mut knowledge) = joined(forward, backward, options.mag);
-            (knowledge.bias, knowledge.bias_sigma) = (biases[k].value, biases[k].sigma);
-            (knowledge.gyro_matrix, knowledge.gyro_matrix_sigma) = (gyro.matrix, gyro.sigma);
-            if !options.mag {
-                drift.turn(&orientation, &self.rate_of(&rates[k]), self.seconds(&rates[k]));
-                knowledge.heading_sigma = drift.sigma(forward.heading, &biases[k], &gyro);
-            }
-            let force = sample::force(samples[k].accel, self.params().accel_unit);
-            let force = force.unwrap_or(Vector3::repeat(f64::NAN));
-            smoothed.push(self.shown(&orientation, &knowledge, &force));
-        }
-        Ok(smoothed)
+    pub fn smooth(&self, samples: Vec<Sample>) -> Result<Smoothed, Error> {
+        let options =
+            AutoOptions { mag: self.estimator().auto().options.mag, ..Default::default() };
+        let record = self.without_bias(samples)?;
+        let (n, rate) = (record.samples.len(), record.params.rate);
+        let knowing = Attitude::new(record.params, Auto::knowing(options))?;
+        let pass = |at: &At<'_>| pass(knowing, n, at, |filter, _| Known::of(filter));
+        let [forward, backward] =
+            both(|| pass(&|k| record.samples[k]), || pass(&|k| turned(&record.samples, k, rate)))?;
+        let (forward, backward) = (forward.found, backward.found);
+        Ok(Smoothed {
+            record,
+            mag: options.mag,
+            forward,
+            backward,
+            drift: Drift::default(),
+            next: 0,
+        })
     }
 
-    /// The bias at each sample by all of the record, and what the gyro is like.
-    fn biases(&self, samples: &[Sample]) -> Result<(Vec<Bias>, Gyro), Error> {
-        let options = *self.estimator().options();
-        let reversed = AutoOptions { bias: options.bias.map(|x| -x), ..options };
-        let filters = [Auto::with(options), Auto::with(reversed)];
-        let (forward, backward) = self.passes(samples, filters, |auto| (bias(auto), gyro(auto)))?;
-        let mut biases = memory::room(samples.len())?;
-        for (k, ((one, _), (other, _))) in forward.iter().zip(&backward).enumerate() {
-            pause(k);
-            biases.push(one.joined(other));
-        }
+    /// The record without the bias that all of it tells of each sample, and with the fields that the
+    /// filter inside has seen.
+    fn without_bias(&self, mut samples: Vec<Sample>) -> Result<Record, Error> {
+        let (params, n) = (*self.params(), samples.len());
+        let options = *self.estimator().auto().options();
+        // No field says anything of a bias.
+        let reversed = AutoOptions { bias: options.bias.map(|x| -x), mag: false, ..options };
+        let (mut own, reversed) = (self.clone(), Attitude::new(params, Auto::with(reversed))?);
+        own.reset();
+        let back = |k| Sample { mag: [f64::NAN; 3], ..turned(&samples, k, params.rate) };
+        let [forward, backward] = both(
+            || pass(own.clone(), n, &|k| samples[k], |filter, field| (Bias::of(filter), field)),
+            || pass(reversed, n, &back, |filter, field| (Bias::of(filter), field)),
+        )?;
         // Each pass knows most of the matrix at its end.
-        let ends = (forward.last().map(|(_, gyro)| *gyro), backward.first().map(|(_, gyro)| *gyro));
-        let gyro = match ends {
-            (Some(one), Some(other)) => one.mean(&other),
-            _ => gyro(&filters[0]),
-        };
-        Ok((biases, gyro))
-    }
-
-    /// The samples as a gyro without bias and with the matrix one gives them.
-    fn without_errors(
-        &self,
-        samples: &[Sample],
-        biases: &[Bias],
-        gyro: &Gyro,
-    ) -> Result<Vec<Sample>, Error> {
-        let unit = self.params().gyro_unit;
-        let mut rates = memory::room(samples.len())?;
-        for (sample, bias) in samples.iter().zip(biases) {
+        let (gyro, unit) = (forward.gyro.mean(&backward.gyro), params.gyro_unit);
+        let mut biases = memory::room(n)?;
+        let ahead = forward.found.iter().zip(&mut samples);
+        for (((bias, field), sample), (other, _)) in ahead.zip(backward.found.iter().rev()) {
+            let bias = bias.joined(other);
             let rate = gyro.matrix * (Vector3::from(sample.gyro) * unit - bias.value);
-            rates.push(Sample { gyro: (rate / unit).into(), ..*sample });
+            (sample.gyro, sample.mag) = ((rate / unit).into(), *field);
+            biases.push(bias);
         }
-        Ok(rates)
-    }
-
-    /// What filters know after each sample, forward and backward in time; both in the order of the
-    /// samples.
-    fn passes<T>(
-        &self,
-        samples: &[Sample],
-        [ahead, back]: [Auto; 2],
-        known: impl Fn(&Auto) -> T + Copy,
-    ) -> Result<(Vec<T>, Vec<T>), Error> {
-        let n = samples.len();
-        let forward = self.pass(ahead, samples.iter().copied(), n, known)?;
-        let mut backward = self.pass(back, turned(samples, self.params().rate), n, known)?;
-        backward.reverse();
-        Ok((forward, backward))
-    }
-
-    fn pass<T>(
-        &self,
-        auto: Auto,
-        samples: impl Iterator<Item = Sample>,
-        n: usize,
-        known: impl Fn(&Auto) -> T,
-    ) -> Result<Vec<T>, Error> {
-        let mut filter = Self::new(*self.params(), auto)?;
-        let mut all = memory::room(n)?;
-        for (k, sample) in samples.enumerate() {
-            pause(k);
-            take(&mut filter, sample);
-            all.push(known(filter.estimator()));
-        }
-        Ok(all)
-    }
-
-    /// Rate of a sample, rad/s, zero where it is missing.
-    fn rate_of(&self, sample: &Sample) -> Vector3<f64> {
-        sample::rate(sample.gyro, self.params().gyro_unit).unwrap_or_default()
-    }
-
-    /// Seconds of a sample in which its rate counts.
-    fn seconds(&self, sample: &Sample) -> f64 {
-        let dt = if sample.dt >= 0.0 { sample.dt } else { 1.0 / self.params().rate };
-        dt.min(1.0)
+        Ok(Record { params, samples, biases, gyro })
     }
 }
 
-/// One for all passes: what is done at a tick is large.
-#[inline(never)]
-fn take(filter: &mut Attitude<Auto>, sample: Sample) {
-    filter.update(sample);
+/// The k-th sample of a pass.
+type At<'a> = dyn Fn(usize) -> Sample + Sync + 'a;
+
+/// Both at once, each on a thread of its own if there is one.
+fn both<T: Send>(
+    ahead: impl Fn() -> Result<Passed<T>, Error> + Sync,
+    back: impl Fn() -> Result<Passed<T>, Error> + Sync,
+) -> Result<[Passed<T>; 2], Error> {
+    let mut found =
+        parallel::map(vec![true, false], true, |is_ahead| if is_ahead { ahead() } else { back() });
+    match (found.pop(), found.pop()) {
+        (Some(back), Some(ahead)) => Ok([ahead?, back?]),
+        _ => Err(Error::Stopped),
+    }
+}
+
+/// What is known after each of n samples, of the filter and of the field that it was given.
+fn pass<E: Around, T>(
+    mut filter: Attitude<E>,
+    n: usize,
+    at: &At<'_>,
+    known: impl Fn(&Auto, [f64; 3]) -> T,
+) -> Result<Passed<T>, Error> {
+    let mut found = memory::room(n)?;
+    for k in 0..n {
+        pause(k);
+        let sample = at(k);
+        let field = filter.estimator().field(sample.mag);
+        take(&mut filter, &sample);
+        found.push(known(filter.estimator().auto(), field));
+    }
+    Ok(Passed { found, gyro: Gyro::of(filter.estimator().auto()) })
+}
+
+/// One sample, by the loop that fills batches: what is done at a tick is large, and is compiled no
+/// second time here.
+fn take<E: Around>(filter: &mut Attitude<E>, sample: &Sample) {
+    let ([gx, gy, gz], [ax, ay, az], [mx, my, mz]) = (sample.gyro, sample.accel, sample.mag);
+    let row = [gx, gy, gz, ax, ay, az, mx, my, mz, sample.dt];
+    filter.process_column(0, &mut Block::new(1, &row, &mut [0.0; 4], &mut []));
+}
+
+/// The k-th sample of a record backward in time: the rate that leads from a sample to the one before
+/// it is the sample's own, the other way round.
+fn turned(samples: &[Sample], k: usize, rate: f64) -> Sample {
+    let place = samples.len() - 1 - k;
+    let sample = samples[place];
+    let (gyro, dt) = match samples.get(place + 1) {
+        Some(next) => (next.gyro, next.dt),
+        None => (sample.gyro, 1.0 / rate),
+    };
+    Sample { gyro: gyro.map(|x| -x), dt, ..sample }
+}
+
+impl Iterator for Smoothed {
+    type Item = Snapshot;
+
+    fn next(&mut self) -> Option<Snapshot> {
+        let (k, record) = (self.next, &self.record);
+        let (forward, backward) =
+            (self.forward.get(k)?, &self.backward[self.forward.len() - 1 - k]);
+        pause(k);
+        self.next += 1;
+        let (params, sample, bias) = (&record.params, &record.samples[k], &record.biases[k]);
+        let (orientation, mut knowledge) = joined(forward, backward, self.mag);
+        (knowledge.bias, knowledge.bias_sigma) = (bias.value, bias.sigma);
+        (knowledge.gyro_matrix, knowledge.gyro_matrix_sigma) =
+            (record.gyro.matrix, record.gyro.sigma);
+        if !self.mag {
+            let rate = sample::rate(sample.gyro, params.gyro_unit).unwrap_or_default();
+            self.drift.turn(&orientation, &rate, seconds(sample, params.rate));
+            knowledge.heading_sigma = self.drift.sigma(forward.heading, bias, &record.gyro);
+        }
+        let force = sample::force(sample.accel, params.accel_unit);
+        Some(params.shown(&orientation, &knowledge, &force.unwrap_or(Vector3::repeat(f64::NAN))))
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let left = self.forward.len() - self.next;
+        (left, Some(left))
+    }
+}
+
+impl ExactSizeIterator for Smoothed {}
+
+/// Seconds of a sample in which its rate counts.
+fn seconds(sample: &Sample, rate: f64) -> f64 {
+    let dt = if sample.dt >= 0.0 { sample.dt } else { 1.0 / rate };
+    dt.min(1.0)
 }
 
 impl Bias {
+    fn of(auto: &Auto) -> Self {
+        let variance = Vector3::from_fn(|i, _| auto.errors.variance(BIAS + i).max(0.0));
+        let doubt = auto.doubt();
+        Self { value: auto.bias, variance, sigma: variance.map(|x| ComplexField::sqrt(doubt * x)) }
+    }
+
     /// Axis by axis; the other is of a pass backward in time.
     fn joined(&self, other: &Self) -> Self {
         let share = self.variance.zip_map(&other.variance, share);
@@ -174,50 +266,63 @@ impl Bias {
 }
 
 impl Gyro {
+    fn of(auto: &Auto) -> Self {
+        let Knowledge { gyro_matrix, gyro_matrix_sigma, .. } = auto.knowledge();
+        Self { matrix: gyro_matrix, sigma: gyro_matrix_sigma }
+    }
+
     fn mean(&self, other: &Self) -> Self {
         let (matrix, sigma) = (self.matrix + other.matrix, self.sigma + other.sigma);
         Self { matrix: matrix * 0.5, sigma: sigma * 0.5 }
     }
 }
 
-fn bias(auto: &Auto) -> Bias {
-    let knowledge = auto.knowledge();
-    let variance = Vector3::from_fn(|i, _| auto.errors.variance(BIAS + i).max(0.0));
-    Bias { value: knowledge.bias, variance, sigma: knowledge.bias_sigma }
-}
-
-fn gyro(auto: &Auto) -> Gyro {
-    let Knowledge { gyro_matrix, gyro_matrix_sigma, .. } = auto.knowledge();
-    Gyro { matrix: gyro_matrix, sigma: gyro_matrix_sigma }
-}
-
 impl Known {
     fn of(auto: &Auto) -> Self {
-        let tilt = (auto.errors.variance(0) + auto.errors.variance(1)).max(0.0);
-        let heading = auto.errors.heading().max(0.0);
-        Self { orientation: auto.orientation(), knowledge: auto.knowledge(), tilt, heading }
+        Self {
+            orientation: auto.orientation(),
+            tilt: (auto.errors.variance(0) + auto.errors.variance(1)).max(0.0),
+            heading: auto.errors.heading().max(0.0),
+            tilt_sigma: ComplexField::sqrt(auto.tilt_variance()),
+            heading_sigma: auto.heading_sigma(),
+            gravity: auto.mean_gravity(),
+            at_rest: auto.at_rest,
+            disturbed: auto.magnet.is_disturbed(),
+            started: auto.start.over,
+        }
     }
 }
 
 /// What both passes know together. Without a magnetometer the heading is one against the start, which
 /// the second knows nothing of.
 fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Knowledge) {
-    let (one, other) = (&forward.knowledge, &backward.knowledge);
     let apart = backward.orientation * forward.orientation.conjugate();
     let about_up = 2.0 * f64::atan2(apart.k, apart.w);
     let level = angle(&(small_rotation(&(Vector3::z() * -about_up)) * apart));
     let tilt = share(forward.tilt, backward.tilt);
-    let (a, b) = (one.heading_sigma * one.heading_sigma, other.heading_sigma * other.heading_sigma);
-    let heading = if mag { share(a, b) } else { 0.0 };
-    let about_up = f64::atan2(about_up.sin(), about_up.cos()) * heading;
+    let variances = |sigma: fn(&Known) -> f64| [forward, backward].map(|x| sigma(x) * sigma(x));
+    let [a, b] = variances(|known| known.heading_sigma);
     let leaned = small_rotation(&Vector3::new(level.x * tilt, level.y * tilt, 0.0));
-    let orientation = small_rotation(&(Vector3::z() * about_up)) * leaned * forward.orientation;
-    let of_tilt = share(one.tilt_sigma * one.tilt_sigma, other.tilt_sigma * other.tilt_sigma);
+    let (orientation, heading_sigma) = if mag {
+        let heading = share(a, b);
+        let about_up = f64::atan2(about_up.sin(), about_up.cos()) * heading;
+        let turned = small_rotation(&(Vector3::z() * about_up)) * leaned;
+        (turned * forward.orientation, (b * heading).sqrt())
+    } else {
+        (leaned * forward.orientation, forward.heading_sigma)
+    };
+    let [own, others] = variances(|known| known.tilt_sigma);
     let knowledge = Knowledge {
-        tilt_sigma: other.tilt_sigma * of_tilt.sqrt(),
-        heading_sigma: if mag { (b * heading).sqrt() } else { one.heading_sigma },
-        at_rest: one.at_rest || other.at_rest,
-        ..*one
+        bias: Vector3::zeros(),
+        bias_sigma: Vector3::zeros(),
+        gyro_matrix: Matrix3::identity(),
+        gyro_matrix_sigma: Matrix3::zeros(),
+        tilt_sigma: backward.tilt_sigma * share(own, others).sqrt(),
+        heading_sigma,
+        gravity: forward.gravity,
+        at_rest: forward.at_rest || backward.at_rest,
+        disturbed: forward.disturbed,
+        started: forward.started,
     };
     (orientation.normalize(), knowledge)
 }
@@ -257,18 +362,6 @@ impl Drift {
         let of_matrix = self.matrix.component_mul(&gyro.sigma).norm_squared();
         (own + of_bias + of_matrix).sqrt()
     }
-}
-
-/// The record backward in time: the rate that leads from a sample to the one before it is the
-/// sample's own, the other way round.
-fn turned(samples: &[Sample], rate: f64) -> impl Iterator<Item = Sample> {
-    let next = |k: usize| samples.get(k + 1).unwrap_or(&samples[k]);
-    let period = 1.0 / rate;
-    (0..samples.len()).rev().map(move |k| Sample {
-        gyro: next(k).gyro.map(|x| -x),
-        dt: if k + 1 < samples.len() { next(k).dt } else { period },
-        ..samples[k]
-    })
 }
 
 fn pause(k: usize) {

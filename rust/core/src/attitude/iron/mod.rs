@@ -17,12 +17,12 @@ use serde::{Deserialize, Serialize};
 use self::choice::{Choice, Taken};
 use self::learner::{Learner, Present};
 use self::ticks::Gathered;
+#[cfg(feature = "std")]
+use super::Around;
 use super::auto::Ticked;
 use super::compass::FieldCorrection;
 use super::named::Named;
 use super::stream::Tagged;
-#[cfg(feature = "std")]
-use super::{Attitude, Sample, Snapshot};
 use super::{Auto, Estimator, Inertial, Knowledge, NamedOptions};
 use crate::error::Error;
 use crate::math::sound::are_within;
@@ -257,23 +257,14 @@ impl Named for Learning {
 }
 
 #[cfg(feature = "std")]
-impl Attitude<Learning> {
-    /// As of the filter alone, of fields without the hard iron that is known at each sample.
-    ///
-    /// # Errors
-    /// [`Error::Memory`] if there is none for the passes, [`Error::Stopped`] if asked to stop.
-    pub fn smooth(&self, samples: &[Sample]) -> Result<Vec<Snapshot>, Error> {
-        use crate::stream::Stream;
-        let (mut fields, mut live) = (crate::memory::copied(samples)?, *self);
-        live.reset();
-        for sample in &mut fields {
-            let given = *sample;
-            let learning = live.estimator();
-            let field = Vector3::from(given.mag);
-            let field = learning.correction.map_or(field, |correction| correction.of(&field));
-            sample.mag = learning.left(field).unwrap_or(Vector3::repeat(f64::NAN)).into();
-            live.update(given);
-        }
-        self.around(self.estimator().auto).smooth(&fields)
+impl Around for Learning {
+    fn auto(&self) -> &Auto {
+        &self.auto
+    }
+
+    fn field(&self, mag: [f64; 3]) -> [f64; 3] {
+        let field = Vector3::from(mag);
+        let field = self.correction.map_or(field, |correction| correction.of(&field));
+        self.left(field).unwrap_or(Vector3::repeat(f64::NAN)).into()
     }
 }
