@@ -6,6 +6,8 @@
 //! ticks, the strength of its drift from the likelihood of each walk.
 #![allow(non_snake_case)]
 
+#[cfg(feature = "std")]
+pub(super) mod side_by_side;
 mod sound;
 
 use nalgebra::{SMatrix, SVector};
@@ -18,7 +20,7 @@ use crate::error::Error;
 use crate::math::{Limits, Real};
 use crate::rest::{Event, MotionAware, RestDetector, RestLimits, Tick};
 use crate::stream::checkpoint::Checkpoint;
-use crate::stream::{Number, Startup, Stream, Traced, Watch};
+use crate::stream::{Startup, Stream, Traced, Watch};
 
 /// Parameters of an [`AutoFilter`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -390,7 +392,7 @@ impl AutoParams {
     }
 }
 
-impl<T: Number> Stream for AutoFilter<T> {
+impl<T: DriftNumber> Stream for AutoFilter<T> {
     type Input = T;
     type Output = T;
 
@@ -410,16 +412,21 @@ impl<T: Number> Stream for AutoFilter<T> {
             *self = new;
         }
     }
+
+    #[cfg(feature = "std")]
+    fn process_block(filters: &mut [Self], block: &mut crate::stream::Block<'_>) {
+        T::process_block_of_auto(filters, block);
+    }
 }
 
-impl<T: Number> MotionAware for AutoFilter<T> {
+impl<T: DriftNumber> MotionAware for AutoFilter<T> {
     #[inline]
     fn update_while(&mut self, z: T, moving: bool) -> T {
         self.step(z, moving)
     }
 }
 
-impl<T: Number> Traced for AutoFilter<T> {
+impl<T: DriftNumber> Traced for AutoFilter<T> {
     type Snapshot = Snapshot<T, 1, 1>;
 
     fn snapshot(&self) -> Snapshot<T, 1, 1> {
@@ -451,7 +458,7 @@ impl<T: Number> Traced for AutoFilter<T> {
     }
 }
 
-impl<T: Number> Checkpoint for AutoFilter<T> {
+impl<T: DriftNumber> Checkpoint for AutoFilter<T> {
     const TAG: &'static str = "drift-auto";
     const VERSION: u16 = 4;
 

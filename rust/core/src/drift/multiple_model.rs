@@ -166,16 +166,20 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
     /// Mean and variance over members of given means and variances.
     #[inline(always)]
     fn mixture(&self, member: impl Fn(usize) -> (T, T)) -> Mixture<T> {
-        let (origin, _) = member(0);
+        // First each by itself, several in a register, and then the sums, whose order counts.
+        let (mut x, mut own) = (Each::zeros(), Each::zeros());
+        for m in 0..MEMBERS {
+            (x[m], own[m]) = member(m);
+        }
+        let origin = x[0];
         let (mut mean, mut square) = (T::zero(), T::zero());
         let (mut P, mut scaled) = (T::zero(), T::zero());
         for m in 0..MEMBERS {
-            let (x, own) = member(m);
-            let apart = x - origin;
+            let apart = x[m] - origin;
             mean += self.weight[m] * apart;
             square += self.weight[m] * apart * apart;
-            P += self.weight[m] * own;
-            scaled += self.weight[m] * own * self.S[m];
+            P += self.weight[m] * own[m];
+            scaled += self.weight[m] * own[m] * self.S[m];
         }
         let spread = (square - mean * mean).at_least(T::zero());
         Mixture { mean: origin + mean, variance: scaled / self.degrees + spread, P }

@@ -3,7 +3,7 @@
 use crate::stream::Number;
 #[cfg(feature = "std")]
 use crate::{
-    drift::{DriftFilter, filter::side_by_side},
+    drift::{AutoFilter, DriftFilter, auto, filter::side_by_side},
     stream::Block,
 };
 
@@ -25,6 +25,14 @@ pub trait DriftNumber: Number {
             block.run(channel, filter);
         }
     }
+
+    /// The same by filters that tune themselves.
+    #[cfg(feature = "std")]
+    fn process_block_of_auto(filters: &mut [AutoFilter<Self>], block: &mut Block<'_>) {
+        for (channel, filter) in filters.iter_mut().enumerate() {
+            block.run(channel, filter);
+        }
+    }
 }
 
 impl DriftNumber for f32 {}
@@ -41,5 +49,10 @@ impl DriftNumber for f64 {
         block: &mut Block<'_>,
     ) {
         pulp::Arch::new().dispatch(side_by_side::Together { filters, block });
+    }
+
+    #[cfg(feature = "std")]
+    fn process_block_of_auto(filters: &mut [AutoFilter<f64>], block: &mut Block<'_>) {
+        pulp::Arch::new().dispatch(auto::side_by_side::Together { filters, block });
     }
 }

@@ -64,14 +64,14 @@ pub(super) struct Gate<T> {
     sketch: Sketch<T>,
     /// Samples that are still to come of that second.
     learning: u32,
-    scale: T,
-    near: T,
-    far: T,
+    pub(super) scale: T,
+    pub(super) near: T,
+    pub(super) far: T,
     /// Samples of this tick within one deviation, and beyond three.
-    inside: u32,
-    beyond: u32,
+    pub(super) inside: u32,
+    pub(super) beyond: u32,
     /// Far samples in a row on one side.
-    side: u32,
+    pub(super) side: u32,
     above: bool,
     /// Of these, at most, in a row that may be outliers.
     longest: u32,

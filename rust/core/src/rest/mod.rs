@@ -19,6 +19,8 @@ mod model;
 mod motion;
 pub(crate) mod quiet;
 mod repeats;
+#[cfg(feature = "std")]
+pub(crate) mod side_by_side;
 mod still;
 mod sums;
 mod ticker;
@@ -190,6 +192,25 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     /// Samples a second.
     pub fn rate(&self) -> f64 {
         self.rate
+    }
+
+    /// The tick of which others have taken the last sample.
+    #[cfg(feature = "std")]
+    pub(crate) fn finished(&mut self) -> Option<Tick<T>> {
+        let seen = self.ticker.finished()?;
+        Some(self.decided(&seen, false))
+    }
+
+    /// Samples that are still to come of the tick under way.
+    #[cfg(feature = "std")]
+    pub(crate) fn left(&self) -> u32 {
+        self.ticker.length - self.ticker.position
+    }
+
+    /// Whether nothing of the first second is to be learned any more.
+    #[cfg(feature = "std")]
+    pub(crate) fn is_settled(&self) -> bool {
+        self.ticker.is_settled()
     }
 
     /// Back to before the first sample.

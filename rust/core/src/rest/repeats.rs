@@ -14,7 +14,7 @@ const TELLING: u32 = 32;
 const LEAST_RUN: u32 = 4;
 
 /// Pairs of samples after which those before count half.
-const MEMORY: u32 = 20_000;
+pub(super) const MEMORY: u32 = 20_000;
 
 /// How often a sample equals the one before, and how long the run is that is under way.
 ///
@@ -25,15 +25,15 @@ const MEMORY: u32 = 20_000;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Repeats {
     /// Equal samples in a row.
-    run: u32,
+    pub(super) run: u32,
     /// Those of them in this tick that are not yet told to any sum.
-    held: u32,
+    pub(super) held: u32,
     /// Samples of this tick that a stuck sensor gave.
-    dropped: u32,
+    pub(super) dropped: u32,
     /// Equal samples in a row at least of a sensor that is stuck.
-    limit: u32,
-    equal: u32,
-    pairs: u32,
+    pub(super) limit: u32,
+    pub(super) equal: u32,
+    pub(super) pairs: u32,
 }
 
 impl Repeats {

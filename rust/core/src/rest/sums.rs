@@ -10,11 +10,11 @@ use crate::math::{Limits, Real, choose};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sums<T> {
     pub count: u32,
-    sum: T,
-    squares: T,
+    pub(super) sum: T,
+    pub(super) squares: T,
     /// The farthest below and above.
-    lowest: T,
-    highest: T,
+    pub(super) lowest: T,
+    pub(super) highest: T,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {

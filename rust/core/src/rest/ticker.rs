@@ -25,7 +25,7 @@ const PATIENCE: u32 = 64;
 
 /// Steps at most by which a coarse output leaves a value that it has stood still at: two, whatever
 /// rounding makes of them.
-const FEW_STEPS: f64 = 2.5;
+pub(super) const FEW_STEPS: f64 = 2.5;
 
 /// Part of a tick's distance by which the centre follows it; the whole if the sensor moves.
 const FOLLOW: f64 = 0.25;
@@ -38,28 +38,28 @@ const FOLLOW: f64 = 0.25;
 /// in what a tick tells.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Ticker<T> {
-    length: u32,
+    pub(super) length: u32,
     /// NaN before the first sample.
-    origin: T,
+    pub(super) origin: T,
     /// Zero as long as all samples were equal.
-    unit: T,
-    inverse: T,
-    bound: T,
+    pub(super) unit: T,
+    pub(super) inverse: T,
+    pub(super) bound: T,
     /// In the unit of the samples; NaN after a missing one.
-    previous: T,
+    pub(super) previous: T,
     /// The smallest difference of successive samples so far that is not zero, in their unit.
-    step: T,
+    pub(super) step: T,
     /// Ticks in a row that origin or unit has swallowed.
-    swallowed: u32,
-    centre: T,
-    position: u32,
-    repeats: Repeats,
-    gate: Gate<T>,
+    pub(super) swallowed: u32,
+    pub(super) centre: T,
+    pub(super) position: u32,
+    pub(super) repeats: Repeats,
+    pub(super) gate: Gate<T>,
     /// All samples, and those that the gate lets through.
-    plain: Sums<T>,
-    kept: Sums<T>,
+    pub(super) plain: Sums<T>,
+    pub(super) kept: Sums<T>,
     /// Ticks in a row that had too few samples to be judged.
-    waited: u32,
+    pub(super) waited: u32,
 }
 
 /// What a sample is to the run of equal ones that the one before it is of.
@@ -126,6 +126,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
+    /// Whether nothing of the first second is to be learned any more.
+    #[cfg(feature = "std")]
+    pub(super) fn is_settled(&self) -> bool {
+        !self.gate.learns() && self.unit != T::zero()
+    }
+
     /// Takes one sample; returns the tick that it completes.
     #[inline(always)]
     pub(super) fn observe(&mut self, z: T) -> Option<TickSums<T>> {
@@ -135,6 +141,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             self.interrupt();
         }
         self.position += 1;
+        self.finished()
+    }
+
+    /// The tick, if all its samples have come.
+    #[inline(always)]
+    pub(super) fn finished(&mut self) -> Option<TickSums<T>> {
         (self.position >= self.length).then(|| self.end())
     }
 

@@ -51,6 +51,19 @@ impl<'a> Block<'a> {
         Block::new(channels, &self.input[done..], &mut self.numbers[done..], self.flags)
     }
 
+    /// What is left after `rows` rows, which this one gives up.
+    pub(crate) fn skip(self, rows: usize) -> Self {
+        let (channels, done) = (self.channels, rows * self.channels);
+        let (_, numbers) = self.numbers.split_at_mut(done);
+        Self { channels, input: &self.input[done..], numbers, flags: self.flags }
+    }
+
+    /// So many rows after the first ones.
+    pub(crate) fn part(&mut self, first: usize, rows: usize) -> Block<'_> {
+        let own = first * self.channels..(first + rows) * self.channels;
+        Block::new(self.channels, &self.input[own.clone()], &mut self.numbers[own], self.flags)
+    }
+
     /// One column through a stream.
     #[inline(always)]
     pub(crate) fn run<S: Stream>(&mut self, channel: usize, stream: &mut S) {

@@ -1,11 +1,11 @@
 //! What the filter that tunes itself can be after any samples.
 
 use super::{AutoFilter, begins};
+use crate::drift::DriftNumber;
 use crate::math::sound::{is_count, is_size, is_within};
-use crate::stream::Number;
 use crate::stream::checkpoint::Checkpoint;
 
-impl<T: Number> AutoFilter<T> {
+impl<T: DriftNumber> AutoFilter<T> {
     /// Whether samples can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         is_count(self.samples_seen)

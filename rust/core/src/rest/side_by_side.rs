@@ -1,0 +1,190 @@
+//! Ticks of several channels in the lanes of a SIMD register, as long as they are under way.
+//!
+//! Each step is that of one channel's [`Ticker`], its branches by masks; counts are numbers, which hold
+//! them exactly. What is rare is left to the channels themselves: no sample is taken of which one is
+//! far off.
+
+use core::array::from_fn;
+
+use nalgebra::{SimdBool, SimdPartialOrd};
+use num_traits::{One, Zero};
+use pulp::Simd;
+
+use super::repeats::MEMORY;
+use super::sums::Sums;
+use super::ticker::FEW_STEPS;
+use super::{RestDetector, Ticker};
+use crate::math::{Lane, Laned, Mask, Real, WIDEST, choose};
+
+/// One number of each ticker.
+macro_rules! each {
+    ($tickers:ident, $($path:tt)+) => {
+        Lane::load(&from_fn(|i| f64::from($tickers[i].$($path)+)))
+    };
+}
+
+/// Tickers, one a lane.
+pub(crate) struct Tickers<S: Simd> {
+    /// What no sample changes.
+    origin: Lane<S>,
+    inverse: Lane<S>,
+    bound: Lane<S>,
+    centre: Lane<S>,
+    scale: Lane<S>,
+    near: Lane<S>,
+    far: Lane<S>,
+    limit: Lane<S>,
+    /// What samples change.
+    previous: Lane<S>,
+    step: Lane<S>,
+    run: Lane<S>,
+    held: Lane<S>,
+    dropped: Lane<S>,
+    equal: Lane<S>,
+    pairs: Lane<S>,
+    inside: Lane<S>,
+    beyond: Lane<S>,
+    plain: SumsEach<S>,
+    kept: SumsEach<S>,
+    taken: u32,
+}
+
+/// Sums, one a lane.
+struct SumsEach<S: Simd> {
+    count: Lane<S>,
+    sum: Lane<S>,
+    squares: Lane<S>,
+    lowest: Lane<S>,
+    highest: Lane<S>,
+}
+
+impl<S: Simd> Tickers<S> {
+    /// Those of detectors that are settled.
+    #[inline(always)]
+    pub(crate) fn of(detectors: [&RestDetector<f64>; WIDEST]) -> Self {
+        let tickers: [&Ticker<f64>; WIDEST] = from_fn(|i| &detectors[i].ticker);
+        Self {
+            origin: each!(tickers, origin),
+            inverse: each!(tickers, inverse),
+            bound: each!(tickers, bound),
+            centre: each!(tickers, centre),
+            scale: each!(tickers, gate.scale),
+            near: each!(tickers, gate.near),
+            far: each!(tickers, gate.far),
+            limit: each!(tickers, repeats.limit),
+            previous: each!(tickers, previous),
+            step: each!(tickers, step),
+            run: each!(tickers, repeats.run),
+            held: each!(tickers, repeats.held),
+            dropped: each!(tickers, repeats.dropped),
+            equal: each!(tickers, repeats.equal),
+            pairs: each!(tickers, repeats.pairs),
+            inside: each!(tickers, gate.inside),
+            beyond: each!(tickers, gate.beyond),
+            plain: SumsEach {
+                count: each!(tickers, plain.count),
+                sum: each!(tickers, plain.sum),
+                squares: each!(tickers, plain.squares),
+                lowest: each!(tickers, plain.lowest),
+                highest: each!(tickers, plain.highest),
+            },
+            kept: SumsEach {
+                count: each!(tickers, kept.count),
+                sum: each!(tickers, kept.sum),
+                squares: each!(tickers, kept.squares),
+                lowest: each!(tickers, kept.lowest),
+                highest: each!(tickers, kept.highest),
+            },
+            taken: 0,
+        }
+    }
+
+    /// Takes a finite sample of each, as long as its tick lasts; if one is far off, none.
+    #[inline(always)]
+    pub(crate) fn take(&mut self, z: Lane<S>) -> bool {
+        let (repeats, stuck) = (z.simd_eq(self.previous), self.run.simd_ge(self.limit));
+        let times = choose(repeats | stuck, Lane::zero(), self.held);
+        let counts = times.simd_gt(Lane::zero());
+        let level = (self.previous - self.origin) * self.inverse;
+        let distance = level.within(self.bound) - self.centre;
+        let size = distance.simd_abs();
+        if (counts & size.simd_gt(self.far)).any() {
+            return false;
+        }
+        let counted = |condition: Mask<S>| choose(condition & counts, times, Lane::zero());
+        self.beyond += counted(size.simd_gt(self.near));
+        self.inside += counted(size.simd_lt(self.scale));
+        self.plain.add(distance, times, counts);
+        self.kept.add(distance.within(self.near), times, counts);
+        self.dropped += choose(stuck & !repeats, self.held, Lane::zero());
+        self.begin(z, repeats);
+        self.taken += 1;
+        true
+    }
+
+    /// Runs of equal samples go on where a sample `repeats` the last one, and begin elsewhere.
+    #[inline(always)]
+    fn begin(&mut self, z: Lane<S>, repeats: Mask<S>) {
+        let change = (z - self.previous).simd_abs();
+        self.step = choose(change.simd_lt(self.step) & !repeats, change, self.step);
+        let one_step = change.simd_le(Lane::of(FEW_STEPS) * self.step);
+        let most = Lane::of(f64::from(MEMORY));
+        let most = choose(one_step, most, self.limit.at_most(most));
+        let longer = (self.run.at_most(most) - Lane::one()).at_least(Lane::zero());
+        let longer = choose(repeats, Lane::zero(), longer);
+        let first = self.run.simd_gt(Lane::zero()) & !repeats;
+        self.equal += longer;
+        self.pairs += longer + choose(first, Lane::one(), Lane::zero());
+        self.run = choose(repeats, self.run + Lane::one(), Lane::one());
+        self.run = self.run.at_most(Lane::of(f64::from(u32::MAX)));
+        self.held = choose(repeats, self.held + Lane::one(), Lane::one());
+        self.previous = choose(repeats, self.previous, z);
+    }
+
+    /// Gives a detector back what is its own.
+    #[inline(always)]
+    pub(crate) fn leave(&self, lane: usize, detector: &mut RestDetector<f64>) {
+        let ticker = &mut detector.ticker;
+        let count = |numbers: &Lane<S>| numbers.lane(lane) as u32;
+        let added = count(&self.plain.count) > ticker.plain.count;
+        ticker.previous = self.previous.lane(lane);
+        ticker.step = self.step.lane(lane);
+        ticker.position += self.taken;
+        ticker.repeats.run = count(&self.run);
+        ticker.repeats.held = count(&self.held);
+        ticker.repeats.dropped = count(&self.dropped);
+        ticker.repeats.equal = count(&self.equal);
+        ticker.repeats.pairs = count(&self.pairs);
+        ticker.gate.inside = count(&self.inside);
+        ticker.gate.beyond = count(&self.beyond);
+        if added {
+            ticker.gate.side = 0;
+        }
+        ticker.plain = self.plain.lane(lane);
+        ticker.kept = self.kept.lane(lane);
+    }
+}
+
+impl<S: Simd> SumsEach<S> {
+    /// Adds so many equal distances where they count.
+    #[inline(always)]
+    fn add(&mut self, distance: Lane<S>, times: Lane<S>, counts: Mask<S>) {
+        let weighted = distance * times;
+        self.count += times;
+        self.sum = choose(counts, self.sum + weighted, self.sum);
+        self.squares = choose(counts, self.squares + weighted * distance, self.squares);
+        self.lowest = choose(counts, distance.at_most(self.lowest), self.lowest);
+        self.highest = choose(counts, distance.at_least(self.highest), self.highest);
+    }
+
+    #[inline(always)]
+    fn lane(&self, i: usize) -> Sums<f64> {
+        Sums {
+            count: self.count.lane(i) as u32,
+            sum: self.sum.lane(i),
+            squares: self.squares.lane(i),
+            lowest: self.lowest.lane(i),
+            highest: self.highest.lane(i),
+        }
+    }
+}
