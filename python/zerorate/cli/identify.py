@@ -1,12 +1,13 @@
 """``zerorate identify``: drift models of the gyros of one log."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextvars import copy_context
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from io import BytesIO
 from pathlib import Path
+from threading import Lock
 from typing import Annotated, Any, Final, Literal, NoReturn
 
 import typer
@@ -213,9 +214,9 @@ def identify(
     for one, files in zip(all_of_them, outputs, strict=True):
         with progress_bar() as progress:
             recording = reading.read(read_log, one.source)
-            found = in_background(partial(_found, analysis, recording, progress))
-            drawings = {} if no_figure else _drawn(found.axes, everything, progress)
-            texts = _texts(recording, found, drawings)
+            draw = None if no_figure else partial(_svg, everything=everything)
+            found = in_background(partial(_found, analysis, draw, recording, progress))
+            texts = _texts(recording, found)
             files.write([*map(text_writer, texts)], (), progress)
         print_title(one, first=one is all_of_them[0])
         _print_result(found, files)
@@ -230,15 +231,26 @@ def _order(text: str) -> tuple[int, int]:
 
 @dataclass(frozen=True)
 class _Found:
-    """What was found out about each axis; notes on the log, and on axes that were left out."""
+    """What was found out about each axis, figures by name, notes on log and axes left out."""
 
     axes: list[Identification]
+    drawings: Mapping[str, bytes]
     notes: tuple[str, ...]
 
 
-def _found(analysis: Callable[..., Identification], log: Log, progress: Progress) -> _Found:
-    """Return what can be said of each axis, which share the cores; a fault if of none."""
+def _found(
+    analysis: Callable[..., Identification],
+    draw: Callable[[Identification], bytes] | None,
+    log: Log,
+    progress: Progress,
+) -> _Found:
+    """Return what can be said of each axis, which share the cores; a fault if of none.
+
+    An axis is drawn while the next ones are looked at.
+    """
     fractions = [0.0] * log.channels
+    drawings: dict[str, bytes] = {}
+    one_at_a_time = Lock()
 
     def of_axis(i: int) -> Identification | ValueError:
         def tell(step: str, fraction: float) -> None:
@@ -247,9 +259,15 @@ def _found(analysis: Callable[..., Identification], log: Log, progress: Progress
 
         try:
             z, name = log.data[:, i], log.names[i]
-            return analysis(z, log.rate, name=name, unit=log.unit, progress=tell)
+            found = analysis(z, log.rate, name=name, unit=log.unit, progress=tell)
         except ValueError as error:
             return error
+        if draw:
+            # Settings of figures are those of the whole process.
+            with one_at_a_time:
+                tell("drawing", 1.0)
+                drawings[found.name] = draw(found)
+        return found
 
     with workers() as executor:
         # What holds round the caller holds in each thread, such as what arguments are called.
@@ -261,7 +279,7 @@ def _found(analysis: Callable[..., Identification], log: Log, progress: Progress
     if not axes:
         _refuse(log, refused)
     left_out = (said(f"{name} is left out: ", reason) for name, reason in refused.items())
-    return _Found(axes, (*notes_of(log, even=True), *left_out))
+    return _Found(axes, drawings, (*notes_of(log, even=True), *left_out))
 
 
 def _refuse(log: Log, reasons: Mapping[str, str]) -> NoReturn:
@@ -286,21 +304,11 @@ def _print_result(found: _Found, outputs: Outputs) -> None:
     print_written(outputs.paths)
 
 
-def _texts(log: Log, found: _Found, drawings: Mapping[str, bytes]) -> tuple[str, str]:
+def _texts(log: Log, found: _Found) -> tuple[str, str]:
     """Return the page and the numbers."""
     source = Path(log.meta["source"]).name
-    page = identification_page(found.axes, source, drawings, found.notes)
+    page = identification_page(found.axes, source, found.drawings, found.notes)
     return page, as_json(found.axes, source, found.notes)
-
-
-def _drawn(
-    found: Sequence[Identification], everything: bool, progress: Progress
-) -> Mapping[str, bytes]:
-    drawings = {}
-    for i, one in enumerate(found):
-        progress("drawing", i / len(found))
-        drawings[one.name] = _svg(one, everything)
-    return drawings
 
 
 def _svg(found: Identification, everything: bool) -> bytes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal, TypedDict, Unpack
 
 import numpy as np
@@ -102,7 +103,7 @@ class Identification(Result):
         """Innovations of `model`, shape (n,), NaN where there is none."""
         return self.model.residuals(self.prepared.data)
 
-    @property
+    @cached_property
     def slow_ratio(self) -> float:
         """Variance of the segments' means over what `model` says of it, about 1 at best."""
         return slow_ratio(self)
