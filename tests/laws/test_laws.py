@@ -217,6 +217,7 @@ def test_channels_do_not_mix(stream, data):
                 assert_same_answers(whole, value.astype(whole.dtype))
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", [name for name in EXAMPLES if EXAMPLES[name][0].side_by_side])
 def test_threads_do_not_matter_in_long_batches(name):
     """More rows than the threads work on before they meet."""

@@ -21,10 +21,6 @@ def test_every_signal(signal):
     assert_equal_to_twin(record(signal, 15_000))
 
 
-def test_many_samples():
-    assert_equal_to_twin(record("with_missing", 30_000))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2, 5))
 @pytest.mark.parametrize("signal", SIGNALS)
@@ -68,9 +64,9 @@ def test_a_start_up_of_equal_samples_goes_on_until_two_differ():
 
 
 def test_motion():
-    z = record("walk", 40_000)
-    z[12_000:15_000] += 50.0 * np.sin(np.arange(3000) / 40.0)
-    z[26_000:] += 3.0
+    z = record("walk", 20_000)
+    z[6000:7500] += 50.0 * np.sin(np.arange(1500) / 40.0)
+    z[13_000:] += 3.0
     assert_equal_to_twin(z)
 
 

@@ -33,7 +33,7 @@ def write(path, rows, data, row_group_size=700, **metadata):
 
 
 def regular(path):
-    write(path, np.arange(3000), samples(3000))
+    write(path, np.arange(1500), samples(1500))
 
 
 def short(path):
@@ -46,17 +46,17 @@ def one_row(path):
 
 def gaps(path):
     """Gaps of one sample and of many blocks, and some that end where a block does."""
-    rows = np.r_[0:90, 91:97, 98:194, 200:500, 2500:2910, 2911:4000]
+    rows = np.r_[0:90, 91:97, 98:194, 200:500, 2500:2910, 2911:3300]
     write(path, rows, samples(len(rows)))
 
 
 def missing(path):
     """Missing samples, a late first one, and an axis without any."""
-    data = samples(3000, 3)
+    data = samples(1600, 3)
     data[:130, 0] = data[400:900, 1] = np.nan
     data[:, 2] = np.inf
     data[1200:1300] = np.nan
-    write(path, np.arange(3000), data)
+    write(path, np.arange(1600), data)
 
 
 def motion(path):
