@@ -102,7 +102,7 @@ def _root(
 
 
 def program(called: str | None = None) -> typer.Typer:
-    """Return the program, of whose commands only the one that is called can be run; None: all."""
+    """Return the program with the command that is called; None: with all of them."""
     app = typer.Typer(
         name="zerorate",
         help=_ABOUT,
@@ -112,7 +112,9 @@ def program(called: str | None = None) -> typer.Typer:
     )
     app.callback()(_root)
     # Each command imports what it works with: all of them take longer than many a log.
-    for name, (about, example) in _COMMANDS.items():
+    names = [called] if called is not None and called in _COMMANDS else [*_COMMANDS]
+    for name in names:
+        about, example = _COMMANDS[name]
         command = function_of(name) if called in (name, None) else _not_called
         app.command(name, short_help=about, epilog=f"Example: {example}")(command)
     return app

@@ -11,8 +11,8 @@ import json
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Final
+from itertools import islice
+from typing import Final, NamedTuple
 
 from zerorate.io.clocks.iso8601 import is_date
 from zerorate.io.clocks.names import UNITS, looks_like_time
@@ -40,8 +40,7 @@ _FOR_COMMA: Final = 50
 """Rows that tell whether numbers have a decimal comma."""
 
 
-@dataclass(frozen=True)
-class Line:
+class Line(NamedTuple):
     """A line of the file, counted from 1, and where it begins."""
 
     number: int
@@ -59,7 +58,7 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
 
     ``names`` are those of the columns where the file has them elsewhere than in a header.
     """
-    lines = [line for line in head_lines(raw) if line.text]
+    lines = [line for line in _head_lines(raw) if line.text]
     mark = _SEP.fullmatch(lines[0].text) if lines else None
     lines = lines[1:] if mark else lines
     body = [line for line in lines if not line.comment]
@@ -96,7 +95,12 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
     return layout, _metadata(lines, first)
 
 
-def head_lines(raw: bytes) -> Iterator[Line]:
+def first_lines(raw: bytes, count: int) -> list[Line]:
+    """Return the first lines of a file that are neither empty nor a remark."""
+    return [*islice((one for one in _head_lines(raw) if one.text and not one.comment), count)]
+
+
+def _head_lines(raw: bytes) -> Iterator[Line]:
     """Yield the lines at the beginning of a file, none of them cut."""
     start = len(BOM) if raw.startswith(BOM) else 0
     # One line more than the head, so that a long line is never cut in the middle.

@@ -15,7 +15,7 @@ from zerorate.io.log import LogError
 from zerorate.io.names import meaning_of
 from zerorate.io.parts import parts_of
 from zerorate.io.readers.cells import split
-from zerorate.io.readers.layouts import find_layout, head_lines, is_value
+from zerorate.io.readers.layouts import find_layout, first_lines, is_value
 from zerorate.io.readers.parsers import parsed, texts
 from zerorate.io.table import Content, Metadata, Table
 from zerorate.io.words import parsed_name, words_of
@@ -74,7 +74,7 @@ def messages(raw: bytes) -> Content | None:
 
     Their columns are named by lines that begin with FMT.
     """
-    lines = [line for line in head_lines(raw) if line.text and not line.comment][:50]
+    lines = first_lines(raw, 50)
     first = [split(line.text, ",") for line in lines]
     named = [cells[0] for cells in first if len(cells) > 2 and _LABEL.fullmatch(cells[0].encode())]
     if len(named) < len(first) or not named or not all(map(is_value, (c[1] for c in first))):

@@ -18,7 +18,7 @@ from zerorate.io.beginnings import is_text
 from zerorate.io.log import LogError
 from zerorate.io.names import meaning_of
 from zerorate.io.readers.cells import inert
-from zerorate.io.readers.layouts import find_layout, head_lines
+from zerorate.io.readers.layouts import find_layout, first_lines
 from zerorate.io.readers.parsers import Layout, decoded, notes_on_lines, parsed, texts
 from zerorate.io.readers.rows import by_instance, by_label, content_of, messages
 from zerorate.io.table import Content, Metadata, Table, listed_names
@@ -93,7 +93,7 @@ def table_of(raw: bytes, layout: Layout, meta: Metadata) -> Table:
 
 def _without_labels(raw: bytes) -> tuple[bytes, tuple[str, ...] | None]:
     """Return rows of ``gx:0.1,gy:0.2`` without their labels, and these as names."""
-    lines = [line for line in head_lines(raw) if line.text and not line.comment][:2]
+    lines = first_lines(raw, 2)
     labels = [tuple(name for name, _ in re.findall(_PAIR, line.text)) for line in lines]
     rest = [re.sub(_PAIR, "", line.text).strip(" ,;\t") for line in lines]
     if not lines or len(set(labels)) > 1 or len(labels[0]) < 2 or any(rest):
