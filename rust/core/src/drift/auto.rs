@@ -135,6 +135,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.params.behaviour.hold_in_motion && self.detector.is_provisional()
     }
 
+    /// Whether the deviation hangs on the sample.
+    fn varies(&self) -> bool {
+        begins(self.status) || self.is_provisional()
+    }
+
     /// Variances of a sample's white noise and of the drift's step in a sample, once they are known.
     pub fn noise(&self) -> Option<(T, T)> {
         self.model.map(|model| (model.white_noise(), model.process_noise()))
@@ -493,6 +498,25 @@ impl<T: DriftNumber> DriftStream<T> for AutoFilter<T> {
 
     fn drift(&self) -> Drift<T> {
         Drift { bias: self.estimate, sigma: self.bias_sigma(), at_rest: self.learns() }
+    }
+
+    /// From tick to tick rest stays, and so does the deviation, but of what is not certain.
+    fn follow(
+        &mut self,
+        inputs: impl Iterator<Item = (T, bool)>,
+        mut put: impl FnMut(Drift<T>, bool),
+    ) {
+        let mut drift = DriftStream::drift(self);
+        let mut varies = self.varies();
+        for (z, moving) in inputs {
+            self.step(z, moving);
+            drift.bias = self.estimate;
+            if varies || self.detector.begins() {
+                drift = DriftStream::drift(self);
+                varies = self.varies();
+            }
+            put(drift, self.detector.is_stuck());
+        }
     }
 
     fn densities(&self) -> [T; 2] {

@@ -153,6 +153,19 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoi
     /// The drift now.
     fn drift(&self) -> Drift<T>;
 
+    /// Takes samples, each of a body that is known to move or of which nothing is known; hands the
+    /// drift after each to `put`, and whether the sensor is stuck.
+    fn follow(
+        &mut self,
+        inputs: impl Iterator<Item = (T, bool)>,
+        mut put: impl FnMut(Drift<T>, bool),
+    ) {
+        for (z, moving) in inputs {
+            self.update_while(z, moving);
+            put(self.drift(), self.status() == Status::Stuck);
+        }
+    }
+
     /// Densities of the white noise and of the drift's random walk, in the unit of the samples over
     /// root hertz and over root second; NaN where they are not known.
     fn densities(&self) -> [T; 2];

@@ -135,6 +135,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         Some(self.decided(&seen, moving))
     }
 
+    /// Whether no sample has come since the last tick.
+    pub(crate) fn begins(&self) -> bool {
+        self.ticker.position == 0
+    }
+
     /// Whether the sensor rests, as far as the last tick tells.
     pub fn at_rest(&self) -> bool {
         self.decision.at_rest

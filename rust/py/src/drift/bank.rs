@@ -5,12 +5,11 @@ use std::ops::Range;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use zerorate_core::checkpoint::{self, Label};
-use zerorate_core::drift::Drift;
 use zerorate_core::drift::options::Options;
 use zerorate_core::stream::{Field, Output, Parts, sizes};
 use zerorate_core::{
     AutoFilter, Bank, Behaviour, DriftFilter, DriftStream, Error, PublishedFilter, RestGated,
-    RobustFilter, Status, Tally, memory,
+    RobustFilter, Tally, memory,
 };
 
 use crate::common::errors::{NativeError, about};
@@ -43,8 +42,8 @@ pub trait AnyDrift {
     fn power_on(&mut self) -> bool;
     /// Takes a sample, after which the body is known to move, or nothing is known of it.
     fn take(&mut self, z: f64, moving: bool);
-    /// [`take`](Self::take), and the drift then, and whether the sensor is stuck.
-    fn drift_after(&mut self, z: f64, moving: bool) -> (Drift<f64>, bool);
+    /// [`take`](Self::take) of each, `moving` empty if nothing is known; notes what is known then.
+    fn follow(&mut self, z: &[f64], moving: &[bool], noted: NotedRow<'_>);
 }
 
 impl<F: DriftStream<f64>> AnyDrift for F {
@@ -108,9 +107,17 @@ impl<F: DriftStream<f64>> AnyDrift for F {
         self.update_while(z, moving);
     }
 
-    fn drift_after(&mut self, z: f64, moving: bool) -> (Drift<f64>, bool) {
-        self.update_while(z, moving);
-        (self.drift(), F::status(self) == Status::Stuck)
+    fn follow(&mut self, z: &[f64], moving: &[bool], noted: NotedRow<'_>) {
+        let moving = moving.iter().copied().chain(std::iter::repeat(false));
+        let NotedRow { bias, sigma, at_rest, stuck } = noted;
+        let flags = at_rest.iter_mut().zip(stuck);
+        let mut places = bias.iter_mut().zip(sigma).zip(flags);
+        F::follow(self, z.iter().copied().zip(moving), |drift, is_stuck| {
+            if let Some(((bias, sigma), (at_rest, stuck))) = places.next() {
+                (*bias, *sigma) = (drift.bias, drift.sigma);
+                (*at_rest, *stuck) = (drift.at_rest, is_stuck);
+            }
+        });
     }
 }
 
@@ -191,13 +198,14 @@ impl dyn DriftBank {
         noted: &mut Noted<'_>,
     ) {
         for c in 0..self.channels() {
-            let filter = self.filter_mut(c);
-            for i in rows.clone() {
-                let moving = moving.get(i).copied().unwrap_or(false);
-                let (drift, stuck) = filter.drift_after(z[c][i], moving);
-                (bias[c][i], noted.sigma[c][i]) = (drift.bias, drift.sigma);
-                (noted.at_rest[c][i], noted.stuck[c][i]) = (drift.at_rest, stuck);
-            }
+            let own = NotedRow {
+                bias: &mut bias[c][rows.clone()],
+                sigma: &mut noted.sigma[c][rows.clone()],
+                at_rest: &mut noted.at_rest[c][rows.clone()],
+                stuck: &mut noted.stuck[c][rows.clone()],
+            };
+            let moving = if moving.is_empty() { moving } else { &moving[rows.clone()] };
+            self.filter_mut(c).follow(&z[c][rows.clone()], moving, own);
         }
     }
 }
@@ -209,6 +217,15 @@ pub struct Noted<'a> {
     pub sigma: Vec<&'a mut [f64]>,
     pub at_rest: Vec<&'a mut [bool]>,
     pub stuck: Vec<&'a mut [bool]>,
+}
+
+/// The same of one axis, and its drift.
+#[derive(Debug)]
+pub struct NotedRow<'a> {
+    pub bias: &'a mut [f64],
+    pub sigma: &'a mut [f64],
+    pub at_rest: &'a mut [bool],
+    pub stuck: &'a mut [bool],
 }
 
 /// Filters these samples of a row an axis into another.
