@@ -31,6 +31,23 @@ def test_trace_is_process(arguments, z, data):
     assert_same_state(parts, batch)
 
 
+@given(drift_settings(), records(), st.data())
+def test_what_a_replay_notes_is_what_a_trace_tells(arguments, z, data):
+    cut = data.draw(st.integers(0, len(z)))
+    f, noting = drift(arguments), drift(arguments)
+    noting.process(z[:cut])
+    traced(f, z[:cut])
+    trace, rest = traced(f, z[cut:]), np.ascontiguousarray(z[cut:][None])
+    bias, sigma = np.empty_like(rest), np.empty_like(rest)
+    at_rest, stuck = np.empty(rest.shape, np.bool_), np.empty(rest.shape, np.bool_)
+    noting._replay(rest, bias, (sigma, at_rest, stuck))
+    for noted, name in ((bias, "bias"), (sigma, "bias_sigma")):
+        assert_same_bits(noted[0], trace[name])
+    np.testing.assert_array_equal(at_rest[0], trace["at_rest"])
+    np.testing.assert_array_equal(stuck[0], trace["stuck"])
+    assert_same_state(noting, f)
+
+
 @given(drift_settings(), records())
 def test_trace_is_what_the_properties_tell(arguments, z):
     f, stream = drift(arguments), drift(arguments)
