@@ -100,8 +100,9 @@ class AutoFilter:
         return "starting anew" if self.doing == "starting" and self.restarts else self.doing
 
     def reading(self):
-        noise = {"measurement_noise": self.startup.variance, "process_noise": 0.0}
-        if self.learned is not None:
+        if self.learned is None:
+            noise = {"measurement_noise": self.startup.variance, "process_noise": 0.0}
+        else:
             noise = self.learned.noises()
         sigma = self.startup_sigma if self.begins else self.drift["bias_sigma"]
         return {

@@ -29,7 +29,8 @@ class Sketch:
     @property
     def deviation(self):
         """Where most samples are equal, the least distance that is not zero."""
-        distances = sorted(abs(z - self.median) for z in self.kept)[len(self.kept) // 2 :]
+        median = self.median
+        distances = sorted([abs(z - median) for z in self.kept])[len(self.kept) // 2 :]
         if not distances:
             return 0.0
         if distances[0] > 0.0:

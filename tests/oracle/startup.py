@@ -1,5 +1,7 @@
 """Offset and scale of a signal: mean and deviation of its first samples."""
 
+from functools import cached_property
+
 import numpy as np
 
 from oracle.sketch import Sketch
@@ -26,8 +28,10 @@ class Startup:
         if np.isfinite(z):
             self.samples.append(z)
             self.sketch.insert(z)
+            for name in ("spoilt", "variance", "differences"):
+                vars(self).pop(name, None)
 
-    @property
+    @cached_property
     def spoilt(self):
         if len(self.samples) < TELLING or not self.sketch.deviation > 0.0:
             return False
@@ -46,7 +50,7 @@ class Startup:
         first = self.samples[0] if self.samples else 0.0
         return first + np.mean(self.differences) if self.samples else 0.0
 
-    @property
+    @cached_property
     def variance(self):
         if self.spoilt:
             return self.sketch.deviation**2
@@ -75,7 +79,7 @@ class Startup:
         largest = np.max(np.abs(self.differences))
         return (largest + abs(np.mean(self.differences))) / self.scale
 
-    @property
+    @cached_property
     def differences(self):
         samples = np.array(self.samples)
         return samples - samples[0] if self.samples else samples

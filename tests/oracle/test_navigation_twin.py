@@ -53,7 +53,7 @@ class Pair:
     def note(self):
         """What both know after a sample and its fixes."""
         for one, notes in ((self.filter, self.found), (self.twin, self.expected)):
-            C = one.C if one is self.twin else matrix(one.quaternion)
+            C = one.C if one is self.twin else one.quaternion
             covariance = one.P[:15, :15] if one is self.twin else one.covariance
             biases = (one.b_g, one.b_a) if one is self.twin else (one.gyro_bias, one.accel_bias)
             notes.append((one.position, one.velocity, C, *biases, one.sigma, covariance, one.nis))
@@ -63,6 +63,8 @@ class Pair:
             [np.array(part) for part in zip(*notes, strict=True)]
             for notes in (self.found, self.expected)
         )
+        # All at once, which takes a tenth of the time.
+        found[2] = matrix(found[2])
         errors = {}
         for name, got, there in zip(PARTS, found, expected, strict=True):
             np.testing.assert_array_equal(np.isnan(got), np.isnan(there), err_msg=name)
