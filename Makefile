@@ -43,22 +43,26 @@ minimal: wheel ## Test the package with the oldest version of each dependency
 
 test: test-package test-core ## Run all tests of the core and of the package
 
-# The benches run once, and beside the tests, so that the core is built for both at once.
+# What lint-core checks, so that both ask the same features of dependencies and have one build of
+# the compiler's plug-ins.
+WORKSPACE := --workspace --exclude zerorate-bare
+
 test-core: | check-cargo
-	cargo test --quiet --package zerorate-core --package zerorate-benches --package zerorate-c \
-		--package zerorate-board
+	cargo test --quiet $(WORKSPACE)
 
 # Not --numprocesses=auto, which counts one for the two threads of a core.
 test-package: $(TOOLS)
 	$(BIN)/python -m pytest --numprocesses=logical --dist=worksteal
 
-# What takes too long for every change: deep searches, the core without its default feature, the
-# filters in a library with neither std nor an allocator.
+# What takes too long for every change: deep searches, the core's laws in every order, its tests and
+# its example without its default feature, the benches of times, each once, the filters in a library
+# with neither std nor an allocator.
 nightly: $(TOOLS) ## Test for an hour or two what .ci/run tests for minutes
 	HYPOTHESIS_PROFILE=deep $(BIN)/python -m pytest --numprocesses=logical --dist=worksteal --slow
-	PROPTEST_CASES=5000 cargo test --quiet --release --package zerorate-core
-	cargo test --quiet --package zerorate-core --no-default-features
+	PROPTEST_CASES=5000 ZR_EVERY_ORDER=1 cargo test --quiet --release --package zerorate-core
+	ZR_EVERY_ORDER=1 cargo test --quiet --package zerorate-core --no-default-features
 	cargo run --quiet --package zerorate-core --no-default-features --profile test --example controller
+	cargo test --quiet --package zerorate-benches --benches
 	cargo build --quiet --package zerorate-bare --profile bare
 	cargo rustc --quiet $(BARE)
 	ZR_LIBRARY=target/bare/libzerorate.a cargo test --quiet --package zerorate-c --test programs
@@ -85,8 +89,8 @@ lint: lint-core lint-package ## Check format, lints, types and stubs
 
 lint-core: | check-cargo
 	cargo fmt --all --check
-	cargo clippy --workspace --exclude zerorate-bare --all-targets -- -D warnings
-	cargo clippy --package zerorate-bare --profile bare -- -D warnings
+	cargo clippy $(WORKSPACE) --all-targets -- -D warnings
+	CARGO_PROFILE_DEV_PANIC=abort cargo clippy --package zerorate-bare -- -D warnings
 
 PROSE := README.md CONTRIBUTING.md CHANGELOG.md Makefile .ci docs examples python rust tests benches
 

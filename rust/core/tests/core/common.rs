@@ -120,20 +120,26 @@ pub fn any_params() -> impl Strategy<Value = Params> {
     })
 }
 
-/// Calls `$check::<N, M>` with the arguments for every order.
+/// Whether [`every_order`] takes all twelve, as the package's laws do for every change: `make nightly`
+/// sets it. What is compiled for an order differs by its numbers alone.
+pub const EVERY_ORDER: bool = option_env!("ZR_EVERY_ORDER").is_some();
+
+/// Calls `$check::<N, M>` with the arguments for every order, or for the corners and one between.
 macro_rules! every_order {
     ($check:ident($($argument:expr),*)) => {
         $check::<2, 2>($($argument),*)?;
-        $check::<2, 3>($($argument),*)?;
-        $check::<2, 4>($($argument),*)?;
         $check::<2, 5>($($argument),*)?;
-        $check::<3, 3>($($argument),*)?;
         $check::<3, 4>($($argument),*)?;
-        $check::<3, 5>($($argument),*)?;
-        $check::<3, 6>($($argument),*)?;
         $check::<4, 4>($($argument),*)?;
-        $check::<4, 5>($($argument),*)?;
-        $check::<4, 6>($($argument),*)?;
         $check::<4, 7>($($argument),*)?;
+        if $crate::common::EVERY_ORDER {
+            $check::<2, 3>($($argument),*)?;
+            $check::<2, 4>($($argument),*)?;
+            $check::<3, 3>($($argument),*)?;
+            $check::<3, 5>($($argument),*)?;
+            $check::<3, 6>($($argument),*)?;
+            $check::<4, 5>($($argument),*)?;
+            $check::<4, 6>($($argument),*)?;
+        }
     };
 }
