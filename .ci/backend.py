@@ -1,7 +1,5 @@
 """Builds the package by maturin, without paths of the building machine in the compiled module."""
 
-import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -15,6 +13,7 @@ from maturin import (
     prepare_metadata_for_build_editable,
     prepare_metadata_for_build_wheel,
 )
+from paths import remap
 from stub import document
 
 Settings = dict[str, Any] | None
@@ -35,7 +34,7 @@ def build_wheel(
     wheel_directory: str, config_settings: Settings = None, metadata_directory: str | None = None
 ) -> str:
     """Build a wheel, the stub with the docstrings of what was compiled."""
-    _remap_paths()
+    remap()
     name: str = maturin.build_wheel(wheel_directory, config_settings, metadata_directory)
     try:
         document(Path(wheel_directory, name))
@@ -49,28 +48,5 @@ def build_editable(
     wheel_directory: str, config_settings: Settings = None, metadata_directory: str | None = None
 ) -> str:
     """Build what an editable installation needs."""
-    _remap_paths()
+    remap()
     return maturin.build_editable(wheel_directory, config_settings, metadata_directory)
-
-
-def _remap_paths() -> None:
-    """Have the compiler write other names for the folders of this machine.
-
-    Cargo's configuration knows no variables, and RUSTFLAGS would take the place of its flags: those
-    of one target are added to them.
-    """
-    cargo = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))
-    names = {cargo: "cargo", Path(__file__).parent.parent: "zerorate"}
-    paths = {str(form): name for path, name in names.items() for form in (path, path.resolve())}
-    # The variable is split at blanks.
-    flags = [
-        f"--remap-path-prefix={path}={name}" for path, name in paths.items() if " " not in path
-    ]
-    variable = f"CARGO_TARGET_{_target().upper().replace('-', '_')}_RUSTFLAGS"
-    os.environ[variable] = " ".join([os.environ.get(variable, ""), *flags]).strip()
-
-
-def _target() -> str:
-    told = subprocess.run(["rustc", "-vV"], capture_output=True, text=True, check=True).stdout
-    host = next(line.split()[1] for line in told.splitlines() if line.startswith("host:"))
-    return os.environ.get("CARGO_BUILD_TARGET", host)
