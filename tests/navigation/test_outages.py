@@ -56,6 +56,19 @@ def test_smoothing_needs_two_fixes_after_an_outage(more):
     assert any("not two fixes" in note for note in told.notes) == (more == 1)
 
 
+def test_threads_change_nothing():
+    driven, beside = drive(), found()
+    alone = zr.navigation.outages(
+        driven.recording(), driven.fixes, seconds=(10, 20), smooth=True, threads=1
+    )
+    for one, other in zip(alone.lengths, beside.lengths, strict=True):
+        for name, errors in one.errors.items():
+            np.testing.assert_array_equal(errors, other.errors[name])
+    for wrong in (0, 1.5):
+        with pytest.raises(ValueError, match="threads"):
+            zr.navigation.outages(driven.recording(), driven.fixes, threads=wrong)
+
+
 def test_errors_are_those_of_a_run_without_these_fixes():
     driven, one = drive(), found()[20.0]
     nav = zr.NavigationFilter(zr.navigation.find_start(driven.recording(), driven.fixes))

@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -53,7 +54,7 @@ from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.mounting import body_axes
 from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.options import NAVIGATION_OPTIONS
-from zerorate.navigation.outage import Outages, outages
+from zerorate.navigation.outage import Gaps, Outages
 from zerorate.navigation.readers import read_fixes
 from zerorate.navigation.selfcheck import NavigationChecks, check_navigation
 from zerorate.navigation.start import find_start
@@ -487,7 +488,8 @@ class _Asked:
             raise LogError(said("the filter did not begin: ", not_begun(track)))
         nis = track.nis()
         progress("outages", 0.3)
-        errors = self._outages(recording, fixes, nav, (offset, speed), progress)
+        known = {"rest": None, "wheel_speed": speed, "time_offset": offset}
+        errors = self._outages(recording, fixes, nav, track, known, progress)
         if self.smooth:
             progress("smoothing", 0.7)
             track = track.smooth()
@@ -558,21 +560,15 @@ class _Asked:
         recording: Recording,
         fixes: Fixes,
         nav: NavigationFilter,
-        known: tuple[float | TimeOffset, Floats | Wheels | None],
+        track: Track,
+        known: dict[str, Any],
         progress: Progress,
     ) -> Outages | None:
         if not self.lengths:
             return None
-        return outages(
-            recording,
-            fixes,
-            seconds=self.lengths,
-            nav=nav,
-            smooth=self.smooth,
-            time_offset=known[0],
-            wheel_speed=known[1],
-            progress=_part(progress, 0.3, 0.7),
-        )
+        gaps = Gaps(tuple(dict.fromkeys(self.lengths)), self.smooth)
+        report = _part(progress, 0.3, 0.7)
+        return gaps.run(recording, fixes, nav, track, known, os.cpu_count() or 1, report)
 
 
 @dataclass(frozen=True)

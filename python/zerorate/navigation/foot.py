@@ -296,7 +296,7 @@ class FootNavigation:
         imu : Recording
             rad/s and m/s^2, or in units that are known; axes as they are.
         keep : {"all", "track"}, default "all"
-            "track" leaves out what the smoother needs, 2.8 kB every 0.02 s.
+            "track" leaves out what the smoother needs, 2 to 3 kB every 0.02 s.
 
         Returns
         -------

@@ -249,8 +249,8 @@ impl NavigationFilter {
     /// sample, and the smoother. ``rest``, bool (n,), says where the vehicle is known to stand,
     /// ``wheel_speed``, (n,), how fast its wheels roll, m/s, NaN where they do not tell, or `Wheels` with
     /// times and deviations of their own; ``time_offset``, a number or a `TimeOffset`, is added to the times
-    /// of the fixes, s. ``keep="track"`` leaves out what the smoother needs, 2.8 kB a step of the
-    /// covariance and 2.3 more where wheels or antenna are estimated: for long records.
+    /// of the fixes, s. ``keep="track"`` leaves out what the smoother needs, about 2.5 kB a step of
+    /// the covariance and 1.1 more where wheels or antenna are estimated: for long records.
     #[pyo3(
         signature = (
             imu, gnss=None, *, rest=None, wheel_speed=None, time_offset=None, keep="all"
@@ -539,7 +539,7 @@ impl<'py> Outputs<'py> {
     }
 }
 
-/// The steps of a filter over a batch, as the smoother needs them: 2.8 kB each.
+/// The steps of a filter over a batch, as the smoother needs them: about 2.5 kB each.
 #[pyclass(module = "zerorate._native", frozen)]
 #[derive(Debug)]
 pub struct NavigationRecord {
@@ -556,17 +556,20 @@ impl NavigationRecord {
     /// What all fixes say of each of K steps, as arrays by name: ``sample``, the index of the sample that
     /// it ends at; ``begins``, whether the filter began there; the errors of what it knew ``before`` and
     /// ``after`` the measurements there, and their deviations ``sigma``, (K, 15) in the order of
-    /// `NavigationFilter.sigma`.
-    fn smoothed<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    /// `NavigationFilter.sigma`. Without ``deviations`` these are left out, which is many times as fast.
+    #[pyo3(signature = (deviations=true))]
+    fn smoothed<'py>(&self, py: Python<'py>, deviations: bool) -> PyResult<Bound<'py, PyDict>> {
         let count = self.steps.len();
         let room = |width: usize| memory::filled(0.0, count.saturating_mul(width));
         let mut numbers = Vec::new();
-        for _ in 0..3 {
+        let names =
+            if deviations { &["before", "after", "sigma"][..] } else { &["before", "after"] };
+        for _ in names {
             numbers.push(room(STATES).map_err(NativeError::from)?);
         }
         let mut sample = memory::filled(0_i64, count).map_err(NativeError::from)?;
         let mut begins = memory::filled(false, count).map_err(NativeError::from)?;
-        let (mut steps, mut left) = (self.steps.smoothed(), count);
+        let (mut steps, mut left) = (self.steps.smoothed(deviations), count);
         while left > 0 {
             py.detach(|| {
                 for step in steps.by_ref().take(STEPS) {
@@ -581,7 +584,7 @@ impl NavigationRecord {
             py.check_signals()?;
         }
         let found = PyDict::new(py);
-        for (name, values) in ["before", "after", "sigma"].into_iter().zip(numbers) {
+        for (name, values) in names.iter().zip(numbers) {
             found.set_item(name, arrays::array(py, values, &[count, STATES])?)?;
         }
         found.set_item("sample", arrays::array(py, sample, &[count])?)?;

@@ -46,7 +46,7 @@ impl NavigationFilter {
         let mut found = [0.0; STATES];
         let measured = self.measured_by(given, age);
         let taken = match self.after_outage(&measured) {
-            Return::None => self.usual(&measured, &mut found),
+            Return::None => self.usual(&measured, &mut found, witness),
             Return::First => self.waits(&measured, &mut found),
             Return::Agrees(seconds) => self.comes_back(&measured, seconds, &mut found),
         };
@@ -100,11 +100,16 @@ impl NavigationFilter {
     }
 
     /// Position and velocity, each if it is believed.
-    fn usual(&mut self, measured: &[Option<Measured>; 2], found: &mut Errors) -> [Option<bool>; 2] {
+    fn usual<W: Witness>(
+        &mut self,
+        measured: &[Option<Measured>; 2],
+        found: &mut Errors,
+        witness: &mut W,
+    ) -> [Option<bool>; 2] {
         let mut taken = [None; 2];
         for (kind, measured) in measured.iter().enumerate() {
             if let Some(measured) = measured {
-                taken[kind] = Some(self.judged(kind, measured, found));
+                taken[kind] = Some(self.judged(kind, measured, found, witness));
             }
         }
         taken
@@ -147,12 +152,12 @@ impl NavigationFilter {
         measured.each_ref().map(|one| one.as_ref().map(|_| true))
     }
 
-    /// Takes all that was measured.
+    /// Takes all that was measured, and tells no scalars: a filter may have been widened before.
     fn believed(&mut self, measured: &[Option<Measured>; 2], found: &mut Errors) {
         for (kind, measured) in measured.iter().enumerate() {
             if let Some(measured) = measured {
                 let noise = self.noise(kind, measured);
-                self.judges[kind].new = self.correct(measured, kind, &noise, found);
+                self.judges[kind].new = self.correct(measured, kind, &noise, found, &mut ());
             }
         }
     }
@@ -179,40 +184,52 @@ impl NavigationFilter {
     }
 
     /// Takes one kind of measurement if it is believed.
-    fn judged(&mut self, kind: usize, measured: &Measured, found: &mut Errors) -> bool {
+    fn judged<W: Witness>(
+        &mut self,
+        kind: usize,
+        measured: &Measured,
+        found: &mut Errors,
+        witness: &mut W,
+    ) -> bool {
         let noise = self.noise(kind, measured);
         let before = (self.covariance, *found);
-        let new = self.correct(measured, kind, &noise, found);
+        let new = self.correct(measured, kind, &noise, found, witness);
         match self.judges[kind].judge(self.sensors.time, new, self.params.gate) {
             Judgement::Take => return true,
             Judgement::Reject => {
                 (self.covariance, *found) = before;
+                witness.taken_back(3);
                 self.fixes.rejected_of[kind] += 1;
             }
             Judgement::Widen => {
                 (self.covariance, *found) = before;
+                witness.widened();
                 self.widen(kind, &measured.z);
-                self.correct(measured, kind, &noise, found);
+                self.correct(measured, kind, &noise, found, &mut ());
                 return true;
             }
         }
         false
     }
 
-    fn correct(
+    fn correct<W: Witness>(
         &mut self,
         measured: &Measured,
         kind: usize,
         noise: &[f64; 3],
         found: &mut Errors,
+        witness: &mut W,
     ) -> [Innovation; 3] {
         let Measured { z, rows, .. } = measured;
-        if self.covariance.1.is_none() {
-            return [0, 1, 2].map(|i| self.covariance.correct(&rows[i], z[i], noise[i], found));
+        let covariance = &mut self.covariance;
+        if covariance.1.is_none() {
+            return [0, 1, 2].map(|i| covariance.correct(&rows[i], z[i], noise[i], found, witness));
         }
         let constants = self.rows_of_antenna(kind);
-        [0, 1, 2]
-            .map(|i| self.covariance.correct_beside(&rows[i], &constants[i], z[i], noise[i], found))
+        let covariance = &mut self.covariance;
+        [0, 1, 2].map(|i| {
+            covariance.correct_beside(&rows[i], &constants[i], z[i], noise[i], found, witness)
+        })
     }
 
     /// How an error of where the antenna is moves a position, or a velocity.
@@ -305,9 +322,10 @@ impl NavigationFilter {
         for i in [1, 2] {
             let (h, z) = (&rows.errors[i], rows.speed[i]);
             if self.covariance.1.is_some() {
-                self.covariance.correct_beside(h, &rows.constants[i], z, noise, &mut found);
+                let constants = &rows.constants[i];
+                self.covariance.correct_beside(h, constants, z, noise, &mut found, witness);
             } else {
-                self.covariance.correct(h, z, noise, &mut found);
+                self.covariance.correct(h, z, noise, &mut found, witness);
             }
         }
         self.apply(&found, witness);
@@ -325,7 +343,8 @@ impl NavigationFilter {
         let z = self.motion.velocity;
         let rows = velocity_rows(&z, &Matrix3::zeros());
         for i in 0..3 {
-            self.covariance.correct(&rows[i], z[i], REST_SIGMA * REST_SIGMA, &mut found);
+            let noise = REST_SIGMA * REST_SIGMA;
+            self.covariance.correct(&rows[i], z[i], noise, &mut found, witness);
         }
         if sums.unknown[0] == 0.0 {
             let earth = self.motion.attitude.transpose() * self.motion.place.earth;
@@ -334,7 +353,7 @@ impl NavigationFilter {
                 let mut h = [0.0; 16];
                 h[GYRO + i] = 1.0;
                 let noise = self.params.gyro_noise[i] / sums.seconds + REST_RATE * REST_RATE;
-                self.covariance.correct(&h, z[i], noise, &mut found);
+                self.covariance.correct(&h, z[i], noise, &mut found, witness);
             }
         }
         self.apply(&found, witness);

@@ -2,7 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
+use wide::f64x4;
 
+use super::filter::Witness;
 use super::motion::crossed;
 use crate::math::Real;
 
@@ -38,6 +40,17 @@ impl Innovation {
     pub fn nis(&self) -> f64 {
         self.value * self.value * (1.0 / self.variance)
     }
+}
+
+/// A scalar that was taken: how errors and constants move it, their covariances with it, and what
+/// was new of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scalar {
+    pub(crate) h: Row,
+    pub(crate) hw: Constants,
+    pub(crate) gain: Row,
+    pub(crate) own: Constants,
+    pub(crate) new: Innovation,
 }
 
 /// Errors, estimated less true; those of biases true less estimated.
@@ -202,6 +215,23 @@ impl Transition {
         rows[PHI..GYRO].copy_from_slice(&phi);
     }
 
+    /// Φᵀ times the rows of a matrix, in place.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(crate) fn transposed_times<const W: usize>(&self, rows: &mut [[f64; W]]) {
+        let old: [[f64; W]; GYRO] = core::array::from_fn(|i| rows[i]);
+        for k in 0..12 {
+            // Into velocity and orientation, rows of the transition have what stays.
+            let kept = if V + k < GYRO { [0.0; W] } else { rows[V + k] };
+            let by = |rows: &[[f64; 12]; 3]| rows.map(|row| row[k]);
+            let moved = sum(sum(kept, &by(&self.position), &old), &by(&self.velocity), &old[V..]);
+            rows[V + k] = moved;
+        }
+        for k in 0..6 {
+            rows[PHI + k] = sum(rows[PHI + k], &self.attitude.map(|row| row[k]), &old[PHI..]);
+        }
+    }
+
     /// Φ times a vector.
     pub fn apply(&self, x: &Errors) -> Errors {
         let mut y = *x;
@@ -248,13 +278,46 @@ fn beside<const N: usize, const W: usize>(blocks: &[Matrix3<f64>; N]) -> [[f64; 
 
 /// `row` plus rows times factors.
 #[inline(always)]
-fn add<const N: usize>(mut row: Row, factors: &[f64; N], rows: &[Row]) -> Row {
-    for (factor, other) in factors.iter().zip(rows) {
-        for (x, y) in row.iter_mut().zip(other) {
-            *x += factor * y;
+fn add<const N: usize>(row: Row, factors: &[f64; N], rows: &[Row]) -> Row {
+    sum(row, factors, rows)
+}
+
+/// The same, of rows that fill registers; each number is summed as it would be alone.
+#[inline(always)]
+pub(crate) fn sum<const W: usize>(row: [f64; W], factors: &[f64], rows: &[[f64; W]]) -> [f64; W] {
+    let mut total = row;
+    for pair in 0..W / 8 {
+        let part = |row: &[f64; W]| [lanes(row, 2 * pair), lanes(row, 2 * pair + 1)];
+        let [mut a, mut b] = part(&total);
+        for (factor, other) in factors.iter().zip(rows) {
+            let (factor, [c, d]) = (f64x4::splat(*factor), part(other));
+            a += factor * c;
+            b += factor * d;
         }
+        put(&mut total, 2 * pair, a);
+        put(&mut total, 2 * pair + 1, b);
     }
-    row
+    total
+}
+
+/// A row less a gain times gains over a variance: the same bits on both sides of a diagonal.
+#[inline(always)]
+fn lessen(row: &mut Row, own: f64, gain: &Row, inverse: f64) {
+    let (own, inverse) = (f64x4::splat(own), f64x4::splat(inverse));
+    for k in 0..4 {
+        put(row, k, lanes(row, k) - (own * lanes(gain, k)) * inverse);
+    }
+}
+
+/// The k-th four numbers of a row.
+#[inline(always)]
+pub(crate) fn lanes<const W: usize>(row: &[f64; W], k: usize) -> f64x4 {
+    f64x4::new(row.as_chunks().0[k])
+}
+
+#[inline(always)]
+pub(crate) fn put<const W: usize>(row: &mut [f64; W], k: usize, numbers: f64x4) {
+    row.as_chunks_mut().0[k] = numbers.to_array();
 }
 
 impl Growth {
@@ -352,15 +415,16 @@ impl Covariance {
     /// Takes a scalar that errors move by `h`, with its noise variance. `found` are the errors that
     /// scalars before it have found; returns what was new of it.
     #[inline]
-    pub(crate) fn correct(
+    pub(crate) fn correct<W: Witness>(
         &mut self,
         h: &Row,
         z: f64,
         noise: f64,
         found: &mut Errors,
+        witness: &mut W,
     ) -> Innovation {
         if self.1.is_some() {
-            return self.correct_beside(h, &[0.0; CONSTANTS], z, noise, found);
+            return self.correct_beside(h, &[0.0; CONSTANTS], z, noise, found, witness);
         }
         let gain = add([0.0; 16], h, &self.0);
         let (mut variance, mut innovation) = (0.0, z);
@@ -372,12 +436,12 @@ impl Covariance {
         let inverse = 1.0 / variance;
         for i in 0..STATES {
             found[i] += gain[i] * (innovation * inverse);
-            for j in 0..16 {
-                // The same bits on both sides of the diagonal.
-                self.0[i][j] -= (gain[i] * gain[j]) * inverse;
-            }
+            lessen(&mut self.0[i], gain[i], &gain, inverse);
         }
-        Innovation { value: innovation, variance }
+        let new = Innovation { value: innovation, variance };
+        let none = [0.0; CONSTANTS];
+        witness.scalar(&Scalar { h: *h, hw: none, gain, own: none, new });
+        new
     }
 
     /// The same, but what is known of the bias of the gyro stays: it is considered, not corrected
@@ -391,7 +455,7 @@ impl Covariance {
     ) -> Innovation {
         let rows = [0, 1, 2].map(|i| self.0[GYRO + i]);
         let kept = [0, 1, 2].map(|i| found[GYRO + i]);
-        let new = self.correct(h, z, noise, found);
+        let new = self.correct(h, z, noise, found, &mut ());
         for i in 0..3 {
             self.0[GYRO + i][GYRO..ACCEL].copy_from_slice(&rows[i][GYRO..ACCEL]);
         }
@@ -401,19 +465,17 @@ impl Covariance {
 
     /// The same where constants are estimated as well, which move the scalar by `hw`.
     #[inline(never)]
-    pub(crate) fn correct_beside(
+    pub(crate) fn correct_beside<W: Witness>(
         &mut self,
         h: &Row,
         hw: &Constants,
         z: f64,
         noise: f64,
         found: &mut Errors,
+        witness: &mut W,
     ) -> Innovation {
         let Some(beside) = &mut self.1 else { return Innovation::NONE };
-        let mut gain = add([0.0; 16], h, &self.0);
-        for (row, factor) in beside.cross.iter().zip(hw) {
-            (0..16).for_each(|i| gain[i] += row[i] * factor);
-        }
+        let gain = add(add([0.0; 16], h, &self.0), hw, &beside.cross);
         let own = beside.gain(h, hw);
         let (mut variance, mut innovation) = (0.0, z);
         for i in 0..STATES {
@@ -428,23 +490,22 @@ impl Covariance {
         let inverse = 1.0 / variance;
         for i in 0..STATES {
             found[i] += gain[i] * (innovation * inverse);
-            (0..16).for_each(|j| self.0[i][j] -= (gain[i] * gain[j]) * inverse);
+            lessen(&mut self.0[i], gain[i], &gain, inverse);
         }
         for k in 0..CONSTANTS {
             beside.found[k] += own[k] * (innovation * inverse);
-            (0..16).for_each(|j| beside.cross[k][j] -= (own[k] * gain[j]) * inverse);
+            lessen(&mut beside.cross[k], own[k], &gain, inverse);
             (0..CONSTANTS).for_each(|l| beside.own[k][l] -= (own[k] * own[l]) * inverse);
         }
-        Innovation { value: innovation, variance }
+        let new = Innovation { value: innovation, variance };
+        witness.scalar(&Scalar { h: *h, hw: *hw, gain, own, new });
+        new
     }
 
     /// What a scalar's variance would be but for its noise.
     pub(crate) fn variance_beside(&self, h: &Row, hw: &Constants) -> f64 {
         let Some(beside) = &self.1 else { return 0.0 };
-        let mut gain = add([0.0; 16], h, &self.0);
-        for (row, factor) in beside.cross.iter().zip(hw) {
-            (0..16).for_each(|i| gain[i] += row[i] * factor);
-        }
+        let gain = add(add([0.0; 16], h, &self.0), hw, &beside.cross);
         let own = beside.gain(h, hw);
         (0..STATES).map(|i| gain[i] * h[i]).sum::<f64>()
             + (0..CONSTANTS).map(|k| own[k] * hw[k]).sum::<f64>()

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::covariance::{
     ACCEL, ANTENNA, Beside, Constants, Course, Covariance, Errors, GYRO, Growth, Innovation, PHI,
-    STATES, Transition, V,
+    STATES, Scalar, Transition, V,
 };
 use super::earth::{HEIGHT_MAX, LATITUDE_MAX, wrapped};
 use super::fix::{Fix, Given, Verdict, velocity_rows};
@@ -101,6 +101,17 @@ pub trait Witness {
     /// This was found of constants that are estimated, which `corrected` follows.
     #[inline(always)]
     fn told(&mut self, _constants: &Constants) {}
+    /// A scalar was taken, on the way to `corrected`. Who takes some and tells none of them leaves
+    /// it to the covariances before and after.
+    #[inline(always)]
+    fn scalar(&mut self, _scalar: &Scalar) {}
+    /// So many scalars were not taken after all.
+    #[inline(always)]
+    fn taken_back(&mut self, _scalars: usize) {}
+    /// The last three were not taken before the filter was made less sure of itself: covariances
+    /// before and after do not follow from scalars alone.
+    #[inline(always)]
+    fn widened(&mut self) {}
     /// The filter began anew, with this covariance.
     fn started(&mut self, covariance: &Covariance, motion: &Motion);
 }

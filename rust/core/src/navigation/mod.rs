@@ -28,7 +28,7 @@ mod smoother;
 mod sound;
 
 pub use batch::{Batch, Known, Next};
-pub use covariance::{CONSTANTS, Constants, Covariance, Errors, STATES, Transition};
+pub use covariance::{CONSTANTS, Constants, Covariance, Errors, STATES, Scalar, Transition};
 pub use earth::{Place, normal_gravity};
 pub use event::Event;
 pub use filter::{FixCounts, Inertial, NavigationFilter, Snapshot, Status, Witness};

@@ -142,7 +142,7 @@ impl NavigationFilter {
             self.odometer.slips = None;
         }
         let mut found = [0.0; STATES];
-        self.covariance.correct_beside(&h, &hw, z, noise, &mut found);
+        self.covariance.correct_beside(&h, &hw, z, noise, &mut found, witness);
         self.apply(&found, witness);
     }
 

@@ -1,9 +1,16 @@
-//! The best estimate of a record: what fixes after a sample say of it (Rauch, Tung and Striebel).
+//! The best estimate of a record: what fixes after a sample say of it.
+//!
+//! By the form of Bryson and Frazier: what later scalars say goes back as a vector and a matrix that
+//! the covariance of each step turns into its errors, so that nothing is inverted (G. J. Bierman,
+//! *International Journal of Control* 18(1), 1973). In exact arithmetic it is what the smoother of
+//! Rauch, Tung and Striebel says.
 
-use nalgebra::{Cholesky, Const, Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Cholesky, Const, SMatrix, SVector, Vector3};
+use wide::f64x4;
 
 use super::covariance::{
-    Beside, CONSTANTS, Constants, Covariance, Errors, PHI, STATES, Transition, V,
+    Beside, CONSTANTS, Constants, Covariance, Errors, PHI, STATES, Scalar, Transition, V, lanes,
+    put, sum,
 };
 use super::filter::Witness;
 use super::motion::Motion;
@@ -12,9 +19,10 @@ use crate::memory;
 
 type Full<const N: usize> = SMatrix<f64, N, N>;
 type Column<const N: usize> = SVector<f64, N>;
+/// Rows of a matrix, with places more so that each fills registers.
+type Rows<const N: usize, const W: usize> = [[f64; W]; N];
+type Triangle = [f64; STATES * (STATES + 1) / 2];
 
-/// Elements of one triangle.
-const TRIANGLE: usize = STATES * (STATES + 1) / 2;
 /// Errors and constants.
 const ALL: usize = STATES + CONSTANTS;
 
@@ -25,28 +33,38 @@ struct Node {
     sample: usize,
     /// From the node before; none where the filter began.
     transition: Option<Transition>,
-    /// Before and after what was measured there.
-    before: [f64; TRIANGLE],
-    after: [f64; TRIANGLE],
+    /// After what was measured there.
+    after: Triangle,
     /// Taken out there.
     found: Errors,
     velocity: Vector3<f64>,
+    /// Scalars up to the end of it.
+    scalars: usize,
+    /// Where its covariances do not follow from its scalars: the place of what it was before them.
+    prior: Option<usize>,
 }
 
-/// What it has of constants, if there are some: before and after what was measured, and taken out.
+/// A node before anything was measured there, and what was taken out of constants.
 #[derive(Debug, Clone)]
-struct Constant {
-    before: Beside,
-    after: Beside,
+struct Prior {
+    errors: Triangle,
     found: Constants,
 }
 
-/// The steps of a filter, for smoothing: 2.8 kB each, and 2.3 kB more where constants are estimated.
+/// The steps of a filter, for smoothing: 1.9 kB each and 0.4 for each scalar that was measured
+/// there, and 1.1 kB more where constants are estimated.
 #[derive(Debug, Clone, Default)]
 pub struct Record {
     nodes: Vec<Node>,
     /// Of the last nodes: constants that are estimated once are so to the end.
-    constants: Vec<Constant>,
+    constants: Vec<Beside>,
+    scalars: Vec<Scalar>,
+    priors: Vec<Prior>,
+    /// Of the last priors, too.
+    prior_constants: Vec<Beside>,
+    /// Of the last node.
+    prior: Option<(Prior, Option<Beside>)>,
+    widened: bool,
     /// The sample under way.
     sample: usize,
     refused: Option<Error>,
@@ -76,19 +94,47 @@ impl Witness for Record {
         self.push(Some(*transition), covariance, motion);
     }
 
+    fn scalar(&mut self, scalar: &Scalar) {
+        if self.refused.is_none() {
+            self.refused = added(&mut self.scalars, *scalar).err();
+        }
+    }
+
+    fn taken_back(&mut self, scalars: usize) {
+        self.scalars.truncate(self.scalars.len().saturating_sub(scalars));
+    }
+
+    fn widened(&mut self) {
+        self.widened = true;
+    }
+
     fn told(&mut self, constants: &Constants) {
-        if let Some(node) = self.constants.last_mut() {
-            node.found.iter_mut().zip(constants).for_each(|(all, more)| *all += more);
+        let kept = self.nodes.last().and_then(|node| node.prior);
+        let kept = kept.and_then(|place| self.priors.get_mut(place));
+        for prior in self.prior.iter_mut().map(|(prior, _)| prior).chain(kept) {
+            prior.found.iter_mut().zip(constants).for_each(|(all, more)| *all += more);
         }
     }
 
     fn corrected(&mut self, found: &Errors, covariance: &Covariance, motion: &Motion) {
-        if let Some(node) = self.nodes.last_mut() {
-            node.found.iter_mut().zip(found).for_each(|(all, more)| *all += more);
-            (node.after, node.velocity) = (packed(covariance), motion.velocity);
+        let Some(node) = self.nodes.last_mut().filter(|_| self.refused.is_none()) else { return };
+        node.found.iter_mut().zip(found).for_each(|(all, more)| *all += more);
+        (node.after, node.velocity) = (packed(covariance), motion.velocity);
+        if let (Some(constants), Some(beside)) = (self.constants.last_mut(), covariance.1) {
+            *constants = beside;
         }
-        if let (Some(node), Some(beside)) = (self.constants.last_mut(), covariance.1) {
-            node.after = beside;
+        let untold = self.scalars.len() == node.scalars || self.widened;
+        node.scalars = self.scalars.len();
+        self.widened = false;
+        if (untold || node.prior.is_some())
+            && let Some((prior, beside)) = &self.prior
+        {
+            if node.prior.is_none() {
+                node.prior = Some(self.priors.len());
+                let beside = beside.map_or(Ok(()), |one| added(&mut self.prior_constants, one));
+                self.refused = beside.and(added(&mut self.priors, prior.clone())).err();
+            }
+            self.forget_scalars();
         }
     }
 
@@ -102,18 +148,27 @@ impl Record {
         if self.refused.is_some() {
             return;
         }
-        let before = packed(covariance);
-        let (sample, velocity) = (self.sample, motion.velocity);
-        let found = [0.0; STATES];
-        let node = Node { sample, transition, before, after: before, found, velocity };
-        let constant = covariance.1.map(|beside| Constant {
-            before: beside,
-            after: beside,
-            found: [0.0; CONSTANTS],
-        });
+        // Of a filter that lost itself by them.
+        let scalars = self.nodes.last().map_or(0, |node| node.scalars);
+        self.scalars.truncate(scalars);
+        self.widened = false;
+        let (sample, velocity, found) = (self.sample, motion.velocity, [0.0; STATES]);
+        let after = packed(covariance);
+        let beside = covariance.1;
+        self.prior = Some((Prior { errors: after, found: [0.0; CONSTANTS] }, beside));
+        let node = Node { sample, transition, after, found, velocity, scalars, prior: None };
         let kept = added(&mut self.nodes, node)
-            .and_then(|()| constant.map_or(Ok(()), |one| added(&mut self.constants, one)));
+            .and_then(|()| beside.map_or(Ok(()), |one| added(&mut self.constants, one)));
         self.refused = kept.err();
+    }
+
+    /// The last node has a prior instead.
+    fn forget_scalars(&mut self) {
+        let before = self.nodes.len().checked_sub(2).map_or(0, |k| self.nodes[k].scalars);
+        self.scalars.truncate(before);
+        if let Some(node) = self.nodes.last_mut() {
+            node.scalars = before;
+        }
     }
 
     /// Whether memory sufficed so far.
@@ -134,68 +189,276 @@ impl Record {
         self.nodes.is_empty()
     }
 
-    /// What all fixes say of each step, from the last to the first.
-    pub fn smoothed(&self) -> Box<dyn Iterator<Item = Smoothed> + Send + '_> {
-        if self.constants.is_empty() {
-            Box::new(self.back::<STATES>())
-        } else {
-            Box::new(self.back::<ALL>())
+    /// What all fixes say of each step, from the last to the first; with deviations, which take a
+    /// multiple of the time, or NaN in their place.
+    pub fn smoothed(&self, deviations: bool) -> Box<dyn Iterator<Item = Smoothed> + Send + '_> {
+        match (self.constants.is_empty(), deviations) {
+            (true, true) => Box::new(self.back::<STATES, 16, true>()),
+            (true, false) => Box::new(self.back::<STATES, 16, false>()),
+            (false, true) => Box::new(self.back::<ALL, 24, true>()),
+            (false, false) => Box::new(self.back::<ALL, 24, false>()),
         }
     }
 
-    /// The same, with the constants among the errors where N is more than these.
-    fn back<const N: usize>(&self) -> impl Iterator<Item = Smoothed> {
-        let (mut error, mut covariance) = (Column::<N>::zeros(), Full::<N>::zeros());
-        let mut next: Option<usize> = None;
+    /// The same, with the constants among the errors where N is more than these, and with
+    /// deviations where D says so.
+    fn back<const N: usize, const W: usize, const D: bool>(
+        &self,
+    ) -> impl Iterator<Item = Smoothed> {
+        let mut later = Later::<N, W, D>::nothing();
         (0..self.nodes.len()).rev().map(move |k| {
             let node = &self.nodes[k];
-            let after = self.covariance::<N>(k, false);
-            let behind = next.replace(k);
-            let step = behind.and_then(|n| self.nodes[n].transition.map(|move_| (n, move_)));
-            if let Some((behind, transition)) = step {
-                let before = self.covariance::<N>(behind, true);
-                let gain = gain(&transition, &after, &before);
-                error = gain * (self.found::<N>(behind) + error);
-                let change = gain * (covariance - before) * gain.transpose();
-                covariance = after + (change + change.transpose()) * 0.5;
-            } else {
-                (error, covariance) = (Column::zeros(), after);
+            match self.nodes.get(k + 1).and_then(|next| next.transition) {
+                Some(transition) => later.carry_back(&transition),
+                None => later = Later::nothing(),
             }
-            let own = self.found::<N>(k) + error;
-            Smoothed {
+            let after = rows::<N, W>(&node.after, of_last(&self.constants, k, self.nodes.len()));
+            let error = later.error(&after);
+            let smoothed = Smoothed {
                 sample: node.sample,
                 begins: node.transition.is_none(),
-                before: core::array::from_fn(|i| own[i]),
+                before: core::array::from_fn(|i| node.found[i] + error[i]),
                 after: core::array::from_fn(|i| error[i]),
-                sigma: sigma(&covariance.fixed_view::<STATES, STATES>(0, 0).into(), &node.velocity),
+                sigma: later.sigma(&after, &node.velocity),
+            };
+            if let Some(place) = node.prior {
+                let prior = &self.priors[place];
+                let beside = of_last(&self.prior_constants, place, self.priors.len());
+                let before = rows::<N, W>(&prior.errors, beside);
+                later.add_change(&before, &after, &node.found, &prior.found);
+            } else {
+                let first = k.checked_sub(1).map_or(0, |before| self.nodes[before].scalars);
+                self.scalars[first..node.scalars].iter().rev().for_each(|one| later.add(one));
             }
+            smoothed
         })
     }
+}
 
-    /// What a node has of constants; of those before the first that does what that began with.
-    fn constant(&self, node: usize) -> Option<&Constant> {
-        self.constants.get((node + self.constants.len()).checked_sub(self.nodes.len())?)
+/// What the k-th of n has of constants: those before the first that has some have nothing.
+fn of_last(constants: &[Beside], k: usize, n: usize) -> Option<&Beside> {
+    constants.get((k + constants.len()).checked_sub(n)?)
+}
+
+/// What everything that was measured later says of a step: its errors are the covariance times
+/// `vector`, and, where D asks for deviations, the covariance loses itself times `matrix` times
+/// itself.
+#[derive(Debug, Clone)]
+struct Later<const N: usize, const W: usize, const D: bool> {
+    vector: [f64; W],
+    matrix: Rows<N, W>,
+}
+
+impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
+    fn nothing() -> Self {
+        Self { vector: [0.0; W], matrix: [[0.0; W]; N] }
     }
 
-    fn found<const N: usize>(&self, node: usize) -> Column<N> {
-        let constants = self.constant(node).map_or([0.0; CONSTANTS], |one| one.found);
-        let errors = &self.nodes[node].found;
-        Column::from_fn(|i, _| if i < STATES { errors[i] } else { constants[i - STATES] })
+    /// Over a step of the covariance: Φᵀλ and ΦᵀΛΦ.
+    fn carry_back(&mut self, transition: &Transition) {
+        let mut errors = [0.0; STATES];
+        errors.copy_from_slice(&self.vector[..STATES]);
+        self.vector[..STATES].copy_from_slice(&transition.apply_transposed(&errors));
+        if !D {
+            return;
+        }
+        transition.transposed_times(&mut self.matrix);
+        self.transpose();
+        transition.transposed_times(&mut self.matrix);
+        self.even_out();
     }
 
-    fn covariance<const N: usize>(&self, node: usize, before: bool) -> Full<N> {
-        let Node { before: first, after, .. } = &self.nodes[node];
-        let errors = if before { first } else { after };
-        let of = |one: &Constant| if before { one.before } else { one.after };
-        let prior = || self.constants.first().map_or(Beside::NONE, |one| one.before.alone());
-        let beside = self.constant(node).map_or_else(prior, of);
-        Full::from_fn(|i, j| match (i < STATES, j < STATES) {
-            (true, true) => element(errors, i, j),
-            (false, true) => beside.cross[i - STATES][j],
-            (true, false) => beside.cross[j - STATES][i],
-            (false, false) => beside.own[i - STATES][j - STATES],
+    #[inline(always)]
+    fn transpose(&mut self) {
+        for i in 0..N {
+            for j in 0..i {
+                let upper = self.matrix[j][i];
+                self.matrix[j][i] = self.matrix[i][j];
+                self.matrix[i][j] = upper;
+            }
+        }
+    }
+
+    /// The mean of both triangles.
+    #[inline(always)]
+    fn even_out(&mut self) {
+        for i in 0..N {
+            for j in 0..i {
+                let mean = 0.5 * (self.matrix[i][j] + self.matrix[j][i]);
+                self.matrix[i][j] = mean;
+                self.matrix[j][i] = mean;
+            }
+        }
+    }
+
+    /// Before a scalar was taken, with the gain K: λ + h (ε/S - Kᵀλ), and (I - Kh)ᵀΛ(I - Kh) + hᵀh/S.
+    fn add(&mut self, scalar: &Scalar) {
+        let inverse = 1.0 / scalar.new.variance;
+        let h = all::<N, W>(&scalar.h, &scalar.hw);
+        let gain = all::<N, W>(&scalar.gain, &scalar.own).map(|x| x * inverse);
+        let dot = |x: &[f64; W]| gain.iter().zip(x).map(|(k, x)| k * x).sum::<f64>();
+        let new = scalar.new.value * inverse - dot(&self.vector);
+        self.vector = core::array::from_fn(|i| self.vector[i] + h[i] * new);
+        if !D {
+            return;
+        }
+        let moved = sum([0.0; W], &gain, &self.matrix);
+        let half = 0.5 * (dot(&moved) + inverse);
+        // Λ - hᵀt - tᵀh with t = KᵀΛ - h (KᵀΛK + 1/S)/2 is as symmetric as before.
+        let t: [f64; W] = core::array::from_fn(|i| moved[i] - half * h[i]);
+        for (i, row) in self.matrix.iter_mut().enumerate() {
+            let (own, other) = (f64x4::splat(h[i]), f64x4::splat(t[i]));
+            for k in 0..W / 4 {
+                put(row, k, lanes(row, k) - (own * lanes(&t, k) + other * lanes(&h, k)));
+            }
+        }
+    }
+
+    /// The same by covariances before and after, where no scalars tell how these follow.
+    #[cold]
+    fn add_change(
+        &mut self,
+        before: &Rows<N, W>,
+        after: &Rows<N, W>,
+        found: &Errors,
+        constants: &Constants,
+    ) {
+        let (before, after) = (full(before), full(after));
+        let vector = Column::<N>::from_fn(|i, _| self.vector[i]);
+        let matrix = full(&self.matrix);
+        let found = Column::<N>::from_fn(|i, _| match i.checked_sub(STATES) {
+            Some(k) => constants[k],
+            None => found[i],
+        });
+        let inverse = inverse(&before);
+        let vector = inverse * (found + after * vector);
+        self.vector[..N].copy_from_slice(vector.as_slice());
+        if !D {
+            return;
+        }
+        let change = before - after + after * matrix * after;
+        let matrix = inverse * change * inverse;
+        for i in 0..N {
+            for j in 0..N {
+                self.matrix[i][j] = 0.5 * (matrix[(i, j)] + matrix[(j, i)]);
+            }
+        }
+    }
+
+    fn error(&self, covariance: &Rows<N, W>) -> [f64; W] {
+        sum([0.0; W], &self.vector, covariance)
+    }
+
+    /// `matrix` times rows, three at a time, which fill the registers of every x86-64.
+    fn times(&self, rows: &Rows<N, 16>) -> Rows<N, 16> {
+        let mut product = [[0.0; 16]; N];
+        let threes = product.as_chunks_mut::<3>().0.iter_mut().zip(self.matrix.as_chunks::<3>().0);
+        for ([a, b, c], [of_a, of_b, of_c]) in threes {
+            for pair in 0..2 {
+                let [left, right] = [2 * pair, 2 * pair + 1];
+                let [mut a1, mut a2, mut b1, mut b2, mut c1, mut c2] = [f64x4::ZERO; 6];
+                for (j, row) in rows.iter().enumerate() {
+                    let (x, y) = (lanes(row, left), lanes(row, right));
+                    let [by_a, by_b, by_c] = [of_a[j], of_b[j], of_c[j]].map(f64x4::splat);
+                    (a1, a2) = (a1 + by_a * x, a2 + by_a * y);
+                    (b1, b2) = (b1 + by_b * x, b2 + by_b * y);
+                    (c1, c2) = (c1 + by_c * x, c2 + by_c * y);
+                }
+                for (told, x, y) in [(&mut *a, a1, a2), (&mut *b, b1, b2), (&mut *c, c1, c2)] {
+                    put(told, left, x);
+                    put(told, right, y);
+                }
+            }
+        }
+        product
+    }
+
+    /// Standard deviations that remain, the velocity's as its reader takes it.
+    fn sigma(&self, covariance: &Rows<N, W>, velocity: &Vector3<f64>) -> Errors {
+        if !D {
+            return [f64::NAN; STATES];
+        }
+        let mut errors = [[0.0; 16]; N];
+        for (row, whole) in errors.iter_mut().zip(covariance) {
+            row.copy_from_slice(&whole[..16]);
+        }
+        let told = self.times(&errors);
+        let mut less = [0.0; 16];
+        for (row, told) in errors.iter().zip(&told) {
+            (0..16).for_each(|j| less[j] += row[j] * told[j]);
+        }
+        let skew = velocity.cross_matrix();
+        let of = |i: usize, row: &[f64; 16]| {
+            row[V + i] + (0..3).map(|k| skew[(i, k)] * row[PHI + k]).sum::<f64>()
+        };
+        core::array::from_fn(|j| {
+            let variance = if (V..PHI).contains(&j) {
+                let i = j - V;
+                let own = of(i, &errors[V + i])
+                    + (0..3).map(|k| skew[(i, k)] * of(i, &errors[PHI + k])).sum::<f64>();
+                own - errors.iter().zip(&told).map(|(a, b)| of(i, a) * of(i, b)).sum::<f64>()
+            } else {
+                errors[j][j] - less[j]
+            };
+            variance.max(0.0).sqrt()
         })
     }
+}
+
+/// Numbers of errors, and of constants where N is more than these.
+#[inline(always)]
+fn all<const N: usize, const W: usize>(errors: &[f64; 16], constants: &Constants) -> [f64; W] {
+    let mut row = [0.0; W];
+    row[..STATES].copy_from_slice(&errors[..STATES]);
+    row[STATES..N].copy_from_slice(&constants[..N - STATES]);
+    row
+}
+
+/// A covariance.
+fn rows<const N: usize, const W: usize>(errors: &Triangle, beside: Option<&Beside>) -> Rows<N, W> {
+    let mut rows = [[0.0; W]; N];
+    let mut places = errors.iter();
+    for i in 0..STATES {
+        for (j, place) in (0..=i).zip(&mut places) {
+            (rows[i][j], rows[j][i]) = (*place, *place);
+        }
+    }
+    if let Some(beside) = beside {
+        for i in STATES..N {
+            for j in 0..STATES {
+                let cross = beside.cross[i - STATES][j];
+                (rows[i][j], rows[j][i]) = (cross, cross);
+            }
+            rows[i][STATES..N].copy_from_slice(&beside.own[i - STATES][..N - STATES]);
+        }
+    }
+    rows
+}
+
+fn full<const N: usize, const W: usize>(rows: &Rows<N, W>) -> Full<N> {
+    Full::from_fn(|i, j| rows[i][j])
+}
+
+/// Of a covariance, with errors in units of their deviations. What is known is no part of it.
+fn inverse<const N: usize>(covariance: &Full<N>) -> Full<N> {
+    let scale = covariance.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 0.0 });
+    let mut scaled = Full::<N>::from_fn(|i, j| covariance[(i, j)] * scale[i] * scale[j]);
+    (0..N).filter(|i| scale[*i] == 0.0).for_each(|i| scaled[(i, i)] = 1.0);
+    // Rounding can cost definiteness where a variance is known far better than another.
+    let mut solved = factor(&scaled);
+    let mut more = 1e-14;
+    while solved.is_none() && more < 1.0 {
+        for i in 0..N {
+            scaled[(i, i)] += more;
+        }
+        (solved, more) = (factor(&scaled), more * 100.0);
+    }
+    let found = solved.map_or(Full::zeros(), |factor| factor.inverse());
+    Full::from_fn(|i, j| found[(i, j)] * scale[i] * scale[j])
+}
+
+fn factor<const N: usize>(matrix: &Full<N>) -> Option<Cholesky<f64, Const<N>>> {
+    Cholesky::new(*matrix)
 }
 
 /// By doubling, so that a long record is not copied at every step.
@@ -206,54 +469,8 @@ fn added<T>(all: &mut Vec<T>, one: T) -> Result<(), Error> {
     Ok(())
 }
 
-/// P⁺Φᵀ(P⁻)⁻¹, with errors in units of their deviations.
-fn gain<const N: usize>(transition: &Transition, after: &Full<N>, behind: &Full<N>) -> Full<N> {
-    let scale = behind.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 1.0 });
-    let mut scaled = Full::<N>::from_fn(|i, j| behind[(i, j)] * scale[i] * scale[j]);
-    // What is known is no part of it.
-    (0..N).filter(|i| behind[(*i, *i)] <= 0.0).for_each(|i| scaled[(i, i)] = 1.0);
-    let mut carried = Full::<N>::zeros();
-    for (k, column) in after.column_iter().enumerate() {
-        let errors = core::array::from_fn(|i| column[i]);
-        let moved = transition.apply(&errors);
-        // Constants stay.
-        let all = Column::<N>::from_fn(|i, _| if i < STATES { moved[i] } else { column[i] });
-        carried.set_column(k, &all.component_mul(&scale));
-    }
-    // Rounding can cost definiteness where a variance is known far better than another.
-    let mut solved = factor(&scaled);
-    let mut more = 1e-14;
-    while solved.is_none() && more < 1.0 {
-        for i in 0..N {
-            scaled[(i, i)] += more;
-        }
-        (solved, more) = (factor(&scaled), more * 100.0);
-    }
-    let solved = solved.map_or(Full::zeros(), |factor| factor.solve(&carried));
-    Full::from_fn(|i, j| solved[(j, i)] * scale[j])
-}
-
-fn factor<const N: usize>(matrix: &Full<N>) -> Option<Cholesky<f64, Const<N>>> {
-    Cholesky::new(*matrix)
-}
-
-/// Standard deviations, the velocity's as its reader takes it.
-fn sigma(covariance: &Full<STATES>, velocity: &Vector3<f64>) -> Errors {
-    let block =
-        |i: usize, j: usize| -> Matrix3<f64> { covariance.fixed_view::<3, 3>(i, j).into_owned() };
-    let skew = velocity.cross_matrix();
-    let mixed = skew * block(PHI, V);
-    let of_velocity =
-        block(V, V) + mixed + mixed.transpose() + skew * block(PHI, PHI) * skew.transpose();
-    let mut variances = covariance.diagonal();
-    for i in 0..3 {
-        variances[V + i] = of_velocity[(i, i)];
-    }
-    variances.map(|x| x.max(0.0).sqrt()).into()
-}
-
-fn packed(covariance: &Covariance) -> [f64; TRIANGLE] {
-    let mut triangle = [0.0; TRIANGLE];
+fn packed(covariance: &Covariance) -> Triangle {
+    let mut triangle = [0.0; STATES * (STATES + 1) / 2];
     let mut places = triangle.iter_mut();
     for i in 0..STATES {
         for (j, place) in (0..=i).zip(&mut places) {
@@ -263,7 +480,207 @@ fn packed(covariance: &Covariance) -> [f64; TRIANGLE] {
     triangle
 }
 
-fn element(triangle: &[f64; TRIANGLE], i: usize, j: usize) -> f64 {
-    let (row, column) = (i.max(j), i.min(j));
-    triangle[row * (row + 1) / 2 + column]
+#[cfg(test)]
+mod tests {
+    use super::{ALL, Column, Full, Record, STATES, Scalar, Transition, V, Witness, inverse};
+    use crate::navigation::covariance::{Constants, Covariance, Errors, PHI};
+    use crate::navigation::{
+        Adapt, Fix, Inertial, Kind, Motion, NavigationFilter, NavigationParams, Start,
+    };
+    use nalgebra::Vector3;
+
+    type Matrix = Full<ALL>;
+
+    struct Step {
+        transition: Option<Transition>,
+        covariances: [Matrix; 2],
+        found: Column<ALL>,
+        velocity: Vector3<f64>,
+    }
+
+    /// A record, and beside it all that Rauch, Tung and Striebel need.
+    #[derive(Default)]
+    struct Watched {
+        record: Record,
+        steps: Vec<Step>,
+        widened: usize,
+    }
+
+    fn matrix(covariance: &Covariance) -> Matrix {
+        Matrix::from_fn(|i, j| match (i < STATES, j < STATES, &covariance.1) {
+            (true, true, _) => covariance.at(i, j),
+            (_, _, None) => 0.0,
+            (true, false, Some(beside)) => beside.cross[j - STATES][i],
+            (false, true, Some(beside)) => beside.cross[i - STATES][j],
+            (false, false, Some(beside)) => beside.own[i - STATES][j - STATES],
+        })
+    }
+
+    impl Watched {
+        fn push(&mut self, transition: Option<&Transition>, now: &Covariance, motion: &Motion) {
+            self.steps.push(Step {
+                transition: transition.copied(),
+                covariances: [matrix(now); 2],
+                found: Column::zeros(),
+                velocity: motion.velocity,
+            });
+        }
+
+        /// Errors after what was measured at each step, and the covariances that remain.
+        fn smoothed(&self) -> Vec<(Column<ALL>, Matrix)> {
+            let last = self.steps.last().expect("a step");
+            let mut all = vec![(Column::zeros(), last.covariances[1])];
+            for pair in self.steps.windows(2).rev() {
+                let [now, next] = pair else { continue };
+                let after = now.covariances[1];
+                let Some(transition) = next.transition else {
+                    all.push((Column::zeros(), after));
+                    continue;
+                };
+                let mut carried = Matrix::zeros();
+                for (k, column) in after.column_iter().enumerate() {
+                    let errors = transition.apply(&core::array::from_fn(|i| column[i]));
+                    let of = |i: usize| if i < STATES { errors[i] } else { column[i] };
+                    carried.set_column(k, &Column::from_fn(|i, _| of(i)));
+                }
+                let gain = carried.transpose() * inverse(&next.covariances[0]);
+                let (error, covariance) = &all[all.len() - 1];
+                let change = gain * (covariance - next.covariances[0]) * gain.transpose();
+                all.push((gain * (next.found + error), after + change));
+            }
+            all.reverse();
+            all
+        }
+    }
+
+    impl Witness for Watched {
+        fn sample(&mut self, number: usize) {
+            self.record.sample(number);
+        }
+        fn scalar(&mut self, scalar: &Scalar) {
+            self.record.scalar(scalar);
+        }
+        fn taken_back(&mut self, scalars: usize) {
+            self.record.taken_back(scalars);
+        }
+        fn widened(&mut self) {
+            self.widened += 1;
+            self.record.widened();
+        }
+        fn stepped(&mut self, transition: &Transition, now: &Covariance, motion: &Motion) {
+            self.push(Some(transition), now, motion);
+            self.record.stepped(transition, now, motion);
+        }
+        fn told(&mut self, constants: &Constants) {
+            let step = self.steps.last_mut().expect("a step");
+            constants.iter().enumerate().for_each(|(k, more)| step.found[STATES + k] += more);
+            self.record.told(constants);
+        }
+        fn corrected(&mut self, found: &Errors, now: &Covariance, motion: &Motion) {
+            let step = self.steps.last_mut().expect("a step");
+            found.iter().enumerate().for_each(|(k, more)| step.found[k] += more);
+            (step.covariances[1], step.velocity) = (matrix(now), motion.velocity);
+            self.record.corrected(found, now, motion);
+        }
+        fn started(&mut self, now: &Covariance, motion: &Motion) {
+            self.push(None, now, motion);
+            self.record.started(now, motion);
+        }
+    }
+
+    /// A body that sways about a place for 40 s. Fixes come four times a second, with an outage, one
+    /// that is rejected, and from 30 s on they are far off, so that the filter gives way.
+    fn watched(antenna_sigma: f64) -> Watched {
+        let start = Start {
+            quaternion: [1.0, 0.0, 0.0, 0.0],
+            heading_known: true,
+            course: false,
+            time: 1.0,
+            latitude: 0.8,
+            gyro_bias: [0.0; 3],
+            accel_bias: [0.0; 3],
+            level_sigma: 0.02,
+            heading_sigma: 0.1,
+            gyro_bias_sigma: 1e-3,
+            accel_bias_sigma: 0.05,
+        };
+        let params = NavigationParams {
+            gyro_noise: [1e-6; 3],
+            accel_noise: [4e-4; 3],
+            gyro_walk: [1e-10; 3],
+            accel_walk: [2.5e-7; 3],
+            antenna: [0.5, 0.0, -1.0],
+            antenna_sigma,
+            wheels: None,
+            gate: 50.0,
+            adapt: Adapt::Fixed,
+            covariance_step: 0.1,
+            kind: Kind::Rate,
+        };
+        let mut filter = NavigationFilter::new(start, params).expect("parameters");
+        let mut watched = Watched::default();
+        for k in 0..2000_u32 {
+            let time = 0.02 * f64::from(k);
+            let sway = (0.7 * time).sin();
+            let (gyro, accel) = ([0.05 * sway, 0.02, 0.1], [0.8 * sway, 0.3, -9.81]);
+            watched.sample(k as usize);
+            let sample = Inertial { time, gyro, accel, rest: false };
+            filter.update_before(&sample, &mut watched).expect("in order");
+            if k % 12 == 0 && !(12.0..19.0).contains(&time) {
+                let far = if k == 600 - 24 || time > 30.0 { 1e-4 } else { 0.0 };
+                let noise = 1e-8 * f64::from(k * 7919 % 13);
+                let fix = Fix {
+                    time,
+                    position: [0.8 + far + noise, 0.1 - noise, 100.0],
+                    velocity: [f64::NAN; 3],
+                    position_sigma: [0.5; 3],
+                    velocity_sigma: [0.1; 3],
+                };
+                filter.update_gnss_before(&fix, &mut watched).expect("a fix");
+            }
+        }
+        assert!(filter.fixes().rejected > 10 && filter.fixes().moved > 0);
+        assert!(watched.widened > 0 && watched.record.priors.len() > 1);
+        watched
+    }
+
+    #[test]
+    fn it_says_what_rauch_tung_and_striebel_say() {
+        for antenna_sigma in [0.0, 0.1] {
+            let watched = watched(antenna_sigma);
+            let told = watched.smoothed();
+            let found: Vec<_> = watched.record.smoothed(true).collect();
+            assert_eq!(found.len(), told.len());
+            for ((own, (error, covariance)), step) in
+                found.iter().rev().zip(&told).zip(&watched.steps)
+            {
+                let skew = step.velocity.cross_matrix();
+                for i in (0..STATES).filter(|i| !(V..PHI).contains(i)) {
+                    let sigma = covariance[(i, i)].max(0.0).sqrt();
+                    assert!((own.sigma[i] / sigma - 1.0).abs() < 1e-4, "{} {i}", own.sample);
+                    let off = own.after[i] - error[i];
+                    assert!(off.abs() < 1e-6 * sigma, "{} {i}: {off}, {sigma}", own.sample);
+                    assert!((own.before[i] - error[i] - step.found[i]).abs() < 1e-6 * sigma);
+                }
+                for i in 0..3 {
+                    let mut h = Column::<ALL>::zeros();
+                    h[V + i] = 1.0;
+                    (0..3).for_each(|k| h[PHI + k] = skew[(i, k)]);
+                    let sigma = (h.transpose() * covariance * h)[0].max(0.0).sqrt();
+                    assert!((own.sigma[V + i] / sigma - 1.0).abs() < 1e-4, "{} {i}", own.sample);
+                    assert!((own.after[V + i] - error[V + i]).abs() < 1e-6 * sigma);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn errors_are_the_same_without_deviations() {
+        let watched = watched(0.1);
+        let [with, without] = [true, false].map(|deviations| watched.record.smoothed(deviations));
+        for (one, other) in with.zip(without) {
+            assert_eq!((one.before, one.after), (other.before, other.after));
+            assert!(other.sigma.iter().all(|sigma| sigma.is_nan()));
+        }
+    }
 }

@@ -230,7 +230,7 @@ impl Walker {
         };
         let mut h = [0.0; 16];
         h[R + 2] = 1.0;
-        self.filter.covariance.correct(&h, down - floor, FLOOR * FLOOR, found);
+        self.filter.covariance.correct(&h, down - floor, FLOOR * FLOOR, found, &mut ());
         true
     }
 
@@ -240,7 +240,7 @@ impl Walker {
         for i in 0..3 {
             let mut h = [0.0; 16];
             h[GYRO + i] = 1.0;
-            self.filter.covariance.correct(&h, z[i], sigma * sigma, found);
+            self.filter.covariance.correct(&h, z[i], sigma * sigma, found, &mut ());
         }
     }
 
