@@ -269,16 +269,6 @@ fn navigation() -> Vec<Path> {
             })
         }
     };
-    let back = |deviations: bool| {
-        move || -> Work {
-            let (mut nav, mut time, mut steps) = (navigator(), 0.0, Steps::default());
-            (0..100).for_each(|_| drive(&mut nav, &mut time, &mut steps, true));
-            Box::new(move || {
-                let all = black_box(&steps).smoothed(deviations);
-                black_box(all.map(|step| step.sample).sum::<usize>());
-            })
-        }
-    };
     vec![
         path("navigation, 1000 samples", driven(false)),
         path("navigation, 1000 samples and 100 fixes", driven(true)),
@@ -292,8 +282,14 @@ fn navigation() -> Vec<Path> {
                 }
             })
         }),
-        path("navigation, 100 steps of the smoother", back(true)),
-        path("navigation, 100 steps of the smoother without deviations", back(false)),
+        path("navigation, 100 steps of the smoother", || {
+            let (mut nav, mut time, mut steps) = (navigator(), 0.0, Steps::default());
+            (0..100).for_each(|_| drive(&mut nav, &mut time, &mut steps, true));
+            Box::new(move || {
+                let all = black_box(&steps).smoothed(true);
+                black_box(all.map(|step| step.sample).sum::<usize>());
+            })
+        }),
     ]
 }
 
