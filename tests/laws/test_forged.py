@@ -2,6 +2,7 @@
 like any other: it obeys the laws and never answers NaN."""
 
 import struct
+from functools import cache
 
 import numpy as np
 import pytest
@@ -44,10 +45,17 @@ def forged(b, place, content):
     return sealed(b[:place] + content + b[place + len(content) : -CHECKSUM])
 
 
+@cache
+def after(width, channels):
+    z = AFTER if channels is None else np.stack([AFTER] * channels, axis=1)
+    z = next(one for one in STREAMS.values() if one.width == width).wide(z)
+    z.flags.writeable = False
+    return z
+
+
 def assert_lawful(f, stream):
     """Finite answers and a sound state, on its own and after its next checkpoint."""
-    z = AFTER if f.channels is None else np.stack([AFTER] * f.channels, axis=1)
-    z = stream.wide(z)
+    z = after(stream.width, f.channels)
     answers = process(f, z)
     stream.sound(f, z, answers)
 

@@ -24,7 +24,7 @@ def assert_same_bits(got, expected):
 
 def assert_finite(arrays):
     for name, values in arrays.items():
-        assert np.all(np.isfinite(values)), name
+        assert np.isfinite(values).all(), name
 
 
 def assert_covariance(P):
