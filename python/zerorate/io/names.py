@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Final, NamedTuple
 
 from zerorate.faults import given, said
@@ -96,6 +97,7 @@ def is_unit(text: str) -> bool:
     return text.strip().lower() in _UNITS
 
 
+@lru_cache(maxsize=4096)
 def split_unit(name: str) -> tuple[str, str | None]:
     """Return a column's name without its unit, and the unit (None where it carries none).
 
@@ -179,6 +181,7 @@ def _described(unit: str) -> str:
     return "of unknown unit" if unit == UNKNOWN else f"in {unit}"
 
 
+@lru_cache(maxsize=4096)
 def plain(name: str) -> str:
     """Return the name in lower case with single underscores: ``GyroX [dps]`` -> ``gyro_x_dps``."""
     split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
@@ -293,6 +296,7 @@ _KINDS: Final = {
 _SPREAD = re.compile(r"^(?:(position|velocity)_)?(?:sigma|std)_")
 
 
+@lru_cache(maxsize=4096)
 def meaning_of(name: str) -> Meaning | None:
     """Return the meaning of a column's name, None for one that is of no sensor known.
 
