@@ -33,7 +33,7 @@ def write(path, rows, data, row_group_size=700, **metadata):
 
 
 def regular(path):
-    write(path, np.arange(1500), samples(1500))
+    write(path, np.arange(3000), samples(3000))
 
 
 def short(path):
