@@ -48,11 +48,24 @@ impl DriftNumber for f64 {
         filters: &mut [DriftFilter<f64, N, M>],
         block: &mut Block<'_>,
     ) {
-        pulp::Arch::new().dispatch(side_by_side::Together { filters, block });
+        dispatch(filters.len(), side_by_side::Together { filters, block });
     }
 
     #[cfg(feature = "std")]
     fn process_block_of_auto(filters: &mut [AutoFilter<f64>], block: &mut Block<'_>) {
-        pulp::Arch::new().dispatch(auto::side_by_side::Together { filters, block });
+        dispatch(filters.len(), auto::side_by_side::Together { filters, block });
     }
+}
+
+/// Does the work of so many filters in the widest registers that they fill at least half of: in wider
+/// ones, which are slower, a row of two would cost more than one after the other.
+#[cfg(feature = "std")]
+fn dispatch<W: pulp::WithSimd>(filters: usize, work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if filters <= 4
+        && let Some(simd) = pulp::x86::V3::try_new()
+    {
+        return pulp::Simd::vectorize(simd, work);
+    }
+    pulp::Arch::new().dispatch(work)
 }
