@@ -16,10 +16,10 @@ use super::ticker::FEW_STEPS;
 use super::{RestDetector, Ticker};
 use crate::math::{Lane, Laned, Mask, Real, WIDEST, choose};
 
-/// One number of each ticker.
+/// One number of each of several states.
 macro_rules! each {
-    ($tickers:ident, $($path:tt)+) => {
-        Lane::load(&from_fn(|i| f64::from($tickers[i].$($path)+)))
+    ($states:ident, $($path:tt)+) => {
+        Lane::load(&from_fn(|i| f64::from($states[i].$($path)+)))
     };
 }
 
@@ -81,20 +81,8 @@ impl<S: Simd> Tickers<S> {
             pairs: each!(tickers, repeats.pairs),
             inside: each!(tickers, gate.inside),
             beyond: each!(tickers, gate.beyond),
-            plain: SumsEach {
-                count: each!(tickers, plain.count),
-                sum: each!(tickers, plain.sum),
-                squares: each!(tickers, plain.squares),
-                lowest: each!(tickers, plain.lowest),
-                highest: each!(tickers, plain.highest),
-            },
-            kept: SumsEach {
-                count: each!(tickers, kept.count),
-                sum: each!(tickers, kept.sum),
-                squares: each!(tickers, kept.squares),
-                lowest: each!(tickers, kept.lowest),
-                highest: each!(tickers, kept.highest),
-            },
+            plain: SumsEach::of(from_fn(|i| &tickers[i].plain)),
+            kept: SumsEach::of(from_fn(|i| &tickers[i].kept)),
             taken: 0,
         }
     }
@@ -166,6 +154,17 @@ impl<S: Simd> Tickers<S> {
 }
 
 impl<S: Simd> SumsEach<S> {
+    #[inline(always)]
+    fn of(sums: [&Sums<f64>; WIDEST]) -> Self {
+        Self {
+            count: each!(sums, count),
+            sum: each!(sums, sum),
+            squares: each!(sums, squares),
+            lowest: each!(sums, lowest),
+            highest: each!(sums, highest),
+        }
+    }
+
     /// Adds so many equal distances where they count.
     #[inline(always)]
     fn add(&mut self, distance: Lane<S>, times: Lane<S>, counts: Mask<S>) {
