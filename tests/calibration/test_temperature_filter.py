@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 
 import zerorate as zr
 from oracle.temperature_filter import TemperatureFilter as Twin
+from support.classes import STREAMS
 from support.records import warm_records
-from support.rounding import but_for_rounding
+from support.rounding import but_for_roundings_of
 from support.settings import temperature_settings
 
 # As of the other filters that weigh models by likelihoods.
@@ -48,8 +49,13 @@ def test_it_is_its_twin(data):
     z, temperature = data.draw(warm_records()).T
     got, expected = compared(arguments, z, temperature)
     scale = np.abs(expected).max(initial=1.0)
-    limits = {key: arguments.get(key) for key in ("rest_limit", "bias_limit")}
-    with but_for_rounding(z, arguments["rate"], **limits):
+
+    def in_unit(unit):
+        twin = Twin(**STREAMS["temperature"].in_unit(arguments, unit))
+        samples = zip((unit * z).tolist(), temperature.tolist(), strict=True)
+        return np.array([twin.update(*sample) for sample in samples])
+
+    with but_for_roundings_of(in_unit, TOLERANCE):
         np.testing.assert_allclose(got, expected, rtol=TOLERANCE, atol=TOLERANCE * scale)
 
 

@@ -9,7 +9,7 @@ joined along their last axis.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from hypothesis import strategies as st
@@ -295,6 +295,11 @@ class Stream:
     # Numbers in a sample, and how many of the last ones have a unit of their own.
     width: int = 1
     foreign: int = 0
+
+    def __post_init__(self):
+        # Made once: a strategy that is drawn from for the first time is looked at in every part.
+        for name in ("records", "ordinary"):
+            object.__setattr__(self, name, cache(getattr(self, name)))
 
     @property
     def channels(self):

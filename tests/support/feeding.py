@@ -115,7 +115,11 @@ def joined(parts):
 
 def one_by_one(f, z):
     """What each sample gives, in calls of its own."""
-    answers = [step(f, sample) for sample in z.tolist()]
+    if isinstance(f, (zr.LinearKalman, zr.NavigationFilter)):
+        answers = [step(f, sample) for sample in z.tolist()]
+    else:
+        columns = (np.asarray(part).tolist() for part in arguments_of(f, z))
+        answers = [flat(f.update(*row)) for row in zip(*columns, strict=True)]
     if all(answer is None for answer in answers):
         return None
     return np.array(answers)

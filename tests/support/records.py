@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 from hypothesis import strategies as st
+from scipy.signal import lfilter
 
 from zerorate.simulation.motion import simulate_motion
 from zerorate.simulation.walk import simulate_walk
@@ -16,10 +17,7 @@ def white(rng, n):
 def autoregressive(rng, n):
     """ARMA(2, 1)."""
     noise = rng.standard_normal(n + 2)
-    y = np.zeros(n + 2)
-    for k in range(2, n + 2):
-        y[k] = 1.5 * y[k - 1] - 0.6 * y[k - 2] + noise[k] - 0.4 * noise[k - 1]
-    return y[2:]
+    return lfilter([1.0], [1.0, -1.5, 0.6], noise[2:] - 0.4 * noise[1:-1])
 
 
 def walk(rng, n):
@@ -43,55 +41,90 @@ def with_missing(rng, n):
 SIGNALS = {f.__name__: f for f in (white, autoregressive, walk, quantised, with_missing)}
 
 
-@st.composite
-def ordinary_records(draw, max_size=600):
+def seeded(make):
+    """A strategy of what ``make`` returns with a generator, whose seed alone is drawn.
+
+    Drawing number by number takes longer than the filters do with a record.
+    """
+
+    @cache
+    def strategy(*arguments):
+        return SEEDS.map(lambda seed: make(np.random.default_rng(seed), *arguments))
+
+    return strategy
+
+
+SEEDS = st.integers(0, 2**32)
+
+
+def one_of(rng, choices):
+    """An element of any type."""
+    return choices[rng.integers(len(choices))]
+
+
+@seeded
+def ordinary_records(rng, max_size=600):
     """What a gyro gives: noise or drift on an offset, in any unit."""
-    signal = draw(st.sampled_from(list(SIGNALS.values())))
-    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    size = draw(st.integers(200, max_size))
-    offset = draw(st.sampled_from([0.0, -0.35, 5.0]))
-    return offset + signal(rng, size) * draw(st.sampled_from([0.1, 1.0, 300.0]))
+    signal, size = one_of(rng, [*SIGNALS.values()]), rng.integers(200, max_size + 1)
+    offset = one_of(rng, [0.0, -0.35, 5.0])
+    return offset + signal(rng, size) * one_of(rng, [0.1, 1.0, 300.0])
 
 
-@st.composite
-def moving_records(draw, steps=(0.0, 0.5, 3.0)):
-    """Rest, turning, steps, louder noise and gaps one after the other."""
-    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    parts = []
-    for kind in draw(
-        st.lists(st.sampled_from(["rest", "turn", "level", "loud", "gap"]), max_size=6)
-    ):
-        n = draw(st.integers(1, 900))
-        part = rng.standard_normal(n)
-        if kind == "turn":
-            part += 20.0 * np.sin(np.arange(n) / draw(st.floats(1.0, 100.0)))
-        elif kind == "level":
-            part += draw(st.sampled_from([0.3, 1.0, 30.0]))
-        elif kind == "loud":
-            part *= 4.0
-        elif kind == "gap":
-            part[rng.random(n) < 0.9] = np.nan
-        parts.append(part)
-    z = np.concatenate([rng.standard_normal(draw(st.integers(0, 1500))), *parts])
-    step = draw(st.sampled_from(steps))
+@seeded
+def moving_records(rng, steps=(0.0, 0.5, 3.0)):
+    return moving(rng, steps)
+
+
+def moving(rng, steps=(0.0, 0.5, 3.0)):
+    """Rest, turning, steps, louder noise and gaps one after the other; nothing now and then."""
+    rest = rng.integers(1501) * one_of(rng, [0, 1, 1])
+    parts = [stretch_of_motion(rng) for _ in range(rng.integers(7))]
+    z = np.concatenate([rng.standard_normal(rest), *parts])
+    step = one_of(rng, steps)
     return np.round(z / step) * step if step else z
 
 
-FINITE = st.floats(allow_nan=False, allow_infinity=False)
-ANY = st.one_of(FINITE, st.sampled_from([np.nan, np.inf, -np.inf]))
-EDGES = st.sampled_from(
-    [0.0, -0.0, 5e-324, 1e-310, 1e-150, 1e-4, 1.0, 1e7, 1e12, 1e150, 1e300, np.finfo(float).max]
-)
+def stretch_of_motion(rng):
+    n, kind = rng.integers(1, 901), one_of(rng, ["rest", "turn", "level", "loud", "gap"])
+    part = rng.standard_normal(n)
+    if kind == "turn":
+        part += 20.0 * np.sin(np.arange(n) / rng.uniform(1.0, 100.0))
+    elif kind == "level":
+        part += one_of(rng, [0.3, 1.0, 30.0])
+    elif kind == "loud":
+        part *= 4.0
+    elif kind == "gap":
+        part[rng.random(n) < 0.9] = np.nan
+    return part
 
 
-@st.composite
-def segments(draw):
-    """A stretch of one kind of misbehaviour."""
-    n = draw(st.integers(1, 120))
-    size = draw(st.one_of(EDGES, FINITE))
-    k = np.arange(n)
+EDGES = [
+    0.0, -0.0, 5e-324, 1e-310, 1e-150, 1e-4, 1.0, 1e7, 1e12, 1e150, 1e300, np.finfo(float).max,
+]  # fmt: skip
+MISSING = [np.nan, np.inf, -np.inf]
+
+
+def finite(rng):
+    """Any finite number: each exponent as often as another."""
+    while not np.isfinite(number := np.frombuffer(rng.bytes(8))[0]):
+        pass
+    return float(number)
+
+
+def wild(rng):
+    """Any number, finite, small and whole, or none."""
+    kind = rng.integers(4)
+    if kind == 0:
+        return one_of(rng, MISSING)
+    return float(rng.integers(-9, 10)) if kind == 1 else finite(rng)
+
+
+def stretch_of_misbehaviour(rng):
+    """Of one kind."""
+    k = np.arange(rng.integers(1, 121))
+    size = one_of(rng, EDGES) if rng.random() < 0.5 else finite(rng)
     with np.errstate(over="ignore", invalid="ignore", under="ignore"):
-        return draw(st.sampled_from(SHAPES))(k, size)
+        return one_of(rng, SHAPES)(k, size)
 
 
 def constant(k, size):
@@ -133,36 +166,37 @@ def gap(k, size):
 SHAPES = [constant, alternating, ramp, growth, decay, noise, tiny_noise, outlier, gap]
 
 
-@st.composite
-def hostile_records(draw):
+@seeded
+def hostile_records(rng):
     """Stretches of misbehaviour, one after the other, and single wild samples among them."""
-    stretches = draw(st.lists(segments(), min_size=1, max_size=6))
-    loose = np.array(draw(st.lists(ANY, max_size=12)), dtype=float)
-    stretches.insert(draw(st.integers(0, len(stretches))), loose)
+    stretches = [stretch_of_misbehaviour(rng) for _ in range(rng.integers(1, 7))]
+    loose = np.array([wild(rng) for _ in range(rng.integers(13))])
+    stretches.insert(rng.integers(len(stretches) + 1), loose)
     return np.concatenate(stretches)
 
 
+@cache
 def records():
     return st.one_of(ordinary_records(), hostile_records())
 
 
+@cache
 def wide_records(records, width):
     """Several such records as columns, as long as the shortest."""
     columns = st.lists(records, min_size=width, max_size=width)
     return columns.map(lambda z: np.stack([c[: min(map(len, z))] for c in z], axis=1))
 
 
-@st.composite
-def warm_records(draw):
+@seeded
+def warm_records(rng):
     """A gyro that warms up, with its temperature, fine, coarse or now and then missing."""
-    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    z = draw(moving_records())
+    z = moving(rng)
     temperature = 25.0 + 10.0 * (1.0 - np.exp(-np.arange(z.size) / 500.0))
     temperature += 0.02 * rng.standard_normal(z.size)
-    step = draw(st.sampled_from([0.0, 0.1, 1.0]))
+    step = one_of(rng, [0.0, 0.1, 1.0])
     temperature = np.round(temperature / step) * step if step else temperature
-    temperature[rng.random(z.size) < draw(st.sampled_from([0.0, 0.2, 1.0]))] = np.nan
-    return np.stack([z + draw(st.sampled_from([0.0, 0.3])) * temperature, temperature], axis=1)
+    temperature[rng.random(z.size) < one_of(rng, [0.0, 0.2, 1.0])] = np.nan
+    return np.stack([z + one_of(rng, [0.0, 0.3]) * temperature, temperature], axis=1)
 
 
 @cache
@@ -172,26 +206,24 @@ def hand_and_magnet():
     return np.hstack([motion.mag, motion.gyro, motion.accel])
 
 
-@st.composite
-def imu_records(draw, width):
+@seeded
+def imu_records(rng, width):
     """Stretches of a moved IMU, with samples of its sensors missing now and then."""
-    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    first, n = draw(st.integers(0, 6000)), draw(st.integers(1, 3000))
+    first, n = rng.integers(6001), rng.integers(1, 3001)
     z = hand_and_magnet()[first : first + n, 9 - width :].copy()
     for sensor in range(0, width, 3):
-        share = draw(st.sampled_from([0.0, 0.0, 0.1, 0.9]))
+        share = one_of(rng, [0.0, 0.0, 0.1, 0.9])
         z[rng.random(len(z)) < share, sensor : sensor + 3] = np.nan
     return z
 
 
-@st.composite
-def foot_records(draw):
+@seeded
+def foot_records(rng):
     """Stretches of a walk, its gyro clipped, with samples of its sensors missing now and then."""
-    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    first, n = draw(st.integers(0, 1500)), draw(st.integers(1, 1500))
+    first, n = rng.integers(1501), rng.integers(1, 1501)
     z = a_walk()[first : first + n].copy()
     for sensor in (0, 3):
-        share = draw(st.sampled_from([0.0, 0.0, 0.1, 0.9]))
+        share = one_of(rng, [0.0, 0.0, 0.1, 0.9])
         z[rng.random(len(z)) < share, sensor : sensor + 3] = np.nan
     return z
 
@@ -203,12 +235,11 @@ def a_walk():
     return np.column_stack([walk.gyro, walk.accel])
 
 
-@st.composite
-def driven_records(draw):
+@seeded
+def driven_records(rng):
     """A vehicle that rolls and shakes, its fixes and rests, as support/feeding.py reads them."""
-    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    n, share = draw(st.integers(1, 1500)), draw(st.sampled_from([0.0, 0.02, 0.3]))
-    speed = draw(st.sampled_from([0.0, 3.0, 30.0]))
+    n, share = rng.integers(1, 1501), one_of(rng, [0.0, 0.02, 0.3])
+    speed = one_of(rng, [0.0, 3.0, 30.0])
     z = rng.standard_normal((n, 14)) * np.repeat(
         [0.05, 0.3, 1.0, 2.0, 0.1, 1.0], [3, 3, 1, 3, 3, 1]
     )
@@ -217,23 +248,22 @@ def driven_records(draw):
     # Northwards.
     z[:, 7] += 0.02 * speed * np.arange(n)
     z[:, 10] += speed
-    z[rng.random(n) < draw(st.sampled_from([0.0, 0.1])), rng.integers(6)] = np.nan
-    z[rng.random(n) < draw(st.sampled_from([0.0, 0.1])), 7 + rng.integers(6)] = np.nan
+    z[rng.random(n) < one_of(rng, [0.0, 0.1]), rng.integers(6)] = np.nan
+    z[rng.random(n) < one_of(rng, [0.0, 0.1]), 7 + rng.integers(6)] = np.nan
     return z
 
 
-@st.composite
-def turning_records(draw):
+@seeded
+def turning_records(rng):
     """Gravity in the axes of a body that rests, turns slowly or fast, and shakes, by turns."""
-    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    parts = draw(st.lists(st.integers(1, 800), min_size=1, max_size=5))
+    parts = rng.integers(1, 801, rng.integers(1, 6))
     turns = [np.full(n, rng.choice([0.0, 0.0, 1e-4, 1e-2, 0.3])) for n in parts]
     loud = [np.full(n, rng.choice([0.01, 0.01, 1.0])) for n in parts]
     angle, noise = np.cumsum(np.concatenate(turns)), np.concatenate(loud)
     axes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
     gravity = np.stack((np.sin(angle), np.cos(angle), np.zeros(len(angle))), axis=1) @ axes
     z = 9.81 * gravity + noise[:, np.newaxis] * rng.standard_normal((len(angle), 3))
-    z[rng.random(len(z)) < draw(st.sampled_from([0.0, 0.1])), rng.integers(3)] = np.nan
+    z[rng.random(len(z)) < one_of(rng, [0.0, 0.1]), rng.integers(3)] = np.nan
     return z
 
 

@@ -1,6 +1,7 @@
 """Settings of the streaming classes for hypothesis, and filters made from them."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from hypothesis import strategies as st
@@ -44,6 +45,7 @@ REST_LIMITS = {
 }
 
 
+@cache
 def drift_settings(channels=None):
     """Arguments of a DriftFilter of any method; `drift` takes them."""
     return st.one_of(
@@ -54,6 +56,7 @@ def drift_settings(channels=None):
     )
 
 
+@cache
 def published_settings(channels=None):
     """Arguments of a filter with an ARMA model that learns its own start."""
     return st.fixed_dictionaries(
@@ -87,6 +90,7 @@ def only_used(arguments):
     return {name: value for name, value in arguments.items() if name not in unused}
 
 
+@cache
 def started_settings(channels=None):
     """The same with a start."""
     return published_settings(channels).flatmap(
@@ -96,9 +100,10 @@ def started_settings(channels=None):
     )
 
 
-ZONES = [(4.0, 0.75), (2.0, 0.3), (1e-3, 1.0), (1e6, 1e-3)]
+ZONES = ((4.0, 0.75), (2.0, 0.3), (1e-3, 1.0), (1e6, 1e-3))
 
 
+@cache
 def robust_settings(channels=None, zones=ZONES):
     """Arguments of the robust filter, with and without a start."""
     own = st.fixed_dictionaries(
@@ -114,11 +119,13 @@ def robust_settings(channels=None, zones=ZONES):
     )
 
 
+@cache
 def robust_as_published_settings(channels=None):
     """The same with the radii of the source, which have a unit."""
-    return robust_settings(channels, ["published"])
+    return robust_settings(channels, ("published",))
 
 
+@cache
 def auto_settings(channels=None):
     """Arguments of the filter that tunes itself; ticks from one sample to many."""
     return st.fixed_dictionaries(
@@ -140,6 +147,7 @@ def drift(arguments):
     return zr.DriftFilter.started(start, **arguments)
 
 
+@cache
 @st.composite
 def starts(draw, order, channels=None):
     """What a filter is started with, from nearly certain to ignorant, some of it singular."""
@@ -177,6 +185,7 @@ def semidefinite(rng, size):
     return (product + product.T) / 2.0
 
 
+@cache
 def model_settings(channels=None):
     """Arguments of a RecursiveLeastSquares."""
     return st.fixed_dictionaries(
@@ -189,6 +198,7 @@ def model_settings(channels=None):
     )
 
 
+@cache
 def noise_settings(channels=None):
     """Arguments of an AllanNoise."""
     return st.fixed_dictionaries(
@@ -201,6 +211,7 @@ def noise_settings(channels=None):
     )
 
 
+@cache
 def rest_settings(channels=None):
     """Arguments of a RestDetector; ticks from four samples on."""
     return st.fixed_dictionaries(
@@ -209,6 +220,7 @@ def rest_settings(channels=None):
     )
 
 
+@cache
 def motion_settings(channels=None):
     """Arguments of a MotionDetector; ticks from four samples on."""
     return st.fixed_dictionaries(
@@ -216,6 +228,7 @@ def motion_settings(channels=None):
     )
 
 
+@cache
 def allan_settings(channels=None):
     """Arguments of a StreamingAllan."""
     return st.fixed_dictionaries(
@@ -223,6 +236,7 @@ def allan_settings(channels=None):
     )
 
 
+@cache
 def attitude_settings(width, channels=None):
     """Arguments of an Attitude of six or nine axes."""
     return st.fixed_dictionaries(
@@ -257,6 +271,7 @@ NAMED_CONSTANTS["ukf"] = NAMED_CONSTANTS["ekf"]
 BIAS_USERS = {"mahony": ["bias"], "ekf": ["bias", "bias_sigma"], "ukf": ["bias", "bias_sigma"]}
 
 
+@cache
 @st.composite
 def named_attitude_settings(draw, channels=None):
     """Arguments of an Attitude by one of the named methods."""
@@ -268,6 +283,7 @@ def named_attitude_settings(draw, channels=None):
     return arguments | {"method": method} | draw(st.fixed_dictionaries({}, optional=constants))
 
 
+@cache
 def foot_settings(channels=None):
     """Arguments of a FootFilter; nodes of one sample and of many."""
     return st.fixed_dictionaries(
@@ -279,6 +295,7 @@ def foot_settings(channels=None):
     )
 
 
+@cache
 def tilt_settings(channels=None):
     """Arguments of a Tilt; all that have a unit, for the defaults are of one."""
     noises = ("q_angle", "q_bias", "r_measure", "p_start")
@@ -307,6 +324,7 @@ POSITION_OTHERS = {
 }
 
 
+@cache
 @st.composite
 def position_settings(draw, channels=None):
     """Arguments of a PositionFilter; all that have a unit, for the defaults are of one."""
@@ -326,6 +344,7 @@ def position_settings(draw, channels=None):
     )
 
 
+@cache
 def wavelet_settings(channels=None):
     """Arguments of a WaveletDenoiser."""
     return st.fixed_dictionaries(
@@ -342,6 +361,7 @@ def wavelet_settings(channels=None):
     )
 
 
+@cache
 @st.composite
 def corrector_settings(draw, inputs, channels=None):
     """Arguments of an ImuCorrector of so many inputs, some of them left out."""
@@ -353,6 +373,7 @@ def corrector_settings(draw, inputs, channels=None):
     return {**arguments, "inputs": inputs, "channels": channels}
 
 
+@cache
 def temperature_settings(channels=None):
     """Arguments of a TemperatureFilter; ticks from four samples on."""
     return st.fixed_dictionaries(
@@ -367,6 +388,7 @@ def temperature_settings(channels=None):
     )
 
 
+@cache
 def array_settings(sensors, axes, channels=None):
     """Arguments of a GyroArray, which has no channels."""
     few = {
@@ -380,6 +402,7 @@ def array_settings(sensors, axes, channels=None):
     )
 
 
+@cache
 @st.composite
 def linear_settings(draw, channels=None):
     """Arguments of a LinearKalman of two measurements."""
@@ -404,6 +427,7 @@ LEVEL = zr.navigation.Alignment(
 )
 
 
+@cache
 def navigation_settings(channels=None):
     """Arguments of a NavigationFilter, which has no channels."""
     return st.fixed_dictionaries(
