@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from html import escape
-from itertools import pairwise
-from typing import Any, Final, Protocol
+from itertools import repeat
+from typing import Any, Final, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,7 @@ from zerorate.faults import ArgumentError
 from zerorate.geometry.earth import wrapped
 from zerorate.io.atomic import atomic_path
 from zerorate.texts import one_line
-from zerorate.types import Floats
+from zerorate.types import Booleans, Floats
 
 
 class Track(Protocol):
@@ -37,6 +38,13 @@ _GPX_HEAD: Final = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'
     '<gpx version="1.1" creator="zerorate" xmlns="http://www.topografix.com/GPX/1/1">\n'
 )
+
+_FEATURE: Final = '{"type": "FeatureCollection", "features": [{"type": "Feature", '
+_PIECE: Final = 1 << 16
+"""Rows that are put into words at a time."""
+
+_Column: TypeAlias = tuple[str, Floats | npt.NDArray[np.str_], str]
+"""What stands before a row's number or text, these, and what stands after it."""
 
 
 def write_geojson(
@@ -86,22 +94,22 @@ def write_geojson(
     >>> path = Path(tempfile.mkdtemp()) / "track.geojson"
     >>> fixes = zr.Fixes([0.0, 1.0], [[0.0, 179.5, 10.0], [1.0, -179.5, 20.0]])
     >>> zr.navigation.write_geojson(path, fixes)
-    >>> json.loads(path.read_text())["features"][0]["geometry"]["coordinates"]
+    >>> whole = json.loads(path.read_text(), parse_int=float)
+    >>> whole["features"][0]["geometry"]["coordinates"]
     [[[179.5, 0.0, 10.0], [180.0, 0.5, 15.0]], [[-180.0, 0.5, 15.0], [-179.5, 1.0, 20.0]]]
     """
     rows = _checked(track, epoch, name)
     lines = [part for line in rows.lines() for part in _cut(line)]
-    coordinates: list[Any] = [[_coordinates(row) for row in line] for line in lines]
-    properties: dict[str, Any] = {"name": rows.name}
-    if rows.epoch is not None:
-        times: list[Any] = [_dates(line[:, 0], rows.epoch) for line in lines]
-        properties["coordTimes"] = times if len(lines) > 1 else times[0]
     kind = "MultiLineString" if len(lines) > 1 else "LineString"
-    geometry = {"type": kind, "coordinates": coordinates if len(lines) > 1 else coordinates[0]}
-    feature = {"type": "Feature", "properties": properties, "geometry": geometry}
-    text = json.dumps({"type": "FeatureCollection", "features": [feature]}, allow_nan=False)
-    with atomic_path(path, force) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
+    properties = f'"name": {json.dumps(rows.name)}'
+    with atomic_path(path, force) as temporary, temporary.open("w", encoding="utf-8") as file:
+        file.write(f'{_FEATURE}"properties": {{{properties}')
+        if rows.epoch is not None:
+            file.write(', "coordTimes": ')
+            file.writelines(_nested(lines, partial(_json_times, epoch=rows.epoch)))
+        file.write(f'}}, "geometry": {{"type": "{kind}", "coordinates": ')
+        file.writelines(_nested(lines, _coordinates))
+        file.write("}}]}\n")
 
 
 def write_gpx(
@@ -124,16 +132,16 @@ def write_gpx(
     >>> from pathlib import Path
     >>> import zerorate as zr
     >>> path = Path(tempfile.mkdtemp()) / "track.gpx"
-    >>> zr.navigation.write_gpx(path, zr.Fixes([0.0], [[45.0, 7.0, 10.0]], epoch=1.7e9))
+    >>> zr.navigation.write_gpx(path, zr.Fixes([0.0], [[45.5, 7.5, 10.5]], epoch=1.7e9))
     >>> print(path.read_text().splitlines()[4])
-    <trkpt lat="45.0" lon="7.0"><ele>10.0</ele><time>2023-11-14T22:13:20.000Z</time></trkpt>
+    <trkpt lat="45.5" lon="7.5"><ele>10.5</ele><time>2023-11-14T22:13:20.000Z</time></trkpt>
     """
     rows = _checked(track, epoch, name)
     with atomic_path(path, force) as temporary, temporary.open("w", encoding="utf-8") as file:
         file.write(f"{_GPX_HEAD}<trk><name>{escape(rows.name)}</name>\n")
         for line in rows.lines():
             file.write("<trkseg>\n")
-            file.writelines(_points(line, rows.epoch))
+            file.writelines(_points(part, rows.epoch) for part in _pieces(line))
             file.write("</trkseg>\n")
         file.write("</trk></gpx>\n")
 
@@ -183,18 +191,18 @@ def _checked(track: Track, epoch: float | None, name: str | None) -> _Rows:
 
 def _cut(line: Floats) -> Iterator[Floats]:
     """Yield the parts of a line on either side of the meridian of 180 deg, of two rows or more."""
-    part = [line[0]]
-    for before, row in pairwise(line):
-        if abs(row[2] - before[2]) > 180.0:
-            side = math.copysign(180.0, before[2])
-            onward = wrapped(row[2] - before[2])
-            share = (side - before[2]) / onward if onward else 0.0
-            meeting = before + share * (row - before)
-            yield np.array([*part, _at(meeting, side)])
-            part = [_at(meeting, -side)]
-        part.append(row)
+    begin, first = line[:0], 0
+    for last in np.flatnonzero(np.abs(np.diff(line[:, 2])) > 180.0).tolist():
+        before, row = line[last], line[last + 1]
+        side = math.copysign(180.0, before[2])
+        onward = wrapped(row[2] - before[2])
+        share = (side - before[2]) / onward if onward else 0.0
+        meeting = before + share * (row - before)
+        yield np.vstack((begin, line[first : last + 1], _at(meeting, side)))
+        begin, first = _at(meeting, -side)[np.newaxis], last + 1
+    part = np.concatenate((begin, line[first:]))
     # A line of GeoJSON has two positions or more.
-    yield np.array(part if len(part) > 1 else 2 * part)
+    yield part if len(part) > 1 else np.repeat(part, 2, axis=0)
 
 
 def _at(row: Floats, longitude: float) -> Floats:
@@ -203,22 +211,80 @@ def _at(row: Floats, longitude: float) -> Floats:
     return moved
 
 
-def _coordinates(row: Floats) -> list[float]:
-    _, latitude, longitude, height = row.tolist()
-    return [longitude, latitude, height] if math.isfinite(height) else [longitude, latitude]
+def _pieces(line: Floats) -> Iterator[Floats]:
+    """Yield a line in parts whose texts fit into memory, and pyarrow's into an array."""
+    for first in range(0, len(line), _PIECE):
+        yield line[first : first + _PIECE]
 
 
-def _points(line: Floats, epoch: float | None) -> Iterator[str]:
-    times = [None] * len(line) if epoch is None else _dates(line[:, 0], epoch)
-    for (_, latitude, longitude, height), time in zip(line.tolist(), times, strict=True):
-        # GPX has no longitude of 180.
-        east = -180.0 if longitude == 180.0 else longitude
-        inside = f"<ele>{height!r}</ele>" if math.isfinite(height) else ""
-        inside += f"<time>{time}</time>" if time is not None else ""
-        yield f'<trkpt lat="{latitude!r}" lon="{east!r}">{inside}</trkpt>\n'
+def _nested(lines: Sequence[Floats], text: Callable[[Floats], str]) -> Iterator[str]:
+    """Yield the parts of a list of JSON with a list a line, or of that list if there is one only.
+
+    `text`: of some rows, where ", " stands before each.
+    """
+    many = len(lines) > 1
+    for i, line in enumerate(lines):
+        yield ", [" if i else "[[" if many else "["
+        for k, piece in enumerate(_pieces(line)):
+            yield text(piece) if k else text(piece)[2:]
+        yield "]"
+    yield "]" if many else ""
 
 
-def _dates(time: npt.NDArray[np.float64], epoch: float) -> list[str]:
+def _coordinates(rows: Floats) -> str:
+    _, latitude, longitude, height = rows.T
+    return _joined((", [", longitude, ""), (", ", latitude, ""), (", ", height, ""), "]")
+
+
+def _json_times(rows: Floats, epoch: float) -> str:
+    return _joined((', "', _dates(rows[:, 0], epoch), '"'))
+
+
+def _points(rows: Floats, epoch: float | None) -> str:
+    time, latitude, longitude, height = rows.T
+    # GPX has no longitude of 180.
+    east = np.where(longitude == 180.0, -180.0, longitude)
+    columns: list[_Column | str] = [
+        ('<trkpt lat="', latitude, '" lon="'),
+        ("", east, '">'),
+        ("<ele>", height, "</ele>"),
+    ]
+    if epoch is not None:
+        columns.append(("<time>", _dates(time, epoch), "</time>"))
+    return _joined(*columns, "</trkpt>\n")
+
+
+def _joined(*columns: _Column | str) -> str:
+    """Return the texts of all rows, one after the other; a number that is none has no text."""
+    texts: list[Any] = []
+    try:
+        import pyarrow as pa
+        import pyarrow.compute as pc
+    except ImportError:
+        for column in columns:
+            if isinstance(column, str):
+                texts.append(repeat(column))
+            else:
+                before, values, after = column
+                each = zip(values.tolist(), _known(values).tolist(), strict=True)
+                texts.append([f"{before}{x}{after}" if there else "" for x, there in each])
+        return "".join(map("".join, zip(*texts, strict=False)))
+    for column in columns:
+        if isinstance(column, str):
+            texts.append(column)
+        else:
+            before, values, after = column
+            parts: list[Any] = [before, pa.array(values).cast(pa.string()), after, ""]
+            texts.append(pc.if_else(_known(values), pc.binary_join_element_wise(*parts), ""))
+    whole: Any = pc.binary_join_element_wise(*texts, "")
+    return str(memoryview(whole.buffers()[2]), "utf-8")
+
+
+def _known(values: Floats | npt.NDArray[np.str_]) -> Booleans:
+    return np.isfinite(values) if values.dtype.kind == "f" else np.ones(values.shape, np.bool_)
+
+
+def _dates(time: Floats, epoch: float) -> npt.NDArray[np.str_]:
     """Return times in UTC, to the millisecond."""
     counts = np.rint(1e3 * (time + epoch)).astype(np.int64).view("datetime64[ms]")
-    return [f"{text}Z" for text in np.datetime_as_string(counts, unit="ms").tolist()]
+    return np.datetime_as_string(counts, unit="ms", timezone="UTC")
