@@ -2,6 +2,7 @@
 
 import json
 import re
+import subprocess
 import sys
 import types
 import xml.etree.ElementTree as ET
@@ -145,6 +146,18 @@ def test_the_same_in_pieces_and_without_pyarrow(tmp_path, monkeypatch, write, ep
     for text in others:
         # A whole number may end in ".0".
         assert re.sub(r"\.0\b", "", text) == re.sub(r"\.0\b", "", whole)
+
+
+def test_pandas_is_not_imported(tmp_path):
+    """It takes longer than all that is written."""
+    code = """
+import sys, zerorate as zr
+fixes = zr.Fixes([0.0], [[45.0, 7.0, 10.0]], epoch=1.7e9)
+zr.navigation.write_geojson(sys.argv[1] + "/a", fixes)
+zr.navigation.write_gpx(sys.argv[1] + "/b", fixes)
+assert "pyarrow" in sys.modules and "pandas" not in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=True)
 
 
 @pytest.mark.parametrize("write", [zr.navigation.write_geojson, zr.navigation.write_gpx])

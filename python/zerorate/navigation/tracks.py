@@ -19,7 +19,7 @@ from zerorate.faults import ArgumentError
 from zerorate.geometry.earth import wrapped
 from zerorate.io.atomic import atomic_path
 from zerorate.texts import one_line
-from zerorate.types import Booleans, Floats
+from zerorate.types import Floats
 
 
 class Track(Protocol):
@@ -43,8 +43,9 @@ _FEATURE: Final = '{"type": "FeatureCollection", "features": [{"type": "Feature"
 _PIECE: Final = 1 << 16
 """Rows that are put into words at a time."""
 
-_Column: TypeAlias = tuple[str, Floats | npt.NDArray[np.str_], str]
-"""What stands before a row's number or text, these, and what stands after it."""
+_Values: TypeAlias = Floats | npt.NDArray[np.datetime64]
+_Column: TypeAlias = tuple[str, _Values, str]
+"""What stands before a row's number or time, these, and what stands after it."""
 
 
 def write_geojson(
@@ -237,7 +238,7 @@ def _coordinates(rows: Floats) -> str:
 
 
 def _json_times(rows: Floats, epoch: float) -> str:
-    return _joined((', "', _dates(rows[:, 0], epoch), '"'))
+    return _joined((', "', _dates(rows[:, 0], epoch), 'Z"'))
 
 
 def _points(rows: Floats, epoch: float | None) -> str:
@@ -250,41 +251,58 @@ def _points(rows: Floats, epoch: float | None) -> str:
         ("<ele>", height, "</ele>"),
     ]
     if epoch is not None:
-        columns.append(("<time>", _dates(time, epoch), "</time>"))
+        columns.append(("<time>", _dates(time, epoch), "Z</time>"))
     return _joined(*columns, "</trkpt>\n")
 
 
 def _joined(*columns: _Column | str) -> str:
     """Return the texts of all rows, one after the other; a number that is none has no text."""
-    texts: list[Any] = []
     try:
-        import pyarrow as pa
-        import pyarrow.compute as pc
+        import pyarrow  # noqa: F401
     except ImportError:
-        for column in columns:
-            if isinstance(column, str):
-                texts.append(repeat(column))
-            else:
-                before, values, after = column
-                each = zip(values.tolist(), _known(values).tolist(), strict=True)
-                texts.append([f"{before}{x}{after}" if there else "" for x, there in each])
+        texts = [repeat(one) if isinstance(one, str) else _words(*one) for one in columns]
         return "".join(map("".join, zip(*texts, strict=False)))
-    for column in columns:
-        if isinstance(column, str):
-            texts.append(column)
-        else:
-            before, values, after = column
-            parts: list[Any] = [before, pa.array(values).cast(pa.string()), after, ""]
-            texts.append(pc.if_else(_known(values), pc.binary_join_element_wise(*parts), ""))
-    whole: Any = pc.binary_join_element_wise(*texts, "")
+    from pyarrow.compute import binary_join_element_wise
+
+    parts: list[Any] = [_constant(one) if isinstance(one, str) else _arrow(*one) for one in columns]
+    whole: Any = binary_join_element_wise(*parts, _constant(""))
     return str(memoryview(whole.buffers()[2]), "utf-8")
 
 
-def _known(values: Floats | npt.NDArray[np.str_]) -> Booleans:
-    return np.isfinite(values) if values.dtype.kind == "f" else np.ones(values.shape, np.bool_)
+def _words(before: str, values: _Values, after: str) -> list[str]:
+    if values.dtype.kind == "M":
+        dates: Any = values
+        return [f"{before}{x}{after}" for x in np.datetime_as_string(dates).tolist()]
+    return [f"{before}{x}{after}" if math.isfinite(x) else "" for x in values.tolist()]
 
 
-def _dates(time: Floats, epoch: float) -> npt.NDArray[np.str_]:
+def _arrow(before: str, values: _Values, after: str) -> Any:  # noqa: ANN401
+    """Return the same as an array of Arrow, made of buffers: others would import pandas."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    dates = values.dtype.kind == "M"
+    kind: Any = pa.timestamp("ms") if dates else pa.float64()
+    raw: Any = np.ascontiguousarray(values).view(np.int64)
+    numbers: Any = pa.Array.from_buffers(kind, len(values), [None, pa.py_buffer(raw)])
+    texts = numbers.cast(pa.string())
+    if dates:
+        texts = pc.replace_substring(texts, " ", "T")
+    nothing = _constant("")
+    parts: list[Any] = [_constant(before), texts, _constant(after), nothing]
+    each: Any = pc.binary_join_element_wise(*parts)
+    return each if dates else pc.if_else(pc.is_finite(numbers), each, nothing)
+
+
+def _constant(text: str) -> Any:  # noqa: ANN401
+    import pyarrow as pa
+
+    letters = text.encode()
+    ends: Any = np.array([0, len(letters)], np.int32)
+    buffers = [None, pa.py_buffer(ends), pa.py_buffer(letters)]
+    return pa.Array.from_buffers(pa.string(), 1, buffers)[0]
+
+
+def _dates(time: Floats, epoch: float) -> npt.NDArray[np.datetime64]:
     """Return times in UTC, to the millisecond."""
-    counts = np.rint(1e3 * (time + epoch)).astype(np.int64).view("datetime64[ms]")
-    return np.datetime_as_string(counts, unit="ms", timezone="UTC")
+    return np.rint(1e3 * (time + epoch)).astype(np.int64).view("datetime64[ms]")
