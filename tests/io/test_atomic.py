@@ -88,6 +88,17 @@ def test_bad_places_are_named_before_any_work(tmp_path):
         check_writable(tmp_path, force=True)
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names are of POSIX")
+def test_a_pipe_or_a_device_is_not_replaced(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with (
+        pytest.raises(OSError, match="it is no file, and would be replaced by one"),
+        atomic_path(tmp_path / "pipe", force=True),
+    ):
+        raise AssertionError
+    assert (tmp_path / "pipe").is_fifo()
+
+
 def test_folder_without_permission(tmp_path, monkeypatch):
     # Not by chmod: root may write anywhere.
     monkeypatch.setattr(os, "access", lambda _, mode: not mode & os.W_OK)

@@ -34,6 +34,8 @@ def check_writable(
         If the file exists and ``force`` is false.
     FileNotFoundError, NotADirectoryError, IsADirectoryError, PermissionError
         If the folder is missing, is no folder, the path is a folder, or writing is not allowed.
+    OSError
+        If the path is a device or a pipe: it would be replaced by a file, not written to.
     """
     target = Path(path)
     folder = target.parent
@@ -46,6 +48,8 @@ def check_writable(
     if target.is_dir():
         raise IsADirectoryError(f"cannot write {target}: it is a folder")
     _check_free(target, force)
+    if target.exists() and not target.is_file():
+        raise OSError(f"cannot write {target}: it is no file, and would be replaced by one")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"cannot write {target}: the folder {folder} is not writable")
 

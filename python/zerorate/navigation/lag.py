@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.navigation.windows import Means, Windows
+from zerorate.navigation.windows import Means, Turned, Windows
 from zerorate.types import Floats
 
 _STEP: Final = 0.25
@@ -58,7 +58,8 @@ def find_lag(means: Means, windows: Windows, down: Floats) -> Lag | None:
 
     None if nowhere half a minute and twenty windows overlap.
     """
-    grid = _Grid.of(means, windows, down)
+    turned = means.about(down)
+    grid = _Grid.of(turned, windows)
     if grid is None:
         return None
     for reach, least in ((NEAR, _BELIEVED[0]), (np.inf, _BELIEVED[1])):
@@ -66,7 +67,7 @@ def find_lag(means: Means, windows: Windows, down: Floats) -> Lag | None:
         if found is None:
             continue
         at, lead = found
-        seconds, r, slope = _refined(means, windows, down, at)
+        seconds, r, slope = _refined(turned, windows, at)
         # What fits less well has to lead wherever clocks may be.
         leads = lead > _LEAD and (abs(r) >= _BELIEVED[1] or grid.lead(at) > _LEAD)
         certain = abs(r) >= least and leads and is_rate(slope)
@@ -86,10 +87,11 @@ def lag_of_pieces(
     count = int(np.clip((last - first) // 60.0, 2, 20))
     edges = np.linspace(first, last + 1e-6, count + 1)
     lags = about + np.arange(-8.0, 8.0 + 0.5 * _STEP, _STEP)
+    turned = means.about(down)
     times, found = [], []
     for a, b in pairwise(edges.tolist()):
         own = windows.chosen((windows.start >= a) & (windows.stop <= b))
-        scores = np.array([abs(_fit(means, own, down, lag)[0]) for lag in lags])
+        scores = np.array([abs(_fit(turned, own, lag)[0]) for lag in lags])
         scores = np.nan_to_num(scores)
         best = int(np.argmax(scores))
         rest = scores[np.abs(lags - lags[best]) > 2.0].max()
@@ -105,10 +107,10 @@ def weights(windows: Windows) -> Floats:
     return np.asarray(np.where(windows.turning, known, 0.0))
 
 
-def _fit(means: Means, windows: Windows, down: Floats, lag: float) -> tuple[float, float]:
+def _fit(turned: Turned, windows: Windows, lag: float) -> tuple[float, float]:
     """Return correlation and slope of the course's rate on the gyro's at a lag."""
     c, w = windows.course_rate, weights(windows)
-    g = means.about(down, windows.start + lag, windows.stop + lag)
+    g = turned.rate(windows.start + lag, windows.stop + lag)
     there = np.isfinite(g) & (w > 0.0)
     if there.sum() < _WINDOWS // 2:
         return 0.0, np.nan
@@ -120,10 +122,10 @@ def _fit(means: Means, windows: Windows, down: Floats, lag: float) -> tuple[floa
     return float(cg / np.sqrt(cc * gg)), float(cg / gg)
 
 
-def _refined(means: Means, windows: Windows, down: Floats, at: float) -> tuple[float, float, float]:
+def _refined(turned: Turned, windows: Windows, at: float) -> tuple[float, float, float]:
     """Return lag, correlation and slope at the peak next to a lag, by a parabola."""
     lags = at + np.arange(-_STEP, _STEP + 0.5 * _FINE, _FINE)
-    found = [_fit(means, windows, down, lag) for lag in lags]
+    found = [_fit(turned, windows, lag) for lag in lags]
     sizes = np.abs([r for r, _ in found])
     k = int(np.argmax(sizes))
     seconds = float(lags[k])
@@ -142,7 +144,7 @@ class _Grid:
     scores: Floats
 
     @classmethod
-    def of(cls, means: Means, windows: Windows, down: Floats) -> _Grid | None:
+    def of(cls, turned: Turned, windows: Windows) -> _Grid | None:
         """Return them by sums over what overlaps, all at once by Fourier transforms."""
         w = weights(windows)
         known = w > 0.0
@@ -150,11 +152,11 @@ class _Grid:
             return None
         middle = 0.5 * (windows.start + windows.stop)[known]
         width = float(np.median((windows.stop - windows.start)[known]))
-        start = means.time[0] + 0.5 * width
-        at = np.arange(start, means.time[-1] - 0.5 * width, _STEP)
+        start = turned.time[0] + 0.5 * width
+        at = np.arange(start, turned.time[-1] - 0.5 * width, _STEP)
         if len(at) * _STEP < _OVERLAP:
             return None
-        g = means.about(down, at - 0.5 * width, at + 0.5 * width)
+        g = turned.rate(at - 0.5 * width, at + 0.5 * width)
         there = np.isfinite(g).astype(np.float64)
         g = np.nan_to_num(g) * there
         place = np.rint((middle - middle[0]) / _STEP).astype(np.int64)

@@ -216,10 +216,20 @@ class Means:
         found[~inside | (lost > 0.0)] = np.nan
         return found / seconds[:, np.newaxis]
 
-    def about(self, axis: Floats, start: Floats, stop: Floats) -> Floats:
-        """Return the mean rate about an axis of the sensor, shape (m,), rad/s."""
-        turned = self.integral[:, :3] @ axis
-        seconds = stop - start
-        mean = (np.interp(stop, self.time, turned) - np.interp(start, self.time, turned)) / seconds
+    def about(self, axis: Floats) -> Turned:
+        """Return the angle about an axis of the sensor."""
+        return Turned(self.time, self.integral[:, :3] @ axis)
+
+
+@dataclass(frozen=True, eq=False)
+class Turned:
+    """The angle about an axis since the first sample, rad."""
+
+    time: Floats
+    angle: Floats
+
+    def rate(self, start: Floats, stop: Floats) -> Floats:
+        """Return the mean rates from some times to others, shape (m,), rad/s."""
+        angle = np.interp(stop, self.time, self.angle) - np.interp(start, self.time, self.angle)
         inside = (start >= self.time[0]) & (stop <= self.time[-1])
-        return np.where(inside, mean, np.nan)
+        return np.where(inside, angle / (stop - start), np.nan)
