@@ -1,7 +1,8 @@
 """Hypothesis profiles (HYPOTHESIS_PROFILE=deep), what runs nightly alone, and signals of programs.
 
-A test marked ``slow`` runs with ``--slow`` alone. Of the cases of a test marked ``every(k)`` each
-``k``th runs without it, and where there are several parameters each value of each.
+A test marked ``slow`` runs with ``--slow`` alone. Of the cases of a test marked ``every(k)`` one in
+``k`` runs without it; where there are several parameters, so many at least that each value of each
+is tried.
 """
 
 import os
@@ -35,7 +36,7 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "slow: takes minutes; run with --slow")
-    config.addinivalue_line("markers", "every(k): of its cases each kth, all with --slow")
+    config.addinivalue_line("markers", "every(k): of its cases one in k, all with --slow")
 
 
 def pytest_collection_modifyitems(config, items):
@@ -55,13 +56,26 @@ def left_for_the_night(items):
         elif item.get_closest_marker("every"):
             tests[item.nodeid.partition("[")[0]].append(item)
     for cases in tests.values():
-        step = cases[0].get_closest_marker("every").args[0]
-        tried = set().union(*map(values, cases[::step]))
-        for case in [case for k, case in enumerate(cases) if k % step]:
-            if len(case.callspec.params) > 1 and not values(case) <= tried:
-                tried |= values(case)
-            else:
-                yield case
+        (step,) = cases[0].get_closest_marker("every").args
+        chosen = set(covering(cases) if len(cases[0].callspec.params) > 1 else cases[::step])
+        # Those that are not enough are joined by others, from all over the list.
+        others = [case for case in cases if case not in chosen]
+        lacking = -(-len(cases) // step) - len(chosen)
+        if lacking > 0:
+            chosen.update(others[:: len(others) // lacking][:lacking])
+        yield from (case for case in cases if case not in chosen)
+
+
+def covering(cases):
+    """Return few cases that have each value of each parameter: those first that bring the most."""
+    untried = {case: values(case) for case in cases}
+    chosen = []
+    while untried:
+        case = max(untried, key=lambda case: len(untried[case]))
+        tried = untried.pop(case)
+        chosen.append(case)
+        untried = {other: left - tried for other, left in untried.items() if left - tried}
+    return chosen
 
 
 def values(case):

@@ -1,6 +1,7 @@
 """The floors of the package: an import points down, lazy and type-only imports included."""
 
 import ast
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -24,6 +25,18 @@ FLOORS = (
 HEIGHT = {name: height for height, names in enumerate(FLOORS) for name in names}
 # Whoever imports the root may reach anything: only those who start commands do.
 ABOVE_ALL = ("__init__", "__main__")
+
+
+@cache
+def parsed(file):
+    return ast.parse(file.read_text(encoding="utf-8"))
+
+
+@cache
+def imports_of(file):
+    """Its import statements, at any depth."""
+    nodes = ast.walk(parsed(file))
+    return [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
 
 
 def places(node):
@@ -51,7 +64,7 @@ def test_imports_point_down(floor):
     files = [one for one in ROOT.rglob("*.py") if own_part(one) == floor]
     assert files or floor == "_native"
     for file in files:
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        for node in imports_of(file):
             for place in places(node):
                 where = f"{file.relative_to(ROOT)}, line {getattr(node, 'lineno', 0)}: {place}"
                 assert place == floor or HEIGHT.get(place, len(FLOORS)) < HEIGHT[floor], where
@@ -75,7 +88,7 @@ def module_of(file):
 
 def imports(file, modules):
     """Which modules a file imports, lazily too, but not for types alone."""
-    found, left = set(), [ast.parse(file.read_text(encoding="utf-8"))]
+    found, left = set(), [parsed(file)]
     while left:
         node = left.pop()
         for_types = isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"

@@ -259,6 +259,7 @@ def test_recordings_are_right(name):
     assert not checks.notes
 
 
+@pytest.mark.every(4)
 @needs_recordings
 @pytest.mark.parametrize("place", [4, 19, 26, 41])
 @pytest.mark.parametrize("name", RECORDED)

@@ -94,7 +94,7 @@ class TestNames:
 
     NAME = os.fsdecode(b"r\xe9sum\xe9")
 
-    @pytest.mark.every(2)
+    @pytest.mark.every(4)
     @pytest.mark.parametrize("command", ["replay", "allan", "identify", "compare"])
     def test_of_a_log(self, log, tmp_path, command):
         path = tmp_path / f"{self.NAME}.csv"
@@ -108,7 +108,7 @@ class TestNames:
         if output:
             assert rb"r\xe9sum\xe9-zerorate" in text
 
-    @pytest.mark.every(2)
+    @pytest.mark.every(4)
     @pytest.mark.parametrize("command", ["replay", "allan", "identify", "compare"])
     def test_of_a_column(self, tmp_path, command):
         z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)
@@ -128,11 +128,7 @@ class TestNames:
         check_line(errors.decode(), r"there is no column 'r\xe9sum\xe9'")
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize(
-    ("command", "backend"),
-    [("replay", "module://nope"), ("allan", "nope"), ("identify", "module://nope")],
-)
+@pytest.mark.parametrize(("command", "backend"), [("replay", "module://nope"), ("allan", "nope")])
 def test_figures_need_no_backend(log, tmp_path, command, backend):
     code, _, errors = zerorate(command, log, "-o", tmp_path, MPLBACKEND=backend)
     assert (code, errors) == (0, b"")
@@ -157,7 +153,8 @@ def test_letters_that_no_font_has_are_no_warning(tmp_path, command):
 
 @posix
 class TestOutputs:
-    @pytest.mark.parametrize("command", ["replay", "simulate"])
+    @pytest.mark.every(2)
+    @pytest.mark.parametrize("command", ["simulate", "replay"])
     def test_nobody_reads(self, log, tmp_path, command):
         arguments = {"replay": (log, "-o", tmp_path, "--no-figure"), "simulate": ("--list",)}
         command = [sys.executable, "-m", "zerorate", command, *arguments[command]]
@@ -168,6 +165,7 @@ class TestOutputs:
         # As the shell shows a process that SIGPIPE ended.
         assert (done.returncode, done.stderr) == (141, b"")
 
+    @pytest.mark.every(2)
     @pytest.mark.parametrize("command", ["replay", "simulate"])
     def test_a_full_device(self, log, tmp_path, command):
         arguments = {"replay": (log, "-o", tmp_path, "--no-figure"), "simulate": ("--list",)}
@@ -175,7 +173,8 @@ class TestOutputs:
         assert (code, text) == (1, b"")
         check_line(errors.decode(), "the results cannot be printed: ")
 
-    @pytest.mark.parametrize("closed", ["2>&-", "<&- 2>&-"])
+    @pytest.mark.every(2)
+    @pytest.mark.parametrize("closed", ["<&- 2>&-", "2>&-"])
     def test_closed_descriptors_change_no_result(self, log, tmp_path, closed):
         arguments = ("allan", log, "-o", tmp_path, "--force", "--no-figure")
         _, whole, _ = called(*arguments)

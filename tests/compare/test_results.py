@@ -85,6 +85,7 @@ def run(script, *arguments):
     )
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_scripts_explain_themselves(script):
     done = run(script, "--help")
@@ -101,6 +102,7 @@ def test_which_recordings_are_there(tmp_path):
     assert found[AT_REST[1]].startswith("other bytes: sha256 ")
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_scripts_say_in_one_line_that_the_recordings_are_absent(script, tmp_path):
     done = run(script, tmp_path)

@@ -42,8 +42,10 @@ def blocks(page):
             yield language, text
 
 
-PLAIN = re.compile(r"(zerorate [^|<>$&;#*?`()\\\n]*\n)+")
-"""Lines that are the same to a shell and to whoever splits them at blanks."""
+PLAIN = re.compile(r"zerorate [^|<>$&;#*?`()\\\n]*")
+"""A line that is the same to a shell and to whoever splits it at blanks."""
+TOGETHER = re.compile(r"<<|^\w+=|\\$", re.MULTILINE)
+"""What makes lines need each other."""
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: f"{page.parent.name}/{page.stem}")
@@ -68,13 +70,15 @@ def by_python(text):
 
 def by_shell(text):
     """Return code, stdout and stderr of lines, those up to the first that fails."""
-    if not PLAIN.fullmatch(text):
-        done = subprocess.run(
-            ["bash", "-euo", "pipefail", "-c", text], capture_output=True, text=True, check=False
-        )
-        return done.returncode, done.stdout, done.stderr
-    for line in text.splitlines():
-        done = called(*shlex.split(line)[1:])
+    for line in [text] if TOGETHER.search(text) else text.splitlines():
+        done = called(*shlex.split(line)[1:]) if PLAIN.fullmatch(line) else by_bash(line)
         if done[0] != 0:
             break
     return done
+
+
+def by_bash(text):
+    done = subprocess.run(
+        ["bash", "-euo", "pipefail", "-c", text], capture_output=True, text=True, check=False
+    )
+    return done.returncode, done.stdout, done.stderr

@@ -97,6 +97,7 @@ def errors_of(found):
     return np.array(error), np.array([found.delay_sigma, *found.turn_sigma, *found.scale_sigma])
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "what",
     [

@@ -67,7 +67,7 @@ PLACES = st.lists(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=5 * settings().max_examples)
 @given(places=PLACES, mark=st.sampled_from([",", ";", "\t", " "]))
 def test_a_quote_never_takes_a_row(tmp_path_factory, places, mark):
     lines = table(mark)
@@ -83,7 +83,7 @@ def test_a_quote_never_takes_a_row(tmp_path_factory, places, mark):
     np.testing.assert_array_equal(got.data[clean, 1], [-i - 0.25 for i in clean])
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=3 * settings().max_examples)
 @given(
     remarks=st.lists(st.text("\"ab '", max_size=6), min_size=ROWS, max_size=ROWS),
     mark=st.sampled_from([",", ";", "\t"]),
@@ -203,7 +203,7 @@ def test_a_decimal_comma_makes_the_point_no_number(tmp_path):
     assert "line 62, column 'wx': '1.234' is not a number" in agreed(path)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=5 * settings().max_examples)
 @given(
     cells=st.lists(st.text("019.,eE+-nainf_xX# \t\"'%²１", max_size=7), min_size=1, max_size=4),
     mark=st.sampled_from([",", ";", "\t", " "]),

@@ -44,6 +44,7 @@ STEADY = {
 }
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("kind", STEADY)
 @pytest.mark.parametrize("seed", range(5))
 def test_late_stamps_of_a_steady_clock_are_put_on_it(kind, seed):

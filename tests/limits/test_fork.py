@@ -99,12 +99,13 @@ assert found == [expected] * len(forks)
 """
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize("road", ROADS)
 def test_every_road_goes_on_in_a_child(road):
     assert run(PROGRAM.format(road=ROADS[road], then="")) == "done\n"
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("then", [NESTED, FROM_A_THREAD], ids=["nested", "from-a-thread"])
 @pytest.mark.parametrize("road", ["filter", "allan", "order"])
 def test_children_of_children_and_of_threads(road, then):

@@ -80,13 +80,14 @@ f.{method}(*(part[:100] for part in z))
 """
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize("kind", FILTERS)
 def test_a_filter_is_as_it_was_before(kind):
     then = FILTER.format(make=FILTERS[kind], method="process")
     assert run(PROGRAM.format(samples=4_000_000, then=then), 1) == "done\n"
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("kind", ["kf", "fading", "auto", "attitude"])
 def test_a_trace_too(kind):
     then = FILTER.format(make=FILTERS[kind], method="trace")
@@ -147,7 +148,7 @@ RECORDS = {
 }
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize("name", RECORDS)
 def test_work_on_a_record_ends(name):
     then = f"for _ in range(2): interrupted(lambda: {RECORDS[name]})"

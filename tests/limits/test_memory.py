@@ -179,7 +179,7 @@ WORK = {
 }
 
 
-@pytest.mark.every(6)
+@pytest.mark.every(12)
 @pytest.mark.parametrize("name", WORK)
 def test_a_limit_of_memory(name):
     """From hardly anything to enough: an answer, or MemoryError."""

@@ -50,7 +50,7 @@ def assert_lawful(kf):
     assert zr.LinearKalman.from_bytes(kf.to_bytes()).to_bytes() == kf.to_bytes()
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize("channels", [None, 2])
 @pytest.mark.parametrize("size", [(1, 1), (3, 2), (2, 3)])
 @pytest.mark.parametrize("count", [0, 1, 30])

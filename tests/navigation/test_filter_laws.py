@@ -187,7 +187,7 @@ def assert_saved(nav):
     assert zr.NavigationFilter.from_bytes(nav.to_bytes()).to_bytes() == nav.to_bytes()
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize("fixes", ["with fixes", "without fixes"])
 @pytest.mark.parametrize("settings", ["plain", "wheeled", "increments"])
 @pytest.mark.parametrize("name", HOSTILE)
@@ -226,6 +226,7 @@ def test_it_finds_back_after_wrong_samples(name):
     assert off[one.time > 60.0].max() < 6.0
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", ["gyro", "accel", "both"])
 @pytest.mark.parametrize("seconds", [3, 10, 20])
 def test_it_finds_back_after_missing_samples(name, seconds):
@@ -242,6 +243,7 @@ def test_it_finds_back_after_missing_samples(name, seconds):
         assert off[one.time > 50.0 + seconds].max() < 6.0
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("sigma", [10.0, 0.1, 0.01, 0.001])
 @pytest.mark.parametrize("change", ["null island", "no height"])
 def test_a_first_fix_that_says_little(change, sigma):
@@ -454,6 +456,7 @@ def test_rest_anywhere(latitude):
     assert_sound(nav)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("fixes", ["a fix a minute", "a fix at the start"])
 def test_a_day(fixes):
     """24 h at rest at 10 Hz, with the noise and biases of the model."""
@@ -495,6 +498,7 @@ def horizontal(found, one, first, last):
     return np.hypot(*local_ned(found["position"], one.truth_position)[at, :2].T).max()
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("adapt", ["inflate", "free", "fixed"])
 @pytest.mark.parametrize("seed", range(3))
 def test_it_finds_back_from_200_m(adapt, seed):

@@ -95,6 +95,7 @@ def test_a_mistake_is_named_alone(name):
     assert re.search(words, found.text)
 
 
+@pytest.mark.every(3)
 @needs_recordings
 @pytest.mark.parametrize("name", MISTAKES)
 def test_of_the_recorded_drive_too(name):
@@ -120,6 +121,7 @@ def test_a_vertical_velocity_that_is_up():
     assert "up, not down" in str(check_navigation(imu, wrong))
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("seed", range(20, 26))
 def test_nothing_is_found_where_all_is_well(seed):
     imu, fixes = simulated(seed, 150.0)

@@ -69,13 +69,13 @@ def assert_equal_to_twin(gyro, accel, mag, dt=None):
 
 
 def test_iron_from_the_start_on():
-    motion = moved()
+    motion = moved(40.0)
     _, states = assert_equal_to_twin(motion.gyro, motion.accel, motion.mag + IRON)
     assert states[:2] == ["raw", "known"]
 
 
 def test_undisturbed():
-    motion = moved()
+    motion = moved(30.0)
     _, states = assert_equal_to_twin(motion.gyro, motion.accel, motion.mag)
     assert states == ["raw"]
 
@@ -120,6 +120,7 @@ def test_a_stuck_magnetometer():
     assert states == ["raw", "withheld"]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("seed", [201, 204])
 def test_weak_irons(seed):
     """Up to a quarter of the field, another one every twelve seconds: some may be the room's."""
@@ -133,6 +134,7 @@ def test_weak_irons(seed):
     assert states[:3] == ["raw", "known", "kept"]
 
 
+@pytest.mark.slow
 def test_noise_that_stays():
     """No iron explains it: for a minute no field is used, then the last iron again."""
     motion, rng = moved(82.0, seed=104), np.random.default_rng(5)
@@ -142,6 +144,7 @@ def test_noise_that_stays():
     assert states == ["raw", "known", "withheld", "kept"]
 
 
+@pytest.mark.slow
 def test_one_span_all_along():
     """Until as many observations count as ever do."""
     motion = zr.simulate_motion("spinning pendulum", RATE, 50.0, seed=100)

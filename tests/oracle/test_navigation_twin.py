@@ -168,7 +168,7 @@ SETTINGS = {
 }
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize("name", SETTINGS)
 def test_settings(name):
     arguments = SETTINGS[name]
@@ -308,6 +308,7 @@ def test_a_filter_that_starts_wrong(kind):
         assert pair.filter.fix_count["rejected"] == 10
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("arguments", [{}, {"vehicle": "wheeled"}], ids=["plain", "wheeled"])
 def test_outages(arguments):
     """Of 3 s and of 10 s: after it two positions are to agree."""
@@ -448,7 +449,7 @@ def test_lost():
     assert pair.filter.status == "waiting"
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("seconds", [1.5, 2.5, 12.0])
 def test_a_gyro_that_is_missing_for_long(seconds):
     one = drive()
@@ -457,6 +458,7 @@ def test_a_gyro_that_is_missing_for_long(seconds):
     run(Pair(start_of(one)), one, fixes_of(one), gyro=gyro)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("adapt", ["inflate", "fixed"])
 def test_a_first_fix_that_is_far_away(adapt):
     """The earth is that of another place after the way back."""

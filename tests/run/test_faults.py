@@ -58,7 +58,7 @@ def names(folder):
 
 
 class TestFullDisks:
-    @pytest.mark.every(2)
+    @pytest.mark.every(4)
     @BY_COMMAND
     def test_no_room_for_the_results(self, command, log, tmp_path):
         done = called(*arguments(command, log), limited=True, cwd=tmp_path)
@@ -83,7 +83,7 @@ class TestFullDisks:
         assert names(tmp_path) == ["gyro.state"]
         assert (tmp_path / "gyro.state").read_bytes() == before
 
-    @pytest.mark.every(2)
+    @pytest.mark.every(4)
     @BY_COMMAND
     def test_no_room_for_what_is_printed(self, command, log, tmp_path):
         with open("/dev/full", "w") as full:

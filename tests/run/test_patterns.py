@@ -187,6 +187,7 @@ class TestOutputs:
     def batch(self, pattern, output):
         return run_batch(str(pattern), output, workers=1)
 
+    @pytest.mark.every(2)
     @pytest.mark.parametrize("pattern", ["**/*", "logs"])
     @pytest.mark.parametrize("output", ["logs", "."])
     def test_wherever_they_lie_they_are_no_inputs(self, tmp_path, pattern, output):

@@ -121,6 +121,7 @@ def test_without_one_nothing_is_said(tmp_path, capsys):
     assert "accelerometer" not in capsys.readouterr().out
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("shown", [True, False], ids=["with accelerometer", "gyro alone"])
 @pytest.mark.parametrize("method", ["auto", "robust", "kf"])
 def test_live_and_replay_give_the_same_numbers(tmp_path, shown, method):

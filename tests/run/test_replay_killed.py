@@ -65,18 +65,19 @@ def hidden(folder):
     return [path.name for path in folder.iterdir() if path.name.startswith(".")]
 
 
-@pytest.mark.every(4)
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
-    ("number", "share", "old"),
+    "moment",
     [
         (signal.SIGTERM, 0.6, True),
         (signal.SIGKILL, 0.7, False),
         (signal.SIGINT, 0.85, True),
-        (signal.SIGTERM, 0.9, False),
         (signal.SIGKILL, 0.95, True),
+        (signal.SIGTERM, 0.9, False),
     ],
 )
-def test_stopped_at_any_moment(recording, usual_time, tmp_path, number, share, old):
+def test_stopped_at_any_moment(recording, usual_time, tmp_path, moment):
+    number, share, old = moment
     for name in OUTPUTS if old else ():
         (tmp_path / name).write_bytes(b"old")
     process = start(recording, tmp_path, *(["--force"] if old else []))

@@ -43,7 +43,7 @@ def navigated(drive):
 
 
 class TestTruth:
-    @pytest.mark.every(2)
+    @pytest.mark.every(4)
     @pytest.mark.parametrize(
         "drive",
         [
