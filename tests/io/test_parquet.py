@@ -9,6 +9,7 @@ import pytest
 
 from support.tables import TIME, miscounted, parquet, two_sensors
 from zerorate.io import LogError, read_log
+from zerorate.io.readers.parquet import RowGroups
 
 
 def test_parquet_types_and_metadata(tmp_path):
@@ -58,3 +59,27 @@ def test_a_number_of_rows_that_is_wrong_is_damage(tmp_path, rows):
     assert pq.ParquetFile(path).metadata.num_rows == rows
     with pytest.raises(LogError, match=f"run.parquet: .*damaged.*{rows} rows"):
         read_log(path)
+
+
+def test_written_bytes_do_not_depend_on_the_pieces(tmp_path):
+    """Nothing is missing in what is written, and the times alone have a least and a largest."""
+    n = 300_000
+    random = np.random.default_rng(1)
+    columns = [np.arange(n) / 100.0, random.normal(size=n), np.arange(n) % 1000 < 3]
+    columns[1][5:9] = np.nan
+    written = []
+    for piece in (n, 32_768, 7_001):
+        path = tmp_path / f"{piece}.parquet"
+        with RowGroups(path, ["time_s", "gyro_x", "at_rest"], {"rate": "100"}) as file:
+            for first in range(0, n, piece):
+                file.write([column[first : first + piece] for column in columns])
+        written.append(path.read_bytes())
+    assert written[0] == written[1] == written[2]
+    file = pq.ParquetFile(path)
+    for name, column in zip(file.schema_arrow.names, columns, strict=True):
+        assert not file.schema_arrow.field(name).nullable
+        np.testing.assert_array_equal(file.read([name])[name].to_numpy(), column)
+    time, gyro, rest = (file.metadata.row_group(1).column(i) for i in range(3))
+    assert time.statistics.min == (1 << 17) / 100.0
+    assert gyro.statistics is None
+    assert rest.statistics is None

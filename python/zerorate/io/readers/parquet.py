@@ -145,12 +145,18 @@ class RowGroups:
 
     def _write_group(self) -> None:
         waiting = zip(*self._waiting, strict=True)
-        columns = [parts[0] if len(parts) == 1 else np.concatenate(parts) for parts in waiting]
+        # A group is a page of each column, the same whatever the pieces: they need not be joined.
+        arrays = [self._arrow.chunked_array(map(to_arrow, parts)) for parts in waiting]
         self._waiting, self._rows = [], 0
-        table = self._arrow.table([to_arrow(column) for column in columns], names=self._names)
-        table = table.replace_schema_metadata(self._metadata)
+        # Where nothing can be missing (NaN is a number) no row is asked whether it is.
+        fields = [
+            self._arrow.field(name, array.type, nullable=False)
+            for name, array in zip(self._names, arrays, strict=True)
+        ]
+        schema = self._arrow.schema(fields, metadata=self._metadata)
         if self._writer is None:
-            self._writer = self._opened(table.schema)
+            self._writer = self._opened(schema)
+        table = self._arrow.Table.from_arrays(arrays, schema=schema)
         self._writer.write_table(table, row_group_size=_ROWS)
 
     def _opened(self, schema: Any) -> Any:  # noqa: ANN401
@@ -166,4 +172,6 @@ class RowGroups:
             compression="lz4",
             use_dictionary=False,
             use_byte_stream_split=doubles,
+            # By the least and the largest time whoever wants a span leaves out groups of rows.
+            write_statistics=[TIME_NAME] if TIME_NAME in self._names else False,
         )
