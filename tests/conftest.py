@@ -25,7 +25,7 @@ for number in (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", None)):
 
 # The filters are fast and the records long: it is drawing them that takes the time.
 COMMON = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
-settings.register_profile("default", max_examples=15, derandomize=True, **COMMON)
+settings.register_profile("default", max_examples=10, derandomize=True, **COMMON)
 settings.register_profile("deep", max_examples=1000, **COMMON)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "default"))
 

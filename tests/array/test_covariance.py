@@ -220,6 +220,7 @@ def test_when_correlation_pays(seed):
     assert max(reached) <= 1.0
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("horizon", [20.0, 60.0, np.inf])
 def test_the_gain_is_that_of_the_weights_within_its_error(seed, horizon):

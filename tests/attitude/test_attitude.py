@@ -46,6 +46,7 @@ class TestAccuracy:
         motion = simulated("hand", 8000.0, 9.0, 2)
         assert errors(process(motion), motion)[2] < 2.0
 
+    @pytest.mark.every(2)
     @pytest.mark.parametrize("kind", ["hand", "arm", "pendulum", "spinning pendulum"])
     def test_a_start_in_motion(self, kind):
         """Levelled by a mean force, it is as good as any after some seconds."""
@@ -53,6 +54,7 @@ class TestAccuracy:
             motion = simulated(kind, RATE, 40.0, seed, "motion")
             assert errors(process(motion), motion, motion.time > 15.0)[2] < 2.0
 
+    @pytest.mark.every(2)
     @pytest.mark.parametrize("seed", range(4))
     def test_lost_samples_with_their_times_are_as_good_as_none_lost(self, seed):
         whole = simulated("hand", RATE, 60.0, seed)

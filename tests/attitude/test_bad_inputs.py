@@ -268,6 +268,7 @@ def off(motion, q):
 class TestZerosOfTheGyro:
     """They are missing samples where the sensor has others at rest, and a rate where it has not."""
 
+    @pytest.mark.every(3)
     @pytest.mark.parametrize("method", ["auto", "mahony", "ekf"])
     @pytest.mark.parametrize("first", [2000, 3500])
     def test_in_motion_they_are_missing(self, method, first):
@@ -308,6 +309,7 @@ class TestZerosOfTheGyro:
 
 
 class TestSpikesOfTheMagnetometer:
+    @pytest.mark.every(3)
     @pytest.mark.parametrize("seed", range(4))
     @pytest.mark.parametrize("strength", [800.0, 0.5])
     def test_a_hundredth_of_the_samples_moves_nothing(self, seed, strength):

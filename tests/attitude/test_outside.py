@@ -222,6 +222,7 @@ def test_power_on_forgets_all_rests():
 # Offline.
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("kind", ["vehicle", "arm", "circle"])
 def test_a_smoothed_heading_without_a_magnetometer_has_a_deviation_of_its_own(kind):
     """Of bias and matrix by the turns made: single kinds hold a third to all within one of them."""

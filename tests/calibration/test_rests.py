@@ -88,6 +88,7 @@ def test_a_knock_is_passed_over_and_a_second_of_rest_too_short():
     assert len(zr.calibration.find_rests(record.with_data(moving))) == 2
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", ["gyro", "accel"])
 @pytest.mark.parametrize("samples", [1, 2])
 def test_a_wild_sample_in_a_rest_is_named_and_left_out(name, samples):

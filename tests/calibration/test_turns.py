@@ -22,7 +22,7 @@ def hand_turn(seed, n=120):
     return 2.0 * rng.standard_normal(3) * waves, steps, 0.05 * rng.standard_normal(3), matrix
 
 
-@settings(max_examples=10)
+@settings(max_examples=settings().max_examples // 3)
 @given(st.integers(0, 10**6))
 def test_a_turn_and_its_sensitivities_are_those_of_the_oracle(seed):
     rates, steps, bias, matrix = hand_turn(seed)

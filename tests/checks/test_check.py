@@ -31,7 +31,7 @@ def mistaken(recording, sense, factor=1.0):
     return having(recording, gyro=factor * recording.gyro.data @ sense)
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(9)
 @pytest.mark.parametrize("place", [1, 5, 9, 16, 23, 24, 30, 38, 47])
 @pytest.mark.parametrize("kind", ["hand", "circle"])
 def test_axes_are_named_where_the_motion_shows_all(kind, place):
@@ -100,7 +100,7 @@ def test_no_wrong_name_where_the_motion_shows_less(kind, place):
     assert kind != "pendulum" or not found.alarm
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "errors",
     [

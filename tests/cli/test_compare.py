@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
+import zerorate.compare.simulated
 from support.commands import check_line, names
 from support.compared import gyros, noise, oriented, resting, turning
 from support.logs import write_table
@@ -256,6 +257,7 @@ def test_a_recording_at_rest(cli, tmp_path):
         assert ratio[name, "auto"] < min(1.1, ratio[name, "mean"])
 
 
+@pytest.mark.slow
 def test_simulated_gyros(cli, tmp_path, monkeypatch):
     # The optimum of all of them takes a minute.
     few = [model for model in MODELS if model.name == "strong walk"]
@@ -274,6 +276,27 @@ def test_simulated_gyros(cli, tmp_path, monkeypatch):
     assert regret["strong walk", "auto"] < 1.2 < regret["strong walk", "mean"]
 
 
+def test_short_contaminated_gyros(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr("zerorate.compare.simulated.MODELS", MODELS[:1])
+    short = partial(zerorate.compare.simulated.run_contaminated, duration=180.0)
+    monkeypatch.setattr("zerorate.cli.compare.run_contaminated", short)
+    file, faults = tmp_path / "numbers.json", "share=0.05,size=100,one-sided"
+    options = ("--seeds", "1", "--methods", "mean,ema,auto", "--contaminate", faults)
+    code, text, _ = cli("--simulated", *options, "--json", file)
+    assert code == 0
+    assert text.startswith("regret\n  model")
+    assert f"\nregret, {faults}\n" in text
+    content = json.loads(file.read_text(encoding="utf-8"))
+    assert content["kinds"] == {}
+    assert [row["method"] for row in content["simulated"]] == ["mean", "ema", "auto"]
+    (faulty,) = content["contaminated"]
+    assert [row["method"] for row in faulty["simulated"]] == ["mean", "auto"]
+    found = {row["method"]: row for row in faulty["simulated"]}
+    # Five deviations of 0.1 deg/s on average, known to an eighth in so short a time.
+    assert found["mean"]["regret"] * found["mean"]["optimum_dps"] == pytest.approx(0.5, rel=0.4)
+
+
+@pytest.mark.slow
 def test_contaminated_gyros(cli, tmp_path, monkeypatch):
     monkeypatch.setattr("zerorate.compare.simulated.MODELS", MODELS[:1])
     file, faults = tmp_path / "numbers.json", "share=0.05,size=100,one-sided"

@@ -64,6 +64,7 @@ def test_a_replay_of_each_format(cli, tmp_path, suffix):
     assert read_log("run-zerorate.parquet").names == names
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_topic_of_a_recording(cli, tmp_path, command):
     log = write_recording(tmp_path, "mcap", ["/left", "/right"], n=N)

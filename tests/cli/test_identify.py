@@ -233,7 +233,7 @@ BROKEN = {
 
 
 class TestAxes:
-    @pytest.mark.every(3)
+    @pytest.mark.every(6)
     @pytest.mark.parametrize("name", BROKEN)
     @pytest.mark.parametrize("place", [0, 1])
     def test_what_cannot_be_modelled_is_left_out_and_named(self, cli, tmp_path, out, name, place):

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from functools import partial
 
 import numpy as np
@@ -53,14 +54,22 @@ def cli(call):
     return partial(call, "navigate")
 
 
-@pytest.fixture
-def imu(tmp_path):
-    return write(tmp_path / "imu.csv", imu_columns())
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("logs")
+    write(folder / "imu.csv", imu_columns())
+    write(folder / "gnss.csv", fix_columns())
+    return folder
 
 
 @pytest.fixture
-def gnss(tmp_path):
-    return write(tmp_path / "gnss.csv", fix_columns())
+def imu(tmp_path, written):
+    return shutil.copy(written / "imu.csv", tmp_path / "imu.csv")
+
+
+@pytest.fixture
+def gnss(tmp_path, written):
+    return shutil.copy(written / "gnss.csv", tmp_path / "gnss.csv")
 
 
 def expected(smooth=False, recording=None, antenna=None, **options):

@@ -214,6 +214,7 @@ class TestReplay:
         assert cli(log, "--no-figure")[0] == 0
         assert names(out) == ["run-zerorate.parquet"]
 
+    @pytest.mark.every(3)
     @pytest.mark.parametrize("n", [1, 2, 20])
     def test_short_records_are_filtered_as_far_as_it_goes(self, cli, tmp_path, out, n):
         short = write_gyros(tmp_path / "short.npz", n=n)

@@ -40,6 +40,7 @@ class Steps:
         return self.total / self.count
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("method", [average, Steps, OwnMethod("mine", partial(average))])
 @pytest.mark.parametrize("make", [resting, turning, oriented])
 def test_an_own_method_has_the_measures_of_the_same_method_here(tmp_path, make, method):

@@ -43,7 +43,7 @@ def test_without_drift_the_mean_is_the_optimum_and_so_is_a_slow_average():
     assert SHARED_GAINS[0] < 1.0 / 6000.0
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(2)
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 def test_no_method_beats_the_optimum(model):
     names = ["raw", "mean", "ema", "kf", "akf", "fading"]

@@ -8,11 +8,13 @@ import re
 import shlex
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import zerorate as zr
 from support.inside import between_pipes, called
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -54,6 +56,8 @@ def test_every_command_of_a_page_runs(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     # As `python -c` has it; what is imported from there is the page's own.
     monkeypatch.syspath_prepend(tmp_path)
+    # The same drive in each of several blocks.
+    monkeypatch.setattr(zr, "simulate_drive", cache(zr.simulate_drive))
     known = set(sys.modules)
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     for language, text in blocks(page):

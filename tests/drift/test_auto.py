@@ -205,6 +205,7 @@ def moving_average(z, gain):
 
 
 # Sixty seconds only where they are many: 449 s hold five of them, and luck decides.
+@pytest.mark.every(2)
 @needs_recordings
 @pytest.mark.parametrize("axis", "xyz")
 @pytest.mark.parametrize(

@@ -500,6 +500,7 @@ def test_more_threads_than_channels(kind, threads):
 IN_USE = "in use by another thread.*copy"
 
 
+@pytest.mark.every(3)
 @BY_KIND
 def test_one_filter_serves_one_thread(kind):
     f, twin = FILTERS[kind](), FILTERS[kind]()

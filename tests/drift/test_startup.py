@@ -174,7 +174,7 @@ def test_the_twin_of_auto_agrees(spoil, motion):
         np.testing.assert_allclose(got, expected, rtol=tolerance, err_msg=name)
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(9)
 @pytest.mark.parametrize("method", ["kf", "akf", "fading"])
 @pytest.mark.parametrize("spoil", SPOILT)
 def test_the_twin_of_the_published_filters_agrees(spoil, method):

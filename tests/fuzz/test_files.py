@@ -34,7 +34,7 @@ def told(path, read):
     return refusal or repr(found)
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", FORMATS)
 def test_damaged_files(search, tmp_path, name):
     if name == "a.mp4":

@@ -149,7 +149,7 @@ def test_numbers_that_are_none():
         identify.fit_network(np.zeros(9000), hidden=2.5)
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(4)
 @needs_recordings
 @pytest.mark.parametrize("axis", "xyz")
 @pytest.mark.parametrize("name", ["adis16405_static_100hz_run1", "mpu6050_static_100hz"])

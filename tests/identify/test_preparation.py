@@ -83,6 +83,7 @@ def test_smoothing_correlates_white_noise_as_it_says(width):
     assert change.count == 5000
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("z", [NOISE, GAPPY])
 @pytest.mark.parametrize("width", [1, 2, 3, 11, 12, 101, 9000])
 def test_hampel_is_the_median_where_a_sample_is_far(z, width):

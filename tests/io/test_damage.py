@@ -55,6 +55,7 @@ def test_damage_is_read_or_refused(tmp_path, name, part):
             assert told(path, read, rate=100).isprintable()
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("seed", [132, 156, 163])
 def test_a_mat_file_never_ends_the_process(tmp_path, seed):
     path = written(tmp_path, "stored.mat")

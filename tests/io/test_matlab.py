@@ -85,6 +85,7 @@ def test_faults(tmp_path, variables, message):
         read_log(write(tmp_path, variables))
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("compressed", [False, True])
 @pytest.mark.parametrize("part", [0.02, 0.3, 0.6, 0.99])
 def test_truncated(tmp_path, compressed, part):

@@ -202,6 +202,7 @@ HOSTILE = {
 }
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", HOSTILE)
 def test_no_bytes_hold_the_reader_up(name):
     raw = b"".join([*PLAIN, *rows(0, 5), HOSTILE[name], SYNC, *rows(5, 9)])

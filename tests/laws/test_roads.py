@@ -146,6 +146,7 @@ def scheduler():
         yield cluster.scheduler_address
 
 
+@pytest.mark.every(3)
 @BY_METHOD
 def test_in_a_batch_on_a_cluster(logs, replays, scheduler, tmp_path, method):
     written = batched(logs, method, tmp_path, scheduler=scheduler)

@@ -39,6 +39,7 @@ def records(draw):
     return z
 
 
+@pytest.mark.every(2)
 @BY_KIND
 @given(z=records())
 def test_equals_the_printed_sum(kind, z):

@@ -116,14 +116,19 @@ def test_rest_at_a_far_level(mag):
 
 
 def test_a_drift_and_a_rest_after_it():
-    """One that a field shows to a car that swerves, and one that is told from iron."""
+    """One that a field shows to a car that swerves."""
     scene = outside.swerve(1.0, 0, rest=(100.0, 115.0), seconds=120.0)
     got = assert_equal_to_twin(100.0, scene.gyro, scene.accel, scene.mag)
     assert got["at_rest"][10000:11500].any()
+
+
+@pytest.mark.slow
+def test_a_drift_that_is_told_from_iron():
     scene = outside.with_iron(outside.drive(4, jump=1.0, seconds=160.0), [0.0, 9.0, 0.0])
     assert_equal_to_twin(100.0, scene.gyro, scene.accel, scene.mag)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("rate", [1.0, 5.0, 20.0, 8000.0])
 def test_other_rates(rate):
     """A tick has one sample, or eight hundred."""

@@ -28,7 +28,7 @@ def test_a_hundred_thousand_samples_of_every_kind(signal, seed):
     assert_equal_to_twin(record(signal, 100_000, seed))
 
 
-@pytest.mark.every(6)
+@pytest.mark.every(2)
 @pytest.mark.parametrize("signal", ["white", "with_missing"])
 @pytest.mark.parametrize("rate", [1.0, 10.0, 62.5, 2000.0 / 7.0, 1000.0])
 def test_every_rate(rate, signal):

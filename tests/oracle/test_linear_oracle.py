@@ -31,7 +31,7 @@ def same_runs(n, m, count, seed=0):
     np.testing.assert_array_equal(run.missing, np.isnan(z))
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(4)
 @pytest.mark.parametrize(("n", "m"), SIZES + OTHER_SIZES)
 def test_equal_to_its_twin(n, m):
     same_runs(n, m, 2000)

@@ -189,7 +189,11 @@ def test_missing_and_equal_samples_in_the_start_up(startup):
     assert_equal_to_twin(z)
 
 
-@pytest.mark.parametrize(("order", "n"), [((2, 1), 30_000), ((3, 3), 10_000)], ids=str)
+@pytest.mark.parametrize(
+    ("order", "n"),
+    [pytest.param((2, 1), 30_000, marks=pytest.mark.slow), ((3, 3), 10_000)],
+    ids=str,
+)
 def test_many_samples(order, n):
     assert_equal_to_twin(with_missing_in_short_gaps(n), order=order, adapt_for=None)
 

@@ -55,6 +55,7 @@ def of_twins(method, chosen, fixes, speed, cn0, rest, dt):
     return twins, found
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("constants", ["default", "other"])
 @pytest.mark.parametrize("method", TWINS)
 def test_equal_to_its_twin(method, constants):

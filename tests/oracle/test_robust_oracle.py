@@ -37,7 +37,7 @@ def assert_equal_to_twin(z, **arguments):
     return f
 
 
-@pytest.mark.every(4)
+@pytest.mark.every(9)
 @pytest.mark.parametrize("signal", SIGNALS)
 @pytest.mark.parametrize("order", [(1, 0), (2, 1), (3, 3)], ids=str)
 @pytest.mark.parametrize("zones", ZONES, ids=str)
@@ -69,6 +69,7 @@ def test_every_combination_of_options(arguments, seed):
     assert_equal_to_twin(contaminated(record("white", 400, seed), seed=seed), **arguments)
 
 
+@pytest.mark.slow
 def test_many_samples():
     z = contaminated(record("autoregressive", 30_000))
     f = assert_equal_to_twin(z, zones=(4.0, 0.5), adapt_for=None)

@@ -182,7 +182,7 @@ def test_the_status_after_every_sample(spoilt, setting):
         assert f.status == twin.status
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(10)
 @BY_SPOILT
 @pytest.mark.parametrize("limits", [{}, {"rest_limit": 10.0 * NOISE, "bias_limit": 10.0 * NOISE}])
 def test_rest_alone(spoilt, limits):

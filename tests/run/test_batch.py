@@ -10,12 +10,18 @@ import pytest
 
 import zerorate as zr
 from support.bags import write_recording
-from support.batch_work import make_logs
+from support.batch_work import Here, make_logs
 from support.calibrations import calibration, recorded, write_imu
 from support.logs import write_table
 from zerorate.cli import run
 from zerorate.io import read_log
 from zerorate.run.batch import Settings, run_batch
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch):
+    """Without processes, which tests of engines start."""
+    monkeypatch.setattr("zerorate.run.batch.run.Processes", Here)
 
 
 @pytest.fixture

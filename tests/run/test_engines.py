@@ -46,6 +46,7 @@ def engine(request):
         yield cluster
 
 
+@pytest.mark.every(2)
 def test_a_task_that_kills_its_workers_is_named_and_the_others_run_once(engine, tmp_path):
     listed = tasks(tmp_path)
     ends = list(outlived(engine, batch_work.die_at_three, listed))

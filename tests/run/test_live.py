@@ -285,7 +285,7 @@ def work_of(monkeypatch):
     return given
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("output", ["estimate", "compensated"])
 @pytest.mark.parametrize("channels", [1, 3])
 def test_a_long_gap_stops_no_answer(monkeypatch, output, channels):

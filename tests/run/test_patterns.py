@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from support.batch_work import make_logs
+from support.batch_work import Here, make_logs
 from zerorate.cli import run
 from zerorate.run.batch import run_batch
 from zerorate.run.batch.patterns import find
@@ -19,6 +19,12 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="links and names of b
 
 # Four bytes.
 LONG = "\U0001f9ed"
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch):
+    """Without processes, which tests of engines start."""
+    monkeypatch.setattr("zerorate.run.batch.run.Processes", Here)
 
 
 def made(folder, *names):

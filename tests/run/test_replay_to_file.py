@@ -87,7 +87,7 @@ def in_memory(path, out, **options):
     return result
 
 
-@pytest.mark.every(6)
+@pytest.mark.every(12)
 @pytest.mark.parametrize("make", FILES, ids=lambda make: make.__name__)
 @pytest.mark.parametrize("options", CHOICES, ids=lambda options: options["methods"][-1])
 def test_blocks_make_the_same_file_and_say_the_same(tmp_path, make, options):

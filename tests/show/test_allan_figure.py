@@ -219,6 +219,7 @@ def test_one_model_an_axis():
         plot_allan(result_of("three axes"), TRUE)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_files(tmp_path, suffix):
     save_figure(drawn("three axes"), tmp_path / f"figure.{suffix}")

@@ -158,6 +158,7 @@ def test_a_sine_stands_at_its_frequency():
     assert frequencies[np.argmax(density)] == pytest.approx(12.5, rel=0.09)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_files(tmp_path, suffix, long):
     save_figure(long, tmp_path / f"figure.{suffix}")

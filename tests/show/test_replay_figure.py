@@ -66,6 +66,7 @@ def test_panels_and_limits(name, method, everything):
             assert low < high
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", ["one sample", "gaps", "one axis missing", "huge", "spikes"])
 def test_drawing(name, tmp_path):
     save_figure(drawn(name, everything=False), tmp_path / "figure.png")
@@ -242,6 +243,7 @@ def test_the_band_of_the_bias_is_two_sigma():
     assert (last.min(), last.max()) == pytest.approx((bias - 2 * sigma, bias + 2 * sigma))
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("method", METHODS)
 def test_a_million_samples_make_small_vector_files(tmp_path, method):
     figure = figure_of(noise(1_000_000, 3), method, everything=False)
@@ -251,6 +253,7 @@ def test_a_million_samples_make_small_vector_files(tmp_path, method):
         assert path.stat().st_size < 500_000
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("method", METHODS)
 def test_six_axes_make_a_small_svg(tmp_path, method):
     save_figure(figure_of(noise(20_000, 6), method), tmp_path / "figure.svg")

@@ -37,6 +37,7 @@ def test_the_states_of_stationary_noise_keep_their_covariance(part):
     np.testing.assert_allclose(H @ P @ H, part.deviation**2, rtol=1e-15)  # one square
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("part", STATIONARY)
 @pytest.mark.parametrize("lag", [0, 1, 3])
 def test_series_have_the_autocovariance_of_the_states(part, lag):

@@ -39,6 +39,7 @@ class TestConsistency:
         # The next term of the coning series is of the fifth power of a step of up to 0.05 rad.
         assert missed.max() < 3e-7
 
+    @pytest.mark.every(3)
     def test_force_and_gravity_change_the_velocity(self, kind, start):
         motion = clean(kind, start=start, rate=400.0)
         pull = in_earth(motion, motion.force) - np.array([0.0, 0.0, G])

@@ -83,6 +83,7 @@ def test_the_gain_for_a_walk_settles_at_the_closed_form(walk):
     assert best.variance[-1] == pytest.approx(R * ahead / (ahead + R), rel=1e-11)
 
 
+@pytest.mark.every(3)
 @every_model
 def test_its_errors_have_the_variance_that_it_claims(model):
     n, gyros, instants = 2000, 150, [0, 49, 499, 1999]

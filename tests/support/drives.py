@@ -1,6 +1,7 @@
 """Short simulated drives with their noise models, and alignments with errors of a known size."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -19,8 +20,19 @@ NAMES = ("position", "velocity", "quaternion", "gyro_bias", "accel_bias", "sigma
 
 
 def drive(duration=60.0, seed=1, **arguments):
-    """Of a car that drives off after 12 s."""
-    return zr.simulate_drive(RATE, duration, seed=seed, **{"rest": 12.0, **arguments})
+    """Of a car that drives off after 12 s; made once, and so not to be written in."""
+    named = {"rest": 12.0, **arguments}
+    lists = {name: tuple(value) for name, value in named.items() if np.ndim(value)}
+    return _driven(duration, seed, **named | lists)
+
+
+@cache
+def _driven(duration, seed, **arguments):
+    made = zr.simulate_drive(RATE, duration, seed=seed, **arguments)
+    for values in (*vars(made).values(), *vars(made.fixes).values()):
+        if isinstance(values, np.ndarray):
+            values.flags.writeable = False
+    return made
 
 
 def start_of(drive, time=10.0, tilt=(0.002, -0.003, 0.03), **changes):
