@@ -151,9 +151,12 @@ def test_upside_down_is_no_place_to_stay(moving):
     assert np.max(leaning[2600:]) < 8.0
 
 
-def test_a_vehicle_that_never_rests_goes_straight_on():
-    """Mean of six, without a magnetometer; the bias alone would make 90 deg of it."""
-    scenes = [moved("vehicle", 180.0, seed=seed, start="motion") for seed in range(200, 206)]
+@pytest.mark.parametrize("count", [3, pytest.param(6, marks=pytest.mark.slow)])
+def test_a_vehicle_that_never_rests_goes_straight_on(count):
+    """The mean, without a magnetometer; the bias alone would make 90 deg of it."""
+    scenes = [
+        moved("vehicle", 180.0, seed=seed, start="motion") for seed in range(200, 200 + count)
+    ]
     assert np.mean([rms(one, traced(one, nine=False), 0)[0] for one in scenes]) < 35.0
 
 
@@ -174,9 +177,10 @@ def test_a_rest_after_the_jump_leaves_the_heading_that_a_drift_has_held():
     assert rms(scene, traced(scene))[0] < 3.5
 
 
-def test_a_jump_is_found_while_other_cars_disturb_the_field():
-    """Mean of four; by trusted fields alone it is 28 deg."""
-    scenes = [outside.drive(seed, cars=True, jump=1.0) for seed in range(4)]
+@pytest.mark.parametrize("count", [2, pytest.param(4, marks=pytest.mark.slow)])
+def test_a_jump_is_found_while_other_cars_disturb_the_field(count):
+    """The mean; by trusted fields alone it is 28 deg, of four."""
+    scenes = [outside.drive(seed, cars=True, jump=1.0) for seed in range(count)]
     assert np.mean([rms(scene, traced(scene))[0] for scene in scenes]) < 18.0
 
 

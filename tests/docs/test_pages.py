@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
+from support.batch_work import Here
 from support.inside import between_pipes, called
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -58,6 +59,8 @@ def test_every_command_of_a_page_runs(page, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     # The same drive in each of several blocks.
     monkeypatch.setattr(zr, "simulate_drive", cache(zr.simulate_drive))
+    # Lines that need a shell start workers, too.
+    monkeypatch.setattr("zerorate.run.batch.run.Processes", Here)
     known = set(sys.modules)
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     for language, text in blocks(page):

@@ -126,10 +126,12 @@ def test_innovations_are_white_and_as_large_as_said():
     arguments = model(3, 2)
     x = rng.multivariate_normal(arguments["x0"], arguments["P0"])
     states, z = [], []
-    for _ in range(20_000):
-        x = arguments["F"] @ x + rng.multivariate_normal(np.zeros(3), arguments["Q"])
+    pushes = rng.multivariate_normal(np.zeros(3), arguments["Q"], 20_000)
+    noise = rng.multivariate_normal(np.zeros(2), arguments["R"], 20_000)
+    for push, white in zip(pushes, noise, strict=True):
+        x = arguments["F"] @ x + push
         states.append(x)
-        z.append(arguments["H"] @ x + rng.multivariate_normal(np.zeros(2), arguments["R"]))
+        z.append(arguments["H"] @ x + white)
     run = zr.LinearKalman(**arguments).process(z)
     smoothed = run.smooth()
     # Means of 20,000 squares: four deviations of them, some of which are correlated.

@@ -654,7 +654,7 @@ def saved_states():
     return states
 
 
-@settings(max_examples=300)
+@settings(max_examples=8 * settings().max_examples)
 @given(st.data())
 def test_a_changed_byte_is_noticed(data):
     saved = bytearray(data.draw(st.sampled_from(saved_states())))
