@@ -48,7 +48,7 @@ def hostile(rng, n, sensors):
 @pytest.mark.every(2)
 @pytest.mark.parametrize("weights", ["auto", "mean", "white"])
 @pytest.mark.parametrize("rotated", [False, True])
-@settings(max_examples=3)
+@settings(max_examples=settings.default.max_examples // 5)
 @given(st.integers(0, 2**32), st.integers(2, 5))
 def test_the_twin_agrees(rotated, weights, seed, sensors):
     rng = np.random.default_rng(seed)

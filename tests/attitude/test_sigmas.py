@@ -66,10 +66,11 @@ def test_heading_of_what_is_swung(seeds: range) -> None:
     assert 0.60 < covered(headings) < 0.90
 
 
-def test_vehicle() -> None:
+@pytest.mark.parametrize("seeds", [SEEDS[:6], pytest.param(SEEDS, marks=pytest.mark.slow)], ids=len)
+def test_vehicle(seeds: range) -> None:
     """Corners are seldom and long, so a run has few of them: wide bounds. A velocity taken for
     white noise would leave less than a tenth covered."""
-    for tilt, heading, _ in (errors("vehicle", "rest"), errors("vehicle", "motion")):
+    for tilt, heading, _ in (errors("vehicle", "rest", seeds), errors("vehicle", "motion", seeds)):
         assert 0.45 < covered(tilt) < 0.95
         assert np.sqrt(np.mean(tilt**2)) < 2.0
         assert covered(heading) > 0.55

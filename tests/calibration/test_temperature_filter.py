@@ -59,6 +59,7 @@ def test_it_is_its_twin(data):
         np.testing.assert_allclose(got, expected, rtol=TOLERANCE, atol=TOLERANCE * scale)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("step", [0.0, 1.0])
 def test_it_is_its_twin_in_a_warm_up(step):
     z, temperature = warm_up(1)

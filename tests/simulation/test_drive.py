@@ -47,9 +47,9 @@ class TestTruth:
     @pytest.mark.parametrize(
         "drive",
         [
+            {"seed": 3, "rate": 250.0, "duration": 60.0, "rest": 5.0},
             {"seed": 1},
             {"seed": 2, "latitude": -70.0, "longitude": 179.999, "duration": 120.0},
-            {"seed": 3, "rate": 250.0, "duration": 60.0, "rest": 5.0},
             {"kind": "rest", "duration": 200.0},
         ],
         ids=lambda drive: str(drive),
