@@ -42,6 +42,7 @@ class TestAccuracy:
         assert total < 6.0
         assert inclination < 1.0
 
+    @pytest.mark.slow
     def test_eight_thousand_samples_a_second(self):
         motion = simulated("hand", 8000.0, 9.0, 2)
         assert errors(process(motion), motion)[2] < 2.0

@@ -74,6 +74,7 @@ def test_iron_from_the_start_on():
     assert states[:2] == ["raw", "known"]
 
 
+@pytest.mark.slow
 def test_undisturbed():
     motion = moved(30.0)
     _, states = assert_equal_to_twin(motion.gyro, motion.accel, motion.mag)

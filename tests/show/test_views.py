@@ -128,6 +128,7 @@ RESULTS = {
 }
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", RESULTS)
 def test_a_result_shows_itself(name):
     result = RESULTS[name]()

@@ -72,7 +72,7 @@ def test_a_constant_is_found_by_the_mean():
     np.testing.assert_allclose(best.variance, 0.01 / n, rtol=1e-13)
 
 
-@pytest.mark.parametrize("walk", [3e-4, 3e-3, 0.1])
+@pytest.mark.parametrize("walk", [pytest.param(3e-4, marks=pytest.mark.slow), 3e-3, 0.1])
 def test_the_gain_for_a_walk_settles_at_the_closed_form(walk):
     R, q = 0.01, walk**2 / RATE
     ahead = (q + math.sqrt(q**2 + 4.0 * q * R)) / 2.0
