@@ -4,9 +4,7 @@ import itertools
 import subprocess
 import sys
 
-import numpy as np
 import pytest
-from PIL import Image
 
 from support.figures import APART, SEEN_BY, distance
 from zerorate.show import style
@@ -51,18 +49,6 @@ def test_a_path_is_shortened_in_its_middle():
     assert name.startswith("aaaa")
     assert name.endswith(".csv")
     assert style.shortened("/data/imu.csv") == "imu.csv"
-
-
-def test_a_png_has_the_pixels_that_matplotlib_would_write(tmp_path):
-    figure = style.new_figure(style.COLUMN, 20.0)
-    panel = style.add_panel(figure, 10.0, 6.0, 70.0, 10.0)
-    panel.plot([0.0, 1.0], [0.0, 2.0], color=style.BLUE)
-    style.save_figure(figure, tmp_path / "own.png")
-    figure.savefig(tmp_path / "theirs.png", dpi=figure.dpi)
-    own, theirs = (Image.open(tmp_path / f"{name}.png") for name in ("own", "theirs"))
-    assert own.info["dpi"] == pytest.approx(theirs.info["dpi"])
-    assert own.mode == theirs.mode
-    np.testing.assert_array_equal(np.asarray(own), np.asarray(theirs))
 
 
 def test_pyplot_is_not_touched():
