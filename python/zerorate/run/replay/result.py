@@ -238,6 +238,7 @@ def extra_columns(
     """Return those columns by name, of arrays (k, n); as many flags as there are names of them."""
     columns: Columns = {}
     for i, listed in enumerate(extra_names(names, unit, limited=len(flags) > 2)):
-        known = np.where(np.isnan(bias[i]), np.nan, sigma[i])
+        unknown = np.isnan(bias[i])
+        known = np.where(unknown, np.nan, sigma[i]) if unknown.any() else sigma[i]
         columns |= zip(listed, (bias[i], known, *(flag[i] for flag in flags)), strict=True)
     return columns
