@@ -351,6 +351,7 @@ def test_rest_flags():
     run(Pair(start_of(one, 5.0)), one, between(fixes_of(one), 0.0, 50.0), gyro=gyro, rest=rest)
 
 
+@pytest.mark.slow
 def test_rest_without_fixes():
     one = zr.simulate_drive(50.0, 100.0, seed=3, kind="rest")
     fixes = between(fixes_of(one), 0.0, 12.0)
@@ -471,6 +472,7 @@ def test_a_first_fix_that_is_far_away(adapt):
     run(Pair(start_of(one), adapt=adapt), one, fixes)
 
 
+@pytest.mark.slow
 def test_the_course_of_positions_alone():
     one = drive(position_sigma=0.5)
     fixes = changed(fixes_of(one), velocity=nothing, position_sigma=lambda fix: 0.5)
