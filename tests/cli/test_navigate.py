@@ -169,8 +169,7 @@ def test_a_mounting_is_read_typed_and_left_alone(cli, gnss, out, tmp_path):
     meta = {
         "body_from_sensor": json.dumps(TURN.T.tolist()),
         "antenna_from_imu_m": "[0.5, 0, -1]",
-        # Near enough to the true one, zero, not to be corrected.
-        "imu_time_offset_s": "-0.01",
+        "imu_time_offset_s": "-0.02",
     }
     log = write_parquet(tmp_path / "imu.parquet", imu_columns(TURN), **meta)
     plain = ("--no-figure", "--force", "-o")
@@ -178,11 +177,11 @@ def test_a_mounting_is_read_typed_and_left_alone(cli, gnss, out, tmp_path):
     assert code == 0
     told = "mounting, antenna and time offset by the metadata of imu.parquet (antenna 0.5, 0, -1 m"
     assert told in one_line(text)
-    assert "time offset 0.01 s)" in one_line(text)
+    assert "time offset 0.02 s)" in one_line(text)
     typed = ",".join(str(x) for x in TURN.T.ravel())
     other = write(tmp_path / "askew.csv", imu_columns(TURN))
     (tmp_path / "mount.json").write_text(json.dumps(TURN.T.tolist()))
-    beside = ("--antenna", "0.5,0,-1", "--time-offset", "0.01")
+    beside = ("--antenna", "0.5,0,-1", "--time-offset", "0.02")
     for mount in (typed, tmp_path / "mount.json", log):
         code, text, _ = cli(other, gnss, "--mount", mount, *beside, *plain, out / "b.npz")
         assert code == 0
