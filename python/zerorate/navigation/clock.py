@@ -19,10 +19,8 @@ from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.windows import Epochs, Means
 from zerorate.types import Booleans, Floats
 
-_RATE: Final = 25.0
-"""Hz, of what a filter is given here: at 50 it takes twice as long, and finds the same."""
-_FINEST: Final = 0.02
-"""Seconds: what is added to a deviation for a sample's time is not less than for this one."""
+_RATE: Final = 50.0
+"""Hz, of what a filter is given here."""
 _SCAN: Final = np.arange(-0.6, 0.61, 0.15)
 _SQUARE: Final = 25.0
 _STEPS: Final = np.array([0.02, 0.02, 1e-4])
@@ -95,9 +93,8 @@ def find_time_offset(
     Gauss and Newton's steps on the normalised innovations, which count less beyond three robust
     deviations, after the first 20 s. A position and a velocity of one fix are two events; to carry
     one of them by the last force to the other's time would cost more than it tells. Deviations are
-    by leaving out blocks of 10 s, with a fifth of the time of a sample, or 4 ms if that is more. A
-    rate is told beyond three deviations only. Innovations of twice their size are not of a clock:
-    then nothing is told.
+    by leaving out blocks of 10 s, with a fifth of the time of a sample. A rate is told beyond three
+    deviations only. Innovations of twice their size are not of a clock: then nothing is told.
 
     Examples
     --------
@@ -120,14 +117,13 @@ def find_time_offset(
         steps = _Steps.of(samples)
     else:
         steps = _Steps(samples.time, samples.gyro, samples.accel)
-    interval = float(np.median(np.diff(samples.time))) if len(samples.time) > 1 else _FINEST
     # What was found of the heading was so with another clock.
     loose = replace(start, heading_sigma=max(start.heading_sigma, _HEADING))
     nav = NavigationFilter(loose, adapt="fixed", gate=_OPEN, **options)
     # No move of the clock takes one before the start.
     later = _thinned(gnss.between(start.time - time_offset + _SPAN))
     with ThreadPoolExecutor(_THREADS) as pool:
-        return _Search(steps, later, nav, time_offset, pool, interval).found()
+        return _Search(steps, later, nav, time_offset, pool).found()
 
 
 def _thinned(fixes: Fixes) -> Fixes:
@@ -148,7 +144,7 @@ class _Steps:
 
     @classmethod
     def of(cls, samples: Samples) -> _Steps:
-        """Return steps of a 25th of a second or a sample, of which there are many to be run."""
+        """Return steps of a fiftieth of a second or a sample, of which there are many to be run."""
         every = max(1, round(samples.log.rate / _RATE))
         means = Means.of(samples)
         gained = np.diff(means.integral[::every], axis=0)
@@ -177,8 +173,6 @@ class _Search:
     nav: NavigationFilter
     about: float
     pool: ThreadPoolExecutor
-    interval: float
-    """Of the recording's samples, s."""
     rows: Floats = field(init=False)
     middle: float = field(init=False)
 
@@ -192,7 +186,7 @@ class _Search:
         whole, stop = self.samples, early.time[-1] + self.about + _SPAN if len(early) else 0.0
         n = int(np.searchsorted(whole.time, stop))
         steps = _Steps(whole.time[:n], whole.gyro[:n], whole.accel[:n])
-        return replace(self, samples=steps, gnss=early)
+        return _Search(steps, early, self.nav, self.about, self.pool)
 
     def run(self, theta: Floats) -> _Run:
         """Return the innovations with offsets of positions and velocities and their rate."""
@@ -296,7 +290,7 @@ class _Search:
             if back is None or less is None:
                 return TimeOffset(math.nan, math.inf, nis=nis)
             theta, sigma = np.array([*(theta[:2] - back), 0.0]), np.array([*less, sigma[2]])
-        dt = max(self.interval, _FINEST)
+        dt = float(np.median(np.diff(self.samples.time)))
         sigma = np.hypot(sigma, [0.2 * dt, 0.2 * dt, _RATE_FLOOR])
         near = np.abs(theta[:2] - self.about).max() <= _SPAN
         if not near or float(sigma[:2].min()) > _UNCERTAIN:
