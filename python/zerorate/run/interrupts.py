@@ -84,7 +84,7 @@ class Ending:
 
     def _end(self, number: int, frame: FrameType | None) -> None:
         if _is_importing(frame):
-            later = threading.Timer(_SOON, signal.raise_signal, (number,))
+            later = threading.Timer(_SOON, _repeat, (number,))
             later.daemon = True
             later.start()
             return
@@ -98,6 +98,16 @@ class Ending:
 _USUAL: Final = (signal.SIG_DFL, signal.default_int_handler)
 _SOON: Final = 0.01
 """Seconds after which a signal comes again."""
+
+
+def _repeat(number: int) -> None:
+    """Send a signal to the main thread, which it wakes from what it waits for."""
+    if sys.platform == "win32":
+        signal.raise_signal(number)
+    else:
+        main = threading.main_thread().ident
+        assert main is not None
+        signal.pthread_kill(main, number)
 
 
 def _is_importing(frame: FrameType | None) -> bool:
