@@ -572,7 +572,7 @@ def errors_of(nav, one, k):
     return np.concatenate(
         [
             local_ned(nav.position, one.truth_position[k]),
-            nav.velocity - turned.apply(one.truth_velocity[k]),
+            nav.velocity - turned.as_matrix() @ one.truth_velocity[k],
             -turned.as_rotvec(),
             one.gyro_bias[k] - nav.gyro_bias,
             one.accel_bias[k] - nav.accel_bias,
