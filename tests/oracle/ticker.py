@@ -122,7 +122,7 @@ class Ticker:
             self.runs, self.waited = [], 0
 
     def told(self, used, outliers, stuck):
-        above, variance = without_farthest(used)
+        above, variance = without_farthest(used, self.centre)
         mean = math.fsum(used) / len(used)
         level = self.centre + above
         return Seen(
@@ -148,7 +148,7 @@ class Ticker:
 
     def swallows(self, distances):
         """Whether little is left of the samples beside the origin, or in the unit."""
-        above, variance = without_farthest(distances)
+        above, variance = without_farthest(distances, self.centre)
         mean = self.raw(math.fsum(distances) / len(distances))
         deviation, rounding = math.sqrt(variance), 16.0 * ROUNDING * abs(self.origin)
         coarse = self.repeats.step <= rounding and self.unit * deviation <= rounding
@@ -160,9 +160,13 @@ class Ticker:
         )
 
 
-def without_farthest(distances):
+def without_farthest(distances, centre):
     """Mean and variance; of two as far, one below and one above, both stay in the mean."""
     far, n = max(abs(d) for d in distances), len(distances) - 1
-    total = math.fsum(distances) - sum({d for d in distances if abs(d) == far})
+    lowest, highest = min(0.0, *distances), max(0.0, *distances)
+    rounding = 8.0 * ROUNDING * (abs(centre) + highest - lowest)
+    total = math.fsum(distances)
+    if abs(highest + lowest) > rounding:
+        total -= max(highest, lowest, key=abs)
     squares = math.fsum([d * d for d in distances]) - far**2
     return total / n, max((squares - total**2 / n) / (n - 1), 0.0)

@@ -93,7 +93,8 @@ def find_time_offset(
     Gauss and Newton's steps on the normalised innovations, which count less beyond three robust
     deviations, after the first 20 s. A position and a velocity of one fix are two events; to carry
     one of them by the last force to the other's time would cost more than it tells. Deviations are
-    by leaving out blocks of 10 s, with a fifth of the time of a sample. A rate is told beyond three
+    by leaving out blocks of 10 s, none below that of innovations that are as large as the filter
+    says, with a fifth of the time of a sample. A rate is told beyond three
     deviations only. Innovations of twice their size are not of a clock: then nothing is told.
 
     Examples
@@ -275,7 +276,7 @@ class _Search:
     def told(self, theta: Floats, now: _Run, slopes: Floats) -> TimeOffset:
         """Return the numbers with their deviations, without a rate that is not sure."""
         equations = _Equations.of(now, slopes, self.gnss.time)
-        sigma = equations.jackknife(3)
+        sigma = equations.deviations(3)
         nis = float(np.nanmean(np.minimum(now.scalars**2, _SQUARE)))
         left = equations.solved(None)
         if sigma is None or left is None or not nis <= _MISFIT:
@@ -286,7 +287,7 @@ class _Search:
         if not abs(theta[2]) > _SURE * math.hypot(sigma[2], _RATE_FLOOR):
             # The others as they are where there is no rate.
             back = equations.solved(2, theta[2])
-            less = equations.jackknife(2)
+            less = equations.deviations(2)
             if back is None or less is None:
                 return TimeOffset(math.nan, math.inf, nis=nis)
             theta, sigma = np.array([*(theta[:2] - back), 0.0]), np.array([*less, sigma[2]])
@@ -356,8 +357,11 @@ class _Equations:
         normal, right = self.normal.sum(axis=0), self.right.sum(axis=0)
         return _solution(normal, right - normal[:, 2] * rate, size or 3)
 
-    def jackknife(self, size: int) -> Floats | None:
-        """Return the deviations by leaving out each block."""
+    def deviations(self, size: int) -> Floats | None:
+        """Return those by leaving out each block, but none below that of unit innovations.
+
+        Blocks of a short drive are few, and may agree by chance.
+        """
         n = len(self.normal)
         normal, right = self.normal.sum(axis=0), self.right.sum(axis=0)
         others = [
@@ -368,7 +372,9 @@ class _Equations:
         if len(known) < max(n, 3):
             return None
         spread = np.array(known) - np.mean(known, axis=0)
-        return np.asarray(np.sqrt((n - 1.0) / n * (spread**2).sum(axis=0)))
+        least = np.diag(np.linalg.inv(normal[:size, :size]))
+        left_out = (n - 1.0) / n * (spread**2).sum(axis=0)
+        return np.asarray(np.sqrt(np.maximum(left_out, least)))
 
 
 def _solution(normal: Floats, right: Floats, size: int) -> Floats | None:

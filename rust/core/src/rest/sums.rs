@@ -44,13 +44,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
         squares.at_least(T::zero()) / T::of(f64::from(self.count.max(2) - 1))
     }
 
-    /// Mean and variance about it without the farthest: one sample far off is no motion.
-    pub(super) fn without_farthest(&self) -> (T, T) {
+    /// Mean and variance about it without the farthest: one sample far off is no motion. What is less
+    /// than `rounding` is nothing.
+    pub(super) fn without_farthest(&self, rounding: T) -> (T, T) {
         if self.count < LEAST {
             return (T::zero(), T::zero());
         }
         let n = T::of(f64::from(self.count - 1));
-        let sum = self.sum - self.farthest();
+        let sum = self.sum - self.farthest(rounding);
         let farthest = self.highest.at_least(-self.lowest);
         let squares = self.squares - farthest * farthest;
         let variance = (squares - sum * sum / n) / (n - T::one());
@@ -62,10 +63,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
         self.highest - self.lowest
     }
 
-    /// Of two as far, one below and one above, neither: a sign must change nothing.
-    fn farthest(&self) -> T {
-        let lower = choose(-self.lowest > self.highest, self.lowest, T::zero());
-        choose(self.highest > -self.lowest, self.highest, lower)
+    /// Of two as far, one below and one above, neither: neither a sign nor rounding must change what
+    /// steps of a coarse sensor are.
+    fn farthest(&self, rounding: T) -> T {
+        let further = self.highest + self.lowest;
+        let lower = choose(further < -rounding, self.lowest, T::zero());
+        choose(further > rounding, self.highest, lower)
     }
 
     /// Whether at most `count` distances within `most` can have made it.

@@ -267,7 +267,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
 
     /// What sums tell.
     fn told(&self, sums: &Sums<T>) -> TickSums<T> {
-        let (above, variance) = sums.without_farthest();
+        let (above, variance) = sums.without_farthest(self.rounding(sums));
         let level = self.centre + above;
         let share = T::of(f64::from(sums.count)) / T::of(f64::from(self.length));
         // Sums of samples that are all equal are off their mean by some roundings.
@@ -283,6 +283,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             outliers: 0,
             stuck: 0,
         }
+    }
+
+    /// Of distances, whose centre has come through the sums of many ticks.
+    fn rounding(&self, sums: &Sums<T>) -> T {
+        T::of(8.0) * T::ROUNDING * (self.centre.simd_abs() + sums.range())
     }
 
     /// A rest begins whose samples have this variance.
@@ -317,7 +322,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
 
     /// Counts ticks whose samples vanish beside the origin, or leave the range of the unit.
     fn note_swallowed(&mut self) {
-        let (above, variance) = self.plain.without_farthest();
+        let (above, variance) = self.plain.without_farthest(self.rounding(&self.plain));
         let level = self.centre + above;
         let mean = self.origin + self.unit * (self.centre + self.plain.mean());
         let (origin, deviation) = (self.origin.simd_abs(), variance.simd_sqrt());
@@ -333,7 +338,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     /// The next tick, after one whose sums are used.
     fn begin(&mut self, used: &Sums<T>, exits: bool) {
         let step = self.least_step();
-        let (above, _) = used.without_farthest();
+        let (above, _) = used.without_farthest(self.rounding(used));
         self.gate.end_tick(self.plain.count, exits, step);
         self.centre += above * T::of(if exits { 1.0 } else { FOLLOW });
         if self.gate.learns() && self.unit > T::zero() {
