@@ -50,6 +50,34 @@ def test_two_offsets_and_a_rate():
     assert np.abs(off).max() < 4.0
 
 
+def normalised_errors(seed, seconds):
+    """Return those of both offsets of a drive whose positions and velocities lie on own clocks."""
+    position, velocity = np.random.default_rng(seed).uniform(-0.3, 0.3, 2)
+    drive = driven(seed, seconds, time_offset=TimeOffset(position, 0.0, velocity, 0.0))
+    found = found_of(drive, drive.fixes)
+    return (
+        (found.seconds - position) / found.sigma,
+        (found.velocity_seconds - velocity) / found.velocity_sigma,
+    )
+
+
+@pytest.mark.parametrize("seed", [100, 151, 159])
+def test_positions_are_not_taken_for_as_late_as_velocities(seed):
+    """Where both seem to be of one time, which of them comes first is no slope."""
+    assert np.abs(normalised_errors(seed, 200.0)).max() < 3.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seconds", [100.0, 150.0, 200.0])
+def test_deviations_of_short_drives_cover(seconds):
+    errors = np.array([normalised_errors(seed, seconds) for seed in range(200, 240)])
+    # An offset that is not told is NaN over infinity.
+    told = errors[np.isfinite(errors[:, 0])]
+    assert len(told) > 30
+    assert (np.sqrt((told**2).mean(axis=0)) < 1.3).all()
+    assert (np.mean(np.abs(told) < 1.0, axis=0) > 0.55).all()
+
+
 @pytest.mark.parametrize("seed", [0, 1, 4, 9])
 def test_the_clocks_of_a_fine_receiver_are_told(seed):
     """Beside centimetres a tenth of a second is far: no start may hang on it."""

@@ -224,7 +224,7 @@ class _Search:
         """Return the offset that steps from some numbers lead to."""
         now, tried = self.run(theta), _Tried()
         for turn in range(_TURNS):
-            slopes = self.slopes(theta)
+            slopes = self.slopes(theta, now)
             equations = _Equations.of(now, slopes, self.gnss.time)
             step = equations.solved(None)
             if step is None:
@@ -255,12 +255,27 @@ class _Search:
         costs = [np.minimum(run.scalars[common] ** 2, _SQUARE).sum() for run in runs]
         return tried[int(np.argmin(costs))]
 
-    def slopes(self, theta: Floats) -> Floats:
+    def slopes(self, theta: Floats, now: _Run) -> Floats:
         """Return how the innovations change with each number, shape (m, 6, 3)."""
-        moves = [sign * step * np.eye(3)[i] for i, step in enumerate(_STEPS) for sign in (1, -1)]
-        runs = list(self.pool.map(lambda move: self.run(theta + move).scalars, moves))
+        sides = [(1.0, -1.0)] * 3
+        apart = theta[0] - theta[1]
+        if abs(apart) <= _STEPS[0]:
+            # Which of two events comes first decides what is new of either: none is moved past the
+            # other. Of one time the position is the first.
+            away = 2.0 if apart > 0.0 else -2.0
+            sides[:2] = [(away, 0.0), (-away, 0.0)]
+
+        def moved(move: tuple[int, float]) -> Floats:
+            i, steps = move
+            return self.run(theta + steps * _STEPS * np.eye(3)[i]).scalars if steps else now.scalars
+
+        runs = list(self.pool.map(moved, [(i, at) for i, pair in enumerate(sides) for at in pair]))
         return np.stack(
-            [(runs[2 * i] - runs[2 * i + 1]) / (2.0 * _STEPS[i]) for i in range(3)], axis=2
+            [
+                (runs[2 * i] - runs[2 * i + 1]) / ((one - other) * _STEPS[i])
+                for i, (one, other) in enumerate(sides)
+            ],
+            axis=2,
         )
 
     def stepped(self, theta: Floats, step: Floats, now: _Run, limit: float) -> tuple[Floats, _Run]:
