@@ -81,3 +81,26 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
             && is_size(self.highest, most)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Sums;
+
+    #[test]
+    fn rounding_does_not_decide_which_step_is_the_farthest() {
+        let level = |lowest: f64| {
+            let mut sums = Sums::none();
+            for (distance, times) in [(0.0, 8), (1.0, 1), (lowest, 1)] {
+                sums.add(distance, times);
+            }
+            sums.without_farthest(1e-13)
+        };
+        let (mean, variance) = level(-1.0);
+        assert_eq!(mean, 0.0);
+        for lowest in [-1.0 - 1e-15, -1.0 + 1e-15] {
+            let (same, alike) = level(lowest);
+            assert!(same.abs() < 1e-14 && (alike - variance).abs() < 1e-14, "{lowest}: {same}");
+        }
+        assert!((level(-1.1).0 - 1.0 / 9.0).abs() < 1e-15);
+    }
+}
