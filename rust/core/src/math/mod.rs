@@ -11,6 +11,7 @@ mod laned;
 pub(crate) mod parallel;
 mod real;
 pub mod rotation;
+mod rows;
 #[cfg(feature = "std")]
 pub(crate) mod segments;
 pub(crate) mod sound;
@@ -22,5 +23,6 @@ pub(crate) use lane::{Lane, Mask, WIDEST};
 pub(crate) use laned::{Laned, laned};
 pub(crate) use real::choose;
 pub use real::{Aside, Limits, Real};
+pub(crate) use rows::{Fours, OnRows, Pairs, widest};
 pub use symmetric::Symmetric;
 pub(crate) use symmetric::vector;

@@ -2,11 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
-use wide::f64x4;
 
 use super::filter::Witness;
 use super::motion::crossed;
-use crate::math::Real;
+use crate::math::{Fours, OnRows, Pairs, Real, widest};
 
 /// Errors that are estimated: of position, velocity, orientation, biases of gyro and accelerometer.
 pub const STATES: usize = 15;
@@ -200,35 +199,41 @@ impl Transition {
 
     /// Φ times the rows of a matrix, in place: each row of Φ has only those below it, or its own.
     #[inline(always)]
-    fn times(&self, rows: &mut [Row; STATES]) {
+    fn times<F: Fours>(&self, fours: F, rows: &mut [Row; STATES]) {
         for (i, factors) in self.position.iter().enumerate() {
-            let row = add(rows[i], factors, &rows[V..]);
+            let row = fours.sum(rows[i], factors, &rows[V..]);
             rows[i] = row;
         }
         let [a, b, c] = &self.velocity;
-        let of = |factors| add([0.0; 16], factors, &rows[V..]);
-        let v = [of(a), of(b), of(c)];
+        // No closure: one that is called is compiled for every processor.
+        let (none, from) = ([0.0; 16], &rows[V..]);
+        let v = [fours.sum(none, a, from), fours.sum(none, b, from), fours.sum(none, c, from)];
         rows[V..PHI].copy_from_slice(&v);
         let [a, b, c] = &self.attitude;
-        let of = |factors| add([0.0; 16], factors, &rows[PHI..]);
-        let phi = [of(a), of(b), of(c)];
+        let from = &rows[PHI..];
+        let phi = [fours.sum(none, a, from), fours.sum(none, b, from), fours.sum(none, c, from)];
         rows[PHI..GYRO].copy_from_slice(&phi);
     }
 
     /// Φᵀ times the rows of a matrix, in place.
     #[cfg(feature = "std")]
     #[inline(always)]
-    pub(crate) fn transposed_times<const W: usize>(&self, rows: &mut [[f64; W]]) {
+    pub(crate) fn transposed_times<F: Fours, const W: usize>(
+        &self,
+        fours: F,
+        rows: &mut [[f64; W]],
+    ) {
         let old: [[f64; W]; GYRO] = core::array::from_fn(|i| rows[i]);
         for k in 0..12 {
             // Into velocity and orientation, rows of the transition have what stays.
             let kept = if V + k < GYRO { [0.0; W] } else { rows[V + k] };
             let by = |rows: &[[f64; 12]; 3]| rows.map(|row| row[k]);
-            let moved = sum(sum(kept, &by(&self.position), &old), &by(&self.velocity), &old[V..]);
-            rows[V + k] = moved;
+            let moved = fours.sum(kept, &by(&self.position), &old);
+            rows[V + k] = fours.sum(moved, &by(&self.velocity), &old[V..]);
         }
         for k in 0..6 {
-            rows[PHI + k] = sum(rows[PHI + k], &self.attitude.map(|row| row[k]), &old[PHI..]);
+            let factors = self.attitude.map(|row| row[k]);
+            rows[PHI + k] = fours.sum(rows[PHI + k], &factors, &old[PHI..]);
         }
     }
 
@@ -276,48 +281,14 @@ fn beside<const N: usize, const W: usize>(blocks: &[Matrix3<f64>; N]) -> [[f64; 
     rows
 }
 
-/// `row` plus rows times factors.
-#[inline(always)]
-fn add<const N: usize>(row: Row, factors: &[f64; N], rows: &[Row]) -> Row {
-    sum(row, factors, rows)
-}
-
-/// The same, of rows that fill registers; each number is summed as it would be alone.
-#[inline(always)]
-pub(crate) fn sum<const W: usize>(row: [f64; W], factors: &[f64], rows: &[[f64; W]]) -> [f64; W] {
-    let mut total = row;
-    for pair in 0..W / 8 {
-        let part = |row: &[f64; W]| [lanes(row, 2 * pair), lanes(row, 2 * pair + 1)];
-        let [mut a, mut b] = part(&total);
-        for (factor, other) in factors.iter().zip(rows) {
-            let (factor, [c, d]) = (f64x4::splat(*factor), part(other));
-            a += factor * c;
-            b += factor * d;
-        }
-        put(&mut total, 2 * pair, a);
-        put(&mut total, 2 * pair + 1, b);
-    }
-    total
-}
-
 /// A row less a gain times gains over a variance: the same bits on both sides of a diagonal.
 #[inline(always)]
 fn lessen(row: &mut Row, own: f64, gain: &Row, inverse: f64) {
-    let (own, inverse) = (f64x4::splat(own), f64x4::splat(inverse));
+    let (own, inverse) = (Pairs.splat(own), Pairs.splat(inverse));
     for k in 0..4 {
-        put(row, k, lanes(row, k) - (own * lanes(gain, k)) * inverse);
+        let less = Pairs.take(row, k) - (own * Pairs.take(gain, k)) * inverse;
+        Pairs.put(less, row, k);
     }
-}
-
-/// The k-th four numbers of a row.
-#[inline(always)]
-pub(crate) fn lanes<const W: usize>(row: &[f64; W], k: usize) -> f64x4 {
-    f64x4::new(row.as_chunks().0[k])
-}
-
-#[inline(always)]
-pub(crate) fn put<const W: usize>(row: &mut [f64; W], k: usize, numbers: f64x4) {
-    row.as_chunks_mut().0[k] = numbers.to_array();
 }
 
 impl Growth {
@@ -363,12 +334,7 @@ impl Covariance {
 
     /// Φ(P + G)Φᵀ + G, G being what grows in half a step.
     pub(crate) fn propagate(&mut self, transition: &Transition, growth: &Growth) {
-        self.grow(growth);
-        transition.times(&mut self.0);
-        self.transpose();
-        transition.times(&mut self.0);
-        self.grow(growth);
-        self.even_out();
+        widest(Propagation { covariance: self, transition, growth });
         if let Some(beside) = &mut self.1 {
             beside.propagate(transition);
         }
@@ -426,7 +392,7 @@ impl Covariance {
         if self.1.is_some() {
             return self.correct_beside(h, &[0.0; CONSTANTS], z, noise, found, witness);
         }
-        let gain = add([0.0; 16], h, &self.0);
+        let gain = Pairs.sum([0.0; 16], h, &self.0);
         let (mut variance, mut innovation) = (0.0, z);
         for i in 0..STATES {
             variance += gain[i] * h[i];
@@ -475,7 +441,7 @@ impl Covariance {
         witness: &mut W,
     ) -> Innovation {
         let Some(beside) = &mut self.1 else { return Innovation::NONE };
-        let gain = add(add([0.0; 16], h, &self.0), hw, &beside.cross);
+        let gain = Pairs.sum(Pairs.sum([0.0; 16], h, &self.0), hw, &beside.cross);
         let own = beside.gain(h, hw);
         let (mut variance, mut innovation) = (0.0, z);
         for i in 0..STATES {
@@ -505,7 +471,7 @@ impl Covariance {
     /// What a scalar's variance would be but for its noise.
     pub(crate) fn variance_beside(&self, h: &Row, hw: &Constants) -> f64 {
         let Some(beside) = &self.1 else { return 0.0 };
-        let gain = add(add([0.0; 16], h, &self.0), hw, &beside.cross);
+        let gain = Pairs.sum(Pairs.sum([0.0; 16], h, &self.0), hw, &beside.cross);
         let own = beside.gain(h, hw);
         (0..STATES).map(|i| gain[i] * h[i]).sum::<f64>()
             + (0..CONSTANTS).map(|k| own[k] * hw[k]).sum::<f64>()
@@ -564,6 +530,28 @@ impl Covariance {
     /// Sums of variances: of position, velocity and orientation.
     pub(crate) fn sizes(&self) -> [f64; 3] {
         [R, V, PHI].map(|i| self.at(i, i) + self.at(i + 1, i + 1) + self.at(i + 2, i + 2))
+    }
+}
+
+/// A step of the covariance of the errors.
+struct Propagation<'a> {
+    covariance: &'a mut Covariance,
+    transition: &'a Transition,
+    growth: &'a Growth,
+}
+
+impl OnRows for Propagation<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Fours>(self, fours: F) {
+        let Self { covariance, transition, growth } = self;
+        covariance.grow(growth);
+        transition.times(fours, &mut covariance.0);
+        covariance.transpose();
+        transition.times(fours, &mut covariance.0);
+        covariance.grow(growth);
+        covariance.even_out();
     }
 }
 

@@ -6,15 +6,14 @@
 //! Rauch, Tung and Striebel says.
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector, Vector3};
-use wide::f64x4;
 
 use super::covariance::{
-    Beside, CONSTANTS, Constants, Covariance, Errors, PHI, STATES, Scalar, Transition, V, lanes,
-    put, sum,
+    Beside, CONSTANTS, Constants, Covariance, Errors, PHI, STATES, Scalar, Transition, V,
 };
 use super::filter::Witness;
 use super::motion::Motion;
 use crate::error::Error;
+use crate::math::{Fours, OnRows, widest};
 use crate::memory;
 
 type Full<const N: usize> = SMatrix<f64, N, N>;
@@ -206,32 +205,53 @@ impl Record {
         &self,
     ) -> impl Iterator<Item = Smoothed> {
         let mut later = Later::<N, W, D>::nothing();
-        (0..self.nodes.len()).rev().map(move |k| {
-            let node = &self.nodes[k];
-            match self.nodes.get(k + 1).and_then(|next| next.transition) {
-                Some(transition) => later.carry_back(&transition),
-                None => later = Later::nothing(),
+        let back = move |k| widest(Back { record: self, k, later: &mut later });
+        (0..self.nodes.len()).rev().map(back)
+    }
+}
+
+/// One step back.
+struct Back<'a, const N: usize, const W: usize, const D: bool> {
+    record: &'a Record,
+    /// The node that it comes to.
+    k: usize,
+    /// What all after it say, and then it, too.
+    later: &'a mut Later<N, W, D>,
+}
+
+impl<const N: usize, const W: usize, const D: bool> OnRows for Back<'_, N, W, D> {
+    type Output = Smoothed;
+
+    #[inline(always)]
+    fn run<F: Fours>(self, fours: F) -> Smoothed {
+        let Self { record, k, later } = self;
+        let (nodes, node) = (&record.nodes, &record.nodes[k]);
+        match nodes.get(k + 1).and_then(|next| next.transition) {
+            Some(transition) => later.carry_back(fours, &transition),
+            None => *later = Later::nothing(),
+        }
+        let after = rows::<N, W>(&node.after, of_last(&record.constants, k, nodes.len()));
+        let error = fours.sum([0.0; W], &later.vector, &after);
+        let smoothed = Smoothed {
+            sample: node.sample,
+            begins: node.transition.is_none(),
+            before: core::array::from_fn(|i| node.found[i] + error[i]),
+            after: core::array::from_fn(|i| error[i]),
+            sigma: later.sigma(fours, &after, &node.velocity),
+        };
+        if let Some(place) = node.prior {
+            let prior = &record.priors[place];
+            let beside = of_last(&record.prior_constants, place, record.priors.len());
+            let before = rows::<N, W>(&prior.errors, beside);
+            later.add_change(&before, &after, &node.found, &prior.found);
+        } else {
+            let first = k.checked_sub(1).map_or(0, |before| nodes[before].scalars);
+            let own = &record.scalars[first..node.scalars];
+            for scalar in own.iter().rev() {
+                later.add(fours, scalar);
             }
-            let after = rows::<N, W>(&node.after, of_last(&self.constants, k, self.nodes.len()));
-            let error = later.error(&after);
-            let smoothed = Smoothed {
-                sample: node.sample,
-                begins: node.transition.is_none(),
-                before: core::array::from_fn(|i| node.found[i] + error[i]),
-                after: core::array::from_fn(|i| error[i]),
-                sigma: later.sigma(&after, &node.velocity),
-            };
-            if let Some(place) = node.prior {
-                let prior = &self.priors[place];
-                let beside = of_last(&self.prior_constants, place, self.priors.len());
-                let before = rows::<N, W>(&prior.errors, beside);
-                later.add_change(&before, &after, &node.found, &prior.found);
-            } else {
-                let first = k.checked_sub(1).map_or(0, |before| self.nodes[before].scalars);
-                self.scalars[first..node.scalars].iter().rev().for_each(|one| later.add(one));
-            }
-            smoothed
-        })
+        }
+        smoothed
     }
 }
 
@@ -255,16 +275,17 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
     }
 
     /// Over a step of the covariance: Φᵀλ and ΦᵀΛΦ.
-    fn carry_back(&mut self, transition: &Transition) {
+    #[inline(always)]
+    fn carry_back<F: Fours>(&mut self, fours: F, transition: &Transition) {
         let mut errors = [0.0; STATES];
         errors.copy_from_slice(&self.vector[..STATES]);
         self.vector[..STATES].copy_from_slice(&transition.apply_transposed(&errors));
         if !D {
             return;
         }
-        transition.transposed_times(&mut self.matrix);
+        transition.transposed_times(fours, &mut self.matrix);
         self.transpose();
-        transition.transposed_times(&mut self.matrix);
+        transition.transposed_times(fours, &mut self.matrix);
         self.even_out();
     }
 
@@ -292,7 +313,8 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
     }
 
     /// Before a scalar was taken, with the gain K: λ + h (ε/S - Kᵀλ), and (I - Kh)ᵀΛ(I - Kh) + hᵀh/S.
-    fn add(&mut self, scalar: &Scalar) {
+    #[inline(always)]
+    fn add<F: Fours>(&mut self, fours: F, scalar: &Scalar) {
         let inverse = 1.0 / scalar.new.variance;
         let h = all::<N, W>(&scalar.h, &scalar.hw);
         let gain = all::<N, W>(&scalar.gain, &scalar.own).map(|x| x * inverse);
@@ -302,14 +324,16 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
         if !D {
             return;
         }
-        let moved = sum([0.0; W], &gain, &self.matrix);
+        let moved = fours.sum([0.0; W], &gain, &self.matrix);
         let half = 0.5 * (dot(&moved) + inverse);
         // Λ - hᵀt - tᵀh with t = KᵀΛ - h (KᵀΛK + 1/S)/2 is as symmetric as before.
         let t: [f64; W] = core::array::from_fn(|i| moved[i] - half * h[i]);
         for (i, row) in self.matrix.iter_mut().enumerate() {
-            let (own, other) = (f64x4::splat(h[i]), f64x4::splat(t[i]));
+            let (own, other) = (fours.splat(h[i]), fours.splat(t[i]));
             for k in 0..W / 4 {
-                put(row, k, lanes(row, k) - (own * lanes(&t, k) + other * lanes(&h, k)));
+                let of_own = fours.multiply(own, fours.take(&t, k));
+                let less = fours.add(of_own, fours.multiply(other, fours.take(&h, k)));
+                fours.put(fours.subtract(fours.take(row, k), less), row, k);
             }
         }
     }
@@ -345,28 +369,30 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
         }
     }
 
-    fn error(&self, covariance: &Rows<N, W>) -> [f64; W] {
-        sum([0.0; W], &self.vector, covariance)
-    }
-
     /// `matrix` times rows, three at a time, which fill the registers of every x86-64.
-    fn times(&self, rows: &Rows<N, 16>) -> Rows<N, 16> {
+    #[inline(always)]
+    fn times<F: Fours>(&self, fours: F, rows: &Rows<N, 16>) -> Rows<N, 16> {
         let mut product = [[0.0; 16]; N];
         let threes = product.as_chunks_mut::<3>().0.iter_mut().zip(self.matrix.as_chunks::<3>().0);
         for ([a, b, c], [of_a, of_b, of_c]) in threes {
             for pair in 0..2 {
                 let [left, right] = [2 * pair, 2 * pair + 1];
-                let [mut a1, mut a2, mut b1, mut b2, mut c1, mut c2] = [f64x4::ZERO; 6];
+                let [mut a1, mut a2, mut b1, mut b2, mut c1, mut c2] = [fours.splat(0.0); 6];
                 for (j, row) in rows.iter().enumerate() {
-                    let (x, y) = (lanes(row, left), lanes(row, right));
-                    let [by_a, by_b, by_c] = [of_a[j], of_b[j], of_c[j]].map(f64x4::splat);
-                    (a1, a2) = (a1 + by_a * x, a2 + by_a * y);
-                    (b1, b2) = (b1 + by_b * x, b2 + by_b * y);
-                    (c1, c2) = (c1 + by_c * x, c2 + by_c * y);
+                    let (x, y) = (fours.take(row, left), fours.take(row, right));
+                    let by = fours.splat(of_a[j]);
+                    a1 = fours.add_product(a1, by, x);
+                    a2 = fours.add_product(a2, by, y);
+                    let by = fours.splat(of_b[j]);
+                    b1 = fours.add_product(b1, by, x);
+                    b2 = fours.add_product(b2, by, y);
+                    let by = fours.splat(of_c[j]);
+                    c1 = fours.add_product(c1, by, x);
+                    c2 = fours.add_product(c2, by, y);
                 }
                 for (told, x, y) in [(&mut *a, a1, a2), (&mut *b, b1, b2), (&mut *c, c1, c2)] {
-                    put(told, left, x);
-                    put(told, right, y);
+                    fours.put(x, told, left);
+                    fours.put(y, told, right);
                 }
             }
         }
@@ -374,7 +400,13 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
     }
 
     /// Standard deviations that remain, the velocity's as its reader takes it.
-    fn sigma(&self, covariance: &Rows<N, W>, velocity: &Vector3<f64>) -> Errors {
+    #[inline(always)]
+    fn sigma<F: Fours>(
+        &self,
+        fours: F,
+        covariance: &Rows<N, W>,
+        velocity: &Vector3<f64>,
+    ) -> Errors {
         if !D {
             return [f64::NAN; STATES];
         }
@@ -382,7 +414,7 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
         for (row, whole) in errors.iter_mut().zip(covariance) {
             row.copy_from_slice(&whole[..16]);
         }
-        let told = self.times(&errors);
+        let told = self.times(fours, &errors);
         let mut less = [0.0; 16];
         for (row, told) in errors.iter().zip(&told) {
             (0..16).for_each(|j| less[j] += row[j] * told[j]);
@@ -415,6 +447,7 @@ fn all<const N: usize, const W: usize>(errors: &[f64; 16], constants: &Constants
 }
 
 /// A covariance.
+#[inline(always)]
 fn rows<const N: usize, const W: usize>(errors: &Triangle, beside: Option<&Beside>) -> Rows<N, W> {
     let mut rows = [[0.0; W]; N];
     let mut places = errors.iter();
