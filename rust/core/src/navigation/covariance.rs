@@ -286,8 +286,8 @@ fn beside<const N: usize, const W: usize>(blocks: &[Matrix3<f64>; N]) -> [[f64; 
 fn lessen(row: &mut Row, own: f64, gain: &Row, inverse: f64) {
     let (own, inverse) = (Pairs.splat(own), Pairs.splat(inverse));
     for k in 0..4 {
-        let less = Pairs.take(row, k) - (own * Pairs.take(gain, k)) * inverse;
-        Pairs.put(less, row, k);
+        let less = Pairs.multiply(Pairs.multiply(own, Pairs.take(gain, k)), inverse);
+        Pairs.put(Pairs.subtract(Pairs.take(row, k), less), row, k);
     }
 }
 
