@@ -59,6 +59,16 @@ def test_without_noise_the_curve_is_found():
     np.testing.assert_allclose(predicted, bias_at(temperature), atol=1e-5)
 
 
+def test_what_rounding_leaves_of_an_exact_curve_asks_for_no_higher_degree():
+    """Of these one in thirty was once taken for a cubic, another one on each machine."""
+    rng = np.random.default_rng(3)
+    rests = np.ones(3600, bool)
+    for _ in range(60):
+        temperature = warm_up(span=rng.uniform(16.0, 30.0))
+        bias = rng.uniform(-5.0, 5.0) + bias_at(temperature, *rng.normal(0.0, [0.05, 1e-3]))
+        assert fit(bias, temperature, rests=rests).degree == 2
+
+
 def test_a_cubic_is_found_where_the_range_is_wide():
     temperature = 20.0 + 40.0 * np.arange(3600) / 3600.0
     curve = bias_at(temperature) + 1e-5 * (temperature - 40.0) ** 3

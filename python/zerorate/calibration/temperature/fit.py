@@ -32,6 +32,9 @@ _PRIOR: Final = np.sqrt(_WALKS) / (1.0 + _WALKS)
 """Half-Cauchy in the walk's deviation, on steps of equal ratio."""
 
 _CONDITION: Final = 1e10
+_ROUNDING: Final = 64.0 * float(np.finfo(float).eps)
+"""Of a sum of some hundred products, over the sum of their sizes: it tells nothing of a degree."""
+
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -173,13 +176,20 @@ class _Whitened:
         A = self.products[:, on][:, :, on]
         inverse: Floats = np.linalg.inv(A).astype(np.float64)
         slopes = np.einsum("wij,wj->wi", inverse, self.products[:, on, column])
-        total = self.products[:, column, column]
-        left = total - np.einsum("wi,wi->w", slopes, self.products[:, on, column])
-        # What rounding leaves of an exact fit is none of its errors.
-        least = np.maximum(1e-24 * total, _TINY)
-        return _Regression(
-            self, column, on, inverse, slopes, np.maximum(left, least), np.linalg.slogdet(A)[1]
-        )
+        left = self._left(column, on, slopes)
+        return _Regression(self, column, on, inverse, slopes, left, np.linalg.slogdet(A)[1])
+
+    def _left(self, column: int, on: list[int], slopes: Floats) -> Floats:
+        """Return the sum of squares that slopes leave of a column, at least that of rounding.
+
+        As a quadratic form, which the rounding of the slopes enters by its square only.
+        """
+        every = [*on, column]
+        terms = self.products[:, every][:, :, every]
+        by = np.column_stack([-slopes, np.ones(len(slopes))])
+        left: Floats = np.einsum("wi,wij,wj->w", by, terms, by)
+        largest = np.einsum("wi,wij,wj->w", np.abs(by), np.abs(terms), np.abs(by))
+        return np.asarray(np.maximum(left, np.maximum(_ROUNDING * largest, _TINY)))
 
     def is_regular(self, on: list[int]) -> bool:
         """Whether columns are independent of each other."""
