@@ -17,6 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 N = 1_000_000
 ROUNDS = 9
+C = ("-O3", "-march=native")
+LEARNS = "-DLEARNED=12000"
 START = 100
 """Samples before the first block of the self-tuning filter."""
 
@@ -78,8 +80,10 @@ def batch_rows():
     """Name, function of an array of samples, number of samples."""
     learning = {"adapt_for": None}
     return [
-        ("C, native, no guard", peers.c_batch("-O3", "-march=native"), N),
+        ("C, native, no guard", peers.c_batch(*C), N),
         ("C, generic x86-64, no guard", peers.c_batch("-O3"), N),
+        ("C, native, the same guard", peers.c_batch(*C, "-DGUARD"), N),
+        ("C, native, the same guard, learns 120 s", peers.c_batch(*C, "-DGUARD", LEARNS), N),
         ("numba, no guard", peers.numba_batch(), N),
         ("zerorate fading, default (learns 120 s)", _filter(), N),
         ("zerorate fading, always learning", _filter(**learning), N),

@@ -1,7 +1,7 @@
 /* The speed that the filter is held to: the same chain, ARMA(2, 1), hand-written with the same
  * identities on plain doubles or, with -DLANES=4, on vectors of one double a channel. It has no
- * start-up, no missing samples, no limits and no guard of the process noise, so it is a floor and
- * not a filter to use.
+ * start-up, no missing samples, no limits and, without -DGUARD, no guard of the process noise, so it
+ * is a floor and not a filter to use. With -DLEARNED=12000 the model is learned from so many samples.
  *
  * Build: cc -O3 -march=native -shared -fPIC reference.c -o reference.so
  */
@@ -20,6 +20,9 @@ typedef struct {
     number beta[4], f[4], c[10];           /* least squares; upper triangle of the covariance */
     number x[3], p[6], g[6];               /* Kalman; 00 01 02 11 12 22 */
     number k;                              /* Sage-Husa */
+#ifdef LEARNED
+    size_t seen;
+#endif
 } chain;
 
 static inline number all(double x) { return (number){0} + x; }
@@ -31,6 +34,25 @@ void chain_init(chain *s, double b, double g0, double k0) {
     s->p[0] = s->p[3] = s->p[5] = all(g0);
     s->g[0] = s->g[3] = s->g[5] = all(g0);
 }
+
+#ifdef GUARD
+/* `alpha`, or as far as G + alpha K Kt may sink before it meets a floor: -1 / (Kt (G - floor)^-1 K),
+ * by elimination without a division as in the filter that is compared. */
+static inline double guarded(const double *g, double k0, double k1, double k2, double alpha) {
+    double d0 = g[0] - 1e-12;
+    double d1 = d0 * (g[3] - 1e-12) - g[1] * g[1];
+    double d2 = d0 * g[4] - g[1] * g[2];
+    double d3 = d0 * (g[5] - 1e-12) - g[2] * g[2];
+    double v1 = d0 * k1 - g[1] * k0, v2 = d0 * k2 - g[2] * k0;
+    double last = d1 * d3 - d2 * d2;
+    v2 = d1 * v2 - d2 * v1;
+    double slope = ((k0 * k0) * d1 + v1 * v1) * last + v2 * v2, height = d0 * d1 * last;
+    if (d0 <= 0.0 || d1 <= 0.0 || last <= 0.0) {
+        height = 0.0, slope = 1.0;
+    }
+    return alpha < 0.0 && -alpha * slope >= height ? -height / slope : alpha;
+}
+#endif
 
 static inline number step(chain *s, number y) {
     /* R, FH 31 */
@@ -66,6 +88,9 @@ static inline number step(chain *s, number y) {
     /* G, FH 25 as a rank-one update */
     s->k += 1.0;
     number alpha = (e * e - variance) / s->k;
+#ifdef GUARD
+    alpha = guarded(g, k0, k1, k2, alpha);
+#endif
     number s0 = alpha * k0, s1 = alpha * k1, s2 = alpha * k2;
     g[0] += s0 * k0;
     g[1] += s0 * k1;
@@ -75,6 +100,11 @@ static inline number step(chain *s, number y) {
     g[5] += s2 * k2;
 
     /* model, FH 10 to 13 */
+#ifdef LEARNED
+    if (s->seen++ >= LEARNED) {
+        return x[0];
+    }
+#endif
     number *c = s->c, *f = s->f, *beta = s->beta;
     number v0 = c[0] * f[0] + c[1] * f[1] + c[2] * f[2] + c[3];
     number v1 = c[1] * f[0] + c[4] * f[1] + c[5] * f[2] + c[6];

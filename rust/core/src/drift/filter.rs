@@ -18,7 +18,7 @@ use super::{
 };
 use crate::allan::AllanNoise;
 use crate::error::Error;
-use crate::math::{Limits, Real, Symmetric, choose, vector};
+use crate::math::{Limits, Real, Symmetric, choose, indicator, vector};
 use crate::rest::{MotionAware, RestLimits};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Number, Output, Scaling, Shape, Startup, Stream, Traced, Watch};
@@ -152,9 +152,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         let (floor, column) = (Self::floor(), prior.column());
         let G = &mut self.process_noise;
         let guarded = sage_husa::adapt(G, floor, column, self.last, weight, large);
-        if T::LANES > 1 || guarded.any() {
-            self.guards += choose(guarded, T::one(), T::zero());
-        }
+        self.guards += indicator(guarded);
         guarded
     }
 

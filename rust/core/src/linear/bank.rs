@@ -9,6 +9,7 @@ use super::step::{
     advance_several, correct_covariance, is_known, predict_covariance, product,
 };
 use crate::error::Error;
+use crate::math::Pairs;
 use crate::memory;
 
 /// Largest number of states, measurements, inputs.
@@ -474,7 +475,7 @@ impl Model {
                     told[i] += if variance > 0.0 { h * h / variance } else { 0.0 };
                     exactly[i] |= variance <= 0.0 && *h != 0.0;
                 }
-                product(false, 1, n, n, &row, &self.F, &mut next);
+                product(Pairs, false, [1, n, n], &row, &self.F, &mut next);
                 // Powers of F may leave the range.
                 let held = next.iter().map(|h| h.clamp(-ELEMENT_MAX, ELEMENT_MAX));
                 row.iter_mut().zip(held).for_each(|(row, h)| *row = h);

@@ -5,6 +5,7 @@
 use super::bank::{Free, FreeRoom, Varying};
 use super::step::{Advance, Places, advance_one, correct_covariance, product, transpose};
 use crate::error::Error;
+use crate::math::Pairs;
 use crate::memory;
 use crate::work;
 
@@ -86,8 +87,8 @@ impl Filtered<'_> {
                 correct_covariance(size, F, Q, P, &mut work);
                 // G Pₙₑₓₜ Gᵀ, `k` being Gᵀ.
                 transpose(n, n, work.k, work.a);
-                product(false, n, n, n, work.a, after, work.b);
-                product(true, n, n, n, work.b, work.k, work.c);
+                product(Pairs, false, [n; 3], work.a, after, work.b);
+                product(Pairs, true, [n; 3], work.b, work.k, work.c);
                 for i in 0..n {
                     for j in i..n {
                         P[i * n + j] += work.c[i * n + j];

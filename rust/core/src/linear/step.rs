@@ -9,6 +9,8 @@ use core::ops::{Add, Mul, Sub};
 use nalgebra::ComplexField;
 use wide::{f64x2, f64x4};
 
+use crate::math::{Fours, OnRows, Pairs, widest};
+
 /// Largest element of F, B and H.
 pub const ELEMENT_MAX: f64 = 1e30;
 /// Largest element of Q, R and the initial covariance, and largest trace of a covariance.
@@ -214,23 +216,56 @@ pub(super) fn correct_covariance<S: Size>(
         choose(n, m, counts, h, r);
         (H, R) = (h, r);
     }
-    product(false, m, n, n, H, P, hp);
+    product(Pairs, false, [m, n, n], H, P, hp);
     innovation_covariance(n, m, H, R, P, hp, l);
     let weighed = factorise(n, m, counts, l, inverse);
     gain(n, m, hp, l, inverse, v, k);
-    // K R Kᵀ and I - K H, of which `k` is the transposed K.
-    product(false, m, m, n, R, k, rk);
     transpose(m, n, k, hp);
-    product(true, n, m, n, hp, rk, d);
-    product(false, n, m, n, hp, H, a);
-    for i in 0..n {
-        for j in 0..n {
-            let one = if i == j { 1.0 } else { 0.0 };
-            a[i * n + j] = one - a[i * n + j];
-        }
+    let joseph = Joseph { size, H, R, k: hp, kt: k, rk, a, d };
+    if S::FEW {
+        joseph.run(Pairs)
+    } else {
+        apart(joseph)
     }
     transform(size.states(), a, d, P, b, c, before);
     weighed
+}
+
+/// In the widest registers, in a function of its own: it is the same for any number of measurements.
+#[inline(never)]
+fn apart<W: OnRows<Output = ()>>(work: W) {
+    widest(work);
+}
+
+/// I - K H and the upper triangle of K R Kᵀ.
+struct Joseph<'a, S> {
+    size: S,
+    H: &'a [f64],
+    R: &'a [f64],
+    k: &'a [f64],
+    kt: &'a [f64],
+    rk: &'a mut [f64],
+    a: &'a mut [f64],
+    d: &'a mut [f64],
+}
+
+impl<S: Size> OnRows for Joseph<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Fours>(self, fours: F) {
+        let Self { size, H, R, k, kt, rk, a, d } = self;
+        let (n, m) = (size.n(), size.m());
+        product(fours, false, [m, m, n], R, kt, rk);
+        product(fours, true, [n, m, n], k, rk, d);
+        product(fours, false, [n, m, n], k, H, a);
+        for i in 0..n {
+            for j in 0..n {
+                let one = if i == j { 1.0 } else { 0.0 };
+                a[i * n + j] = one - a[i * n + j];
+            }
+        }
+    }
 }
 
 /// P ← A P Aᵀ + D, of D the upper triangle.
@@ -245,27 +280,39 @@ fn transform<S: Size>(
     before: &mut [f64],
 ) {
     if S::FEW {
-        transform_here(size, A, D, P, ap, room, before);
+        transform_by(Pairs, size, A, D, P, ap, room, before);
     } else {
-        transform_apart(size, A, D, P, ap, room, before);
+        apart(Transform { size, A, D, P, ap, room, before });
     }
 }
 
-#[inline(never)]
-fn transform_apart<S: Size>(
+struct Transform<'a, S> {
     size: S,
-    A: &[f64],
-    D: &[f64],
-    P: &mut [f64],
-    ap: &mut [f64],
-    room: &mut [f64],
-    before: &mut [f64],
-) {
-    transform_here(size, A, D, P, ap, room, before);
+    A: &'a [f64],
+    D: &'a [f64],
+    P: &'a mut [f64],
+    ap: &'a mut [f64],
+    room: &'a mut [f64],
+    before: &'a mut [f64],
+}
+
+impl<S: Size> OnRows for Transform<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Fours>(self, fours: F) {
+        let Self { size, A, D, P, ap, room, before } = self;
+        transform_by(fours, size, A, D, P, ap, room, before);
+    }
 }
 
 #[inline(always)]
-fn transform_here<S: Size>(
+#[expect(
+    clippy::too_many_arguments,
+    reason = "parts of a structure would be read anew after each write, which few states would feel"
+)]
+fn transform_by<S: Size, F: Fours>(
+    fours: F,
     size: S,
     A: &[f64],
     D: &[f64],
@@ -280,9 +327,9 @@ fn transform_here<S: Size>(
     for i in 0..n {
         before[i] = P[i * n + i];
     }
-    product(false, n, n, n, A, P, ap);
+    product(fours, false, [n; 3], A, P, ap);
     transpose(n, n, A, room);
-    product(true, n, n, n, ap, room, P);
+    product(fours, true, [n; 3], ap, room, P);
     // Row by row, as it is read again: what stands in pieces is late.
     let mut trace = 0.0;
     for i in 0..n {
@@ -649,11 +696,10 @@ pub(super) fn is_known(z: f64) -> bool {
 
 /// c = a b, of sizes rows × inner and inner × columns; of a square the `upper` triangle at least.
 #[inline(always)]
-pub(super) fn product(
+pub(super) fn product<F: Fours>(
+    fours: F,
     upper: bool,
-    rows: usize,
-    inner: usize,
-    columns: usize,
+    [rows, inner, columns]: [usize; 3],
     a: &[f64],
     b: &[f64],
     c: &mut [f64],
@@ -664,7 +710,7 @@ pub(super) fn product(
         let out = &mut c[i * columns..][..columns];
         let mut j = if upper { i - i % 4 } else { 0 };
         while j + 4 <= columns {
-            tile(row, b, columns, j, out, f64x4::from, f64x4::to_array);
+            four(fours, row, b, columns, j, out);
             j += 4;
         }
         // In smaller ones a number written alone would be read with its neighbour too soon.
@@ -679,7 +725,20 @@ pub(super) fn product(
     }
 }
 
-/// `W` elements of a row of a product, summed in registers.
+/// Four elements of a row of a product, summed in registers.
+#[inline(always)]
+fn four<F: Fours>(fours: F, row: &[f64], b: &[f64], columns: usize, j: usize, out: &mut [f64]) {
+    let mut sum = fours.splat(0.0);
+    for (h, factor) in row.iter().enumerate() {
+        let Some(b) = b.get(h * columns + j..).and_then(|b| b.first_chunk()) else { return };
+        sum = fours.add_product(sum, fours.splat(*factor), fours.of(*b));
+    }
+    if let Some(out) = out.get_mut(j..).and_then(|out| out.first_chunk_mut()) {
+        *out = fours.numbers(sum);
+    }
+}
+
+/// Two, or one.
 #[inline(always)]
 fn tile<T, const W: usize>(
     row: &[f64],

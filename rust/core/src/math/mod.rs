@@ -21,8 +21,8 @@ mod symmetric;
 pub(crate) use lane::{Lane, Mask, WIDEST};
 #[cfg(feature = "std")]
 pub(crate) use laned::{Laned, laned};
-pub(crate) use real::choose;
 pub use real::{Aside, Limits, Real};
+pub(crate) use real::{choose, indicator};
 pub(crate) use rows::{Fours, OnRows, Pairs, widest};
 pub use symmetric::Symmetric;
 pub(crate) use symmetric::vector;

@@ -4,7 +4,7 @@ use core::ops::Neg;
 
 use nalgebra::{
     ClosedAddAssign, ClosedDivAssign, ClosedMulAssign, ClosedSubAssign, RealField, Scalar,
-    SimdPartialOrd, SimdRealField, SimdValue,
+    SimdBool, SimdPartialOrd, SimdRealField, SimdValue,
 };
 use num_traits::{One, Zero};
 
@@ -151,4 +151,14 @@ impl<T: SimdRealField<Element: Limits> + Copy> Real for T {
 #[inline(always)]
 pub(crate) fn choose<T: SimdValue>(condition: T::SimdBool, value: T, other: T) -> T {
     value.select(condition, other)
+}
+
+/// One where `condition` holds, else zero. Of a single number it is counted as an integer, for which
+/// no compiler makes a branch.
+#[inline(always)]
+pub(crate) fn indicator<T: Real>(condition: T::SimdBool) -> T {
+    match T::LANES {
+        1 => T::of(f64::from(condition.bitmask() as u32)),
+        _ => choose(condition, T::one(), T::zero()),
+    }
 }
