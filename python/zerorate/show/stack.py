@@ -142,7 +142,7 @@ def _shorten_numbers(panel: Axes) -> None:
 
     Matplotlib would write it there by itself, over other letters.
     """
-    from matplotlib.ticker import FuncFormatter
+    from matplotlib.ticker import Formatter, FuncFormatter
 
     low, high = panel.get_ylim()
     largest, span = max(abs(low), abs(high)), high - low
@@ -159,12 +159,12 @@ def _shorten_numbers(panel: Axes) -> None:
 
     def shortened(value: float, _: int) -> str:
         # What is left of a difference that should be zero is none; nor is a zero negative.
-        return f"{round((value - taken) / unit, 6) + 0.0:.6g}"
+        return Formatter.fix_minus(f"{round((value - taken) / unit, 6) + 0.0:.6g}")
 
     panel.yaxis.set_major_formatter(FuncFormatter(shortened))
     text = panel.get_title(loc="left")
     if taken:
-        text = text.replace(" [", f" less {taken:.12g} [", 1)
+        text = text.replace(" [", f" less {Formatter.fix_minus(f'{taken:.12g}')} [", 1)
     if power:
         text = text.replace("[", f"[10{str(power).translate(_RAISED)} ", 1).replace(" ]", "]")
     head(panel, text)
