@@ -158,6 +158,32 @@ def test_the_self_tuning_filter_takes_no_start(method):
         zr.DriftFilter.started(start, rate=RATE, **method)
 
 
+def start_with(covariance):
+    """A filter that is told how well its model is known."""
+    start = random_start(np.random.default_rng(1), (1, 3)) | {"covariance": covariance}
+    return zr.DriftFilter.started(start, rate=RATE, order=(1, 3), method="kf")
+
+
+def test_a_start_whose_parameters_all_but_depend_on_each_other():
+    """What rounding costs one pivot counts many times in the next: one in twenty was refused."""
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        root, (last, other) = rng.standard_normal((5, 4)), 10.0 ** rng.uniform(-6.0, 0.0, 2)
+        root[4] *= last
+        root[3] = root[4] * rng.uniform(-2.0, 2.0) + root[3] * other
+        covariance = root @ root.T
+        start_with((covariance + covariance.T) / 2.0)
+
+
+def test_a_start_that_is_no_covariance_is_refused():
+    rng = np.random.default_rng(6)
+    for least in (-1e-6, -1e-3, -1.0):
+        axes, _ = np.linalg.qr(rng.standard_normal((5, 5)))
+        covariance = axes @ np.diag([least, 1.0, 1.0, 2.0, 3.0]) @ axes.T
+        with pytest.raises(ValueError, match="covariance must be symmetric positive semidefinite"):
+            start_with((covariance + covariance.T) / 2.0)
+
+
 @BY_KIND
 @pytest.mark.parametrize("channels", [1.5, 2.0, "2"])
 def test_channels_are_whole_numbers(kind, channels):

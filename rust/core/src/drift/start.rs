@@ -11,8 +11,7 @@ use crate::stream::{Field, Input, Number, Output, Shape};
 /// million samples reaches.
 pub(crate) const PEAK: f64 = 5.0;
 
-/// A pivot may be negative by this part of its variance: what rounding and a text of ten digits
-/// can do, and no more.
+/// Part of a variance that rounding and a text of ten digits can take from it, and no more.
 const PIVOT_ROUNDING: f64 = 1e-9;
 
 /// A model of a signal and how well it is known, in the unit of its samples.
@@ -145,15 +144,22 @@ where
     pub fn of(name: &'static str, matrix: &SMatrix<T, K, K>) -> Result<Self, Error> {
         let mut rest = *matrix;
         let mut factors = Self { unit_upper: SMatrix::identity(), diagonal: SVector::zeros() };
+        // By how much each pivot may be negative.
+        let mut lost = matrix.diagonal() * T::of(PIVOT_ROUNDING).at_least(T::ROUNDING);
         for j in (0..K).rev() {
             check_column(name, matrix, j)?;
             let variance = matrix[(j, j)];
             let pivot = rest[(j, j)];
-            let least = -variance * T::of(PIVOT_ROUNDING);
-            require(pivot >= least, name, "symmetric positive semidefinite", pivot)?;
+            require(pivot >= -lost[j], name, "symmetric positive semidefinite", pivot)?;
             // A direction without variance, or with what rounding left of it, is known.
             if pivot > T::ROUNDING * T::of(K as f64) * variance {
                 factors.eliminate(name, &mut rest, j)?;
+                // Of a small pivot, what it lost counts much in those that are left.
+                let own = lost[j];
+                for i in 0..j {
+                    let u = factors.unit_upper[(i, j)];
+                    lost[i] += u * u * own;
+                }
             }
         }
         Ok(factors)
