@@ -98,7 +98,7 @@ SCENARIOS = {
     "two clocks": ({}, as_they_are),
     "one clock": ({}, together),
     "400 s": ({"duration": 400.0}, as_they_are),
-    "one fix in twenty 30 m off": ({}, outliers),
+    "one fix in twenty some 30 m off": ({}, outliers),
     "a tunnel of 40 s": ({}, tunnel),
     "stamps 20 ms off": ({}, jitter),
     "positions that walk 0.3 m a fix": ({}, walking),

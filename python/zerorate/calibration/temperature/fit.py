@@ -33,7 +33,7 @@ _PRIOR: Final = np.sqrt(_WALKS) / (1.0 + _WALKS)
 
 _CONDITION: Final = 1e10
 _ROUNDING: Final = 64.0 * float(np.finfo(float).eps)
-"""Of a sum of some hundred products, over the sum of their sizes: it tells nothing of a degree."""
+"""What rounding may leave of a sum of some hundred products, over the sum of their sizes."""
 
 _TINY: Final = float(np.finfo(float).tiny)
 

@@ -231,7 +231,7 @@ pub(super) fn correct_covariance<S: Size>(
     weighed
 }
 
-/// In the widest registers, in a function of its own: it is the same for any number of measurements.
+/// Does work in the widest registers, in a function of its own.
 #[inline(never)]
 fn apart<W: OnRows<Output = ()>>(work: W) {
     widest(work);
