@@ -59,13 +59,14 @@ test-package: $(TOOLS)
 
 # What takes too long for every change: deep searches, the core's laws in every order, its tests and
 # its example without its default feature, the benches of times, each once, the filters in a library
-# with neither std nor an allocator.
+# with neither std nor an allocator, whose lints would check all dependencies once more.
 nightly: $(TOOLS) ## Test for an hour or two what .ci/run tests for minutes
 	HYPOTHESIS_PROFILE=deep $(BIN)/python -m pytest --numprocesses=logical --dist=worksteal --slow
 	PROPTEST_CASES=5000 ZR_EVERY_ORDER=1 cargo test --quiet --release --package zerorate-core
 	ZR_EVERY_ORDER=1 cargo test --quiet --package zerorate-core --no-default-features
 	cargo run --quiet --package zerorate-core --no-default-features --profile test --example controller
 	cargo test --quiet --package zerorate-benches --benches
+	cargo clippy --quiet --package zerorate-bare -- -D warnings
 	cargo rustc --quiet --package zerorate-bare --profile bare --crate-type staticlib
 	cargo rustc --quiet $(BARE)
 	ZR_LIBRARY=target/bare/libzerorate.a cargo test --quiet --package zerorate-c --test programs
@@ -93,7 +94,6 @@ lint: lint-core lint-package ## Check format, lints, types and stubs
 lint-core: | check-cargo
 	cargo fmt --all --check
 	cargo clippy $(WORKSPACE) --all-targets -- -D warnings
-	cargo clippy --package zerorate-bare -- -D warnings
 
 PROSE := README.md CONTRIBUTING.md CHANGELOG.md Makefile .ci docs examples python rust tests benches
 

@@ -1,7 +1,7 @@
 """The numbers of README's table "How good?", each by the name of its tag there.
 
 ``python examples/readme_numbers.py [FOLDER] [NAME ...]`` prints them, all or those of some rows,
-beside what README says. In README a number is followed by a comment, ``<!-- =drift.auto -->``, that
+beside what README says. In README a number is followed by a comment, ``<!--=drift.auto-->``, that
 says which it is. Recordings are looked for in FOLDER. What is measured in nanoseconds is of one
 processor: ``make bench`` prints it, and docs/evidence/benchmarks.md has the machine.
 """
@@ -30,7 +30,7 @@ from zerorate.compare.simulated import run
 from zerorate.compare.trial import Trial
 
 README = Path(__file__).parents[1] / "README.md"
-TAGGED = re.compile(r"([\d.]+)<!-- =([\w.]+) -->")
+TAGGED = re.compile(r"([\d.]+)<!--=([\w.]+)-->")
 BEST_START = 1e-7
 """The process noise that suits all simulated gyros best: `tuned_process_noise.py` finds it."""
 ARRAY = "mimu4444_array8_62hz_exp1.parquet"

@@ -9,22 +9,35 @@ pub fn map<T: Send, R: Send>(
     f: impl Fn(T) -> R + Sync + Send,
 ) -> Vec<R> {
     use crate::error::Error;
-    use crate::stream::threads::on_pool;
+    use crate::stream::threads::started_on_pool;
     use crate::work::{Current, end, is_asked_to_end};
-    use rayon::prelude::*;
 
     if !parallel {
         return tasks.into_iter().map(f).collect();
     }
     let work = Current::here();
     // Of a million tasks not each is to unwind.
-    let task = |task| work.clone().run(|| (!is_asked_to_end()).then(|| f(task)));
-    let spread = || tasks.into_par_iter().map(task).collect::<Option<Vec<R>>>();
-    let found = match rayon::current_thread_index() {
-        Some(_) => spread(),
-        None => on_pool(spread),
+    let fill = |(task, result): &mut (Option<T>, Option<R>)| {
+        let task = task.take();
+        *result = work.clone().run(|| task.filter(|_| !is_asked_to_end()).map(&f));
     };
-    found.unwrap_or_else(|| end(Error::Stopped))
+    let mut places: Vec<_> = tasks.into_iter().map(|task| (Some(task), None)).collect();
+    started_on_pool(&mut || each(&mut places, &fill));
+    let results = places.into_iter().map(|(_, result)| result);
+    results.collect::<Option<_>>().unwrap_or_else(|| end(Error::Stopped))
+}
+
+/// Does `work` at each place, halves at once where there is a thread for it.
+#[cfg(feature = "parallel")]
+fn each<P: Send>(places: &mut [P], work: &(impl Fn(&mut P) + Sync)) {
+    use crate::stream::threads::both;
+
+    if let [place] = places {
+        work(place);
+    } else if !places.is_empty() {
+        let (one, other) = places.split_at_mut(places.len() / 2);
+        both(&mut || each(one, work), &mut || each(other, work));
+    }
 }
 
 /// What `f` returns of each task, in order.

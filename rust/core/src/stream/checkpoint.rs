@@ -204,15 +204,20 @@ mod banks {
     /// it.
     pub fn save<S: Checkpoint>(channels: Option<usize>, bank: &Bank<S>) -> Result<Vec<u8>, Error> {
         let bytes = Growing(memory::filled(0, HEADER)?);
-        let mut bytes = postcard::serialize_with_flavor(&(channels, bank), bytes)
+        let bytes = postcard::serialize_with_flavor(&(channels, bank), bytes)
             .map_err(|_| Error::Memory { bytes: size_of_val(bank.streams()) })?;
+        labelled(const { Label::of::<S>() }, bytes)
+    }
+
+    /// A content after room for the header, made a checkpoint.
+    fn labelled(label: Label, mut bytes: Vec<u8>) -> Result<Vec<u8>, Error> {
         let length = bytes.len() + CHECKSUM;
         // The header has four bytes for it.
         if u32::try_from(length).is_err() {
             return Err(Error::Content);
         }
         memory::reserve(&mut bytes, CHECKSUM)?;
-        bytes[..HEADER].copy_from_slice(&header(const { Label::of::<S>() }, length));
+        bytes[..HEADER].copy_from_slice(&header(label, length));
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         Ok(bytes)
     }
@@ -244,13 +249,9 @@ mod banks {
     /// # Errors
     /// Every variant of [`Error`] that speaks of a checkpoint, or [`Error::Memory`].
     pub fn restore<S: Checkpoint>(bytes: &[u8]) -> Result<(Option<usize>, Bank<S>), Error> {
-        let content = content(const { Label::of::<S>() }, bytes)?;
-        let ((channels, count), mut content) = taken::<(Option<usize>, usize)>(content)?;
-        if count == 0 || count != channels.unwrap_or(1) {
-            return Err(Error::Content);
-        }
+        let (channels, mut content) = channels(const { Label::of::<S>() }, bytes)?;
         let mut streams = Vec::new();
-        for _ in 0..count {
+        for _ in 0..channels.unwrap_or(1) {
             let (stream, rest) = sound::<S>(content)?;
             if !streams.last().is_none_or(|last: &S| last.is_like(&stream)) {
                 return Err(Error::Content);
@@ -259,8 +260,20 @@ mod banks {
             streams.push(stream);
             content = rest;
         }
-        let whole = content.is_empty().then_some((channels, Bank::of(streams)));
-        whole.ok_or(Error::Content)
+        match content {
+            [] => Ok((channels, Bank::of(streams))),
+            _ => Err(Error::Content),
+        }
+    }
+
+    /// The channels of a bank of this label, and its streams.
+    fn channels(label: Label, bytes: &[u8]) -> Result<(Option<usize>, &[u8]), Error> {
+        let ((channels, count), streams) = taken::<(Option<usize>, usize)>(content(label, bytes)?)?;
+        match count {
+            0 => Err(Error::Content),
+            _ if count != channels.unwrap_or(1) => Err(Error::Content),
+            _ => Ok((channels, streams)),
+        }
     }
 }
 #[cfg(feature = "std")]

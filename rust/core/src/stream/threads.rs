@@ -60,7 +60,10 @@ pub(crate) fn both(one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Se
     rayon::join(one, other);
 }
 
-/// [`on_pool`] for what is not part of the types.
+/// Does `work`, which is not part of the types, on the pool that the caller is in, or [`on_pool`].
 pub(crate) fn started_on_pool(work: &mut (dyn FnMut() + Send)) {
-    on_pool(work);
+    match rayon::current_thread_index() {
+        Some(_) => work(),
+        None => on_pool(work),
+    }
 }

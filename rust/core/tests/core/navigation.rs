@@ -109,7 +109,7 @@ proptest! {
 proptest! {
     // Each of them restores some thousand states.
     #![proptest_config(ProptestConfig {
-        cases: ProptestConfig::default().cases / 8,
+        cases: ProptestConfig::default().cases / 32,
         ..ProptestConfig::default()
     })]
 

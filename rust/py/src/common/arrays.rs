@@ -44,14 +44,14 @@ pub fn sample(z: &Bound<'_, PyAny>) -> PyResult<f64> {
 #[cold]
 fn missing(z: &Bound<'_, PyAny>) -> PyResult<f64> {
     let read = floats(z)?;
-    check_shape(read.getattr("ndim")?.extract::<usize>()? == 0, "()", &[])?;
+    check_shape("z", read.getattr("ndim")?.extract::<usize>()? == 0, "()", &[])?;
     read.call_method0("item")?.extract()
 }
 
 /// The samples of one signal, shape `(n,)`, copied.
 pub fn record(z: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let record = read(z)?;
-    check_shape(record.shape.len() == 1, "(n,)", &record.shape)?;
+    check_shape("z", record.shape.len() == 1, "(n,)", &record.shape)?;
     Ok(record.values)
 }
 
@@ -95,7 +95,7 @@ pub fn samples<'py>(z: &Bound<'py, PyAny>, axes: &[usize]) -> PyResult<Samples<'
     if shape.is_empty() || shape[1..] != *axes {
         let axes: String = axes.iter().map(|k| format!(" {k},")).collect();
         let axes = axes.strip_suffix(',').unwrap_or("");
-        check_shape(false, &format!("(n,{axes})"), shape)?;
+        check_shape("z", false, &format!("(n,{axes})"), shape)?;
     }
     if is_plain(array) {
         return Ok(Samples::InPlace(array.try_readonly()?));
@@ -111,7 +111,7 @@ pub fn row(z: &Bound<'_, PyAny>, axes: &[usize]) -> PyResult<Vec<f64>> {
         return Ok(values);
     }
     let samples = read(z)?;
-    check_shape(samples.shape == axes, &tuple(axes), &samples.shape)?;
+    check_shape("z", samples.shape == axes, &tuple(axes), &samples.shape)?;
     Ok(samples.values)
 }
 
@@ -163,7 +163,7 @@ pub fn columns(z: &Bound<'_, PyAny>) -> PyResult<Columns> {
     let floats = floats(z)?;
     let array = aligned(&floats)?;
     let shape = array.shape();
-    check_shape(matches!(shape.len(), 1 | 2), "(n,) or (n, k)", shape)?;
+    check_shape("z", matches!(shape.len(), 1 | 2), "(n,) or (n, k)", shape)?;
     let axes = shape.get(1).copied();
     let array = array.try_readonly()?;
     let rows = array.as_array();
@@ -192,7 +192,7 @@ pub fn columns(z: &Bound<'_, PyAny>) -> PyResult<Columns> {
 pub fn axis<'py>(z: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
     let floats = floats(z)?;
     let array = aligned(&floats)?;
-    check_shape(array.shape().len() == 1, "(n,)", array.shape())?;
+    check_shape("z", array.shape().len() == 1, "(n,)", array.shape())?;
     let plain = match is_plain(&array) {
         true => array.into_any(),
         false => array.call_method1("copy", ("C",))?,
@@ -208,11 +208,8 @@ pub fn named(
     fits: impl Fn(&[usize]) -> bool,
 ) -> PyResult<Record> {
     let record = read(z)?;
-    if fits(&record.shape) {
-        return Ok(record);
-    }
-    let got = tuple(&record.shape);
-    Err(PyValueError::new_err(format!("{name} must have shape {expected}, got {got}")))
+    check_shape(name, fits(&record.shape), expected, &record.shape)?;
+    Ok(record)
 }
 
 /// The flags of an argument by its name, one a sample, copied.
@@ -229,11 +226,11 @@ pub fn flags(name: &str, given: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<boo
     Ok(memory::copied(array.try_readonly()?.as_slice()?).map_err(NativeError::from)?)
 }
 
-fn check_shape(fits: bool, expected: &str, shape: &[usize]) -> PyResult<()> {
+fn check_shape(name: &str, fits: bool, expected: &str, shape: &[usize]) -> PyResult<()> {
     if fits {
         return Ok(());
     }
-    Err(PyValueError::new_err(format!("z must have shape {expected}, got {}", tuple(shape))))
+    Err(PyValueError::new_err(format!("{name} must have shape {expected}, got {}", tuple(shape))))
 }
 
 /// A shape as Python writes it.

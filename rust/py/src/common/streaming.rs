@@ -314,7 +314,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
     fn fill<'py, T: numpy::Element + Copy + Default + Send>(
         &mut self,
         py: Python<'py>,
-        mut samples: Samples<'py>,
+        samples: Samples<'py>,
         out: Option<&Bound<'py, PyAny>>,
         threads: usize,
         run: impl Fn(&mut B, Range<usize>, &[f64], &mut [T]) -> Result<(), Error> + Sync,
@@ -322,35 +322,12 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         let (width, row) = (self.axes.iter().product(), self.row_axes());
         let shape: Vec<usize> = std::iter::once(samples.shape()[0]).chain(row).collect();
         let (bank, row) = (&mut *self.bank, shape[1..].iter().product());
-        let mut work = |rows: &[f64], out: &mut [T]| {
+        put_into(py, samples, out, &shape, &mut |rows, out| {
             in_pieces(py, bank, shape[0], threads, |bank, piece| {
                 let rows = &rows[places(piece.clone(), width)];
                 run(bank, piece.clone(), rows, &mut out[places(piece, row)])
             })
-        };
-        let Some(out) = out else {
-            let array = arrays::zeros::<T>(py, &shape)?;
-            let mut writable = array.try_readwrite()?;
-            work(samples.values()?, writable.as_slice_mut()?)?;
-            drop(writable);
-            return Ok(array.into_any());
-        };
-        let array = arrays::check_out::<T>(out, &shape)?;
-        if !arrays::is_plain(array) {
-            let length = shape.iter().product();
-            let mut filled = memory::filled(T::default(), length).map_err(NativeError::from)?;
-            work(samples.values()?, &mut filled)?;
-            drop(samples);
-            arrays::copy_to(array, filled)?;
-            return Ok(out.clone());
-        }
-        // Samples may be filtered in their own place.
-        if array.try_readwrite().is_err() {
-            samples = samples.copied()?;
-        }
-        let mut writable = array.try_readwrite()?;
-        work(samples.values()?, writable.as_slice_mut()?)?;
-        Ok(out.clone())
+        })
     }
 
     /// Axes of one row of samples.
@@ -490,6 +467,42 @@ pub fn quoted(words: &[&str], last: &str) -> String {
         Some((end, before)) => format!("{} {last} {end}", before.join(", ")),
         None => String::new(),
     }
+}
+
+/// What makes numbers or flags of rows, whatever the bank: compiled once for each of the two.
+type Filling<'a, T> = dyn FnMut(&[f64], &mut [T]) -> PyResult<()> + 'a;
+
+/// What `filling` makes of samples, in `out` or in a new array of this shape.
+fn put_into<'py, T: numpy::Element + Copy + Default + Send>(
+    py: Python<'py>,
+    mut samples: Samples<'py>,
+    out: Option<&Bound<'py, PyAny>>,
+    shape: &[usize],
+    filling: &mut Filling<'_, T>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let Some(out) = out else {
+        let array = arrays::zeros::<T>(py, shape)?;
+        let mut writable = array.try_readwrite()?;
+        filling(samples.values()?, writable.as_slice_mut()?)?;
+        drop(writable);
+        return Ok(array.into_any());
+    };
+    let array = arrays::check_out::<T>(out, shape)?;
+    if !arrays::is_plain(array) {
+        let length = shape.iter().product();
+        let mut filled = memory::filled(T::default(), length).map_err(NativeError::from)?;
+        filling(samples.values()?, &mut filled)?;
+        drop(samples);
+        arrays::copy_to(array, filled)?;
+        return Ok(out.clone());
+    }
+    // Samples may be filtered in their own place.
+    if array.try_readwrite().is_err() {
+        samples = samples.copied()?;
+    }
+    let mut writable = array.try_readwrite()?;
+    filling(samples.values()?, writable.as_slice_mut()?)?;
+    Ok(out.clone())
 }
 
 /// Where the numbers of some rows are.

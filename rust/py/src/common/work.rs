@@ -1,5 +1,6 @@
 //! Long work that Ctrl-C ends: without the interpreter's lock, looking now and then for signals.
 
+use std::any::Any;
 use std::ops::Range;
 use std::panic::resume_unwind;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -93,26 +94,63 @@ pub fn in_pieces<B: AnyBank + ?Sized>(
     bank: &mut B,
     rows: usize,
     threads: usize,
-    mut work: impl FnMut(&mut B, Range<usize>) -> Result<(), Error> + Send,
+    work: impl FnMut(&mut B, Range<usize>) -> Result<(), Error> + Send,
 ) -> PyResult<()> {
-    let channels = bank.channels();
-    let at_once = (PIECE * threads.min(channels)).max(bank.bytes() / BYTES_A_SAMPLE) / channels;
+    let (channels, bytes) = (bank.channels(), bank.bytes());
+    let at_once = (PIECE * threads.min(channels)).max(bytes / BYTES_A_SAMPLE) / channels;
     // Without memory for a copy it is done all the same, and no signal looked for.
-    let Some(before) = (rows > at_once).then(|| bank.twin().ok()).flatten() else {
-        return detached(py, &mut || work(bank, 0..rows));
+    let before = (rows > at_once).then(|| bank.twin().ok()).flatten();
+    let length = match before {
+        Some(_) => (PIECE * threads.min(channels)).div_ceil(channels),
+        None => rows.max(1),
     };
-    let length = (PIECE * threads.min(channels)).div_ceil(channels);
-    for first in (0..rows).step_by(length) {
+    each_piece(py, &mut AtWork { bank, work }, rows, length, before)
+}
+
+/// A bank and what is done with it, neither of them part of the type.
+trait Pieces: Send {
+    fn take(&mut self, rows: Range<usize>) -> Result<(), Error>;
+    fn become_twin(&mut self, twin: Box<dyn Any + Send>);
+}
+
+struct AtWork<'a, B: ?Sized, W> {
+    bank: &'a mut B,
+    work: W,
+}
+
+impl<B, W> Pieces for AtWork<'_, B, W>
+where
+    B: AnyBank + ?Sized,
+    W: FnMut(&mut B, Range<usize>) -> Result<(), Error> + Send,
+{
+    fn take(&mut self, rows: Range<usize>) -> Result<(), Error> {
+        (self.work)(self.bank, rows)
+    }
+
+    fn become_twin(&mut self, twin: Box<dyn Any + Send>) {
+        self.bank.become_twin(twin);
+    }
+}
+
+fn each_piece(
+    py: Python<'_>,
+    pieces: &mut dyn Pieces,
+    rows: usize,
+    length: usize,
+    before: Option<Box<dyn Any + Send>>,
+) -> PyResult<()> {
+    // No row is a piece too: what is asked of it is refused alike.
+    for first in (0..rows.max(1)).step_by(length) {
         let piece = first..rows.min(first + length);
-        let done = detached(py, &mut || work(bank, piece.clone()));
-        if let Err(error) = done.and_then(|()| py.check_signals()) {
-            bank.become_twin(before);
+        let done =
+            py.detach(|| pieces.take(piece)).map_err(|error| NativeError::from(error).into());
+        let done = done.and_then(|()| if before.is_some() { py.check_signals() } else { Ok(()) });
+        if let Err(error) = done {
+            if let Some(before) = before {
+                pieces.become_twin(before);
+            }
             return Err(error);
         }
     }
     Ok(())
-}
-
-fn detached(py: Python<'_>, work: &mut (dyn FnMut() -> Result<(), Error> + Send)) -> PyResult<()> {
-    Ok(py.detach(work).map_err(NativeError::from)?)
 }
