@@ -4,6 +4,8 @@
 mod common;
 
 #[cfg(feature = "std")]
+mod arma;
+#[cfg(feature = "std")]
 mod array;
 mod auto;
 #[cfg(feature = "parallel")]
