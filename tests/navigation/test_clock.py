@@ -50,10 +50,12 @@ def test_two_offsets_and_a_rate():
     assert np.abs(off).max() < 4.0
 
 
-def normalised_errors(seed, seconds):
+def normalised_errors(seed, seconds, clocks=None, **options):
     """Return those of both offsets of a drive whose positions and velocities lie on own clocks."""
-    position, velocity = np.random.default_rng(seed).uniform(-0.3, 0.3, 2)
-    drive = driven(seed, seconds, time_offset=TimeOffset(position, 0.0, velocity, 0.0))
+    drawn = np.random.default_rng(seed).uniform(-0.3, 0.3, 2)
+    position, velocity = drawn if clocks is None else clocks
+    true = TimeOffset(position, 0.0, velocity, 0.0)
+    drive = driven(seed, seconds, time_offset=true, **options)
     found = found_of(drive, drive.fixes)
     return (
         (found.seconds - position) / found.sigma,
@@ -65,6 +67,13 @@ def normalised_errors(seed, seconds):
 def test_positions_are_not_taken_for_as_late_as_velocities(seed):
     """Where both seem to be of one time, which of them comes first is no slope."""
     assert np.abs(normalised_errors(seed, 200.0)).max() < 3.0
+
+
+@pytest.mark.parametrize("clocks", [(-0.2594, 0.2052), (-0.22, 0.26), (0.25, -0.25)])
+def test_nor_for_those_of_the_fix_before(clocks):
+    """Two fixes a second are used, of which clocks half a second apart bring two together."""
+    errors = normalised_errors(303, 200.0, clocks, fixes_rate=10.0)
+    assert np.abs(errors).max() < 3.0
 
 
 @pytest.mark.slow

@@ -189,14 +189,25 @@ class _Search:
         steps = _Steps(whole.time[:n], whole.gyro[:n], whole.accel[:n])
         return _Search(steps, early, self.nav, self.about, self.pool)
 
-    def run(self, theta: Floats) -> _Run:
-        """Return the innovations with offsets of positions and velocities and their rate."""
+    def times(self, theta: Floats) -> tuple[Floats, Floats]:
+        """Return those of positions and of velocities with their offsets and the rate of both."""
         drift = theta[2] * (self.gnss.time - self.middle)
         velocity = self.gnss.velocity_time
         velocity = self.gnss.time if velocity is None else velocity
-        events = Events.apart(
-            self.rows, self.gnss.time + theta[0] + drift, velocity + theta[1] + drift
-        )
+        return self.gnss.time + theta[0] + drift, velocity + theta[1] + drift
+
+    def apart(self, theta: Floats) -> float:
+        """Return by how much positions come after the velocities nearest to them, s."""
+        position, velocity = self.times(theta)
+        velocity = np.sort(velocity)
+        after = np.searchsorted(velocity, position).clip(1, max(1, len(velocity) - 1))
+        before, behind = (velocity[np.minimum(after - k, len(velocity) - 1)] for k in (1, 0))
+        nearest = np.where(position - before < behind - position, before, behind)
+        return float(np.median(position - nearest))
+
+    def run(self, theta: Floats) -> _Run:
+        """Return the innovations with offsets of positions and velocities and their rate."""
+        events = Events.apart(self.rows, *self.times(theta))
         samples = self.samples
         found, _ = self.nav.copy().process_arrays(
             samples.time, samples.gyro, samples.accel, events.rows
@@ -258,7 +269,7 @@ class _Search:
     def slopes(self, theta: Floats, now: _Run) -> Floats:
         """Return how the innovations change with each number, shape (m, 6, 3)."""
         sides = [(1.0, -1.0)] * 3
-        apart = theta[0] - theta[1]
+        apart = self.apart(theta)
         if abs(apart) <= _STEPS[0]:
             # Which of two events comes first decides what is new of either: none is moved past the
             # other. Of one time the position is the first.
