@@ -74,6 +74,13 @@ def outliers(fixes, random):
     return replace(fixes, position=position)
 
 
+def wrong_velocities(fixes, random):
+    """Return fixes of which one velocity in twenty is some 3 m/s off."""
+    velocity, bad = fixes.velocity.copy(), random.random(len(fixes)) < 0.05
+    velocity[bad] += random.standard_normal((bad.sum(), 3)) * 3.0
+    return replace(fixes, velocity=velocity)
+
+
 def tunnel(fixes, random):
     """Return fixes of which 40 s are missing."""
     outside = (fixes.time < 80.0) | (fixes.time > 120.0)
@@ -99,6 +106,7 @@ SCENARIOS = {
     "one clock": ({}, together),
     "400 s": ({"duration": 400.0}, as_they_are),
     "one fix in twenty some 30 m off": ({}, outliers),
+    "one velocity in twenty some 3 m/s off": ({}, wrong_velocities),
     "a tunnel of 40 s": ({}, tunnel),
     "stamps 20 ms off": ({}, jitter),
     "positions that walk 0.3 m a fix": ({}, walking),

@@ -50,13 +50,13 @@ def test_two_offsets_and_a_rate():
     assert np.abs(off).max() < 4.0
 
 
-def normalised_errors(seed, seconds, clocks=None, **options):
+def normalised_errors(seed, seconds, clocks=None, spoilt=lambda fixes: fixes, **options):
     """Return those of both offsets of a drive whose positions and velocities lie on own clocks."""
     drawn = np.random.default_rng(seed).uniform(-0.3, 0.3, 2)
     position, velocity = drawn if clocks is None else clocks
     true = TimeOffset(position, 0.0, velocity, 0.0)
     drive = driven(seed, seconds, time_offset=true, **options)
-    found = found_of(drive, drive.fixes)
+    found = found_of(drive, spoilt(drive.fixes))
     return (
         (found.seconds - position) / found.sigma,
         (found.velocity_seconds - velocity) / found.velocity_sigma,
@@ -73,6 +73,38 @@ def test_positions_are_not_taken_for_as_late_as_velocities(seed):
 def test_nor_for_those_of_the_fix_before(clocks):
     """Two fixes a second are used, of which clocks half a second apart bring two together."""
     errors = normalised_errors(303, 200.0, clocks, fixes_rate=10.0)
+    assert np.abs(errors).max() < 3.0
+
+
+def wrong_positions(fixes):
+    """One in twenty some 30 m off, one of the first among them."""
+    random = np.random.default_rng(1)
+    position, wrong = fixes.position.copy(), random.random(len(fixes)) < 0.05
+    wrong[34] = True
+    position[wrong, :2] += random.standard_normal((wrong.sum(), 2)) * 3e-4
+    return replace(fixes, position=position)
+
+
+def wrong_velocities(fixes):
+    """One in twenty some 3 m/s off."""
+    random = np.random.default_rng(1)
+    velocity, wrong = fixes.velocity.copy(), random.random(len(fixes)) < 0.05
+    velocity[wrong] += random.standard_normal((wrong.sum(), 3)) * 3.0
+    return replace(fixes, velocity=velocity)
+
+
+@pytest.mark.parametrize(
+    ("seed", "spoilt"),
+    [
+        (408, wrong_positions),
+        (436, wrong_positions),
+        (309, wrong_velocities),
+        (428, wrong_velocities),
+    ],
+)
+def test_wrong_fixes_are_left_out(seed, spoilt):
+    errors = np.array(normalised_errors(seed, 200.0, spoilt=spoilt))
+    assert np.isfinite(errors).all()
     assert np.abs(errors).max() < 3.0
 
 

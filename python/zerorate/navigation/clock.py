@@ -35,6 +35,10 @@ _DEPTH: Final = 2
 _FAR: Final = 1
 """Steps, in all and back, and those that are taken as they are."""
 _HUBER: Final = 3.0
+_WRONG: Final = 2.0
+_OFTEN: Final = 0.1
+_SIFTS: Final = 2
+"""A fix beyond so many of these limits is left out, unless there are more; so many times."""
 _MEDIAN: Final = 0.455
 """Of chi-squared with one degree of freedom."""
 _HEADING: Final = math.radians(27.0)
@@ -91,11 +95,13 @@ def find_time_offset(
     Notes
     -----
     Gauss and Newton's steps on the normalised innovations, which count less beyond three robust
-    deviations, after the first 20 s. A position and a velocity of one fix are two events; to carry
-    one of them by the last force to the other's time would cost more than it tells. Deviations are
-    by leaving out blocks of 10 s, none below that of innovations that are as large as the filter
-    says, with a fifth of the time of a sample. A rate is told beyond three
-    deviations only. Innovations of twice their size are not of a clock: then nothing is told.
+    deviations, after the first 20 s. A position or a velocity beyond six of them is left out if
+    the next is not as large to the same side: it would lead the filter astray. A position and a
+    velocity of one fix are two events; to carry one of them by the last force to the other's time
+    would cost more than it tells. Deviations are by leaving out blocks of 10 s, none below that of
+    innovations that are as large as the filter says, with a fifth of the time of a sample. A rate
+    is told beyond three deviations only. Innovations of twice their size are not of a clock: then
+    nothing is told.
 
     Examples
     --------
@@ -159,6 +165,8 @@ class _Run:
     """Normalised innovations of each fix, shape (m, 6), NaN where it was not used."""
 
     scalars: Floats
+    whole: Floats
+    """The same with those of the first seconds, which count for no clock."""
 
     @property
     def used(self) -> Booleans:
@@ -174,6 +182,7 @@ class _Search:
     nav: NavigationFilter
     about: float
     pool: ThreadPoolExecutor
+    sifted: int = 0
     rows: Floats = field(init=False)
     middle: float = field(init=False)
 
@@ -213,11 +222,12 @@ class _Search:
             samples.time, samples.gyro, samples.accel, events.rows
         )
         found = events.merged(found)
-        scalars = found["innovation"] / found["innovation_sigma"]
+        whole = found["innovation"] / found["innovation_sigma"]
+        scalars = whole.copy()
         begun = np.flatnonzero(found["verdict"] == 0)
         if begun.size:
             scalars[self.gnss.time < self.gnss.time[begun[0]] + _BEGIN] = np.nan
-        return _Run(scalars)
+        return _Run(scalars, whole)
 
     def found(self) -> TimeOffset:
         """Return the offset at which the innovations are the smallest."""
@@ -249,7 +259,18 @@ class _Search:
             theta, now = self.stepped(theta, step, now, equations.limit)
             if theta is before:
                 break
+        wrong = _wrong(now, equations.limit)
+        if wrong.any() and self.sifted < _SIFTS:
+            return self.without(wrong).descended(theta)
         return self.told(theta, now, slopes)
+
+    def without(self, wrong: Booleans) -> _Search:
+        """Return a search without some positions and velocities, shape (m, 2)."""
+        search = replace(self, sifted=self.sifted + 1)
+        search.rows = self.rows.copy()
+        for k, part in enumerate((slice(1, 4), slice(4, 7))):
+            search.rows[wrong[:, k], part] = np.nan
+        return search
 
     def scanned(self) -> Floats | None:
         """Return the best of both offsets together."""
@@ -344,6 +365,24 @@ class _Tried:
         part = np.linalg.lstsq(changed, steps[-1], rcond=1e-3)[0]
         found: Floats = _STEPS * (steps[-1] + (moved - changed) @ part)
         return found
+
+
+def _wrong(run: _Run, limit: float) -> Booleans:
+    """Return which positions and velocities are far beyond the others, shape (m, 2).
+
+    A wrong fix stands alone: what comes after one that a filter's own error makes large is large
+    to the same side. One in ten at most: more are a filter that fits them badly.
+    """
+    parts = run.whole.reshape(-1, 2, 3)
+    wrong = np.zeros(parts.shape[:2], dtype=np.bool_)
+    for k in range(2):
+        there = np.flatnonzero(np.isfinite(parts[:, k]).any(axis=1))
+        u = np.nan_to_num(parts[there, k])
+        after = np.concatenate((u[1:], np.zeros((min(1, len(u)), 3))))
+        far = (np.abs(u) > _WRONG * limit) & (after * np.sign(u) < 0.5 * np.abs(u))
+        wrong[there, k] = far.any(axis=1)
+    wrong &= wrong.mean(axis=0) <= _OFTEN
+    return wrong
 
 
 def _cost(u: Floats, limit: float) -> float:
