@@ -10,9 +10,6 @@ from support.wild import forged, samples
 
 COVARIANCES = ("process_noise", "covariance")
 
-ROUNDING = 1024 * 8 * np.finfo(float).eps
-"""What a component of correlations may miss semidefiniteness by where a state is restored."""
-
 
 def loaded(kind, saved):
     """Return the filter of a checkpoint, or what it is refused with."""
@@ -23,11 +20,8 @@ def loaded(kind, saved):
 
 
 def assert_nearly_semidefinite(P):
-    """To what a state may miss it by that is restored: of correlations, so of the variances."""
-    missing = ROUNDING * P.shape[-1] * np.max(np.diagonal(P, axis1=-2, axis2=-1), axis=-1)
-    # And the rounding of eigenvalues.
-    missing = missing + 1e-14 * np.trace(P, axis1=-2, axis2=-1)
-    assert np.all(np.linalg.eigvalsh(P) >= -missing[..., np.newaxis])
+    """To the rounding of the largest variance, which hides the others in a forged state."""
+    assert np.all(np.linalg.eigvalsh(P) >= -1e-12 * np.trace(P, axis1=-2, axis2=-1)[..., None])
 
 
 @pytest.mark.every(4)
