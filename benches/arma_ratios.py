@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 
 import peers
-from zerorate.identify.arma import arma_grid, fit_arma
+from zerorate.identification.arma import arma_grid, fit_arma
 
 ROUNDS = 5
 

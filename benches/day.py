@@ -22,10 +22,10 @@ import pyarrow.parquet as pq
 
 from zerorate.io import open_log
 from zerorate.io.readers.parquet import RowGroups
-from zerorate.run.replay.filters import Filters
-from zerorate.run.replay.measures import Measures
-from zerorate.run.replay.run import ROWS
-from zerorate.run.workers import on_threads, workers
+from zerorate.tasks.replay.filters import Filters
+from zerorate.tasks.replay.measures import Measures
+from zerorate.tasks.replay.run import ROWS
+from zerorate.tasks.workers import on_threads, workers
 
 RATE = 100.0
 PART = 1 << 18

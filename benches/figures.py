@@ -10,8 +10,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import zerorate as zr
-from zerorate.run.replay import replay
 from zerorate.show import plot_calibration, plot_replay, plot_track, save_figure
+from zerorate.tasks.replay import replay
 
 ROUNDS = 5
 SAMPLES, RATE = 1_000_000, 100.0

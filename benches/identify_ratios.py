@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 import peers
-from zerorate.identify import fit_ar, select_order
+from zerorate.identification import fit_ar, select_order
 
 ROUNDS = 15
 SIZES = (15_000, 1_000_000)

@@ -14,7 +14,7 @@ from time import perf_counter_ns
 import numpy as np
 
 import zerorate as zr
-from zerorate.live import LineStream, Settings
+from zerorate.tasks.live import LineStream, Settings
 
 RATE = 1000.0
 CALLS = 200_000

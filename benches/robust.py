@@ -17,11 +17,11 @@ import numpy as np
 
 import zerorate as zr
 from zerorate import metrics
-from zerorate.compare import compare, read_trial
-from zerorate.compare.methods import filter_arguments
-from zerorate.compare.rest import HORIZONS, scored_from
-from zerorate.compare.simulated import run
 from zerorate.simulation import Contamination
+from zerorate.tasks.compare import compare, read_trial
+from zerorate.tasks.compare.methods import filter_arguments
+from zerorate.tasks.compare.rest import HORIZONS, scored_from
+from zerorate.tasks.compare.simulated import run
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
 BEFORE = Path(__file__).with_name("robust_before.json")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from zerorate.identify import fit_ar, select_order
+from zerorate.identification import fit_ar, select_order
 
 SAMPLES = np.random.default_rng(1).standard_normal(100_000)
 

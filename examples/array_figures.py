@@ -14,8 +14,8 @@ import numpy as np
 
 import zerorate as zr
 from tables import table
-from zerorate.run.array import replay_array
 from zerorate.show import plot_array, save_figure
+from zerorate.tasks.array import replay_array
 
 RATE, DURATION, SENSORS = 100.0, 300.0, 8
 NOISE, BIAS, SCALE = 0.1, 1.0, 0.01

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import zerorate as zr
-from zerorate.io import atomic_path
+from zerorate.record import atomic_path
 
 BIAS = np.array([0.5, -0.2, 1.0])
 NOISE = 0.05

@@ -18,9 +18,9 @@ import numpy as np
 
 import zerorate as zr
 from tables import table
-from zerorate.io.missing import without_masks
 from zerorate.linear.run import LinearRun
 from zerorate.navigation.processing import processed
+from zerorate.record.missing import without_masks
 from zerorate.units import convert
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))

@@ -11,9 +11,9 @@ import numpy as np
 
 import zerorate as zr
 from tables import table
-from zerorate.compare.imu import Imu
-from zerorate.compare.orientation import turning_speed
-from zerorate.compare.trial import Trial
+from zerorate.tasks.compare.imu import Imu
+from zerorate.tasks.compare.orientation import turning_speed
+from zerorate.tasks.compare.trial import Trial
 
 CROP = 35.0
 """Seconds of a record that begins in motion."""

@@ -12,7 +12,8 @@ import numpy as np
 import zerorate as zr
 from navigation_asked import many, rms
 from tables import table
-from zerorate.navigation import TimeOffset, find_start, find_time_offset
+from zerorate.navigation import find_start, find_time_offset
+from zerorate.record import TimeOffset
 
 RATE, DURATION = 50.0, 200.0
 DRIVES = range(300, 324)

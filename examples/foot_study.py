@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 import zerorate as zr
 from recordings import BESIDE
 from tables import table
-from zerorate.io.samples import Samples
+from zerorate.record.samples import Samples
 from zerorate.show import save_figure
 
 NAMES = (

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import zerorate as zr
-from zerorate import identify
+from zerorate import identification
 from zerorate.show import plot_identification, save_figure
 from zerorate.show.style import (
     BLACK,
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 FOLDER = Path(__file__).parents[1] / "docs" / "figures"
 RATE = 100.0
 N = 60_000
-MODEL = identify.ArmaModel.of([1.2, -0.4], [-0.5], sigma2=0.01)
-DRIFT = identify.ArmaModel.of([0.999], [-0.97], sigma2=0.01)
+MODEL = identification.ArmaModel.of([1.2, -0.4], [-0.5], sigma2=0.01)
+DRIFT = identification.ArmaModel.of([0.999], [-0.97], sigma2=0.01)
 WIDTHS = np.arange(1, 16)
 LOOKS = ((BLUE, "-"), (GREEN, "--"), (ORANGE, "-."))
 
 
-def simulated(model: identify.ArmaModel, n: int, seed: int) -> np.ndarray:
+def simulated(model: identification.ArmaModel, n: int, seed: int) -> np.ndarray:
     """Return a record of a model, by its response to white noise."""
     response = model.psi_weights(20_000)
     a = np.sqrt(model.sigma2) * np.random.default_rng(seed).standard_normal(n + response.size)
@@ -46,14 +46,14 @@ def simulated(model: identify.ArmaModel, n: int, seed: int) -> np.ndarray:
 
 def page() -> None:
     """Draw what the command draws of one axis."""
-    found = identify.identify(simulated(MODEL, N, 1), RATE, name="gyro_x", unit="deg/s")
+    found = identification.identify(simulated(MODEL, N, 1), RATE, name="gyro_x", unit="deg/s")
     save(plot_identification(found, everything=True), "identify_axis")
 
 
 def smoothing() -> None:
     """Draw the AR(1) coefficient that a moving average makes of white noise."""
     z = np.random.default_rng(1).standard_normal(15_000)
-    models = [identify.fit_ar(identify.moving_average(z, int(w)), 1) for w in WIDTHS]
+    models = [identification.fit_ar(identification.moving_average(z, int(w)), 1) for w in WIDTHS]
     figure = new_figure(88.0, 58.0)
     axes = figure.add_axes((0.14, 0.17, 0.83, 0.72))
     axes.plot(WIDTHS, (WIDTHS - 1) / WIDTHS, "-", color=BLACK, lw=0.7, label="(w − 1)/w")
@@ -95,12 +95,12 @@ def online() -> None:
     save(figure, "identify_online")
 
 
-def draw_online(axes: "Axes", model: identify.ArmaModel, from_circle: bool) -> None:
+def draw_online(axes: "Axes", model: identification.ArmaModel, from_circle: bool) -> None:
     """Draw one model's coefficients over time, with the band of the offline fit."""
     z = simulated(model, 10 * N, 3)
     p, q = model.order
-    offline = identify.fit_arma(z, p, q)
-    recursion = zr.identify.RecursiveLeastSquares(order=(p, q))
+    offline = identification.fit_arma(z, p, q)
+    recursion = zr.identification.RecursiveLeastSquares(order=(p, q))
     ends = np.unique(np.geomspace(200, z.size, 300).astype(int))
     path, start = [], 0
     for end in ends:

@@ -13,9 +13,9 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.compare.simulated import scored_span
 from zerorate.simulation.models import GyroModel, records
 from zerorate.simulation.optimum import Optimum, optimum
+from zerorate.tasks.compare.simulated import scored_span
 from zerorate.types import Floats
 
 _ROUNDS: Final = 60

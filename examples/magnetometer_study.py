@@ -19,8 +19,8 @@ import zerorate as zr
 from recordings import BESIDE, BROAD_RATE
 from tables import table
 from zerorate.calibration.magnet.sphere import sphere
-from zerorate.io.samples import Samples
 from zerorate.metrics.orientation import orientation_errors
+from zerorate.record.samples import Samples
 from zerorate.show import save_figure
 
 SOFT = np.array([[1.08, 0.04, -0.02], [0.04, 0.95, 0.03], [-0.02, 0.03, 0.97]])

@@ -20,8 +20,9 @@ from navigation_tables import GNSS, IMU, speeds
 from recordings import BESIDE
 from tables import table
 from zerorate.geometry.earth import moved
-from zerorate.navigation import TimeOffset, find_start, find_time_offset
+from zerorate.navigation import find_start, find_time_offset
 from zerorate.navigation.heading import heading_of
+from zerorate.record import TimeOffset
 
 RATE, LONG, SHORT = 100.0, 400.0, 150.0
 DRIVES = 40
@@ -372,8 +373,8 @@ SIMULATED = (starts, checks, axes, clocks, wheels, antennas)
 
 def recorded(folder):
     """Return recording, fixes and what the metadata say."""
-    mounting = zr.navigation.read_mounting(folder / IMU)
-    imu = zr.navigation.body_axes(zr.read_recording(folder / IMU), mounting.body_from_sensor)
+    mounting = zr.io.read_mounting(folder / IMU)
+    imu = zr.record.body_axes(zr.read_recording(folder / IMU), mounting.body_from_sensor)
     return imu, zr.read_fixes(folder / GNSS), mounting
 
 

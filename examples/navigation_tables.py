@@ -33,8 +33,8 @@ SETTLED = 120.0
 
 def read_drive(folder):
     """Return sensors in the axes of the body, fixes, mounting, and the start from a rest."""
-    mounting = zr.navigation.read_mounting(folder / IMU)
-    imu = zr.navigation.body_axes(zr.read_recording(folder / IMU), mounting.body_from_sensor)
+    mounting = zr.io.read_mounting(folder / IMU)
+    imu = zr.record.body_axes(zr.read_recording(folder / IMU), mounting.body_from_sensor)
     fixes = zr.read_fixes(folder / GNSS)
     start = zr.align(imu, latitude=fixes.position[0, 0], heading="course", span=RESTED)
     return imu, fixes, mounting, start

@@ -2,14 +2,15 @@
 
 python examples/network_study.py [FOLDER]
 
-The first table is what `zr.identify.fit_network` says of each recorded axis. The second builds a
-filter on both models: states are the last five values, the transition matrix is the companion of
-the coefficients, of the network of its gradient at the states (an extended Kalman filter), the
+The first table is what `zr.identification.fit_network` says of each recorded axis. The second
+builds a filter on both models: states are the last five values, the transition matrix is the
+companion of the coefficients, of the network of its gradient at the states (an extended Kalman filter), the
 process noise is 1e-4 of the measurement noise. What it holds at a time is taken for the bias of the
 next 60 s.
 """
 
 import argparse
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 import zerorate as zr
 from recordings import BESIDE, Floats, Recording, check_folder, sensors_alone
 from tables import table
-from zerorate import identify
+from zerorate import identification
 from zerorate.show import save_figure
 from zerorate.show.style import BLUE, FONT, GREY_TEXT, VERMILION, new_figure, style_panels
 
@@ -35,7 +36,7 @@ COAST_HEAD = ("recording", "axis", "AR, deg", "network, deg", "auto, deg", "best
 class Linear:
     """The autoregression as a map."""
 
-    def __init__(self, model: identify.ArmaModel) -> None:
+    def __init__(self, model: identification.ArmaModel) -> None:
         self.phi, self.mean = model.phi, model.mean
 
     def step(self, past: Floats) -> float:
@@ -47,7 +48,7 @@ class Linear:
         return self.phi
 
 
-def filtered(map_: Linear | identify.NetworkModel, z: Floats, ratio: float = RATIO) -> Floats:
+def filtered(map_: Linear | identification.NetworkModel, z: Floats, ratio: float = RATIO) -> Floats:
     """Return what an extended Kalman filter of unit measurement noise makes of a record."""
     p = 5
     x, P, F = np.full(p, z[0]), np.eye(p), np.eye(p, k=-1)
@@ -71,7 +72,8 @@ def gain_rows(recordings: list[Recording]) -> list[Row]:
     for recording in recordings:
         for axis, z in zip(recording.axes, recording.z.T, strict=True):
             for hidden in (2, 8):
-                starts = [identify.fit_network(z, hidden=hidden, seed=seed) for seed in range(2)]
+                fit = partial(identification.fit_network, z, hidden=hidden)
+                starts = [fit(seed=seed) for seed in range(2)]
                 found = max(starts, key=lambda model: model.gain_over_ar)
                 cells = (f"{100.0 * found.gain_over_ar:+.2f}", f"{found.limit_cycle:.2f}")
                 rows.append((recording.name, axis, str(hidden), *cells, found.verdict))
@@ -82,7 +84,7 @@ def coast_rows(recording: Recording) -> list[Row]:
     """Return the error of coasting a minute on each axis."""
     rows = []
     for axis, z in zip(recording.axes, recording.z[:FILTERED].T, strict=True):
-        network = identify.fit_network(recording.z[:, recording.axes.index(axis)])
+        network = identification.fit_network(recording.z[:, recording.axes.index(axis)])
         record = np.ascontiguousarray(z)
         estimates = [filtered(map_, record) for map_ in (Linear(network.ar), network)]
         estimates.append(zr.DriftFilter(RATE, output="estimate").process(record))
@@ -95,7 +97,7 @@ def coast_rows(recording: Recording) -> list[Row]:
 def draw(recording: Recording) -> None:
     """Draw the map left alone, and what the filter on it holds, of the axis where it oscillates."""
     z = np.ascontiguousarray(recording.z[:, 2])
-    network = identify.fit_network(z)
+    network = identification.fit_network(z)
     figure = new_figure(180.0, 70.0)
     alone, held = (
         figure.add_axes((0.08, 0.15, 0.36, 0.75)),

@@ -12,7 +12,7 @@ import numpy as np
 import zerorate as zr
 from recordings import Floats, Recording, at_rest, check_folder, parser, sensors_alone
 from tables import table
-from zerorate import identify
+from zerorate import identification
 
 SAMPLES, SEGMENTS = 15_000, 100
 WIDTH = 5
@@ -28,7 +28,8 @@ def stationary_rows(recording: Recording) -> list[Row]:
     """Return for each axis what the test of reverse arrangements says of the first samples."""
     rows = []
     for axis, z in axes(recording, SAMPLES):
-        tests = [identify.reverse_arrangements(z, SEGMENTS, of=of) for of in ("mean", "variance")]
+        arrangements = identification.reverse_arrangements
+        tests = [arrangements(z, SEGMENTS, of=of) for of in ("mean", "variance")]
         rows.append((recording.name, axis, *(f"{test.z_score:.2f}" for test in tests)))
     return rows
 
@@ -40,9 +41,9 @@ def smoothed_rows(recording: Recording) -> list[Row]:
     """Return AR(1) as it is and after a moving average, and the order by the final error."""
     rows = []
     for axis, z in axes(recording, SAMPLES):
-        smooth = identify.moving_average(z, WIDTH)
-        models = [identify.fit_ar(record, 1) for record in (z, smooth)]
-        orders = identify.select_order(z, kind="ar", criterion="fpe", max_order=HIGHEST)
+        smooth = identification.moving_average(z, WIDTH)
+        models = [identification.fit_ar(record, 1) for record in (z, smooth)]
+        orders = identification.select_order(z, kind="ar", criterion="fpe", max_order=HIGHEST)
         cells = (with_error(model.phi[0], model.standard_errors[0], 4) for model in models)
         rows.append((recording.name, axis, *cells, f"{orders.minimum[0]}", f"{orders.clear[0]}"))
     return rows
@@ -55,7 +56,7 @@ def order_rows(recording: Recording) -> list[Row]:
     """Return the orders that AIC takes, and what the clear one leaves out."""
     rows = []
     for axis, z in axes(recording):
-        found = identify.identify(z, recording.rate, max_order=HIGHEST)
+        found = identification.identify(z, recording.rate, max_order=HIGHEST)
         orders = (found.arma_orders.minimum, found.arma_orders.clear)
         left = f"{100.0 * found.whiteness.predictable:.2f} %"
         names = (*(order(chosen) for chosen in orders), f"{found.ar_orders.clear[0]}")
@@ -70,7 +71,7 @@ def model_rows(recording: Recording) -> list[Row]:
     """Return Fu and Han's ARMA(2, 1) of each axis with its errors."""
     rows = []
     for axis, z in axes(recording):
-        model = identify.fit_arma(z, 2, 1)
+        model = identification.fit_arma(z, 2, 1)
         values = (*model.phi, *model.theta)
         cells = (with_error(v, s, 4) for v, s in zip(values, model.standard_errors, strict=False))
         rows.append((recording.name, axis, *cells, f"{model.condition:.1e}"))
@@ -85,9 +86,9 @@ def online_rows(recording: Recording) -> list[Row]:
     rows = []
     for axis, z in axes(recording):
         for p, q in ((2, 0), (2, 1)):
-            model = identify.fit_arma(z, p, q)
+            model = identification.fit_arma(z, p, q)
             early = round(LEARNED_AFTER * recording.rate)
-            online = zr.identify.RecursiveLeastSquares(order=(p, q))
+            online = zr.identification.RecursiveLeastSquares(order=(p, q))
             online.process(z[:early])
             after = listed(online.coefficients[:-1])
             online.process(z[early:])

@@ -24,10 +24,10 @@ from navigation_tables import outages_of_the_drive
 from recordings import BESIDE, BROAD, BROAD_RATE
 from self_tuning import learner
 from tuned_process_noise import started
-from zerorate.compare.imu import Imu
-from zerorate.compare.orientation import turning_speed
-from zerorate.compare.simulated import run
-from zerorate.compare.trial import Trial
+from zerorate.tasks.compare.imu import Imu
+from zerorate.tasks.compare.orientation import turning_speed
+from zerorate.tasks.compare.simulated import run
+from zerorate.tasks.compare.trial import Trial
 
 README = Path(__file__).parents[1] / "README.md"
 TAGGED = re.compile(r"([\d.]+)<!--=([\w.]+)-->")

@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io import Log, read_log
+from zerorate.io import read_log
+from zerorate.record import Log
 
 Floats = npt.NDArray[np.float64]
 

@@ -18,9 +18,9 @@ from recordings import BESIDE
 from rest_accel import DRIVE, LIMITS, MIMU, bodies, car, told
 from tables import table
 from zerorate.calibration.calibration import ACCEL_BIAS
-from zerorate.io.samples import Samples
 from zerorate.navigation import start
 from zerorate.options import LIMITS as COMMANDS
+from zerorate.record.samples import Samples
 
 DEG = np.pi / 180.0
 MOTIONS = ("pendulum", "arm", "vehicle", "circle", "hand")

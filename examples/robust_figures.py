@@ -14,8 +14,6 @@ import numpy.typing as npt
 
 import zerorate as zr
 from recordings import Recording, check_folder, parser, sensors_alone
-from zerorate.compare.methods import filter_arguments
-from zerorate.compare.rest import scored_from
 from zerorate.metrics import coasting_error, running_mean
 from zerorate.options import METHODS
 from zerorate.show.style import (
@@ -34,6 +32,8 @@ from zerorate.show.style import (
     style_panels,
     write_caption,
 )
+from zerorate.tasks.compare.methods import filter_arguments
+from zerorate.tasks.compare.rest import scored_from
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

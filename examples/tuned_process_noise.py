@@ -14,8 +14,8 @@ import zerorate as zr
 from published_tables import Method
 from recordings import Floats
 from tables import table
-from zerorate.compare.methods import Method as Judged
-from zerorate.compare.simulated import Regret, run
+from zerorate.tasks.compare.methods import Method as Judged
+from zerorate.tasks.compare.simulated import Regret, run
 
 METHODS: tuple[Method, ...] = ("kf", "fading")
 STARTS = tuple(10.0**power for power in range(-1, -11, -1))

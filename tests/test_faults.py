@@ -20,7 +20,7 @@ from zerorate.faults import (
     unpacked,
     without,
 )
-from zerorate.io import LogError
+from zerorate.record import LogError
 
 FLAGS = {"rate": "--rate", "time_unit": "--time-unit", "device": "--device", "range": "--range"}
 

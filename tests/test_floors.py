@@ -12,13 +12,15 @@ import zerorate
 ROOT = Path(zerorate.__file__).parent
 FLOORS = (
     ("_native", "faults", "lazy", "numerals", "progress", "texts", "types", "units", "views"),
-    ("datasets", "denoising", "geometry", "io", "linear", "options"),
-    ("metrics", "noise"),
-    ("calibration", "checks", "identify"),
+    ("geometry", "options"),
+    ("record",),
+    ("datasets", "denoising", "io", "linear", "metrics", "noise"),
+    ("calibration", "checks", "identification"),
+    ("simulation",),
     ("array", "attitude", "navigation", "position"),
+    ("foot",),
     ("findings",),
-    ("run", "simulation"),
-    ("compare", "live"),
+    ("tasks",),
     ("show",),
     ("cli",),
 )

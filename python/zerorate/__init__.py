@@ -30,7 +30,7 @@ from zerorate.lazy import by_name
 from zerorate.views import shown_by
 
 if TYPE_CHECKING:
-    from zerorate import compare, identify, metrics, units
+    from zerorate import identification, metrics, units
     from zerorate.attitude.estimate import estimate_attitude
     from zerorate.calibration.calibrate import calibrate
     from zerorate.calibration.calibration import Calibration
@@ -41,15 +41,16 @@ if TYPE_CHECKING:
     from zerorate.checks.check import check
     from zerorate.denoising.wavelet import denoise
     from zerorate.io.counts import raw_counts
-    from zerorate.io.log import Log, LogError, Recording
+    from zerorate.io.fixes import read_fixes
     from zerorate.io.reading import read_log
     from zerorate.io.recording import read_recording
     from zerorate.io.writing import write_log
     from zerorate.navigation.alignment import align
-    from zerorate.navigation.fixes import Fixes
-    from zerorate.navigation.readers import read_fixes
     from zerorate.noise.allan import allan
     from zerorate.noise.model import NoiseModel
+    from zerorate.record.fixes import Fixes
+    from zerorate.record.log import Log, LogError
+    from zerorate.record.recording import Recording
     from zerorate.simulation.drive import simulate_drive
     from zerorate.simulation.gyro import simulate
     from zerorate.simulation.motion import simulate_motion
@@ -80,11 +81,10 @@ __all__ = [
     "calibrate",
     "calibrate_rate_table",
     "check",
-    "compare",
     "compare_calibrations",
     "denoise",
     "estimate_attitude",
-    "identify",
+    "identification",
     "integrate",
     "metrics",
     "raw_counts",
@@ -111,15 +111,16 @@ _PLACES: Final = {
     "checks.check": "check",
     "denoising.wavelet": "denoise",
     "io.counts": "raw_counts",
-    "io.log": "Log LogError Recording",
+    "io.fixes": "read_fixes",
     "io.reading": "read_log",
     "io.recording": "read_recording",
     "io.writing": "write_log",
     "navigation.alignment": "align",
-    "navigation.fixes": "Fixes",
-    "navigation.readers": "read_fixes",
     "noise.allan": "allan",
     "noise.model": "NoiseModel",
+    "record.fixes": "Fixes",
+    "record.log": "Log LogError",
+    "record.recording": "Recording",
     "simulation.drive": "simulate_drive",
     "simulation.gyro": "simulate",
     "simulation.motion": "simulate_motion",
@@ -134,22 +135,20 @@ _PLACES: Final = {
         "RateTable RateTableAxis IronGroup MagnetometerCalibration TemperatureBias "
         "calibrate_magnetometer find_rests fit_rate"
     ),
-    "checks": "Checks Finding",
+    "checks": "Checks Finding restore_clipped",
     "denoising": "Denoised",
     "findings": "Report report",
-    "identify": "RecursiveLeastSquares",
-    "io": "split_log",
+    "foot": "Feet FootFilter FootNavigation FootTrack join_feet",
+    "identification": "RecursiveLeastSquares",
+    "io": "read_mounting split_log",
     "linear": "LinearRun SmoothedRun",
-    "navigation": (
-        "Alignment Feet FootFilter FootNavigation FootTrack Mounting Outages TimeOffset "
-        "Track body_axes find_time_offset join_feet outages read_mounting restore_clipped "
-        "write_geojson write_gpx"
-    ),
+    "navigation": ("Alignment Outages Track find_time_offset outages write_geojson write_gpx"),
     "noise": (
         "AllanNoise AllanResult Coefficient DynamicAllan FittedModel Markov MotionDetector "
         "Sinusoid dynamic_allan whittle worst_axis"
     ),
-    "run": "Trace",
+    "record": "Mounting TimeOffset body_axes",
+    "tasks": "Trace",
     "simulation": (
         "DEVICES AccelErrors Contamination Device GyroErrors MotionErrors SimulatedDrive "
         "SimulatedMotion SimulatedSession SimulatedWalk device simulate_session "
@@ -183,9 +182,9 @@ def _rule(module: str, name: str) -> Callable[..., Any]:
 # Compiled classes know no module of the package: they are told what they go by.
 register(
     convert=_rule("zerorate.units", "convert"),
-    without_masks=_rule("zerorate.io.missing", "without_masks"),
+    without_masks=_rule("zerorate.record.missing", "without_masks"),
     linear_run=_rule("zerorate.linear.run", "LinearRun"),
-    trace=_rule("zerorate.run.trace", "Trace"),
+    trace=_rule("zerorate.tasks.trace", "Trace"),
     navigate=_rule("zerorate.navigation.processing", "processed"),
 )
 

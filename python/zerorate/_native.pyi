@@ -21,15 +21,15 @@ from typing_extensions import TypeVar
 
 from zerorate.calibration.calibration import Calibration
 from zerorate.calibration.magnetometer import MagnetometerCalibration
-from zerorate.io import Recording
 from zerorate.linear.run import LinearRun
 from zerorate.navigation.alignment import Alignment
-from zerorate.navigation.fixes import Fixes
-from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.track import Track
 from zerorate.navigation.wheels import Wheels
 from zerorate.noise import NoiseModel
-from zerorate.run.trace import Trace
+from zerorate.record import Recording
+from zerorate.record.fixes import Fixes
+from zerorate.record.offset import TimeOffset
+from zerorate.tasks.trace import Trace
 
 _Method: TypeAlias = Literal["kf", "akf", "fading", "robust", "auto"]
 _Status: TypeAlias = Literal[

@@ -11,7 +11,7 @@ from zerorate.array import accelerometers
 from zerorate.array.accelerometers import fuse_accelerometers
 from zerorate.array.logs import ArrayLog, array_log
 from zerorate.array.rotations import read_rotations
-from zerorate.run.array import replay_array
+from zerorate.tasks.array import replay_array
 
 G = 9.80665
 RATE = 200.0

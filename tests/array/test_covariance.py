@@ -7,7 +7,7 @@ import zerorate as zr
 from support.checks import assert_covariance
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.array.virtual_gyro import Noise, drift_weights, fit_noise
-from zerorate.io import Log
+from zerorate.record import Log
 
 RATE = 50.0
 RNG = np.random.default_rng(1)

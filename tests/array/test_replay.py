@@ -7,7 +7,7 @@ import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.array.logs import ArrayLog, array_log
 from zerorate.array.rotations import find_rotations
-from zerorate.run.array import OUT, replay_array
+from zerorate.tasks.array import OUT, replay_array
 
 RATE = 100.0
 N = 6000

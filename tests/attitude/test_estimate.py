@@ -7,8 +7,8 @@ import pytest
 
 import zerorate as zr
 from zerorate.geometry.frames import FRAMES, from_enu, in_enu
-from zerorate.io import Log, LogError, Recording
-from zerorate.io.samples import Samples
+from zerorate.record import Log, LogError, Recording
+from zerorate.record.samples import Samples
 
 MOTION = zr.simulate_motion("hand", duration=20.0, seed=4)
 RECORDING = MOTION.recording()

@@ -10,7 +10,7 @@ import pytest
 
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.io.samples import Samples
+from zerorate.record.samples import Samples
 
 IRON = np.array([9.0, -14.0, 6.0])
 RATE = 100.0

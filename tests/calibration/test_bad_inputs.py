@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import zerorate as zr
 from support.calibrated import calibration, deviations, session, sigmas, with_data
-from zerorate.io.clocks.grid import ClockReport
+from zerorate.record.clock import ClockReport
 
 DEG = np.pi / 180.0
 

@@ -218,7 +218,7 @@ class TestReference:
         (truth,) = recording.of_kind("reference")
         half = np.array([np.cos(turn / 2.0), 0.0, 0.0, -np.sin(turn / 2.0)])
         seen = rotations.product(half, truth.data[::4])
-        poses = zr.io.Poses(truth.time[::4], np.zeros((len(seen), 3)), seen)
+        poses = zr.record.Poses(truth.time[::4], np.zeros((len(seen), 3)), seen)
         poses.to_tum(folder / "truth.tum", force=True)
         columns = {
             name: log.data[:, i]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-import zerorate.compare.simulated
+import zerorate.tasks.compare.simulated
 from support.commands import check_line, names
 from support.compared import gyros, noise, oriented, resting, turning
 from support.logs import write_table
@@ -261,7 +261,7 @@ def test_a_recording_at_rest(cli, tmp_path):
 def test_simulated_gyros(cli, tmp_path, monkeypatch):
     # The optimum of all of them takes a minute.
     few = [model for model in MODELS if model.name == "strong walk"]
-    monkeypatch.setattr("zerorate.compare.simulated.MODELS", few)
+    monkeypatch.setattr("zerorate.tasks.compare.simulated.MODELS", few)
     file = tmp_path / "numbers.json"
     arguments = ("--simulated", "--seeds", "1", "--methods", "mean,auto", "--json", file)
     code, text, _ = cli(*arguments)
@@ -277,8 +277,8 @@ def test_simulated_gyros(cli, tmp_path, monkeypatch):
 
 
 def test_short_contaminated_gyros(cli, tmp_path, monkeypatch):
-    monkeypatch.setattr("zerorate.compare.simulated.MODELS", MODELS[:1])
-    short = partial(zerorate.compare.simulated.run_contaminated, duration=180.0)
+    monkeypatch.setattr("zerorate.tasks.compare.simulated.MODELS", MODELS[:1])
+    short = partial(zerorate.tasks.compare.simulated.run_contaminated, duration=180.0)
     monkeypatch.setattr("zerorate.cli.compare.run_contaminated", short)
     file, faults = tmp_path / "numbers.json", "share=0.05,size=100,one-sided"
     options = ("--seeds", "1", "--methods", "mean,ema,auto", "--contaminate", faults)
@@ -298,7 +298,7 @@ def test_short_contaminated_gyros(cli, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_contaminated_gyros(cli, tmp_path, monkeypatch):
-    monkeypatch.setattr("zerorate.compare.simulated.MODELS", MODELS[:1])
+    monkeypatch.setattr("zerorate.tasks.compare.simulated.MODELS", MODELS[:1])
     file, faults = tmp_path / "numbers.json", "share=0.05,size=100,one-sided"
     options = ("--seeds", "1", "--methods", "mean,ema,auto", "--contaminate", faults)
     code, text, _ = cli("--simulated", *options, "--json", file)

@@ -11,7 +11,7 @@ from support.commands import check_line
 from support.logs import write_gyros
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, read_faults, sentence
 from zerorate.faults import ArgumentError, given, naming, said
-from zerorate.io import LogError
+from zerorate.record import LogError
 
 SOURCES = sorted(Path(zerorate.cli.__file__).parent.glob("*.py"))
 

@@ -13,7 +13,7 @@ from support.commands import names, one_line
 from support.logs import write_table
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate import NoiseModel
-from zerorate.identify import ArmaModel, identify
+from zerorate.identification import ArmaModel, identify
 from zerorate.show.tables import WIDTH
 
 RATE = 100.0
@@ -182,7 +182,7 @@ class TestFiles:
         def fail(*_):
             raise OSError(28, "No space left on device")
 
-        monkeypatch.setattr("zerorate.io.atomic._flush", fail)
+        monkeypatch.setattr("zerorate.record.atomic._flush", fail)
         code, _, errors = cli(log, "-o", out, "--no-figure")
         assert (code, names(out)) == (1, [])
         assert errors == f"zerorate: {out}: No space left on device\n"

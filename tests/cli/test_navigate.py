@@ -202,7 +202,7 @@ def test_a_time_offset_is_added_to_the_fixes_everywhere(cli, imu, gnss, out, tmp
     said = ({"time_offset_s": "-0.125"}, {"imu_time_offset_s": "0.125"})
     for file, meta in zip(files[2:], said, strict=True):
         log = write_parquet(tmp_path / f"{file.stem}.parquet", imu_columns(), **meta)
-        assert zr.navigation.read_mounting(log).time_offset == -0.125
+        assert zr.io.read_mounting(log).time_offset == -0.125
         assert cli(log, late, *lever, file)[0] == 0
     first, *others = (zr.read_fixes(file).position for file in files)
     for other in others:
@@ -358,7 +358,8 @@ def test_a_log_of_a_flight_controller_holds_both(cli, out):
 def test_errors_against_a_reference_come_first(cli, imu, gnss, out, tmp_path):
     asked = (imu, gnss, "--no-figure", "--force", "-o", out / "a.csv", "--reference")
     truth = expected().poses()
-    turned = zr.io.Poses(truth.time, truth.position[:, (1, 0, 2)] * [1, -1, 1], truth.quaternion)
+    place = truth.position[:, (1, 0, 2)] * [1, -1, 1]
+    turned = zr.record.Poses(truth.time, place, truth.quaternion)
     turned.to_tum(tmp_path / "truth.tum")
     code, text, _ = cli(*asked, tmp_path / "truth.tum", "--tum")
     assert code == 0

@@ -19,7 +19,7 @@ import zerorate as zr
 from support.killed import left_by_a_kill
 from support.streams import Asked, lines_of, streamed
 from zerorate.cli import run
-from zerorate.run.left_out import LeftOut
+from zerorate.tasks.left_out import LeftOut
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="FIFOs and signals are of POSIX")
 

@@ -60,7 +60,7 @@ def test_every_command_of_a_page_runs(page, tmp_path, monkeypatch):
     # The same drive in each of several blocks.
     monkeypatch.setattr(zr, "simulate_drive", cache(zr.simulate_drive))
     # Lines that need a shell start workers, too.
-    monkeypatch.setattr("zerorate.run.batch.run.Processes", Here)
+    monkeypatch.setattr("zerorate.tasks.batch.run.Processes", Here)
     known = set(sys.modules)
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     for language, text in blocks(page):

@@ -33,11 +33,11 @@ FILTERS = {
     "drift": drift,
     "auto": auto,
     "holding": holding,
-    "least-squares": zr.identify.RecursiveLeastSquares,
+    "least-squares": zr.identification.RecursiveLeastSquares,
     "allan-noise": zr.noise.AllanNoise,
 }
 BY_KIND = pytest.mark.parametrize("kind", FILTERS)
-MODELS = pytest.mark.parametrize("make", [drift, zr.identify.RecursiveLeastSquares])
+MODELS = pytest.mark.parametrize("make", [drift, zr.identification.RecursiveLeastSquares])
 
 OUT_OF_RANGE = [
     (drift, "rate", [0, -1, NAN, INF, -INF], "a positive number of samples a second"),
@@ -57,10 +57,15 @@ OUT_OF_RANGE = [
     (auto, "scale", [0, -0.1, NAN, INF], "a positive number"),
     (auto, "channels", [0, -1], "at least 1"),
     (drift, "noise", ["Allan", ""], "'allan' or 'hadamard'"),
-    (zr.identify.RecursiveLeastSquares, "forgetting_factor", [0, 2, NAN], "above 0 and at most 1"),
-    (zr.identify.RecursiveLeastSquares, "startup", [-1, 0, 1], "at least two samples long"),
-    (zr.identify.RecursiveLeastSquares, "scale", [0, -1, NAN, INF], "a positive number"),
-    (zr.identify.RecursiveLeastSquares, "channels", [0, -1], "at least 1"),
+    (
+        zr.identification.RecursiveLeastSquares,
+        "forgetting_factor",
+        [0, 2, NAN],
+        "above 0 and at most 1",
+    ),
+    (zr.identification.RecursiveLeastSquares, "startup", [-1, 0, 1], "at least two samples long"),
+    (zr.identification.RecursiveLeastSquares, "scale", [0, -1, NAN, INF], "a positive number"),
+    (zr.identification.RecursiveLeastSquares, "channels", [0, -1], "at least 1"),
     (zr.noise.AllanNoise, "fading", [0, -0.1, 1.0001, NAN, INF], "above 0 and at most 1"),
     (zr.noise.AllanNoise, "floor", [-1e-300, NAN, INF], "zero or a positive number"),
     (zr.noise.AllanNoise, "noise", ["hdev"], "'allan' or 'hadamard'"),
@@ -120,7 +125,7 @@ def test_every_pair_of_integers_is_an_order(make, order):
             ]
         ),
         *(
-            (zr.identify.RecursiveLeastSquares, n)
+            (zr.identification.RecursiveLeastSquares, n)
             for n in ["forgetting_factor", "startup", "scale"]
         ),
         *((zr.noise.AllanNoise, n) for n in ["fading", "floor", "channels"]),

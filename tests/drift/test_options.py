@@ -113,7 +113,7 @@ def test_every_option_of_a_drift_filter_matters(base, option):
 
 @named(LEAST_SQUARES_OPTIONS)
 def test_every_option_of_least_squares_matters(base, option):
-    assert_matters(zr.identify.RecursiveLeastSquares, base, option)
+    assert_matters(zr.identification.RecursiveLeastSquares, base, option)
 
 
 @named(ALLAN_OPTIONS)
@@ -125,7 +125,7 @@ def test_every_option_of_allan_noise_matters(base, option):
     ("kind", "options"),
     [
         (zr.DriftFilter, DRIFT_OPTIONS),
-        (zr.identify.RecursiveLeastSquares, LEAST_SQUARES_OPTIONS),
+        (zr.identification.RecursiveLeastSquares, LEAST_SQUARES_OPTIONS),
         (zr.noise.AllanNoise, ALLAN_OPTIONS),
     ],
 )
@@ -146,7 +146,7 @@ def test_no_two_orders_or_methods_are_the_same():
     assert len({answer.tobytes() for answer in answers.values()}) == len(answers)
 
 
-@pytest.mark.parametrize("kind", [zr.identify.RecursiveLeastSquares, zr.noise.AllanNoise])
+@pytest.mark.parametrize("kind", [zr.identification.RecursiveLeastSquares, zr.noise.AllanNoise])
 def test_channels_set_the_shape(kind):
     assert kind().channels is None
     assert kind(channels=2).process(np.zeros((5, 2))).shape == (5, 2)

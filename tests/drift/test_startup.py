@@ -108,8 +108,8 @@ def test_a_model_whose_scale_is_proved_wrong_begins_anew(scale):
     rng = np.random.default_rng(3)
     z = record(60.0)
     model, fresh = (
-        zr.identify.RecursiveLeastSquares((1, 0)),
-        zr.identify.RecursiveLeastSquares((1, 0)),
+        zr.identification.RecursiveLeastSquares((1, 0)),
+        zr.identification.RecursiveLeastSquares((1, 0)),
     )
     model.process(np.concatenate([scale * rng.standard_normal(1000), z]))
     fresh.process(z[-4000:])

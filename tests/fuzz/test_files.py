@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from support.formats import FORMATS, damaged, written
-from zerorate.io import LogError, limits, open_log, read_log, read_recording
+from zerorate.io import limits, open_log, read_log, read_recording
+from zerorate.record import LogError
 
 CORPUS = Path(__file__).parent / "corpus"
 # Behind each damaged one a process is begun anew.

@@ -3,7 +3,7 @@
 import pytest
 
 from support.wild import EDGES
-from zerorate.run.live import ColumnError, LineError, LineStream, Settings
+from zerorate.tasks.live import ColumnError, LineError, LineStream, Settings
 
 CELLS = ["", "nan", "-", "1_0", "x", "1e999", "0x1", "\u0663", "\x00", '"', "1,2,3", "#", "9" * 400]
 CELLS += map(str, EDGES)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from support.tables import TIME
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
+from zerorate.record import LogError
 
 
 @pytest.mark.parametrize("dtype", ["f8", "f4", ">f8", "i2", "u1"])

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from support.arrivals import arrived, packets, polls, stalls
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
 from zerorate.io.clocks.clock import fit_grid
+from zerorate.record import LogError
 
 RATE = 99.3
 GAPS = ((3000, 300), (10_000, 500), (15_000, 120), (15_600, 400))

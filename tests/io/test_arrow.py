@@ -8,7 +8,8 @@ import pyarrow as pa
 import pyarrow.feather as feather
 import pytest
 
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
+from zerorate.record import LogError
 
 N = 100
 TIME = np.arange(N) / 100

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from support.killed import temporary_of
-from zerorate.io import Log, atomic_path, check_writable, write_log
-from zerorate.io.atomic import sweep
+from zerorate.io import write_log
+from zerorate.record import Log, atomic_path, check_writable
+from zerorate.record.atomic import sweep
 
 
 def test_success_leaves_one_file(tmp_path):

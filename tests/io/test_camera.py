@@ -8,7 +8,7 @@ import pytest
 import zerorate as zr
 from support.gopros import write_gopro
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.io import LogError
+from zerorate.record import LogError
 
 pytest.importorskip("telemetry_parser")
 

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
 from zerorate.io.readers import parsers
+from zerorate.record import LogError
 
 PARSERS = ("plain", "pyarrow", "numpy", "lines")
 ROWS = 30

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
 from zerorate.io.clocks.clock import fit_grid
-from zerorate.io.clocks.grid import ClockReport
+from zerorate.record import LogError
+from zerorate.record.clock import ClockReport
 
 N = 20_000
 ROWS = np.arange(N)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from support.tables import TIME, parquet, two_sensors
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
+from zerorate.record import LogError
 
 
 def test_choice_of_columns(tmp_path):

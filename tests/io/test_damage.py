@@ -15,8 +15,9 @@ import pytest
 from scipy.io import savemat
 
 from support.formats import FORMATS, damaged, written
-from zerorate.io import LogError, open_log, read_log, read_recording
-from zerorate.io.log import checked_rate
+from zerorate.io import open_log, read_log, read_recording
+from zerorate.record import LogError
+from zerorate.record.log import checked_rate
 
 ROUNDS = {"a.h5": 5, "a.mp4": 12, "stored.mat": 3, "deflated.mat": 3}
 """Behind each damaged one a process is begun anew."""

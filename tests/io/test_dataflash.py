@@ -6,8 +6,8 @@ import pytest
 import zerorate as zr
 from support.dataflash import KINDS, SCALES, batch, flight, write_dataflash, write_text
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.io import LogError
 from zerorate.io.readers.dataflash import binary
+from zerorate.record import LogError
 
 N = 100
 WRITERS = {"a.bin": write_dataflash, "a.log": write_text, "a.txt": write_text}

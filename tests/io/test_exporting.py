@@ -5,7 +5,7 @@ import inspect
 import pytest
 
 from zerorate import Calibration, NoiseModel, TemperatureModel
-from zerorate.identify.arma_model import ArmaModel
+from zerorate.identification.arma_model import ArmaModel
 
 EXPORTS = [
     function

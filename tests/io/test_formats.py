@@ -8,7 +8,8 @@ import pytest
 
 from support.formats import FORMATS, N, written
 from support.tables import parquet
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
+from zerorate.record import LogError
 
 
 @pytest.mark.parametrize("suffix", ["parquet", "npy", "npz"])

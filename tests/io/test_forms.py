@@ -6,7 +6,7 @@ import pytest
 import zerorate as zr
 from support.forms import forms
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.io import LogError
+from zerorate.record import LogError
 
 FORMS = forms()
 READ = [form for form in FORMS if form.expected in ("read", "asks")]

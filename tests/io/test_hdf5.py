@@ -6,8 +6,9 @@ import h5py
 import numpy as np
 import pytest
 
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
 from zerorate.io.reading import read_sensors
+from zerorate.record import LogError
 
 N = 100
 TIME = np.arange(N) / 100

@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import zerorate as zr
-from zerorate.io import Log, read_log, write_log
+from zerorate.io import read_log, write_log
 from zerorate.io.readers.cells import from_inert, inert
-from zerorate.live import Beside, LineStream, Settings
+from zerorate.record import Log
 from zerorate.show.curve_files import CurveFormat, write_curves
+from zerorate.tasks.live import Beside, LineStream, Settings
 
 STARTERS = "=+-@\t\r\n＝＋－＠"
 NAMES = ["=cmd|' /C calc'!A0", "+1", "-x", "@SUM(1)", "'=x", "＝a", "a,=b", 'q"=c', "a;-b", "wx"]

@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
 from zerorate.io.clocks.iso8601 import dates, is_date
 from zerorate.io.readers import parsers
+from zerorate.record import LogError
 
 NANOSECONDS = st.integers(-(2**62), 2**62)
 OFFSETS = st.integers(-23 * 60 - 59, 23 * 60 + 59)

@@ -14,8 +14,9 @@ import pytest
 from scipy.io import savemat
 
 from support.formats import written
-from zerorate.io import LogError, limits, read_log, read_recording
+from zerorate.io import limits, read_log, read_recording
 from zerorate.io.readers import apart
+from zerorate.record import LogError
 
 N = 3_000_000
 ZEROS = np.zeros(3 * N)

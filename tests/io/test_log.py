@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from support.logs import make_log
-from zerorate.io import Log, LogError
+from zerorate.record import Log, LogError
 
 
 def test_log_properties():

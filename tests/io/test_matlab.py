@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
+from zerorate.record import LogError
 
 N = 100
 TIME = np.arange(N) / 100

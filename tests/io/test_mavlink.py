@@ -5,7 +5,8 @@ import pytest
 
 import zerorate as zr
 from support.tlogs import packet, record
-from zerorate.io import LogError, read_recording
+from zerorate.io import read_recording
+from zerorate.record import LogError
 
 N = 200
 COUNTS = np.random.default_rng(5).integers(-500, 500, (N, 9))

@@ -6,8 +6,9 @@ import polars as pl
 import pyarrow as pa
 import pytest
 
-from zerorate.io import Log, LogError, read_log
-from zerorate.io.missing import without_masks
+from zerorate.io import read_log
+from zerorate.record import Log, LogError
+from zerorate.record.missing import without_masks
 
 MASKED = np.ma.array([0.1, 0.2, 0.3], mask=[False, True, False])
 COUNTS = np.ma.array([1, 2, 3], mask=[False, True, False])

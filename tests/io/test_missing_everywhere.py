@@ -10,9 +10,10 @@ import pyarrow as pa
 import pytest
 
 import zerorate as zr
-from zerorate.io import Log, write_log
-from zerorate.io.log import LogError
-from zerorate.run.replay import replay
+from zerorate.io import write_log
+from zerorate.record import Log
+from zerorate.record.log import LogError
+from zerorate.tasks.replay import replay
 
 N = 3000
 RATE = 100.0
@@ -36,7 +37,7 @@ SHAPES = {
 }
 
 
-m, i = zr.metrics, zr.identify
+m, i = zr.metrics, zr.identification
 WHERE = np.arange(N) % 3 > 0
 METRICS = {
     "allan_ratio": lambda z: m.allan_ratio(z, OTHER, RATE, 0.5).ratio,
@@ -91,7 +92,7 @@ IDENTIFY = {
 }
 STREAMS = {
     "DriftFilter": lambda: zr.DriftFilter(RATE),
-    "RecursiveLeastSquares": lambda: zr.identify.RecursiveLeastSquares((1, 0)),
+    "RecursiveLeastSquares": lambda: zr.identification.RecursiveLeastSquares((1, 0)),
     "AllanNoise": lambda: zr.noise.AllanNoise(),
     "StreamingAllan": lambda: zr.StreamingAllan(RATE),
     "RestDetector": lambda: zr.RestDetector(RATE),
@@ -118,7 +119,7 @@ CALLS = METRICS | IDENTIFY | LOGS | PROCESS
 
 
 def abs_of(z):
-    return [None if np.isnan(value) else abs(value) for value in zr.io.missing.floats(z, "z")]
+    return [None if np.isnan(value) else abs(value) for value in zr.record.missing.floats(z, "z")]
 
 
 def rows(z, axes):
@@ -176,7 +177,7 @@ def test_every_function_of_samples_is_in_the_table():
 
     # Tracks take poses, whose missing parts are in tests/metrics.
     assert functions(zr.metrics) - {"ate", "rpe"} == METRICS.keys()
-    assert functions(zr.identify) - {"to_filter"} == IDENTIFY.keys()
+    assert functions(zr.identification) - {"to_filter"} == IDENTIFY.keys()
 
 
 @pytest.mark.parametrize("bad", [["a", "b"], [1j, 2], np.array(["NaT", "2024"], "M8[s]")], ids=str)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import zerorate as zr
 from zerorate.io.clocks.names import looks_like_time, may_be_time, named_like_time, time_unit
-from zerorate.io.names import canonical_unit, looks_like_gyro, split_unit
+from zerorate.record.names import canonical_unit, looks_like_gyro, split_unit
 
 GYROS = """
 gyro_x_dps wx gx gyroX GyroscopeZ angular_velocity.x imu1_gyro_z rate_x w_x imu_wz rate wz_radps
@@ -82,5 +82,5 @@ def test_arrays_of_any_name_are_read_or_refused(names):
         for asked in (None, 0):
             try:
                 read(arrays, rate=10, columns=asked)
-            except zr.io.LogError as error:
+            except zr.record.LogError as error:
                 assert "\n" not in str(error)  # noqa: PT017

@@ -9,7 +9,8 @@ import pyarrow as pa
 import pytest
 
 import zerorate as zr
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
+from zerorate.record import LogError
 
 N = 100
 TIME = np.arange(N) / 100

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from support.packets import mtdata2, sensor_logger, sensor_server, wit, wit_bluetooth, ximu3
-from zerorate.io.names import meaning_of
 from zerorate.io.packets import PACKETS, Damaged
+from zerorate.record.names import meaning_of
 
 GYRO, ACCEL, MAG = (0.5, -0.25, 2.0), (0.125, 0.5, 9.75), (0.5, -1.0, 0.25)
 MTI = (

@@ -8,8 +8,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from support.tables import TIME, miscounted, parquet, two_sensors
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
 from zerorate.io.readers.parquet import RowGroups
+from zerorate.record import LogError
 
 
 def test_parquet_types_and_metadata(tmp_path):

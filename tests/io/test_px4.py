@@ -6,8 +6,8 @@ import pytest
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
 from support.ulogs import MAGIC, flight, sensor, stamps, write_ulog
-from zerorate.io import LogError
 from zerorate.io.reading import read_sensors
+from zerorate.record import LogError
 
 N = 400
 INVALID = 0x7FFFFFFF

@@ -3,7 +3,8 @@
 import pytest
 
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
+from zerorate.record import LogError
 
 RATES = {
     "adis16405_static_100hz_run1": (100.0, 1_000_000, 3, "deg/s"),

@@ -10,8 +10,8 @@ import pytest
 import zerorate as zr
 from support.bags import KINDS, values, write_recording
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.io import Log, LogError, Recording
-from zerorate.io.names import meaning_of
+from zerorate.record import Log, LogError, Recording
+from zerorate.record.names import meaning_of
 
 N = 400
 TIME = np.arange(N) / 100

@@ -7,9 +7,10 @@ import pytest
 from support.recordings import RECORDINGS, needs_recordings
 from support.slow_sensors import held, quantised
 from zerorate.cli import run
-from zerorate.io import Log, LogError, open_log, read_log, read_recording, write_log
+from zerorate.io import open_log, read_log, read_recording, write_log
 from zerorate.io.clocks.grid import unstamped
 from zerorate.io.clocks.repeats import HEAD, repeated, rows_held, slower
+from zerorate.record import Log, LogError
 
 RATE = 100.0
 N = 6000

@@ -7,10 +7,10 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from support.bags import EPOCH, IMU, KINDS, WIND, imu_message, values, write_own, write_recording
-from zerorate.io import LogError, read_log, read_recording
+from zerorate.io import read_fixes, read_log, read_recording
 from zerorate.io.readers.ros import imu_of_cdr
 from zerorate.io.reading import read_sensors
-from zerorate.navigation import read_fixes
+from zerorate.record import LogError
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from zerorate.io import LogError, read_log, read_recording
+from zerorate.io import read_log, read_recording
+from zerorate.record import LogError
 
 N = 300
 T = np.arange(N) / 100

@@ -10,7 +10,8 @@ import pytest
 import zerorate as zr
 from support.bags import write_recording
 from zerorate.cli import run
-from zerorate.io import LogError, open_log, read_log, read_recording
+from zerorate.io import open_log, read_log, read_recording
+from zerorate.record import LogError
 
 N = 400
 TIME = np.arange(N) / 100

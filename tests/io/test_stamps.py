@@ -6,8 +6,9 @@ import polars as pl
 import pyarrow as pa
 import pytest
 
-from zerorate.io import Log, LogError, read_log
+from zerorate.io import read_log
 from zerorate.io.clocks.stamps import to_seconds
+from zerorate.record import Log, LogError
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,10 @@ import h5py
 import numpy as np
 import pytest
 
-from zerorate.io import LogError, read_log, read_recording
+from zerorate.io import read_log, read_recording
 from zerorate.io.readers import hdf5 as hdf5_reader
 from zerorate.io.readers.apart import asked
+from zerorate.record import LogError
 
 N = 100
 TIME = np.arange(N) / 100

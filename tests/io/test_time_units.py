@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from zerorate.io import LogError, open_log, read_log
+from zerorate.io import open_log, read_log
 from zerorate.io.reading import read_sensors
+from zerorate.record import LogError
 
 N = 2000
 I = np.arange(N)  # noqa: E741

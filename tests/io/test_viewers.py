@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from zerorate.io import LogError
+from zerorate.record import LogError
 
 N = 20_000
 

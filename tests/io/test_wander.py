@@ -145,7 +145,7 @@ def test_a_log_checks_its_stamps():
         ([0.0, np.nan, 1.0], "must be finite"),
     ):
         with pytest.raises(zr.LogError, match=told):
-            zr.io.Log(times, 1.0, times, ["wx"], stamps=stamps)
+            zr.record.Log(times, 1.0, times, ["wx"], stamps=stamps)
 
 
 def test_an_integral_goes_by_the_stamps():
@@ -170,7 +170,7 @@ def test_navigation_by_the_stamps_is_better_than_by_an_even_clock():
     table = {"time_s": taken / 400.0, "gyro_radps": motion.gyro.data[taken]}
     found = zr.read_recording({**table, "accel_mps2": motion.accel.data[taken]})
     assert found.gyro.stamps is not None
-    evened = zr.io.Recording({name: replace(log, stamps=None) for name, log in found.items()})
+    evened = zr.record.Recording({name: replace(log, stamps=None) for name, log in found.items()})
     errors = []
     for recording in (found, evened):
         start = zr.align(recording, latitude=48.0, heading="course", span=(0.0, 29.0))

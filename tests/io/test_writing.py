@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from zerorate.io import Log, LogError, read_log, read_recording, write_log
-from zerorate.io.names import split_unit
+from zerorate.io import read_log, read_recording, write_log
+from zerorate.record import Log, LogError
+from zerorate.record.names import split_unit
 
 FORMATS = [".csv", ".tsv", ".npz", ".parquet"]
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from zerorate.io import LogError, read_log
+from zerorate.io import read_log
 from zerorate.io.clocks.iso8601 import dates, is_date
 from zerorate.io.clocks.stamps import to_seconds
 from zerorate.io.clocks.written import unpacked_times
+from zerorate.record import LogError
 
 N = 300
 

@@ -203,7 +203,7 @@ def test_every_order_returns(order, channels):
         with named(method):
             assert_returns(fed(zr.DriftFilter(**arguments)))
             assert assert_returns(fed(zr.DriftFilter.started(start, **arguments))).start
-    twin = assert_returns(fed(zr.identify.RecursiveLeastSquares(order, channels=channels)))
+    twin = assert_returns(fed(zr.identification.RecursiveLeastSquares(order, channels=channels)))
     assert twin.order == order
 
 

@@ -369,7 +369,7 @@ def test_before_the_first_sample_the_answer_is_zero(method):
 def test_a_stuck_sensor_does_not_wind_up(forgetting_factor):
     z = noise_then(np.zeros(100_000))
     for order in ORDERS:
-        model = zr.identify.RecursiveLeastSquares(order, forgetting_factor)
+        model = zr.identification.RecursiveLeastSquares(order, forgetting_factor)
         model.process(z)
         # The trace that it started with, to the rounding of its sum.
         assert np.trace(model.covariance) <= len(model.covariance) * (1.0 + 1e-12)

@@ -11,7 +11,7 @@ from support import roads
 from support.checks import assert_same_bits
 from zerorate import Log, read_log, write_log
 from zerorate.cli import run
-from zerorate.run.batch import Settings, run_batch
+from zerorate.tasks.batch import Settings, run_batch
 
 BY_METHOD = pytest.mark.parametrize("method", roads.METHODS)
 FORMATS = ("parquet", "csv", "npy")

@@ -11,7 +11,7 @@ FILTERS = {
     "channels": "zr.DriftFilter(rate=100.0, method='fading', channels=3, output='estimate')",
     "auto": "zr.DriftFilter(rate=100.0, method='auto')",
     "holding": "zr.DriftFilter(rate=100.0, method='akf', motion='hold')",
-    "least-squares": "zr.identify.RecursiveLeastSquares()",
+    "least-squares": "zr.identification.RecursiveLeastSquares()",
     "noise": "zr.noise.AllanNoise()",
     "rest": "zr.RestDetector(rate=100.0)",
     "streaming": "zr.StreamingAllan(rate=100.0, octaves=6)",

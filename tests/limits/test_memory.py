@@ -12,7 +12,7 @@ CLASSES = {
     "kf": lambda k: zr.DriftFilter(rate=100.0, method="kf", channels=k, output="estimate"),
     "holding": lambda k: zr.DriftFilter(rate=100.0, method="akf", motion="hold", channels=k),
     "auto": lambda k: zr.DriftFilter(rate=100.0, method="auto", channels=k),
-    "least-squares": lambda k: zr.identify.RecursiveLeastSquares(channels=k),
+    "least-squares": lambda k: zr.identification.RecursiveLeastSquares(channels=k),
     "noise": lambda k: zr.noise.AllanNoise(channels=k),
     "motion": lambda k: zr.noise.MotionDetector(rate=100.0, channels=k),
     "rest": lambda k: zr.RestDetector(rate=100.0, channels=k),
@@ -133,7 +133,7 @@ WORK = {
     ),
     "auto": ("f = zr.DriftFilter(rate=100.0, method='auto')", "f.process(z)"),
     "trace": ("f = zr.DriftFilter(rate=100.0, method='fading')", "f.trace(z)"),
-    "models": ("f = zr.identify.RecursiveLeastSquares()", "f.process(z)"),
+    "models": ("f = zr.identification.RecursiveLeastSquares()", "f.process(z)"),
     "rest": ("f = zr.RestDetector(rate=100.0)", "f.process(z.astype('f4'))"),
     "attitude": ("f = zr.Attitude(100.0)", "f.process(*3 * [z[: len(z) // 3 * 3].reshape(-1, 3)])"),
     "attitude-trace": (

@@ -5,7 +5,7 @@ import pytest
 
 import zerorate as zr
 from support.evo_values import both, track
-from zerorate.io import LogError
+from zerorate.record import LogError
 
 # What `python tests/support/evo_values.py` prints with evo 1.38.1: rmse, mean, median, std, min,
 # max.
@@ -138,10 +138,10 @@ def test_a_turn_about_the_vertical_is_found():
 
 def test_what_cannot_be_compared_is_refused():
     one, other = track(), track()
-    away = zr.io.Poses(one.time + 100.0, one.position, one.quaternion)
+    away = zr.record.Poses(one.time + 100.0, one.position, one.quaternion)
     with pytest.raises(ValueError, match=r"no poses are within 0\.01 s .* 100\.000 to 119\.950 s"):
         zr.metrics.ate(away, other)
-    line = zr.io.Poses(one.time, one.time[:, None] * [1.0, 0.0, 0.0], one.quaternion)
+    line = zr.record.Poses(one.time, one.time[:, None] * [1.0, 0.0, 0.0], one.quaternion)
     with pytest.raises(ValueError, match="lie on a line"):
         zr.metrics.ate(line, line)
     with pytest.raises(ValueError, match="align must be one of"):
@@ -172,7 +172,8 @@ class TestPoses:
         assert poses.quaternion[0] * np.sqrt(0.91) == pytest.approx([0.5, -0.1, -0.8, 0.1])
 
     def test_between_two(self):
-        turned = zr.io.Poses([0.0, 1.0, 3.0], np.eye(3), [[1, 0, 0, 0], [0, 0, 0, 1], [0, 0, 0, 1]])
+        attitudes = [[1, 0, 0, 0], [0, 0, 0, 1], [0, 0, 0, 1]]
+        turned = zr.record.Poses([0.0, 1.0, 3.0], np.eye(3), attitudes)
         found = turned.at(np.array([-1.0, 0.25, 1.0, 2.0]), most_gap=1.5)
         assert np.isnan(found.quaternion[[0, 3]]).all()
         half = np.pi / 8.0

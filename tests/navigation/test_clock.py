@@ -7,7 +7,8 @@ import pytest
 
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.navigation import TimeOffset, find_start, find_time_offset
+from zerorate.navigation import find_start, find_time_offset
+from zerorate.record import TimeOffset
 
 
 def driven(seed, seconds=200.0, **options):
@@ -200,9 +201,9 @@ def test_wrong_input_is_refused():
 
 @needs_recordings
 def test_the_clocks_of_the_recorded_drive():
-    mounting = zr.navigation.read_mounting(RECORDINGS / "drive_imu_100hz.parquet")
+    mounting = zr.io.read_mounting(RECORDINGS / "drive_imu_100hz.parquet")
     imu = zr.read_recording(RECORDINGS / "drive_imu_100hz.parquet")
-    imu = zr.navigation.body_axes(imu, mounting.body_from_sensor)
+    imu = zr.record.body_axes(imu, mounting.body_from_sensor)
     fixes = zr.read_fixes(RECORDINGS / "drive_gnss_4hz.parquet")
     lever = {"antenna": mounting.antenna}
     start = find_start(imu, fixes, **lever)

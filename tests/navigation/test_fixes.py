@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from zerorate.navigation.fixes import Fixes
+from zerorate.record.fixes import Fixes
 
 N = 5
 TIME = np.arange(N) * 0.25

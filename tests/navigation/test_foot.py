@@ -307,10 +307,10 @@ def test_a_recording_is_restored_where_that_is_certain():
     walk = zr.simulate_walk(strides=20, seed=5, gyro_range=6.5)
     noisy = replace(walk, gyro=walk.gyro + 1e-3 * np.sin(np.arange(len(walk.time)))[:, np.newaxis])
     for one, certain in ((walk, True), (noisy, False)):
-        found, sides = zr.navigation.restore_recording(one.recording())
+        found, sides = zr.checks.restore_recording(one.recording())
         assert [side.certain for side in sides] == [certain] * 2
         assert (found.gyro.data[:, 1].max() > 7.0) == certain
-        again, _ = zr.navigation.restore_recording(one.recording(), certain=False)
+        again, _ = zr.checks.restore_recording(one.recording(), certain=False)
         assert again.gyro.data[:, 1].max() > 7.0
     whole = zr.simulate_walk(strides=5).recording()
-    assert zr.navigation.restore_recording(whole)[0] is whole
+    assert zr.checks.restore_recording(whole)[0] is whole

@@ -18,7 +18,7 @@ def test_all_sensors_are_turned_and_nothing_else():
         "temp_degc": np.full(n, 20.0),
     }
     before = zr.read_recording(table)
-    after = zr.navigation.body_axes(before, TURN)
+    after = zr.record.body_axes(before, TURN)
     for name in ("gyro", "accel"):
         np.testing.assert_allclose(after[name].data, before[name].data @ TURN.T)
         assert after[name].unit == before[name].unit
@@ -38,7 +38,7 @@ def test_all_sensors_are_turned_and_nothing_else():
 def test_what_is_no_rotation_is_refused(matrix, message):
     drive = zr.simulate_drive(duration=1.0)
     with pytest.raises(ValueError, match=message):
-        zr.navigation.body_axes(drive.recording(), matrix)
+        zr.record.body_axes(drive.recording(), matrix)
 
 
 def written(path, **said):
@@ -53,19 +53,19 @@ def written(path, **said):
 
 def test_a_file_says_how_it_was_mounted(tmp_path):
     said = {"body_from_sensor": str(TURN.tolist()), "antenna_from_imu_m": "0.5,0,-1"}
-    mounting = zr.navigation.read_mounting(
+    mounting = zr.io.read_mounting(
         written(tmp_path / "a.parquet", imu_time_offset_s="-0.1", **said)
     )
     np.testing.assert_array_equal(mounting.body_from_sensor, TURN)
     np.testing.assert_array_equal(mounting.antenna, [0.5, 0.0, -1.0])
     assert mounting.time_offset == 0.1
-    other = zr.navigation.read_mounting(written(tmp_path / "o.parquet", time_offset_s="0.1"))
+    other = zr.io.read_mounting(written(tmp_path / "o.parquet", time_offset_s="0.1"))
     assert other.time_offset == mounting.time_offset
-    nothing = zr.navigation.read_mounting(written(tmp_path / "b.parquet"))
+    nothing = zr.io.read_mounting(written(tmp_path / "b.parquet"))
     assert nothing.body_from_sensor is nothing.antenna is nothing.time_offset is None
     text = tmp_path / "c.csv"
     text.write_text("time,gyro\n0,1\n")
-    assert zr.navigation.read_mounting(text).antenna is None
+    assert zr.io.read_mounting(text).antenna is None
 
 
 @pytest.mark.parametrize(
@@ -79,4 +79,4 @@ def test_a_file_says_how_it_was_mounted(tmp_path):
 )
 def test_what_it_says_wrongly_is_refused(tmp_path, said):
     with pytest.raises(zr.LogError, match="its metadata on the mounting is wrong"):
-        zr.navigation.read_mounting(written(tmp_path / "a.parquet", **said))
+        zr.io.read_mounting(written(tmp_path / "a.parquet", **said))

@@ -225,8 +225,8 @@ def test_filters_that_are_of_no_use():
 @pytest.mark.parametrize("wheels", [{}, {"vehicle": "wheeled", "axle": (-1.0, 0.0, 1.3)}])
 def test_the_recorded_drive(wheels):
     path = RECORDINGS / "drive_imu_100hz.parquet"
-    mounting = zr.navigation.read_mounting(path)
-    imu = zr.navigation.body_axes(zr.read_recording(path), mounting.body_from_sensor)
+    mounting = zr.io.read_mounting(path)
+    imu = zr.record.body_axes(zr.read_recording(path), mounting.body_from_sensor)
     fixes = zr.read_fixes(RECORDINGS / "drive_gnss_4hz.parquet")
     begin = zr.align(imu, latitude=fixes.position[0, 0], heading="course", span=(0.0, 36.0))
     nav = zr.NavigationFilter(begin, antenna=mounting.antenna, **wheels)

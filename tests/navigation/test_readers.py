@@ -25,7 +25,7 @@ from support.receivers import (
     vtg,
 )
 from support.recordings import RECORDINGS, column, needs_recordings
-from zerorate.io import LogError
+from zerorate.record import LogError
 
 KNOT = 1852.0 / 3600.0
 MAY_1 = 1_714_521_600.0

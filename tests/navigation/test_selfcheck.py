@@ -23,10 +23,10 @@ def simulated(seed=0, seconds=400.0):
 
 @cache
 def recorded():
-    mounting = zr.navigation.read_mounting(RECORDINGS / "drive_imu_100hz.parquet")
+    mounting = zr.io.read_mounting(RECORDINGS / "drive_imu_100hz.parquet")
     imu = zr.read_recording(RECORDINGS / "drive_imu_100hz.parquet")
     fixes = zr.read_fixes(RECORDINGS / "drive_gnss_4hz.parquet").shifted(mounting.time_offset)
-    return zr.navigation.body_axes(imu, mounting.body_from_sensor), fixes
+    return zr.record.body_axes(imu, mounting.body_from_sensor), fixes
 
 
 def sensors(imu, gyro=None, accel=None):
@@ -154,7 +154,7 @@ def test_axes_are_found_with_their_error():
     for seed in range(8):
         drive = zr.simulate_drive(50.0, 400.0, seed=seed)
         mount = Rotation.random(random_state=seed).as_matrix()
-        imu = zr.navigation.body_axes(drive.recording(), mount)
+        imu = zr.record.body_axes(drive.recording(), mount)
         axes = check_navigation(imu, drive.fixes, mounted=False).axes
         assert axes.certain
         turn = Rotation.from_matrix(axes.body_from_sensor @ mount).as_rotvec(degrees=True)
@@ -170,7 +170,7 @@ def test_axes_are_found_with_their_error():
 
 @needs_recordings
 def test_axes_of_the_recorded_drive():
-    mounting = zr.navigation.read_mounting(RECORDINGS / "drive_imu_100hz.parquet")
+    mounting = zr.io.read_mounting(RECORDINGS / "drive_imu_100hz.parquet")
     imu = zr.read_recording(RECORDINGS / "drive_imu_100hz.parquet")
     fixes = zr.read_fixes(RECORDINGS / "drive_gnss_4hz.parquet")
     axes = check_navigation(imu, fixes, mounted=False).axes

@@ -63,7 +63,7 @@ def test_the_motion_tells_the_heading(drive, name):
     first, case = CASES[name]
     turned = case.get("turned", 0.0)
     c, s = np.cos(turned), np.sin(turned)
-    imu = zr.navigation.body_axes(drive.recording(), [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    imu = zr.record.body_axes(drive.recording(), [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     fixes = case.get("change", lambda x: x)(cut(drive.fixes, first))
     start = zr.navigation.find_start(imu, fixes)
     assert start.heading_known
@@ -80,7 +80,7 @@ def test_the_motion_tells_the_heading(drive, name):
 @pytest.mark.parametrize("seed", [0, 1, 4])
 def test_clocks_that_are_off_turn_no_heading(seed):
     """Positions and velocities a quarter of a second apart: of a fine receiver many deviations."""
-    clocks = zr.navigation.TimeOffset(0.25, 0.0, -0.2, 0.0)
+    clocks = zr.record.TimeOffset(0.25, 0.0, -0.2, 0.0)
     fine = {"position_sigma": 0.02, "velocity_sigma": 0.05, "fixes_rate": 4.0}
     drive = zr.simulate_drive(50.0, 60.0, seed=seed, time_offset=clocks, **fine)
     start = zr.navigation.find_start(drive.recording(), drive.fixes)
@@ -131,9 +131,9 @@ def test_what_is_missing_is_said(drive):
 @pytest.mark.parametrize(("first", "bound"), [(0.0, 3.9), (100.0, 4.4), (230.0, 4.2)])
 def test_the_recorded_drive_starts_anywhere(first, bound):
     """Outages of 10 s, m rms, beside 3.3, 4.1 and 3.9; without velocities told nothing changes."""
-    mounting = zr.navigation.read_mounting(RECORDINGS / "drive_imu_100hz.parquet")
+    mounting = zr.io.read_mounting(RECORDINGS / "drive_imu_100hz.parquet")
     imu = zr.read_recording(RECORDINGS / "drive_imu_100hz.parquet")
-    imu = zr.navigation.body_axes(imu, mounting.body_from_sensor)
+    imu = zr.record.body_axes(imu, mounting.body_from_sensor)
     fixes = zr.read_fixes(RECORDINGS / "drive_gnss_4hz.parquet").between(first - 0.125)
     known = {"antenna": mounting.antenna, "time_offset": mounting.time_offset}
     found = zr.navigation.outages(imu, fixes, seconds=10.0, **known)

@@ -116,7 +116,7 @@ def test_a_mount_that_is_turned_is_found():
     told = zr.simulation.wheel_speeds(driven, scale=-0.03, yaw=yaw, axle=AXLE)
     # Neither does the vehicle go sideways of its own axes then.
     c, s = math.cos(yaw), math.sin(yaw)
-    imu = zr.navigation.body_axes(driven.recording(), [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    imu = zr.record.body_axes(driven.recording(), [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     axle = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ AXLE
     straight = zr.simulation.wheel_speeds(driven, scale=-0.03, axle=AXLE)
     nav = zr.NavigationFilter(
@@ -228,9 +228,9 @@ def test_what_cannot_be_is_refused():
 @needs_recordings
 def test_the_speed_of_the_receiver_as_that_of_wheels():
     """Of the recorded drive, with 0.1 m/s of noise more, and two percent too slow."""
-    mounting = zr.navigation.read_mounting(RECORDINGS / "drive_imu_100hz.parquet")
+    mounting = zr.io.read_mounting(RECORDINGS / "drive_imu_100hz.parquet")
     imu = zr.read_recording(RECORDINGS / "drive_imu_100hz.parquet")
-    imu = zr.navigation.body_axes(imu, mounting.body_from_sensor)
+    imu = zr.record.body_axes(imu, mounting.body_from_sensor)
     fixes = zr.read_fixes(RECORDINGS / "drive_gnss_4hz.parquet")
     time = imu.gyro.time
     lever = {"antenna": mounting.antenna}

@@ -6,7 +6,7 @@ import pytest
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate import NoiseModel
-from zerorate.identify.window_filters import moving_average
+from zerorate.identification.window_filters import moving_average
 from zerorate.io.reading import read_sensors
 from zerorate.noise.rest import MOVED, Span, largest_step, moving_spans
 

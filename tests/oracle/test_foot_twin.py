@@ -6,7 +6,7 @@ import pytest
 import zerorate as zr
 from oracle.foot import Foot
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.io.samples import Samples
+from zerorate.record.samples import Samples
 
 TOLERANCE = 1e-9
 FLIP = (1.0, -1.0, -1.0)

@@ -225,7 +225,7 @@ def test_least_squares(order, signal):
     arguments = [{}, {"forgetting_factor": 0.98}, {"scale": 3.0}]
     arguments = arguments[(ORDERS.index(order) + [*SIGNALS].index(signal)) % 3]
     z = record(signal, 700)
-    model = zr.identify.RecursiveLeastSquares(order, **arguments)
+    model = zr.identification.RecursiveLeastSquares(order, **arguments)
     twin = oracle.RecursiveLeastSquares(order, **arguments)
     residuals = model.process(z)
     expected = np.array([twin.update(sample) for sample in z.tolist()])

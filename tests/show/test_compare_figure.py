@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from zerorate.compare.comparison import Comparison
-from zerorate.compare.measures import Row
+from zerorate.tasks.compare.comparison import Comparison
+from zerorate.tasks.compare.measures import Row
 
 NAMES = "total", "heading", "inclination", "time"
 

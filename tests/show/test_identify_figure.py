@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from support.figures import check_colours, check_contrast, check_layout
-from zerorate.identify import identify
+from zerorate.identification import identify
 from zerorate.noise.spectrum import Spectrum
 from zerorate.show import plot_identification, save_figure
 from zerorate.show.identify_panels import _one_sided

@@ -12,10 +12,10 @@ from rich.console import Console
 
 import zerorate as zr
 from support.browser import CHROMIUM, Browser
-from zerorate.live import AttitudeSettings, LineStream, Settings
-from zerorate.run.live.view import View, Watcher
 from zerorate.show.live_page import LivePage
 from zerorate.show.live_terminal import LiveTerminal, bars
+from zerorate.tasks.live import AttitudeSettings, LineStream, Settings
+from zerorate.tasks.live.view import View, Watcher
 
 PIXELS = """(function () {{
   var c = document.getElementById("{}"), d = c.getContext("2d");
@@ -82,7 +82,7 @@ def test_a_view_of_an_attitude_has_up_as_its_third_axis(frame):
 
 def test_a_watcher_looks_now_and_then(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr("zerorate.run.live.view.monotonic", lambda: now[0])
+    monkeypatch.setattr("zerorate.tasks.live.view.monotonic", lambda: now[0])
     seen = []
     stream, watcher = drift(), Watcher(seen.append)
     watcher.answered(stream)

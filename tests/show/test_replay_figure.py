@@ -9,9 +9,9 @@ from matplotlib.colors import to_hex
 
 from support.figures import check_contrast, check_layout
 from support.logs import make_log, noise
-from zerorate.run.replay import replay
 from zerorate.show import plot_replay, save_figure
 from zerorate.show.style import ROSE
+from zerorate.tasks.replay import replay
 
 
 def gaps():

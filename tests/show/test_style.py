@@ -54,8 +54,8 @@ def test_a_path_is_shortened_in_its_middle():
 def test_pyplot_is_not_touched():
     code = (
         "import sys, numpy as np, zerorate as zr\n"
-        "from zerorate.identify import identify\n"
-        "from zerorate.run.replay import replay\n"
+        "from zerorate.identification import identify\n"
+        "from zerorate.tasks.replay import replay\n"
         "from zerorate.show import plot_replay\n"
         "z = np.random.default_rng(1).standard_normal(500)\n"
         "result = zr.allan(z, 10.0)\n"

@@ -16,9 +16,9 @@ from support.calibrated import calibration
 from support.drives import drive, start_of
 from support.figures import check_colours, check_contrast, check_layout
 from zerorate import views
-from zerorate.compare import compare
-from zerorate.run.replay import replay
 from zerorate.show.registry import VIEWS
+from zerorate.tasks.compare import compare
+from zerorate.tasks.replay import replay
 
 RNG = np.random.default_rng(7)
 RATE = 50.0
@@ -104,7 +104,7 @@ RESULTS = {
     "AttitudeEstimate": lambda: zr.estimate_attitude(
         zr.Recording({"gyro": log(), "accel": accelerometer()}, "a.csv")
     ),
-    "Identification": lambda: zr.identify.identify(Z[:, 0], RATE),
+    "Identification": lambda: zr.identification.identify(Z[:, 0], RATE),
     "Integrated": lambda: zr.integrate(Z, RATE, unit="deg/s", angle_random_walk=1e-4),
     "Integrated about one axis": lambda: zr.integrate(Z[:, 0], RATE, angle_random_walk=1e-4),
     "Denoised": lambda: zr.denoise(Z),
@@ -116,15 +116,15 @@ RESULTS = {
     "VirtualGyro": lambda: covariance().virtual_gyro(),
     "Rotations": lambda: zr.array.find_rotations(turns(), RATE, unit="rad/s"),
     "Alignment": aligned,
-    "TimeOffset": lambda: zr.navigation.TimeOffset(0.259, 0.002),
-    "TimeOffset not known": lambda: zr.navigation.TimeOffset(np.nan, np.inf),
+    "TimeOffset": lambda: zr.record.TimeOffset(0.259, 0.002),
+    "TimeOffset not known": lambda: zr.record.TimeOffset(np.nan, np.inf),
     "Track": tracked,
     "Outages": outages,
     "Trace": lambda: zr.DriftFilter(RATE).trace(Z[:, 0]),
     "Trace of channels": lambda: zr.DriftFilter(RATE, method="fading", channels=3).trace(Z),
     "Replay": lambda: replay(log(), methods=("auto", "kf")),
     "Comparison": lambda: compare([zr.Recording({"gyro": log()})], ("raw", "auto", "kf"))[0],
-    "ArmaModel": lambda: zr.identify.fit_arma(Z[:, 0], 1, 1),
+    "ArmaModel": lambda: zr.identification.fit_arma(Z[:, 0], 1, 1),
 }
 
 

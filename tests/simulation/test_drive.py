@@ -288,7 +288,7 @@ class TestOutside:
 
     def test_clocks_are_put_right_by_their_offset(self):
         exact = {"position_sigma": 0.0, "velocity_sigma": 0.0}
-        offset = zr.navigation.TimeOffset(-0.2, 0.0, 0.15, 0.0, 3e-4, 0.0, 30.0)
+        offset = zr.record.TimeOffset(-0.2, 0.0, 0.15, 0.0, 3e-4, 0.0, 30.0)
         plain = zr.simulate_drive(50.0, 60.0, seed=2, **exact)
         late = zr.simulate_drive(50.0, 60.0, seed=2, time_offset=offset, **exact)
         fixes = offset.applied(late.fixes)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from zerorate.compare import Trial
 from zerorate.geometry import rotations
 from zerorate.simulation.hand import turned
 from zerorate.simulation.trajectories import TRAJECTORIES
+from zerorate.tasks.compare import Trial
 
 DEG = math.radians(1.0)
 G = 9.80665

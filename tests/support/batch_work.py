@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from zerorate import Log, write_log
-from zerorate.run.batch.engines import Finished, Processes
+from zerorate.tasks.batch.engines import Finished, Processes
 
 
 class Here(Processes):

@@ -502,8 +502,8 @@ STREAMS = {
         properties=AUTO,
     ),
     "least-squares": Stream(
-        kind=zr.identify.RecursiveLeastSquares,
-        make=lambda arguments: zr.identify.RecursiveLeastSquares(**arguments),
+        kind=zr.identification.RecursiveLeastSquares,
+        make=lambda arguments: zr.identification.RecursiveLeastSquares(**arguments),
         settings=model_settings,
         examples={"least-squares": {}},
         properties=MODEL,

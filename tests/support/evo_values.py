@@ -18,7 +18,7 @@ def track(n=400, wobble=0.0, turn=0.0, shift=0.0, late=0.0):
     quaternion = np.column_stack((np.cos(half), 0.1 * np.sin(at), 0.0 * at, np.sin(half)))
     c, s = np.cos(turn), np.sin(turn)
     place = place @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + shift
-    return zr.io.Poses(t, place, quaternion)
+    return zr.record.Poses(t, place, quaternion)
 
 
 def both():
@@ -26,7 +26,7 @@ def both():
     found = track(wobble=0.05, turn=0.3, shift=1.5, late=0.004)
     kept = np.arange(len(found)) % 7 != 3
     times = found.time[kept] + 0.002
-    return zr.io.Poses(times, found.position[kept], found.quaternion[kept]), track()
+    return zr.record.Poses(times, found.position[kept], found.quaternion[kept]), track()
 
 
 def main():

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from zerorate.io.atomic import _temporary_name
+from zerorate.record.atomic import _temporary_name
 
 
 def dead_process():

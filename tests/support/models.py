@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from zerorate.identify import ArmaModel
+from zerorate.identification import ArmaModel
 
 # Fu & Han 2019, equation 32, without its constant, which contradicts its mean.
 FU_HAN = ArmaModel.of([1.0202, -0.0267], [-0.9955])

@@ -350,7 +350,7 @@ def least_squares(book: Book, files: Recordings) -> None:
         for width, channels, data in one_and_three(z):
             name = f"least squares {i} {width}"
             with book.trying(name):
-                model = zr.identify.RecursiveLeastSquares(channels=channels, **options)
+                model = zr.identification.RecursiveLeastSquares(channels=channels, **options)
                 book.put(name, model.process(data, threads=1))
                 book.read(name, model, "coefficients covariance samples_seen ready")
 
@@ -567,7 +567,7 @@ CRITERIA: Final = ("fpe", "aic", "aicc", "bic", "hq")
 FORMS: Final = ("harvey", "controllable", "observable", "fu-han", "fu-han-literal")
 
 
-def arma_model(book: Book, name: str, model: zr.identify.ArmaModel, z: np.ndarray) -> None:
+def arma_model(book: Book, name: str, model: zr.identification.ArmaModel, z: np.ndarray) -> None:
     """Record an ARMA model and what follows from it."""
     book.read(name, model, MODEL)
     book.say(f"{name} notes", model.notes)
@@ -576,7 +576,7 @@ def arma_model(book: Book, name: str, model: zr.identify.ArmaModel, z: np.ndarra
         "psi": lambda: model.psi_weights(50),
         "spectrum": lambda: model.spectrum(np.linspace(0.01, 50.0, 64), 100.0),
         "modes": lambda: [(m.time_constant, m.frequency, m.damping) for m in model.modes(100.0)],
-        "again": lambda: zr.identify.ArmaModel.from_json(model.to_json()).covariance,
+        "again": lambda: zr.identification.ArmaModel.from_json(model.to_json()).covariance,
     }
     if model.stationary:
         steps["autocovariance"] = lambda: model.autocovariance(50)
@@ -594,15 +594,15 @@ def autoregressions(book: Book, files: Recordings) -> None:
                           (12, "least-squares")):  # fmt: skip
             name = f"ar {record} {p} {method}"
             with book.trying(name):
-                arma_model(book, name, zr.identify.fit_ar(z, p, method=method), z)
+                arma_model(book, name, zr.identification.fit_ar(z, p, method=method), z)
         for p, q in ((1, 1), (2, 1), (2, 2), (0, 1)):
             name = f"arma {record} {p} {q}"
             with book.trying(name):
-                arma_model(book, name, zr.identify.fit_arma(z, p, q, method="css"), z)
+                arma_model(book, name, zr.identification.fit_arma(z, p, q, method="css"), z)
         for holes, short in (("", z[:4000]), (" gaps", with_gaps(z[:4000, None])[:, 0])):
             name = f"arma exact {record}{holes}"
             with book.trying(name):
-                found = zr.identify.fit_arma(short, 2, 1, method="exact")
+                found = zr.identification.fit_arma(short, 2, 1, method="exact")
                 arma_model(book, name, found, short)
 
 
@@ -613,20 +613,22 @@ def orders(book: Book, files: Recordings) -> None:
         for kind in ("ar", "arma"):
             name = f"order {kind} {criterion}"
             with book.trying(name):
-                found = zr.identify.select_order(z, kind=kind, criterion=criterion, margin=10.0)
+                found = zr.identification.select_order(
+                    z, kind=kind, criterion=criterion, margin=10.0
+                )
                 book.read(name, found, "n orders sigma2 n_coefficients scores minimum clear order")
                 book.read(name, found, " ".join(CRITERIA))
                 if kind == "arma":
                     book.put(f"{name} coefficients", np.concatenate(found.coefficients))
     with book.trying("order grid"):
-        grid = zr.identify.arma_grid(z, 3, 3)
+        grid = zr.identification.arma_grid(z, 3, 3)
         book.read("order grid", grid, "sigma2 n converged evaluations")
         book.put("order grid coefficients", np.concatenate(grid.coefficients))
 
 
 def tests(book: Book, files: Recordings) -> None:
     """Record the tests of a record and of residuals."""
-    study = zr.identify
+    study = zr.identification
     made: dict[str, Callable[[np.ndarray], Any]] = {
         "adf": lambda z: study.adf(z),
         "adf 5": lambda z: study.adf(z, lags=5),
@@ -657,10 +659,10 @@ def tests(book: Book, files: Recordings) -> None:
 def correlations(book: Book, record: str, z: np.ndarray) -> None:
     """Record correlograms, whiteness, and spans in motion."""
     with book.trying(f"correlogram {record}"):
-        found = zr.identify.autocorrelation(z, 60)
+        found = zr.identification.autocorrelation(z, 60)
         book.read(f"correlogram {record}", found, "lags acf pacf bound n")
     with book.trying(f"whiteness {record}"):
-        white = zr.identify.whiteness(z, lags=20, fitted=2)
+        white = zr.identification.whiteness(z, lags=20, fitted=2)
         book.read(f"whiteness {record}", white, "outside predictable white")
         book.read(f"whiteness {record} correlogram", white.correlogram, "acf pacf bound")
         book.read(f"whiteness {record} ljung box", white.ljung_box, TEST)
@@ -668,7 +670,7 @@ def correlations(book: Book, record: str, z: np.ndarray) -> None:
 
 def preparation(book: Book, files: Recordings) -> None:
     """Record what preparing makes of records, and where they moved."""
-    study = zr.identify
+    study = zr.identification
     whole = files.axis("fixed", 1, 0, 30_000)
     z, holed = with_gaps(whole[:, None])[:, 0], whole.copy()
     holed[10_000:10_500] = np.nan
@@ -704,7 +706,7 @@ def forms_and_filters(book: Book, files: Recordings) -> None:
     """Record state-space forms of models, and filters that begin with one."""
     z, drift = zr.simulate(zr.NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-5),
                            rate=100.0, duration=300.0, seed=3)  # fmt: skip
-    model = zr.identify.fit_arma(z, 1, 1, method="css")
+    model = zr.identification.fit_arma(z, 1, 1, method="css")
     arma_model(book, "started model", model, z)
     for method in PUBLISHED:
         name = f"started {method}"
@@ -713,17 +715,17 @@ def forms_and_filters(book: Book, files: Recordings) -> None:
             book.put(f"{name} answers", started.process(z))
             book.read(name, started, READINGS)
     with book.trying("started two"):
-        two = zr.identify.to_filter([model, model], 100.0, method="fading", adapt_for=60.0)
+        two = zr.identification.to_filter([model, model], 100.0, method="fading", adapt_for=60.0)
         book.put("started two answers", two.process(np.column_stack([z, drift])))
     signal = files.axis("adis", 0, 0, 20_000)
     for p, q in ((1, 1), (2, 1)):
-        arma = zr.identify.fit_arma(signal, p, q, method="css")
+        arma = zr.identification.fit_arma(signal, p, q, method="css")
         for form in FORMS:
             with book.trying(f"form {form} {p} {q}"):
                 state_space(book, f"form {form} {p} {q}", arma.to_state_space(form))
 
 
-def state_space(book: Book, name: str, system: zr.identify.StateSpace) -> None:
+def state_space(book: Book, name: str, system: zr.identification.StateSpace) -> None:
     """Record a state-space form."""
     book.read(name, system, "F G H sigma2 R offset constant start size")
     book.put(f"{name} impulse", system.impulse_response(30))
@@ -742,7 +744,7 @@ def identified(book: Book, files: Recordings) -> None:
     }
     for case, (z, options) in cases.items():
         with book.trying(f"identified {case}"):
-            found = zr.identify.identify(z, 100.0, name="axis", unit="deg/s", **options)
+            found = zr.identification.identify(z, 100.0, name="axis", unit="deg/s", **options)
             json_values(book, f"identified {case}", found.to_dict())
             book.put(f"identified {case} residuals", found.residuals)
             book.read(f"identified {case}", found, "rate slow_ratio")

@@ -10,7 +10,7 @@ import numpy as np
 
 import zerorate as zr
 from support.streams import lines_of, streamed_apart
-from zerorate.run.live import LineStream, Settings
+from zerorate.tasks.live import LineStream, Settings
 
 RATE = 100.0
 N = 2200

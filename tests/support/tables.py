@@ -4,7 +4,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from zerorate.io import Log, write_log
+from zerorate.io import write_log
+from zerorate.record import Log
 
 TIME = np.arange(5) / 100
 

@@ -13,13 +13,13 @@ import numpy.typing as npt
 from zerorate import _native
 from zerorate.array.virtual_gyro import Parts, VirtualGyro, WeightsName, weigh
 from zerorate.faults import ArgumentError, given, said
-from zerorate.io import Log
-from zerorate.io.log import checked_rate
-from zerorate.io.missing import floats
 from zerorate.noise.freedom import freedoms
 from zerorate.noise.kinds import KINDS, TauGrid, factors, seconds
 from zerorate.noise.quantities import check_unit
 from zerorate.noise.records import size_of
+from zerorate.record import Log
+from zerorate.record.log import checked_rate
+from zerorate.record.missing import floats
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
 

@@ -10,8 +10,9 @@ from typing import Any, Final, Literal, NamedTuple
 import numpy as np
 
 from zerorate.faults import ArgumentError
-from zerorate.io.log import Log, LogError, Recording, checked_rate
-from zerorate.io.names import looks_like_gyro, meaning_of, plain, split_unit
+from zerorate.record.log import Log, LogError, checked_rate
+from zerorate.record.names import looks_like_gyro, meaning_of, plain, split_unit
+from zerorate.record.recording import Recording
 from zerorate.types import Floats
 from zerorate.units import UNITS
 

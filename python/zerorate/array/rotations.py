@@ -13,11 +13,11 @@ import numpy.typing as npt
 from zerorate._native import DriftFilter
 from zerorate.faults import ArgumentError
 from zerorate.geometry import rotations as quaternions
-from zerorate.io.log import LogError, checked_rate
-from zerorate.io.missing import floats
-from zerorate.io.saved import as_json, check_format, finite_numbers, part, restored
 from zerorate.noise.exports import written
 from zerorate.options import with_limits
+from zerorate.record.log import LogError, checked_rate
+from zerorate.record.missing import floats
+from zerorate.record.saved import as_json, check_format, finite_numbers, part, restored
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 

@@ -18,9 +18,6 @@ from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.faults import ArgumentError, given, said
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.geometry.rotations import euler_angles, product
-from zerorate.io import Log, LogError, Poses, Recording
-from zerorate.io.samples import Samples
-from zerorate.io.table import FORWARD_RIGHT_DOWN
 from zerorate.metrics.orientation import (
     Heading,
     OrientationErrors,
@@ -28,6 +25,9 @@ from zerorate.metrics.orientation import (
     orientation_errors,
 )
 from zerorate.progress import Progress, reported
+from zerorate.record import Log, LogError, Poses, Recording
+from zerorate.record.log import FORWARD_RIGHT_DOWN
+from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from zerorate.io.log import Recording
+from zerorate.record.recording import Recording
 
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration

@@ -34,8 +34,8 @@ from zerorate.calibration.removal import (
     in_units,
     with_temperature,
 )
-from zerorate.io.exporting import restores
 from zerorate.noise.coefficient import Coefficient
+from zerorate.record.exporting import restores
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result, figure_of
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from zerorate.calibration.temperature import TemperatureModel
-    from zerorate.io import Recording
+    from zerorate.record import Recording
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Final
 
 from zerorate.calibration.calibration import Calibration
-from zerorate.io import Log, LogError, Recording
+from zerorate.record import Log, LogError, Recording
 
 _AXES: Final = 3
 

@@ -21,9 +21,9 @@ from zerorate.calibration.parameters import (
     PARAMETERS,
 )
 from zerorate.faults import given, said
-from zerorate.io.atomic import atomic_path
-from zerorate.io.exporting import exports
 from zerorate.noise.exports import written
+from zerorate.record.atomic import atomic_path
+from zerorate.record.exporting import exports
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 

@@ -12,8 +12,9 @@ import numpy as np
 
 from zerorate.calibration.parameters import PARAMETERS, Frame
 from zerorate.calibration.record import Origin, Rest, Turn
-from zerorate.io.exporting import exports
-from zerorate.io.saved import (
+from zerorate.noise.exports import written
+from zerorate.record.exporting import exports
+from zerorate.record.saved import (
     as_json,
     check_format,
     checked,
@@ -22,7 +23,6 @@ from zerorate.io.saved import (
     part,
     restored,
 )
-from zerorate.noise.exports import written
 from zerorate.types import Booleans, Floats
 
 if TYPE_CHECKING:

@@ -26,10 +26,10 @@ from zerorate.calibration.magnet.ticks import Ticks, ticks_of
 from zerorate.calibration.parameters import Matrix, Vector
 from zerorate.faults import ArgumentError
 from zerorate.geometry import EarthField, earth_field
-from zerorate.io import Log, LogError, Recording
-from zerorate.io.samples import Samples
-from zerorate.io.saved import check_format, restored
 from zerorate.noise.coefficient import Coefficient
+from zerorate.record import Log, LogError, Recording
+from zerorate.record.samples import Samples
+from zerorate.record.saved import check_format, restored
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from zerorate.io.log import LogError
+from zerorate.record.log import LogError
 
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration

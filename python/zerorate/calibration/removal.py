@@ -20,9 +20,9 @@ from zerorate.calibration.parameters import (
     GYRO_BIAS,
 )
 from zerorate.faults import ArgumentError
-from zerorate.io import Log, LogError, Recording
-from zerorate.io.missing import floats
-from zerorate.io.names import UNKNOWN, looks_like_accelerometer, looks_like_gyro
+from zerorate.record import Log, LogError, Recording
+from zerorate.record.missing import floats
+from zerorate.record.names import UNKNOWN, looks_like_accelerometer, looks_like_gyro
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 

@@ -1,9 +1,18 @@
-"""What a recording contradicts: units, signs and axes of its sensors that motion shows."""
+"""What a recording contradicts: units, signs and axes of its sensors, and clipped rates."""
 
 from zerorate.checks.check import check
+from zerorate.checks.clipped import ClippedAxis, RestoredGyro, restore_clipped, restore_recording
 from zerorate.checks.result import Checks, Finding
 
-__all__ = ["Checks", "Finding", "check"]
+__all__ = [
+    "Checks",
+    "ClippedAxis",
+    "Finding",
+    "RestoredGyro",
+    "check",
+    "restore_clipped",
+    "restore_recording",
+]
 
 
 def __dir__() -> list[str]:

@@ -15,9 +15,9 @@ from zerorate.checks.decision import Costs, Decision, decide
 from zerorate.checks.result import Checks, Finding
 from zerorate.checks.senses import INVERSES, SENSES, changes, listed, shared_rows, typed
 from zerorate.checks.sentences import mistaken, on_axes, on_unit
-from zerorate.io import Log, Recording
-from zerorate.io.clocks.grid import ClockReport, on_rate
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
+from zerorate.record import Log, Recording
+from zerorate.record.clock import ClockReport, on_rate
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
 

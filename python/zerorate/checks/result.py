@@ -9,9 +9,9 @@ from typing import Any, Final
 import numpy as np
 
 from zerorate.checks.decision import Status
-from zerorate.io import Log, Recording
-from zerorate.io.saved import as_json
 from zerorate.noise.coefficient import Coefficient
+from zerorate.record import Log, Recording
+from zerorate.record.saved import as_json
 from zerorate.types import Floats
 from zerorate.views import Result
 

@@ -56,7 +56,7 @@ def run(arguments: Sequence[str]) -> int:
     except ImportError:
         return _fail(extra_needed("typer", "cli"), 2)
     from zerorate.cli.app import invoke
-    from zerorate.run.interrupts import INTERRUPT, Ending
+    from zerorate.tasks.interrupts import INTERRUPT, Ending
 
     with Ending() as ending:
         try:
@@ -107,7 +107,7 @@ def _flush() -> None:
 
 
 def _interrupted(number: int) -> int:
-    from zerorate.run.interrupts import INTERRUPT
+    from zerorate.tasks.interrupts import INTERRUPT
 
     told = "interrupted" if number == INTERRUPT else "terminated"
     return _fail(told, _BY_SIGNAL + number)

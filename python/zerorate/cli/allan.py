@@ -45,9 +45,6 @@ from zerorate.cli.outputs import (
 )
 from zerorate.cli.records import Record, print_title, records
 from zerorate.faults import given, said
-from zerorate.io import Log, LogError
-from zerorate.io.log import present_logs
-from zerorate.io.names import UNKNOWN
 from zerorate.io.reading import read_sensors
 from zerorate.noise import NoiseModel
 from zerorate.noise.characterise import Characterisation, characterise, models_json
@@ -55,10 +52,13 @@ from zerorate.noise.exports import left_out
 from zerorate.noise.kinds import TauGrid
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.progress import Progress
-from zerorate.run.interrupts import in_background
+from zerorate.record import Log, LogError
+from zerorate.record.log import present_logs
+from zerorate.record.names import UNKNOWN
 from zerorate.show import format_allan, format_allan_notes
 from zerorate.show.curve_files import CurveFormat, write_curves
 from zerorate.show.tables import bulleted
+from zerorate.tasks.interrupts import in_background
 
 
 class Export(StrEnum):

@@ -14,14 +14,15 @@ from zerorate.array.options import ARRAY_OPTIONS
 from zerorate.cli.errors import UsageFault, as_usage, of_log, writing
 from zerorate.cli.outputs import check_outputs, print_written, progress_bar, together
 from zerorate.cli.records import Record, print_title
-from zerorate.io import LogError, read_recording, write_log
+from zerorate.io import read_recording, write_log
+from zerorate.record import LogError
 
 if TYPE_CHECKING:
     from zerorate.array.logs import ArrayLog
     from zerorate.array.rotations import Rotations
     from zerorate.cli.options import Reading
     from zerorate.progress import Progress
-    from zerorate.run.array import ArrayReplay
+    from zerorate.tasks.array import ArrayReplay
 
 ARRAY: Final = "Several gyros of one body"
 """The panel of help."""
@@ -152,7 +153,7 @@ def _replayed(
     progress: Progress,
 ) -> tuple[ArrayReplay, Rotations | None]:
     """Return the replay, and the rotations that were given or found."""
-    from zerorate.run.array import replay_array
+    from zerorate.tasks.array import replay_array
 
     if asked.file is not None or asked.find:
         if len(log.axes) != 3:

@@ -44,10 +44,11 @@ from zerorate.cli.records import print_title, records
 from zerorate.cli.references import ReferenceHeading, ReferenceOffset, Tum, reference_poses
 from zerorate.cli.standard import tell
 from zerorate.geometry import earth_field
-from zerorate.io import Recording, write_log
+from zerorate.io import write_log
 from zerorate.options import check_used
 from zerorate.progress import Progress
-from zerorate.run.interrupts import in_background
+from zerorate.record import Recording
+from zerorate.tasks.interrupts import in_background
 from zerorate.units import convert
 
 _FILTER: Final = "Attitude"

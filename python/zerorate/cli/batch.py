@@ -21,12 +21,12 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import counting_bar
 from zerorate.faults import told
-from zerorate.io import atomic_path
 from zerorate.numerals import significant
 from zerorate.options import FILTER_OPTIONS
-from zerorate.run.batch import BatchResult, Outlier, Settings, run_batch
-from zerorate.run.batch.fleet import LEAST_LOGS
+from zerorate.record import atomic_path
 from zerorate.show.tables import GAP, Table, as_text, prose
+from zerorate.tasks.batch import BatchResult, Outlier, Settings, run_batch
+from zerorate.tasks.batch.fleet import LEAST_LOGS
 
 OVERVIEW: Final = "overview.html"
 _WHERE: Final = "Where it runs"

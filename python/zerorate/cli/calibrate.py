@@ -53,12 +53,12 @@ from zerorate.cli.outputs import (
     text_writer,
 )
 from zerorate.cli.records import print_title, records
-from zerorate.io import Recording
 from zerorate.io.formats import LogSource
 from zerorate.progress import Progress
-from zerorate.run.interrupts import in_background
+from zerorate.record import Recording
 from zerorate.show.calibration_table import verdict
 from zerorate.show.tables import bulleted
+from zerorate.tasks.interrupts import in_background
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,7 +11,8 @@ import typer
 from zerorate.checks import Checks, Finding, check
 from zerorate.cli.errors import DataFault
 from zerorate.cli.options import PANEL
-from zerorate.io import Log, LogError, LogFile, Recording
+from zerorate.io import LogFile
+from zerorate.record import Log, LogError, Recording
 from zerorate.types import Floats
 
 Fix: TypeAlias = Annotated[

@@ -6,9 +6,9 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+from zerorate.checks.clipped import ClippedAxis, restore_recording
 from zerorate.cli.options import PANEL
-from zerorate.io import Recording
-from zerorate.navigation.clipped import ClippedAxis, restore_recording
+from zerorate.record import Recording
 
 
 class Clipped(StrEnum):

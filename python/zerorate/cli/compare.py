@@ -30,7 +30,14 @@ from zerorate.cli.outputs import (
     together,
 )
 from zerorate.cli.records import records
-from zerorate.compare import (
+from zerorate.geometry.frames import Frame
+from zerorate.progress import Progress
+from zerorate.record import LogError
+from zerorate.record.log import present_axes
+from zerorate.show.compare_simulated import format_regret
+from zerorate.show.compare_tables import format_compare
+from zerorate.simulation import Contamination
+from zerorate.tasks.compare import (
     ATTITUDE_METHODS,
     METHODS,
     Comparison,
@@ -40,19 +47,12 @@ from zerorate.compare import (
     compare_attitude,
     read_trial,
 )
-from zerorate.compare import compare as run_methods
-from zerorate.compare.as_json import as_json
-from zerorate.compare.attitude import check_attitude
-from zerorate.compare.methods import Chosen, name_of, resolved
-from zerorate.compare.simulated import Regret, run_contaminated
-from zerorate.compare.trial import Kind
-from zerorate.geometry.frames import Frame
-from zerorate.io import LogError
-from zerorate.io.log import present_axes
-from zerorate.progress import Progress
-from zerorate.show.compare_simulated import format_regret
-from zerorate.show.compare_tables import format_compare
-from zerorate.simulation import Contamination
+from zerorate.tasks.compare import compare as run_methods
+from zerorate.tasks.compare.as_json import as_json
+from zerorate.tasks.compare.attitude import check_attitude
+from zerorate.tasks.compare.methods import Chosen, name_of, resolved
+from zerorate.tasks.compare.simulated import Regret, run_contaminated
+from zerorate.tasks.compare.trial import Kind
 
 
 @dataclass(frozen=True)

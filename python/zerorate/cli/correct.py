@@ -20,8 +20,9 @@ from zerorate.cli.outputs import (
     together,
 )
 from zerorate.cli.records import print_title, records
-from zerorate.io import Log, Recording, write_log
-from zerorate.io.log import notes_of
+from zerorate.io import write_log
+from zerorate.record import Log, Recording
+from zerorate.record.log import notes_of
 from zerorate.show.tables import bulleted
 
 

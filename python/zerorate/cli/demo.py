@@ -10,10 +10,10 @@ from zerorate.cli.options import Force, Output
 from zerorate.cli.outputs import LogAndFigure, Outputs, check_outputs, progress_bar
 from zerorate.cli.replay import in_memory, print_result, write
 from zerorate.cli.simulate import AXES, Duration, Seed, SimulatedRate, simulated
-from zerorate.io import Log
-from zerorate.run.replay import Replay
+from zerorate.record import Log
 from zerorate.show.tables import prose
 from zerorate.simulation.devices import device as find_device
+from zerorate.tasks.replay import Replay
 from zerorate.units import convert
 
 

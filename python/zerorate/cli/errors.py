@@ -39,7 +39,7 @@ def of_log(error: BaseException, source: str) -> DataFault:
 @contextmanager
 def read_faults() -> Iterator[None]:
     """Turn what reading a log raises into faults: of usage if an argument asked for too much."""
-    from zerorate.io import LogError
+    from zerorate.record import LogError
 
     try:
         yield
@@ -54,7 +54,7 @@ def read_faults() -> Iterator[None]:
 @contextmanager
 def as_usage() -> Iterator[None]:
     """Turn errors of arguments, and of the place to write to, into usage faults."""
-    from zerorate.io import LogError
+    from zerorate.record import LogError
 
     try:
         yield
@@ -69,7 +69,7 @@ def as_usage() -> Iterator[None]:
 @contextmanager
 def writing() -> Iterator[None]:
     """Turn what writing a file raises, a full disk for instance, into a fault."""
-    from zerorate.io import LogError
+    from zerorate.record import LogError
 
     try:
         yield

@@ -9,8 +9,8 @@ from zerorate.cli.errors import read_faults
 from zerorate.cli.options import READING
 from zerorate.faults import naming
 from zerorate.io.explaining import explain, known_formats
+from zerorate.io.fixes import RECEIVERS
 from zerorate.io.packets import PACKETS
-from zerorate.navigation.readers import RECEIVERS
 from zerorate.show.formats_table import format_explanation, format_formats
 
 _OPTIONS: Final = {name: f"--{name.replace('_', '-')}" for name in READING}

@@ -37,19 +37,20 @@ from zerorate.cli.outputs import (
 )
 from zerorate.cli.records import print_title, records
 from zerorate.faults import said, sentence_of, told
-from zerorate.identify.arma import MAX_ORDER
-from zerorate.identify.as_json import as_json
-from zerorate.identify.identification import LEAST_SAMPLES, Identification
-from zerorate.identify.identification import identify as identify_axis
-from zerorate.io import Log, read_log
-from zerorate.io.log import notes_of
+from zerorate.identification.arma import MAX_ORDER
+from zerorate.identification.as_json import as_json
+from zerorate.identification.identification import LEAST_SAMPLES, Identification
+from zerorate.identification.identification import identify as identify_axis
+from zerorate.io import read_log
 from zerorate.noise.records import as_record
 from zerorate.progress import Progress
-from zerorate.run.interrupts import in_background
-from zerorate.run.workers import workers
+from zerorate.record import Log
+from zerorate.record.log import notes_of
 from zerorate.show.identify_page import identification_page
 from zerorate.show.identify_tables import format_identify
 from zerorate.show.tables import bulleted
+from zerorate.tasks.interrupts import in_background
+from zerorate.tasks.workers import workers
 
 
 class Criterion(StrEnum):

@@ -23,7 +23,7 @@ from zerorate.cli.outputs import (
     text_writer,
 )
 from zerorate.cli.records import print_title, records
-from zerorate.run.interrupts import in_background
+from zerorate.tasks.interrupts import in_background
 
 PANEL: Final = "Magnetometer instead of IMU"
 EXPORTS: Final = ("json", "px4", "ardupilot")

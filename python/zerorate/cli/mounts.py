@@ -11,7 +11,8 @@ import numpy as np
 
 from zerorate.cli.errors import UsageFault, as_usage, require
 from zerorate.cli.options import parse_words
-from zerorate.navigation.mounting import Mounting, read_mounting
+from zerorate.io.mounting import read_mounting
+from zerorate.record.mounting import Mounting
 from zerorate.types import Floats
 
 _NONE: Final = "none"

@@ -44,18 +44,14 @@ from zerorate.cli.outputs import (
 )
 from zerorate.cli.references import ReferenceOffset, Tum, reference_poses
 from zerorate.faults import said
-from zerorate.io import LogError, Poses, Recording, read_log, write_log
-from zerorate.io.samples import Samples
+from zerorate.io import read_log, write_log
+from zerorate.io.fixes import read_fixes
 from zerorate.metrics.tracks import TrackErrors, ate, rpe
 from zerorate.navigation.alignment import Alignment, align
 from zerorate.navigation.axes import Axes
 from zerorate.navigation.clock import find_time_offset
-from zerorate.navigation.fixes import Fixes
-from zerorate.navigation.mounting import body_axes
-from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.options import NAVIGATION_OPTIONS
 from zerorate.navigation.outage import Gaps, Outages
-from zerorate.navigation.readers import read_fixes
 from zerorate.navigation.selfcheck import NavigationChecks, check_navigation
 from zerorate.navigation.start import find_start
 from zerorate.navigation.track import Track, not_begun
@@ -63,7 +59,12 @@ from zerorate.navigation.tracks import write_geojson, write_gpx
 from zerorate.navigation.wheels import Wheels
 from zerorate.noise import NoiseModel, worst_axis
 from zerorate.progress import Progress
-from zerorate.run.interrupts import in_background
+from zerorate.record import LogError, Poses, Recording
+from zerorate.record.fixes import Fixes
+from zerorate.record.mounting import body_axes
+from zerorate.record.offset import TimeOffset
+from zerorate.record.samples import Samples
+from zerorate.tasks.interrupts import in_background
 from zerorate.types import Floats
 
 _FILTER: Final = "Navigation"

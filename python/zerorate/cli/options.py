@@ -16,8 +16,8 @@ from zerorate.cli.errors import UsageFault, as_usage, read_faults
 from zerorate.faults import naming
 from zerorate.io import raw_counts
 from zerorate.io.counts import Scale
-from zerorate.io.names import canonical_unit
 from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, Option, check_used, used_by
+from zerorate.record.names import canonical_unit
 
 _Choice = TypeVar("_Choice", bound=StrEnum)
 _Read = TypeVar("_Read")

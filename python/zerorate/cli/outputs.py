@@ -24,10 +24,10 @@ from zerorate.cli.options import (
     Output,
     PanelsOption,
 )
-from zerorate.io import atomic_path, check_writable
-from zerorate.io.atomic import sweep
 from zerorate.io.formats import FORMATS
 from zerorate.progress import Progress, silent
+from zerorate.record import atomic_path, check_writable
+from zerorate.record.atomic import sweep
 
 _Format = TypeVar("_Format", bound=StrEnum)
 Writer: TypeAlias = Callable[[Path], object]

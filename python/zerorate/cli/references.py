@@ -9,7 +9,8 @@ import typer
 
 from zerorate.cli.errors import UsageFault, read_faults
 from zerorate.cli.options import OUTPUT, PANEL
-from zerorate.io import Poses, read_poses
+from zerorate.io import read_poses
+from zerorate.record import Poses
 
 
 class ReferenceHeading(StrEnum):

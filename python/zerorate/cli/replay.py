@@ -56,14 +56,15 @@ from zerorate.cli.outputs import (
     together,
 )
 from zerorate.cli.records import Record, print_title, records
-from zerorate.io import Log, LogError, LogFile, open_imu, write_log
+from zerorate.io import LogFile, open_imu, write_log
 from zerorate.io.formats import LogSource
-from zerorate.io.log import Header
 from zerorate.options import METHODS, used_by, with_limits
 from zerorate.progress import Progress
-from zerorate.run.replay import Replay, Summary, replay_to_file
-from zerorate.run.replay import replay as run_replay
+from zerorate.record import Log, LogError
+from zerorate.record.log import Header
 from zerorate.show import format_biases, format_notes, format_replay, format_table
+from zerorate.tasks.replay import Replay, Summary, replay_to_file
+from zerorate.tasks.replay import replay as run_replay
 
 
 @dataclass(frozen=True)

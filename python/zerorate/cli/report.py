@@ -20,10 +20,10 @@ from zerorate.cli.records import print_title, records
 from zerorate.findings import Report, before_after
 from zerorate.findings import report as report_on
 from zerorate.io import read_recording
-from zerorate.navigation.readers import read_fixes
+from zerorate.io.fixes import read_fixes
 from zerorate.progress import Progress
-from zerorate.run.interrupts import in_background
 from zerorate.show.report_page import format_report
+from zerorate.tasks.interrupts import in_background
 
 
 @with_reading_options()

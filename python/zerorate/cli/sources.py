@@ -13,9 +13,9 @@ import typer
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
 from zerorate.cli.standard import tell
 from zerorate.io.packets import PACKETS, PacketForm
-from zerorate.run.interrupts import Interrupts
-from zerorate.run.live.serving import Line, datagrams, lines_of, loopback, packets_of
-from zerorate.run.live.sources import SOURCES, AddressError, live_source
+from zerorate.tasks.interrupts import Interrupts
+from zerorate.tasks.live.serving import Line, datagrams, lines_of, loopback, packets_of
+from zerorate.tasks.live.sources import SOURCES, AddressError, live_source
 
 
 @dataclass(frozen=True)

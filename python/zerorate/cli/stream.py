@@ -30,11 +30,11 @@ from zerorate.cli.sources import Origin
 from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, tell
 from zerorate.cli.watching import Watched
 from zerorate.faults import naming, told
-from zerorate.io import check_writable
 from zerorate.io.counts import Scaling
 from zerorate.options import FILTER_OPTIONS
-from zerorate.run.interrupts import Interrupted, Interrupts
-from zerorate.run.live import (
+from zerorate.record import check_writable
+from zerorate.tasks.interrupts import Interrupted, Interrupts
+from zerorate.tasks.live import (
     AttitudeSettings,
     Beside,
     CheckpointError,
@@ -44,8 +44,8 @@ from zerorate.run.live import (
     SettingsError,
     WithAttitude,
 )
-from zerorate.run.live.sequence import MOST_BITS
-from zerorate.run.live.serving import Saver, Server
+from zerorate.tasks.live.sequence import MOST_BITS
+from zerorate.tasks.live.serving import Saver, Server
 
 _BY_SIGNAL: Final = 128
 _PANEL: Final = "Attitude"

@@ -28,12 +28,13 @@ from zerorate.cli.outputs import (
     print_written,
     progress_bar,
 )
-from zerorate.io import Recording, write_log
-from zerorate.navigation.foot import FootNavigation, FootTrack, PlacedTrack
+from zerorate.foot.foot import FootNavigation, FootTrack, PlacedTrack
+from zerorate.io import write_log
 from zerorate.navigation.options import FOOT_OPTIONS
 from zerorate.navigation.tracks import write_geojson, write_gpx
 from zerorate.progress import Progress
-from zerorate.run.interrupts import in_background
+from zerorate.record import Recording
+from zerorate.tasks.interrupts import in_background
 
 _FILTER: Final = "Walk"
 _MAPS: Final = ("geojson", "gpx")

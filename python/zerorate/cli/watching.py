@@ -10,7 +10,7 @@ import typer
 
 from zerorate.cli.errors import UsageFault
 from zerorate.cli.standard import tell
-from zerorate.run.live.view import View, Watcher
+from zerorate.tasks.live.view import View, Watcher
 
 if TYPE_CHECKING:
     from zerorate.show.live_page import LivePage

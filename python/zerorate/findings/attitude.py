@@ -15,9 +15,10 @@ from zerorate.findings.finding import Finding, Spans, counted
 from zerorate.findings.imus import BLOCK, Imu, Sensor, beginning
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.rests import means, spans
-from zerorate.io.log import Log, Recording
-from zerorate.io.samples import Samples
 from zerorate.numerals import with_error
+from zerorate.record.log import Log
+from zerorate.record.recording import Recording
+from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
 
 SECTION: Final = "Attitude"

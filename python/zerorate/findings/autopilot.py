@@ -12,8 +12,9 @@ from zerorate.findings.finding import Finding, Spans
 from zerorate.findings.imus import beginning
 from zerorate.findings.limits import LIMITS
 from zerorate.io.formats import opened
-from zerorate.io.log import LogError, Recording
 from zerorate.io.table import Table
+from zerorate.record.log import LogError
+from zerorate.record.recording import Recording
 from zerorate.types import Booleans, Floats
 
 SECTION: Final = "What the autopilot wrote"

@@ -13,8 +13,9 @@ from zerorate.checks.result import Checks
 from zerorate.checks.result import Finding as Checked
 from zerorate.findings.finding import Finding
 from zerorate.findings.imus import BLOCK, Imu, Sensor, part
-from zerorate.io.log import LogError, Recording
 from zerorate.numerals import with_error
+from zerorate.record.log import LogError
+from zerorate.record.recording import Recording
 
 SECTION: Final = "Units and axes"
 _LONGEST: Final = 7200.0

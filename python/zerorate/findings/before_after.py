@@ -14,7 +14,7 @@ from zerorate.findings.enter import SECTION as ENTER
 from zerorate.findings.finding import RANKS, Finding
 from zerorate.findings.record import SECTION as RECORD
 from zerorate.findings.report import SECTIONS, Report
-from zerorate.io.saved import as_json
+from zerorate.record.saved import as_json
 from zerorate.views import Result
 
 Verdict = Literal["new", "worse", "gone", "better", "differs", "only before", "only after", "alike"]

@@ -11,7 +11,7 @@ import numpy as np
 from zerorate.findings.finding import Finding, Spans, counted
 from zerorate.findings.imus import Imu, Sensor
 from zerorate.findings.limits import LIMITS, Severity
-from zerorate.io.clocks.grid import ClockReport
+from zerorate.record.clock import ClockReport
 from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The clock"

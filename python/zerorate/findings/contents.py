@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from zerorate.findings.finding import Finding
 from zerorate.findings.imus import Imu
-from zerorate.io.log import Recording
+from zerorate.record.recording import Recording
 
 SECTION = "What is here"
 _SLOW = 50.0

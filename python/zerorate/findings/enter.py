@@ -14,9 +14,10 @@ from zerorate.faults import sentence_of
 from zerorate.findings.finding import Finding, Spans
 from zerorate.findings.imus import Imu, part
 from zerorate.findings.rests import OF_NOISE, means, spans
-from zerorate.io.log import LogError, Recording
 from zerorate.noise import NoiseModel
 from zerorate.noise.characterise import characterise
+from zerorate.record.log import LogError
+from zerorate.record.recording import Recording
 from zerorate.types import Floats
 
 SECTION: Final = "What to enter"

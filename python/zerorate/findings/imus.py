@@ -10,7 +10,8 @@ from typing import Final, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.log import Log, LogError, Recording
+from zerorate.record.log import Log, LogError
+from zerorate.record.recording import Recording
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import UNITS, convert
 

@@ -15,8 +15,9 @@ from zerorate.calibration.magnetometer import MagnetometerCalibration, calibrate
 from zerorate.findings.finding import Finding, counted
 from zerorate.findings.imus import BLOCK, Imu, Sensor, part
 from zerorate.findings.limits import LIMITS
-from zerorate.io.log import LogError, Recording
 from zerorate.numerals import with_error
+from zerorate.record.log import LogError
+from zerorate.record.recording import Recording
 
 SECTION: Final = "Magnetometer"
 _LONGEST: Final = 240.0

@@ -10,7 +10,7 @@ import numpy as np
 
 from zerorate.findings.autopilot import rows_of
 from zerorate.findings.imus import beginning
-from zerorate.io.log import Recording
+from zerorate.record.recording import Recording
 
 _HEAD: Final = 1 << 18
 _UUID: Final = re.compile(rb"I.char\[(\d{1,3})\] sys_uuid", re.DOTALL)

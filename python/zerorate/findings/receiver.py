@@ -14,16 +14,17 @@ from zerorate._native import NavigationFilter
 from zerorate.findings.finding import Finding
 from zerorate.findings.imus import Imu, Sensor, part
 from zerorate.findings.limits import LIMITS, Severity
-from zerorate.io.log import LogError, Recording
+from zerorate.io.fixes import read_fixes
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.clock import find_time_offset
-from zerorate.navigation.fixes import Fixes
-from zerorate.navigation.mounting import body_axes
-from zerorate.navigation.offset import TimeOffset
-from zerorate.navigation.readers import read_fixes
 from zerorate.navigation.selfcheck import NavigationChecks, check_navigation
 from zerorate.navigation.start import find_start
 from zerorate.numerals import with_error
+from zerorate.record.fixes import Fixes
+from zerorate.record.log import LogError
+from zerorate.record.mounting import body_axes
+from zerorate.record.offset import TimeOffset
+from zerorate.record.recording import Recording
 from zerorate.types import Floats
 
 SECTION: Final = "Receiver"

@@ -13,9 +13,9 @@ from zerorate.findings.magnetometer import SECTION as MAGNETOMETER
 from zerorate.findings.pairs import SECTION as PAIRS
 from zerorate.findings.receiver import SECTION as RECEIVER
 from zerorate.findings.rests import OF_BIAS, OF_NOISE
-from zerorate.io.log import Recording
 from zerorate.noise import NoiseModel
 from zerorate.noise.exports import left_out
+from zerorate.record.recording import Recording
 
 SECTION: Final = "What to record next"
 _FAST: Final = 90.0

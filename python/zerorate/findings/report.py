@@ -40,10 +40,11 @@ from zerorate.findings.samples import samples
 from zerorate.findings.temperature import by_temperature
 from zerorate.findings.vibration import SECTION as VIBRATION
 from zerorate.findings.vibration import vibration
-from zerorate.io.log import LogError, Recording
-from zerorate.io.saved import as_json
-from zerorate.navigation.fixes import Fixes
 from zerorate.progress import Progress
+from zerorate.record.fixes import Fixes
+from zerorate.record.log import LogError
+from zerorate.record.recording import Recording
+from zerorate.record.saved import as_json
 from zerorate.views import Result
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from zerorate.findings.finding import RANKS, Finding
 from zerorate.findings.imus import BLOCK, Imu, Sensor
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.stops import Stop, stop_of
-from zerorate.io.clocks.grid import ClockReport
+from zerorate.record.clock import ClockReport
 from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The samples"

@@ -13,8 +13,9 @@ from zerorate.findings.finding import Finding
 from zerorate.findings.imus import BLOCK, Imu
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.rests import SECTION, spans
-from zerorate.io.log import Log, Recording
 from zerorate.numerals import with_error
+from zerorate.record.log import Log
+from zerorate.record.recording import Recording
 from zerorate.types import Floats
 
 _LEAST: Final = 60.0

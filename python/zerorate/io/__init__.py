@@ -1,38 +1,32 @@
-"""Read and write sensor logs: files of many formats and objects, `Log` and `Recording` out."""
+"""Read and write logs: files of many formats and objects in, `Log` and `Recording` out."""
 
 from typing import TYPE_CHECKING, Final
 
 from zerorate.lazy import later
 
 if TYPE_CHECKING:
-    from zerorate.io.atomic import atomic_path, check_writable
-    from zerorate.io.clocks.grid import ClockReport
     from zerorate.io.counts import RawCounts, raw_counts
     from zerorate.io.explaining import Explanation, explain
-    from zerorate.io.log import Log, LogError, Recording
+    from zerorate.io.fixes import read_fixes
     from zerorate.io.logfile import LogFile, open_imu, open_log
-    from zerorate.io.poses import Poses, read_poses
+    from zerorate.io.mounting import read_mounting
+    from zerorate.io.poses import read_poses
     from zerorate.io.reading import read_log
     from zerorate.io.recording import read_recording
     from zerorate.io.split import split_log
     from zerorate.io.writing import write_log
 
 __all__ = [
-    "ClockReport",
     "Explanation",
-    "Log",
-    "LogError",
     "LogFile",
-    "Poses",
     "RawCounts",
-    "Recording",
-    "atomic_path",
-    "check_writable",
     "explain",
     "open_imu",
     "open_log",
     "raw_counts",
+    "read_fixes",
     "read_log",
+    "read_mounting",
     "read_poses",
     "read_recording",
     "split_log",
@@ -40,13 +34,12 @@ __all__ = [
 ]
 
 _PLACES: Final = {
-    "atomic": "atomic_path check_writable",
-    "clocks.grid": "ClockReport",
     "counts": "RawCounts raw_counts",
     "explaining": "Explanation explain",
-    "log": "Log LogError Recording",
+    "fixes": "read_fixes",
     "logfile": "LogFile open_imu open_log",
-    "poses": "Poses read_poses",
+    "mounting": "read_mounting",
+    "poses": "read_poses",
     "reading": "read_log",
     "recording": "read_recording",
     "split": "split_log",

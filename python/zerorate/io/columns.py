@@ -14,8 +14,6 @@ from zerorate.faults import given, said
 from zerorate.io.clocks.names import looks_like_time, may_be_time, named_like_time, time_unit
 from zerorate.io.clocks.stamps import Beside, to_seconds, without_texts
 from zerorate.io.clocks.units import PER_SECOND, checked_time_unit
-from zerorate.io.log import LogError
-from zerorate.io.names import KIND_OF_UNIT, looks_like_gyro, meaning_of
 from zerorate.io.table import Column, Table
 from zerorate.io.timecolumns import with_one_time
 from zerorate.io.triads import (
@@ -26,6 +24,8 @@ from zerorate.io.triads import (
     note_on_others,
     triads_in,
 )
+from zerorate.record.log import LogError
+from zerorate.record.names import KIND_OF_UNIT, looks_like_gyro, meaning_of
 
 NOT_TIME: Final = " is not taken for the time: "
 _BACKWARD: Final = 0.01

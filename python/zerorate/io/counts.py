@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from zerorate.faults import given, said
-from zerorate.io.names import (
+from zerorate.record.names import (
     UNKNOWN,
     canonical_unit,
     looks_like_accelerometer,

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Final
 
 from zerorate.io.limits import check_columns
-from zerorate.io.log import LogError
 from zerorate.io.table import Column, Content, Format, Table
+from zerorate.record.log import LogError
 from zerorate.texts import one_line
 
 _OF_BYTES: Final = (None, errno.EINVAL)

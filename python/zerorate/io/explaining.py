@@ -13,12 +13,13 @@ from zerorate.faults import sentence_of, told
 from zerorate.io.clocks.names import looks_like_time, time_unit
 from zerorate.io.columns import choose, with_time
 from zerorate.io.formats import FORMATS, check_readable, format_of, label_of, opened
-from zerorate.io.log import Log, LogError, Recording
-from zerorate.io.names import meaning_of, split_unit
 from zerorate.io.reading import ReadArguments
 from zerorate.io.recording import read_recording
 from zerorate.io.table import Content, Format, Table
 from zerorate.io.writing import WRITTEN
+from zerorate.record.log import Log, LogError
+from zerorate.record.names import meaning_of, split_unit
+from zerorate.record.recording import Recording
 
 _SAID: Final = "by its name"
 

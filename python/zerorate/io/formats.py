@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from zerorate.io.beginnings import is_of_camera, is_telemetry, is_text, is_text_log
 from zerorate.io.damage import guarded_content
-from zerorate.io.log import LogError
 from zerorate.io.parts import Part
 from zerorate.io.readers.objects import ArrowStream, described, table_of
 from zerorate.io.table import Content, Format, Needs, Reader
+from zerorate.record.log import LogError
 from zerorate.texts import printable
 
 LogSource = (

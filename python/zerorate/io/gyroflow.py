@@ -8,9 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.io.log import Log, LogError
-from zerorate.io.names import meaning_of
 from zerorate.io.table import Column
+from zerorate.record.log import Log, LogError
+from zerorate.record.names import meaning_of
 from zerorate.units import convert
 
 _HEADER: Final = (

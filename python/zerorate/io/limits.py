@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from zerorate.io.log import LogError
+from zerorate.record.log import LogError
 
 _BYTES: Final = 64 << 20
 _TIMES_THE_FILE: Final = 20

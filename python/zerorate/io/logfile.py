@@ -12,7 +12,6 @@ from zerorate.io.clocks.repeats import HEAD, repeated
 from zerorate.io.clocks.sensor_clock import Clock
 from zerorate.io.counts import Scaling
 from zerorate.io.formats import LogSource, label_of, opened
-from zerorate.io.log import Header, Log, LogError
 from zerorate.io.reading import (
     Asked,
     ReadArguments,
@@ -27,9 +26,10 @@ from zerorate.io.reading import (
     scaled,
     selected,
 )
-from zerorate.io.span import Span
 from zerorate.io.table import Column, Table, as_numbers
 from zerorate.io.triads import accelerometer_of
+from zerorate.record.log import Header, Log, LogError
+from zerorate.record.span import Span
 from zerorate.types import Booleans, Floats, Integers
 
 

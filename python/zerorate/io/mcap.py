@@ -19,9 +19,9 @@ from typing import IO, Any, Final
 import numpy as np
 
 from zerorate.io.gyroflow import triad_in
-from zerorate.io.log import Log, LogError
-from zerorate.io.names import is_quaternion, plain
 from zerorate.io.table import Column
+from zerorate.record.log import Log, LogError
+from zerorate.record.names import is_quaternion, plain
 from zerorate.types import Integers
 from zerorate.units import convert
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from zerorate.faults import given, said
 from zerorate.io.clocks.names import looks_like_time
-from zerorate.io.log import LogError
-from zerorate.io.names import meaning_of
 from zerorate.io.table import Column, Content, Table
+from zerorate.record.log import LogError
+from zerorate.record.names import meaning_of
 from zerorate.texts import one_line
 from zerorate.types import Integers
 

@@ -1,21 +1,16 @@
-"""Poses over time, of a camera, a motion capture or a track: TUM's text and EuRoC's table."""
+"""Read poses from TUM's text and from EuRoC's table."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from zerorate.io.atomic import atomic_path
-from zerorate.io.exporting import exports
-from zerorate.io.log import LogError
-from zerorate.types import Floats
-
-__all__ = ["Poses", "read_poses"]
+from zerorate.record.log import LogError
+from zerorate.record.poses import Poses
 
 _COLUMNS: Final = 8
 _NANOSECONDS: Final = 1e14
@@ -24,131 +19,6 @@ _EXPECTED: Final = (
     "expected TUM's text, 'time x y z qx qy qz qw' with blanks between, or EuRoC's table, "
     "'time [ns],x,y,z,qw,qx,qy,qz,...'"
 )
-
-
-@dataclass(frozen=True, eq=False)
-class Poses:
-    """Where a body was, and how it was turned.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        s, increasing.
-    position : ndarray, shape (n, 3)
-        In the axes of the earth, m.
-    quaternion : ndarray, shape (n, 4)
-        Orientations w, x, y, z, from the body to the earth, of length 1; NaN where not known.
-    source : str
-        Where they come from.
-
-    Raises
-    ------
-    ValueError
-        If shapes disagree, there is no pose, or the time does not increase.
-    """
-
-    time: Floats
-    position: Floats
-    quaternion: Floats
-    source: str = "the poses"
-
-    def __post_init__(self) -> None:
-        """Bring the arrays to their types, and check that they agree."""
-        shapes = {"time": (), "position": (3,), "quaternion": (4,)}
-        for name in shapes:
-            object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=np.float64))
-        n = len(self.time) if self.time.ndim == 1 else 0
-        for name, shape in shapes.items():
-            got = getattr(self, name).shape
-            if not n or got != (n, *shape):
-                raise ValueError(f"{name} must have shape {('n', *shape)}, got {got}")
-        if not (np.isfinite(self.time).all() and (np.diff(self.time) > 0.0).all()):
-            raise ValueError("time must be finite and increase from pose to pose")
-        with np.errstate(invalid="ignore", divide="ignore"):
-            length = np.linalg.norm(self.quaternion, axis=1, keepdims=True)
-            turned = np.where(length > 0.0, self.quaternion / length, np.nan)
-        object.__setattr__(self, "quaternion", turned)
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self.time)
-
-    def __repr__(self) -> str:
-        """Return how many there are, and over what time."""
-        first, last = self.time[[0, -1]]
-        return f"Poses({len(self)} from {first:.3f} to {last:.3f} s)"
-
-    def at(self, times: Floats, most_gap: float = 0.5) -> Poses:
-        """Return the poses at other times: between two on a line, and turned evenly.
-
-        Parameters
-        ----------
-        times : ndarray, shape (m,)
-            s, increasing, on the same clock.
-        most_gap : float
-            Seconds between two poses beyond which nothing is known; default 0.5.
-
-        Returns
-        -------
-        Poses
-            NaN where nothing is known.
-        """
-        after = np.clip(np.searchsorted(self.time, times), 1, max(len(self) - 1, 1))
-        if len(self) == 1:
-            after = np.zeros(len(times), dtype=np.intp)
-        before = np.maximum(after - 1, 0)
-        first, last = self.time[before], self.time[after]
-        gap = np.where(last > first, last - first, 1.0)
-        part = ((times - first) / gap)[:, np.newaxis]
-        known = (times >= first) & (times <= last) & (gap <= most_gap)
-        known |= (times == first) | (times == last)
-        place = (1.0 - part) * self.position[before] + part * self.position[after]
-        turned = _between(self.quaternion[before], self.quaternion[after], part)
-        blank = np.where(known, 0.0, np.nan)[:, np.newaxis]
-        return Poses(np.asarray(times), place + blank, turned + blank, self.source)
-
-    @exports()
-    def to_tum(self, path: str | os.PathLike[str] | None = None, *, force: bool = False) -> str:
-        """Return the poses as TUM's text, which evo reads: a line ``time x y z qx qy qz qw`` each.
-
-        Returns
-        -------
-        str
-            The text, times to a microsecond, positions in m; a position that is not known is 0, and
-            poses without an orientation are left out.
-
-        Examples
-        --------
-        >>> import zerorate as zr
-        >>> print(zr.io.Poses([0.5], [[1.0, 2.0, 3.0]], [[1.0, 0.0, 0.0, 0.0]]).to_tum())
-        # time x y z qx qy qz qw
-        0.500000 1.000000 2.000000 3.000000 0.000000000 0.000000000 0.000000000 1.000000000
-        <BLANKLINE>
-        """
-        known = np.isfinite(self.quaternion).all(axis=1)
-        place = np.where(np.isfinite(self.position), self.position, 0.0)[known]
-        rows = np.column_stack((place, self.quaternion[known][:, (1, 2, 3, 0)]))
-        form = " ".join(("%.6f",) * 4 + ("%.9f",) * 4)
-        times = self.time[known]
-        lines = (form % (t, *row) for t, row in zip(times.tolist(), rows.tolist(), strict=True))
-        text = "\n".join(("# time x y z qx qy qz qw", *lines)) + "\n"
-        if path is not None:
-            with atomic_path(path, force) as temporary:
-                temporary.write_text(text, encoding="utf-8", newline="\n")
-        return text
-
-
-def _between(p: Floats, q: Floats, part: Floats) -> Floats:
-    """Return quaternions on the shortest way from one to the other, evenly."""
-    along = np.sum(p * q, axis=1, keepdims=True)
-    q, cosine = np.where(along < 0.0, -q, q), np.clip(np.abs(along), 0.0, 1.0)
-    angle = np.arctan2(np.linalg.norm(q - cosine * p, axis=1, keepdims=True), cosine)
-    small = angle < 1e-6
-    sine = np.where(small, 1.0, np.sin(angle))
-    first = np.where(small, 1.0 - part, np.sin((1.0 - part) * angle) / sine)
-    second = np.where(small, part, np.sin(part * angle) / sine)
-    found: Floats = first * p + second * q
-    return found
 
 
 def read_poses(path: str | os.PathLike[str]) -> Poses:

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple, TypedDict, Unpack
 import numpy as np
 
 from zerorate.faults import given, said
-from zerorate.io.clocks.grid import Grid, on_rate
+from zerorate.io.clocks.grid import Grid
 from zerorate.io.clocks.repeats import HEAD
 from zerorate.io.clocks.sensor_clock import Clock, clock_of
 from zerorate.io.clocks.stamps import Stamps, to_seconds, without_texts
@@ -25,8 +25,12 @@ from zerorate.io.columns import (
 )
 from zerorate.io.counts import Scale, Scaling, kind_of, note_on_counts
 from zerorate.io.formats import LogSource, label_of, opened
-from zerorate.io.log import Log, LogError, checked_rate
-from zerorate.io.names import (
+from zerorate.io.parts import advice
+from zerorate.io.table import Column, Table, as_numbers
+from zerorate.io.triads import ALL
+from zerorate.record.clock import on_rate
+from zerorate.record.log import Log, LogError, checked_rate
+from zerorate.record.names import (
     KIND_OF_UNIT,
     UNKNOWN,
     canonical_unit,
@@ -38,10 +42,7 @@ from zerorate.io.names import (
     meaning_of,
     split_unit,
 )
-from zerorate.io.parts import advice
-from zerorate.io.span import Span
-from zerorate.io.table import Column, Table, as_numbers
-from zerorate.io.triads import ALL
+from zerorate.record.span import Span
 from zerorate.types import Floats
 
 

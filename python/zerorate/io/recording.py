@@ -14,17 +14,6 @@ from zerorate.io.clocks.sensor_clock import Clock
 from zerorate.io.columns import Columns, TimeColumn, Timing, check_samples, choose, with_time
 from zerorate.io.counts import Scale, Scaling
 from zerorate.io.formats import LogSource, label_of, opened
-from zerorate.io.log import Log, LogError, Recording, units_of
-from zerorate.io.names import (
-    UNKNOWN,
-    Meaning,
-    canonical_unit,
-    check_foreign,
-    common_unit,
-    is_quaternion,
-    meaning_of,
-    split_unit,
-)
 from zerorate.io.reading import (
     Asked,
     Group,
@@ -35,9 +24,21 @@ from zerorate.io.reading import (
     selected,
     values_of,
 )
-from zerorate.io.span import Span
 from zerorate.io.table import Content, Table
 from zerorate.io.triads import Triad, named, note_on_axes, triads_in, without_worse
+from zerorate.record.log import Log, LogError, units_of
+from zerorate.record.names import (
+    UNKNOWN,
+    Meaning,
+    canonical_unit,
+    check_foreign,
+    common_unit,
+    is_quaternion,
+    meaning_of,
+    split_unit,
+)
+from zerorate.record.recording import Recording
+from zerorate.record.span import Span
 from zerorate.types import Floats
 
 KINDS: Final = (

@@ -5,9 +5,9 @@ from __future__ import annotations
 from zerorate.faults import given, said
 from zerorate.io.columns import choose
 from zerorate.io.formats import LogSource, label_of, opened
-from zerorate.io.log import LogError
 from zerorate.io.parts import Part, parts_of
 from zerorate.io.table import Content
+from zerorate.record.log import LogError
 
 
 def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:

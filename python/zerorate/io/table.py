@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import given, said
-from zerorate.io.log import LogError
-from zerorate.io.missing import without_masks
+from zerorate.record.log import LogError
+from zerorate.record.missing import without_masks
 from zerorate.texts import one_line
 
 Column = npt.NDArray[Any]
@@ -26,10 +26,6 @@ NO_TOPICS: Final = said(
     given("topic"),
     " chooses among the topics of a ROS recording or an autopilot's log; this is neither",
 )
-
-
-FORWARD_RIGHT_DOWN: Final = "forward, right, down"
-"""Axes of a body's sensors, as autopilots have them."""
 
 
 @dataclass(frozen=True)

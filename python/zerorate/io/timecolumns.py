@@ -9,9 +9,9 @@ from typing import Final
 import numpy as np
 
 from zerorate.io.clocks.names import UNITS, looks_like_time
-from zerorate.io.log import LogError
-from zerorate.io.names import plain
 from zerorate.io.table import Column, Table, as_numbers
+from zerorate.record.log import LogError
+from zerorate.record.names import plain
 
 _NANOSECONDS: Final = {"h": 3600 * 10**9, "min": 60 * 10**9, "s": 10**9, "ms": 10**6, "us": 10**3}
 _WORDS: Final = {word: unit for unit, words in UNITS.items() for word in words if unit != "days"}

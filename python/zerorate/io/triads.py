@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
-from zerorate.io.log import LogError
-from zerorate.io.names import Meaning, meaning_of
-from zerorate.io.words import ROLES, STAGES, Parsed, words_of
+from zerorate.record.log import LogError
+from zerorate.record.names import Meaning, meaning_of
+from zerorate.record.words import ROLES, STAGES, Parsed, words_of
 
 ALL: Final = "all"
 _AXES: Final = 3

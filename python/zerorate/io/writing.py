@@ -12,19 +12,19 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.atomic import atomic_path, check_writable
 from zerorate.io.clocks.clock import fit_grid
 from zerorate.io.clocks.repeats import HEAD, rows_held
 from zerorate.io.gyroflow import write_gcsv
-from zerorate.io.log import Log, LogError, units_of
 from zerorate.io.mcap import write_mcap
-from zerorate.io.missing import without_masks
-from zerorate.io.names import UNKNOWN, looks_like_gyro, split_unit, with_suffix
 from zerorate.io.readers.arrow import to_arrow
 from zerorate.io.readers.layouts import META_MARK
 from zerorate.io.readers.parquet import TIME_NAME, write_parquet
 from zerorate.io.readers.text import text_header
 from zerorate.io.table import Column
+from zerorate.record.atomic import atomic_path, check_writable
+from zerorate.record.log import Log, LogError, units_of
+from zerorate.record.missing import without_masks
+from zerorate.record.names import UNKNOWN, looks_like_gyro, split_unit, with_suffix
 
 _Writer = Callable[[Log, Path, Sequence[str], Mapping[str, Column]], None]
 
@@ -73,7 +73,8 @@ def write_log(
     >>> import tempfile
     >>> import numpy as np
     >>> from pathlib import Path
-    >>> from zerorate.io import Log, read_log, write_log
+    >>> from zerorate.record import Log
+    >>> from zerorate.io import read_log, write_log
     >>> log = Log(np.arange(3) / 100.0, 100.0, [0.1, np.nan, 0.3], ["gyro_z_dps"], "deg/s")
     >>> path = Path(tempfile.mkdtemp()) / "log.csv"
     >>> write_log(log, path)

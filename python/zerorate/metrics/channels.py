@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.io.missing import floats
+from zerorate.record.missing import floats
 from zerorate.types import Booleans, Floats
 
 

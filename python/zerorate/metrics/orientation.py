@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
 from zerorate.geometry import rotations
-from zerorate.io.missing import floats
 from zerorate.metrics.channels import positive, rms
+from zerorate.record.missing import floats
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import whole_samples
 

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
 from zerorate.geometry import rotations
-from zerorate.io.poses import Poses
 from zerorate.metrics.channels import positive
+from zerorate.record.poses import Poses
 from zerorate.types import Floats
 
 Alignment: TypeAlias = Literal["rigid", "yaw", "similar", "origin", "none"]
@@ -27,7 +27,8 @@ class Statistics(NamedTuple):
     >>> import numpy as np, zerorate as zr
     >>> time, still = np.arange(3.0), np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
     >>> line = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
-    >>> found = zr.metrics.rpe(zr.io.Poses(time, 1.1 * line, still), zr.io.Poses(time, line, still))
+    >>> true = zr.record.Poses(time, line, still)
+    >>> found = zr.metrics.rpe(zr.record.Poses(time, 1.1 * line, still), true)
     >>> round(found.metres.rmse, 6), round(found.metres.largest, 6)
     (0.1, 0.1)
     """
@@ -65,8 +66,9 @@ class TrackErrors:
     >>> import numpy as np, zerorate as zr
     >>> time, still = np.arange(3.0), np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
     >>> line = np.array([[0.0, 0, 0], [1, 0, 0], [2, 1, 0]])
-    >>> true = zr.io.Poses(time, line, still)
-    >>> found = zr.metrics.ate(zr.io.Poses(time, line + [0.0, 0, 2.0], still), true, align="none")
+    >>> true = zr.record.Poses(time, line, still)
+    >>> high = zr.record.Poses(time, line + [0.0, 0, 2.0], still)
+    >>> found = zr.metrics.ate(high, true, align="none")
     >>> found.translation.tolist(), found.scale
     ([2.0, 2.0, 2.0], 1.0)
     """
@@ -140,8 +142,8 @@ def ate(
     >>> import zerorate as zr
     >>> time, still = np.arange(4.0), np.tile([1.0, 0.0, 0.0, 0.0], (4, 1))
     >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    >>> true = zr.io.Poses(time, corners, still)
-    >>> moved = zr.metrics.ate(zr.io.Poses(time, corners + 5.0, still), true)
+    >>> true = zr.record.Poses(time, corners, still)
+    >>> moved = zr.metrics.ate(zr.record.Poses(time, corners + 5.0, still), true)
     >>> round(moved.metres.rmse, 9), moved.shift.round(9).tolist()
     (0.0, [-5.0, -5.0, -5.0])
     """
@@ -205,8 +207,8 @@ def rpe(
     >>> import zerorate as zr
     >>> time, still = np.arange(4.0), np.tile([1.0, 0.0, 0.0, 0.0], (4, 1))
     >>> line = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]])
-    >>> true = zr.io.Poses(time, line, still)
-    >>> found = zr.metrics.rpe(zr.io.Poses(time, 1.1 * line, still), true)
+    >>> true = zr.record.Poses(time, line, still)
+    >>> found = zr.metrics.rpe(zr.record.Poses(time, 1.1 * line, still), true)
     >>> found.translation.round(9).tolist()
     [0.1, 0.1, 0.1]
     """

@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.io.missing import floats
 from zerorate.metrics.channels import (
     columns,
     pairs,
@@ -18,6 +17,7 @@ from zerorate.metrics.channels import (
     rms,
     same_shape,
 )
+from zerorate.record.missing import floats
 from zerorate.types import Floats
 
 

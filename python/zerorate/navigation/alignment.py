@@ -12,8 +12,8 @@ from zerorate.calibration import find_rests
 from zerorate.faults import ArgumentError, given, said
 from zerorate.geometry.earth import earth_rate
 from zerorate.geometry.rotations import inverse, product
-from zerorate.io import LogError, Recording
-from zerorate.io.samples import Samples
+from zerorate.record import LogError, Recording
+from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 

@@ -10,13 +10,13 @@ from typing import Any, Final
 import numpy as np
 
 from zerorate._native import NavigationFilter
-from zerorate.io import Recording
-from zerorate.io.samples import Samples
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.events import Events, rows_of
-from zerorate.navigation.fixes import Fixes
-from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.windows import Epochs, Means
+from zerorate.record import Recording
+from zerorate.record.fixes import Fixes
+from zerorate.record.offset import TimeOffset
+from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
 
 _RATE: Final = 50.0

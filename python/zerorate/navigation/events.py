@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from zerorate.navigation.fixes import Fixes
+from zerorate.record.fixes import Fixes
 from zerorate.types import Floats, Integers
 
 SIGMA_POSITION: Final = 2.0

@@ -6,8 +6,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from zerorate.io.samples import Samples
 from zerorate.navigation.windows import Epochs
+from zerorate.record.samples import Samples
 from zerorate.types import Floats
 
 _SECONDS: Final = 1.0

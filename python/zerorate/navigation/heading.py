@@ -12,11 +12,11 @@ import numpy as np
 from zerorate._native import NavigationFilter
 from zerorate.geometry.earth import local_ned
 from zerorate.geometry.rotations import cumulative_product, of_rotation_vectors, product
-from zerorate.io.samples import Samples
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.events import SIGMA_POSITION, SIGMA_VELOCITY, Events
-from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.windows import Epochs, sigma_of_position
+from zerorate.record.fixes import Fixes
+from zerorate.record.samples import Samples
 from zerorate.types import Floats, Integers
 
 _MEMBERS: Final = 8

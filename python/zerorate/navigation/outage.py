@@ -16,19 +16,19 @@ import numpy.typing as npt
 
 from zerorate.faults import ArgumentError, said
 from zerorate.geometry.rotations import inverse, product
-from zerorate.io import LogError
 from zerorate.metrics.channels import positive
 from zerorate.navigation.track import SmoothedPlaces, Track, not_begun
 from zerorate.progress import Progress, reported
+from zerorate.record import LogError
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
 
 if TYPE_CHECKING:
     from zerorate._native import NavigationFilter
-    from zerorate.io import Recording
-    from zerorate.navigation.fixes import Fixes
-    from zerorate.navigation.offset import TimeOffset
     from zerorate.navigation.wheels import Wheels
+    from zerorate.record import Recording
+    from zerorate.record.fixes import Fixes
+    from zerorate.record.offset import TimeOffset
 
 POSITION_HELD: Final = "position held"
 VELOCITY_HELD: Final = "velocity held"
@@ -254,7 +254,7 @@ class Gaps:
         report: Progress,
     ) -> Outages:
         """Return the errors of a filter, by what it made of all fixes and what it is given."""
-        from zerorate.navigation.offset import TimeOffset
+        from zerorate.record.offset import TimeOffset
 
         fixes = _Within.of(undisturbed, TimeOffset.of(known["time_offset"]).applied(gnss))
         withheld = [fixes.withheld(one, self.first, self.between) for one in self.lengths]
@@ -298,7 +298,7 @@ def _threads(given: int | None) -> int:
 
 
 def _check_fixes(gnss: Fixes) -> None:
-    from zerorate.navigation.fixes import Fixes
+    from zerorate.record.fixes import Fixes
 
     if not isinstance(gnss, Fixes):
         raise TypeError(

@@ -7,14 +7,14 @@ import numpy.typing as npt
 
 from zerorate._native import NavigationFilter
 from zerorate.faults import ArgumentError, given, said
-from zerorate.io import Recording
-from zerorate.io.missing import floats
-from zerorate.io.samples import Samples
 from zerorate.navigation.events import Events
-from zerorate.navigation.fixes import Fixes
-from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.track import Inputs, Track, track_of
 from zerorate.navigation.wheels import Wheels
+from zerorate.record import Recording
+from zerorate.record.fixes import Fixes
+from zerorate.record.missing import floats
+from zerorate.record.offset import TimeOffset
+from zerorate.record.samples import Samples
 from zerorate.types import Floats
 
 

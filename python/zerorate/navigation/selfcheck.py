@@ -10,13 +10,13 @@ from typing import Final, Literal
 import numpy as np
 
 from zerorate.geometry.earth import local_ned
-from zerorate.io import Recording
-from zerorate.io.samples import Samples
 from zerorate.navigation.axes import Axes, find_axes
-from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.frozen import frozen_spans
 from zerorate.navigation.lag import Lag, find_lag, is_rate, lag_of_pieces
 from zerorate.navigation.windows import Epochs, Means, Windows
+from zerorate.record import Recording
+from zerorate.record.fixes import Fixes
+from zerorate.record.samples import Samples
 from zerorate.types import Floats
 
 _LAG: Final = 1.0

@@ -13,13 +13,13 @@ import numpy as np
 from zerorate._native import longest_quiet
 from zerorate.faults import given, said
 from zerorate.geometry.earth import local_ned
-from zerorate.io import LogError, Recording
-from zerorate.io.samples import Samples
 from zerorate.navigation.alignment import Alignment, align, leveled
-from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.heading import LONGEST, compass, find_heading, looking
-from zerorate.navigation.offset import TimeOffset
 from zerorate.navigation.windows import Epochs, sigma_of_position
+from zerorate.record import LogError, Recording
+from zerorate.record.fixes import Fixes
+from zerorate.record.offset import TimeOffset
+from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
 
 _TICK: Final = 0.5

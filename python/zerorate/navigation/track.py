@@ -14,10 +14,10 @@ from zerorate.faults import given, said
 from zerorate.geometry.earth import local_ned, moved
 from zerorate.geometry.frames import in_enu
 from zerorate.geometry.rotations import inverse, of_rotation_vectors, product
-from zerorate.io import Log, Poses
-from zerorate.io.missing import floats
 from zerorate.navigation.events import Events
 from zerorate.numerals import with_error
+from zerorate.record import Log, Poses
+from zerorate.record.missing import floats
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result, figure_of
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
 from zerorate.geometry.earth import wrapped
-from zerorate.io.atomic import atomic_path
+from zerorate.record.atomic import atomic_path
 from zerorate.texts import one_line
 from zerorate.types import Floats
 

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError, given, said
-from zerorate.io import LogError
-from zerorate.io.missing import floats
 from zerorate.metrics.channels import positive
-from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.windows import Epochs
+from zerorate.record import LogError
+from zerorate.record.fixes import Fixes
+from zerorate.record.missing import floats
 from zerorate.types import Booleans, Floats
 
 _EVERY: Final = 0.1

@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 
 from zerorate.geometry.earth import local_ned
-from zerorate.io.samples import Samples
 from zerorate.navigation.events import SIGMA_POSITION, SIGMA_VELOCITY
-from zerorate.navigation.fixes import Fixes
+from zerorate.record.fixes import Fixes
+from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats, Integers
 
 GRAVITY: Final = 9.81

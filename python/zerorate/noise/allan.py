@@ -10,9 +10,6 @@ import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.faults import ArgumentError, given, said
-from zerorate.io import Log
-from zerorate.io.log import checked_rate
-from zerorate.io.missing import real_numbers
 from zerorate.noise.freedom import bounds, freedoms
 from zerorate.noise.kinds import Kind, KindName, TauGrid, factors, seconds
 from zerorate.noise.kinds import kind as find_kind
@@ -20,6 +17,9 @@ from zerorate.noise.quantities import check_unit
 from zerorate.noise.records import is_constant
 from zerorate.noise.rest import doubts_of_rest
 from zerorate.noise.result import AllanResult
+from zerorate.record import Log
+from zerorate.record.log import checked_rate
+from zerorate.record.missing import real_numbers
 from zerorate.types import Floats, Integers
 
 _ONE_SIGMA: Final = 0.6826894921370859

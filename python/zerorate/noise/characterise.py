@@ -9,13 +9,13 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import given, said
-from zerorate.io import Log, LogError
-from zerorate.io.log import notes_of
 from zerorate.noise import AllanResult, FittedModel, NoiseModel, allan, worst_axis
 from zerorate.noise.exports import check_doubts
 from zerorate.noise.kinds import KindName, TauGrid
 from zerorate.noise.spectrum import Spectrum, fit_spectrum
 from zerorate.progress import Progress, reported
+from zerorate.record import Log, LogError
+from zerorate.record.log import notes_of
 from zerorate.types import Floats
 
 # Every kind has an averaging time from here on.

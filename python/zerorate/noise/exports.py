@@ -9,10 +9,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from zerorate.faults import given, said
-from zerorate.io.atomic import atomic_path
-from zerorate.io.exporting import exports
 from zerorate.noise.coefficient import Coefficient, positive
 from zerorate.noise.quantities import WITHOUT_UNIT, Quantity, term_of
+from zerorate.record.atomic import atomic_path
+from zerorate.record.exporting import exports
 
 if TYPE_CHECKING:
     from zerorate.noise.model import NoiseModel

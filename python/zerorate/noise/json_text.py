@@ -4,12 +4,12 @@ import dataclasses
 import os
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from zerorate.io.exporting import exports
-from zerorate.io.saved import as_json, check_format, part, restored
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.noise.exports import written
 from zerorate.noise.quantities import TERMS, Quantity, term_of
 from zerorate.noise.terms import Markov, Sinusoid
+from zerorate.record.exporting import exports
+from zerorate.record.saved import as_json, check_format, part, restored
 
 if TYPE_CHECKING:
     from zerorate.noise.model import NoiseModel

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple, Self, TypeVar, get_args
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.io.exporting import restores
 from zerorate.noise.coefficient import Coefficient, CoefficientField, positive
 from zerorate.noise.densities import densities
 from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_ros, to_vins
 from zerorate.noise.json_text import from_json, to_json
 from zerorate.noise.quantities import TERMS, WITHOUT_UNIT, Quantity, Term
 from zerorate.noise.terms import ALLAN, HADAMARD, Markov, Sinusoid, deviation
+from zerorate.record.exporting import restores
 from zerorate.types import Floats
 from zerorate.units import canonical, convert, kind
 from zerorate.views import Result

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.io.log import checked_rate
-from zerorate.io.missing import floats
+from zerorate.record.log import checked_rate
+from zerorate.record.missing import floats
 from zerorate.types import Floats
 
 _GLANCE: Final = 1000

@@ -9,9 +9,9 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.log import checked_rate
 from zerorate.noise.quantities import Quantity, si_unit
 from zerorate.noise.records import as_record, centred, resolution
+from zerorate.record.log import checked_rate
 from zerorate.types import Booleans, Floats
 
 MOVED: Final = 8.0
@@ -63,7 +63,7 @@ class Span(NamedTuple):
 
     Examples
     --------
-    >>> from zerorate.identify import Span
+    >>> from zerorate.identification import Span
     >>> Span(20.0, 25.0).end
     25.0
     """

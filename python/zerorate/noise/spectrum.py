@@ -12,12 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.io.missing import floats
 from zerorate.noise.fit import Component, FittedModel, Problem, fitted
 from zerorate.noise.processes import TERMS, check_terms, strength
 from zerorate.noise.quantities import check_unit, si_unit
 from zerorate.noise.records import longest_stretch, power_of_two, samples
 from zerorate.noise.rest import doubts_of_rest
+from zerorate.record.missing import floats
 from zerorate.types import Floats
 
 # More average better but smear the lowest frequencies, where drift is.

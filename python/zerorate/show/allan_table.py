@@ -5,12 +5,12 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.io.names import looks_like_accelerometer
 from zerorate.noise import AllanResult, Coefficient, NoiseModel
 from zerorate.noise.characterise import Axis, Characterisation, notes_on
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, si_unit, term_of
 from zerorate.numerals import significant, with_error
+from zerorate.record.names import looks_like_accelerometer
 from zerorate.show.tables import GAP, aligned, bulleted, prose
 from zerorate.texts import width
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from zerorate.identify.arma_model import ArmaModel
+from zerorate.identification.arma_model import ArmaModel
 from zerorate.show.tables import prose
 
 Row = tuple[str, str, str]

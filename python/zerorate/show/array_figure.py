@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.run.array import OUT, ArrayReplay
 from zerorate.show.array_table import title
 from zerorate.show.scales import limits, outline, parts
 from zerorate.show.style import (
@@ -30,6 +29,7 @@ from zerorate.show.style import (
     write_legend,
     write_title,
 )
+from zerorate.tasks.array import OUT, ArrayReplay
 from zerorate.types import Floats
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ import numpy as np
 
 from zerorate.array.accelerometers import FusedAccelerometers
 from zerorate.array.rotations import Rotations
-from zerorate.io.log import notes_of
 from zerorate.numerals import NOTHING, or_dash, significant
-from zerorate.run.array import OUT, ArrayReplay
+from zerorate.record.log import notes_of
 from zerorate.show.tables import Table, as_text, bulleted, prose
+from zerorate.tasks.array import OUT, ArrayReplay
 from zerorate.types import Floats
 
 _SPANS: Final = 3

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.io.names import split_unit
+from zerorate.record.names import split_unit
 from zerorate.show.scales import limits
 from zerorate.show.stack import Stack, draw_known, head, names, over_time
 from zerorate.show.style import (
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from zerorate.run.replay import Summary
+    from zerorate.tasks.replay import Summary
     from zerorate.types import Floats
 
 _COLOURS: Final = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from zerorate.calibration.calibration import Calibration
-    from zerorate.io import Recording
+    from zerorate.record import Recording
 
 # Millimetres.
 _LOG, _POSES, _SIZES, _PARAMETERS, _KNOWN = 15.0, 38.0, 19.0, 22.0, 17.0

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from zerorate.calibration.calibration import Calibration
-    from zerorate.io import Log
+    from zerorate.record import Log
 
 _GAP: Final = np.radians(40.0)
 """Angle from the nearest pose beyond which there is a gap."""

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from zerorate.compare.comparison import Comparison
-    from zerorate.compare.measures import Row
+    from zerorate.tasks.compare.comparison import Comparison
+    from zerorate.tasks.compare.measures import Row
 
 _MOST: Final = 3
 """Panels: a fourth would leave no room for numbers. The table has all measures."""

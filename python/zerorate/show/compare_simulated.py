@@ -6,10 +6,10 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.compare.simulated import Regret
 from zerorate.numerals import significant
 from zerorate.show.compare_tables import marked, on_looking_ahead
 from zerorate.show.tables import Table, as_text
+from zerorate.tasks.compare.simulated import Regret
 
 _MEANING: Final = (
     "Regret: RMSE to the true drift over that of the Kalman filter that knows the model, whose own "
@@ -35,7 +35,7 @@ def format_regret(found: Regret) -> str:
 
     Examples
     --------
-    >>> from zerorate.compare.simulated import run
+    >>> from zerorate.tasks.compare.simulated import run
     >>> from zerorate.simulation.models import MODELS
     >>> found = run(["mean"], models=MODELS[:1], seeds=1, duration=9.0, score_from=8.0)
     >>> format_regret(found).splitlines()[1].split()

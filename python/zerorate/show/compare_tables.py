@@ -7,14 +7,14 @@ from itertools import groupby
 from pathlib import Path
 from typing import Final
 
-from zerorate.compare.attitude import OFFLINE
-from zerorate.compare.comparison import Comparison
-from zerorate.compare.measures import DEGRADATION, ERRORS, Row
-from zerorate.compare.methods import HINDSIGHT, WHOLE
-from zerorate.compare.trial import Kind
 from zerorate.numerals import NOTHING, or_dash
 from zerorate.show.tables import Table, as_text, bulleted
 from zerorate.simulation import Contamination
+from zerorate.tasks.compare.attitude import OFFLINE
+from zerorate.tasks.compare.comparison import Comparison
+from zerorate.tasks.compare.measures import DEGRADATION, ERRORS, Row
+from zerorate.tasks.compare.methods import HINDSIGHT, WHOLE
+from zerorate.tasks.compare.trial import Kind
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from zerorate.array.covariance import AllanCovariance
-    from zerorate.identify.arma_model import ArmaModel
+    from zerorate.identification.arma_model import ArmaModel
     from zerorate.noise.dynamic import DynamicAllan
     from zerorate.noise.result import AllanResult
 

@@ -14,7 +14,7 @@ from zerorate.show.tables import Table, as_text, prose
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from zerorate.navigation.feet import Feet
+    from zerorate.foot.feet import Feet
 
 _NAMES = {
     "stride_length": "length, m",

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from zerorate.navigation.foot import FootTrack
+    from zerorate.foot.foot import FootTrack
     from zerorate.types import Floats
 
 # Millimetres.

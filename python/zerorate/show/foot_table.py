@@ -12,7 +12,7 @@ from zerorate.numerals import with_error
 from zerorate.show.tables import Table, as_text, bulleted, prose
 
 if TYPE_CHECKING:
-    from zerorate.navigation.foot import FootTrack
+    from zerorate.foot.foot import FootTrack
     from zerorate.types import Floats
 
 

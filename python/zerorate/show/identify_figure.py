@@ -5,8 +5,8 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING, Final
 
-from zerorate.identify.conclusions import model_name
-from zerorate.identify.identification import Identification
+from zerorate.identification.conclusions import model_name
+from zerorate.identification.identification import Identification
 from zerorate.numerals import significant
 from zerorate.show.identify_panels import (
     draw_acf,

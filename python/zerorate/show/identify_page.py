@@ -6,8 +6,8 @@ from html import escape
 from importlib.resources import files
 
 from zerorate._native import __version__
-from zerorate.identify.conclusions import is_fit, model_name, per_cent
-from zerorate.identify.identification import Identification
+from zerorate.identification.conclusions import is_fit, model_name, per_cent
+from zerorate.identification.identification import Identification
 from zerorate.show.identify_tables import tables
 from zerorate.show.tables import Table
 

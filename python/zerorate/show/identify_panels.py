@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.identify.conclusions import model_name
-from zerorate.identify.order import above_least
+from zerorate.identification.conclusions import model_name
+from zerorate.identification.order import above_least
 from zerorate.noise.spectrum import Spectrum
 from zerorate.numerals import significant
 from zerorate.show.scales import limits, spans
@@ -32,9 +32,9 @@ from zerorate.types import Floats
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from zerorate.identify.correlogram import Correlogram
-    from zerorate.identify.identification import Identification, Online
-    from zerorate.identify.order import OrderSelection
+    from zerorate.identification.correlogram import Correlogram
+    from zerorate.identification.identification import Identification, Online
+    from zerorate.identification.order import OrderSelection
 
 _SUBSCRIPTS: Final = "₁₂₃"
 _FREQUENCIES: Final = 300

@@ -5,11 +5,11 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.identify.arma_model import ArmaModel
-from zerorate.identify.conclusions import model_name, per_cent
-from zerorate.identify.identification import Identification
-from zerorate.identify.order import CRITERIA, OrderSelection, above_least
-from zerorate.identify.verdict import Verdict
+from zerorate.identification.arma_model import ArmaModel
+from zerorate.identification.conclusions import model_name, per_cent
+from zerorate.identification.identification import Identification
+from zerorate.identification.order import CRITERIA, OrderSelection, above_least
+from zerorate.identification.verdict import Verdict
 from zerorate.numerals import significant, with_error
 from zerorate.show.tables import Table, as_text, bulleted
 from zerorate.texts import width

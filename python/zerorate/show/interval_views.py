@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from zerorate.calibration.comparison import CalibrationComparison
     from zerorate.calibration.rate.reference import FittedRate
     from zerorate.navigation.alignment import Alignment
-    from zerorate.navigation.offset import TimeOffset
     from zerorate.noise.coefficient import Coefficient
+    from zerorate.record.offset import TimeOffset
 
 # Millimetres.
 _WIDTH, _ROW, _LEFT, _BELOW, _ABOVE, _BETWEEN = 110.0, 5.0, 38.0, 11.0, 8.0, 9.0

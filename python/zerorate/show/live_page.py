@@ -11,7 +11,7 @@ from importlib.resources import files
 from time import monotonic, sleep
 from typing import Final, Self
 
-from zerorate.run.live.view import PERIOD, View
+from zerorate.tasks.live.view import PERIOD, View
 
 HOST: Final = "127.0.0.1"
 _SPAN: Final = 60.0

@@ -11,7 +11,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from zerorate.run.live.view import View
+from zerorate.tasks.live.view import View
 
 _PERIOD: Final = 0.1
 _BARS: Final = "▁▂▃▄▅▆▇█"

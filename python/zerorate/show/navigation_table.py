@@ -18,9 +18,9 @@ from zerorate.show.tables import Table, as_text, bulleted, prose
 if TYPE_CHECKING:
     from zerorate.metrics.tracks import TrackErrors
     from zerorate.navigation.alignment import Alignment
-    from zerorate.navigation.offset import TimeOffset
     from zerorate.navigation.outage import OutageErrors, Outages
     from zerorate.navigation.track import Track
+    from zerorate.record.offset import TimeOffset
     from zerorate.types import Floats
 
 _NO_HEADING: Final = {True: "from the course", False: "no heading"}

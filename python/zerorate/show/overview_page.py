@@ -14,13 +14,13 @@ from zerorate._native import __version__
 from zerorate.faults import told
 from zerorate.findings.limits import LIMITS
 from zerorate.numerals import significant, with_error
-from zerorate.run.batch.task import COMMANDS
 from zerorate.show.report_document import document
+from zerorate.tasks.batch.task import COMMANDS
 
 if TYPE_CHECKING:
-    from zerorate.run.batch.command import Row
-    from zerorate.run.batch.run import BatchResult
-    from zerorate.run.batch.task import Outcome
+    from zerorate.tasks.batch.command import Row
+    from zerorate.tasks.batch.run import BatchResult
+    from zerorate.tasks.batch.task import Outcome
 
 TRENDS: Final = (
     "gyro bias", "gravity", "gyro noise", "accel noise", "scale x", "scale y", "scale z",

@@ -51,7 +51,7 @@ VIEWS: Final = {
         "temperature_figure:plot_temperature",
     ),
     "checks.result.Checks": ("checks_table:format_checks", "checks_figure:plot_checks"),
-    "compare.comparison.Comparison": (
+    "tasks.compare.comparison.Comparison": (
         "compare_tables:format_comparison",
         "compare_figure:plot_compare",
     ),
@@ -66,18 +66,18 @@ VIEWS: Final = {
         "report_page:plot_report",
         "report_page:report_page",
     ),
-    "identify.arma_model.ArmaModel": (
+    "identification.arma_model.ArmaModel": (
         "arma_table:format_arma_model",
         "curve_views:plot_arma_model",
     ),
-    "identify.identification.Identification": (
+    "identification.identification.Identification": (
         "identify_tables:format_identification",
         "identify_figure:plot_identification",
     ),
     "linear.run.LinearRun": ("series_views:format_linear", "series_views:plot_linear"),
     "linear.run.SmoothedRun": ("series_views:format_smoothed", "series_views:plot_smoothed"),
-    "navigation.feet.Feet": ("feet_views:format_feet", "feet_views:plot_feet"),
-    "navigation.foot.FootTrack": ("foot_table:format_foot", "foot_figure:plot_foot"),
+    "foot.feet.Feet": ("feet_views:format_feet", "feet_views:plot_feet"),
+    "foot.foot.FootTrack": ("foot_table:format_foot", "foot_figure:plot_foot"),
     "navigation.outage.Outages": (
         "navigation_table:format_outages",
         "navigation_figure:plot_outages",
@@ -86,7 +86,7 @@ VIEWS: Final = {
         "navigation_table:format_alignment",
         "interval_views:plot_alignment",
     ),
-    "navigation.offset.TimeOffset": (
+    "record.offset.TimeOffset": (
         "navigation_table:format_time_offset",
         "interval_views:plot_time_offset",
     ),
@@ -97,9 +97,9 @@ VIEWS: Final = {
         "curve_views:plot_noise_model",
     ),
     "noise.result.AllanResult": ("curve_views:format_allan_result", "allan_figure:plot_allan"),
-    "run.array.ArrayReplay": ("array_table:format_array", "array_figure:plot_array"),
-    "run.trace.Trace": ("series_views:format_trace", "series_views:plot_trace"),
-    "run.replay.result.Replay": ("replay_table:format_replay", "replay_figure:plot_replay"),
+    "tasks.array.ArrayReplay": ("array_table:format_array", "array_figure:plot_array"),
+    "tasks.trace.Trace": ("series_views:format_trace", "series_views:plot_trace"),
+    "tasks.replay.result.Replay": ("replay_table:format_replay", "replay_figure:plot_replay"),
 }
 """Of each result by its module and class, the functions of this package that show it."""
 

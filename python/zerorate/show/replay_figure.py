@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.io.names import split_unit
 from zerorate.numerals import with_error
-from zerorate.run.replay import Replay
+from zerorate.record.names import split_unit
 from zerorate.show.replay_grid import plot_replay_grid
 from zerorate.show.replay_panels import certain_rest, length_of_means, means_at_rest, together
 from zerorate.show.scales import COLUMNS, band, limits
@@ -32,6 +31,7 @@ from zerorate.show.style import (
     time_unit,
     write_in_middle,
 )
+from zerorate.tasks.replay import Replay
 from zerorate.types import Booleans, Floats
 
 if TYPE_CHECKING:

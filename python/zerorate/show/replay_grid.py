@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from zerorate.run.replay import Replay
-from zerorate.run.replay.history import noise_units
 from zerorate.show.replay_panels import (
     MEMORIES,
     draw_allan,
@@ -33,6 +31,8 @@ from zerorate.show.style import (
     write_legend,
     write_title,
 )
+from zerorate.tasks.replay import Replay
+from zerorate.tasks.replay.history import noise_units
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.run.replay import Replay
-from zerorate.run.replay.history import noise_units
 from zerorate.show.scales import BUCKETS, limits, outline, parts, spans
 from zerorate.show.style import (
     AR_COLOURS,
@@ -24,6 +22,8 @@ from zerorate.show.style import (
     time_unit,
     write_in_middle,
 )
+from zerorate.tasks.replay import Replay
+from zerorate.tasks.replay.history import noise_units
 from zerorate.types import Booleans, Floats
 
 if TYPE_CHECKING:

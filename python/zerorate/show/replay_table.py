@@ -7,13 +7,13 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.io.log import notes_of
-from zerorate.io.names import split_unit
 from zerorate.numerals import NOTHING, or_dash, with_error
-from zerorate.run.replay import Score, Summary
-from zerorate.run.replay.history import last_known, noise_units
-from zerorate.run.replay.result import unlearned
+from zerorate.record.log import notes_of
+from zerorate.record.names import split_unit
 from zerorate.show.tables import Table, aligned, as_text, bulleted, fitting, prose
+from zerorate.tasks.replay import Score, Summary
+from zerorate.tasks.replay.history import last_known, noise_units
+from zerorate.tasks.replay.result import unlearned
 from zerorate.texts import width
 from zerorate.types import Integers
 

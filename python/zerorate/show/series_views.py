@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from zerorate.calibration.rate.angle import Integrated
     from zerorate.denoising import Denoised
     from zerorate.linear.run import LinearRun, SmoothedRun
-    from zerorate.run.trace import Trace
+    from zerorate.tasks.trace import Trace
     from zerorate.types import Floats
 
 # Millimetres.

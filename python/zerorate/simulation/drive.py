@@ -28,11 +28,11 @@ from zerorate.geometry.rotations import (
     product,
     unit,
 )
-from zerorate.io import Log, Recording
-from zerorate.io.log import checked_rate
-from zerorate.navigation.fixes import Fixes
-from zerorate.navigation.offset import TimeOffset
 from zerorate.noise import NoiseModel
+from zerorate.record import Log, Recording
+from zerorate.record.fixes import Fixes
+from zerorate.record.log import checked_rate
+from zerorate.record.offset import TimeOffset
 from zerorate.simulation.devices import Device
 from zerorate.simulation.gyro import not_negative, simulate, whole
 from zerorate.simulation.hand import fixed, given_or_drawn, turned

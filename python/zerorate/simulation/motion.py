@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
 from zerorate.geometry.rotations import inverse
-from zerorate.io import Log, Recording
-from zerorate.io.log import checked_rate
+from zerorate.record import Log, Recording
+from zerorate.record.log import checked_rate
 from zerorate.simulation.field import nearness, of_earth, of_magnet, spans, wandered
 from zerorate.simulation.gyro import not_negative, whole
 from zerorate.simulation.hand import fixed, given_or_drawn, turned

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import ArgumentError
-from zerorate.io.log import checked_rate
+from zerorate.record.log import checked_rate
 from zerorate.types import Floats
 
 

@@ -21,11 +21,11 @@ from zerorate.calibration.parameters import (
 )
 from zerorate.faults import ArgumentError
 from zerorate.geometry.rotations import inverse
-from zerorate.io import Log, Recording
-from zerorate.io.log import checked_rate
-from zerorate.io.names import UNKNOWN, with_suffix
 from zerorate.noise import NoiseModel
 from zerorate.noise.coefficient import positive
+from zerorate.record import Log, Recording
+from zerorate.record.log import checked_rate
+from zerorate.record.names import UNKNOWN, with_suffix
 from zerorate.simulation.devices import Device, device
 from zerorate.simulation.gyro import not_negative, simulate, whole
 from zerorate.simulation.hand import Hand, Poses, fixed, given_or_drawn, hand, turned

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.io import Log, Recording
-from zerorate.io.log import checked_rate
+from zerorate.record import Log, Recording
+from zerorate.record.log import checked_rate
 from zerorate.simulation.gyro import not_negative, whole
 from zerorate.types import Booleans, Floats
 

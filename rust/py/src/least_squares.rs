@@ -101,11 +101,11 @@ fn restored_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restor
 /// >>> y = np.zeros_like(e)
 /// >>> for k in range(1, len(e)):
 /// ...     y[k] = 0.8 * y[k - 1] + e[k]
-/// >>> model = zr.identify.RecursiveLeastSquares(order=(1, 0))
+/// >>> model = zr.identification.RecursiveLeastSquares(order=(1, 0))
 /// >>> residuals = model.process(y)
 /// >>> bool(abs(model.coefficients[0] - 0.8) < 0.02)
 /// True
-#[pyclass(generic, module = "zerorate.identify")]
+#[pyclass(generic, module = "zerorate.identification")]
 #[derive(Debug)]
 pub struct RecursiveLeastSquares {
     shared: Shared<dyn ModelBank>,

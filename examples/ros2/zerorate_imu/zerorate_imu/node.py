@@ -13,7 +13,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu
 
 import zerorate as zr
-from zerorate.io import atomic_path
+from zerorate.record import atomic_path
 from zerorate_imu.compensator import Answer, Compensator, Sample
 from zerorate_imu.parameters import PARAMETERS, filter_options
 

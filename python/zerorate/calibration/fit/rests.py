@@ -13,7 +13,8 @@ from zerorate import units
 from zerorate.calibration.fit.sensors import STANDARD_GRAVITY, Sensor, resolution, sensor
 from zerorate.calibration.record import Rest
 from zerorate.faults import ArgumentError
-from zerorate.io.log import Log, LogError, Recording
+from zerorate.record.log import Log, LogError
+from zerorate.record.recording import Recording
 from zerorate.types import Booleans, Floats, Integers
 
 FLOORS: Final = 5.0

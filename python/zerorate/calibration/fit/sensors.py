@@ -12,8 +12,9 @@ import numpy.typing as npt
 from zerorate import units
 from zerorate.calibration.fit.wild import wild_samples
 from zerorate.faults import given, said
-from zerorate.io.log import Log, LogError, Recording, checked_rate, present_axes
-from zerorate.io.missing import floats
+from zerorate.record.log import Log, LogError, checked_rate, present_axes
+from zerorate.record.missing import floats
+from zerorate.record.recording import Recording
 from zerorate.types import Booleans, Floats, Integers
 
 Kind = Literal["gyro", "accel"]

@@ -11,7 +11,7 @@ from zerorate.calibration.fit.joint_fit import DATASHEET, WIDE, Prior, forces, s
 from zerorate.calibration.fit.sensors import STANDARD_GRAVITY
 from zerorate.calibration.fit.solution import Record, Sensors, errors_of
 from zerorate.calibration.fit.turns import cross_matrices
-from zerorate.io.log import LogError
+from zerorate.record.log import LogError
 from zerorate.types import Floats
 
 PriorName = Literal["datasheet", "wide"]

@@ -37,8 +37,9 @@ from zerorate.calibration.parameters import Frame
 from zerorate.calibration.record import Origin, Rest, Turn
 from zerorate.calibration.refusal import CalibrationError
 from zerorate.faults import ArgumentError
-from zerorate.io.log import Log, LogError, Recording
 from zerorate.noise.coefficient import positive
+from zerorate.record.log import Log, LogError
+from zerorate.record.recording import Recording
 
 _FEWEST_RESTS: Final = 4
 _FEWEST_TURNS: Final = 6

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.faults import given, said
-from zerorate.io.exporting import exports
 from zerorate.noise.exports import written
+from zerorate.record.exporting import exports
 from zerorate.types import Floats
 
 if TYPE_CHECKING:

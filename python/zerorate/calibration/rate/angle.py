@@ -14,12 +14,12 @@ from zerorate.calibration.rate.angle_error import RateErrors, angle_sigma
 from zerorate.calibration.rate.gaps import bridge
 from zerorate.faults import ArgumentError, given, said
 from zerorate.geometry import rotations
-from zerorate.io import Log, LogError
-from zerorate.io.log import checked_rate
-from zerorate.io.missing import floats
-from zerorate.io.names import UNKNOWN
 from zerorate.noise import FLICKER_FLOOR, NoiseModel
 from zerorate.noise.coefficient import Coefficient
+from zerorate.record import Log, LogError
+from zerorate.record.log import checked_rate
+from zerorate.record.missing import floats
+from zerorate.record.names import UNKNOWN
 from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
 from zerorate.views import Result

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.io import Log
-from zerorate.io.missing import floats
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
+from zerorate.record import Log
+from zerorate.record.missing import floats
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
 

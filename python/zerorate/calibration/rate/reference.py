@@ -12,12 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.io import Log, LogError
-from zerorate.io.log import checked_rate
-from zerorate.io.missing import floats
-from zerorate.io.names import UNKNOWN
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient, positive
 from zerorate.numerals import significant, with_error
+from zerorate.record import Log, LogError
+from zerorate.record.log import checked_rate
+from zerorate.record.missing import floats
+from zerorate.record.names import UNKNOWN
 from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
 from zerorate.views import Result

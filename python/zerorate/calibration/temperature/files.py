@@ -10,11 +10,11 @@ import numpy as np
 
 from zerorate.calibration.temperature.fit import KELVINS
 from zerorate.faults import ArgumentError, given, said
-from zerorate.io.exporting import exports
-from zerorate.io.saved import as_json, check_format, checked, finite_numbers, part, restored
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.noise.exports import written
 from zerorate.noise.json_text import decoded, encoded
+from zerorate.record.exporting import exports
+from zerorate.record.saved import as_json, check_format, checked, finite_numbers, part, restored
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 

@@ -20,10 +20,10 @@ from zerorate.calibration.temperature.thermometer import (
     without_leaps,
 )
 from zerorate.faults import ArgumentError
-from zerorate.io.exporting import restores
-from zerorate.io.log import Log, LogError, checked_rate
-from zerorate.io.missing import floats
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
+from zerorate.record.exporting import restores
+from zerorate.record.log import Log, LogError, checked_rate
+from zerorate.record.missing import floats
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 

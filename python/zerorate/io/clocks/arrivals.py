@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from zerorate.io.clocks.gaps import LONG_STEP, LONG_WINDOW, ROUNDS, WINDOW
-from zerorate.io.clocks.grid import ALIKE
+from zerorate.record.clock import ALIKE
 from zerorate.types import Booleans, Floats, Integers
 
 _LAG: Final = 512  # rows over which bursts even out

@@ -11,9 +11,10 @@ import numpy as np
 from zerorate.faults import given, said
 from zerorate.io.clocks.arrivals import Bursts, bursts, floor
 from zerorate.io.clocks.gaps import LONG_STEP, LONG_WINDOW, WINDOW, missing_samples, places
-from zerorate.io.clocks.grid import ClockReport, Grid
+from zerorate.io.clocks.grid import Grid
 from zerorate.io.clocks.wander import Wander, wander_of
-from zerorate.io.log import LogError
+from zerorate.record.clock import ClockReport
+from zerorate.record.log import LogError
 from zerorate.types import Floats, Integers
 
 _BLOCK: Final = 1 << 16

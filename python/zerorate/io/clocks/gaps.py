@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from zerorate.io.log import LogError
+from zerorate.record.log import LogError
 from zerorate.types import Floats, Integers
 
 LONG_STEP = 1.5  # periods

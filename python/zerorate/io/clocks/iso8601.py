@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.io.clocks.written import is_written_time, written_times
-from zerorate.io.log import LogError
 from zerorate.io.readers.cells import MISSING
+from zerorate.record.log import LogError
 
 Dates = npt.NDArray[np.datetime64]
 

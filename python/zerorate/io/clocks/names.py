@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from zerorate.io.names import plain
+from zerorate.record.names import plain
 
 UNITS: Final = {
     "s": ("s", "sec", "secs", "second", "seconds"),

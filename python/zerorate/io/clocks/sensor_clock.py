@@ -9,7 +9,7 @@ from zerorate.io.clocks.clock import fitted_grid
 from zerorate.io.clocks.grid import Grid, unstamped
 from zerorate.io.clocks.repeats import HEAD, repeated, rows_held, slower
 from zerorate.io.clocks.stamps import Stamps
-from zerorate.io.log import LogError, checked_rate
+from zerorate.record.log import LogError, checked_rate
 from zerorate.types import Booleans, Floats, Integers
 
 

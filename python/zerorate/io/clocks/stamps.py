@@ -24,9 +24,9 @@ from zerorate.io.clocks.units import (
     unit_of_rate,
 )
 from zerorate.io.clocks.written import unpacked_times
-from zerorate.io.log import LogError
-from zerorate.io.missing import without_masks
 from zerorate.io.table import Column
+from zerorate.record.log import LogError
+from zerorate.record.missing import without_masks
 from zerorate.types import Booleans, Floats
 
 Beside = Callable[[Sequence[str]], tuple[str, str] | None]

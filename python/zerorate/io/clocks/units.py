@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from zerorate.faults import Argument, given, said
 from zerorate.io.clocks.names import UNITS
-from zerorate.io.log import LogError
+from zerorate.record.log import LogError
 from zerorate.types import Floats
 
 Counts = npt.NDArray[np.float64 | np.int64]

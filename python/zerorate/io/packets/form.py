@@ -25,7 +25,7 @@ class Damaged:
 
     Examples
     --------
-    >>> from zerorate.live import Damaged
+    >>> from zerorate.tasks.live import Damaged
     >>> Damaged("its checksum is wrong").reason
     'its checksum is wrong'
     """
@@ -65,7 +65,7 @@ class PacketForm:
 
     Examples
     --------
-    >>> from zerorate.live import PACKETS
+    >>> from zerorate.tasks.live import PACKETS
     >>> sorted(PACKETS)
     ['phone', 'witmotion', 'xio', 'xsens']
     >>> PACKETS["xsens"].columns[:3], PACKETS["xsens"].counter_bits

@@ -24,8 +24,8 @@ from typing import Any, Final
 import numpy as np
 
 from zerorate.io.limits import most_bytes, most_seconds
-from zerorate.io.log import LogError
 from zerorate.io.table import Column
+from zerorate.record.log import LogError
 
 _PROGRAM: Final = Path(__file__).with_name("apart_child.py")
 """What the process runs; it knows the readers, so it is not imported here."""

@@ -12,11 +12,11 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from zerorate.faults import given, said
-from zerorate.io.log import LogError
-from zerorate.io.names import looks_like_gyro
 from zerorate.io.readers.dataflash import DataFlash, Message, binary, textual
 from zerorate.io.readers.turns import quaternions
-from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Metadata, Table
+from zerorate.io.table import Column, Content, Metadata, Table
+from zerorate.record.log import FORWARD_RIGHT_DOWN, LogError
+from zerorate.record.names import looks_like_gyro
 from zerorate.types import Floats, Integers
 
 _Columns = dict[str, Callable[[], Column]]

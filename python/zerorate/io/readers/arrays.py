@@ -10,10 +10,10 @@ import numpy as np
 
 from zerorate.faults import given, said
 from zerorate.io.clocks.names import looks_like_time, may_be_time
-from zerorate.io.log import LogError
-from zerorate.io.names import looks_like_sensor, split_unit
 from zerorate.io.readers.stored import Axis, Stored, loaded
 from zerorate.io.table import Column, Metadata, Table
+from zerorate.record.log import LogError
+from zerorate.record.names import looks_like_sensor, split_unit
 
 _RATES = (
     *("sampling_rate", "samplingRate", "SamplingRate", "sample_rate", "sampleRate", "SampleRate"),

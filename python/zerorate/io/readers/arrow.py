@@ -15,8 +15,8 @@ import numpy as np
 
 from zerorate.io.clocks.names import named_like_time
 from zerorate.io.limits import check_bytes
-from zerorate.io.log import LogError
 from zerorate.io.table import Column, Content, Metadata, Table, listed_names
+from zerorate.record.log import LogError
 from zerorate.texts import extra_needed
 
 _AT_ONCE: Final = 1 << 18

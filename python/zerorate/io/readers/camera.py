@@ -18,10 +18,10 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from zerorate.io.log import LogError
 from zerorate.io.readers.apart import asked
 from zerorate.io.readers.rows import content_of
 from zerorate.io.table import Column, Content, Metadata, Table
+from zerorate.record.log import LogError
 from zerorate.texts import extra_needed, one_line
 from zerorate.types import Floats
 

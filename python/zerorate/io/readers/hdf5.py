@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from zerorate.io.limits import most_bytes
-from zerorate.io.names import spelled, with_suffix
 from zerorate.io.readers.apart import asked
 from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_folder
 from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Content
+from zerorate.record.names import spelled, with_suffix
 from zerorate.texts import extra_needed
 
 

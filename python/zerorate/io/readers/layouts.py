@@ -16,12 +16,12 @@ from typing import Final, NamedTuple
 
 from zerorate.io.clocks.iso8601 import is_date
 from zerorate.io.clocks.names import UNITS, looks_like_time
-from zerorate.io.log import LogError
-from zerorate.io.names import is_unit
 from zerorate.io.readers.cells import MISSING, from_inert, is_comment, is_number, split, whole
 from zerorate.io.readers.parsers import BOM, Layout, decoded
 from zerorate.io.table import Metadata
-from zerorate.io.words import parsed_name
+from zerorate.record.log import LogError
+from zerorate.record.names import is_unit
+from zerorate.record.words import parsed_name
 
 META_MARK: Final = "zerorate"
 _HEAD: Final = 1 << 17

@@ -21,9 +21,9 @@ import numpy.typing as npt
 from zerorate.io.beginnings import BEHIND_STAMP as _STAMP
 from zerorate.io.beginnings import MAVLINK_1 as _V1
 from zerorate.io.beginnings import MAVLINK_2 as _V2
-from zerorate.io.log import LogError
 from zerorate.io.readers.turns import quaternions
-from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Metadata, Table
+from zerorate.io.table import Column, Content, Metadata, Table
+from zerorate.record.log import FORWARD_RIGHT_DOWN, LogError
 from zerorate.types import Floats
 
 _Rows = npt.NDArray[np.void]

@@ -10,9 +10,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from zerorate.io.log import LogError
 from zerorate.io.readers.parsers import decoded
 from zerorate.io.table import Column, Content, Format, Metadata, Table
+from zerorate.record.log import LogError
 
 
 def looks_like_json(head: bytes) -> bool:

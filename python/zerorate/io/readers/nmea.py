@@ -13,8 +13,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from zerorate.io.log import LogError
 from zerorate.io.table import Column, Content, Format, Metadata, Needs, Table
+from zerorate.record.log import LogError
 from zerorate.texts import extra_needed
 
 _SENTENCE: Final = re.compile(rb"\$[A-Z]{2}(GGA|RMC|GST|VTG|ZDA),[^$\r\n]*")

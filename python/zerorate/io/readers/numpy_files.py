@@ -11,10 +11,10 @@ from typing import IO
 from numpy.lib import format as npy
 
 from zerorate.io.limits import check_bytes
-from zerorate.io.log import LogError
 from zerorate.io.readers.arrays import from_array, from_arrays
 from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Content
+from zerorate.record.log import LogError
 
 _SUFFIX = ".npy"
 

@@ -9,8 +9,6 @@ from typing import Any, Final, Protocol
 import numpy as np
 
 from zerorate.io.clocks.names import looks_like_time, named_like_time
-from zerorate.io.log import LogError
-from zerorate.io.missing import without_masks
 from zerorate.io.readers.arrays import (
     SCALARS,
     from_array,
@@ -21,6 +19,8 @@ from zerorate.io.readers.arrays import (
 from zerorate.io.readers.arrow import arrow_table, needs_pyarrow
 from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Table
+from zerorate.record.log import LogError
+from zerorate.record.missing import without_masks
 
 _Frame = Any
 _Series = Any

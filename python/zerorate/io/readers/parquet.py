@@ -12,9 +12,9 @@ from typing import Any, Final, Self
 import numpy as np
 
 from zerorate.io.limits import check_bytes
-from zerorate.io.log import Header, Log
 from zerorate.io.readers.arrow import arrow_table, in_pieces, needs_pyarrow, to_arrow
 from zerorate.io.table import Column, Content
+from zerorate.record.log import Header, Log
 
 TIME_NAME = "time_s"
 _BUFFER: Final = 1 << 20

@@ -19,7 +19,6 @@ import numpy as np
 
 from zerorate._native import parse_rows
 from zerorate.io.clocks.iso8601 import dates, fault_among, is_date
-from zerorate.io.log import LogError
 from zerorate.io.readers.cells import (
     MISSING,
     has_stray_quotes,
@@ -30,6 +29,7 @@ from zerorate.io.readers.cells import (
     whole,
 )
 from zerorate.io.table import Column
+from zerorate.record.log import LogError
 
 BOM: Final = b"\xef\xbb\xbf"
 # At the beginning of a line alone, or a long one would take the square of its length.

@@ -11,10 +11,10 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import given, said
-from zerorate.io.log import LogError
-from zerorate.io.names import looks_like_gyro
 from zerorate.io.readers.ulog import Topic, ULog, parsed
-from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Metadata, Table
+from zerorate.io.table import Column, Content, Metadata, Table
+from zerorate.record.log import FORWARD_RIGHT_DOWN, LogError
+from zerorate.record.names import looks_like_gyro
 
 _Fields = Mapping[str, Column]
 _Columns = dict[str, Column]

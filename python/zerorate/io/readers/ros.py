@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import given, said
-from zerorate.io.log import LogError
 from zerorate.io.readers.apart import asked
 from zerorate.io.readers.ros_messages import Plan, columns_of, plan_of
 from zerorate.io.table import Column, Content, Metadata, Table
+from zerorate.record.log import LogError
 from zerorate.texts import extra_needed
 
 _Reader = Any

@@ -13,8 +13,8 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from zerorate.io.names import looks_like_gyro, meaning_of
 from zerorate.io.table import Column
+from zerorate.record.names import looks_like_gyro, meaning_of
 
 _Connection = Any
 _Store = Any

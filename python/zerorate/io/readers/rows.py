@@ -11,14 +11,14 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import given, said
-from zerorate.io.log import LogError
-from zerorate.io.names import meaning_of
 from zerorate.io.parts import parts_of
 from zerorate.io.readers.cells import split
 from zerorate.io.readers.layouts import find_layout, first_lines, is_value
 from zerorate.io.readers.parsers import parsed, texts
 from zerorate.io.table import Content, Metadata, Table
-from zerorate.io.words import parsed_name, words_of
+from zerorate.record.log import LogError
+from zerorate.record.names import meaning_of
+from zerorate.record.words import parsed_name, words_of
 
 _KINDS: Final = ("gyro", "accel", "mag")
 _LABEL: Final = re.compile(rb"[A-Z][A-Z0-9]{1,3}")

@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 
 from zerorate.io.clocks.iso8601 import dates
-from zerorate.io.log import LogError
 from zerorate.io.readers.parsers import decoded
 from zerorate.io.table import Column, Content, Format, Metadata, Table
+from zerorate.record.log import LogError
 
 _HEADER: Final = re.compile(r"^%\s*(GPST|UTC|JST)\b(.*)$")
 _ROW: Final = (

@@ -15,14 +15,14 @@ from pathlib import Path
 from typing import Final
 
 from zerorate.io.beginnings import is_text
-from zerorate.io.log import LogError
-from zerorate.io.names import meaning_of
 from zerorate.io.readers.cells import inert
 from zerorate.io.readers.layouts import find_layout, first_lines
 from zerorate.io.readers.parsers import Layout, decoded, notes_on_lines, parsed, texts
 from zerorate.io.readers.rows import by_instance, by_label, content_of, messages
 from zerorate.io.table import Content, Metadata, Table, listed_names
-from zerorate.io.words import STAGES, parsed_name, words_of
+from zerorate.record.log import LogError
+from zerorate.record.names import meaning_of
+from zerorate.record.words import STAGES, parsed_name, words_of
 
 _UTF_16: Final = (b"\xff\xfe", b"\xfe\xff")
 _STAMP: Final = rb"(?m)^(\d{1,2}:\d\d:\d\d[.,]?\d*) -> "

@@ -258,7 +258,7 @@ impl DriftFilter {
         )
     }
 
-    /// Like ``process``, but returns a ``zerorate.run.Trace``: all that the filter knew after each sample.
+    /// Like ``process``, but returns a ``zerorate.tasks.Trace``: all that the filter knew after each sample.
     #[pyo3(signature = (z, moving=None))]
     fn trace(
         slf: &Bound<'_, Self>,

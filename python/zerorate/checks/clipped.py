@@ -1,0 +1,221 @@
+"""Rates that a gyro clipped at its range: found in the recording, restored from their flanks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import restore_clipped_rates
+from zerorate.faults import ArgumentError
+from zerorate.record import Recording
+from zerorate.record.missing import floats
+from zerorate.types import Booleans, Floats
+from zerorate.units import convert, kind
+
+_AT: Final = 0.965
+"""Part of the largest rate above which a sample is at the range, as the core has it."""
+
+
+@dataclass(frozen=True)
+class ClippedAxis:
+    """One axis and sign of a gyro that turned faster than its range.
+
+    Parameters
+    ----------
+    axis : str
+        "x", "y" or "z".
+    sign : int
+        1 or -1.
+    limit : float
+        The range as the recording shows it, rad/s.
+    sample_count : int
+        Samples that were restored.
+    share : float
+        Their part of all samples.
+    certain : bool
+        Whether half of what is at the range is one number to the last bit: then nothing but a range
+        explains it. Axes that a calibration has mixed do not show that, and are clipped as well.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> seen = np.zeros((2000, 3))
+    >>> seen[:, 1] = np.minimum(12.0 * np.sin(np.arange(2000) / 32.0), 9.0)
+    >>> (axis,) = zr.restore_clipped(seen, 200.0).clipped
+    >>> axis.axis, axis.sign, axis.limit, axis.certain
+    ('y', 1, 9.0, True)
+    """
+
+    axis: str
+    sign: int
+    limit: float
+    sample_count: int
+    share: float
+    certain: bool = False
+
+    def __str__(self) -> str:
+        """Return a sentence without an end."""
+        limit = math.degrees(self.sign * self.limit)
+        return (
+            f"gyro {self.axis} is clipped at {limit:.0f} deg/s in {100.0 * self.share:.2g} % of "
+            "the samples: restored from their flanks, and believed less"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class RestoredGyro:
+    """Rates of a gyro, those that it clipped restored.
+
+    Parameters
+    ----------
+    gyro : ndarray, shape (n, 3)
+        rad/s, NaN where it is missing.
+    restored : ndarray of bool, shape (n,)
+        Which samples were changed.
+    variance : ndarray, shape (n,)
+        By how much a restored rate may be wrong, as density of a white noise, rad^2/s; 0 elsewhere.
+    clipped : tuple of ClippedAxis
+        The axes and signs that were clipped; none if the gyro never was.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> swing = 12.0 * np.sin(2.0 * np.pi * np.arange(2000) / 200.0)
+    >>> seen = np.stack([0.0 * swing, np.minimum(swing, 9.0), 0.0 * swing], axis=1)
+    >>> found = zr.restore_clipped(seen, 200.0)
+    >>> bool(found.gyro[:, 1].max() > 11.0), bool((found.gyro == seen)[~found.restored].all())
+    (True, True)
+    """
+
+    gyro: Floats
+    restored: Booleans
+    variance: Floats
+    clipped: tuple[ClippedAxis, ...]
+
+
+def restore_clipped(gyro: npt.ArrayLike, rate: float) -> RestoredGyro:
+    """Return rates that a gyro clipped at its range as their flanks promise them.
+
+    Nothing need be known of the range. An axis and sign counts as clipped if the rate is within 4 %
+    of its largest for a tenth of a second, there are half as many such samples as there are a
+    little below, and cubics through the flanks rise above the plateaus by 1.5 % of the largest on
+    average: round peaks and true plateaus come out as their flanks promise, and stay to the last
+    bit. So does a gyro that never turned by 100 deg/s.
+
+    Parameters
+    ----------
+    gyro : array_like, shape (n, 3)
+        rad/s; a row that is not finite is missing, and stays so.
+    rate : float
+        Samples a second.
+
+    Returns
+    -------
+    RestoredGyro
+        The rates, which were restored, and how far they may be wrong.
+
+    Raises
+    ------
+    ValueError
+        If the shape is not (n, 3), or the rate is not a positive number.
+
+    Notes
+    -----
+    A restored rate is at most twice the range. Where a gyro is clipped for longer than about a
+    tenth of a second, no cubic knows the peak: `variance` says so. Half a second at one rate is no
+    peak, but a table or a wheel that turns, and stays.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> swing = 12.0 * np.sin(2.0 * np.pi * np.arange(2000) / 200.0)  # rad/s at 200 Hz
+    >>> seen = np.zeros((2000, 3))
+    >>> seen[:, 1] = np.minimum(swing, 9.0)  # a range of 516 deg/s
+    >>> found = zr.restore_clipped(seen, 200.0)
+    >>> print(found.clipped[0])  # doctest: +ELLIPSIS
+    gyro y is clipped at 516 deg/s in 24 % of the samples: restored from their flanks, ...
+    >>> before, after = (np.abs(g[:, 1] - swing).max() for g in (seen, found.gyro))
+    >>> bool(before > 2.9), bool(after < 0.6)
+    (True, True)
+    """
+    given = floats(gyro, "gyro")
+    if given.ndim != 2 or given.shape[1] != 3:
+        raise ArgumentError("gyro", f"must have shape (n, 3), got {given.shape}")
+    if not (math.isfinite(rate) and rate > 0.0):
+        raise ArgumentError("rate", f"must be a positive number of Hz, got {rate!r}")
+    known = np.isfinite(given).all(axis=1)
+    if not known.any():
+        return RestoredGyro(given.copy(), np.zeros(len(given), bool), np.zeros(len(given)), ())
+    # The last known rate, the first one before that.
+    last = np.maximum.accumulate(np.where(known, np.arange(len(given)), np.argmax(known)))
+    values, sides, variance = restore_clipped_rates(given[last], 1.0 / rate)
+    values[~known] = given[~known]
+    restored = (variance > 0.0) & known
+    return RestoredGyro(values, restored, variance, clipped_axes(sides, given))
+
+
+def restore_recording(
+    imu: Recording, *, gyro: str = "gyro", certain: bool = True
+) -> tuple[Recording, tuple[ClippedAxis, ...]]:
+    """Return a recording whose clipped rates are restored, and the axes that were clipped.
+
+    Parameters
+    ----------
+    imu : Recording
+        With a gyro of three axes in a unit of rates; one without stays as it is.
+    gyro : str
+        The name of the gyro's log.
+    certain : bool, default True
+        Whether it is restored only if each axis that was clipped is `ClippedAxis.certain`.
+
+    Returns
+    -------
+    tuple
+        The recording, the same where nothing was restored, and `ClippedAxis` of each side.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> walk = zr.simulate_walk(strides=20, seed=5, gyro_range=6.5)
+    >>> restored, clipped = zr.checks.restore_recording(walk.recording())
+    >>> len(clipped), all(axis.certain for axis in clipped)
+    (2, True)
+    >>> bool(restored.gyro.data[:, 1].max() > 7.0)
+    True
+    """
+    log = imu.logs.get(gyro)
+    if log is None or log.channels != 3 or not _is_rate(log.unit):
+        return imu, ()
+    found = restore_clipped(convert(log.data, log.unit, "rad/s"), log.rate)
+    if not found.clipped or (certain and not all(one.certain for one in found.clipped)):
+        return imu, found.clipped
+    data = np.where(found.restored[:, np.newaxis], convert(found.gyro, "rad/s", log.unit), log.data)
+    notes = (*log.meta.get("notes", ()), *map(str, found.clipped))
+    noted = replace(log, data=data, meta={**log.meta, "notes": notes})
+    return replace(imu, logs={**imu.logs, gyro: noted}), found.clipped
+
+
+def _is_rate(unit: str | None) -> bool:
+    try:
+        return unit is not None and kind(unit) == "rate"
+    except ValueError:
+        return False
+
+
+def clipped_axes(
+    sides: Iterable[tuple[int, float, float, int]], gyro: Floats
+) -> tuple[ClippedAxis, ...]:
+    """Return what the core says of axes that were clipped, of the rates as they were."""
+    found = []
+    for axis, sign, limit, count in sides:
+        rate = sign * gyro[:, axis]
+        at = rate[rate > _AT * limit]
+        certain = bool(2 * np.count_nonzero(at == limit) >= at.size > 0)
+        share = count / max(len(gyro), 1)
+        found.append(ClippedAxis("xyz"[axis], int(sign), limit, count, share, certain))
+    return tuple(found)

@@ -1,0 +1,342 @@
+"""Two feet of one person: both tracks in one frame, held together; what differs between them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.faults import ArgumentError
+from zerorate.foot.foot import FootTrack
+from zerorate.geometry.rotations import of_rotation_vectors, product
+from zerorate.views import Result
+
+if TYPE_CHECKING:
+    from zerorate.types import Floats
+
+_ALIKE: Final = 20.0
+"""Metres of the way by which the frames of both feet are laid over each other."""
+_PRIOR: Final = (0.5, 0.1)
+"""Deviations of where the other foot is after that, m, and of its heading, rad."""
+_AWAY: Final = 0.1
+"""Deviation of the bound, m."""
+_SLIPS: Final = (0.005, 0.005)
+"""Deviation of each step besides that of its heading: m, and as a part of it."""
+_STEADY: Final = 1e-4
+"""Least deviation by which a heading drifts from one stance to the next, rad."""
+_COMMON: Final = 5.0
+"""Seconds that both tracks must have in common."""
+_COMPARED: Final = (
+    "stride_length",
+    "stride_time",
+    "gait_velocity",
+    "swing_time",
+    "stance_time",
+    "max_sensor_lift",
+)
+
+
+_BY_STEPS: Final = ("swing_time", "stance_time")
+"""Those that end where a step is found to stand: all alike in a regular walk, and off alike."""
+_OF_A_STEP: Final = 0.02 / math.sqrt(12.0)
+"""Standard deviation of an instant within a step of the core, s."""
+
+
+@dataclass(frozen=True)
+class Asymmetry:
+    """How a quantity differs between both feet.
+
+    Parameters
+    ----------
+    left, right : float
+        Its mean over the strides.
+    percent : float
+        Left less right, over the mean of both, in per cent: Robinson's symmetry index.
+    percent_sigma : float
+        Standard error, by the scatter of the strides; of swing and stance also by the 0.02 s to
+        which the instants are known that part them.
+
+    Examples
+    --------
+    >>> from zerorate.foot import Asymmetry
+    >>> step = Asymmetry(left=1.40, right=1.30, percent=7.4, percent_sigma=0.9)
+    >>> step.percent > 3 * step.percent_sigma
+    True
+    """
+
+    left: float
+    right: float
+    percent: float
+    percent_sigma: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Feet(Result):
+    """The tracks of two feet in one frame, as `join_feet` returns them.
+
+    Parameters
+    ----------
+    left, right : FootTrack
+        In the frame of the left one.
+    distance : float
+        The bound on their distance, m.
+    bound_count : int
+        How often they were farther apart, and drawn together.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> walks = zr.simulate_feet(strides=20, seed=1)
+    >>> tracks = [zr.FootNavigation().process(walk.recording()).smooth() for walk in walks]
+    >>> feet = zr.join_feet(*tracks)
+    >>> feet.distance, abs(feet.asymmetry()["stride_length"].percent) < 1.0
+    (1.2, True)
+    """
+
+    left: FootTrack
+    right: FootTrack
+    distance: float
+    bound_count: int
+
+    def __repr__(self) -> str:
+        """Return both ways, and how often the bound was met."""
+        return (
+            f"Feet({self.left.distance:.4g} m left, {self.right.distance:.4g} m right, "
+            f"{self.bound_count} times at the bound of {self.distance:g} m)"
+        )
+
+    def asymmetry(self) -> dict[str, Asymmetry]:
+        """Return how strides differ between both feet, by the names of `Strides`.
+
+        R. O. Robinson, W. Herzog, B. M. Nigg, *J. Manipulative and Physiological Therapeutics*
+        10(4), 1987. What has under two strides of a foot is left out.
+        """
+        of = {"left": self.left.strides(), "right": self.right.strides()}
+        found = {}
+        for name in _COMPARED:
+            values = [getattr(strides, name) for strides in of.values()]
+            known = [one[np.isfinite(one)] for one in values]
+            if min(map(len, known)) < 2:
+                continue
+            left, right = (float(one.mean()) for one in known)
+            errors = [one.std(ddof=1) / math.sqrt(len(one)) for one in known]
+            errors += [_OF_A_STEP] * len(known) if name in _BY_STEPS else []
+            mean = 0.5 * (left + right)
+            sigma = 100.0 * math.hypot(*errors) / mean
+            found[name] = Asymmetry(left, right, 100.0 * (left - right) / mean, sigma)
+        return found
+
+
+def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Feet:
+    """Return the tracks of both feet of a person in one frame, held together.
+
+    No foot is farther from the other than a step is long: where the tracks say so, their headings
+    have drifted apart, and a Kalman smoother over the steps of both, whose headings wander as
+    their deviations say, takes that back. What both headings drift alike it cannot see.
+
+    Parameters
+    ----------
+    left, right : FootTrack
+        On one clock; smoothed ones are better. Where each sensor's axes look is not needed: the
+        right track is laid over the left one by the first 20 m.
+    distance : float, default 1.2
+        How far feet are apart at most, m: 1.2 walking, more running.
+
+    Returns
+    -------
+    Feet
+        Both tracks, with positions, orientations and deviations of level place and heading anew.
+
+    Raises
+    ------
+    ValueError
+        If the tracks have less than 5 s or four stances each in common, or the distance is no
+        positive number.
+
+    Notes
+    -----
+    Deviations of place count from the left foot's start. A bound does not make a walk straight:
+    both headings are better by what is averaged over two sensors.
+
+    I. Skog, J.-O. Nilsson, D. Zachariah, P. Händel, *IPIN*, 2012.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> walks = zr.simulate_feet(strides=30, seed=1)
+    >>> tracks = [zr.FootNavigation().process(walk.recording()).smooth() for walk in walks]
+    >>> feet = zr.join_feet(*tracks)
+    >>> gap = np.hypot(*(feet.left.position - feet.right.position)[:, :2].T)
+    >>> bool(np.nanmax(gap) < 1.3), sorted(feet.asymmetry())[:2]
+    (True, ['gait_velocity', 'max_sensor_lift'])
+    """
+    if not (math.isfinite(distance) and distance > 0.0):
+        raise ArgumentError("distance", f"must be a positive number of m, got {distance!r}")
+    feet = (_Foot(left), _Foot(right))
+    first = max(foot.time[0] for foot in feet)
+    last = min(foot.time[-1] for foot in feet)
+    marks = [foot.stances(first, last) for foot in feet]
+    if last - first < _COMMON or min(map(len, marks)) < 4:
+        raise ArgumentError(
+            "right",
+            f"must have {_COMMON:g} s and four stances in common with left on one clock, got "
+            f"{max(last - first, 0.0):.3g} s with {len(marks[0])} and {len(marks[1])}",
+        )
+    times = np.unique(np.concatenate([[first], *marks, [last]]))
+    places = np.array([foot.at(times) for foot in feet])
+    turn, shift = _laid_over(*places)
+    places[1] = places[1] * turn + shift
+    wander = [np.diff(foot.variance(times)) for foot in feet]
+    states, covariances, count = _joined(places, np.array(wander), distance)
+    tracks = []
+    for i, foot in enumerate(feet):
+        own, p = states[:, 3 * i : 3 * i + 3], covariances[:, 3 * i : 3 * i + 3, 3 * i : 3 * i + 3]
+        begun = (turn, shift) if i else (1.0 + 0.0j, 0.0j)
+        tracks.append(foot.moved(times, places[i], own, p, begun))
+    return Feet(tracks[0], tracks[1], distance, count)
+
+
+class _Foot:
+    """A track as steps: level places as complex numbers."""
+
+    def __init__(self, track: FootTrack) -> None:
+        known = track.navigating
+        if not known.any():
+            raise ArgumentError("right", "must be tracks of which some place is known")
+        self.track = track
+        self.known = known
+        self.time = track.time[known]
+        self.place = track.position[known, :2] @ np.array([1.0, 1.0j])
+
+    def stances(self, first: float, last: float) -> Floats:
+        times = self.track.time[self.track.lowest]
+        inside: Floats = times[(times >= first) & (times <= last)]
+        return inside
+
+    def at(self, times: Floats) -> npt.NDArray[np.complex128]:
+        x, y = (np.interp(times, self.time, part) for part in (self.place.real, self.place.imag))
+        there: npt.NDArray[np.complex128] = x + 1j * y
+        return there
+
+    def variance(self, times: Floats) -> Floats:
+        sigma = self.track.sigma[self.known, 8]
+        known: Floats = np.interp(times, self.time, sigma * sigma)
+        return known
+
+    def moved(
+        self,
+        times: Floats,
+        places: np.ndarray,
+        states: Floats,
+        covariances: Floats,
+        begun: tuple[complex, complex],
+    ) -> FootTrack:
+        """Return the track as the states at these times have it."""
+        track, (turn, shift) = self.track, begun
+        own = (track.position[:, :2] @ np.array([1.0, 1.0j])) * turn + shift
+        turned = np.interp(track.time, times, states[:, 2])
+        # Between two stances the way is turned, and what is left is spread over it.
+        k = np.clip(np.searchsorted(times, track.time, side="right") - 1, 0, len(times) - 2)
+        found = states[:, 0] + 1j * states[:, 1]
+        steps = np.diff(places) * np.exp(1j * states[:-1, 2])
+        rest = np.diff(found) - steps
+        part = np.clip((track.time - times[k]) / np.diff(times)[k], 0.0, 1.0)
+        z = found[k] + (own - places[k]) * np.exp(1j * states[k, 2]) + part * rest[k]
+        position, sigma = track.position.copy(), track.sigma.copy()
+        position[:, 0], position[:, 1] = z.real, z.imag
+        about = np.zeros((track.n, 3))
+        about[:, 2] = turned + np.angle(turn)
+        spin = of_rotation_vectors(about)
+        for column, i in ((0, 0), (1, 1), (8, 2)):
+            told = np.sqrt(np.maximum(np.interp(track.time, times, covariances[:, i, i]), 0.0))
+            sigma[:, column] = np.where(self.known, told, sigma[:, column])
+        c, s = np.cos(about[:, 2]), np.sin(about[:, 2])
+        velocity = track.velocity.copy()
+        velocity[:, 0] = c * track.velocity[:, 0] - s * track.velocity[:, 1]
+        velocity[:, 1] = s * track.velocity[:, 0] + c * track.velocity[:, 1]
+        known = self.known[:, np.newaxis]
+        return replace(
+            track,
+            position=np.where(known, position, np.nan),
+            velocity=velocity,
+            quaternion=np.where(known, product(spin, track.quaternion), track.quaternion),
+            sigma=sigma,
+            smoothed=True,
+            _steps=None,
+        )
+
+
+def _laid_over(left: np.ndarray, right: np.ndarray) -> tuple[complex, complex]:
+    """Return the rotation and the shift that lay the begin of the right track over the left one."""
+    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(left)))])
+    count = max(int(np.searchsorted(way, _ALIKE)), 4)
+    z, w = right[:count], left[:count]
+    fit = np.vdot(z - z.mean(), w - w.mean())
+    turn = fit / abs(fit) if abs(fit) > 0.0 else 1.0 + 0.0j
+    return complex(turn), complex(w.mean() - turn * z.mean())
+
+
+def _joined(places: np.ndarray, wander: Floats, distance: float) -> tuple[Floats, Floats, int]:
+    """Return places and turns of both feet, smoothed, and how often they met the bound.
+
+    The state is x, y and turn of either foot.
+    """
+    n = places.shape[1]
+    x = np.array([places[0, 0].real, places[0, 0].imag, 0.0, *_parts(places[1, 0]), 0.0])
+    p = np.diag([1e-10, 1e-10, 1e-12, _PRIOR[0] ** 2, _PRIOR[0] ** 2, _PRIOR[1] ** 2])
+    before, after, moves = [], [], []
+    count = 0
+    x, p, met = _bounded(x, p, distance)
+    count += met
+    after.append((x, p))
+    for k in range(n - 1):
+        x, p, f = _stepped(x, p, places[:, k + 1] - places[:, k], wander[:, k])
+        before.append((x, p))
+        moves.append(f)
+        x, p, met = _bounded(x, p, distance)
+        count += met
+        after.append((x, p))
+    states, covariances = [after[-1][0]], [after[-1][1]]
+    for k in range(n - 2, -1, -1):
+        (x, p), (ahead, grown) = after[k], before[k]
+        gain = np.linalg.solve(grown, moves[k] @ p).T
+        states.append(x + gain @ (states[-1] - ahead))
+        covariances.append(p + gain @ (covariances[-1] - grown) @ gain.T)
+    return np.array(states[::-1]), np.array(covariances[::-1]), count
+
+
+def _parts(z: complex) -> tuple[float, float]:
+    return z.real, z.imag
+
+
+def _stepped(
+    x: Floats, p: Floats, steps: np.ndarray, wander: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return the state and its covariance after a step of either foot, and the Jacobian."""
+    x, f, q = x.copy(), np.eye(6), np.zeros((6, 6))
+    for i, step in enumerate(steps):
+        at = 3 * i
+        turned = step * np.exp(1j * x[at + 2])
+        x[at : at + 2] += turned.real, turned.imag
+        f[at : at + 2, at + 2] = -turned.imag, turned.real
+        slips = _SLIPS[0] ** 2 + (_SLIPS[1] * abs(step)) ** 2
+        q[at, at] = q[at + 1, at + 1] = slips
+        q[at + 2, at + 2] = max(float(wander[i]), _STEADY**2)
+    return x, f @ p @ f.T + q, f
+
+
+def _bounded(x: Floats, p: Floats, distance: float) -> tuple[Floats, Floats, bool]:
+    """Return the state with both feet within their distance, and whether they were not."""
+    apart = x[:2] - x[3:5]
+    size = float(np.hypot(*apart))
+    if size <= distance:
+        return x, p, False
+    h = np.zeros(6)
+    h[:2], h[3:5] = apart / size, -apart / size
+    spread = h @ p @ h + _AWAY**2
+    gain = p @ h / spread
+    p = p - np.outer(gain, gain) * spread
+    return x + gain * (distance - size), 0.5 * (p + p.T), True

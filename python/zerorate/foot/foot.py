@@ -1,0 +1,389 @@
+"""The track of a foot: no receiver, no wheels; now and then the sensor stands."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import NavigationRecord, foot_track
+from zerorate.checks.clipped import ClippedAxis, clipped_axes
+from zerorate.faults import ArgumentError
+from zerorate.foot.strides import Strides, strides_of
+from zerorate.geometry.earth import moved
+from zerorate.geometry.rotations import of_rotation_vectors, product
+from zerorate.navigation.track import Smoothable, Steps, between_steps, smoothed_steps, turned
+from zerorate.record import Log, LogError, Recording
+from zerorate.record.samples import Samples
+from zerorate.types import Floats
+from zerorate.views import Result
+
+_FLIP: Final = np.array([1.0, -1.0, -1.0])
+"""From ahead, right, down to ahead, left, up."""
+_TURNED: Final = np.array([0.0, 1.0, 0.0, 0.0])
+_SWINGS: Final = math.radians(100.0)
+"""A foot turns faster than that between its stances, rad/s."""
+_MOVES: Final = 0.5
+"""Seconds off stances from which on a recording is not one of rest."""
+_SAME_RATE: Final = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedTrack:
+    """A track on the earth, as `zerorate.navigation.write_geojson` takes it.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        s.
+    position : ndarray, shape (n, 3)
+        Latitude and longitude, deg, height, m; NaN where nothing is known.
+    source : str
+        Name of the recording.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> walk = zr.simulate_walk(strides=20, seed=1)
+    >>> track = zr.FootNavigation().process(walk.recording()).placed(45.0, 7.0)
+    >>> track.position[0].tolist(), track.position.shape == (len(track.time), 3)
+    ([45.0, 7.0, 0.0], True)
+    """
+
+    time: Floats
+    position: Floats
+    source: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FootTrack(Smoothable, Result):
+    """The track of a sensor on a foot over n samples, of `FootNavigation.process`.
+
+    The frame is that of the start: x ahead, where the sensor's first axis looks, level, y to the
+    left, z up, m. The heading is relative: it is known to no north.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Of the samples, s.
+    position : ndarray, shape (n, 3)
+        x, y, z, m; NaN where samples are missing for too long.
+    velocity : ndarray, shape (n, 3)
+        m/s.
+    quaternion : ndarray, shape (n, 4)
+        Quaternions w, x, y, z from the sensor's axes to x, y, z.
+    gyro_bias, accel_bias : ndarray, shape (n, 3)
+        rad/s and m/s^2.
+    sigma : ndarray, shape (n, 15)
+        Standard deviations of position, velocity, orientation about x, y, z, and of the biases; m,
+        m/s, rad, rad/s, m/s^2. Those of position and heading are since the start.
+    stances : ndarray of int, shape (s, 2)
+        First sample and past the last of each time at which the foot stands.
+    lowest : ndarray of int, shape (s,)
+        The sample of each at which it moves least.
+    rests : ndarray of int, shape (r, 2)
+        First sample and past the last of what the gyro's bias was learned from.
+    clipped : tuple of ClippedAxis
+        Axes at which the gyro was clipped.
+    bound : ndarray, shape (n,)
+        The speed bound, m/s, of which stances are the valleys.
+    rejection_count : int
+        Moments of stances that the filter did not believe.
+    smoothed : bool
+        Whether each sample was seen in the light of the whole recording.
+    source : str
+        Name of the recording.
+    notes : tuple of str
+        Sentences on what was restored, left out or assumed.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> walk = zr.simulate_walk(strides=20, seed=1)
+    >>> track = zr.FootNavigation(floor="level").process(walk.recording()).smooth()
+    >>> bool(abs(track.distance - walk.distance) < 0.01 * walk.distance), len(track.stances)
+    (True, 21)
+    """
+
+    time: Floats
+    position: Floats
+    velocity: Floats
+    quaternion: Floats
+    gyro_bias: Floats
+    accel_bias: Floats
+    sigma: Floats
+    stances: npt.NDArray[np.int64]
+    lowest: npt.NDArray[np.int64]
+    rests: npt.NDArray[np.int64]
+    clipped: tuple[ClippedAxis, ...]
+    bound: Floats
+    rejection_count: int = 0
+    smoothed: bool = False
+    source: str = "the recording"
+    notes: tuple[str, ...] = ()
+    _steps: NavigationRecord | Steps | None = field(default=None, compare=False)
+
+    @property
+    def distance(self) -> float:
+        """Level way from stance to stance, m."""
+        places = self.position[self.lowest, :2]
+        places = places[np.isfinite(places[:, 0])]
+        return float(np.hypot(*np.diff(places, axis=0).T).sum())
+
+    def __repr__(self) -> str:
+        """Return size, stances and distance."""
+        span = float(np.ptp(self.time))
+        best = ", smoothed" if self.smoothed else ""
+        return (
+            f"FootTrack({self.n} samples in {span:.6g} s, {len(self.stances)} stances, "
+            f"{self.distance:.4g} m{best})"
+        )
+
+    def strides(self) -> Strides:
+        """Return the strides in numbers: length, duration, speed, height, turn, swing, stance."""
+        return strides_of(self)
+
+    def smooth(self) -> FootTrack:
+        """Return the best estimate: each sample in the light of all, before and after it.
+
+        At the last sample it is the filter's estimate.
+
+        Raises
+        ------
+        ValueError
+            If this track is smoothed, or its steps were not kept.
+        MemoryError
+            If there is none for what the smoother says.
+        """
+        steps = smoothed_steps(self._steps, self.smoothed)
+        error, sigma = between_steps(self.time, steps)
+        turn = of_rotation_vectors(error[:, 6:9] * _FLIP)
+        known = self.navigating[:, np.newaxis]
+        return replace(
+            self,
+            position=self.position - error[:, :3] * _FLIP,
+            velocity=turned(turn, self.velocity - error[:, 3:6] * _FLIP),
+            quaternion=np.where(known, product(turn, self.quaternion), self.quaternion),
+            gyro_bias=self.gyro_bias + error[:, 9:12],
+            accel_bias=self.accel_bias + error[:, 12:],
+            sigma=np.where(known, sigma, self.sigma),
+            smoothed=True,
+            _steps=None,
+        )
+
+    def placed(
+        self, latitude: float, longitude: float, *, heading: float = 0.0, height: float = 0.0
+    ) -> PlacedTrack:
+        """Return the track on the earth.
+
+        Parameters
+        ----------
+        latitude, longitude : float
+            Of the start, deg.
+        heading : float
+            Where x looks at the start, deg from north over east.
+        height : float
+            Of the start, m.
+
+        Raises
+        ------
+        ValueError
+            If a number is none, or the latitude is beyond 89.5 deg.
+        """
+        start = {"latitude": latitude, "longitude": longitude, "heading": heading, "height": height}
+        for name, value in start.items():
+            if not math.isfinite(value):
+                raise ArgumentError(name, f"must be a finite number, got {value!r}")
+        if abs(latitude) > 89.5:
+            raise ArgumentError("latitude", f"must be within 89.5 deg, got {latitude!r}")
+        c, s = math.cos(math.radians(heading)), math.sin(math.radians(heading))
+        ahead, left, up = self.position.T
+        ned = np.column_stack([c * ahead + s * left, s * ahead - c * left, -up])
+        place = moved(np.array([latitude, longitude, height]), ned)
+        return PlacedTrack(self.time, place, self.source)
+
+    def to_log(self) -> tuple[Log, dict[str, npt.NDArray[np.float64 | np.bool_]]]:
+        """Return a log of x, y, z, m, and the columns to be written beside it.
+
+        They are for `zerorate.write_log`: velocity, m/s, quaternion, deviations of position and
+        heading, whether the foot stands.
+        """
+        span = float(np.ptp(self.time))
+        names, meta = ("x_m", "y_m", "z_m"), {"source": self.source}
+        beside: dict[str, npt.NDArray[np.float64 | np.bool_]] = {}
+        for axis, speed in zip("xyz", self.velocity.T, strict=True):
+            beside[f"velocity_{axis}_mps"] = speed
+        for axis, part in zip("wxyz", self.quaternion.T, strict=True):
+            beside[f"quat_{axis}"] = part
+        for axis, deviation in zip("xyz", self.sigma[:, :3].T, strict=True):
+            beside[f"sigma_{axis}_m"] = deviation
+        beside["heading_sigma_deg"] = np.degrees(self.sigma[:, 8])
+        standing = np.zeros(self.n, bool)
+        for first, end in self.stances:
+            standing[first:end] = True
+        beside["standing"] = standing
+        return Log.at(self.time, (self.n - 1) / span, self.position, names, "m", meta), beside
+
+
+class FootNavigation:
+    """Position and attitude of a sensor on a foot, from its gyro and accelerometer alone.
+
+    Now and then the foot stands, and its velocity is zero. Stances are the valleys of a bound of
+    the speed, without a threshold that is tuned to a sensor or a gait, and the noise of the zero
+    velocity comes of the same bound. Rates that the gyro clipped at its range are restored first;
+    its bias is learned where the foot rests for half a second, never from zero velocities. A whole
+    recording is worked at once; there is no live form yet.
+
+    Parameters
+    ----------
+    rate : float, optional
+        Samples a second, if it is to be checked against the recording's.
+    floor : {None, "level"}, default None
+        "level": stances within 0.1 m of the floor so far are on it; higher or lower ones begin
+        another, as a stair does. It flattens ramps of less than 0.1 m a stride.
+    restore : bool, default True
+        Whether rates that the gyro clipped are restored.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of its range.
+
+    Notes
+    -----
+    Between 48 and some thousand samples a second. A sample that is not finite is missing: the one
+    before for a tenth of a second, then the deviations grow; after a gap of more than a second the
+    track goes on from where it was, with deviations that say how far the foot may have gone.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> walk = zr.simulate_walk(strides=20, seed=1)
+    >>> track = zr.FootNavigation(floor="level").process(walk.recording()).smooth()
+    >>> end = np.hypot(*(track.position[-1] - walk.position[-1])[:2])
+    >>> bool(end < 0.01 * walk.distance), len(track.strides())
+    (True, 20)
+    """
+
+    __slots__ = ("_floor", "_rate", "_restore")
+
+    def __init__(
+        self,
+        rate: float | None = None,
+        *,
+        floor: Literal["level"] | None = None,
+        restore: bool = True,
+    ) -> None:
+        """Check and keep the parameters."""
+        if rate is not None and not (math.isfinite(rate) and rate > 0.0):
+            raise ArgumentError("rate", f"must be a positive number of Hz, got {rate!r}")
+        if floor not in (None, "level"):
+            raise ArgumentError("floor", f"must be None or 'level', got {floor!r}")
+        self._rate, self._floor, self._restore = rate, floor, bool(restore)
+
+    def __repr__(self) -> str:
+        """Return the parameters."""
+        return f"FootNavigation({self._rate!r}, floor={self._floor!r}, restore={self._restore!r})"
+
+    def process(self, imu: Recording, *, keep: Literal["all", "track"] = "all") -> FootTrack:
+        """Return the track of a recording with a gyro and an accelerometer.
+
+        Parameters
+        ----------
+        imu : Recording
+            rad/s and m/s^2, or in units that are known; axes as they are.
+        keep : {"all", "track"}, default "all"
+            "track" leaves out what the smoother needs, 2 to 3 kB every 0.02 s.
+
+        Returns
+        -------
+        FootTrack
+            What the filter knows after each sample; `FootTrack.smooth` gives the best estimate.
+
+        Raises
+        ------
+        LogError
+            If gyro or accelerometer are missing, or not of three axes.
+        ValueError
+            If the recording is under a second, below 48 Hz or of another rate; or if between its
+            stances it never turns by 100 deg/s: that is no foot.
+        """
+        if keep not in ("all", "track"):
+            raise ArgumentError("keep", f"must be 'all' or 'track', got {keep!r}")
+        if not isinstance(imu, Recording):
+            kind = type(imu).__name__
+            raise TypeError(f"imu must be a Recording, as zr.read_recording returns it, got {kind}")
+        samples = Samples.of(imu, mag=False, what="navigation of a foot")
+        time = samples.time
+        self._check_rate(time)
+        found, steps = foot_track(
+            time,
+            samples.gyro,
+            samples.accel,
+            self._floor == "level",
+            self._restore,
+            keep == "all",
+        )
+        swings = _check_foot(time, samples.gyro, found)
+        clipped = clipped_axes(found["clipped"], samples.gyro)
+        return FootTrack(
+            time=time,
+            position=found["position"] * _FLIP,
+            velocity=found["velocity"] * _FLIP,
+            quaternion=product(np.broadcast_to(_TURNED, (len(time), 4)), found["quaternion"]),
+            gyro_bias=found["gyro_bias"],
+            accel_bias=found["accel_bias"],
+            sigma=found["sigma"],
+            stances=found["stances"][:, :2],
+            lowest=found["stances"][:, 2],
+            rests=found["rests"],
+            clipped=clipped,
+            bound=found["bound"],
+            rejection_count=found["rejections"],
+            source=imu.source,
+            notes=(*swings, *map(str, clipped), *_on_rests(found["rests"]), *samples.notes),
+            _steps=steps,
+        )
+
+    def _check_rate(self, time: Floats) -> None:
+        if self._rate is None or len(time) < 2:
+            return
+        rate = (len(time) - 1) / float(time[-1] - time[0])
+        if abs(rate - self._rate) > _SAME_RATE * self._rate:
+            raise ArgumentError(
+                "rate", f"must be that of the recording, {rate:.6g} Hz, got {self._rate:.6g}"
+            )
+
+
+def _on_rests(rests: npt.NDArray[np.int64]) -> tuple[str, ...]:
+    if len(rests):
+        return ()
+    return (
+        "it never rests: the gyro's bias is not known better than 0.3 deg/s, and the heading "
+        "drifts with it; stand for two seconds at the start",
+    )
+
+
+def _check_foot(time: Floats, gyro: Floats, found: dict[str, Any]) -> tuple[str, ...]:
+    """Refuse what is no foot; say so where nothing tells."""
+    moving = np.ones(len(time), bool)
+    for first, end, _ in found["stances"]:
+        moving[first:end] = False
+    seconds = float(moving.mean() * (time[-1] - time[0]))
+    if seconds < _MOVES:
+        return (
+            "it never swings, and counts as standing all the time: a machine that drives smoothly "
+            "looks the same, and its way is not found",
+        )
+    with np.errstate(invalid="ignore"):
+        fastest = float(np.nanmax(np.abs(gyro[moving]), initial=0.0))
+    if fastest < _SWINGS:
+        raise LogError(
+            f"between its stances this sensor turns by {math.degrees(fastest):.0f} deg/s at most, "
+            "and a foot by more than 100: what stops without swinging, as a cart does, cannot be "
+            "navigated by its rests alone; with wheels or a receiver zr.NavigationFilter does it"
+        )
+    return ()

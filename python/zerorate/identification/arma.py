@@ -1,0 +1,192 @@
+"""ARMA models of a record, by conditional least squares and by the exact likelihood."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate import _native
+from zerorate.faults import ArgumentError
+from zerorate.identification.arma_model import ArmaModel
+from zerorate.noise.records import as_record
+from zerorate.types import Booleans, Floats, Integers
+
+METHODS: Final = ("css", "exact")
+MAX_ORDER: Final = 8
+
+
+@dataclass(frozen=True, eq=False)
+class ArmaGrid:
+    """Fits of the ARMA models of all orders, on the same residuals.
+
+    Attributes
+    ----------
+    sigma2 : ndarray, shape (max_p + 1, max_q + 1)
+        Innovation variance of ARMA(p, q) in row p and column q: the sum of the squared residuals
+        over their number. No order fits worse than one that it contains.
+    n : int
+        Number of residuals.
+    converged : ndarray of bool, shape (max_p + 1, max_q + 1)
+        Whether the search came to a minimum.
+    evaluations : ndarray of int, shape (max_p + 1, max_q + 1)
+        How often the searches went over the record, without those that value slow starts.
+    coefficients : tuple of ndarray
+        [phi, theta, c] of each order, row after row of one p.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identification import arma_grid
+    >>> a = np.random.default_rng(1).standard_normal(2001)
+    >>> grid = arma_grid(a[1:] + 0.5 * a[:-1], 1, 1)
+    >>> bool(grid.sigma2[0, 1] < grid.sigma2[0, 0]), bool(grid.converged.all())
+    (True, True)
+    """
+
+    sigma2: Floats
+    n: int
+    converged: Booleans
+    evaluations: Integers
+    coefficients: tuple[Floats, ...] = ()
+
+
+def fit_arma(
+    z: npt.ArrayLike,
+    p: int,
+    q: int,
+    method: Literal["css", "exact"] = "css",
+    constant: bool = True,
+    start: npt.ArrayLike | None = None,
+) -> ArmaModel:
+    """Return the ARMA(p, q) model that fits a record best.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Samples in any unit; those that are not finite or masked are missing.
+    p, q : int
+        Autoregressive and moving-average order, 0 to 8.
+    method : {"css", "exact"}
+        "css" makes the sum of the squared conditional residuals small: fast; before each stretch
+        between missing samples innovations are taken as zero and samples as the record's mean, and
+        its first p residuals, which rest on that, are left out. "exact" makes the Gaussian
+        likelihood great, of all samples and across what is missing; the process is then
+        stationary. They differ by little on long records.
+    constant : bool
+        Whether a constant is estimated; otherwise the process has mean zero.
+    start : array_like, shape (p + q + 1,), optional
+        [phi, theta, c], without c if there is no constant, from which alone to search: of an
+        `ArmaGrid`, which has searched already, or of a like record. By default several starts are
+        tried.
+
+    Returns
+    -------
+    ArmaModel
+        The moving average is invertible. With "css" the autoregression may lie outside the
+        stationary region.
+
+    Raises
+    ------
+    TypeError
+        If `z` does not hold real numbers.
+    ValueError
+        If an order or the method is not among those above, or `z` is not one axis, is constant or
+        too short.
+
+    Notes
+    -----
+    Searched from Hannan and Rissanen's estimate, from the best models of the orders below, and
+    from white noise on a slow drift, which is where most gyros lie and no short autoregression
+    leads. Standard errors are those of the quadratic model of the sum of squares, or of the
+    curvature of the likelihood. Hannan & Rissanen, Biometrika 69(1), 1982; Ansley, Biometrika
+    66(1), 1979; Monahan, Biometrika 71(2), 1984.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identification import fit_arma
+    >>> a = np.random.default_rng(1).standard_normal(5001)
+    >>> model = fit_arma(a[1:] + 0.5 * a[:-1], 0, 1)
+    >>> model.theta.round(1).tolist(), round(model.sigma2, 1)
+    ([0.5], 1.0)
+    """
+    check_orders(p, q)
+    if method not in METHODS:
+        raise ArgumentError("method", f"must be 'css' or 'exact', got {method!r}")
+    record = as_record(z, 2 * (p + q + 1) + p, f"ARMA({p}, {q})")
+    begin = None if start is None else np.asarray(start, dtype=np.float64).ravel()
+    found, numbers, search = _native.arma_fit(record, p, q, constant, method == "exact", begin)
+    phi, theta, offset, sigma2, covariance = found
+    n, log_likelihood, condition, mean_sigma, record_mean, record_deviation = numbers
+    return ArmaModel(
+        phi=phi,
+        theta=theta,
+        constant=offset,
+        sigma2=sigma2,
+        covariance=covariance,
+        n=n,
+        log_likelihood=log_likelihood,
+        condition=condition,
+        method=method,
+        has_constant=constant,
+        converged=search[0],
+        remarks=_remarks(on_circle=search[2]),
+        mean_sigma=mean_sigma,
+        record_mean=record_mean,
+        record_deviation=record_deviation,
+    )
+
+
+def arma_grid(z: npt.ArrayLike, max_p: int, max_q: int) -> ArmaGrid:
+    """Return how well ARMA models of all orders up to (max_p, max_q) fit a record.
+
+    By conditional least squares with a constant; all models are compared on the same residuals,
+    each stretch between missing samples gives up `max_p`.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Samples in any unit; those that are not finite or masked are missing.
+    max_p, max_q : int
+        Highest orders, 0 to 8.
+
+    Raises
+    ------
+    TypeError
+        If `z` does not hold real numbers.
+    ValueError
+        If an order is not among those above, or `z` is not one axis, is constant or too short.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identification import arma_grid
+    >>> grid = arma_grid(np.random.default_rng(1).standard_normal(1000), 1, 2)
+    >>> grid.sigma2.shape, grid.n
+    ((2, 3), 999)
+    """
+    check_orders(max_p, max_q)
+    record = as_record(z, 2 * (max_p + max_q + 1) + max_p, f"ARMA({max_p}, {max_q})")
+    sigma2, converged, evaluations, n, found = _native.arma_grid(record, max_p, max_q)
+    return ArmaGrid(sigma2, n, converged, evaluations, tuple(found))
+
+
+def check_orders(p: int, q: int) -> None:
+    """Raise ValueError unless both orders are whole numbers from 0 to 8."""
+    for name, order in (("p", p), ("q", q)):
+        if not isinstance(order, int | np.integer) or not 0 <= order <= MAX_ORDER:
+            raise ArgumentError(
+                name, f"must be a whole number from 0 to {MAX_ORDER}, got {order!r}"
+            )
+
+
+def _remarks(on_circle: bool) -> tuple[str, ...]:
+    if not on_circle:
+        return ()
+    return (
+        "the search ended where a root of the moving average meets the unit circle: standard "
+        "errors do not hold there",
+    )

@@ -1,0 +1,177 @@
+"""ARMA models as text: notes on what to beware of, JSON."""
+
+import math
+import os
+from collections.abc import Iterator
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.identification.polynomials import inverse_roots
+from zerorate.noise.exports import written
+from zerorate.record.exporting import exports
+from zerorate.record.saved import as_json, check_format, restored
+from zerorate.types import Floats
+
+if TYPE_CHECKING:
+    from zerorate.identification.arma_model import ArmaModel
+
+# Half of the digits of the normal equations are gone.
+_ILL_CONDITIONED: Final = 1e8
+# Within so many standard errors two numbers are the same at 95 %.
+_SAME_AT_95: Final = 1.96
+
+
+class Uncertain(NamedTuple):
+    """A reciprocal root and how it moves with each of [phi, theta, c]."""
+
+    value: complex
+    gradient: npt.NDArray[np.complex128]
+
+    def sigma(self, covariance: Floats) -> float:
+        """Return the standard error of its distance from the origin."""
+        radial = np.real(self.gradient * np.conj(self.value)) / abs(self.value)
+        return _deviation(radial, covariance)
+
+
+def ar_uncertain(model: "ArmaModel") -> list[Uncertain]:
+    """Return the reciprocal roots of the autoregression that are not zero."""
+    return _uncertain(-model.phi, 0, -1.0, len(model.covariance))
+
+
+def ma_uncertain(model: "ArmaModel") -> list[Uncertain]:
+    """Return the reciprocal roots of the moving average that are not zero."""
+    return _uncertain(model.theta, len(model.phi), 1.0, len(model.covariance))
+
+
+def _uncertain(coefficients: Floats, first: int, sign: float, size: int) -> list[Uncertain]:
+    """Differentiate y^n + c_1 y^(n-1) + ... + c_n = 0: dy/dc_i = -y^(n-i) / slope."""
+    n = coefficients.size
+    slope = np.polyder(np.concatenate(([1.0], coefficients)))
+    found = []
+    for root in inverse_roots(coefficients):
+        # A double root moves like a square root: its slope of zero is no standard error.
+        steepness = complex(np.polyval(slope, root))
+        if root == 0.0 or steepness == 0.0:
+            continue
+        gradient = np.zeros(size, dtype=np.complex128)
+        gradient[first : first + n] = -sign * root ** np.arange(n - 1, -1, -1) / steepness
+        found.append(Uncertain(complex(root), gradient))
+    return found
+
+
+def undetermined_pairs(model: "ArmaModel") -> list[tuple[complex, complex]]:
+    """Return the pairs of an AR and an MA root, reciprocal, that may be one common factor."""
+    pairs = ((ar, ma) for ar in ar_uncertain(model) for ma in ma_uncertain(model))
+    return [(ar.value, ma.value) for ar, ma in pairs if _same(ar, ma, model.covariance)]
+
+
+def _same(ar: Uncertain, ma: Uncertain, covariance: Floats) -> bool:
+    if ar.value.imag < 0.0 or ma.value.imag < 0.0:
+        return False
+    sigma = _deviation(ar.gradient - ma.gradient, covariance)
+    return sigma > 0.0 and abs(ar.value - ma.value) <= _SAME_AT_95 * sigma
+
+
+def _deviation(gradient: npt.NDArray[Any], covariance: Floats) -> float:
+    """Return the standard deviation along a gradient; NaN where the covariance has infinities."""
+    with np.errstate(invalid="ignore"):
+        variance = float(np.real(np.conj(gradient) @ covariance @ gradient))
+    return math.sqrt(max(variance, 0.0)) if math.isfinite(variance) else math.nan
+
+
+def diagnosis(model: "ArmaModel") -> Iterator[str]:
+    """Yield a sentence for each rule that the model meets; NaN in the covariance meets none."""
+    if not model.converged:
+        yield "the search for the estimate did not come to its end"
+    if model.condition > _ILL_CONDITIONED:
+        yield (
+            f"the normal equations have condition {model.condition:.1g}: the record hardly tells "
+            "the coefficients apart"
+        )
+    yield from _root_notes(model)
+    for ar, ma in undetermined_pairs(model):
+        yield (
+            f"the AR root {_root_text(1.0 / ar)} and the MA root {_root_text(1.0 / ma)} are closer "
+            "than their standard errors: the record does not determine this common factor"
+        )
+
+
+def _root_notes(model: "ArmaModel") -> Iterator[str]:
+    if not model.stationary:
+        yield "not stationary: an AR root lies on or inside the unit circle"
+    elif any(_reaches_one(root, model.covariance) for root in ar_uncertain(model)):
+        yield "an AR root is within two standard errors of the unit circle: the drift may be a walk"
+    if not model.invertible:
+        yield "not invertible: an MA root lies on or inside the unit circle"
+    elif any(_reaches_one(root, model.covariance) for root in ma_uncertain(model)):
+        yield "an MA root is within two standard errors of the unit circle"
+
+
+def _reaches_one(root: Uncertain, covariance: Floats) -> bool:
+    return abs(1.0 - abs(root.value)) <= _SAME_AT_95 * root.sigma(covariance)
+
+
+def _root_text(root: complex) -> str:
+    return f"{root:.5g}" if root.imag else f"{root.real:.5g}"
+
+
+_FORMAT: Final = "zerorate ARMA model"
+_VERSION: Final = 1
+
+
+@exports()
+def to_json(
+    model: "ArmaModel", path: str | os.PathLike[str] | None = None, *, force: bool = False
+) -> str:
+    """Return the model as JSON, for `ArmaModel.from_json` and for any other program.
+
+    Returns
+    -------
+    str
+        Every field, exact to the last bit; "nan", "inf" and "-inf" as texts.
+
+    Examples
+    --------
+    >>> import json
+    >>> from zerorate.identification import ArmaModel
+    >>> json.loads(ArmaModel.of([0.9], []).to_json())["phi"]
+    [0.9]
+    """
+    content = {"format": _FORMAT, "version": _VERSION}
+    content |= {field.name: _encoded(getattr(model, field.name)) for field in fields(model)}
+    return written(as_json(content), path, force)
+
+
+def from_json(source: str | os.PathLike[str], build: type["ArmaModel"]) -> "ArmaModel":
+    """Return the model that a text or a file holds."""
+    return restored(source, _FORMAT, lambda content: build(**_fields(content, build)))
+
+
+def _fields(content: Any, build: type["ArmaModel"]) -> dict[str, Any]:  # noqa: ANN401
+    check_format(content, _FORMAT, _VERSION)
+    names = [field.name for field in fields(build)]
+    missing = [name for name in names if name not in content]
+    if missing:
+        raise ValueError(f"{missing[0]!r} is missing")
+    return {name: _decoded(name, content[name]) for name in names}
+
+
+def _encoded(value: Any) -> Any:  # noqa: ANN401
+    if isinstance(value, np.ndarray):
+        return [_encoded(item) for item in value.tolist()]
+    if isinstance(value, list | tuple):
+        return [_encoded(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return value
+
+
+def _decoded(name: str, value: Any) -> Any:  # noqa: ANN401
+    if name == "remarks":
+        return tuple(value)
+    if name in ("phi", "theta", "covariance"):
+        return np.array(value, dtype=np.float64)
+    return float(value) if value in ("nan", "inf", "-inf") else value

@@ -1,0 +1,113 @@
+"""Autoregressive models of one order."""
+
+from __future__ import annotations
+
+import math
+import operator
+from dataclasses import replace
+from typing import Literal, SupportsIndex
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import fit_autoregression
+from zerorate.faults import ArgumentError
+from zerorate.identification.arma_model import ArmaModel
+from zerorate.noise.records import as_record
+
+ArMethod = Literal["least-squares", "burg", "yule-walker"]
+
+HIGHEST_ORDER = 64
+"""Of an autoregression; more coefficients no gyro's drift determines."""
+
+
+def fit_ar(
+    z: npt.ArrayLike, p: int, method: ArMethod = "least-squares", constant: bool = True
+) -> ArmaModel:
+    """Fit an autoregressive model of order p, z_k = sum_i phi_i z_(k-i) + a_k + c.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Record of one axis, any unit; samples that are not finite or masked are missing.
+    p : int
+        Order, 0 to 64.
+    method : str, default "least-squares"
+        "least-squares": over every sample with p others before it in its stretch, without any
+        assumption on those; the model may be unstable, so this shows a unit root.
+        "burg": least squares forward and backward at once; always stationary, and precise on short
+        records.
+        "yule-walker": has the record's first autocovariances; always stationary, and biased towards
+        0 where roots are near 1.
+    constant : bool, default True
+        Whether c is fitted ("burg" and "yule-walker" take the mean off). Without it the record is
+        taken as it is.
+
+    Returns
+    -------
+    ArmaModel
+        `n` is the number of residuals, for "burg" and "yule-walker" that of samples. `sigma2` is
+        their sum of squares over n; for "burg" and "yule-walker" the mean square of the samples
+        times (1 - reflection coefficient squared) of every order. `covariance` is sigma2 (X'X)^-1,
+        as R's ``ar.ols`` and statsmodels' ``AutoReg`` have it, and for the other two methods its
+        limit for long records, sigma2/n times the inverse of the model's covariance of p samples.
+
+    Raises
+    ------
+    TypeError
+        If `z` does not hold real numbers.
+    ValueError
+        If `z` is not one axis, is too short, constant, or free of noise.
+
+    Notes
+    -----
+    Normal equations from sums of products in one pass; where these are conditioned worse than
+    about 1e10, the rows themselves are triangularised. J. P. Burg, "Maximum entropy spectral
+    analysis", Stanford, 1975.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> z = np.zeros(3000)
+    >>> for k, a in enumerate(np.random.default_rng(1).standard_normal(2999)):
+    ...     z[k + 1] = 0.9 * z[k] + a
+    >>> model = fit_ar(z, 1)
+    >>> model.order, model.n, bool(abs(model.phi[0] - 0.9) < 3 * model.standard_errors[0])
+    ((1, 0), 2999, True)
+    """
+    order = checked_order("p", p)
+    phi, c, sigma2, covariance, n, condition = fit_autoregression(z, order, method, bool(constant))
+    model = ArmaModel(
+        phi=phi,
+        theta=phi[:0],
+        constant=c,
+        sigma2=sigma2,
+        covariance=covariance,
+        n=n,
+        log_likelihood=-0.5 * n * (math.log(2.0 * math.pi * sigma2) + 1.0),
+        condition=condition,
+        method=method,
+        has_constant=bool(constant),
+    )
+    return with_moments(model, z)
+
+
+def checked_order(name: str, value: SupportsIndex) -> int:
+    """Return an order of an autoregression as an int, once it is in range."""
+    try:
+        order = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} must be a whole number, got {value!r}") from None
+    if not 0 <= order <= HIGHEST_ORDER:
+        raise ArgumentError(name, f"must be 0 to {HIGHEST_ORDER}, got {order}")
+    return order
+
+
+def with_moments(model: ArmaModel, z: npt.ArrayLike) -> ArmaModel:
+    """Return the model with mean and deviation of its record where it tells none itself."""
+    if model.stationary:
+        return model
+    record = as_record(z)
+    return replace(
+        model, record_mean=float(np.nanmean(record)), record_deviation=float(np.nanstd(record))
+    )

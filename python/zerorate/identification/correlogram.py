@@ -1,0 +1,292 @@
+"""Correlations of a record with itself, and tests of whether it is white."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate import _native
+from zerorate.faults import ArgumentError
+from zerorate.identification.verdict import TWO_SIDED_95, Verdict
+from zerorate.noise.records import as_record, centred, checked_width
+from zerorate.types import Floats, Integers
+
+
+@dataclass(frozen=True, eq=False)
+class Correlogram:
+    """Autocorrelations of a record, and what of them the shorter lags do not explain.
+
+    Attributes
+    ----------
+    lags : ndarray of int64, shape (m,)
+        From 1 on, in samples.
+    acf, pacf : ndarray of float64, shape (m,)
+        Autocorrelation and partial autocorrelation.
+    bound : float
+        1.96 / sqrt(n), within which 95 of 100 correlations of white noise lie (Bartlett). Gaps
+        leave fewer products than that; then it is that of the lag that lost most.
+    n : int
+        Samples that are there.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identification import autocorrelation
+    >>> found = autocorrelation(np.random.default_rng(1).standard_normal(10_000), 20)
+    >>> found.lags.size, round(found.bound, 4), bool((abs(found.acf) < found.bound).mean() >= 0.9)
+    (20, 0.0196, True)
+    """
+
+    lags: Integers
+    acf: Floats
+    pacf: Floats
+    bound: float
+    n: int
+
+
+class Correlations(NamedTuple):
+    """Autocorrelations at lags 1 to m, the pairs each was made of, and the number of samples."""
+
+    acf: Floats
+    pairs: Integers
+    n: int
+
+    def up_to(self, lags: int) -> Correlations:
+        """Return those of the first lags."""
+        return Correlations(self.acf[:lags], self.pairs[:lags], self.n)
+
+    def correlogram(self) -> Correlogram:
+        """Return them with partial ones and the bound."""
+        lags = np.arange(1, self.acf.size + 1)
+        fewest = int(np.min(self.pairs + lags))
+        bound = TWO_SIDED_95 / float(np.sqrt(fewest))
+        return Correlogram(lags, self.acf, partial(self.acf), bound, self.n)
+
+
+def autocorrelation(z: npt.ArrayLike, lags: int) -> Correlogram:
+    """Return autocorrelations and partial autocorrelations at lags 1 to `lags`.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Samples in any unit; those not finite are missing, and no product reaches across them.
+    lags : int
+        The greatest lag, 1 to n - 1, within the longest stretch without a gap.
+
+    Returns
+    -------
+    Correlogram
+
+    Raises
+    ------
+    TypeError
+        If `z` does not hold real numbers.
+    ValueError
+        If `z` is not one axis, has too few or only equal samples, or `lags` is not as described.
+
+    Notes
+    -----
+    r_l = sum (z_k - m)(z_(k+l) - m) / sum (z_k - m)^2; with gaps the sum is scaled to the n - l
+    products of a whole record. Partial autocorrelations by the recursion of Durbin and Levinson;
+    G. E. P. Box, G. M. Jenkins, Time Series Analysis, sections 2.1 and 3.2.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(1).standard_normal(10_002)
+    >>> smoothed = noise[:-2] + noise[1:-1] + noise[2:]
+    >>> autocorrelation(smoothed, 2).acf.round(1).tolist()
+    [0.7, 0.3]
+    """
+    return correlations(as_record(z, 2, "autocorrelation"), lags).correlogram()
+
+
+def correlations(record: Floats, lags: int, welcome: int = 0) -> Correlations:
+    """Return autocorrelations of a record whose samples differ.
+
+    At lags up to `lags`, or up to `welcome` as far as there are products so far apart.
+    """
+    checked_width(lags, "lags")
+    if lags >= record.size:
+        raise ArgumentError(
+            "lags", f"must be less than the number of samples, {record.size}, got {lags}"
+        )
+    sums, pairs = _native.lagged_products(centred(record), max(lags, welcome))
+    longest = int(np.count_nonzero(pairs))
+    if lags >= longest:
+        raise ArgumentError("lags", f"must be less than the longest stretch, {longest}, got {lags}")
+    n, lag = int(pairs[0]), np.arange(1, longest)
+    pairs = pairs[1:longest]
+    return Correlations(sums[1:longest] / sums[0] * ((n - lag) / pairs), pairs, n)
+
+
+def partial(acf: Floats) -> Floats:
+    """Return the partial autocorrelations by the recursion of Durbin and Levinson.
+
+    NaN from the lag on at which nothing is left to explain, which gaps or rounding may bring about.
+    """
+    pacf = np.full(acf.size, np.nan)
+    phi, left = np.empty(0), 1.0
+    for k, r in enumerate(acf):
+        if not left > 0.0:
+            break
+        pacf[k] = (r - phi @ acf[:k][::-1]) / left
+        phi = np.append(phi - pacf[k] * phi[::-1], pacf[k])
+        left *= 1.0 - pacf[k] ** 2
+    return pacf
+
+
+_PREDICTOR: Final = 20
+
+
+@dataclass(frozen=True, eq=False)
+class Whiteness:
+    """What is left in residuals that could still be explained.
+
+    Attributes
+    ----------
+    ljung_box : Verdict
+        The test of all lags together.
+    correlogram : Correlogram
+        The correlations lag by lag.
+    outside_count : int
+        Number of lags whose autocorrelation is beyond the bound; of white noise, 1 in 20.
+    predictable : float
+        Share of the variance that an AR(20) of the residuals would still explain, 0 to 1. White
+        noise of n samples shows some 20/n by chance.
+    white : bool
+        Whether the Ljung-Box test accepts. Of a long record it rejects correlations too faint to
+        matter; `predictable` says how much they do.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identification import whiteness
+    >>> found = whiteness(np.random.default_rng(1).standard_normal(10_000))
+    >>> found.white, bool(found.predictable < 0.01)
+    (True, True)
+    """
+
+    ljung_box: Verdict
+    correlogram: Correlogram
+    outside_count: int
+    predictable: float
+    white: bool
+
+
+def ljung_box(z: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Verdict:
+    """Test whether the autocorrelations up to a lag are those of white noise, all together.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Residuals in any unit; those not finite are missing, and no product reaches across them.
+    lags : int, default 20
+        The greatest lag: more lags see longer correlations, and any one of them less well.
+    fitted : int, default 0
+        Coefficients p + q of the model whose residuals these are; less than `lags`.
+
+    Returns
+    -------
+    Verdict
+        Statistic Q with lags - fitted degrees of freedom.
+
+    Raises
+    ------
+    TypeError
+        If `z` does not hold real numbers.
+    ValueError
+        If `z` is not one axis, has too few or only equal samples, or an argument is not as
+        described.
+
+    Notes
+    -----
+    Q = n (n + 2) sum r_l^2 / (n - l): G. M. Ljung, G. E. P. Box, Biometrika 65(2), 1978. With gaps,
+    each correlation counts by the pairs that it was made of.
+
+    Examples
+    --------
+    >>> ljung_box(np.random.default_rng(1).standard_normal(1000)).accepted
+    True
+    """
+    record = as_record(z, 2, "the Ljung-Box test")
+    _check_fitted(lags, fitted)
+    return _portmanteau(correlations(record, lags), fitted)
+
+
+def whiteness(residuals: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Whiteness:
+    """Return whether residuals are white, and how much it matters if not.
+
+    Parameters
+    ----------
+    residuals : array_like, shape (n,)
+        Of a model, in any unit; those not finite are missing.
+    lags : int, default 20
+        The greatest lag that is tested.
+    fitted : int, default 0
+        Coefficients p + q of the model; less than `lags`.
+
+    Returns
+    -------
+    Whiteness
+
+    Raises
+    ------
+    TypeError
+        If `residuals` does not hold real numbers.
+    ValueError
+        If `residuals` is not one axis, has too few or only equal samples, or an argument is not
+        as described.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(1).standard_normal(100_001)
+    >>> faint = whiteness(noise[1:] + 0.05 * noise[:-1])
+    >>> faint.white, faint.predictable < 0.004
+    (False, True)
+    """
+    record = as_record(residuals, 2, "the test of whiteness")
+    _check_fitted(lags, fitted)
+    found = correlations(record, lags, welcome=_PREDICTOR)
+    correlogram = found.up_to(lags).correlogram()
+    verdict = _portmanteau(found.up_to(lags), fitted)
+    return Whiteness(
+        ljung_box=verdict,
+        correlogram=correlogram,
+        outside_count=int(np.count_nonzero(np.abs(correlogram.acf) > correlogram.bound)),
+        predictable=_predictable(found.up_to(_PREDICTOR).acf),
+        white=verdict.accepted,
+    )
+
+
+def _check_fitted(lags: int, fitted: int) -> None:
+    checked_width(lags, "lags")
+    if not 0 <= fitted < lags:
+        raise ArgumentError("fitted", f"must be from 0 to less than lags, {lags}, got {fitted}")
+
+
+def _portmanteau(found: Correlations, fitted: int) -> Verdict:
+    n, lag = found.n, np.arange(1, found.acf.size + 1)
+    # Of all n - l pairs this is r^2 / (n - l).
+    terms = (found.acf / (n - lag)) ** 2 * found.pairs
+    statistic = n * (n + 2) * float(terms.sum())
+    freedom = found.acf.size - fitted
+    upper = float(_native.chi_squared_quantile(0.95, [freedom])[0])
+    return Verdict(
+        name="Ljung-Box",
+        hypothesis="white noise",
+        statistic=statistic,
+        p_value=_native.chi_squared_survival(statistic, freedom),
+        lower=-np.inf,
+        upper=upper,
+        accepted=statistic <= upper,
+        n=n,
+    )
+
+
+def _predictable(acf: Floats) -> float:
+    """Return 1 less the product of 1 - pacf^2, which is what each lag leaves of the variance."""
+    pacf = partial(acf)
+    return 1.0 - float(np.prod(1.0 - pacf[np.isfinite(pacf)] ** 2))

@@ -1,0 +1,347 @@
+"""Drift filters that begin with an identified model."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+
+import numpy as np
+
+from zerorate._native import DriftFilter
+from zerorate.identification.polynomials import at_one, autocovariance, is_stationary
+from zerorate.noise.least_squares import solve
+from zerorate.types import Floats
+
+if TYPE_CHECKING:
+    from zerorate._native import _Start
+    from zerorate.identification.arma_model import ArmaModel
+
+Method = Literal["kf", "akf", "fading", "robust"]
+Parts = dict[str, Floats | float]
+
+_LARGEST: Final = 3
+
+# Of the variance of phi(B) z: less than this is rounding.
+_ROUNDING: Final = 1e-9
+
+
+class Split(NamedTuple):
+    """An AR(p) drift driven by noise of variance g, and white measurement noise of variance R."""
+
+    g: float
+    R: float
+
+
+def filter_of(
+    model: "ArmaModel",
+    rate: float,
+    method: Method = "fading",
+    adapt_for: float | None = 0.0,
+    measurement_noise: float | None = None,
+    process_noise: float | None = None,
+    offset: float | None = None,
+    scale: float | None = None,
+    **options: Any,  # noqa: ANN401
+) -> DriftFilter:
+    """Return a drift filter of one signal that starts with this model, ready at its first sample.
+
+    The model is split into an AR(p) drift driven by white noise of variance g and white noise of
+    variance R on the samples: exactly where that is possible (ARMA(1, 1) with phi > 0 > theta),
+    else the likeliest g and R. With "kf" the filter of such a model is the optimal one from the
+    first sample on: over ten minutes of a simulated ARMA(1, 1) its error is within 0.1 % of that
+    of the Kalman filter that knows the truth, where the filter that starts ignorant has three
+    times that error.
+
+    A model without a white part, such as every AR(p), would let the samples pass: R is then the
+    model's Allan variance at the shortest averaging time, gamma_0 - gamma_1, to which Fu and Han's
+    recursion converges. A model whose spectrum does not rise towards low frequencies has no drift
+    (g = 0), and the estimate of "kf" is its mean.
+
+    As every `DriftFilter` it returns the compensated rate unless ``output="estimate"`` asks for the
+    estimate; `estimate` can be read in any case.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    method : {"kf", "akf", "fading", "robust"}
+        As for `DriftFilter`, but "auto", which learns its own start; default "fading". Adaptive R,
+        and the weight of the process noise, go on as if `startup` seconds had been spent already.
+    adapt_for : float or None
+        Seconds during which the coefficients are learned on, as if the filter had seen the record
+        of the model; None is always. Default: 0, they stay. A model made by `ArmaModel.of` is
+        certain and stays, too.
+    measurement_noise : float, optional
+        Variance R in the squared unit of the record, in place of that of the model.
+    process_noise : float, optional
+        Variance g of the noise that drives the drift, in the squared unit of the record.
+    offset : float, optional
+        Mean of the signal. Default: the mean of the model, or of the record where the model has
+        none.
+    scale : float, optional
+        Deviation of the signal. Default: that of the record, or of the model.
+    **options
+        Further arguments of `DriftFilter`: `output`, `motion`, `fading`, `forgetting_factor`,
+        `noise`, `startup`, `process_noise_memory`.
+
+    Raises
+    ------
+    ValueError
+        If p or q is above 3, a number is out of range, or a model without a mean or a deviation
+        comes without `offset` or `scale`.
+
+    Examples
+    --------
+    >>> from zerorate.identification import ArmaModel
+    >>> f = ArmaModel.of([0.99], [-0.9], sigma2=4.0).to_filter(rate=100.0, method="kf")
+    >>> f.ready, round(f.measurement_noise, 3)
+    (True, 3.636)
+    """
+    order = _order([model])
+    start = _start(model, order, measurement_noise, process_noise, offset, scale)
+    return _made(start, order, rate, method, adapt_for, None, options)
+
+
+def to_filter(
+    models: "Sequence[ArmaModel]",
+    rate: float,
+    method: Method = "fading",
+    adapt_for: float | None = 0.0,
+    **options: Any,  # noqa: ANN401
+) -> DriftFilter:
+    """Return a drift filter of several axes, each starting with its own model.
+
+    Parameters
+    ----------
+    models : sequence of ArmaModel
+        One an axis. The filter has the largest of their orders; coefficients that a model lacks
+        are zero and stay zero.
+    rate, method, adapt_for, **options
+        As for `ArmaModel.to_filter`; the filter has `channels` = number of models.
+
+    Raises
+    ------
+    ValueError
+        If there is no model, or as for `ArmaModel.to_filter`.
+
+    Examples
+    --------
+    >>> from zerorate.identification import ArmaModel, to_filter
+    >>> models = [ArmaModel.of([0.99], [-0.9]), ArmaModel.of([0.9], [])]
+    >>> to_filter(models, rate=100.0).estimate
+    array([0., 0.])
+    """
+    if not models:
+        raise ValueError("to_filter needs at least one model, got none")
+    order = _order(models)
+    own = {name: options.pop(name, None) for name in _OWN}
+    starts = [_start(model, order, **own) for model in models]
+    stacked: Parts = {name: np.stack([np.asarray(s[name]) for s in starts]) for name in starts[0]}
+    return _made(stacked, order, rate, method, adapt_for, len(models), options)
+
+
+_OWN: Final = ("measurement_noise", "process_noise", "offset", "scale")
+
+
+def _made(
+    start: Parts,
+    order: tuple[int, int],
+    rate: float,
+    method: Method,
+    adapt_for: float | None,
+    channels: int | None,
+    options: dict[str, Any],
+) -> DriftFilter:
+    known: _Start = start  # type: ignore[assignment]
+    return DriftFilter.started(
+        known,
+        rate=rate,
+        order=order,
+        method=method,
+        adapt_for=adapt_for,
+        channels=channels,
+        **options,
+    )
+
+
+def _order(models: "Sequence[ArmaModel]") -> tuple[int, int]:
+    """Return the orders that hold all models; the filter's p is at least 1."""
+    p, q = (max(model.order[i] for model in models) for i in (0, 1))
+    if max(p, q) > _LARGEST:
+        raise ValueError(f"a filter has orders up to (3, 3), the model has ({p}, {q})")
+    return max(p, 1), q
+
+
+def _start(
+    model: "ArmaModel",
+    order: tuple[int, int],
+    measurement_noise: float | None,
+    process_noise: float | None,
+    offset: float | None,
+    scale: float | None,
+) -> Parts:
+    if not model.sigma2 > 0.0:
+        raise ValueError("a model whose innovations have variance 0 makes no filter")
+    offset = _offset(model) if offset is None else offset
+    scale = _scale(model) if scale is None else scale
+    parts = _noises(model, measurement_noise, process_noise)
+    p, q = order
+    coefficients = np.zeros(p + q + 1)
+    places = _places(model, p)
+    coefficients[places] = np.concatenate((model.phi, model.theta, [model.constant]))
+    covariance = np.zeros((p + q + 1, p + q + 1))
+    covariance[np.ix_(places, places)] = _learned(model, scale)
+    state = np.zeros((p + 1, p + 1))
+    state[:p, :p] = _drift_covariance(coefficients[:p], parts.g, scale)
+    state[p, p] = model.sigma2 * _constant_variance(model)
+    return {
+        "offset": offset,
+        "scale": scale,
+        "coefficients": coefficients,
+        "covariance": covariance,
+        "measurement_noise": parts.R,
+        "process_noise": parts.g,
+        "state_covariance": state,
+    }
+
+
+def _places(model: "ArmaModel", p: int) -> list[int]:
+    """Return where [phi, theta, c] stand in a filter of orders (p, q)."""
+    own_p, own_q = model.order
+    return [*range(own_p), *range(p, p + own_q), -1]
+
+
+def _noises(
+    model: "ArmaModel", measurement_noise: float | None, process_noise: float | None
+) -> Split:
+    if measurement_noise is not None and process_noise is not None:
+        return Split(process_noise, measurement_noise)
+    parts = split(model.phi, model.theta, model.sigma2, measurement_noise)
+    return parts if process_noise is None else parts._replace(g=process_noise)
+
+
+def _offset(model: "ArmaModel") -> float:
+    if at_one(-model.phi):
+        return model.mean
+    return _known("offset", model.record_mean)
+
+
+def _scale(model: "ArmaModel") -> float:
+    if math.isfinite(model.record_deviation) and model.record_deviation > 0.0:
+        return model.record_deviation
+    if not model.stationary:
+        return _known("scale", math.nan)
+    return math.sqrt(float(model.autocovariance(0)[0]))
+
+
+def _known(name: str, value: float) -> float:
+    if math.isfinite(value):
+        return value
+    raise ValueError(
+        f"a model that is not stationary does not tell the {name} of a filter: give it"
+    )
+
+
+def _learned(model: "ArmaModel", scale: float) -> Floats:
+    """Return the covariance of [phi, theta, c / scale] over the innovation variance.
+
+    Of centred and scaled samples, whose regressors are orthogonal to the constant. Together with
+    the one sample of each that least squares starts with: P (1 + P)^-1.
+    """
+    P = np.zeros_like(model.covariance)
+    P[:-1, :-1] = model.covariance[:-1, :-1] * (scale**2 / model.sigma2)
+    P[-1, -1] = _constant_variance(model)
+    values, vectors = np.linalg.eigh(P)
+    values = np.maximum(values, 0.0)
+    product = (vectors * (values / (1.0 + values))) @ vectors.T
+    return np.asarray((product + product.T) / 2.0)
+
+
+def _constant_variance(model: "ArmaModel") -> float:
+    """Return the variance of the constant over that of the innovations, samples being centred."""
+    if not model.n or not model.has_constant:
+        return 0.0
+    return at_one(model.theta) ** 2 / model.n
+
+
+def _drift_covariance(phi: Floats, g: float, scale: float) -> Floats:
+    """Return that of [y_k ... y_(k-p+1)]: stationary, or that of the record for each."""
+    p = phi.size
+    if not is_stationary(phi):
+        return np.eye(p) * scale**2
+    gamma = autocovariance(phi, np.zeros(0), g, p - 1)
+    return np.asarray(gamma[np.abs(np.subtract.outer(np.arange(p), np.arange(p)))])
+
+
+def split(
+    phi: Floats, theta: Floats, sigma2: float, measurement_noise: float | None = None
+) -> Split:
+    """Return the drift and the white noise whose sum is the process, or comes closest to it.
+
+    w = phi(B) z has the autocovariance of theta(B) a, and must have that of a white g and of
+    phi(B) v: gamma_w(j) = g [j = 0] + R sum_i phi'_i phi'_(i+j), phi' = [1, -phi]. Where this has
+    a solution it is taken (ARMA(1, 1): R = -theta sigma2 / phi). Else the likeliest non-negative g
+    and R are taken: least squares of gamma_w itself would find drift of four times the variance
+    of the whole process in Fu and Han's own ARMA(2, 1), whose spectrum has no drift at all.
+
+    A model without an autoregression has no drift, and all of it is R. Without a white part R is
+    the Allan variance at tau0, gamma_0 - gamma_1, to which the recursion of Fu & Han (2019),
+    equation 18, converges. A `measurement_noise` that is given takes the place of R.
+    """
+    if not np.any(phi):
+        white = float(sigma2 * (1.0 + theta @ theta))
+        return Split(0.0, white if measurement_noise is None else measurement_noise)
+    auto, moving = np.concatenate(([1.0], -phi)), np.concatenate(([1.0], theta))
+    found = _exact(auto, moving) or _closest(auto, moving)
+    if measurement_noise is not None:
+        return Split(found.g * sigma2, measurement_noise)
+    if found.R > _ROUNDING:
+        return Split(found.g * sigma2, found.R * sigma2)
+    return Split(found.g * sigma2, _first_difference(phi, theta, sigma2))
+
+
+def _exact(auto: Floats, moving: Floats) -> Split | None:
+    lags = max(auto.size, moving.size)
+    moved = _products(moving, lags)
+    basis = np.column_stack((np.eye(lags)[0], _products(auto, lags)))
+    found = np.linalg.lstsq(basis, moved, rcond=None)[0]
+    if np.any(np.abs(basis @ found - moved) > _ROUNDING * moved[0]) or np.any(found < 0.0):
+        return None
+    return Split(*found.tolist())
+
+
+def _products(coefficients: Floats, lags: int) -> Floats:
+    full = np.correlate(coefficients, coefficients, "full")[coefficients.size - 1 :]
+    return np.concatenate((full, np.zeros(lags)))[:lags]
+
+
+def _closest(auto: Floats, moving: Floats) -> Split:
+    """Return the g + R |phi|^2 that is likeliest for |theta|^2, by Whittle's likelihood.
+
+    Its maximum is least squares with each frequency weighed by the fit itself.
+    """
+    frequencies = np.union1d(np.linspace(0.0, np.pi, 4097)[1:], np.geomspace(1e-7, np.pi, 401))
+    density = np.gradient(frequencies)
+    data, white = _power(moving, frequencies), _power(auto, frequencies)
+    basis = np.column_stack((np.ones_like(white), white))
+    start = np.full_like(density, np.mean(data) ** 2) / density
+    return Split(
+        *solve(basis, data, start, lambda s: (basis @ s) ** 2 / density).strengths.tolist()
+    )
+
+
+def _power(coefficients: Floats, frequencies: Floats) -> Floats:
+    return np.asarray(np.abs(np.polyval(coefficients[::-1], np.exp(-1j * frequencies))) ** 2)
+
+
+def _first_difference(phi: Floats, theta: Floats, sigma2: float) -> float:
+    """Return half the variance of z_k - z_(k-1), also of a walk, whose difference is stationary."""
+    if not at_one(-phi):
+        # phi(B) = (1 - B) rest(B): the difference has rest in the place of phi.
+        rest = -np.cumsum(np.concatenate(([1.0], -phi)))[1:-1]
+        return 0.5 * float(autocovariance(rest, theta, sigma2, 0)[0])
+    if not is_stationary(phi):
+        raise ValueError(
+            "an explosive model has no variance of differences: give measurement_noise"
+        )
+    gamma = autocovariance(phi, theta, sigma2, 1)
+    return float(gamma[0] - gamma[1])

@@ -1,0 +1,383 @@
+"""Identification of one axis: from a record at rest to a drift model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, Literal, TypedDict, Unpack
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import RecursiveLeastSquares
+from zerorate.faults import given, said
+from zerorate.identification.arma import fit_arma
+from zerorate.identification.arma_model import ArmaModel
+from zerorate.identification.as_json import as_dict
+from zerorate.identification.autoregression import fit_ar
+from zerorate.identification.conclusions import conclusions
+from zerorate.identification.correlogram import Correlogram, Whiteness, autocorrelation, whiteness
+from zerorate.identification.order import Criterion, OrderSelection, select_order
+from zerorate.identification.preparation import Prepared, prepare
+from zerorate.identification.record_tests import RecordSummary, RecordTests, summarised, tested
+from zerorate.noise.records import as_record
+from zerorate.noise.rest import Span, moving_spans
+from zerorate.progress import reported
+from zerorate.record.log import checked_rate
+from zerorate.types import Floats, Integers
+from zerorate.views import Result
+
+if TYPE_CHECKING:
+    pass
+
+
+@dataclass(frozen=True, eq=False)
+class Identification(Result):
+    """All that was found out about the record of one axis.
+
+    Attributes
+    ----------
+    name, unit : str
+        Of the axis.
+    record : RecordSummary
+        The record as it came.
+    moving : tuple of Span
+        Where it was not at rest, s from its beginning.
+    smooth : int
+        Samples of the moving average that was taken, 1 for none.
+    prepared : Prepared
+        What was modelled, with all that was done to the record counted.
+    tests : RecordTests
+        Of stationarity and normality, of what was modelled.
+    correlogram : Correlogram
+        Of what was modelled.
+    ar_orders, arma_orders : OrderSelection
+        Criteria of every order.
+    ar : ArmaModel
+        Autoregressive model of the clear choice of order, by least squares.
+    model : ArmaModel
+        ARMA model of the clear choice, or of the order that was asked for.
+    asked : bool
+        Whether the order was asked for.
+    whiteness : Whiteness
+        Of the residuals of `model`.
+    online : Online or None
+        What recursive least squares of the same order learns from the same record; None where it
+        has no such order.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identification import identify
+    >>> a = np.random.default_rng(1).standard_normal(20_001)
+    >>> found = identify(a[1:] + 0.6 * a[:-1], 100.0)
+    >>> found.model.order, found.whiteness.white, found.moving
+    ((0, 1), True, ())
+    """
+
+    name: str
+    unit: str
+    record: RecordSummary
+    moving: tuple[Span, ...]
+    smooth: int
+    prepared: Prepared
+    tests: RecordTests
+    correlogram: Correlogram
+    ar_orders: OrderSelection
+    arma_orders: OrderSelection
+    ar: ArmaModel
+    model: ArmaModel
+    asked: bool
+    whiteness: Whiteness
+    online: Online | None
+
+    @property
+    def rate(self) -> float:
+        """Samples per second of what was modelled, Hz."""
+        return self.prepared.rate or self.record.rate
+
+    @property
+    def residuals(self) -> Floats:
+        """Innovations of `model`, shape (n,), NaN where there is none."""
+        return self.model.residuals(self.prepared.data)
+
+    @cached_property
+    def slow_ratio(self) -> float:
+        """Variance of the segments' means over what `model` says of it, about 1 at best."""
+        return slow_ratio(self)
+
+    @property
+    def verdict(self) -> tuple[str, ...]:
+        """What the numbers mean, a sentence each."""
+        return conclusions(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all numbers as what JSON can hold: there is no NaN or infinity in it."""
+        return as_dict(self)
+
+
+_STARTUP: Final = 100
+_MOMENTS: Final = 200
+_LARGEST: Final = 3
+"""Order up to which the recursion is built."""
+
+
+@dataclass(frozen=True, eq=False)
+class Online:
+    """Recursive extended least squares over a record.
+
+    Attributes
+    ----------
+    samples : ndarray of int64, shape (m,)
+        How many had been given at each moment, evenly spaced in their logarithm.
+    coefficients : ndarray, shape (m, p + q + 1)
+        [phi, theta, c] at these moments, c in the unit of the record.
+    distance : ndarray, shape (p + q,)
+        How far the last phi and theta are from the offline ones, in their standard errors.
+    """
+
+    samples: Integers
+    coefficients: Floats
+    distance: Floats
+
+    @property
+    def last(self) -> Floats:
+        """[phi, theta, c] at the end of the record."""
+        return np.asarray(self.coefficients[-1])
+
+
+def learned_online(record: Floats, offline: ArmaModel) -> Online | None:
+    """Return what recursive least squares of the offline model's order makes of a record.
+
+    Parameters
+    ----------
+    record : ndarray, shape (n,)
+        NaN where missing.
+    offline : ArmaModel
+        Of the same record.
+
+    Returns
+    -------
+    Online or None
+        None for an order without an autoregressive part, or beyond 3, and for a record no longer
+        than the start-up of 100 samples.
+    """
+    p, q = offline.order
+    if not 1 <= p <= _LARGEST or q > _LARGEST or record.size <= _STARTUP:
+        return None
+    samples = np.unique(np.geomspace(_STARTUP, record.size, _MOMENTS).astype(np.int64))
+    filter_ = RecursiveLeastSquares((p, q), startup=_STARTUP)
+    history = []
+    for start, end in zip((0, *samples[:-1]), samples, strict=True):
+        filter_.process(record[start:end])
+        history.append(filter_.coefficients if filter_.ready else np.full(p + q + 1, np.nan))
+    coefficients = np.stack(history)
+    return Online(samples, coefficients, _distance(coefficients[-1], offline))
+
+
+def _distance(last: Floats, offline: ArmaModel) -> Floats:
+    known = np.concatenate((offline.phi, offline.theta))
+    errors = offline.standard_errors[: known.size]
+    there = errors > 0.0
+    distance = np.full(known.size, np.nan)
+    distance[there] = (last[: known.size] - known)[there] / errors[there]
+    return distance
+
+
+Method = Literal["css", "exact"]
+
+LEAST_SAMPLES: Final = 200
+"""Fewer leave the tests without power."""
+
+_LAGS: Final = 40
+_RESIDUAL_LAGS: Final = 20
+
+
+class Preparation(TypedDict, total=False):
+    """What `prepare` may be asked to do."""
+
+    smooth: int
+    outliers: Literal["hampel", "moving-average"] | None
+    window: int
+    threshold: float
+    trend: Literal["mean", "linear"] | None
+    decimate: int
+
+
+def identify(
+    z: npt.ArrayLike,
+    rate: float,
+    *,
+    name: str = "",
+    unit: str = "unit",
+    order: tuple[int, int] | None = None,
+    max_order: int = 10,
+    max_p: int = 3,
+    max_q: int = 3,
+    criterion: Criterion = "aic",
+    segments: int = 100,
+    method: Method = "css",
+    progress: Callable[[str, float], None] | None = None,
+    **preparation: Unpack[Preparation],
+) -> Identification:
+    """Find a drift model of a record at rest, and test whether it holds.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Record of one axis, NaN where a sample is missing.
+    rate : float
+        Samples per second, Hz.
+    name, unit : str
+        Of the axis, for the report.
+    order : (int, int), optional
+        Orders p, q of the model; by default the clear choice of the criterion.
+    max_order : int
+        Largest order of the autoregressive models.
+    max_p, max_q : int
+        Largest orders of the ARMA models.
+    criterion : str
+        By which orders are chosen: "fpe", "aic", "aicc", "bic" or "hq".
+    segments : int
+        How many parts of the record the tests of stationarity compare; fewer where a part would
+        have less than 10 samples.
+    method : str
+        Of the ARMA model: "css", the conditional sum of squares, or "exact", the likelihood.
+    progress : callable, optional
+        Called with the step's name and the fraction of the whole that is done.
+        By default a bar in a notebook.
+    **preparation
+        ``smooth``, ``outliers``, ``window``, ``threshold``, ``trend`` and ``decimate`` of
+        `prepare`; by default nothing is done to the record, and a constant of the models takes
+        up its mean.
+
+    Returns
+    -------
+    Identification
+        Tests, criteria and models, `verdict` in words, and `plot`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the record or an argument is not as described, or fewer than 200 samples are there.
+
+    Notes
+    -----
+    Fu and Han (2019), section 1.1: orders by a criterion, residuals tested for whiteness. Bao and
+    Yuan: reverse arrangements of segments.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identification import identify
+    >>> a = np.random.default_rng(1).standard_normal(20_000)
+    >>> z = np.zeros_like(a)
+    >>> for k in range(1, len(a)):
+    ...     z[k] = 0.7 * z[k - 1] + a[k]
+    >>> found = identify(z, 100.0)
+    >>> found.model.order, found.whiteness.white
+    ((1, 0), True)
+    """
+    tell = reported(progress)
+    tell("preparing", 0.0)
+    record = as_record(z, LEAST_SAMPLES, "identification")
+    summary = summarised(record, checked_rate(rate))
+    moving = moving_spans(record, rate)
+    prepared = _prepared(record, rate, preparation)
+    data = prepared.data
+    tell("tests", 0.1)
+    tests = tested(data, prepared.rate or rate, segments)
+    tell("orders", 0.3)
+    ar_orders = select_order(data, "ar", criterion, max_order=max_order)
+    arma_orders = select_order(data, "arma", criterion, max_p=max_p, max_q=max_q)
+    tell("models", 0.7)
+    model = _fitted(data, order, arma_orders, method)
+    return Identification(
+        name=name,
+        unit=unit,
+        record=summary,
+        moving=moving,
+        smooth=preparation.get("smooth", 1),
+        prepared=prepared,
+        tests=tests,
+        correlogram=autocorrelation(data, _LAGS),
+        ar_orders=ar_orders,
+        arma_orders=arma_orders,
+        ar=fit_ar(data, ar_orders.clear[0]),
+        model=model,
+        asked=order is not None,
+        whiteness=whiteness(model.residuals(data), _RESIDUAL_LAGS, sum(model.order)),
+        online=learned_online(data, model),
+    )
+
+
+def _fitted(
+    data: Floats, order: tuple[int, int] | None, found: OrderSelection, method: Method
+) -> ArmaModel:
+    """Return the model of an order, from where the comparison came to if it went there."""
+    p, q = order or found.clear
+    start = dict(zip(found.orders, found.coefficients, strict=True)).get((p, q))
+    return fit_arma(data, p, q, method=method, start=start)
+
+
+def _prepared(record: Floats, rate: float, preparation: Preparation) -> Prepared:
+    options: Preparation = {"trend": None, **preparation}
+    prepared = prepare(record, rate, **options)
+    _check_sizes(as_record(prepared.data, LEAST_SAMPLES, "identification after decimation"))
+    return prepared
+
+
+_ONE_SIZE: Final = 1e8
+"""Times the median distance from the median: beside such a square all others are rounding."""
+
+
+def _check_sizes(data: Floats) -> None:
+    middle = np.nanmedian(data)
+    away = np.abs(data - middle)
+    typical, farthest = np.nanmedian(away), int(np.nanargmax(away))
+    if 0.0 < _ONE_SIZE * typical < away[farthest]:
+        raise ValueError(
+            said(
+                f"identification needs samples of one size: sample {farthest} is "
+                f"{data[farthest]:g}, and half of all lie within {typical:.3g} of {middle:.3g}; ",
+                given("outliers"),
+                " can replace it",
+            )
+        )
+
+
+_LEAST_MEANS: Final = 30
+"""Fewer tell their variance no better than to a quarter."""
+
+
+def slow_ratio(found: Identification) -> float:
+    """Return the variance of the segments' means over what the model says of it.
+
+    Orders are chosen by the next sample, to which a slow drift adds next to nothing: a model can
+    leave white residuals and know nothing of the drift, which then shows here.
+
+    Parameters
+    ----------
+    found : Identification
+        Record and model.
+
+    Returns
+    -------
+    float
+        About 1 where the model knows all there is; NaN where fewer than 30 segments have samples
+        or the model is not stationary.
+    """
+    means = found.tests.segment_means[np.isfinite(found.tests.segment_means)]
+    if means.size < _LEAST_MEANS or not found.model.stationary:
+        return math.nan
+    n = max(round(found.tests.segment * found.rate), 1)
+    return float(np.var(means, ddof=1)) / variance_of_mean(found.model, n)
+
+
+def variance_of_mean(model: ArmaModel, n: int) -> float:
+    """Return the variance of the mean of n samples of a stationary process."""
+    gamma = model.autocovariance(n - 1)
+    weights = 1.0 - np.arange(n) / n
+    return float(2.0 * (weights @ gamma) - gamma[0]) / n

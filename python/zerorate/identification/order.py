@@ -1,0 +1,273 @@
+"""Orders of a model by information criteria."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final, Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import autoregression_variances
+from zerorate.faults import ArgumentError
+from zerorate.identification.arma import arma_grid
+from zerorate.identification.autoregression import ArMethod, checked_order
+from zerorate.types import Floats
+
+Order = tuple[int, int]
+Criterion = Literal["fpe", "aic", "aicc", "bic", "hq"]
+
+_KINDS: Final = ("ar", "arma")
+CRITERIA: Final[tuple[Criterion, ...]] = get_args(Criterion)
+
+
+@dataclass(frozen=True, eq=False)
+class OrderSelection:
+    """Models of several orders over the same residuals, and which of them to take.
+
+    Attributes
+    ----------
+    kind : str
+        "ar" or "arma".
+    criterion : str
+        What `minimum` and `clear` go by.
+    margin : float
+        By how much of the criterion a lesser model may be worse, see `select_order`.
+    n : int
+        Number of residuals, common to all orders.
+    orders : tuple of (p, q), length m
+        What was compared.
+    sigma2 : ndarray, shape (m,)
+        Variance of the residuals, their sum of squares over n, in the square of the record's unit.
+    n_coefficients : ndarray of float, shape (m,)
+        k = p + q, one more with a constant.
+    coefficients : tuple of ndarray, length m or 0
+        What the search for "arma" came to, [phi, theta, c]: a start for `fit_arma`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identification import select_order
+    >>> a = np.random.default_rng(1).standard_normal(3001)
+    >>> found = select_order(a[1:] + 0.5 * a[:-1], criterion="bic")
+    >>> found.minimum, found.clear, found.order
+    ((4, 0), (3, 0), (3, 0))
+    """
+
+    kind: Literal["ar", "arma"]
+    criterion: Criterion
+    margin: float
+    n: int
+    orders: tuple[Order, ...]
+    sigma2: Floats
+    n_coefficients: Floats
+    coefficients: tuple[Floats, ...] = ()
+
+    @cached_property
+    def fpe(self) -> Floats:
+        """Final prediction errors, shape (m,), in the square of the record's unit."""
+        return fpe(self.sigma2, self.n, self.n_coefficients)
+
+    @cached_property
+    def aic(self) -> Floats:
+        """Akaike's criterion, shape (m,)."""
+        return aic(self.sigma2, self.n, self.n_coefficients)
+
+    @cached_property
+    def aicc(self) -> Floats:
+        """Akaike's criterion for short records, shape (m,)."""
+        return aicc(self.sigma2, self.n, self.n_coefficients)
+
+    @cached_property
+    def bic(self) -> Floats:
+        """The Bayesian criterion, shape (m,)."""
+        return bic(self.sigma2, self.n, self.n_coefficients)
+
+    @cached_property
+    def hq(self) -> Floats:
+        """Hannan's and Quinn's criterion, shape (m,)."""
+        return hq(self.sigma2, self.n, self.n_coefficients)
+
+    @property
+    def scores(self) -> Floats:
+        """The chosen criterion, shape (m,), FPE as n ln FPE: all are n ln sigma2 plus a cost."""
+        values: Floats = getattr(self, self.criterion)
+        return self.n * np.log(values) if self.criterion == "fpe" else values
+
+    @property
+    def minimum(self) -> Order:
+        """Orders (p, q) where the criterion is least."""
+        return self.orders[self.scores.argmin()]
+
+    @property
+    def clear(self) -> Order:
+        """Orders (p, q) of the fewest coefficients within `margin` of the least."""
+        scores = self.scores
+        beyond = scores > scores.min() + self.margin
+        return self.orders[np.lexsort((scores, self.n_coefficients, beyond))[0]]
+
+    @property
+    def order(self) -> Order:
+        """The orders (p, q) to take: `clear`."""
+        return self.clear
+
+
+def select_order(
+    z: npt.ArrayLike,
+    kind: Literal["ar", "arma"] = "ar",
+    criterion: Criterion = "fpe",
+    max_order: int = 10,
+    max_p: int = 3,
+    max_q: int = 3,
+    margin: float = 10.0,
+    method: ArMethod = "least-squares",
+) -> OrderSelection:
+    """Compare models with a constant of several orders over the same residuals.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Record of one axis, any unit; samples that are not finite or masked are missing.
+    kind : str, default "ar"
+        "ar": autoregressions of orders 0 to `max_order`; "arma": orders (0, 0) to (`max_p`,
+        `max_q`).
+    criterion : str, default "fpe"
+        "fpe", "aic", "aicc", "bic" or "hq", see the functions of these names.
+    max_order, max_p, max_q : int
+        The highest orders.
+    margin : float, default 10.0
+        A higher order is taken only if it gains more than this. A long record shows every ripple
+        of its spectrum, so the plain minimum (`margin` 0) lies at an order whose last coefficients
+        mean nothing: a gain of 1 or 2 decides nothing, and a model is without support only where
+        it is worse by more than 10 (Burnham and Anderson, *Model Selection and Multimodel
+        Inference*, 2nd ed., 2002, section 2.6).
+    method : str, default "least-squares"
+        Whose residual variances autoregressions are compared by. With "burg" and "yule-walker"
+        these are those of the recursion and n is the number of samples, as in R's ``ar``.
+
+    Returns
+    -------
+    OrderSelection
+        n counts the samples with `max_order` others before them in their stretch.
+
+    Raises
+    ------
+    TypeError
+        If `z` does not hold real numbers or an order is not whole.
+    ValueError
+        If an argument is not one of those above, or `z` is not one axis, too short for the highest
+        order, constant, or free of noise.
+
+    Notes
+    -----
+    FH section 1.1 takes the order after which the criterion falls no further to speak of; `clear`
+    says what that means.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> a = np.random.default_rng(1).standard_normal(3001)
+    >>> selection = select_order(a[1:] + 0.5 * a[:-1], criterion="bic")
+    >>> selection.n, len(selection.orders), selection.order
+    (2990, 11, (3, 0))
+    """
+    _check("criterion", criterion, CRITERIA)
+    if not margin >= 0.0:
+        raise ArgumentError("margin", f"must not be negative, got {margin!r}")
+    _check("kind", kind, _KINDS)
+    if kind == "ar":
+        compared = _autoregressions(z, checked_order("max_order", max_order), method)
+    else:
+        compared = _mixed(z, max_p, max_q)
+    orders, sigma2, n, found = compared
+    sizes = np.array([p + q + 1.0 for p, q in orders])
+    return OrderSelection(kind, criterion, float(margin), n, orders, sigma2, sizes, found)
+
+
+_Comparison = tuple[tuple[Order, ...], Floats, int, tuple[Floats, ...]]
+
+
+def _autoregressions(z: npt.ArrayLike, highest: int, method: ArMethod) -> _Comparison:
+    sigma2, n = autoregression_variances(z, highest, method, True)
+    return tuple((p, 0) for p in range(highest + 1)), sigma2, n, ()
+
+
+def _mixed(z: npt.ArrayLike, max_p: int, max_q: int) -> _Comparison:
+    grid = arma_grid(z, max_p, max_q)
+    orders = tuple((p, q) for p in range(max_p + 1) for q in range(max_q + 1))
+    return orders, grid.sigma2.ravel(), grid.n, grid.coefficients
+
+
+def _check(name: str, value: str, known: Sequence[str]) -> None:
+    if value not in known:
+        names = ", ".join(f"'{choice}'" for choice in known)
+        raise ArgumentError(name, f"must be one of {names}, got {value!r}")
+
+
+def above_least(orders: OrderSelection, name: Criterion) -> Floats:
+    """Return how far a criterion is above its least for every order, on the scale of N ln.
+
+    Parameters
+    ----------
+    orders : OrderSelection
+        Its criteria.
+    name : str
+        One of `CRITERIA`.
+    """
+    scores = replace(orders, criterion=name).scores
+    return np.asarray(scores - scores.min())
+
+
+def fpe(sigma2: npt.ArrayLike, n: int, k: npt.ArrayLike) -> Floats:
+    """Return the final prediction error, sigma2 (n + k) / (n - k).
+
+    The variance with which the fitted model forecasts another record of its process, in the square
+    of the record's unit.
+
+    Notes
+    -----
+    With a constant, k = p + 1, this is the form (n + p + 1) / (n - p - 1) of Akaike, "Fitting
+    autoregressive models for prediction", Ann. Inst. Stat. Math. 21, 1969; without one, k = p.
+
+    Examples
+    --------
+    >>> float(fpe(2.0, 12, 4))
+    4.0
+    """
+    k = np.asarray(k)
+    return np.asarray(sigma2 * ((n + k) / (n - k)))
+
+
+def aic(sigma2: npt.ArrayLike, n: int, k: npt.ArrayLike) -> Floats:
+    """Return Akaike's criterion, n ln sigma2 + 2 k."""
+    return _misfit(sigma2, n) + 2.0 * np.asarray(k)
+
+
+def aicc(sigma2: npt.ArrayLike, n: int, k: npt.ArrayLike) -> Floats:
+    """Return Akaike's criterion for short records, n ln sigma2 + 2 k n / (n - k - 1).
+
+    Infinite for n <= k + 1.
+    """
+    k = np.asarray(k)
+    freedom = n - k - 1.0
+    # A short record is no reason to divide by zero.
+    cost = np.where(freedom > 0.0, 2.0 * n * k / np.where(freedom > 0.0, freedom, 1.0), np.inf)
+    return _misfit(sigma2, n) + cost
+
+
+def bic(sigma2: npt.ArrayLike, n: int, k: npt.ArrayLike) -> Floats:
+    """Return the Bayesian criterion of Schwarz, n ln sigma2 + k ln n."""
+    return _misfit(sigma2, n) + math.log(n) * np.asarray(k)
+
+
+def hq(sigma2: npt.ArrayLike, n: int, k: npt.ArrayLike) -> Floats:
+    """Return the criterion of Hannan and Quinn, n ln sigma2 + 2 k ln ln n."""
+    return _misfit(sigma2, n) + 2.0 * math.log(math.log(n)) * np.asarray(k)
+
+
+def _misfit(sigma2: npt.ArrayLike, n: int) -> Floats:
+    """Return -2 ln of the Gaussian likelihood, without its constant."""
+    return np.asarray(n * np.log(sigma2))

@@ -1,0 +1,254 @@
+"""A record made ready for identification, and a list of what was changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.faults import ArgumentError
+from zerorate.identification.window_filters import Cleaned, far_from_average, hampel, moving_average
+from zerorate.identification.window_filters import decimate as _decimated
+from zerorate.noise.records import as_record, checked_width, with_gaps
+from zerorate.record.log import checked_rate
+from zerorate.types import Floats
+
+Trend = Literal["mean", "linear"]
+
+_LEAST: Final[dict[str, int]] = {"mean": 1, "linear": 2}
+
+
+def detrend(z: npt.ArrayLike, kind: Trend = "mean") -> Floats:
+    """Return a record less its mean, or less the straight line that fits it best.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Samples; those not finite are missing, and stay so.
+    kind : {"mean", "linear"}
+        What is taken off. The line is that of least squares over the samples that are there.
+
+    Returns
+    -------
+    ndarray of float64, shape (n,)
+        In the unit of `z`.
+
+    Raises
+    ------
+    TypeError
+        If `z` does not hold real numbers.
+    ValueError
+        If `z` is not one axis, has too few samples, or the kind is unknown.
+
+    Examples
+    --------
+    >>> detrend([1.0, 3.0, float("nan"), 7.0], "linear").tolist()
+    [0.0, 0.0, nan, 0.0]
+    """
+    if kind not in _LEAST:
+        raise ArgumentError("kind", f"must be one of {_names()}, got {kind!r}")
+    record = with_gaps(as_record(z))
+    there = np.isfinite(record)
+    if np.count_nonzero(there) < _LEAST[kind]:
+        raise ValueError(f"a {kind} trend needs at least {_LEAST[kind]} samples, got 1")
+    # About one of the samples first: an offset costs no precision then.
+    level = record - record[int(np.argmax(there))]
+    level -= level[there].mean()
+    if kind == "linear":
+        time = np.arange(record.size) - np.flatnonzero(there).mean()
+        level -= time * (time[there] @ level[there] / (time[there] @ time[there]))
+    return np.asarray(level)
+
+
+def segments(z: npt.ArrayLike, count: int) -> Floats:
+    """Return a record cut into segments of one length.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Samples; those not finite are missing.
+    count : int
+        Number of segments, 1 to n.
+
+    Returns
+    -------
+    ndarray of float64, shape (count, n // count)
+        One row a segment, NaN where missing; the fewer than `count` samples that are left over
+        at the end are not in it.
+
+    Raises
+    ------
+    TypeError
+        If `z` does not hold real numbers.
+    ValueError
+        If `z` is not one axis with a sample, or the count not a whole number from 1 to n.
+
+    Examples
+    --------
+    >>> segments([1, 2, 3, 4, 5], 2).tolist()
+    [[1.0, 2.0], [3.0, 4.0]]
+    """
+    record = with_gaps(as_record(z))
+    if checked_width(count, "segments") > record.size:
+        raise ArgumentError(
+            "segments", f"must be at most the number of samples, {record.size}, got {count}"
+        )
+    length = record.size // count
+    return record[: count * length].reshape(count, length)
+
+
+def _names() -> str:
+    return ", ".join(repr(name) for name in get_args(Trend))
+
+
+Outliers = Literal["hampel", "moving-average"]
+
+
+@dataclass(frozen=True)
+class Change:
+    """What was done to a record, in a sentence, and to how many samples.
+
+    Examples
+    --------
+    >>> from zerorate.identification import prepare
+    >>> prepare([0.0, 2.0, float("nan")]).changes
+    (Change(what='the mean was taken off', count=2),)
+    """
+
+    what: str
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A record ready for identification.
+
+    Attributes
+    ----------
+    data : ndarray of float64, shape (m,)
+        In the unit of the record, NaN where missing.
+    rate : float or None
+        Samples per second of `data`, Hz, if the rate of the record was given.
+    changes : tuple of Change
+        In the order in which they were made.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.identification import prepare
+    >>> found = prepare(5.0 + np.random.default_rng(1).standard_normal(1000), rate=100.0)
+    >>> found.data.shape, found.rate, [change.what for change in found.changes]
+    ((1000,), 100.0, ['the mean was taken off'])
+    """
+
+    data: Floats
+    rate: float | None
+    changes: tuple[Change, ...]
+
+
+def prepare(
+    z: npt.ArrayLike,
+    rate: float | None = None,
+    *,
+    smooth: int = 1,
+    outliers: Outliers | None = None,
+    window: int = 11,
+    threshold: float = 4.0,
+    trend: Trend | None = "mean",
+    decimate: int = 1,
+) -> Prepared:
+    """Return a record without outliers, smoothed, decimated and without its trend, in that order.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Samples in any unit; those not finite are missing.
+    rate : float, optional
+        Samples per second, Hz.
+    smooth : int, default 1
+        Width of a moving average; 1 leaves the record alone. Beware: it makes noise correlated,
+        see `moving_average`.
+    outliers : {"hampel", "moving-average"}, optional
+        Replace outliers by the median (`hampel`) or by the mean (`far_from_average`) of a window;
+        default: keep them.
+    window : int, default 11
+        Samples of that window.
+    threshold : float, default 4.0
+        Deviations beyond which a sample is an outlier.
+    trend : {"mean", "linear"} or None, default "mean"
+        What is taken off.
+    decimate : int, default 1
+        Samples for each that is kept.
+
+    Returns
+    -------
+    Prepared
+        The record, its rate, and what was changed.
+
+    Raises
+    ------
+    TypeError
+        If `z` does not hold real numbers.
+    ValueError
+        If `z` is not one axis with a sample, or an argument is not as described.
+
+    Notes
+    -----
+    Bao and Yuan smooth by a moving average and take off the mean before they fit an AR(1) model.
+
+    Examples
+    --------
+    >>> z = np.random.default_rng(1).standard_normal(1000)
+    >>> z[[10, 500]] = 40.0
+    >>> prepared = prepare(z, rate=100.0, outliers="hampel", window=101, threshold=6.0)
+    >>> [change.what for change in prepared.changes]
+    ['2 outliers replaced by the median of 101 samples', 'the mean was taken off']
+    """
+    hertz = None if rate is None else checked_rate(rate)
+    data, changes = with_gaps(as_record(z)), []
+    if outliers is not None:
+        data, found = _cleaned(data, outliers, window, threshold)
+        changes.append(_on_outliers(int(found.sum()), outliers, window))
+    if checked_width(smooth, "smooth") > 1:
+        data = moving_average(data, smooth)
+        changes.append(_on_smoothing(smooth, _count(data)))
+    if checked_width(decimate, "decimate") > 1:
+        before, data = data.size, _decimated(data, decimate)
+        changes.append(_on_decimation(decimate, before - data.size))
+    if trend is not None:
+        data = detrend(data, trend)
+        what = {"mean": "the mean was taken off", "linear": "a straight line was taken off"}[trend]
+        changes.append(Change(what, _count(data)))
+    return Prepared(data, hertz and hertz / decimate, tuple(changes))
+
+
+def _cleaned(data: Floats, outliers: str, window: int, threshold: float) -> Cleaned:
+    if outliers not in get_args(Outliers):
+        names = ", ".join(repr(name) for name in get_args(Outliers))
+        raise ArgumentError("outliers", f"must be one of {names} or None, got {outliers!r}")
+    clean = hampel if outliers == "hampel" else far_from_average
+    return clean(data, window, threshold)
+
+
+def _on_outliers(count: int, outliers: str, window: int) -> Change:
+    by = "median" if outliers == "hampel" else "mean"
+    noun = "outlier" if count == 1 else "outliers"
+    return Change(f"{count} {noun} replaced by the {by} of {window} samples", count)
+
+
+def _on_smoothing(width: int, count: int) -> Change:
+    return Change(
+        f"smoothed by a moving average of {width} samples, which alone gives white noise a "
+        f"correlation of {(width - 1) / width:.3g} at lag 1",
+        count,
+    )
+
+
+def _on_decimation(factor: int, count: int) -> Change:
+    return Change(f"one sample of {factor} kept after a low-pass against aliasing", count)
+
+
+def _count(data: Floats) -> int:
+    return int(np.count_nonzero(np.isfinite(data)))

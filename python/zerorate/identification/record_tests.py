@@ -1,0 +1,160 @@
+"""Size and shape of a record, and the tests of whether it is stationary and Gaussian."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from zerorate.identification.arrangements import ReverseArrangements, reverse_arrangements
+from zerorate.identification.normality import anderson_darling, jarque_bera
+from zerorate.identification.preparation import segments
+from zerorate.identification.stationarity import adf, kpss
+from zerorate.identification.verdict import Verdict
+from zerorate.types import Floats
+
+_GLANCE: Final = 10_000
+_COARSE: Final = 4
+"""Samples for each distinct value from which on a record counts as quantised."""
+
+
+@dataclass(frozen=True)
+class RecordSummary:
+    """Size and shape of the record of one axis.
+
+    Attributes
+    ----------
+    sample_count : int
+        Missing ones included.
+    missing_count : int
+        Of these.
+    stretch_count : int
+        Parts between gaps.
+    rate : float
+        Samples per second, Hz.
+    mean, deviation : float
+        Of what is there, in the unit of the record.
+    step : float
+        Of the quantisation, in the unit of the record; 0 where the values look continuous.
+    """
+
+    sample_count: int
+    missing_count: int
+    stretch_count: int
+    rate: float
+    mean: float
+    deviation: float
+    step: float
+
+    @property
+    def duration(self) -> float:
+        """Length, s: each sample stands for one period."""
+        return self.sample_count / self.rate
+
+
+def summarised(record: Floats, rate: float) -> RecordSummary:
+    """Return what a record of shape (n,) holds; at least one sample must be there."""
+    present = np.isfinite(record)
+    there = record if present.all() else record[present]
+    starts = int(present[0]) + np.count_nonzero(present[1:] & ~present[:-1])
+    # Centred, as an offset may be many times the noise.
+    first = there[0]
+    rest = there - first
+    return RecordSummary(
+        sample_count=record.size,
+        missing_count=record.size - there.size,
+        stretch_count=int(starts),
+        rate=rate,
+        mean=float(first + rest.mean()),
+        deviation=float(rest.std()),
+        step=_step(there[:_GLANCE]),
+    )
+
+
+def _step(values: Floats) -> float:
+    """Return the usual distance between neighbouring values where these are few."""
+    distinct = np.unique(values)
+    if distinct.size < 2 or distinct.size * _COARSE > values.size:
+        return 0.0
+    return float(np.median(np.diff(distinct)))
+
+
+_LEAST_SEGMENT: Final = 10
+"""Samples whose mean is worth comparing."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordTests:
+    """Tests of whether a record is stationary and Gaussian.
+
+    Attributes
+    ----------
+    means, variances : ReverseArrangements
+        Whether the segments show a trend.
+    kpss, adf : Verdict
+        Whether the record is stationary, and whether it has a unit root.
+    jarque_bera, anderson_darling : Verdict
+        Whether it is Gaussian.
+    segment_means : ndarray, shape (m,)
+        In the unit of the record; NaN where all samples are missing.
+    segment : float
+        Length of one, s.
+    slow : float
+        Part of the variance that is between the means of the segments.
+    """
+
+    means: ReverseArrangements
+    variances: ReverseArrangements
+    kpss: Verdict
+    adf: Verdict
+    jarque_bera: Verdict
+    anderson_darling: Verdict
+    segment_means: Floats
+    segment: float
+    slow: float
+
+    @property
+    def all(self) -> tuple[Verdict, ...]:
+        """The tests in the order of a report."""
+        return (
+            self.means,
+            self.variances,
+            self.kpss,
+            self.adf,
+            self.jarque_bera,
+            self.anderson_darling,
+        )
+
+    @property
+    def stationary(self) -> bool:
+        """Whether no test saw a trend or a wandering mean."""
+        return self.means.accepted and self.variances.accepted and self.kpss.accepted
+
+    @property
+    def gaussian(self) -> bool:
+        """Whether both tests of normality hold."""
+        return self.jarque_bera.accepted and self.anderson_darling.accepted
+
+
+def tested(record: Floats, rate: float, count: int) -> RecordTests:
+    """Return the tests of a record, those of stationarity over so many segments.
+
+    There are fewer where a segment would have less than 10 samples.
+    """
+    count = min(count, record.size // _LEAST_SEGMENT)
+    means = np.array([_mean(part) for part in segments(record, count)])
+    return RecordTests(
+        means=reverse_arrangements(record, count, "mean"),
+        variances=reverse_arrangements(record, count, "variance"),
+        kpss=kpss(record),
+        adf=adf(record),
+        jarque_bera=jarque_bera(record),
+        anderson_darling=anderson_darling(record),
+        segment_means=means,
+        segment=record.size / count / rate,
+        slow=float(np.nanvar(means) / np.nanvar(record)),
+    )
+
+
+def _mean(values: Floats) -> float:
+    there = values[np.isfinite(values)]
+    return float(there.mean()) if there.size else np.nan

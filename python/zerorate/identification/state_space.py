@@ -1,0 +1,501 @@
+"""Linear state-space models of a drift, and the forms of an ARMA model among them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.faults import ArgumentError
+from zerorate.identification.polynomials import (
+    at_one,
+    cancelled,
+    ma_coefficients,
+    psi_weights,
+    refined,
+    trimmed,
+)
+from zerorate.types import Booleans, Floats
+
+if TYPE_CHECKING:
+    from zerorate.identification.arma_model import ArmaModel
+
+# Digits that forms of at most ten states lose in their characteristic polynomials.
+_ROUNDING = 1e-13
+# An observability matrix worse than this tells no coordinates.
+_SINGULAR = 1e12
+
+
+def _none() -> Floats:
+    return np.zeros(0)
+
+
+class ArmaNumbers(NamedTuple):
+    """Coefficients of an ARMA model without their errors."""
+
+    phi: Floats
+    theta: Floats
+    constant: float
+    sigma2: float
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """A model x_(k+1) = F x_k + G a_(k+1) + d, z_k = H x_k + m + v_k.
+
+    Every innovation acts on the sample of its own time, as in an ARMA model.
+
+    Attributes
+    ----------
+    F : ndarray, shape (n, n)
+        Transition of the state.
+    G : ndarray, shape (n, u)
+        What each of u white noises of variance `sigma2` does to the state.
+    H : ndarray, shape (n,)
+        What a sample shows of the state.
+    sigma2 : float
+        Variance of the innovations a.
+    R : float
+        Variance of the white measurement noise v.
+    offset : float
+        m, in the unit of the samples.
+    constant : ndarray, shape (n,)
+        d, added to the state at every step; default zero.
+    start : ndarray, shape (n,)
+        Mean of the state before the first sample; default zero.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit each other, or a variance is negative.
+
+    Examples
+    --------
+    >>> from zerorate.identification import ArmaModel
+    >>> model = ArmaModel.of([0.9], [-0.5]).to_state_space("controllable")
+    >>> model.H.tolist(), model.to("harvey").G.T.tolist()
+    ([1.0, -0.5], [[1.0, -0.5]])
+    """
+
+    F: Floats
+    G: Floats
+    H: Floats
+    sigma2: float
+    R: float = 0.0
+    offset: float = 0.0
+    constant: Floats = field(default_factory=_none)
+    start: Floats = field(default_factory=_none)
+
+    def __post_init__(self) -> None:
+        """Convert, check the shapes and fill in zeros."""
+        n = len(self.F)
+        shapes = {"F": (n, n), "G": (n, -1), "H": (n,), "constant": (n,), "start": (n,)}
+        for name, shape in shapes.items():
+            object.__setattr__(self, name, _array(name, getattr(self, name), shape))
+        for name in ("sigma2", "R"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ArgumentError(name, f"must be zero or positive, got {getattr(self, name)}")
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return len(self.F)
+
+    @cached_property
+    def constants(self) -> Booleans:
+        """Which states never change, such as Fu and Han's c: shape (n,)."""
+        still = np.all(np.eye(self.size) == self.F, axis=1) & ~np.any(self.G, axis=1)
+        return np.asarray(still & (self.constant == 0.0))
+
+    def covariance(self) -> Floats:
+        """Return the stationary covariance P = F P F' + sigma2 G G' of the state, shape (n, n).
+
+        Raises
+        ------
+        ValueError
+            If a state that the noise moves is not stationary.
+        """
+        moving = np.ix_(~self.constants, ~self.constants)
+        P = np.zeros((self.size, self.size))
+        P[moving] = self.sigma2 * stationary_covariance(self.F[moving], self.G[~self.constants])
+        return P
+
+    def autocovariance(self, lags: int) -> Floats:
+        """Return gamma_0 ... gamma_lags of the samples, shape (lags + 1,), R on lag 0.
+
+        Raises
+        ------
+        ValueError
+            If the model is not stationary, or `lags` negative.
+        """
+        if lags < 0:
+            raise ArgumentError("lags", f"must not be negative, got {lags}")
+        gamma = self._seen(self.covariance() @ self.H, lags + 1)
+        gamma[0] += self.R
+        return gamma
+
+    def impulse_response(self, n: int) -> Floats:
+        """Return H F^k G for k below n, the first noise's effect: shape (n,).
+
+        psi_0 ... psi_(n-1) of the ARMA model for a form with a single noise.
+        """
+        return self._seen(self.G[:, 0], n)
+
+    def transfer(self, frequencies: npt.ArrayLike, rate: float) -> npt.NDArray[np.complex128]:
+        """Return H (I - F e^(-i w))^-1 G, from the first noise to the samples.
+
+        Parameters
+        ----------
+        frequencies : array_like
+            In Hz, any shape.
+        rate : float
+            Samples a second.
+        """
+        delays = np.exp(-2j * np.pi * np.asarray(frequencies, dtype=np.float64) / rate)
+        systems = np.eye(self.size) - delays[..., np.newaxis, np.newaxis] * self.F
+        column = np.broadcast_to(self.G[:, :1].astype(np.complex128), (*delays.shape, self.size, 1))
+        return np.asarray(np.linalg.solve(systems, column)[..., 0] @ self.H)
+
+    def to_arma(self) -> ArmaNumbers:
+        """Return phi, theta, constant and sigma2 of the samples, without common factors.
+
+        phi is the characteristic polynomial of F, theta follows from it and the impulse response.
+        Measurement noise, and more than one noise of the state, are first put into one innovation,
+        that of the steady Kalman filter.
+
+        Raises
+        ------
+        ValueError
+            If that filter has no steady state.
+        """
+        one = self if self.R == 0.0 and self.G.shape[1] == 1 else self.innovations_form()
+        return one._numbers()
+
+    def to(self, form: Form) -> StateSpace:
+        """Return the same drift, with the same R, in another form; see `ArmaModel.to_state_space`.
+
+        Raises
+        ------
+        ValueError
+            If the form is not known, or the state has more than one noise.
+        """
+        if self.G.shape[1] != 1:
+            raise ValueError(f"only a model of a single noise has forms, got {self.G.shape[1]}")
+        return build(self._numbers(), form, self.R)
+
+    def transformation(self, other: StateSpace) -> Floats:
+        """Return T with x' = T x, F' T = T F, G' = T G and H = H' T, shape (n, n).
+
+        Raises
+        ------
+        ValueError
+            If the models differ in size, are not observable, or are not the same model.
+        """
+        if self.size != other.size:
+            raise ValueError(f"the models have {self.size} and {other.size} states")
+        ours, theirs = self._observability(), other._observability()
+        if np.linalg.cond(theirs) > _SINGULAR or np.linalg.cond(ours) > _SINGULAR:
+            raise ValueError("a model with states that no sample shows has no such transformation")
+        T = np.asarray(np.linalg.solve(theirs, ours))
+        if not np.allclose(other.F @ T, T @ self.F, rtol=0.0, atol=1e-8 * float(np.abs(T).max())):
+            raise ValueError("the two are not the same model in other coordinates")
+        return T
+
+    def innovations_form(self) -> StateSpace:
+        """Return the steady Kalman filter of this model as a model: one noise, no R.
+
+        Its sigma2 is the variance of the filter's innovations.
+
+        Raises
+        ------
+        ValueError
+            If the filter has no steady state.
+        """
+        one = self._moving()
+        gain, variance = steady_state(one.F, one.sigma2 * one.G @ one.G.T, one.H, one.R)
+        # The sample, its prediction and its innovation, is one more state.
+        F = np.block([[one.F, np.zeros((one.size, 1))], [one.H @ one.F, 0.0]])
+        G = np.concatenate((gain, [1.0]))[:, np.newaxis]
+        H = np.concatenate((np.zeros(one.size), [1.0]))
+        d = np.concatenate((one.constant, [one.H @ one.constant]))
+        return StateSpace(F, G, H, variance, 0.0, one.offset, d)
+
+    def _seen(self, x: Floats, n: int) -> Floats:
+        """Return H F^k x for k below n."""
+        seen = np.empty(n)
+        for k in range(n):
+            seen[k] = self.H @ x
+            x = self.F @ x
+        return seen
+
+    def _observability(self) -> Floats:
+        rows = [self.H]
+        for _ in range(self.size - 1):
+            rows.append(rows[-1] @ self.F)
+        return np.array(rows)
+
+    def _numbers(self) -> ArmaNumbers:
+        one = self._moving()
+        auto = _characteristic(one.F)
+        psi = one.impulse_response(len(auto))
+        theta = ma_coefficients(-auto[1:], psi)
+        # What a unit of drive adds up to in the numerator at B = 1.
+        driven = np.convolve(auto, one._seen(one.constant, len(auto)))[: len(auto)]
+        constant = one.offset * at_one(auto[1:]) + float(driven.sum())
+        size = float(np.abs(auto).max()) * _ROUNDING
+        phi, theta = trimmed(-auto[1:], size), trimmed(theta, size * float(np.abs(psi).max()))
+        rest = at_one(-phi)
+        phi, theta = cancelled(phi, theta)
+        if rest:
+            constant *= at_one(-phi) / rest
+        return ArmaNumbers(phi, theta, float(constant), self.sigma2)
+
+    def _moving(self) -> StateSpace:
+        """Return the same model with the states that never change in its constants."""
+        still, moving = self.constants, ~self.constants
+        values = self.start[still]
+        return StateSpace(
+            self.F[np.ix_(moving, moving)],
+            self.G[moving],
+            self.H[moving],
+            self.sigma2,
+            self.R,
+            float(self.offset + self.H[still] @ values),
+            self.constant[moving] + self.F[np.ix_(moving, still)] @ values,
+            self.start[moving],
+        )
+
+
+def _array(name: str, value: Any, shape: tuple[int, ...]) -> Floats:  # noqa: ANN401
+    array = np.array(value, dtype=np.float64)
+    if name in ("constant", "start") and not array.size:
+        return np.zeros(shape)
+    fits = array.ndim == len(shape) and array.shape[0] == shape[0]
+    if not fits or (shape[-1] >= 0 and array.shape != shape):
+        wanted = str(shape).replace("-1", "u")
+        raise ArgumentError(name, f"must have shape {wanted}, got {array.shape}")
+    return array
+
+
+def _characteristic(F: Floats) -> Floats:
+    """Return [1, c_1, ..., c_n] of det(I - F B), by the recursion of Faddeev and Le Verrier.
+
+    In the wider type: it needs no eigenvalues, which repeated ones would blur.
+    """
+    n = len(F)
+    wide, power = F.astype(np.longdouble), np.eye(n, dtype=np.longdouble)
+    coefficients = np.ones(n + 1, dtype=np.longdouble)
+    for k in range(1, n + 1):
+        power = wide @ power
+        coefficients[k] = -np.trace(power) / k
+        power = power + coefficients[k] * np.eye(n, dtype=np.longdouble)
+    return np.asarray(coefficients, dtype=np.float64)
+
+
+Form = Literal["fu-han", "fu-han-literal", "harvey", "controllable", "observable"]
+
+
+def of_model(model: ArmaModel, form: Form = "harvey", measurement_noise: float = 0.0) -> StateSpace:
+    """Return the model as x_(k+1) = F x_k + G a_(k+1), z_k = H x_k.
+
+    Parameters
+    ----------
+    form : str
+        With r = max(p, q + 1) states, minimal where phi and theta have no common root:
+
+        - "harvey" (default): companion of phi by columns, G = [1, theta], H = [1, 0, ...]
+          (Harvey, "Forecasting, Structural Time Series Models and the Kalman Filter", 1989).
+        - "controllable": companion by rows, G = [1, 0, ...], H = [1, theta].
+        - "observable": the state is [z_k and the predictions of the next samples], G = psi
+          weights, H = [1, 0, ...] (Akaike, Annals of the Institute of Statistical Mathematics
+          26, 1974); its observability matrix is the identity.
+
+        In the state of Fu & Han (2019), Table 3, [y_k ... y_(k-p+1), c]:
+
+        - "fu-han": with a_k ... a_(k-q+1) carried along between y and c, which is exact.
+        - "fu-han-literal": with the noise [a_k, a_(k-1), ...] through B = [1, theta] as if it were
+          white. It is not: a_(k-1) is in two successive noises. The samples are those of an
+          AR(p) of innovation variance sigma2 (1 + sum theta^2), which has none of the MA part's
+          correlation: for Table 3's ARMA(2, 1) with phi_1 = 1.0202 and theta_1 = -0.9955 a
+          variance 140 times too large.
+    measurement_noise : float
+        Variance R of white noise on the samples, in the squared unit of the record. Default: 0.
+
+    Raises
+    ------
+    ValueError
+        If the form is not known, or R negative.
+
+    Examples
+    --------
+    >>> from zerorate.identification import ArmaModel
+    >>> ArmaModel.of([1.2, -0.3], [0.5]).to_state_space("fu-han").F.tolist()[0]
+    [1.2, -0.3, 0.5, 1.0]
+    """
+    numbers = ArmaNumbers(model.phi, model.theta, model.constant, model.sigma2)
+    return build(numbers, form, measurement_noise)
+
+
+def build(numbers: ArmaNumbers, form: Form, R: float) -> StateSpace:
+    """Return a model in a form by its name."""
+    if form not in _FORMS:
+        known = ", ".join(repr(name) for name in _FORMS)
+        raise ArgumentError("form", f"must be one of {known}, got {form!r}")
+    return _FORMS[form](numbers, R)
+
+
+def _padded(numbers: ArmaNumbers) -> tuple[Floats, Floats]:
+    """Return phi and [1, theta], both of r elements."""
+    r = max(numbers.phi.size, numbers.theta.size + 1)
+    phi, moving = np.zeros(r), np.zeros(r)
+    phi[: numbers.phi.size] = numbers.phi
+    moving[: numbers.theta.size + 1] = [1.0, *numbers.theta]
+    return phi, moving
+
+
+def _assembled(numbers: ArmaNumbers, F: Floats, G: Floats, H: Floats, R: float) -> StateSpace:
+    """Return a minimal form; a constant is an offset where there is a mean, else a drive."""
+    rest = at_one(-numbers.phi)
+    if rest:
+        offset = numbers.constant / rest
+        return StateSpace(F, G[:, np.newaxis], H, numbers.sigma2, R, offset)
+    return StateSpace(F, G[:, np.newaxis], H, numbers.sigma2, R, 0.0, G * _push(numbers))
+
+
+def _push(numbers: ArmaNumbers) -> float:
+    """Return the constant innovation that acts like c."""
+    gain = at_one(numbers.theta)
+    if not numbers.constant:
+        return 0.0
+    if not gain:
+        raise ValueError("phi and theta share a unit root: their constant has no such form")
+    return numbers.constant / gain
+
+
+def _harvey(numbers: ArmaNumbers, R: float) -> StateSpace:
+    phi, moving = _padded(numbers)
+    F = np.eye(phi.size, k=1)
+    F[:, 0] = phi
+    return _assembled(numbers, F, moving, np.eye(phi.size)[0], R)
+
+
+def _controllable(numbers: ArmaNumbers, R: float) -> StateSpace:
+    phi, moving = _padded(numbers)
+    F = np.eye(phi.size, k=-1)
+    F[0] = phi
+    return _assembled(numbers, F, np.eye(phi.size)[0], moving, R)
+
+
+def _observable(numbers: ArmaNumbers, R: float) -> StateSpace:
+    phi, _ = _padded(numbers)
+    F = np.eye(phi.size, k=1)
+    F[-1] = phi[::-1]
+    psi = psi_weights(numbers.phi, numbers.theta, phi.size)
+    return _assembled(numbers, F, psi, np.eye(phi.size)[0], R)
+
+
+def _fu_han(numbers: ArmaNumbers, R: float) -> StateSpace:
+    """State [y_k ... y_(k-p+1), a_k ... a_(k-q+1), c]."""
+    p, q = max(numbers.phi.size, 1), numbers.theta.size
+    F = _companion(numbers, p, q)
+    F[0, p : p + q] = numbers.theta
+    G = np.zeros((p + q + 1, 1))
+    G[0] = 1.0
+    if q:
+        G[p] = 1.0
+    return _with_constant(numbers, F, G, p, R)
+
+
+def _fu_han_literal(numbers: ArmaNumbers, R: float) -> StateSpace:
+    """State [y_k ... y_(k-p+1), c], noise [a_k ... a_(k-q)]."""
+    p, q = max(numbers.phi.size, 1), numbers.theta.size
+    B = np.zeros((p + 1, q + 1))
+    B[0] = [1.0, *numbers.theta]
+    return _with_constant(numbers, _companion(numbers, p, 0), B, p, R)
+
+
+def _companion(numbers: ArmaNumbers, p: int, q: int) -> Floats:
+    """Return the transition of p samples, q innovations and the constant, without theta."""
+    F = np.eye(p + q + 1, k=-1)
+    F[p, p - 1] = 0.0
+    F[-1] = np.eye(p + q + 1)[-1]
+    F[0, : numbers.phi.size] = numbers.phi
+    F[0, -1] = 1.0
+    return F
+
+
+def _with_constant(numbers: ArmaNumbers, F: Floats, G: Floats, p: int, R: float) -> StateSpace:
+    """Return a model whose last state is c, from its mean where it has one, else from zero."""
+    start = np.zeros(len(F))
+    start[-1] = numbers.constant
+    rest = at_one(-numbers.phi)
+    start[:p] = numbers.constant / rest if rest else 0.0
+    return StateSpace(F, G, np.eye(len(F))[0], numbers.sigma2, R, 0.0, start=start)
+
+
+_FORMS: Final[dict[Form, Callable[[ArmaNumbers, float], StateSpace]]] = {
+    "fu-han": _fu_han,
+    "fu-han-literal": _fu_han_literal,
+    "harvey": _harvey,
+    "controllable": _controllable,
+    "observable": _observable,
+}
+
+
+def stationary_covariance(F: Floats, G: Floats) -> Floats:
+    """Return P of P = F P F' + G G', shape (n, n).
+
+    As n^2 linear equations: n is the order of a drift model, and small.
+
+    Raises
+    ------
+    ValueError
+        If an eigenvalue of F lies on or outside the unit circle.
+    """
+    n = len(F)
+    largest = float(np.max(np.abs(np.linalg.eigvals(F)), initial=0.0))
+    # An eigenvalue of one may come out a little below.
+    if not largest < 1.0 - n * np.finfo(np.float64).eps:
+        raise ValueError(
+            "only a stationary model has a covariance: "
+            f"its largest eigenvalue is {largest:.6g}, expected below 1"
+        )
+    wide, noise = F.astype(np.longdouble), G.astype(np.longdouble)
+    equations = np.eye(n * n, dtype=np.longdouble) - np.kron(wide, wide)
+    P = refined(equations, (noise @ noise.T).ravel()).reshape(n, n)
+    return np.asarray((P + P.T) / 2.0)
+
+
+# Each round squares the number of samples seen: 2^40 are steady.
+_ROUNDS: Final = 40
+
+
+def steady_state(F: Floats, Q: Floats, H: Floats, R: float) -> tuple[Floats, float]:
+    """Return gain (n,) and innovation variance of the steady filter of x+ = F x + w, z = H x + v.
+
+    Structured doubling: each round squares the number of samples that the filter has seen (Chu,
+    Fan and Lin, Linear Algebra and its Applications 396, 2005).
+
+    Raises
+    ------
+    ValueError
+        If there is no measurement noise R, or the filter does not settle.
+    """
+    if not R > 0.0:
+        raise ValueError(f"several noises need a measurement noise R above 0, got {R}")
+    identity, A, information, P = np.eye(len(F)), F.T, np.outer(H, H) / R, Q
+    for _ in range(_ROUNDS):
+        known = np.linalg.solve(identity + information @ P, np.column_stack((A, information)))
+        left, gained = np.hsplit(known, 2)
+        before, P = P, P + A.T @ P @ left
+        A, information = A @ left, information + A @ gained @ A.T
+        if np.allclose(P, before, rtol=1e-15, atol=0.0):
+            break
+    variance = float(H @ P @ H + R)
+    if not np.isfinite(variance):
+        raise ValueError("the Kalman filter of this model has no steady state")
+    return P @ H / variance, variance

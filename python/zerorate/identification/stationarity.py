@@ -1,0 +1,256 @@
+"""Tests of stationarity (KPSS) and of a unit root (Dickey and Fuller)."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate import _native
+from zerorate.faults import ArgumentError
+from zerorate.identification.autoregression import HIGHEST_ORDER, fit_ar
+from zerorate.identification.preparation import detrend
+from zerorate.identification.verdict import Verdict
+from zerorate.noise.records import as_record, centred, longest_stretch
+from zerorate.types import Floats
+
+Level = Literal["constant", "linear"]
+
+_KPSS_PROBABILITIES: Final = (0.10, 0.05, 0.025, 0.01)
+_KPSS_CRITICAL: Final[dict[str, tuple[float, float, float, float]]] = {
+    "constant": (0.347, 0.463, 0.574, 0.739),
+    "linear": (0.119, 0.146, 0.176, 0.216),
+}
+_KPSS_LEAST: Final = 10
+_KPSS_ROUNDING: Final = 1e-12
+"""What a straight line of samples up to 1 is off by, at most."""
+
+
+def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -> Verdict:
+    """Test whether a record is stationary about a level, or about a straight line.
+
+    Drift as faint as that of a gyro is seen by this test and by `reverse_arrangements`, seldom by
+    `adf`.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Samples in any unit; those not finite are missing: the sums pass over them, and no product
+        reaches across.
+    lags : int, optional
+        Lags of the long-run variance, 0 to n - 1. More are needed the longer the noise is
+        correlated, and cost power. Default: chosen from the record by the rule of Hobijn and
+        others with Bartlett's window.
+    trend : {"constant", "linear"}
+        What the record may be stationary about.
+
+    Returns
+    -------
+    Verdict
+        Its `p_value` is interpolated in a table from 0.10 to 0.01; beyond either, `p_bound` says
+        on which side it lies.
+
+    Raises
+    ------
+    TypeError
+        If `z` does not hold real numbers.
+    ValueError
+        If `z` is not one axis, has fewer than 10 or only equal samples, or an argument is not as
+        described.
+
+    Notes
+    -----
+    D. Kwiatkowski and others, Journal of Econometrics 54, 1992, equations 13, 10 and table 1;
+    lags: B. Hobijn, P. H. Franses, M. Ooms, Statistica Neerlandica 58(4), 2004.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(1).standard_normal(10_000)
+    >>> kpss(noise).accepted, kpss(noise + 0.02 * np.cumsum(noise[::-1])).accepted
+    (True, False)
+    """
+    if trend not in _KPSS_CRITICAL:
+        raise ArgumentError("trend", f"must be one of 'constant', 'linear', got {trend!r}")
+    residuals = centred(as_record(z, _KPSS_LEAST, "the KPSS test"))
+    if trend == "linear":
+        residuals = _without_line(residuals)
+    present = residuals[np.isfinite(residuals)]
+    n = present.size
+    sums = np.cumsum(present)
+    used = _lags_by_rule(residuals, n) if lags is None else _kpss_lags(lags, n)
+    statistic = float(sums @ sums) / n**2 / _long_run_variance(residuals, used, n)
+    return _kpss_verdict(statistic, trend, n)
+
+
+def _without_line(record: Floats) -> Floats:
+    residuals = detrend(record, "linear")
+    if not np.any(np.abs(residuals) > _KPSS_ROUNDING):
+        raise ValueError("the KPSS test needs samples that differ from a straight line")
+    return centred(residuals)
+
+
+def _kpss_verdict(statistic: float, trend: Level, n: int) -> Verdict:
+    table = _KPSS_CRITICAL[trend]
+    return Verdict(
+        name="KPSS",
+        hypothesis="stationary" + (" about a line" if trend == "linear" else ""),
+        statistic=statistic,
+        p_value=float(np.interp(statistic, table, _KPSS_PROBABILITIES)),
+        lower=-np.inf,
+        upper=table[1],
+        accepted=statistic <= table[1],
+        n=n,
+        p_bound=_beyond(statistic, table),
+    )
+
+
+def _beyond(statistic: float, table: tuple[float, ...]) -> Literal["", "<", ">"]:
+    if statistic > table[-1]:
+        return "<"
+    return ">" if statistic < table[0] else ""
+
+
+def _covariances(residuals: Floats, lags: int, n: int) -> Floats:
+    """Return the autocovariances at lags 0 to `lags`, shape (lags + 1,)."""
+    sums, _ = _native.lagged_products(residuals, max(lags, 1))
+    return sums[: lags + 1] / n
+
+
+def _long_run_variance(residuals: Floats, lags: int, n: int) -> float:
+    covariances = _covariances(residuals, lags, n)
+    weights = 1.0 - np.arange(lags + 1) / (lags + 1)
+    return float(2.0 * (weights @ covariances) - covariances[0])
+
+
+def _lags_by_rule(residuals: Floats, n: int) -> int:
+    """Return the lags that suit the correlation of the record, after Hobijn and others."""
+    lag = np.arange(int(n ** (2 / 9)) + 1)
+    covariances = _covariances(residuals, lag[-1], n)
+    total = float(2.0 * covariances.sum() - covariances[0])
+    slope = float(2.0 * (lag @ covariances))
+    return min(int(1.1447 * ((slope / total) ** 2) ** (1 / 3) * n ** (1 / 3)), n - 1)
+
+
+def _kpss_lags(lags: int, n: int) -> int:
+    if lags not in range(n):
+        raise ArgumentError("lags", f"must be a whole number from 0 to {n - 1}, got {lags!r}")
+    return int(lags)
+
+
+_ADF_LEAST: Final = 20
+
+_ADF_LARGEST: Final = 2.74
+_ADF_SMALLEST: Final = -18.83
+_ADF_BETWEEN: Final = -1.61
+_ADF_BELOW: Final = (2.1659, 1.4412, 0.038269)
+_ADF_ABOVE: Final = (1.7339, 0.93202, -0.12745, -0.010368)
+"""Response surface of the normal quantile, in powers of the statistic."""
+
+_ADF_CRITICAL: Final = (-2.86154, -2.8903, -4.234, -40.04)
+"""Response surface of the 5 % point, in powers of 1/n."""
+
+
+def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
+    """Test whether a record has a unit root: whether it walks at random rather than about a level.
+
+    Acceptance says that the record may walk. Beware of the opposite: drift that is faint next
+    to white noise, a gyro's case, is an ARMA process whose moving-average root is near 1, and there
+    the test rejects a unit root that is present far more often than 5 %. `kpss` sees such drift,
+    and `reverse_arrangements` does if it does not come back.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Samples in any unit, at least 20; those not finite are missing, and the regression starts
+        anew after them.
+    lags : int, optional
+        Lagged differences in the regression, 0 to 63. Default: the number of least AIC, all
+        compared over the same samples, up to Schwert's 12 (n/100)^(1/4) but at most 63, with n
+        the length of the longest stretch without a gap.
+
+    Returns
+    -------
+    Verdict
+        The statistic is that of the coefficient on z_(k-1) in the regression of z_k - z_(k-1) with
+        a constant; the hypothesis is accepted above the critical value `lower`.
+
+    Raises
+    ------
+    TypeError
+        If `z` does not hold real numbers.
+    ValueError
+        If `z` is not one axis, has too few or only equal samples, or `lags` is not as described.
+
+    Notes
+    -----
+    With k lagged differences the regression is an AR(k + 1) in another basis, its coefficient
+    phi_1 + ... + phi_(k+1) - 1. Probability: J. G. MacKinnon, Journal of Business and Economic
+    Statistics 12, 1994; critical value: the same, Queen's University working paper 1227, 2010.
+    W. E. Said, D. A. Dickey, Biometrika 71, 1984; G. W. Schwert, JBES 7, 1989.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(1).standard_normal(1000)
+    >>> adf(noise).accepted, adf(np.cumsum(noise)).accepted
+    (False, True)
+    """
+    record = as_record(z, _ADF_LEAST, "the Dickey-Fuller test")
+    n = longest_stretch(record).size
+    k = _least_aic(record, _schwert(n)) if lags is None else _adf_lags(lags, n)
+    statistic, used = _adf_statistic(record, k + 1)
+    lower = sum(b / used**power for power, b in enumerate(_ADF_CRITICAL))
+    p_value = _adf_probability(statistic)
+    return Verdict(
+        name="augmented Dickey-Fuller",
+        hypothesis="unit root",
+        statistic=statistic,
+        p_value=p_value,
+        lower=lower,
+        upper=math.inf,
+        accepted=statistic > lower,
+        n=used,
+        note=f"{k} lagged difference" + ("s" if k != 1 else ""),
+    )
+
+
+def _adf_statistic(record: Floats, order: int) -> tuple[float, int]:
+    """Return the sum of the coefficients less 1 over its standard error, and the residuals used."""
+    model = fit_ar(record, order)
+    variance = float(model.covariance[:order, :order].sum())
+    # The covariance has the residuals' mean square; the test has it per degree of freedom.
+    freedom = (model.n - order - 1) / model.n
+    return (float(model.phi.sum()) - 1.0) / math.sqrt(variance / freedom), model.n
+
+
+def _least_aic(record: Floats, highest: int) -> int:
+    sigma2, n = _native.autoregression_variances(record, highest + 1, "least-squares", True)
+    orders = np.arange(1, highest + 2)
+    return int(np.argmin(n * np.log(sigma2[1:]) + 2.0 * orders))
+
+
+def _schwert(n: int) -> int:
+    return max(min(math.ceil(12.0 * math.sqrt(math.sqrt(n / 100.0))), _most_lags(n)), 0)
+
+
+def _adf_probability(statistic: float) -> float:
+    if statistic > _ADF_LARGEST:
+        return 1.0
+    if statistic < _ADF_SMALLEST:
+        return 0.0
+    surface = _ADF_BELOW if statistic <= _ADF_BETWEEN else _ADF_ABOVE
+    quantile = sum(b * statistic**power for power, b in enumerate(surface))
+    return 0.5 * math.erfc(-quantile / math.sqrt(2.0))
+
+
+def _most_lags(n: int) -> int:
+    """Return the most lags that a stretch of n samples bears."""
+    return min(n // 2 - 2, HIGHEST_ORDER - 1)
+
+
+def _adf_lags(lags: int, n: int) -> int:
+    most = max(_most_lags(n), 0)
+    if lags not in range(most + 1):
+        raise ArgumentError("lags", f"must be a whole number from 0 to {most}, got {lags!r}")
+    return int(lags)

@@ -1,0 +1,443 @@
+"""The reading of fixes: files of receivers and tables, by the names of their columns."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final, Literal, get_args
+
+import numpy as np
+
+from zerorate.faults import ArgumentError
+from zerorate.io.beginnings import is_text_log
+from zerorate.io.clocks.names import looks_like_time, may_be_time, time_unit
+from zerorate.io.clocks.stamps import to_seconds, without_texts
+from zerorate.io.damage import guarded_content
+from zerorate.io.formats import (
+    FORMATS,
+    TEXT,
+    LogSource,
+    binary_format,
+    check_readable,
+    label_of,
+    opened,
+)
+from zerorate.io.readers import navsatfix, nmea, rtklib
+from zerorate.io.table import Column, Content, Format, Table, as_numbers
+from zerorate.record.fixes import Fixes
+from zerorate.record.log import LogError
+from zerorate.record.names import plain
+from zerorate.types import Booleans, Floats, Integers
+
+FixFormat = Literal["nmea", "rtklib", "navsatfix", "table"]
+
+_HEAD: Final = 1 << 16
+_DATES: Final = (946_684_800.0, 4_102_444_800.0)
+"""Seconds from 1970 to the years 2000 and 2100, between which numbers are dates."""
+_SLOWEST: Final = 60.0
+"""Seconds from fix to fix from which on the unit of the time must be another one."""
+_DISORDER: Final = 0.1
+"""Share of the rows whose time may not be later than those before."""
+_LEAPS: Final = np.array(
+    [
+        "1981-07-01", "1982-07-01", "1983-07-01", "1985-07-01", "1988-01-01", "1990-01-01",
+        "1991-01-01", "1992-07-01", "1993-07-01", "1994-07-01", "1996-01-01", "1997-07-01",
+        "1999-01-01", "2006-01-01", "2009-01-01", "2012-07-01", "2015-07-01", "2017-01-01",
+    ],
+    dtype="datetime64[s]",
+)  # fmt: skip
+"""Days that began after a leap second, since GPS has its time."""
+
+_WAYS: Final = ("north", "east", "down")
+_WAY: Final = {"north": "north|n", "east": "east|e", "down": "down|d", "up": "up|u"}
+_OTHERS: Final = (
+    r"(?:truth|true|ground_?truth|gt|ref|reference|base|home|origin|target|setpoint|waypoint)"
+)
+_OWN: Final = rf"^(?!.*(?:sigma|std|cov|bias|(?:^|_)sd))(?!(?:.*_)?{_OTHERS}_)(?:.*_)?"
+"""Before the name of a quantity itself, not of its standard deviation nor of something else's."""
+_LATITUDE: Final = re.compile(_OWN + r"lat(itude)?(_(deg|degrees|rad))?$")
+_LONGITUDE: Final = re.compile(_OWN + r"(lon|lng|long|longitude)(_(deg|degrees|rad))?$")
+_HEIGHT: Final = re.compile(_OWN + r"(height|altitude|alt|hgt)(_(ellipsoid(al)?|hae|msl))?(_m)?$")
+_PLACE: Final = re.compile(r"_?(lat|lon|lng)[a-z]*(_(deg|degrees|rad))?$")
+_VELOCITY: Final = _OWN + r"(velocity|vel|v)_?({way})(_(mps|m_s))?$"
+_IN_OTHER_UNITS: Final = re.compile(
+    _OWN + r"(velocity|vel|v)_?(north|east|down|up|n|e|d|u)_(?!mps$|m_s$)\w+$"
+)
+_DEVIATION: Final = r"(sigma|std|sd)"
+_OF_POSITION: Final = (
+    rf"(?<!velocity)(?<!vel)(^|_)((position|pos)_{_DEVIATION}|{_DEVIATION}(_?(position|pos))?)"
+)
+_OF_VELOCITY: Final = rf"(^|_)((velocity|vel|v)_{_DEVIATION}|{_DEVIATION}_?(velocity|vel|v))"
+_SIGMA: Final = rf"{_OF_POSITION}_?({{way}})(_m)?$"
+_SIGMA_VELOCITY: Final = rf"{_OF_VELOCITY}_?({{way}})(_(mps|m_s))?$"
+_ONE_SIGMA: Final = re.compile(rf"{_OF_POSITION}(_m)?$")
+_ONE_SIGMA_VELOCITY: Final = re.compile(rf"{_OF_VELOCITY}(_(mps|m_s))?$")
+_VARIANCE: Final = r"(^|_)position_covariance_?{index}$"
+_COVARIANCE_TYPE: Final = re.compile(r"(^|_)position_covariance_type$")
+_STATUS: Final = re.compile(r"(^|_)status_status$")
+_QUALITY: Final = re.compile(r"^(fix|q|(fix_)?quality|fix_type|(field_)?status(_status)?)$")
+_SATELLITES: Final = re.compile(
+    r"(^|_)(satellites(_used)?|(num|n)_?(sats?|sv|satellites)|ns|sats)$"
+)
+_SECONDS: Final = re.compile(r"(^|_)stamp_(secs?|seconds)$")
+_NANOSECONDS: Final = re.compile(r"(^|_)stamp_(nsecs?|nanosec|nanoseconds)$")
+_STAMP: Final = re.compile(r"(^|_)header_stamp$")
+
+
+def read_fixes(
+    source: LogSource, format: FixFormat | None = None, *, topic: str | None = None
+) -> Fixes:
+    """Return the fixes of a receiver from a file or an object.
+
+    Parameters
+    ----------
+    source
+        NMEA sentences (GGA, RMC, GST, VTG, ZDA; needs the extra ``nmea``), a solution of RTKLIB
+        (``.pos``), ROS messages of type NavSatFix as JSON or CSV, or a table with columns such as
+        ``time_s``, ``latitude_deg``, ``longitude_deg``, ``height_m`` in any format or object that
+        `read_recording` takes, PX4's ULog among them. ``docs/how-to/fixes.md`` lists the columns.
+    format : {"nmea", "rtklib", "navsatfix", "table"}, optional
+        What a file is. Default: found from its content, whatever its suffix.
+    topic : str, optional
+        The topic of a PX4 log; by default the first with a latitude.
+
+    Returns
+    -------
+    Fixes
+        In order of time, in deg, m and m/s. What has no position, or stands earlier than the row
+        before, is left out; ``notes`` says how much, and what was assumed. Times are those of the
+        file: Unix time where it tells the date, of GPS in a solution of RTKLIB that is in it, and
+        ``epoch`` leads from there to UTC.
+
+    Raises
+    ------
+    LogError
+        If there is no fix, or the content is not as expected; the message names file and place.
+    ValueError
+        If the format is not known.
+    OSError
+        If the file is missing or cannot be read.
+    ImportError
+        If the format needs a package that is not installed; the message names the extra.
+
+    Notes
+    -----
+    Heights are above the ellipsoid. NMEA tells the height above mean sea level and that of the
+    geoid, whose sum it is; where it tells only the first, ``notes`` says so.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> rows = {"time_s": [0.0, 0.2], "lat": [45.0, 45.00001], "lon": [7.0, 7.0], "alt": [9.0, 9.1]}
+    >>> fixes = zr.read_fixes(rows)
+    >>> fixes, fixes.position[1]
+    (Fixes(2 in 0.2 s, positions), array([45.00001,  7.     ,  9.1    ]))
+    """
+    if format is not None and format not in get_args(FixFormat):
+        known = ", ".join(repr(name) for name in get_args(FixFormat))
+        raise ArgumentError("format", f"must be one of {known}, got {format!r}")
+    label = label_of(source)
+    try:
+        return _fixes(_chosen(_content(source, format), topic), label)
+    except LogError as error:
+        raise error.around(f"{label}: ") from None
+
+
+RECEIVERS: Final[Mapping[str, Format]] = {
+    form.kind: form for form in (nmea.FORMAT, rtklib.FORMAT, navsatfix.FORMAT)
+}
+
+
+def _content(source: LogSource, format: FixFormat | None) -> Content:
+    if not isinstance(source, (str, os.PathLike)):
+        return opened(source)[1]
+    file = Path(source)
+    check_readable(file)
+    form = _format_of(file, format)
+    return opened(source)[1] if form is None else guarded_content(form, file)
+
+
+def _format_of(file: Path, format: FixFormat | None) -> Format | None:
+    """Return the format of a text, None for a file that is as its suffix tells."""
+    if file.is_dir():
+        return None
+    with file.open("rb") as opened_file:
+        head = opened_file.read(_HEAD)
+    if not head:
+        raise LogError("the file is empty, expected fixes")
+    if format in ("nmea", "rtklib"):
+        return RECEIVERS[format]
+    if binary_format(head) is not None or is_text_log(head):
+        return None
+    suffix = file.suffix.lower()
+    table = None if any(suffix in form.suffixes for form in FORMATS) else TEXT
+    if format == "table":
+        return table
+    if navsatfix.looks_like_json(head):
+        return navsatfix.FORMAT
+    if format == "navsatfix":
+        return table
+    if nmea.looks_like_nmea(head):
+        return nmea.FORMAT
+    if rtklib.looks_like_rtklib(head):
+        return rtklib.FORMAT
+    return next((form for form in RECEIVERS.values() if suffix in form.suffixes), table)
+
+
+def _chosen(content: Content, topic: str | None) -> Table:
+    """Return the table of the topic asked for, or the first that has places."""
+    if topic is not None:
+        return content.chosen(topic)
+    tables = content.tables.values()
+    with_places = (table for table in tables if _index(table, _LATITUDE) is not None)
+    table = next(with_places, None)
+    if table is None:
+        names = [table.label(i) for table in tables for i in range(table.width)]
+        shown = ", ".join(names[:40]) or "none"
+        raise LogError(f"no column is a latitude, such as latitude_deg; the columns are: {shown}")
+    return table
+
+
+def _index(table: Table, wanted: re.Pattern[str]) -> int | None:
+    names = table.names or ()
+    return next((i for i, name in enumerate(names) if wanted.search(plain(name))), None)
+
+
+@dataclass
+class _Columns:
+    """Columns of a table by what their names mean, and what was noted about them."""
+
+    table: Table
+    notes: list[str] = field(default_factory=list)
+
+    def numbers(self, wanted: re.Pattern[str]) -> Floats | None:
+        """Return the column of such a name, None if there is none."""
+        index = _index(self.table, wanted)
+        return None if index is None else self.at(index)
+
+    def at(self, index: int) -> Floats:
+        (column,) = self.table.load([index])
+        return np.asarray(as_numbers(column, self.table.label(index)), dtype=np.float64)
+
+    def places(self) -> list[Floats]:
+        """Return latitudes and longitudes, deg, of one receiver: the first two that belong."""
+        latitudes = self._prefixes(_LATITUDE, "latitude")
+        longitudes = self._prefixes(_LONGITUDE, "longitude")
+        pairs = [(i, j) for p, i in latitudes.items() for q, j in longitudes.items() if p == q]
+        if not pairs:
+            label = self.table.label(next(iter(latitudes.values())))
+            others = ", ".join(map(self.table.label, longitudes.values()))
+            raise LogError(f"no longitude belongs to '{label}': there is {others}")
+        return [self._angle(index) for index in pairs[0]]
+
+    def _prefixes(self, wanted: re.Pattern[str], what: str) -> dict[str, int]:
+        """Return the columns of such a name by what stands before it."""
+        found: dict[str, int] = {}
+        for index, name in enumerate(map(plain, self.table.names or ())):
+            if wanted.search(name):
+                found.setdefault(
+                    re.sub(r"_?(lat|lon|lng)[a-z]*(_(deg|degrees|rad))?$", "", name), index
+                )
+        if not found:
+            raise LogError(f"no column is a {what}, such as {what}_deg")
+        return found
+
+    def _angle(self, index: int) -> Floats:
+        values = self.at(index)
+        return np.degrees(values) if plain(self.table.label(index)).endswith("_rad") else values
+
+    def vector(self, pattern: str) -> Floats | None:
+        """Return north, east and down from columns of a name with these ways, NaN where none is.
+
+        A column of the way up is down with the other sign.
+        """
+        found = {
+            way: self.numbers(re.compile(pattern.format(way=spelled)))
+            for way, spelled in _WAY.items()
+        }
+        up = found.pop("up")
+        if found["down"] is None and up is not None:
+            found["down"] = -up
+        there = [column for column in found.values() if column is not None]
+        if not there:
+            return None
+        unknown = np.full(len(there[0]), np.nan)
+        return np.column_stack([unknown if c is None else c for c in found.values()])
+
+    def note_on_units(self) -> None:
+        """Note the velocities that are left out because they are in another unit."""
+        names = self.table.names or ()
+        others = [name for name in names if _IN_OTHER_UNITS.search(plain(name))]
+        if others:
+            self.notes.append(f"{', '.join(others)}: left out, for velocities are read in m/s")
+
+    def time(self) -> tuple[Floats, float | None]:
+        """Return the times, s, and the Unix time at which they are zero."""
+        of_pair = [_index(self.table, pattern) for pattern in (_SECONDS, _NANOSECONDS)]
+        if self.table.time is None and None not in of_pair:
+            seconds, nanoseconds = (self.at(i) for i in of_pair if i is not None)
+            return seconds + 1e-9 * nanoseconds, _epoch_of_numbers(seconds)
+        index = self._time_column()
+        name = self.table.label(index)
+        (column,) = self.table.load([index])
+        column = without_texts(column, name)
+        stamps = to_seconds(column, _with_unit(name, column), None)
+        if stamps.note is not None:
+            self.notes.append(stamps.note)
+        time = stamps.start + stamps.seconds
+        return time, _epoch(time, name, dated=column.dtype.kind == "M")
+
+    def _time_column(self) -> int:
+        if self.table.time is not None:
+            return self.table.time
+        names = self.table.names or ()
+        of_header = _index(self.table, _STAMP)
+        if of_header is not None:
+            return of_header
+        for wanted in (looks_like_time, may_be_time):
+            found = next((i for i, name in enumerate(names) if wanted(name)), None)
+            if found is not None:
+                return found
+        raise LogError("no column is the time, such as time_s or timestamp_ns")
+
+
+def _with_unit(name: str, column: Column) -> str:
+    """Return the name of a time with its unit, where neither it nor its numbers tell that.
+
+    Fixes come every few milliseconds at most and every minute at least; logs of inertial sensors,
+    for which `to_seconds` judges, are faster.
+    """
+    if column.dtype.kind not in "fiu" or len(column) < 2 or time_unit(name) is not None:
+        return name
+    numbers = column.astype(np.float64)
+    scales = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+    if any(_DATES[0] < numbers[0] / scale < _DATES[1] for scale in scales.values()):
+        return name
+    with np.errstate(invalid="ignore"):
+        step = float(np.median(np.diff(numbers)))
+    unit = next((unit for unit, scale in scales.items() if step < _SLOWEST * scale), "ns")
+    return f"{name}_{unit}"
+
+
+def _epoch(time: Floats, name: str, dated: bool) -> float | None:
+    if name == "time_gps":
+        return -float(np.count_nonzero(_LEAPS.astype(np.int64) < time[0])) if time.size else None
+    if name == "time_jst":
+        return -9.0 * 3600.0
+    return 0.0 if dated else _epoch_of_numbers(time)
+
+
+def _epoch_of_numbers(time: Floats) -> float | None:
+    inside = time.size and _DATES[0] < time[0] < _DATES[1]
+    return 0.0 if inside else None
+
+
+def _fixes(table: Table, label: str) -> Fixes:
+    columns = _Columns(table, list(table.meta.notes))
+    time, epoch = columns.time()
+    place = columns.places()
+    height = columns.numbers(_HEIGHT)
+    index = _index(table, _HEIGHT)
+    if index is not None and "msl" in plain(table.label(index)).split("_"):
+        columns.notes.append("heights are above mean sea level, as their column says")
+    if height is None:
+        columns.notes.append("no column is a height, such as height_m: it is missing")
+    position = np.column_stack([*place, np.full(len(time), np.nan) if height is None else height])
+    kept = _kept(columns, time, position)
+    columns.note_on_units()
+    arrays = {
+        "velocity": columns.vector(_VELOCITY),
+        "position_sigma": _sigma_position(columns),
+        "velocity_sigma": _sigmas(columns, _SIGMA_VELOCITY, _ONE_SIGMA_VELOCITY),
+    }
+    chosen = {name: None if a is None else _known(a[kept]) for name, a in arrays.items()}
+    try:
+        return Fixes(
+            time[kept],
+            position[kept],
+            **chosen,
+            quality=_whole(columns, _QUALITY, kept),
+            satellites=_whole(columns, _SATELLITES, kept),
+            epoch=epoch,
+            source=label,
+            notes=tuple(dict.fromkeys(columns.notes)),
+        )
+    except ValueError as error:
+        raise LogError(str(error)) from None
+
+
+def _kept(columns: _Columns, time: Floats, position: Floats) -> Booleans:
+    """Return which rows are fixes, later than those before."""
+    latitude, longitude = position[:, 0], position[:, 1]
+    # Loggers write zeros before the first fix.
+    there = np.isfinite(latitude) & np.isfinite(longitude) & ~((latitude == 0) & (longitude == 0))
+    status = columns.numbers(_STATUS)
+    if status is not None:
+        there &= ~(status < 0.0)
+    if not there.any():
+        raise LogError("there is no fix: no row has a position")
+    if not there.all():
+        columns.notes.append(f"left out: {_rows(~there)} without a fix")
+    rising: Booleans = there.copy()
+    before = np.maximum.accumulate(np.where(there, time, -np.inf))
+    rising[1:] &= time[1:] > before[:-1]
+    late = there & ~rising
+    if np.count_nonzero(late) > _DISORDER * np.count_nonzero(there):
+        raise LogError(f"{_rows(late)} of {len(time)} do not come later than those before")
+    if late.any():
+        columns.notes.append(f"left out: {_rows(late)} that do not come later than those before")
+    return rising
+
+
+def _rows(which: Booleans) -> str:
+    count = np.count_nonzero(which)
+    return f"{count} row{'' if count == 1 else 's'}"
+
+
+def _sigma_position(columns: _Columns) -> Floats | None:
+    sigmas = _sigmas(columns, _SIGMA, _ONE_SIGMA)
+    if sigmas is not None:
+        return sigmas
+    # Row by row, in east, north and up.
+    east, north, up = (
+        columns.numbers(re.compile(_VARIANCE.format(index=index))) for index in (0, 4, 8)
+    )
+    if east is None or north is None or up is None:
+        return None
+    kind = columns.numbers(_COVARIANCE_TYPE)
+    variances = np.column_stack([north, east, up])
+    known = (variances > 0.0) & (True if kind is None else (kind != 0.0)[:, None])
+    return np.sqrt(np.where(known, variances, np.nan))
+
+
+def _sigmas(columns: _Columns, pattern: str, one: re.Pattern[str]) -> Floats | None:
+    sigmas = columns.vector(pattern)
+    if sigmas is None:
+        single = columns.numbers(one)
+        sigmas = None if single is None else np.repeat(single[:, None], 3, axis=1)
+    if sigmas is None:
+        return None
+    # One that is up became negative with its way.
+    sigmas = np.abs(sigmas)
+    zero = sigmas == 0.0
+    if zero.any():
+        columns.notes.append("standard deviations of zero are taken for unknown")
+    return np.where(zero, np.nan, sigmas)
+
+
+def _known(values: Floats) -> Floats | None:
+    return None if np.isnan(values).all() else values
+
+
+def _whole(columns: _Columns, wanted: re.Pattern[str], kept: Booleans) -> Integers | None:
+    try:
+        values = columns.numbers(wanted)
+    except LogError as error:  # texts such as "RTK"
+        columns.notes.append(f"not read: {error}")
+        return None
+    if values is None or np.isnan(values[kept]).all():
+        return None
+    return np.where(np.isnan(values[kept]), -1.0, values[kept]).astype(np.int64)

@@ -1,0 +1,66 @@
+"""Read from a file's metadata how its sensors are mounted."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any
+
+import numpy as np
+
+from zerorate.record.log import LogError
+from zerorate.record.mounting import Mounting, rotation
+from zerorate.types import Floats
+
+_KEYS = ("body_from_sensor", "antenna_from_imu_m", "time_offset_s", "imu_time_offset_s")
+
+
+def read_mounting(path: str | os.PathLike[str]) -> Mounting:
+    """Return what a Parquet file says of the mounting of its sensors in its metadata.
+
+    The keys are body_from_sensor (a matrix as JSON), antenna_from_imu_m, and time_offset_s, what is
+    to be added to the times of the fixes, or imu_time_offset_s, what is to be added to those of the
+    sensors. Of a file of another format nothing is known.
+
+    Raises
+    ------
+    LogError
+        If what is said cannot be read.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> zr.navigation.read_mounting("drive.csv")
+    Mounting(body_from_sensor=None, antenna=None, time_offset=None)
+    """
+    said = _metadata(path)
+    try:
+        matrix = rotation(json.loads(said[_KEYS[0]])) if _KEYS[0] in said else None
+        antenna = _vector(said[_KEYS[1]]) if _KEYS[1] in said else None
+        offset = float(said[_KEYS[2]]) if _KEYS[2] in said else None
+        if offset is None and _KEYS[3] in said:
+            offset = 0.0 - float(said[_KEYS[3]])
+    except ValueError as error:
+        raise LogError(
+            f"{os.fspath(path)}: its metadata on the mounting is wrong: {error}"
+        ) from None
+    return Mounting(matrix, antenna, offset)
+
+
+def _metadata(path: str | os.PathLike[str]) -> dict[str, Any]:
+    try:
+        from pyarrow import ArrowException, parquet
+    except ImportError:
+        return {}
+    try:
+        found = parquet.read_schema(os.fspath(path)).metadata or {}
+    except (ArrowException, OSError):
+        return {}
+    return {key.decode(): value.decode() for key, value in found.items() if key.decode() in _KEYS}
+
+
+def _vector(text: str) -> Floats:
+    numbers = np.array([float(x) for x in text.strip("[]() ").split(",")])
+    if numbers.shape != (3,):
+        raise ValueError(f"expected three numbers, got {text!r}")
+    return numbers

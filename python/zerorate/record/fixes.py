@@ -1,0 +1,195 @@
+"""Fixes of a receiver: where and how fast it was, and how far to trust that."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.faults import ArgumentError
+from zerorate.geometry.earth import local_ned
+from zerorate.record import Poses
+from zerorate.record.missing import floats
+from zerorate.types import Floats, Integers
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fixes:
+    """Fixes of a receiver, n of them, as `read_fixes` and `simulate_drive` return them.
+
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+        Seconds, each later than the one before.
+    position : array_like, shape (n, 3)
+        Latitude and longitude, deg, and height above the ellipsoid, m; the height may be NaN.
+    velocity : array_like, shape (n, 3), optional
+        North, east and down, m/s; NaN where it is not known.
+    position_sigma : array_like, shape (n, 3), optional
+        Standard deviations north, east and down, m; NaN where they are not known.
+    velocity_sigma : array_like, shape (n, 3), optional
+        The same of the velocity, m/s.
+    quality : array_like of int, shape (n,), optional
+        The number by which the receiver tells the kind of fix. RTKLIB has 1 for fixed, 2 float,
+        5 single; NMEA 4 for fixed, 5 float, 2 differential, 1 single.
+        -1 where it is not told.
+    satellites : array_like of int, shape (n,), optional
+        How many were used.
+    velocity_time : array_like, shape (n,), optional
+        When the velocities were measured, s, where that is not `time`.
+    epoch : float, optional
+        Unix time, UTC, at which `time` is zero; None where it is not known.
+    source : str
+        What messages call them.
+    notes : tuple of str
+        Sentences on what was left out or assumed.
+
+    Raises
+    ------
+    ValueError
+        If a shape is another one, a time or place is missing or impossible, times do not rise,
+        a standard deviation is not positive, or quality and satellites are no whole numbers.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> fixes = zr.Fixes([0.0, 1.0], [[45.0, 7.0, 200.0], [45.0, 7.001, 200.0]])
+    >>> fixes, len(fixes.between(0.5, 2.0))
+    (Fixes(2 in 1 s, positions), 1)
+    """
+
+    time: Floats
+    position: Floats
+    velocity: Floats | None = None
+    position_sigma: Floats | None = None
+    velocity_sigma: Floats | None = None
+    quality: Integers | None = None
+    satellites: Integers | None = None
+    velocity_time: Floats | None = None
+    epoch: float | None = None
+    source: str = "the fixes"
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check all arrays, and keep them as such."""
+        time = _numbers("time", self.time, ())
+        object.__setattr__(self, "time", time)
+        if not np.isfinite(time).all() or not (np.diff(time) > 0.0).all():
+            raise ArgumentError("time", f"must be finite and rise from fix to fix{_at_time(time)}")
+        object.__setattr__(
+            self, "position", _places(_numbers("position", self.position, (3,), time))
+        )
+        for name in ("velocity", "position_sigma", "velocity_sigma"):
+            given = getattr(self, name)
+            if given is not None:
+                object.__setattr__(self, name, _numbers(name, given, (3,), time))
+        for name in ("position_sigma", "velocity_sigma"):
+            _check_sigma(name, getattr(self, name))
+        for name in ("quality", "satellites"):
+            given = getattr(self, name)
+            if given is not None:
+                object.__setattr__(self, name, _whole(name, given, time))
+        if self.velocity_time is not None:
+            own = _numbers("velocity_time", self.velocity_time, (), time)
+            object.__setattr__(self, "velocity_time", own)
+        if self.epoch is not None and not math.isfinite(self.epoch):
+            raise ArgumentError("epoch", f"must be a finite number of seconds, got {self.epoch}")
+
+    def __len__(self) -> int:
+        """Return the number of fixes."""
+        return len(self.time)
+
+    def __repr__(self) -> str:
+        """Say how many there are, over what time, and what is known."""
+        known = ["positions"] + ["velocities"] * (self.velocity is not None)
+        known += ["sigmas"] * (self.position_sigma is not None)
+        span = float(np.ptp(self.time)) if len(self) else 0.0
+        return f"Fixes({len(self)} in {span:.6g} s, {', '.join(known)})"
+
+    def between(self, start: float = -math.inf, stop: float = math.inf) -> Self:
+        """Return the fixes from the time `start` to before the time `stop`, s."""
+        first, last = np.searchsorted(self.time, [start, stop])
+        return self.chosen(slice(int(first), max(int(first), int(last))))
+
+    def chosen(self, which: slice | npt.NDArray[np.bool_] | Integers) -> Self:
+        """Return some of the fixes: those of a slice, a mask or rising indices."""
+        arrays: dict[str, Any] = {
+            name: None if array is None else array[which] for name, array in self.as_dict().items()
+        }
+        return replace(self, **arrays)
+
+    def shifted(self, seconds: float) -> Self:
+        """Return the fixes on a clock that shows so many seconds more at the same moment."""
+        epoch = None if self.epoch is None else self.epoch - seconds
+        own = None if self.velocity_time is None else self.velocity_time + seconds
+        return replace(self, time=self.time + seconds, velocity_time=own, epoch=epoch)
+
+    def poses(self, origin: npt.ArrayLike) -> Poses:
+        """Return the positions in metres east, north and up of an origin (deg, deg, m)."""
+        there = np.isfinite(self.position).all(axis=1)
+        ned = local_ned(self.position[there], floats(origin, "origin"))
+        unknown = np.full((len(ned), 4), np.nan)
+        place = ned[:, (1, 0, 2)] * (1.0, 1.0, -1.0)
+        return Poses(self.time[there], place, unknown, self.source)
+
+    def as_dict(self) -> dict[str, npt.NDArray[np.float64 | np.int64] | None]:
+        """Return the arrays by name, None for what is not known."""
+        others = ("epoch", "source", "notes")
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in others}
+
+
+def _numbers(
+    name: str, values: npt.ArrayLike, columns: tuple[int, ...], time: Floats | None = None
+) -> Floats:
+    try:
+        # A copy, with NaN for what a mask hides.
+        array = np.array(floats(values, name))
+    except (TypeError, ValueError):
+        raise ArgumentError(name, "must be an array of numbers") from None
+    n = None if time is None else len(time)
+    if array.ndim != 1 + len(columns) or array.shape[1:] != columns or n not in (None, len(array)):
+        wanted = ", ".join(map(str, ("n" if n is None else n, *columns)))
+        comma = "" if columns else ","
+        raise ArgumentError(name, f"must be of shape ({wanted}{comma}), got {array.shape}")
+    if np.isinf(array).any():
+        raise ArgumentError(name, "must not be infinite")
+    array.flags.writeable = False
+    return array
+
+
+def _at_time(time: Floats) -> str:
+    wrong = np.flatnonzero(~(np.diff(time) > 0.0))
+    if not wrong.size:
+        return ""
+    i = int(wrong[0])
+    return f": fix {i + 1} is at {time[i + 1]} s after {time[i]} s"
+
+
+def _places(position: Floats) -> Floats:
+    latitude, longitude = position[:, 0], position[:, 1]
+    wrong = ~((np.abs(latitude) <= 90.0) & (np.abs(longitude) <= 360.0))
+    if wrong.any():
+        i = int(np.flatnonzero(wrong)[0])
+        raise ValueError(
+            f"position of fix {i} is latitude {latitude[i]}, longitude {longitude[i]}: "
+            "expected degrees, within 90 and 360"
+        )
+    return position
+
+
+def _check_sigma(name: str, sigma: Floats | None) -> None:
+    if sigma is not None and (sigma <= 0.0).any():
+        i = int(np.flatnonzero((sigma <= 0.0).any(axis=1))[0])
+        raise ArgumentError(name, f"must be positive, or NaN where it is not known; fix {i} is not")
+
+
+def _whole(name: str, values: npt.ArrayLike, time: Floats) -> Integers:
+    numbers = _numbers(name, values, (), time)
+    if (numbers != np.round(numbers)).any():
+        raise ArgumentError(name, "must be whole numbers")
+    whole = numbers.astype(np.int64)
+    whole.flags.writeable = False
+    return whole

@@ -1,0 +1,348 @@
+"""Logs: uniformly sampled channels with rate, names and unit."""
+
+from __future__ import annotations
+
+import math
+import reprlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from numbers import Real
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.faults import ArgumentError, Sentence, said, sentence_of
+from zerorate.record.missing import floats
+from zerorate.texts import one_line
+from zerorate.types import Floats
+
+FORWARD_RIGHT_DOWN: Final = "forward, right, down"
+"""Axes of a body's sensors, as autopilots have them."""
+_BETWEEN: Final = ", "
+_HALF: Final = 0.5
+"""Periods by which times of an even clock may be rounded."""
+_PIECE: Final = 1 << 18
+_EVEN: Final = 1e-3
+"""Part of a period by which the steps of an even clock may differ."""
+
+
+class LogError(ValueError):
+    """The content of a log is not what was expected; the message says what and where.
+
+    Attributes
+    ----------
+    argument : str or None
+        Keyword of the argument that asked for what the log does not have; None where the log itself
+        is at fault.
+    """
+
+    def __init__(self, message: str, argument: str | None = None) -> None:
+        """Keep the message to one line, whatever names and cells are quoted in it."""
+        line = message.each(one_line) if isinstance(message, Sentence) else one_line(message)
+        super().__init__(line)
+        self.argument = argument
+
+    def around(self, before: str = "", after: str = "") -> LogError:
+        """Return the error with more text, as the name of the log before."""
+        return LogError(said(before, sentence_of(self), after), self.argument)
+
+
+def checked_rate(rate: object) -> float:
+    """Return the rate in Hz as a float; ValueError unless it is positive and finite."""
+    try:
+        value = float(rate) if isinstance(rate, Real) and not isinstance(rate, bool) else math.nan
+    except OverflowError:
+        value = math.inf
+    if not 0 < value < math.inf:
+        raise ArgumentError(
+            "rate", f"must be a positive finite number of Hz, got {reprlib.repr(rate)}"
+        )
+    return value
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """Channels of one recording on a uniform time grid.
+
+    Parameters
+    ----------
+    time
+        Seconds, shape (n,), uniform: sample i stands at ``time[0] + i / rate``.
+    rate
+        Samples per second, Hz.
+    data
+        Shape (n,) or (n, k), in ``unit``; NaN marks a missing sample. Kept as C-contiguous
+        float64 of shape (n, k).
+    names
+        One name a channel, all different.
+    unit
+        ``"deg/s"``, ``"rad/s"``, ``"deg/h"``, ...; ``"unit"`` where nothing is known. Or one a
+        channel: those of a position, ``("deg", "deg", "m")``, become ``"deg, deg, m"``.
+    meta
+        Whatever else is known. ``read_log`` fills ``source``, ``format``, ``clock`` (a
+        `ClockReport`), ``notes`` (a tuple of sentences) and, where given, ``sensor``.
+    stamps
+        When each sample was taken, s, shape (n,), where its clock wanders so that ``time`` is not
+        right; None where it is. Whatever integrates or meets another clock goes by `sampled`.
+
+    Raises
+    ------
+    LogError
+        If the shapes disagree, the log is empty, names repeat, or the time is not uniform.
+    ValueError
+        If the rate is not a positive finite number.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.record import Log
+    >>> log = Log(np.arange(4) / 2.0, 2.0, [0.1, 0.2, np.nan, 0.1], ["gyro_z_dps"], "deg/s")
+    >>> log.n, log.channels, log.duration, log.missing_count
+    (4, 1, 2.0, 1)
+    """
+
+    time: Floats
+    rate: float
+    data: Floats
+    names: tuple[str, ...]
+    unit: str = "unit"
+    meta: Mapping[str, Any] = field(default_factory=dict)
+    stamps: Floats | None = None
+
+    def __post_init__(self) -> None:
+        """Bring the fields to their types and check that they agree."""
+        object.__setattr__(self, "rate", checked_rate(self.rate))
+        object.__setattr__(self, "data", _channels(self.data))
+        object.__setattr__(self, "names", _checked_names(self.names, self.channels))
+        object.__setattr__(self, "time", _checked_time(self.time, self.n, self.rate))
+        if self.stamps is not None:
+            object.__setattr__(self, "stamps", _checked_stamps(self.stamps, self.n))
+        if not isinstance(self.unit, str):
+            object.__setattr__(self, "unit", _joined(self.unit, self.channels))
+        if not self.unit.strip():
+            raise LogError(f"unit must be a non-empty string, got {self.unit!r}")
+
+    @classmethod
+    def at(
+        cls,
+        times: Floats,
+        rate: float,
+        data: Floats,
+        names: Sequence[str],
+        unit: str,
+        meta: Mapping[str, Any],
+    ) -> Log:
+        """Return the log of samples taken at some times, shape (n,), even or not."""
+        even = times[0] + np.arange(len(times)) / rate
+        if np.abs(times - even).max() * rate <= _HALF:
+            return cls(times, rate, data, tuple(names), unit, meta)
+        return cls(even, rate, data, tuple(names), unit, meta, times)
+
+    def __repr__(self) -> str:
+        """Return the size, rate, length, unit and names."""
+        return (
+            f"Log({self.n} samples at {self.rate:g} Hz, {self.duration:g} s, "
+            f"{self.unit}: {', '.join(self.names)})"
+        )
+
+    @property
+    def n(self) -> int:
+        """Number of samples on the grid, missing ones included."""
+        return int(self.data.shape[0])
+
+    @property
+    def channels(self) -> int:
+        """Number of channels."""
+        return int(self.data.shape[1])
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds, ``n / rate``: each sample stands for one period."""
+        return self.n / self.rate
+
+    @property
+    def sampled(self) -> Floats:
+        """When each sample was taken, s, shape (n,): the stamps where they are kept, or `time`."""
+        return self.time if self.stamps is None else self.stamps
+
+    @property
+    def steps(self) -> Floats | None:
+        """Seconds since the sample before, shape (n,), None where they are those of the rate."""
+        steps = np.diff(self.sampled, prepend=self.sampled[0] - 1.0 / self.rate)
+        # Stamps may be large numbers, of which the last bits are all that changes.
+        parts = (steps[a : a + _PIECE] for a in range(0, len(steps), _PIECE))
+        if max(float(np.abs(part * self.rate - 1.0).max()) for part in parts) <= _EVEN:
+            return None
+        return np.maximum(steps, 0.0, out=steps)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each channel."""
+        return units_of(self.unit, self.channels)
+
+    @property
+    def missing_count(self) -> int:
+        """Number of samples with at least one channel missing (NaN)."""
+        return int(np.isnan(self.data).any(axis=1).sum())
+
+    def with_data(self, data: npt.ArrayLike) -> Log:
+        """Return this log with other values of the same shape, such as a filter's output.
+
+        Parameters
+        ----------
+        data
+            Shape (n, k), or (n,) for one channel, in the log's unit.
+
+        Raises
+        ------
+        LogError
+            If the shape is not that of the log.
+        """
+        values = _channels(data)
+        if values.shape != self.data.shape:
+            raise LogError(f"data must have the log's shape {self.data.shape}, got {values.shape}")
+        return replace(self, data=values)
+
+
+def present_axes(log: Log) -> Log:
+    """Return the log without the channels that hold no sample; itself if none or all do."""
+    there = np.flatnonzero(np.isfinite(log.data).any(axis=0))
+    if there.size in (0, log.channels):
+        return log
+    names, units = (tuple(given[i] for i in there) for given in (log.names, log.units))
+    return replace(log, data=log.data[:, there], names=names, unit=_joined(units, len(units)))
+
+
+def present_logs(logs: Sequence[Log]) -> list[Log]:
+    """Return the logs that hold samples, without empty channels; all of them if none does."""
+    present = [present_axes(log) for log in logs if np.isfinite(log.data).any()]
+    return present or list(logs)
+
+
+def units_of(unit: str, channels: int) -> tuple[str, ...]:
+    """Return the unit of each channel of a log: what its one unit lists, or that for all."""
+    listed = tuple(unit.split(_BETWEEN))
+    return listed if len(listed) == channels else (unit,) * channels
+
+
+def _joined(units: object, channels: int) -> str:
+    """Return the one unit of all channels, or a list of them."""
+    listed = tuple(units) if isinstance(units, Iterable) else (units,)
+    if len(listed) != channels or not all(isinstance(unit, str) and unit for unit in listed):
+        raise LogError(f"unit must be a non-empty string, or one a channel, got {units!r}")
+    return listed[0] if len(set(listed)) == 1 else _BETWEEN.join(listed)
+
+
+def _channels(data: npt.ArrayLike) -> Floats:
+    values = _numbers(data, "data")
+    if values.ndim == 1:
+        values = values[:, np.newaxis]
+    if values.ndim != 2 or 0 in values.shape:
+        raise LogError(
+            "data must have shape (n,) or (n, k) with at least one sample and one channel, "
+            f"got {values.shape}"
+        )
+    return np.ascontiguousarray(values)
+
+
+def _numbers(values: npt.ArrayLike, name: str) -> Floats:
+    try:
+        return floats(values, name)
+    except (TypeError, ValueError) as error:
+        raise LogError(str(error)) from None
+
+
+def _checked_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]:
+    listed = (names,) if isinstance(names, str) else tuple(names)
+    for name in listed:
+        if not isinstance(name, str) or not name.isprintable() or name != name.strip() or not name:
+            raise LogError(f"a channel's name must be printable text, got {name!r}")
+    if len(listed) != channels:
+        raise LogError(f"names must have one entry a channel: {channels}, got {len(listed)}")
+    repeated = sorted({name for name in listed if listed.count(name) > 1})
+    if repeated:
+        raise LogError(f"names must differ, repeated: {', '.join(repeated)}")
+    return tuple(str(name) for name in listed)
+
+
+def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
+    seconds = np.ascontiguousarray(_numbers(time, "time"))
+    if seconds.shape != (n,):
+        raise LogError(f"time must have shape ({n},) as data has {n} samples, got {seconds.shape}")
+    if not np.isfinite(seconds).all():
+        raise LogError("time must be finite")
+    off = _off_grid(seconds, rate)
+    if off > _HALF:
+        raise LogError(
+            f"time must be uniform at {rate:g} Hz, but leaves that grid by {off:.3g} samples"
+        )
+    return seconds
+
+
+def _off_grid(seconds: Floats, rate: float) -> float:
+    """Return how far times are from an even grid at most, in samples; by pieces, for memory."""
+    starts = range(0, len(seconds), _PIECE)
+    return max(
+        float(np.abs(part - seconds[0] - np.arange(a, a + len(part)) / rate).max()) * rate
+        for a, part in ((a, seconds[a : a + _PIECE]) for a in starts)
+    )
+
+
+def _checked_stamps(stamps: npt.ArrayLike, n: int) -> Floats:
+    seconds = np.ascontiguousarray(_numbers(stamps, "stamps"))
+    if seconds.shape != (n,):
+        raise LogError(
+            f"stamps must have shape ({n},) as data has {n} samples, got {seconds.shape}"
+        )
+    if not np.isfinite(seconds).all() or (np.diff(seconds) < 0.0).any():
+        raise LogError("stamps must be finite, none before the one of the sample before")
+    return seconds
+
+
+@dataclass(frozen=True)
+class Header:
+    """Length, rate (Hz), names, unit and metadata of a log, as in `Log`."""
+
+    n: int
+    rate: float
+    names: tuple[str, ...]
+    unit: str
+    meta: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, log: Log) -> Header:
+        """Return what is known of a log in memory."""
+        return cls(log.n, log.rate, log.names, log.unit, log.meta)
+
+    def noting(self, sentences: Iterable[str]) -> Header:
+        """Return the header with further notes, none of them twice."""
+        notes = dict.fromkeys((*self.meta.get("notes", ()), *sentences))
+        return replace(self, meta={**self.meta, "notes": tuple(notes)}) if notes else self
+
+    @property
+    def channels(self) -> int:
+        """Number of channels."""
+        return len(self.names)
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return self.n / self.rate
+
+
+def notes_of(log: Log | Header, even: bool = False) -> tuple[str, ...]:
+    """Return the sentences on a log: its clock, unless that is regular, and what was assumed.
+
+    ``even`` says that samples are then taken as evenly spaced, which is noted of a clock that
+    wanders.
+    """
+    clock = log.meta.get("clock")
+    on_clock = [] if clock is None or clock.regular or clock.as_told else [clock.summary()]
+    if even and clock is not None and clock.wander:
+        off = max(clock.fastest / log.rate, log.rate / clock.slowest) - 1.0
+        on_clock.append(
+            f"all samples are taken as 1/{log.rate:.6g} s apart here, which is up to "
+            f"{100.0 * off:.2g} % wrong for a while"
+        )
+    return (*on_clock, *log.meta.get("notes", ()))

@@ -1,0 +1,91 @@
+"""How sensors are mounted: turned into the axes of the body, with antenna and clock beside them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.faults import ArgumentError
+from zerorate.record import Recording
+from zerorate.types import Floats
+
+_ORTHOGONAL = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Mounting:
+    """What a file says of the mounting of its sensors; None where it says nothing.
+
+    Parameters
+    ----------
+    body_from_sensor : ndarray, shape (3, 3), or None
+        Rotation from the sensor's axes to forward, right, down.
+    antenna : ndarray, shape (3,), or None
+        From the sensor to the antenna, body axes, m.
+    time_offset : float, or None
+        To be added to the times of the fixes, s, as ``NavigationFilter.process`` takes it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.record import Mounting
+    >>> Mounting(np.eye(3), antenna=np.array([0.5, 0.0, -1.2]), time_offset=None).antenna
+    array([ 0.5,  0. , -1.2])
+    """
+
+    body_from_sensor: Floats | None = None
+    antenna: Floats | None = None
+    time_offset: float | None = None
+
+
+def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recording:
+    """Return a recording with all sensors of three axes turned into those of the body.
+
+    Parameters
+    ----------
+    recording : Recording
+        Whose gyros, accelerometers and magnetometers are turned; others stay.
+    body_from_sensor : array_like, shape (3, 3)
+        Rotation: a vector in the axes of the body is its product with one in those of the sensor.
+
+    Raises
+    ------
+    ValueError
+        If it is no rotation; a mirrored axis is none.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=40.0)
+    >>> upside_down = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
+    >>> zr.record.body_axes(drive.recording(), upside_down).accel.data[0].round() + 0.0
+    array([ 0.,  0., 10.])
+    """
+    matrix = rotation(body_from_sensor)
+    turned = {
+        name: replace(log, data=log.data @ matrix.T) if _is_vector(name, log.channels) else log
+        for name, log in recording.items()
+    }
+    return replace(recording, logs=turned)
+
+
+def rotation(given: npt.ArrayLike) -> Floats:
+    """Return a rotation matrix, checked; ValueError if it is none."""
+    try:
+        matrix = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        matrix = np.empty(0)
+    if matrix.shape != (3, 3):
+        raise ArgumentError("body_from_sensor", "must be a matrix of shape (3, 3)")
+    off = np.abs(matrix @ matrix.T - np.eye(3)).max()
+    if not off < _ORTHOGONAL or np.linalg.det(matrix) < 0.0:
+        raise ArgumentError(
+            "body_from_sensor", "must be a rotation: rows of length 1 at right angles, not mirrored"
+        )
+    return matrix
+
+
+def _is_vector(name: str, channels: int) -> bool:
+    return channels == 3 and name.startswith(("gyro", "accel", "mag"))

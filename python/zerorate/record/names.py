@@ -1,0 +1,346 @@
+"""Names of columns: the units in them, and the sensors that they tell of."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Final, NamedTuple
+
+from zerorate.faults import given, said
+from zerorate.record.log import LogError
+from zerorate.record.words import Parsed, parsed_name
+
+UNKNOWN = "unit"
+
+_SPELLINGS = {
+    "rad/s": ("rad/s", "radps", "rad_s", "rads", "rad/sec", "rad s^-1", "rad*s^-1"),
+    "deg/s": ("deg/s", "dps", "degps", "deg_s", "degs", "deg/sec", "°/s", "deg s^-1"),
+    "deg/h": ("deg/h", "degph", "dph", "deg_h", "deg/hr", "°/h", "deg h^-1"),
+    "g": ("g",),
+    "m/s^2": ("m/s^2", "mps2", "m/s2", "m/s²", "m s^-2", "m*s^-2", "m/(s^2)", "m/s/s", "m/sec^2"),
+}
+_ONLY_IN_NAMES = {"deg": ("deg", "°"), "rad": ("rad",), "uT": ("ut", "µt")}
+SUFFIXES = {
+    "rad/s": "radps",
+    "deg/s": "dps",
+    "deg/h": "degph",
+    "g": "g",
+    "m/s^2": "mps2",
+    "deg": "deg",
+    "rad": "rad",
+    "uT": "ut",
+}
+
+_FOREIGN_UNITS: Final = {
+    "mdps": ("deg/s", 1e-3, "mdps mdeg/s mdegps millideg/s"),
+    "mrad/s": ("rad/s", 1e-3, "mrad/s mradps mrads mrad_s millirad/s"),
+    "urad/s": ("rad/s", 1e-6, "urad/s uradps µrad/s"),
+    "rpm": ("deg/s", 6.0, "rpm rev/min u/min"),
+    "rev/s": ("deg/s", 360.0, "rev/s rps"),
+    "deg/min": ("deg/s", 1 / 60, "deg/min degpm degpmin °/min"),
+    "rad/min": ("rad/s", 1 / 60, "rad/min"),
+    "rad/h": ("rad/s", 1 / 3600, "rad/h rad/hr"),
+    "mg": ("g", 1e-3, "mg milli-g millig"),
+    "ug": ("g", 1e-6, "ug µg"),
+    "cm/s^2": ("m/s^2", 1e-2, "cm/s^2 cm/s2 cm/s² gal"),
+    "mm/s^2": ("m/s^2", 1e-3, "mm/s^2 mm/s2 mm/s²"),
+    "ft/s^2": ("m/s^2", 0.3048, "ft/s^2 ft/s2 ft/s²"),
+}
+"""Units that are not computed with: what they become, by which factor, and their spellings."""
+
+
+class Foreign(NamedTuple):
+    """A unit that is not computed with, and what makes one of it that is."""
+
+    name: str
+    unit: str
+    factor: float
+
+
+_FOREIGN: Final = {
+    spelling: Foreign(name, unit, factor)
+    for name, (unit, factor, spellings) in _FOREIGN_UNITS.items()
+    for spelling in spellings.split()
+}
+_UNIT = {spelling: unit for unit, all_ in _SPELLINGS.items() for spelling in all_}
+_UNIT_IN_NAME = _UNIT | {s: unit for unit, all_ in _ONLY_IN_NAMES.items() for s in all_}
+_LONGEST_FIRST = sorted(_UNIT_IN_NAME, key=len, reverse=True)
+_BRACKET = re.compile(r"^(.*?)[\s_]*[\[(]\s*([^\[\]()]+?)\s*[\])]$")
+
+
+_PX4_UNITS: Final = {
+    "rad": "rad/s",
+    "rad_s": "rad/s",
+    "radps": "rad/s",
+    "deg_s": "deg/s",
+    "dps": "deg/s",
+    "m_s2": "m/s^2",
+    "mps2": "m/s^2",
+}
+"""Units between a sensor and its axis, as PX4 has them: ``gyro_rad[0]`` is in rad/s."""
+_INSIDE: Final = re.compile(
+    rf"^(.*(?:gyro|accel|accelerometer))_({'|'.join(_PX4_UNITS)})(\[\d\]|_[xyz])$", re.IGNORECASE
+)
+
+
+def canonical_unit(text: object) -> str:
+    """Return the unit in its one spelling; ValueError listing the known ones otherwise."""
+    unit = _UNIT.get(text.strip().lower()) if isinstance(text, str) else None
+    if unit is None:
+        raise ValueError(f"unknown unit {text!r}; known: {', '.join(_SPELLINGS)}")
+    return unit
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit that is known, of a sensor or of what stands beside it."""
+    return text.strip().lower() in _UNITS
+
+
+@lru_cache(maxsize=4096)
+def split_unit(name: str) -> tuple[str, str | None]:
+    """Return a column's name without its unit, and the unit (None where it carries none).
+
+    The unit stands at the end, after an underscore or blank or in brackets:
+    ``gyro_x_dps``, ``wx [rad s^-1]``.
+    """
+    bracket = _BRACKET.match(name.strip())
+    if bracket and bracket[2].lower() in _UNIT_IN_NAME:
+        return bracket[1], _UNIT_IN_NAME[bracket[2].lower()]
+    lower = name.lower()
+    for spelling in _LONGEST_FIRST:
+        if lower.endswith(("_" + spelling, " " + spelling)):
+            return name[: -len(spelling) - 1], _UNIT_IN_NAME[spelling]
+    inside = _INSIDE.match(name)
+    if inside:
+        return inside[1] + inside[3], _PX4_UNITS[inside[2].lower()]
+    return _without_foreign(name)[0], None
+
+
+def _without_foreign(name: str) -> tuple[str, Foreign | None]:
+    bracket = _BRACKET.match(name.strip())
+    if bracket and bracket[2].lower() in _FOREIGN:
+        return bracket[1], _FOREIGN[bracket[2].lower()]
+    stem, mark, last = name.rpartition("_" if "_" in name else " ")
+    found = _FOREIGN.get(last.lower()) if mark and stem else None
+    return (name, None) if found is None else (stem, found)
+
+
+def foreign_unit(names: Sequence[str]) -> Foreign | None:
+    """Return the unit in which columns are by their names, if it is one not computed with."""
+    return next((found for _, found in map(_without_foreign, names) if found is not None), None)
+
+
+def check_foreign(names: Sequence[str], unit: str | None, factor: float | None) -> None:
+    """Raise LogError if a unit is given for columns of another one that nothing multiplies."""
+    found = foreign_unit(names)
+    if found is not None and unit is not None and factor is None:
+        raise LogError(
+            said(
+                f"unit '{unit}' was given, but the columns {', '.join(names)} are in {found.name}",
+                "; ",
+                given("scale", f"{found.factor:.9g}"),
+                f" makes {found.unit} of them",
+            )
+        )
+
+
+def with_suffix(name: str, unit: str) -> str:
+    """Return the name ending in the unit's suffix, unless it carries a unit or none is known."""
+    if unit not in SUFFIXES or split_unit(name)[1] is not None:
+        return name
+    return f"{name}_{SUFFIXES[unit]}"
+
+
+def common_unit(names: list[str], given: str | None, file_unit: str | None) -> str:
+    """Return the one unit of the columns: their suffix, else the given one, else the file's.
+
+    Raises
+    ------
+    LogError
+        If the columns differ in unit, or the given unit contradicts a suffix.
+    """
+    suffixes = {name: split_unit(name)[1] for name in names}
+    for name, unit in suffixes.items():
+        if given is not None and unit is not None and unit != given:
+            raise LogError(f"unit '{given}' was given, but column '{name}' is in {unit}")
+    fallback = given or spelled(file_unit or "") or UNKNOWN
+    units = {name: unit or fallback for name, unit in suffixes.items()}
+    if len(set(units.values())) > 1:
+        listed = ", ".join(f"'{n}' {_described(u)}" for n, u in units.items())
+        raise LogError(f"the columns differ in unit ({listed}); choose columns of one unit")
+    return next(iter(units.values()))
+
+
+def spelled(unit: str) -> str:
+    """Return the unit in its one spelling where it is known, else as it stands."""
+    return _UNIT.get(unit.strip().lower(), unit.strip())
+
+
+def _described(unit: str) -> str:
+    return "of unknown unit" if unit == UNKNOWN else f"in {unit}"
+
+
+@lru_cache(maxsize=4096)
+def plain(name: str) -> str:
+    """Return the name in lower case with single underscores: ``GyroX [dps]`` -> ``gyro_x_dps``."""
+    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
+    return re.sub(r"[^a-z0-9µ°]+", "_", split.lower()).strip("_")
+
+
+_BESIDE: Final = ("°c", "c", "degc", "nt", "mt", "gauss", "m", "hz")
+_UNITS: Final = {*_UNIT_IN_NAME, *_FOREIGN, *_BESIDE}
+
+
+def looks_like_gyro(name: str) -> bool:
+    """Whether a column of this name holds an angular rate."""
+    return _kind_of_imu(*split_unit(name)) == "gyro"
+
+
+def looks_like_accelerometer(name: str) -> bool:
+    """Whether a column of this name holds an acceleration."""
+    return _kind_of_imu(*split_unit(name)) == "accel"
+
+
+def looks_like_sensor(name: str) -> bool:
+    """Whether a column of this name holds an angular rate or an acceleration."""
+    return looks_like_gyro(name) or looks_like_accelerometer(name)
+
+
+def _kind_of_imu(stem: str, unit: str | None) -> str | None:
+    """Return the kind of an inertial sensor; of an axis without one the unit tells it."""
+    kind = parsed_name(stem).kind
+    return KIND_OF_UNIT.get(unit or "") if kind == "" else kind
+
+
+_QUATERNION = re.compile(r"quat(ernion)?_?[wxyz]$")
+
+
+def is_quaternion(name: str) -> bool:
+    """Whether a column of this name holds a component of a quaternion."""
+    return _QUATERNION.search(plain(name)) is not None
+
+
+class Meaning(NamedTuple):
+    """What the name of a column says: the kind of its sensor, which one, and the unit.
+
+    Columns of one kind and one ``sensor`` are its axes. Of a gyro, an accelerometer and a
+    magnetometer ``words`` has the axis, the stage and the device.
+    """
+
+    kind: str
+    sensor: str
+    unit: str | None
+    words: Parsed | None = None
+
+
+class _Kind(NamedTuple):
+    """A kind of sensor: names that are of it and names that are not, its units, its axes."""
+
+    names: re.Pattern[str]
+    others: re.Pattern[str]
+    units: dict[str, str]
+    axes: re.Pattern[str] | None
+
+
+_NO_SAMPLE = r"bias|cov|sigma|std|status|valid|flag"
+_XYZ = re.compile(r"(^|_|(?<=[a-z]))[xyz](?=(_?\d+)?$)|roll|pitch|yaw")
+_AXIS_LAST = re.compile(r"(.*)_([^_]+)(_[xyz])$")
+_COUNTED = re.compile(r"_?\d+$")
+_WXYZ = re.compile(r"(^|_|(?<=quat)|(?<=quaternion))[wxyz0-3]$")
+_PLACE = r"lat|latitude|lon|lng|long|longitude|alt|altitude|height"
+_WAY = r"north|east|down|up"
+_ON_EARTH = re.compile(rf"(^|_|(?<=v))({_PLACE}|{_WAY}|[xyzned])(_(msl|ellipsoid))?$")
+_GAUSS = {"gauss": "gauss", "ga": "gauss", "g": "gauss"}
+_OF_MAG = {"ut": "uT", "µt": "uT", "nt": "nT", "mt": "mT", **_GAUSS}
+KIND_OF_UNIT: Final = {
+    "rad/s": "gyro",
+    "deg/s": "gyro",
+    "deg/h": "gyro",
+    "g": "accel",
+    "m/s^2": "accel",
+    "uT": "mag",
+}
+_LENGTHS = {"m": "m", "km": "km", "cm": "cm", "mm": "mm", "deg": "deg", "rad": "rad"}
+
+_KINDS: Final = {
+    "temperature": _Kind(
+        re.compile(r"(^|_)temp(erature)?s?\d*(_|$)"),
+        re.compile(_NO_SAMPLE + r"|target|setpoint|coef"),
+        {"degc": "degC", "°c": "degC", "c": "degC", "celsius": "degC", "k": "K", "degf": "degF"},
+        None,
+    ),
+    "velocity": _Kind(
+        re.compile(rf"(^|_)vel(ocity)?_({_WAY}|[xyzned])$|(^|_)v_?({_WAY}|[ned])$|^velocity$"),
+        re.compile(_NO_SAMPLE + r"|ang|wheel|delta"),
+        {"mps": "m/s", "m_s": "m/s", "m/s": "m/s", "kmph": "km/h", "km/h": "km/h"},
+        _ON_EARTH,
+    ),
+    "position": _Kind(
+        re.compile(
+            rf"(^|_)({_PLACE})(_(msl|ellipsoid))?$|(^|_)pos(ition)?_?({_WAY}|[xyzned])$|^({_WAY})$"
+        ),
+        re.compile(_NO_SAMPLE + r"|vel|acc|gyr|baro|target|setpoint"),
+        _LENGTHS,
+        _ON_EARTH,
+    ),
+    "reference": _Kind(
+        re.compile(
+            r"quat(ernion)?_?[wxyz0-3]$|(^|_)(encoder|ref|reference|truth|ground_?truth|true)(_|$)"
+        ),
+        re.compile(_NO_SAMPLE + r"|time|stamp"),
+        {},
+        _WXYZ,
+    ),
+}
+_SPREAD = re.compile(r"^(?:(position|velocity)_)?(?:sigma|std)_")
+
+
+@lru_cache(maxsize=4096)
+def meaning_of(name: str) -> Meaning | None:
+    """Return the meaning of a column's name, None for one that is of no sensor known.
+
+    The kinds are ``gyro``, ``accel``, ``mag``, ``temperature``, ``velocity``, ``position`` and
+    ``reference``, and ``velocity_sigma`` and ``position_sigma`` for standard deviations.
+    """
+    stem, unit = split_unit(name)
+    kind = _kind_of_imu(stem, unit)
+    if kind == "mag":
+        stem, unit = _split(name, _OF_MAG)
+    if kind:
+        return Meaning(kind, _without_axis(plain(stem), _XYZ), unit, parsed_name(stem))
+    spread = _SPREAD.match(plain(name))
+    if spread is not None:
+        of = f"{spread[1]}_" if spread[1] else ""
+        found = meaning_of(of + name[spread.end() :])
+        known = found is not None and found.kind in ("velocity", "position")
+        return found._replace(kind=f"{found.kind}_sigma") if known and found is not None else None
+    for kind, row in _KINDS.items():
+        stem, unit = _split(name, row.units)
+        if row.names.search(plain(stem)) and not row.others.search(plain(stem)):
+            return Meaning(kind, _without_axis(plain(stem), row.axes), unit)
+    return None
+
+
+def _split(name: str, units: dict[str, str]) -> tuple[str, str | None]:
+    """Return what `split_unit` returns, the units of one kind of sensor being known, too."""
+    bracket = _BRACKET.match(name.strip())
+    if bracket and bracket[2].lower() in units:
+        return bracket[1], units[bracket[2].lower()]
+    lower = name.lower()
+    for spelling in sorted(units, key=len, reverse=True):
+        if lower.endswith(("_" + spelling, " " + spelling)):
+            return name[: -len(spelling) - 1], units[spelling]
+    stem, unit = split_unit(name)
+    axis = _AXIS_LAST.match(name)
+    if unit is None and axis is not None and axis[2].lower() in units:
+        return axis[1] + axis[3], units[axis[2].lower()]
+    return stem, unit
+
+
+def _without_axis(stem: str, axes: re.Pattern[str] | None) -> str:
+    """Return a name without the letter of its axis, or else without its number."""
+    if axes is None:
+        return stem
+    bare = axes.sub("", stem)
+    return bare if bare != stem else _COUNTED.sub("", stem)

@@ -1,0 +1,99 @@
+"""Recordings: several logs by name, each with its own unit, rate and clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from zerorate.record.log import Log
+
+
+@dataclass(frozen=True, eq=False)
+class Recording(Mapping[str, Log]):
+    """Logs by name, each with its own unit, rate, clock and gaps.
+
+    Parameters
+    ----------
+    logs
+        ``"gyro"``, ``"accel"``, ``"mag"``, ``"temperature"``, ``"reference"``, ``"position"`` and
+        what else is known; further ones of a kind are ``"gyro_1"``, ``"gyro_2"`` and so on.
+    source
+        Where they come from.
+    notes
+        Sentences on what was assumed of the whole; those on one log are in ``meta["notes"]`` of
+        that.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import zerorate as zr
+    >>> table = {"time_s": np.arange(4) / 100, "temp_degc": np.full(4, 21.0)}
+    >>> recording = zr.read_recording({**table, "gyro_dps": np.zeros((4, 3))})
+    >>> recording.names, recording.gyro.unit, recording["temperature"].unit, recording.mag
+    (('temperature', 'gyro'), 'deg/s', 'degC', None)
+    """
+
+    logs: Mapping[str, Log]
+    source: str = "the recording"
+    notes: tuple[str, ...] = field(default=(), kw_only=True)
+
+    def __getitem__(self, name: str) -> Log:
+        """Return a log by its name; KeyError that lists the names if there is none."""
+        try:
+            return self.logs[name]
+        except KeyError:
+            listed = ", ".join(self.logs)
+            raise KeyError(f"there is no '{name}'; the recording has: {listed}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        """Return an iterator over the names."""
+        return iter(self.logs)
+
+    def __len__(self) -> int:
+        """Return the number of logs."""
+        return len(self.logs)
+
+    def __repr__(self) -> str:
+        """Return the source and, of each log, channels, rate and unit."""
+        listed = (f"{n}: {x.channels} at {x.rate:g} Hz, {x.unit}" for n, x in self.items())
+        return f"Recording({self.source}; {'; '.join(listed)})"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all logs."""
+        return tuple(self.logs)
+
+    @property
+    def gyro(self) -> Log | None:
+        """Angular rate of the first gyro."""
+        return self.logs.get("gyro")
+
+    @property
+    def accel(self) -> Log | None:
+        """Specific force of the first accelerometer."""
+        return self.logs.get("accel")
+
+    @property
+    def mag(self) -> Log | None:
+        """Field of the first magnetometer."""
+        return self.logs.get("mag")
+
+    @property
+    def temperature(self) -> Log | None:
+        """The first temperature."""
+        return self.logs.get("temperature")
+
+    @property
+    def reference(self) -> Log | None:
+        """The first angle, rate or orientation that something else measured."""
+        return self.logs.get("reference")
+
+    @property
+    def position(self) -> Log | None:
+        """Position, of a GNSS receiver for instance; its channels may differ in unit."""
+        return self.logs.get("position")
+
+    def of_kind(self, kind: str) -> tuple[Log, ...]:
+        """Return all logs of a kind, ``"gyro"`` for instance, in the order of the source."""
+        names = (name for name in self if name.rpartition("_")[2].isdigit() or name == kind)
+        return tuple(self[n] for n in names if n == kind or n.rpartition("_")[0] == kind)

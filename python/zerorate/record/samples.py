@@ -1,0 +1,172 @@
+"""Samples of gyro, accelerometer and magnetometer on the clock of the gyro, in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from zerorate.faults import given, said
+from zerorate.record import Log, LogError, Recording
+from zerorate.record.log import notes_of
+from zerorate.types import Floats
+from zerorate.units import UNITS, convert
+
+_ON_TIME = 0.01
+"""Part of a period by which a sample may come after one of the gyro and still be of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Samples of the sensors of one body at each sample of its gyro.
+
+    Attributes
+    ----------
+    gyro, accel : ndarray, shape (n, 3)
+        rad/s and m/s^2, NaN where missing.
+    mag : ndarray, shape (n, 3), or None
+        In its own unit, NaN where missing.
+    log : Log
+        The gyro, whose clock counts.
+    dt : ndarray, shape (n,), or None
+        Seconds since the sample before, None where the clock is even.
+    notes : tuple of str
+        Sentences on clocks and on what was left out.
+    """
+
+    gyro: Floats
+    accel: Floats
+    mag: Floats | None
+    log: Log
+    dt: Floats | None
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls,
+        recording: Recording,
+        gyro: str = "gyro",
+        accel: str | None = None,
+        mag: bool = True,
+        what: str = "an attitude",
+    ) -> Samples:
+        """Return the samples of a recording.
+
+        Nothing is interpolated and nothing seen before its time: a sample on another clock stands
+        at the first one of the gyro that is not before it, and of several there the last counts.
+
+        Parameters
+        ----------
+        recording : Recording
+            Logs of three axes each.
+        gyro, accel : str
+            Names of the sensors; the accelerometer is by default that of the gyro, or the only one.
+        mag : bool
+            Whether to take a magnetometer, if there is one.
+        what : str
+            What needs the sensors, for messages.
+
+        Raises
+        ------
+        LogError
+            If gyro or accelerometer are not there, not of three axes, without a sample, or not of
+            a known unit.
+        """
+        rates = _sensor(recording, gyro, "rate", "rad/s", what)
+        forces = _sensor(
+            recording, accel or _partner(recording, gyro, "accel"), "acceleration", "m/s^2", what
+        )
+        field = _magnetometer(recording, gyro) if mag else None
+        logs = [forces] if field is None else [forces, field]
+        placed = [_placed(log, rates) for log in logs]
+        notes = [*recording.notes, *(note for log in (rates, *logs) for note in notes_of(log))]
+        for log, (_, lost) in zip(logs, placed, strict=True):
+            notes.extend(_on_clock(log, rates, lost))
+        return cls(
+            rates.data,
+            placed[0][0],
+            None if field is None else placed[1][0],
+            rates,
+            rates.steps,
+            tuple(dict.fromkeys(notes)),
+        )
+
+    @property
+    def time(self) -> Floats:
+        """When each sample was taken, s, shape (n,)."""
+        return self.log.sampled
+
+    def aligned(self, log: Log) -> Floats:
+        """Return a further log on the clock of the gyro, in its own unit."""
+        return _placed(log, self.log)[0]
+
+
+def _sensor(recording: Recording, name: str, kind: str, unit: str, what: str) -> Log:
+    """Return a log of three axes in SI."""
+    called = "a gyro" if kind == "rate" else "an accelerometer"
+    if name not in recording:
+        listed = ", ".join(recording) or "nothing"
+        raise LogError(f"{what} needs {called}; there is no {name}, the recording has: {listed}")
+    log = recording[name]
+    _check_axes(log, called, what)
+    if log.unit not in UNITS or UNITS[log.unit].kind != kind:
+        raise LogError(
+            said(
+                f"{', '.join(log.names)}: {what} needs {called} of a known unit, got "
+                f"'{log.unit}'; give ",
+                given("unit"),
+            )
+        )
+    data = convert(log.data, log.unit, unit)
+    return replace(log, data=data, unit=unit)
+
+
+def _partner(recording: Recording, gyro: str, kind: str) -> str:
+    """Return the name of the sensor that has the number of the gyro, or of the first."""
+    own = gyro.replace("gyro", kind, 1)
+    return own if own in recording else kind
+
+
+def _check_axes(log: Log, called: str, what: str = "an attitude") -> None:
+    if log.channels != 3:
+        raise LogError(
+            f"{', '.join(log.names)}: {what} needs {called} of three axes, got {log.channels}"
+        )
+    if not np.isfinite(log.data).all(axis=1).any():
+        raise LogError(f"{', '.join(log.names)}: no sample has all three axes")
+
+
+def _magnetometer(recording: Recording, gyro: str) -> Log | None:
+    """Return the magnetometer of the gyro's device, or the first; None if there is none."""
+    log = recording.get(_partner(recording, gyro, "mag"))
+    if log is not None:
+        _check_axes(log, "a magnetometer")
+    return log
+
+
+def _same_clock(one: Log, other: Log) -> bool:
+    return one.n == other.n and bool(np.array_equal(one.sampled, other.sampled))
+
+
+def _placed(log: Log, clock: Log) -> tuple[Floats, int]:
+    """Return a log's samples at those of a clock, and how many found no place."""
+    if _same_clock(log, clock):
+        return log.data, 0
+    places = np.searchsorted(clock.sampled, log.sampled - _ON_TIME / clock.rate)
+    late = log.sampled - clock.sampled[0] < -1.0 / clock.rate
+    there = (places < clock.n) & ~late & np.isfinite(log.data).all(axis=1)
+    values = np.full((clock.n, log.channels), np.nan)
+    # Of several at one place the last one is left there.
+    values[places[there]] = log.data[there]
+    return values, int(there.sum() - np.unique(places[there]).size)
+
+
+def _on_clock(log: Log, clock: Log, lost: int) -> Iterator[str]:
+    if _same_clock(log, clock):
+        return
+    yield (
+        f"{', '.join(log.names)}: {log.rate:.4g} Hz on a clock of their own, each sample taken at "
+        f"the next one of the gyro ({clock.rate:.4g} Hz)"
+        + (f"; {lost} that a later one came with left out" if lost else "")
+    )

@@ -1,0 +1,139 @@
+"""Spans: the part of a log from one time to another, counted from its first sample."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from numbers import Real
+
+import numpy as np
+
+from zerorate.faults import given, said
+from zerorate.record.log import Log, LogError
+
+_NEARLY = 1e-6
+"""Samples by which a time may miss the one that it names."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """Seconds from the first sample: from `start`, to before `stop`; None for the log's own ends.
+
+    Raises
+    ------
+    ValueError
+        If one of them is no number from 0 on, or they are not in order.
+    """
+
+    start: float | None = None
+    stop: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for name, value in (("start", self.start), ("stop", self.stop)):
+            number = value if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+            if value is not None and not 0.0 <= float(number) < math.inf:
+                raise ValueError(
+                    said(given(name), f" is seconds from the first sample, got {value!r}")
+                )
+        if self.stop is not None and self.stop <= (self.start or 0.0):
+            raise ValueError(
+                said(
+                    given("stop"),
+                    f" at {self.stop:g} s is not after ",
+                    given("start"),
+                    f" at {self.start or 0:g} s",
+                )
+            )
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is all of a log."""
+        return self.start is None and self.stop is None
+
+    def places(self, samples: int, rate: float, late: float = 0.0) -> range:
+        """Return which of the samples of a log lie in it.
+
+        Parameters
+        ----------
+        samples, rate
+            Of the log.
+        late
+            Time of the log's first sample, s from which the span is counted.
+        """
+        low = 0 if self.start is None else _at_or_after((self.start - late) * rate)
+        high = samples if self.stop is None else _at_or_after((self.stop - late) * rate)
+        return range(min(max(low, 0), samples), min(max(high, 0), samples))
+
+    def check(self, duration: float, rate: float) -> None:
+        """Raise LogError if it reaches beyond a log so many seconds long."""
+        for name, value in (("start", self.start), ("stop", self.stop)):
+            # The last sample stands for a period, which a rounded length may leave out.
+            beyond = value is not None and value > duration + (1 / rate if name == "stop" else 0)
+            if beyond or (name == "start" and value == duration):
+                raise LogError(
+                    said(given(name), f" is at {value:g} s, but the log is {duration:.6g} s long"),
+                    name,
+                )
+
+    def note(self, duration: float) -> str:
+        """Return a sentence on what was read of a log so many seconds long."""
+        stop = duration if self.stop is None else self.stop
+        return (
+            f"read from {self.start or 0:g} s to {stop:.6g} s of {duration:.6g} s, on the clock of "
+            "the whole log"
+        )
+
+    def of(self, logs: Sequence[Log]) -> list[Log | None]:
+        """Return the parts of logs on one clock, counted from the earliest sample of them all.
+
+        None stands for a log that has no sample there.
+        """
+        if self.whole:
+            return list(logs)
+        first = min(float(log.time[0]) for log in logs)
+        duration = max(float(log.time[0]) - first + log.duration for log in logs)
+        self.check(duration, max(log.rate for log in logs))
+        return [self._of_one(log, float(log.time[0]) - first, duration) for log in logs]
+
+    def _of_one(self, log: Log, late: float, duration: float) -> Log | None:
+        inside = self.places(log.n, log.rate, late)
+        if not inside:
+            return None
+        part = slice(inside.start, inside.stop)
+        data = log.data[part]
+        notes = (*log.meta.get("notes", ()), self.note(duration), *_on_emptied(log, part))
+        return replace(
+            log,
+            time=log.time[part],
+            data=data,
+            meta={**log.meta, "notes": tuple(notes)},
+            stamps=None if log.stamps is None else log.stamps[part],
+        )
+
+    def missed(self) -> LogError:
+        """Return the error of a log without a sample in it."""
+        last = math.inf if self.stop is None else self.stop
+        return LogError(
+            said(
+                "there is no sample between ",
+                given("start"),
+                f" at {self.start or 0.0:g} s and ",
+                given("stop"),
+                f" at {last:g} s",
+            ),
+            "start",
+        )
+
+
+def _on_emptied(log: Log, part: slice) -> list[str]:
+    return [
+        f"column '{name}' is all missing there"
+        for name, column in zip(log.names, log.data.T, strict=True)
+        if np.isnan(column[part]).all() and not np.isnan(column).all()
+    ]
+
+
+def _at_or_after(samples: float) -> int:
+    return math.ceil(samples - _NEARLY)

@@ -1,0 +1,395 @@
+"""The log of an array through `zerorate.GyroArray`: one gyro of many, and how each of them did."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import GyroArray, allan_deviations
+from zerorate.array.accelerometers import FusedAccelerometers, fuse_accelerometers
+from zerorate.array.logs import ArrayLog
+from zerorate.options import with_limits
+from zerorate.progress import Progress, reported
+from zerorate.record.log import Log, LogError
+from zerorate.record.names import with_suffix
+from zerorate.tasks.replay.measures import onset
+from zerorate.types import Booleans, Floats, Integers
+from zerorate.units import UNITS
+from zerorate.views import Result
+
+Weights: TypeAlias = Literal["auto", "mean", "white"]
+Columns: TypeAlias = dict[str, Floats | Booleans]
+
+_ROWS: Final = 1 << 14
+_SECOND: Final = 1.0
+
+OUT: Final = ("used", "missing", "saturated", "excluded", "left out")
+"""What became of the samples of a sensor, by their numbers in `ArrayReplay.fate`.
+
+Those left out are far from all others, of a sensor that is stuck, or of one that does not know its
+bias yet while others do.
+"""
+_USED, _MISSING, _SATURATED, _EXCLUDED, _LEFT_OUT = range(len(OUT))
+
+
+@dataclass(frozen=True, eq=False)
+class ArrayAllan:
+    """Overlapping Allan deviations at rest, the bias taken off all alike, in the unit of the log.
+
+    Parameters
+    ----------
+    taus : ndarray, shape (m,)
+        Averaging times, s: octaves, and one second or what is closest to it.
+    sensors : ndarray, shape (N, axes, m)
+        Of each sensor in the axes of the body; NaN where no two clusters in a row are whole.
+    mean : ndarray, shape (axes, m)
+        Of the plain mean of all sensors.
+    fused : ndarray, shape (axes, m)
+        Of the array's rate.
+    second : int
+        Where one second stands among the averaging times.
+    """
+
+    taus: Floats
+    sensors: Floats
+    mean: Floats
+    fused: Floats
+    second: int
+
+    def gains(self) -> tuple[Floats, Floats]:
+        """Return the gain over the plain mean and over one sensor, (axes + 1, m), last of all axes.
+
+        Squares are averaged over the sensors that have one, and over the axes.
+        """
+        squares = [np.concatenate((s, s.mean(axis=0, keepdims=True))) for s in self._squares()]
+        one, mean, fused = squares
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.sqrt(mean / fused), np.sqrt(one / fused)
+
+    def _squares(self) -> tuple[Floats, Floats, Floats]:
+        return _mean(self.sensors**2, axis=0), self.mean**2, self.fused**2
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ArrayReplay(Result):
+    """The log of an array after its replay; N sensors, n samples.
+
+    Parameters
+    ----------
+    log : ArrayLog
+        What was read.
+    rotations : ndarray, shape (N, 3, 3), or None
+        From each sensor's axes to those of the body; None where all are taken as aligned.
+    params : mapping
+        Further arguments that make the array anew.
+    rate : ndarray, shape (n, 3) or (n,)
+        The rate of the body, its bias taken off; NaN where no sensor is left.
+    weights : ndarray, shape (n, N)
+        Share of each sensor in the rate, the mean over the axes; 0 where it was not used.
+    fate : ndarray of int8, shape (n, N)
+        What became of each sample, see `OUT`.
+    disputed : ndarray of bool, shape (n,)
+        Where sensors disagreed and nobody knew which was wrong.
+    at_rest : ndarray of bool, shape (n, axes)
+        Where the body rested.
+    bias : ndarray, shape (N, 3) or (N,)
+        Of each sensor in its own axes, at the end.
+    health : tuple of str
+        Of each sensor at the end.
+    allan : ArrayAllan or None
+        Allan deviations; None where the body never rested.
+    speed : float
+        Samples of all sensors a second of computing on one core, with all that is noted.
+    accel : FusedAccelerometers or None
+        The accelerometers as one; None where the log has none.
+    accel_allan : ArrayAllan or None
+        Allan deviations of the accelerometers at rest, in their unit.
+    """
+
+    log: ArrayLog
+    rotations: Floats | None
+    params: Mapping[str, Any]
+    rate: Floats
+    weights: Floats
+    fate: npt.NDArray[np.int8]
+    disputed: Booleans
+    at_rest: Booleans
+    bias: Floats
+    health: tuple[str, ...]
+    allan: ArrayAllan | None
+    speed: float
+    accel: FusedAccelerometers | None = None
+    accel_allan: ArrayAllan | None = None
+
+    @property
+    def shares(self) -> Floats:
+        """Share of the samples of each sensor that came to each of `OUT`, shape (N, 5)."""
+        return np.stack([(self.fate == kind).mean(axis=0) for kind in range(len(OUT))], axis=1)
+
+    @property
+    def rests(self) -> Booleans:
+        """Where the body rested about all axes for certain, shape (n,)."""
+        return _certain(self.at_rest, self.log.rate)
+
+    @property
+    def mean_weights(self) -> Floats:
+        """Mean of the weights at rest, shape (N,); of all samples where there is no rest."""
+        rests = self.rests
+        means: Floats = self.weights[rests if rests.any() else slice(None)].mean(axis=0)
+        return means
+
+    @property
+    def filtered_log(self) -> Log:
+        """The rate of the body as the log of one gyro."""
+        return self.log.fused(self.rate)
+
+    @property
+    def beside(self) -> Columns:
+        """Columns next to it: acceleration, rest, dispute; of each sensor weight and exclusion."""
+        columns: Columns = {}
+        if self.accel is not None:
+            for i, axis in enumerate("xyz"):
+                columns[with_suffix(f"accel_{axis}", self.accel.unit)] = self.accel.accel[:, i]
+        for i, axis in enumerate(self.log.axes):
+            columns[f"at_rest_{axis}" if axis else "at_rest"] = self.at_rest[:, i]
+        columns["disputed"] = self.disputed
+        for k, label in enumerate(self.log.labels):
+            columns[f"weight_{label}"] = self.weights[:, k]
+            columns[f"excluded_{label}"] = self.fate[:, k] == _EXCLUDED
+        return columns
+
+    def excluded_spans(self, sensor: int) -> list[tuple[float, float]]:
+        """Return when a sensor was excluded, from and to in s from the first sample."""
+        edges = np.diff(np.pad((self.fate[:, sensor] == _EXCLUDED).astype(np.int8), 1))
+        starts, ends = (np.flatnonzero(edges == way) / self.log.rate for way in (1, -1))
+        return list(zip(starts.tolist(), ends.tolist(), strict=True))
+
+
+def replay_array(
+    log: ArrayLog,
+    *,
+    rotations: npt.ArrayLike | None = None,
+    positions: npt.ArrayLike | None = None,
+    weights: Weights | npt.ArrayLike = "auto",
+    progress: Progress | None = None,
+    **options: Any,  # noqa: ANN401
+) -> ArrayReplay:
+    """Make one gyro of the sensors of a log, sample by sample as live, and note how each did.
+
+    Parameters
+    ----------
+    log : ArrayLog
+        As of `zerorate.array.logs.array_log`.
+    rotations : array_like, shape (N, 3, 3), optional
+        From each sensor's axes to those of the body, such as those of
+        `zerorate.array.rotations.find_rotations`; by default all are aligned.
+    positions : array_like, shape (N, 3), optional
+        Of the sensors in the axes of the body, m, for the accelerometers of the log, if it has any.
+    weights : {"auto", "mean", "white"} or array_like
+        As of `zerorate.GyroArray`.
+    progress : callable, optional
+        Called with a step's name and the fraction of it that is done.
+        By default a bar in a notebook.
+    **options
+        Other arguments of `zerorate.GyroArray`: ``limit``, ``rest_limit``, ``bias_limit``,
+        ``scale_error``, ``method``. Where the unit is known, the limits of what rest can be are
+        those of `zerorate.options.LIMITS` unless they are given.
+
+    Returns
+    -------
+    ArrayReplay
+        Rate, weights, what became of the samples, Allan deviations.
+
+    Raises
+    ------
+    LogError
+        If no sensor holds a sample.
+    ValueError
+        If an argument is not valid.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> z = [0.5, -0.2, 0.1, 0.0] + 0.1 * rng.standard_normal((6000, 4))
+    >>> log = ArrayLog(np.arange(6000) / 100.0, 100.0, z, tuple("abcd"), "deg/s", ("z",))
+    >>> result = replay_array(log)
+    >>> result.filtered_log
+    Log(6000 samples at 100 Hz, 60 s, deg/s: gyro_z)
+    >>> over_mean, over_one = result.allan.gains()
+    >>> print(over_one[-1, result.allan.second].round(1))
+    2.0
+    """
+    if not np.isfinite(log.data).any():
+        raise LogError("no sensor holds a sample: all are missing")
+    report = reported(progress)
+    known = with_limits(options, ["auto"], log.unit)
+    given = None if rotations is None else np.asarray(rotations, dtype=np.float64)
+    array = GyroArray(
+        log.rate,
+        log.sensors,
+        axes=len(log.axes),
+        rotations=given,
+        weights=weights,
+        labels=list(log.labels),
+        **known,
+    )
+    seen = _Seen(log, given, known.get("limit"))
+    for first in range(0, log.n, _ROWS):
+        seen.take(array, first)
+        report("filtering", min(first + _ROWS, log.n) / log.n)
+    allan = seen.allan()
+    accel = _accelerometers(log, seen.rate, given, positions)
+    measured = None if accel is None else _accel_allan(log, accel, given, seen.at_rest)
+    report("measuring", 1.0)
+    return ArrayReplay(
+        log=log,
+        rotations=given,
+        params={"weights": weights, **known},
+        rate=seen.rate if log.data.ndim == 3 else seen.rate[:, 0],
+        weights=seen.weights,
+        fate=seen.fate,
+        disputed=seen.disputed,
+        at_rest=seen.at_rest,
+        bias=np.asarray(array.bias),
+        health=tuple(array.health),
+        allan=allan,
+        speed=log.data.size / seen.seconds if seen.seconds > 0.0 else np.nan,
+        accel=accel,
+        accel_allan=measured,
+    )
+
+
+def _accelerometers(
+    log: ArrayLog, rate: Floats, rotations: Floats | None, positions: npt.ArrayLike | None
+) -> FusedAccelerometers | None:
+    """Return the accelerometers of the log as one."""
+    if log.accel is None or len(log.axes) != 3:
+        return None
+    known = log.unit in UNITS and UNITS[log.unit].kind == "rate"
+    if positions is not None and not known:
+        raise ValueError(f"positions need rates of a known unit, got '{log.unit}'")
+    return fuse_accelerometers(
+        log.accel, rate, log.rate, rotations=rotations, positions=positions,
+        gyro_unit=log.unit if known else "rad/s", accel_unit=log.accel_unit,
+    )  # fmt: skip
+
+
+def _accel_allan(
+    log: ArrayLog, fused: FusedAccelerometers, rotations: Floats | None, at_rest: Booleans
+) -> ArrayAllan | None:
+    assert log.accel is not None
+    accel = log.accel if rotations is None else np.einsum("kij,nkj->nki", rotations, log.accel)
+    return _allan(accel, fused.accel, at_rest, log.rate)
+
+
+class _Seen:
+    """What is noted of an array, block by block."""
+
+    def __init__(self, log: ArrayLog, rotations: Floats | None, limit: float | None) -> None:
+        n, sensors, axes = log.n, log.sensors, len(log.axes)
+        self._log, self._rotations, self._limit = log, rotations, limit
+        self._residuals = np.empty((n, sensors, axes))
+        self.rate = np.empty((n, axes))
+        self.weights = np.empty((n, sensors))
+        self.fate = np.empty((n, sensors), np.int8)
+        self.disputed = np.empty(n, np.bool_)
+        self.at_rest = np.empty((n, axes), np.bool_)
+        self.seconds = 0.0
+        self._excluded = np.zeros(sensors, np.bool_)
+
+    def take(self, array: GyroArray, first: int) -> None:
+        """Give the array one block, and note what it says."""
+        here = np.s_[first : first + _ROWS]
+        z = np.ascontiguousarray(self._log.data[here])
+        begin = time.thread_time()
+        found = array.trace(z)
+        self.seconds += time.thread_time() - begin
+        with_axes = {key: _with_axes(found[key], z.ndim) for key in ("weights", "used", "bias")}
+        samples = _with_axes(z, z.ndim)
+        self.rate[here] = found["rate"].reshape(len(z), -1)
+        self.at_rest[here] = found["at_rest"].reshape(len(z), -1)
+        self.weights[here] = with_axes["weights"].mean(axis=2)
+        self.disputed[here] = found["disputed"]
+        used: Booleans = np.all(with_axes["used"], axis=2)
+        # What is found at the end of a sample holds from the next one on.
+        excluded = np.concatenate((self._excluded[np.newaxis], found["excluded"]))
+        self._excluded = excluded[-1]
+        self.fate[here] = _fate(samples, used, excluded[:-1], self._limit)
+        self._residuals[here] = self._turned(samples - with_axes["bias"])
+
+    def _turned(self, rates: Floats) -> Floats:
+        """Return rates in the axes of the body."""
+        if self._rotations is None:
+            return rates
+        turned: Floats = np.einsum("kij,nkj->nki", self._rotations, rates)
+        return turned
+
+    def allan(self) -> ArrayAllan | None:
+        """Return the Allan deviations at rest; None without rest."""
+        return _allan(self._residuals, self.rate, self.at_rest, self._log.rate)
+
+
+def _allan(sensors: Floats, fused: Floats, at_rest: Booleans, rate: float) -> ArrayAllan | None:
+    """Return the Allan deviations at rest of sensors (n, N, axes) and of the one (n, axes)."""
+    rest = _certain(at_rest, rate)
+    if not rest.any():
+        return None
+    n, count, axes = sensors.shape
+    # At rest no sensor that works is at the end of its range.
+    each = np.where(rest[:, np.newaxis, np.newaxis], sensors, np.nan)
+    one = np.where(rest[:, np.newaxis], fused, np.nan)
+    every = np.concatenate((each.reshape(n, -1), _mean(each, axis=1), one), axis=1)
+    factors, second = _factors(n, rate)
+    deviations, _, _ = allan_deviations(every, factors.tolist())
+    curves = np.split(deviations.T, (count * axes, (count + 1) * axes))
+    return ArrayAllan(
+        factors / rate, curves[0].reshape(count, axes, -1), curves[1], curves[2], second
+    )
+
+
+def _with_axes(values: npt.NDArray[Any], ndim: int) -> npt.NDArray[Any]:
+    """Return values (n, N, axes), of one axis too."""
+    return values if ndim == 3 else values[:, :, np.newaxis]
+
+
+def _fate(
+    z: Floats, used: Booleans, excluded: Booleans, limit: float | None
+) -> npt.NDArray[np.int8]:
+    """Return what became of the samples z (n, N, axes) of each sensor."""
+    fate = np.where(used, _USED, _LEFT_OUT).astype(np.int8)
+    fate[excluded] = _EXCLUDED
+    if limit is not None:
+        fate[(np.abs(z) >= limit).any(axis=2)] = _SATURATED
+    fate[~np.isfinite(z).all(axis=2)] = _MISSING
+    return fate
+
+
+def _certain(rest: Booleans, rate: float) -> Booleans:
+    """Return where all axes (n, axes) rest, but for samples in which a motion may have begun."""
+    certain: Booleans = np.all(rest, axis=1)
+    before = onset(rate)
+    for i in np.flatnonzero(certain[:-1] & ~certain[1:]) + 1:
+        certain[max(0, i - before) : i] = False
+    return certain
+
+
+def _mean(values: Floats, axis: int) -> Floats:
+    """Return the mean of the values that are there; NaN of none."""
+    there = np.isfinite(values)
+    count = there.sum(axis=axis)
+    total = np.where(there, values, 0.0).sum(axis=axis)
+    means: Floats = np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
+    return means
+
+
+def _factors(n: int, rate: float) -> tuple[Integers, int]:
+    """Return the lengths of clusters in samples, and where among them one second stands."""
+    octaves = [1 << i for i in range(max(1, (n // 4).bit_length()))]
+    second = min(max(round(_SECOND * rate), 1), max(n // 4, 1))
+    factors = np.unique([*octaves, second])
+    return factors, int(np.flatnonzero(factors == second)[0])

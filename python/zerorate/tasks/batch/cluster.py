@@ -1,0 +1,139 @@
+"""Workers of a Dask cluster: one of this machine, or one that runs elsewhere."""
+
+import logging
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from typing import Any, Final, TypeVar
+
+from zerorate.faults import ArgumentError
+from zerorate.tasks.batch.engines import Died, Finished
+from zerorate.tasks.interrupts import for_the_parent_alone
+from zerorate.tasks.workers import single_threaded
+from zerorate.texts import extra_needed
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+_PATIENCE: Final = 30.0
+
+
+class Cluster:
+    """The workers behind a client."""
+
+    def __init__(self, client: Any) -> None:  # noqa: ANN401  # its package is optional
+        self._client = client
+
+    def run(
+        self, work: Callable[[T], R], tasks: Sequence[T], at_once: int | None = None
+    ) -> Generator[Finished[T, R] | Died[T]]:
+        """Yield each task's end as it comes; leaving early cancels what is not begun."""
+        step = at_once or max(1, len(tasks))
+        for first in range(0, len(tasks), step):
+            yield from self._together(work, tasks[first : first + step])
+
+    def _together(
+        self, work: Callable[[T], R], tasks: Sequence[T]
+    ) -> Generator[Finished[T, R] | Died[T]]:
+        # Not pure: a second try must not find the first one's failure under the same key.
+        futures = self._client.map(work, tasks, pure=False)
+        held = dict(zip(futures, tasks, strict=True))
+        del futures
+        ends = _distributed().as_completed(list(held))
+        try:
+            for future in ends:
+                yield _end(future, held.pop(future))
+                # An answer that stays in a worker's memory is computed again if that one dies.
+                future.release()
+        finally:
+            if held:
+                self._client.cancel(list(held))
+
+
+def _end(future: Any, task: T) -> Finished[T, Any] | Died[T]:  # noqa: ANN401
+    error = future.exception()
+    if error is None:
+        return Finished(task, future.result())
+    from distributed import KilledWorker
+
+    if isinstance(error, KilledWorker):
+        return Died(task, "it ended every worker process that tried it")
+    return Died(task, f"its worker failed: {type(error).__name__}: {error}")
+
+
+@contextmanager
+def local_cluster(count: int) -> Iterator[Cluster]:
+    """Yield a cluster of this many processes on this machine.
+
+    Raises
+    ------
+    ImportError
+        Without the package distributed, of the extra ``cluster``.
+    """
+    if count < 1:
+        raise ArgumentError("local_cluster", f"must be at least 1 worker, got {count}")
+    distributed = _distributed()
+    from dask import config as dask_config
+
+    # A second try next to others would show nothing: suspects are run alone later.
+    with single_threaded(), dask_config.set({"distributed.scheduler.allowed-failures": 0}):
+        with for_the_parent_alone():
+            cluster = distributed.LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                host="127.0.0.1",
+                dashboard_address="127.0.0.1:0",
+                silence_logs=logging.CRITICAL,
+            )
+        with cluster, distributed.Client(cluster) as client:
+            yield Cluster(client)
+
+
+@contextmanager
+def scheduler_at(address: str) -> Iterator[Cluster]:
+    """Yield the cluster of a scheduler that runs already.
+
+    Raises
+    ------
+    ConnectionError
+        If it cannot be reached, has no worker within half a minute, or is lost meanwhile.
+    ImportError
+        Without the package distributed, of the extra ``cluster``.
+    """
+    distributed = _distributed()
+    try:
+        client = distributed.Client(address, timeout=_PATIENCE)
+    except (OSError, ValueError, TimeoutError):
+        raise ConnectionError(f"no scheduler answers at '{address}'") from None
+    with _told_in_words(), client:
+        try:
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except TimeoutError:
+            raise ConnectionError(f"the scheduler at '{address}' has no workers") from None
+        try:
+            yield Cluster(client)
+        except (CancelledError, OSError):
+            # A log's own faults are outcomes: what is raised here is the connection's end.
+            raise ConnectionError(
+                f"the scheduler at '{address}' is gone: a later run goes on from here"
+            ) from None
+
+
+@contextmanager
+def _told_in_words() -> Iterator[None]:
+    """Keep a client's log, which shows a lost connection by tracebacks, to itself."""
+    log = logging.getLogger("distributed.client")
+    before = log.level
+    log.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
+
+
+def _distributed() -> Any:  # noqa: ANN401
+    try:
+        import distributed
+    except ImportError:
+        raise ImportError(extra_needed("distributed", "cluster")) from None
+    return distributed

@@ -1,0 +1,95 @@
+"""What a batch can do with each log: the contract of a command."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from zerorate.record.names import canonical_unit
+from zerorate.units import kind
+
+if TYPE_CHECKING:
+    from zerorate.tasks.batch.task import Settings
+
+Row = Mapping[str, str | float | int | bool | None]
+"""Measures of one axis by the names of the columns; None where a number means nothing."""
+
+
+class Made(NamedTuple):
+    """What a log has become: one row an axis, and sentences on it."""
+
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A column in which logs are compared with each other.
+
+    Parameters
+    ----------
+    column : str
+        Its name.
+    unit : str
+        Its unit, with ``{}`` for that of the log.
+    sigma : str, optional
+        The column of its standard error.
+    signed : bool
+        Whether it lies on both sides of zero: logs are compared by differences, not by ratios.
+    both : bool
+        Whether what is smaller than in the other logs stands out too.
+    """
+
+    column: str
+    unit: str
+    sigma: str | None = None
+    signed: bool = False
+    both: bool = False
+
+
+@dataclass(frozen=True)
+class Command:
+    """What becomes of each log of a batch, and what is said of it.
+
+    Parameters
+    ----------
+    name : str
+        As users write it.
+    mark : str
+        What the names of its files add to the name of the log.
+    ending : callable
+        Gives the rest of the output's name, by the format that was asked for.
+    work : callable
+        Reads a log by the settings, writes the output, and returns rows and notes.
+    columns : mapping of str to type
+        Those of the rows next to axis and unit: int, float, bool or str.
+    compared : tuple of Quantity
+        In what a log may stand out.
+    """
+
+    name: str
+    mark: str
+    ending: Callable[[str], str]
+    work: Callable[["Settings", Path, Path], Made]
+    columns: Mapping[str, type]
+    compared: tuple[Quantity, ...]
+
+    def paths(self, log: Path, format: str) -> tuple[Path, Path]:
+        """Return the output and its record for a log of this name, in the same folder."""
+        base = f"{log.stem}{self.mark}"
+        return log.with_name(f"{base}{self.ending(format)}"), log.with_name(f"{base}.json")
+
+
+def recording_arguments(reading: Mapping[str, Any]) -> dict[str, Any]:
+    """Return arguments of `zerorate.read_recording`, for which a unit belongs to a sensor."""
+    found = dict(reading)
+    if found["unit"] is not None:
+        listed = map(canonical_unit, found["unit"].split(","))
+        found["unit"] = {"accel" if kind(one) == "acceleration" else "gyro": one for one in listed}
+    return found
+
+
+def number(value: float) -> float | None:
+    """Return a measure as a record keeps it: JSON knows neither NaN nor infinity."""
+    return float(value) if math.isfinite(value) else None

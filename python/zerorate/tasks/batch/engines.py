@@ -1,0 +1,171 @@
+"""Engines that run tasks on workers which may die: the contract, and processes of this machine."""
+
+import os
+import signal
+import sys
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from multiprocessing import get_context
+from multiprocessing.connection import Connection, wait
+from typing import Any, Final, Generic, Protocol, TypeVar
+
+from zerorate.faults import ArgumentError
+from zerorate.tasks.interrupts import for_the_parent_alone
+from zerorate.tasks.workers import single_threaded
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+# A fork would copy locks that threads of this process hold at that moment.
+_SPAWN: Final = get_context("spawn")
+
+
+@dataclass(frozen=True)
+class Finished(Generic[T, R]):
+    """A task and what it returned."""
+
+    task: T
+    answer: R
+
+
+@dataclass(frozen=True)
+class Died(Generic[T]):
+    """A task whose worker died, and how."""
+
+    task: T
+    reason: str
+
+
+class Engine(Protocol):
+    """Runs a function over tasks on workers that may die."""
+
+    def run(
+        self, work: Callable[[T], R], tasks: Sequence[T], at_once: int | None = None
+    ) -> Generator[Finished[T, R] | Died[T]]:
+        """Yield each task's end as it comes, `at_once` at most running at a time."""
+        ...
+
+
+def outlived(
+    engine: Engine, work: Callable[[T], R], tasks: Sequence[T]
+) -> Generator[Finished[T, R] | Died[T]]:
+    """Yield each task's end; one whose worker died gets another try, alone, after all others.
+
+    What died for want of memory next to others, or was killed from outside, then succeeds; what
+    dies again is at fault itself.
+    """
+    suspects: list[T] = []
+    # Closed here: an interrupt must have ended the workers before it goes on.
+    with closing(engine.run(work, tasks)) as ends:
+        for end in ends:
+            if isinstance(end, Died):
+                suspects.append(end.task)
+            else:
+                yield end
+    if suspects:
+        yield from engine.run(work, suspects, at_once=1)
+
+
+class Processes:
+    """As many worker processes as asked for, by default one a core, each known by its task.
+
+    A process pool of the standard library breaks as a whole when one worker is killed, and cannot
+    tell by which task. Here each worker has a pipe of its own: its end names the task.
+    """
+
+    def __init__(self, count: int | None = None) -> None:
+        if count is not None and count < 1:
+            raise ArgumentError("workers", f"must be at least 1, got {count}")
+        self._count = count or _cores()
+
+    def run(
+        self, work: Callable[[T], R], tasks: Sequence[T], at_once: int | None = None
+    ) -> Generator[Finished[T, R] | Died[T]]:
+        """Yield each task's end as it comes; leaving early ends the workers."""
+        waiting = deque(tasks)
+        count = min(at_once or self._count, len(waiting))
+        busy: dict[Connection, _Worker[T, R]] = {}
+        try:
+            for _ in range(count):
+                _engage(_Worker(work), waiting, busy)
+            while busy:
+                for pipe in wait(list(busy)):
+                    worker = busy.pop(pipe)  # type: ignore[call-overload]
+                    end = worker.end()
+                    fresh = _Worker(work) if isinstance(end, Died) and waiting else worker
+                    _engage(fresh, waiting, busy)
+                    yield end
+        finally:
+            for worker in busy.values():
+                worker.stop()
+
+
+def _engage(
+    worker: "_Worker[T, R]", waiting: deque[T], busy: dict[Connection, "_Worker[T, R]"]
+) -> None:
+    """Give a worker the next task, or send it home."""
+    if waiting:
+        worker.begin(waiting.popleft())
+        busy[worker.pipe] = worker
+    else:
+        worker.stop()
+
+
+def _cores() -> int:
+    """Return the cores that this process may use, which a batch system may have limited."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class _Worker(Generic[T, R]):
+    """One process, and the task that it holds."""
+
+    def __init__(self, work: Callable[[T], R]) -> None:
+        self.pipe, theirs = _SPAWN.Pipe()
+        self._task: T
+        self._process = _SPAWN.Process(target=_serve, args=(work, theirs), daemon=True)
+        with single_threaded(), for_the_parent_alone():
+            self._process.start()
+        # The pipe must end with the process, so nobody else may hold its other side.
+        theirs.close()
+
+    def begin(self, task: T) -> None:
+        """Hand over a task; that the process is dead by now shows in `end`."""
+        self._task = task
+        try:
+            self.pipe.send(task)
+        except OSError:
+            return
+
+    def end(self) -> Finished[T, R] | Died[T]:
+        """Return the answer, or how the process died; one of them is there."""
+        try:
+            return Finished(self._task, self.pipe.recv())
+        except (EOFError, OSError):
+            self._process.join()
+            return Died(self._task, _how(self._process.exitcode or 0))
+
+    def stop(self) -> None:
+        """End the process now; a log that it is writing stays what it was."""
+        self._process.kill()
+        self._process.join()
+        self.pipe.close()
+
+
+def _serve(work: Callable[[Any], Any], pipe: Connection) -> None:
+    """Answer tasks until the other side is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        while True:
+            pipe.send(work(pipe.recv()))
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return
+
+
+def _how(code: int) -> str:
+    if code < 0:
+        return f"its worker process was ended by {signal.Signals(-code).name}"
+    return f"its worker process ended with exit code {code}"

@@ -1,0 +1,196 @@
+"""Which logs of a batch stand out from the others."""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from statistics import NormalDist
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from zerorate.tasks.batch.command import Quantity, Row
+from zerorate.types import Floats
+
+LEAST_LOGS: Final = 8
+"""Fewer do not tell how much sensors of a kind differ."""
+
+FALSE_ALARMS: Final = 0.1
+"""How many are expected in a whole batch of equal sensors, where differences are normal."""
+
+_SIGMA_OF_MAD: Final = 1.4826022185056018
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+
+_FREEDOM_OF_MAD: Final = 0.4
+"""Degrees of freedom of a spread by the median absolute deviation, for each value.
+
+Simulated for 8 to 300 normal values: how far the values lie from their median, in such spreads,
+has the tails of Student's t with 0.40 to 0.48 degrees of freedom a value, from 1 in 100 down to 1
+in 100 000.
+"""
+
+_LEAST_SPREAD: Final = 0.01
+"""Relative: equal logs, as copies are, have no spread of their own."""
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """A log that stands out from the others.
+
+    Parameters
+    ----------
+    log : str
+        Its name.
+    axis : str
+        Of the log.
+    quantity : str
+        The column of the summary.
+    unit : str
+        Of the value.
+    value, median : float
+        Of the log, and of all logs with this axis and unit.
+    deviations : float
+        How far the value is from the median, in spreads of the fleet: standard deviations, which
+        are estimated by the median so that what stands out does not widen them.
+    times : float or None
+        Value over median; None for a quantity of either sign.
+    """
+
+    log: str
+    axis: str
+    quantity: str
+    unit: str
+    value: float
+    median: float
+    deviations: float
+    times: float | None
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """What the comparison of logs has found.
+
+    Parameters
+    ----------
+    outlying : tuple of Outlier
+        What stands out most first.
+    unjudged : frozenset of (str, str)
+        Log and axis where fewer than eight logs have this axis in this unit.
+    """
+
+    outlying: tuple[Outlier, ...]
+    unjudged: frozenset[tuple[str, str]]
+
+    def of(self, log: str, axis: object) -> list[str] | None:
+        """Return in which quantities an axis stands out; None where that was not judged."""
+        place = (log, str(axis))
+        if axis is None or place in self.unjudged:
+            return None
+        return self._quantities.get(place, [])
+
+    @cached_property
+    def _quantities(self) -> dict[tuple[str, str], list[str]]:
+        found: dict[tuple[str, str], list[str]] = {}
+        for one in self.outlying:
+            found.setdefault((one.log, one.axis), []).append(one.quantity)
+        return found
+
+
+class _Sample(NamedTuple):
+    """One quantity of one axis over the logs that have it."""
+
+    quantity: Quantity
+    axis: str
+    unit: str
+    logs: list[str]
+    values: Floats
+    sigmas: Floats
+
+
+def fleet_of(logs: Mapping[str, Sequence[Row]], quantities: Sequence[Quantity]) -> Fleet:
+    """Compare the logs of a batch, axis by axis and unit by unit.
+
+    The spread of the fleet is estimated by the median absolute deviation, of logarithms for what
+    is positive. A value stands out if it is further from the median than chance explains: the
+    limit follows from the number of all values, so that a batch of equal sensors has `FALSE_ALARMS`
+    on average. What lies within its own standard error never stands out, nor does an axis that
+    moved.
+
+    Parameters
+    ----------
+    logs : mapping of str to sequence of mapping
+        The rows of each log by its name.
+    quantities : sequence of Quantity
+        In what they are compared.
+
+    Returns
+    -------
+    Fleet
+        What stands out.
+
+    Notes
+    -----
+    B. Iglewicz, D. C. Hoaglin, "How to Detect and Handle Outliers", ASQC, 1993, has the score by
+    the median and its deviation; its limit of 3.5 is for one sample of moderate size.
+    """
+    groups: dict[tuple[str, str], list[tuple[str, Row]]] = defaultdict(list)
+    for log, rows in logs.items():
+        for row in rows:
+            groups[str(row["axis"]), str(row["unit"])].append((log, row))
+    large = {key: group for key, group in groups.items() if len(group) >= LEAST_LOGS}
+    small = {(log, key[0]) for key in groups.keys() - large.keys() for log, _ in groups[key]}
+    samples = [
+        sample
+        for (axis, unit), group in large.items()
+        for quantity in quantities
+        if len((sample := _sample(quantity, axis, unit, group)).logs) >= LEAST_LOGS
+    ]
+    comparisons = sum(len(sample.logs) for sample in samples)
+    found = [one for sample in samples for one in _outliers(sample, comparisons)]
+    found.sort(key=lambda one: -one.deviations)
+    return Fleet(tuple(found), frozenset(small))
+
+
+def _sample(quantity: Quantity, axis: str, unit: str, group: Iterable[tuple[str, Row]]) -> _Sample:
+    """Return the values that can be compared."""
+    logs, values, sigmas = [], [], []
+    for log, row in group:
+        value, sigma = (row.get(name or "") for name in (quantity.column, quantity.sigma))
+        usable = isinstance(value, float) and (quantity.signed or value > 0.0)
+        if usable and not row.get("moved"):
+            logs.append(log)
+            values.append(value)
+            sigmas.append(sigma or 0.0)
+    unit = quantity.unit.format(unit)
+    return _Sample(quantity, axis, unit, logs, np.array(values, float), np.array(sigmas, float))
+
+
+def _outliers(sample: _Sample, comparisons: int) -> Iterator[Outlier]:
+    quantity, values, sigmas = sample.quantity, sample.values, sample.sigmas
+    median = float(np.median(values))
+    off = values - median if quantity.signed else np.log(values / median)
+    errors = sigmas if quantity.signed else sigmas / values
+    floor = _LEAST_SPREAD * (abs(median) if quantity.signed else 1.0)
+    spread = _SIGMA_OF_MAD * float(np.median(np.abs(off)))
+    width = np.maximum(errors, max(spread, floor, np.finfo(float).tiny))
+    deviations = off / width
+    sides = np.abs(deviations) if quantity.both or quantity.signed else deviations
+    for i in np.flatnonzero(sides > _limit(len(values), comparisons)):
+        value = float(values[i])
+        times = None if quantity.signed else value / median
+        yield Outlier(
+            sample.logs[i], sample.axis, quantity.column, sample.unit,
+            value, median, float(sides[i]), times,
+        )  # fmt: skip
+
+
+def _limit(count: int, comparisons: int) -> float:
+    """Return how many spreads a value of so many is from their median by chance alone.
+
+    The quantile of Student's t by D. L. Wallace, Annals of Mathematical Statistics 30 (1959).
+    """
+    normal = NormalDist().inv_cdf(1.0 - FALSE_ALARMS / (2.0 * comparisons))
+    freedom = _FREEDOM_OF_MAD * count
+    scaled = normal * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0)
+    return math.sqrt(freedom * math.expm1(scaled**2 / freedom))

@@ -1,0 +1,276 @@
+"""A batch from its patterns to its summary."""
+
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import AbstractContextManager, closing, nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from zerorate.progress import counted
+from zerorate.record import check_writable
+from zerorate.record.atomic import sweep
+from zerorate.tasks.batch.cluster import local_cluster as on_local_cluster
+from zerorate.tasks.batch.cluster import scheduler_at
+from zerorate.tasks.batch.engines import Died, Engine, Finished, Processes, outlived
+from zerorate.tasks.batch.fleet import Fleet, fleet_of
+from zerorate.tasks.batch.inputs import SUMMARY, Inputs, command_of, inputs
+from zerorate.tasks.batch.summary import write_summary
+from zerorate.tasks.batch.task import Outcome, Settings, Task, run_task
+from zerorate.texts import extra_needed
+
+Progress = Callable[[int, int], None]
+"""Called with the logs that are through, and all that are to do."""
+
+
+@dataclass(frozen=True)
+class BatchResult:
+    """What became of every log.
+
+    Parameters
+    ----------
+    outcomes : tuple of Outcome
+        One a log, by name.
+    summary : Path
+        The table of all.
+    seconds : float
+        What the batch took.
+    fleet : Fleet
+        Which logs stand out from the others.
+    left_out : tuple of Path
+        Files that were named but that zerorate has written.
+    """
+
+    outcomes: tuple[Outcome, ...]
+    summary: Path
+    seconds: float
+    fleet: Fleet
+    left_out: tuple[Path, ...]
+
+    @property
+    def failed(self) -> tuple[Outcome, ...]:
+        """The logs without a result."""
+        return tuple(one for one in self.outcomes if one.status == "failed")
+
+    @property
+    def notes(self) -> dict[str, list[str]]:
+        """The logs that each note is about, by name, the notes of most logs first."""
+        about: dict[str, list[str]] = {}
+        for one in self.outcomes:
+            for note in one.notes:
+                about.setdefault(note, []).append(one.name)
+        return dict(sorted(about.items(), key=lambda pair: -len(pair[1])))
+
+    @property
+    def counts(self) -> Counter[str]:
+        """How many logs have each status."""
+        return Counter(one.status for one in self.outcomes)
+
+
+def run_batch(
+    patterns: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    output: str | os.PathLike[str],
+    settings: Settings | None = None,
+    *,
+    workers: int | None = None,
+    local_cluster: int | None = None,
+    scheduler: str | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> BatchResult:
+    """Filter many logs, or find their noise, and compare them with each other.
+
+    Each log is worked on in a process of its own. One that fails, or that kills its worker twice,
+    is reported and the others go on. A run may be stopped at any moment: the next one skips what
+    is finished.
+
+    Parameters
+    ----------
+    patterns : str, path, or sequence of these
+        Folders, of which all logs are taken; files; or patterns such as ``"logs/**/*.parquet"``,
+        where a name with brackets may be just that. ``**`` takes each folder once, however many
+        links lead there. What zerorate has written is left out unless a pattern asks for it.
+    output : path
+        Folder of the results, made if missing. It mirrors the folders below the patterns' common
+        one: for each log its result and a record in JSON, and ``summary.parquet`` of all. Each
+        command needs a folder of its own.
+    settings : Settings, optional
+        What is done with each log, and how it is read and written; by default it is filtered.
+    workers : int, optional
+        Worker processes; default one a core.
+    local_cluster : int, optional
+        Workers of a Dask cluster on this machine instead.
+    scheduler : str, optional
+        Address of a Dask scheduler instead, whose workers see the same paths.
+    force : bool
+        Whether to do finished logs again; default no.
+    progress : callable, optional
+        Called with the number of logs that are through and that of all that are to do.
+        By default a bar in a notebook.
+
+    Returns
+    -------
+    BatchResult
+        What became of each log, and which stand out from the others.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not valid, two logs would be written to one place, or the folder holds
+        the summary of another command.
+    OSError
+        If a pattern or a folder names no log, or the output cannot be written.
+    ImportError
+        Without pyarrow or, for a cluster, distributed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> from zerorate import Log, write_log
+    >>> from zerorate.tasks.batch import run_batch
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> z = np.random.default_rng(1).standard_normal(3000)
+    >>> write_log(Log(np.arange(3000) / 100.0, 100.0, z, ["gyro_z"]), folder / "a.parquet")
+    >>> result = run_batch(f"{folder}/*.parquet", folder / "out", workers=1)
+    >>> result.counts["done"], sorted(path.name for path in (folder / "out").iterdir())
+    (1, ['a-zerorate.json', 'a-zerorate.parquet', 'summary.parquet'])
+    """
+    begin = time.perf_counter()
+    _check_pyarrow()
+    listed = [patterns] if isinstance(patterns, str | os.PathLike) else patterns
+    chosen, folder = settings or Settings(), Path(output)
+    engine = _engine(workers, local_cluster, scheduler)
+    found = inputs([os.fspath(one) for one in listed])
+    tasks, unread = _tasks(found, folder, chosen, force)
+    summary = folder / SUMMARY
+    _check_summary(summary, chosen)
+    folder.mkdir(parents=True, exist_ok=True)
+    check_writable(summary, force=True)
+    ends = {task.name: end for task in tasks if (end := task.finished("skipped")) is not None}
+    todo = [task for task in tasks if task.name not in ends]
+    if todo:
+        with closing(_ended(engine, todo, sweeping=scheduler is None)) as fresh:
+            ends |= _counted(fresh, len(todo), counted(progress))
+    through = (_still_there(task, ends[task.name]) for task in tasks)
+    outcomes = tuple(sorted((*through, *unread), key=lambda one: one.name))
+    fleet = fleet_of({one.name: one.rows for one in outcomes}, chosen.does.compared)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_summary(outcomes, fleet, chosen, summary)
+    return BatchResult(outcomes, summary, time.perf_counter() - begin, fleet, found.left_out)
+
+
+def _counted(ends: Iterable[Outcome], count: int, report: Progress) -> dict[str, Outcome]:
+    """Return the outcomes by name, telling how many there are as they come."""
+    found: dict[str, Outcome] = {}
+    report(0, count)
+    for end in ends:
+        found[end.name] = end
+        report(len(found), count)
+    return found
+
+
+def _ended(
+    engine: AbstractContextManager[Engine], tasks: list[Task], sweeping: bool
+) -> Generator[Outcome]:
+    """Yield what becomes of each task, then remove what killed workers left."""
+    whole = False
+    try:
+        with engine as running, closing(outlived(running, run_task, tasks)) as ends:
+            for end in ends:
+                yield _outcome(end)
+        whole = True
+    finally:
+        # On another's cluster tasks that were begun go on after an interrupt.
+        if whole or sweeping:
+            sweep(path for task in tasks for path in (task.output, task.record))
+
+
+def _outcome(end: Finished[Task, Outcome] | Died[Task]) -> Outcome:
+    if isinstance(end, Died):
+        return Outcome(end.task.name, "failed", error=f"{end.reason}, alone as well")
+    return end.answer
+
+
+def _still_there(task: Task, outcome: Outcome) -> Outcome:
+    """Return the outcome, failed if somebody has removed the output in the meantime."""
+    if outcome.status == "failed" or task.output.exists():
+        return outcome
+    return replace(outcome, status="failed", error=f"{task.output} was removed during the run")
+
+
+def _engine(
+    workers: int | None, local_cluster: int | None, scheduler: str | None
+) -> AbstractContextManager[Engine]:
+    if sum(one is not None for one in (workers, local_cluster, scheduler)) > 1:
+        raise ValueError("workers, local_cluster and scheduler exclude each other")
+    if scheduler is not None:
+        return scheduler_at(scheduler)
+    if local_cluster is not None:
+        return on_local_cluster(local_cluster)
+    return nullcontext(Processes(workers))
+
+
+def _check_pyarrow() -> None:
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError:
+        raise ImportError(extra_needed("pyarrow", "io", "a batch")) from None
+
+
+def _tasks(
+    found: Inputs, output: Path, settings: Settings, force: bool = False
+) -> tuple[list[Task], list[Outcome]]:
+    """Return a task for each log, whose output mirrors its folder, and what cannot be one.
+
+    Raises
+    ------
+    ValueError
+        If two logs would be written to one place.
+    """
+    # Absolute, since a worker may stand elsewhere; links are kept, as a cluster may mount them so.
+    folder = Path(os.path.abspath(output))
+    tasks, failed = [], dict(found.failed)
+    for path in found.files:
+        try:
+            tasks.append(_task(path, path.relative_to(found.root), folder, settings, force))
+        except OSError as error:
+            failed[path] = error.strerror or str(error)
+    _check_apart(tasks)
+    names = ((path.relative_to(found.root).as_posix(), why) for path, why in failed.items())
+    return tasks, [Outcome(name, "failed", error=why) for name, why in names]
+
+
+def _task(source: Path, relative: Path, folder: Path, settings: Settings, force: bool) -> Task:
+    name = relative.as_posix()
+    output, record = settings.does.paths(folder / relative, settings.format)
+    fingerprint = settings.fingerprint(name, *_state(source))
+    return Task(name, source, output, record, settings, fingerprint, force)
+
+
+def _state(source: Path) -> tuple[int, int]:
+    """Return the size of a file, or of all in a bag's folder, and when it was changed, ns."""
+    states = [path.stat() for path in (source.iterdir() if source.is_dir() else [source])]
+    return sum(one.st_size for one in states), max(one.st_mtime_ns for one in states)
+
+
+def _check_apart(tasks: Iterable[Task]) -> None:
+    owners: dict[Path, str] = {}
+    for task in tasks:
+        other = owners.setdefault(task.output, task.name)
+        if other != task.name:
+            raise ValueError(
+                f"'{other}' and '{task.name}' would both become {task.output.name}: "
+                "choose one of them by a pattern such as '**/*.csv'"
+            )
+
+
+def _check_summary(summary: Path, settings: Settings) -> None:
+    """Refuse a folder whose summary is of another command: this one's would take its place."""
+    other = command_of(summary)
+    if other is not None and other != settings.command:
+        raise ValueError(
+            f"{summary} is of command '{other}': give '{settings.command}' a folder of its own"
+        )

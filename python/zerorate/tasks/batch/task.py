@@ -1,0 +1,302 @@
+"""One log of a batch: its settings, the function that every engine runs, and what it leaves."""
+
+import hashlib
+import json
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Final, Literal, Self, Unpack
+
+from zerorate._native import __version__
+from zerorate.calibration.calibration import Calibration
+from zerorate.faults import ArgumentError, Sentence, packed, said, sentence_of, unpacked, without
+from zerorate.io.columns import TimeColumn, Timing
+from zerorate.io.counts import Scale, Scaling
+from zerorate.io.formats import label_of
+from zerorate.options import StreamOptions, checked_options
+from zerorate.record import LogError, atomic_path
+from zerorate.record.log import checked_rate
+from zerorate.record.names import canonical_unit
+from zerorate.record.span import Span
+from zerorate.tasks.batch.characterising import ALLAN
+from zerorate.tasks.batch.command import Command, Row
+from zerorate.tasks.batch.replaying import REPLAY
+from zerorate.tasks.batch.reporting import REPORT
+from zerorate.tasks.workers import on_threads
+
+Status = Literal["done", "skipped", "failed"]
+
+COMMANDS: Final[Mapping[str, Command]] = {one.name: one for one in (REPLAY, ALLAN, REPORT)}
+"""What a batch can do with its logs."""
+
+_FORMATS: Final = ("parquet", "csv", "npz")
+
+
+@dataclass(frozen=True, init=False)
+class Settings:
+    """What is done with each log of a batch, and how it is read and written.
+
+    Parameters
+    ----------
+    command : {"replay", "allan", "report"}
+        What is done with each log: "replay", the default, filters it; "allan" finds the noise of
+        its gyros and accelerometers; "report" tells what is seen of its IMU.
+    rate : float, optional
+        Samples per second, Hz, where the logs do not tell it.
+    columns : tuple of str or int, optional
+        Names or indices; by default the gyro columns, for the others those of accelerometers too.
+    unit : str, optional
+        Unit of the data, where the logs do not tell it: ``"deg/s"``, for the others also of both
+        kinds of sensor, ``"deg/s,g"``.
+    topic : str, optional
+        Topic to read of ROS recordings and PX4 logs.
+    sensor : str, optional
+        Which sensor of several in one table, as of `zerorate.read_log`.
+    data_scale, start, stop, time, time_unit : optional
+        As `scale`, `start`, `stop`, `time` and `time_unit` of `zerorate.read_log`: what values are
+        multiplied by, the seconds between which each log is read, and what is said of the
+        timestamps.
+    format : {"parquet", "csv", "npz"}, optional
+        Of the filtered logs, for "replay" alone; default Parquet.
+    calibration : Calibration, optional
+        What the gyro of each log is corrected by before it is filtered, for "replay" alone. Each
+        log is then read as a whole, with its accelerometer.
+    accel : bool
+        Whether the accelerometer beside a gyro, if there is one, tells motion from rest, for
+        "replay" alone; default yes.
+    **options
+        Arguments of `zerorate.DriftFilter`, for "replay" alone, with its defaults: method "auto",
+        output "compensated". Of a log whose unit is known `rest_limit` is 10 deg/s and `bias_limit`
+        20 deg/s unless they are given; None is no limit.
+
+    Attributes
+    ----------
+    command, format, accel
+        As given, or the defaults.
+    calibration : str or None
+        As JSON, so that workers need no file, and so that another calibration is another result.
+    reading : mapping
+        Arguments of `zerorate.read_log`.
+    options : mapping
+        Arguments of `zerorate.DriftFilter`; empty for the others.
+
+    Raises
+    ------
+    ValueError
+        If a value is not valid, or the command or the method does not use an option.
+    """
+
+    command: str
+    reading: Mapping[str, Any]
+    format: str
+    options: Mapping[str, Any]
+    calibration: str | None
+    accel: bool
+
+    def __init__(
+        self,
+        *,
+        command: str = "replay",
+        rate: float | None = None,
+        columns: tuple[str | int, ...] | None = None,
+        unit: str | None = None,
+        topic: str | None = None,
+        sensor: str | None = None,
+        data_scale: Scale = None,
+        start: float | None = None,
+        stop: float | None = None,
+        time: TimeColumn = None,
+        time_unit: str | None = None,
+        format: str | None = None,
+        calibration: Calibration | None = None,
+        accel: bool = True,
+        **options: Unpack[StreamOptions],
+    ) -> None:
+        # Refused here is what would otherwise fail in every log.
+        if command not in COMMANDS:
+            raise ArgumentError("command", f"must be {_either(COMMANDS)}, got '{command}'")
+        if rate is not None:
+            checked_rate(rate)
+        several = command != "replay" or calibration is not None
+        units = () if unit is None else unit.split(",") if several else (unit,)
+        for one in units:
+            canonical_unit(one)
+        Scaling.of(data_scale)
+        Span(start, stop)
+        Timing(time, time_unit)
+        chosen: dict[str, Any] = {}
+        if command == "replay":
+            chosen = checked_options(options)
+            if format not in (None, *_FORMATS):
+                raise ArgumentError(
+                    "format", f"must be one of {', '.join(_FORMATS)}, got '{format}'"
+                )
+        elif given := [*options, *_named(format=format, calibration=calibration)]:
+            raise ValueError(f"{given[0]} has no effect on command '{command}', only on 'replay'")
+        reading = {
+            "rate": rate,
+            "columns": columns,
+            "unit": unit,
+            "topic": topic,
+            "sensor": sensor,
+            "scale": data_scale,
+            "start": start,
+            "stop": stop,
+            "time": time,
+            "time_unit": time_unit,
+        }
+        form = format or _FORMATS[0]
+        vars(self).update(
+            command=command,
+            reading=reading,
+            format=form,
+            options=chosen,
+            calibration=None if calibration is None else calibration.to_json(),
+            accel=accel,
+        )
+
+    @property
+    def does(self) -> Command:
+        """What becomes of each log."""
+        return COMMANDS[self.command]
+
+    def fingerprint(self, name: str, size: int, modified: int) -> str:
+        """Return a hash that changes whenever the result of a log could.
+
+        The input counts by its name, size and time of change, not by its content: to see that
+        nothing is left to do must not cost a reading of all the data.
+        """
+        parts = {"version": __version__, "input": [name, size, modified], **asdict(self)}
+        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one log; small, since it travels between machines.
+
+    Parameters
+    ----------
+    name : str
+        Path of the log under the folder that all logs share.
+    status : {"done", "skipped", "failed"}
+        A log is skipped if an earlier run has finished it with the same settings.
+    seconds : float
+        What reading, computing and writing took; of a skipped log, in the earlier run.
+    rows : tuple of mapping
+        Measures, one row an axis.
+    error : str or None
+        Why it failed, in one sentence.
+    notes : tuple of str
+        Sentences on its clock, on what was assumed of it, and on what is not to be trusted.
+    """
+
+    name: str
+    status: Status
+    seconds: float = 0.0
+    rows: tuple[Row, ...] = ()
+    error: str | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Record:
+    """How the output of a log was made, and that it is whole.
+
+    It is a file of its own next to the output, not metadata of it, which stays the same bytes as
+    those of the command on a single log, in every format.
+    """
+
+    fingerprint: str
+    output_bytes: int
+    seconds: float
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...]
+
+    @classmethod
+    def read(cls, path: Path, output: Path) -> Self | None:
+        """Return the record of an output if both are there and belong together."""
+        try:
+            fields = json.loads(path.read_bytes())
+            listed = {"rows": tuple(fields["rows"]), "notes": tuple(map(unpacked, fields["notes"]))}
+            found = cls(**{**fields, **listed})
+            return found if output.stat().st_size == found.output_bytes else None
+        except (OSError, ValueError, TypeError, KeyError):
+            return None
+
+    def write(self, path: Path) -> None:
+        """Write the record of an output that is in its place."""
+        with atomic_path(path, force=True) as temporary:
+            fields = {**vars(self), "notes": [*map(packed, self.notes)]}
+            text = json.dumps(fields, indent=1) + "\n"
+            temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+@dataclass(frozen=True)
+class Task:
+    """A log to work on: absolute paths, and what its record will say."""
+
+    name: str
+    source: Path
+    output: Path
+    record: Path
+    settings: Settings
+    fingerprint: str
+    force: bool = False
+    version: str = __version__
+
+    def finished(self, status: Status) -> Outcome | None:
+        """Return what the record says, if this log is finished with these settings."""
+        found = None if self.force else Record.read(self.record, self.output)
+        if found is None or found.fingerprint != self.fingerprint:
+            return None
+        return Outcome(self.name, status, found.seconds, found.rows, notes=found.notes)
+
+
+def run_task(task: Task) -> Outcome:
+    """Work on one log and write the output with its record; a fault becomes a failed outcome.
+
+    Running it again, even twice at once, leaves the same files.
+    """
+    begin = time.perf_counter()
+    try:
+        _check_version(task.version)
+        # A worker may have died between the record and its answer.
+        if (earlier := task.finished("done")) is not None:
+            return earlier
+        task.output.parent.mkdir(parents=True, exist_ok=True)
+        # Gone before another output takes the place of the one that it speaks of.
+        task.record.unlink(missing_ok=True)
+        with on_threads(1):
+            made = task.settings.does.work(task.settings, task.source, task.output)
+        seconds = time.perf_counter() - begin
+        size = task.output.stat().st_size
+        Record(task.fingerprint, size, seconds, made.rows, made.notes).write(task.record)
+        return Outcome(task.name, "done", seconds, made.rows, notes=made.notes)
+    except Exception as error:
+        # Whatever is wrong with one log must not stop the others.
+        told = _told(error, task.source)
+        return Outcome(task.name, "failed", time.perf_counter() - begin, error=told)
+
+
+def _check_version(expected: str) -> None:
+    if __version__ != expected:
+        raise RuntimeError(f"the worker has zerorate {__version__}, expected {expected}")
+
+
+def _told(error: Exception, source: Path) -> str:
+    """Return one line without the log's path, with the kind of an error that needs it."""
+    text = sentence_of(error)
+    line = text if isinstance(text, Sentence) else " ".join(text.split())
+    line = without(line, f"{label_of(source)}: ")
+    told = isinstance(error, LogError | OSError | ArgumentError)
+    return line if told else said(f"{type(error).__name__}: ", line)
+
+
+def _named(**given: object) -> list[str]:
+    """Return the names of what is not None."""
+    return [name for name, value in given.items() if value is not None]
+
+
+def _either(words: Iterable[str]) -> str:
+    return " or ".join(f"'{word}'" for word in words)

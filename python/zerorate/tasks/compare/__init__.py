@@ -1,0 +1,27 @@
+"""Many methods on the same recordings, each measured by what it costs its user."""
+
+from zerorate.tasks.compare.attitude import ATTITUDE_METHODS, compare_attitude
+from zerorate.tasks.compare.comparison import Comparison, compare
+from zerorate.tasks.compare.measures import Row
+from zerorate.tasks.compare.methods import METHODS
+from zerorate.tasks.compare.own import MethodError, OwnMethod
+from zerorate.tasks.compare.trial import Kind, Trial, read_trial
+
+__all__ = [
+    "ATTITUDE_METHODS",
+    "METHODS",
+    "Comparison",
+    "Kind",
+    "MethodError",
+    "OwnMethod",
+    "Row",
+    "Trial",
+    "compare",
+    "compare_attitude",
+    "read_trial",
+]
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__

@@ -1,0 +1,209 @@
+"""Comparison of methods on recordings, kind by kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate.faults import ArgumentError
+from zerorate.progress import Progress, reported
+from zerorate.record import Recording
+from zerorate.record.log import notes_of
+from zerorate.simulation import Contamination
+from zerorate.tasks.compare.measures import Row, degraded
+from zerorate.tasks.compare.methods import METHODS, Chosen, resolved
+from zerorate.tasks.compare.orientation import orientation_rows
+from zerorate.tasks.compare.own import OwnMethod, while_on
+from zerorate.tasks.compare.rest import rest_notes, rest_rows, scored_axes
+from zerorate.tasks.compare.trial import Kind, Orientation, Trial
+from zerorate.tasks.compare.turning import fitted, turning_rows
+from zerorate.types import Floats
+from zerorate.views import Result
+
+Judge = Callable[[Sequence[Chosen], Floats], Iterator[Row]]
+"""Called with methods and what they are fed with, shape (n, k)."""
+
+_SEED: Final = 1
+
+_KINDS: Final[tuple[Kind, ...]] = ("rest", "turning", "orientation")
+
+
+@dataclass(frozen=True)
+class Comparison(Result):
+    """All recordings of one kind, clean or contaminated.
+
+    Attributes
+    ----------
+    kind : str
+        ``"rest"``, ``"turning"`` or ``"orientation"``; ``"attitude"`` of `compare_attitude`.
+    rows : tuple of Row
+        Recording by recording, axis by axis, method by method.
+    notes : tuple of str
+        Sentences on the recordings.
+    contamination : Contamination or None
+        What the methods were fed with besides the recording. They are judged by the clean one, and
+        the ratio of each error to that on the clean one is a measure, ``NAME_degradation``.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> recording = zr.simulate_motion("hand", duration=30.0, seed=1).recording()
+    >>> (found,) = zr.tasks.compare.compare([recording], ["raw", "auto"])
+    >>> found.kind, found.methods, len(found.rows)
+    ('orientation', ('raw', 'first rest', 'auto'), 3)
+    """
+
+    kind: Kind
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...]
+    contamination: Contamination | None = None
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """The methods in their order."""
+        return tuple(dict.fromkeys(row.method for row in self.rows))
+
+
+def compare(
+    recordings: Sequence[Recording | Trial],
+    methods: Sequence[str | OwnMethod | Callable[..., Any]] = METHODS,
+    progress: Progress | None = None,
+    contaminate: str | Contamination | Sequence[str | Contamination] = (),
+) -> tuple[Comparison, ...]:
+    """Measure every method on every recording.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording or Trial
+        Of any kinds: `zerorate.read_recording` or `read_trial` gives them.
+    methods : sequence of str, OwnMethod or callable
+        ``"raw"``, ``"mean"`` (the running mean), ``"ema"`` (the best exponential moving average in
+        hindsight), methods of `zerorate.DriftFilter`, which run as on the command line ("auto" with
+        limits of what rest can be, where the unit is known) but for
+        ``+hold`` (learn at rest only) and ``+reject`` (reject outliers), and two that see the
+        whole record: ``"wu-ran"`` (robust filter, then wavelet) and ``"visushrink"``. Or methods
+        of your own: functions or classes as `OwnMethod` describes them, under their own names or
+        as ``"name=module:function"``. Each is also run on the first half of every axis alone: what
+        then returns other values looks ahead, and its rows say so.
+    progress : callable, optional
+        Called with a step's name and the fraction of it that is done.
+        By default a bar in a notebook.
+    contaminate : str, zerorate.simulation.Contamination, or a sequence of these
+        Faults, each of which is put into every recording for a comparison of its own, as in
+        ``"share=0.01,size=100"``. Chance is seeded: the same call gives the same numbers. The best
+        moving average keeps the gain that is best for the clean record.
+
+    Returns
+    -------
+    tuple of Comparison
+        One a kind that occurs, each followed by those of its contaminated recordings.
+
+    Raises
+    ------
+    LogError
+        If a recording does not allow what its kind asks for.
+    ValueError
+        If a method or a word of a contamination is not known.
+    MethodError
+        If a method of your own fails or returns anything but a finite number a sample.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> recording = zr.simulate_motion("hand", duration=30.0, seed=1).recording()
+    >>> (found,) = zr.tasks.compare.compare([recording], ["raw", "auto"])
+    >>> error = {row.method: row.values["growth_10"] for row in found.rows}  # rad after 10 s
+    >>> error["auto"] < error["raw"]
+    True
+    """
+    faults = _faults(contaminate)
+    listed = resolved(methods)
+    trials = [one if isinstance(one, Trial) else Trial.of(one) for one in recordings]
+    runs = len(listed) * (1 + len(faults))
+    report = _Report(trials, runs, reported(progress))
+    found = []
+    # Numbers near the largest double overflow when squared: the measure is then infinite.
+    with np.errstate(over="ignore", invalid="ignore"):
+        for kind in _KINDS:
+            own = [trial for trial in trials if trial.kind == kind]
+            if own:
+                found += _compared(kind, own, listed, faults, report)
+    return tuple(found)
+
+
+def _faults(
+    given: str | Contamination | Sequence[str | Contamination],
+) -> list[Contamination]:
+    listed = [given] if isinstance(given, str | Contamination) else given
+    found = [Contamination.parse(one) if isinstance(one, str) else one for one in listed]
+    if len(set(found)) < len(found):
+        raise ArgumentError(
+            "contaminations", f"must all be different, got {', '.join(map(str, found))}"
+        )
+    return found
+
+
+def _compared(
+    kind: Kind,
+    recordings: list[Trial],
+    methods: list[Chosen],
+    faults: list[Contamination],
+    report: _Report,
+) -> list[Comparison]:
+    notes: list[str] = []
+    clean: list[Row] = []
+    faulty: list[list[Row]] = [[] for _ in faults]
+    for recording in recordings:
+        notes.extend(f"{recording.source}: {note}" for note in notes_of(recording.log, even=True))
+        judge = _judge(recording, notes)
+        with while_on(recording.source):
+            own = list(report.each(judge(methods, recording.log.data)))
+            for rows, fault in zip(faulty, faults, strict=True):
+                fed = fault.apply(recording.log.data, recording.log.rate, _SEED)
+                rows += map(degraded, report.each(judge(methods, fed)), own)
+        clean += own
+    return [
+        Comparison(kind, tuple(clean), tuple(notes)),
+        *(
+            Comparison(kind, tuple(rows), (), fault)
+            for rows, fault in zip(faulty, faults, strict=True)
+        ),
+    ]
+
+
+def _judge(recording: Trial, notes: list[str]) -> Judge:
+    """Return what measures methods on a recording, and note what is to be known of it."""
+    if recording.reference is None:
+        recording.check_axes()
+    if recording.orientation is not None:
+        notes.append(_on_orientation(recording.source, recording.orientation))
+        return partial(orientation_rows, recording, recording.orientation)
+    if recording.reference is not None:
+        match = fitted(recording, recording.reference)
+        notes.append(match.note(recording.source, recording.reference.name))
+        return partial(turning_rows, recording, match)
+    notes.extend(rest_notes(recording))
+    return partial(rest_rows, recording, scored_axes(recording))
+
+
+def _on_orientation(source: str, truth: Orientation) -> str:
+    return f"{source}: the reference is the orientation in {', '.join(truth.names)}"
+
+
+class _Report:
+    """How much of the work is done."""
+
+    def __init__(self, recordings: Sequence[Trial], runs: int, progress: Progress) -> None:
+        axes = (one.log.channels if one.kind == "rest" else 1 for one in recordings)
+        self._total, self._done, self._progress = runs * sum(axes), 0, progress
+
+    def each(self, rows: Iterable[Row]) -> Iterator[Row]:
+        """Yield rows, and tell of each."""
+        for row in rows:
+            self._done += 1
+            self._progress("comparing", min(1.0, self._done / self._total))
+            yield row

@@ -1,0 +1,127 @@
+"""Samples of an IMU on the clock of its gyro, as filters of attitude take them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from zerorate.geometry.rotations import of_matrices
+from zerorate.record import Log, LogError
+from zerorate.tasks.compare.trial import Trial, spread
+from zerorate.types import Floats
+from zerorate.units import UNITS, convert
+
+
+@dataclass(frozen=True, eq=False)
+class Imu:
+    """Samples of three sensors on one clock.
+
+    Attributes
+    ----------
+    rate : float
+        Of the gyro, Hz.
+    gyro, accel : ndarray, shape (n, 3)
+        In rad/s and m/s^2, NaN where missing.
+    mag : ndarray, shape (n, 3), or None
+        In any unit, NaN where missing.
+    accel_rate, mag_rate : float
+        How often there is a sample of each, Hz.
+    """
+
+    rate: float
+    gyro: Floats
+    accel: Floats
+    mag: Floats | None
+    accel_rate: float
+    mag_rate: float
+
+    @classmethod
+    def of(cls, trial: Trial) -> Imu:
+        """Return the samples of a trial.
+
+        Nothing is interpolated: a sample on another clock stands at the nearest one of the gyro.
+
+        Raises
+        ------
+        LogError
+            If there is no accelerometer of a known unit, or not one gyro of three axes.
+        """
+        gyro, mag = trial.log, trial.mag
+        if gyro.channels != 3:
+            raise LogError(
+                f"{trial.source}: an attitude needs three gyros, got {', '.join(gyro.names)}"
+            )
+        if trial.accel is None:
+            raise LogError(f"{trial.source}: an attitude needs an accelerometer of three axes")
+        accel = _in_si(trial.source, trial.accel)
+        _check_samples(trial.source, accel)
+        if mag is not None:
+            _check_samples(trial.source, mag)
+        return cls(
+            gyro.rate,
+            gyro.data,
+            spread(accel, gyro),
+            None if mag is None else spread(mag, gyro),
+            min(accel.rate, gyro.rate),
+            gyro.rate if mag is None else min(mag.rate, gyro.rate),
+        )
+
+    def six_axes(self) -> Imu:
+        """Return the samples without a magnetometer."""
+        return replace(self, mag=None)
+
+    def filled(self) -> Imu:
+        """Return samples for filters that know no missing ones.
+
+        A gyro's is held, which is zero before the first; an accelerometer's or magnetometer's is a
+        vector of zeros, which such filters leave out.
+        """
+        mag = None if self.mag is None else _zeros(self.mag)
+        return replace(self, gyro=_held(self.gyro), accel=_zeros(self.accel), mag=mag)
+
+    def first_orientation(self) -> Floats:
+        """Return the orientation of the first samples, from sensor to east, north and up.
+
+        Without a magnetometer the heading is any.
+        """
+        up = _first(self.accel)
+        north = np.eye(3)[int(np.argmin(np.abs(up)))] if self.mag is None else _first(self.mag)
+        east = np.cross(north, up)
+        east /= np.linalg.norm(east)
+        start: Floats = of_matrices(np.array([[east, np.cross(up, east), up]]))[0]
+        return start
+
+
+def _in_si(source: str, accel: Log) -> Log:
+    if accel.unit not in UNITS or UNITS[accel.unit].kind != "acceleration":
+        raise LogError(
+            f"{source}: an attitude needs an accelerometer of a known unit, got '{accel.unit}'"
+        )
+    return replace(accel, data=convert(accel.data, accel.unit, "m/s^2"), unit="m/s^2")
+
+
+def _check_samples(source: str, log: Log) -> None:
+    there = np.isfinite(log.data).all(axis=1) & log.data.any(axis=1)
+    if not there.any():
+        raise LogError(f"{source}: {', '.join(log.names)}: no sample is there in all axes")
+
+
+def _first(values: Floats) -> Floats:
+    """Return the direction of the first sample that has one."""
+    rows = values[np.isfinite(values).all(axis=1)]
+    lengths = np.linalg.norm(rows, axis=1)
+    place = int(np.argmax(lengths > 0.0))
+    first: Floats = rows[place] / lengths[place]
+    return first
+
+
+def _zeros(values: Floats) -> Floats:
+    return np.where(np.isfinite(values).all(axis=1, keepdims=True), values, 0.0)
+
+
+def _held(values: Floats) -> Floats:
+    there = np.isfinite(values).all(axis=1)
+    last = np.cumsum(there)
+    held: Floats = np.concatenate((np.zeros((1, 3)), values[there]))[last]
+    return held

@@ -1,0 +1,94 @@
+"""Rows of a comparison, and the measures that several kinds of recording share."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from zerorate import metrics
+from zerorate.tasks.compare.methods import AxisResult
+from zerorate.types import Booleans
+
+ERRORS: Final = frozenset(
+    (
+        *("coasting_10", "coasting_60"),
+        *("compensated_rmse", "angle_drift", "smooth_rmse"),
+        *(f"{name}_{horizon}" for name in ("growth", "smooth_growth") for horizon in (1, 10, 60)),
+    )
+)
+"""Measures that are compared with those on the clean record."""
+
+DEGRADATION: Final = "_degradation"
+"""What stands after the name of an error in that of its ratio to the error on the clean record."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """Measures of one method on one axis.
+
+    Attributes
+    ----------
+    source : str
+        Of the recording.
+    axis : str
+        The channel's name, or ``"all"`` where the axes are measured together.
+    method : str
+        Its name.
+    angle : str
+        Unit of angles in the values: ``"rad"``, or the recording's own unit times s where that is
+        not known to be a rate.
+    values : mapping of str to float
+        Measures by name, in SI otherwise; NaN where one means nothing.
+    causal : bool
+        Whether the method used no later samples: known of the package's own, tried for the user's.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> recording = zr.simulate_motion("hand", duration=30.0, seed=1).recording()
+    >>> row = zr.tasks.compare.compare([recording], ["raw"])[0].rows[0]
+    >>> row.method, row.axis, row.angle, row.causal
+    ('raw', 'all', 'rad', True)
+    """
+
+    source: str
+    axis: str
+    method: str
+    angle: str
+    values: Mapping[str, float]
+    causal: bool = True
+
+
+def degraded(row: Row, clean: Row) -> Row:
+    """Return the row of a contaminated record with its errors over those on the clean one, too."""
+    ratios = {
+        f"{name}{DEGRADATION}": value / clean.values[name] if clean.values[name] > 0.0 else math.nan
+        for name, value in row.values.items()
+        if name in ERRORS
+    }
+    return replace(row, values={**row.values, **ratios})
+
+
+def if_possible(measure: Callable[[], object]) -> float:
+    """Return a measure, or NaN where the record is too short, too gappy or constant for it."""
+    try:
+        return np.asarray(measure(), dtype=np.float64).item()
+    except ValueError:
+        return math.nan
+
+
+def consistency(found: AxisResult, where: Booleans) -> float:
+    """Return the mean normalised innovation squared of some samples, NaN without innovations.
+
+    A sample in what the method takes for motion is not used, and has none.
+    """
+    innovation, variance = found.innovation, found.innovation_variance
+    if innovation is None or variance is None:
+        return math.nan
+    known = where & (variance > 0.0)
+    if found.at_rest is not None:
+        known &= found.at_rest
+    positive = np.where(known, variance, 1.0)
+    return if_possible(lambda: metrics.nis(innovation, positive, where=known))

@@ -1,0 +1,338 @@
+"""Methods by name, on one axis of a recording and on many simulated records."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from zerorate import metrics
+from zerorate._native import DriftFilter, exponential_mean
+from zerorate.denoising import denoise
+from zerorate.faults import ArgumentError
+from zerorate.options import FILTER_OPTIONS, with_limits
+from zerorate.options import METHODS as FILTERS
+from zerorate.tasks.compare.own import OwnMethod
+from zerorate.tasks.replay.history import Recorder, memory
+from zerorate.tasks.trace import Trace
+from zerorate.types import Booleans, Floats
+
+Chosen = str | OwnMethod
+"""A method of the package by its name, or one of the user's own."""
+
+
+_SUFFIXES: Final = {"hold": ("motion", "hold"), "reject": ("outliers", "reject")}
+"""Options of the filter by the words that stand after a method's name and a plus."""
+
+WHOLE: Final = ("wu-ran", "visushrink")
+"""Wavelets, which see the whole record: Wu & Ran's after their robust filter, and VisuShrink."""
+
+_LEVEL: Final = 5
+"""Octaves that VisuShrink thresholds, as in Wu & Ran's comparison."""
+
+METHODS: Final = (
+    "raw",
+    "mean",
+    "ema",
+    "kf",
+    "akf",
+    "fading",
+    "fading+hold",
+    "fading+reject",
+    "robust",
+    "auto",
+    *WHOLE,
+)
+"""What is compared unless something else is asked for."""
+
+FIRST_REST: Final = 10.0
+"""Seconds at the start whose mean is taken for the bias."""
+
+_BLOCKS: Final = 64
+
+
+@dataclass(frozen=True, eq=False)
+class AxisResult:
+    """What a method makes of one axis of n samples.
+
+    Attributes
+    ----------
+    estimate : ndarray, shape (n,)
+        What is held when coasting: drift, or the smoothed rate of a sensor at rest.
+    bias : ndarray, shape (n,), or None
+        What is taken off the raw rate; None for a method that takes no drift off.
+    smooth : ndarray or None
+        The rate of a method that smooths, for use in place of the raw one; NaN where that is
+        missing, for a prediction is no measurement.
+    memory : float
+        Time in which the estimate makes 63 % of a step, s; infinite if that time keeps growing,
+        NaN if it is not known.
+    sigma : ndarray or None
+        Standard deviation of the bias.
+    at_rest : ndarray of bool or None
+        Whether the method took the sensor to be at rest.
+    innovation, innovation_variance : ndarray or None
+        Of a Kalman filter.
+    causal : bool
+        Whether each value was known after its sample.
+    """
+
+    estimate: Floats
+    bias: Floats | None
+    smooth: Floats | None = None
+    memory: float = np.nan
+    sigma: Floats | None = None
+    at_rest: Booleans | None = None
+    innovation: Floats | None = None
+    innovation_variance: Floats | None = None
+    causal: bool = True
+
+
+def resolved(methods: Sequence[str | OwnMethod | Callable[..., Any]]) -> list[Chosen]:
+    """Return methods in their order, those of the user found and checked by their names.
+
+    Parameters
+    ----------
+    methods : sequence of str, OwnMethod or callable
+        Names; ``name=module:function``; or functions and classes as `OwnMethod` describes them,
+        which have their own name.
+
+    Raises
+    ------
+    ValueError
+        If there is none, two have one name, an own one has a name of the package's, or cannot be
+        found.
+    """
+    found = [_resolved(one) for one in methods]
+    names = [name_of(one) for one in found]
+    if not names or len(set(names)) < len(names):
+        raise ArgumentError("methods", f"must be at least one and all different, got {names}")
+    return found
+
+
+def _resolved(method: str | OwnMethod | Callable[..., Any]) -> Chosen:
+    if isinstance(method, str):
+        if "=" not in method:
+            return method
+        method = OwnMethod.parse(method)
+    elif not isinstance(method, OwnMethod):
+        method = OwnMethod(getattr(method, "__name__", repr(method)), method)
+    if _is_known(method.name) or method.name == _OPTIMUM:
+        raise ValueError(f"{method.name} is a method of this package: give yours another name")
+    return method
+
+
+_OPTIMUM: Final = "optimum"
+"""What tables call the filter that knows a simulated gyro."""
+
+
+def on_axis(
+    method: Chosen, z: Floats, rate: float, gain: Callable[[], float], unit: str | None = None
+) -> AxisResult:
+    """Return what a method makes of one axis.
+
+    Parameters
+    ----------
+    method : str or OwnMethod
+        One of `METHODS`, or any other method of `zerorate.DriftFilter`, with ``+hold`` to learn at
+        rest only and ``+reject`` to reject outliers; or the user's own.
+    z : ndarray, shape (n,)
+        Raw rates.
+    rate : float
+        Samples per second, Hz.
+    gain : callable
+        Finds the gain of the best exponential moving average in hindsight, by what counts for this
+        record.
+    unit : str, optional
+        Of the rates. Where it is known "auto" has the limits that the command line gives it.
+
+    Raises
+    ------
+    ValueError
+        If the filter knows no such method.
+    MethodError
+        If the user's own fails.
+    """
+    if isinstance(method, OwnMethod):
+        bias = method.run(z, rate)
+        return AxisResult(bias, bias, causal=method.is_causal(z, bias, rate))
+    if method == "raw":
+        return AxisResult(z, np.zeros_like(z), memory=0.0)
+    if method == "mean":
+        mean = metrics.running_mean(z)
+        return AxisResult(mean, mean, memory=np.inf)
+    if method == "ema":
+        best = gain()
+        average = exponential_mean(z, best)
+        return AxisResult(average, average, memory=1.0 / (best * rate))
+    if method in WHOLE:
+        smooth = _denoised(method, z, rate)
+        return AxisResult(smooth, None, smooth, causal=False)
+    return _filtered(method, z, rate, unit)
+
+
+def filter_arguments(method: str) -> dict[str, Any]:
+    """Return the arguments of `zerorate.DriftFilter` that a name such as ``fading+hold`` means."""
+    name, *words = method.split("+")
+    chosen = dict(_SUFFIXES.get(word, ("", "")) for word in words)
+    # The filter itself says which methods it knows, so what is not known here is left to it.
+    known = FILTER_OPTIONS.keys() >= chosen.keys()
+    return {"method": name} | chosen if known else {"method": method}
+
+
+def _is_known(method: str) -> bool:
+    return method in (*_OWN, *WHOLE) or filter_arguments(method)["method"] in FILTERS
+
+
+_OWN: Final = ("raw", "mean", "ema")
+
+
+def first_rest(z: Floats, rate: float) -> AxisResult:
+    """Return the bias of a user who lets the sensor rest for ten seconds at the start."""
+    start = z[: max(1, round(FIRST_REST * rate))]
+    present = start[np.isfinite(start)]
+    bias = np.full(z.shape, present.mean() if present.size else np.nan)
+    return AxisResult(bias, bias)
+
+
+def _filtered(method: str, z: Floats, rate: float, unit: str | None) -> AxisResult:
+    chosen = filter_arguments(method)
+    filter_ = DriftFilter(rate, channels=1, **with_limits(chosen, [chosen["method"]], unit))
+    recorder, parts = Recorder(), []
+    # The traces of a long record at once would fill the memory with what nobody reads.
+    for block in np.array_split(z[:, np.newaxis], min(_BLOCKS, z.size)):
+        parts.append(_readings(filter_.trace(block)))
+        recorder.take(filter_)
+    found: dict[str, Any]
+    found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    if filter_.order is None:
+        gain = float(filter_.gain[0, 0])
+        return AxisResult(**found, memory=1.0 / (gain * rate) if gain > 0.0 else np.nan)
+    seconds = float(memory(recorder.history(), filter_.order, rate)[0])
+    smooth = np.where(np.isfinite(z), found["estimate"], np.nan)
+    return AxisResult(**found, smooth=smooth, memory=seconds)
+
+
+def _denoised(method: str, z: Floats, rate: float) -> Floats:
+    """Return a whole record through a wavelet: NaN if a sample is missing or it is too short."""
+    try:
+        if method == "visushrink":
+            return _wavelet(z, level=_LEVEL)
+        robust = DriftFilter(rate, output="estimate", **filter_arguments("robust")).process(z)
+        return _wavelet(robust, level="psr", approximation=True)
+    except ValueError:
+        return np.full_like(z, np.nan)
+
+
+def _wavelet(z: Floats, **options: Any) -> Floats:  # noqa: ANN401
+    signal: Floats = denoise(z, **options).signal
+    return signal
+
+
+_READINGS: Final = {
+    "estimate": "estimate",
+    "bias": "bias",
+    "bias_sigma": "sigma",
+    "at_rest": "at_rest",
+    "innovation": "innovation",
+    "innovation_variance": "innovation_variance",
+}
+
+
+def _readings(trace: Trace) -> dict[str, Any]:
+    """Return what of it is kept, of the one channel."""
+    return {own: getattr(trace, name)[:, 0] for name, own in _READINGS.items()}
+
+
+# A trace keeps all that the filter knew at every sample: so many samples of it at a time.
+_SLAB: Final = 10_000
+
+HINDSIGHT: Final = "ema"
+"""The method that is chosen after the fact, with the truth at hand."""
+
+
+class Estimate(NamedTuple):
+    """Drift, and the standard deviation that the method gives it: shape (n, k), deg/s.
+
+    `sigma` is None for a method that gives none, `causal` is False for one that looks ahead.
+    """
+
+    drift: Floats
+    sigma: Floats | None
+    causal: bool = True
+
+
+Method = Callable[[Floats, float], Floats | Estimate]
+"""Called with k records, shape (n, k), and their rate in Hz; returns their drift, causally."""
+
+
+def name_of(method: Chosen | Method) -> str:
+    """Return what a method is called in a table."""
+    if isinstance(method, OwnMethod):
+        return method.name
+    return method if isinstance(method, str) else getattr(method, "__name__", repr(method))
+
+
+def causal_method(method: Chosen | Method) -> Method:
+    """Return a method by its name, or itself: causal but for those in `WHOLE`."""
+    if isinstance(method, OwnMethod):
+        return partial(_own, method=method)
+    if not isinstance(method, str):
+        return method
+    return _NAMED.get(method) or partial(_whole if method in WHOLE else _published, method=method)
+
+
+def check_name(method: Chosen | Method) -> None:
+    """Raise ValueError for a name that is not known."""
+    if isinstance(method, str) and not _is_known(method):
+        raise ValueError(f"unknown method {method!r}; known are {', '.join(METHODS)}")
+
+
+def _raw(signal: Floats, rate: float) -> Floats:
+    return signal
+
+
+def _mean(signal: Floats, rate: float) -> Floats:
+    total: Floats = np.cumsum(signal, axis=0)
+    return total / np.arange(1.0, len(signal) + 1.0)[:, np.newaxis]
+
+
+def _published(signal: Floats, rate: float, *, method: str) -> Floats:
+    arguments = filter_arguments(method)
+    bank = DriftFilter(rate, channels=signal.shape[1], output="estimate", **arguments)
+    return bank.process(signal)
+
+
+def _whole(signal: Floats, rate: float, *, method: str) -> Estimate:
+    records = np.ascontiguousarray(signal.T)
+    drift = np.column_stack([_denoised(method, record, rate) for record in records])
+    return Estimate(drift, None, causal=False)
+
+
+def _own(signal: Floats, rate: float, *, method: OwnMethod) -> Estimate:
+    """Return what a user's own method learned, which takes rad/s; the first record tells causal."""
+    records = np.radians(np.ascontiguousarray(signal.T))
+    biases = [method.run(record, rate) for record in records]
+    causal = method.is_causal(records[0], biases[0], rate)
+    return Estimate(np.degrees(np.column_stack(biases)), None, causal)
+
+
+def _learned(signal: Floats, rate: float) -> Estimate:
+    """Return what the self-tuning filter learned at rest, one record at a time."""
+    found = [_learned_of_one(record, rate) for record in np.ascontiguousarray(signal.T)]
+    drifts, sigmas = zip(*found, strict=True)
+    return Estimate(np.column_stack(drifts), np.column_stack(sigmas))
+
+
+def _learned_of_one(record: Floats, rate: float) -> tuple[Floats, Floats]:
+    drift_filter = DriftFilter(rate, method="auto")
+    drift, sigma = np.empty_like(record), np.empty_like(record)
+    for begin in range(0, record.size, _SLAB):
+        slab = slice(begin, begin + _SLAB)
+        trace = drift_filter.trace(record[slab])
+        drift[slab], sigma[slab] = trace.bias, trace.bias_sigma
+    return drift, sigma
+
+
+_NAMED: Final[Mapping[str, Method]] = {"raw": _raw, "mean": _mean, "auto": _learned}

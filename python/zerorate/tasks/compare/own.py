@@ -1,0 +1,191 @@
+"""Methods of the user's own: how they are found, called and checked."""
+
+import re
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.types import Floats
+
+_NAME: Final = re.compile(r"[\w.-]+")
+_FORM: Final = "expected NAME=MODULE:FUNCTION, as in mine=my_filter:bias"
+
+_SAME: Final = 1e-6
+"""Of the largest sample: two runs that differ by less are equal. A function may work in float32."""
+
+
+class MethodError(RuntimeError):
+    """A user's own method failed on the data, or did not return a bias for every sample."""
+
+
+@dataclass(frozen=True)
+class OwnMethod:
+    """A user's own method under a name, to be measured next to those of the package.
+
+    Attributes
+    ----------
+    name : str
+        Letters, digits, and ``_``, ``-``, ``.``; in the tables.
+    call : callable
+        A function, called with the samples of one axis, shape (n,) in rad/s (in the unit of the
+        log where that is not known) with NaN where one is missing, and the rate in Hz. It returns
+        the bias that was known after each sample, shape (n,), finite. Or a class, called with the
+        rate, an instance for each axis, whose ``update(sample)`` returns the bias after it.
+
+    Raises
+    ------
+    ValueError
+        If the name holds other characters, or a class has no ``update``.
+    TypeError
+        If it cannot be called.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.tasks.compare import OwnMethod
+    >>> own = OwnMethod("running", lambda z, rate: np.cumsum(z) / np.arange(1, len(z) + 1))
+    >>> z = np.array([1.0, 3.0, 5.0])
+    >>> own.run(z, 100.0), own.is_causal(z, own.run(z, 100.0), 100.0)
+    (array([1., 2., 3.]), True)
+    """
+
+    name: str
+    call: Callable[..., Any]
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be a method."""
+        if not _NAME.fullmatch(self.name):
+            raise ValueError(
+                f"a method's name is made of letters, digits, _, - and ., got {self.name!r}; "
+                "OwnMethod(name, function) gives a function another"
+            )
+        if not callable(self.call):
+            kind = type(self.call).__name__
+            raise TypeError(f"{self.name} must be a function or a class, got {kind}")
+        if self._streams and not callable(getattr(self.call, "update", None)):
+            raise ValueError(f"{self.name}: the class {self.call.__name__} has no method update")
+
+    @classmethod
+    def parse(cls, text: str) -> "OwnMethod":
+        """Return the method that ``NAME=MODULE:FUNCTION`` means, its module imported.
+
+        Raises
+        ------
+        ValueError
+            If the text has another form, the module cannot be imported, or does not hold that.
+        """
+        name, _, place = text.partition("=")
+        module, _, attribute = place.partition(":")
+        if not (name and module and attribute.isidentifier()):
+            raise ValueError(f"{text!r} is no method, {_FORM}")
+        if module.endswith(".py"):
+            raise ValueError(f"{text!r} names a file, expected {name}={module[:-3]}:{attribute}")
+        found = _imported(name, module)
+        if not hasattr(found, attribute):
+            raise ValueError(f"{name}: the module {module} has no {attribute!r}")
+        try:
+            return cls(name, getattr(found, attribute))
+        except TypeError as error:
+            raise ValueError(str(error)) from None
+
+    def run(self, z: Floats, rate: float) -> Floats:
+        """Return the bias after each sample of one axis, shape (n,).
+
+        Raises
+        ------
+        MethodError
+            If it fails, or returns anything but a finite number for each sample.
+        """
+        # A copy, which it may change.
+        found = self._called(z.copy(), rate)
+        try:
+            bias = np.asarray(found)
+        except ValueError:
+            raise MethodError(f"{self.name} must return one number a sample") from None
+        self._check(bias, z)
+        return bias.astype(np.float64)
+
+    def is_causal(self, z: Floats, bias: Floats, rate: float) -> bool:
+        """Return whether what it returned for the first half does not depend on the second.
+
+        A class sees one sample after the other, so it cannot look ahead.
+        """
+        if self._streams:
+            return True
+        half = z.size // 2
+        with while_on("its first half alone"):
+            alone = self.run(z[:half], rate)
+        difference = np.abs(alone - bias[:half]).max(initial=0.0)
+        largest = np.abs(z[np.isfinite(z)]).max(initial=0.0)
+        return bool(difference <= _SAME * largest)
+
+    @property
+    def _streams(self) -> bool:
+        return isinstance(self.call, type)
+
+    def _called(self, z: Floats, rate: float) -> Any:  # noqa: ANN401
+        try:
+            if not self._streams:
+                return self.call(z, rate)
+            update = self.call(rate).update
+            return [update(sample) for sample in z.tolist()]
+        except Exception as error:
+            raise MethodError(f"{self.name} failed: {_told(error)}") from error
+
+    def _check(self, bias: npt.NDArray[Any], z: Floats) -> None:
+        if bias.shape != z.shape:
+            raise MethodError(
+                f"{self.name} must return one number a sample, an array of shape {z.shape}, got "
+                f"{bias.shape}"
+            )
+        if bias.dtype.kind not in "fiu":
+            raise MethodError(f"{self.name} must return real numbers, got type {bias.dtype}")
+        wrong = np.flatnonzero(~np.isfinite(bias))
+        if wrong.size:
+            first = wrong[0]
+            missing = "" if np.isfinite(z[first]) else ", where the sample is missing"
+            raise MethodError(
+                f"{self.name} must return finite numbers, got {bias[first]} for sample {first}"
+                f"{missing}"
+            )
+
+
+@contextmanager
+def while_on(place: str) -> Iterator[None]:
+    """Put what was being measured before the text of a `MethodError`."""
+    try:
+        yield
+    except MethodError as error:
+        raise MethodError(f"{place}: {error}") from error.__cause__
+
+
+def _imported(name: str, module: str) -> object:
+    try:
+        return import_module(module)
+    except (Exception, SystemExit) as error:
+        if isinstance(error, ModuleNotFoundError) and error.name == module:
+            raise ValueError(
+                f"{name}: there is no module {module!r}, neither in this folder nor installed"
+            ) from None
+        raise ValueError(f"{name}: {module} cannot be imported: {_told(error)}") from error
+
+
+def _told(error: BaseException) -> str:
+    """Return an error in one line, with the place in the user's own file that it comes from."""
+    text = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if _is_theirs(frame)]
+    if not frames:
+        return text
+    last = [frame for frame in frames if frame.filename == frames[0].filename][-1]
+    return f"{text} ({last.filename}, line {last.lineno})"
+
+
+def _is_theirs(frame: traceback.FrameSummary) -> bool:
+    ours = (__file__, import_module.__code__.co_filename)
+    return frame.filename not in ours and not frame.filename.startswith("<frozen")

@@ -1,0 +1,141 @@
+"""Attitude filters of other packages, as they come, where they are installed."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.util import find_spec
+from typing import Any, Final, NamedTuple, TypeAlias
+
+import numpy as np
+
+from zerorate.geometry.frames import in_enu
+from zerorate.geometry.rotations import inverse, product
+from zerorate.tasks.compare.imu import Imu
+from zerorate.types import Floats
+from zerorate.units import UNITS
+
+_DEG: Final = math.degrees(1.0)
+_G: Final = UNITS["g"].amount
+
+
+class Run(NamedTuple):
+    """What a filter makes of samples: orientations from sensor to east, north and up, (n, 4)."""
+
+    quaternions: Floats
+    seconds: float
+
+
+class Peer(NamedTuple):
+    """A filter of another package: how that is imported, what runs it, and if it looks ahead."""
+
+    package: str
+    run: Callable[[Imu], Run]
+    causal: bool = True
+
+
+def missing(peer: str) -> bool:
+    """Return whether the package of a peer is not installed."""
+    return find_spec(PEERS[peer].package) is None
+
+
+def _vqf(imu: Imu) -> Run:
+    from vqf import VQF
+
+    filled = imu.filled()
+    # It wants to be told how often accelerometer and magnetometer have a sample.
+    vqf = VQF(1.0 / imu.rate, 1.0 / imu.accel_rate, 1.0 / imu.mag_rate)
+    start = time.perf_counter()
+    found = vqf.updateBatch(filled.gyro, filled.accel, filled.mag)
+    seconds = time.perf_counter() - start
+    return Run(found["quat6D" if imu.mag is None else "quat9D"], seconds)
+
+
+def _vqf_offline(imu: Imu) -> Run:
+    """Run vqf forward and backward; it knows no missing samples, so there is no result with any."""
+    from vqf import offlineVQF
+
+    sensors = [imu.gyro, imu.accel] if imu.mag is None else [imu.gyro, imu.accel, imu.mag]
+    if not all(np.isfinite(one).all() for one in sensors):
+        return Run(np.full((len(imu.gyro), 4), np.nan), math.nan)
+    start = time.perf_counter()
+    found = offlineVQF(imu.gyro, imu.accel, imu.mag, 1.0 / imu.rate)
+    seconds = time.perf_counter() - start
+    return Run(found["quat6D" if imu.mag is None else "quat9D"], seconds)
+
+
+def _imufusion(imu: Imu) -> Run:
+    """Run the filter behind the same package's estimate of the bias, as its examples do."""
+    import imufusion
+
+    ahrs, bias = imufusion.Ahrs(), imufusion.Bias()
+    of_ahrs, of_bias = imufusion.AhrsSettings(), imufusion.BiasSettings()
+    of_ahrs.sample_rate = of_bias.sample_rate = imu.rate
+    of_ahrs.convention = imufusion.CONVENTION_ENU
+    ahrs.set_settings(of_ahrs)
+    bias.set_settings(of_bias)
+
+    def step(_: Floats, gyro: Floats, accel: Floats, mag: Floats | None) -> Floats:
+        rate = bias.update(gyro)
+        if mag is None:
+            ahrs.update_no_magnetometer(rate, accel)
+        else:
+            ahrs.update(rate, accel, mag)
+        quaternion: Floats = ahrs.get_quaternion()
+        return quaternion
+
+    filled = imu.filled()
+    scaled = replace(filled, gyro=filled.gyro * _DEG, accel=filled.accel / _G)
+    return _stepped(step, scaled, np.array([1.0, 0.0, 0.0, 0.0]))
+
+
+def _ahrs_madgwick(imu: Imu) -> Run:
+    from ahrs.filters import Madgwick
+
+    # With a magnetometer its earth has north, west and up; without, any heading will do.
+    turn = np.array([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])
+    start = product(inverse(turn), imu.first_orientation())
+    run = _stepped(_ahrs_step(Madgwick(frequency=imu.rate)), imu.filled(), start)
+    return run._replace(quaternions=in_enu(run.quaternions, "nwu"))
+
+
+def _ahrs_mahony(imu: Imu) -> Run:
+    from ahrs.filters import Mahony
+
+    step = _ahrs_step(Mahony(frequency=imu.rate))
+    return _stepped(step, imu.filled(), imu.first_orientation())
+
+
+Step: TypeAlias = Callable[[Floats, Floats, Floats, Floats | None], Floats]
+"""Called with an orientation and the samples after it; returns the next orientation."""
+
+
+def _ahrs_step(ahrs: Any) -> Step:  # noqa: ANN401
+    def step(q: Floats, gyro: Floats, accel: Floats, mag: Floats | None) -> Floats:
+        found: Floats = (
+            ahrs.updateIMU(q, gyro, accel) if mag is None else ahrs.updateMARG(q, gyro, accel, mag)
+        )
+        return found
+
+    return step
+
+
+def _stepped(step: Step, imu: Imu, q: Floats) -> Run:
+    found = np.empty((len(imu.gyro), 4))
+    mags = [None] * len(found) if imu.mag is None else imu.mag
+    start = time.perf_counter()
+    for i, (gyro, accel, mag) in enumerate(zip(imu.gyro, imu.accel, mags, strict=True)):
+        q = found[i] = step(q, gyro, accel, mag)
+    return Run(found, time.perf_counter() - start)
+
+
+PEERS: Final = {
+    "vqf": Peer("vqf", _vqf),
+    "imufusion": Peer("imufusion", _imufusion),
+    "ahrs-madgwick": Peer("ahrs", _ahrs_madgwick),
+    "ahrs-mahony": Peer("ahrs", _ahrs_mahony),
+    "vqf-offline": Peer("vqf", _vqf_offline, causal=False),
+}
+"""By the names under which they stand in a comparison."""

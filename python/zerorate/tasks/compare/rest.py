@@ -1,0 +1,138 @@
+"""Measures of methods on a sensor at rest."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from zerorate import metrics
+from zerorate._native import exponential_mean
+from zerorate.metrics import BestEma
+from zerorate.noise.records import is_constant
+from zerorate.noise.rest import moving_spans
+from zerorate.record import LogError
+from zerorate.tasks.compare.measures import Row, consistency, if_possible
+from zerorate.tasks.compare.methods import HINDSIGHT, AxisResult, Chosen, name_of, on_axis
+from zerorate.tasks.compare.trial import Trial
+from zerorate.types import Floats
+
+HORIZONS: Final = (10.0, 60.0)
+"""Seconds to coast."""
+
+_LEARNING: Final = 120.0
+
+
+def scored_from(duration: float) -> float:
+    """Return the time from which a record of so many seconds is scored, s."""
+    return min(_LEARNING, duration / 3.0)
+
+
+def scored_axes(recording: Trial) -> list["ScoredAxis"]:
+    """Return the axes of a recording, ready to judge methods."""
+    columns = zip(recording.log.names, recording.log.data.T, strict=True)
+    return [ScoredAxis(np.ascontiguousarray(z), recording, name) for name, z in columns]
+
+
+def rest_rows(
+    recording: Trial, axes: Sequence["ScoredAxis"], methods: Sequence[Chosen], seen: Floats
+) -> Iterator[Row]:
+    """Yield the measures of every axis and method, one after the other.
+
+    Parameters
+    ----------
+    recording, axes : Trial, sequence of ScoredAxis
+        What methods are judged by.
+    methods : sequence of str or OwnMethod
+        What is judged.
+    seen : ndarray, shape (n, k)
+        What they are fed with: the record's data, or a contaminated copy.
+    """
+    for name, scored, column in zip(recording.log.names, axes, seen.T, strict=True):
+        z = np.ascontiguousarray(column)
+        for method in methods:
+            found = scored.run(method, z)
+            values = scored.measured(method, found, z)
+            label = name_of(method)
+            yield Row(recording.source, name, label, recording.angle, values, found.causal)
+
+
+def rest_notes(recording: Trial) -> Iterator[str]:
+    """Yield that there is no reference, and where the sensor seems to move nonetheless."""
+    yield f"{recording.source}: without a reference, so it is taken to be at rest"
+    for name, z in zip(recording.log.names, recording.log.data.T, strict=True):
+        if is_constant(z, np.nanmax(z)):
+            yield f"{recording.source}: {name}: all samples are equal, so there is nothing to lose"
+        spans = moving_spans(z, recording.log.rate)
+        if spans:
+            seconds = sum(span.end - span.start for span in spans)
+            moves = f"{name} seems to move for {seconds:.0f} s"
+            yield f"{recording.source}: {moves}, which counts as error"
+
+
+class ScoredAxis:
+    """One axis, and the best averages that methods are measured by."""
+
+    def __init__(self, z: Floats, recording: Trial, axis: str) -> None:
+        rate = recording.log.rate
+        self._z, self._rate, self._unit = z, rate, recording.log.unit
+        self._start = scored_from(z.size / rate)
+        bests = {horizon: self._best(horizon) for horizon in HORIZONS}
+        self._bests = {horizon: best for horizon, best in bests.items() if best is not None}
+        if not self._bests:
+            raise LogError(
+                f"{recording.source}: {axis} holds no {HORIZONS[0]:g} s without missing samples to "
+                f"coast through after the first {self._start:.3g} s"
+            )
+
+    def run(self, method: Chosen, seen: Floats) -> AxisResult:
+        """Return what a method makes of other samples, or of the same."""
+        return on_axis(method, seen, self._rate, self._gain, self._unit)
+
+    def measured(self, method: Chosen, found: AxisResult, seen: Floats) -> dict[str, float]:
+        """Return the measures of what a method made of the samples it has seen."""
+        values = {}
+        for horizon in HORIZONS:
+            estimate = found.estimate
+            if method == HINDSIGHT and horizon in self._bests:
+                # Each horizon has a best gain of its own.
+                estimate = exponential_mean(seen, float(self._bests[horizon].gain))
+            error = self._coasting(estimate, horizon)
+            values[f"coasting_{horizon:g}"] = error
+            values[f"coasting_{horizon:g}_over_best"] = error / self._least(horizon)
+        return values | self._others(found)
+
+    def _others(self, found: AxisResult) -> dict[str, float]:
+        z, x = self._scored(self._z), self._scored(found.estimate)
+        counted = np.arange(self._z.size) >= self._z.size - z.size
+        return {
+            "allan_ratio": _allan(self._z, found, self._rate),
+            "nis": consistency(found, counted),
+            "reduction": if_possible(lambda: metrics.reduction(z, x)),
+        }
+
+    def _coasting(self, estimate: Floats, horizon: float) -> float:
+        z, x = self._scored(self._z), self._scored(estimate)
+        return if_possible(lambda: metrics.coasting_error(z, x, self._rate, horizon))
+
+    def _least(self, horizon: float) -> float:
+        """Return the error of the best average, NaN if there is none or it is without error."""
+        least = float(self._bests[horizon].error) if horizon in self._bests else 0.0
+        return least if least > 0.0 else math.nan
+
+    def _gain(self) -> float:
+        return float(self._bests[max(self._bests)].gain)
+
+    def _best(self, horizon: float) -> BestEma | None:
+        try:
+            return metrics.best_ema(self._z, self._rate, horizon, start=self._start)
+        except ValueError:
+            return None
+
+    def _scored(self, x: Floats) -> Floats:
+        return x[round(self._start * self._rate) :]
+
+
+def _allan(z: Floats, found: AxisResult, rate: float) -> float:
+    """Return the ratio of Allan deviations at ten times the memory."""
+    return if_possible(lambda: metrics.allan_ratio(z, found.estimate, rate, found.memory).ratio[0])

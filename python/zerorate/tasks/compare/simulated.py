@@ -1,0 +1,313 @@
+"""Methods on simulated gyros: their error over that of the optimal filter."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from zerorate.faults import ArgumentError
+from zerorate.metrics.averages import best_shared_ema
+from zerorate.progress import Progress, reported
+from zerorate.simulation import Contamination
+from zerorate.simulation.models import MODELS, GyroModel, records
+from zerorate.simulation.optimum import optimum
+from zerorate.tasks.compare.methods import (
+    HINDSIGHT,
+    Chosen,
+    Estimate,
+    Method,
+    causal_method,
+    check_name,
+    name_of,
+)
+from zerorate.tasks.compare.own import while_on
+from zerorate.types import Booleans, Floats
+
+_SEED: Final = 1
+"""Of contamination."""
+
+
+@dataclass(frozen=True, eq=False)
+class Regret:
+    """Regret of methods on models of gyros.
+
+    Attributes
+    ----------
+    methods : tuple of str
+        Names of the methods.
+    models : tuple of GyroModel
+        The gyros.
+    regret : ndarray, shape (models, methods)
+        RMSE to the true drift over that of the optimum on the same records.
+    sigma : ndarray, shape (models, methods)
+        Standard error of the regret, from how records differ; NaN for one record.
+    coverage : ndarray, shape (models, methods)
+        Share of samples and records whose error is within one sigma of the method, 0.683 for an
+        honest Gaussian one; NaN for a method that gives no sigma.
+    optimum : ndarray, shape (models,)
+        RMSE of the Kalman filter that knows the model, deg/s.
+    causal : ndarray of bool, shape (methods,)
+        Whether the method used no later samples: known of the package's own, tried for the user's.
+    contamination : Contamination or None
+        What the methods were fed with besides; the optimum is always that on clean records.
+    """
+
+    methods: tuple[str, ...]
+    models: tuple[GyroModel, ...]
+    regret: Floats
+    sigma: Floats
+    coverage: Floats
+    optimum: Floats
+    causal: Booleans
+    contamination: Contamination | None = None
+
+    @property
+    def lasting(self) -> Booleans:
+        """Which models are not transient, shape (models,)."""
+        return np.array([not model.transient for model in self.models])
+
+    @property
+    def mean(self) -> Floats:
+        """Mean over the models that are not transient, shape (methods,); NaN if there is none."""
+        return self._over_models(np.mean)
+
+    @property
+    def worst(self) -> Floats:
+        """Largest over the models that are not transient, shape (methods,); NaN if none."""
+        return self._over_models(np.max)
+
+    def part(
+        self, methods: Sequence[str], first: int, contamination: Contamination | None
+    ) -> "Regret":
+        """Return some neighbouring methods, the first of them by its place, by these names."""
+        chosen = slice(first, first + len(methods))
+        fields = ("regret", "sigma", "coverage", "causal")
+        found = {name: getattr(self, name)[..., chosen] for name in fields}
+        return replace(self, methods=tuple(methods), contamination=contamination, **found)
+
+    def _over_models(self, summary: Callable[..., Floats]) -> Floats:
+        kept = self.regret[self.lasting]
+        return summary(kept, axis=0) if len(kept) else np.full(len(self.methods), np.nan)
+
+
+class _Score(NamedTuple):
+    """Mean squared error of each record, shape (k,), how often it was within one sigma, causal."""
+
+    squares: Floats
+    coverage: float
+    causal: bool = True
+
+
+class _Trial(NamedTuple):
+    """Records of gyros of one model: output and true drift, shape (n, k), deg/s, rate in Hz.
+
+    The samples from `first` on count.
+    """
+
+    signal: Floats
+    truth: Floats
+    rate: float
+    first: int
+
+    def score(self, method: Chosen | Method) -> _Score:
+        """Return the score of a method; its coverage is NaN if it gives no sigma."""
+        if method == HINDSIGHT:
+            return _Score(best_shared_ema(self.signal, self.truth, self.first), np.nan)
+        answer = causal_method(method)(self.signal, self.rate)
+        found = answer if isinstance(answer, Estimate) else Estimate(answer, None)
+        drift = found.drift
+        if drift.shape != self.truth.shape:
+            raise ValueError(
+                f"{name_of(method)} must return the shape of the records {self.truth.shape}, "
+                f"got {drift.shape}"
+            )
+        error = np.abs(drift[self.first :] - self.truth[self.first :])
+        return _Score(np.mean(error**2, axis=0), self._coverage(error, found.sigma), found.causal)
+
+    def _coverage(self, error: Floats, sigma: Floats | None) -> float:
+        return np.nan if sigma is None else float(np.mean(error <= sigma[self.first :]))
+
+
+def run(
+    methods: Sequence[Chosen | Method],
+    *,
+    models: Sequence[GyroModel] | None = None,
+    seeds: int = 12,
+    rate: float = 100.0,
+    duration: float = 1800.0,
+    score_from: float = 120.0,
+    progress: Progress | None = None,
+) -> Regret:
+    """Measure how near to the optimum methods come on simulated gyros.
+
+    Parameters
+    ----------
+    methods : sequence of str, OwnMethod or callable
+        ``"raw"``, ``"mean"`` of all samples so far, ``"ema"`` (a moving average whose gain is the
+        best in hindsight for each model), methods of `zerorate.DriftFilter` with its defaults, the
+        user's own, or callables: with k records, shape (n, k), and their rate they return the
+        drift, or an `Estimate` of drift and sigma. All have different names.
+    models : sequence of GyroModel, optional
+        The gyros; default all of `MODELS`.
+    seeds : int
+        Records of each model, from 1; default 12.
+    duration : float
+        Length of a record, s; default half an hour.
+    rate : float
+        Samples per second, Hz; default 100, for which the table of models is made.
+    score_from : float
+        Time from which errors count, s; default two minutes.
+    progress : callable, optional
+        Called with a model's name and the fraction of all that is done.
+        By default a bar in a notebook.
+
+    Returns
+    -------
+    Regret
+        RMS over samples and seeds before the ratio, which lucky seeds would rule otherwise.
+
+    Raises
+    ------
+    ValueError
+        If a name is not known or stands twice, no model or seed is given, the record is not longer
+        than `score_from`, or a callable returns another shape.
+    MethodError
+        If the user's own method fails.
+
+    Examples
+    --------
+    >>> found = run(["raw", "mean"], models=MODELS[:1], seeds=1, duration=60.0, score_from=20.0)
+    >>> found.regret[:, 1].round(6).tolist()
+    [1.0]
+    """
+    names = _checked(methods)
+    chosen = tuple(MODELS if models is None else models)
+    counted = scored_span(duration, score_from, rate)
+    if not chosen or seeds < 1:
+        raise ValueError(f"regret needs models and seeds, got {len(chosen)} and {seeds}")
+    report = reported(progress)
+    rows: list[list[_Score]] = []
+    for model in chosen:
+        scores: list[_Score] = []
+        with while_on(f"simulated gyro {model.name}"):
+            for score in _scores(model, methods, seeds, rate, counted):
+                scores.append(score)
+                done = len(rows) + len(scores) / (1 + len(methods))
+                report(model.name, done / len(chosen))
+        rows.append(scores)
+    return _regret(names, chosen, rows)
+
+
+def run_contaminated(
+    methods: Sequence[Chosen],
+    faults: Sequence[Contamination],
+    *,
+    seeds: int = 12,
+    duration: float = 1800.0,
+    progress: Progress | None = None,
+) -> list[Regret]:
+    """Return the regret on clean records, then that with each of the faults put into them.
+
+    The best moving average in hindsight is left out there: it would know the outliers as well.
+
+    Parameters
+    ----------
+    methods : sequence of str or OwnMethod
+        Names that `run` knows, and the user's own.
+    faults : sequence of Contamination
+        All different.
+    seeds, duration, progress
+        As of `run`.
+
+    Raises
+    ------
+    ValueError, MethodError
+        As of `run`.
+    """
+    live = [method for method in methods if method != HINDSIGHT]
+    fed = [_fed(method, fault) for fault in faults for method in live]
+    found = run([*methods, *fed], seeds=seeds, duration=duration, progress=progress)
+    firsts = range(len(methods), len(methods) + len(fed), max(1, len(live)))
+    parts = zip(firsts, faults if live else (), strict=True)
+    names = list(map(name_of, live))
+    return [
+        found.part(found.methods[: len(methods)], 0, None),
+        *(found.part(names, first, fault) for first, fault in parts),
+    ]
+
+
+def _fed(method: Chosen, fault: Contamination) -> Method:
+    """Return a method that gets contaminated records."""
+
+    def fed(signal: Floats, rate: float) -> Floats | Estimate:
+        return causal_method(method)(fault.apply(signal, rate, _SEED), rate)
+
+    fed.__name__ = f"{name_of(method)}, {fault}"
+    return fed
+
+
+def _scores(
+    model: GyroModel,
+    methods: Sequence[Chosen | Method],
+    seeds: int,
+    rate: float,
+    counted: tuple[int, int],
+) -> Iterator[_Score]:
+    """Yield the score of the optimum, then of each method."""
+    first, n = counted
+    signal, truth = records(model, rate, n, range(seeds))
+    trial = _Trial(signal, truth, rate, first)
+    yield trial.score(lambda z, _: optimum(model, rate, n).filtered(z)[0])
+    for method in methods:
+        yield trial.score(method)
+
+
+def _checked(methods: Sequence[Chosen | Method]) -> tuple[str, ...]:
+    names = tuple(name_of(method) for method in methods)
+    if not names or len(set(names)) < len(names):
+        raise ArgumentError("methods", f"must be at least one and all different, got {list(names)}")
+    for method in methods:
+        check_name(method)
+    return names
+
+
+def _regret(
+    names: tuple[str, ...], models: tuple[GyroModel, ...], rows: Sequence[Sequence[_Score]]
+) -> Regret:
+    """Return the regret from the scores of each model: those of the optimum, then the methods."""
+    squares = np.array([[score.squares for score in scores] for scores in rows])
+    coverage = np.array([[score.coverage for score in scores[1:]] for scores in rows])
+    causal = np.logical_and.reduce([[score.causal for score in scores[1:]] for scores in rows])
+    least = squares[:, :1]
+    regret = np.sqrt(squares.mean(axis=2)[:, 1:] / least.mean(axis=2))
+    optimum_error = np.sqrt(least.mean(axis=(1, 2)))
+    sigma = _error(squares[:, 1:], least)
+    return Regret(names, models, regret, sigma, coverage, optimum_error, causal)
+
+
+def _error(squares: Floats, least: Floats) -> Floats:
+    """Return the standard error of the root of a ratio of means, to first order."""
+    records = squares.shape[2]
+    if records == 1:
+        return np.full(squares.shape[:2], np.nan)
+    ratio = squares.mean(axis=2) / least.mean(axis=2)
+    residual = squares - ratio[:, :, np.newaxis] * least
+    slope = 2.0 * np.sqrt(ratio) * least.mean(axis=2)
+    sigma: Floats = residual.std(axis=2, ddof=1) / (math.sqrt(records) * slope)
+    return sigma
+
+
+def scored_span(duration: float, score_from: float, rate: float) -> tuple[int, int]:
+    """Return the first sample that counts and the number of all."""
+    if not (0.0 <= score_from < duration < math.inf and 0.0 < rate < math.inf):
+        raise ArgumentError(
+            "rate",
+            f"must be positive and score_from from 0 to below duration, got {rate} Hz, "
+            f"{score_from} s and {duration} s",
+        )
+    first, n = round(score_from * rate), round(duration * rate)
+    if not first < n:
+        raise ValueError(f"no sample at {rate} Hz lies between {score_from} s and {duration} s")
+    return first, n

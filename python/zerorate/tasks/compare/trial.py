@@ -1,0 +1,292 @@
+"""Trials: gyros of a recording, with or without what else measured their motion."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Literal, Unpack
+
+import numpy as np
+
+from zerorate.faults import given, said
+from zerorate.io.formats import LogSource
+from zerorate.io.reading import ReadArguments
+from zerorate.io.recording import read_topic
+from zerorate.record import Log, LogError, Recording
+from zerorate.record.names import UNKNOWN, is_quaternion, looks_like_gyro, meaning_of, plain
+from zerorate.tasks.compare.slope import slope
+from zerorate.types import Floats
+from zerorate.units import UNITS, convert
+
+Kind = Literal["rest", "turning", "orientation", "attitude"]
+"""Of a comparison; a trial is of one of the first three."""
+
+_KIND: Final = re.compile(r"(gyr|acc|mag)[a-z]*")
+_KINDS: Final = ("gyro", "accel", "mag", "reference")
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A rate about one axis that something else measured; its scale and sign may differ.
+
+    Attributes
+    ----------
+    name : str
+        Of the column.
+    rate : ndarray, shape (n,)
+        In rad/s, or any unit if that is not known; NaN where missing.
+    """
+
+    name: str
+    rate: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Orientation:
+    """Where the sensor's axes point, measured by something else.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the four columns.
+    quaternions : ndarray, shape (n, 4)
+        w, x, y, z from sensor to world; NaN where missing.
+    """
+
+    names: tuple[str, ...]
+    quaternions: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """Gyros, with a reference or without.
+
+    Attributes
+    ----------
+    log : Log
+        In rad/s, or in a unit of its own if that is not known.
+    reference : Reference or None
+        Rate about the axis of one of the gyros.
+    orientation : Orientation or None
+        Of the three gyros together.
+    accel, mag : Log or None
+        Accelerometer and magnetometer of the sensor that the gyros are of, on clocks of their own
+        and in their own units: those of the gyros' name, or the only ones.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> table = {"gyro_z_dps": [0.1, 0.3, 0.2], "shaft_deg": [0.0, 1.0, 2.0]}
+    >>> trial = zr.tasks.compare.read_trial(table, rate=100.0, reference="shaft_deg")
+    >>> trial.kind, trial.log.unit, trial.angle
+    ('turning', 'rad/s', 'rad')
+    """
+
+    log: Log
+    reference: Reference | None = None
+    orientation: Orientation | None = None
+    accel: Log | None = None
+    mag: Log | None = None
+
+    @classmethod
+    def of(cls, recording: Recording) -> Trial:
+        """Return the trial of all gyros of a recording that share the clock of the first.
+
+        Its reference is an orientation if it has the four columns of a quaternion, else the angle
+        or the rate in its first column.
+
+        Raises
+        ------
+        LogError
+            If there is no gyro, or there is a reference and the gyros are of no known unit.
+        """
+        log = _gyros(recording)
+        truth = recording.reference
+        if truth is None:
+            return cls(log)
+        if log.unit != "rad/s":
+            raise LogError(
+                said(
+                    f"{recording.source}: motion needs gyros of a known unit, got '{log.unit}'; "
+                    "give ",
+                    given("unit"),
+                )
+            )
+        values = spread(truth, log)
+        if truth.channels == 4:
+            others = (_of_one_sensor(recording, kind, log) for kind in ("accel", "mag"))
+            return cls(log, None, Orientation(truth.names, values), *others)
+        return cls(log, Reference(truth.names[0], _reference_rate(recording, truth, log)))
+
+    @property
+    def kind(self) -> Kind:
+        """What it can tell: without a reference it has to be at rest."""
+        if self.orientation is not None:
+            return "orientation"
+        return "rest" if self.reference is None else "turning"
+
+    def check_axes(self) -> None:
+        """Raise LogError if an axis holds no sample."""
+        for name, z in zip(self.log.names, self.log.data.T, strict=True):
+            if not np.isfinite(z).any():
+                raise LogError(f"{self.source}: {name} holds no sample: all are missing")
+
+    @property
+    def angle(self) -> str:
+        """Unit of the integral of its rates."""
+        return "rad" if self.log.unit == "rad/s" else f"{self.log.unit} s"
+
+    @property
+    def source(self) -> str:
+        """The file's path, where there is one."""
+        return str(self.log.meta.get("source", "the log"))
+
+
+def read_trial(
+    path: LogSource,
+    *,
+    unit: str | None = None,
+    reference: str | None = None,
+    quaternion: Sequence[str] | None = None,
+    **arguments: Unpack[ReadArguments],
+) -> Trial:
+    """Return the gyros of a recording with the reference that it holds.
+
+    Parameters
+    ----------
+    path, unit
+        As of `zerorate.read_log`.
+    reference : str, optional
+        Column of an angle or a rate about the axis of one gyro, from a shaft encoder or a rate
+        table. It is a rate if its unit or its name says so, else an angle, in deg unless its name
+        ends in rad. Scale and sign may differ from the gyro's.
+    quaternion : sequence of str, optional
+        Four columns w, x, y, z of the orientation from sensor to world. Unless `columns` are
+        chosen, those whose names end so after ``quat``, such as ``ref_quat_w``, are found.
+    **arguments
+        As of `zerorate.read_log`; ``start`` and ``stop`` as of `zerorate.read_recording`.
+
+    Returns
+    -------
+    Trial
+        In rad/s where the unit is known.
+
+    Raises
+    ------
+    LogError, ValueError, OSError, ImportError
+        As `zerorate.read_log`; also if a reference and a quaternion are given, one of them is
+        not there or is not what its name says, or the gyros next to it are of no known unit.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> table = {"gyro_z_dps": [0.1, 0.3, 0.2], "shaft_deg": [0.0, 1.0, 2.0]}
+    >>> trial = zr.tasks.compare.read_trial(table, rate=100.0, reference="shaft_deg")
+    >>> trial.log.names, trial.reference.name
+    (('gyro_z_dps',), 'shaft_deg')
+    """
+    if reference is not None and quaternion is not None:
+        raise ValueError("a log is compared with a reference or a quaternion, not with both")
+    if quaternion is not None and len(quaternion) != 4:
+        raise ValueError(f"a quaternion has four columns w, x, y, z, got {len(quaternion)}")
+    truth = [reference] if reference is not None else quaternion
+    bare = truth is None and arguments.get("columns") is not None
+    only = ("gyro",) if bare else _KINDS
+    recording = read_topic(path, reference=truth, unit=unit, only=only, **arguments)
+    return Trial.of(recording if truth is not None else _with_quaternion(recording))
+
+
+def _with_quaternion(recording: Recording) -> Recording:
+    """Return a recording whose reference is its one quaternion, or that has none."""
+    found = [log for log in recording.of_kind("reference") if any(map(is_quaternion, log.names))]
+    logs = {name: log for name, log in recording.items() if not name.startswith("reference")}
+    if found:
+        listed = [name for log in found for name in log.names]
+        if len(found) > 1 or [plain(name)[-1] for name in listed] != list("wxyz"):
+            raise LogError(
+                f"{recording.source}: these columns are not one quaternion w, x, y, z: "
+                f"{', '.join(listed)}"
+            )
+        logs["reference"] = found[0]
+    return Recording(logs, recording.source, notes=recording.notes)
+
+
+def _gyros(recording: Recording) -> Log:
+    """Return the channels of all gyros of the first's topic and clock, in rad/s if known."""
+    found = [_in_si(log) for log in recording.of_kind("gyro")]
+    if not found:
+        raise LogError(
+            said(f"{recording.source}: no column looks like a gyro; choose with ", given("columns"))
+        )
+    first = found[0]
+    topic = first.meta.get("sensor")
+    logs = [log for log in found if _same_clock(log, first) and log.meta.get("sensor") == topic]
+    units = {log.unit for log in logs}
+    if len(units) > 1:
+        raise LogError(
+            f"{recording.source}: the gyros differ in unit ({', '.join(sorted(units))}); "
+            "choose columns of one unit"
+        )
+    if len(logs) == 1:
+        return first
+    notes = dict.fromkeys(note for log in logs for note in log.meta.get("notes", ()))
+    return replace(
+        first,
+        data=np.hstack([log.data for log in logs]),
+        names=tuple(name for log in logs for name in log.names),
+        meta={**first.meta, "notes": tuple(notes)},
+    )
+
+
+def _same_clock(one: Log, other: Log) -> bool:
+    return (one.n, one.rate, one.time[0]) == (other.n, other.rate, other.time[0])
+
+
+def _of_one_sensor(recording: Recording, kind: str, gyros: Log) -> Log | None:
+    """Return the log of another kind that shares the name of the gyros' sensor, or the only one."""
+    logs = [log for log in recording.of_kind(kind) if log.channels == 3]
+    own = [log for log in logs if _sensor(log) == _sensor(gyros)]
+    if own:
+        return own[0]
+    return logs[0] if len(logs) == 1 else None
+
+
+def _sensor(log: Log) -> tuple[object, str]:
+    """Return what tells the sensor of a log: its topic, and the name without the word of its kind.
+
+    So ``left_gyro_x`` and ``left_accel_x`` are of one sensor.
+    """
+    meaning = meaning_of(log.names[0])
+    return log.meta.get("sensor"), "" if meaning is None else _KIND.sub("", meaning.sensor)
+
+
+def spread(log: Log, gyros: Log) -> Floats:
+    """Return a log's samples at the nearest samples of the gyros, NaN between them."""
+    if _same_clock(log, gyros):
+        return log.data
+    places = np.rint((log.time - gyros.time[0]) * gyros.rate).astype(np.int64)
+    inside = (places >= 0) & (places < gyros.n)
+    values = np.full((gyros.n, log.channels), np.nan)
+    values[places[inside]] = log.data[inside]
+    return values
+
+
+def _in_si(log: Log) -> Log:
+    if log.unit not in UNITS or UNITS[log.unit].kind != "rate":
+        return log
+    return replace(log, data=convert(log.data, log.unit, "rad/s"), unit="rad/s")
+
+
+def _reference_rate(recording: Recording, log: Log, gyros: Log) -> Floats:
+    """Return a reference in rad/s where its unit is known; an angle without one is in deg."""
+    rate = _in_si(log)
+    if rate.unit == "rad/s" or (log.unit == UNKNOWN and looks_like_gyro(log.names[0])):
+        return spread(rate, gyros)[:, 0]
+    unit = "deg" if log.unit == UNKNOWN else log.unit
+    if unit not in UNITS or UNITS[unit].kind != "angle":
+        raise LogError(
+            f"{recording.source}: column '{log.names[0]}' is in {unit}, expected an angle or a rate"
+        )
+    turned = convert(spread(log, gyros)[:, 0], unit, "rad")
+    return slope(turned, gyros.rate)

@@ -1,0 +1,193 @@
+"""An array of gyros as the engine of a stream: samples of all of them in, the body's rate out."""
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, ClassVar, Final, Self
+
+import numpy as np
+
+from zerorate._native import GyroArray
+from zerorate.faults import ArgumentError, given, said
+from zerorate.record.names import looks_like_gyro
+from zerorate.tasks.live.checkpoint import filter_of, whole
+from zerorate.tasks.live.engine import Engine
+from zerorate.tasks.live.lines import ColumnError, Layout, Wanted, find_layout, names_in, texts_of
+
+_AXES: Final = ("x", "y", "z")
+
+
+class WithArray(StrEnum):
+    """Columns that may follow the rate in an answer.
+
+    Examples
+    --------
+    >>> from zerorate.tasks.live import WithArray
+    >>> [column.value for column in WithArray]
+    ['at_rest', 'health']
+    """
+
+    at_rest = "at_rest"
+    health = "health"
+
+
+@dataclass(frozen=True)
+class ArraySettings:
+    """The array of a stream, and what its lines hold: the same after a restart.
+
+    Parameters
+    ----------
+    array : GyroArray
+        One that has seen no sample; its state is copied.
+    beside : tuple of str
+        Further columns of an answer, of `WithArray`: ``"at_rest"`` of each axis, the ``"health"``
+        of each sensor.
+    columns : tuple of str or int, optional
+        Sensor by sensor, of each its axes. By default those that a header line names like gyros, in
+        their order; without a header line all but the next.
+    sequence : str or int, optional
+        Column of the sequence number; None for no such column.
+    sequence_bits : int, optional
+        Width of the counter that numbers the samples; None if it is to be learned.
+
+    Raises
+    ------
+    ValueError
+        If the array has seen samples, or a column beside is not known.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> from zerorate.tasks.live import ArraySettings, LineStream
+    >>> stream = LineStream(ArraySettings(zr.GyroArray(100.0, 2, axes=1), beside=("health",)))
+    >>> stream.take("t,gyro0_z,gyro1_z"), stream.take("0.0,0.5,0.7")
+    ('t,rate,health_1,health_2', '0.0,0.0,good,good')
+    """
+
+    kind: ClassVar[str] = "array"
+
+    array: GyroArray
+    beside: tuple[str, ...] = ()
+    columns: tuple[str | int, ...] | None = None
+    sequence: str | int | None = None
+    sequence_bits: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check all that does not depend on the lines."""
+        if self.array.samples_seen:
+            raise ArgumentError(
+                "array",
+                f"must be one that has seen no sample, got {self.array.samples_seen} samples",
+            )
+        object.__setattr__(self, "array", self.array.copy())
+        for name in self.beside:
+            WithArray(name)
+
+    @property
+    def rate(self) -> float:
+        """Samples a second."""
+        return self.array.rate
+
+    def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
+        """Return a new array for lines as the first one is; LineError or ColumnError if none."""
+        names = names_in(cells) if any(cells) else None
+        gyros = tuple(i for i, name in enumerate(names or ()) if looks_like_gyro(name))
+        layout = find_layout(cells, Wanted(self.columns or gyros or None, self.sequence, fields))
+        self._check(layout)
+        return ArrayEngine(layout, self.array.copy(), self.beside)
+
+    def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
+        """Return the array of a checkpoint; ValueError if its parts do not belong together."""
+        found, samples = filter_of(GyroArray.from_bytes, filter_), whole(saved["samples"])
+        self._check(layout)
+        if repr(found) != repr(self.array) or found.samples_seen != samples:
+            raise ValueError("the parts of the state do not belong together")
+        return ArrayEngine(layout, found, self.beside, samples)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the settings as JSON keeps them."""
+        return {
+            "array": base64.b64encode(self.array.to_bytes()).decode(),
+            "beside": list(self.beside),
+            "columns": None if self.columns is None else list(self.columns),
+            "sequence": self.sequence,
+            "sequence_bits": self.sequence_bits,
+        }
+
+    @classmethod
+    def from_json(cls, fields: Mapping[str, Any]) -> Self:
+        """Return the settings that `as_json` gave."""
+        given: Any = {k: tuple(v) if isinstance(v, list) else v for k, v in fields.items()}
+        raw = base64.b64decode(given.pop("array"))
+        return cls(filter_of(GyroArray.from_bytes, raw), **given)
+
+    def _check(self, layout: Layout) -> None:
+        sensors, axes = self.array.sensors, self.array.axes
+        if len(layout.channels) != sensors * axes:
+            raise ColumnError(
+                said(
+                    f"an array of {sensors} sensors needs {sensors * axes} columns, got "
+                    f"{len(layout.channels)}: choose with ",
+                    given("columns"),
+                    " sensor by sensor",
+                )
+            )
+
+
+class ArrayEngine(Engine):
+    """Answers each sample with the rate of the body, and what is beside.
+
+    Parameters
+    ----------
+    layout : Layout
+        How every line is laid out.
+    array : GyroArray
+        The array.
+    beside : sequence of str
+        Further columns.
+    samples : int
+        Samples that it has seen, those lost or garbled among them.
+    """
+
+    def __init__(
+        self, layout: Layout, array: GyroArray, beside: Sequence[str], samples: int = 0
+    ) -> None:
+        super().__init__(layout, samples)
+        self._array, self._beside = array, [WithArray(name) for name in beside]
+        self._shape = (array.sensors, 3) if array.axes == 3 else (array.sensors,)
+
+    @property
+    def columns(self) -> Sequence[str]:
+        """Names of the rate's axes, and of what stands beside them."""
+        axes = [f"_{axis}" for axis in _AXES] if self._array.axes == 3 else [""]
+        names = [f"rate{axis}" for axis in axes]
+        beside = {
+            WithArray.at_rest: [f"at_rest{axis}" for axis in axes],
+            WithArray.health: [f"health_{label}" for label in self._array.labels],
+        }
+        return names + [name for column in self._beside for name in beside[column]]
+
+    def miss(self, count: int) -> None:
+        """Take so many samples as missing."""
+        self.samples += count
+        nothing = np.full(self._shape, np.nan)
+        for _ in range(count):
+            self._array.update(nothing)
+
+    def answer(self, sample: list[float]) -> list[str]:
+        """Return the rate of the body, and what was asked for beside it."""
+        self.samples += 1
+        texts = texts_of(self._array.update(np.reshape(sample, self._shape)))
+        for column in self._beside:
+            known = getattr(self._array, column)
+            texts += known if column is WithArray.health else texts_of(known)
+        return texts
+
+    def state(self) -> dict[str, Any]:
+        """Return nothing: the array holds all."""
+        return {}
+
+    def to_bytes(self) -> bytes:
+        """Return the array."""
+        return self._array.to_bytes()

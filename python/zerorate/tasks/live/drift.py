@@ -1,0 +1,146 @@
+"""The drift filter as the engine of a stream."""
+
+import base64
+from collections.abc import Iterator, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate.io.counts import note_on_counts
+from zerorate.record.names import UNKNOWN
+from zerorate.tasks.left_out import LeftOut
+from zerorate.tasks.live.engine import Engine
+from zerorate.tasks.live.lines import Layout, number_or_nan
+from zerorate.tasks.live.running import Running
+from zerorate.tasks.live.view import View
+
+_HEAD: Final = 100
+"""Samples that tell whether they look like raw counts."""
+
+
+class DriftEngine(Engine):
+    """Answers each sample with its rate, in the place of the channels.
+
+    Parameters
+    ----------
+    layout : Layout
+        How every line is laid out.
+    running : Running
+        The filter.
+    scale, limit : float, optional
+        What samples are multiplied by, and the end of the sensor's range.
+    samples : int
+        Samples that it has seen, those lost or garbled among them.
+    accel : sequence of int
+        Columns of an accelerometer, x, y, z; none if there is none.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        running: Running,
+        scale: float | None,
+        limit: float | None,
+        samples: int = 0,
+        accel: Sequence[int] = (),
+    ) -> None:
+        super().__init__(layout, samples)
+        self._running, self._scale, self._limit = running, scale, limit
+        self._head: list[list[float]] = []
+        self._gyro: list[float] | None = None
+        self._accel = tuple(accel)
+
+    @property
+    def columns(self) -> Sequence[str]:
+        """Names of the channels, and of what stands beside them."""
+        beside = (f"{column}_{name}" for column in self._running.beside for name in self._names)
+        return [*self._names, *beside]
+
+    @property
+    def _names(self) -> list[str]:
+        return self.layout.labels
+
+    def miss(self, count: int) -> None:
+        """Take so many samples as missing."""
+        self.samples += count
+        self._running.miss(count)
+
+    def read(self, cells: Sequence[str]) -> tuple[list[float], list[float]]:
+        """Return the numbers of the gyro and of the accelerometer; LineError if there are none."""
+        return self.layout.row(cells), [number_or_nan(cells[i]) for i in self._accel]
+
+    def answer(self, sample: tuple[list[float], list[float]]) -> list[str]:
+        """Return the rate of each channel, and what was asked for beside it."""
+        self.samples += 1
+        gyro, force = sample
+        if self._scale is not None:
+            gyro = [value * self._scale for value in gyro]
+        elif self.samples <= _HEAD:
+            self._head.append(gyro)
+        self._gyro = gyro
+        return self._running.answer(gyro, force) if force else self._running.answer(gyro)
+
+    def placed(self, cells: Sequence[str], texts: Sequence[str]) -> str:
+        """Return the answer to a line: texts in the place of channels, further ones at its end."""
+        return self.layout.answer(cells, texts)
+
+    def header(self, cells: Sequence[str]) -> str:
+        """Return the names of an answer's columns."""
+        return self.layout.header(cells, self._running.beside)
+
+    @property
+    def opening(self) -> str | None:
+        """A sentence on which columns are filtered, None if a line holds nothing but a sample."""
+        layout, passing = self.layout, self.layout.passing
+        if layout.names is None and not passing:
+            count = layout.fields
+            return f"no header: all {count} columns are filtered as gyros" if count > 1 else None
+        times = "" if self._scale is None else f" times {self._scale:.6g}"
+        unit = "" if layout.unit is None else f" in {layout.unit}"
+        filters = f"filters {', '.join(layout.labels)}{times}{unit}"
+        if self._accel:
+            names = layout.names or tuple(f"column {i}" for i in range(layout.fields))
+            filters += f", told of motion by {', '.join(names[i] for i in self._accel)}"
+        return f"{filters}; passes on {', '.join(passing)}" if passing else filters
+
+    def notice(self) -> str | None:
+        """Return a sentence on the first samples if they look like raw counts, once."""
+        if self.samples < _HEAD or not self._head:
+            return None
+        head, self._head = np.array(self._head), []
+        return note_on_counts(self._names, "gyro", self.layout.unit or UNKNOWN, head)
+
+    def sentences(self) -> Iterator[str]:
+        """Yield what there is to say of the samples that the filter has left out so far."""
+        filter_ = self._running.filter
+        seen = filter_.samples_seen
+        yield from LeftOut.of(filter_).sentences(self._names, seen, self._limit)
+
+    def view(self) -> View | None:
+        """Return the last sample without its bias, and the bias."""
+        if self._gyro is None:
+            return None
+        filter_ = self._running.filter
+        bias = np.atleast_1d(filter_.bias)
+        status = filter_.status
+        return View(
+            seconds=self.samples / filter_.rate,
+            names=tuple(self._names),
+            unit=self.layout.unit or "",
+            rate=tuple((np.array(self._gyro) - bias).tolist()),
+            bias=tuple(bias.tolist()),
+            bias_sigma=tuple(np.atleast_1d(filter_.bias_sigma).tolist()),
+            status=status if isinstance(status, str) else ", ".join(dict.fromkeys(status)),
+        )
+
+    def state(self) -> dict[str, Any]:
+        """Return how many missing samples the filter has not been given, and who sees motion."""
+        motion = self._running.motion
+        if motion is None:
+            return {"owed": self._running.owed}
+        kept = base64.b64encode(motion.to_bytes()).decode()
+        return {"owed": self._running.owed, "accel": list(self._accel), "motion": kept}
+
+    def to_bytes(self) -> bytes:
+        """Return the filter."""
+        return self._running.filter.to_bytes()

@@ -1,0 +1,121 @@
+"""What a stream of lines asks of its engine, be it a filter of drift, an array or a navigation."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, ClassVar, Protocol, Self
+
+from zerorate.tasks.live.lines import Layout
+from zerorate.tasks.live.view import View
+
+
+class Engine(ABC):
+    """Answers samples, and knows what of it a checkpoint must hold.
+
+    An answer is all cells of a line that are no sample, then what the engine has to say.
+
+    Parameters
+    ----------
+    layout : Layout
+        How every line is laid out.
+    samples : int
+        Samples that it has seen, those lost or garbled among them if they count.
+    """
+
+    def __init__(self, layout: Layout, samples: int = 0) -> None:
+        self.layout = layout
+        self.samples = samples
+
+    @property
+    @abstractmethod
+    def columns(self) -> Sequence[str]:
+        """Names of what an answer says."""
+
+    def read(self, cells: Sequence[str]) -> Any:  # noqa: ANN401  # each engine has its own
+        """Return the sample in the cells of a line; LineError if there is none."""
+        return self.layout.row(cells)
+
+    @abstractmethod
+    def miss(self, count: int) -> None:
+        """Take so many samples as missing."""
+
+    @abstractmethod
+    def answer(self, sample: Any) -> list[str]:  # noqa: ANN401
+        """Return what there is to say after a sample."""
+
+    @abstractmethod
+    def state(self) -> dict[str, Any]:
+        """Return what the filter's own bytes do not hold, as JSON keeps it."""
+
+    @abstractmethod
+    def to_bytes(self) -> bytes:
+        """Return the filter."""
+
+    @property
+    def unknown(self) -> list[str]:
+        """The answer to a sample that was not taken."""
+        return ["nan"] * len(self.columns)
+
+    @property
+    def no_answer(self) -> str:
+        """The answer to a garbled line: as many ``nan`` as an answer has columns."""
+        return ",".join([*["nan"] * len(self.layout.passing), *self.unknown])
+
+    def placed(self, cells: Sequence[str], texts: Sequence[str]) -> str:
+        """Return the answer to a line."""
+        return ",".join([*self._passing(cells), *texts])
+
+    def header(self, cells: Sequence[str]) -> str:
+        """Return the names of an answer's columns."""
+        return ",".join([*self._passing(cells), *self.columns])
+
+    def _passing(self, cells: Sequence[str]) -> Iterator[str]:
+        return (cell for i, cell in enumerate(cells) if i not in self.layout.channels)
+
+    def view(self) -> View | None:
+        """Return what a person may watch, None where there is nothing yet."""
+        return None
+
+    @property
+    def opening(self) -> str | None:
+        """A sentence on what the columns are, None if there is none to say."""
+        return None
+
+    def notice(self) -> str | None:
+        """Return a sentence on the first samples, once; None if there is none to say."""
+        return None
+
+    def sentences(self) -> Iterator[str]:
+        """Yield what there is to say at the end."""
+        yield from ()
+
+
+class EngineSettings(Protocol):
+    """An engine that is asked for, and what its lines hold: the same after a restart."""
+
+    kind: ClassVar[str]
+    """Word for the engine in a checkpoint."""
+
+    @property
+    def rate(self) -> float:
+        """Samples a second."""
+
+    @property
+    def sequence(self) -> str | int | None:
+        """Column of the sequence number."""
+
+    @property
+    def sequence_bits(self) -> int | None:
+        """Width of the counter that numbers the samples."""
+
+    def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
+        """Return a new engine for lines as the first one is; LineError or ColumnError if none."""
+
+    def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
+        """Return the engine of a checkpoint; ValueError if its parts do not belong together."""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the settings as JSON keeps them."""
+
+    @classmethod
+    def from_json(cls, fields: Mapping[str, Any]) -> Self:
+        """Return the settings that `as_json` gave."""

@@ -1,0 +1,283 @@
+"""Navigation as the engine of a stream: samples of the sensors, now and then a fix, places out."""
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, ClassVar, Final, NamedTuple, Self
+
+import numpy as np
+
+from zerorate._native import NavigationFilter
+from zerorate.faults import ArgumentError, given, said
+from zerorate.io.clocks.names import time_unit
+from zerorate.tasks.live.checkpoint import filter_of, whole
+from zerorate.tasks.live.engine import Engine
+from zerorate.tasks.live.lines import (
+    SECONDS,
+    ColumnError,
+    Layout,
+    LineError,
+    Wanted,
+    find_layout,
+    names_in,
+    position_of,
+    seconds_in,
+    texts_of,
+)
+from zerorate.types import Floats
+
+_NED: Final = ("north", "east", "down")
+_PLACE: Final = ("latitude_deg", "longitude_deg", "height_m")
+_COLUMNS: Final = (
+    *_PLACE,
+    *(f"velocity_{axis}_mps" for axis in _NED),
+    *(f"quat_{axis}" for axis in "wxyz"),
+)
+_WIDTHS: Final = (6, 9, 12)
+_LATEST: Final = 4e9
+"""Seconds that the filter can tell apart to a microsecond."""
+
+
+class WithNavigation(StrEnum):
+    """Columns that may follow place, velocity and orientation in an answer.
+
+    Examples
+    --------
+    >>> from zerorate.tasks.live import WithNavigation
+    >>> [column.value for column in WithNavigation]
+    ['status', 'sigma', 'verdict']
+    """
+
+    status = "status"
+    sigma = "sigma"
+    verdict = "verdict"
+
+
+_BESIDE: Final[Mapping[WithNavigation, tuple[str, ...]]] = {
+    WithNavigation.status: ("status",),
+    WithNavigation.sigma: tuple(f"sigma_{axis}_m" for axis in _NED),
+    WithNavigation.verdict: ("verdict",),
+}
+
+
+@dataclass(frozen=True)
+class NavigationSettings:
+    """The navigation filter of a stream, and what its lines hold: the same after a restart.
+
+    Parameters
+    ----------
+    filter : NavigationFilter
+        One that has seen no sample; its state is copied.
+    rate : float
+        Samples a second, for what a lost one means.
+    time : str or int
+        Column of the time of each sample; s, unless its name says ms or us.
+    beside : tuple of str
+        Further columns of an answer, of `WithNavigation`: the ``"status"``, the ``"sigma"`` of the
+        place, the ``"verdict"`` on a fix.
+    columns : tuple of str or int, optional
+        Six columns: gyro x, y, z, rad/s, accelerometer x, y, z, m/s^2; nine with the latitude,
+        longitude, deg, and height, m, of a fix at this time; twelve with its velocity north, east,
+        down, m/s. Cells of a fix are empty where there is none. By default all but the time and the
+        next.
+    sequence : str or int, optional
+        Column of the sequence number; None for no such column.
+    sequence_bits : int, optional
+        Width of the counter that numbers the samples; None if it is to be learned.
+    position_sigma, velocity_sigma : float
+        Standard deviations of fixes, m and m/s.
+
+    Raises
+    ------
+    ValueError
+        If the filter has seen samples, or a column beside is not known.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> from zerorate.tasks.live import LineStream, NavigationSettings
+    >>> drive = zr.simulate_drive(duration=60.0, seed=1)
+    >>> start = zr.align(drive.recording(), latitude=48.0, heading=0.3)
+    >>> settings = NavigationSettings(zr.NavigationFilter(start), rate=100.0, time="t")
+    >>> LineStream(settings).take("t,gx,gy,gz,ax,ay,az").split(",")[:4]
+    ['t', 'latitude_deg', 'longitude_deg', 'height_m']
+    """
+
+    kind: ClassVar[str] = "navigation"
+
+    filter: NavigationFilter
+    rate: float
+    time: str | int
+    beside: tuple[str, ...] = ()
+    columns: tuple[str | int, ...] | None = None
+    sequence: str | int | None = None
+    sequence_bits: int | None = None
+    position_sigma: float = 2.0
+    velocity_sigma: float = 0.1
+
+    def __post_init__(self) -> None:
+        """Check all that does not depend on the lines."""
+        seen = self.filter.samples_seen
+        if seen:
+            raise ArgumentError(
+                "filter", f"must be one that has seen no sample, got {seen} samples"
+            )
+        object.__setattr__(self, "filter", self.filter.copy())
+        for name in self.beside:
+            WithNavigation(name)
+        for name in ("rate", "position_sigma", "velocity_sigma"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise ArgumentError(name, f"must be a positive number, got {getattr(self, name)}")
+
+    def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
+        """Return a new filter for lines as the first one is; LineError or ColumnError if none."""
+        names = names_in(cells) if list(cells) != [""] else None
+        time = position_of(self.time, names, len(cells))
+        columns = self.columns
+        if columns is None:
+            sequence = self.sequence
+            number = None if sequence is None else position_of(sequence, names, len(cells))
+            columns = tuple(i for i in range(len(cells)) if i not in (time, number))
+        layout = find_layout(cells, Wanted(columns, self.sequence, fields))
+        stamps = None if names is None else time_unit(names[time])
+        return self._engine(layout, time, SECONDS[stamps or "s"], self.filter.copy(), 0)
+
+    def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
+        """Return the filter of a checkpoint; ValueError if its parts do not belong together."""
+        found, samples = filter_of(NavigationFilter.from_bytes, filter_), whole(saved["samples"])
+        if found.samples_seen != samples:
+            raise ValueError("the parts of the state do not belong together")
+        time, seconds = saved["time"]
+        return self._engine(layout, whole(time), float(seconds), found, samples)
+
+    def _engine(
+        self, layout: Layout, time: int, seconds: float, nav: NavigationFilter, samples: int
+    ) -> Engine:
+        if len(layout.channels) not in _WIDTHS:
+            raise ColumnError(
+                said(
+                    "a navigation needs six, nine or twelve columns, got "
+                    f"{len(layout.channels)}: choose with ",
+                    given("columns"),
+                    " gyro and accelerometer x, y, z, then maybe latitude, longitude, height and "
+                    "velocity north, east, down of a fix",
+                )
+            )
+        if time in layout.channels or time >= layout.fields:
+            raise ColumnError("the column of the time is one of a sensor too")
+        return NavigationEngine(layout, self, nav, _Clock(time, seconds), samples)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the settings as JSON keeps them."""
+        own = {name: getattr(self, name) for name in _OWN}
+        return {
+            "filter": base64.b64encode(self.filter.to_bytes()).decode(),
+            **{name: list(x) if isinstance(x, tuple) else x for name, x in own.items()},
+        }
+
+    @classmethod
+    def from_json(cls, fields: Mapping[str, Any]) -> Self:
+        """Return the settings that `as_json` gave."""
+        given: Any = {k: tuple(v) if isinstance(v, list) else v for k, v in fields.items()}
+        raw = base64.b64decode(given.pop("filter"))
+        return cls(filter_of(NavigationFilter.from_bytes, raw), **given)
+
+
+_OWN: Final = (
+    "rate",
+    "time",
+    "beside",
+    "columns",
+    "sequence",
+    "sequence_bits",
+    "position_sigma",
+    "velocity_sigma",
+)
+
+
+class _Clock(NamedTuple):
+    """Column of the time, and its unit in s."""
+
+    column: int
+    unit: float
+
+
+class NavigationEngine(Engine):
+    """Answers each sample with place, velocity and orientation, and what is beside.
+
+    Parameters
+    ----------
+    layout : Layout
+        How every line is laid out.
+    settings : NavigationSettings
+        What was asked for.
+    nav : NavigationFilter
+        The filter.
+    clock : tuple of int and float
+        Column of the time, and its unit in s.
+    samples : int
+        Samples that it has seen.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        settings: NavigationSettings,
+        nav: NavigationFilter,
+        clock: _Clock,
+        samples: int = 0,
+    ) -> None:
+        super().__init__(layout, samples)
+        self._settings, self._nav, self._clock = settings, nav, clock
+        self._beside = [WithNavigation(name) for name in settings.beside]
+
+    @property
+    def columns(self) -> Sequence[str]:
+        """Names of what an answer says."""
+        return [*_COLUMNS, *(name for column in self._beside for name in _BESIDE[column])]
+
+    def read(self, cells: Sequence[str]) -> tuple[float, Floats]:
+        """Return the time and the numbers of a line; LineError if it is no later than the last."""
+        numbers = np.array(self.layout.row(cells))
+        time = seconds_in(cells[self._clock.column], self._clock.unit)
+        if time is None or abs(time) > _LATEST:
+            raise LineError("its time is missing, or none in seconds")
+        if time <= self._nav.time:
+            raise LineError(f"its time is {time:.6g} s, not later than the line before")
+        return time, numbers
+
+    def miss(self, count: int) -> None:
+        """Leave a gap: the time of the next line shows it."""
+
+    def answer(self, sample: tuple[float, Floats]) -> list[str]:
+        """Return place, velocity and orientation, and what was asked for beside them."""
+        (time, numbers), nav, told = sample, self._nav, self._settings
+        self.samples += 1
+        status, verdict = nav.update(time, numbers[:3], numbers[3:6]), "none"
+        if len(numbers) > 6 and np.isfinite(numbers[6:]).any():
+            verdict = nav.update_gnss(
+                time,
+                numbers[6:9],
+                numbers[9:] if len(numbers) > 9 else None,
+                told.position_sigma,
+                told.velocity_sigma,
+            )
+            status = nav.status
+        texts = [
+            text for part in (nav.position, nav.velocity, nav.quaternion) for text in texts_of(part)
+        ]
+        for column in self._beside:
+            if column is WithNavigation.sigma:
+                texts += texts_of(nav.sigma[:3])
+            else:
+                texts.append(status if column is WithNavigation.status else verdict)
+        return texts
+
+    def state(self) -> dict[str, Any]:
+        """Return where the time stands."""
+        return {"time": list(self._clock)}
+
+    def to_bytes(self) -> bytes:
+        """Return the filter."""
+        return self._nav.to_bytes()

@@ -1,0 +1,98 @@
+"""The filter of a stream, which no gap may stop from answering."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate._native import DriftFilter, MotionDetector
+from zerorate.tasks.live.lines import Beside, answer
+
+# About a millisecond of the slowest method, after which nobody asks in a stream that has a gap.
+_AT_ONCE: Final = 1 << 14
+# What the slowest method predicts in a third of a second: the samples that come leave that free.
+_A_SECOND: Final = 1 << 22
+_CHUNK: Final = 1 << 16
+_NO_FORCE: Final = (math.nan, math.nan, math.nan)
+
+
+@dataclass
+class Running:
+    """A filter with the missing samples that it has not been given yet.
+
+    It catches up with a long gap in pieces, one with each sample that comes. Such a sample is
+    answered with the drift as known so far, and counts as missing: the state does not depend on how
+    fast the machine is.
+
+    Parameters
+    ----------
+    filter : DriftFilter
+        For one channel it takes floats.
+    beside : sequence of Beside
+        Further columns of an answer.
+    owed : int
+        Missing samples that the filter has not been given.
+    motion : MotionDetector, optional
+        What sees motion in the accelerometer beside the gyro; a filter that holds is told of it,
+        as in a replay.
+    """
+
+    filter: DriftFilter
+    beside: Sequence[Beside]
+    owed: int = 0
+    motion: MotionDetector[Any] | None = None
+
+    def __post_init__(self) -> None:
+        """Derive how much is predicted in between."""
+        self._told = self.motion is not None and self.filter.params["motion"] == "hold"
+        self._width = self.filter.channels or 1
+        params = self.filter.params
+        # A sample at the end of the sensor's range is missing.
+        self._limit = math.inf if params["limit"] is None else params["limit"]
+        self._compensates = params["output"] == "compensated"
+        # Two at least: the sample that comes meanwhile is owed as well.
+        self._piece = max(2, int(_A_SECOND / (self.filter.rate * self._width)))
+
+    def answer(self, row: list[float], force: Sequence[float] = _NO_FORCE) -> list[str]:
+        """Return what a sample is answered with: one text a channel, then those beside it.
+
+        `force` is what the accelerometer shows, three numbers, if there is one.
+        """
+        self._predict(self._piece)
+        if self.owed:
+            self.owed += 1
+            rate = self._held(row)
+        else:
+            moving = self.motion is not None and bool(self.motion.update(force))
+            sample = row[0] if self.filter.channels is None else row
+            rate = self.filter.update(sample, moving and self._told)
+        return answer(rate, self.filter, self.beside)
+
+    def miss(self, count: int) -> None:
+        """Take so many samples as missing."""
+        behind = self.owed > 0
+        self.owed += count
+        if not behind and count * self._width <= _AT_ONCE:
+            self._predict(self.owed)
+
+    def _held(self, row: list[float]) -> Any:  # noqa: ANN401  # a float, or one a channel
+        if not self._compensates:
+            return self.filter.estimate
+        z = np.array(row)
+        held = np.where(np.abs(z) < self._limit, z, np.nan) - self.filter.bias
+        return float(held[0]) if self.filter.channels is None else held
+
+    def _predict(self, most: int) -> None:
+        count = min(most, self.owed)
+        self.owed -= count
+        while count > 0:
+            n = min(count, max(1, _CHUNK // self._width))
+            shape = n if self.filter.channels is None else (n, self._width)
+            moving = None
+            if self.motion is not None:
+                shown = self.motion.process(np.full((n, len(_NO_FORCE)), np.nan))
+                moving = shown if self._told else None
+            self.filter.process(np.full(shape, np.nan), moving=moving)
+            count -= n

@@ -1,0 +1,217 @@
+"""A filter that takes lines and answers lines, and can be saved between any two."""
+
+import json
+from collections.abc import Iterator
+from typing import Final, Self
+
+from zerorate.tasks.live.array import ArraySettings
+from zerorate.tasks.live.attitude import AttitudeSettings
+from zerorate.tasks.live.checkpoint import (
+    FOREIGN,
+    CheckpointError,
+    Saved,
+    check_settings,
+    numbers_of,
+    sealed,
+    sequence_of,
+    unsealed,
+    whole,
+)
+from zerorate.tasks.live.engine import Engine, EngineSettings
+from zerorate.tasks.live.lines import LineError, cells_of
+from zerorate.tasks.live.navigation import NavigationSettings
+from zerorate.tasks.live.sequence import SequenceCount
+from zerorate.tasks.live.settings import Settings
+from zerorate.tasks.live.view import View
+
+_KINDS: Final[dict[str, type[EngineSettings]]] = {
+    kind.kind: kind for kind in (Settings, AttitudeSettings, ArraySettings, NavigationSettings)
+}
+
+
+class LineStream:
+    """Answers each line with what its engine makes of the sample; can be saved between any two.
+
+    A line holds one or several numbers with commas or blanks between; an empty cell or ``nan`` is
+    a missing sample. The first line may name the columns; then those named like sensors are taken,
+    and all others, such as the time, pass through unchanged. Without names all columns are taken.
+    The names may come again after a restart of the source; they are answered by the names of the
+    answer's columns. Lines that begin with ``#`` are not answered.
+
+    Parameters
+    ----------
+    settings : Settings, AttitudeSettings, ArraySettings or NavigationSettings
+        The engine, and what the lines hold: `Settings` answers with the rates of single gyros in
+        their place, the others with all other cells and the orientation of a body, the rate of an
+        array of gyros, or place, velocity and orientation of a vehicle.
+    fields : int, optional
+        Numbers in a line; None is as many as in the first line, which must be whole then.
+
+    Examples
+    --------
+    >>> from zerorate.tasks.live import AttitudeSettings, LineStream, Settings
+    >>> stream = LineStream(Settings(rate=100.0, method="kf", output="estimate"))
+    >>> stream.take("0.5"), stream.take("nan"), stream.samples
+    ('0.5', '0.5', 2)
+    >>> stream = LineStream(Settings(rate=100.0))
+    >>> stream.take("millis,gx,gy"), stream.take("120,0.5,0.25")
+    ('millis,gx,gy', '120,0.0,0.0')
+    >>> settings = AttitudeSettings(100.0, gyro_unit="rad/s", accel_unit="g", beside=("at_rest",))
+    >>> stream = LineStream(settings)
+    >>> stream.take("t,gx,gy,gz,ax,ay,az")
+    't,quat_w,quat_x,quat_y,quat_z,at_rest'
+    >>> stream.take("0.01,0,0,0,0,0,1")
+    '0.01,1.0,0.0,0.0,0.0,0'
+    """
+
+    def __init__(self, settings: EngineSettings, fields: int | None = None) -> None:
+        self.settings = settings
+        self.sequence = SequenceCount(settings.rate, settings.sequence_bits)
+        self._fields = fields
+        self._lines = 0
+        self._engine: Engine | None = None
+
+    @property
+    def samples(self) -> int:
+        """Samples that the engine has seen."""
+        return 0 if self._engine is None else self._engine.samples
+
+    @property
+    def position(self) -> int:
+        """The sample to go on with: its sequence number, else how many lines came before it."""
+        return self._lines if self.settings.sequence is None else self.sequence.next
+
+    @property
+    def open(self) -> bool:
+        """Whether the columns are known."""
+        return self._engine is not None
+
+    @property
+    def no_answer(self) -> str:
+        """The answer to a garbled line: as many ``nan`` as an answer has columns."""
+        return self._known.no_answer
+
+    @property
+    def opening(self) -> str | None:
+        """A sentence on what the columns are, None if there is none to say."""
+        return self._known.opening
+
+    def take(self, line: str) -> str | None:
+        """Return the answer to a line, without a line end; None for a comment.
+
+        Raises
+        ------
+        LineError
+            The line is garbled. Where the lines are not numbered it stands for a missing sample;
+            either way `no_answer` is its answer. Before the first good line there is none.
+        ColumnError
+            The columns are others than before, or than was asked for: the stream cannot go on.
+        """
+        text = line.strip(" \t\r\n")
+        if text.startswith("#"):
+            return None
+        cells = cells_of(text)
+        if self._engine is None:
+            self._engine = self.settings.opened(cells, self._fields)
+        if self._engine.layout.is_header(cells):
+            return self._engine.header(cells)
+        return self._sample(self._engine, cells)
+
+    def take_damaged(self) -> str:
+        """Return the answer to a sample that came damaged; the columns must be known.
+
+        It is missing, unless numbers will tell.
+        """
+        engine = self._known
+        if engine.layout.sequence is None:
+            self._lines += 1
+            engine.miss(1)
+        return engine.no_answer
+
+    def notice(self) -> str | None:
+        """Return a sentence on the first samples, once; None if there is none to say."""
+        return None if self._engine is None else self._engine.notice()
+
+    def view(self) -> View | None:
+        """Return what a person may watch after the last sample, None before the first."""
+        return None if self._engine is None else self._engine.view()
+
+    def sentences(self) -> Iterator[str]:
+        """Yield what there is to say at the end."""
+        if self._engine is not None:
+            yield from self._engine.sentences()
+
+    def to_bytes(self) -> bytes:
+        """Return all that is needed to go on, with a checksum; the columns must be known."""
+        engine = self._known
+        layout = engine.layout
+        kind = self.settings.kind
+        fields = {
+            **({} if kind == Settings.kind else {"engine": kind}),
+            "settings": self.settings.as_json(),
+            "layout": [layout.fields, layout.channels, layout.sequence, layout.names, layout.unit],
+            "samples": engine.samples,
+            "lines": self._lines,
+            "sequence": numbers_of(self.sequence),
+            **engine.state(),
+        }
+        return sealed(json.dumps(fields).encode(), engine.to_bytes())
+
+    @classmethod
+    def from_bytes(
+        cls, raw: bytes, settings: EngineSettings | None = None, fields: int | None = None
+    ) -> Self:
+        """Return the stream that `to_bytes` saved; None takes settings and fields as they were.
+
+        Raises
+        ------
+        CheckpointError
+            The bytes are not whole, or hold what no stream has saved.
+        SettingsError
+            They were saved with other settings.
+        """
+        text, filter_ = unsealed(raw)
+        try:
+            saved = Saved.of(json.loads(text))
+            kind = _KINDS[saved.engine]
+            stream = cls(kind.from_json(saved.settings), saved.layout.fields)
+            stream._lines = whole(saved.fields["lines"])
+            stream.sequence = sequence_of(stream.settings, saved.fields["sequence"])
+            saved.check(stream.settings.sequence, stream.sequence)
+        except FOREIGN:
+            raise CheckpointError("its checksum fits, but it holds no state of a stream") from None
+        stream._engine = _engine(stream.settings, saved, filter_)
+        if settings is not None:
+            check_settings(stream.settings, saved.layout.fields, settings, fields)
+        return stream
+
+    @property
+    def _known(self) -> Engine:
+        if self._engine is None:
+            raise RuntimeError("no line has come yet, so the columns are not known")
+        return self._engine
+
+    def _sample(self, engine: Engine, cells: list[str]) -> str:
+        if engine.layout.sequence is not None:
+            number, sample = engine.layout.sequence_number(cells), engine.read(cells)
+            missing = self.sequence.step(number)
+            if missing is None:
+                return engine.placed(cells, engine.unknown)
+            engine.miss(missing)
+            return engine.placed(cells, engine.answer(sample))
+        self._lines += 1
+        try:
+            sample = engine.read(cells)
+        except LineError:
+            engine.miss(1)
+            raise
+        return engine.placed(cells, engine.answer(sample))
+
+
+def _engine(settings: EngineSettings, saved: Saved, filter_: bytes) -> Engine:
+    try:
+        return settings.restored(saved.layout, saved.fields, filter_)
+    except CheckpointError:
+        raise
+    except FOREIGN:
+        raise CheckpointError("its checksum fits, but it holds no state of a stream") from None

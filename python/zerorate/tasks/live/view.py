@@ -1,0 +1,94 @@
+"""What a person may watch of a stream while it runs."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from zerorate.tasks.live.stream import LineStream
+
+PERIOD: Final = 0.05
+"""Seconds between two views: twenty a second, which is as many as an eye tells apart."""
+
+
+@dataclass(frozen=True)
+class View:
+    """What is known after a sample.
+
+    Parameters
+    ----------
+    seconds : float
+        Samples so far over their rate.
+    names : tuple of str
+        The axes of the gyro.
+    unit : str
+        Of the rates, "" where it is not known.
+    rate, bias, bias_sigma : tuple of float
+        The last sample minus the bias, the bias, its standard deviation; NaN where missing.
+    status : str
+        What the filter is doing.
+    quaternion : tuple of float, optional
+        Orientation w, x, y, z from the sensor to the axes of the earth, of which the third is up.
+    euler_deg : tuple of float, optional
+        Roll, pitch and yaw.
+    """
+
+    seconds: float
+    names: tuple[str, ...]
+    unit: str
+    rate: tuple[float, ...]
+    bias: tuple[float, ...]
+    bias_sigma: tuple[float, ...]
+    status: str
+    quaternion: tuple[float, ...] | None = None
+    euler_deg: tuple[float, ...] | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as JSON knows it: None in the place of what is no number."""
+        return {
+            "seconds": self.seconds,
+            "names": list(self.names),
+            "unit": self.unit,
+            "rate": _finite(self.rate),
+            "bias": _finite(self.bias),
+            "bias_sigma": _finite(self.bias_sigma),
+            "status": self.status,
+            "quaternion": None if self.quaternion is None else _finite(self.quaternion),
+            "euler_deg": None if self.euler_deg is None else _finite(self.euler_deg),
+        }
+
+
+def _finite(values: Sequence[float]) -> list[float | None]:
+    return [value if math.isfinite(value) else None for value in values]
+
+
+@dataclass
+class Watcher:
+    """Takes a view of a stream now and then, and hands it on.
+
+    Parameters
+    ----------
+    put : callable
+        Takes each view; it must not wait, for the next answer does.
+    """
+
+    put: Callable[[View], None]
+    _next: float = -math.inf
+
+    def answered(self, stream: "LineStream") -> None:
+        """Look at the stream if it is time to."""
+        now = monotonic()
+        if now >= self._next and self._look(stream):
+            self._next = now + PERIOD
+
+    def finish(self, stream: "LineStream") -> None:
+        """Look once more, at the end."""
+        self._look(stream)
+
+    def _look(self, stream: "LineStream") -> bool:
+        view = stream.view()
+        if view is not None:
+            self.put(view)
+        return view is not None

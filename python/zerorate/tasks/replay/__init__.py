@@ -1,0 +1,19 @@
+"""One log through the filters: filtered data, measures of every axis, and what was learned."""
+
+from zerorate.tasks.replay.allan import AllanCurves
+from zerorate.tasks.replay.filters import Output
+from zerorate.tasks.replay.history import History
+from zerorate.tasks.replay.measures import Score
+from zerorate.tasks.replay.result import Replay, Summary
+from zerorate.tasks.replay.run import replay, replay_to_file
+
+__all__ = [
+    "AllanCurves",
+    "History",
+    "Output",
+    "Replay",
+    "Score",
+    "Summary",
+    "replay",
+    "replay_to_file",
+]

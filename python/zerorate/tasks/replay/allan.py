@@ -1,0 +1,51 @@
+"""Allan deviations before and after the filter."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from zerorate._native import allan_deviations
+from zerorate.progress import Progress
+from zerorate.tasks.workers import workers
+from zerorate.types import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class AllanCurves:
+    """Overlapping Allan deviations of k axes at m averaging times, one octave apart.
+
+    Parameters
+    ----------
+    taus : ndarray, shape (m,)
+        Averaging times up to a quarter of the record, s.
+    raw, filtered : ndarray, shape (k, m)
+        In the unit of the data; NaN where no two neighbouring clusters are whole.
+    """
+
+    taus: Floats
+    raw: Floats
+    filtered: Floats
+
+
+def allan_curves(raw: Floats, filtered: Floats, rate: float, progress: Progress) -> AllanCurves:
+    """Return the curves of two records of shape (n, k), of the samples that both have."""
+    # Predictions in a gap are no measurement.
+    there = np.isfinite(raw)
+    compared = filtered if there.all() else np.where(there, filtered, np.nan)
+    factors = _octaves(len(raw))
+    with workers() as executor:
+        jobs = [executor.submit(_deviations, record, factors) for record in (raw, compared)]
+        for i, job in enumerate(jobs, start=1):
+            job.result()
+            progress("measuring", i / len(jobs))
+        return AllanCurves(np.array(factors) / rate, *(job.result() for job in jobs))
+
+
+def _deviations(record: Floats, factors: list[int]) -> Floats:
+    # The executor's threads are all that the machine has.
+    deviations, _, _ = allan_deviations(record, factors, threads=1)
+    return deviations.T
+
+
+def _octaves(n: int) -> list[int]:
+    return [1 << i for i in range(max(1, (n // 4).bit_length()))]

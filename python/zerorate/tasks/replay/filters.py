@@ -1,0 +1,199 @@
+"""The filters of a replay, all of them fed with the same blocks."""
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Any, Final, Literal, cast, get_args
+
+import numpy as np
+
+from zerorate._native import DriftFilter
+from zerorate.faults import ArgumentError
+from zerorate.options import FilterOptions, check_used, used_by, with_limits
+from zerorate.record.log import Header
+from zerorate.tasks.replay.history import Recorder, moments
+from zerorate.types import Booleans, Floats
+
+Output = Literal["compensated", "estimate"]
+_Noted = tuple[Floats, Booleans, Booleans]
+"""Standard deviation of the bias, rest, and a stuck sensor, to be filled."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Samples from `first` on of k axes, and what the filters said of them; arrays are (k, n).
+
+    `raw` is without saturated samples, which are missing. `bias` is by method; `bias_sigma`,
+    `at_rest` and `stuck` are of the chosen one, where they are noted; `saturated` is there where
+    the range of the sensor is known.
+    """
+
+    first: int
+    raw: Floats
+    bias: Mapping[str, Floats]
+    bias_sigma: Floats | None = None
+    at_rest: Booleans | None = None
+    stuck: Booleans | None = None
+    saturated: Booleans | None = None
+
+    @property
+    def end(self) -> int:
+        """The sample after the last."""
+        return self.first + int(self.raw.shape[1])
+
+    @property
+    def rest(self) -> Booleans | None:
+        """Where the sensor rested: a stuck one may as well have moved."""
+        if self.at_rest is None or self.stuck is None:
+            return self.at_rest
+        return self.at_rest & ~self.stuck
+
+
+class Filters:
+    """New filters of k axes by method, the last of which is the chosen one and is watched.
+
+    Each is given those of the options that its method uses, and the limit of rest where the unit
+    of the log is known. Those that hold in motion are told where the body is known to move.
+    """
+
+    def __init__(
+        self,
+        header: Header,
+        methods: Sequence[str],
+        output: Output,
+        options: FilterOptions,
+        moving: Booleans | None = None,
+    ) -> None:
+        listed, channels = _checked(methods), header.channels
+        given = cast(dict[str, Any], options)
+        known = with_limits(given, listed, header.unit, ["rest_limit"])
+        self.runs = {
+            method: _Run(header.rate, channels, method, used_by(method, known)) for method in listed
+        }
+        check_used(given, listed)
+        self.output: Final = _checked_output(output)
+        self.recorder = Recorder()
+        self.holds = self.chosen.params["motion"] == "hold"
+        self.notes = self.holds or self.chosen.method == "auto" or self.output == "compensated"
+        self.limit: Final = self.chosen.params["limit"]
+        self.moving: Final = moving
+        self._moments = moments(header.n)
+        self._known = np.zeros(channels, dtype=np.bool_)
+
+    @property
+    def chosen(self) -> DriftFilter:
+        """The filter that the filtered log is of."""
+        return list(self.runs.values())[-1].filter
+
+    def through(self, raws: Iterator[Floats], executor: Executor) -> Iterator[Block]:
+        """Yield what becomes of each block (k, n)."""
+        for raw in raws:
+            first = self.chosen.samples_seen
+            noted = _room(raw) if self.notes else None
+            bias = self._bias(raw, first, executor, noted)
+            counted, saturated = within_range(raw, self.limit)
+            self._blank_before_first(counted, bias)
+            sigma, at_rest, stuck = noted or (None, None, None)
+            yield Block(first, counted, bias, sigma, at_rest, stuck, saturated)
+
+    def _bias(
+        self, raw: Floats, first: int, executor: Executor, noted: _Noted | None
+    ) -> dict[str, Floats]:
+        *others, (name, chosen) = self.runs.items()
+        low, high = np.searchsorted(self._moments, (first, first + raw.shape[1]), side="right")
+        stops = (self._moments[low:high] - first).tolist()
+        # The chosen one, which is noted meanwhile, takes longest.
+        moving = None if self.moving is None else self.moving[first : first + raw.shape[1]]
+        job = executor.submit(chosen.watched, raw, stops, self.recorder, noted, moving)
+        jobs = {method: executor.submit(run.through, raw, moving) for method, run in others}
+        return {method: other.result() for method, other in jobs.items()} | {name: job.result()}
+
+    def _blank_before_first(self, raw: Floats, bias: dict[str, Floats]) -> None:
+        """Put NaN where a filter had nothing yet to predict from."""
+        for i in np.flatnonzero(~self._known):
+            there = np.isfinite(raw[i])
+            self._known[i] = there.any()
+            unknown = int(there.argmax()) if self._known[i] else None
+            for series in bias.values():
+                series[i, :unknown] = np.nan
+
+
+class _Run:
+    """One filter, and the time that it took."""
+
+    def __init__(self, rate: float, channels: int, method: str, options: dict[str, Any]) -> None:
+        # The filter refuses a method that it does not know.
+        arguments = {**options, "method": method, "output": "estimate"}
+        self.filter = DriftFilter(rate, channels=channels, **arguments)
+        self._holds = self.filter.params["motion"] == "hold"
+        self._seconds = 0.0
+
+    def through(self, raw: Floats, moving: Booleans | None) -> Floats:
+        """Return the bias of a block (k, n)."""
+        bias = np.empty_like(raw)
+        self._advance(raw, bias, None, moving)
+        return bias
+
+    def watched(
+        self,
+        raw: Floats,
+        stops: Sequence[int],
+        recorder: Recorder,
+        noted: _Noted | None,
+        moving: Booleans | None,
+    ) -> Floats:
+        """Return the bias of a block, note the state at some of its samples, and fill `noted`."""
+        bias = np.empty_like(raw)
+        first = 0
+        for stop in dict.fromkeys((*stops, raw.shape[1])):
+            part = np.s_[:, first:stop]
+            piece = None if noted is None else (noted[0][part], noted[1][part], noted[2][part])
+            known = None if moving is None else moving[first:stop]
+            self._advance(raw[part], bias[part], piece, known)
+            if stop in stops:
+                recorder.take(self.filter)
+            first = stop
+        return bias
+
+    def _advance(
+        self, raw: Floats, bias: Floats, noted: _Noted | None, moving: Booleans | None
+    ) -> None:
+        told = moving if self._holds else None
+        if told is not None and noted is None:
+            noted = _room(raw)
+        # Only the processor's time of this thread counts.
+        begin = time.thread_time()
+        self.filter._replay(raw, bias, noted, told)
+        self._seconds += time.thread_time() - begin
+
+    @property
+    def speed(self) -> float:
+        """Samples per second on one core, the axes counted one by one."""
+        samples = self.filter.samples_seen * len(self.filter.ready)
+        return samples / self._seconds if self._seconds > 0.0 else np.nan
+
+
+def within_range(raw: Floats, limit: float | None) -> tuple[Floats, Booleans | None]:
+    """Return samples without those at the end of the sensor's range, and which these are."""
+    if limit is None:
+        return raw, None
+    saturated = (np.abs(raw) >= limit) & np.isfinite(raw)
+    return np.where(saturated, np.nan, raw), saturated
+
+
+def _room(raw: Floats) -> _Noted:
+    return np.empty_like(raw), np.empty(raw.shape, np.bool_), np.empty(raw.shape, np.bool_)
+
+
+def _checked_output(output: Output) -> Output:
+    if output not in get_args(Output):
+        raise ArgumentError("output", f"must be 'compensated' or 'estimate', got {output!r}")
+    return output
+
+
+def _checked(methods: Sequence[str]) -> list[str]:
+    listed = list(methods)
+    if not listed or len(set(listed)) < len(listed):
+        raise ArgumentError("methods", f"must be at least one and all different, got {listed}")
+    return listed

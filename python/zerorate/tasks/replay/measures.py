@@ -1,0 +1,179 @@
+"""The measures of a replay: scores of each axis and counts of its samples, block by block."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from zerorate._native import ReplayScores
+from zerorate.record.log import Header
+from zerorate.tasks.replay.filters import Block
+from zerorate.types import Booleans, Floats, Integers
+
+_ONSET: Final = 0.5
+_FEWEST: Final = 8
+
+
+@dataclass(frozen=True)
+class Score:
+    """Measures of one axis, raw or of one method's bias; NaN where one means nothing.
+
+    All are of the samples that are present in the raw data and, if the chosen filter minds motion,
+    that it took for rest.
+
+    Parameters
+    ----------
+    axis, method : str
+        The channel's name, and the method or ``"raw"``.
+    mean, deviation : float
+        In the unit of the log.
+    reduction : float
+        Deviation over that of the raw data. Of a method's bias, not of the compensated rate.
+    coasting : tuple of float
+        `zerorate.metrics.coasting_error` at each horizon, unit times seconds.
+    error : float
+        RMS error to the true bias where that was given.
+    """
+
+    axis: str
+    method: str
+    mean: float
+    deviation: float
+    reduction: float
+    coasting: tuple[float, ...]
+    error: float
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Counts of each axis' samples, shape (k,).
+
+    Parameters
+    ----------
+    missing_count, present_count : ndarray of int64
+        Samples that are NaN or saturated, and the others.
+    equal : ndarray of bool
+        Whether all that are present are equal.
+    at_rest_count, stuck_count : ndarray of int64 or None
+        Samples at which the chosen filter took the sensor to rest, and to be stuck, where that was
+        noted.
+    """
+
+    missing_count: Integers
+    present_count: Integers
+    equal: Booleans
+    at_rest_count: Integers | None
+    stuck_count: Integers | None
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What all samples gave.
+
+    Parameters
+    ----------
+    scores : tuple of Score
+        Axis by axis: the raw data, then each method.
+    compensated : ndarray, shape (k,)
+        Deviation of raw minus the chosen method's bias, in the unit of the log.
+    seen : Seen
+        Counts of samples.
+    """
+
+    scores: tuple[Score, ...]
+    compensated: Floats
+    seen: Seen
+
+
+class Measures:
+    """Scores of every axis, raw and of each method's bias; `truth` has shape (k, n).
+
+    Of a sensor that moves only what it shows at rest says something: if the chosen filter `holds`
+    the bias in motion, the scores are of where it is certain of rest. A stuck sensor does not
+    rest.
+    """
+
+    def __init__(
+        self,
+        header: Header,
+        methods: Sequence[str],
+        horizons: Sequence[float],
+        holds: bool,
+        truth: Floats | None = None,
+    ) -> None:
+        self._header, self._methods, self._horizons = header, tuple(methods), tuple(horizons)
+        self._truth = truth
+        self._lengths = [round(horizon * header.rate) for horizon in horizons]
+        self._used = [i for i, m in enumerate(self._lengths) if 1 <= m < header.n]
+        self._notes = False
+        self._stuck = np.zeros(header.channels, dtype=np.int64)
+        delay = onset(header.rate) if holds else None
+        lengths = [self._lengths[i] for i in self._used]
+        self._native = ReplayScores(header.channels, len(self._methods), lengths, delay)
+        self._compensated = ReplayScores(header.channels, 0, [], delay)
+
+    def take(self, block: Block) -> None:
+        """Measure one block."""
+        rest = block.rest
+        self._notes = rest is not None
+        if block.stuck is not None:
+            self._stuck += np.count_nonzero(block.stuck, axis=1)
+        bias = [block.bias[method] for method in self._methods]
+        self._compensated.take(block.raw - bias[-1], [], rest)
+        truth = None if self._truth is None else self._truth[:, block.first : block.end]
+        self._native.take(block.raw, bias, rest, truth)
+
+    def finish(self) -> Measured:
+        """Return the scores and what was seen, when all blocks have come."""
+        found = self._native.finish()
+        seen = Seen(
+            missing_count=found["missing"],
+            present_count=found["present"],
+            equal=found["least"] == found["most"],
+            at_rest_count=found["at_rest"] if self._notes else None,
+            stuck_count=self._stuck if self._notes else None,
+        )
+        scores = self._scores(_Found(**{name: found[name] for name in _NAMES}))
+        return Measured(tuple(scores), self._compensated.finish()["deviation"][:, 0], seen)
+
+    def _scores(self, found: "_Found") -> list[Score]:
+        if self._truth is None:
+            found.error[:] = np.nan
+        coasting = np.full((*found.mean.shape, len(self._lengths)), np.nan)
+        coasting[..., self._used] = found.coasting / self._header.rate
+        return [
+            _score(found, i, j, (axis, method), coasting[i, j])
+            for i, axis in enumerate(self._header.names)
+            for j, method in enumerate(("raw", *self._methods))
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """Native results (k, m + 1), the coasting errors with an axis of horizons."""
+
+    mean: Floats
+    deviation: Floats
+    error: Floats
+    coasting: Floats
+
+
+_NAMES = ("mean", "deviation", "error", "coasting")
+
+
+def _score(found: _Found, i: int, j: int, of: tuple[str, str], coasting: Floats) -> Score:
+    raw, deviation = float(found.deviation[i, 0]), float(found.deviation[i, j])
+    return Score(
+        *of,
+        mean=float(found.mean[i, j]),
+        deviation=deviation,
+        reduction=deviation / raw if raw > 0.0 else np.nan,
+        coasting=tuple(coasting.tolist()),
+        error=float(found.error[i, j]),
+    )
+
+
+def onset(rate: float) -> int:
+    """Return the samples before a motion is seen in which it may have begun."""
+    return max(round(_ONSET * rate), _FEWEST)

@@ -1,0 +1,52 @@
+"""Motion that the accelerometer of a body shows, at the samples of its gyro."""
+
+from contextlib import closing
+from typing import Final
+
+import numpy as np
+
+from zerorate._native import MotionDetector
+from zerorate.io import LogFile
+from zerorate.record import LogError
+from zerorate.tasks.workers import ahead
+from zerorate.types import Booleans
+
+_ROWS: Final = 1 << 15
+
+
+def motion_of(accel: LogFile, gyro: LogFile) -> Booleans:
+    """Return where the body of a gyro is known to move, shape (n,), from its accelerometer.
+
+    Both are on clocks of the same zero. What the accelerometer showed last holds until it shows
+    more; before its first sample nothing is known.
+
+    Raises
+    ------
+    LogError
+        If the accelerometer has not three axes.
+    """
+    header = accel.header
+    if header.channels != 3:
+        raise LogError(
+            f"{', '.join(header.names)}: an accelerometer has three axes, got {header.channels}"
+        )
+    detector = MotionDetector(header.rate)
+    with closing(ahead(accel.blocks(_ROWS))) as blocks:
+        shown = [detector.process(np.ascontiguousarray(block.T)) for block in blocks]
+    moving = np.concatenate((*shown, np.zeros(1, dtype=np.bool_)))
+    start = float(accel.time(0, 1)[0])
+    known = np.empty(gyro.header.n, dtype=np.bool_)
+    for first in range(0, gyro.header.n, _ROWS):
+        end = min(first + _ROWS, gyro.header.n)
+        # Stamps are rounded; a sample of the same instant counts.
+        last = np.floor((gyro.time(first, end) - start) * header.rate + 1e-3).astype(np.int64)
+        # The place after the last says that nothing is known.
+        known[first:end] = moving[np.where((last < 0) | (last >= header.n), header.n, last)]
+    return known
+
+
+def note_on_motion(accel: LogFile, moving: Booleans, rate: float) -> str:
+    """Return the sentence that says what the accelerometer was used for."""
+    names = ", ".join(accel.header.names)
+    seconds = np.count_nonzero(moving) / rate
+    return f"the accelerometer ({names}) shows motion for {seconds:.4g} s, taken for no bias"

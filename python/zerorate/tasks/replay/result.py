@@ -1,0 +1,244 @@
+"""The result of a replay: a summary, all series, and the columns of the filtered log."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate.faults import given, said
+from zerorate.record import Log
+from zerorate.record.log import Header
+from zerorate.record.names import split_unit, with_suffix
+from zerorate.tasks.left_out import LeftOut
+from zerorate.tasks.replay.allan import AllanCurves
+from zerorate.tasks.replay.filters import Output, within_range
+from zerorate.tasks.replay.history import History
+from zerorate.tasks.replay.measures import Score, Seen, onset
+from zerorate.types import Booleans, Floats, Integers
+from zerorate.views import Result
+
+_NO_REST: Final = "no rest yet"
+_PROVISIONAL: Final = "provisional"
+
+Columns = dict[str, Floats | Booleans]
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """How well the bias of k axes was known at each of n samples, by what had come until then.
+
+    Parameters
+    ----------
+    bias_sigma : ndarray, shape (n, k)
+        Standard deviation of the bias, in the unit of the data.
+    at_rest : ndarray of bool, shape (n, k)
+        Whether the filter took the sensor to rest.
+    stuck : ndarray of bool, shape (n, k)
+        Whether the sensor was stuck at one value.
+    """
+
+    bias_sigma: Floats
+    at_rest: Booleans
+    stuck: Booleans
+
+    @property
+    def rest(self) -> Booleans:
+        """Where the sensor rested, shape (n, k): a stuck one may as well have moved."""
+        return self.at_rest & ~self.stuck
+
+    def certain_rest(self, rate: float) -> Booleans:
+        """Return `rest` without the samples in which a motion began unseen, shape (n, k).
+
+        Rest is judged by ticks of a quarter of a second, four samples at least; a motion is seen
+        at the end of the tick in which it began, or of the next.
+        """
+        rest = self.rest
+        before = onset(rate)
+        begins = np.argwhere(rest[:-1] & ~rest[1:])
+        for i, axis in begins:
+            rest[max(0, i + 1 - before) : i + 1, axis] = False
+        return rest
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Summary:
+    """What a replay says of a log, without its samples.
+
+    Parameters
+    ----------
+    header : Header
+        What was filtered: n samples of k axes.
+    method : str
+        The chosen method, of which all from `output` on speak.
+    output : {"compensated", "estimate"}
+        What the filtered log holds: the raw rate minus its bias, or the bias.
+    params : mapping
+        Arguments that make the chosen filter anew.
+    scores : tuple of Score
+        Axis by axis: the raw data, then each method.
+    compensated_deviation : ndarray, shape (k,)
+        Deviation of the raw rate minus the bias, in the unit of the log.
+    horizons : tuple of float
+        Horizons of the coasting errors, s.
+    speed : mapping of str to float
+        Samples per second of computing on one core, the axes counted one by one.
+    guard_count : mapping of str to ndarray, shape (k,)
+        How often a step of the process noise was shortened.
+    ready : ndarray of bool, shape (k,)
+        Whether the axis' start-up was finished.
+    status : tuple of str
+        `DriftFilter.status` of each axis at the end.
+    restart_count : ndarray, shape (k,)
+        How often the noise learned at the start proved wrong by many orders.
+    history : History
+        What the chosen filter knew over time.
+    memory : ndarray, shape (k,)
+        Time in which the chosen filter makes 63 % of a step, s.
+    seen : Seen
+        How many samples were missing, and at rest.
+    left_out : LeftOut
+        How many samples the chosen filter left out although they were there.
+    """
+
+    header: Header
+    method: str
+    output: Output
+    params: Mapping[str, Any]
+    scores: tuple[Score, ...]
+    compensated_deviation: Floats
+    horizons: tuple[float, ...]
+    speed: Mapping[str, float]
+    guard_count: Mapping[str, Integers]
+    ready: Booleans
+    status: tuple[str, ...]
+    restart_count: Integers
+    history: History
+    memory: Floats
+    seen: Seen
+    left_out: LeftOut
+
+    @property
+    def limit(self) -> float | None:
+        """End of the sensor's range, in the unit of the log, where it is known."""
+        limit: float | None = self.params["limit"]
+        return limit
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Replay(Summary, Result):
+    """A log after the filters: its summary, and all series.
+
+    Parameters
+    ----------
+    log : Log
+        What was filtered.
+    filtered : mapping of str to ndarray, shape (n, k)
+        Bias by each method, NaN before an axis' first sample.
+    allan : AllanCurves or None
+        Allan deviations at rest before and after the chosen filter, where asked for.
+    readings : Readings or None
+        How well the bias was known at each sample; None for a published method that neither minds
+        motion nor compensates.
+    """
+
+    log: Log
+    filtered: Mapping[str, Floats]
+    allan: AllanCurves | None
+    readings: Readings | None
+
+    @property
+    def bias(self) -> Floats:
+        """The bias by the chosen method, shape (n, k)."""
+        return self.filtered[self.method]
+
+    @property
+    def saturated(self) -> Booleans | None:
+        """Which samples are at the end of the sensor's range, shape (n, k), where that is known."""
+        return within_range(self.log.data, self.limit)[1]
+
+    @property
+    def lost(self) -> Booleans:
+        """Where the sensor was stuck, or saturated, shape (n, k)."""
+        lost = np.zeros(self.log.data.shape, dtype=np.bool_)
+        for part in (self.saturated, None if self.readings is None else self.readings.stuck):
+            if part is not None:
+                lost |= part
+        return lost
+
+    @property
+    def filtered_log(self) -> Log:
+        """The log after the chosen method: the bias, or the compensated rate."""
+        if self.output == "estimate":
+            return self.log.with_data(self.bias)
+        counted, _ = within_range(self.log.data, self.limit)
+        return self.log.with_data(compensated(counted, self.bias))
+
+    @property
+    def beside(self) -> Columns:
+        """Columns written next to a compensated log, for each axis: bias, its sigma, rest ..."""
+        if self.output == "estimate" or self.readings is None:
+            return {}
+        noted, saturated = self.readings, self.saturated
+        flags = (noted.at_rest, noted.stuck, *(() if saturated is None else (saturated,)))
+        turned = (flag.T for flag in flags)
+        return extra_columns(
+            self.log.names, self.log.unit, self.bias.T, noted.bias_sigma.T, *turned
+        )
+
+
+def unlearned(replay: Summary) -> Iterator[str]:
+    """Yield a sentence on each axis of which the chosen filter learned nothing for certain."""
+    needed, seen = max(10, round(replay.params["startup"] * replay.header.rate)), replay.seen
+    for i, name in enumerate(replay.header.names):
+        present, ready = int(seen.present_count[i]), bool(replay.ready[i])
+        if present == 0:
+            continue
+        if not ready and seen.equal[i] and present >= needed:
+            yield f"{name}: all samples are equal, so no noise, model or gain was learned"
+        elif replay.status[i] == _NO_REST and present >= needed:
+            yield f"{name}: no rest was found, so no bias is known: a filter learns while it rests"
+        elif not ready:
+            yield (
+                f"{name}: start-up not finished: it needs {needed} samples, has {present}: "
+                "no noise, model or gain was learned"
+            )
+        elif replay.status[i] == _PROVISIONAL:
+            yield said(
+                f"{name}: what was learned as rest may be motion: nothing louder was seen, and it "
+                "did not last a minute; ",
+                given("rest_limit"),
+                " tells them apart",
+            )
+
+
+def compensated(raw: Floats, bias: Floats) -> Floats:
+    """Return raw minus bias, NaN where a sample is missing."""
+    # Numbers near the largest double overflow: the estimate of a filter is at its limit then.
+    with np.errstate(over="ignore", invalid="ignore"):
+        there = np.isfinite(raw)
+        return raw - bias if there.all() else np.where(there, raw - bias, np.nan)
+
+
+def extra_names(names: Sequence[str], unit: str, limited: bool) -> Iterator[tuple[str, ...]]:
+    """Yield the names of the columns next to a compensated log, axis by axis.
+
+    They are bias, its deviation, rest, a stuck sensor and, if there is a limit, a saturated one.
+    """
+    flags = ("at_rest", "stuck", "saturated") if limited else ("at_rest", "stuck")
+    for name in names:
+        dimensional, bare = with_suffix(name, unit), split_unit(name)[0]
+        of_flags = (f"{flag}_{bare}" for flag in flags)
+        yield f"bias_{dimensional}", f"bias_sigma_{dimensional}", *of_flags
+
+
+def extra_columns(
+    names: Sequence[str], unit: str, bias: Floats, sigma: Floats, *flags: Booleans
+) -> Columns:
+    """Return those columns by name, of arrays (k, n); as many flags as there are names of them."""
+    columns: Columns = {}
+    for i, listed in enumerate(extra_names(names, unit, limited=len(flags) > 2)):
+        unknown = np.isnan(bias[i])
+        known = np.where(unknown, np.nan, sigma[i]) if unknown.any() else sigma[i]
+        columns |= zip(listed, (bias[i], known, *(flag[i] for flag in flags)), strict=True)
+    return columns

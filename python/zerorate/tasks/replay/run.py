@@ -1,0 +1,355 @@
+"""A recording through the filters: into memory with all its series, or into a file."""
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, Final, Unpack
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.faults import ArgumentError
+from zerorate.io import LogFile, write_log
+from zerorate.io.readers.parquet import TIME_NAME, RowGroups, about
+from zerorate.io.reading import notes_on_missing
+from zerorate.io.writing import column_names
+from zerorate.options import METHODS, FilterOptions
+from zerorate.progress import Progress, reported
+from zerorate.record import Log, LogError, Recording, atomic_path
+from zerorate.record.missing import floats
+from zerorate.tasks.left_out import LeftOut
+from zerorate.tasks.replay.allan import AllanCurves, allan_curves
+from zerorate.tasks.replay.filters import Block, Filters, Output, within_range
+from zerorate.tasks.replay.history import memory
+from zerorate.tasks.replay.measures import Measures
+from zerorate.tasks.replay.motion import motion_of, note_on_motion
+from zerorate.tasks.replay.result import (
+    Readings,
+    Replay,
+    Summary,
+    compensated,
+    extra_columns,
+    extra_names,
+)
+from zerorate.tasks.workers import Behind, ahead, workers
+from zerorate.types import Booleans, Floats
+
+ROWS: Final = 1 << 15
+"""Samples of a block: enough to hide what a block costs, few enough for the processor's caches."""
+
+
+def replay(
+    log: Log | Recording,
+    *,
+    accel: Log | None = None,
+    methods: Sequence[str] = METHODS,
+    output: Output = "compensated",
+    truth: npt.ArrayLike | None = None,
+    horizons: Sequence[float] = (10.0, 60.0),
+    allan: bool = True,
+    progress: Progress | None = None,
+    **options: Unpack[FilterOptions],
+) -> Replay:
+    """Filter every axis of a log with several methods and measure what each one did.
+
+    Parameters
+    ----------
+    log : Log or Recording
+        The log of a gyro; or a recording with one, and with its accelerometer if that is there.
+    accel : Log, optional
+        Accelerometer of three axes of the same body, on a clock of the same zero, in any unit.
+        Where it shows that the body moves, what the gyro gives is not taken for rest, by the
+        methods that hold in motion.
+    methods : sequence of str
+        Methods of `zerorate.DriftFilter`, all different. The last is the chosen one, whose
+        history is kept; by default the one that tunes itself, after the published ones.
+    output : {"compensated", "estimate"}, default "compensated"
+        What the filtered log holds: the raw rate minus its bias, or the bias as the chosen method
+        estimates it. Scores are of the bias in any case.
+    truth : array_like, optional
+        True bias, of the shape and unit of the log's data, where it is known.
+    horizons : sequence of float
+        Horizons of the coasting error, s; default 10 and 60.
+    allan : bool
+        Whether to compute the Allan deviations, which only a figure needs; default yes.
+    progress : callable, optional
+        Called in this thread with a step's name and the fraction of it that is done.
+        By default a bar in a notebook.
+    **options
+        Arguments of `zerorate.DriftFilter`, each for those of the methods that use it. If the unit
+        of the log is known, `rest_limit` is 10 deg/s unless it is given; None is no limit.
+
+    Returns
+    -------
+    Replay
+        Filtered data, scores, history.
+
+    Raises
+    ------
+    LogError
+        If no axis holds a sample, there is no gyro, or an accelerometer has not three axes.
+    ValueError
+        If a method or an argument is not valid, no method uses an option, or `truth` has another
+        shape than the data.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)
+    >>> result = replay(Log(np.arange(6000) / 100.0, 100.0, z, ["gyro_z_dps"], "deg/s"))
+    >>> [s.method for s in result.scores if s.reduction < 0.6]
+    ['kf', 'akf', 'fading', 'robust', 'auto']
+    """
+    report = reported(progress)
+    if isinstance(log, Recording):
+        log, accel = _sensors(log, accel)
+    source = LogFile.of(log)
+    source, moving = _with_motion(source, None if accel is None else LogFile.of(accel))
+    filters = Filters(source.header, methods, output, options, moving)
+    known = None if truth is None else _like(truth, log)
+    measures = Measures(source.header, list(filters.runs), horizons, filters.holds, known)
+    series = _Series(log.data.shape, list(filters.runs), filters.notes)
+    _drive(source, filters, (measures.take, series.take), report)
+    summary = _summary(source, filters, measures, horizons)
+    curves = _curves(log, filters, series, report) if allan else None
+    report("measuring", 1.0)
+    said: dict[str, Any] = {field.name: getattr(summary, field.name) for field in fields(summary)}
+    return Replay(**said, log=log, filtered=series.filtered, allan=curves, readings=series.readings)
+
+
+def replay_to_file(
+    recording: LogFile,
+    path: Path,
+    *,
+    accel: LogFile | None = None,
+    methods: Sequence[str] = METHODS,
+    output: Output = "compensated",
+    horizons: Sequence[float] = (10.0, 60.0),
+    force: bool = False,
+    progress: Progress | None = None,
+    rows: int = ROWS,
+    **options: Unpack[FilterOptions],
+) -> Summary:
+    """Filter a recording block by block and write the filtered log.
+
+    Scores and bytes are those that `replay` and `write_log` give of the same log in memory. Its
+    length does not matter here, if it is written as Parquet; other formats are made in memory.
+
+    Parameters
+    ----------
+    recording : LogFile
+        As of `zerorate.io.open_log`.
+    path : Path
+        The file to write, whole or not at all.
+    accel : LogFile, optional
+        As of `replay`; of its record a byte a sample is kept.
+    methods, output, horizons, progress, **options
+        As of `replay`.
+    force : bool
+        Whether to replace an existing file; default no.
+    rows : int
+        Samples of a block; the results do not depend on it.
+
+    Returns
+    -------
+    Summary
+        All that `replay` says but for the series themselves.
+
+    Raises
+    ------
+    LogError
+        If the file cannot be read to its end, or no axis holds a sample.
+    ValueError
+        If a method or an argument is not valid, or no method uses an option.
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> from zerorate import Log, write_log
+    >>> from zerorate.io import open_log
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)
+    >>> write_log(Log(np.arange(6000) / 100.0, 100.0, z, ["gyro_z"]), folder / "raw.parquet")
+    >>> recording = open_log(folder / "raw.parquet")
+    >>> summary = replay_to_file(recording, folder / "filtered.parquet", methods=["auto"])
+    >>> summary.header.n, [score.method for score in summary.scores]
+    (6000, ['raw', 'auto'])
+    """
+    if path.suffix.lower() != ".parquet":
+        result = replay(
+            recording.log(),
+            accel=None if accel is None else accel.log(),
+            methods=methods,
+            output=output,
+            horizons=horizons,
+            allan=False,
+            progress=progress,
+            **options,
+        )
+        write_log(result.filtered_log, path, force=force, beside=result.beside)
+        return result
+    recording, moving = _with_motion(recording, accel)
+    header = recording.header
+    filters = Filters(header, methods, output, options, moving)
+    measures = Measures(header, list(filters.runs), horizons, filters.holds)
+    with atomic_path(path, force) as temporary:
+        with _FilteredFile(temporary, recording, filters) as file:
+            sinks = (measures.take, file.take)
+            _drive(recording, filters, sinks, reported(progress), rows)
+        return _summary(recording, filters, measures, horizons)
+
+
+def _sensors(recording: Recording, accel: Log | None) -> tuple[Log, Log | None]:
+    """Return the gyro of a recording, and the accelerometer that is given or its own."""
+    if recording.gyro is None:
+        raise LogError(f"{recording.source}: there is no gyro")
+    own = recording.accel
+    if accel is None and own is not None and own.channels == 3:
+        accel = own
+    return recording.gyro, accel
+
+
+def _with_motion(gyro: LogFile, accel: LogFile | None) -> tuple[LogFile, Booleans | None]:
+    """Return the log of a gyro, whose notes tell of the accelerometer, and where that moves."""
+    if accel is None:
+        return gyro, None
+    moving = motion_of(accel, gyro)
+    header = gyro.header.noting([note_on_motion(accel, moving, gyro.header.rate)])
+    return replace(gyro, header=header), moving
+
+
+def _drive(
+    recording: LogFile,
+    filters: Filters,
+    sinks: Sequence[Callable[[Block], None]],
+    progress: Progress,
+    rows: int = ROWS,
+) -> None:
+    """Read blocks ahead, filter them, and give them to every sink in a thread of its own."""
+    with ExitStack() as stack:
+        executor = stack.enter_context(workers())
+        raws = stack.enter_context(closing(ahead(recording.blocks(rows))))
+        steps = [stack.enter_context(Behind(sink)) for sink in sinks]
+        for block in filters.through(raws, executor):
+            for step in steps:
+                step.put(block)
+            progress("filtering", block.end / recording.header.n)
+
+
+def _summary(
+    recording: LogFile, filters: Filters, measures: Measures, horizons: Sequence[float]
+) -> Summary:
+    """Return what is said of a recording of which all blocks are through."""
+    measured = measures.finish()
+    seen = measured.seen
+    if not seen.present_count.any():
+        saturated = "" if filters.limit is None else f", or beyond the limit of {filters.limit:g}"
+        raise LogError(f"no axis holds a sample: all are missing{saturated}")
+    header = recording.header
+    chosen, history = filters.chosen, filters.recorder.history()
+    return Summary(
+        header=header.noting(
+            notes_on_missing(header.names, (seen.missing_count == header.n).tolist())
+        ),
+        method=chosen.method,
+        output=filters.output,
+        params=chosen.params,
+        scores=measured.scores,
+        compensated_deviation=measured.compensated,
+        horizons=tuple(horizons),
+        speed={method: run.speed for method, run in filters.runs.items()},
+        guard_count={
+            method: np.asarray(run.filter.guard_count) for method, run in filters.runs.items()
+        },
+        ready=np.asarray(chosen.ready),
+        status=tuple(chosen.status),
+        restart_count=np.asarray(chosen.restart_count),
+        history=history,
+        memory=memory(history, chosen.order, header.rate),
+        seen=seen,
+        left_out=LeftOut.of(chosen),
+    )
+
+
+class _Series:
+    """Blocks put together again in memory."""
+
+    def __init__(self, shape: tuple[int, int], methods: Sequence[str], notes: bool) -> None:
+        # An axis after the other, as everything that measures or writes them wants them.
+        turned = shape[::-1]
+        self._bias = {method: np.empty(turned) for method in methods}
+        kinds = (np.float64, np.bool_, np.bool_)
+        self._noted = [np.empty(turned, dtype=kind) for kind in kinds] if notes else None
+
+    def take(self, block: Block) -> None:
+        """Put one block in its place."""
+        place = np.s_[:, block.first : block.end]
+        for method, bias in self._bias.items():
+            bias[place] = block.bias[method]
+        if self._noted is not None:
+            parts = (block.bias_sigma, block.at_rest, block.stuck)
+            for noted, part in zip(self._noted, parts, strict=True):
+                noted[place] = part
+
+    @property
+    def filtered(self) -> dict[str, Floats]:
+        """Drift by method, shape (n, k)."""
+        return {method: bias.T for method, bias in self._bias.items()}
+
+    @property
+    def readings(self) -> Readings | None:
+        """What the chosen filter said at every sample, where that is noted."""
+        return None if self._noted is None else Readings(*(part.T for part in self._noted))
+
+
+class _FilteredFile(RowGroups):
+    """Blocks written as the filtered log."""
+
+    def __init__(self, path: Path, recording: LogFile, filters: Filters) -> None:
+        header = recording.header
+        self._recording = recording
+        # Not the filter itself: it works on the next block while this one is written.
+        self._method = filters.chosen.method
+        self._compensates = filters.output == "compensated"
+        every = extra_names(header.names, header.unit, limited=filters.limit is not None)
+        others = [name for names in every for name in names] if self._compensates else []
+        names = column_names(header.names, header.unit, others)
+        super().__init__(path, [TIME_NAME, *names, *others], about(header))
+
+    def take(self, block: Block) -> None:
+        """Write one block."""
+        time = self._recording.sampled(block.first, block.end)
+        bias = block.bias[self._method]
+        if not self._compensates or block.bias_sigma is None:
+            self.write([time, *bias])
+            return
+        header = self._recording.header
+        flags = [flag for flag in (block.at_rest, block.stuck, block.saturated) if flag is not None]
+        others = extra_columns(header.names, header.unit, bias, block.bias_sigma, *flags)
+        self.write([time, *compensated(block.raw, bias), *others.values()])
+
+
+def _curves(log: Log, filters: Filters, series: _Series, progress: Progress) -> AllanCurves:
+    """Return Allan deviations of the raw data and of the filtered log, both at rest."""
+    bias, readings = series.filtered[filters.chosen.method], series.readings
+    raw, _ = within_range(log.data, filters.limit)
+    filtered = bias if filters.output == "estimate" else compensated(raw, bias)
+    if filters.holds and readings is not None:
+        raw = np.where(readings.certain_rest(log.rate), raw, np.nan)
+    return allan_curves(raw, filtered, log.rate, progress)
+
+
+def _like(truth: npt.ArrayLike, log: Log) -> Floats:
+    """Return the truth an axis after the other, shape (k, n)."""
+    known = floats(truth, "truth")
+    known = known[:, np.newaxis] if known.ndim == 1 else known
+    if known.shape != log.data.shape:
+        raise ArgumentError(
+            "truth", f"must have the log's shape {log.data.shape}, got {known.shape}"
+        )
+    return np.ascontiguousarray(known.T)
