@@ -4,8 +4,9 @@ python examples/network_study.py [FOLDER]
 
 The first table is what `zr.identification.fit_network` says of each recorded axis. The second
 builds a filter on both models: states are the last five values, the transition matrix is the
-companion of the coefficients, of the network of its gradient at the states (an extended Kalman filter), the
-process noise is 1e-4 of the measurement noise. What it holds at a time is taken for the bias of the
+companion of the coefficients, of the network of its gradient at the states (an extended Kalman
+filter), the process noise is 1e-4 of the measurement noise. What it holds at a time is taken for
+the bias of the
 next 60 s.
 """
 
