@@ -1,0 +1,161 @@
+"""Sensors that measure nothing: halves of messages without values, dead axes, frozen compasses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from zerorate.record.log import Log
+from zerorate.record.recording import Recording
+from zerorate.types import Booleans, Floats
+from zerorate.units import UNITS, convert
+
+_MIN_SAMPLES: Final = 100
+"""Samples below which a constant value is no evidence: a coarse sensor may repeat itself."""
+_MIN_FROZEN_S: Final = 3.0
+_MIN_TURN: Final = np.radians(5.0)
+"""Rotation during which a field sensor must change: a degree changes 50 uT by a microtesla."""
+_KINDS: Final = ("gyro", "accel", "mag")
+
+
+def without_absent(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
+    """Leave out sensors that hold one value in every sample, where another of the kind measures.
+
+    A message such as ``sensor_msgs/Imu`` always has places for a gyro and an accelerometer. A
+    driver that publishes each sensor in a topic of its own fills the other half with zeros.
+
+    Returns
+    -------
+    tuple
+        The recording, whose remaining sensors are named anew from the first on, and notes.
+    """
+    notes: list[str] = []
+    kept = dict(recording)
+    for kind in _KINDS:
+        names = [name for name in recording if _kind_of(name) == kind]
+        absent = [name for name in names if _is_constant(recording[name])]
+        if not absent or len(absent) == len(names):
+            continue
+        notes += [_on_absent(recording[name]) for name in absent]
+        measuring = [name for name in names if name not in absent]
+        for name in names:
+            del kept[name]
+        kept |= {_numbered(kind, i): recording[name] for i, name in enumerate(measuring)}
+    if not notes:
+        return recording, ()
+    return replace(recording, logs=kept), tuple(notes)
+
+
+def _kind_of(name: str) -> str:
+    stem, _, number = name.rpartition("_")
+    return stem if number.isdigit() else name
+
+
+def _numbered(kind: str, place: int) -> str:
+    return f"{kind}_{place}" if place else kind
+
+
+def _is_constant(log: Log) -> bool:
+    """Return True if every axis of a log holds one value, in enough samples to be sure."""
+    return log.n >= _MIN_SAMPLES and bool(constant_axes(log).all())
+
+
+def constant_axes(log: Log) -> Booleans:
+    """Return the mask of axes whose samples all have one value, shape (k,); missing ones aside."""
+    with np.errstate(invalid="ignore"):
+        low, high = np.fmin.reduce(log.data, axis=0), np.fmax.reduce(log.data, axis=0)
+        same: Booleans = low == high
+    return same
+
+
+def _on_absent(log: Log) -> str:
+    where = log.meta.get("sensor")
+    named = f"{', '.join(log.names)} of {where}" if where else ", ".join(log.names)
+    values = ", ".join(f"{x:g}" for x in log.data[0])
+    return f"{named}: {values} in every sample, so it measures nothing there and is left out"
+
+
+def dead_axes(recording: Recording, names: tuple[str, ...]) -> Iterator[str]:
+    """Yield a sentence for each of some sensors with an axis that never changes while others do."""
+    for name in names:
+        log = recording.get(name)
+        if log is None or log.channels < 2 or log.n < _MIN_SAMPLES:
+            continue
+        dead = constant_axes(log)
+        if dead.any() and not dead.all():
+            which = ", ".join(log.names[i] for i in np.flatnonzero(dead))
+            value = log.data[0, int(np.flatnonzero(dead)[0])]
+            yield f"{which}: {value:g} in every sample while the other axes change: a dead axis"
+
+
+def without_frozen_field(
+    recording: Recording, gyro: str, mag: str
+) -> tuple[Recording, tuple[str, ...]]:
+    """Mark the samples of a magnetometer missing while it repeats one value in a rotation.
+
+    Parameters
+    ----------
+    recording : Recording
+        With a gyro of a known unit; else nothing is judged.
+    gyro, mag : str
+        Names of the logs.
+
+    Returns
+    -------
+    tuple
+        The recording, without the magnetometer where nothing of it is left, and alarms.
+    """
+    field, rates = recording.get(mag), recording.get(gyro)
+    if field is None or rates is None or not _is_rate(rates):
+        return recording, ()
+    turned = _turned(rates)
+    spans = [
+        (first, last)
+        for first, last in _equal_rows(field.data)
+        if _is_frozen(field, turned, first, last)
+    ]
+    if not spans:
+        return recording, ()
+    lost = np.zeros(field.n, dtype=np.bool_)
+    for first, last in spans:
+        lost[first:last] = True
+    seconds = lost.sum() / field.rate
+    named = ", ".join(field.names)
+    if lost.mean() > 0.99:
+        left = {name: log for name, log in recording.items() if name != mag}
+        alarm = f"{named}: one value in every sample while the gyro turns: it is left out"
+        return replace(recording, logs=left), (alarm,)
+    data = np.where(lost[:, np.newaxis], np.nan, field.data)
+    alarm = f"{named}: one value for {seconds:.1f} s while the gyro turns: left out there"
+    return replace(recording, logs={**recording, mag: replace(field, data=data)}), (alarm,)
+
+
+def _is_rate(log: Log) -> bool:
+    return log.channels == 3 and log.unit in UNITS and UNITS[log.unit].kind == "rate"
+
+
+def _turned(rates: Log) -> tuple[Floats, Floats]:
+    """Return times, and the angle through which a gyro has turned by then, less its median."""
+    data = np.nan_to_num(
+        convert(rates.data - np.nanmedian(rates.data, axis=0), rates.unit, "rad/s")
+    )
+    steps = np.diff(rates.sampled, append=rates.sampled[-1])
+    return rates.sampled, np.cumsum(np.linalg.norm(data, axis=1) * steps)
+
+
+def _equal_rows(data: Floats) -> Iterator[tuple[int, int]]:
+    """Yield the first row and the one after the last of each run of equal rows."""
+    same = np.concatenate(([False], (data[1:] == data[:-1]).all(axis=1)))
+    edges = np.flatnonzero(np.diff(same, prepend=False, append=False)).reshape(-1, 2)
+    yield from ((first - 1, last) for first, last in edges.tolist())
+
+
+def _is_frozen(field: Log, turned: tuple[Floats, Floats], first: int, last: int) -> bool:
+    start, stop = field.sampled[first], field.sampled[last - 1]
+    if stop - start < _MIN_FROZEN_S:
+        return False
+    before, after = np.interp([start, stop], *turned)
+    return bool(after - before > _MIN_TURN)

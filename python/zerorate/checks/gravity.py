@@ -1,0 +1,103 @@
+"""Gravity in what an accelerometer shows: absent from the linear acceleration that phones offer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from zerorate.faults import given, said
+from zerorate.record.log import Log, LogError
+from zerorate.record.recording import Recording
+from zerorate.types import Floats
+from zerorate.units import UNITS, convert
+
+_G: Final = 9.80665
+_WINDOW_S: Final = 0.25
+_MIN_WINDOWS: Final = 20
+_MAX_MEDIAN: Final = 0.9 * _G
+"""Median force below which gravity may be absent. With it, even a body that spins shows 1 g."""
+_SMALL: Final = 0.05
+"""Part of the windows, those of the smallest mean force: motion to and fro passes through zero."""
+_MAX_SMALL: Final = 0.25 * _G
+_MAX_RATIO: Final = 0.25
+"""Their force over that of the largest tenth. With gravity, in whatever scale, it is 0.35 on a
+runner's foot and 0.8 elsewhere."""
+_AT_REST: Final = 0.06 * _G
+"""Force of the largest tenth of a body that rests, without gravity."""
+
+
+def lacks_gravity(accel: Log) -> bool:
+    """Return True if an accelerometer's samples are without gravity.
+
+    Evidence is the mean force in windows of 0.25 s. With gravity the smallest of these are near
+    1 g, however the body moves; without, acceleration to and fro passes through zero. A sensor in
+    free fall looks the same.
+
+    Parameters
+    ----------
+    accel : Log
+        Of three axes. False for a unit that is not known, and for less than 5 s.
+    """
+    if accel.channels != 3 or accel.unit not in UNITS or UNITS[accel.unit].kind != "acceleration":
+        return False
+    force = convert(accel.data, accel.unit, "m/s^2")
+    means = _means(force, max(int(_WINDOW_S * accel.rate), 2))
+    if len(means) < _MIN_WINDOWS or np.nanmedian(np.linalg.norm(force, axis=1)) > _MAX_MEDIAN:
+        return False
+    small, large = np.quantile(means, (_SMALL, 0.9))
+    return bool(small < _MAX_SMALL and (small < _MAX_RATIO * large or large < _AT_REST))
+
+
+def _means(force: Floats, length: int) -> Floats:
+    """Return the size of the mean force of each whole window, m/s^2."""
+    count = len(force) // length
+    windows = force[: count * length].reshape(count, length, 3)
+    whole = windows[np.isfinite(windows).all(axis=(1, 2))]
+    sizes: Floats = np.linalg.norm(whole.mean(axis=1), axis=1)
+    return sizes
+
+
+def with_gravity(
+    recording: Recording, accel: str, needed: bool
+) -> tuple[Recording, tuple[str, ...], tuple[str, ...]]:
+    """Make the specific force whole where gravity is absent from it.
+
+    Parameters
+    ----------
+    recording : Recording
+        Its log ``gravity``, if there is one on the accelerometer's clock, is added.
+    accel : str
+        Name of the accelerometer.
+    needed : bool
+        Raise where gravity cannot be added; else an alarm says what is missing.
+
+    Returns
+    -------
+    tuple
+        The recording, alarms and notes.
+
+    Raises
+    ------
+    LogError
+        If gravity is absent, needed, and no column holds it.
+    """
+    log = recording.get(accel)
+    if log is None or not lacks_gravity(log):
+        return recording, (), ()
+    gravity = recording.get("gravity")
+    named = ", ".join(log.names)
+    if gravity is not None and gravity.data.shape == log.data.shape:
+        unit = gravity.unit if gravity.unit in UNITS else log.unit
+        data = log.data + convert(gravity.data, unit, log.unit)
+        note = f"{named}: acceleration without gravity; {', '.join(gravity.names)} is added to it"
+        return replace(recording, logs={**recording, accel: replace(log, data=data)}), (), (note,)
+    sentence = said(
+        f"{named}: gravity is absent, as from a phone's linear acceleration; record the "
+        "accelerometer itself, or name its columns by ",
+        given("columns", "", "columns={'accel': ...}"),
+    )
+    if needed:
+        raise LogError(sentence, "columns")
+    return recording, (sentence,), ()

@@ -1,0 +1,273 @@
+"""The preparation of a recording: what contradicts it is said, and mended where that is sure.
+
+Every task begins here, so that all of them take a recording for the same. The steps stand in one
+table, `PREPARATIONS`, with evidence, threshold, default and the option that changes it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Final, Literal, NamedTuple, TypeAlias
+
+from zerorate.checks.check import check
+from zerorate.checks.clipped import ClippedAxis, restore_recording
+from zerorate.checks.constant import dead_axes, without_absent, without_frozen_field
+from zerorate.checks.gravity import with_gravity
+from zerorate.checks.held import without_held
+from zerorate.checks.result import Checks, Finding
+from zerorate.checks.stillness import steady_rate
+from zerorate.faults import Argument, given, said
+from zerorate.record.fixes import Fixes
+from zerorate.record.recording import Recording
+
+Clipped: TypeAlias = Literal["auto", "restore", "leave"]
+"""What is done with rates that a gyro clipped at its range."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A recording that is ready for a task.
+
+    Attributes
+    ----------
+    recording : Recording
+        With everything mended that could be; its notes say what was done.
+    alarms : tuple of str
+        What contradicts the recording, a sentence each, with what to type against it.
+    """
+
+    recording: Recording
+    alarms: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What a task, or its user, chooses of the preparation.
+
+    Attributes
+    ----------
+    gyro, accel, mag : str
+        Names of the logs that the task uses.
+    fix : bool
+        Put right a unit or axes of the gyro that the motion contradicts.
+    clipped : {"auto", "restore", "leave"}
+        What becomes of clipped rates.
+    gravity : bool
+        The task cannot do without gravity: raise where it is absent.
+    correct : callable, optional
+        What takes known errors off a recording, such as `zerorate.Calibration.apply`.
+    """
+
+    gyro: str = "gyro"
+    accel: str = "accel"
+    mag: str = "mag"
+    fix: bool = False
+    clipped: Clipped = "auto"
+    gravity: bool = True
+    correct: Callable[[Recording], Recording] | None = None
+
+
+class Step(NamedTuple):
+    """What a step makes of a recording: the recording, alarms, and notes on what was done."""
+
+    recording: Recording
+    alarms: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class Preparation(NamedTuple):
+    """A row of the table: one check, by what it judges, and what follows from it."""
+
+    name: str
+    evidence: str
+    threshold: str
+    default: str
+    option: str
+    step: Callable[[Recording, Choices], Step]
+
+
+def prepare(recording: Recording, choices: Choices | None = None) -> Prepared:
+    """Make a recording ready for a task.
+
+    Parameters
+    ----------
+    recording : Recording
+        As it was read.
+    choices : Choices, optional
+        What the task needs and its user wants.
+
+    Returns
+    -------
+    Prepared
+        The recording, and what contradicts it.
+
+    Raises
+    ------
+    LogError
+        If a task that needs gravity gets acceleration without it.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> from zerorate.checks.preparation import Choices, prepare
+    >>> recording = zr.simulate_motion("hand", duration=60.0).recording()
+    >>> wrong = zr.Log(**{**vars(recording.gyro), "data": recording.gyro.data * [1, -1, 1]})
+    >>> made = prepare(zr.Recording({**recording, "gyro": wrong}, "hand.csv"), Choices(fix=True))
+    >>> made.alarms
+    ("hand.csv: the gyro's y axis has the sign other than the accelerometer's: put right, by fix",)
+    """
+    asked = choices or Choices()
+    alarms: list[str] = []
+    notes: list[str] = []
+    made = recording
+    for row in PREPARATIONS:
+        done = row.step(made, asked)
+        made = done.recording
+        alarms += [said(f"{recording.source}: ", one) for one in done.alarms]
+        notes += done.notes
+    noted = tuple(dict.fromkeys((*made.notes, *notes)))
+    return Prepared(replace(made, notes=noted) if notes else made, tuple(alarms))
+
+
+def prepared_fixes(fixes: Fixes) -> Fixes:
+    """Return the fixes that are new, with a note on those that repeat the one before."""
+    return without_held(fixes)[0]
+
+
+def _absent(recording: Recording, choices: Choices) -> Step:
+    made, notes = without_absent(recording)
+    return Step(made, (), notes)
+
+
+def _dead(recording: Recording, choices: Choices) -> Step:
+    names = (choices.gyro, choices.accel, choices.mag)
+    return Step(recording, tuple(dead_axes(recording, names)))
+
+
+def _gravity(recording: Recording, choices: Choices) -> Step:
+    return Step(*with_gravity(recording, choices.accel, choices.gravity))
+
+
+def _correction(recording: Recording, choices: Choices) -> Step:
+    return Step(recording if choices.correct is None else choices.correct(recording))
+
+
+def _axes(recording: Recording, choices: Choices) -> Step:
+    found = check(recording, gyro=choices.gyro, accel=choices.accel, scale=False)
+    steady = _steady(recording, choices)
+    made = found.apply(recording) if choices.fix and not steady else recording
+    return Step(made, tuple(_contradictions(found, choices.fix, steady)))
+
+
+def _steady(recording: Recording, choices: Choices) -> str:
+    gyro, accel = recording.get(choices.gyro), recording.get(choices.accel)
+    return "" if gyro is None or accel is None else steady_rate(gyro, accel)
+
+
+def _contradictions(found: Checks, fix: bool, steady: str) -> Iterator[str]:
+    if steady:
+        yield steady
+    elif found.gyro.alarm:
+        yield said(found.gyro.text, *_advice(found.gyro, fix))
+    if found.magnetometer.alarm:
+        yield found.magnetometer.text
+    if found.clock:
+        yield found.clock
+
+
+def _advice(finding: Finding, fix: bool) -> tuple[str | Argument, ...]:
+    option = given("fix", "", "fix" if fix else "fix=True")
+    if finding.exact:
+        return (": put right, by ", option) if fix else (": ", option, " puts it right")
+    return (": ", option, " changes nothing, for it is not known which is right") if fix else ()
+
+
+def _frozen(recording: Recording, choices: Choices) -> Step:
+    return Step(*without_frozen_field(recording, choices.gyro, choices.mag))
+
+
+def _clipped(recording: Recording, choices: Choices) -> Step:
+    if choices.clipped == "leave":
+        return Step(recording)
+    certain = choices.clipped == "auto"
+    made, sides = restore_recording(recording, gyro=choices.gyro, certain=certain)
+    done = made is not recording
+    return Step(made, tuple(_on_clipped(one, done, certain) for one in sides))
+
+
+def _on_clipped(one: ClippedAxis, done: bool, certain: bool) -> str:
+    limit = math.degrees(one.sign * one.limit)
+    share = f"{100.0 * one.share:.2g} % of the samples"
+    if not done:
+        option = given("clipped", "restore", "clipped='restore'")
+        may = f"gyro {one.axis} may be clipped at {limit:.0f} deg/s in {share}: "
+        return said(may, option, " restores it")
+    text = (
+        f"gyro {one.axis} is clipped at {limit:.0f} deg/s in {share}, and restored from its flanks"
+    )
+    if not certain:
+        return text
+    return said(text, ": ", given("clipped", "leave", "clipped='leave'"), " leaves it")
+
+
+PREPARATIONS: Final = (
+    Preparation(
+        "absent sensor",
+        "one value in every sample of all axes, while another sensor of the kind measures",
+        "100 samples: fewer may repeat by chance",
+        "the sensor is left out, and a note says so",
+        "",
+        _absent,
+    ),
+    Preparation(
+        "dead axis",
+        "one value in every sample of an axis, while the others change",
+        "100 samples: fewer may repeat by chance",
+        "an alarm",
+        "columns",
+        _dead,
+    ),
+    Preparation(
+        "gravity absent",
+        "the mean force of windows of 0.25 s: the smallest twentieth, against the largest tenth",
+        "below 0.25 g and a quarter of the largest tenth: with gravity 0.35 on a runner's foot",
+        "gravity columns are added, if there are any; else tasks that need gravity refuse",
+        "columns",
+        _gravity,
+    ),
+    Preparation(
+        "known errors",
+        "a calibration",
+        "",
+        "taken off",
+        "calibration",
+        _correction,
+    ),
+    Preparation(
+        "frozen magnetometer",
+        "one value in consecutive samples while the gyro turns",
+        "3 s and 5 deg: no other magnetometer repeats itself for so long",
+        "the samples are missing, and an alarm says so",
+        "columns",
+        _frozen,
+    ),
+    Preparation(
+        "units and axes",
+        "which of three units and 48 axes keep gravity and field constant through the motion",
+        "see zerorate.check",
+        "an alarm; a steady rate without motion is told as a bias",
+        "fix",
+        _axes,
+    ),
+    Preparation(
+        "clipped rates",
+        "samples at the largest value of an axis, and the flanks beside them",
+        "see zerorate.checks.restore_recording",
+        "restored where nothing else explains them",
+        "clipped",
+        _clipped,
+    ),
+)
+"""The steps in their order: each judges what those before it have made of the recording."""

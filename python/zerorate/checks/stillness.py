@@ -1,0 +1,76 @@
+"""A gyro that shows a steady rate while its accelerometer shows no motion."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from zerorate.faults import Argument, given, said
+from zerorate.record.log import Log
+from zerorate.types import Floats
+from zerorate.units import UNITS, convert
+
+_MIN_RATE: Final = math.radians(10.0)
+"""Rate from which on it is more than filters take for a bias."""
+_MAX_RATE_CHANGE: Final = math.radians(1.0)
+_MAX_FORCE_CHANGE: Final = 0.15
+"""Change of the mean force of a second, m/s^2, of a body that does not tilt by a degree."""
+_MIN_SECONDS: Final = 5
+
+
+def steady_rate(gyro: Log, accel: Log) -> str:
+    """Return a sentence on a rate beyond 10 deg/s that nothing but the gyro shows; "" without one.
+
+    Either it is a bias, or the body turns about the vertical, which no accelerometer shows. It says
+    nothing on units: those are judged by motion.
+
+    Parameters
+    ----------
+    gyro, accel : Log
+        Of three axes and of known units; else nothing is said.
+    """
+    rates, forces = _seconds(gyro, "rate", "rad/s"), _seconds(accel, "acceleration", "m/s^2")
+    if min(len(rates), len(forces)) < _MIN_SECONDS:
+        return ""
+    rate = np.median(rates, axis=0)
+    size = float(np.linalg.norm(rate))
+    if size < _MIN_RATE or _largest_change(rates) > _MAX_RATE_CHANGE:
+        return ""
+    if _largest_change(forces) > _MAX_FORCE_CHANGE:
+        return ""
+    return said(
+        f"{', '.join(gyro.names)}: {math.degrees(size):.1f} deg/s throughout, while the "
+        f"accelerometer shows no motion: {_cause(rate, forces)}",
+        *_remedy(size),
+    )
+
+
+def _cause(rate: Floats, forces: Floats) -> str:
+    up = np.median(forces, axis=0)
+    up = up / max(float(np.linalg.norm(up)), 1e-9)
+    level = float(np.linalg.norm(rate - up * (rate @ up)))
+    return "a bias" if level > _MAX_RATE_CHANGE else "a bias, or a rate table"
+
+
+def _remedy(size: float) -> tuple[str, Argument]:
+    limit = math.ceil(math.degrees(size) * 1.2 / 5.0) * 5
+    return "; for a bias give ", given(
+        "bias_limit", str(limit), f"bias_limit=math.radians({limit})"
+    )
+
+
+def _seconds(log: Log, kind: str, unit: str) -> Floats:
+    """Return the means of whole seconds, shape (k, 3), in SI; none for an unknown unit."""
+    if log.channels != 3 or log.unit not in UNITS or UNITS[log.unit].kind != kind:
+        return np.empty((0, 3))
+    length = max(round(log.rate), 1)
+    count = log.n // length
+    data = convert(log.data[: count * length], log.unit, unit).reshape(count, length, 3)
+    means: Floats = data[np.isfinite(data).all(axis=(1, 2))].mean(axis=1)
+    return means
+
+
+def _largest_change(means: Floats) -> float:
+    return float(np.linalg.norm(means - np.median(means, axis=0), axis=1).max())

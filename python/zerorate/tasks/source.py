@@ -1,0 +1,81 @@
+"""What a task is given: a recording, the path of one, a frame or arrays, all taken alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import PurePath
+from typing import Any, TypeAlias
+
+from zerorate.faults import given, said, sentence_of
+from zerorate.io.formats import LogSource
+from zerorate.io.recording import read_recording
+from zerorate.record.log import Log, LogError
+from zerorate.record.recording import Recording
+
+Source: TypeAlias = Recording | Log | LogSource
+"""A `Recording`, a `Log` of a gyro, the path of a file, a data frame, or arrays by name."""
+
+
+def recording_of(source: Source, reading: Mapping[str, Any], **further: Any) -> Recording:  # noqa: ANN401
+    """Return the recording that a task is given, read where it is not one yet.
+
+    Parameters
+    ----------
+    source : Source
+        What the task was called with.
+    reading : mapping
+        Arguments of `zerorate.read_recording`: for what is read only.
+    **further
+        More of them, that the task itself sets.
+
+    Raises
+    ------
+    LogError
+        If arguments of reading come with a recording, or it cannot be read.
+    """
+    if not isinstance(source, Recording | Log):
+        return read_recording(source, **reading, **further)
+    asked = [name for name, value in reading.items() if value is not None]
+    if asked:
+        raise LogError(
+            said(given(asked[0]), " is for what is read: a recording is taken as it is"), asked[0]
+        )
+    return source if isinstance(source, Recording) else _of_log(source)
+
+
+def _of_log(log: Log) -> Recording:
+    return Recording({"gyro": log}, str(log.meta.get("source", "the log")))
+
+
+def stem_of(source: str) -> str:
+    """Return the beginning of the names of files that are made of a source.
+
+    Examples
+    --------
+    >>> from zerorate.tasks.source import stem_of
+    >>> stem_of("logs/flight.ulg"), stem_of("the recording")
+    ('flight', 'the-recording')
+    """
+    return PurePath(source.split(", ")[0]).stem.replace(" ", "-") or "recording"
+
+
+@contextmanager
+def explained(source: str, alarms: Sequence[str] = ()) -> Iterator[None]:
+    """Let a fault of the data say which recording is at fault, and what may be the cause of it.
+
+    Parameters
+    ----------
+    source : str
+        Name of the recording.
+    alarms : sequence of str
+        What contradicts it: notes of the error, which Python shows below it.
+    """
+    try:
+        yield
+    except LogError as error:
+        text = sentence_of(error)
+        fault = error if text.startswith(source) else error.around(f"{source}: ")
+        for one in alarms:
+            fault.add_note(one)
+        raise fault from None
