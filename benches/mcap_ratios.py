@@ -20,13 +20,14 @@ def main():
     rows = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
     rng = np.random.default_rng(1)
     names = [f"gyro_{axis}_radps" for axis in "xyz"]
-    log = zr.Log(np.arange(rows) / 1000, 1000.0, rng.normal(size=(rows, 3)), names, "rad/s")
-    beside = {f"accel_{axis}_mps2": rng.normal(size=rows) for axis in "xyz"}
+    rates = rng.normal(size=(rows, 3))
+    accel = {f"accel_{axis}_mps2": rng.normal(size=rows) for axis in "xyz"}
+    log = zr.Log(np.arange(rows) / 1000, 1000.0, rates, names, "rad/s", extra=accel)
     with tempfile.TemporaryDirectory() as name:
         path, taken = Path(name) / "a.mcap", []
         for _ in range(5):
             begun = time.perf_counter()
-            zr.write_log(log, path, beside=beside, force=True)
+            zr.write_log(log, path, force=True)
             taken.append(time.perf_counter() - begun)
         ours = rows / min(taken)
         print(f"{rows} rows, {1e-6 * path.stat().st_size:.0f} MB: {ours:.3g} rows/s")

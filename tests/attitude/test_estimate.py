@@ -210,8 +210,7 @@ class TestEstimate:
 
     def test_the_log_is_read_back(self, tmp_path):
         found = zr.estimate_attitude(RECORDING)
-        log, beside = found.to_log()
-        zr.write_log(log, tmp_path / "a.csv", beside=beside)
+        zr.write_log(found.to_log(), tmp_path / "a.csv")
         read = zr.read_recording(tmp_path / "a.csv")
         np.testing.assert_array_equal(read.reference.data, found.quaternion)
         assert read.names == ("reference",)

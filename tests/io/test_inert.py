@@ -33,20 +33,20 @@ def is_number(cell):
     return True
 
 
-def record(unit="deg/s"):
+def record(unit="deg/s", **extra):
     data = np.random.default_rng(1).standard_normal((200, len(NAMES)))
-    return Log(np.arange(200) / 100, 100.0, data, NAMES, unit)
+    return Log(np.arange(200) / 100, 100.0, data, NAMES, unit, extra=extra)
 
 
 @pytest.mark.parametrize("suffix", ["csv", "tsv"])
 def test_a_log(tmp_path, suffix):
-    path, log = tmp_path / f"a.{suffix}", record()
-    write_log(log, path, beside={"=beside": log.time})
+    path, log = tmp_path / f"a.{suffix}", record(**{"=extra": np.arange(200)})
+    write_log(log, path)
     assert formulas(path, "," if suffix == "csv" else "\t") == []
     again = read_log(path)
     assert again.names == log.names
     assert again.data.tobytes() == log.data.tobytes()
-    assert read_log(path, columns=["=beside", "'=x"]).channels == 2
+    assert read_log(path, columns=["=extra", "'=x"]).channels == 2
 
 
 def test_a_unit(tmp_path):

@@ -1,10 +1,14 @@
 """The class Log."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from support.logs import make_log
 from zerorate.record import Log, LogError
+from zerorate.record.log import present_axes
+from zerorate.record.span import Span
 
 
 def test_log_properties():
@@ -58,3 +62,50 @@ def test_channels_may_differ_in_unit():
 def test_a_unit_is_one_or_one_a_channel(unit):
     with pytest.raises(LogError, match="unit must be a non-empty string"):
         make_log(np.ones((2, 3)), unit=unit)
+
+
+class TestExtra:
+    """Columns next to the channels."""
+
+    log = Log(
+        np.arange(5) / 10,
+        10.0,
+        np.ones((5, 2)),
+        ("gyro_x", "gyro_y"),
+        stamps=np.array([0.0, 0.1, 0.21, 0.3, 0.4]),
+        extra={
+            "at_rest": np.arange(5) > 2,
+            "sigma": np.ma.array(np.arange(5.0), mask=[1, *[0] * 4]),
+        },
+    )
+
+    def test_they_are_no_channels(self):
+        assert self.log.channels == 2
+        assert self.log.extra["at_rest"].dtype == np.bool_
+        np.testing.assert_array_equal(self.log.extra["sigma"], [np.nan, 1, 2, 3, 4])
+
+    def test_a_part_has_theirs(self):
+        part = self.log.part(slice(2, 4))
+        assert part.extra["at_rest"].tolist() == [False, True]
+        assert part.sampled.tolist() == [0.21, 0.3]
+        cut = Span(0.2, 0.4).of([self.log])[0]
+        assert cut.extra["sigma"].tolist() == [2, 3]
+
+    def test_they_stay_with_other_data_and_without_empty_channels(self):
+        data = np.column_stack([np.ones(5), np.full(5, np.nan)])
+        kept = present_axes(self.log.with_data(data))
+        assert kept.names == ("gyro_x",)
+        assert kept.extra == self.log.extra
+
+    @pytest.mark.parametrize(
+        ("extra", "message"),
+        [
+            ({"temp": np.zeros(4)}, r"extra column 'temp' must have shape \(5,\), got \(4,\)"),
+            ({"gyro_x": np.zeros(5)}, "extra column 'gyro_x' has the name of a channel"),
+            ({"a\n": np.zeros(5)}, "an extra column's name must be printable text"),
+            ({"temp": list("abcde")}, "extra column 'temp' must hold real numbers"),
+        ],
+    )
+    def test_refusals(self, extra, message):
+        with pytest.raises(LogError, match=message):
+            replace(self.log, extra=extra)

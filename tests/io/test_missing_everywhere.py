@@ -202,9 +202,9 @@ def test_the_time_of_a_log_is_whole(time):
 
 
 @pytest.mark.parametrize("suffix", ["csv", "npz", "parquet"])
-def test_columns_beside_a_log_that_is_written(tmp_path, suffix):
+def test_extra_columns_of_a_log_that_is_written(tmp_path, suffix):
     path = tmp_path / f"a.{suffix}"
-    write_log(Log(TIME, RATE, OTHER, ["wx"]), path, beside={"extra": SHAPES["masked"]})
+    write_log(Log(TIME, RATE, OTHER, ["wx"], extra={"extra": SHAPES["masked"]}), path)
     if suffix == "npz":
         again = np.load(path)["extra"]
     else:

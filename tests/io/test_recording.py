@@ -182,8 +182,8 @@ def test_a_table_without_names_is_a_gyro():
 
 
 def test_names_that_the_file_lists(tmp_path):
-    log = Log(TIME, 100, ACCEL, ["p", "q", "r"], "m/s^2")
-    zr.write_log(log, tmp_path / "a.csv", beside={"temp_c": TIME})
+    log = Log(TIME, 100, ACCEL, ["p", "q", "r"], "m/s^2", extra={"temp_c": TIME})
+    zr.write_log(log, tmp_path / "a.csv")
     recording = zr.read_recording(tmp_path / "a.csv")
     assert recording.names == ("accel", "temperature")
     np.testing.assert_array_equal(recording.accel.data, ACCEL)

@@ -11,10 +11,10 @@ from zerorate.record import LogError
 N = 20_000
 
 
-def gyro_log(names=("gyro_x_dps", "gyro_y_dps", "gyro_z_dps"), unit="deg/s", n=N):
-    data = np.random.default_rng(5).normal(size=(n, len(names)))
+def gyro_log(extra, names=("gyro_x_dps", "gyro_y_dps", "gyro_z_dps")):
+    data = np.random.default_rng(5).normal(size=(N, len(names)))
     data[7] = np.nan
-    return zr.Log(1.7e9 + np.arange(n) / 200, 200.0, data, names, unit)
+    return zr.Log(1.7e9 + np.arange(N) / 200, 200.0, data, names, "deg/s", extra=extra)
 
 
 def accel():
@@ -44,22 +44,21 @@ def messages(path):
 
 
 def test_the_gyro_that_viewers_see_is_that_of_the_log(tmp_path):
-    log, beside = gyro_log(), accel()
+    log = gyro_log(accel())
     path = tmp_path / "a.mcap"
-    zr.write_log(log, path, beside=beside)
+    zr.write_log(log, path)
     read = zr.read_recording(path)
     np.testing.assert_allclose(read.gyro.data, np.radians(log.data), rtol=1e-15)
-    expected = np.column_stack([*beside.values()]) * 9.80665
+    expected = np.column_stack([*log.extra.values()]) * 9.80665
     np.testing.assert_allclose(read.accel.data, expected, rtol=1e-15)
     assert (read.gyro.rate, read.gyro.time[0], read.gyro.unit) == (200, 1.7e9, "rad/s")
 
 
 def test_topics_with_their_schemas_in_the_order_of_time(tmp_path):
-    log = gyro_log()
     bias = {f"bias_gyro_{axis}_radps": np.full(N, 0.1 * i) for i, axis in enumerate("xyz", 1)}
     rest = {"at_rest_gyro_x": np.arange(N) % 3 == 0, "bias_sigma_gyro_x_radps": np.full(N, 0.5)}
     path = tmp_path / "a.mcap"
-    zr.write_log(log, path, beside=bias | rest)
+    zr.write_log(gyro_log(bias | rest), path)
     found = messages(path)
     assert {topic: told[0] for topic, (told, _) in found.items()} == {
         "/imu": "sensor_msgs/msg/Imu",
@@ -80,13 +79,13 @@ def test_topics_with_their_schemas_in_the_order_of_time(tmp_path):
 
 
 def test_a_track_has_poses_and_fixes(tmp_path):
+    turn = {f"quat_{axis}": np.full(50, 0.5) for axis in "wxyz"}
     log = zr.Log(
         np.arange(50) / 10, 10.0, np.tile([45.0, 7.0, 300.0], (50, 1)),
-        ("latitude_deg", "longitude_deg", "height_m"), "deg, deg, m",
+        ("latitude_deg", "longitude_deg", "height_m"), "deg, deg, m", extra=turn,
     )  # fmt: skip
-    turn = {f"quat_{axis}": np.full(50, 0.5) for axis in "wxyz"}
     path = tmp_path / "a.mcap"
-    zr.write_log(log, path, beside=turn)
+    zr.write_log(log, path)
     found = messages(path)
     assert set(found) == {"/fix", "/pose"}
     raw = found["/fix"][1][0][1]
@@ -107,9 +106,9 @@ def test_any_log_can_be_written_but_none_before_zero(tmp_path):
 
 
 def test_gyroflow_reads_the_gyro_and_the_accelerometer(tmp_path):
-    log = gyro_log()
+    log = gyro_log(accel())
     path = tmp_path / "a.gcsv"
-    zr.write_log(log, path, beside=accel())
+    zr.write_log(log, path)
     rows = pytest.importorskip("telemetry_parser").Parser(str(path)).normalized_imu()
     assert len(rows) == N - 1  # one sample is missing
     there = np.delete(np.arange(N), 7)

@@ -237,9 +237,9 @@ def test_a_track_on_the_earth():
 
 def test_a_log_of_the_track():
     track = walked(WALK)
-    log, beside = track.to_log()
+    log = track.to_log()
     assert log.names == ("x_m", "y_m", "z_m")
-    assert beside["standing"].sum() > 100
+    assert log.extra["standing"].sum() > 100
 
 
 def test_restoring_leaves_what_was_not_clipped():

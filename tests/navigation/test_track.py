@@ -165,18 +165,17 @@ def test_a_gap_divides_the_smoother():
 
 def test_a_log_holds_what_is_known(tmp_path):
     _, _, track = driven(duration=60.0)
-    log, beside = track.to_log()
+    log = track.to_log()
     path = tmp_path / "track.parquet"
     pytest.importorskip("pyarrow")
-    zr.write_log(log, path, beside=beside)
+    zr.write_log(log, path)
     again = zr.read_log(path, columns=["height_m"])
     np.testing.assert_array_equal(again.data[:, 0], track.position[:, 2])
     assert log.n == track.n
     np.testing.assert_array_equal(log.data, track.position)
     assert {"velocity_north_mps", "quat_w", "gyro_bias_x_radps", "position_sigma_north_m"} <= set(
-        beside
+        log.extra
     )
-    assert all(len(values) == track.n for values in beside.values())
 
 
 def test_wrong_input_is_refused():

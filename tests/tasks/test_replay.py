@@ -60,10 +60,10 @@ def test_filtered_equals_the_filter_alone_to_the_last_bit(result, method):
 def test_filtered_log_is_that_of_the_last_method():
     methods = ("fading", "kf")
     last = replay(make_log(noise(500)), methods=methods, output="estimate")
-    assert (last.method, last.output, last.beside) == ("kf", "estimate", {})
+    assert (last.method, last.output, last.filtered_log.extra) == ("kf", "estimate", {})
     compensated = replay(make_log(noise(500)), methods=methods)
     assert (compensated.method, compensated.output) == ("kf", "compensated")
-    assert next(iter(compensated.beside)) == "bias_gyro_0_dps"
+    assert next(iter(compensated.filtered_log.extra)) == "bias_gyro_0_dps"
     np.testing.assert_array_equal(last.filtered_log.data, last.filtered["kf"])
     assert last.filtered_log.names == last.log.names
 
@@ -241,9 +241,9 @@ class TestAuto:
         alone = alone_of(method, **options)
         np.testing.assert_array_equal(result.filtered_log.data, alone.process(log.data))
 
-    def test_columns_beside_the_compensated_rate(self, auto):
+    def test_extra_columns_of_the_compensated_rate(self, auto):
         trace = alone_of("auto").trace(auto.log.data)
-        columns = auto.beside
+        columns = auto.filtered_log.extra
         assert list(columns)[:3] == ["bias_gyro_0_dps", "bias_sigma_gyro_0_dps", "at_rest_gyro_0"]
         np.testing.assert_array_equal(columns["bias_gyro_1_dps"], trace.bias[:, 1])
         np.testing.assert_array_equal(columns["bias_sigma_gyro_1_dps"], trace.bias_sigma[:, 1])
@@ -252,7 +252,7 @@ class TestAuto:
     def test_nothing_is_known_before_the_first_sample(self):
         z = noise(500)
         z[:50, 0] = np.nan
-        columns = replay(make_log(z), methods=("auto",)).beside
+        columns = replay(make_log(z), methods=("auto",)).filtered_log.extra
         for name in ("bias_gyro_0_dps", "bias_sigma_gyro_0_dps"):
             assert np.isnan(columns[name][:50]).all()
             assert np.isfinite(columns[name][50:]).all()
@@ -375,9 +375,9 @@ class TestLeftOut:
         assert left_out.outlier_count[0] >= 15
         assert left_out.stuck_count.tolist() == [800, 0]
 
-    def test_flags_stand_beside_the_compensated_rate(self, dirty):
+    def test_flags_are_extra_columns_of_the_compensated_rate(self, dirty):
         trace = alone_of("auto", limit=LIMIT).trace(dirty.log.data)
-        columns = dirty.beside
+        columns = dirty.filtered_log.extra
         assert list(columns)[2:5] == ["at_rest_gyro_0", "stuck_gyro_0", "saturated_gyro_0"]
         np.testing.assert_array_equal(columns["stuck_gyro_0"], trace.stuck[:, 0])
         np.testing.assert_array_equal(columns["saturated_gyro_1"], trace.saturated[:, 1])

@@ -84,7 +84,7 @@ CHOICES = (
 
 def in_memory(path, out, **options):
     result = replay(read_log(path), allan=False, **options)
-    write_log(result.filtered_log, out, beside=result.beside)
+    write_log(result.filtered_log, out)
     return result
 
 

@@ -198,28 +198,28 @@ class AttitudeEstimate(Result):
         """Return the orientations as poses in the frame, at the origin: `Poses.to_tum` for evo."""
         return Poses(self.time, np.zeros((self.n, 3)), self.quaternion, self.source)
 
-    def to_log(self) -> tuple[Log, dict[str, npt.NDArray[np.float64 | np.bool_]]]:
-        """Return a log of the quaternion, and the columns to be written beside it.
+    def to_log(self) -> Log:
+        """Return a log of the quaternion, for `zerorate.write_log`.
 
-        They are for `zerorate.write_log`: Euler angles and standard deviations in deg, rest,
-        disturbance, bias in deg/s and acceleration in m/s^2.
+        Its extra columns are Euler angles and standard deviations in deg, rest, disturbance, bias
+        in deg/s and acceleration in m/s^2.
 
         Examples
         --------
         >>> import zerorate as zr
         >>> motion = zr.simulate_motion("hand", duration=20.0)
-        >>> log, beside = zr.estimate_attitude(motion.recording()).to_log()
+        >>> log = zr.estimate_attitude(motion.recording()).to_log()
         >>> log
         Log(2000 samples at 100 Hz, 20 s, 1: quat_w, quat_x, quat_y, quat_z)
-        >>> list(beside)[:5]
+        >>> list(log.extra)[:5]
         ['roll_deg', 'pitch_deg', 'yaw_deg', 'tilt_sigma_deg', 'heading_sigma_deg']
         """
         names = tuple(f"quat_{axis}" for axis in "wxyz")
         meta = {"source": self.source, "notes": self.notes}
-        log = Log.at(self.time, self.rate, self.quaternion, names, "1", meta)
-        return log, dict(self._beside())
+        extra = dict(self._extra())
+        return Log.at(self.time, self.rate, self.quaternion, names, "1", meta, extra)
 
-    def _beside(self) -> Iterator[tuple[str, npt.NDArray[np.float64 | np.bool_]]]:
+    def _extra(self) -> Iterator[tuple[str, Floats | Booleans]]:
         for name, angles in zip(("roll", "pitch", "yaw"), self.euler.T, strict=True):
             yield f"{name}_deg", np.degrees(angles)
         yield "tilt_sigma_deg", np.degrees(self.tilt_sigma)

@@ -243,7 +243,7 @@ def _write(
         if rotations is not None:
             rotations.to_json(rest.pop(), force=True)
         progress("writing", 0.9)
-        write_log(result.filtered_log, rest[0], beside=result.beside)
+        write_log(result.filtered_log, rest[0])
         if len(rest) > 1:
             _draw(result, rest[1])
 

@@ -282,8 +282,7 @@ def _corrected(
 def _write(outputs: Outputs, estimate: AttitudeEstimate, progress: Progress) -> None:
     from zerorate.show import save_figure
 
-    log, beside = estimate.to_log()
-    writers: list[Callable[[Path], object]] = [partial(write_log, log, beside=beside)]
+    writers: list[Callable[[Path], object]] = [partial(write_log, estimate.to_log())]
     if outputs.beside:
         writers.append(text_writer(estimate.poses().to_tum()))
     outputs.write(

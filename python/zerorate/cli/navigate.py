@@ -622,9 +622,8 @@ def _write(outputs: Outputs, found: _Found, everything: bool, progress: Progress
     from zerorate.show import plot_track, save_figure
 
     track = found.track
-    log, beside = track.to_log()
     writers: list[Callable[[Path], object]] = [
-        partial(write_log, log, beside=beside),
+        partial(write_log, track.to_log()),
         lambda path: write_geojson(path, track, force=True),
         lambda path: write_gpx(path, track, force=True),
     ]

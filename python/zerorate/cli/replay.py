@@ -402,7 +402,7 @@ def write(outputs: Outputs, result: Replay, progress: Progress, everything: bool
     from zerorate.show import plot_replay, save_figure
 
     outputs.write(
-        [partial(write_log, result.filtered_log, beside=result.beside)],
+        [partial(write_log, result.filtered_log)],
         lambda path: save_figure(plot_replay(result, everything), path),
         progress,
     )

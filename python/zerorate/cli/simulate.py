@@ -1,5 +1,6 @@
 """``zerorate simulate``: a gyro of the table as a log at rest, or an IMU that is calibrated."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Final, TypeAlias
 
@@ -138,8 +139,8 @@ def _simulate_session(
         progress("writing", 0.5)
         with writing(), together(paths, force) as (log_path, truth_path):
             gyro, *others = session.recording.values()
-            beside = {n: x for log in others for n, x in zip(log.names, log.data.T, strict=True)}
-            write_log(gyro, log_path, beside=beside)
+            extra = {n: x for log in others for n, x in zip(log.names, log.data.T, strict=True)}
+            write_log(replace(gyro, extra=extra), log_path)
             truth_path.write_text(session.truth.to_json() + "\n", encoding="utf-8")
     print("\n".join(f"wrote {path}" for path in paths))
 

@@ -150,8 +150,7 @@ def _write(
 ) -> None:
     from zerorate.show import save_figure
 
-    log, beside = track.to_log()
-    writers: list[Callable[[Path], object]] = [partial(write_log, log, beside=beside)]
+    writers: list[Callable[[Path], object]] = [partial(write_log, track.to_log())]
     if placed is not None:
         writers += [
             lambda path: write_geojson(path, placed, force=True),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, TypeVar
 
@@ -181,8 +181,7 @@ def part(log: Log, begin: float, end: float) -> Log:
     low, high = np.searchsorted(log.sampled, [begin, end]).tolist()
     if high - low < 2:
         raise LogError(f"{', '.join(log.names)}: no samples from {begin:.6g} to {end:.6g} s")
-    stamps = None if log.stamps is None else log.stamps[low:high]
-    return replace(log, time=log.time[low:high], data=log.data[low:high], stamps=stamps)
+    return log.part(slice(low, high))
 
 
 def beginning(recording: Recording) -> float:

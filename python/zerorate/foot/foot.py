@@ -18,7 +18,7 @@ from zerorate.geometry.rotations import of_rotation_vectors, product
 from zerorate.navigation.track import Smoothable, Steps, between_steps, smoothed_steps, turned
 from zerorate.record import Log, LogError, Recording
 from zerorate.record.samples import Samples
-from zerorate.types import Floats
+from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
 _FLIP: Final = np.array([1.0, -1.0, -1.0])
@@ -205,27 +205,27 @@ class FootTrack(Smoothable, Result):
         place = moved(np.array([latitude, longitude, height]), ned)
         return PlacedTrack(self.time, place, self.source)
 
-    def to_log(self) -> tuple[Log, dict[str, npt.NDArray[np.float64 | np.bool_]]]:
-        """Return a log of x, y, z, m, and the columns to be written beside it.
+    def to_log(self) -> Log:
+        """Return a log of x, y, z, m, for `zerorate.write_log`.
 
-        They are for `zerorate.write_log`: velocity, m/s, quaternion, deviations of position and
-        heading, whether the foot stands.
+        Its extra columns are velocity, m/s, quaternion, standard deviations of position and
+        heading, and a flag for each sample of a stance.
         """
         span = float(np.ptp(self.time))
         names, meta = ("x_m", "y_m", "z_m"), {"source": self.source}
-        beside: dict[str, npt.NDArray[np.float64 | np.bool_]] = {}
+        extra: dict[str, Floats | Booleans] = {}
         for axis, speed in zip("xyz", self.velocity.T, strict=True):
-            beside[f"velocity_{axis}_mps"] = speed
+            extra[f"velocity_{axis}_mps"] = speed
         for axis, part in zip("wxyz", self.quaternion.T, strict=True):
-            beside[f"quat_{axis}"] = part
+            extra[f"quat_{axis}"] = part
         for axis, deviation in zip("xyz", self.sigma[:, :3].T, strict=True):
-            beside[f"sigma_{axis}_m"] = deviation
-        beside["heading_sigma_deg"] = np.degrees(self.sigma[:, 8])
+            extra[f"sigma_{axis}_m"] = deviation
+        extra["heading_sigma_deg"] = np.degrees(self.sigma[:, 8])
         standing = np.zeros(self.n, bool)
         for first, end in self.stances:
             standing[first:end] = True
-        beside["standing"] = standing
-        return Log.at(self.time, (self.n - 1) / span, self.position, names, "m", meta), beside
+        extra["standing"] = standing
+        return Log.at(self.time, (self.n - 1) / span, self.position, names, "m", meta, extra)
 
 
 class FootNavigation:

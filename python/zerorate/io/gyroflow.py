@@ -34,8 +34,8 @@ def triad_in(columns: Mapping[str, Column], kind: str, unit: str) -> dict[str, C
     return {axes[i]: convert(columns[axes[i]], units[axes[i]], unit) for i in range(3)}
 
 
-def write_gcsv(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
-    """Write a gyro of three axes, rad/s, and the accelerometer beside it, g.
+def write_gcsv(log: Log, path: Path, names: Sequence[str]) -> None:
+    """Write a gyro of three axes, rad/s, and an accelerometer of the extra columns, g.
 
     Times are whole microseconds from the first sample; samples that are missing are left out.
 
@@ -44,7 +44,7 @@ def write_gcsv(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, 
     LogError
         If the log is not of a gyro with three axes.
     """
-    columns = {**dict(zip(names, log.data.T, strict=True)), **beside}
+    columns = {**dict(zip(names, log.data.T, strict=True)), **log.extra}
     gyro = triad_in(columns, "gyro", "rad/s")
     if gyro is None:
         raise LogError(

@@ -83,8 +83,8 @@ class _Topic:
     constants: Mapping[int, float]
 
 
-def write_mcap(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
-    """Write a log and the columns beside it.
+def write_mcap(log: Log, path: Path, names: Sequence[str]) -> None:
+    """Write a log and its extra columns.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def write_mcap(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, 
     # Doubles hold nanoseconds of a hundred days; of dates since 1970 they hold microseconds.
     step = 1 if log.sampled.max(initial=0.0) < 1e-9 * 2**53 else 1000
     stamps = np.rint(log.sampled * (1e9 / step)).astype(np.int64) * step
-    columns = {**dict(zip(names, log.data.T, strict=True)), **beside}
+    columns = {**dict(zip(names, log.data.T, strict=True)), **log.extra}
     topics = _topics(columns)
     with path.open("wb") as file:
         _File(file, topics, stamps).write()

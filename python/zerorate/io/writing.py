@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate.io.clocks.clock import fit_grid
 from zerorate.io.clocks.repeats import HEAD, rows_held
@@ -23,10 +22,9 @@ from zerorate.io.readers.text import text_header
 from zerorate.io.table import Column
 from zerorate.record.atomic import atomic_path, check_writable
 from zerorate.record.log import Log, LogError, units_of
-from zerorate.record.missing import without_masks
 from zerorate.record.names import UNKNOWN, looks_like_gyro, split_unit, with_suffix
 
-_Writer = Callable[[Log, Path, Sequence[str], Mapping[str, Column]], None]
+_Writer = Callable[[Log, Path, Sequence[str]], None]
 
 _ROWS_AT_ONCE = 100_000
 
@@ -36,9 +34,11 @@ def write_log(
     path: str | os.PathLike[str],
     *,
     force: bool = False,
-    beside: Mapping[str, npt.NDArray[np.float64 | np.bool_]] | None = None,
 ) -> None:
     """Write a log so that `read_log` gives it back: data and time bit for bit.
+
+    Its extra columns are written after the channels, by their own names. `read_log` leaves them out
+    unless it is asked for them by name; in an ``.npz`` they are arrays of their own.
 
     Parameters
     ----------
@@ -51,17 +51,13 @@ def write_log(
         `read_log` gives back no more than they hold.
     force
         Whether to replace an existing file; default no.
-    beside
-        Further columns of shape (n,), numbers or flags, by the names they get. `read_log` leaves
-        them out unless it is asked for them by name; in an ``.npz`` they are arrays of their own.
 
     Raises
     ------
     ValueError
         If the suffix is not one of these.
     LogError
-        If two columns would have one name, a name ends in another unit than the log's, or a column
-        beside the log has another length.
+        If two columns would have one name, or a name ends in another unit than the log's.
     OSError
         If the file exists (without ``force``) or the folder is missing or not writable. Nothing
         is left half-written.
@@ -84,20 +80,12 @@ def write_log(
     target = Path(path)
     write = _writer(target.suffix.lower())
     check_writable(target, force)
-    others = {name: without_masks(column) for name, column in (beside or {}).items()}
-    names = _column_names(log, others)
+    names = column_names(log.names, log.unit, log.extra)
     with atomic_path(target, force) as temporary:
-        write(log, temporary, names, others)
+        write(log, temporary, names)
 
 
-def _column_names(log: Log, beside: Mapping[str, Column]) -> list[str]:
-    for name, column in beside.items():
-        if column.shape != (log.n,):
-            raise LogError(f"column '{name}' must have shape ({log.n},), got {column.shape}")
-    return column_names(log.names, log.unit, beside)
-
-
-def column_names(channels: Iterable[str], unit: str, beside: Iterable[str]) -> list[str]:
+def column_names(channels: Iterable[str], unit: str, extra: Iterable[str]) -> list[str]:
     """Return what the channels of a log are called in a file; LogError if two would be alike."""
     names, given = [], list(channels)
     for name, one in zip(given, units_of(unit, len(given)), strict=True):
@@ -105,7 +93,7 @@ def column_names(channels: Iterable[str], unit: str, beside: Iterable[str]) -> l
         if own not in (None, one):
             raise LogError(f"channel '{name}' is named in {own}, but the log's unit is {one}")
         names.append(with_suffix(name, one))
-    listed = [TIME_NAME, *names, *beside]
+    listed = [TIME_NAME, *names, *extra]
     if len(set(listed)) != len(listed):
         raise LogError(f"columns would share a name: {', '.join(listed)}")
     return names
@@ -117,7 +105,7 @@ def _writer(suffix: str) -> _Writer:
     return _WRITERS[suffix]
 
 
-def _write_npz(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
+def _write_npz(log: Log, path: Path, names: Sequence[str]) -> None:
     arrays: dict[str, Column] = {
         "time": log.sampled,
         "data": log.data,
@@ -127,20 +115,21 @@ def _write_npz(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, 
     }
     if "sensor" in log.meta:
         arrays["sensor"] = np.array(str(log.meta["sensor"]))
-    taken = sorted(arrays.keys() & beside.keys())
+    taken = sorted(arrays.keys() & log.extra.keys())
     if taken:
         raise LogError(f"an .npz has a place of its own for: {', '.join(taken)}")
-    np.savez(path, **arrays, **beside)  # type: ignore[arg-type]
+    np.savez(path, **arrays, **log.extra)  # type: ignore[arg-type]
 
 
-def _write_text(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
+def _write_text(log: Log, path: Path, names: Sequence[str]) -> None:
     delimiter = "\t" if path.suffix.lower() == ".tsv" else ","
-    alone = _says_all(log, names) and not any(map(looks_like_gyro, beside))
+    alone = _says_all(log, names) and not any(map(looks_like_gyro, log.extra))
     head = "" if alone else f"# {META_MARK} {_as_json(log)}\n"
-    head += text_header([TIME_NAME, *names, *beside], delimiter) + "\n"
+    head += text_header([TIME_NAME, *names, *log.extra], delimiter) + "\n"
     with path.open("wb") as file:
         file.write(head.encode())
-        rows = np.column_stack((log.sampled, log.data, *beside.values()))
+        columns: list[Column] = [log.sampled, log.data, *log.extra.values()]
+        rows = np.column_stack(columns)
         for first in range(0, log.n, _ROWS_AT_ONCE):
             file.write(_as_text(rows[first : first + _ROWS_AT_ONCE], delimiter))
 

@@ -272,30 +272,30 @@ class Track(Smoothable, Result):
             _steps=None,
         )
 
-    def to_log(self) -> tuple[Log, dict[str, npt.NDArray[np.float64 | np.bool_]]]:
-        """Return a log of latitude, longitude and height, and the columns to be written beside it.
+    def to_log(self) -> Log:
+        """Return a log of latitude, longitude and height, for `zerorate.write_log`.
 
-        They are for `zerorate.write_log`: velocity, m/s, quaternion, biases, rad/s and m/s^2, their
-        deviations and those of position, velocity and orientation, status.
+        Its extra columns are velocity, m/s, quaternion, biases, rad/s and m/s^2, the standard
+        deviations of biases, position, velocity and orientation, and the status.
         """
         names = ("latitude_deg", "longitude_deg", "height_m")
         meta = {"source": self.source, "notes": self.notes}
         rate = (self.n - 1) / float(np.ptp(self.time)) if self.n > 1 else 1.0
         ned = ("north", "east", "down")
-        beside: dict[str, npt.NDArray[np.float64 | np.bool_]] = {}
+        extra: dict[str, Floats | Booleans] = {}
         for axis, values in zip(ned, self.velocity.T, strict=True):
-            beside[f"velocity_{axis}_mps"] = values
+            extra[f"velocity_{axis}_mps"] = values
         for axis, values in zip("wxyz", self.quaternion.T, strict=True):
-            beside[f"quat_{axis}"] = values
+            extra[f"quat_{axis}"] = values
         for kind, unit in _BIASES.items():
             for axis, values in zip("xyz", getattr(self, f"{kind}_bias").T, strict=True):
-                beside[f"{kind}_bias_{axis}_{unit}"] = values
+                extra[f"{kind}_bias_{axis}_{unit}"] = values
         units = (("position", "m"), ("velocity", "mps"), ("tilt", "rad"))
         for k, (kind, unit) in enumerate(units):
             for axis, values in zip(ned, self.sigma[:, 3 * k : 3 * k + 3].T, strict=True):
-                beside[f"{kind}_sigma_{axis}_{unit}"] = values
-        beside["navigating"] = self.navigating
-        return Log.at(self.time, rate, self.position, names, "deg, deg, m", meta), beside
+                extra[f"{kind}_sigma_{axis}_{unit}"] = values
+        extra["navigating"] = self.navigating
+        return Log.at(self.time, rate, self.position, names, "deg, deg, m", meta, extra)
 
     def plot(self, outages: Outages | None = None) -> Figure:
         """Return the figure, which marks outages of ``zerorate.navigation.outages``.

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError, Sentence, said, sentence_of
-from zerorate.record.missing import floats
+from zerorate.record.missing import floats, real_numbers
 from zerorate.texts import one_line
-from zerorate.types import Floats
+from zerorate.types import Booleans, Floats
 
 FORWARD_RIGHT_DOWN: Final = "forward, right, down"
 """Axes of a body's sensors, as autopilots have them."""
@@ -85,6 +85,10 @@ class Log:
     stamps
         When each sample was taken, s, shape (n,), where its clock wanders so that ``time`` is not
         right; None where it is. Whatever integrates or meets another clock goes by `sampled`.
+    extra
+        Further columns by name, numbers or flags of shape (n,), with the unit in the name:
+        ``bias_sigma_gyro_z_dps``. They are written next to the channels, but are no channels of
+        the sensor: no filter takes them.
 
     Raises
     ------
@@ -109,6 +113,7 @@ class Log:
     unit: str = "unit"
     meta: Mapping[str, Any] = field(default_factory=dict)
     stamps: Floats | None = None
+    extra: Mapping[str, Floats | Booleans] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Bring the fields to their types and check that they agree."""
@@ -118,6 +123,8 @@ class Log:
         object.__setattr__(self, "time", _checked_time(self.time, self.n, self.rate))
         if self.stamps is not None:
             object.__setattr__(self, "stamps", _checked_stamps(self.stamps, self.n))
+        if self.extra:
+            object.__setattr__(self, "extra", _checked_extra(self.extra, self.names, self.n))
         if not isinstance(self.unit, str):
             object.__setattr__(self, "unit", _joined(self.unit, self.channels))
         if not self.unit.strip():
@@ -132,12 +139,13 @@ class Log:
         names: Sequence[str],
         unit: str,
         meta: Mapping[str, Any],
+        extra: Mapping[str, Floats | Booleans] | None = None,
     ) -> Log:
         """Return the log of samples taken at some times, shape (n,), even or not."""
-        even = times[0] + np.arange(len(times)) / rate
-        if np.abs(times - even).max() * rate <= _HALF:
-            return cls(times, rate, data, tuple(names), unit, meta)
-        return cls(even, rate, data, tuple(names), unit, meta, times)
+        grid = times[0] + np.arange(len(times)) / rate
+        even = np.abs(times - grid).max() * rate <= _HALF
+        time, stamps = (times, None) if even else (grid, times)
+        return cls(time, rate, data, tuple(names), unit, meta, stamps, extra or {})
 
     def __repr__(self) -> str:
         """Return the size, rate, length, unit and names."""
@@ -189,6 +197,8 @@ class Log:
     def with_data(self, data: npt.ArrayLike) -> Log:
         """Return this log with other values of the same shape, such as a filter's output.
 
+        All else stays, the extra columns too.
+
         Parameters
         ----------
         data
@@ -203,6 +213,16 @@ class Log:
         if values.shape != self.data.shape:
             raise LogError(f"data must have the log's shape {self.data.shape}, got {values.shape}")
         return replace(self, data=values)
+
+    def part(self, inside: slice) -> Log:
+        """Return the samples of a slice, with their stamps and extra columns."""
+        return replace(
+            self,
+            time=self.time[inside],
+            data=self.data[inside],
+            stamps=None if self.stamps is None else self.stamps[inside],
+            extra={name: column[inside] for name, column in self.extra.items()},
+        )
 
 
 def present_axes(log: Log) -> Log:
@@ -256,14 +276,36 @@ def _numbers(values: npt.ArrayLike, name: str) -> Floats:
 def _checked_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]:
     listed = (names,) if isinstance(names, str) else tuple(names)
     for name in listed:
-        if not isinstance(name, str) or not name.isprintable() or name != name.strip() or not name:
-            raise LogError(f"a channel's name must be printable text, got {name!r}")
+        _check_name(name, "a channel")
     if len(listed) != channels:
         raise LogError(f"names must have one entry a channel: {channels}, got {len(listed)}")
     repeated = sorted({name for name in listed if listed.count(name) > 1})
     if repeated:
         raise LogError(f"names must differ, repeated: {', '.join(repeated)}")
     return tuple(str(name) for name in listed)
+
+
+def _check_name(name: object, of: str) -> None:
+    if not isinstance(name, str) or not name.isprintable() or name != name.strip() or not name:
+        raise LogError(f"{of}'s name must be printable text, got {name!r}")
+
+
+def _checked_extra(
+    extra: Mapping[str, npt.ArrayLike], names: Sequence[str], n: int
+) -> dict[str, npt.NDArray[Any]]:
+    columns = {}
+    for name, given in extra.items():
+        _check_name(name, "an extra column")
+        if name in names:
+            raise LogError(f"extra column '{name}' has the name of a channel")
+        try:
+            column = real_numbers(given, f"extra column '{name}'")
+        except (TypeError, ValueError) as error:
+            raise LogError(str(error)) from None
+        if column.shape != (n,):
+            raise LogError(f"extra column '{name}' must have shape ({n},), got {column.shape}")
+        columns[name] = column
+    return columns
 
 
 def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:

@@ -102,15 +102,8 @@ class Span:
         if not inside:
             return None
         part = slice(inside.start, inside.stop)
-        data = log.data[part]
         notes = (*log.meta.get("notes", ()), self.note(duration), *_on_emptied(log, part))
-        return replace(
-            log,
-            time=log.time[part],
-            data=data,
-            meta={**log.meta, "notes": tuple(notes)},
-            stamps=None if log.stamps is None else log.stamps[part],
-        )
+        return replace(log.part(part), meta={**log.meta, "notes": notes})
 
     def missed(self) -> LogError:
         """Return the error of a log without a sample in it."""

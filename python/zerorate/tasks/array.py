@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
@@ -145,12 +145,14 @@ class ArrayReplay(Result):
 
     @property
     def filtered_log(self) -> Log:
-        """The rate of the body as the log of one gyro."""
-        return self.log.fused(self.rate)
+        """The rate of the body as the log of one gyro.
 
-    @property
-    def beside(self) -> Columns:
-        """Columns next to it: acceleration, rest, dispute; of each sensor weight and exclusion."""
+        Its extra columns are acceleration, rest and dispute, and the weight and exclusion of each
+        sensor.
+        """
+        return replace(self.log.fused(self.rate), extra=self._extra())
+
+    def _extra(self) -> Columns:
         columns: Columns = {}
         if self.accel is not None:
             for i, axis in enumerate("xyz"):

@@ -47,10 +47,10 @@ def read(path: Path) -> Content:
     return Content.of(in_pieces(table, schema, rows, pieces, check))
 
 
-def write_parquet(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
-    """Write a log and further columns; its rate, unit and names as key-value metadata."""
-    columns = [log.sampled, *np.asfortranarray(log.data).T, *beside.values()]
-    with RowGroups(path, [TIME_NAME, *names, *beside], about(log)) as file:
+def write_parquet(log: Log, path: Path, names: Sequence[str]) -> None:
+    """Write a log and its extra columns; its rate, unit and names as key-value metadata."""
+    columns = [log.sampled, *np.asfortranarray(log.data).T, *log.extra.values()]
+    with RowGroups(path, [TIME_NAME, *names, *log.extra], about(log)) as file:
         file.write(columns)
 
 

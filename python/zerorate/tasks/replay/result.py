@@ -1,7 +1,7 @@
 """The result of a replay: a summary, all series, and the columns of the filtered log."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -168,16 +168,19 @@ class Replay(Summary, Result):
 
     @property
     def filtered_log(self) -> Log:
-        """The log after the chosen method: the bias, or the compensated rate."""
+        """The log after the chosen method: the bias, or the compensated rate.
+
+        The latter has extra columns for each axis: bias, its standard deviation, rest, a stuck
+        sensor and, where the range is known, saturation.
+        """
         if self.output == "estimate":
             return self.log.with_data(self.bias)
         counted, _ = within_range(self.log.data, self.limit)
-        return self.log.with_data(compensated(counted, self.bias))
+        filtered = self.log.with_data(compensated(counted, self.bias))
+        return replace(filtered, extra={**filtered.extra, **self._extra()})
 
-    @property
-    def beside(self) -> Columns:
-        """Columns written next to a compensated log, for each axis: bias, its sigma, rest ..."""
-        if self.output == "estimate" or self.readings is None:
+    def _extra(self) -> Columns:
+        if self.readings is None:
             return {}
         noted, saturated = self.readings, self.saturated
         flags = (noted.at_rest, noted.stuck, *(() if saturated is None else (saturated,)))

@@ -191,7 +191,7 @@ def replay_to_file(
             progress=progress,
             **options,
         )
-        write_log(result.filtered_log, path, force=force, beside=result.beside)
+        write_log(result.filtered_log, path, force=force)
         return result
     recording, moving = _with_motion(recording, accel)
     header = recording.header
