@@ -5,17 +5,29 @@ What shows results registers itself here; a result knows nothing of how it is sh
 
 from __future__ import annotations
 
+import os
 from base64 import b64encode
 from collections.abc import Mapping
 from html import escape
 from importlib import import_module
 from io import BytesIO
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Result", "View", "figure_of", "html_of", "page_of", "register", "shown_by", "table_of"]
+__all__ = [
+    "Result",
+    "View",
+    "figure_of",
+    "html_of",
+    "page_of",
+    "register",
+    "save_figure",
+    "shown_by",
+    "table_of",
+]
 
 
 class View(NamedTuple):
@@ -93,6 +105,18 @@ def html_of(result: object) -> str:
     return f'<div style="{_BESIDE}">{table}{shown}</div>'
 
 
+def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure as PNG, SVG or PDF, by the suffix of the path.
+
+    `path`: is written over if it exists.
+    """
+    if Path(path).suffix.lower() != ".png":
+        figure.savefig(path)
+        return
+    # Compressing as far as it goes takes longer than drawing, and gains little.
+    figure.savefig(path, dpi=figure.dpi, pil_kwargs={"compress_level": 1})
+
+
 def _view_of(result: object) -> View:
     while _SHOWN_BY:
         import_module(_SHOWN_BY.pop())
@@ -120,6 +144,59 @@ class Result:
     def plot(self) -> Figure:
         """Return the figure; ImportError without matplotlib, of the extra ``plot``."""
         return figure_of(self)
+
+    def save(
+        self,
+        output: str | os.PathLike[str] = ".",
+        *,
+        force: bool = False,
+        figure: bool = True,
+        format: str | None = None,
+        figure_format: str | None = None,
+        **choices: Any,  # noqa: ANN401
+    ) -> list[Path]:
+        """Write the files that the command of this result writes, all or none.
+
+        Parameters
+        ----------
+        output : str or path
+            Folder for the files, or the name of one of them; a missing folder is made.
+        force : bool
+            Replace existing files; default no.
+        figure : bool
+            Draw the figure; default yes.
+        format : str, optional
+            File format of a log: parquet, csv, npz, mcap or gcsv. Default: by the name of `output`,
+            or parquet.
+        figure_format : str, optional
+            png, svg or pdf. Default: by the name of `output`, or png.
+        **choices
+            What else the command lets choose, such as ``tum=True``.
+
+        Returns
+        -------
+        list of Path
+            The files, the log first.
+
+        Raises
+        ------
+        OSError
+            If a file exists (without `force`) or cannot be written. Nothing is left half-written.
+        ValueError
+            If `output` names a file of another kind.
+        TypeError
+            If a result of this class is not saved in files.
+        """
+        written: list[Path] = _called("zerorate.tasks.saving:save")(
+            self,
+            output,
+            force=force,
+            figure=figure,
+            format=format,
+            figure_format=figure_format,
+            **choices,
+        )
+        return written
 
     def __str__(self) -> str:
         """Return the table."""

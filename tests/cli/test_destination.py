@@ -5,9 +5,8 @@ import pytest
 
 from support.commands import check_line, names, one_line
 from support.logs import write_gyros
-from zerorate.cli.errors import UsageFault
-from zerorate.cli.outputs import Destination
 from zerorate.io import read_log
+from zerorate.tasks.saving import Destination
 
 
 @pytest.fixture
@@ -108,5 +107,5 @@ def test_other_names_are_folders(tmp_path, monkeypatch, output):
 
 
 def test_a_foreign_suffix_is_no_folder(tmp_path):
-    with pytest.raises(UsageFault, match="a file as csv"):
+    with pytest.raises(ValueError, match="a file as csv"):
         Destination.of(str(tmp_path / "a.xlsx"), "usual", ["csv"])

@@ -99,5 +99,5 @@ def with_gravity(
         given("columns", "", "columns={'accel': ...}"),
     )
     if needed:
-        raise LogError(sentence, "columns")
+        raise LogError(sentence)
     return recording, (sentence,), ()

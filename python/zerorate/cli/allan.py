@@ -32,16 +32,11 @@ from zerorate.cli.options import (
     with_reading_options,
 )
 from zerorate.cli.outputs import (
-    Destination,
-    Outputs,
-    Writer,
     check_outputs,
     own_names,
     preload_figure,
     print_written,
     progress_bar,
-    text_writer,
-    together,
 )
 from zerorate.cli.records import Record, print_title, records
 from zerorate.faults import given, said
@@ -59,6 +54,14 @@ from zerorate.show import format_allan, format_allan_notes
 from zerorate.show.curve_files import CurveFormat, write_curves
 from zerorate.show.tables import bulleted
 from zerorate.tasks.interrupts import in_background
+from zerorate.tasks.saving import (
+    FIGURE_FORMATS,
+    Destination,
+    Outputs,
+    Writer,
+    text_writer,
+    together,
+)
 
 
 class Export(StrEnum):
@@ -208,14 +211,14 @@ class _Written:
 
     def curve(self, place: Destination) -> CurveFormat:
         """Return the format of the curve."""
-        return place.choose("--format", self.format, CurveFormat.csv)
+        return CurveFormat(place.choose("format", self.format, [*CurveFormat]))
 
     def figures(self, place: Destination, several: bool) -> tuple[list[str], list[Path]]:
         """Return the endings of each log's figure, and the figure of several logs."""
         if self.no_figure:
             return [], []
         require("matplotlib", "plot")
-        suffix = place.choose("--figure-format", self.figure_format, FigureFormat.png)
+        suffix = place.choose("figure_format", self.figure_format, FIGURE_FORMATS)
         preload_figure("overlay" if several else "allan_figure")
         if several:
             return [], [place.base.with_name(f"{_OVERLAY}.{suffix}")]
@@ -314,8 +317,8 @@ def _characterised(
         _check_units(names, sensors[0])
         found = in_background(partial(_all_found, analyse, sensors, progress))
         texts, refused = exports.texts(found, files.force)
-        beside = [p for p, e in zip(files.beside, names, strict=True) if e in texts]
-        files = replace(files, beside=tuple(beside))
+        beside = [p for p, e in zip(files.others, names, strict=True) if e in texts]
+        files = replace(files, others=tuple(beside))
         curves = partial(_write_curves, found, curve)
         writers: list[Writer] = [curves, *map(text_writer, texts.values())]
         files.write(writers, partial(_draw, found), progress)
@@ -348,7 +351,7 @@ def _unique(title: str, taken: Mapping[str, object]) -> str:
 def _overlaid(told: Sequence[_Told], figure: Sequence[Path], force: bool) -> None:
     """Draw several logs over each other, and print them in one table, then the notes on each."""
     from zerorate.show.overlay import format_overlay, plot_overlay
-    from zerorate.show.style import save_figure
+    from zerorate.views import save_figure
 
     found: dict[str, Sequence[Characterisation]] = {}
     for one in told:

@@ -9,7 +9,7 @@ import typer
 
 from zerorate._native import __version__
 from zerorate.cli import help
-from zerorate.cli.errors import UsageFault
+from zerorate.cli.errors import UsageFault, faults
 from zerorate.cli.flags import FLAGS, wrong_option
 from zerorate.cli.typed import Hint, flags_of, in_plain_words, unknown
 from zerorate.faults import naming
@@ -145,6 +145,10 @@ _OTHERWISE: Final[Mapping[str, Mapping[str, str]]] = {
 """Arguments of the package that a command has under another name."""
 
 
+_ALWAYS: Final[Mapping[str, str]] = {"destination": "-o"}
+"""Arguments that have another name in every command."""
+
+
 def _hint(called: str) -> Hint:
     """Return what helps on with a command, or with the program."""
     if called not in _COMMANDS:
@@ -189,7 +193,7 @@ def _invoked(arguments: list[str]) -> int:
     else:
         command, name, words, taken, flags = group, "zerorate", arguments, None, {}
     try:
-        with naming(flags):
+        with naming({**flags, **_ALWAYS}), faults():
             return int(command.main(args=words, prog_name=name, standalone_mode=False) or 0)
     except Exception as error:
         # The base class of usage errors has no public name that is the same in every typer.

@@ -12,10 +12,11 @@ import numpy as np
 
 from zerorate.array.options import ARRAY_OPTIONS
 from zerorate.cli.errors import UsageFault, as_usage, of_log, writing
-from zerorate.cli.outputs import check_outputs, print_written, progress_bar, together
+from zerorate.cli.outputs import check_outputs, print_written, progress_bar
 from zerorate.cli.records import Record, print_title
 from zerorate.io import read_recording, write_log
 from zerorate.record import LogError
+from zerorate.tasks.saving import together
 
 if TYPE_CHECKING:
     from zerorate.array.logs import ArrayLog

@@ -32,14 +32,7 @@ from zerorate.cli.options import (
     with_options,
     with_reading_options,
 )
-from zerorate.cli.outputs import (
-    LogAndFigure,
-    Outputs,
-    check_outputs,
-    print_written,
-    progress_bar,
-    text_writer,
-)
+from zerorate.cli.outputs import LogAndFigure, check_outputs, print_written, progress_bar
 from zerorate.cli.records import print_title, records
 from zerorate.cli.references import ReferenceHeading, ReferenceOffset, Tum, reference_poses
 from zerorate.cli.standard import tell
@@ -49,6 +42,7 @@ from zerorate.options import check_used
 from zerorate.progress import Progress
 from zerorate.record import Recording
 from zerorate.tasks.interrupts import in_background
+from zerorate.tasks.saving import Outputs, text_writer
 from zerorate.units import convert
 
 _FILTER: Final = "Attitude"
@@ -283,7 +277,7 @@ def _write(outputs: Outputs, estimate: AttitudeEstimate, progress: Progress) -> 
     from zerorate.show import save_figure
 
     writers: list[Callable[[Path], object]] = [partial(write_log, estimate.to_log())]
-    if outputs.beside:
+    if outputs.others:
         writers.append(text_writer(estimate.poses().to_tum()))
     outputs.write(
         writers,

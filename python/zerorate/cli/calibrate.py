@@ -43,14 +43,11 @@ from zerorate.cli.options import (
     with_reading_options,
 )
 from zerorate.cli.outputs import (
-    Destination,
-    Outputs,
     all_panels,
     check_outputs,
     preload_figure,
     print_written,
     progress_bar,
-    text_writer,
 )
 from zerorate.cli.records import print_title, records
 from zerorate.io.formats import LogSource
@@ -59,6 +56,7 @@ from zerorate.record import Recording
 from zerorate.show.calibration_table import verdict
 from zerorate.show.tables import bulleted
 from zerorate.tasks.interrupts import in_background
+from zerorate.tasks.saving import FIGURE_FORMATS, Destination, Outputs, text_writer
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -205,7 +203,7 @@ def _place(
     if not draws:
         return place, []
     require("matplotlib", "plot")
-    suffix = place.choose("--figure-format", figure_format, FigureFormat.png)
+    suffix = place.choose("figure_format", figure_format, FIGURE_FORMATS)
     preload_figure("calibration_figure")
     return place, [f".{suffix}", *([f"-temperature.{suffix}"] if temperature else [])]
 
@@ -265,7 +263,7 @@ class _Made(NamedTuple):
     ) -> Outputs:
         """Write the numbers, what is exported, and the figures; return the files."""
         valid = calibration.valid or self.force
-        written = files if valid else replace(files, beside=())
+        written = files if valid else replace(files, others=())
         plots = _plots(calibration, recording, self.everything)
         with as_usage():
             exports = self.exports if valid else ()

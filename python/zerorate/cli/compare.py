@@ -22,13 +22,7 @@ from zerorate.cli.options import (
     with_group,
     with_reading_options,
 )
-from zerorate.cli.outputs import (
-    Destination,
-    check_outputs,
-    print_written,
-    progress_bar,
-    together,
-)
+from zerorate.cli.outputs import check_outputs, print_written, progress_bar
 from zerorate.cli.records import records
 from zerorate.geometry.frames import Frame
 from zerorate.progress import Progress
@@ -53,6 +47,7 @@ from zerorate.tasks.compare.attitude import check_attitude
 from zerorate.tasks.compare.methods import Chosen, name_of, resolved
 from zerorate.tasks.compare.simulated import Regret, run_contaminated
 from zerorate.tasks.compare.trial import Kind
+from zerorate.tasks.saving import FIGURE_FORMATS, Destination, together
 
 
 @dataclass(frozen=True)
@@ -203,7 +198,7 @@ class _Files:
         place = Destination.of(output, "zerorate-compare", suffixes)
         if draws:
             require("matplotlib", "plot")
-        chosen = place.choose("--figure-format", form, FigureFormat.png)
+        chosen = place.choose("figure_format", form, FIGURE_FORMATS)
         figures = (place.base, f".{chosen}") if draws else None
         return cls((*numbers, place.file(".json")), figures)
 
@@ -246,7 +241,7 @@ _KINDS: Final = get_args(Kind)
 
 
 def _draw(found: Comparison, path: Path) -> None:
-    from zerorate.show.style import save_figure
+    from zerorate.views import save_figure
 
     save_figure(found.plot(), path)
 

@@ -12,18 +12,13 @@ from zerorate.calibration.choice import own_sensors
 from zerorate.cli.calibrations import naming, read_imu
 from zerorate.cli.errors import require, writing
 from zerorate.cli.options import LogFormat, Reading
-from zerorate.cli.outputs import (
-    Destination,
-    check_outputs,
-    print_written,
-    progress_bar,
-    together,
-)
+from zerorate.cli.outputs import check_outputs, print_written, progress_bar
 from zerorate.cli.records import print_title, records
 from zerorate.io import write_log
 from zerorate.record import Log, Recording
 from zerorate.record.log import notes_of
 from zerorate.show.tables import bulleted
+from zerorate.tasks.saving import LOG_FORMATS, Destination, together
 
 
 class Sensors(NamedTuple):
@@ -56,8 +51,8 @@ def correct(
 ) -> None:
     """Write a log without what a calibration has found."""
     place = Destination.of(output, f"{log.stem}-zerorate-calibrated", [*LogFormat])
-    suffix = place.choose("--format", format, LogFormat.parquet)
-    if suffix is LogFormat.parquet:
+    suffix = place.choose("format", format, LOG_FORMATS)
+    if suffix == "parquet":
         require("pyarrow", "io")
     for i, one in enumerate(records(log, reading.group_by)):
         with progress_bar() as progress:

@@ -7,13 +7,14 @@ import typer
 
 from zerorate.cli.errors import as_usage
 from zerorate.cli.options import Force, Output
-from zerorate.cli.outputs import LogAndFigure, Outputs, check_outputs, progress_bar
+from zerorate.cli.outputs import LogAndFigure, check_outputs, progress_bar
 from zerorate.cli.replay import in_memory, print_result, write
 from zerorate.cli.simulate import AXES, Duration, Seed, SimulatedRate, simulated
 from zerorate.record import Log
 from zerorate.show.tables import prose
 from zerorate.simulation.devices import device as find_device
 from zerorate.tasks.replay import Replay
+from zerorate.tasks.saving import Outputs
 from zerorate.units import convert
 
 

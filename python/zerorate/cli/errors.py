@@ -1,7 +1,7 @@
 """Errors that end a command with one line on stderr and an exit code."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 
@@ -34,6 +34,35 @@ def of_log(error: BaseException, source: str) -> DataFault:
     """Return the fault of a log, which its sentence names."""
     text = sentence(error)
     return DataFault(text if text.startswith(source) else f"{source}: {text}")
+
+
+@contextmanager
+def faults() -> Iterator[None]:
+    """Turn what a task raises into faults: of the data, or of what was typed.
+
+    What contradicts a recording, and may be the cause, is printed before.
+    """
+    from zerorate.record import LogError
+
+    try:
+        yield
+    except LogError as error:
+        print_alarms(getattr(error, "__notes__", ()))
+        raise (DataFault if error.argument is None else UsageFault)(sentence(error)) from error
+    except FileExistsError as error:
+        raise UsageFault(of_a_file(error)) from error
+    except OSError as error:
+        if error.filename is None:
+            raise
+        raise DataFault(of_a_file(error)) from error
+    except (ImportError, ValueError) as error:
+        raise UsageFault(sentence(error)) from error
+
+
+def print_alarms(alarms: Sequence[str]) -> None:
+    """Print what contradicts a recording, and an empty line; nothing if nothing does."""
+    if alarms:
+        print("\n".join(map(told, alarms)), end="\n\n")
 
 
 @contextmanager

@@ -26,14 +26,11 @@ from zerorate.cli.options import (
     with_reading_options,
 )
 from zerorate.cli.outputs import (
-    Destination,
-    Outputs,
     all_panels,
     check_outputs,
     preload_figure,
     print_written,
     progress_bar,
-    text_writer,
 )
 from zerorate.cli.records import print_title, records
 from zerorate.faults import said, sentence_of, told
@@ -50,6 +47,7 @@ from zerorate.show.identify_page import identification_page
 from zerorate.show.identify_tables import format_identify
 from zerorate.show.tables import bulleted
 from zerorate.tasks.interrupts import in_background
+from zerorate.tasks.saving import Destination, Outputs, text_writer
 from zerorate.tasks.workers import workers
 
 

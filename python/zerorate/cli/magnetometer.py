@@ -14,16 +14,10 @@ from zerorate.cli.calibrations import naming, read_imu
 from zerorate.cli.errors import DataFault, as_usage, of_a_file, require
 from zerorate.cli.mounts import place_with_field
 from zerorate.cli.options import READING, FigureFormat, Reading
-from zerorate.cli.outputs import (
-    Destination,
-    check_outputs,
-    preload_figure,
-    print_written,
-    progress_bar,
-    text_writer,
-)
+from zerorate.cli.outputs import check_outputs, preload_figure, print_written, progress_bar
 from zerorate.cli.records import print_title, records
 from zerorate.tasks.interrupts import in_background
+from zerorate.tasks.saving import FIGURE_FORMATS, Destination, text_writer
 
 PANEL: Final = "Magnetometer instead of IMU"
 EXPORTS: Final = ("json", "px4", "ardupilot")
@@ -111,7 +105,7 @@ def calibrate_compass(
     figures = []
     if figure:
         require("matplotlib", "plot")
-        figures = [f".{place.choose('--figure-format', figure_format, FigureFormat.png)}"]
+        figures = [f".{place.choose('figure_format', figure_format, FIGURE_FORMATS)}"]
         preload_figure("magnetometer_figure")
     there = place_with_field(asked.at)
     endings = [_SUFFIXES[export] for export in exports if export in _SUFFIXES]

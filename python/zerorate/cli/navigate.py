@@ -34,14 +34,7 @@ from zerorate.cli.options import (
     with_options,
     with_reading_options,
 )
-from zerorate.cli.outputs import (
-    LogAndPanels,
-    Outputs,
-    check_outputs,
-    print_written,
-    progress_bar,
-    text_writer,
-)
+from zerorate.cli.outputs import LogAndPanels, check_outputs, print_written, progress_bar
 from zerorate.cli.references import ReferenceOffset, Tum, reference_poses
 from zerorate.faults import said
 from zerorate.io import read_log, write_log
@@ -65,6 +58,7 @@ from zerorate.record.mounting import body_axes
 from zerorate.record.offset import TimeOffset
 from zerorate.record.samples import Samples
 from zerorate.tasks.interrupts import in_background
+from zerorate.tasks.saving import Outputs, text_writer
 from zerorate.types import Floats
 
 _FILTER: Final = "Navigation"
@@ -628,7 +622,7 @@ def _write(outputs: Outputs, found: _Found, everything: bool, progress: Progress
         lambda path: write_gpx(path, track, force=True),
     ]
 
-    if any(path.suffix == ".tum" for path in outputs.beside):
+    if any(path.suffix == ".tum" for path in outputs.others):
         writers.append(text_writer(track.poses().to_tum()))
 
     def draw(path: Path) -> None:

@@ -47,13 +47,10 @@ from zerorate.cli.options import (
 from zerorate.cli.outputs import (
     LogAndFigure,
     LogAndPanels,
-    Outputs,
     check_outputs,
-    make_folders,
     own_names,
     print_written,
     progress_bar,
-    together,
 )
 from zerorate.cli.records import Record, print_title, records
 from zerorate.io import LogFile, open_imu, write_log
@@ -65,6 +62,7 @@ from zerorate.record.log import Header
 from zerorate.show import format_biases, format_notes, format_replay, format_table
 from zerorate.tasks.replay import Replay, Summary, replay_to_file
 from zerorate.tasks.replay import replay as run_replay
+from zerorate.tasks.saving import Outputs, make_folders, together
 
 
 @dataclass(frozen=True)
@@ -310,7 +308,7 @@ def _print_several(told: Sequence[_Told], overlay: Sequence[Path], force: bool) 
     results = {one.title: one.result for one in told}
     if overlay:
         from zerorate.show.biases_figure import plot_biases
-        from zerorate.show.style import save_figure
+        from zerorate.views import save_figure
 
         with writing(), together(overlay, force) as temporary:
             for path in temporary:

@@ -8,14 +8,7 @@ import typer
 
 from zerorate.cli.errors import UsageFault, read_faults
 from zerorate.cli.options import Force, LogArgument, Output, Reading, with_reading_options
-from zerorate.cli.outputs import (
-    Destination,
-    check_outputs,
-    own_names,
-    print_written,
-    progress_bar,
-    text_writer,
-)
+from zerorate.cli.outputs import check_outputs, own_names, print_written, progress_bar
 from zerorate.cli.records import print_title, records
 from zerorate.findings import Report, before_after
 from zerorate.findings import report as report_on
@@ -24,6 +17,7 @@ from zerorate.io.fixes import read_fixes
 from zerorate.progress import Progress
 from zerorate.show.report_page import format_report
 from zerorate.tasks.interrupts import in_background
+from zerorate.tasks.saving import Destination, text_writer
 
 
 @with_reading_options()

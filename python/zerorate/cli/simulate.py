@@ -9,13 +9,14 @@ import typer
 
 from zerorate.cli.errors import UsageFault, as_usage, require, writing
 from zerorate.cli.options import OUTPUT, Force
-from zerorate.cli.outputs import check_outputs, progress_bar, together
+from zerorate.cli.outputs import check_outputs, progress_bar
 from zerorate.io import write_log
 from zerorate.record import Log
 from zerorate.show.tables import Table, as_text, prose
 from zerorate.simulation.devices import DEVICES, Device
 from zerorate.simulation.devices import device as find_device
 from zerorate.simulation.gyro import simulate as run_simulation
+from zerorate.tasks.saving import together
 from zerorate.types import Floats
 from zerorate.units import convert
 

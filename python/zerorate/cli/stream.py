@@ -25,7 +25,6 @@ from zerorate.cli.options import (
     with_group,
     with_reading_options,
 )
-from zerorate.cli.outputs import make_folders
 from zerorate.cli.sources import Origin
 from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, tell
 from zerorate.cli.watching import Watched
@@ -46,6 +45,7 @@ from zerorate.tasks.live import (
 )
 from zerorate.tasks.live.sequence import MOST_BITS
 from zerorate.tasks.live.serving import Saver, Server
+from zerorate.tasks.saving import make_folders
 
 _BY_SIGNAL: Final = 128
 _PANEL: Final = "Attitude"

@@ -21,13 +21,7 @@ from zerorate.cli.options import (
     with_options,
     with_reading_options,
 )
-from zerorate.cli.outputs import (
-    LogAndFigure,
-    Outputs,
-    check_outputs,
-    print_written,
-    progress_bar,
-)
+from zerorate.cli.outputs import LogAndFigure, check_outputs, print_written, progress_bar
 from zerorate.foot.foot import FootNavigation, FootTrack, PlacedTrack
 from zerorate.io import write_log
 from zerorate.navigation.options import FOOT_OPTIONS
@@ -35,6 +29,7 @@ from zerorate.navigation.tracks import write_geojson, write_gpx
 from zerorate.progress import Progress
 from zerorate.record import Recording
 from zerorate.tasks.interrupts import in_background
+from zerorate.tasks.saving import Outputs
 
 _FILTER: Final = "Walk"
 _MAPS: Final = ("geojson", "gpx")

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from itertools import chain
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -48,7 +47,7 @@ from zerorate.record.saved import as_json
 from zerorate.views import Result
 
 if TYPE_CHECKING:
-    import os
+    pass
 
 _FORMAT: Final = "zerorate report"
 _VERSION: Final = 1
@@ -162,15 +161,6 @@ class Report(Result):
         from zerorate.views import page_of
 
         return page_of(self)
-
-    def save(self, folder: str | os.PathLike[str]) -> tuple[Path, Path]:
-        """Write ``report.html`` and ``report.json`` into a folder, and return their paths."""
-        place = Path(folder)
-        place.mkdir(parents=True, exist_ok=True)
-        page, numbers = place / "report.html", place / "report.json"
-        page.write_text(self.to_html(), encoding="utf-8")
-        numbers.write_text(self.to_json(), encoding="utf-8")
-        return page, numbers
 
 
 def report(

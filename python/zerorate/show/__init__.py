@@ -8,6 +8,7 @@ end.
 from typing import TYPE_CHECKING, Final
 
 from zerorate.lazy import later
+from zerorate.views import save_figure
 
 if TYPE_CHECKING:
     from zerorate.show.allan_figure import plot_allan, plot_characterisation
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
         format_replay,
         format_table,
     )
-    from zerorate.show.style import save_figure
     from zerorate.show.tables import WIDTH
 
 __all__ = [
@@ -99,7 +99,6 @@ _PLACES: Final = {
     "replay_table": (
         "format_bias format_biases format_learned format_notes format_replay format_table"
     ),
-    "style": "save_figure",
     "tables": "WIDTH",
 }
 __getattr__, __dir__ = later(__name__, _PLACES)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final, Literal
 from zerorate.texts import extra_needed
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
@@ -108,18 +107,6 @@ def new_figure(width: float, height: float) -> Figure:
     figure = Figure(figsize=(width * MM, height * MM), dpi=dpi)
     FigureCanvasAgg(figure)
     return figure
-
-
-def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
-    """Write a figure as PNG, SVG or PDF, by the suffix of the path.
-
-    `path`: is written over if it exists.
-    """
-    if Path(path).suffix.lower() != ".png":
-        figure.savefig(path)
-        return
-    # Compressing as far as it goes takes longer than drawing, and gains little.
-    figure.savefig(path, dpi=figure.dpi, pil_kwargs={"compress_level": 1})
 
 
 def add_panel(

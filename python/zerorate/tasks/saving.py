@@ -1,0 +1,334 @@
+"""The files that a result is saved as: named after its log, written together, all or none.
+
+`save` writes what the command of the same name writes with ``-o``.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final, NamedTuple, Protocol, Self, TypeAlias
+
+from zerorate.faults import bare, given, said
+from zerorate.findings.report import Report
+from zerorate.io.formats import FORMATS
+from zerorate.progress import Progress, silent
+from zerorate.record.atomic import atomic_path, check_writable, sweep
+from zerorate.tasks.source import stem_of
+from zerorate.texts import extra_needed
+from zerorate.views import save_figure
+
+Writer: TypeAlias = Callable[[Path], object]
+"""Writes a file of this name."""
+
+LOG_FORMATS: Final = ("parquet", "csv", "npz", "mcap", "gcsv")
+"""Formats of a log that a result becomes, by their suffixes; the first is the usual one."""
+
+FIGURE_FORMATS: Final = ("png", "svg", "pdf")
+"""Formats of a figure; the first is the usual one."""
+
+_FOREIGN: Final = (
+    *(suffix.removeprefix(".") for one in FORMATS for suffix in one.suffixes),
+    *("html", "json", "pdf", "png", "svg", "xls", "xlsx", "yaml"),
+)
+
+
+class Saved(Protocol):
+    """A result that is saved: it knows which recording it is of."""
+
+    @property
+    def source(self) -> str:
+        """Name of the recording."""
+
+
+class Files(NamedTuple):
+    """What a result is saved as.
+
+    Attributes
+    ----------
+    ending : str
+        Of the names of its files, after that of the log: ``-zerorate-attitude``.
+    first : str
+        Suffix of the first file, with its dot; "" for a log, whose format can be chosen.
+    data : sequence of Writer
+        Of the first file, and of the others.
+    others : sequence of str
+        How the names of the other files end, with their suffixes.
+    figures : mapping of str to Writer
+        Of the figures, by how their names end before the suffix.
+    """
+
+    ending: str
+    first: str
+    data: Sequence[Writer]
+    others: Sequence[str]
+    figures: Mapping[str, Writer]
+
+
+_FILES: Final[dict[str, str]] = {
+    "findings.report.Report": "zerorate.tasks.saving:_report",
+    "tasks.navigate.Navigation": "zerorate.tasks.navigate:files_of",
+}
+"""The function that says what a result is saved as, by the result's class."""
+
+
+def files_of(result: object, **choices: object) -> Files:
+    """Return what a result is saved as; TypeError if its class is not saved."""
+    for one in type(result).__mro__:
+        name = f"{one.__module__}.{one.__qualname__}".removeprefix("zerorate.")
+        if name in _FILES:
+            module, _, function = _FILES[name].partition(":")
+            files: Files = getattr(import_module(module), function)(result, **choices)
+            return files
+    raise TypeError(f"a {type(result).__name__} is not saved in files")
+
+
+def save(
+    result: Saved,
+    output: str | os.PathLike[str] = ".",
+    *,
+    force: bool = False,
+    figure: bool = True,
+    format: str | None = None,
+    figure_format: str | None = None,
+    **choices: Any,  # noqa: ANN401
+) -> list[Path]:
+    """Write all files of a result; see `zerorate.views.Result.save`."""
+    files = files_of(result, **choices)
+    place = Destination.of(
+        os.fspath(output), stem_of(result.source) + files.ending, _written(files)
+    )
+    suffix = files.first or "." + place.choose("format", format, LOG_FORMATS)
+    drawn = files.figures if figure else {}
+    shown = place.choose("figure_format", figure_format, FIGURE_FORMATS) if drawn else ""
+    outputs = place.files(suffix, files.others, [f"{end}.{shown}" for end in drawn], force)
+    check_paths(outputs.paths, force)
+    outputs.write(files.data, list(drawn.values()), silent)
+    return outputs.paths
+
+
+def _report(found: Report) -> Files:
+    data = (text_writer(found.to_html()), text_writer(found.to_json()))
+    return Files("-zerorate-report", ".html", data, (".json",), {})
+
+
+def _written(files: Files) -> list[str]:
+    """Return the suffixes of the files that a result may be saved as, without dots."""
+    logs = LOG_FORMATS if not files.first else (files.first[1:],)
+    return [*logs, *(one.rpartition(".")[2] for one in files.others), *FIGURE_FORMATS]
+
+
+@dataclass(frozen=True)
+class Destination:
+    """Where the files of a result go, which share a name but for its ending.
+
+    Attributes
+    ----------
+    base : Path
+        The files without their suffixes.
+    named : str
+        Suffix of the file that was named, without its dot; empty where that was a folder.
+    """
+
+    base: Path
+    named: str
+
+    @classmethod
+    def of(cls, output: str, usual: str, suffixes: Iterable[str]) -> Self:
+        """Return the destination.
+
+        A folder that exists is one, and so is what ends as one or in no suffix of a file.
+
+        Parameters
+        ----------
+        output : str
+            The folder, or the name of one of the files.
+        usual : str
+            Name of the files in a folder.
+        suffixes : iterable of str
+            Those that are written, without dots.
+
+        Raises
+        ------
+        ValueError
+            For the name of a file of another kind.
+        """
+        path, known = Path(output), list(suffixes)
+        suffix = path.suffix.lower().removeprefix(".")
+        if output.endswith((os.sep, "/")) or path.is_dir() or suffix not in (*known, *_FOREIGN):
+            return cls(path / usual, "")
+        if suffix not in known:
+            listed = ", ".join(dict.fromkeys(known))
+            raise ValueError(
+                said(_OUTPUT, f" takes a folder, or a file as {listed}, got '{output}'")
+            )
+        return cls(path.with_suffix(""), suffix)
+
+    def choose(self, option: str, asked: str | None, formats: Sequence[str]) -> str:
+        """Return the format by the file that was named, by the option, or the usual one."""
+        by_name = self.named if self.named in formats else None
+        if asked is not None and by_name not in (None, asked):
+            raise ValueError(
+                said(_OUTPUT, f" names a file as {by_name}, but ", bare(option), f" says {asked}")
+            )
+        return by_name or asked or formats[0]
+
+    def of_part(self, ending: str) -> Self:
+        """Return where the files of a part of the log go, whose names end so."""
+        return replace(self, base=self.file(ending))
+
+    def files(
+        self, first: str, others: Iterable[str], figures: Iterable[str], force: bool
+    ) -> Outputs:
+        """Return the files of these endings."""
+        further, drawn = (tuple(map(self.file, endings)) for endings in (others, figures))
+        return Outputs(self.file(first), drawn, force, further)
+
+    def file(self, ending: str) -> Path:
+        """Return the file of this ending."""
+        return Path(f"{self.base}{ending}")
+
+
+_OUTPUT: Final = given("destination", "", "output")
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """The files of a result: the first, further ones, and figures; all are written, or none.
+
+    Attributes
+    ----------
+    log : Path
+        The first file.
+    figures : tuple of Path
+        The figures.
+    force : bool
+        Replace files that exist.
+    others : tuple of Path
+        Further files.
+    """
+
+    log: Path
+    figures: tuple[Path, ...]
+    force: bool
+    others: tuple[Path, ...] = ()
+
+    @property
+    def paths(self) -> list[Path]:
+        """The files to write."""
+        return [self.log, *self.others, *self.figures]
+
+    def save(self, files: Files, progress: Progress, done: float = 0.0) -> None:
+        """Write what a result is saved as; see `write`."""
+        self.write(files.data, list(files.figures.values())[: len(self.figures)], progress, done)
+
+    def write(
+        self,
+        writers: Sequence[Writer],
+        draw: Writer | Sequence[Writer],
+        progress: Progress,
+        done: float = 0.0,
+    ) -> None:
+        """Draw the figures while another thread writes the others; rename when all are whole.
+
+        Parameters
+        ----------
+        writers : sequence of callable
+            Of the first file, and of each further one.
+        draw : callable or sequence of callable
+            Of the figure, or of each.
+        progress : callable
+            Called with a step's name and the fraction that is done.
+        done : float
+            Fraction that was done before.
+
+        Raises
+        ------
+        OSError
+            If a file exists (without `force`) or cannot be written.
+        """
+        draws = [draw] if callable(draw) else draw
+        with together(self.paths, self.force) as temporary, ThreadPoolExecutor(1) as executor:
+            count = 1 + len(self.others)
+            pairs = zip(writers, temporary[:count], strict=True)
+            jobs = [executor.submit(write, path) for write, path in pairs]
+            for one, path in zip(draws, temporary[count:], strict=False):
+                progress("drawing", done)
+                one(path)
+            progress("writing", 0.9)
+            for job in jobs:
+                job.result()
+
+
+def check_paths(
+    paths: Sequence[Path], force: bool, log: Path | None = None, *read: Path | None
+) -> None:
+    """Check that files can be written, and remove what killed runs left in their places.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The files.
+    force : bool
+        Replace those that exist.
+    log, *read : Path, optional
+        Files that are read, and so not replaced.
+
+    Raises
+    ------
+    ValueError
+        If a file to be written is one that is read.
+    OSError
+        If one cannot be written.
+    """
+    for path in paths:
+        if _is_one(path, log):
+            raise ValueError(said(_OUTPUT, f" names the log itself: {path}"))
+        if any(_is_one(path, source) for source in read):
+            raise ValueError(
+                said(f"{path} is read as well, and is not replaced: give another ", _OUTPUT)
+            )
+        check_writable(path, force, make_folders=True)
+    sweep(paths)
+
+
+def _is_one(path: Path, source: Path | None) -> bool:
+    """Return True if a file to be written is one that is read, by whatever name."""
+    return source is not None and path.exists() and source.exists() and path.samefile(source)
+
+
+def make_folders(paths: Iterable[Path]) -> None:
+    """Make the folders of files that are to be written, as far as they are missing."""
+    for path in paths:
+        path.parent.mkdir(parents=True, exist_ok=True)
+
+
+@contextmanager
+def together(paths: Sequence[Path], force: bool) -> Iterator[list[Path]]:
+    """Yield temporary names, which get the files' names once all of them are written."""
+    make_folders(paths)
+    with ExitStack() as stack:
+        # Left in reverse order, so the first file is the last to appear.
+        yield [stack.enter_context(atomic_path(path, force)) for path in paths]
+
+
+def text_writer(text: str) -> Writer:
+    """Return what writes a text into a file."""
+    return lambda path: path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def figure_writer(draw: Callable[[], Any]) -> Writer:
+    """Return what draws a figure into a file; ImportError without matplotlib."""
+
+    def write(path: Path) -> None:
+        if find_spec("matplotlib") is None:
+            raise ImportError(extra_needed("matplotlib", "plot"))
+        save_figure(draw(), path)
+
+    return write
