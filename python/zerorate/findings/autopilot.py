@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
+from contextlib import suppress
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -11,16 +11,15 @@ import numpy as np
 from zerorate.findings.finding import Finding, Spans
 from zerorate.findings.imus import beginning
 from zerorate.findings.limits import LIMITS
-from zerorate.io.formats import opened
-from zerorate.io.table import Table
 from zerorate.record.log import LogError
 from zerorate.record.recording import Recording
+from zerorate.record.supplement import TableColumns
 from zerorate.types import Booleans, Floats
 
 SECTION: Final = "What the autopilot wrote"
 _STATUS, _ESTIMATOR = "vehicle_imu_status", "estimator_status"
 _VIBE: Final = "VIBE"
-_SUFFIXES: Final = (".ulg", ".bin", ".log")
+_FORMATS: Final = ("ulog", "dataflash", "dataflash text")
 _LEAST: Final = 5
 """Rows of a topic without which nothing is told."""
 
@@ -40,27 +39,20 @@ def autopilot(recording: Recording) -> Iterator[Finding]:
 
 def rows_of(recording: Recording, topics: tuple[str, ...]) -> Iterator[tuple[str, Rows]]:
     """Yield the rows of an autopilot's topics whose names begin so; the log is opened again."""
-    path = Path(recording.source)
-    if path.suffix.lower() not in _SUFFIXES or not path.is_file():
-        return
-    try:
-        tables = opened(path)[1].tables
-    except (LogError, OSError):
+    if all(log.meta.get("format") not in _FORMATS for log in recording.values()):
         return
     start = beginning(recording)
-    for name in sorted(tables):
-        if name.startswith(topics):
-            rows = _rows(tables[name], start)
+    # What has become of the file since it was read is no finding.
+    with suppress(LogError, OSError):
+        for name, columns in recording.tables(*topics):
+            rows = _rows(columns, start)
             if rows is not None:
                 yield name, rows
 
 
-def _rows(table: Table, start: float) -> Rows | None:
+def _rows(columns: TableColumns, start: float) -> Rows | None:
     """Return the rows of a topic, None where there are too few."""
-    found = {
-        label: np.asarray(c)
-        for label, c in zip(table.names or (), table.load(range(table.width)), strict=True)
-    }
+    found = dict(columns)
     times = 1e-6 * found.pop("timestamp_us").astype(np.float64) - start
     if len(times) < _LEAST:
         return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -51,7 +52,7 @@ def _liveliest(recording: Recording, gyro: Sensor) -> Recording:
     for name, log in recording.items():
         with suppress(LogError):
             logs[name] = part(log, begin, begin + _LONGEST)
-    return Recording(logs, recording.source)
+    return replace(recording, logs=logs)
 
 
 def _on(one: Checked, imu: Imu, start: float) -> Finding:

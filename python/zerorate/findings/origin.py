@@ -1,9 +1,7 @@
-"""Where a log is from: which device wrote it, and on which day."""
+"""The day on which a log was written."""
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -12,26 +10,9 @@ from zerorate.findings.autopilot import rows_of
 from zerorate.findings.imus import beginning
 from zerorate.record.recording import Recording
 
-_HEAD: Final = 1 << 18
-_UUID: Final = re.compile(rb"I.char\[(\d{1,3})\] sys_uuid", re.DOTALL)
-"""The message of a ULog with the number of the board."""
 _DATES: Final = (946_684_800.0, 4_102_444_800.0)
 """Seconds from 1970 to the years 2000 and 2100, between which numbers are dates."""
 _RECEIVERS: Final = ("vehicle_gps_position", "sensor_gps")
-
-
-def device_of(recording: Recording) -> str | None:
-    """Return the number of the device that a log holds, None where it holds none."""
-    path = Path(recording.source)
-    if path.suffix.lower() != ".ulg" or not path.is_file():
-        return None
-    with path.open("rb") as file:
-        head = file.read(_HEAD)
-    found = _UUID.search(head)
-    if found is None:
-        return None
-    text = head[found.end() : found.end() + int(found[1])]
-    return text.decode("ascii", "replace").strip("\0 ") or None
 
 
 def began(recording: Recording) -> float | None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -14,7 +13,6 @@ from zerorate._native import NavigationFilter
 from zerorate.findings.finding import Finding
 from zerorate.findings.imus import Imu, Sensor, part
 from zerorate.findings.limits import LIMITS, Severity
-from zerorate.io.fixes import read_fixes
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.clock import find_time_offset
 from zerorate.navigation.selfcheck import NavigationChecks, check_navigation
@@ -39,12 +37,10 @@ _MEDIAN: Final = 2.366
 """Of chi squared of three degrees: of the innovations of a position, or of a velocity."""
 
 
-def fixes_of(recording: Recording) -> Fixes | None:
-    """Return the fixes in the file that a recording is from, None if there are none."""
-    if "position" not in recording or not Path(recording.source).exists():
-        return None
+def _fixes_of(recording: Recording) -> Fixes | None:
+    """Return the fixes of a recording, None if there are none that can be read."""
     try:
-        return read_fixes(recording.source)
+        return recording.fixes if "position" in recording else None
     except (LogError, OSError):
         return None
 
@@ -54,7 +50,7 @@ def receiver(recording: Recording, found: Sequence[Imu], gnss: Fixes | None) -> 
     imu = next((one for one in found if one.still.size), None)
     if imu is None or imu.gyro is None or imu.accel is None:
         return
-    fixes = fixes_of(recording) if gnss is None else gnss
+    fixes = _fixes_of(recording) if gnss is None else gnss
     if fixes is None or len(fixes) < _FEWEST:
         return
     gyro = imu.gyro

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, Literal, get_args
@@ -15,6 +15,7 @@ from zerorate.faults import ArgumentError
 from zerorate.io.beginnings import is_text_log
 from zerorate.io.clocks.names import looks_like_time, may_be_time, time_unit
 from zerorate.io.clocks.stamps import to_seconds, without_texts
+from zerorate.io.columns import Timing
 from zerorate.io.damage import guarded_content
 from zerorate.io.formats import (
     FORMATS,
@@ -146,6 +147,23 @@ def read_fixes(
         raise error.around(f"{label}: ") from None
 
 
+def fixes_among(source: LogSource, timing: Timing, content: Content | None = None) -> Fixes | None:
+    """Return the fixes in a source of sensors, None if it has no places; faults of `read_fixes`.
+
+    The content is that of a source that was opened already; a file is opened again without it.
+    """
+    label = label_of(source)
+    try:
+        content = _content(source, None) if content is None else content
+        if _with_places(content.tables.values()) is None:
+            return None
+        table = _with_places(timing.told_of_all([*content.tables.values()]))
+        assert table is not None
+        return _fixes(table, label)
+    except LogError as error:
+        raise error.around(f"{label}: ") from None
+
+
 RECEIVERS: Final[Mapping[str, Format]] = {
     form.kind: form for form in (nmea.FORMAT, rtklib.FORMAT, navsatfix.FORMAT)
 }
@@ -192,13 +210,16 @@ def _chosen(content: Content, topic: str | None) -> Table:
     if topic is not None:
         return content.chosen(topic)
     tables = content.tables.values()
-    with_places = (table for table in tables if _index(table, _LATITUDE) is not None)
-    table = next(with_places, None)
+    table = _with_places(tables)
     if table is None:
         names = [table.label(i) for table in tables for i in range(table.width)]
         shown = ", ".join(names[:40]) or "none"
         raise LogError(f"no column is a latitude, such as latitude_deg; the columns are: {shown}")
     return table
+
+
+def _with_places(tables: Iterable[Table]) -> Table | None:
+    return next((table for table in tables if _index(table, _LATITUDE) is not None), None)
 
 
 def _index(table: Table, wanted: re.Pattern[str]) -> int | None:
@@ -284,7 +305,9 @@ class _Columns:
         name = self.table.label(index)
         (column,) = self.table.load([index])
         column = without_texts(column, name)
-        stamps = to_seconds(column, _with_unit(name, column), None)
+        unit = self.table.time_unit
+        told = name if unit is not None else _with_unit(name, column)
+        stamps = to_seconds(column, told, None, unit)
         if stamps.note is not None:
             self.notes.append(stamps.note)
         time = stamps.start + stamps.seconds

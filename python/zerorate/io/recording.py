@@ -24,6 +24,7 @@ from zerorate.io.reading import (
     selected,
     values_of,
 )
+from zerorate.io.supplement import Opened, supplement_of
 from zerorate.io.table import Content, Table
 from zerorate.io.triads import Triad, named, note_on_axes, triads_in, without_worse
 from zerorate.record.log import Log, LogError, units_of
@@ -118,7 +119,8 @@ def read_recording(
     -------
     Recording
         Logs of shape (n, k), NaN where a sample is missing. A sensor that has a value in every
-        second row or fewer has a log at its own rate.
+        second row or fewer has a log at its own rate. Its ``fixes``, ``mounting`` and ``tables``
+        are read when first asked for.
 
     Raises
     ------
@@ -195,9 +197,13 @@ def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
     found: list[_Found] = []
     notes: list[str] = []
     offered: list[str] = []
+    sensed: list[Opened] = []
     for one in sources:
         try:
-            found.extend(_within(_of_source(one, request, notes, offered), request, notes))
+            kind, content = opened(one)
+            sensed.append(Opened(one, kind, content))
+            told = {"source": label_of(one), "format": kind}
+            found.extend(_within(_logs_in(content, told, request, notes, offered), request, notes))
         except LogError as error:
             raise error.around(f"{label_of(one)}: ") from None
         request = replace(request, columns={}, topic=None)
@@ -210,7 +216,8 @@ def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
                 f" from: {', '.join(offered)}",
             )
         )
-    return Recording(_named(found), label, notes=tuple(dict.fromkeys(notes)))
+    supplement = supplement_of(sensed, request.timing)
+    return Recording(_named(found), label, notes=tuple(dict.fromkeys(notes)), supplement=supplement)
 
 
 class _Found(NamedTuple):
@@ -286,12 +293,14 @@ def _named(found: Sequence[_Found]) -> dict[str, Log]:
     return logs
 
 
-def _of_source(
-    source: LogSource, request: _Request, notes: list[str], offered: list[str]
+def _logs_in(
+    content: Content,
+    told: dict[str, str],
+    request: _Request,
+    notes: list[str],
+    offered: list[str],
 ) -> Iterator[_Found]:
     """Yield the logs of one source; add what was left out, and the columns that there are."""
-    kind, content = opened(source)
-    told = {"source": label_of(source), "format": kind}
     tables = [] if request.alone else _tables(content, request.topic)
     if not tables:
         tables = [content.chosen(request.topic)]

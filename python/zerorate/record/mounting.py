@@ -39,6 +39,12 @@ class Mounting:
     antenna: Floats | None = None
     time_offset: float | None = None
 
+    @property
+    def stated(self) -> bool:
+        """Whether the file says anything of it."""
+        parts = (self.body_from_sensor, self.antenna, self.time_offset)
+        return any(part is not None for part in parts)
+
 
 def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recording:
     """Return a recording with all sensors of three axes turned into those of the body.
@@ -46,7 +52,8 @@ def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recordin
     Parameters
     ----------
     recording : Recording
-        Whose gyros, accelerometers and magnetometers are turned; others stay.
+        Whose gyros, accelerometers and magnetometers are turned; others stay. The result's
+        ``mounting`` no longer has a rotation.
     body_from_sensor : array_like, shape (3, 3)
         Rotation: a vector in the axes of the body is its product with one in those of the sensor.
 
@@ -68,7 +75,7 @@ def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recordin
         name: replace(log, data=log.data @ matrix.T) if _is_vector(name, log.channels) else log
         for name, log in recording.items()
     }
-    return replace(recording, logs=turned)
+    return replace(recording, logs=turned, supplement=recording.supplement.in_body_axes())
 
 
 def rotation(given: npt.ArrayLike) -> Floats:

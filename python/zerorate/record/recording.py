@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from zerorate.record.log import Log
+from zerorate.record.supplement import Supplement, Tables
+
+if TYPE_CHECKING:
+    from zerorate.record.fixes import Fixes
+    from zerorate.record.mounting import Mounting
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,10 +24,13 @@ class Recording(Mapping[str, Log]):
         ``"gyro"``, ``"accel"``, ``"mag"``, ``"temperature"``, ``"reference"``, ``"position"`` and
         what else is known; further ones of a kind are ``"gyro_1"``, ``"gyro_2"`` and so on.
     source
-        Where they come from.
+        Where they come from, in words; nothing is read by it.
     notes
         Sentences on what was assumed of the whole; those on one log are in ``meta["notes"]`` of
         that.
+    supplement
+        What else the source holds, read when first asked for: `fixes`, `mounting`, `device`,
+        `tables`. ``replace(recording, logs=...)`` keeps it.
 
     Examples
     --------
@@ -36,6 +45,7 @@ class Recording(Mapping[str, Log]):
     logs: Mapping[str, Log]
     source: str = "the recording"
     notes: tuple[str, ...] = field(default=(), kw_only=True)
+    supplement: Supplement = field(default_factory=Supplement, kw_only=True)
 
     def __getitem__(self, name: str) -> Log:
         """Return a log by its name; KeyError that lists the names if there is none."""
@@ -92,6 +102,35 @@ class Recording(Mapping[str, Log]):
     def position(self) -> Log | None:
         """Position, of a GNSS receiver for instance; its channels may differ in unit."""
         return self.logs.get("position")
+
+    @property
+    def fixes(self) -> Fixes | None:
+        """Fixes of the receiver in the source, None without one; read when first asked for.
+
+        They are those of `zerorate.read_fixes`, of the whole source. LogError if the source has
+        places that are no fixes, OSError if it can no longer be read.
+        """
+        return self.supplement.fixes
+
+    @property
+    def mounting(self) -> Mounting | None:
+        """Mounting of the sensors by the source's metadata, None where they do not state it.
+
+        LogError if the metadata cannot be read. `body_axes` takes its rotation out.
+        """
+        return self.supplement.mounting
+
+    @property
+    def device(self) -> str | None:
+        """Number of the device that wrote the source, None where it holds none."""
+        return self.supplement.read_device()
+
+    def tables(self, *prefixes: str) -> Tables:
+        """Return name and columns of the source's tables whose names begin so, one by one.
+
+        A file is opened again for them. LogError or OSError if that cannot be done.
+        """
+        return self.supplement.read_tables(prefixes)
 
     def of_kind(self, kind: str) -> tuple[Log, ...]:
         """Return all logs of a kind, ``"gyro"`` for instance, in the order of the source."""

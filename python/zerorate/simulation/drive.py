@@ -33,6 +33,7 @@ from zerorate.record import Log, Recording
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import checked_rate
 from zerorate.record.offset import TimeOffset
+from zerorate.record.supplement import Supplement
 from zerorate.simulation.devices import Device
 from zerorate.simulation.gyro import not_negative, simulate, whole
 from zerorate.simulation.hand import fixed, given_or_drawn, turned
@@ -117,7 +118,7 @@ class SimulatedDrive:
         return true
 
     def recording(self) -> Recording:
-        """Return gyro and accelerometer as a recording."""
+        """Return gyro and accelerometer as a recording, which has the drive's fixes."""
 
         def log(values: Floats, kind: str, suffix: str, unit: str) -> Log:
             names = tuple(f"{kind}_{axis}_{suffix}" for axis in "xyz")
@@ -127,7 +128,7 @@ class SimulatedDrive:
             "gyro": log(self.gyro, "gyro", "radps", "rad/s"),
             "accel": log(self.accel, "accel", "mps2", "m/s^2"),
         }
-        return Recording(logs, self.source)
+        return Recording(logs, self.source, supplement=Supplement.of(fixes=self.fixes))
 
 
 def simulate_drive(

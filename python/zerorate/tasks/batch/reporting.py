@@ -28,9 +28,9 @@ def _reported(settings: "Settings", source: Path, output: Path) -> Made:
 
 
 def _rows(found: "Report") -> Iterator[Row]:
-    from zerorate.findings.origin import began, device_of
+    from zerorate.findings.origin import began
 
-    device, start = device_of(found.recording), began(found.recording)
+    device, start = found.recording.device, began(found.recording)
     for one in found.findings:
         yield {
             "axis": one.figure.removeprefix(_SENSOR),

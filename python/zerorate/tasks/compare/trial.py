@@ -209,7 +209,7 @@ def _with_quaternion(recording: Recording) -> Recording:
                 f"{', '.join(listed)}"
             )
         logs["reference"] = found[0]
-    return Recording(logs, recording.source, notes=recording.notes)
+    return replace(recording, logs=logs)
 
 
 def _gyros(recording: Recording) -> Log:

@@ -1,0 +1,74 @@
+"""What a source holds next to the logs of its sensors, each part read when first asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from zerorate.record.fixes import Fixes
+    from zerorate.record.mounting import Mounting
+
+TableColumns = Mapping[str, npt.NDArray[np.generic]]
+Tables = Iterable[tuple[str, TableColumns]]
+_T = TypeVar("_T")
+
+
+def nothing() -> None:
+    """Return None, for a part that a source does not hold."""
+
+
+def no_tables(prefixes: tuple[str, ...]) -> Tables:
+    """Return no table."""
+    return ()
+
+
+@dataclass(frozen=True, eq=False)
+class Supplement:
+    """What a source holds next to the logs of its sensors.
+
+    Parameters
+    ----------
+    read_fixes, read_mounting, read_device : callable
+        Read the part, None where the source holds none.
+    read_tables : callable
+        Reads the tables whose names begin with one of some texts, with all their columns.
+    """
+
+    read_fixes: Callable[[], Fixes | None] = nothing
+    read_mounting: Callable[[], Mounting | None] = nothing
+    read_device: Callable[[], str | None] = nothing
+    read_tables: Callable[[tuple[str, ...]], Tables] = no_tables
+
+    @classmethod
+    def of(cls, *, fixes: Fixes | None = None, mounting: Mounting | None = None) -> Supplement:
+        """Return the supplement of what is in memory."""
+        return cls(partial(_same, fixes), partial(_same, mounting))
+
+    @cached_property
+    def fixes(self) -> Fixes | None:
+        """The fixes of the receiver, read once."""
+        return self.read_fixes()
+
+    @cached_property
+    def mounting(self) -> Mounting | None:
+        """The mounting of the sensors, read once."""
+        return self.read_mounting()
+
+    def in_body_axes(self) -> Supplement:
+        """Return what holds once the sensors' axes are those of the body."""
+        return replace(self, read_mounting=partial(_without_rotation, self))
+
+
+def _same(value: _T) -> _T:
+    return value
+
+
+def _without_rotation(whole: Supplement) -> Any:  # noqa: ANN401  # its class imports recordings
+    mounting = whole.mounting
+    return None if mounting is None else replace(mounting, body_from_sensor=None)
