@@ -17,7 +17,7 @@ FLOORS = (
     ("datasets", "denoising", "io", "linear", "metrics", "noise"),
     ("calibration", "checks", "identification"),
     ("simulation",),
-    ("array", "attitude", "navigation", "position"),
+    ("array", "attitude", "navigation"),
     ("foot",),
     ("findings",),
     ("tasks",),
@@ -25,6 +25,19 @@ FLOORS = (
     ("cli",),
 )
 HEIGHT = {name: height for height, names in enumerate(FLOORS) for name in names}
+# Readers and writers stand on the records; what computes on these is given them, and opens nothing.
+MATHEMATICS = {
+    name
+    for names in FLOORS[1 : FLOORS.index(("tasks",))]
+    for name in names
+    if name not in ("datasets", "io")
+}
+TOUCHES_FILES = {
+    *("exists", "is_file", "is_dir", "stat", "iterdir", "glob", "rglob"),
+    *("read_text", "read_bytes", "load", "loadtxt", "genfromtxt", "fromfile", "memmap"),
+}
+# Writing that is whole or not at all, and results that are read back from their own JSON.
+MAY_TOUCH_FILES = ("record/atomic.py", "record/saved.py")
 # Whoever imports the root may reach anything: only those who start commands do.
 ABOVE_ALL = ("__init__", "__main__")
 
@@ -63,13 +76,60 @@ def own_part(file):
 
 @pytest.mark.parametrize("floor", sorted(HEIGHT))
 def test_imports_point_down(floor):
-    files = [one for one in ROOT.rglob("*.py") if own_part(one) == floor]
+    files = files_of(floor)
     assert files or floor == "_native"
     for file in files:
         for node in imports_of(file):
             for place in places(node):
                 where = f"{file.relative_to(ROOT)}, line {getattr(node, 'lineno', 0)}: {place}"
                 assert place == floor or HEIGHT.get(place, len(FLOORS)) < HEIGHT[floor], where
+
+
+@pytest.mark.parametrize("floor", sorted(MATHEMATICS))
+def test_mathematics_knows_no_reader(floor):
+    for file in files_of(floor):
+        found = [place for node in imports_of(file) for place in places(node)]
+        assert not {"io", "datasets"} & set(found), file
+
+
+@pytest.mark.parametrize("floor", sorted(MATHEMATICS))
+def test_mathematics_opens_no_file(floor):
+    for file in files_of(floor):
+        if file.relative_to(ROOT).as_posix() not in MAY_TOUCH_FILES:
+            calls = (node for node in ast.walk(parsed(file)) if isinstance(node, ast.Call))
+            found = [ast.unparse(call) for call in calls if opens(call)]
+            assert not found, f"{file.relative_to(ROOT)}: {found[0]}"
+
+
+def files_of(floor):
+    return [one for one in ROOT.rglob("*.py") if own_part(one) == floor]
+
+
+def opens(call):
+    """Whether a call looks at a file or reads it: opening one to write is what `save` does."""
+    name = getattr(call.func, "attr", None) or getattr(call.func, "id", "")
+    if name == "open":
+        modes = [
+            one.value
+            for one in (*call.args, *(k.value for k in call.keywords))
+            if isinstance(one, ast.Constant)
+        ]
+        return "w" not in modes
+    return name in TOUCHES_FILES or (isinstance(call.func, ast.Name) and name.startswith("read_"))
+
+
+def test_the_test_sees_files_that_are_opened():
+    seen = (
+        "open(a)",
+        "Path(a).open()",
+        "a.read_text()",
+        "read_fixes(a)",
+        "np.load(a)",
+        "a.exists()",
+    )
+    unseen = ("a.open('w')", "self.read_fixes()", "a.write_text(b)")
+    assert all(opens(ast.parse(text, mode="eval").body) for text in seen)
+    assert not any(opens(ast.parse(text, mode="eval").body) for text in unseen)
 
 
 def test_everything_stands_on_a_floor():

@@ -7,7 +7,7 @@ import pytest
 
 import zerorate as zr
 from support.checks import assert_same_bits
-from zerorate.position.options import POSITION_METHODS, POSITION_OPTIONS
+from zerorate.navigation.options import POSITION_METHODS, POSITION_OPTIONS
 
 BY_METHOD = pytest.mark.parametrize("method", POSITION_METHODS)
 NOWHERE = np.full(2, np.nan)

@@ -66,7 +66,7 @@ from support.settings import (
     wavelet_settings,
     within_range,
 )
-from zerorate.position.options import POSITION_METHODS
+from zerorate.navigation.options import POSITION_METHODS
 
 # The power of the samples' unit in [φ, θ, c]: none but in the constant.
 CONSTANT_LAST = "constant last"

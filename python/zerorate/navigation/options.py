@@ -1,8 +1,9 @@
-"""The constants of navigation, by fixes and by feet: names, defaults, ranges, units, meanings."""
+"""Constants of the navigation, foot and position filters: defaults, ranges, units, meanings."""
 
 from typing import Final
 
-from zerorate.options import Option, by_name
+from zerorate._native import position_options
+from zerorate.options import Option, by_name, table
 
 _WHEELED: Final = ("wheeled",)
 
@@ -83,3 +84,9 @@ FOOT_OPTIONS: Final = by_name(
     )
 )
 """Of `zerorate.FootNavigation`: every constant that is one of some words."""
+
+POSITION_OPTIONS: Final = by_name(table(position_options()))
+"""Of `zerorate.PositionFilter`: its method, then every constant, with the methods that use it."""
+
+POSITION_METHODS: Final = POSITION_OPTIONS["method"].choices
+"""All methods of `zerorate.PositionFilter`: the default, then those of papers."""

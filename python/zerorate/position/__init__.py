@@ -1,1 +1,0 @@
-"""Positions from the fixes of a receiver: the constants of each method."""
