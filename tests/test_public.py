@@ -31,7 +31,7 @@ PACKAGES = (
     "units",
 )
 MODULES = {"zerorate": zr} | {name: import_module(f"zerorate.{name}") for name in PACKAGES}
-ROOT = 39
+ROOT = 40
 LONGEST = 620
 
 

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from zerorate.simulation.drive import simulate_drive
     from zerorate.simulation.gyro import simulate
     from zerorate.simulation.motion import simulate_motion
+    from zerorate.tasks.navigate import navigate
 
 __all__ = [
     "Attitude",
@@ -87,6 +88,7 @@ __all__ = [
     "identification",
     "integrate",
     "metrics",
+    "navigate",
     "raw_counts",
     "read_fixes",
     "read_log",
@@ -124,6 +126,7 @@ _PLACES: Final = {
     "simulation.drive": "simulate_drive",
     "simulation.gyro": "simulate",
     "simulation.motion": "simulate_motion",
+    "tasks.navigate": "navigate",
     # What has its home in a package, and was here before.
     "array": (
         "AllanCovariance ArrayLog FusedAccelerometers Rotations VirtualGyro allan_covariance "

@@ -273,7 +273,7 @@ def test_a_heading_and_a_rest_may_be_given(cli, imu, gnss, out):
         (("--vehicle", "boat"), 2, "--vehicle takes wheeled"),
         (("--tick", "0.03"), 2, "--tick needs --wheel-ticks"),
         (("--wheel-ticks", "gyro_x_radps", "--tick", "0"), 2, "--tick takes metres above 0"),
-        (("--wheel-ticks", "a", "--wheel-speed", "b"), 2, "--wheel-speed and --wheel-ticks tell"),
+        (("--wheel-ticks", "a", "--wheel-speed", "b"), 2, "--wheel-speed and --wheel-ticks say the same"),
         (("--axle", "1,0,0"), 2, "--axle needs --vehicle wheeled"),
         (("--vehicle", "wheeled", "--axle", "1,0"), 2, "--axle takes three numbers with commas"),
         (("--antenna", "1,0,zero"), 2, "--antenna takes three numbers with commas between"),
@@ -307,7 +307,7 @@ def test_what_is_no_input(cli, imu, gnss, out, tmp_path):
     plain = ("-o", out, "--no-figure")
     code, _, errors = cli(imu, *plain)
     assert code == 1
-    check_line(errors, "name the file of the receiver's fixes after the log")
+    check_line(errors, "there are no fixes of a receiver; give their file after the log")
     code, _, errors = cli(imu, tmp_path / "none.nmea", *plain)
     assert code == 1
     check_line(errors, "none.nmea does not exist")

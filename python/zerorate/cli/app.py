@@ -131,7 +131,11 @@ def _not_called() -> None:
 
 
 _OTHERWISE: Final[Mapping[str, Mapping[str, str]]] = {
-    "navigate": {"span": "--rest", "seconds": "--outages"},
+    "navigate": {
+        "span": "--rest",
+        "seconds": "--outages",
+        "fixes": "their file after the log",
+    },
     "stream": {
         "beside": "--with",
         "data_scale": "--scale",

@@ -14,7 +14,7 @@ from zerorate.attitude.estimate import METHODS, AttitudeEstimate, estimate_attit
 from zerorate.attitude.options import ATTITUDE_OPTIONS
 from zerorate.calibration.calibration import Calibration
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
-from zerorate.cli.checking import Fix, checked, print_alarms, said_first
+from zerorate.cli.checking import checked, print_alarms, said_first
 from zerorate.cli.clipping import Clipped, ClippedOption, restored
 from zerorate.cli.errors import UsageFault, as_usage
 from zerorate.cli.magnetometer import read_magnetometer
@@ -23,6 +23,7 @@ from zerorate.cli.options import (
     PANEL,
     AccelName,
     CalibrationOption,
+    Fix,
     FrameName,
     GyroName,
     LogArgument,

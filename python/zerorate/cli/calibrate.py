@@ -15,7 +15,7 @@ from zerorate.calibration import calibrate as calibrate_imu
 from zerorate.calibration.options import CALIBRATION_OPTIONS
 from zerorate.calibration.parameters import GYRO_MATRIX
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
-from zerorate.cli.checking import Fix, checked, print_alarms, said_first
+from zerorate.cli.checking import checked, print_alarms, said_first
 from zerorate.cli.correct import Sensors, correct, notes_on
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, require
 from zerorate.cli.magnetometer import EXPORTS as OF_MAGNETOMETER
@@ -29,6 +29,7 @@ from zerorate.cli.options import (
     FigureFormat,
     FigureFormatOption,
     FigurePanels,
+    Fix,
     ForceExports,
     GyroName,
     LogArgument,

@@ -9,10 +9,11 @@ from zerorate.calibration.calibration import Calibration
 from zerorate.calibration.choice import corrected_gyro as gyro_of
 from zerorate.calibration.choice import own_accel
 from zerorate.cli.errors import DataFault, as_usage, of_a_file, of_log
-from zerorate.cli.options import Reading, units_of_sensors
+from zerorate.cli.options import Reading
 from zerorate.io import read_recording
 from zerorate.io.formats import LogSource
 from zerorate.record import Log, LogError, Recording
+from zerorate.tasks.source import units_of_sensors
 
 
 def read_calibration(path: Path) -> Calibration:

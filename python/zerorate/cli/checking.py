@@ -3,27 +3,15 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Annotated, Final, TypeAlias
+from typing import Final
 
 import numpy as np
-import typer
 
 from zerorate.checks import Checks, Finding, check
 from zerorate.cli.errors import DataFault
-from zerorate.cli.options import PANEL
 from zerorate.io import LogFile
 from zerorate.record import Log, LogError, Recording
 from zerorate.types import Floats
-
-Fix: TypeAlias = Annotated[
-    bool,
-    typer.Option(
-        "--fix",
-        help="Put right a unit or axes of the gyro that the motion contradicts, where it is sure "
-        "which are right; a note says what was done.",
-        rich_help_panel=PANEL,
-    ),
-]
 
 _READ: Final = 1 << 20
 """Samples of a log that `replay` looks at: of three hours at 100 Hz."""

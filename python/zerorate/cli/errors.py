@@ -52,7 +52,8 @@ def faults() -> Iterator[None]:
     except FileExistsError as error:
         raise UsageFault(of_a_file(error)) from error
     except OSError as error:
-        if error.filename is None:
+        # One of the system without a name is of stdout.
+        if error.filename is None and error.errno is not None:
             raise
         raise DataFault(of_a_file(error)) from error
     except (ImportError, ValueError) as error:

@@ -2,24 +2,18 @@
 
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.cli.errors import UsageFault, as_usage, require
+from zerorate.cli.errors import UsageFault, require
 from zerorate.cli.options import parse_words
 from zerorate.io.mounting import read_mounting
-from zerorate.record.mounting import Mounting
 from zerorate.types import Floats
 
 _NONE: Final = "none"
 _AUTO: Final = "auto"
-_TOLD: Final = 0.05
-_UNTOLD: Final = 1.0
-"""How well an antenna is known that is told, and one of which nothing is told, m."""
 
 
 def numbers(option: str, text: str, count: int, expected: str) -> list[float]:
@@ -33,80 +27,26 @@ def numbers(option: str, text: str, count: int, expected: str) -> list[float]:
     return found
 
 
-@dataclass(frozen=True)
-class Mounted:
-    """Where the sensors are, and a sentence on where that is known from.
+class Stated(NamedTuple):
+    """What ``--mount`` says: of `zerorate.navigate`, with what else a file's metadata state."""
 
-    The offset is None where nothing tells it, and so is the matrix; `plain` is whether the axes of
-    the sensors are said to be those of the body, `antenna_told` whether anything says where it is,
-    `offset_typed` whether the offset is that of a person, not of a file.
-    """
-
-    matrix: Floats | None
-    antenna: Sequence[float]
-    time_offset: float | None
-    note: str
-    plain: bool = False
-    antenna_told: bool = True
-    offset_typed: bool = False
-
-    @property
-    def antenna_sigma(self) -> float:
-        """How well it is known where the antenna is, m."""
-        return _TOLD if self.antenna_told else _UNTOLD
-
-    @classmethod
-    def of(
-        cls, log: Path, mount: str | None, antenna: str | None, time_offset: str | None
-    ) -> "Mounted":
-        """Return what options say, and metadata where options say nothing."""
-        with as_usage():
-            told = read_mounting(log) if log.is_file() else Mounting()
-            given, source = (told, log) if mount is None else _mounting(mount)
-        parts = {"mounting": given.body_from_sensor is not None}
-        lever, knows = [0.0] * 3, True
-        if antenna is not None:
-            lever = numbers("--antenna", antenna, 3, "three numbers")
-        elif given.antenna is not None or told.antenna is not None:
-            own = given.antenna if given.antenna is not None else told.antenna
-            lever = [float(x) for x in np.asarray(own)]
-            parts["antenna"] = True
-        else:
-            knows = False
-        offset = None
-        if time_offset is not None:
-            offset = _offset(time_offset)
-        elif given.time_offset is not None or told.time_offset is not None:
-            own_offset = given.time_offset if given.time_offset is not None else told.time_offset
-            offset = own_offset
-            parts["time offset"] = True
-        named = [name for name, there in parts.items() if there]
-        note = ""
-        if named and source is not None:
-            arm = ", ".join(f"{x:g}" for x in lever)
-            values = f"antenna {arm} m" + ("" if offset is None else f", time offset {offset:g} s")
-            listed = " and ".join(filter(None, (", ".join(named[:-1]), named[-1])))
-            note = f"{listed} by the metadata of {source.name} ({values})"
-        typed = time_offset is not None and offset is not None
-        return cls(given.body_from_sensor, lever, offset, note, mount == _NONE, knows, typed)
+    mount: Floats | str
+    antenna: Floats | None = None
+    time_offset: float | None = None
 
 
-def _mounting(text: str) -> tuple[Mounting, Path | None]:
-    """Return what ``--mount`` says, and the file whose metadata say it."""
-    if text == _NONE:
-        return Mounting(), None
-    words = re.split(r"[\s,\[\]]+", text)
+def mounting_of(text: str | None) -> Stated:
+    """Return what ``--mount`` says: nine numbers, a file with them or with metadata, or none."""
+    if text is None or text == _NONE:
+        return Stated(_AUTO if text is None else _NONE)
     path = Path(text)
     if path.is_file():
-        told = read_mounting(path)
-        if told.body_from_sensor is not None:
-            return told, path
-        try:
-            words = re.split(r"[\s,\[\]]+", path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError):
-            words = []
+        stated = read_mounting(path)
+        if stated.body_from_sensor is not None:
+            return Stated(stated.body_from_sensor, stated.antenna, stated.time_offset)
+    words = filter(None, re.split(r"[\s,\[\]]+", _content(path) if path.is_file() else text))
     try:
-        found = [float(word) for word in filter(None, words)]
+        found = [float(word) for word in words]
     except ValueError:
         found = []
     if len(found) != 9:
@@ -114,13 +54,27 @@ def _mounting(text: str) -> tuple[Mounting, Path | None]:
             "--mount takes nine numbers of a rotation with commas between, a file with them, or "
             f"'none', got '{text}'"
         )
-    return Mounting(np.reshape(found, (3, 3))), None
+    return Stated(np.reshape(found, (3, 3)))
 
 
-def _offset(text: str) -> float | None:
-    """Return what ``--time-offset`` says, None where it is to be found."""
+def _content(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
+def antenna_of(text: str | None, stated: Stated) -> Floats | list[float] | None:
+    """Return what ``--antenna`` says, or the file of ``--mount``."""
+    return stated.antenna if text is None else numbers("--antenna", text, 3, "three numbers")
+
+
+def offset_of(text: str | None, stated: Stated) -> float | str:
+    """Return what ``--time-offset`` says, or the file of ``--mount``."""
+    if text is None:
+        return _AUTO if stated.time_offset is None else stated.time_offset
     if text == _AUTO:
-        return None
+        return text
     try:
         offset = float(text)
     except ValueError:

@@ -17,7 +17,6 @@ from zerorate.faults import naming
 from zerorate.io import raw_counts
 from zerorate.io.counts import Scale
 from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, Option, check_used, used_by
-from zerorate.record.names import canonical_unit
 
 _Choice = TypeVar("_Choice", bound=StrEnum)
 _Read = TypeVar("_Read")
@@ -161,6 +160,15 @@ CalibrationOption: TypeAlias = Annotated[
         metavar="CAL",
         help="Correct gyro and accelerometer by this calibration first (JSON of zerorate "
         "calibrate).",
+        rich_help_panel=PANEL,
+    ),
+]
+Fix: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--fix",
+        help="Put right a unit or axes of the gyro that the motion contradicts, where it is sure "
+        "which are right; a note says what was done.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -633,13 +641,3 @@ def parse_choices(option: str, text: str | None, choices: type[_Choice]) -> list
         if word not in list(choices):
             raise UsageFault(f"{option} takes some of {', '.join(choices)}, got '{word}'")
     return list(dict.fromkeys(map(choices, words)))
-
-
-def units_of_sensors(text: str) -> dict[str, str]:
-    """Return the units of a list with commas by the sensors that they are of."""
-    words = parse_words("--unit", text, "units")
-    with as_usage():
-        sensors = ["accel" if canonical_unit(one) in ("g", "m/s^2") else "gyro" for one in words]
-    if len(set(sensors)) < len(sensors):
-        raise UsageFault(f"--unit takes one unit of each kind, such as deg/s,g, got '{text}'")
-    return dict(zip(sensors, words, strict=True))

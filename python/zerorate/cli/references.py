@@ -42,6 +42,15 @@ Tum: TypeAlias = Annotated[
 _LIKE_FILES: Final = ("/", "\\", ".tum", ".txt", ".csv")
 
 
+def existing(reference: str | None) -> Path | None:
+    """Return the file that ``--reference`` names; a usage fault if it is not there."""
+    if reference is None:
+        return None
+    if not Path(reference).is_file():
+        raise UsageFault(f"--reference names {reference}, which does not exist")
+    return Path(reference)
+
+
 def reference_poses(reference: str | None, offset: float) -> Poses | None:
     """Return the poses of a file that ``--reference`` names, None where it names none."""
     if reference is None:

@@ -19,7 +19,7 @@ from zerorate.cli.array import (
     replay_arrays,
 )
 from zerorate.cli.calibrations import corrected_imu, read_calibration
-from zerorate.cli.checking import Fix, checked_files, print_alarms, said_first
+from zerorate.cli.checking import checked_files, print_alarms, said_first
 from zerorate.cli.errors import (
     UsageFault,
     as_usage,
@@ -34,6 +34,7 @@ from zerorate.cli.options import (
     PANEL,
     RECORDING,
     FigurePanels,
+    Fix,
     NoAccel,
     Reading,
     check_filter_options,

@@ -20,7 +20,6 @@ from zerorate.cli.options import (
     flag,
     parse_choices,
     parse_columns,
-    units_of_sensors,
     with_filter_options,
     with_group,
     with_reading_options,
@@ -46,6 +45,7 @@ from zerorate.tasks.live import (
 from zerorate.tasks.live.sequence import MOST_BITS
 from zerorate.tasks.live.serving import Saver, Server
 from zerorate.tasks.saving import make_folders
+from zerorate.tasks.source import units_of_sensors
 
 _BY_SIGNAL: Final = 128
 _PANEL: Final = "Attitude"
@@ -319,7 +319,7 @@ def _attitude_settings(
     reading: Reading, beside: str | None, asked: Mapping[str, Any]
 ) -> AttitudeSettings:
     unit = reading.arguments["unit"]
-    units = {} if unit is None else units_of_sensors(unit)
+    units = units_of_sensors(unit) or {}
     with as_usage():
         scaling = Scaling.of(reading.arguments["scale"])
         return AttitudeSettings(

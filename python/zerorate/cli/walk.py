@@ -9,12 +9,13 @@ from typing import Annotated, Any, Final
 import typer
 
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
-from zerorate.cli.checking import Fix, checked, print_alarms, said_first
+from zerorate.cli.checking import checked, print_alarms, said_first
 from zerorate.cli.clipping import Clipped, ClippedOption
 from zerorate.cli.errors import UsageFault
 from zerorate.cli.mounts import numbers
 from zerorate.cli.options import (
     CalibrationOption,
+    Fix,
     LogArgument,
     Reading,
     with_group,

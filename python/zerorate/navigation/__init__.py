@@ -10,6 +10,7 @@ from zerorate.lazy import later
 if TYPE_CHECKING:
     from zerorate.navigation.alignment import Alignment, align
     from zerorate.navigation.axes import Axes
+    from zerorate.navigation.begin import Beginning, begin
     from zerorate.navigation.clock import find_time_offset
     from zerorate.navigation.outage import Outages, outages
     from zerorate.navigation.selfcheck import (
@@ -27,12 +28,14 @@ __all__ = [
     "VERDICTS",
     "Alignment",
     "Axes",
+    "Beginning",
     "NavigationChecks",
     "NavigationFinding",
     "Outages",
     "Track",
     "Wheels",
     "align",
+    "begin",
     "check_navigation",
     "find_start",
     "find_time_offset",
@@ -44,6 +47,7 @@ __all__ = [
 _PLACES: Final = {
     "alignment": "Alignment align",
     "axes": "Axes",
+    "begin": "Beginning begin",
     "clock": "find_time_offset",
     "outage": "Outages outages",
     "selfcheck": "NavigationChecks NavigationFinding check_navigation",

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import Any, Final, Literal, Self, TypeAlias
 
 import numpy as np
@@ -152,6 +153,7 @@ def begin(
     heading: Heading = None,
     rest: tuple[float, float] | None = None,
     checks: NavigationChecks | None = None,
+    alarms: list[str] | None = None,
     **options: Any,  # noqa: ANN401
 ) -> Beginning:
     """Find axes, clock and start of a navigation, where neither arguments nor metadata state them.
@@ -176,6 +178,8 @@ def begin(
         When the vehicle stands at the start, s after the first sample. Default: found.
     checks : NavigationChecks, optional
         Of a longer part of the recording, where that was checked before.
+    alarms : list of str, optional
+        Where alarms are added as soon as they are known, before a fault that may come of them.
     **options
         Of `zerorate.NavigationFilter`, with which clock and heading are found.
 
@@ -197,6 +201,9 @@ def begin(
     """
     vehicle = Vehicle.of(recording, mount, antenna, time_offset)
     found = checks or _checked(recording, fixes, vehicle)
+    said_first = tuple(_alarms(found, vehicle))
+    if alarms is not None:
+        alarms.extend(said_first)
     matrix = _turned(vehicle, found) if vehicle.matrix is None else vehicle.matrix
     body = recording if matrix is None else body_axes(recording, matrix)
     search = _Search(body, fixes, vehicle, heading, rest, options)
@@ -211,7 +218,7 @@ def begin(
         vehicle.antenna,
         vehicle.antenna_sigma,
         found,
-        tuple(_alarms(found, vehicle)),
+        said_first,
         tuple(filter(None, notes)),
     )
 
@@ -352,7 +359,7 @@ def _on_metadata(
     if offset is not None:
         values += f", time offset {offset:g} s"
     listed = " and ".join(filter(None, (", ".join(named[:-1]), named[-1])))
-    return f"{listed} by the metadata of {recording.source} ({values})"
+    return f"{listed} by the metadata of {PurePath(recording.source).name} ({values})"
 
 
 def _on_axes(axes: Axes | None) -> str:
@@ -366,4 +373,3 @@ def _on_axes(axes: Axes | None) -> str:
         f"sensors' x, down {tilt:.1f} deg from their z; "
     )
     return said(found, plain, " leaves them")
-

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
     from zerorate.navigation.outage import OutageErrors, Outages
     from zerorate.navigation.track import Track
+    from zerorate.tasks.navigate import Navigation
     from zerorate.types import Floats, Integers
 
 # Millimetres.
@@ -72,6 +73,11 @@ _COLOURS: Final = {
     SMOOTHED: GREEN,
 }
 _OTHERS: Final = (BROWN, SKY, VERMILION, PURPLE)
+
+
+def plot_navigation(found: Navigation, everything: bool = False) -> Figure:
+    """Return the figure of a navigation: its track, with the longest outages marked."""
+    return plot_track(found.track, found.outages, found.nis, everything)
 
 
 def plot_track(

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from zerorate.navigation.outage import OutageErrors, Outages
     from zerorate.navigation.track import Track
     from zerorate.record.offset import TimeOffset
+    from zerorate.tasks.navigate import Navigation
     from zerorate.types import Floats
 
 _NO_HEADING: Final = {True: "from the course", False: "no heading"}
@@ -37,6 +38,15 @@ def format_track(track: Track, *, nis: Floats | None = None) -> str:
     `nis`: what `Track.nis` returned.
     """
     return "\n\n".join(filter(None, _parts(track, nis)))
+
+
+def format_navigation(found: Navigation) -> str:
+    """Return the errors that were asked for, the tables of the track, and its start."""
+    errors = found.errors()
+    parts = [] if errors is None else [format_errors(*errors)]
+    if found.outages is not None:
+        parts.append(format_outages(found.outages))
+    return "\n\n".join((*parts, format_track(found.track, nis=found.nis), found.start.table()))
 
 
 def format_outages(outages: Outages) -> str:

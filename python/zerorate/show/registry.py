@@ -97,6 +97,10 @@ VIEWS: Final = {
         "curve_views:plot_noise_model",
     ),
     "noise.result.AllanResult": ("curve_views:format_allan_result", "allan_figure:plot_allan"),
+    "tasks.navigate.Navigation": (
+        "navigation_table:format_navigation",
+        "navigation_figure:plot_navigation",
+    ),
     "tasks.array.ArrayReplay": ("array_table:format_array", "array_figure:plot_array"),
     "tasks.trace.Trace": ("series_views:format_trace", "series_views:plot_trace"),
     "tasks.replay.result.Replay": ("replay_table:format_replay", "replay_figure:plot_replay"),

@@ -5,19 +5,41 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import PurePath
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypedDict
 
 from zerorate.faults import given, said, sentence_of
+from zerorate.io.columns import Columns, TimeColumn
+from zerorate.io.counts import Scale
 from zerorate.io.formats import LogSource
 from zerorate.io.recording import read_recording
 from zerorate.record.log import Log, LogError
+from zerorate.record.names import canonical_unit
 from zerorate.record.recording import Recording
 
 Source: TypeAlias = Recording | Log | LogSource
 """A `Recording`, a `Log` of a gyro, the path of a file, a data frame, or arrays by name."""
 
 
-def recording_of(source: Source, reading: Mapping[str, Any], **further: Any) -> Recording:  # noqa: ANN401
+class ReadingArguments(TypedDict, total=False):
+    """Arguments of `zerorate.read_recording` that every task takes for what it reads."""
+
+    rate: float | None
+    columns: Columns | Mapping[str, Columns]
+    unit: str | Mapping[str, str] | None
+    topic: str | None
+    sensor: str | None
+    scale: Scale
+    start: float | None
+    stop: float | None
+    time: TimeColumn
+    time_unit: str | None
+
+
+def recording_of(
+    source: Source,
+    reading: ReadingArguments | Mapping[str, Any],
+    **further: Any,  # noqa: ANN401
+) -> Recording:
     """Return the recording that a task is given, read where it is not one yet.
 
     Parameters
@@ -35,7 +57,8 @@ def recording_of(source: Source, reading: Mapping[str, Any], **further: Any) -> 
         If arguments of reading come with a recording, or it cannot be read.
     """
     if not isinstance(source, Recording | Log):
-        return read_recording(source, **reading, **further)
+        unit = units_of_sensors(reading.get("unit"))
+        return read_recording(source, **{**reading, "unit": unit}, **further)
     asked = [name for name, value in reading.items() if value is not None]
     if asked:
         raise LogError(
@@ -46,6 +69,27 @@ def recording_of(source: Source, reading: Mapping[str, Any], **further: Any) -> 
 
 def _of_log(log: Log) -> Recording:
     return Recording({"gyro": log}, str(log.meta.get("source", "the log")))
+
+
+def units_of_sensors(
+    unit: str | Mapping[str, str] | None,
+) -> Mapping[str, str] | None:
+    """Return the units of gyro and accelerometer: of both, or of one, with a comma between.
+
+    Examples
+    --------
+    >>> from zerorate.tasks.source import units_of_sensors
+    >>> units_of_sensors("deg/s,g")
+    {'gyro': 'deg/s', 'accel': 'g'}
+    """
+    if unit is None or not isinstance(unit, str):
+        return unit
+    words = [word.strip() for word in unit.split(",")]
+    sensors = ["accel" if canonical_unit(one) in ("g", "m/s^2") else "gyro" for one in words]
+    if len(set(sensors)) < len(sensors):
+        text = f" takes one unit of each kind, such as deg/s,g, got '{unit}'"
+        raise ValueError(said(given("unit", "", "unit"), text))
+    return dict(zip(sensors, words, strict=True))
 
 
 def stem_of(source: str) -> str:

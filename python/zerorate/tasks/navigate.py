@@ -1,0 +1,458 @@
+"""The track of a vehicle, from its inertial sensors and its receiver: what ``navigate`` does."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal, Unpack
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.calibration.calibration import Calibration
+from zerorate.checks.preparation import Choices, Clipped, prepare, prepared_fixes
+from zerorate.faults import ArgumentError, given, said
+from zerorate.io.fixes import read_fixes
+from zerorate.io.poses import read_poses
+from zerorate.io.reading import read_log
+from zerorate.io.writing import write_log
+from zerorate.metrics.tracks import TrackErrors, ate, rpe
+from zerorate.navigation.alignment import Alignment
+from zerorate.navigation.begin import Beginning, Heading, Mount, Offset, begin
+from zerorate.navigation.outage import Gaps, Outages
+from zerorate.navigation.track import Track, not_begun
+from zerorate.navigation.tracks import write_geojson, write_gpx
+from zerorate.navigation.wheels import Wheels
+from zerorate.noise import NoiseModel, worst_axis
+from zerorate.progress import Progress, reported
+from zerorate.record.fixes import Fixes
+from zerorate.record.log import Log, LogError
+from zerorate.record.offset import TimeOffset
+from zerorate.record.poses import Poses
+from zerorate.record.recording import Recording
+from zerorate.record.samples import Samples
+from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
+from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
+from zerorate.types import Floats
+from zerorate.views import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Path_ = str | os.PathLike[str]
+
+
+@dataclass(frozen=True, eq=False)
+class Navigation(Result):
+    """The track of a vehicle, as `zerorate.navigate` returns it.
+
+    Parameters
+    ----------
+    track : Track
+        Position, velocity, attitude and biases at every sample, with standard deviations.
+    start : Alignment
+        Where the filter began.
+    nis : ndarray, shape (fixes, 2)
+        Normalised innovations squared of positions and velocities.
+    outages : Outages or None
+        Errors without the receiver, if lengths were asked for.
+    truth : Poses, Fixes or None
+        The true track to compare with.
+    alarms : tuple of str
+        What contradicts the recording, a sentence each.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=120.0, seed=1)
+    >>> found = zr.navigate(drive.recording(), drive.fixes)
+    >>> found.alarms, found.track.navigating.any()
+    ((), True)
+    """
+
+    track: Track
+    start: Alignment
+    nis: Floats
+    outages: Outages | None = None
+    truth: Poses | Fixes | None = None
+    alarms: tuple[str, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """Name of the recording."""
+        return self.track.source
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on what was assumed, found and mended."""
+        return self.track.notes
+
+    def errors(self) -> tuple[TrackErrors, TrackErrors | None, str] | None:
+        """Return the errors against the true track; None without one.
+
+        Returns
+        -------
+        tuple
+            Errors of places, of steps of a second where orientations are known, and a sentence on
+            how the track was fitted.
+        """
+        truth = self.truth
+        if truth is None:
+            return None
+        if isinstance(truth, Fixes):
+            origin = truth.position[np.isfinite(truth.position).all(axis=1)][0]
+            return ate(self.track.poses(origin), truth.poses(origin), align="none"), None, ""
+        poses = self.track.poses()
+        found = ate(poses, truth, align="yaw")
+        turned = np.isfinite(truth.quaternion).all()
+        steps = rpe(poses, truth, delta=1.0, unit="s") if turned else None
+        angle = math.degrees(2.0 * math.atan2(found.turn[3], found.turn[0]))
+        return found, steps, f"turned by {angle:.2f} deg about the vertical, and shifted"
+
+    def poses(self) -> Poses:
+        """Return place and orientation at every sample, of `Track.poses`."""
+        return self.track.poses()
+
+    def to_log(self) -> Log:
+        """Return the track as a log, of `Track.to_log`."""
+        return self.track.to_log()
+
+    def plot(self, panels: Literal["usual", "all"] = "usual") -> Figure:
+        """Return the figure of the track; ImportError without matplotlib, of the extra ``plot``.
+
+        Parameters
+        ----------
+        panels : {"usual", "all"}
+            The usual panels, six at most, or all.
+        """
+        from zerorate.views import figure_of
+
+        return figure_of(self, panels == "all")
+
+
+@dataclass(frozen=True)
+class _Wheels:
+    """Speed or ticks of wheels: a column of the source, or values at the gyro's samples."""
+
+    values: str | npt.ArrayLike
+    ticks: bool
+    tick: float | None
+
+    @classmethod
+    def of(
+        cls,
+        speed: str | npt.ArrayLike | None,
+        ticks: str | npt.ArrayLike | None,
+        tick: float | None,
+    ) -> _Wheels | None:
+        if tick is not None and ticks is None:
+            raise ValueError(said(given("tick"), " needs ", given("wheel_ticks")))
+        if tick is not None and not 0.0 < tick < math.inf:
+            raise ValueError(said(given("tick"), f" takes metres above 0, got {tick:g}"))
+        if speed is not None and ticks is not None:
+            both = given("wheel_speed"), " and ", given("wheel_ticks")
+            raise ValueError(said(*both, " say the same: give one"))
+        values = speed if ticks is None else ticks
+        return None if values is None else cls(values, ticks is not None, tick)
+
+    def read(self, source: Source, recording: Recording, fixes: Fixes) -> Floats | Wheels:
+        """Return the speed at each sample, NaN where there is none, or speeds between counts."""
+        samples = Samples.of(recording, mag=False, what="navigation")
+        values = self._values(source, samples)
+        if not self.ticks:
+            return values
+        return Wheels.of_ticks(samples.time, values, tick=self.tick, fixes=fixes)
+
+    def _values(self, source: Source, samples: Samples) -> Floats:
+        if not isinstance(self.values, str):
+            return np.asarray(self.values, dtype=np.float64)
+        if isinstance(source, Recording | Log):
+            name = "wheel_ticks" if self.ticks else "wheel_speed"
+            raise ArgumentError(name, "must be an array with a recording: it has no columns")
+        return samples.aligned(read_log(source, columns=self.values))[:, 0]
+
+
+def navigate(
+    source: Source,
+    fixes: Fixes | Path_ | None = None,
+    *,
+    mount: Mount = "auto",
+    antenna: npt.ArrayLike | None = None,
+    time_offset: Offset = "auto",
+    heading: Heading = None,
+    rest: tuple[float, float] | None = None,
+    smooth: bool = False,
+    outages: float | Sequence[float] = (),
+    vehicle: Literal["wheeled"] | None = None,
+    axle: npt.ArrayLike | None = None,
+    wheel_speed: str | npt.ArrayLike | None = None,
+    wheel_ticks: str | npt.ArrayLike | None = None,
+    tick: float | None = None,
+    gyro_noise: NoiseModel | Path_ | None = None,
+    accel_noise: NoiseModel | Path_ | None = None,
+    calibration: Calibration | Path_ | None = None,
+    clipped: Clipped = "auto",
+    fix: bool = False,
+    reference: Poses | Fixes | Path_ | None = None,
+    reference_offset: float = 0.0,
+    constants: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+    **reading: Unpack[ReadingArguments],
+) -> Navigation:
+    """Find the track of a vehicle from gyro, accelerometer and the fixes of a receiver.
+
+    The recording is checked and mended first, then axes, antenna, clock and start are found where
+    neither arguments nor metadata state them. ``zerorate navigate`` does the same.
+
+    Parameters
+    ----------
+    source : Recording, path, data frame or mapping of arrays
+        With a gyro and an accelerometer.
+    fixes : Fixes or path, optional
+        Of the receiver; by default those in the recording.
+    mount : array_like, shape (3, 3), "auto" or "none"
+        Rotation from the sensors' axes to forward, right, down. "auto": as metadata say, or else as
+        the motion shows it. "none": the sensors' axes are the body's.
+    antenna : array_like, shape (3,), optional
+        From the sensors to the antenna, m forward, right, down; it is estimated from there on.
+    time_offset : float, TimeOffset or "auto"
+        Added to the times of the fixes, s. "auto": as sensors and fixes fit best.
+    heading : float or "course", optional
+        At the start, rad from north over east, or "course": the direction of the first motion. By
+        default the motion shows it.
+    rest : tuple of float, optional
+        When the vehicle stands at the start, s after the first sample. Default: found; without a
+        rest the filter starts in motion.
+    smooth : bool
+        Use later fixes too (forward-backward pass).
+    outages : float or sequence of float
+        Withhold fixes for so many seconds at a time, and give the errors.
+    vehicle : "wheeled", optional
+        It neither slips sideways nor leaves the ground.
+    axle : array_like, shape (3,), optional
+        From the sensors to the axle that does not steer, m.
+    wheel_speed, wheel_ticks : str or array_like, shape (n,), optional
+        Speed of the wheels, m/s, or their ticks: a column of the source, or values at the gyro's
+        samples. Implies a wheeled vehicle.
+    tick : float, optional
+        Metres a tick; by default as the receiver's speed shows it.
+    gyro_noise, accel_noise : NoiseModel or path, optional
+        Default: those of a consumer sensor.
+    calibration : Calibration or path, optional
+        Taken off gyro and accelerometer first.
+    clipped : {"auto", "restore", "leave"}
+        Rates that the gyro clipped: restored from their flanks where nothing else explains them;
+        where flanks promise more; or left.
+    fix : bool
+        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+    reference : Poses, Fixes or path, optional
+        The true track to compare with.
+    reference_offset : float
+        Added to the times of the reference, s.
+    constants : mapping, optional
+        Further options of `zerorate.NavigationFilter`, such as ``{"gate": 30.0}``.
+    progress : callable, optional
+        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+    **reading
+        Arguments of `zerorate.read_recording`, for a source that is read.
+
+    Returns
+    -------
+    Navigation
+        Track, start, errors; `table`, `plot`, `save`.
+
+    Raises
+    ------
+    LogError
+        If a sensor or the fixes are missing, gravity is absent, or the filter does not begin; what
+        contradicts the recording is in the notes of the error.
+    ValueError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=180.0, seed=5)
+    >>> found = zr.navigate(drive.recording(), drive.fixes.shifted(0.3))
+    >>> found.notes[0]
+    'the clock is as sensors and fixes fit best: time offset, s -0.3 (sigma 0.002)'
+    """
+    report = reported(progress)
+    rolling = _Wheels.of(wheel_speed, wheel_ticks, tick)
+    wheeled = vehicle if rolling is None else "wheeled"
+    options = {
+        **_of_vehicle(wheeled, axle, constants or {}),
+        **_noises(gyro_noise, accel_noise),
+        **(constants or {}),
+    }
+    lengths = _lengths(outages)
+    known = calibration_of(calibration)
+    truth = None if reference is None else _truth(reference, reference_offset)
+    report("reading", 0.0)
+    recording = recording_of(source, reading)
+    correct = None if known is None else known.apply
+    with explained(recording.source):
+        made = prepare(recording, Choices(fix=fix, clipped=clipped, correct=correct))
+        new = prepared_fixes(_fixes(recording, fixes))
+    alarms = list(made.alarms)
+    with explained(recording.source, alarms):
+        report("navigating", 0.1)
+        begun = begin(
+            made.recording, new, mount=mount, antenna=antenna, time_offset=time_offset,
+            heading=heading, rest=rest, alarms=alarms, **options,
+        )  # fmt: skip
+        speed = None if rolling is None else _rolled(rolling, source, begun, new)
+        run = _Run(begun, new, speed, smooth, lengths, options)
+        found = run.navigated(report)
+    return replace(found, truth=truth, alarms=tuple(alarms))
+
+
+def _rolled(rolling: _Wheels, source: Source, begun: Beginning, fixes: Fixes) -> Floats | Wheels:
+    return rolling.read(source, begun.recording, TimeOffset.of(begun.time_offset).applied(fixes))
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """A navigation that has begun: the filter, the outages, the smoother."""
+
+    begun: Beginning
+    fixes: Fixes
+    speed: Floats | Wheels | None
+    smooth: bool
+    lengths: tuple[float, ...]
+    options: dict[str, Any] = field(default_factory=dict)
+
+    def navigated(self, progress: Progress) -> Navigation:
+        """Return the track, and errors in outages if lengths were asked for."""
+        begun = self.begun
+        nav = begun.filter(**self.options)
+        known: dict[str, Any] = {"wheel_speed": self.speed, "time_offset": begun.time_offset}
+        keep: Literal["all", "track"] = "all" if self.smooth else "track"
+        track = nav.copy().process(begun.recording, self.fixes, keep=keep, **known)
+        if not track.navigating.any():
+            raise LogError(said("the filter did not begin: ", not_begun(track)))
+        nis = track.nis()
+        progress("outages", 0.3)
+        errors = None
+        if self.lengths:
+            gaps, part = Gaps(self.lengths, self.smooth), _part(progress, 0.3, 0.7)
+            work = partial(gaps.run, begun.recording, self.fixes, nav, track)
+            errors = work({"rest": None, **known}, os.cpu_count() or 1, part)
+        if self.smooth:
+            progress("smoothing", 0.7)
+            track = track.smooth()
+        noted = tuple(dict.fromkeys((*begun.notes, *track.notes)))
+        return Navigation(replace(track, notes=noted), begun.start, nis, errors)
+
+
+def _part(progress: Progress, first: float, last: float) -> Progress:
+    return lambda step, done: progress(step, first + (last - first) * done)
+
+
+def _fixes(recording: Recording, fixes: Fixes | Path_ | None) -> Fixes:
+    if isinstance(fixes, Fixes):
+        return fixes
+    if fixes is not None:
+        return read_fixes(fixes)
+    found = recording.fixes
+    if found is None:
+        raise LogError(said("there are no fixes of a receiver; give ", given("fixes", "", "fixes")))
+    return found
+
+
+def _lengths(outages: float | Sequence[float]) -> tuple[float, ...]:
+    asked = np.atleast_1d(np.asarray(outages, dtype=np.float64)).tolist()
+    if any(not 0.0 < one < math.inf for one in asked):
+        raise ArgumentError("outages", f"must be lengths above 0 s, got {outages}")
+    return tuple(dict.fromkeys(asked))
+
+
+_OF_WHEELS: Final = ("wheel_sigma", "speed_sigma")
+
+
+def _of_vehicle(
+    vehicle: str | None, axle: npt.ArrayLike | None, constants: Mapping[str, Any]
+) -> dict[str, Any]:
+    wheeled = given("vehicle", "wheeled", "vehicle='wheeled'")
+    if vehicle is None:
+        asked = [name for name in _OF_WHEELS if name in constants]
+        asked += [] if axle is None else ["axle"]
+        if asked:
+            raise ValueError(said(given(asked[0]), " needs ", wheeled))
+        return {}
+    return {"vehicle": vehicle} if axle is None else {"vehicle": vehicle, "axle": axle}
+
+
+def _noises(
+    gyro: NoiseModel | Path_ | None, accel: NoiseModel | Path_ | None
+) -> dict[str, NoiseModel]:
+    wanted = {"gyro": (gyro, "angular rate"), "accel": (accel, "acceleration")}
+    return {
+        sensor: model if isinstance(model, NoiseModel) else _noise(Path(model), quantity)
+        for sensor, (model, quantity) in wanted.items()
+        if model is not None
+    }
+
+
+def _noise(path: Path, quantity: str) -> NoiseModel:
+    """Return the model in a file, or the worst axis of those of a quantity in one of several."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        axes = content.get("axes") if isinstance(content, dict) else None
+        if not isinstance(axes, dict):
+            return NoiseModel.from_json(path)
+        models = [NoiseModel.from_json(json.dumps(one)) for one in axes.values() if one is not None]
+        fitting = [one for one in models if one.quantity == quantity]
+        if not fitting:
+            raise ValueError(f"no axis has a model of {quantity}")
+        return worst_axis(fitting)
+    except ValueError as error:
+        text = str(error)
+        raise LogError(text if text.startswith(str(path)) else f"{path}: {text}") from None
+
+
+def calibration_of(calibration: Calibration | Path_ | None) -> Calibration | None:
+    """Return a calibration, read from a file where it is the path of one."""
+    if calibration is None or isinstance(calibration, Calibration):
+        return calibration
+    try:
+        return Calibration.from_json(calibration)
+    except ValueError as error:
+        raise LogError(str(error)) from None
+
+
+def _truth(reference: Poses | Fixes | Path_, offset: float) -> Poses | Fixes:
+    """Return the true track, on the clock of the recording."""
+    if isinstance(reference, Poses):
+        return replace(reference, time=reference.time + offset) if offset else reference
+    if isinstance(reference, Fixes):
+        return reference.shifted(offset) if offset else reference
+    try:
+        return _truth(read_poses(reference), offset)
+    except LogError as fault:
+        try:
+            return _truth(read_fixes(reference), offset)
+        except (LogError, ValueError):
+            raise fault from None
+
+
+def files_of(
+    found: Navigation, *, tum: bool = False, panels: Literal["usual", "all"] = "usual"
+) -> Files:
+    """Return what a navigation is saved as: log, maps and figure; with `tum` the poses as well."""
+    writers: list[Writer] = [
+        lambda path: write_log(found.to_log(), path),
+        lambda path: write_geojson(path, found.track, force=True),
+        lambda path: write_gpx(path, found.track, force=True),
+    ]
+    endings = [".geojson", ".gpx"]
+    if tum:
+        writers.append(text_writer(found.poses().to_tum()))
+        endings.append(".tum")
+    figure = figure_writer(lambda: found.plot(panels))
+    return Files("-zerorate-navigate", "", writers, endings, {"": figure})
