@@ -9,7 +9,10 @@ import os
 import signal
 from collections import defaultdict
 
+import pytest
 from hypothesis import HealthCheck, settings
+
+from zerorate.cli import run
 
 # Programs that tests start compile the package once, not each anew, whatever they inherit.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -81,3 +84,14 @@ def covering(cases):
 def values(case):
     """Return each parameter of a case with its value."""
     return {(name, repr(value)) for name, value in case.callspec.params.items()}
+
+
+@pytest.fixture
+def call(capsys):
+    """Run ``zerorate`` with these arguments; return its code, stdout and stderr."""
+
+    def call(*arguments):
+        code = run([str(argument) for argument in arguments])
+        return code, *capsys.readouterr()
+
+    return call
