@@ -273,7 +273,11 @@ def test_a_heading_and_a_rest_may_be_given(cli, imu, gnss, out):
         (("--vehicle", "boat"), 2, "--vehicle takes wheeled"),
         (("--tick", "0.03"), 2, "--tick needs --wheel-ticks"),
         (("--wheel-ticks", "gyro_x_radps", "--tick", "0"), 2, "--tick takes metres above 0"),
-        (("--wheel-ticks", "a", "--wheel-speed", "b"), 2, "--wheel-speed and --wheel-ticks say the same"),
+        (
+            ("--wheel-ticks", "a", "--wheel-speed", "b"),
+            2,
+            "--wheel-speed and --wheel-ticks say the same",
+        ),
         (("--axle", "1,0,0"), 2, "--axle needs --vehicle wheeled"),
         (("--vehicle", "wheeled", "--axle", "1,0"), 2, "--axle takes three numbers with commas"),
         (("--antenna", "1,0,zero"), 2, "--antenna takes three numbers with commas between"),
