@@ -25,7 +25,7 @@ def wheel_of(folder, *, without=(), more=(), requires="numpy>=2.0", tag="cp311-a
     info = "zerorate-1.0.dist-info"
     names = {
         "zerorate/__init__.py",
-        "zerorate/io/log.py",
+        "zerorate/record/log.py",
         "zerorate/show/page.css",
         "zerorate/py.typed",
         "zerorate/_native.pyi",

@@ -1,12 +1,17 @@
 """Errors that end a command with one line on stderr and an exit code."""
 
 import os
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 from zerorate.faults import sentence_of, told
 from zerorate.texts import extra_needed
+
+if TYPE_CHECKING:
+    from zerorate.record import LogError
 
 
 class Fault(Exception):
@@ -42,11 +47,9 @@ def faults() -> Iterator[None]:
 
     What contradicts a recording, and may be the cause, is printed before.
     """
-    from zerorate.record import LogError
-
     try:
         yield
-    except LogError as error:
+    except _log_errors() as error:
         print_alarms(getattr(error, "__notes__", ()))
         raise (DataFault if error.argument is None else UsageFault)(sentence(error)) from error
     except FileExistsError as error:
@@ -58,6 +61,12 @@ def faults() -> Iterator[None]:
         raise DataFault(of_a_file(error)) from error
     except (ImportError, ValueError) as error:
         raise UsageFault(sentence(error)) from error
+
+
+def _log_errors() -> "tuple[type[LogError], ...]":
+    """Return the class of the errors of logs; none before anything has imported it with NumPy."""
+    module = sys.modules.get("zerorate.record.log")
+    return () if module is None else (module.LogError,)
 
 
 def print_alarms(alarms: Sequence[str]) -> None:

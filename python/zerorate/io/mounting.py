@@ -30,7 +30,7 @@ def read_mounting(path: str | os.PathLike[str]) -> Mounting:
     Examples
     --------
     >>> import zerorate as zr
-    >>> zr.navigation.read_mounting("drive.csv")
+    >>> zr.io.read_mounting("drive.csv")
     Mounting(body_from_sensor=None, antenna=None, time_offset=None)
     """
     said = _metadata(path)

@@ -193,7 +193,7 @@ def begin(
     Examples
     --------
     >>> import zerorate as zr
-    >>> from zerorate.navigation import begin
+    >>> from zerorate.navigation.begin import begin
     >>> drive = zr.simulate_drive(duration=180.0, seed=5)
     >>> begun = begin(drive.recording(), drive.fixes.shifted(0.3))
     >>> round(zr.record.TimeOffset.of(begun.time_offset).seconds, 1)

@@ -31,6 +31,12 @@ class Poses:
     ------
     ValueError
         If shapes disagree, there is no pose, or the time does not increase.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> zr.record.Poses([0.5, 1.0], [[1.0, 2.0, 3.0]] * 2, [[1.0, 0.0, 0.0, 0.0]] * 2)
+    Poses(2 from 0.500 to 1.000 s)
     """
 
     time: Floats
@@ -106,7 +112,7 @@ class Poses:
         Examples
         --------
         >>> import zerorate as zr
-        >>> print(zr.io.Poses([0.5], [[1.0, 2.0, 3.0]], [[1.0, 0.0, 0.0, 0.0]]).to_tum())
+        >>> print(zr.record.Poses([0.5], [[1.0, 2.0, 3.0]], [[1.0, 0.0, 0.0, 0.0]]).to_tum())
         # time x y z qx qy qz qw
         0.500000 1.000000 2.000000 3.000000 0.000000000 0.000000000 0.000000000 1.000000000
         <BLANKLINE>

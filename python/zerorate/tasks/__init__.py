@@ -1,4 +1,4 @@
-"""Three ways to run anything that streams: the replay of a log, many logs, and live samples."""
+"""Tasks, one for each command: from a recording to a result, live samples and many logs too."""
 
 from typing import TYPE_CHECKING
 
@@ -9,4 +9,5 @@ if TYPE_CHECKING:
 
 __all__ = ["Trace"]
 
-__getattr__, __dir__ = later(__name__, {"trace": "Trace"})
+_PLACES = {"trace": "Trace", **dict.fromkeys(("batch", "compare", "live", "replay"), "")}
+__getattr__, __dir__ = later(__name__, _PLACES)
