@@ -10,7 +10,7 @@ from zerorate.lazy import later
 if TYPE_CHECKING:
     from zerorate.navigation.alignment import Alignment, align
     from zerorate.navigation.axes import Axes
-    from zerorate.navigation.begin import Beginning, begin
+    from zerorate.navigation.begin import Beginning, find_beginning
     from zerorate.navigation.clock import find_time_offset
     from zerorate.navigation.outage import Outages, outages
     from zerorate.navigation.selfcheck import (
@@ -35,8 +35,8 @@ __all__ = [
     "Track",
     "Wheels",
     "align",
-    "begin",
     "check_navigation",
+    "find_beginning",
     "find_start",
     "find_time_offset",
     "outages",
@@ -47,7 +47,7 @@ __all__ = [
 _PLACES: Final = {
     "alignment": "Alignment align",
     "axes": "Axes",
-    "begin": "Beginning begin",
+    "begin": "Beginning find_beginning",
     "clock": "find_time_offset",
     "outage": "Outages outages",
     "selfcheck": "NavigationChecks NavigationFinding check_navigation",

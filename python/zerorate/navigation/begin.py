@@ -110,7 +110,7 @@ class Vehicle:
 
 @dataclass(frozen=True, eq=False)
 class Beginning:
-    """Where and how a navigation begins, as `begin` returns it.
+    """Where and how a navigation begins, as `find_beginning` returns it.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ class Beginning:
         return NavigationFilter(self.start, antenna=self.antenna, **spread)
 
 
-def begin(
+def find_beginning(
     recording: Recording,
     fixes: Fixes,
     *,
@@ -195,7 +195,7 @@ def begin(
     >>> import zerorate as zr
     >>> from zerorate.navigation.begin import begin
     >>> drive = zr.simulate_drive(duration=180.0, seed=5)
-    >>> begun = begin(drive.recording(), drive.fixes.shifted(0.3))
+    >>> begun = find_beginning(drive.recording(), drive.fixes.shifted(0.3))
     >>> round(zr.record.TimeOffset.of(begun.time_offset).seconds, 1)
     -0.3
     """

@@ -23,7 +23,7 @@ from zerorate.io.reading import read_log
 from zerorate.io.writing import write_log
 from zerorate.metrics.tracks import TrackErrors, ate, rpe
 from zerorate.navigation.alignment import Alignment
-from zerorate.navigation.begin import Beginning, Heading, Mount, Offset, begin
+from zerorate.navigation.begin import Beginning, Heading, Mount, Offset, find_beginning
 from zerorate.navigation.outage import Gaps, Outages
 from zerorate.navigation.track import Track, not_begun
 from zerorate.navigation.tracks import write_geojson, write_gpx
@@ -302,7 +302,7 @@ def navigate(
     alarms = list(made.alarms)
     with explained(recording.source, alarms):
         report("navigating", 0.1)
-        begun = begin(
+        begun = find_beginning(
             made.recording, new, mount=mount, antenna=antenna, time_offset=time_offset,
             heading=heading, rest=rest, alarms=alarms, **options,
         )  # fmt: skip
