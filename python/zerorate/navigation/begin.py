@@ -193,7 +193,7 @@ def find_beginning(
     Examples
     --------
     >>> import zerorate as zr
-    >>> from zerorate.navigation.begin import begin
+    >>> from zerorate.navigation import find_beginning
     >>> drive = zr.simulate_drive(duration=180.0, seed=5)
     >>> begun = find_beginning(drive.recording(), drive.fixes.shifted(0.3))
     >>> round(zr.record.TimeOffset.of(begun.time_offset).seconds, 1)
