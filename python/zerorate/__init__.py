@@ -186,6 +186,7 @@ def _rule(module: str, name: str) -> Callable[..., Any]:
 register(
     convert=_rule("zerorate.units", "convert"),
     without_masks=_rule("zerorate.record.missing", "without_masks"),
+    samples=_rule("zerorate.record.named", "for_stream"),
     linear_run=_rule("zerorate.linear.run", "LinearRun"),
     trace=_rule("zerorate.tasks.trace", "Trace"),
     navigate=_rule("zerorate.navigation.processing", "processed"),

@@ -287,7 +287,7 @@ def test_a_log_brings_rate_unit_and_names():
     r = zr.array.allan_covariance(log)
     assert (r.rate, r.unit, r.names) == (RATE, "deg/s", ("imu1_x", "imu2_x", "imu3_x"))
     np.testing.assert_array_equal(r.matrix, zr.array.allan_covariance(MIXED, RATE).matrix)
-    assert zr.array.allan_covariance(log, 25.0, names=list("abc")).names == ("a", "b", "c")
+    assert zr.array.allan_covariance(log, names=list("abc")).names == ("a", "b", "c")
     assert repr(r) == "AllanCovariance(3 gyros at 8 averaging times, 0.02 to 2.56 s, 8 s of record)"
 
 

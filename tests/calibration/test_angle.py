@@ -229,7 +229,7 @@ class TestMissing:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"z": np.zeros(5)}, "an array needs its rate"),
+        ({"z": np.zeros(5)}, "rate must be given in Hz"),
         ({"z": np.zeros((5, 2)), "rate": 1.0}, r"shape \(n,\), \(n, 1\) or \(n, 3\), got \(5, 2\)"),
         ({"z": np.zeros(1), "rate": 1.0}, "two samples or more, got 1"),
         ({"z": np.full(5, np.nan), "rate": 1.0}, "all of one are missing"),
@@ -239,8 +239,8 @@ class TestMissing:
         ({"z": np.zeros(5), "rate": 1.0, "bias_sigma": -1.0}, "bias_sigma must be finite"),
         ({"z": np.zeros(5), "rate": 1.0, "bias_sigma": (1.0, 1.0)}, "one number or one for each"),
         ({"z": log(np.zeros(5), "unit")}, "unit of x is not known"),
-        ({"z": log(np.zeros(5), "deg/s"), "unit": "rad/s"}, "the log is in deg/s"),
-        ({"z": log(np.zeros(5)), "rate": 100.0}, "its own rate"),
+        ({"z": log(np.zeros(5), "deg/s"), "unit": "rad/s"}, "unit must be that of the samp"),
+        ({"z": log(np.zeros(5)), "rate": 2.0 * RATE}, "rate must be that of the log"),
         (
             {"z": np.zeros(5), "rate": 1.0, "noise": zr.NoiseModel(1.0, quantity="acceleration")},
             "must be that of an angular rate",

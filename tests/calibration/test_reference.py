@@ -215,8 +215,8 @@ class TestShaft:
     [
         ({"angle": None}, "give either angle or reference"),
         ({"reference": np.zeros(N)}, "give either angle or reference"),
-        ({"rate": None}, "an array needs its rate"),
-        ({"z": log(np.zeros(N), "deg/s")}, "a log has its own rate"),
+        ({"rate": None}, "rate must be given in Hz"),
+        ({"z": log(np.zeros(N), "deg/s", 2.0 * RATE)}, "rate must be that of the log"),
         ({"z": np.zeros((N, 3))}, r"z must be one axis, of shape \(n,\), got \(40000, 3\)"),
         ({"angle": np.zeros(5)}, r"must have the gyro's shape \(40000,\), got \(5,\)"),
         ({"window": 30.0}, "a shorter window needs fewer"),

@@ -331,7 +331,7 @@ def test_a_thermometer_of_another_time_is_refused():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ({"rate": None}, "rate is needed"),
+        ({"rate": None}, "rate must be given in Hz"),
         ({"rate": -1.0}, "rate must be a positive"),
         ({"max_degree": 4}, "max_degree must be"),
         ({"temperature": np.zeros(7)}, r"temperature must have shape \(3600,\)"),

@@ -1,4 +1,4 @@
-"""Missing samples of every kind are NaN to everything that takes samples."""
+"""Samples of every kind, and missing ones, are arrays with NaN to all that takes samples."""
 
 import inspect
 from decimal import Decimal
@@ -34,6 +34,10 @@ SHAPES = {
     "pyarrow": pa.array(NAN, from_pandas=True),
     "chunks of pyarrow": pa.chunked_array([pa.array(NAN, from_pandas=True)]),
     "polars": pl.Series(NAN).fill_nan(None),
+    "Log": Log(TIME, RATE, NAN, ["wx"]),
+    "data frame": pd.DataFrame({"wx": NAN}),
+    "polars' frame": pl.DataFrame({"wx": NAN}).fill_nan(None),
+    "table of Arrow": pa.table({"wx": pa.array(NAN, from_pandas=True)}),
 }
 
 
@@ -104,7 +108,7 @@ LOGS = {
     "with_data": lambda z: Log(TIME, RATE, OTHER, ["wx"]).with_data(z).data,
     "read_log": lambda z: zr.read_log({"wx": z}, rate=RATE).data,
     "read_recording": lambda z: zr.read_recording({"wx": z}, rate=RATE).gyro.data,
-    "allan": lambda z: zr.allan(z, RATE).deviation,
+    "allan": lambda z: zr.allan(z, RATE).deviation.ravel(),
     "allan_covariance": lambda z: zr.array.allan_covariance(rows(z, 2), RATE).matrix,
     "whittle": lambda z: zr.noise.whittle(z, RATE),
     "dynamic_allan": lambda z: zr.noise.dynamic_allan(z, RATE, window=5.0).deviation,

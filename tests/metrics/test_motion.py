@@ -197,7 +197,7 @@ class TestMotionError:
             ((np.zeros(9), np.zeros(8), RATE), "must have the same shape"),
             ((motion(T), motion(T), RATE, 1e-5), "max_delay"),
             ((motion(T), motion(T), RATE, 50.0), "max_delay"),
-            ((motion(T), motion(T), -1.0), "rate must be positive"),
+            ((motion(T), motion(T), -1.0), "rate must be a positive finite number"),
             ((motion(T), motion(T), RATE, 1.0, np.zeros(5)), "reference and raw"),
         ],
     )

@@ -91,7 +91,7 @@ def test_coasting_without_a_complete_window():
         (RATE, 0.004, "at least 1"),
         (RATE, -1.0, "horizon must be positive"),
         (RATE, math.nan, "horizon must be positive"),
-        (0.0, 0.1, "rate must be positive"),
+        (0.0, 0.1, "rate must be a positive finite number"),
     ],
 )
 def test_coasting_refusals(rate, horizon, message):

@@ -110,7 +110,7 @@ class TestSettlingTime:
         [
             (([1.0], [[1.0, 2.0]], 1.0, 1.0), "target of shape"),
             (([1.0], 1.0, 0.0, 1.0), "tolerance must be positive"),
-            (([1.0], 1.0, 1.0, np.nan), "rate must be positive"),
+            (([1.0], 1.0, 1.0, np.nan), "rate must be a positive finite number"),
             (([1.0], np.nan, 1.0, 1.0), "no sample is present"),
         ],
     )

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.record.log import checked_rate
 from zerorate.record.missing import floats
+from zerorate.record.named import in_unit, rate_of
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import canonical, convert, kind
 from zerorate.views import Result
@@ -110,7 +110,7 @@ class FusedAccelerometers(Result):
 def fuse_accelerometers(
     accel: npt.ArrayLike,
     rate_fused: npt.ArrayLike,
-    rate: float,
+    rate: float | None = None,
     *,
     rotations: npt.ArrayLike | None = None,
     positions: npt.ArrayLike | None = None,
@@ -149,7 +149,7 @@ def fuse_accelerometers(
         where it is not finite, the force at the origin follows from how it changes from sensor to
         sensor.
     rate : float
-        Samples per second, Hz.
+        Samples per second, Hz; by default that of a `Log` of `rate_fused`.
     rotations : array_like, shape (N, 3, 3), optional
         From each sensor's axes to those of the body; by default all are aligned.
     positions : array_like, shape (N, 3), optional
@@ -191,14 +191,14 @@ def fuse_accelerometers(
     >>> print(found.accel[0].round(6) + 0.0)
     [0.   0.   9.81]
     """
-    hertz, units = checked_rate(rate), _Units.of(gyro_unit, accel_unit)
+    hertz, units = rate_of(rate, rate_fused), _Units.of(gyro_unit, accel_unit)
     samples = _samples(accel)
     n, sensors, _ = samples.shape
     matrices, levers = _rotations(rotations, sensors), _positions(positions, sensors)
     given = _given(weights, sensors)
     if not 0.0 <= scale_error <= 1.0:
         raise ArgumentError("scale_error", f"must be from 0 to 1, got {scale_error}")
-    omega = _rates(rate_fused, n) * units.rate
+    omega = _rates(in_unit(rate_fused, gyro_unit, "rate_fused"), n) * units.rate
     there = _present(samples, limit, units.accel)
     force = _in_body(np.where(there[:, :, np.newaxis], samples * units.accel, np.nan), matrices)
     motion = None if levers is None else _Motion.of(omega, hertz, levers)

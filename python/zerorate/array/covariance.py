@@ -18,8 +18,7 @@ from zerorate.noise.kinds import KINDS, TauGrid, factors, seconds
 from zerorate.noise.quantities import check_unit
 from zerorate.noise.records import size_of
 from zerorate.record import Log
-from zerorate.record.log import checked_rate
-from zerorate.record.missing import floats
+from zerorate.record.named import columns_of, names_of, rate_of, unit_of
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
 
@@ -204,14 +203,9 @@ def allan_covariance(
     >>> print(f"{r.correlation[10, 0, 1]:.2f} at {r.tau[10]:g} s")
     1.00 at 10.24 s
     """
-    if isinstance(z, Log):
-        return allan_covariance(
-            z.data, z.rate if rate is None else rate, taus,
-            unit=unit or z.unit, names=names or z.names, bridge=bridge,
-        )  # fmt: skip
-    hertz, unit, record = checked_rate(rate), check_unit(unit), _checked(z, bridge)
+    hertz, unit, record = rate_of(rate, z), check_unit(unit_of(unit, z)), _checked(z, bridge)
     n, gyros = record.shape
-    labels = _names(names, gyros)
+    labels = _names(names_of(z) if names is None else names, gyros)
     m, said = factors(taus, _KIND, hertz, _longest(n, hertz))
     missing = n - np.count_nonzero(np.isfinite(record), axis=0)
     _bridge(record, bridge)
@@ -241,9 +235,9 @@ def allan_covariance(
     )
 
 
-def _checked(z: npt.ArrayLike, bridge: int) -> Floats:
+def _checked(z: npt.ArrayLike | Log, bridge: int) -> Floats:
     """Return a copy of the record, NaN for all that is not finite."""
-    record = floats(z, "z")
+    record = np.asarray(columns_of(z, "z"), dtype=np.float64)
     if record.ndim == 3:
         raise ArgumentError(
             "z",

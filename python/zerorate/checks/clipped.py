@@ -13,7 +13,7 @@ import numpy.typing as npt
 from zerorate._native import restore_clipped_rates
 from zerorate.faults import ArgumentError
 from zerorate.record import Recording
-from zerorate.record.missing import floats
+from zerorate.record.named import in_unit, rate_of
 from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
 
@@ -98,7 +98,7 @@ class RestoredGyro:
     clipped: tuple[ClippedAxis, ...]
 
 
-def restore_clipped(gyro: npt.ArrayLike, rate: float) -> RestoredGyro:
+def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredGyro:
     """Return rates that a gyro clipped at its range as their flanks promise them.
 
     Nothing need be known of the range. An axis and sign counts as clipped if the rate is within 4 %
@@ -112,7 +112,7 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float) -> RestoredGyro:
     gyro : array_like, shape (n, 3)
         rad/s; a row that is not finite is missing, and stays so.
     rate : float
-        Samples a second.
+        Samples a second; by default that of a `Log`.
 
     Returns
     -------
@@ -143,17 +143,15 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float) -> RestoredGyro:
     >>> bool(before > 2.9), bool(after < 0.6)
     (True, True)
     """
-    given = floats(gyro, "gyro")
+    given, hertz = in_unit(gyro, "rad/s", "gyro"), rate_of(rate, gyro)
     if given.ndim != 2 or given.shape[1] != 3:
         raise ArgumentError("gyro", f"must have shape (n, 3), got {given.shape}")
-    if not (math.isfinite(rate) and rate > 0.0):
-        raise ArgumentError("rate", f"must be a positive number of Hz, got {rate!r}")
     known = np.isfinite(given).all(axis=1)
     if not known.any():
         return RestoredGyro(given.copy(), np.zeros(len(given), bool), np.zeros(len(given)), ())
     # The last known rate, the first one before that.
     last = np.maximum.accumulate(np.where(known, np.arange(len(given)), np.argmax(known)))
-    values, sides, variance = restore_clipped_rates(given[last], 1.0 / rate)
+    values, sides, variance = restore_clipped_rates(given[last], 1.0 / hertz)
     values[~known] = given[~known]
     restored = (variance > 0.0) & known
     return RestoredGyro(values, restored, variance, clipped_axes(sides, given))

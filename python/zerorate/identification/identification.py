@@ -25,7 +25,8 @@ from zerorate.identification.record_tests import RecordSummary, RecordTests, sum
 from zerorate.noise.records import as_record
 from zerorate.noise.rest import Span, moving_spans
 from zerorate.progress import reported
-from zerorate.record.log import checked_rate
+from zerorate.record.named import names_of, rate_of, unit_of
+from zerorate.record.names import UNKNOWN
 from zerorate.types import Floats, Integers
 from zerorate.views import Result
 
@@ -208,7 +209,7 @@ class Preparation(TypedDict, total=False):
 
 def identify(
     z: npt.ArrayLike,
-    rate: float,
+    rate: float | None = None,
     *,
     name: str = "",
     unit: str = "unit",
@@ -229,9 +230,9 @@ def identify(
     z : array_like, shape (n,)
         Record of one axis, NaN where a sample is missing.
     rate : float
-        Samples per second, Hz.
+        Samples per second, Hz; by default that of a `Log`.
     name, unit : str
-        Of the axis, for the report.
+        Of the axis, for the report; by default those of a `Log`, or in the name of a column.
     order : (int, int), optional
         Orders p, q of the model; by default the clear choice of the criterion.
     max_order : int
@@ -283,7 +284,8 @@ def identify(
     tell = reported(progress)
     tell("preparing", 0.0)
     record = as_record(z, LEAST_SAMPLES, "identification")
-    summary = summarised(record, checked_rate(rate))
+    rate, (own, *_) = rate_of(rate, z), names_of(z) or ("",)
+    summary = summarised(record, rate)
     moving = moving_spans(record, rate)
     prepared = _prepared(record, rate, preparation)
     data = prepared.data
@@ -295,8 +297,8 @@ def identify(
     tell("models", 0.7)
     model = _fitted(data, order, arma_orders, method)
     return Identification(
-        name=name,
-        unit=unit,
+        name=name or own,
+        unit=unit_of(unit, z) or UNKNOWN,
         record=summary,
         moving=moving,
         smooth=preparation.get("smooth", 1),

@@ -12,7 +12,8 @@ from zerorate.faults import ArgumentError
 from zerorate.identification.window_filters import Cleaned, far_from_average, hampel, moving_average
 from zerorate.identification.window_filters import decimate as _decimated
 from zerorate.noise.records import as_record, checked_width, with_gaps
-from zerorate.record.log import checked_rate
+from zerorate.record import Log
+from zerorate.record.named import rate_of
 from zerorate.types import Floats
 
 Trend = Literal["mean", "linear"]
@@ -166,7 +167,7 @@ def prepare(
     z : array_like, shape (n,)
         Samples in any unit; those not finite are missing.
     rate : float, optional
-        Samples per second, Hz.
+        Samples per second, Hz; by default that of a `Log`.
     smooth : int, default 1
         Width of a moving average; 1 leaves the record alone. Beware: it makes noise correlated,
         see `moving_average`.
@@ -206,7 +207,7 @@ def prepare(
     >>> [change.what for change in prepared.changes]
     ['2 outliers replaced by the median of 101 samples', 'the mean was taken off']
     """
-    hertz = None if rate is None else checked_rate(rate)
+    hertz = rate_of(rate, z) if rate is not None or isinstance(z, Log) else None
     data, changes = with_gaps(as_record(z)), []
     if outliers is not None:
         data, found = _cleaned(data, outliers, window, threshold)

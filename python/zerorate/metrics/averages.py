@@ -12,9 +12,10 @@ import numpy.typing as npt
 
 from zerorate._native import exponential_mean
 from zerorate.faults import ArgumentError
-from zerorate.metrics.channels import columns, per_channel, positive, same_shape
+from zerorate.metrics.channels import columns, is_single, per_channel, same_shape
 from zerorate.metrics.rest import coasting_error
 from zerorate.metrics.truth import rmse
+from zerorate.record.named import rate_of
 from zerorate.types import Floats
 
 Error = Callable[[Floats], float]
@@ -79,7 +80,7 @@ def running_mean(raw: npt.ArrayLike) -> Floats:
 
 def best_ema(
     raw: npt.ArrayLike,
-    rate: float,
+    rate: float | None = None,
     horizon: float | None = None,
     *,
     truth: npt.ArrayLike | None = None,
@@ -96,7 +97,7 @@ def best_ema(
     raw : array_like, shape (n,) or (n, k)
         Gyro output in any unit.
     rate : float
-        Samples per second, Hz.
+        Samples per second, Hz; by default that of a `Log`.
     horizon : float, optional
         Seconds; the error is then `coasting_error`. Either this or `truth`.
     truth : array_like, shape of `raw`, optional
@@ -122,13 +123,14 @@ def best_ema(
     True
     """
     z = columns("raw", raw)
-    begin = _first(start, positive("rate", rate), z.shape[1])
+    hertz = rate_of(rate, raw, truth)
+    begin = _first(start, hertz, z.shape[1])
     if truth is not None and horizon is None:
         known = columns("truth", truth)
         same_shape("raw", z, "truth", known)
         errors = [partial(_to_truth, row, begin) for row in known]
     elif horizon is not None and truth is None:
-        errors = [partial(_coasting, row, begin, rate, horizon) for row in z]
+        errors = [partial(_coasting, row, begin, hertz, horizon) for row in z]
     else:
         raise ValueError("best_ema takes either a horizon or a truth")
     found = [_best(row, error) for row, error in zip(z, errors, strict=True)]
@@ -161,7 +163,7 @@ def _first(start: float, rate: float, n: int) -> int:
 
 def _shaped(rows: Sequence[Floats], like: npt.ArrayLike) -> Floats:
     """Return rows as channels of the shape of the data."""
-    return rows[0] if np.ndim(like) == 1 else np.column_stack(rows)
+    return rows[0] if is_single(like) else np.column_stack(rows)
 
 
 SHARED_GAINS: Final[Floats] = np.geomspace(1e-6, 1e-1, 25)

@@ -23,6 +23,11 @@ def columns(name: str, data: npt.ArrayLike) -> Floats:
     return array.reshape(len(array), -1).T
 
 
+def is_single(data: npt.ArrayLike) -> bool:
+    """Return True if data are one channel, shape (n,), or a table of one column."""
+    return floats(data, "data").ndim == 1
+
+
 def same_shape(first: str, x: Floats, second: str, y: Floats) -> None:
     """Raise ValueError unless two series have one shape."""
     if x.shape != y.shape:
@@ -79,4 +84,4 @@ def positive(name: str, value: float) -> float:
 
 def per_channel(values: Sequence[float], like: npt.ArrayLike) -> float | Floats:
     """Return a float for one channel, an array for several."""
-    return float(values[0]) if np.ndim(like) == 1 else np.array(values, dtype=np.float64)
+    return float(values[0]) if is_single(like) else np.array(values, dtype=np.float64)

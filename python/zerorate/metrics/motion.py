@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.metrics.channels import columns, per_channel, positive, same_shape
+from zerorate.metrics.channels import columns, is_single, per_channel, positive, same_shape
 from zerorate.metrics.truth import rmse
+from zerorate.record.named import rate_of
 from zerorate.types import Floats
 from zerorate.units import whole_samples
 
@@ -51,7 +52,7 @@ class MotionError:
 def motion_error(
     reference: npt.ArrayLike,
     estimate: npt.ArrayLike,
-    rate: float,
+    rate: float | None = None,
     max_delay: float = 1.0,
     raw: npt.ArrayLike | None = None,
 ) -> MotionError:
@@ -65,7 +66,7 @@ def motion_error(
     reference, estimate : array_like, shape (n,) or (n, k)
         A true or independently measured rate, and the filter's output, in one unit.
     rate : float
-        Samples per second, Hz.
+        Samples per second, Hz; by default that of a `Log`.
     max_delay : float, default 1
         Longest delay that is looked for, s: see `delay`.
     raw : array_like, the same shape, optional
@@ -100,7 +101,8 @@ def motion_error(
     z = None if raw is None else columns("raw", raw)
     if z is not None:
         same_shape("reference", x, "raw", z)
-    rows = [_one(x[i], y[i], None if z is None else z[i], rate, max_delay) for i in range(len(x))]
+    hertz = rate_of(rate, reference, estimate, raw)
+    rows = [_one(x[i], y[i], None if z is None else z[i], hertz, max_delay) for i in range(len(x))]
     return MotionError(*(per_channel(values, reference) for values in zip(*rows, strict=True)))
 
 
@@ -129,7 +131,10 @@ _BLOCK: Final = 8192
 
 
 def delay(
-    reference: npt.ArrayLike, estimate: npt.ArrayLike, rate: float, max_delay: float = 1.0
+    reference: npt.ArrayLike,
+    estimate: npt.ArrayLike,
+    rate: float | None = None,
+    max_delay: float = 1.0,
 ) -> float | Floats:
     """Return how far an estimate lags behind a reference, in seconds.
 
@@ -143,7 +148,7 @@ def delay(
     reference, estimate : array_like, shape (n,) or (n, k)
         A true or independently measured rate, and the filter's output, in one unit.
     rate : float
-        Samples per second, Hz.
+        Samples per second, Hz; by default that of a `Log`.
     max_delay : float
         Lags from -max_delay to max_delay seconds are searched, default 1. The reference's first
         and last `max_delay` seconds are not used, so that all lags are compared on the same
@@ -169,13 +174,14 @@ def delay(
     """
     x, y = columns("reference", reference), columns("estimate", estimate)
     same_shape("reference", x, "estimate", y)
-    most = whole_samples(positive("max_delay", max_delay), positive("rate", rate))
+    hertz = rate_of(rate, reference, estimate)
+    most = whole_samples(positive("max_delay", max_delay), hertz)
     if not 1 <= most <= (x.shape[1] - 3) // 2:
         raise ValueError(
             f"a max_delay of {max_delay} s is {most} samples: it must be at least 1, and less "
             f"than half the record's {x.shape[1]}"
         )
-    return per_channel([_best_lag(x[i], y[i], most) / rate for i in range(len(x))], reference)
+    return per_channel([_best_lag(x[i], y[i], most) / hertz for i in range(len(x))], reference)
 
 
 def _best_lag(x: Floats, y: Floats, most: int) -> float:
@@ -247,7 +253,7 @@ def _spectra(x: Floats, size: int) -> npt.NDArray[np.complex128]:
 _NEGLIGIBLE: Final = 1e-20
 
 
-def equal_delay_lowpass(raw: npt.ArrayLike, rate: float, delay: float) -> Floats:
+def equal_delay_lowpass(raw: npt.ArrayLike, rate: float | None, delay: float) -> Floats:
     """Return raw through the one-pole low-pass that has the given delay.
 
     What a filter is to be compared with in motion: nearly any smoothing can be bought with delay,
@@ -258,8 +264,8 @@ def equal_delay_lowpass(raw: npt.ArrayLike, rate: float, delay: float) -> Floats
     ----------
     raw : array_like, shape (n,) or (n, k)
         Gyro output in any unit.
-    rate : float
-        Samples per second, Hz.
+    rate : float or None
+        Samples per second, Hz; None for that of a `Log`.
     delay : float
         Seconds, 0 or more; 0 changes nothing.
 
@@ -283,9 +289,9 @@ def equal_delay_lowpass(raw: npt.ArrayLike, rate: float, delay: float) -> Floats
     z = columns("raw", raw)
     if not (math.isfinite(delay) and delay >= 0.0):
         raise ArgumentError("delay", f"must be finite and not negative, got {delay}")
-    lag = delay * positive("rate", rate)
+    lag = delay * rate_of(rate, raw)
     y = np.stack([_lowpass_present(column, lag / (1.0 + lag)) for column in z])
-    return y[0] if np.ndim(raw) == 1 else np.ascontiguousarray(y.T)
+    return y[0] if is_single(raw) else np.ascontiguousarray(y.T)
 
 
 def _lowpass_present(z: Floats, a: float) -> Floats:

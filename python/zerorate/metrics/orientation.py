@@ -13,6 +13,7 @@ from zerorate.faults import ArgumentError
 from zerorate.geometry import rotations
 from zerorate.metrics.channels import positive, rms
 from zerorate.record.missing import floats
+from zerorate.record.named import in_unit, rate_of
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import whole_samples
 
@@ -213,7 +214,7 @@ def _turn_about_vertical(q: Floats) -> Floats:
 def orientation_error_growth(
     rates: npt.ArrayLike,
     quaternions: npt.ArrayLike,
-    rate: float,
+    rate: float | None = None,
     horizons: Sequence[float] = (1.0, 10.0, 60.0),
     every: float = 0.5,
 ) -> Floats:
@@ -232,7 +233,7 @@ def orientation_error_growth(
     quaternions : array_like, shape (n, 4)
         Reference orientation w, x, y, z, from sensor to world, of any length.
     rate : float
-        Samples per second, Hz.
+        Samples per second, Hz; by default that of a `Log`.
     horizons : sequence of float, default 1, 10 and 60
         Seconds, rounded to whole samples.
     every : float, default 0.5
@@ -257,12 +258,13 @@ def orientation_error_growth(
     >>> orientation_error_growth(wrong, still, rate=10.0, horizons=(1.0, 60.0)).round(12).tolist()
     [0.01, 0.6]
     """
-    w, reference = _of_width("rates", rates, 3), _of_width("quaternions", quaternions, 4)
+    w = _of_width("rates", in_unit(rates, "rad/s", "rates"), 3)
+    reference = _of_width("quaternions", quaternions, 4)
     if len(w) != len(reference):
         raise ValueError(
             f"rates and quaternions must be of one length, got {len(w)} and {len(reference)}"
         )
-    hertz = positive("rate", rate)
+    hertz = rate_of(rate, rates, quaternions)
     step = max(1, whole_samples(positive("every", every), hertz))
     missing = np.any(~np.isfinite(w), axis=1)
     vectors = np.where(missing[:, np.newaxis], 0.0, w / hertz)

@@ -13,12 +13,14 @@ from zerorate._native import allan_deviations, longest_factor
 from zerorate.faults import ArgumentError
 from zerorate.metrics.channels import (
     columns,
+    is_single,
     pairs,
     per_channel,
     positive,
     same_shape,
     spread,
 )
+from zerorate.record.named import rate_of
 from zerorate.types import Floats
 from zerorate.units import whole_samples
 
@@ -87,7 +89,7 @@ _BLOCK: Final = 8192
 
 
 def coasting_error(
-    raw: npt.ArrayLike, estimate: npt.ArrayLike, rate: float, horizon: float
+    raw: npt.ArrayLike, estimate: npt.ArrayLike, rate: float | None, horizon: float
 ) -> float | Floats:
     """Return the angle error of holding each estimate through the next `horizon` seconds.
 
@@ -100,8 +102,8 @@ def coasting_error(
     ----------
     raw, estimate : array_like, shape (n,) or (n, k)
         Gyro output at rest and the estimate of its bias or drift, in any one unit.
-    rate : float
-        Samples per second, Hz.
+    rate : float or None
+        Samples per second, Hz; None for that of a `Log`.
     horizon : float
         Seconds to coast, rounded to whole samples.
 
@@ -124,13 +126,14 @@ def coasting_error(
     """
     z, x = columns("raw", raw), columns("estimate", estimate)
     same_shape("raw", z, "estimate", x)
-    m = whole_samples(positive("horizon", horizon), positive("rate", rate))
+    hertz = rate_of(rate, raw, estimate)
+    m = whole_samples(positive("horizon", horizon), hertz)
     if not 1 <= m < z.shape[1]:
         raise ValueError(
             f"a horizon of {horizon} s is {m} samples: it must be at least 1 and less than the "
             f"record's {z.shape[1]}"
         )
-    return per_channel([_coast(z[i], x[i], m) / rate for i in range(len(z))], raw)
+    return per_channel([_coast(z[i], x[i], m) / hertz for i in range(len(z))], raw)
 
 
 def _coast(z: Floats, x: Floats, m: int) -> float:
@@ -185,7 +188,7 @@ class AllanRatio:
 
 
 def allan_ratio(
-    raw: npt.ArrayLike, filtered: npt.ArrayLike, rate: float, memory: float
+    raw: npt.ArrayLike, filtered: npt.ArrayLike, rate: float | None, memory: float
 ) -> AllanRatio:
     """Return Allan deviations after over before at ten times the filter's memory and beyond.
 
@@ -199,8 +202,8 @@ def allan_ratio(
     ----------
     raw, filtered : array_like, shape (n,) or (n, k)
         Gyro output at rest, and an estimate or the compensated rate, in any one unit.
-    rate : float
-        Samples per second, Hz.
+    rate : float or None
+        Samples per second, Hz; None for that of a `Log`.
     memory : float
         Time in which the filter makes 63 % of a step, s; 0 for none.
 
@@ -224,12 +227,13 @@ def allan_ratio(
     """
     z, y = columns("raw", raw), columns("filtered", filtered)
     same_shape("raw", z, "filtered", y)
-    factors = _factors(z.shape[1], positive("rate", rate), memory)
+    hertz = rate_of(rate, raw, filtered)
+    factors = _factors(z.shape[1], hertz, memory)
     there = np.isfinite(z) & np.isfinite(y)
     before, after = (_deviations(np.where(there, x, np.nan), factors) for x in (z, y))
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = after / before
-    return AllanRatio(np.array(factors) / rate, ratio[:, 0] if np.ndim(raw) == 1 else ratio)
+    return AllanRatio(np.array(factors) / hertz, ratio[:, 0] if is_single(raw) else ratio)
 
 
 def _factors(n: int, rate: float, memory: float) -> list[int]:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError
 from zerorate.metrics.channels import (
     columns,
+    is_single,
     pairs,
     per_channel,
     positive,
@@ -18,6 +19,7 @@ from zerorate.metrics.channels import (
     same_shape,
 )
 from zerorate.record.missing import floats
+from zerorate.record.named import rate_of
 from zerorate.types import Floats
 
 
@@ -98,7 +100,7 @@ def regret(estimate: npt.ArrayLike, truth: npt.ArrayLike, optimal: npt.ArrayLike
 
 
 def settling_time(
-    estimate: npt.ArrayLike, target: npt.ArrayLike, tolerance: float, rate: float
+    estimate: npt.ArrayLike, target: npt.ArrayLike, tolerance: float, rate: float | None = None
 ) -> float | Floats:
     """Return the first time from which an estimate stays within a tolerance of its target.
 
@@ -114,7 +116,7 @@ def settling_time(
     tolerance : float
         Largest difference, in the unit of the data.
     rate : float
-        Samples per second, Hz.
+        Samples per second, Hz; by default that of a `Log`.
 
     Returns
     -------
@@ -134,14 +136,14 @@ def settling_time(
     """
     x = columns("estimate", estimate)
     try:
-        wanted = np.broadcast_to(floats(target, "target"), np.shape(estimate))
+        wanted = np.broadcast_to(floats(target, "target"), floats(estimate, "estimate").shape)
     except ValueError:
         raise ValueError(
             f"target of shape {np.shape(target)} does not fit estimate of shape "
             f"{np.shape(estimate)}"
         ) from None
     y = columns("target", wanted)
-    widest, hertz = positive("tolerance", tolerance), positive("rate", rate)
+    widest, hertz = positive("tolerance", tolerance), rate_of(rate, estimate, target)
     return per_channel([_settled(x[i], y[i], widest) / hertz for i in range(len(x))], estimate)
 
 
@@ -238,7 +240,9 @@ def coverage(error: npt.ArrayLike, sigma: npt.ArrayLike) -> float | Floats:
 
 def _spread_over(innovation: npt.ArrayLike, variance: npt.ArrayLike) -> Floats:
     try:
-        return np.broadcast_to(floats(variance, "innovation_variance"), np.shape(innovation))
+        return np.broadcast_to(
+            floats(variance, "innovation_variance"), floats(innovation, "innovation").shape
+        )
     except ValueError:
         raise ValueError(
             f"innovation_variance of shape {np.shape(variance)} does not fit innovation of shape "
@@ -256,4 +260,4 @@ def _only(innovation: npt.ArrayLike, where: npt.ArrayLike) -> Floats:
         flags = np.repeat(flags, len(e), axis=0)
     same_shape("innovation", e, "where", flags)
     chosen = np.where(flags > 0.0, e, np.nan).T
-    return chosen[:, 0] if np.ndim(innovation) == 1 else chosen
+    return chosen[:, 0] if is_single(innovation) else chosen

@@ -18,8 +18,7 @@ from zerorate.noise.records import is_constant
 from zerorate.noise.rest import doubts_of_rest
 from zerorate.noise.result import AllanResult
 from zerorate.record import Log
-from zerorate.record.log import checked_rate
-from zerorate.record.missing import real_numbers
+from zerorate.record.named import columns_of, names_of, rate_of, unit_of
 from zerorate.types import Floats, Integers
 
 _ONE_SIGMA: Final = 0.6826894921370859
@@ -44,7 +43,7 @@ def allan(
     ----------
     z : array_like, shape (n,) or (n, k), or Log
         Rates of one or k axes, in `unit`; those that are not finite are missing. A `Log` brings
-        its own rate, unit and names.
+        its own rate, unit and names, a data frame or series the names and the unit in them.
     rate : float
         Samples per second, Hz.
     kind : str, default "oadev"
@@ -94,13 +93,7 @@ def allan(
     >>> bool(r.lower[4] < 0.01 / 4 < r.upper[4])  # white noise, 16 samples
     True
     """
-    if isinstance(z, Log):
-        return allan(
-            z.data, z.rate if rate is None else rate, kind, taus,
-            unit=unit or z.unit, names=names or z.names,
-            bridge=bridge, exponent=exponent, confidence=confidence, threads=threads,
-        )  # fmt: skip
-    hertz, family, unit = checked_rate(rate), find_kind(kind), check_unit(unit)
+    hertz, family, unit = rate_of(rate, z), find_kind(kind), check_unit(unit_of(unit, z))
     _check(confidence, exponent, bridge)
     record = _record(z)
     n, missing = len(record), _missing(record)
@@ -110,7 +103,8 @@ def allan(
         found = np.full_like(found, exponent)
     edf = _edf(family, m, terms, found, n)
     lower, upper = bounds(deviation, edf, confidence)
-    time, labels = 1.0 / hertz if family.time else 1.0, _names(names, deviation)
+    time = 1.0 / hertz if family.time else 1.0
+    labels = _names(names_of(z) if names is None else names, deviation)
     return AllanResult(
         kind=kind,
         taus=seconds(m, family, hertz),
@@ -144,9 +138,9 @@ def _check(confidence: float, exponent: int | None, bridge: int) -> None:
         raise ArgumentError("bridge", f"must not be negative, got {bridge}")
 
 
-def _record(z: npt.ArrayLike) -> npt.NDArray[np.generic]:
+def _record(z: npt.ArrayLike | Log) -> npt.NDArray[np.generic]:
     """Return the record as an array, as it is in memory."""
-    record = real_numbers(z, "z")
+    record = columns_of(z, "z")
     if record.ndim not in (1, 2) or 0 in record.shape:
         raise ArgumentError(
             "z", f"must have shape (n,) or (n, k) with a sample, got {record.shape}"

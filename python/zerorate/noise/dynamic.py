@@ -16,6 +16,7 @@ from zerorate.noise.kinds import KindName, TauGrid, factors, seconds
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.noise.quantities import check_unit
 from zerorate.noise.records import samples
+from zerorate.record.named import rate_of, unit_of
 
 if TYPE_CHECKING:
     pass
@@ -69,7 +70,7 @@ class DynamicAllan(Result):
 
 def dynamic_allan(
     z: npt.ArrayLike,
-    rate: float,
+    rate: float | None = None,
     window: float | None = None,
     step: float | None = None,
     kind: KindName = "oadev",
@@ -87,7 +88,7 @@ def dynamic_allan(
     z : array_like, shape (n,)
         Rates; those that are not finite are missing.
     rate : float
-        Samples per second, Hz.
+        Samples per second, Hz; by default that of a `Log`.
     window : float, optional
         Length of the window in s; a tenth of the record by default. Averaging times go up to a
         tenth of it, beyond which the estimates are mostly chance.
@@ -121,7 +122,8 @@ def dynamic_allan(
     >>> bool(d.deviation[-1, 0] > 1.7 * d.deviation[0, 0])
     True
     """
-    record, family = samples(z, rate), find_kind(kind)
+    rate, family = rate_of(rate, z), find_kind(kind)
+    record = samples(z, rate)
     size, stride = _sizes(record.size, rate, window, step)
     longest = max(_native.longest_factor(kind, size) * 2 // _TAUS_PER_WINDOW, 1)
     m, _ = factors(taus, family, rate, longest)
@@ -139,7 +141,7 @@ def dynamic_allan(
         taus=seconds(m, family, rate),
         deviation=np.concatenate(deviations) * time,
         window=size / rate,
-        unit=check_unit(unit),
+        unit=check_unit(unit_of(unit, z)),
     )
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from zerorate.noise.quantities import Quantity, si_unit
 from zerorate.noise.records import as_record, centred, resolution
-from zerorate.record.log import checked_rate
+from zerorate.record.named import rate_of
 from zerorate.types import Booleans, Floats
 
 MOVED: Final = 8.0
@@ -79,7 +79,7 @@ class Step(NamedTuple):
     time: float
 
 
-def moving_spans(z: npt.ArrayLike, rate: float) -> tuple[Span, ...]:
+def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...]:
     """Return when a sensor was not at rest.
 
     Windows of one second move if their variance, or the step from one's mean to the next, is far
@@ -96,7 +96,7 @@ def moving_spans(z: npt.ArrayLike, rate: float) -> tuple[Span, ...]:
         Gyro output of one axis in any unit, at rest for a quarter of the time at least; samples
         not finite are missing.
     rate : float
-        Samples per second, Hz. Below 10 Hz a window has 10 samples.
+        Samples per second, Hz; by default that of a `Log`. Below 10 Hz a window has 10 samples.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def moving_spans(z: npt.ArrayLike, rate: float) -> tuple[Span, ...]:
     >>> moving_spans(z, rate=100.0)
     (Span(start=20.0, end=25.0),)
     """
-    hertz = checked_rate(rate)
+    hertz = rate_of(rate, z)
     record = as_record(z)
     width = max(round(hertz), _LEAST_SAMPLES)
     count = record.size // width

@@ -18,6 +18,7 @@ from zerorate.noise.quantities import check_unit, si_unit
 from zerorate.noise.records import longest_stretch, power_of_two, samples
 from zerorate.noise.rest import doubts_of_rest
 from zerorate.record.missing import floats
+from zerorate.record.named import rate_of, unit_of
 from zerorate.types import Floats
 
 # More average better but smear the lowest frequencies, where drift is.
@@ -146,7 +147,11 @@ _SHAPES: Final[dict[str, Callable[[Floats], Floats]]] = {
 
 
 def whittle(
-    z: npt.ArrayLike, rate: float, *, unit: str | None = None, terms: Sequence[str] = TERMS
+    z: npt.ArrayLike,
+    rate: float | None = None,
+    *,
+    unit: str | None = None,
+    terms: Sequence[str] = TERMS,
 ) -> FittedModel:
     """Estimate noise coefficients by the likelihood of a record's spectrum.
 
@@ -157,10 +162,10 @@ def whittle(
     z : array_like, shape (n,)
         Rates. Samples that are not finite are missing; the longest stretch without them is used.
     rate : float
-        Samples per second, Hz.
+        Samples per second, Hz; by default that of a `Log`.
     unit : str, optional
-        Unit of `z`, "deg/s" for instance. Without it the model is in the unit of the samples, and
-        cannot be converted or exported.
+        Unit of `z`, "deg/s" for instance; by default that of a `Log`. Without any the model is in
+        the unit of the samples, and cannot be converted or exported.
     terms : sequence of str
         Coefficients to look for; all five by default.
 
@@ -192,9 +197,10 @@ def whittle(
     True
     """
     check_terms(terms)
-    found, known = Spectrum.of(z, rate), check_unit(unit)
-    (doubt,) = doubts_of_rest(floats(z, "z"), rate, known, ("",))
-    return replace(fit_spectrum(found, rate, known, terms), doubt=doubt.why)
+    hertz, known = rate_of(rate, z), check_unit(unit_of(unit, z))
+    found = Spectrum.of(z, hertz)
+    (doubt,) = doubts_of_rest(floats(z, "z"), hertz, known, ("",))
+    return replace(fit_spectrum(found, hertz, known, terms), doubt=doubt.why)
 
 
 def fit_spectrum(

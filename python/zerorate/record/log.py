@@ -147,6 +147,12 @@ class Log:
         time, stamps = (times, None) if even else (grid, times)
         return cls(time, rate, data, tuple(names), unit, meta, stamps, extra or {})
 
+    def __array__(
+        self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
+    ) -> npt.NDArray[Any]:
+        """Return `data` for ``numpy.asarray``, shape (n, k): itself, unless a copy is asked for."""
+        return np.array(self.data, dtype=dtype, copy=copy)
+
     def __repr__(self) -> str:
         """Return the size, rate, length, unit and names."""
         return (

@@ -47,7 +47,8 @@ def real_numbers(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
 def without_masks(values: npt.ArrayLike) -> npt.NDArray[Any]:
     """Return an array in which masked values, None and the NA of pandas are NaN or NaT.
 
-    An array without any of them is returned as it is, and so is one of other objects.
+    An array without any of them is returned as it is, and so is one of other objects. A table of
+    one column is that column.
 
     Raises
     ------
@@ -55,11 +56,18 @@ def without_masks(values: npt.ArrayLike) -> npt.NDArray[Any]:
         If an object is a whole number beyond the doubles.
     """
     array = np.asanyarray(values)
+    if array.shape[1:] == (1,) and is_table(values):
+        array = array[:, 0]
     if isinstance(array, np.ma.MaskedArray):
         array = _unmasked(array)
     if array.dtype.kind == "O" and all(map(_is_number_or_missing, array.flat)):
         return _numbers(array)
     return np.asarray(array)
+
+
+def is_table(values: object) -> bool:
+    """Return True if samples have named columns: a log, a data frame, a table of Arrow."""
+    return hasattr(values, "columns") or hasattr(values, "with_data")
 
 
 def _numbers(array: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -368,10 +368,10 @@ impl GyroArray {
     /// ``excluded`` (n, sensors), ``disputed`` (n,), and ``at_rest`` (n, 3), which are as the sample
     /// leaves them. With one axis the last axis is not there.
     fn trace<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
-        let py = z.py();
+        let (py, [z]) = (z.py(), arrays::taken(slf, ["z"], [Some(z)])?);
         let mut this = exclusive(slf)?;
         let axes = this.shared.axes().to_vec();
-        let samples = arrays::samples(z, &axes)?;
+        let samples = arrays::samples(&z, &axes)?;
         let (n, rows, bank) = (samples.shape()[0], samples.values()?, &mut *this.shared.bank);
         let (width, count) = (bank.width(), bank.axes());
         let mut seen = Seen::new(n, bank.params().sensors, count).map_err(NativeError::from)?;

@@ -249,17 +249,18 @@ impl LinearKalman {
                 return Err(PyValueError::new_err(text));
             }
         };
+        let [z, u] = arrays::taken(slf, ["z", "u"], [Some(z), u])?;
         let mut this = exclusive(slf)?;
         let filters = &mut this.shared;
         let (channels, own) = (filters.channels, filters.bank.model().sizes);
         let axes: Vec<usize> = channels.into_iter().collect();
-        let z = record("z", z, None, &axes, own[1])?;
+        let z = record("z", &z, None, &axes, own[1])?;
         let steps = z.shape[0];
         let (F, Q) = (matrices("F", F, steps, own)?, matrices("Q", Q, steps, own)?);
         let (H, R) = (matrices("H", H, steps, own)?, matrices("R", R, steps, own)?);
         let B = matrices("B", B, steps, own)?;
         let p = B.as_ref().map_or(own[2], |B| B.shape[B.shape.len() - 1]);
-        let u = match u {
+        let u = match arrays::present(&u) {
             None => Record { values: vec![], shape: vec![] },
             Some(u) if p == 0 => return Err(no_inputs(u)),
             Some(u) => record("u", u, Some(steps), &axes, p)?,

@@ -296,13 +296,15 @@ impl NavigationFilter {
         record: bool,
         wheel_speed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyDict>, Option<NavigationRecord>)> {
+        let given = [Some(gyro), Some(accel)];
+        let [gyro, accel] = arrays::taken(slf, ["gyro", "accel"], given)?;
         let (py, mut this) = (slf.py(), exclusive(slf)?);
         let time = arrays::named("time", time, "(n,)", |found| found.len() == 1)?.values;
         let n = time.len();
         let expected = format!("({n}, 3)");
         let fits = |found: &[usize]| found == [n, 3];
-        let gyro = arrays::named("gyro", gyro, &expected, fits)?.values;
-        let accel = arrays::named("accel", accel, &expected, fits)?.values;
+        let gyro = arrays::named("gyro", &gyro, &expected, fits)?.values;
+        let accel = arrays::named("accel", &accel, &expected, fits)?.values;
         let many = |found: &[usize]| found.len() == 2 && found[1] == FIX;
         let fixes = arrays::named("fixes", fixes, "(m, 13)", many)?.values;
         let rest = rest.map(|rest| arrays::flags("rest", rest, n)).transpose()?.unwrap_or_default();
@@ -712,8 +714,7 @@ fn three(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
         return Ok(usual);
     }
     if given.is_none() {
-        let text = format!("{name} must be three numbers, NaN for what is missing, got None");
-        return Err(PyTypeError::new_err(text));
+        return Ok([f64::NAN; 3]);
     }
     let found = arrays::named(name, given, "(3,)", |found| found == [3])?.values;
     Ok([found[0], found[1], found[2]])

@@ -163,8 +163,9 @@ impl PositionFilter {
         out: Option<&Bound<'py, PyAny>>,
         threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let taken = taken(slf, [Some(position), speed, cn0, rest, dt])?;
         let mut this = exclusive(slf)?;
-        let batch = Given { position, speed, cn0, rest }.batch(this.shared.channels, dt)?;
+        let batch = batch(&taken, this.shared.channels)?;
         this.shared.process_samples(slf.py(), Samples::Copied(batch), out, threads)
     }
 
@@ -180,8 +181,9 @@ impl PositionFilter {
         rest: Option<&Bound<'py, PyAny>>,
         dt: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
+        let taken = taken(slf, [Some(position), speed, cn0, rest, dt])?;
         let (py, mut this) = (slf.py(), exclusive(slf)?);
-        let batch = Given { position, speed, cn0, rest }.batch(this.shared.channels, dt)?;
+        let batch = batch(&taken, this.shared.channels)?;
         let (n, bank) = (batch.shape[0], &mut *this.shared.bank);
         let width = WIDTH * bank.channels();
         let parts = Parts::new(PositionSnapshot::FIELDS, n.saturating_mul(bank.channels()));
@@ -299,6 +301,20 @@ impl Given<'_, '_> {
         let values = self.rows(&before, dt.as_deref())?;
         Ok(Record { values, shape: [before.as_slice(), &[WIDTH]].concat() })
     }
+}
+
+/// The arguments of a batch, logs and data frames as arrays.
+fn taken<'py>(
+    filter: &Bound<'py, PositionFilter>,
+    given: [Option<&Bound<'py, PyAny>>; 5],
+) -> PyResult<[Bound<'py, PyAny>; 5]> {
+    arrays::taken(filter, ["position", "speed", "cn0", "rest", "dt"], given)
+}
+
+fn batch(taken: &[Bound<'_, PyAny>; 5], channels: Option<usize>) -> PyResult<Record> {
+    let [position, speed, cn0, rest, dt] = taken.each_ref().map(arrays::present);
+    let position = position.unwrap_or(&taken[0]);
+    Given { position, speed, cn0, rest }.batch(channels, dt)
 }
 
 /// The table of the constants of ``PositionFilter`` as dictionaries, as that of ``Attitude``.

@@ -12,8 +12,10 @@ import numpy.typing as npt
 from zerorate import units
 from zerorate.calibration.fit.wild import wild_samples
 from zerorate.faults import given, said
-from zerorate.record.log import Log, LogError, checked_rate, present_axes
+from zerorate.record.log import Log, LogError, present_axes
 from zerorate.record.missing import floats
+from zerorate.record.named import rate_of, unit_of
+from zerorate.record.names import UNKNOWN
 from zerorate.record.recording import Recording
 from zerorate.types import Booleans, Floats, Integers
 
@@ -224,7 +226,7 @@ def _log(kind: Kind, source: Source, recording: Recording | None, rate: float | 
         return _named(kind, source, recording)
     if rate is None:
         raise ValueError(f"{kind}= is an array, which needs rate= in Hz")
-    return _from_array(kind, source, checked_rate(rate))
+    return _from_array(kind, source, rate_of(rate))
 
 
 def _named(kind: Kind, name: str | None, recording: Recording) -> Log:
@@ -258,5 +260,5 @@ def _from_array(kind: Kind, samples: npt.ArrayLike, rate: float) -> Log:
     data = floats(samples, kind)
     if data.ndim != 2 or data.shape[1] != 3 or len(data) == 0:
         raise ValueError(f"{kind} must have shape (n, 3), got {data.shape}")
-    names = tuple(f"{kind}_{axis}" for axis in "xyz")
-    return Log(np.arange(len(data)) / rate, rate, data, names, "unit", {UNNAMED: True})
+    names, unit = tuple(f"{kind}_{axis}" for axis in "xyz"), unit_of(None, samples) or UNKNOWN
+    return Log(np.arange(len(data)) / rate, rate, data, names, unit, {UNNAMED: True})

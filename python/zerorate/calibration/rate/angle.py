@@ -17,8 +17,8 @@ from zerorate.geometry import rotations
 from zerorate.noise import FLICKER_FLOOR, NoiseModel
 from zerorate.noise.coefficient import Coefficient
 from zerorate.record import Log, LogError
-from zerorate.record.log import checked_rate
 from zerorate.record.missing import floats
+from zerorate.record.named import rate_of, unit_of
 from zerorate.record.names import UNKNOWN
 from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
@@ -167,17 +167,13 @@ class _Record:
 
     @classmethod
     def of(cls, z: npt.ArrayLike | Log, rate: float | None, unit: str | None) -> _Record:
-        if isinstance(z, Log):
-            if rate is not None:
-                raise ValueError("a log has its own rate: give none")
-            return cls._checked(z.data, z.rate, np.diff(z.sampled), _unit_of(z, unit))
-        if rate is None:
-            raise ValueError("an array needs its rate in Hz")
-        values, hertz = floats(z, "z"), checked_rate(rate)
+        values, hertz = floats(z, "z"), rate_of(rate, z)
         if values.ndim == 1:
             values = values[:, None]
+        if isinstance(z, Log):
+            return cls._checked(values, hertz, np.diff(z.sampled), _unit_of(z, unit))
         steps = np.full(max(len(values) - 1, 0), 1.0 / hertz)
-        return cls._checked(values, hertz, steps, unit or "rad/s")
+        return cls._checked(values, hertz, steps, unit_of(unit, z) or "rad/s")
 
     @classmethod
     def _checked(cls, values: Floats, rate: float, steps: Floats, unit: str) -> _Record:
@@ -197,10 +193,7 @@ def _unit_of(log: Log, asked: str | None) -> str:
         raise LogError(
             said(f"the unit of {', '.join(log.names)} is not known: give ", given("unit"))
         )
-    if log.unit != UNKNOWN and asked not in (None, log.unit):
-        told = given("unit", str(asked), f"unit={asked!r}")
-        raise LogError(said(f"the log is in {log.unit}, but ", told, " was given"), "unit")
-    return asked or log.unit
+    return unit_of(asked, log) or log.unit
 
 
 def _summed(rates: Floats, steps: Floats, method: IntegrationMethod) -> Floats:

@@ -15,8 +15,8 @@ from zerorate.faults import ArgumentError
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient, positive
 from zerorate.numerals import significant, with_error
 from zerorate.record import Log, LogError
-from zerorate.record.log import checked_rate
 from zerorate.record.missing import floats
+from zerorate.record.named import rate_of
 from zerorate.record.names import UNKNOWN
 from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
@@ -175,14 +175,7 @@ def _track(
 ) -> _Track:
     if (angle is None) == (reference is None):
         raise ValueError("give either angle or reference")
-    if isinstance(z, Log):
-        if rate is not None:
-            raise ValueError("a log has its own rate: give none")
-        hertz = z.rate
-    elif rate is None:
-        raise ValueError("an array needs its rate in Hz")
-    else:
-        hertz = checked_rate(rate)
+    hertz = rate_of(rate, z)
     values = _one_channel("z", z)
     if angle is not None:
         whole = _unwrapped(angle, _one_channel("angle", angle))
@@ -204,7 +197,7 @@ def _or_nan(values: Floats) -> Floats:
 
 
 def _one_channel(name: str, given: npt.ArrayLike | Log) -> Floats:
-    values = given.data if isinstance(given, Log) else floats(given, name)
+    values = floats(given, name)
     if values.ndim == 2 and values.shape[1] == 1:
         values = values[:, 0]
     if values.ndim != 1:

@@ -22,8 +22,10 @@ from zerorate.calibration.temperature.thermometer import (
 from zerorate.faults import ArgumentError
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.record.exporting import restores
-from zerorate.record.log import Log, LogError, checked_rate
+from zerorate.record.log import Log, LogError
 from zerorate.record.missing import floats
+from zerorate.record.named import columns_of, names_of, rate_of, unit_of
+from zerorate.record.names import UNKNOWN
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
@@ -335,7 +337,7 @@ class TemperatureModel(Result):
         LogError
             If the temperature's Log does not meet the record.
         """
-        data = z.data if isinstance(z, Log) else floats(z, "z")
+        data = columns_of(z, "z")
         if data.shape[1:] not in ({(self.axes,), ()} if self.axes == 1 else {(self.axes,)}):
             raise ArgumentError(
                 "z", f"must have {self.axes} axes as the model has, got {data.shape}"
@@ -403,26 +405,21 @@ class _Record(NamedTuple):
         rests: npt.ArrayLike | None,
         unit: str | None,
     ) -> _Record:
-        data = z.data if isinstance(z, Log) else floats(z, "z")
+        data = floats(z, "z")
         if data.ndim not in (1, 2) or 0 in data.shape:
             raise ArgumentError(
                 "z", f"must have shape (n,) or (n, k) with samples, got {data.shape}"
             )
-        if isinstance(z, Log):
-            rate = z.rate
-        elif rate is None:
-            raise ValueError("rate is needed where z is an array: samples a second, Hz")
-        single = data.ndim == 1 or (isinstance(z, Log) and data.shape[1] == 1)
+        rate, single = rate_of(rate, z), data.ndim == 1
         rates = data.reshape(len(data), -1)
         largest = np.max(np.abs(rates), where=np.isfinite(rates), initial=0.0)
         if largest > _LARGEST:
             raise ArgumentError("z", f"must be within {_LARGEST:g}, got {largest:g}")
         factor = 2.0 ** np.round(np.log2(max(largest, 1.0 / _LARGEST)))
         rates = np.where(np.isfinite(rates), rates, np.nan) / factor
-        rate = checked_rate(rate)
         shown = _temperatures(z, temperature, len(rates), rate)
-        names = z.names if isinstance(z, Log) else _names(rates.shape[1])
-        unit = (z.unit if isinstance(z, Log) else "unit") if unit is None else unit
+        names = names_of(z) or _names(rates.shape[1])
+        unit = unit_of(unit, z) or UNKNOWN
         return cls(
             rates=rates,
             temperature=shown.known,

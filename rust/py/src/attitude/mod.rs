@@ -236,9 +236,10 @@ impl Attitude {
         out: Option<&Bound<'py, PyAny>>,
         threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let taken = samples::taken(slf, [Some(gyro), Some(accel), mag, dt])?;
         let mut this = exclusive(slf)?;
         this.check_mag(mag.is_some())?;
-        let batch = Given { gyro, accel, mag, dt }.batch(this.shared.channels)?;
+        let batch = Given::of(&taken).batch(this.shared.channels)?;
         let shape = [this.shared.batch_axes(batch.n), vec![4]].concat();
         let given = out.map(|out| arrays::check_out::<f64>(out, &shape)).transpose()?;
         let array = arrays::zeros::<f64>(slf.py(), &shape)?;
@@ -269,9 +270,10 @@ impl Attitude {
         mag: Option<&Bound<'py, PyAny>>,
         dt: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
+        let taken = samples::taken(slf, [Some(gyro), Some(accel), mag, dt])?;
         let (py, mut this) = (slf.py(), exclusive(slf)?);
         this.check_mag(mag.is_some())?;
-        let batch = Given { gyro, accel, mag, dt }.batch(this.shared.channels)?;
+        let batch = Given::of(&taken).batch(this.shared.channels)?;
         let (n, channels) = (batch.n, this.shared.bank.channels());
         let mut parts = Parts::new(bank::fields(), n * channels).map_err(NativeError::from)?;
         let before = this.shared.bank.twin().ok();
@@ -290,9 +292,10 @@ impl Attitude {
         mag: Option<&Bound<'py, PyAny>>,
         dt: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
+        let taken = samples::taken(slf, [Some(gyro), Some(accel), mag, dt])?;
         let (py, this) = (slf.py(), reading(slf)?);
         this.check_mag(mag.is_some())?;
-        let batch = Given { gyro, accel, mag, dt }.batch(this.shared.channels)?;
+        let batch = Given::of(&taken).batch(this.shared.channels)?;
         let (columns, bank) = (batch.columns()?, &*this.shared.bank);
         if !bank.smooths() {
             let method = bank.method();
@@ -404,8 +407,12 @@ impl Attitude {
             ("mag", if chosen.mag { "True" } else { "False" }.to_owned(), "True"),
             ("frame", format!("'{}'", frame_name(params.frame)), "'enu'"),
             ("method", format!("'{method}'"), "'auto'"),
-            ("gyro_unit", unit_of(py, params.gyro_unit, &GYRO_UNITS)?, "'rad/s'"),
-            ("accel_unit", unit_of(py, params.accel_unit, &ACCEL_UNITS)?, "'m/s^2'"),
+            ("gyro_unit", format!("'{}'", unit_of(py, params.gyro_unit, &GYRO_UNITS)?), "'rad/s'"),
+            (
+                "accel_unit",
+                format!("'{}'", unit_of(py, params.accel_unit, &ACCEL_UNITS)?),
+                "'m/s^2'",
+            ),
             ("bias", bias, "None"),
             ("bias_sigma", in_unit(chosen.bias_sigma, usual.bias_sigma, params.gyro_unit), "None"),
             ("bias_limit", limit, "None"),
@@ -477,6 +484,10 @@ getters! { Attitude, slf, py, this;
     method: &'static str = this.shared.bank.method();
     /// Whether a magnetometer may come.
     mag: bool = this.mag;
+    /// Unit of the gyro's samples.
+    gyro_unit: String = unit_of(py, this.shared.bank.params().gyro_unit, &GYRO_UNITS)?;
+    /// Unit of the accelerometer's samples.
+    accel_unit: String = unit_of(py, this.shared.bank.params().accel_unit, &ACCEL_UNITS)?;
 }
 
 impl Attitude {
@@ -690,11 +701,11 @@ fn frame_name(frame: Frame) -> &'static str {
 const GYRO_UNITS: [&str; 4] = ["rad/s", "deg/s", "mdeg/s", "deg/h"];
 const ACCEL_UNITS: [&str; 4] = ["m/s^2", "g", "mg", "ug"];
 
-/// The unit of these that is so much in SI, as Python writes it.
+/// The unit of these that is so much in SI.
 fn unit_of(py: Python<'_>, value: f64, units: &[&str]) -> PyResult<String> {
     for unit in units {
         if factor(py, unit, units[0], "unit")? == value {
-            return Ok(format!("'{unit}'"));
+            return Ok((*unit).to_owned());
         }
     }
     Ok("...".to_owned())

@@ -27,7 +27,19 @@ pub struct Given<'a, 'py> {
     pub dt: Option<&'a Bound<'py, PyAny>>,
 }
 
+/// Gyro, accelerometer, magnetometer and times of a batch, logs and data frames as arrays.
+pub fn taken<'py, T>(
+    owner: &Bound<'py, T>,
+    given: [Option<&Bound<'py, PyAny>>; 4],
+) -> PyResult<[Bound<'py, PyAny>; 4]> {
+    arrays::taken(owner, ["gyro", "accel", "mag", "dt"], given)
+}
+
 impl<'a, 'py> Given<'a, 'py> {
+    pub fn of([gyro, accel, mag, dt]: &'a [Bound<'py, PyAny>; 4]) -> Self {
+        Self { gyro, accel, mag: arrays::present(mag), dt: arrays::present(dt) }
+    }
+
     /// One sample of a single body, if it comes as loops give it most often.
     #[inline]
     pub fn usual(&self) -> Option<[f64; WIDTH]> {

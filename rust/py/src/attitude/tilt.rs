@@ -141,13 +141,15 @@ impl Tilt {
         out: Option<&Bound<'py, PyAny>>,
         threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let given = [Some(gyro), Some(angle), dt];
+        let [gyro, angle, dt] = arrays::taken(slf, ["gyro", "angle", "dt"], given)?;
         let mut this = exclusive(slf)?;
         let axes: Vec<usize> = this.shared.channels.into_iter().collect();
-        let rates = arrays::samples(gyro, &axes)?;
+        let rates = arrays::samples(&gyro, &axes)?;
         let shape = rates.shape().to_vec();
         let expected = arrays::tuple(&shape);
-        let angles = arrays::named("angle", angle, &expected, |found| found == shape)?;
-        let dt = dt.map(|dt| samples::times(dt, shape[0])).transpose()?;
+        let angles = arrays::named("angle", &angle, &expected, |found| found == shape)?;
+        let dt = arrays::present(&dt).map(|dt| samples::times(dt, shape[0])).transpose()?;
         let mut columns = vec![(0, 1, rates.values()?), (1, 1, &angles.values)];
         columns.extend(dt.as_deref().map(|dt| (2, 1, dt)));
         let values = arrays::side_by_side(WIDTH, angles.values.len(), &columns)?;

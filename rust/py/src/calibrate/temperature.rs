@@ -126,11 +126,13 @@ impl TemperatureFilter {
         out: Option<&Bound<'py, PyAny>>,
         threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let given = [Some(z), Some(temperature)];
+        let [z, temperature] = arrays::taken(slf, ["z", "temperature"], given)?;
         let mut this = exclusive(slf)?;
         let axes: Vec<usize> = this.shared.channels.into_iter().collect();
-        let rates = arrays::samples(z, &axes)?;
+        let rates = arrays::samples(&z, &axes)?;
         let shape = rates.shape().to_vec();
-        let temperatures = temperatures(temperature, &shape)?;
+        let temperatures = temperatures(&temperature, &shape)?;
         let columns = [(0, 1, rates.values()?), (1, 1, &temperatures)];
         let values = arrays::side_by_side(2, shape.iter().product(), &columns)?;
         let record = Record { values, shape: [shape.as_slice(), &[2]].concat() };

@@ -103,8 +103,39 @@ pub fn samples<'py>(z: &Bound<'py, PyAny>, axes: &[usize]) -> PyResult<Samples<'
     copied(&floats).map(Samples::Copied)
 }
 
-/// One row of samples, of these axes.
+/// Arguments of an object's method, Python's None for those that are not given, in which logs and data
+/// frames have become arrays: by the package's rule, which asks the object for its rate and units. To be
+/// called before the object is borrowed.
+pub fn taken<'py, T, const N: usize>(
+    owner: &Bound<'py, T>,
+    names: [&str; N],
+    given: [Option<&Bound<'py, PyAny>>; N],
+) -> PyResult<[Bound<'py, PyAny>; N]> {
+    if given.into_iter().flatten().all(is_usual) {
+        let missing = owner.py().None().into_bound(owner.py());
+        return Ok(given.map(|z| z.unwrap_or(&missing).clone()));
+    }
+    rules::call(owner.py(), Rule::Samples, (owner.as_any(), names, given))?.extract()
+}
+
+/// Whether it tells nothing of itself, neither rate nor unit.
+fn is_usual(z: &Bound<'_, PyAny>) -> bool {
+    z.is_exact_instance_of::<PyUntypedArray>()
+        || z.is_exact_instance_of::<PyFloat>()
+        || z.is_exact_instance_of::<PyList>()
+        || z.is_exact_instance_of::<PyTuple>()
+}
+
+/// An argument that may be left out.
+pub fn present<'a, 'py>(z: &'a Bound<'py, PyAny>) -> Option<&'a Bound<'py, PyAny>> {
+    (!z.is_none()).then_some(z)
+}
+
+/// One row of samples, of these axes; None is a missing one.
 pub fn row(z: &Bound<'_, PyAny>, axes: &[usize]) -> PyResult<Vec<f64>> {
+    if z.is_none() {
+        return Ok(vec![f64::NAN; axes.iter().product()]);
+    }
     if let ([channels], Some(values)) = (axes, usual_row(z))
         && values.len() == *channels
     {

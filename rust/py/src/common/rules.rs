@@ -14,6 +14,8 @@ pub enum Rule {
     Convert,
     /// An array in which masked values, None and the NA of pandas are NaN.
     WithoutMasks,
+    /// What arguments of an object hold, logs and data frames as their samples in its units.
+    Samples,
     /// What a linear filter says of a record, of arrays by name.
     LinearRun,
     /// What a drift filter says of a record, of arrays by name.
@@ -22,8 +24,8 @@ pub enum Rule {
     Navigate,
 }
 
-const NAMES: [&str; 5] = ["convert", "without_masks", "linear_run", "trace", "navigate"];
-static RULES: [RwLock<Option<Py<PyAny>>>; 5] = [const { RwLock::new(None) }; 5];
+const NAMES: [&str; 6] = ["convert", "without_masks", "samples", "linear_run", "trace", "navigate"];
+static RULES: [RwLock<Option<Py<PyAny>>>; 6] = [const { RwLock::new(None) }; 6];
 
 /// Takes the functions that compiled classes call, by name.
 #[pyfunction]

@@ -568,13 +568,14 @@ macro_rules! streaming {
                 threads: Option<i128>,
                 moving: Option<&Bound<'py, PyAny>>,
             ) -> PyResult<Bound<'py, PyAny>> {
+                let [z] = $crate::common::arrays::taken(slf, ["z"], [Some(z)])?;
                 let mut this = $crate::common::streaming::exclusive(slf)?;
                 let Some(moving) = moving else {
-                    return this.shared.process(z, out, threads);
+                    return this.shared.process(&z, out, threads);
                 };
                 $crate::common::streaming::threads(threads)?;
                 this.check_motion()?;
-                this.shared.process_while(z, out, moving)
+                this.shared.process_while(&z, out, moving)
             }
         }
     };
@@ -680,7 +681,8 @@ macro_rules! streaming {
                 out: Option<&Bound<'py, PyAny>>,
                 threads: Option<i128>,
             ) -> PyResult<Bound<'py, PyAny>> {
-                $crate::common::streaming::exclusive(slf)?.shared.process(z, out, threads)
+                let [z] = $crate::common::arrays::taken(slf, ["z"], [Some(z)])?;
+                $crate::common::streaming::exclusive(slf)?.shared.process(&z, out, threads)
             }
         }
     };
@@ -694,7 +696,8 @@ macro_rules! streaming {
                 z: &Bound<'py, PyAny>,
                 threads: Option<i128>,
             ) -> PyResult<Bound<'py, PyAny>> {
-                $crate::common::streaming::exclusive(slf)?.shared.process(z, None, threads)
+                let [z] = $crate::common::arrays::taken(slf, ["z"], [Some(z)])?;
+                $crate::common::streaming::exclusive(slf)?.shared.process(&z, None, threads)
             }
         }
     };

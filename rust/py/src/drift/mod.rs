@@ -265,10 +265,10 @@ impl DriftFilter {
         z: &Bound<'_, PyAny>,
         moving: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Py<PyAny>> {
-        let py = z.py();
+        let (py, [z]) = (z.py(), arrays::taken(slf, ["z"], [Some(z)])?);
         let mut this = exclusive(slf)?;
         let axes: Vec<usize> = this.shared.channels.into_iter().collect();
-        let samples = arrays::samples(z, &axes)?;
+        let samples = arrays::samples(&z, &axes)?;
         let moving = this.motion(moving, samples.shape()[0])?;
         let (rows, bank) = (samples.values()?, &mut *this.shared.bank);
         let (n, fields, channels) =

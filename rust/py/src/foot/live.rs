@@ -112,6 +112,8 @@ impl FootFilter {
         out: Option<&Bound<'py, PyAny>>,
         threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let given = [Some(gyro), Some(accel)];
+        let [gyro, accel] = arrays::taken(slf, ["gyro", "accel"], given)?;
         let mut this = exclusive(slf)?;
         let axes: Vec<usize> = this.shared.channels.into_iter().chain([3]).collect();
         let mut shape = vec![];
@@ -129,7 +131,7 @@ impl FootFilter {
             shape = record.shape.clone();
             PyResult::Ok(record.values)
         };
-        let (rates, forces) = (read("gyro", gyro)?, read("accel", accel)?);
+        let (rates, forces) = (read("gyro", &gyro)?, read("accel", &accel)?);
         let count = rates.len() / 3;
         let columns = [(0, 3, &rates[..]), (3, 3, &forces[..])];
         let values = arrays::side_by_side(WIDTH, count, &columns)?;
