@@ -82,7 +82,7 @@ IDENTIFY = {
     "fit_arma": lambda z: i.fit_arma(z, 1, 0),
     "fit_network": lambda z: i.fit_network(z, inputs=2, hidden=1).weights,
     "hampel": i.hampel,
-    "identify": lambda z: i.identify(z, RATE, order=(1, 0)),
+    "identify": lambda z: i.identify(z, RATE, name="wx", order=(1, 0)),
     "jarque_bera": i.jarque_bera,
     "kpss": i.kpss,
     "ljung_box": i.ljung_box,

@@ -137,6 +137,17 @@ def test_what_a_log_contradicts(gyro, accel, message):
         zr.Attitude(100.0, mag=False).process(gyro, accel)
 
 
+def test_a_temperature_is_in_degrees_celsius():
+    z, heat = log(RECORD[:, 0]), np.linspace(20.0, 40.0, N)
+    expected = zr.TemperatureFilter(100.0).process(z.data[:, 0], heat)
+    for unit in ("degC", "unit"):
+        assert_same_bits(zr.TemperatureFilter(100.0).process(z, log(heat, unit)), expected)
+    with pytest.raises(ValueError, match="temperature must be in degC, got a log in K"):
+        zr.TemperatureFilter(100.0).process(z, log(heat + 273.15, "K"))
+    with pytest.raises(ValueError, match="temperature must be in degC, got a log in K"):
+        zr.TemperatureModel.fit(z, log(heat + 273.15, "K"))
+
+
 @pytest.mark.parametrize("gone", [None, (None, None, None), [np.nan] * 3])
 def test_none_is_a_missing_sample(gone):
     rest, up = [0.0, 0.0, 0.1], [0.0, 0.0, 9.81]

@@ -198,16 +198,14 @@ def test_without_wheels_that_tell_it_is_as_before():
     assert np.isnan(wheeled(driven).wheel_constants).all()
 
 
-def test_what_is_none_is_named():
-    nav = wheeled(drive(4, 80.0))
-    for call, name in (
-        (lambda: nav.update(0.0, None, [0.0, 0.0, 0.0]), "gyro"),
-        (lambda: nav.update(0.0, [0.0, 0.0, 0.0], None), "accel"),
-        (lambda: nav.update_gnss(0.0, None), "position"),
-    ):
-        with pytest.raises(TypeError, match=f"^{name} must be three numbers, .* got None"):
-            call()
-    assert nav.update_wheels(0.0, None) is False
+def test_none_is_missing():
+    one, other = (wheeled(drive(4, 80.0)) for _ in range(2))
+    still, gone = [0.0, 0.0, 0.0], [np.nan] * 3
+    assert one.update(0.0, None, still) == other.update(0.0, gone, still)
+    assert one.update(0.01, still, None) == other.update(0.01, still, gone)
+    assert one.update_gnss(0.01, None) == other.update_gnss(0.01, gone) == "refused"
+    assert one.to_bytes() == other.to_bytes()
+    assert one.update_wheels(0.0, None) is False
 
 
 def test_what_cannot_be_is_refused():

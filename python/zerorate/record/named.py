@@ -14,7 +14,7 @@ from zerorate.record.log import Log, checked_rate
 from zerorate.record.missing import floats, is_table, real_numbers
 from zerorate.record.names import UNKNOWN, split_unit
 from zerorate.types import Floats
-from zerorate.units import canonical, convert
+from zerorate.units import UNITS, canonical, convert
 
 _SI: Final = {"gyro": "rad/s", "accel": "m/s^2"}
 _UNITS: Final[Mapping[str, Mapping[str, str]]] = {
@@ -85,10 +85,11 @@ def in_unit(record: npt.ArrayLike, unit: str, name: str) -> Floats:
     Raises
     ------
     ValueError
-        If the record is a log of unknown unit, or one of another kind.
+        If the record is a log of unknown unit, or has a unit that does not convert.
     """
     array, own = floats(record, name), _own_unit(record)
-    if own is None and isinstance(record, Log):
+    # Of what has several units; degrees Celsius go without saying.
+    if own is None and isinstance(record, Log) and unit in UNITS:
         raise ArgumentError(
             name,
             f"must be in {unit}, and the unit of the log ({', '.join(record.names)}) is not known: "

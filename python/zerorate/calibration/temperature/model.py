@@ -24,7 +24,7 @@ from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.record.exporting import restores
 from zerorate.record.log import Log, LogError
 from zerorate.record.missing import floats
-from zerorate.record.named import columns_of, names_of, rate_of, unit_of
+from zerorate.record.named import columns_of, in_unit, names_of, rate_of, unit_of
 from zerorate.record.names import UNKNOWN
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
@@ -486,7 +486,8 @@ def _on_clock(z: Log, temperature: Log) -> _Shown:
     time = temperature.sampled
     if time[-1] < z.sampled[0] or time[0] > z.sampled[-1]:
         raise LogError("the temperature and the gyro have no time in common")
-    shown = _shown(time, temperature.data[:, 0])
+    known = in_unit(temperature, "degC", "temperature").reshape(temperature.n, -1)
+    shown = _shown(time, known[:, 0])
     if not np.isfinite(shown.known).all():
         return _Shown(np.full(z.n, np.nan))
     return shown._replace(known=np.interp(z.sampled, time, shown.known))
