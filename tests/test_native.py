@@ -1,6 +1,5 @@
 """The compiled module knows no module of the package: it is told what it goes by."""
 
-import pickle
 import re
 from importlib import import_module
 from pathlib import Path
@@ -8,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from zerorate import _native
-from zerorate._native import AllanNoise, MotionDetector, RecursiveLeastSquares
 
 SOURCES = sorted((Path(__file__).parents[1] / "rust/py/src").rglob("*.rs"))
 # Where a class says that it lives.
@@ -42,12 +40,3 @@ CLASSES = [getattr(_native, name) for name in _native.__all__ if name[0].isupper
 @pytest.mark.parametrize("kind", CLASSES, ids=lambda kind: kind.__name__)
 def test_a_class_stands_where_it_says(kind):
     assert getattr(import_module(kind.__module__), kind.__name__) is kind
-
-
-@pytest.mark.parametrize("make", [AllanNoise, lambda: MotionDetector(100.0), RecursiveLeastSquares])
-def test_pickles_of_before_it_moved_into_its_package_are_loaded(make):
-    f = make()
-    place = f"c{type(f).__module__}\n".encode()
-    old = pickle.dumps(f, 0).replace(place, b"czerorate\n")
-    assert place not in old
-    assert type(pickle.loads(old)) is type(f)

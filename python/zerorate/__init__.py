@@ -10,108 +10,101 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
-from zerorate._native import (
-    Attitude,
-    DriftFilter,
-    GyroArray,
-    ImuCorrector,
-    LinearKalman,
-    NavigationFilter,
-    PositionFilter,
-    RestDetector,
-    StreamingAllan,
-    TemperatureFilter,
-    Tilt,
-    WaveletDenoiser,
-    __version__,
-    register,
-)
-from zerorate.lazy import by_name
+from zerorate._native import __version__ as __version__
+from zerorate._native import register
+from zerorate.lazy import by_name, later
 from zerorate.views import shown_by
 
 if TYPE_CHECKING:
-    from zerorate import identification, metrics, units
-    from zerorate.attitude.estimate import estimate_attitude
-    from zerorate.calibration.calibrate import calibrate
-    from zerorate.calibration.calibration import Calibration
-    from zerorate.calibration.comparison import compare_calibrations
-    from zerorate.calibration.rate.angle import integrate
-    from zerorate.calibration.rate.rate_table import calibrate_rate_table
-    from zerorate.calibration.temperature import TemperatureModel
-    from zerorate.checks.check import check
-    from zerorate.denoising.wavelet import denoise
-    from zerorate.io.counts import raw_counts
-    from zerorate.io.fixes import read_fixes
-    from zerorate.io.reading import read_log
-    from zerorate.io.recording import read_recording
-    from zerorate.io.writing import write_log
-    from zerorate.navigation.alignment import align
-    from zerorate.noise.allan import allan
-    from zerorate.noise.model import NoiseModel
-    from zerorate.record.fixes import Fixes
-    from zerorate.record.log import Log, LogError
-    from zerorate.record.recording import Recording
-    from zerorate.simulation.drive import simulate_drive
-    from zerorate.simulation.gyro import simulate
-    from zerorate.simulation.motion import simulate_motion
-    from zerorate.tasks.navigate import navigate
-
-__all__ = [
-    "Attitude",
-    "Calibration",
-    "DriftFilter",
-    "Fixes",
-    "GyroArray",
-    "ImuCorrector",
-    "LinearKalman",
-    "Log",
-    "LogError",
-    "NavigationFilter",
-    "NoiseModel",
-    "PositionFilter",
-    "Recording",
-    "RestDetector",
-    "StreamingAllan",
-    "TemperatureFilter",
-    "TemperatureModel",
-    "Tilt",
-    "WaveletDenoiser",
-    "__version__",
-    "align",
-    "allan",
-    "calibrate",
-    "calibrate_rate_table",
-    "check",
-    "compare_calibrations",
-    "denoise",
-    "estimate_attitude",
-    "identification",
-    "integrate",
-    "metrics",
-    "navigate",
-    "raw_counts",
-    "read_fixes",
-    "read_log",
-    "read_recording",
-    "simulate",
-    "simulate_drive",
-    "simulate_motion",
-    "units",
-    "write_log",
-]
-
-shown_by("zerorate.show.registry")
+    from zerorate import array as array
+    from zerorate import attitude as attitude
+    from zerorate import calibration as calibration
+    from zerorate import checks as checks
+    from zerorate import datasets as datasets
+    from zerorate import denoising as denoising
+    from zerorate import findings as findings
+    from zerorate import foot as foot
+    from zerorate import geometry as geometry
+    from zerorate import identification as identification
+    from zerorate import io as io
+    from zerorate import linear as linear
+    from zerorate import metrics as metrics
+    from zerorate import navigation as navigation
+    from zerorate import noise as noise
+    from zerorate import record as record
+    from zerorate import simulation as simulation
+    from zerorate import tasks as tasks
+    from zerorate import units as units
+    from zerorate._native import Attitude as Attitude
+    from zerorate._native import DriftFilter as DriftFilter
+    from zerorate._native import FootFilter as FootFilter
+    from zerorate._native import GyroArray as GyroArray
+    from zerorate._native import ImuCorrector as ImuCorrector
+    from zerorate._native import LinearKalman as LinearKalman
+    from zerorate._native import NavigationFilter as NavigationFilter
+    from zerorate._native import PositionFilter as PositionFilter
+    from zerorate._native import RestDetector as RestDetector
+    from zerorate._native import StreamingAllan as StreamingAllan
+    from zerorate._native import TemperatureFilter as TemperatureFilter
+    from zerorate._native import Tilt as Tilt
+    from zerorate._native import WaveletDenoiser as WaveletDenoiser
+    from zerorate.attitude.estimate import estimate_attitude as estimate_attitude
+    from zerorate.calibration.calibrate import calibrate as calibrate
+    from zerorate.calibration.calibration import Calibration as Calibration
+    from zerorate.calibration.comparison import compare_calibrations as compare_calibrations
+    from zerorate.calibration.magnetometer import calibrate_magnetometer as calibrate_magnetometer
+    from zerorate.calibration.rate.angle import integrate as integrate
+    from zerorate.calibration.rate.rate_table import calibrate_rate_table as calibrate_rate_table
+    from zerorate.calibration.temperature import TemperatureModel as TemperatureModel
+    from zerorate.checks.check import check as check
+    from zerorate.checks.clipped import restore_clipped as restore_clipped
+    from zerorate.denoising.wavelet import denoise as denoise
+    from zerorate.findings.report import report as report
+    from zerorate.foot.feet import join_feet as join_feet
+    from zerorate.foot.foot import FootNavigation as FootNavigation
+    from zerorate.io.counts import raw_counts as raw_counts
+    from zerorate.io.fixes import read_fixes as read_fixes
+    from zerorate.io.reading import read_log as read_log
+    from zerorate.io.recording import read_recording as read_recording
+    from zerorate.io.writing import write_log as write_log
+    from zerorate.navigation.alignment import align as align
+    from zerorate.noise.allan import allan as allan
+    from zerorate.noise.model import NoiseModel as NoiseModel
+    from zerorate.record.fixes import Fixes as Fixes
+    from zerorate.record.log import Log as Log
+    from zerorate.record.log import LogError as LogError
+    from zerorate.record.recording import Recording as Recording
+    from zerorate.simulation.drive import simulate_drive as simulate_drive
+    from zerorate.simulation.gyro import simulate as simulate
+    from zerorate.simulation.motion import simulate_motion as simulate_motion
+    from zerorate.simulation.walk import simulate_feet as simulate_feet
+    from zerorate.simulation.walk import simulate_walk as simulate_walk
+    from zerorate.tasks.navigate import navigate as navigate
 
 _PLACES: Final = {
+    "": (
+        "array attitude calibration checks datasets denoising findings foot geometry "
+        "identification io linear metrics navigation noise record simulation tasks units"
+    ),
+    "_native": (
+        "Attitude DriftFilter FootFilter GyroArray ImuCorrector LinearKalman "
+        "NavigationFilter PositionFilter RestDetector StreamingAllan TemperatureFilter Tilt "
+        "WaveletDenoiser"
+    ),
     "attitude.estimate": "estimate_attitude",
     "calibration.calibrate": "calibrate",
     "calibration.calibration": "Calibration",
     "calibration.comparison": "compare_calibrations",
+    "calibration.magnetometer": "calibrate_magnetometer",
     "calibration.rate.angle": "integrate",
     "calibration.rate.rate_table": "calibrate_rate_table",
     "calibration.temperature": "TemperatureModel",
     "checks.check": "check",
+    "checks.clipped": "restore_clipped",
     "denoising.wavelet": "denoise",
+    "findings.report": "report",
+    "foot.feet": "join_feet",
+    "foot.foot": "FootNavigation",
     "io.counts": "raw_counts",
     "io.fixes": "read_fixes",
     "io.reading": "read_log",
@@ -126,55 +119,17 @@ _PLACES: Final = {
     "simulation.drive": "simulate_drive",
     "simulation.gyro": "simulate",
     "simulation.motion": "simulate_motion",
+    "simulation.walk": "simulate_feet simulate_walk",
     "tasks.navigate": "navigate",
-    # What has its home in a package, and was here before.
-    "array": (
-        "AllanCovariance ArrayLog FusedAccelerometers Rotations VirtualGyro allan_covariance "
-        "array_log find_rotations fuse_accelerometers read_rotations"
-    ),
-    "attitude": "AttitudeEstimate",
-    "calibration": (
-        "CalibrationComparison CalibrationError FittedRate Integrated MovedParameter "
-        "RateTable RateTableAxis IronGroup MagnetometerCalibration TemperatureBias "
-        "calibrate_magnetometer find_rests fit_rate"
-    ),
-    "checks": "Checks Finding restore_clipped",
-    "denoising": "Denoised",
-    "findings": "Report report",
-    "foot": "Feet FootFilter FootNavigation FootTrack join_feet",
-    "identification": "RecursiveLeastSquares",
-    "io": "read_mounting split_log",
-    "linear": "LinearRun SmoothedRun",
-    "navigation": ("Alignment Outages Track find_time_offset outages write_geojson write_gpx"),
-    "noise": (
-        "AllanNoise AllanResult Coefficient DynamicAllan FittedModel Markov MotionDetector "
-        "Sinusoid dynamic_allan whittle worst_axis"
-    ),
-    "record": "Mounting TimeOffset body_axes",
-    "tasks": "Trace",
-    "simulation": (
-        "DEVICES AccelErrors Contamination Device GyroErrors MotionErrors SimulatedDrive "
-        "SimulatedMotion SimulatedSession SimulatedWalk device simulate_session "
-        "simulate_feet simulate_walk"
-    ),
 }
-"""Modules that are imported when a name in them is first asked for: nobody needs all of them."""
+"""Names by the module that is imported when one is first asked for; packages of the root first."""
 
-_MODULES: Final = by_name(_PLACES)
+__all__ = sorted(["__version__", *by_name(_PLACES)])
 
+shown_by("zerorate.show.registry")
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401
-    """Import a name's module, or a module by its name, when it is first asked for."""
-    if name in _MODULES:
-        found = getattr(import_module(f"zerorate.{_MODULES[name]}"), name)
-        globals()[name] = found
-        return found
-    try:
-        return import_module(f"zerorate.{name}")
-    except ModuleNotFoundError as error:
-        if error.name != f"zerorate.{name}":
-            raise
-        raise AttributeError(f"module 'zerorate' has no attribute {name!r}") from None
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = later(__name__, _PLACES)
 
 
 def _rule(module: str, name: str) -> Callable[..., Any]:
@@ -191,8 +146,3 @@ register(
     trace=_rule("zerorate.tasks.trace", "Trace"),
     navigate=_rule("zerorate.navigation.processing", "processed"),
 )
-
-
-def __dir__() -> list[str]:
-    """Show what is public, whether it was imported or not."""
-    return __all__

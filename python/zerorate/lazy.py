@@ -12,16 +12,19 @@ def later(
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """Return ``__getattr__`` and ``__dir__`` of a package, given its names by module.
 
-    Those of a module stand in one string, a blank between. The modules themselves are names too.
+    Those of a module stand in one string, a blank between; at "" stand names of modules. A type
+    checker must not see the former, to which any name would be right.
     """
     modules = by_name(places)
 
     def get(name: str) -> Any:  # noqa: ANN401
-        if name in modules:
-            return getattr(import_module(f"{package}.{modules[name]}"), name)
-        if name in places:
-            return import_module(f"{package}.{name}")
-        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        if name not in modules:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        found = import_module(f"{package}.{modules[name] or name}")
+        if modules[name]:
+            found = getattr(found, name)
+        setattr(import_module(package), name, found)
+        return found
 
     def names() -> list[str]:
         listed: list[str] = import_module(package).__all__

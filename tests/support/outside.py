@@ -161,7 +161,7 @@ def drive(seed, *, iron=0.0, cars=False, jump=0.0, seconds=300.0):
     ten seconds in the mean another passes within one to four, with 0.1 to 0.5 of the field at its
     nearest; ``jump``: the gyro's bias along z jumps by so much after a hundred seconds, deg/s.
     """
-    errors = zr.MotionErrors(field_wander=4.5 * DEG)
+    errors = zr.simulation.MotionErrors(field_wander=4.5 * DEG)
     motion = zr.simulate_motion("vehicle", RATE, seconds, seed=seed, errors=errors)
     t, rng = motion.time, np.random.default_rng([seed, 4])
     way = rng.standard_normal(3)

@@ -31,4 +31,5 @@ _PLACES: Final = {
     "rotations": "Rotations find_rotations read_rotations",
     "virtual_gyro": "VirtualGyro",
 }
-__getattr__, __dir__ = later(__name__, _PLACES)
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = later(__name__, _PLACES)

@@ -15,4 +15,5 @@ __all__ = [
 _PLACES: Final = {
     "estimate": "AttitudeEstimate estimate_attitude",
 }
-__getattr__, __dir__ = later(__name__, _PLACES)
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = later(__name__, _PLACES)

@@ -62,4 +62,5 @@ _PLACES: Final = {
     "record": "Origin Rest Turn",
     "temperature": "TemperatureBias TemperatureModel",
 }
-__getattr__, __dir__ = later(__name__, _PLACES)
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = later(__name__, _PLACES)

@@ -29,4 +29,5 @@ _PLACES: Final = {
     "foot": "FootNavigation FootTrack PlacedTrack",
     "strides": "Strides",
 }
-__getattr__, __dir__ = later(__name__, _PLACES)
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = later(__name__, _PLACES)

@@ -46,4 +46,5 @@ _PLACES: Final = {
     "writing": "write_log",
 }
 
-__getattr__, __dir__ = later(__name__, _PLACES)
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = later(__name__, _PLACES)

@@ -56,4 +56,5 @@ _PLACES: Final = {
     "tracks": "write_geojson write_gpx",
     "wheels": "Wheels",
 }
-__getattr__, __dir__ = later(__name__, _PLACES)
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = later(__name__, _PLACES)

@@ -39,4 +39,5 @@ _PLACES: Final = {
     "recording": "Recording",
 }
 
-__getattr__, __dir__ = later(__name__, _PLACES)
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = later(__name__, _PLACES)

@@ -101,4 +101,5 @@ _PLACES: Final = {
     ),
     "tables": "WIDTH",
 }
-__getattr__, __dir__ = later(__name__, _PLACES)
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = later(__name__, _PLACES)

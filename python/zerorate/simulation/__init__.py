@@ -51,4 +51,5 @@ _PLACES: Final = {
     "walk": "SimulatedWalk simulate_feet simulate_walk",
     "wheels": "wheel_speeds wheel_ticks",
 }
-__getattr__, __dir__ = later(__name__, _PLACES)
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = later(__name__, _PLACES)

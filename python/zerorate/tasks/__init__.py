@@ -5,9 +5,13 @@ from typing import TYPE_CHECKING
 from zerorate.lazy import later
 
 if TYPE_CHECKING:
+    from zerorate.tasks import batch as batch
+    from zerorate.tasks import compare as compare
+    from zerorate.tasks import live as live
+    from zerorate.tasks import replay as replay
     from zerorate.tasks.trace import Trace
 
 __all__ = ["Trace"]
 
-_PLACES = {"trace": "Trace", **dict.fromkeys(("batch", "compare", "live", "replay"), "")}
-__getattr__, __dir__ = later(__name__, _PLACES)
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = later(__name__, {"": "batch compare live replay", "trace": "Trace"})
