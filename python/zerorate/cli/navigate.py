@@ -235,8 +235,8 @@ def navigate(
         found = in_background(
             lambda: find_track(
                 log, gnss, calibration=calibration, clipped=clipped.value, fix=fix,
-                reference=truth, reference_offset=reference_offset, constants=constants,
-                progress=progress, **asked, **reading.arguments,
+                reference=truth, reference_offset=reference_offset, progress=progress, **constants,
+                **asked, **reading.arguments,
             )
         )  # fmt: skip
         outputs.save(files_of(found, tum=tum, panels=panels), progress, done=0.8)

@@ -126,6 +126,14 @@ class Beginning:
         What sensors and fixes say of each other.
     alarms, notes : tuple of str
         What contradicts the recording, and what was found or assumed.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=120.0, seed=1)
+    >>> begun = zr.navigation.find_beginning(drive.recording(), drive.fixes)
+    >>> nav = begun.filter(gate=30.0)
+    >>> track = nav.process(begun.recording, drive.fixes, time_offset=begun.time_offset)
     """
 
     recording: Recording

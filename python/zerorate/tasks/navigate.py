@@ -24,6 +24,7 @@ from zerorate.io.writing import write_log
 from zerorate.metrics.tracks import TrackErrors, ate, rpe
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.begin import Beginning, Heading, Mount, Offset, find_beginning
+from zerorate.navigation.options import NAVIGATION_OPTIONS
 from zerorate.navigation.outage import Gaps, Outages
 from zerorate.navigation.track import Track, not_begun
 from zerorate.navigation.tracks import write_geojson, write_gpx
@@ -37,7 +38,7 @@ from zerorate.record.poses import Poses
 from zerorate.record.recording import Recording
 from zerorate.record.samples import Samples
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
-from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
+from zerorate.tasks.source import ReadingArguments, Source, apart, explained, recording_of
 from zerorate.types import Floats
 from zerorate.views import Result
 
@@ -45,6 +46,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PathLike = str | os.PathLike[str]
+
+
+class NavigateOptions(ReadingArguments, total=False):
+    """Options of the filter, and arguments of reading, that `navigate` passes on."""
+
+    gate: float
+    adapt: Literal["inflate", "free", "fixed"]
+    covariance_step: float
+    kind: Literal["rate", "increment"]
+    antenna_sigma: float
+    wheel_sigma: float
+    speed_sigma: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,9 +213,8 @@ def navigate(
     fix: bool = False,
     reference: Poses | Fixes | PathLike | None = None,
     reference_offset: float = 0.0,
-    constants: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
-    **reading: Unpack[ReadingArguments],
+    **options: Unpack[NavigateOptions],
 ) -> Navigation:
     """Find the track of a vehicle from gyro, accelerometer and the fixes of a receiver.
 
@@ -254,12 +266,12 @@ def navigate(
         The true track to compare with.
     reference_offset : float
         Added to the times of the reference, s.
-    constants : mapping, optional
-        Further options of `zerorate.NavigationFilter`, such as ``{"gate": 30.0}``.
     progress : callable, optional
         Called with a step's name and the fraction that is done. By default a bar in a notebook.
-    **reading
-        Arguments of `zerorate.read_recording`, for a source that is read.
+    **options
+        Further options of `zerorate.NavigationFilter`: gate, adapt, covariance_step, kind,
+        antenna_sigma, wheel_sigma, speed_sigma; and arguments of `zerorate.read_recording`, for a
+        source that is read.
 
     Returns
     -------
@@ -285,10 +297,11 @@ def navigate(
     report = reported(progress)
     rolling = _Wheels.of(wheel_speed, wheel_ticks, tick)
     wheeled = vehicle if rolling is None else "wheeled"
-    options = {
-        **_of_vehicle(wheeled, axle, constants or {}),
+    reading, constants = apart(options, NAVIGATION_OPTIONS)
+    asked = {
+        **_of_vehicle(wheeled, axle, constants),
         **_noises(gyro_noise, accel_noise),
-        **(constants or {}),
+        **constants,
     }
     lengths = _lengths(outages)
     known = calibration_of(calibration)
@@ -304,10 +317,10 @@ def navigate(
         report("navigating", 0.1)
         begun = find_beginning(
             made.recording, new, mount=mount, antenna=antenna, time_offset=time_offset,
-            heading=heading, rest=rest, alarms=alarms, **options,
+            heading=heading, rest=rest, alarms=alarms, **asked,
         )  # fmt: skip
         speed = None if rolling is None else _rolled(rolling, source, begun, new)
-        run = _Run(begun, new, speed, smooth, lengths, options)
+        run = _Run(begun, new, speed, smooth, lengths, asked)
         found = run.navigated(report)
     return replace(found, truth=truth, alarms=tuple(alarms))
 

@@ -35,6 +35,25 @@ class ReadingArguments(TypedDict, total=False):
     time_unit: str | None
 
 
+def apart(
+    options: Mapping[str, Any], table: Mapping[str, object]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return what options say of reading, and what is in a table of options of a filter.
+
+    Raises
+    ------
+    TypeError
+        For one that is neither.
+    """
+    known = ReadingArguments.__optional_keys__
+    unknown = [name for name in options if name not in known and name not in table]
+    if unknown:
+        listed = ", ".join((*table, *sorted(known)))
+        raise TypeError(f"there is no argument '{unknown[0]}'; further ones are {listed}")
+    reading = {name: value for name, value in options.items() if name in known}
+    return reading, {name: value for name, value in options.items() if name in table}
+
+
 def recording_of(
     source: Source,
     reading: ReadingArguments | Mapping[str, Any],
