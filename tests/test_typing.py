@@ -59,3 +59,9 @@ def test_an_attitude_of_one_body_and_of_several() -> None:
     assert assert_type(told["gyro_matrix_sigma"], Floats).shape == (1, 3, 3)
     assert assert_type(told["at_rest"], Flags).shape == (1,)
     assert assert_type(one.copy(), zr.Attitude[float, bool]).method == "auto"
+
+
+def test_a_log_is_samples_and_none_a_missing_one() -> None:
+    log = zr.Log(np.arange(3) / 100.0, 100.0, np.zeros((3, 3)), ("x", "y", "z"), "rad/s")
+    assert assert_type(zr.DriftFilter(100.0, channels=3).process(log), Floats).shape == (3, 3)
+    assert assert_type(zr.Attitude(100.0).update(None, None), Floats).shape == (4,)

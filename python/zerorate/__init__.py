@@ -1,9 +1,11 @@
-"""Model, measure and remove the random drift of MEMS gyroscopes, live or in replay.
+"""Turns the raw output of MEMS inertial sensors into numbers to navigate by, live or from a log.
 
-Conventions: a record of one axis has shape (n,), of k axes (n, k), both float64. Filters need no
-unit and return the unit that they are given; noise models and simulation are in SI (rad/s).
-NaN, infinities and ``None`` are missing samples. R is the measurement noise variance, G the
-process noise covariance of the state.
+Conventions: a record of one axis has shape (n,), of k axes (n, k), both float64. Wherever samples
+are taken a `Log`, a data frame, a series or an Arrow table is taken too, and arrays are returned:
+`Log.with_data` makes a log of them again. A log's rate must be that of the filter, and its unit is
+converted where a class needs a certain one, as `Attitude` does. Other filters return the unit that
+they are given; noise models and simulation are in SI (rad/s). NaN, infinities and ``None`` are
+missing samples. R is the measurement noise variance, G the process noise covariance of the state.
 """
 
 from collections.abc import Callable

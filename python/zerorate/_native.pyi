@@ -376,7 +376,7 @@ class MotionDetector(_Stream, Generic[_Flag]):
     def __new__(cls, rate: float, *, channels: None = None) -> MotionDetector[bool]: ...
     @overload
     def __new__(cls, rate: float, *, channels: int) -> MotionDetector[_Flags]: ...
-    def update(self, z: npt.ArrayLike) -> _Flag: ...
+    def update(self, z: npt.ArrayLike | None) -> _Flag: ...
     def process(
         self, z: npt.ArrayLike, out: _Flags | None = None, threads: int | None = None
     ) -> _Flags: ...
@@ -572,8 +572,8 @@ class Attitude(_Stream, Generic[_Number, _Flag]):
     ) -> Attitude[_Floats, _Flags]: ...
     def update(
         self,
-        gyro: npt.ArrayLike,
-        accel: npt.ArrayLike,
+        gyro: npt.ArrayLike | None,
+        accel: npt.ArrayLike | None,
         mag: npt.ArrayLike | None = None,
         *floats: float,
         dt: float | None = None,
@@ -710,7 +710,7 @@ class GyroArray(_Stream, Generic[_Number]):
         method: Literal["auto", "centralised"] = "auto",
         labels: Sequence[str] | None = None,
     ) -> GyroArray[Any]: ...
-    def update(self, z: npt.ArrayLike) -> _Number: ...
+    def update(self, z: npt.ArrayLike | None) -> _Number: ...
     def process(
         self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
     ) -> _Floats: ...
@@ -767,7 +767,7 @@ class ImuCorrector(_Stream, Generic[_Corrected]):
         inputs: Literal[6, 7] | None = None,
         channels: int | None = None,
     ) -> ImuCorrector[tuple[_Floats, _Floats]]: ...
-    def update(self, z: npt.ArrayLike) -> _Corrected: ...
+    def update(self, z: npt.ArrayLike | None) -> _Corrected: ...
     def process(
         self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
     ) -> _Corrected: ...
@@ -1014,7 +1014,7 @@ class FootFilter(_Stream, Generic[_Number, _Flag]):
         gyro_range: float | None = None,
         channels: int,
     ) -> FootFilter[_Floats, _Flags]: ...
-    def update(self, gyro: npt.ArrayLike, accel: npt.ArrayLike) -> _Floats: ...
+    def update(self, gyro: npt.ArrayLike | None, accel: npt.ArrayLike | None) -> _Floats: ...
     def process(
         self,
         gyro: npt.ArrayLike,
@@ -1076,12 +1076,16 @@ class NavigationFilter(_Stream):
         kind: Literal["rate", "increment"] = "rate",
     ) -> Self: ...
     def update(
-        self, t: float, gyro: npt.ArrayLike, accel: npt.ArrayLike, rest: bool = False
+        self,
+        t: float,
+        gyro: npt.ArrayLike | None,
+        accel: npt.ArrayLike | None,
+        rest: bool = False,
     ) -> _Navigating: ...
     def update_gnss(
         self,
         t: float,
-        position: npt.ArrayLike,
+        position: npt.ArrayLike | None,
         velocity: npt.ArrayLike | None = None,
         position_sigma: npt.ArrayLike = 2.0,
         velocity_sigma: npt.ArrayLike = 0.1,
