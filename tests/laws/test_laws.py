@@ -131,13 +131,12 @@ def test_reset_is_a_new_one(stream, data):
 CONTINUE = """
 import pickle
 import sys
-import zerorate as zr
 
 with open(sys.argv[1], "rb") as file:
     cases = pickle.load(file)
 told = []
 for kind, saved, method, rest in cases:
-    f = getattr(zr, kind).from_bytes(saved)
+    f = kind.from_bytes(saved)
     answers = getattr(f, method)(*rest)
     # What the smoother of a navigation needs belongs to this process.
     told.append((answers[:1] if method == "process_arrays" else answers, f.to_bytes()))
@@ -163,7 +162,7 @@ def test_another_process_goes_on_equal(tmp_path):
         process(f, record[:cut])
         filters.append((f, record[cut:]))
         rest = arguments_of(f, record[cut:])
-        cases.append((type(f).__name__, f.to_bytes(), called(f), rest))
+        cases.append((type(f), f.to_bytes(), called(f), rest))
     file = tmp_path / "cases"
     file.write_bytes(pickle.dumps(cases))
     subprocess.run([sys.executable, "-c", CONTINUE, file], check=True)
