@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -58,6 +58,25 @@ class PlacedTrack:
     source: str
 
 
+class Origin(NamedTuple):
+    """Where a walk starts on the earth.
+
+    Attributes
+    ----------
+    latitude, longitude : float
+        deg.
+    heading : float
+        Where x of the track points, rad from north over east.
+    height : float
+        m.
+    """
+
+    latitude: float
+    longitude: float
+    heading: float = 0.0
+    height: float = 0.0
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class FootTrack(Smoothable, Result):
     """The track of a sensor on a foot over n samples, of `FootNavigation.process`.
@@ -98,6 +117,10 @@ class FootTrack(Smoothable, Result):
         Name of the recording.
     notes : tuple of str
         Sentences on what was restored, left out or assumed.
+    alarms : tuple of str
+        What contradicts the recording, a sentence each.
+    origin : Origin, optional
+        Where the walk starts on the earth.
 
     Examples
     --------
@@ -124,6 +147,8 @@ class FootTrack(Smoothable, Result):
     smoothed: bool = False
     source: str = "the recording"
     notes: tuple[str, ...] = ()
+    alarms: tuple[str, ...] = ()
+    origin: Origin | None = None
     _steps: NavigationRecord | Steps | None = field(default=None, compare=False)
 
     @property
