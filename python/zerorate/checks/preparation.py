@@ -169,7 +169,9 @@ def _correction(recording: Recording, choices: Choices) -> Step:
 
 
 def _axes(recording: Recording, choices: Choices) -> Step:
-    found = check(recording, gyro=choices.gyro, accel=choices.accel, scale=False)
+    # Rates that are clipped fit other axes better than their own.
+    whole, _ = restore_recording(recording, gyro=choices.gyro, certain=False)
+    found = check(whole, gyro=choices.gyro, accel=choices.accel, scale=False)
     steady = _steady(recording, choices)
     made = found.apply(recording) if choices.fix and steady is None else recording
     return Step(made, tuple(_contradictions(found, choices, steady)))

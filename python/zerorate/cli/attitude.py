@@ -197,7 +197,7 @@ def attitude(
     Writes quaternion and Euler angles with their standard deviations, rest, magnetic disturbance
     and what was learned of the gyro; prints a table, with the errors where the log has a reference.
     """
-    asked = {**filter.arguments(), **truth.arguments(), "constants": constants}
+    asked = {**filter.arguments(), **truth.arguments(), **constants}
     place = written.place(f"{log.stem}-zerorate-attitude")
     found = records(log, reading.group_by)
     beside = ("tum",) if tum else ()

@@ -69,6 +69,13 @@ class Origin(NamedTuple):
         Where x of the track points, rad from north over east.
     height : float
         m.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> made = zr.simulate_walk(strides=10, seed=1)
+    >>> zr.walk(made.recording(), at=(48.1, 11.6)).origin.latitude
+    48.1
     """
 
     latitude: float
@@ -344,14 +351,7 @@ class FootNavigation:
         samples = Samples.of(imu, mag=False, what="navigation of a foot")
         time = samples.time
         self._check_rate(time)
-        found, steps = foot_track(
-            time,
-            samples.gyro,
-            samples.accel,
-            self._floor == "level",
-            self._restore,
-            keep == "all",
-        )
+        found, steps = self._tracked(samples, keep == "all")
         swings = _check_foot(time, samples.gyro, found)
         clipped = clipped_axes(found["clipped"], samples.gyro)
         return FootTrack(
@@ -372,6 +372,16 @@ class FootNavigation:
             notes=(*swings, *map(str, clipped), *_on_rests(found["rests"]), *samples.notes),
             _steps=steps,
         )
+
+    def _tracked(self, samples: Samples, keep: bool) -> Any:  # noqa: ANN401
+        time, level = samples.time, self._floor == "level"
+        try:
+            return foot_track(time, samples.gyro, samples.accel, level, self._restore, keep)
+        except ValueError as error:
+            if getattr(error, "argument", None) != "time":
+                raise
+            # Nobody has given the times: they are the recording's.
+            raise LogError(f"{', '.join(samples.log.names)}: {error}") from None
 
     def _check_rate(self, time: Floats) -> None:
         if self._rate is None or len(time) < 2:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias, Unpack, get_args
@@ -12,6 +12,7 @@ from typing import Any, Final, TypeAlias, Unpack, get_args
 import numpy.typing as npt
 
 from zerorate.attitude.estimate import AttitudeEstimate, attitude_of
+from zerorate.attitude.options import ATTITUDE_OPTIONS
 from zerorate.calibration.calibration import Calibration
 from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.checks.preparation import Choices, Clipped, prepare
@@ -26,10 +27,24 @@ from zerorate.record.poses import Poses
 from zerorate.tasks.corrections import correction_of
 from zerorate.tasks.places import place_of
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
-from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
+from zerorate.tasks.source import ReadingArguments, Source, apart, explained, recording_of
 
 _Path: TypeAlias = str | os.PathLike[str]
 _Columns: TypeAlias = Sequence[str | int]
+
+
+class AttitudeOptions(ReadingArguments, total=False):
+    """Constants of named methods, and arguments of reading, that `estimate_attitude` passes on."""
+
+    time_constant: float
+    kp: float
+    ki: float
+    beta: float
+    gyro_noise: float
+    accel_noise: float
+    mag_noise: float
+    bias_walk: float
+
 
 _NO_MAG: Final = given("mag", "", "mag=False")
 _OF_FILES: Final = (".tum", ".txt", ".csv")
@@ -56,9 +71,8 @@ def estimate_attitude(
     reference_offset: float = 0.0,
     reference_frame: Frame | None = None,
     reference_heading: Heading | None = None,
-    constants: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
-    **reading: Unpack[ReadingArguments],
+    **options: Unpack[AttitudeOptions],
 ) -> AttitudeEstimate:
     """Find which way a body points, from gyro, accelerometer and, if there is one, magnetometer.
 
@@ -113,12 +127,12 @@ def estimate_attitude(
     reference_heading : {"aligned", "absolute", "relative"}, optional
         How headings are compared: turned to fit best, by the reference's north, or to the first
         sample. Default "aligned" for poses; else "absolute", or "relative" without a magnetometer.
-    constants : mapping, optional
-        Further options of `zerorate.Attitude`, such as ``{"kp": 2.0}`` of method "mahony".
     progress : callable, optional
         Called with a step's name and the fraction that is done. By default a bar in a notebook.
-    **reading
-        Arguments of `zerorate.read_recording`, for a source that is read.
+    **options
+        Constants of named methods of `zerorate.Attitude`: time_constant, kp, ki, beta, gyro_noise,
+        accel_noise, mag_noise, bias_walk; and arguments of `zerorate.read_recording`, for a source
+        that is read.
 
     Returns
     -------
@@ -150,7 +164,8 @@ def estimate_attitude(
     truth, columns = _reference(reference, reference_offset)
     _check_heading(reference_heading)
     correct = correction_of(calibration, magnetometer, gyro=gyro, accel=accel)
-    settings = _settings(learn_magnetometer, bias_limit, constants or {})
+    reading, constants = apart(options, ATTITUDE_OPTIONS)
+    settings = {**constants, **_settings(learn_magnetometer, bias_limit)}
     report("reading", 0.0)
     recording = recording_of(source, {**reading, "reference": columns})
     asked = Choices(gyro, accel, fix, clipped, bias_limit=bias_limit, correct=correct)
@@ -176,16 +191,10 @@ def _check_used(**of_field: object) -> None:
             raise ValueError(said(given(name), " has no effect with ", _NO_MAG))
 
 
-def _settings(
-    learn_magnetometer: bool, bias_limit: float | None, constants: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Return arguments of `zerorate.Attitude`: those that were given, of which it refuses some."""
-    settings = dict(constants)
-    if learn_magnetometer:
-        settings["learn_magnetometer"] = True
-    if bias_limit is not None:
-        settings["bias_limit"] = bias_limit
-    return settings
+def _settings(learn_magnetometer: bool, bias_limit: float | None) -> dict[str, Any]:
+    """Return what was given of the default filter: the named ones refuse it."""
+    learned: dict[str, Any] = {"learn_magnetometer": True} if learn_magnetometer else {}
+    return learned if bias_limit is None else {**learned, "bias_limit": bias_limit}
 
 
 def _declination(declination: float, at: npt.ArrayLike | None) -> tuple[float, tuple[str, ...]]:
