@@ -50,7 +50,6 @@ if TYPE_CHECKING:
     from zerorate._native import TemperatureFilter as TemperatureFilter
     from zerorate._native import Tilt as Tilt
     from zerorate._native import WaveletDenoiser as WaveletDenoiser
-    from zerorate.attitude.estimate import estimate_attitude as estimate_attitude
     from zerorate.calibration.calibrate import calibrate as calibrate
     from zerorate.calibration.calibration import Calibration as Calibration
     from zerorate.calibration.comparison import compare_calibrations as compare_calibrations
@@ -81,7 +80,9 @@ if TYPE_CHECKING:
     from zerorate.simulation.motion import simulate_motion as simulate_motion
     from zerorate.simulation.walk import simulate_feet as simulate_feet
     from zerorate.simulation.walk import simulate_walk as simulate_walk
+    from zerorate.tasks.attitude import estimate_attitude as estimate_attitude
     from zerorate.tasks.navigate import navigate as navigate
+    from zerorate.tasks.walk import walk as walk
 
 _PLACES: Final = {
     "": (
@@ -93,7 +94,6 @@ _PLACES: Final = {
         "NavigationFilter PositionFilter RestDetector StreamingAllan TemperatureFilter Tilt "
         "WaveletDenoiser"
     ),
-    "attitude.estimate": "estimate_attitude",
     "calibration.calibrate": "calibrate",
     "calibration.calibration": "Calibration",
     "calibration.comparison": "compare_calibrations",
@@ -122,7 +122,9 @@ _PLACES: Final = {
     "simulation.gyro": "simulate",
     "simulation.motion": "simulate_motion",
     "simulation.walk": "simulate_feet simulate_walk",
+    "tasks.attitude": "estimate_attitude",
     "tasks.navigate": "navigate",
+    "tasks.walk": "walk",
 }
 """Names by the module that is imported when one is first asked for; packages of the root first."""
 

@@ -5,15 +5,15 @@ from typing import TYPE_CHECKING, Final
 from zerorate.lazy import later
 
 if TYPE_CHECKING:
-    from zerorate.attitude.estimate import AttitudeEstimate, estimate_attitude
+    from zerorate.attitude.estimate import AttitudeEstimate, attitude_of
 
 __all__ = [
     "AttitudeEstimate",
-    "estimate_attitude",
+    "attitude_of",
 ]
 
 _PLACES: Final = {
-    "estimate": "AttitudeEstimate estimate_attitude",
+    "estimate": "AttitudeEstimate attitude_of",
 }
 if not TYPE_CHECKING:
     __getattr__, __dir__ = later(__name__, _PLACES)

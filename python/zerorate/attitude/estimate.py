@@ -6,15 +6,13 @@ import math
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
+from typing import Any, Final, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import Attitude
 from zerorate.attitude.options import ATTITUDE_METHODS
-from zerorate.calibration.calibration import Calibration
-from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.faults import ArgumentError, given, said
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.geometry.rotations import euler_angles, product
@@ -30,9 +28,6 @@ from zerorate.record.log import FORWARD_RIGHT_DOWN
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
-
-if TYPE_CHECKING:
-    pass
 
 METHODS: Final = ATTITUDE_METHODS
 """Methods of `zerorate.Attitude`."""
@@ -54,7 +49,7 @@ _THINNED: Final = ("gyro_matrix", "gyro_matrix_sigma")
 
 @dataclass(frozen=True, eq=False)
 class AttitudeEstimate(Result):
-    """Attitude of a body over a recording of n samples, as `estimate_attitude` returns it.
+    """Attitude of a body over a recording of n samples, as `zerorate.estimate_attitude` returns it.
 
     Parameters
     ----------
@@ -92,6 +87,8 @@ class AttitudeEstimate(Result):
     compared_heading : {"absolute", "relative", "aligned"}
         How `errors` takes headings by default: "relative" without a magnetometer, "aligned" with a
         reference whose north is its own, as a camera's.
+    alarms : tuple of str
+        What contradicts the recording, a sentence each.
 
     Examples
     --------
@@ -123,6 +120,7 @@ class AttitudeEstimate(Result):
     source: str = "the recording"
     notes: tuple[str, ...] = ()
     compared_heading: Heading = "absolute"
+    alarms: tuple[str, ...] = ()
 
     @property
     def n(self) -> int:
@@ -241,7 +239,7 @@ class AttitudeEstimate(Result):
         )
 
 
-def estimate_attitude(
+def attitude_of(
     recording: Recording,
     *,
     frame: Frame | None = None,
@@ -251,16 +249,15 @@ def estimate_attitude(
     declination: float = 0.0,
     gyro: str = "gyro",
     accel: str | None = None,
-    calibration: Calibration | None = None,
-    magnetometer: MagnetometerCalibration | None = None,
     reference: Poses | None = None,
     reference_frame: Frame | None = None,
     progress: Progress | None = None,
     **constants: Any,  # noqa: ANN401
 ) -> AttitudeEstimate:
-    """Return the attitude of a body over a recording, as `zerorate.Attitude` finds it.
+    """Return the attitude of a body over a recording as it is, as `zerorate.Attitude` finds it.
 
-    The clock of the gyro counts. A sample of another sensor on a clock of its own is taken at the
+    Nothing is checked or mended: `zerorate.estimate_attitude` does that first. The clock of the gyro
+    counts. A sample of another sensor on a clock of its own is taken at the
     first sample of the gyro that is not before it; what was lost is missing, and the time goes on.
 
     Parameters
@@ -287,11 +284,6 @@ def estimate_attitude(
     gyro, accel : str
         Which of several sensors: ``"gyro_1"`` and so on; default the first, and the accelerometer
         of its device.
-    calibration : Calibration, optional
-        Correct gyro and accelerometer by it first.
-    magnetometer : MagnetometerCalibration, optional
-        Take hard and soft iron off the magnetometer first: of the recording that it was made of,
-        span by span.
     reference : Poses, optional
         The true orientation on the clock of the gyro, of a camera for instance, in the place of the
         recording's own: its north is its own, and headings are aligned.
@@ -318,18 +310,15 @@ def estimate_attitude(
 
     Examples
     --------
-    >>> import zerorate as zr
+    >>> import numpy as np, zerorate as zr
     >>> motion = zr.simulate_motion("hand", duration=30.0, seed=2)
-    >>> attitude = zr.estimate_attitude(motion.recording())
+    >>> attitude = zr.attitude.attitude_of(motion.recording())
     >>> attitude
     AttitudeEstimate(3000 samples at 100 Hz, nine axes, auto, enu)
     >>> bool(np.degrees(attitude.errors().inclination) < 1.0)
     True
     """
     _check_frame(reference_frame)
-    if magnetometer is not None and not mag:
-        raise ArgumentError("magnetometer", "has no effect with mag=False")
-    recording = _corrected(recording, gyro, accel, calibration, magnetometer)
     samples = Samples.of(recording, gyro, accel, mag)
     given, frame = frame, frame or _frame_of(samples.log)
     uses_mag = samples.mag is not None
@@ -375,23 +364,6 @@ def _check_frame(reference_frame: Frame | None) -> None:
         raise ArgumentError(
             "reference_frame", f"must be one of {', '.join(FRAMES)}, got {reference_frame!r}"
         )
-
-
-def _corrected(
-    recording: Recording,
-    gyro: str,
-    accel: str | None,
-    calibration: Calibration | None,
-    magnetometer: MagnetometerCalibration | None,
-) -> Recording:
-    """Return a recording after what is known of its sensors."""
-    if calibration is not None:
-        recording = calibration.apply(recording, gyro=gyro, **({"accel": accel} if accel else {}))
-    if magnetometer is None:
-        return recording
-    corrected = magnetometer.apply(recording)
-    assert isinstance(corrected, Recording)
-    return corrected
 
 
 def _check_declination(declination: float, uses_mag: bool) -> None:

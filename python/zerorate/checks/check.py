@@ -18,6 +18,7 @@ from zerorate.checks.sentences import mistaken, on_axes, on_unit
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.record import Log, Recording
 from zerorate.record.clock import ClockReport, on_rate
+from zerorate.record.samples import partner
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
 
@@ -68,8 +69,8 @@ def check(
     >>> print(zr.check(zr.Recording({**recording, "gyro": wrong})).gyro.text)
     the gyro's y axis has the sign other than the accelerometer's
     """
-    accel = accel or _partner(recording, gyro, "accel")
-    mag = _partner(recording, gyro, "mag")
+    accel = accel or partner(recording, gyro, "accel")
+    mag = partner(recording, gyro, "mag")
     notes = tuple(_on_sizes(recording, accel, mag))
     clock = _on_clock(recording[gyro]) if gyro in recording else ""
     known = {"source": recording.source, "notes": notes, "clock": clock}
@@ -82,12 +83,6 @@ def check(
     field = _field(ticks, judged, recording, mag)
     dip = None if ticks.fields is None else _dip(ticks)
     return Checks(judged.finding, field, *fitted, dip, **known)  # type: ignore[arg-type]
-
-
-def _partner(recording: Recording, gyro: str, kind: str) -> str:
-    """Return the name of the sensor that has the number of the gyro, or of the first."""
-    own = gyro.replace("gyro", kind, 1)
-    return own if own in recording else kind
 
 
 def _reason(recording: Recording, gyro: str, accel: str) -> str:

@@ -24,6 +24,9 @@ _MAX_SMALL: Final = 0.25 * _G
 _MAX_RATIO: Final = 0.25
 """Their force over that of the largest tenth. With gravity, in whatever scale, it is 0.35 on a
 runner's foot and 0.8 elsewhere."""
+_APPLE_UNIT: Final = "g"
+"""Unit of gravity and of acceleration without it on Apple's devices, where both have the sign of
+gravity. Android has m/s^2, and the sign of specific force."""
 _AT_REST: Final = 0.06 * _G
 """Force of the largest tenth of a body that rests, without gravity."""
 
@@ -67,7 +70,8 @@ def with_gravity(
     Parameters
     ----------
     recording : Recording
-        Its log ``gravity``, if there is one on the accelerometer's clock, is added.
+        Its log ``gravity``, if there is one on the accelerometer's clock, is added. What is in g
+        points down, as Apple's devices have it, and so does the sum, which is negated.
     accel : str
         Name of the accelerometer.
     needed : bool
@@ -89,10 +93,9 @@ def with_gravity(
     gravity = recording.get("gravity")
     named = ", ".join(log.names)
     if gravity is not None and gravity.data.shape == log.data.shape:
-        unit = gravity.unit if gravity.unit in UNITS else log.unit
-        data = log.data + convert(gravity.data, unit, log.unit)
-        note = f"{named}: acceleration without gravity; {', '.join(gravity.names)} is added to it"
-        return replace(recording, logs={**recording, accel: replace(log, data=data)}), (), (note,)
+        whole, done = _sum(log, gravity)
+        note = f"{named}: acceleration without gravity; {done}"
+        return replace(recording, logs={**recording, accel: whole}), (), (note,)
     sentence = said(
         f"{named}: gravity is absent, as from a phone's linear acceleration; record the "
         "accelerometer itself, or name its columns by ",
@@ -101,3 +104,13 @@ def with_gravity(
     if needed:
         raise LogError(sentence)
     return recording, (sentence,), ()
+
+
+def _sum(accel: Log, gravity: Log) -> tuple[Log, str]:
+    """Return the specific force, up where the body rests, and what was done."""
+    unit = gravity.unit if gravity.unit in UNITS else accel.unit
+    data = accel.data + convert(gravity.data, unit, accel.unit)
+    added = f"{', '.join(gravity.names)} is added to it"
+    if unit != _APPLE_UNIT:
+        return replace(accel, data=data), added
+    return replace(accel, data=-data), f"{added}, and the sum negated: in g both point down"

@@ -17,10 +17,11 @@ from zerorate.checks.constant import dead_axes, without_absent, without_frozen_f
 from zerorate.checks.gravity import with_gravity
 from zerorate.checks.held import without_held
 from zerorate.checks.result import Checks, Finding
-from zerorate.checks.stillness import steady_rate
+from zerorate.checks.stillness import SteadyRate, steady_rate
 from zerorate.faults import Argument, given, said
 from zerorate.record.fixes import Fixes
 from zerorate.record.recording import Recording
+from zerorate.record.samples import partner
 
 Clipped: TypeAlias = Literal["auto", "restore", "leave"]
 """What is done with rates that a gyro clipped at its range."""
@@ -48,25 +49,38 @@ class Choices:
 
     Attributes
     ----------
-    gyro, accel, mag : str
-        Names of the logs that the task uses.
+    gyro : str
+        Name of the gyro that the task uses; its magnetometer is that of its device.
+    accel : str, optional
+        Name of the accelerometer; default that of the gyro's device.
     fix : bool
         Put right a unit or axes of the gyro that the motion contradicts.
     clipped : {"auto", "restore", "leave"}
         What becomes of clipped rates.
     gravity : bool
         The task cannot do without gravity: raise where it is absent.
+    bias_limit : float, optional
+        Largest bias that such a gyro has, rad/s, where the user states it: a steady rate up to that
+        is no contradiction.
     correct : callable, optional
         What takes known errors off a recording, such as `zerorate.Calibration.apply`.
     """
 
     gyro: str = "gyro"
-    accel: str = "accel"
-    mag: str = "mag"
+    accel: str | None = None
     fix: bool = False
     clipped: Clipped = "auto"
     gravity: bool = True
+    bias_limit: float | None = None
     correct: Callable[[Recording], Recording] | None = None
+
+    def accel_in(self, recording: Recording) -> str:
+        """Return the name of the accelerometer."""
+        return self.accel or partner(recording, self.gyro, "accel")
+
+    def mag_in(self, recording: Recording) -> str:
+        """Return the name of the magnetometer."""
+        return partner(recording, self.gyro, "mag")
 
 
 class Step(NamedTuple):
@@ -142,12 +156,12 @@ def _absent(recording: Recording, choices: Choices) -> Step:
 
 
 def _dead(recording: Recording, choices: Choices) -> Step:
-    names = (choices.gyro, choices.accel, choices.mag)
+    names = (choices.gyro, choices.accel_in(recording), choices.mag_in(recording))
     return Step(recording, tuple(dead_axes(recording, names)))
 
 
 def _gravity(recording: Recording, choices: Choices) -> Step:
-    return Step(*with_gravity(recording, choices.accel, choices.gravity))
+    return Step(*with_gravity(recording, choices.accel_in(recording), choices.gravity))
 
 
 def _correction(recording: Recording, choices: Choices) -> Step:
@@ -155,22 +169,25 @@ def _correction(recording: Recording, choices: Choices) -> Step:
 
 
 def _axes(recording: Recording, choices: Choices) -> Step:
-    found = check(recording, gyro=choices.gyro, accel=choices.accel, scale=False)
+    # Rates that are clipped fit other axes better than their own.
+    whole, _ = restore_recording(recording, gyro=choices.gyro, certain=False)
+    found = check(whole, gyro=choices.gyro, accel=choices.accel, scale=False)
     steady = _steady(recording, choices)
-    made = found.apply(recording) if choices.fix and not steady else recording
-    return Step(made, tuple(_contradictions(found, choices.fix, steady)))
+    made = found.apply(recording) if choices.fix and steady is None else recording
+    return Step(made, tuple(_contradictions(found, choices, steady)))
 
 
-def _steady(recording: Recording, choices: Choices) -> str:
-    gyro, accel = recording.get(choices.gyro), recording.get(choices.accel)
-    return "" if gyro is None or accel is None else steady_rate(gyro, accel)
+def _steady(recording: Recording, choices: Choices) -> SteadyRate | None:
+    gyro, accel = recording.get(choices.gyro), recording.get(choices.accel_in(recording))
+    return None if gyro is None or accel is None else steady_rate(gyro, accel)
 
 
-def _contradictions(found: Checks, fix: bool, steady: str) -> Iterator[str]:
-    if steady:
-        yield steady
+def _contradictions(found: Checks, choices: Choices, steady: SteadyRate | None) -> Iterator[str]:
+    if steady is not None:
+        if choices.bias_limit is None or steady.size > choices.bias_limit:
+            yield steady.text
     elif found.gyro.alarm:
-        yield said(found.gyro.text, *_advice(found.gyro, fix))
+        yield said(found.gyro.text, *_advice(found.gyro, choices.fix))
     if found.magnetometer.alarm:
         yield found.magnetometer.text
     if found.clock:
@@ -185,7 +202,7 @@ def _advice(finding: Finding, fix: bool) -> tuple[str | Argument, ...]:
 
 
 def _frozen(recording: Recording, choices: Choices) -> Step:
-    return Step(*without_frozen_field(recording, choices.gyro, choices.mag))
+    return Step(*without_frozen_field(recording, choices.gyro, choices.mag_in(recording)))
 
 
 def _clipped(recording: Recording, choices: Choices) -> Step:

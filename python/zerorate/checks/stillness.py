@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -20,8 +20,15 @@ _MAX_FORCE_CHANGE: Final = 0.15
 _MIN_SECONDS: Final = 5
 
 
-def steady_rate(gyro: Log, accel: Log) -> str:
-    """Return a sentence on a rate beyond 10 deg/s that nothing but the gyro shows; "" without one.
+class SteadyRate(NamedTuple):
+    """A rate that nothing but the gyro shows: its size, rad/s, and a sentence on it."""
+
+    size: float
+    text: str
+
+
+def steady_rate(gyro: Log, accel: Log) -> SteadyRate | None:
+    """Return a rate beyond 10 deg/s that nothing but the gyro shows; None without one.
 
     Either it is a bias, or the body turns about the vertical, which no accelerometer shows. It says
     nothing on units: those are judged by motion.
@@ -29,22 +36,23 @@ def steady_rate(gyro: Log, accel: Log) -> str:
     Parameters
     ----------
     gyro, accel : Log
-        Of three axes and of known units; else nothing is said.
+        Of three axes and of known units; else None.
     """
     rates, forces = _seconds(gyro, "rate", "rad/s"), _seconds(accel, "acceleration", "m/s^2")
     if min(len(rates), len(forces)) < _MIN_SECONDS:
-        return ""
+        return None
     rate = np.median(rates, axis=0)
     size = float(np.linalg.norm(rate))
     if size < _MIN_RATE or _largest_change(rates) > _MAX_RATE_CHANGE:
-        return ""
+        return None
     if _largest_change(forces) > _MAX_FORCE_CHANGE:
-        return ""
-    return said(
+        return None
+    text = said(
         f"{', '.join(gyro.names)}: {math.degrees(size):.1f} deg/s throughout, while the "
         f"accelerometer shows no motion: {_cause(rate, forces)}",
         *_remedy(size),
     )
+    return SteadyRate(size, text)
 
 
 def _cause(rate: Floats, forces: Floats) -> str:

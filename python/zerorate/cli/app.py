@@ -131,6 +131,7 @@ def _not_called() -> None:
 
 
 _OTHERWISE: Final[Mapping[str, Mapping[str, str]]] = {
+    "attitude": {"mag": "--no-mag"},
     "navigate": {
         "span": "--rest",
         "seconds": "--outages",

@@ -1,8 +1,8 @@
 """``zerorate attitude``: which way a body points, from a log of its sensors."""
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -10,15 +10,11 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from zerorate.attitude.estimate import METHODS, AttitudeEstimate, estimate_attitude
+from zerorate.attitude.estimate import METHODS
 from zerorate.attitude.options import ATTITUDE_OPTIONS
-from zerorate.calibration.calibration import Calibration
-from zerorate.cli.calibrations import naming, read_calibration, read_imu
-from zerorate.cli.checking import checked, print_alarms, said_first
-from zerorate.cli.clipping import Clipped, ClippedOption, restored
-from zerorate.cli.errors import UsageFault, as_usage
-from zerorate.cli.magnetometer import read_magnetometer
-from zerorate.cli.mounts import place_with_field
+from zerorate.cli.clipping import Clipped, ClippedOption
+from zerorate.cli.errors import print_alarms
+from zerorate.cli.mounts import numbers
 from zerorate.cli.options import (
     PANEL,
     AccelName,
@@ -28,22 +24,16 @@ from zerorate.cli.options import (
     GyroName,
     LogArgument,
     Reading,
-    parse_columns,
     with_group,
     with_options,
     with_reading_options,
 )
 from zerorate.cli.outputs import LogAndFigure, check_outputs, print_written, progress_bar
 from zerorate.cli.records import print_title, records
-from zerorate.cli.references import ReferenceHeading, ReferenceOffset, Tum, reference_poses
-from zerorate.cli.standard import tell
-from zerorate.geometry import earth_field
-from zerorate.io import write_log
-from zerorate.options import check_used
-from zerorate.progress import Progress
-from zerorate.record import Recording
+from zerorate.cli.references import ReferenceHeading, ReferenceOffset, Tum
+from zerorate.tasks.attitude import estimate_attitude
 from zerorate.tasks.interrupts import in_background
-from zerorate.tasks.saving import Outputs, text_writer
+from zerorate.tasks.saving import files_of
 from zerorate.units import convert
 
 _FILTER: Final = "Attitude"
@@ -117,40 +107,20 @@ class _Filter:
         ),
     ] = None
 
-    def arguments(self, constants: Mapping[str, Any]) -> dict[str, Any]:
-        """Return those of `estimate_attitude`; a usage fault for a constant without effect."""
-        with as_usage():
-            check_used(constants, [str(self.method)], ATTITUDE_OPTIONS)
-        asked = {
+    def arguments(self) -> dict[str, Any]:
+        """Return those of `zerorate.estimate_attitude`."""
+        place = "latitude and longitude, deg,"
+        limit = self.bias_limit
+        return {
             "frame": None if self.frame is None else str(self.frame),
             "method": str(self.method),
             "offline": self.offline,
             "mag": not self.no_mag,
-            "declination": self._declination(),
-            **constants,
+            "learn_magnetometer": self.learn_magnetometer,
+            "declination": math.radians(self.declination),
+            "at": None if self.at is None else numbers("--at", self.at, 2, place),
+            "bias_limit": None if limit is None else convert(limit, "deg/s", "rad/s"),
         }
-        if self.learn_magnetometer:
-            if self.no_mag:
-                raise UsageFault("--learn-magnetometer has no effect with --no-mag")
-            asked["learn_magnetometer"] = True
-        if self.bias_limit is not None:
-            asked["bias_limit"] = convert(self.bias_limit, "deg/s", "rad/s")
-        return asked
-
-    def _declination(self) -> float:
-        """Return what was typed, or what the model of the earth's field has at the place, rad."""
-        place = place_with_field(self.at)
-        if place is None:
-            return math.radians(self.declination)
-        if self.declination:
-            raise UsageFault("--at tells the declination: give it, or --declination")
-        if self.no_mag:
-            raise UsageFault("--at has no effect with --no-mag")
-        with as_usage():
-            there = earth_field(*place)
-        east = math.degrees(there.declination)
-        tell(f"magnetic north lies {east:.1f} deg east of true north, by the {there.model}")
-        return there.declination
 
 
 @dataclass(frozen=True)
@@ -182,22 +152,15 @@ class _Truth:
         ),
     ] = None
 
-    def found(self) -> tuple[dict[str, Any], list[str | int] | None]:
-        """Return what `estimate_attitude` is told of it, and the columns of the log it is in."""
-        poses = reference_poses(self.reference, self.reference_offset)
-        if poses is None and self.reference_offset:
-            raise UsageFault("--reference-offset acts on a file that --reference names")
-        frame = None if self.reference_frame is None else str(self.reference_frame)
-        columns = parse_columns(self.reference, "--reference") if poses is None else None
-        return {"reference": poses, "reference_frame": frame}, columns
-
-    def compared(self, estimate: AttitudeEstimate) -> AttitudeEstimate:
-        """Return an estimate that compares headings as is asked; a usage fault without any."""
-        if self.reference_heading is None:
-            return estimate
-        if estimate.reference is None:
-            raise UsageFault("--reference-heading needs a reference")
-        return replace(estimate, compared_heading=self.reference_heading.value)
+    def arguments(self) -> dict[str, Any]:
+        """Return those of `zerorate.estimate_attitude`."""
+        frame, heading = self.reference_frame, self.reference_heading
+        return {
+            "reference": self.reference,
+            "reference_offset": self.reference_offset,
+            "reference_frame": None if frame is None else str(frame),
+            "reference_heading": None if heading is None else heading.value,
+        }
 
 
 @with_group(LogAndFigure, "written")
@@ -234,13 +197,7 @@ def attitude(
     Writes quaternion and Euler angles with their standard deviations, rest, magnetic disturbance
     and what was learned of the gyro; prints a table, with the errors where the log has a reference.
     """
-    true, columns = truth.found()
-    asked = {**filter.arguments(constants), **true, "gyro": gyro or "gyro", "accel": accel}
-    known = None if calibration is None else read_calibration(calibration)
-    if magnetometer is not None:
-        if filter.no_mag:
-            raise UsageFault("--magnetometer has no effect with --no-mag")
-        asked["magnetometer"] = read_magnetometer(magnetometer)
+    asked = {**filter.arguments(), **truth.arguments(), **constants}
     place = written.place(f"{log.stem}-zerorate-attitude")
     found = records(log, reading.group_by)
     beside = ("tum",) if tum else ()
@@ -250,38 +207,14 @@ def attitude(
     written.preload("attitude_figure")
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
-            recording = read_imu(reading, one.source, columns)
-            with naming(recording):
-                if known is not None:
-                    recording = _corrected(known, recording, gyro, accel)
-                recording, alarms = checked(recording, fix, gyro, accel)
-                recording, told = restored(recording, clipped, gyro)
-                alarms += told
-            with said_first(alarms), naming(recording):
-                work = partial(estimate_attitude, recording, progress=progress, **asked)
-                estimate = truth.compared(in_background(work))
-            _write(files, estimate, progress)
+            work = partial(
+                estimate_attitude, one.source, gyro=gyro or "gyro", accel=accel,
+                calibration=calibration, magnetometer=magnetometer, clipped=clipped.value, fix=fix,
+                progress=progress, **asked, **reading.arguments,
+            )  # fmt: skip
+            estimate = in_background(work)
+            files.save(files_of(estimate, tum=tum), progress)
         print_title(one, first=one is found[0])
-        print_alarms(alarms)
-        print(estimate.table())
+        print_alarms(estimate.alarms)
+        print(estimate)
         print_written(files.paths)
-
-
-def _corrected(
-    known: Calibration, recording: Recording, gyro: str | None, accel: str | None
-) -> Recording:
-    named = {"gyro": gyro, "accel": accel}
-    return known.apply(recording, **{kind: name for kind, name in named.items() if name})
-
-
-def _write(outputs: Outputs, estimate: AttitudeEstimate, progress: Progress) -> None:
-    from zerorate.show import save_figure
-
-    writers: list[Callable[[Path], object]] = [partial(write_log, estimate.to_log())]
-    if outputs.others:
-        writers.append(text_writer(estimate.poses().to_tum()))
-    outputs.write(
-        writers,
-        lambda path: save_figure(estimate.plot(), path),
-        progress,
-    )

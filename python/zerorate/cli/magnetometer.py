@@ -11,7 +11,7 @@ import typer
 
 from zerorate.calibration.magnetometer import MagnetometerCalibration, calibrate_magnetometer
 from zerorate.cli.calibrations import naming, read_imu
-from zerorate.cli.errors import DataFault, as_usage, of_a_file, require
+from zerorate.cli.errors import DataFault, as_usage, require
 from zerorate.cli.mounts import place_with_field
 from zerorate.cli.options import READING, FigureFormat, Reading
 from zerorate.cli.outputs import check_outputs, preload_figure, print_written, progress_bar
@@ -76,16 +76,6 @@ class Magnetometer:
     one_iron: Annotated[
         bool, typer.Option(help="Nobody touched the device: one hard iron for the whole log.")
     ] = False
-
-
-def read_magnetometer(path: Path) -> MagnetometerCalibration:
-    """Return the calibration in a file, or raise a fault that says what is wrong with it."""
-    try:
-        return MagnetometerCalibration.from_json(path)
-    except OSError as error:
-        raise DataFault(of_a_file(error)) from None
-    except ValueError as error:
-        raise DataFault(str(error)) from None
 
 
 def calibrate_compass(

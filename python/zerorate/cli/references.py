@@ -1,16 +1,13 @@
 """True tracks and orientations that commands compare with: files of TUM, EuRoC, receivers."""
 
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Final, TypeAlias
+from typing import Annotated, TypeAlias
 
 import typer
 
-from zerorate.cli.errors import UsageFault, read_faults
+from zerorate.cli.errors import UsageFault
 from zerorate.cli.options import OUTPUT, PANEL
-from zerorate.io import read_poses
-from zerorate.record import Poses
 
 
 class ReferenceHeading(StrEnum):
@@ -39,7 +36,6 @@ Tum: TypeAlias = Annotated[
         rich_help_panel=OUTPUT,
     ),
 ]
-_LIKE_FILES: Final = ("/", "\\", ".tum", ".txt", ".csv")
 
 
 def existing(reference: str | None) -> Path | None:
@@ -49,17 +45,3 @@ def existing(reference: str | None) -> Path | None:
     if not Path(reference).is_file():
         raise UsageFault(f"--reference names {reference}, which does not exist")
     return Path(reference)
-
-
-def reference_poses(reference: str | None, offset: float) -> Poses | None:
-    """Return the poses of a file that ``--reference`` names, None where it names none."""
-    if reference is None:
-        return None
-    path = Path(reference)
-    if not path.is_file():
-        if reference.endswith(_LIKE_FILES[2:]) or any(one in reference for one in _LIKE_FILES[:2]):
-            raise UsageFault(f"--reference names {reference}, which does not exist")
-        return None
-    with read_faults():
-        poses = read_poses(path)
-    return replace(poses, time=poses.time + offset) if offset else poses

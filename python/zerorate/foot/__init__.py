@@ -10,7 +10,7 @@ from zerorate.lazy import later
 
 if TYPE_CHECKING:
     from zerorate.foot.feet import Asymmetry, Feet, join_feet
-    from zerorate.foot.foot import FootNavigation, FootTrack, PlacedTrack
+    from zerorate.foot.foot import FootNavigation, FootTrack, Origin, PlacedTrack
     from zerorate.foot.strides import Strides
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "FootFilter",
     "FootNavigation",
     "FootTrack",
+    "Origin",
     "PlacedTrack",
     "Strides",
     "join_feet",
@@ -26,7 +27,7 @@ __all__ = [
 
 _PLACES: Final = {
     "feet": "Asymmetry Feet join_feet",
-    "foot": "FootNavigation FootTrack PlacedTrack",
+    "foot": "FootNavigation FootTrack Origin PlacedTrack",
     "strides": "Strides",
 }
 if not TYPE_CHECKING:

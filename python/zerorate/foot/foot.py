@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -58,6 +58,32 @@ class PlacedTrack:
     source: str
 
 
+class Origin(NamedTuple):
+    """Where a walk starts on the earth.
+
+    Attributes
+    ----------
+    latitude, longitude : float
+        deg.
+    heading : float
+        Where x of the track points, rad from north over east.
+    height : float
+        m.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> made = zr.simulate_walk(strides=10, seed=1)
+    >>> zr.walk(made.recording(), at=(48.1, 11.6)).origin.latitude
+    48.1
+    """
+
+    latitude: float
+    longitude: float
+    heading: float = 0.0
+    height: float = 0.0
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class FootTrack(Smoothable, Result):
     """The track of a sensor on a foot over n samples, of `FootNavigation.process`.
@@ -98,6 +124,10 @@ class FootTrack(Smoothable, Result):
         Name of the recording.
     notes : tuple of str
         Sentences on what was restored, left out or assumed.
+    alarms : tuple of str
+        What contradicts the recording, a sentence each.
+    origin : Origin, optional
+        Where the walk starts on the earth.
 
     Examples
     --------
@@ -124,6 +154,8 @@ class FootTrack(Smoothable, Result):
     smoothed: bool = False
     source: str = "the recording"
     notes: tuple[str, ...] = ()
+    alarms: tuple[str, ...] = ()
+    origin: Origin | None = None
     _steps: NavigationRecord | Steps | None = field(default=None, compare=False)
 
     @property
@@ -319,14 +351,7 @@ class FootNavigation:
         samples = Samples.of(imu, mag=False, what="navigation of a foot")
         time = samples.time
         self._check_rate(time)
-        found, steps = foot_track(
-            time,
-            samples.gyro,
-            samples.accel,
-            self._floor == "level",
-            self._restore,
-            keep == "all",
-        )
+        found, steps = self._tracked(samples, keep == "all")
         swings = _check_foot(time, samples.gyro, found)
         clipped = clipped_axes(found["clipped"], samples.gyro)
         return FootTrack(
@@ -347,6 +372,16 @@ class FootNavigation:
             notes=(*swings, *map(str, clipped), *_on_rests(found["rests"]), *samples.notes),
             _steps=steps,
         )
+
+    def _tracked(self, samples: Samples, keep: bool) -> Any:  # noqa: ANN401
+        time, level = samples.time, self._floor == "level"
+        try:
+            return foot_track(time, samples.gyro, samples.accel, level, self._restore, keep)
+        except ValueError as error:
+            if getattr(error, "argument", None) != "time":
+                raise
+            # Nobody has given the times: they are the recording's.
+            raise LogError(f"{', '.join(samples.log.names)}: {error}") from None
 
     def _check_rate(self, time: Floats) -> None:
         if self._rate is None or len(time) < 2:

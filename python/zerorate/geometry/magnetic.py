@@ -104,6 +104,6 @@ def earth_field(
 
 
 def _now() -> float:
-    now = datetime.now(UTC)
-    begin = datetime(now.year, 1, 1, tzinfo=UTC)
-    return now.year + (now - begin).total_seconds() / (365.2425 * 86400.0)
+    """Return today as a year with its fraction: all that is done on one day gives the same."""
+    today = datetime.now(UTC).timetuple()
+    return today.tm_year + (today.tm_yday - 1) / 365.2425

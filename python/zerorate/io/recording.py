@@ -47,6 +47,7 @@ KINDS: Final = (
     "accel",
     "mag",
     "temperature",
+    "gravity",
     "reference",
     "position",
     "velocity",
@@ -99,8 +100,8 @@ def read_recording(
         The topic of a ROS recording or a PX4 log that comes first, so that its gyro is ``gyro``.
     only
         Kinds of logs to read; default all: ``gyro``, ``accel``, ``mag``, ``temperature``,
-        ``reference``, ``position``, ``velocity``, and ``position_sigma`` and ``velocity_sigma``,
-        their standard deviations.
+        ``gravity``, ``reference``, ``position``, ``velocity``, and ``position_sigma`` and
+        ``velocity_sigma``, their standard deviations.
     sensor
         Which sensor of several, as of `read_log`. By default there is a log for each device, and of
         values in several stages (raw, calibrated, filtered) the best is read, as ``notes`` says.
@@ -388,7 +389,7 @@ def _meanings(table: Table) -> dict[int, Meaning]:
 
 def _sensor(table: Table, kind: str, places: list[int], request: _Request) -> _Sensor:
     names = [table.label(index) for index in places]
-    given = request.unit.get(kind)
+    given = request.unit.get("accel" if kind == "gravity" else kind)
     stated_units = _stated_units(table)
     if kind in ("gyro", "accel"):
         given = request.scaling.unit(kind, given)

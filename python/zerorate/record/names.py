@@ -284,6 +284,12 @@ _KINDS: Final = {
         _LENGTHS,
         _ON_EARTH,
     ),
+    "gravity": _Kind(
+        re.compile(r"(^|_)grav(ity)?_?[xyz]$"),
+        re.compile(_NO_SAMPLE + r"|acc|lin|user|free|comp|excl|minus|(^|_)(no|non|wo|without)_"),
+        {},
+        _XYZ,
+    ),
     "reference": _Kind(
         re.compile(
             r"quat(ernion)?_?[wxyz0-3]$|(^|_)(encoder|ref|reference|truth|ground_?truth|true)(_|$)"
@@ -300,8 +306,9 @@ _SPREAD = re.compile(r"^(?:(position|velocity)_)?(?:sigma|std)_")
 def meaning_of(name: str) -> Meaning | None:
     """Return the meaning of a column's name, None for one that is of no sensor known.
 
-    The kinds are ``gyro``, ``accel``, ``mag``, ``temperature``, ``velocity``, ``position`` and
-    ``reference``, and ``velocity_sigma`` and ``position_sigma`` for standard deviations.
+    The kinds are ``gyro``, ``accel``, ``mag``, ``temperature``, ``velocity``, ``position``,
+    ``gravity`` and ``reference``, and ``velocity_sigma`` and ``position_sigma`` for standard
+    deviations.
     """
     stem, unit = split_unit(name)
     kind = _kind_of_imu(stem, unit)

@@ -75,7 +75,7 @@ class Samples:
         """
         rates = _sensor(recording, gyro, "rate", "rad/s", what)
         forces = _sensor(
-            recording, accel or _partner(recording, gyro, "accel"), "acceleration", "m/s^2", what
+            recording, accel or partner(recording, gyro, "accel"), "acceleration", "m/s^2", what
         )
         field = _magnetometer(recording, gyro) if mag else None
         logs = [forces] if field is None else [forces, field]
@@ -122,8 +122,8 @@ def _sensor(recording: Recording, name: str, kind: str, unit: str, what: str) ->
     return replace(log, data=data, unit=unit)
 
 
-def _partner(recording: Recording, gyro: str, kind: str) -> str:
-    """Return the name of the sensor that has the number of the gyro, or of the first."""
+def partner(recording: Recording, gyro: str, kind: str) -> str:
+    """Return the name of the sensor of a kind that has the number of the gyro, or of the first."""
     own = gyro.replace("gyro", kind, 1)
     return own if own in recording else kind
 
@@ -139,7 +139,7 @@ def _check_axes(log: Log, called: str, what: str = "an attitude") -> None:
 
 def _magnetometer(recording: Recording, gyro: str) -> Log | None:
     """Return the magnetometer of the gyro's device, or the first; None if there is none."""
-    log = recording.get(_partner(recording, gyro, "mag"))
+    log = recording.get(partner(recording, gyro, "mag"))
     if log is not None:
         _check_axes(log, "a magnetometer")
     return log

@@ -37,6 +37,7 @@ from zerorate.record.offset import TimeOffset
 from zerorate.record.poses import Poses
 from zerorate.record.recording import Recording
 from zerorate.record.samples import Samples
+from zerorate.tasks.corrections import correction_of
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
 from zerorate.tasks.source import ReadingArguments, Source, apart, explained, recording_of
 from zerorate.types import Floats
@@ -304,11 +305,10 @@ def navigate(
         **constants,
     }
     lengths = _lengths(outages)
-    known = calibration_of(calibration)
+    correct = correction_of(calibration)
     truth = None if reference is None else _truth(reference, reference_offset)
     report("reading", 0.0)
     recording = recording_of(source, reading)
-    correct = None if known is None else known.apply
     with explained(recording.source):
         made = prepare(recording, Choices(fix=fix, clipped=clipped, correct=correct))
         new = prepared_fixes(_fixes(recording, fixes))
@@ -427,16 +427,6 @@ def _noise(path: Path, quantity: str) -> NoiseModel:
     except ValueError as error:
         text = str(error)
         raise LogError(text if text.startswith(str(path)) else f"{path}: {text}") from None
-
-
-def calibration_of(calibration: Calibration | PathLike | None) -> Calibration | None:
-    """Return a calibration, read from a file where it is the path of one."""
-    if calibration is None or isinstance(calibration, Calibration):
-        return calibration
-    try:
-        return Calibration.from_json(calibration)
-    except ValueError as error:
-        raise LogError(str(error)) from None
 
 
 def _truth(reference: Poses | Fixes | PathLike, offset: float) -> Poses | Fixes:

@@ -72,7 +72,9 @@ class Files(NamedTuple):
 
 
 _FILES: Final[dict[str, str]] = {
+    "attitude.estimate.AttitudeEstimate": "zerorate.tasks.attitude:files_of",
     "findings.report.Report": "zerorate.tasks.saving:_report",
+    "foot.foot.FootTrack": "zerorate.tasks.walk:files_of",
     "tasks.navigate.Navigation": "zerorate.tasks.navigate:files_of",
 }
 """The function that says what a result is saved as, by the result's class."""

@@ -78,7 +78,7 @@ def recording_of(
     if not isinstance(source, Recording | Log):
         unit = units_of_sensors(reading.get("unit"))
         return read_recording(source, **{**reading, "unit": unit}, **further)
-    asked = [name for name, value in reading.items() if value is not None]
+    asked = [name for name, value in {**reading, **further}.items() if value is not None]
     if asked:
         raise LogError(
             said(given(asked[0]), " is for what is read: a recording is taken as it is"), asked[0]

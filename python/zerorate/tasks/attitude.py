@@ -1,0 +1,260 @@
+"""The attitude of a recording: what ``attitude`` does."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final, TypeAlias, Unpack, get_args
+
+import numpy.typing as npt
+
+from zerorate.attitude.estimate import AttitudeEstimate, attitude_of
+from zerorate.attitude.options import ATTITUDE_OPTIONS
+from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.magnetometer import MagnetometerCalibration
+from zerorate.checks.preparation import Choices, Clipped, prepare
+from zerorate.faults import ArgumentError, given, said
+from zerorate.geometry.frames import Frame
+from zerorate.geometry.magnetic import earth_field
+from zerorate.io.poses import read_poses
+from zerorate.io.writing import write_log
+from zerorate.metrics.orientation import Heading
+from zerorate.progress import Progress, reported
+from zerorate.record.poses import Poses
+from zerorate.tasks.corrections import correction_of
+from zerorate.tasks.places import place_of
+from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
+from zerorate.tasks.source import ReadingArguments, Source, apart, explained, recording_of
+
+_Path: TypeAlias = str | os.PathLike[str]
+_Columns: TypeAlias = Sequence[str | int]
+
+
+class AttitudeOptions(ReadingArguments, total=False):
+    """Constants of named methods, and arguments of reading, that `estimate_attitude` passes on."""
+
+    time_constant: float
+    kp: float
+    ki: float
+    beta: float
+    gyro_noise: float
+    accel_noise: float
+    mag_noise: float
+    bias_walk: float
+
+
+_NO_MAG: Final = given("mag", "", "mag=False")
+_OF_FILES: Final = (".tum", ".txt", ".csv")
+
+
+def estimate_attitude(
+    source: Source,
+    *,
+    frame: Frame | None = None,
+    method: str = "auto",
+    offline: bool = False,
+    mag: bool = True,
+    learn_magnetometer: bool = False,
+    declination: float = 0.0,
+    at: npt.ArrayLike | None = None,
+    bias_limit: float | None = None,
+    gyro: str = "gyro",
+    accel: str | None = None,
+    calibration: Calibration | _Path | None = None,
+    magnetometer: MagnetometerCalibration | _Path | None = None,
+    clipped: Clipped = "auto",
+    fix: bool = False,
+    reference: Poses | _Path | _Columns | None = None,
+    reference_offset: float = 0.0,
+    reference_frame: Frame | None = None,
+    reference_heading: Heading | None = None,
+    progress: Progress | None = None,
+    **options: Unpack[AttitudeOptions],
+) -> AttitudeEstimate:
+    """Find which way a body points, from gyro, accelerometer and, if there is one, magnetometer.
+
+    The recording is checked and mended first. The clock of the gyro counts: a sample of another
+    sensor is taken at the first one of the gyro that is not before it. ``zerorate attitude`` does
+    the same.
+
+    Parameters
+    ----------
+    source : Recording, path, data frame or mapping of arrays
+        With a gyro and an accelerometer of three axes, and maybe a magnetometer in any unit.
+    frame : {"enu", "ned", "nwu"}, optional
+        Axes of the earth: east, north, up; north, east, down; or north, west, up. North is the
+        magnetic one, unless `declination` or `at` is given. Default "ned" where the gyro's axes
+        are known to point forward, right, down, as those of a PX4; else "enu".
+    method : str
+        Of `zerorate.Attitude`. "auto" needs no settings.
+    offline : bool
+        Use the whole recording for each sample, later ones too.
+    mag : bool
+        Use a magnetometer, if there is one; without, the heading is against the start and drifts.
+    learn_magnetometer : bool
+        Learn the magnetometer's hard iron from the motion, as a live filter can.
+    declination : float
+        How far magnetic north lies east of true north, rad: north is then the true one.
+    at : array_like, shape (2,), optional
+        Latitude and longitude, deg, in place of `declination`: that of the World Magnetic Model.
+    bias_limit : float, optional
+        Largest bias that such a gyro has, rad/s: a steadier rate beyond is a rotation, never a
+        rest. Default 10 deg/s.
+    gyro, accel : str
+        Which of several sensors: ``"gyro_1"`` and so on; default the first gyro, and the
+        accelerometer of its device.
+    calibration : Calibration or path, optional
+        Taken off gyro and accelerometer first.
+    magnetometer : MagnetometerCalibration or path, optional
+        Hard and soft iron, taken off the magnetometer first: span by span in the recording that it
+        was made of.
+    clipped : {"auto", "restore", "leave"}
+        Rates that the gyro clipped: restored from their flanks where nothing else explains them;
+        where flanks promise more; or left.
+    fix : bool
+        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+    reference : Poses, path or sequence of str, optional
+        True orientation from sensor to earth: poses on the clock of the recording, a file of them,
+        whose north is its own, or the four columns w, x, y, z of the source. Default: its columns
+        named like one, such as ``ref_quat_w``.
+    reference_offset : float
+        Added to the times of the poses, s.
+    reference_frame : {"enu", "ned", "nwu"}, optional
+        Axes of the earth that the reference is to; default `frame`.
+    reference_heading : {"aligned", "absolute", "relative"}, optional
+        How headings are compared: turned to fit best, by the reference's north, or to the first
+        sample. Default "aligned" for poses; else "absolute", or "relative" without a magnetometer.
+    progress : callable, optional
+        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+    **options
+        Constants of named methods of `zerorate.Attitude`: time_constant, kp, ki, beta, gyro_noise,
+        accel_noise, mag_noise, bias_walk; and arguments of `zerorate.read_recording`, for a source
+        that is read.
+
+    Returns
+    -------
+    AttitudeEstimate
+        Arrays in SI; ``table()`` and ``plot()`` show them in deg.
+
+    Raises
+    ------
+    LogError
+        If gyro or accelerometer are missing, not of three axes or not of a known unit, or gravity
+        is absent; what contradicts the recording is in the notes of the error.
+    ValueError
+        If an argument is out of range, or has no effect.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> motion = zr.simulate_motion("hand", duration=30.0, seed=2)
+    >>> found = zr.estimate_attitude(motion.recording())
+    >>> found, found.alarms
+    (AttitudeEstimate(3000 samples at 100 Hz, nine axes, auto, enu), ())
+    >>> bool(np.degrees(found.errors().inclination) < 1.0)
+    True
+    """
+    report = reported(progress)
+    if not mag:
+        _check_used(learn_magnetometer=learn_magnetometer, magnetometer=magnetometer, at=at)
+    east, told = _declination(declination, at)
+    truth, columns = _reference(reference, reference_offset)
+    _check_heading(reference_heading)
+    correct = correction_of(calibration, magnetometer, gyro=gyro, accel=accel)
+    reading, constants = apart(options, ATTITUDE_OPTIONS)
+    settings = {**constants, **_settings(learn_magnetometer, bias_limit)}
+    report("reading", 0.0)
+    recording = recording_of(source, {**reading, "reference": columns})
+    asked = Choices(gyro, accel, fix, clipped, bias_limit=bias_limit, correct=correct)
+    with explained(recording.source):
+        made = prepare(recording, asked)
+    with explained(recording.source, made.alarms):
+        found = attitude_of(
+            made.recording, frame=frame, method=method, offline=offline, mag=mag, declination=east,
+            gyro=gyro, accel=accel, reference=truth, reference_frame=reference_frame,
+            progress=report, **settings,
+        )  # fmt: skip
+    if reference_heading is not None and found.reference is None:
+        raise ValueError(said(given("reference_heading"), " needs a reference"))
+    heading = reference_heading or found.compared_heading
+    notes = (*told, *found.notes)
+    return replace(found, alarms=made.alarms, notes=notes, compared_heading=heading)
+
+
+def _check_used(**of_field: object) -> None:
+    """Raise ValueError for an argument of the magnetometer, which is left out."""
+    for name, value in of_field.items():
+        if value is not None and value is not False:
+            raise ValueError(said(given(name), " has no effect with ", _NO_MAG))
+
+
+def _settings(learn_magnetometer: bool, bias_limit: float | None) -> dict[str, Any]:
+    """Return what was given of the default filter: the named ones refuse it."""
+    learned: dict[str, Any] = {"learn_magnetometer": True} if learn_magnetometer else {}
+    return learned if bias_limit is None else {**learned, "bias_limit": bias_limit}
+
+
+def _declination(declination: float, at: npt.ArrayLike | None) -> tuple[float, tuple[str, ...]]:
+    """Return the declination, rad, of the model of the earth's field where a place is given."""
+    if at is None:
+        return declination, ()
+    if declination:
+        both = given("at"), " tells the declination: give it, or ", given("declination")
+        raise ValueError(said(*both))
+    there = earth_field(*place_of(at))
+    east = math.degrees(there.declination)
+    told = f"magnetic north lies {east:.1f} deg east of true north, by the {there.model}"
+    return there.declination, (told,)
+
+
+def _reference(
+    reference: Poses | _Path | _Columns | None, offset: float
+) -> tuple[Poses | None, _Columns | None]:
+    """Return the true poses, or the columns of the source that hold them."""
+    if isinstance(reference, Poses):
+        return _shifted(reference, offset), None
+    if isinstance(reference, str | os.PathLike):
+        path = Path(reference)
+        if path.is_file():
+            return _shifted(read_poses(path), offset), None
+        if not isinstance(reference, str) or _like_file(reference):
+            raise ValueError(said(given("reference"), f" names {path}, which does not exist"))
+        reference = [_column(word) for word in reference.split(",")]
+    if offset:
+        acts = given("reference_offset"), " acts on a file that ", given("reference"), " names"
+        raise ValueError(said(*acts))
+    return None, reference
+
+
+def _shifted(poses: Poses, offset: float) -> Poses:
+    return replace(poses, time=poses.time + offset) if offset else poses
+
+
+def _like_file(text: str) -> bool:
+    return text.endswith(_OF_FILES) or "/" in text or "\\" in text
+
+
+def _column(word: str) -> str | int:
+    name = word.strip()
+    return int(name) if name.lstrip("-").isdecimal() else name
+
+
+def _check_heading(heading: str | None) -> None:
+    ways = get_args(Heading)
+    if heading is not None and heading not in ways:
+        raise ArgumentError(
+            "reference_heading", f"must be one of {', '.join(ways)}, got {heading!r}"
+        )
+
+
+def files_of(found: AttitudeEstimate, *, tum: bool = False) -> Files:
+    """Return what an attitude is saved as: log and figure; with `tum` the poses as well."""
+    writers: list[Writer] = [lambda path: write_log(found.to_log(), path)]
+    endings = []
+    if tum:
+        writers.append(text_writer(found.poses().to_tum()))
+        endings.append(".tum")
+    return Files("-zerorate-attitude", "", writers, endings, {"": figure_writer(found.plot)})

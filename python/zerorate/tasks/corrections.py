@@ -1,0 +1,79 @@
+"""What is known of a recording's sensors: calibrations, or files of them, that are taken off."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TypeAlias
+
+from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.magnetometer import MagnetometerCalibration
+from zerorate.record.log import LogError
+from zerorate.record.recording import Recording
+
+_Path: TypeAlias = str | os.PathLike[str]
+
+
+def correction_of(
+    calibration: Calibration | _Path | None,
+    magnetometer: MagnetometerCalibration | _Path | None = None,
+    **names: str | None,
+) -> Callable[[Recording], Recording] | None:
+    """Return the function that takes known errors off a recording; None if none are known.
+
+    Parameters
+    ----------
+    calibration : Calibration or path, optional
+        Of gyro and accelerometer.
+    magnetometer : MagnetometerCalibration or path, optional
+        Hard and soft iron of the magnetometer.
+    **names
+        The logs ``gyro`` and ``accel``; None for the usual ones.
+
+    Raises
+    ------
+    LogError
+        If a file holds no calibration.
+    OSError
+        If a file cannot be read.
+    """
+    imu = calibration_of(calibration)
+    field = _magnetometer_of(magnetometer)
+    if imu is None and field is None:
+        return None
+    logs = {kind: name for kind, name in names.items() if name is not None}
+
+    def correct(recording: Recording) -> Recording:
+        made = recording if imu is None else imu.apply(recording, **logs)
+        found = made if field is None else field.apply(made)
+        assert isinstance(found, Recording)
+        return found
+
+    return correct
+
+
+def calibration_of(known: Calibration | _Path | None) -> Calibration | None:
+    """Return a calibration, read from a file where it is the path of one."""
+    if known is None or isinstance(known, Calibration):
+        return known
+    with _as_data():
+        return Calibration.from_json(known)
+
+
+def _magnetometer_of(
+    known: MagnetometerCalibration | _Path | None,
+) -> MagnetometerCalibration | None:
+    if known is None or isinstance(known, MagnetometerCalibration):
+        return known
+    with _as_data():
+        return MagnetometerCalibration.from_json(known)
+
+
+@contextmanager
+def _as_data() -> Iterator[None]:
+    """Let what is wrong with a file be a fault of the data."""
+    try:
+        yield
+    except ValueError as error:
+        raise LogError(str(error)) from None

@@ -1,0 +1,138 @@
+"""The track of a sensor on a foot: what ``walk`` does."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import replace
+from typing import Final, Literal, Unpack
+
+import numpy.typing as npt
+
+from zerorate.calibration.calibration import Calibration
+from zerorate.checks.preparation import Choices, Clipped, prepare
+from zerorate.faults import given, said
+from zerorate.foot.foot import FootNavigation, FootTrack, Origin
+from zerorate.io.writing import write_log
+from zerorate.navigation.tracks import write_geojson, write_gpx
+from zerorate.progress import Progress, reported
+from zerorate.tasks.corrections import correction_of
+from zerorate.tasks.places import place_of
+from zerorate.tasks.saving import Files, Writer, figure_writer
+from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
+
+_MAX_LATITUDE: Final = 89.5
+
+
+def walk(
+    source: Source,
+    *,
+    floor: Literal["level"] | None = None,
+    smooth: bool = False,
+    at: npt.ArrayLike | None = None,
+    heading: float | None = None,
+    height: float | None = None,
+    calibration: Calibration | str | os.PathLike[str] | None = None,
+    clipped: Clipped = "auto",
+    fix: bool = False,
+    progress: Progress | None = None,
+    **reading: Unpack[ReadingArguments],
+) -> FootTrack:
+    """Find where a sensor on a foot went: no receiver, but now and then the foot stands.
+
+    The recording is checked and mended first. ``zerorate walk`` does the same.
+
+    Parameters
+    ----------
+    source : Recording, path, data frame or mapping of arrays
+        With a gyro and an accelerometer of three axes.
+    floor : {None, "level"}
+        "level": stances within 0.1 m of the floor so far are on it; see `zerorate.FootNavigation`.
+    smooth : bool
+        Use the whole recording for each sample, later ones too.
+    at : array_like, shape (2,), optional
+        Latitude and longitude of the start, deg: the track is saved for maps, too.
+    heading, height : float, optional
+        With `at`: where the sensor's first axis points at the start, rad from north over east, and
+        how high the start is, m. Default 0.
+    calibration : Calibration or path, optional
+        Taken off gyro and accelerometer first.
+    clipped : {"auto", "restore", "leave"}
+        Rates that the gyro clipped: restored from their flanks and trusted less, as a foot's are
+        by "auto", too; or left.
+    fix : bool
+        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+    progress : callable, optional
+        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+    **reading
+        Arguments of `zerorate.read_recording`, for a source that is read.
+
+    Returns
+    -------
+    FootTrack
+        Track and strides; `table`, `plot`, `save`.
+
+    Raises
+    ------
+    LogError
+        If a sensor is missing, gravity is absent, or the motion is not that of a foot; what
+        contradicts the recording is in the notes of the error.
+    ValueError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> made = zr.simulate_walk(strides=20, seed=1)
+    >>> track = zr.walk(made.recording(), floor="level", smooth=True)
+    >>> bool(abs(track.distance - made.distance) < 0.01 * made.distance), track.alarms
+    (True, ())
+    """
+    report = reported(progress)
+    origin = _origin(at, heading, height)
+    # It restores rates itself: only so does it know which of them to trust less.
+    nav = FootNavigation(floor=floor, restore=clipped != "leave")
+    correct = correction_of(calibration)
+    report("reading", 0.0)
+    recording = recording_of(source, reading)
+    with explained(recording.source):
+        made = prepare(recording, Choices(fix=fix, clipped="leave", correct=correct))
+    with explained(recording.source, made.alarms):
+        report("navigating", 0.1)
+        track = nav.process(made.recording, keep="all" if smooth else "track")
+        if smooth:
+            report("smoothing", 0.5)
+            track = track.smooth()
+    return replace(track, alarms=made.alarms, origin=origin)
+
+
+def _origin(at: npt.ArrayLike | None, heading: float | None, height: float | None) -> Origin | None:
+    if at is None:
+        for name, value in (("heading", heading), ("height", height)):
+            if value is not None:
+                raise ValueError(said(given(name), " needs ", given("at")))
+        return None
+    turn = heading or 0.0
+    if not abs(turn) <= 2.0 * math.pi:
+        degrees = f"{math.degrees(turn):g}"
+        raise ValueError(said(given("heading"), f" takes an angle within 360 deg, got {degrees}"))
+    if not math.isfinite(height or 0.0):
+        raise ValueError(said(given("height"), f" takes m, got {height}"))
+    return Origin(*place_of(at, _MAX_LATITUDE), turn, height or 0.0)
+
+
+def files_of(track: FootTrack) -> Files:
+    """Return what a walk is saved as: log and figure, and maps if its start is known."""
+    writers: list[Writer] = [lambda path: write_log(track.to_log(), path)]
+    endings: list[str] = []
+    if track.origin is not None:
+        placed = track.placed(
+            track.origin.latitude,
+            track.origin.longitude,
+            heading=math.degrees(track.origin.heading),
+            height=track.origin.height,
+        )
+        writers.append(lambda path: write_geojson(path, placed, force=True))
+        writers.append(lambda path: write_gpx(path, placed, force=True))
+        endings += [".geojson", ".gpx"]
+    return Files("-zerorate-walk", "", writers, endings, {"": figure_writer(track.plot)})
