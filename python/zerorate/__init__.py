@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from zerorate.simulation.gyro import simulate
     from zerorate.simulation.motion import simulate_motion
     from zerorate.tasks.navigate import navigate
+    from zerorate.tasks.report import report
 
 __all__ = [
     "Attitude",
@@ -93,6 +94,7 @@ __all__ = [
     "read_fixes",
     "read_log",
     "read_recording",
+    "report",
     "simulate",
     "simulate_drive",
     "simulate_motion",
@@ -127,6 +129,7 @@ _PLACES: Final = {
     "simulation.gyro": "simulate",
     "simulation.motion": "simulate_motion",
     "tasks.navigate": "navigate",
+    "tasks.report": "report",
     # What has its home in a package, and was here before.
     "array": (
         "AllanCovariance ArrayLog FusedAccelerometers Rotations VirtualGyro allan_covariance "
@@ -140,7 +143,7 @@ _PLACES: Final = {
     ),
     "checks": "Checks Finding restore_clipped",
     "denoising": "Denoised",
-    "findings": "Report report",
+    "findings": "Report",
     "foot": "Feet FootFilter FootNavigation FootTrack join_feet",
     "identification": "RecursiveLeastSquares",
     "io": "read_mounting split_log",

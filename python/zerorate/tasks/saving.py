@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, Self, TypeAlias
 
 from zerorate.faults import bare, given, said
-from zerorate.findings.report import Report
 from zerorate.io.formats import FORMATS
 from zerorate.progress import Progress, silent
 from zerorate.record.atomic import atomic_path, check_writable, sweep
@@ -62,6 +61,8 @@ class Files(NamedTuple):
         How the names of the other files end, with their suffixes.
     figures : mapping of str to Writer
         Of the figures, by how their names end before the suffix.
+    stem : str
+        What the names begin with; "" for the name of the source.
     """
 
     ending: str
@@ -69,10 +70,12 @@ class Files(NamedTuple):
     data: Sequence[Writer]
     others: Sequence[str]
     figures: Mapping[str, Writer]
+    stem: str = ""
 
 
 _FILES: Final[dict[str, str]] = {
-    "findings.report.Report": "zerorate.tasks.saving:_report",
+    "findings.before_after.BeforeAfter": "zerorate.tasks.report:files_of",
+    "findings.report.Report": "zerorate.tasks.report:files_of",
     "tasks.navigate.Navigation": "zerorate.tasks.navigate:files_of",
 }
 """The function that says what a result is saved as, by the result's class."""
@@ -101,9 +104,8 @@ def save(
 ) -> list[Path]:
     """Write all files of a result; see `zerorate.views.Result.save`."""
     files = files_of(result, **choices)
-    place = Destination.of(
-        os.fspath(output), stem_of(result.source) + files.ending, _written(files)
-    )
+    stem = files.stem or stem_of(result.source)
+    place = Destination.of(os.fspath(output), stem + files.ending, _written(files))
     suffix = files.first or "." + place.choose("format", format, LOG_FORMATS)
     drawn = files.figures if figure else {}
     shown = place.choose("figure_format", figure_format, FIGURE_FORMATS) if drawn else ""
@@ -111,11 +113,6 @@ def save(
     check_paths(outputs.paths, force)
     outputs.write(files.data, list(drawn.values()), silent)
     return outputs.paths
-
-
-def _report(found: Report) -> Files:
-    data = (text_writer(found.to_html()), text_writer(found.to_json()))
-    return Files("-zerorate-report", ".html", data, (".json",), {})
 
 
 def _written(files: Files) -> list[str]:
