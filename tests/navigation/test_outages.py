@@ -9,7 +9,6 @@ import pytest
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.geometry.earth import local_ned
-from zerorate.navigation.begin import begin
 
 EXACT = {"gyro": None, "accel": None, "gyro_bias": 0.0, "accel_bias": 0.0}
 EXACT |= {"position_sigma": 0.0, "velocity_sigma": 0.0}
@@ -71,8 +70,10 @@ def test_threads_change_nothing():
 
 
 def test_errors_are_those_of_a_run_without_these_fixes():
-    driven, one = drive(), found()[20.0]
-    nav = begin(driven.recording(), driven.fixes).filter()
+    driven = drive()
+    imu, fixes = driven.recording(), driven.fixes
+    nav = zr.NavigationFilter(zr.navigation.find_start(imu, fixes))
+    one = zr.navigation.outages(imu, fixes, seconds=20, nav=nav, smooth=True)[20.0]
     kept = ~np.isin(driven.fixes.time, one.time)
     track = nav.process(driven.recording(), driven.fixes.chosen(kept))
     best = track.smooth()
