@@ -32,7 +32,6 @@ from zerorate.views import shown_by
 if TYPE_CHECKING:
     from zerorate import identification, metrics, units
     from zerorate.attitude.estimate import estimate_attitude
-    from zerorate.calibration.calibrate import calibrate
     from zerorate.calibration.calibration import Calibration
     from zerorate.calibration.comparison import compare_calibrations
     from zerorate.calibration.rate.angle import integrate
@@ -54,6 +53,7 @@ if TYPE_CHECKING:
     from zerorate.simulation.drive import simulate_drive
     from zerorate.simulation.gyro import simulate
     from zerorate.simulation.motion import simulate_motion
+    from zerorate.tasks.calibrate import calibrate, calibrate_magnetometer, correct
     from zerorate.tasks.navigate import navigate
     from zerorate.tasks.report import report
 
@@ -81,9 +81,11 @@ __all__ = [
     "align",
     "allan",
     "calibrate",
+    "calibrate_magnetometer",
     "calibrate_rate_table",
     "check",
     "compare_calibrations",
+    "correct",
     "denoise",
     "estimate_attitude",
     "identification",
@@ -106,7 +108,6 @@ shown_by("zerorate.show.registry")
 
 _PLACES: Final = {
     "attitude.estimate": "estimate_attitude",
-    "calibration.calibrate": "calibrate",
     "calibration.calibration": "Calibration",
     "calibration.comparison": "compare_calibrations",
     "calibration.rate.angle": "integrate",
@@ -128,6 +129,7 @@ _PLACES: Final = {
     "simulation.drive": "simulate_drive",
     "simulation.gyro": "simulate",
     "simulation.motion": "simulate_motion",
+    "tasks.calibrate": "calibrate calibrate_magnetometer correct",
     "tasks.navigate": "navigate",
     "tasks.report": "report",
     # What has its home in a package, and was here before.
@@ -139,7 +141,7 @@ _PLACES: Final = {
     "calibration": (
         "CalibrationComparison CalibrationError FittedRate Integrated MovedParameter "
         "RateTable RateTableAxis IronGroup MagnetometerCalibration TemperatureBias "
-        "calibrate_magnetometer find_rests fit_rate"
+        "find_rests fit_rate"
     ),
     "checks": "Checks Finding restore_clipped",
     "denoising": "Denoised",

@@ -37,7 +37,13 @@ from zerorate.record.poses import Poses
 from zerorate.record.recording import Recording
 from zerorate.record.samples import Samples
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
-from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
+from zerorate.tasks.source import (
+    ReadingArguments,
+    Source,
+    calibration_of,
+    explained,
+    recording_of,
+)
 from zerorate.types import Floats
 from zerorate.views import Result
 
@@ -414,16 +420,6 @@ def _noise(path: Path, quantity: str) -> NoiseModel:
     except ValueError as error:
         text = str(error)
         raise LogError(text if text.startswith(str(path)) else f"{path}: {text}") from None
-
-
-def calibration_of(calibration: Calibration | Path_ | None) -> Calibration | None:
-    """Return a calibration, read from a file where it is the path of one."""
-    if calibration is None or isinstance(calibration, Calibration):
-        return calibration
-    try:
-        return Calibration.from_json(calibration)
-    except ValueError as error:
-        raise LogError(str(error)) from None
 
 
 def _truth(reference: Poses | Fixes | Path_, offset: float) -> Poses | Fixes:

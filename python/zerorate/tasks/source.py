@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PurePath
-from typing import Any, TypeAlias, TypedDict
+from typing import Any, TypeAlias, TypedDict, overload
 
+from zerorate.calibration.calibration import Calibration
 from zerorate.faults import given, said, sentence_of
 from zerorate.io.columns import Columns, TimeColumn
 from zerorate.io.counts import Scale
@@ -90,6 +92,24 @@ def units_of_sensors(
         text = f" takes one unit of each kind, such as deg/s,g, got '{unit}'"
         raise ValueError(said(given("unit", "", "unit"), text))
     return dict(zip(sensors, words, strict=True))
+
+
+@overload
+def calibration_of(calibration: Calibration | str | os.PathLike[str]) -> Calibration: ...
+@overload
+def calibration_of(
+    calibration: Calibration | str | os.PathLike[str] | None,
+) -> Calibration | None: ...
+def calibration_of(
+    calibration: Calibration | str | os.PathLike[str] | None,
+) -> Calibration | None:
+    """Return a calibration, read from a file where it is the path of one; LogError if it is not."""
+    if calibration is None or isinstance(calibration, Calibration):
+        return calibration
+    try:
+        return Calibration.from_json(calibration)
+    except ValueError as error:
+        raise LogError(str(error)) from None
 
 
 def stem_of(source: str) -> str:
