@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.checks.check import check
+from zerorate.checks.preparation import steady_of
 from zerorate.checks.result import Checks
 from zerorate.checks.result import Finding as Checked
 from zerorate.findings.finding import Finding
@@ -31,7 +32,9 @@ def axes(recording: Recording, found: Sequence[Imu]) -> Iterator[Finding]:
     name = found[0].gyro.name
     checks = check(_liveliest(recording, found[0].gyro), gyro=name)
     start = found[0].gyro.start
-    for one in (checks.gyro, checks.magnetometer):
+    # A steady rate at rest is a bias, of which the rests tell.
+    steady = steady_of(recording, name, found[0].accel.name)
+    for one in (checks.magnetometer,) if steady else (checks.gyro, checks.magnetometer):
         if one.alarm or one.status in _SHOWN:
             yield _on(one, found[0], start)
     for note in (*checks.notes, *filter(None, (checks.clock,))):
