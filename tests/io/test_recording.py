@@ -232,6 +232,9 @@ def test_a_recording_of_logs_in_memory():
         "mag_z_g": ("mag", "mag", "gauss"),
         "GyroTemp": ("temperature", "gyro_temp", None),
         "temp [°C]": ("temperature", "temp", "degC"),
+        "gravityX": ("gravity", "gravity", None),
+        "GRAVITY X (m/s²)": ("gravity", "gravity", "m/s^2"),
+        "motionGravityX(G)": ("gravity", "motion_gravity", "g"),
         "encoder_deg": ("reference", "encoder", "deg"),
         "ref_quat_w": ("reference", "ref_quat", None),
         "ref_pos_x_m": ("position", "ref_pos", "m"),
@@ -246,6 +249,20 @@ def test_a_recording_of_logs_in_memory():
 )
 def test_the_meaning_of_a_name(name, meaning):
     assert meaning_of(name)[:3] == meaning
+
+
+@pytest.mark.parametrize("name", ["gravity", "acceleration_without_gravity_x", "noGravityX"])
+def test_what_is_no_gravity_vector(name):
+    assert meaning_of(name) is None
+
+
+def test_gravity_has_the_unit_of_the_accelerometer():
+    """As a watch writes them, without units."""
+    names = ("rotationRate", "gravity", "acceleration")
+    table = {f"{name}{axis}": GYRO[:, i] for name in names for i, axis in enumerate("XYZ")}
+    recording = zr.read_recording(table, 100.0, unit={"gyro": "rad/s", "accel": "g"})
+    assert recording.names == ("gyro", "gravity", "accel")
+    assert (recording["gravity"].unit, recording.accel.unit) == ("g", "g")
 
 
 @pytest.mark.parametrize(

@@ -44,15 +44,90 @@ def drive(folder):
     return (folder / "drive.csv", folder / "gnss.csv")
 
 
+def hand(folder):
+    """Write the motion of a hand whose gyro has an axis of the wrong sign."""
+    made = zr.simulate_motion("hand", duration=40.0, seed=2)
+    table = {"time_s": made.time}
+    sensors = {"gyro": made.gyro * [1.0, -1.0, 1.0], "accel": made.accel, "mag": made.mag}
+    for (name, values), unit in zip(sensors.items(), ("radps", "mps2", "ut"), strict=True):
+        table |= {f"{name}_{x}_{unit}": values[:, i] for i, x in enumerate("xyz")}
+    table |= {f"mocap{x}": made.quaternion[:, i] for i, x in enumerate("wxyz")}
+    written(folder / "hand.csv", table)
+    return (folder / "hand.csv",)
+
+
+def foot(folder):
+    """Write a walk faster than the gyro's range, its units in no name."""
+    made = zr.simulate_walk(strides=12, seed=3, gyro_range=6.5)
+    table = {"time_s": made.time}
+    for name, values in (("gyro", np.degrees(made.gyro)), ("accel", made.accel)):
+        table |= {f"{name}_{x}": values[:, i] for i, x in enumerate("xyz")}
+    written(folder / "foot.csv", table)
+    return (folder / "foot.csv",)
+
+
 def written(path, table):
     np.savetxt(
         path, np.column_stack([*table.values()]), "%.10g", ",", header=",".join(table), comments=""
     )
 
 
-SOURCES = {"navigate": drive}
+SOURCES = {"attitude": hand, "navigate": drive, "walk": foot}
+OF_FOOT = ("--unit", "deg/s,m/s^2")
 
 CASES = {
+    "attitude": Case("attitude", "estimate_attitude"),
+    "attitude, north": Case(
+        "attitude",
+        "estimate_attitude",
+        ("--fix", "--at", "48.1,11.6", "--learn-magnetometer", "--bias-limit", "15", "--tum"),
+        {"fix": True, "at": (48.1, 11.6), "learn_magnetometer": True, "bias_limit": np.radians(15)},
+        {"tum": True},
+    ),
+    "attitude, offline": Case(
+        "attitude",
+        "estimate_attitude",
+        ("--frame", "ned", "--no-mag", "--offline", "--start", "5", "--no-figure"),
+        {"frame": "ned", "mag": False, "offline": True, "start": 5.0},
+        {"figure": False},
+    ),
+    "attitude, named": Case(
+        "attitude",
+        "estimate_attitude",
+        (
+            *("--method", "mahony", "--kp", "2", "--clipped", "leave", "--format", "csv"),
+            *("--reference", "mocapw,mocapx,mocapy,mocapz", "--reference-heading", "relative"),
+        ),
+        {
+            **{"method": "mahony", "kp": 2.0, "clipped": "leave"},
+            **{"reference": "mocapw,mocapx,mocapy,mocapz", "reference_heading": "relative"},
+        },
+        {"format": "csv"},
+    ),
+    "walk": Case("walk", "walk", OF_FOOT, {"unit": "deg/s,m/s^2"}),
+    "walk, smoothed": Case(
+        "walk",
+        "walk",
+        (*OF_FOOT, "--smooth", "--floor", "level", "--fix"),
+        {"unit": "deg/s,m/s^2", "smooth": True, "floor": "level", "fix": True},
+    ),
+    "walk, on the earth": Case(
+        "walk",
+        "walk",
+        (*OF_FOOT, "--at", "48.1,11.6", "--heading", "90", "--height", "520", "--no-figure"),
+        {
+            **{"unit": "deg/s,m/s^2", "at": (48.1, 11.6)},
+            **{"heading": np.radians(90.0), "height": 520.0},
+        },
+        {"figure": False},
+    ),
+    "walk, clipped": Case(
+        "walk",
+        "walk",
+        (*OF_FOOT, "--clipped", "leave", "--format", "csv"),
+        {"unit": "deg/s,m/s^2", "clipped": "leave"},
+        {"format": "csv"},
+    ),
     "navigate": Case("navigate", "navigate"),
     "navigate, outages": Case(
         "navigate", "navigate", ("--outages", "10", "--tum"), {"outages": 10.0}, {"tum": True}

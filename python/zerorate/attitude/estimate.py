@@ -256,9 +256,9 @@ def attitude_of(
 ) -> AttitudeEstimate:
     """Return the attitude of a body over a recording as it is, as `zerorate.Attitude` finds it.
 
-    Nothing is checked or mended: `zerorate.estimate_attitude` does that first. The gyro's clock
-    counts. A sample of another sensor on a clock of its own is taken at the
-    first sample of the gyro that is not before it; what was lost is missing, and the time goes on.
+    Nothing is checked or mended: `zerorate.estimate_attitude` does that first. The clock of the
+    gyro counts. A sample of another sensor on a clock of its own is taken at the first sample of
+    the gyro that is not before it; what was lost is missing, and the time goes on.
 
     Parameters
     ----------

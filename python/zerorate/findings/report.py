@@ -209,6 +209,14 @@ def report(
     ------
     LogError
         If there is neither a gyro nor an accelerometer of three axes.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> from zerorate.findings import report
+    >>> found = report(zr.simulate_motion("hand", duration=60.0).recording())
+    >>> found.count("act")
+    0
     """
     found = imus(recording)
     if not found:

@@ -196,7 +196,7 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
         own, p = states[:, 3 * i : 3 * i + 3], covariances[:, 3 * i : 3 * i + 3, 3 * i : 3 * i + 3]
         begun = (turn, shift) if i else (1.0 + 0.0j, 0.0j)
         tracks.append(foot.moved(times, places[i], own, p, begun))
-    return Feet(tracks[0], tracks[1], distance, count)
+    return Feet(tracks[0], replace(tracks[1], origin=left.origin), distance, count)
 
 
 class _Foot:
