@@ -50,17 +50,14 @@ if TYPE_CHECKING:
     from zerorate._native import TemperatureFilter as TemperatureFilter
     from zerorate._native import Tilt as Tilt
     from zerorate._native import WaveletDenoiser as WaveletDenoiser
-    from zerorate.calibration.calibrate import calibrate as calibrate
     from zerorate.calibration.calibration import Calibration as Calibration
     from zerorate.calibration.comparison import compare_calibrations as compare_calibrations
-    from zerorate.calibration.magnetometer import calibrate_magnetometer as calibrate_magnetometer
     from zerorate.calibration.rate.angle import integrate as integrate
     from zerorate.calibration.rate.rate_table import calibrate_rate_table as calibrate_rate_table
     from zerorate.calibration.temperature import TemperatureModel as TemperatureModel
     from zerorate.checks.check import check as check
     from zerorate.checks.clipped import restore_clipped as restore_clipped
     from zerorate.denoising.wavelet import denoise as denoise
-    from zerorate.findings.report import report as report
     from zerorate.foot.feet import join_feet as join_feet
     from zerorate.foot.foot import FootNavigation as FootNavigation
     from zerorate.io.counts import raw_counts as raw_counts
@@ -81,7 +78,12 @@ if TYPE_CHECKING:
     from zerorate.simulation.walk import simulate_feet as simulate_feet
     from zerorate.simulation.walk import simulate_walk as simulate_walk
     from zerorate.tasks.attitude import estimate_attitude as estimate_attitude
+    from zerorate.tasks.batch.run import batch as batch
+    from zerorate.tasks.calibrate import calibrate as calibrate
+    from zerorate.tasks.calibrate import calibrate_magnetometer as calibrate_magnetometer
+    from zerorate.tasks.calibrate import correct as correct
     from zerorate.tasks.navigate import navigate as navigate
+    from zerorate.tasks.report import report as report
     from zerorate.tasks.walk import walk as walk
 
 _PLACES: Final = {
@@ -94,17 +96,14 @@ _PLACES: Final = {
         "NavigationFilter PositionFilter RestDetector StreamingAllan TemperatureFilter Tilt "
         "WaveletDenoiser"
     ),
-    "calibration.calibrate": "calibrate",
     "calibration.calibration": "Calibration",
     "calibration.comparison": "compare_calibrations",
-    "calibration.magnetometer": "calibrate_magnetometer",
     "calibration.rate.angle": "integrate",
     "calibration.rate.rate_table": "calibrate_rate_table",
     "calibration.temperature": "TemperatureModel",
     "checks.check": "check",
     "checks.clipped": "restore_clipped",
     "denoising.wavelet": "denoise",
-    "findings.report": "report",
     "foot.feet": "join_feet",
     "foot.foot": "FootNavigation",
     "io.counts": "raw_counts",
@@ -123,7 +122,10 @@ _PLACES: Final = {
     "simulation.motion": "simulate_motion",
     "simulation.walk": "simulate_feet simulate_walk",
     "tasks.attitude": "estimate_attitude",
+    "tasks.batch.run": "batch",
+    "tasks.calibrate": "calibrate calibrate_magnetometer correct",
     "tasks.navigate": "navigate",
+    "tasks.report": "report",
     "tasks.walk": "walk",
 }
 """Names by the module that is imported when one is first asked for; packages of the root first."""

@@ -24,7 +24,7 @@ def lost(found):
 def test_arrays_of_two_lengths_are_refused():
     one = session(6).recording
     with pytest.raises(ValueError, match="gyro and accel must have as many samples, got"):
-        zr.calibrate(gyro=one.gyro.data[:-50], accel=one.accel.data, rate=100.0)
+        zr.calibration.calibrate(gyro=one.gyro.data[:-50], accel=one.accel.data, rate=100.0)
 
 
 class TestTooLittle:
@@ -32,7 +32,7 @@ class TestTooLittle:
     def test_few_poses_are_an_error_that_says_what_there_is(self, poses):
         one = zr.simulation.simulate_session(poses, seed=5)
         with pytest.raises(zr.calibration.CalibrationError) as refusal:
-            zr.calibrate(one.recording)
+            zr.calibration.calibrate(one.recording)
         text, turns = str(refusal.value), f"{poses - 1} turn" + "s" * (poses != 2)
         assert text.startswith(f"{poses} rest")
         assert f"{turns} can be used, and a calibration needs 4 and 6" in text
@@ -47,7 +47,7 @@ class TestTooLittle:
         with pytest.raises(
             zr.calibration.CalibrationError, match="of 18 parameters are not"
         ) as refusal:
-            zr.calibrate(session(5).recording)
+            zr.calibration.calibrate(session(5).recording)
         found = refusal.value.calibration
         assert not found.valid
         assert len(lost(found)) > 9
@@ -57,7 +57,7 @@ class TestTooLittle:
         # The inverse of M, of which the other elements are not those of before.
         assert np.minimum(np.abs(stays), np.abs(stays - 1.0)).max() < 1e-3
         with pytest.raises(zr.calibration.CalibrationError) as refusal:
-            zr.calibrate(session(1).recording)
+            zr.calibration.calibrate(session(1).recording)
         assert refusal.value.calibration is None
 
     def test_nine_poses_have_honest_errors_and_are_told_to_be_few(self):
@@ -68,7 +68,9 @@ class TestTooLittle:
         assert np.median(sigmas(found)[12:21] / sigmas(calibration(20))[12:21]) > 2.0
 
     def test_turns_about_the_vertical_alone(self):
-        found = zr.calibrate(zr.simulation.simulate_session(12, seed=5, axis=(0, 0, 1)).recording)
+        found = zr.calibration.calibrate(
+            zr.simulation.simulate_session(12, seed=5, axis=(0, 0, 1)).recording
+        )
         assert not found.valid
         assert any("about which gravity shows nothing" in problem for problem in found.problems)
         assert "all poses lie within 0 deg" in found.problems
@@ -81,14 +83,14 @@ class TestTooLittle:
         one = zr.simulation.simulate_session(
             turns=np.array([(x, y, 0) for x, y in tilts]) * DEG, seed=5
         )
-        found = zr.calibrate(one.recording)
+        found = zr.calibration.calibrate(one.recording)
         assert not found.valid
         assert any(problem.startswith("all poses lie within 4") for problem in found.problems)
         assert "hold -z up for five seconds" in found.advice
 
     def test_turns_about_one_axis_leave_the_others(self):
         one = zr.simulation.simulate_session(turns=np.tile([100 * DEG, 0, 0], (8, 1)), seed=5)
-        found = zr.calibrate(one.recording)
+        found = zr.calibration.calibrate(one.recording)
         assert not found.valid
         assert {"gyro.matrix.yy", "gyro.matrix.zz", "accel.matrix.xx"} <= lost(found)
         assert "gyro.matrix.xx" not in lost(found)
@@ -99,7 +101,7 @@ class TestTooLittle:
         """The advice, followed: from turns about one axis to all."""
         turns = [(100, 0, 0)] * 8 + [(0, 90, 0), (0, 90, 0), (0, 0, 90), (0, 0, 90), (0, 90, 0)]
         one = zr.simulation.simulate_session(turns=np.array(turns) * DEG, seed=5)
-        found = zr.calibrate(one.recording)
+        found = zr.calibration.calibrate(one.recording)
         assert found.valid, found.problems
         assert not any(advice.startswith(("hold", "turn by")) for advice in found.advice)
 
@@ -115,7 +117,7 @@ class TestMotion:
         y, z = accel[first:last, 1].copy(), accel[first:last, 2].copy()
         accel[first:last, 1] = y * np.cos(tilt) + z * np.sin(tilt)
         accel[first:last, 2] = z * np.cos(tilt) - y * np.sin(tilt)
-        found = zr.calibrate(with_data(one.recording, gyro, accel))
+        found = zr.calibration.calibrate(with_data(one.recording, gyro, accel))
         assert found.rests[7].reason.startswith("moving")
         assert "lay the sensor down at rests: it moved in some" in found.advice
         assert np.abs(deviations(found, one.truth)).max() < 4.0
@@ -123,7 +125,7 @@ class TestMotion:
 
     def test_a_hand_that_trembles_gives_larger_errors(self):
         one = zr.simulation.simulate_session(20, seed=5, tremor=3.0 * DEG)
-        found = zr.calibrate(one.recording)
+        found = zr.calibration.calibrate(one.recording)
         assert np.abs(deviations(found, one.truth)).max() < 4.0
         assert found.carry_error > 3.0 * calibration().carry_error
         assert np.median(sigmas(found)[12:21] / sigmas(calibration())[12:21]) > 2.0
@@ -133,7 +135,7 @@ class TestMotion:
         gyro = one.recording.gyro.data.copy()
         first, last = one.rests[4]
         gyro[first:last, 2] += 20.0
-        found = zr.calibrate(with_data(one.recording, gyro))
+        found = zr.calibration.calibrate(with_data(one.recording, gyro))
         assert [rest.used for rest in found.rests].count(False) == 1
         assert found.rests[4].reason == "turning: 20 deg/s more than at other rests"
         # The turn past it contains its motion; both of its own are gone.
@@ -148,7 +150,7 @@ class TestMotion:
         accel = 0.2 * rng.standard_normal((6000, 3)) + [0, 0, 1]
         told = r"1 of 3 rests and 0 turns .*: hold it still for .*; left out: 2 rests \(turning\)"
         with pytest.raises(zr.calibration.CalibrationError, match=told):
-            zr.calibrate(_recording(gyro, accel))
+            zr.calibration.calibrate(_recording(gyro, accel))
 
 
 def _recording(gyro, accel, rate=100.0):
@@ -166,7 +168,7 @@ class TestSaturation:
         one = zr.simulation.simulate_session(
             20, seed=5, gyro=zr.simulation.GyroErrors(range=100 * DEG)
         )
-        found = zr.calibrate(one.recording)
+        found = zr.calibration.calibrate(one.recording)
         dropped = [turn for turn in found.turns if not turn.used]
         assert 0 < len(dropped) < 13
         for turn in dropped:
@@ -178,7 +180,7 @@ class TestSaturation:
 
     def test_the_end_of_the_range_may_be_given(self):
         known = calibration()
-        found = zr.calibrate(session().recording, saturation=120.0)
+        found = zr.calibration.calibrate(session().recording, saturation=120.0)
         peak = [
             np.abs(session().recording.gyro.data[turn.first : turn.last]).max()
             for turn in known.turns
@@ -189,7 +191,7 @@ class TestSaturation:
         gyro = session().recording.gyro.data.copy()
         gyro[:, 1] = gyro[:, 1].clip(-50.0, 50.0)
         gyro += 0.01 * np.random.default_rng(0).standard_normal(gyro.shape)
-        found = zr.calibrate(with_data(session().recording, gyro))
+        found = zr.calibration.calibrate(with_data(session().recording, gyro))
         assert not found.valid
         assert {f"gyro.matrix.y{axis}" for axis in "xyz"} <= lost(found)
         assert np.abs(deviations(found, session().truth)).max() < 4.0
@@ -198,7 +200,7 @@ class TestSaturation:
         accel = session().recording.accel.data.copy()
         accel[:, 2] = accel[:, 2].clip(-0.8, 0.8)
         try:
-            found = zr.calibrate(with_data(session().recording, accel=accel))
+            found = zr.calibration.calibrate(with_data(session().recording, accel=accel))
         except zr.calibration.CalibrationError as refusal:
             found = refusal.calibration
         assert not found.valid
@@ -209,7 +211,7 @@ class TestSaturation:
         )
         told = r"4 and 6: turn more slowly, or set a larger range .*: 1\d turns \(saturated\)"
         with pytest.raises(zr.calibration.CalibrationError, match=told) as refusal:
-            zr.calibrate(one.recording)
+            zr.calibration.calibrate(one.recording)
         assert str(refusal.value).count("saturated") == 1
 
 
@@ -218,7 +220,7 @@ class TestGaps:
     def test_a_turn_with_a_lost_sample_is_left_out(self, lost, advised):
         gyro = session().recording.gyro.data.copy()
         gyro[session().turns[lost].mean(axis=1).astype(int)] = np.nan
-        found = zr.calibrate(with_data(session().recording, gyro))
+        found = zr.calibration.calibrate(with_data(session().recording, gyro))
         assert [place for place, turn in enumerate(found.turns) if not turn.used] == lost
         assert found.turns[3].reason == "gap: 1 of 262 samples of the gyro are missing"
         advice = "record without gaps: turns with missing samples were left out"
@@ -229,14 +231,14 @@ class TestGaps:
         gyro = session().recording.gyro.data.copy()
         first = session().rests[3, 0]
         gyro[first + 250 : first + 350] = np.nan
-        found = zr.calibrate(with_data(session().recording, gyro))
+        found = zr.calibration.calibrate(with_data(session().recording, gyro))
         assert len(found.rests) == 21
         assert [turn.reason[:3] for turn in found.turns if not turn.used] == ["gap"]
 
     def test_an_accelerometer_may_lose_samples(self):
         accel = session().recording.accel.data.copy()
         accel[np.random.default_rng(1).random(len(accel)) < 0.02] = np.nan
-        found = zr.calibrate(with_data(session().recording, accel=accel))
+        found = zr.calibration.calibrate(with_data(session().recording, accel=accel))
         assert found.valid
         assert all(turn.used for turn in found.turns)
         assert np.abs(deviations(found, session().truth)).max() < 4.0
@@ -246,7 +248,7 @@ class TestGaps:
         late = dataclasses.replace(
             recording.gyro, meta={"clock": ClockReport(100.0, jitter_rms=1e-3, jitter_max=5e-3)}
         )
-        found = zr.calibrate(zr.Recording({"gyro": late, "accel": recording.accel}))
+        found = zr.calibration.calibrate(zr.Recording({"gyro": late, "accel": recording.accel}))
         assert any("stamps of the gyro jitter by 10 % of a period" in x for x in found.notes)
         assert not any("jitter" in note for note in calibration().notes)
 
@@ -263,7 +265,7 @@ class TestAxes:
     )
     def test_a_gyro_of_other_axes_is_told_which(self, signs, order, hand, told):
         gyro = session().recording.gyro.data[:, order] * signs
-        found = zr.calibrate(with_data(session().recording, gyro))
+        found = zr.calibration.calibrate(with_data(session().recording, gyro))
         assert not found.valid
         assert hand in found.problems[0]
         assert f"if {told} is taken for its (x, y, z)" in found.problems[0]
@@ -272,22 +274,22 @@ class TestAxes:
 
     def test_one_wrong_sign_of_the_accelerometer(self):
         accel = session().recording.accel.data * [-1, 1, 1]
-        found = zr.calibrate(with_data(session().recording, accel=accel))
+        found = zr.calibration.calibrate(with_data(session().recording, accel=accel))
         assert not found.valid
         assert "the gyro's axes are not those of the accelerometer" in found.problems[0]
 
     def test_the_axes_told_make_it_valid(self):
         gyro = session().recording.gyro.data[:, [1, 2, 0]]
-        told = zr.calibrate(with_data(session().recording, gyro)).problems[0]
+        told = zr.calibration.calibrate(with_data(session().recording, gyro)).problems[0]
         named = told.partition("if (")[2].partition(")")[0].split(", ")
         again = gyro[:, ["xyz".index(name) for name in named]]
-        found = zr.calibrate(with_data(session().recording, again))
+        found = zr.calibration.calibrate(with_data(session().recording, again))
         assert found.valid
         np.testing.assert_array_equal(found.values, calibration().values)
 
     def test_left_handed_axes_of_unknown_unit(self):
         recording = session().recording
-        found = zr.calibrate(
+        found = zr.calibration.calibrate(
             gyro=recording.gyro.data * [1, 1, -1], accel=recording.accel.data, rate=100.0
         )
         assert found.problems == ("the gyro's axes are left-handed; one sign is wrong",)
@@ -295,9 +297,11 @@ class TestAxes:
     def test_a_dead_axis(self):
         recording = session().recording
         with pytest.raises(zr.calibration.CalibrationError):
-            zr.calibrate(with_data(recording, recording.gyro.data * [1, 0, 1]))
+            zr.calibration.calibrate(with_data(recording, recording.gyro.data * [1, 0, 1]))
         try:
-            found = zr.calibrate(with_data(recording, accel=recording.accel.data * [1, 0, 1]))
+            found = zr.calibration.calibrate(
+                with_data(recording, accel=recording.accel.data * [1, 0, 1])
+            )
         except zr.LogError:
             return
         assert not found.valid
@@ -316,19 +320,21 @@ class TestUnits:
     def test_an_accelerometer_that_does_not_show_gravity(self, factor, unit, told):
         recording = session().recording
         with pytest.raises(zr.LogError, match=told):
-            zr.calibrate(with_data(recording, accel=recording.accel.data * factor, accel_unit=unit))
+            zr.calibration.calibrate(
+                with_data(recording, accel=recording.accel.data * factor, accel_unit=unit)
+            )
 
     def test_a_wrong_unit_explains_a_lack_of_rests(self):
         """Counts taken for deg/s are steady turns, but the accelerometer's unit is the fault."""
         recording = session().recording
         both = (65.5 * recording.gyro.data, 8192.0 * recording.accel.data)
         with pytest.raises(zr.LogError, match="which is not gravity, 1 g; if these are raw"):
-            zr.calibrate(with_data(recording, both[0], accel=both[1]))
+            zr.calibration.calibrate(with_data(recording, both[0], accel=both[1]))
 
     def test_columns_without_names_cannot_be_told_apart(self):
         log = zr.Log(np.arange(50) / 50.0, 50.0, np.zeros((50, 7)), list("0123456"), "unit")
         with pytest.raises(zr.LogError, match="gyro of 7 columns; a first line of names such as"):
-            zr.calibrate(zr.Recording({"gyro": log}))
+            zr.calibration.calibrate(zr.Recording({"gyro": log}))
 
     @pytest.mark.parametrize(
         ("factor", "unit", "told"), [(1.0, "rad/s", "deg/s"), (DEG, "deg/s", "rad/s")]
@@ -336,33 +342,35 @@ class TestUnits:
     def test_a_gyro_that_does_not_follow_gravity(self, factor, unit, told):
         recording = session().recording
         with pytest.raises(zr.LogError, match=f"not follow gravity in {unit}.* does in '{told}'"):
-            zr.calibrate(with_data(recording, recording.gyro.data * factor, gyro_unit=unit))
+            zr.calibration.calibrate(
+                with_data(recording, recording.gyro.data * factor, gyro_unit=unit)
+            )
 
     def test_units_of_another_kind(self):
         recording = session().recording
         with pytest.raises(zr.LogError, match="the gyro has the unit g, which is of acceleration"):
-            zr.calibrate(with_data(recording, gyro_unit="g"))
+            zr.calibration.calibrate(with_data(recording, gyro_unit="g"))
 
     def test_unknown_units_need_poses_and_turns(self):
         few = session(8).recording
         with pytest.raises(zr.LogError, match=r"unit of the accel is not known.* 9 poses, got 8"):
-            zr.calibrate(with_data(few, accel_unit="unit"))
+            zr.calibration.calibrate(with_data(few, accel_unit="unit"))
         flat = zr.simulation.simulate_session(12, seed=5, axis=(0, 0, 1)).recording
         with pytest.raises(zr.LogError, match="the poses are too alike to find it"):
-            zr.calibrate(with_data(flat, accel_unit="unit"))
+            zr.calibration.calibrate(with_data(flat, accel_unit="unit"))
         with pytest.raises(zr.LogError, match=r"turns are about too few axes|one axis"):
-            zr.calibrate(with_data(flat, gyro_unit="unit"))
+            zr.calibration.calibrate(with_data(flat, gyro_unit="unit"))
 
 
 class TestArguments:
     def test_a_sensor_that_is_not_there(self):
         recording = session().recording
         with pytest.raises(zr.LogError, match="needs a gyro and an accel; the recording has: gyro"):
-            zr.calibrate(zr.Recording({"gyro": recording.gyro}))
+            zr.calibration.calibrate(zr.Recording({"gyro": recording.gyro}))
         with pytest.raises(zr.LogError, match="there is no 'accel_3'; the recording has"):
-            zr.calibrate(recording, accel="accel_3")
+            zr.calibration.calibrate(recording, accel="accel_3")
         with pytest.raises(zr.LogError, match="there is no accel: give a recording, or accel="):
-            zr.calibrate(gyro=recording.gyro)
+            zr.calibration.calibrate(gyro=recording.gyro)
 
     @pytest.mark.parametrize(
         ("arguments", "error", "told"),
@@ -384,11 +392,11 @@ class TestArguments:
     )
     def test_what_is_not_as_described(self, arguments, error, told):
         with pytest.raises(error, match=told):
-            zr.calibrate(session().recording, **arguments)
+            zr.calibration.calibrate(session().recording, **arguments)
 
     def test_no_recording(self):
         with pytest.raises(TypeError, match=r"must be a Recording .* got ndarray"):
-            zr.calibrate(np.zeros((100, 3)))
+            zr.calibration.calibrate(np.zeros((100, 3)))
 
 
 HARMS = {
@@ -424,7 +432,7 @@ def test_no_record_breaks_it(gyro, accel, units):
         for name, amount in harms:
             data[place] = HARMS[name](data[place], amount)
     try:
-        found = zr.calibrate(with_data(recording, *data, *units))
+        found = zr.calibration.calibrate(with_data(recording, *data, *units))
     except zr.LogError:
         return
     assert np.isfinite(found.values).all()

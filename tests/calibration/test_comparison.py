@@ -157,7 +157,7 @@ def test_two_sessions_of_one_imu_agree():
             matrix=matrix @ np.diag(factor), bias=bias, g_sensitivity=0.0
         )
         session = zr.simulation.simulate_session(20, seed=seed, gyro=gyro, accel=accel)
-        return zr.calibrate(session.recording, g_sensitivity=False)
+        return zr.calibration.calibrate(session.recording, g_sensitivity=False)
 
     first, same, other = fitted(2, [1, 1, 1]), fitted(3, [1, 1, 1]), fitted(3, [1.003, 1, 1])
     found = zr.compare_calibrations(first, same)

@@ -18,7 +18,7 @@ class TestRounding:
         # 0.05 deg/s RMS of noise, steps of 1 deg/s: a rest of any length reads one value.
         coarse = zr.simulation.GyroErrors(resolution=1.0 * DEG, bias=3.0 * DEG)
         one = zr.simulation.simulate_session(16, seed=seed, gyro=coarse)
-        found = zr.calibrate(one.recording)
+        found = zr.calibration.calibrate(one.recording)
         assert np.abs(deviations(found, one.truth)).max() < 4.0
         bias = sigmas(found)[21:24]
         assert (bias > 0.2).all()
@@ -30,7 +30,7 @@ class TestRounding:
         one = zr.simulation.simulate_session(
             20, seed=4, accel=zr.simulation.AccelErrors(resolution=0.01 * G, noise=quiet)
         )
-        found = zr.calibrate(one.recording)
+        found = zr.calibration.calibrate(one.recording)
         assert found.valid
         assert np.abs(deviations(found, one.truth)).max() < 4.0
 
@@ -40,7 +40,9 @@ class TestRounding:
             20, seed=5, gyro=zr.simulation.GyroErrors(resolution=0.0)
         )
         rounded = zr.simulation.simulate_session(20, seed=5)
-        first, second = (sigmas(zr.calibrate(one.recording)) for one in (exact, rounded))
+        first, second = (
+            sigmas(zr.calibration.calibrate(one.recording)) for one in (exact, rounded)
+        )
         np.testing.assert_allclose(first, second, rtol=0.1)
 
 
@@ -49,7 +51,7 @@ class TestClippedAccelerometer:
         one = zr.simulation.simulate_session(
             30, seed=2, accel=zr.simulation.AccelErrors(range=0.9 * G)
         )
-        found = zr.calibrate(one.recording)
+        found = zr.calibration.calibrate(one.recording)
         reasons = [rest.reason for rest in found.rests if not rest.used]
         assert 0 < len(reasons) < 15
         assert all(text.startswith("clipped: ") for text in reasons)
@@ -61,7 +63,7 @@ class TestClippedAccelerometer:
         one = zr.simulation.simulate_session(
             12, seed=4, accel=zr.simulation.AccelErrors(resolution=0.01 * G, noise=quiet)
         )
-        assert all(rest.used for rest in zr.calibrate(one.recording).rests)
+        assert all(rest.used for rest in zr.calibration.calibrate(one.recording).rests)
 
 
 def swayed(one, degrees):
@@ -80,7 +82,7 @@ def swayed(one, degrees):
 
 def test_what_most_rests_have_in_common_is_seen_in_each():
     """Residuals do not show it: it looks like another rotation between the sensors."""
-    found = zr.calibrate(swayed(session(), 3.0))
+    found = zr.calibration.calibrate(swayed(session(), 3.0))
     assert not found.valid
     assert any(text.startswith("the sensor moved in ") for text in found.problems)
     assert np.abs(deviations(found, session().truth)).max() > 4.0
@@ -91,7 +93,7 @@ def test_poses_along_six_directions_are_judged_as_a_whole():
     about = np.eye(3)[[0, 1, 2, 0, 1, 0, 1, 0, 1, 2, 0, 1]]
     signs = np.array([1, 1, 1, 1, -1, 1, 1, -1, 1, 1, 1, 1])[:, np.newaxis]
     one = zr.simulation.simulate_session(seed=3, turns=0.5 * np.pi * signs * about, wobble=0.0)
-    found = zr.calibrate(one.recording)
+    found = zr.calibration.calibrate(one.recording)
     assert found.valid, found.problems
     assert not found.held_out
     assert np.abs(deviations(found, one.truth)).max() < 4.0
@@ -101,7 +103,9 @@ def test_turns_that_do_not_turn_are_not_said_to_miss():
     rests = zr.simulation.simulate_session(
         12, seed=3, axis=(1, 0, 0), angles=(0.1 * DEG, 0.2 * DEG)
     )
-    found = zr.calibrate(rests.recording, rests=[(8.0 * k, 8.0 * k + 6.0) for k in range(12)])
+    found = zr.calibration.calibrate(
+        rests.recording, rests=[(8.0 * k, 8.0 * k + 6.0) for k in range(12)]
+    )
     assert not found.valid
     assert not any("misses by" in text for text in found.problems)
 
@@ -111,8 +115,8 @@ def test_counts_of_any_size_are_the_same_sensor(factors):
     """What is not known of a unit cannot matter."""
     recording = zr.simulation.simulate_session(12, seed=2).recording
     gyro, accel = recording.gyro.data, recording.accel.data
-    one = zr.calibrate(gyro=gyro, accel=accel, rate=100.0)
-    other = zr.calibrate(gyro=factors[0] * gyro, accel=factors[1] * accel, rate=100.0)
+    one = zr.calibration.calibrate(gyro=gyro, accel=accel, rate=100.0)
+    other = zr.calibration.calibrate(gyro=factors[0] * gyro, accel=factors[1] * accel, rate=100.0)
     assert one.valid
     assert other.valid
     scale = np.repeat(factors, [21, 12])[::-1]
@@ -123,7 +127,7 @@ def test_counts_of_any_size_are_the_same_sensor(factors):
 def test_a_rest_that_is_given_has_two_times():
     for rests in ("ab", [(1.0, 2.0, 3.0)], [5.0]):
         with pytest.raises(TypeError, match=r"must be Rest or \(start, stop\) in seconds"):
-            zr.calibrate(session().recording, rests=rests)
+            zr.calibration.calibrate(session().recording, rests=rests)
     for rests in ([(5.0, 1.0)], [(float("nan"), 1.0)]):
         with pytest.raises(ValueError, match="a rest must stop after its start"):
-            zr.calibrate(session().recording, rests=rests)
+            zr.calibration.calibrate(session().recording, rests=rests)

@@ -27,7 +27,7 @@ def rms(errors):
 def sessions(request):
     """Calibrations of some sessions, and the truth."""
     found = [zr.simulation.simulate_session(request.param, seed=seed) for seed in SEEDS]
-    return request.param, [(zr.calibrate(one.recording), one.truth) for one in found]
+    return request.param, [(zr.calibration.calibrate(one.recording), one.truth) for one in found]
 
 
 class TestTruth:
@@ -109,7 +109,7 @@ def test_without_noise_the_truth_is_found():
         gyro=zr.simulation.GyroErrors(noise=None, resolution=0.0),
         accel=zr.simulation.AccelErrors(noise=None, resolution=0.0, disturbance=0.0),
     )
-    found = zr.calibrate(exact.recording)
+    found = zr.calibration.calibrate(exact.recording)
     # What is left is what integration at 400 Hz, and interpolation in G f, misses.
     np.testing.assert_allclose(found.values, exact.truth.values, atol=3e-5)
 
@@ -131,21 +131,21 @@ class TestLaws:
             "rad/s",
             "m/s^2",
         )
-        found = zr.calibrate(si)
+        found = zr.calibration.calibrate(si)
         assert found.gyro_units == ("rad/s", "rad/s")
         assert found.accel_units == ("m/s^2", "m/s^2")
         agree(known, found.in_units(gyro="deg/s", accel="g"))
         assert found.carry_error == pytest.approx(known.carry_error, rel=1e-6)
 
     def test_a_later_clock_does_not_matter(self):
-        found = zr.calibrate(with_data(session().recording, start=1e6))
+        found = zr.calibration.calibrate(with_data(session().recording, start=1e6))
         agree(calibration(), found)
         assert found.rests[0].start == pytest.approx(calibration().rests[0].start + 1e6)
 
     @pytest.mark.parametrize("signs", [(-1, -1, 1), (1, -1, -1)])
     def test_a_body_upside_down_is_the_same_upside_down(self, signs):
         recording, known = session().recording, calibration()
-        turned = zr.calibrate(
+        turned = zr.calibration.calibrate(
             with_data(recording, recording.gyro.data * signs, recording.accel.data * signs)
         )
         both = np.outer(signs, signs).ravel()
@@ -157,7 +157,7 @@ class TestLaws:
         """In one frame of both: the accelerometer's own axes differ."""
         recording = session().recording
         order = [1, 2, 0]
-        found = zr.calibrate(
+        found = zr.calibration.calibrate(
             with_data(recording, recording.gyro.data[:, order], recording.accel.data[:, order]),
             frame="symmetric",
         )
@@ -169,14 +169,14 @@ class TestLaws:
 
     def test_the_other_sign_of_gravity_is_another_convention(self):
         recording, known = session().recording, calibration()
-        found = zr.calibrate(with_data(recording, accel=-recording.accel.data))
+        found = zr.calibration.calibrate(with_data(recording, accel=-recording.accel.data))
         assert found.valid
         assert found.carry_error == pytest.approx(known.carry_error, rel=1e-3)
 
     def test_gravity_moves_the_scale_of_the_accelerometer_alone(self):
         """And what is per g by as little."""
         recording, known = session().recording, calibration()
-        found = zr.calibrate(recording, gravity=9.78)
+        found = zr.calibration.calibrate(recording, gravity=9.78)
         factor = 9.80665 / 9.78
         agree(known, found_with_scale(found, 1.0 / factor), parts=0.2)
         assert not any("gravity was not given" in note for note in found.notes)
@@ -197,7 +197,7 @@ def found_with_scale(found, factor):
 class TestChoices:
     def test_arrays_need_no_unit(self):
         recording, known = session().recording, calibration()
-        found = zr.calibrate(
+        found = zr.calibration.calibrate(
             accel=recording.accel.data * 2048.0, gyro=recording.gyro.data * 16.4, rate=100.0
         )
         assert found.valid
@@ -217,21 +217,21 @@ class TestChoices:
         )
 
     def test_a_wide_prior_changes_little_where_the_record_is_rich(self):
-        found = zr.calibrate(session().recording, prior="wide")
+        found = zr.calibration.calibrate(session().recording, prior="wide")
         assert np.abs(found.values - calibration().values).max() < 0.2 * sigmas(calibration()).max()
 
     def test_rests_may_be_given(self):
         known = calibration()
-        found = zr.calibrate(session().recording, rests=known.rests)
+        found = zr.calibration.calibrate(session().recording, rests=known.rests)
         np.testing.assert_array_equal(found.values, known.values)
-        few = zr.calibrate(
+        few = zr.calibration.calibrate(
             session().recording, rests=[(rest.start, rest.stop) for rest in known.rests[:10]]
         )
         assert len(few.rests) == 10
         assert not few.held_out
 
     def test_frames(self):
-        found = zr.calibrate(session().recording, frame="z")
+        found = zr.calibration.calibrate(session().recording, frame="z")
         assert found.frame == "z"
         np.testing.assert_allclose(found.values, calibration().to_frame("z").values)
 
@@ -239,7 +239,7 @@ class TestChoices:
         fast = zr.simulation.simulate_session(20, seed=5, rate=200.0)
         gyro, accel = fast.recording.gyro, fast.recording.accel
         slow = zr.Log(accel.time[1::2], 100.0, accel.data[1::2], accel.names, accel.unit)
-        found = zr.calibrate(zr.Recording({"gyro": gyro, "accel": slow}))
+        found = zr.calibration.calibrate(zr.Recording({"gyro": gyro, "accel": slow}))
         assert found.valid
         assert np.abs(deviations(found, fast.truth)).max() < 4.0
         assert found.rate == 200.0
@@ -255,15 +255,15 @@ class TestChoices:
             }
         )
         with pytest.raises(zr.LogError, match="2 logs of gyro: gyro, gyro_1; choose one"):
-            zr.calibrate(several)
-        found = zr.calibrate(several, gyro="gyro")
+            zr.calibration.calibrate(several)
+        found = zr.calibration.calibrate(several, gyro="gyro")
         np.testing.assert_array_equal(found.values, calibration().values)
-        other = zr.calibrate(several, accel="accel_1", gyro="gyro")
+        other = zr.calibration.calibrate(several, accel="accel_1", gyro="gyro")
         assert other.accel.scale[0] == pytest.approx(1.1 * found.accel.scale[0], rel=2e-3)
 
     def test_the_mean_temperature_is_noted(self):
         warm = zr.simulation.simulate_session(8, seed=3, temperature=(20.0, 30.0))
-        found = zr.calibrate(warm.recording)
+        found = zr.calibration.calibrate(warm.recording)
         assert found.temperature == pytest.approx(np.mean(warm.recording.temperature.data))
 
 
@@ -274,7 +274,7 @@ class TestGSensitivity:
         for seed in (1, 2):
             gyro = zr.simulation.GyroErrors(g_sensitivity=size * DEG)
             one = zr.simulation.simulate_session(12, seed=seed, gyro=gyro)
-            found = zr.calibrate(one.recording, g_sensitivity=choice)
+            found = zr.calibration.calibrate(one.recording, g_sensitivity=choice)
             errors.append((found.values - one.truth.values)[GYRO])
         return rms(errors)
 
@@ -288,10 +288,10 @@ class TestGSensitivity:
         none = zr.simulation.simulate_session(
             12, seed=4, gyro=zr.simulation.GyroErrors(g_sensitivity=0.0)
         )
-        assert taken not in zr.calibrate(none.recording).notes
+        assert taken not in zr.calibration.calibrate(none.recording).notes
 
     def test_without_it_it_is_zero_and_fixed(self):
-        found = zr.calibrate(session().recording, g_sensitivity=False)
+        found = zr.calibration.calibrate(session().recording, g_sensitivity=False)
         assert (found.values[G] == 0.0).all()
         assert (found.covariance[G] == 0.0).all()
         assert found.identifiable[G].all()
@@ -301,8 +301,8 @@ class TestGSensitivity:
         steady, drift = session(12, 3), session(12, 3).recording.gyro.data.copy()
         rng = np.random.default_rng(1)
         drift += 0.01 * np.cumsum(rng.standard_normal(drift.shape), axis=0) / 10.0
-        moved = zr.calibrate(with_data(steady.recording, drift))
-        known = zr.calibrate(steady.recording)
+        moved = zr.calibration.calibrate(with_data(steady.recording, drift))
+        known = zr.calibration.calibrate(steady.recording)
         assert (sigmas(moved)[21:24] > 2.0 * sigmas(known)[21:24]).all()
 
 

@@ -34,7 +34,7 @@ def with_mag(recording, data):
 @pytest.fixture(scope="module")
 def found():
     recording, true = moved()
-    return recording, true, zr.calibrate_magnetometer(recording)
+    return recording, true, zr.calibration.calibrate_magnetometer(recording)
 
 
 def test_hard_iron_is_found_within_its_errors(found):
@@ -59,7 +59,7 @@ def test_field_and_dip_are_found(found):
 @pytest.mark.parametrize(("unit", "factor"), [("gauss", 0.01), ("1", 6.842)])
 def test_units_do_not_matter(found, unit, factor):
     recording, _ = moved(unit=unit, factor=factor)
-    other = zr.calibrate_magnetometer(recording)
+    other = zr.calibration.calibrate_magnetometer(recording)
     mine = np.array(found[2].hard_iron)
     np.testing.assert_allclose(np.array(other.hard_iron) / factor, mine, rtol=1e-6)
     assert other.unit == unit
@@ -68,7 +68,7 @@ def test_units_do_not_matter(found, unit, factor):
 
 def test_without_iron_samples_stay_to_the_bit():
     recording, _ = moved(np.zeros(3))
-    mag = zr.calibrate_magnetometer(recording)
+    mag = zr.calibration.calibrate_magnetometer(recording)
     assert not mag.applied
     np.testing.assert_array_equal(mag.apply(recording).mag.data, recording.mag.data)
 
@@ -76,7 +76,7 @@ def test_without_iron_samples_stay_to_the_bit():
 def test_soft_iron_is_found():
     matrix = np.array([[1.08, 0.04, -0.02], [0.04, 0.95, 0.03], [-0.02, 0.03, 0.97]])
     recording, _ = moved(matrix=matrix, duration=120.0)
-    mag = zr.calibrate_magnetometer(recording)
+    mag = zr.calibration.calibrate_magnetometer(recording)
     assert mag.model == "b+symmetric"
     np.testing.assert_allclose(np.array(mag.soft_iron), matrix, atol=0.02)
 
@@ -85,7 +85,9 @@ def test_a_magnet_that_comes_and_goes():
     recording, _ = moved(np.zeros(3), duration=120.0)
     log = recording.mag
     late = (log.sampled >= 40.0) & (log.sampled < 80.0)
-    mag = zr.calibrate_magnetometer(with_mag(recording, log.data + late[:, None] * [40.0, 0, 60.0]))
+    mag = zr.calibration.calibrate_magnetometer(
+        with_mag(recording, log.data + late[:, None] * [40.0, 0, 60.0])
+    )
     irons = [mag.groups[span.group].hard_iron[2] for span in mag.spans]
     assert max(irons) == pytest.approx(60.0, abs=3.0)
     assert {group.applied for group in mag.groups} == {True, False}
@@ -100,14 +102,14 @@ def test_a_magnet_that_comes_and_goes():
 
 def test_a_stuck_magnetometer_is_refused():
     recording, _ = moved(np.zeros(3), duration=30.0)
-    constant = zr.calibrate_magnetometer(
+    constant = zr.calibration.calibrate_magnetometer(
         with_mag(recording, np.full_like(recording.mag.data, 20.0))
     )
     assert not constant.valid
     assert not constant.applied
     data = recording.mag.data.copy()
     data[:, 1] = 3.0
-    stuck = zr.calibrate_magnetometer(with_mag(recording, data))
+    stuck = zr.calibration.calibrate_magnetometer(with_mag(recording, data))
     assert not stuck.valid
     assert "y never changes" in stuck.problems[0]
     assert "not identifiable" in str(stuck)
@@ -117,11 +119,11 @@ def test_no_magnetometer_and_too_few_samples_are_refused():
     recording, _ = moved(duration=20.0)
     logs = {name: log for name, log in dict(recording).items() if name != "mag"}
     with pytest.raises(zr.LogError, match="there is no magnetometer"):
-        zr.calibrate_magnetometer(replace(recording, logs=logs))
+        zr.calibration.calibrate_magnetometer(replace(recording, logs=logs))
     data = recording.mag.data.copy()
     data[500:] = np.nan
     with pytest.raises(zr.LogError, match="ten seconds"):
-        zr.calibrate_magnetometer(with_mag(recording, data))
+        zr.calibration.calibrate_magnetometer(with_mag(recording, data))
 
 
 def test_missing_samples_and_a_lower_rate(found):
@@ -129,7 +131,7 @@ def test_missing_samples_and_a_lower_rate(found):
     data = recording.mag.data.copy()
     data[np.arange(len(data)) % 5 != 0] = np.nan
     data[3000:3500] = np.nan
-    mag = zr.calibrate_magnetometer(with_mag(recording, data))
+    mag = zr.calibration.calibrate_magnetometer(with_mag(recording, data))
     np.testing.assert_allclose(np.array(mag.hard_iron), IRON, atol=2.0)
 
 
@@ -157,7 +159,7 @@ def without(recording, *names):
 def test_a_sphere_without_a_gyro(found):
     recording, _, _ = found
     part = without(recording, "gyro", "accel")
-    mag = zr.calibrate_magnetometer(part)
+    mag = zr.calibration.calibrate_magnetometer(part)
     assert mag.model == "b"
     assert "without a gyro a sphere was fitted" in mag.notes[0]
     for one, b in zip(mag.hard_iron, IRON, strict=True):
@@ -166,7 +168,9 @@ def test_a_sphere_without_a_gyro(found):
     assert "dip          not identifiable\n" in mag.table()
     mag.plot()
     # A few directions are no sphere.
-    few = zr.calibrate_magnetometer(with_mag(part, np.tile(part.mag.data[:200], (30, 1))))
+    few = zr.calibration.calibrate_magnetometer(
+        with_mag(part, np.tile(part.mag.data[:200], (30, 1)))
+    )
     assert not few.applied
     assert "each of its sides" in few.advice[0]
 
@@ -175,12 +179,12 @@ def test_the_end_of_the_range_is_left_out(found):
     recording, _, _ = found
     data = recording.mag.data.copy()
     data[:, 2] = np.minimum(data[:, 2], np.quantile(data[:, 2], 0.95))
-    mag = zr.calibrate_magnetometer(with_mag(recording, data))
+    mag = zr.calibration.calibrate_magnetometer(with_mag(recording, data))
     assert mag.valid
     assert "z is at the end of its range" in mag.notes[0]
     np.testing.assert_allclose(np.array(mag.hard_iron), IRON, atol=2.0)
     data[:, 2] = np.minimum(data[:, 2], np.quantile(data[:, 2], 0.5))
-    mag = zr.calibrate_magnetometer(with_mag(recording, data))
+    mag = zr.calibration.calibrate_magnetometer(with_mag(recording, data))
     assert not mag.valid
     assert "z is at the end of its range" in mag.problems[0]
 
@@ -188,14 +192,14 @@ def test_the_end_of_the_range_is_left_out(found):
 def test_the_field_of_the_place(found):
     recording, _, _ = found
     dip = math.radians(65.0)
-    assert zr.calibrate_magnetometer(recording, field=48.0, dip=dip).valid
-    wrong = zr.calibrate_magnetometer(recording, field=25.0, dip=-dip)
+    assert zr.calibration.calibrate_magnetometer(recording, field=48.0, dip=dip).valid
+    wrong = zr.calibration.calibrate_magnetometer(recording, field=25.0, dip=-dip)
     assert "that of the place 25 uT" in wrong.problems[0]
     assert "that of the place -65 deg" in wrong.problems[1]
     with pytest.raises(ValueError, match="field must be that of a place on earth"):
-        zr.calibrate_magnetometer(recording, field=0.48)
+        zr.calibration.calibrate_magnetometer(recording, field=0.48)
     with pytest.raises(ValueError, match="dip must be an angle"):
-        zr.calibrate_magnetometer(recording, dip=65.0)
+        zr.calibration.calibrate_magnetometer(recording, dip=65.0)
 
 
 def test_the_calibration_of_another_device_is_refused(found):
@@ -286,15 +290,15 @@ def test_fit_of_exact_ticks():
 def test_a_place_tells_field_and_dip(monkeypatch):
     motion = zr.simulate_motion("hand", 100.0, 40.0, seed=3)
     recording = motion.recording()
-    there = zr.calibrate_magnetometer(recording, place=(48.1, 11.6))
+    there = zr.calibration.calibrate_magnetometer(recording, place=(48.1, 11.6))
     assert there.valid
     assert any("by the World Magnetic Model" in note for note in there.notes)
-    south = zr.calibrate_magnetometer(recording, place=(-48.1, 11.6, 500.0))
+    south = zr.calibration.calibrate_magnetometer(recording, place=(-48.1, 11.6, 500.0))
     assert any("the dip is" in problem for problem in south.problems)
     with pytest.raises(ValueError, match="place tells field and dip"):
-        zr.calibrate_magnetometer(recording, place=(48.1, 11.6), dip=1.1)
+        zr.calibration.calibrate_magnetometer(recording, place=(48.1, 11.6), dip=1.1)
     with pytest.raises(ValueError, match="place takes latitude, longitude"):
-        zr.calibrate_magnetometer(recording, place=(48.1,))
+        zr.calibration.calibrate_magnetometer(recording, place=(48.1,))
 
 
 def test_positions_of_the_recording_are_the_place():
@@ -306,9 +310,11 @@ def test_positions_of_the_recording_are_the_place():
     names = ("latitude_deg", "longitude_deg", "height_m")
     log = zr.Log(time, recording.mag.rate, places, names, "deg, deg, m", {}, None)
     moved = replace(recording, logs={**recording, "position": log})
-    assert any("the dip is" in problem for problem in zr.calibrate_magnetometer(moved).problems)
-    assert zr.calibrate_magnetometer(moved, dip=float(motion_dip(recording))).valid
+    assert any(
+        "the dip is" in problem for problem in zr.calibration.calibrate_magnetometer(moved).problems
+    )
+    assert zr.calibration.calibrate_magnetometer(moved, dip=float(motion_dip(recording))).valid
 
 
 def motion_dip(recording):
-    return zr.calibrate_magnetometer(recording).dip.value
+    return zr.calibration.calibrate_magnetometer(recording).dip.value

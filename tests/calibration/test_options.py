@@ -15,15 +15,17 @@ DATA = {"recording", "gyro", "accel", "rate", "rests"}
 def made(name, value):
     """Return the words of the refusal: with no recording there is one anyway."""
     with pytest.raises((ValueError, TypeError, zr.LogError)) as told:
-        zr.calibrate(**{name: value})
+        zr.calibration.calibrate(**{name: value})
     return str(told.value)
 
 
 def test_it_has_every_choice_with_its_default():
-    signature = inspect.signature(zr.calibrate).parameters
+    signature = inspect.signature(zr.calibration.calibrate).parameters
     assert set(CALIBRATION_OPTIONS) == set(signature) - DATA
+    task = inspect.signature(zr.calibrate).parameters
     for name, option in CALIBRATION_OPTIONS.items():
         assert (option.name, option.default) == (name, signature[name].default)
+        assert task[name].default == option.default
 
 
 @pytest.mark.parametrize("name", CALIBRATION_OPTIONS)

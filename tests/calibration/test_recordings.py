@@ -14,7 +14,7 @@ pytestmark = needs_recordings
 def units():
     recording = zr.read_recording(RECORDINGS / "mimu4444_array8_62hz_exp1.parquet")
     names = [name for name in recording if name.startswith("gyro")]
-    return [zr.calibrate(recording, gyro=name) for name in names]
+    return [zr.calibration.calibrate(recording, gyro=name) for name in names]
 
 
 def test_the_eight_units_of_the_array(units):
@@ -42,7 +42,7 @@ def test_slow_motion_with_breaks_is_refused():
     )
     told = "5 rests and 3 of 4 turns can be used, .*; 17 of 18 parameters are not identifiable"
     with pytest.raises(zr.calibration.CalibrationError, match=told) as refusal:
-        zr.calibrate(recording)
+        zr.calibration.calibrate(recording)
     found = refusal.value.calibration
     assert not found.valid
     assert int((~found.identifiable[:24]).sum()) == 17
@@ -53,4 +53,4 @@ def test_a_log_at_rest_has_one_rest_and_its_bias():
     with pytest.raises(
         zr.calibration.CalibrationError, match=r"1 rest and 0 turns .* -3.345, 1.089, -0.49"
     ):
-        zr.calibrate(recording)
+        zr.calibration.calibrate(recording)

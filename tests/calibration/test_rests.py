@@ -101,7 +101,7 @@ def test_a_wild_sample_in_a_rest_is_named_and_left_out(name, samples):
     data[name][place : place + samples] = value
     wild = with_data(simulated.recording, data["gyro"], data["accel"])
     assert len(zr.calibration.find_rests(wild)) == 20
-    found, clean = zr.calibrate(wild), zr.calibrate(simulated.recording)
+    found, clean = zr.calibration.calibrate(wild), zr.calibration.calibrate(simulated.recording)
     assert found.valid
     assert len(found.turns) == 19
     # Of one rest of twenty a sample or two are missing.
@@ -113,7 +113,7 @@ def test_a_wild_sample_in_a_rest_is_named_and_left_out(name, samples):
 
 
 def test_nothing_stands_alone_in_a_usual_record():
-    assert not any("alone" in note for note in zr.calibrate(session().recording).notes)
+    assert not any("alone" in note for note in zr.calibration.calibrate(session().recording).notes)
 
 
 @pytest.mark.parametrize("rate", [10.0, 62.5, 500.0])

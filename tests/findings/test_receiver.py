@@ -14,7 +14,7 @@ def drive():
 
 
 def told(recording, fixes):
-    found = zr.report(recording, gnss=fixes).findings
+    found = zr.report(recording, fixes=fixes).findings
     return {one.kind: one for one in found if one.section == SECTION}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 from itertools import product
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 
@@ -135,6 +135,10 @@ class Calibration(Result):
         Recording and channels that it was made of.
     temperature_model
         Bias of the gyro by temperature, in its raw unit, or None: `with_temperature` adds one.
+    alarms
+        What contradicts the recording, of `zerorate.calibrate`.
+    recording
+        What it was made of, for the figure, or None; no file holds it.
 
     Examples
     --------
@@ -173,6 +177,8 @@ class Calibration(Result):
     temperature: float | None = field(default=None, kw_only=True)
     temperature_model: TemperatureModel | None = field(default=None, kw_only=True)
     origin: Origin = field(default_factory=Origin, kw_only=True)
+    alarms: tuple[str, ...] = field(default=(), kw_only=True)
+    recording: Recording | None = field(default=None, kw_only=True, repr=False)
 
     apply = apply
     apply_accel = apply_accel
@@ -190,6 +196,11 @@ class Calibration(Result):
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
         """Read a calibration that `to_json` wrote, equal to the last bit."""
         return from_json(source, cls)
+
+    @property
+    def source(self) -> str:
+        """Name of the recording that it was made of."""
+        return self.origin.source or "the recording"
 
     def to_frame(self, frame: Frame) -> Calibration:
         """Return the same calibration in other axes of the body, errors and all.
@@ -228,20 +239,25 @@ class Calibration(Result):
         """
         return in_units(self, gyro or self.gyro_units[0], accel or self.accel_units[0])
 
-    def plot(self, recording: Recording | None = None) -> Figure:
+    def plot(
+        self, recording: Recording | None = None, panels: Literal["usual", "all"] = "usual"
+    ) -> Figure:
         """Return the figure of the calibration, 180 mm wide; needs matplotlib.
 
         Parameters
         ----------
         recording : Recording, optional
-            What it was made of: adds a panel of the raw log with the rests that were found.
+            What it was made of: adds a panel of the raw log with the rests that were found. Default
+            that of `zerorate.calibrate`.
+        panels : {"usual", "all"}
+            The usual panels, or the raw log of the gyro as well.
 
         Raises
         ------
         ImportError
             Without matplotlib, of the extra ``plot``.
         """
-        return figure_of(self, recording)
+        return figure_of(self, recording or self.recording, panels == "all")
 
     def __repr__(self) -> str:
         """Return in one line whether it is valid, and what it was made of."""

@@ -118,6 +118,8 @@ class MagnetometerCalibration(Result):
     residual
         RMS over each second of what hard and soft iron leave of the field, unit of the samples,
         NaN where a second has no samples; none without a gyro.
+    alarms
+        What contradicts the recording, of `zerorate.calibrate_magnetometer`; no file holds it.
 
     Examples
     --------
@@ -145,6 +147,7 @@ class MagnetometerCalibration(Result):
     notes: tuple[str, ...] = ()
     source: str = ""
     residual: Floats = _default(default_factory=lambda: np.zeros(0))
+    alarms: tuple[str, ...] = ()
 
     @property
     def valid(self) -> bool:

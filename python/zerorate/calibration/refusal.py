@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from zerorate.faults import said, sentence_of
 from zerorate.record.log import LogError
 
 if TYPE_CHECKING:
@@ -23,3 +24,7 @@ class CalibrationError(LogError):
         """Keep the message to one line."""
         super().__init__(message)
         self.calibration = calibration
+
+    def around(self, before: str = "", after: str = "") -> CalibrationError:
+        """Return the error with more text, as the name of the log before."""
+        return CalibrationError(said(before, sentence_of(self), after), self.calibration)

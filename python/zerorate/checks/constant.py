@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -78,7 +78,7 @@ def _on_absent(log: Log) -> str:
     return f"{named}: {values} in every sample, so it measures nothing there and is left out"
 
 
-def dead_axes(recording: Recording, names: tuple[str, ...]) -> Iterator[str]:
+def dead_axes(recording: Mapping[str, Log], names: tuple[str, ...]) -> Iterator[str]:
     """Yield a sentence for each of some sensors with an axis that never changes while others do."""
     for name in names:
         log = recording.get(name)

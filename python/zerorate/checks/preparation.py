@@ -27,6 +27,24 @@ Clipped: TypeAlias = Literal["auto", "restore", "leave"]
 """What is done with rates that a gyro clipped at its range."""
 
 
+class Remark(NamedTuple):
+    """A sentence of one check.
+
+    Attributes
+    ----------
+    check : str
+        Name of its row in `PREPARATIONS`.
+    text : str
+        What is seen, or what was done about it.
+    alarm : bool
+        It contradicts the recording; else it is a note.
+    """
+
+    check: str
+    text: str
+    alarm: bool
+
+
 @dataclass(frozen=True)
 class Prepared:
     """A recording that is ready for a task.
@@ -35,12 +53,26 @@ class Prepared:
     ----------
     recording : Recording
         With everything mended that could be; its notes say what was done.
-    alarms : tuple of str
-        What contradicts the recording, a sentence each, with what to type against it.
+    remarks : tuple of Remark
+        What each check says, in the order of the table.
     """
 
     recording: Recording
-    alarms: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """What contradicts the recording, a sentence each, with what to type against it."""
+        return self.alarms_without()
+
+    def alarms_without(self, *checks: str) -> tuple[str, ...]:
+        """Return the alarms of all checks but some."""
+        source = self.recording.source
+        return tuple(
+            said(f"{source}: ", one.text)
+            for one in self.remarks
+            if one.alarm and one.check not in checks
+        )
 
 
 @dataclass(frozen=True)
@@ -64,6 +96,8 @@ class Choices:
         is no contradiction.
     correct : callable, optional
         What takes known errors off a recording, such as `zerorate.Calibration.apply`.
+    skip : tuple of str
+        Names of steps that the task takes itself.
     """
 
     gyro: str = "gyro"
@@ -73,6 +107,7 @@ class Choices:
     gravity: bool = True
     bias_limit: float | None = None
     correct: Callable[[Recording], Recording] | None = None
+    skip: tuple[str, ...] = ()
 
     def accel_in(self, recording: Recording) -> str:
         """Return the name of the accelerometer."""
@@ -92,14 +127,29 @@ class Step(NamedTuple):
 
 
 class Preparation(NamedTuple):
-    """A row of the table: one check, by what it judges, and what follows from it."""
+    """A row of the table: one check, by what it judges, and what follows from it.
+
+    Attributes
+    ----------
+    name : str
+        Of the check.
+    evidence, threshold : str
+        What it judges by, and from where on, with the reason.
+    default, option : str
+        What is done, and the argument that changes it.
+    step : callable or None
+        What takes it; None for a check of fixes, which `prepared_fixes` takes.
+    used_by : str
+        Which tasks take it.
+    """
 
     name: str
     evidence: str
     threshold: str
     default: str
     option: str
-    step: Callable[[Recording, Choices], Step]
+    step: Callable[[Recording, Choices], Step] | None
+    used_by: str = "all tasks"
 
 
 def prepare(recording: Recording, choices: Choices | None = None) -> Prepared:
@@ -133,16 +183,17 @@ def prepare(recording: Recording, choices: Choices | None = None) -> Prepared:
     ("hand.csv: the gyro's y axis has the sign other than the accelerometer's: put right, by fix",)
     """
     asked = choices or Choices()
-    alarms: list[str] = []
-    notes: list[str] = []
+    remarks: list[Remark] = []
     made = recording
     for row in PREPARATIONS:
-        done = row.step(made, asked)
-        made = done.recording
-        alarms += [said(f"{recording.source}: ", one) for one in done.alarms]
-        notes += done.notes
+        if row.step is not None and row.name not in asked.skip:
+            done = row.step(made, asked)
+            made = done.recording
+            remarks += [Remark(row.name, one, alarm=True) for one in done.alarms]
+            remarks += [Remark(row.name, one, alarm=False) for one in done.notes]
+    notes = [one.text for one in remarks if not one.alarm]
     noted = tuple(dict.fromkeys((*made.notes, *notes)))
-    return Prepared(replace(made, notes=noted) if notes else made, tuple(alarms))
+    return Prepared(replace(made, notes=noted) if notes else made, tuple(remarks))
 
 
 def prepared_fixes(fixes: Fixes) -> Fixes:
@@ -169,17 +220,28 @@ def _correction(recording: Recording, choices: Choices) -> Step:
 
 
 def _axes(recording: Recording, choices: Choices) -> Step:
-    # Rates that are clipped fit other axes better than their own.
-    whole, _ = restore_recording(recording, gyro=choices.gyro, certain=False)
-    found = check(whole, gyro=choices.gyro, accel=choices.accel, scale=False)
-    steady = _steady(recording, choices)
+    found = checked_axes(recording, choices.gyro, choices.accel, scale=False)
+    steady = steady_of(recording, choices.gyro, choices.accel_in(recording))
     made = found.apply(recording) if choices.fix and steady is None else recording
     return Step(made, tuple(_contradictions(found, choices, steady)))
 
 
-def _steady(recording: Recording, choices: Choices) -> SteadyRate | None:
-    gyro, accel = recording.get(choices.gyro), recording.get(choices.accel_in(recording))
-    return None if gyro is None or accel is None else steady_rate(gyro, accel)
+def checked_axes(
+    recording: Recording, gyro: str, accel: str | None = None, *, scale: bool = True
+) -> Checks:
+    """Return what motion shows of units and axes, of `zerorate.check`."""
+    # Rates that are clipped fit other axes better than their own.
+    whole, _ = restore_recording(recording, gyro=gyro, certain=False)
+    return check(whole, gyro=gyro, accel=accel, scale=scale)
+
+
+def steady_of(recording: Recording, gyro: str, accel: str) -> SteadyRate | None:
+    """Return a steady rate of a gyro without any motion, None without one.
+
+    It takes the place of what is said of the gyro's unit and axes, which only motion shows.
+    """
+    rates, forces = recording.get(gyro), recording.get(accel)
+    return None if rates is None or forces is None else steady_rate(rates, forces)
 
 
 def _contradictions(found: Checks, choices: Choices, steady: SteadyRate | None) -> Iterator[str]:
@@ -229,9 +291,17 @@ def _on_clipped(one: ClippedAxis, done: bool, certain: bool) -> str:
     return said(text, ": ", given("clipped", "leave", "clipped='leave'"), " leaves it")
 
 
+ABSENT: Final = "absent sensor"
+DEAD: Final = "dead axis"
+GRAVITY: Final = "gravity absent"
+FROZEN: Final = "frozen magnetometer"
+AXES: Final = "units and axes"
+CLIPPED: Final = "clipped rates"
+"""Names of checks that a task may take itself, or says in its own way."""
+
 PREPARATIONS: Final = (
     Preparation(
-        "absent sensor",
+        ABSENT,
         "one value in every sample of all axes, while another sensor of the kind measures",
         "100 samples: fewer may repeat by chance",
         "the sensor is left out, and a note says so",
@@ -239,7 +309,7 @@ PREPARATIONS: Final = (
         _absent,
     ),
     Preparation(
-        "dead axis",
+        DEAD,
         "one value in every sample of an axis, while the others change",
         "100 samples: fewer may repeat by chance",
         "an alarm",
@@ -247,7 +317,7 @@ PREPARATIONS: Final = (
         _dead,
     ),
     Preparation(
-        "gravity absent",
+        GRAVITY,
         "the mean force of windows of 0.25 s: the smallest twentieth, against the largest tenth",
         "below 0.25 g and a quarter of the largest tenth: with gravity 0.35 on a runner's foot",
         "gravity columns are added, if there are any; else tasks that need gravity refuse",
@@ -261,9 +331,10 @@ PREPARATIONS: Final = (
         "taken off",
         "calibration",
         _correction,
+        "tasks that take a calibration",
     ),
     Preparation(
-        "frozen magnetometer",
+        FROZEN,
         "one value in consecutive samples while the gyro turns",
         "3 s and 5 deg: no other magnetometer repeats itself for so long",
         "the samples are missing, and an alarm says so",
@@ -271,20 +342,32 @@ PREPARATIONS: Final = (
         _frozen,
     ),
     Preparation(
-        "units and axes",
+        AXES,
         "which of three units and 48 axes keep gravity and field constant through the motion",
-        "see zerorate.check",
-        "an alarm; a steady rate without motion is told as a bias",
+        "`zerorate.check` has them",
+        "an alarm; a steady rate without motion is reported as a bias",
         "fix",
         _axes,
     ),
     Preparation(
-        "clipped rates",
+        CLIPPED,
         "samples at the largest value of an axis, and the flanks beside them",
-        "see zerorate.checks.restore_recording",
+        "`zerorate.checks.restore_recording` has them",
         "restored where nothing else explains them",
         "clipped",
         _clipped,
+        "all tasks but calibrate, which leaves out turns at the end of the range; correct; and "
+        "report, which says where",
+    ),
+    Preparation(
+        "held fixes",
+        "positions and velocities that repeat those of the fix before",
+        "a median of 2 rows a fix: a receiver's own record repeats itself at rest alone; or half "
+        "of the usual interval, for a fix that was sent twice",
+        "left out, and a note says how many",
+        "",
+        None,
+        "navigate, report",
     ),
 )
 """The steps in their order: each judges what those before it have made of the recording."""

@@ -1,27 +1,30 @@
 """``zerorate calibrate --magnetometer``: hard and soft iron from ordinary motion."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 import typer
 
-from zerorate.calibration.magnetometer import MagnetometerCalibration, calibrate_magnetometer
-from zerorate.cli.calibrations import naming, read_imu
-from zerorate.cli.errors import DataFault, as_usage, require
+from zerorate.calibration.magnetometer import MagnetometerCalibration
+from zerorate.cli.errors import DataFault, UsageFault, print_alarms, require
 from zerorate.cli.mounts import place_with_field
 from zerorate.cli.options import READING, FigureFormat, Reading
 from zerorate.cli.outputs import check_outputs, preload_figure, print_written, progress_bar
 from zerorate.cli.records import print_title, records
+from zerorate.tasks.calibrate import (
+    EXPORTS,
+    MAGNETOMETER_EXPORTS,
+    calibrate_magnetometer,
+    check_exports,
+)
 from zerorate.tasks.interrupts import in_background
-from zerorate.tasks.saving import FIGURE_FORMATS, Destination, text_writer
+from zerorate.tasks.saving import FIGURE_FORMATS, Destination, files_of
 
 PANEL: Final = "Magnetometer instead of IMU"
-EXPORTS: Final = ("json", "px4", "ardupilot")
-_SUFFIXES: Final = {"px4": "-px4.params", "ardupilot": "-ardupilot.param"}
 OPTIONS: Final = (
     "log",
     "output",
@@ -77,6 +80,21 @@ class Magnetometer:
         bool, typer.Option(help="Nobody touched the device: one hard iron for the whole log.")
     ] = False
 
+    def arguments(self) -> dict[str, Any]:
+        """Return those of `zerorate.calibrate_magnetometer`."""
+        return {
+            "one": self.one_iron,
+            "field": self.field,
+            "dip": None if self.dip is None else float(np.radians(self.dip)),
+            "place": place_with_field(self.at),
+        }
+
+    def check_unused(self) -> None:
+        """Raise a usage fault for an option that acts with --magnetometer alone."""
+        for name in ("field", "dip", "at", "one_iron"):
+            if getattr(self, name):
+                raise UsageFault(f"--{name.replace('_', '-')} acts with --magnetometer")
+
 
 def calibrate_compass(
     log: Path,
@@ -90,6 +108,7 @@ def calibrate_compass(
     force: bool,
 ) -> None:
     """Calibrate the magnetometer of each record in a log, print and write what was found."""
+    check_exports(exports, MAGNETOMETER_EXPORTS)
     suffixes = ["json", *(FigureFormat if figure else ())]
     place = Destination.of(output, f"{log.stem}-zerorate-magnetometer", suffixes)
     figures = []
@@ -97,34 +116,21 @@ def calibrate_compass(
         require("matplotlib", "plot")
         figures = [f".{place.choose('figure_format', figure_format, FIGURE_FORMATS)}"]
         preload_figure("magnetometer_figure")
-    there = place_with_field(asked.at)
-    endings = [_SUFFIXES[export] for export in exports if export in _SUFFIXES]
+    arguments = {"gyro": gyro or "gyro", **asked.arguments(), **reading.arguments}
+    endings = [ending for export in exports for ending in EXPORTS[export]]
     found = records(log, reading.group_by)
     outputs = [place.of_part(one.ending).files(".json", endings, figures, force) for one in found]
     check_outputs([path for files in outputs for path in files.paths], force, log)
     useless = []
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
-            recording = read_imu(reading, one.source)
-            progress("fitting", 0.3)
-            with naming(recording):
-                work = partial(
-                    calibrate_magnetometer,
-                    recording,
-                    gyro=gyro or "gyro",
-                    one=asked.one_iron,
-                    field=asked.field,
-                    dip=None if asked.dip is None else float(np.radians(asked.dip)),
-                    place=there,
-                )
-                calibration = in_background(work)
-            with as_usage():
-                texts = [_text(calibration, export, force) for export in exports]
-            writers: list[Callable[[Path], object]] = [text_writer(calibration.to_json())]
-            writers += [text_writer(text) for text in texts if text]
-            files.write(writers, [partial(_draw, calibration)] if figure else [], progress, 0.7)
+            work = partial(calibrate_magnetometer, one.source, progress=progress)
+            calibration = in_background(partial(work, **arguments))
+            saved = files_of(calibration, exports=exports, doubtful=force)
+            files.save(saved, progress, 0.7)
         print_title(one, first=one is found[0])
-        print(calibration.table())
+        print_alarms(calibration.alarms)
+        print(calibration)
         print_written(files.paths)
         useless += [f"{one.title or log}: {why}" for why in _useless(calibration)]
     if useless:
@@ -139,15 +145,3 @@ def _useless(calibration: MagnetometerCalibration) -> Sequence[str]:
         advice = "; ".join(calibration.advice) or "turn the sensor about two axes that differ"
         return (f"the log does not show the hard iron: {advice}",)
     return ()
-
-
-def _text(calibration: MagnetometerCalibration, export: str, force: bool) -> str:
-    if export == "px4":
-        return calibration.to_px4(force=force)
-    return calibration.to_ardupilot(force=force) if export == "ardupilot" else ""
-
-
-def _draw(calibration: MagnetometerCalibration, path: Path) -> None:
-    from zerorate.show import save_figure
-
-    save_figure(calibration.plot(), path)

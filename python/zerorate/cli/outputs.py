@@ -26,18 +26,12 @@ from zerorate.tasks.saving import (
     Outputs,
     check_paths,
 )
+from zerorate.tasks.source import own_names as names_of
 
 
 def own_names(logs: Sequence[Path]) -> list[str]:
     """Return what the files of each log begin with; a usage fault where two would be the same."""
-    stems = [log.stem for log in logs]
-    names = [
-        stem if stems.count(stem) == 1 else f"{log.absolute().parent.name}-{stem}"
-        for log, stem in zip(logs, stems, strict=True)
-    ]
-    if len(set(names)) < len(names):
-        raise UsageFault("two logs have one name: give each once, or copies of other names")
-    return names
+    return names_of([str(log) for log in logs])
 
 
 def check_outputs(

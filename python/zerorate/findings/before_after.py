@@ -86,7 +86,7 @@ class Change:
 
 @dataclass(frozen=True, eq=False)
 class BeforeAfter(Result):
-    """Two reports side by side, as `zerorate.findings.before_after` returns it.
+    """Two reports side by side, as `zerorate.report` of two logs returns it.
 
     Parameters
     ----------
@@ -104,6 +104,21 @@ class BeforeAfter(Result):
 
     before: Report
     after: Report
+
+    @property
+    def source(self) -> str:
+        """Names of both logs."""
+        return f"{self.before.source}, {self.after.source}"
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """What to act on in either log, a sentence each."""
+        return tuple(dict.fromkeys((*self.before.alarms, *self.after.alarms)))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was assumed to read either log, a sentence each."""
+        return tuple(dict.fromkeys((*self.before.notes, *self.after.notes)))
 
     @cached_property
     def changes(self) -> tuple[Change, ...]:

@@ -9,18 +9,15 @@ from typing import Final
 
 import numpy as np
 
-from zerorate._native import NavigationFilter
-from zerorate.findings.finding import Finding
+from zerorate.checks.held import without_held
+from zerorate.findings.finding import Finding, sentence
 from zerorate.findings.imus import Imu, Sensor, part
 from zerorate.findings.limits import LIMITS, Severity
-from zerorate.navigation.alignment import Alignment
-from zerorate.navigation.clock import find_time_offset
-from zerorate.navigation.selfcheck import NavigationChecks, check_navigation
-from zerorate.navigation.start import find_start
+from zerorate.navigation.begin import Beginning, Vehicle, find_beginning
+from zerorate.navigation.selfcheck import NavigationChecks, NavigationFinding
 from zerorate.numerals import with_error
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import LogError
-from zerorate.record.mounting import body_axes
 from zerorate.record.offset import TimeOffset
 from zerorate.record.recording import Recording
 from zerorate.types import Floats
@@ -45,15 +42,20 @@ def _fixes_of(recording: Recording) -> Fixes | None:
         return None
 
 
-def receiver(recording: Recording, found: Sequence[Imu], gnss: Fixes | None) -> Iterator[Finding]:
+def receiver(recording: Recording, found: Sequence[Imu], fixes: Fixes | None) -> Iterator[Finding]:
     """Yield what is seen of a receiver: contradictions, its clock, innovations."""
     imu = next((one for one in found if one.still.size), None)
     if imu is None or imu.gyro is None or imu.accel is None:
         return
-    fixes = _fixes_of(recording) if gnss is None else gnss
-    if fixes is None or len(fixes) < _FEWEST:
+    given = _fixes_of(recording) if fixes is None else fixes
+    if given is None:
+        return
+    fixes, held = without_held(given)
+    if len(fixes) < _FEWEST:
         return
     gyro = imu.gyro
+    for note in held:
+        yield Finding(SECTION, "held fixes", "good", sentence(note), figure=gyro.figure)
     step = float(np.median(np.diff(fixes.time)))
     yield Finding(
         SECTION, "fixes", "good",
@@ -63,9 +65,12 @@ def receiver(recording: Recording, found: Sequence[Imu], gnss: Fixes | None) -> 
     )  # fmt: skip
     sensors = _of_imu(recording, imu)
     try:
-        checks = check_navigation(sensors, fixes, mounted=False)
-        yield from _mistakes(checks, gyro)
-        yield from _navigated(sensors, fixes, checks, gyro)
+        vehicle = Vehicle.of(sensors, "auto", None, "auto")
+        checks = vehicle.checked(sensors, fixes)
+        mistakes = vehicle.mistakes(checks)
+        yield from _mistakes(checks, mistakes, gyro)
+        if all(one.what == "clock" for one in mistakes):
+            yield from _navigated(sensors, fixes, checks, gyro)
     except LogError:
         text = "The fixes lead no track in this log: neither their clock nor their errors are told."
         yield Finding(SECTION, "track", "good", text, figure=gyro.figure)
@@ -79,8 +84,11 @@ def _of_imu(recording: Recording, imu: Imu) -> Recording:
     return replace(recording, logs=logs)
 
 
-def _mistakes(checks: NavigationChecks, gyro: Sensor) -> Iterator[Finding]:
-    for one in checks.findings:
+def _mistakes(
+    checks: NavigationChecks, mistakes: Sequence[NavigationFinding], gyro: Sensor
+) -> Iterator[Finding]:
+    doubts = [one for one in checks.findings if one.status != "mistake"]
+    for one in (*mistakes, *doubts):
         known = math.isfinite(one.value)
         how: Severity = "good" if one.status != "mistake" else "act" if known else "look"
         yield Finding(
@@ -89,7 +97,7 @@ def _mistakes(checks: NavigationChecks, gyro: Sensor) -> Iterator[Finding]:
             one.value if known else None, "", None, (), gyro.figure,
             "Put it right where the log is written, or by the options of `zerorate navigate`.",
         )  # fmt: skip
-    if not checks.findings:
+    if not mistakes and not doubts:
         text = "Sensors and fixes do not contradict each other in units, signs, axes or clocks."
         yield Finding(SECTION, "receiver", "good", text, figure=gyro.figure)
 
@@ -98,32 +106,23 @@ def _navigated(
     sensors: Recording, fixes: Fixes, checks: NavigationChecks, gyro: Sensor
 ) -> Iterator[Finding]:
     """Yield clock and innovations of a part that is navigated, where nothing contradicts."""
-    if any(one.what != "clock" for one in checks.mistakes):
-        return
-    axes = checks.axes
-    if axes is not None and axes.certain:
-        sensors = body_axes(sensors, axes.body_from_sensor)
     about = checks.lag if abs(checks.lag) > _COARSE else 0.0
-    sensors, fixes, about = _navigable(sensors, fixes, about)
-    start = find_start(sensors, fixes, time_offset=about)
-    offset = TimeOffset.of(about)
+    sensors, fixes = _navigable(sensors, fixes, about)
+    begun = find_beginning(sensors, fixes, checks=checks)
     if fixes.velocity is not None:
-        found = find_time_offset(sensors, fixes, start, time_offset=about)
-        yield from _clock(found, gyro, known=bool(checks.mistakes))
-        if found.identifiable:
-            start, offset = find_start(sensors, fixes, time_offset=found), found
-    yield from _innovations(sensors, fixes, start, offset, gyro)
+        yield from _clock(begun.clock, gyro, known=bool(checks.mistakes))
+    yield from _innovations(begun, fixes, gyro)
 
 
-def _navigable(sensors: Recording, fixes: Fixes, about: float) -> tuple[Recording, Fixes, float]:
+def _navigable(sensors: Recording, fixes: Fixes, about: float) -> tuple[Recording, Fixes]:
     """Return at most a quarter of an hour of both: from a minute before it first moves."""
     log = sensors["gyro"]
     if log.duration <= _LONGEST:
-        return sensors, fixes, about
-    first = _moving(fixes)
-    begin, end = first - _BEFORE, first - _BEFORE + _LONGEST
-    logs = {name: part(one, begin + about, end + about) for name, one in sensors.items()}
-    return replace(sensors, logs=logs), fixes.between(begin, end), about
+        return sensors, fixes
+    first = _moving(fixes) - _BEFORE
+    last = first + _LONGEST
+    logs = {name: part(one, first + about, last + about) for name, one in sensors.items()}
+    return replace(sensors, logs=logs), fixes.between(first, last)
 
 
 def _moving(fixes: Fixes) -> float:
@@ -134,8 +133,8 @@ def _moving(fixes: Fixes) -> float:
     return float(fixes.time[moved[0]] if moved.size else fixes.time[0])
 
 
-def _clock(found: TimeOffset, gyro: Sensor, known: bool) -> Iterator[Finding]:
-    if not found.identifiable:
+def _clock(found: TimeOffset | None, gyro: Sensor, known: bool) -> Iterator[Finding]:
+    if found is None:
         yield Finding(
             SECTION, "receiver's clock", "good",
             "The offset of the receiver's clock is not identifiable in this log.",
@@ -165,12 +164,11 @@ def _sense(seconds: float) -> str:
     return "late" if seconds < 0.0 else "early"
 
 
-def _innovations(
-    sensors: Recording, fixes: Fixes, start: Alignment, offset: TimeOffset, gyro: Sensor
-) -> Iterator[Finding]:
+def _innovations(begun: Beginning, fixes: Fixes, gyro: Sensor) -> Iterator[Finding]:
     """Yield by how much innovations are larger than the receiver's deviations let expect."""
-    nav = NavigationFilter(start, antenna_sigma=1.0, adapt="fixed")
-    track = nav.process(sensors, fixes, time_offset=offset, keep="track")
+    nav = begun.filter(adapt="fixed")
+    offset = begun.time_offset
+    track = nav.process(begun.recording, fixes, time_offset=offset, keep="track")
     told = (fixes.position_sigma, fixes.velocity_sigma)
     for what, values, sigma in zip(("positions", "velocities"), track.nis().T, told, strict=True):
         known = values[np.isfinite(values)]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from itertools import chain
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from zerorate.checks.preparation import FROZEN, GRAVITY, Remark
 from zerorate.findings.attitude import SECTION as ATTITUDE
 from zerorate.findings.attitude import attitude
 from zerorate.findings.autopilot import SECTION as AUTOPILOT
@@ -22,7 +23,7 @@ from zerorate.findings.contents import SECTION as CONTENTS
 from zerorate.findings.contents import contents
 from zerorate.findings.enter import SECTION as ENTER
 from zerorate.findings.enter import Known, enter, known
-from zerorate.findings.finding import RANKS, Finding
+from zerorate.findings.finding import RANKS, Finding, sentence
 from zerorate.findings.imus import Imu, imus
 from zerorate.findings.magnetometer import SECTION as MAGNETOMETER
 from zerorate.findings.magnetometer import magnetometer
@@ -46,26 +47,31 @@ from zerorate.record.recording import Recording
 from zerorate.record.saved import as_json
 from zerorate.views import Result
 
-if TYPE_CHECKING:
-    pass
-
 _FORMAT: Final = "zerorate report"
 _VERSION: Final = 1
 
 
 @dataclass(frozen=True)
 class _Given:
-    """What is looked at: a recording, its IMUs, fixes, and the findings so far."""
+    """What is looked at: a recording, its IMUs, fixes, remarks, and the findings so far."""
 
     recording: Recording
     imus: tuple[Imu, ...]
-    gnss: Fixes | None
+    fixes: Fixes | None
+    remarks: tuple[Remark, ...]
     findings: list[Finding] = field(default_factory=list)
 
     @cached_property
     def known(self) -> Known:
         """What the first IMU tells for the settings of others."""
         return known(self.recording, self.imus[0])
+
+    def remarked(self, check: str, section: str, sensor: str) -> Iterator[Finding]:
+        """Yield what the preparation says against the recording in one of its checks."""
+        figure = next((s.figure for imu in self.imus for s in imu.sensors if s.name == sensor), "")
+        for one in self.remarks:
+            if one.check == check and one.alarm:
+                yield Finding(section, check, "act", sentence(one.text), figure=figure)
 
     def entered(self) -> Iterator[Finding]:
         """Yield what to enter."""
@@ -85,10 +91,14 @@ SECTIONS: Final[dict[str, Callable[[_Given], Iterator[Finding]]]] = {
     VIBRATION: lambda given: vibration(given.imus),
     AUTOPILOT: lambda given: autopilot(given.recording),
     PAIRS: lambda given: pairs(given.imus),
-    AXES: lambda given: axes(given.recording, given.imus),
-    MAGNETOMETER: lambda given: magnetometer(given.recording, given.imus),
+    AXES: lambda given: chain(
+        given.remarked(GRAVITY, AXES, "accel"), axes(given.recording, given.imus)
+    ),
+    MAGNETOMETER: lambda given: chain(
+        given.remarked(FROZEN, MAGNETOMETER, "gyro"), magnetometer(given.recording, given.imus)
+    ),
     ATTITUDE: lambda given: attitude(given.recording, given.imus),
-    RECEIVER: lambda given: receiver(given.recording, given.imus, given.gnss),
+    RECEIVER: lambda given: receiver(given.recording, given.imus, given.fixes),
     ENTER: lambda given: given.entered(),
     RECORD: lambda given: given.recorded(),
 }
@@ -119,6 +129,16 @@ class Report(Result):
     findings: tuple[Finding, ...]
     source: str
     recording: Recording = field(repr=False)
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """What to act on, a sentence each."""
+        return tuple(one.text for one in self.findings if one.severity == "act")
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was assumed to read the log, and mended in it, a sentence each."""
+        return tuple(one.text for one in self.findings if one.kind == "reading")
 
     def count(self, severity: str) -> int:
         """Return how many findings are of a severity: ``"good"``, ``"look"`` or ``"act"``."""
@@ -164,46 +184,39 @@ class Report(Result):
 
 
 def report(
-    recording: Recording, *, gnss: Fixes | None = None, progress: Progress | None = None
+    recording: Recording,
+    *,
+    fixes: Fixes | None = None,
+    remarks: Sequence[Remark] = (),
+    progress: Progress | None = None,
 ) -> Report:
     """Return what is seen of the IMU of a recording: clock, samples, rests, noise, vibration, axes.
 
-    Each finding says what is seen, never its cause, with a number, its standard error where one is
-    known, the time that it rests on, and what to record next. Severities come from
-    ``zerorate.findings.LIMITS``.
+    `zerorate.report` prepares the recording first.
 
     Parameters
     ----------
     recording : Recording
         With a gyro or an accelerometer of three axes.
-    gnss : Fixes, optional
-        Of a receiver on the same body; by default those in the file of the recording, if any.
+    fixes : Fixes, optional
+        Of a receiver on the same body; by default those of the recording, if any.
+    remarks : sequence of Remark
+        What the preparation of the recording says against it.
     progress : callable, optional
-        Is told the section and the part done, 0 to 1.
+        Called with the section and the part done, 0 to 1.
 
     Raises
     ------
     LogError
         If there is neither a gyro nor an accelerometer of three axes.
-    TypeError
-        If it is no recording.
-
-    Examples
-    --------
-    >>> import zerorate as zr
-    >>> found = zr.report(zr.simulate_motion("hand", duration=60.0).recording())
-    >>> found.summary
-    'Nothing in this log passes a limit.'
     """
-    if not isinstance(recording, Recording):
-        raise TypeError(f"expected a Recording, got {type(recording).__name__}")
     found = imus(recording)
     if not found:
         raise LogError(
             "a report needs a gyro or an accelerometer of three axes; the recording has: "
             f"{', '.join(recording)}"
         )
-    given = _Given(recording, found, gnss)
+    given = _Given(recording, found, fixes, tuple(remarks))
     for number, (name, look) in enumerate(SECTIONS.items()):
         if progress is not None:
             progress(name.lower(), number / len(SECTIONS))

@@ -8,7 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.findings.finding import RANKS, Finding
+from zerorate.checks.constant import dead_axes
+from zerorate.findings.finding import RANKS, Finding, sentence
 from zerorate.findings.imus import BLOCK, Imu, Sensor
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.stops import Stop, stop_of
@@ -36,11 +37,18 @@ def samples(found: Sequence[Imu]) -> Iterator[Finding]:
 
 def _of_sensor(imu: Imu, one: Sensor) -> Iterator[Finding]:
     steps = [step_of(column) for column in one.log.data.T]
+    yield from _dead(one)
     yield from _missing(one)
     yield from _at_limit(one, steps)
     yield from _equal(one, steps)
     yield from _spikes(one, steps)
     yield from _coarse(imu, one, steps)
+
+
+def _dead(one: Sensor) -> Iterator[Finding]:
+    for text in dead_axes({one.name: one.log}, (one.name,)):
+        advice = "Look at the driver, or at the columns that were read."
+        yield Finding(SECTION, "dead axis", "act", sentence(text), figure=one.figure, advice=advice)
 
 
 def _missing(one: Sensor) -> Iterator[Finding]:

@@ -19,7 +19,11 @@ from zerorate.faults import ArgumentError, Sentence, given, said
 from zerorate.navigation.alignment import Alignment, align
 from zerorate.navigation.axes import Axes
 from zerorate.navigation.clock import find_time_offset
-from zerorate.navigation.selfcheck import NavigationChecks, check_navigation
+from zerorate.navigation.selfcheck import (
+    NavigationChecks,
+    NavigationFinding,
+    check_navigation,
+)
 from zerorate.navigation.start import find_start
 from zerorate.record.fixes import Fixes
 from zerorate.record.mounting import Mounting, body_axes, rotation
@@ -107,6 +111,24 @@ class Vehicle:
             _on_metadata(recording, used, lever, own),
         )
 
+    def checked(self, recording: Recording, fixes: Fixes) -> NavigationChecks:
+        """Return what sensors and fixes say of each other, in the axes that are stated."""
+        body = recording if self.matrix is None else body_axes(recording, self.matrix)
+        offset = TimeOffset.of(self.time_offset)
+        return check_navigation(body, fixes, time_offset=offset.seconds)
+
+    def turned(self, checks: NavigationChecks) -> Floats | None:
+        """Return the axes that the motion shows, where nothing states them and they are certain."""
+        axes = checks.axes
+        if self.matrix is not None or self.plain or axes is None or not axes.certain:
+            return None
+        return axes.body_from_sensor if axes.turn > max(_MIN_TURN, 3.0 * axes.yaw_sigma) else None
+
+    def mistakes(self, checks: NavigationChecks) -> tuple[NavigationFinding, ...]:
+        """Return what is wrong, without axes that `find_beginning` turns as the motion shows them."""
+        found = self.turned(checks) is not None
+        return tuple(one for one in checks.mistakes if one.what != "mount" or not found)
+
 
 @dataclass(frozen=True, eq=False)
 class Beginning:
@@ -120,6 +142,8 @@ class Beginning:
         For `zerorate.NavigationFilter`.
     time_offset : float or TimeOffset
         To be added to the times of the fixes, s.
+    clock : TimeOffset or None
+        The offset with which sensors and fixes fit best; None where it is not identifiable.
     antenna : ndarray, shape (3,)
         From the sensors to the antenna, m, and in ``antenna_sigma`` its standard deviation.
     checks : NavigationChecks
@@ -139,6 +163,7 @@ class Beginning:
     recording: Recording
     start: Alignment
     time_offset: float | TimeOffset
+    clock: TimeOffset | None
     antenna: Floats
     antenna_sigma: float
     checks: NavigationChecks
@@ -208,14 +233,14 @@ def find_beginning(
     -0.3
     """
     vehicle = Vehicle.of(recording, mount, antenna, time_offset)
-    found = checks or _checked(recording, fixes, vehicle)
+    found = checks or vehicle.checked(recording, fixes)
     said_first = tuple(_alarms(found, vehicle))
     if alarms is not None:
         alarms.extend(said_first)
-    matrix = _turned(vehicle, found) if vehicle.matrix is None else vehicle.matrix
+    matrix = vehicle.turned(found) if vehicle.matrix is None else vehicle.matrix
     body = recording if matrix is None else body_axes(recording, matrix)
     search = _Search(body, fixes, vehicle, heading, rest, options)
-    start, offset, sentence = search.begun(found)
+    start, offset, clock, sentence = search.begun(found)
     on_axes = "" if vehicle.matrix is not None or matrix is None else _on_axes(found.axes)
     doubts = (one.text for one in found.findings if one.status == "cannot tell")
     notes = (vehicle.note, on_axes, *doubts, sentence)
@@ -223,6 +248,7 @@ def find_beginning(
         body,
         start,
         offset,
+        clock,
         vehicle.antenna,
         vehicle.antenna_sigma,
         found,
@@ -231,29 +257,11 @@ def find_beginning(
     )
 
 
-def _checked(recording: Recording, fixes: Fixes, vehicle: Vehicle) -> NavigationChecks:
-    """Return what sensors and fixes say of each other, in the axes that are stated."""
-    stated = vehicle.matrix
-    body = recording if stated is None else body_axes(recording, stated)
-    offset = TimeOffset.of(vehicle.time_offset)
-    return check_navigation(body, fixes, time_offset=offset.seconds)
-
-
-def _turned(vehicle: Vehicle, checks: NavigationChecks) -> Floats | None:
-    """Return the axes that the motion shows, where nothing states them and they are certain."""
-    axes = checks.axes
-    if vehicle.plain or axes is None or not axes.certain:
-        return None
-    return axes.body_from_sensor if axes.turn > max(_MIN_TURN, 3.0 * axes.yaw_sigma) else None
-
-
 def _alarms(checks: NavigationChecks, vehicle: Vehicle) -> Iterator[str]:
     """Yield a line for each mistake, with what is done about it or may be typed."""
-    for one in checks.mistakes:
+    for one in vehicle.mistakes(checks):
         advice: str | Sentence = ""
         if one.what == "mount":
-            if vehicle.matrix is None and _turned(vehicle, checks) is not None:
-                continue
             advice = said(": ", given("mount", "", "mount"), " says how")
         elif one.what == "clock" and not vehicle.offset_from:
             advice = ": they are moved by that"
@@ -273,30 +281,32 @@ class _Search:
     rest: tuple[float, float] | None
     options: dict[str, Any]
 
-    def begun(self, checks: NavigationChecks) -> tuple[Alignment, float | TimeOffset, str]:
-        """Return where the filter begins, on which clock, and a sentence on that."""
+    def begun(
+        self, checks: NavigationChecks
+    ) -> tuple[Alignment, float | TimeOffset, TimeOffset | None, str]:
+        """Return where the filter begins, on which clock, which fits best, and a sentence on it."""
         vehicle = self.vehicle
         stated = vehicle.time_offset
         if isinstance(stated, TimeOffset):
-            return self._start(stated), stated, ""
+            return self._start(stated), stated, None, ""
         about = stated
         if not vehicle.offset_from and abs(checks.lag) > _COARSE_S:
             about = checks.lag
         start = self._start(about)
         found = self._clock(start, about)
         if found is None or not found.differs(about, _MIN_OFFSET_S):
-            return start, about, ""
+            return start, about, found, ""
         values = ", ".join(f"{name} {x:.3g} (sigma {s:.1g})" for name, x, s in found.parts)
         if vehicle.offset_from == "argument":
             automatic = given("time_offset", "auto", "time_offset='auto'")
             fit = f"the fixes fit best with {values}, not {stated:g} s: "
-            return start, about, said(fit, automatic)
+            return start, about, found, said(fit, automatic)
         sentence: str = f"the clock is as sensors and fixes fit best: {values}"
         if vehicle.offset_from:
             typed = given("time_offset", f"{stated:g}")
             not_it = f"{sentence}; not {stated:g} s, as the metadata say: "
             sentence = said(not_it, typed, " takes that")
-        return self._start(found), found, sentence
+        return self._start(found), found, found, sentence
 
     def _start(self, offset: float | TimeOffset) -> Alignment:
         if self.rest is None:

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,6 +17,7 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError, said
 from zerorate.geometry.rotations import inverse, product
 from zerorate.metrics.channels import positive
+from zerorate.navigation.begin import Offset, find_beginning
 from zerorate.navigation.track import SmoothedPlaces, Track, not_begun
 from zerorate.progress import Progress, reported
 from zerorate.record import LogError
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from zerorate.navigation.wheels import Wheels
     from zerorate.record import Recording
     from zerorate.record.fixes import Fixes
-    from zerorate.record.offset import TimeOffset
 
 POSITION_HELD: Final = "position held"
 VELOCITY_HELD: Final = "velocity held"
@@ -151,7 +151,7 @@ def outages(
     between: float = 30.0,
     rest: npt.ArrayLike | None = None,
     wheel_speed: npt.ArrayLike | Wheels | None = None,
-    time_offset: float | TimeOffset = 0.0,
+    time_offset: Offset = "auto",
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Outages:
@@ -169,10 +169,10 @@ def outages(
     seconds : float or sequence of float
         Lengths of outages; the filter runs once for each. Default 10, 30 and 60.
     nav : NavigationFilter, optional
-        A filter that has seen no sample, which is copied and not changed. By default one that
-        begins as `find_start` finds it, with the default noise.
+        A filter that has seen no sample, which is copied and not changed. By default axes, clock,
+        antenna and start are found as `zerorate.navigate` finds them.
     antenna : array_like, shape (3,), optional
-        Without `nav`, which has its own: from the sensors to the antenna, body axes, m.
+        From the sensors to the antenna, body axes, m; set it on `nav` if there is one.
     smooth : bool
         Whether to smooth as well; of that the largest error inside an outage is told.
     first : float
@@ -183,8 +183,8 @@ def outages(
         Where the vehicle is known to stand.
     wheel_speed : array_like, shape (n,), or Wheels, optional
         How fast its wheels roll, m/s, of a filter of a wheeled vehicle.
-    time_offset : float or TimeOffset
-        Added to the times of the fixes, s.
+    time_offset : float, TimeOffset or "auto"
+        Added to the times of the fixes, s. "auto": as sensors and fixes fit best; 0 with a `nav`.
     threads : int, optional
         How many lengths are run at once. Default: as many as there are cores. The result does not
         depend on it. Each takes 0.4 kB a sample and, with `smooth`, about 3 kB a step of the
@@ -225,13 +225,21 @@ def outages(
     _at_least("first", first)
     positive("between", between)
     at_once = _threads(threads)
-    template = _unused(nav, antenna, imu, gnss, time_offset)
+    if nav is not None and antenna is not None:
+        raise ValueError("antenna cannot be combined with nav; set it on the NavigationFilter")
     report = reported(progress)
     report("navigating", 0.0)
-    known: dict[str, Any] = {"rest": rest, "wheel_speed": wheel_speed, "time_offset": time_offset}
+    notes: tuple[str, ...] = ()
+    if nav is None:
+        begun = find_beginning(imu, gnss, antenna=antenna, time_offset=time_offset)
+        imu, time_offset, notes = begun.recording, begun.time_offset, begun.notes
+    template = begun.filter() if nav is None else _unused(nav)
+    offset = 0.0 if isinstance(time_offset, str) else time_offset
+    known: dict[str, Any] = {"rest": rest, "wheel_speed": wheel_speed, "time_offset": offset}
     undisturbed = template.copy().process(imu, gnss, keep="track", **known)
     gaps = Gaps(asked, smooth, first, between)
-    return gaps.run(imu, gnss, template, undisturbed, known, at_once, report)
+    found = gaps.run(imu, gnss, template, undisturbed, known, at_once, report)
+    return replace(found, notes=(*notes, *found.notes))
 
 
 @dataclass(frozen=True)
@@ -308,18 +316,7 @@ def _check_fixes(gnss: Fixes) -> None:
         raise LogError(f"{gnss.source}: there are no fixes to withhold")
 
 
-def _unused(
-    nav: NavigationFilter | None,
-    antenna: npt.ArrayLike | None,
-    imu: Recording,
-    gnss: Fixes,
-    time_offset: float | TimeOffset,
-) -> NavigationFilter:
-    """Return a filter that has seen no sample, the given one or one that begins as is found."""
-    if nav is None:
-        return _started(imu, gnss, _lever(antenna), time_offset)
-    if antenna is not None:
-        raise ValueError("antenna is for a filter that is made here: nav has its own")
+def _unused(nav: NavigationFilter) -> NavigationFilter:
     if nav.samples_seen:
         raise ArgumentError(
             "nav", f"must be a filter that has seen no sample, this one has {nav.samples_seen}"
@@ -334,26 +331,9 @@ def _lengths(seconds: float | Sequence[float]) -> list[float]:
     return list(dict.fromkeys(positive("seconds", float(one)) for one in given))
 
 
-def _lever(antenna: npt.ArrayLike | None) -> Floats:
-    lever = np.asarray((0.0, 0.0, 0.0) if antenna is None else antenna, dtype=np.float64)
-    if lever.shape != (3,) or not np.isfinite(lever).all():
-        raise ArgumentError("antenna", f"must be three finite numbers, got {antenna!r}")
-    return lever
-
-
 def _at_least(name: str, value: float) -> None:
     if not 0.0 <= value < math.inf:
         raise ArgumentError(name, f"must be a number from 0, got {value}")
-
-
-def _started(
-    imu: Recording, gnss: Fixes, lever: Floats, time_offset: float | TimeOffset
-) -> NavigationFilter:
-    from zerorate._native import NavigationFilter
-    from zerorate.navigation.start import find_start
-
-    start = find_start(imu, gnss, time_offset=time_offset, antenna=lever)
-    return NavigationFilter(start, antenna=lever)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from zerorate.record.log import Log
+from zerorate.record.log import Log, notes_of
 from zerorate.record.supplement import Supplement, Tables
 
 if TYPE_CHECKING:
@@ -136,3 +136,9 @@ class Recording(Mapping[str, Log]):
         """Return all logs of a kind, ``"gyro"`` for instance, in the order of the source."""
         names = (name for name in self if name.rpartition("_")[2].isdigit() or name == kind)
         return tuple(self[n] for n in names if n == kind or n.rpartition("_")[0] == kind)
+
+
+def notes_on(recording: Recording) -> tuple[str, ...]:
+    """Return the sentences on a recording and on its logs, none of them twice."""
+    of_logs = (note for log in recording.values() for note in notes_of(log))
+    return tuple(dict.fromkeys((*recording.notes, *of_logs)))

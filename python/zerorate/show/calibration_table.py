@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Final
 
 from zerorate.noise.coefficient import Coefficient
 from zerorate.numerals import NOTHING, significant, with_error
+from zerorate.record.recording import notes_on
 from zerorate.show.tables import Table, as_text, bulleted
 from zerorate.units import UNITS, convert
 
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration, SensorCalibration
     from zerorate.calibration.record import Rest, Turn
+    from zerorate.tasks.calibrate import Corrected
 
 Row = tuple[str, ...]
 
@@ -58,6 +60,13 @@ def _parts(calibration: Calibration) -> Iterator[str]:
     for title, sentences in (("Advice", calibration.advice), ("Notes", calibration.notes)):
         if sentences:
             yield f"{title}\n{bulleted(sentences)}"
+    if calibration.recording is not None and (notes := notes_on(calibration.recording)):
+        yield f"Log\n{bulleted(notes)}"
+
+
+def format_corrected(found: Corrected) -> str:
+    """Return what was corrected, and by which calibration."""
+    return bulleted(found.notes)
 
 
 def _accel(calibration: Calibration) -> Table:

@@ -101,6 +101,15 @@ VIEWS: Final = {
         "navigation_table:format_navigation",
         "navigation_figure:plot_navigation",
     ),
+    "tasks.batch.run.BatchResult": (
+        "batch_views:format_batch",
+        "batch_views:plot_batch",
+        "overview_page:overview_page",
+    ),
+    "tasks.calibrate.Corrected": (
+        "calibration_table:format_corrected",
+        "series_views:plot_corrected",
+    ),
     "tasks.array.ArrayReplay": ("array_table:format_array", "array_figure:plot_array"),
     "tasks.trace.Trace": ("series_views:format_trace", "series_views:plot_trace"),
     "tasks.replay.result.Replay": ("replay_table:format_replay", "replay_figure:plot_replay"),

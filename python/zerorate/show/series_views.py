@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from zerorate.calibration.rate.angle import Integrated
     from zerorate.denoising import Denoised
     from zerorate.linear.run import LinearRun, SmoothedRun
+    from zerorate.tasks.calibrate import Corrected
     from zerorate.tasks.trace import Trace
     from zerorate.types import Floats
 
@@ -73,6 +74,14 @@ def format_integrated(result: Integrated) -> str:
     rows.append(("missing samples", str(int(result.bridged.sum()))))
     title = f"{len(result.angle)} samples at {result.rate:g} Hz, integrated by {result.method}"
     return _with_notes(as_text(Table(title, (), tuple(rows))), result.notes)
+
+
+def plot_corrected(result: Corrected) -> Figure:
+    """Return the corrected gyro and accelerometer on the clock of the first, a curve an axis."""
+    logs = [log for name, log in result.recording.items() if name.startswith(("gyro", "accel"))]
+    alike = [log for log in logs if (log.n, log.rate) == (logs[0].n, logs[0].rate)]
+    panels = [_Panel(f"{log.names[0]} .., {log.unit}", log.data, log.names) for log in alike]
+    return _figure("Corrected by a calibration", panels, logs[0].rate)
 
 
 def plot_denoised(result: Denoised) -> Figure:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TypeAlias
+from typing import TypeAlias, overload
 
 from zerorate.calibration.calibration import Calibration
 from zerorate.calibration.magnetometer import MagnetometerCalibration
@@ -53,6 +53,10 @@ def correction_of(
     return correct
 
 
+@overload
+def calibration_of(known: Calibration | _Path) -> Calibration: ...
+@overload
+def calibration_of(known: Calibration | _Path | None) -> Calibration | None: ...
 def calibration_of(known: Calibration | _Path | None) -> Calibration | None:
     """Return a calibration, read from a file where it is the path of one."""
     if known is None or isinstance(known, Calibration):

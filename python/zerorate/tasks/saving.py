@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, Self, TypeAlias
 
 from zerorate.faults import bare, given, said
-from zerorate.findings.report import Report
 from zerorate.io.formats import FORMATS
 from zerorate.progress import Progress, silent
 from zerorate.record.atomic import atomic_path, check_writable, sweep
@@ -59,9 +58,12 @@ class Files(NamedTuple):
     data : sequence of Writer
         Of the first file, and of the others.
     others : sequence of str
-        How the names of the other files end, with their suffixes.
+        How the names of the other files end, with their suffixes; one that ends in a dot is a log
+        in the format of the first file.
     figures : mapping of str to Writer
         Of the figures, by how their names end before the suffix.
+    stem : str
+        What the names begin with; "" for the name of the source.
     """
 
     ending: str
@@ -69,12 +71,25 @@ class Files(NamedTuple):
     data: Sequence[Writer]
     others: Sequence[str]
     figures: Mapping[str, Writer]
+    stem: str = ""
+
+    def in_format(self, format: str) -> Files:
+        """Return the files with the format of the logs among them."""
+        ends = [f"{end}{format}" if end.endswith(".") else end for end in self.others]
+        return self._replace(others=ends)
 
 
 _FILES: Final[dict[str, str]] = {
     "attitude.estimate.AttitudeEstimate": "zerorate.tasks.attitude:files_of",
-    "findings.report.Report": "zerorate.tasks.saving:_report",
     "foot.foot.FootTrack": "zerorate.tasks.walk:files_of",
+    "calibration.calibration.Calibration": "zerorate.tasks.calibrate:files_of",
+    "calibration.magnetometer.MagnetometerCalibration": (
+        "zerorate.tasks.calibrate:magnetometer_files"
+    ),
+    "findings.before_after.BeforeAfter": "zerorate.tasks.report:files_of",
+    "findings.report.Report": "zerorate.tasks.report:files_of",
+    "tasks.batch.run.BatchResult": "zerorate.tasks.batch.run:files_of",
+    "tasks.calibrate.Corrected": "zerorate.tasks.calibrate:corrected_files",
     "tasks.navigate.Navigation": "zerorate.tasks.navigate:files_of",
 }
 """The function that says what a result is saved as, by the result's class."""
@@ -103,27 +118,23 @@ def save(
 ) -> list[Path]:
     """Write all files of a result; see `zerorate.views.Result.save`."""
     files = files_of(result, **choices)
-    place = Destination.of(
-        os.fspath(output), stem_of(result.source) + files.ending, _written(files)
-    )
+    stem = files.stem or stem_of(result.source)
+    place = Destination.of(os.fspath(output), stem + files.ending, _written(files))
     suffix = files.first or "." + place.choose("format", format, LOG_FORMATS)
     drawn = files.figures if figure else {}
     shown = place.choose("figure_format", figure_format, FIGURE_FORMATS) if drawn else ""
-    outputs = place.files(suffix, files.others, [f"{end}.{shown}" for end in drawn], force)
+    others = files.in_format(suffix[1:]).others
+    outputs = place.files(suffix, others, [f"{end}.{shown}" for end in drawn], force)
     check_paths(outputs.paths, force)
     outputs.write(files.data, list(drawn.values()), silent)
     return outputs.paths
 
 
-def _report(found: Report) -> Files:
-    data = (text_writer(found.to_html()), text_writer(found.to_json()))
-    return Files("-zerorate-report", ".html", data, (".json",), {})
-
-
 def _written(files: Files) -> list[str]:
     """Return the suffixes of the files that a result may be saved as, without dots."""
     logs = LOG_FORMATS if not files.first else (files.first[1:],)
-    return [*logs, *(one.rpartition(".")[2] for one in files.others), *FIGURE_FORMATS]
+    others = (one.rpartition(".")[2] for one in files.others)
+    return [*logs, *filter(None, others), *FIGURE_FORMATS]
 
 
 @dataclass(frozen=True)
@@ -226,9 +237,15 @@ class Outputs:
         """The files to write."""
         return [self.log, *self.others, *self.figures]
 
-    def save(self, files: Files, progress: Progress, done: float = 0.0) -> None:
-        """Write what a result is saved as; see `write`."""
-        self.write(files.data, list(files.figures.values())[: len(self.figures)], progress, done)
+    def save(self, files: Files, progress: Progress, done: float = 0.0) -> list[Path]:
+        """Write what a result is saved as and return the paths; see `write`.
+
+        Files that the result has not, such as exports of doubtful numbers, are not written.
+        """
+        there = tuple(one for one in self.others if str(one).endswith(tuple(files.others)))
+        made = replace(self, others=there)
+        made.write(files.data, list(files.figures.values())[: len(self.figures)], progress, done)
+        return made.paths
 
     def write(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import Any, TypeAlias, TypedDict
 
 from zerorate.faults import given, said, sentence_of
@@ -121,6 +121,25 @@ def stem_of(source: str) -> str:
     ('flight', 'the-recording')
     """
     return PurePath(source.split(", ")[0]).stem.replace(" ", "-") or "recording"
+
+
+def own_names(sources: Sequence[str]) -> list[str]:
+    """Return what the files of each source begin with; ValueError where two would be the same.
+
+    Examples
+    --------
+    >>> from zerorate.tasks.source import own_names
+    >>> own_names(["logs/a.csv", "logs/b.csv"]), own_names(["old/a.csv", "new/a.csv"])
+    (['a', 'b'], ['old-a', 'new-a'])
+    """
+    stems = [stem_of(one) for one in sources]
+    names = [
+        stem if stems.count(stem) == 1 else f"{Path(one).absolute().parent.name}-{stem}"
+        for one, stem in zip(sources, stems, strict=True)
+    ]
+    if len(set(names)) < len(names):
+        raise ValueError("two logs have one name: give each once, or copies of other names")
+    return names
 
 
 @contextmanager

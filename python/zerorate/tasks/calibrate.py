@@ -1,0 +1,474 @@
+"""Calibrations of IMUs and magnetometers, and what they correct: what ``calibrate`` does."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, Final, Literal, TypeAlias, Unpack
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.calibration.calibrate import calibrate as fitted
+from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.choice import own_sensors
+from zerorate.calibration.comparison import CalibrationComparison, compare_calibrations
+from zerorate.calibration.fit.sensors import chosen
+from zerorate.calibration.fit.solution import GSensitivity
+from zerorate.calibration.fit.starts import PriorName
+from zerorate.calibration.magnetometer import MagnetometerCalibration
+from zerorate.calibration.magnetometer import calibrate_magnetometer as iron_of
+from zerorate.calibration.parameters import GYRO_MATRIX, Frame
+from zerorate.calibration.record import Rest
+from zerorate.calibration.refusal import CalibrationError
+from zerorate.checks.preparation import AXES, CLIPPED, FROZEN, Choices, Prepared, prepare
+from zerorate.faults import bare, said
+from zerorate.io.writing import write_log
+from zerorate.progress import Progress, reported
+from zerorate.record.log import Log
+from zerorate.record.recording import Recording, notes_on
+from zerorate.tasks.corrections import calibration_of
+from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
+from zerorate.tasks.source import (
+    ReadingArguments,
+    Source,
+    explained,
+    recording_of,
+)
+from zerorate.views import Result
+
+Path_: TypeAlias = str | os.PathLike[str]
+Sensor: TypeAlias = str | Log | npt.ArrayLike | None
+"""A sensor by its name in the recording, or its samples."""
+
+EXPORTS: Final[Mapping[str, tuple[str, ...]]] = {
+    "kalibr": ("-kalibr.yaml",),
+    "imu_tk": ("-imu_tk_acc.calib", "-imu_tk_gyro.calib"),
+    "px4": ("-px4.params",),
+    "ardupilot": ("-ardupilot.param",),
+    "json": (),
+}
+"""How the names of files for other programs end; the JSON is always written."""
+
+MAGNETOMETER_EXPORTS: Final = ("json", "px4", "ardupilot")
+"""Those of a magnetometer."""
+
+
+def calibrate(
+    source: Source | None = None,
+    *,
+    gyro: Sensor = None,
+    accel: Sensor = None,
+    gravity: float | None = None,
+    frame: Frame = "x",
+    g_sensitivity: GSensitivity = "auto",
+    prior: PriorName = "datasheet",
+    saturation: float | None = None,
+    rests: Iterable[Rest | tuple[float, float]] | None = None,
+    temperature: bool = False,
+    fix: bool = False,
+    progress: Progress | None = None,
+    **reading: Unpack[ReadingArguments],
+) -> Calibration:
+    """Calibrate a gyroscope and an accelerometer by poses at rest and turns by hand between them.
+
+    The recording is checked first. ``zerorate calibrate`` does the same.
+
+    Parameters
+    ----------
+    source : Recording, path, data frame or mapping of arrays, optional
+        With a gyro and an accelerometer, each on its own clock; NaN marks missing samples.
+    gyro, accel : str, Log or array_like, shape (n, 3), optional
+        Which logs of the recording, if it has several; or the samples themselves, with `rate`. An
+        array has no unit: gravity and the turns find it, and corrected samples are in rad/s and
+        m/s^2.
+    gravity : float, optional
+        Local gravity, m/s^2. Default 9.80665, from which it differs by up to 0.3 %: the scale of
+        the accelerometer moves by as much.
+    frame : {"x", "z", "symmetric"}
+        Axes of the body: as of `Calibration`.
+    g_sensitivity : {"auto", True, False}
+        Take what gravity does to the gyro off in turns, too: "auto" if one of its elements differs
+        from zero by three standard errors. It is estimated from rests anyway, but for False.
+    prior : {"datasheet", "wide"}
+        What is known before, as of `zerorate.calibration.calibrate`.
+    saturation : float, optional
+        End of the gyro's range, raw unit. Default: the largest or smallest value of an axis, if
+        it comes ten times.
+    rests : iterable of Rest or (start, stop), optional
+        Where the sensor rested, s. Default: found.
+    temperature : bool
+        Add a model of the gyro's bias by temperature, from the rests of the same recording.
+    fix : bool
+        Put right a unit or axes of the gyro that the motion contradicts, where that is sure.
+    progress : callable, optional
+        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+    **reading
+        Arguments of `zerorate.read_recording`, for a source that is read.
+
+    Returns
+    -------
+    Calibration
+        Ask `valid` first: if it is False, ``problems`` says why, and ``advice`` what to do.
+        `table`, `plot` and `save`, which takes ``exports=("px4",)``.
+
+    Raises
+    ------
+    CalibrationError
+        If rests and turns are so few that nothing can be estimated.
+    LogError
+        If a sensor is not there, has not three axes, or another unit than it says, or gravity is
+        absent.
+    ValueError, TypeError
+        If an argument is not as described.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> calibration = zr.calibrate(zr.simulation.simulate_session(20, seed=3).recording)
+    >>> calibration.valid, calibration.gyro.scale[0].identifiable, calibration.advice
+    (True, True, ())
+    """
+    report = reported(progress)
+    report("reading", 0.0)
+    asked: dict[str, Any] = {"gyro": gyro, "accel": accel}
+    recording = _recording(source, asked, reading)
+    names = _names(asked)
+    with explained(recording.source):
+        made = prepare(recording, Choices(names["gyro"], names["accel"], fix=fix, skip=(CLIPPED,)))
+    with explained(recording.source, made.alarms):
+        report("fitting", 0.3)
+        options: dict[str, Any] = {
+            "gravity": gravity, "frame": frame, "g_sensitivity": g_sensitivity, "prior": prior,
+            "saturation": saturation, "rests": rests,
+        }  # fmt: skip
+        found = _fit(made.recording, {**asked, **options})
+        own = _of(made.recording, names)
+        found = found.with_temperature(own) if temperature else found
+    alarms = made.alarms_without(AXES) if _says_axes(found) else made.alarms
+    return replace(found, alarms=alarms, recording=own)
+
+
+def _recording(
+    source: Source | None, asked: dict[str, Any], reading: ReadingArguments
+) -> Recording:
+    """Return the recording to calibrate; samples that are given take the place of its sensors."""
+    recording = None if source is None else recording_of(source, reading)
+    if recording is not None and all(one is None or isinstance(one, str) for one in asked.values()):
+        return recording
+    logs = chosen(recording, asked["gyro"], asked["accel"], reading.get("rate"))
+    asked.update(gyro=None, accel=None)
+    own = dict(zip(("gyro", "accel"), logs, strict=True))
+    others = {} if recording is None or recording.temperature is None else recording.logs
+    warmth = {name: log for name, log in others.items() if name == "temperature"}
+    return Recording({**own, **warmth}, "the samples" if recording is None else recording.source)
+
+
+def _names(asked: Mapping[str, str | None]) -> dict[str, str]:
+    """Return the names of both sensors: one that is not chosen is that of the other's device."""
+    gyro, accel = asked["gyro"], asked["accel"]
+    device = (gyro or "").removeprefix("gyro") or (accel or "").removeprefix("accel")
+    return {"gyro": gyro or f"gyro{device}", "accel": accel or f"accel{device}"}
+
+
+def _of(recording: Recording, names: Mapping[str, str]) -> Recording:
+    """Return a recording of two sensors and the temperature alone."""
+    own = {**names, "temperature": "temperature"}
+    logs = {name: recording[one] for name, one in own.items() if one in recording}
+    return Recording(logs, recording.source, notes=recording.notes)
+
+
+def _fit(recording: Recording, options: Mapping[str, Any]) -> Calibration:
+    """Return the calibration, also one of so little that the fit refuses it."""
+    try:
+        return fitted(recording, **options)
+    except CalibrationError as error:
+        if error.calibration is None:
+            raise
+        return error.calibration
+
+
+def _says_axes(found: Calibration) -> bool:
+    """Return True if the calibration itself has found other axes, and says so."""
+    matrix = found.values[GYRO_MATRIX].reshape(3, 3)
+    largest = np.abs(matrix).max(axis=1)
+    return not bool((np.diagonal(matrix) > 0.5 * largest).all())
+
+
+def calibrate_magnetometer(
+    source: Source,
+    *,
+    gyro: str = "gyro",
+    one: bool = False,
+    field: float | None = None,
+    dip: float | None = None,
+    place: tuple[float, ...] | None = None,
+    progress: Progress | None = None,
+    **reading: Unpack[ReadingArguments],
+) -> MagnetometerCalibration:
+    """Calibrate a magnetometer from ordinary motion: the gyro says how the field must turn.
+
+    The recording is checked and mended first. ``zerorate calibrate --magnetometer`` does the same.
+
+    Parameters
+    ----------
+    source : Recording, path, data frame or mapping of arrays
+        With gyro, accelerometer and a magnetometer in any unit. Without a gyro a sphere is fitted,
+        which needs all directions and a field that stays; a note says so.
+    gyro : str
+        Which of several sensors; default the first.
+    one : bool
+        The record has one hard iron, since nobody touched the device. Default: several where that
+        leaves clearly less scatter, for a magnet that comes and goes.
+    field, dip : float, optional
+        Size of the field at the place, uT, and its angle below the level, rad: a result that cannot
+        be of there is not valid.
+    place : tuple of float, optional
+        Latitude and longitude, deg, and maybe height, m: `zerorate.geometry.earth_field` then gives
+        field and dip. Default that of the recording's positions, where it has some and pygeomag is
+        installed.
+    progress : callable, optional
+        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+    **reading
+        Arguments of `zerorate.read_recording`, for a source that is read.
+
+    Returns
+    -------
+    MagnetometerCalibration
+        Ask `applied`: only what more than halves the scatter of samples that the fit had not
+        seen is taken off. `table`, `plot` and `save`, which takes ``exports=("px4",)``.
+
+    Raises
+    ------
+    LogError
+        Without accelerometer (unless there is no gyro either) or magnetometer, or with less than
+        ten seconds of them.
+    ValueError
+        If ``field`` or ``dip`` are none of the earth's, or ``place`` is no place.
+    ImportError
+        If ``place`` is given and pygeomag is not installed.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> motion = zr.simulate_motion("hand", duration=40.0, seed=3)
+    >>> zr.calibrate_magnetometer(motion.recording()).applied
+    False
+    """
+    report = reported(progress)
+    report("reading", 0.0)
+    recording = recording_of(source, reading)
+    choices = Choices(gyro, gravity=gyro in recording)
+    with explained(recording.source):
+        made = prepare(recording, choices)
+    with explained(recording.source, made.alarms):
+        report("fitting", 0.3)
+        ready = _with_mag(made, recording, choices.mag_in(recording))
+        found = iron_of(ready, gyro=gyro, one=one, field=field, dip=dip, place=place)
+    done = (remark.text for remark in made.remarks if not remark.alarm)
+    notes = tuple(dict.fromkeys((*found.notes, *done)))
+    return replace(found, notes=notes, alarms=made.alarms)
+
+
+def _with_mag(made: Prepared, raw: Recording, name: str) -> Recording:
+    """Return what was prepared, with a magnetometer that is frozen throughout: the fit says so."""
+    lost = name in raw and any(one.check == FROZEN for one in made.remarks)
+    if not lost or name in made.recording:
+        return made.recording
+    return replace(made.recording, logs={**made.recording, name: raw[name]})
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected(Result):
+    """A recording without what a calibration has found, as `zerorate.correct` returns it.
+
+    Parameters
+    ----------
+    recording : Recording
+        Its gyro and accelerometer are corrected.
+    alarms : tuple of str
+        What contradicts the recording, a sentence each.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> session = zr.simulation.simulate_session(12, seed=3)
+    >>> found = zr.correct(session.recording, session.truth)
+    >>> found.recording.gyro.unit, found.to_log().names[:2]
+    ('deg/s', ('gyro_x_dps', 'gyro_y_dps'))
+    """
+
+    recording: Recording
+    alarms: tuple[str, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """Name of the recording."""
+        return self.recording.source
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on the recording and its logs."""
+        return notes_on(self.recording)
+
+    def to_log(self) -> Log:
+        """Return the logs on the clock of the first one, as one."""
+        return next(iter(self.tables().values()))
+
+    def tables(self) -> dict[str, Log]:
+        """Return the logs by how the names of their files end: those on one clock are one."""
+        groups: dict[str, list[Log]] = {}
+        for name, log in self.recording.items():
+            fits = (group for group in groups.values() if _share(group, log))
+            group = next(fits, None)
+            if group is None:
+                groups[f"-{name}" if groups else ""] = [log]
+            else:
+                group.append(log)
+        return {ending: _joined(group) for ending, group in groups.items()}
+
+
+def _share(group: Sequence[Log], log: Log) -> bool:
+    first, taken = group[0], {name for one in group for name in one.names}
+    return np.array_equal(first.sampled, log.sampled) and taken.isdisjoint(log.names)
+
+
+def _joined(group: Sequence[Log]) -> Log:
+    first = group[0]
+    data = np.hstack([log.data for log in group])
+    names = tuple(name for log in group for name in log.names)
+    units = tuple(unit for log in group for unit in log.units)
+    return replace(first, data=data, names=names, unit=units)  # type: ignore[arg-type]
+
+
+def correct(
+    source: Source,
+    calibration: Calibration | Path_,
+    *,
+    gyro: str | None = None,
+    accel: str | None = None,
+    **reading: Unpack[ReadingArguments],
+) -> Corrected:
+    """Correct a recording by a calibration, as ``zerorate calibrate --apply`` does.
+
+    Clipped rates are left as they are, and acceleration without gravity is taken.
+
+    Parameters
+    ----------
+    source : Recording, path, data frame or mapping of arrays
+        With a gyro, an accelerometer or both, raw as those that were calibrated.
+    calibration : Calibration or path
+        What is taken off.
+    gyro, accel : str, optional
+        Names of the two in the recording. Default: those that the calibration was made of, by their
+        columns, or the first.
+    **reading
+        Arguments of `zerorate.read_recording`, for a source that is read.
+
+    Returns
+    -------
+    Corrected
+        The recording; `to_log`, `table`, `plot`, `save`.
+
+    Raises
+    ------
+    LogError
+        If neither sensor is there.
+    ValueError
+        If units do not fit those of the calibration.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> session = zr.simulation.simulate_session(12, seed=3)
+    >>> found = zr.correct(session.recording, session.truth)
+    >>> found.recording.accel.unit, found.alarms
+    ('g', ())
+    """
+    known = calibration_of(calibration)
+    recording = recording_of(source, reading)
+    chosen_by_name = gyro is not None or accel is not None
+    names = (
+        _names({"gyro": gyro, "accel": accel}) if chosen_by_name else own_sensors(recording, known)
+    )
+    taken = Choices(
+        names["gyro"],
+        names["accel"],
+        gravity=False,
+        skip=(CLIPPED,),
+        correct=lambda one: known.apply(one, **names),
+    )
+    with explained(recording.source):
+        made = prepare(recording, taken)
+    return Corrected(made.recording, made.alarms)
+
+
+def moved_since(found: Calibration, earlier: Calibration | Path_) -> CalibrationComparison:
+    """Return how far each parameter has moved since an earlier calibration, which comes first."""
+    old = calibration_of(earlier)
+    units = {"gyro": found.gyro_units[0], "accel": found.accel_units[0]}
+    return compare_calibrations(old.to_frame(found.frame).in_units(**units), found)
+
+
+def files_of(
+    found: Calibration,
+    *,
+    exports: Sequence[str] = (),
+    doubtful: bool = False,
+    panels: Literal["usual", "all"] = "usual",
+) -> Files:
+    """Return what a calibration is saved as: JSON, files for other programs, figures.
+
+    One that is not valid is not exported, unless `doubtful` says so.
+    """
+    check_exports(exports, tuple(EXPORTS))
+    asked = [one for one in exports if found.valid or doubtful]
+    texts = [text for one in asked for text in _texts(found, one, doubtful)]
+    data = [text_writer(text) for text in (found.to_json(), *texts)]
+    endings = [ending for one in asked for ending in EXPORTS[one]]
+    figures: dict[str, Writer] = {"": figure_writer(lambda: found.plot(panels=panels))}
+    if found.temperature_model is not None:
+        figures["-temperature"] = figure_writer(found.temperature_model.plot)
+    return Files("-zerorate-calibration", ".json", data, endings, figures)
+
+
+def check_exports(exports: Sequence[str], known: Sequence[str]) -> None:
+    """Raise ValueError for a program that no file is written for."""
+    for one in exports:
+        if one not in known:
+            raise ValueError(said(bare("export"), f" is one of {', '.join(known)}, got {one}"))
+
+
+def _texts(found: Calibration, export: str, doubtful: bool) -> Sequence[str]:
+    """Return the texts of an export's files."""
+    if export == "json":
+        return ()
+    if export == "imu_tk":
+        return found.to_imu_tk(force=doubtful)
+    to = {"kalibr": found.to_kalibr, "px4": found.to_px4, "ardupilot": found.to_ardupilot}
+    return (to[export](force=doubtful),)
+
+
+def magnetometer_files(
+    found: MagnetometerCalibration, *, exports: Sequence[str] = (), doubtful: bool = False
+) -> Files:
+    """Return what a magnetometer's calibration is saved as: JSON, exports, the figure."""
+    check_exports(exports, MAGNETOMETER_EXPORTS)
+    to: dict[str, Callable[..., str]] = {
+        "px4": found.to_px4, "ardupilot": found.to_ardupilot
+    }  # fmt: skip
+    asked = [one for one in exports if one in to]
+    texts = (found.to_json(), *(to[one](force=doubtful) for one in asked))
+    endings = [ending for one in asked for ending in EXPORTS[one]]
+    data = [*map(text_writer, texts)]
+    return Files("-zerorate-magnetometer", ".json", data, endings, {"": figure_writer(found.plot)})
+
+
+def corrected_files(found: Corrected) -> Files:
+    """Return what a corrected recording is saved as: a log, and one more for each other clock."""
+    tables = found.tables()
+    data: list[Writer] = [partial(write_log, log) for log in tables.values()]
+    others = [f"{ending}." for ending in tables if ending]
+    return Files("-zerorate-calibrated", "", data, others, {})

@@ -1,0 +1,136 @@
+"""What a recording shows against its limits: what ``report`` does."""
+
+from __future__ import annotations
+
+import os
+from functools import partial
+from typing import Final, TypeAlias, Unpack, overload
+
+from zerorate.checks.preparation import AXES, CLIPPED, DEAD, Choices, prepare
+from zerorate.faults import given, said
+from zerorate.findings.before_after import BeforeAfter, before_after
+from zerorate.findings.report import Report
+from zerorate.findings.report import report as findings_on
+from zerorate.io.fixes import read_fixes
+from zerorate.progress import Progress
+from zerorate.record.fixes import Fixes
+from zerorate.tasks.saving import Files, text_writer
+from zerorate.tasks.source import (
+    ReadingArguments,
+    Source,
+    explained,
+    own_names,
+    recording_of,
+    stem_of,
+)
+
+Path_: TypeAlias = str | os.PathLike[str]
+
+_OWN: Final = (DEAD, AXES, CLIPPED)
+"""Checks that the findings take themselves: of every IMU, with numbers and spans."""
+
+
+@overload
+def report(
+    source: Source,
+    after: None = None,
+    fixes: Fixes | Path_ | None = None,
+    *,
+    progress: Progress | None = None,
+    **reading: Unpack[ReadingArguments],
+) -> Report: ...
+@overload
+def report(
+    source: Source,
+    after: Source,
+    fixes: None = None,
+    *,
+    progress: Progress | None = None,
+    **reading: Unpack[ReadingArguments],
+) -> BeforeAfter: ...
+@overload
+def report(
+    source: Source,
+    after: Source | None = None,
+    fixes: Fixes | Path_ | None = None,
+    *,
+    progress: Progress | None = None,
+    **reading: Unpack[ReadingArguments],
+) -> Report | BeforeAfter: ...
+def report(
+    source: Source,
+    after: Source | None = None,
+    fixes: Fixes | Path_ | None = None,
+    *,
+    progress: Progress | None = None,
+    **reading: Unpack[ReadingArguments],
+) -> Report | BeforeAfter:
+    """Report what a recording shows of its IMU: clock, samples, rests, noise, vibration, axes.
+
+    Each finding says what is seen, never its cause, with a number, its standard error where one is
+    known, the time that it rests on, and what to record next. Severities come from
+    ``zerorate.findings.LIMITS``. ``zerorate report`` does the same.
+
+    Parameters
+    ----------
+    source : Recording, path, data frame or mapping of arrays
+        With a gyro or an accelerometer of three axes.
+    after : Recording, path, data frame or mapping of arrays, optional
+        Of the same device later: compare both.
+    fixes : Fixes or path, optional
+        Of a receiver on the same body; by default those in the recording, if any.
+    progress : callable, optional
+        Called with the section and the part done, 0 to 1.
+    **reading
+        Arguments of `zerorate.read_recording`, for a source that is read.
+
+    Returns
+    -------
+    Report or BeforeAfter
+        The findings; of two recordings what is new, gone, worse, better or different.
+
+    Raises
+    ------
+    LogError
+        If there is neither a gyro nor an accelerometer of three axes.
+    ValueError
+        If `fixes` are given with two recordings.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> found = zr.report(zr.simulate_motion("hand", duration=60.0).recording())
+    >>> found.summary
+    'Nothing in this log passes a limit.'
+    """
+    if after is None:
+        return _report(source, fixes, reading, progress)
+    if fixes is not None:
+        raise ValueError(said(given("fixes", "", "fixes"), " goes with one log, got two"))
+    one = partial(_report, fixes=None, reading=reading, progress=progress)
+    return before_after(one(source), one(after))
+
+
+def _report(
+    source: Source,
+    fixes: Fixes | Path_ | None,
+    reading: ReadingArguments,
+    progress: Progress | None,
+) -> Report:
+    known = fixes if fixes is None or isinstance(fixes, Fixes) else read_fixes(fixes)
+    recording = recording_of(source, reading)
+    with explained(recording.source):
+        made = prepare(recording, Choices(gravity=False, skip=_OWN))
+        return findings_on(made.recording, fixes=known, remarks=made.remarks, progress=progress)
+
+
+def files_of(found: Report | BeforeAfter) -> Files:
+    """Return what a report is saved as: a page and all findings as JSON."""
+    data = (text_writer(found.to_html()), text_writer(found.to_json()))
+    return Files("-zerorate-report", ".html", data, (".json",), {}, _stem(found))
+
+
+def _stem(found: Report | BeforeAfter) -> str:
+    if isinstance(found, Report):
+        return stem_of(found.source)
+    return "-".join(own_names([found.before.source, found.after.source]))
