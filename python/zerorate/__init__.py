@@ -78,6 +78,7 @@ if TYPE_CHECKING:
     from zerorate.simulation.walk import simulate_feet as simulate_feet
     from zerorate.simulation.walk import simulate_walk as simulate_walk
     from zerorate.tasks.attitude import estimate_attitude as estimate_attitude
+    from zerorate.tasks.batch.run import batch as batch
     from zerorate.tasks.calibrate import calibrate as calibrate
     from zerorate.tasks.calibrate import calibrate_magnetometer as calibrate_magnetometer
     from zerorate.tasks.calibrate import correct as correct
@@ -121,6 +122,7 @@ _PLACES: Final = {
     "simulation.motion": "simulate_motion",
     "simulation.walk": "simulate_feet simulate_walk",
     "tasks.attitude": "estimate_attitude",
+    "tasks.batch.run": "batch",
     "tasks.calibrate": "calibrate calibrate_magnetometer correct",
     "tasks.navigate": "navigate",
     "tasks.report": "report",

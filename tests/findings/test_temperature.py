@@ -30,7 +30,7 @@ def warmed(seed, *, span=12.0, seconds=1200.0, slope=SLOPE, moves=(), walk=0.0):
 
 
 def told(recording):
-    found = zr.findings.report(recording).findings
+    found = zr.findings.findings_of(recording).findings
     return [one for one in found if one.kind == "bias by temperature"]
 
 

@@ -11,7 +11,7 @@ from support import roads
 from support.checks import assert_same_bits
 from zerorate import Log, read_log, write_log
 from zerorate.cli import run
-from zerorate.tasks.batch import Settings, run_batch
+from zerorate.tasks.batch import batch
 
 BY_METHOD = pytest.mark.parametrize("method", roads.METHODS)
 FORMATS = ("parquet", "csv", "npy")
@@ -125,8 +125,7 @@ def test_replayed(z, logs, expected, tmp_path, suffix, method):
 
 
 def batched(logs, method, folder, **engine):
-    told = Settings(**roads.METHODS[method])
-    result = run_batch(str(logs["parquet"]), folder, told, **engine)
+    result = batch(str(logs["parquet"]), folder, **roads.METHODS[method], **engine)
     assert result.counts == {"done": 1}
     return folder / "run-zerorate.parquet"
 

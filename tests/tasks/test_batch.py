@@ -15,7 +15,7 @@ from support.calibrations import calibration, recorded, write_imu
 from support.logs import write_table
 from zerorate.cli import run
 from zerorate.io import read_log
-from zerorate.tasks.batch import Settings, run_batch
+from zerorate.tasks.batch import Settings
 
 
 @pytest.fixture(autouse=True)
@@ -33,9 +33,9 @@ def logs(tmp_path):
 def batch(tmp_path):
     """Run a batch of all logs with one worker."""
 
-    def call(settings=None, **options):
+    def call(**options):
         pattern = str(tmp_path / "logs" / "**" / "*.*")
-        return run_batch(pattern, tmp_path / "out", settings, workers=1, **options)
+        return zr.batch(pattern, tmp_path / "out", workers=1, **options)
 
     return call
 
@@ -64,7 +64,7 @@ def test_a_calibration_is_applied_first(tmp_path):
     assert run(["replay", str(log), *alone]) == 0
     out = tmp_path / "out"
     for one, status in [(made, "done"), (made, "skipped"), (other, "done")]:
-        result = run_batch(log, out, Settings(calibration=one, unit="deg/s,g"), workers=1)
+        result = zr.batch(log, out, calibration=one, unit="deg/s,g", workers=1)
         assert statuses(result) == [status]
         same = (out / "run-zerorate.parquet").read_bytes() == (
             tmp_path / "run-zerorate.parquet"
@@ -75,10 +75,7 @@ def test_a_calibration_is_applied_first(tmp_path):
 
 
 def test_settings_reach_the_filter(logs, batch, tmp_path, capsys):
-    settings = Settings(
-        method="kf", motion="hold", output="compensated", order=(1, 1), format="csv"
-    )
-    batch(settings)
+    batch(method="kf", motion="hold", output="compensated", order=(1, 1), format="csv")
     options = "--method kf --motion hold --output-kind compensated --order 1,1 --format csv"
     assert run(["replay", str(logs[0]), "-o", str(tmp_path), "--no-figure", *options.split()]) == 0
     name = f"{logs[0].stem}-zerorate.csv"
@@ -93,8 +90,8 @@ def test_only_what_has_changed_is_done_again(logs, batch, tmp_path):
     shutil.rmtree(tmp_path / "out" / "unit1")
     assert statuses(batch()) == ["done", "skipped", "done"]
     (tmp_path / "out" / "unit0" / f"{logs[1].stem}-zerorate.parquet").write_bytes(b"torn")
-    assert statuses(batch(Settings(motion="ignore"))) == ["done"] * 3
-    assert statuses(batch(Settings(motion="ignore"), force=True)) == ["done"] * 3
+    assert statuses(batch(motion="ignore")) == ["done"] * 3
+    assert statuses(batch(motion="ignore", force=True)) == ["done"] * 3
 
 
 def test_failed_logs_do_not_stop_the_others(logs, batch, tmp_path):
@@ -147,7 +144,7 @@ def test_notes_reach_the_record_the_summary_and_the_terminal(tmp_path, batch, ca
     equal = "gyro_x_dps: all samples are equal, so no noise, model or gain was learned"
     for _ in range(2):
         # A log that an earlier run has finished keeps its notes.
-        table = pq.read_table(batch(Settings(method="kf")).summary).to_pylist()
+        table = pq.read_table(batch(method="kf").summary).to_pylist()
         assert [row["notes"] for row in table] == [[gap, unit], [gap, unit], [ms, equal], []]
     line = f"zerorate batch {logs}/*.csv -o {tmp_path / 'out'} --method kf --workers 1"
     assert run(line.split()[1:]) == 1
@@ -167,7 +164,7 @@ def test_samples_that_were_left_out_are_counted(tmp_path, batch):
     z[2000:2400, 1] = z[2000, 1]
     z[1500:1510, 1] = 250.0
     write_table(logs / "a.csv", {"gyro_x_dps": z[:, 0], "gyro_y_dps": z[:, 1]})
-    first, second = pq.read_table(batch(Settings(limit=250.0)).summary).to_pylist()
+    first, second = pq.read_table(batch(limit=250.0).summary).to_pylist()
     alone = zr.DriftFilter(
         100.0, limit=250.0, rest_limit=10.0, bias_limit=20.0, channels=2, output="estimate"
     )
@@ -183,14 +180,14 @@ def test_samples_that_were_left_out_are_counted(tmp_path, batch):
 
 def test_a_topic_chooses_among_those_of_a_bag(tmp_path):
     bag = write_recording(tmp_path / "logs", "folder", ["/front", "/rear"], 200)
-    first = run_batch(tmp_path / "logs", tmp_path / "out", workers=1)
+    first = zr.batch(tmp_path / "logs", tmp_path / "out", workers=1)
     assert "choose with topic= from: /front, /rear" in first.failed[0].error
-    settings = Settings(topic="/rear")
-    second = run_batch(tmp_path / "logs", tmp_path / "out", settings, workers=1)
+    settings = {"topic": "/rear"}
+    second = zr.batch(tmp_path / "logs", tmp_path / "out", **settings, workers=1)
     assert [(one.name, one.status) for one in second.outcomes] == [(bag.name, "done")]
     with (bag / "metadata.yaml").open("a") as file:
         file.write("\n")
-    third = run_batch(tmp_path / "logs", tmp_path / "out", settings, workers=1)
+    third = zr.batch(tmp_path / "logs", tmp_path / "out", **settings, workers=1)
     assert statuses(third) == ["done"]
 
 
@@ -211,8 +208,8 @@ def test_it_filters_as_the_command_does(tmp_path, batch, capsys):
 
 def test_outputs_are_no_inputs(logs, tmp_path):
     pattern = str(tmp_path / "**" / "*.parquet")
-    first = run_batch(pattern, tmp_path / "out", workers=1)
-    again = run_batch(pattern, tmp_path / "out", workers=1)
+    first = zr.batch(pattern, tmp_path / "out", workers=1)
+    again = zr.batch(pattern, tmp_path / "out", workers=1)
     assert (len(first.outcomes), statuses(again)) == (3, ["skipped"] * 3)
 
 

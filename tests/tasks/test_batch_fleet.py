@@ -9,7 +9,7 @@ import pytest
 import zerorate as zr
 from support.batch_work import make_logs
 from zerorate.cli import run
-from zerorate.tasks.batch import Settings, run_batch
+from zerorate.tasks.batch import Settings, batch
 from zerorate.tasks.batch.fleet import fleet_of
 from zerorate.tasks.batch.task import COMMANDS
 
@@ -74,7 +74,7 @@ def fleet(tmp_path_factory):
         if path.name == "run03.parquet":
             log = zr.read_log(path)
             zr.write_log(log.with_data(3.0 * log.data - 1.0), path, force=True)
-    result = run_batch(folder / "logs", folder / "noise", Settings(command="allan"), workers=1)
+    result = batch(folder / "logs", folder / "noise", command="allan", workers=1)
     return folder, result
 
 
@@ -120,7 +120,7 @@ class TestNoise:
     def test_a_folder_holds_the_results_of_one_command(self, fleet):
         folder, _ = fleet
         with pytest.raises(ValueError, match="is of command 'allan': give 'replay' a folder"):
-            run_batch(folder / "logs", folder / "noise", workers=1)
+            batch(folder / "logs", folder / "noise", workers=1)
 
     def test_every_sensor_has_a_row_and_a_dead_axis_a_note(self, tmp_path):
         random = np.random.default_rng(1)
@@ -130,8 +130,8 @@ class TestNoise:
             np.arange(3000) / 100.0, 100.0, np.column_stack([*columns.values()]), [*columns]
         )
         zr.write_log(text, tmp_path / "a.csv")
-        settings = Settings(command="allan", unit="deg/s,m/s^2")
-        result = run_batch(tmp_path / "a.csv", tmp_path / "out", settings, workers=1)
+        settings = {"command": "allan", "unit": "deg/s,m/s^2"}
+        result = batch(tmp_path / "a.csv", tmp_path / "out", **settings, workers=1)
         rows = pq.read_table(result.summary).to_pylist()
         assert [(row["axis"], row["unit"]) for row in rows] == [
             ("gyro_x", "deg/s"),

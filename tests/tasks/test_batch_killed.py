@@ -12,9 +12,9 @@ import psutil
 import pyarrow.parquet as pq
 import pytest
 
+import zerorate as zr
 from support.batch_work import make_logs
 from zerorate import read_log
-from zerorate.tasks.batch import run_batch
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 
@@ -198,7 +198,7 @@ def test_what_is_finished_stays_and_one_line_says_what_happened(scheduler, tmp_p
     assert (
         errors == f"zerorate: the scheduler at '{address}' is gone: a later run goes on from here\n"
     )
-    counts = run_batch(pattern, out, workers=1).counts
+    counts = zr.batch(pattern, out, workers=1).counts
     assert counts["skipped"] >= len(kept) > 0
     assert counts["done"] + counts["skipped"] == COUNT
     assert kept.items() <= finished(out).items()

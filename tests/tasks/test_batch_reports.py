@@ -9,7 +9,7 @@ import pytest
 
 from zerorate.cli import run
 from zerorate.show.overview_page import judged, overview_page
-from zerorate.tasks.batch import Settings, run_batch
+from zerorate.tasks.batch import batch
 
 RATE, N = 100.0, 3000
 
@@ -32,7 +32,7 @@ def done(tmp_path_factory):
         write(folder / "logs" / "unit1" / f"{name}.parquet", bias, 1.7e9 + 86400.0 * day)
     write(folder / "logs" / "unit2" / "d.parquet", 3.5)
     (folder / "logs" / "unit2" / "e.parquet").write_bytes(b"PAR1")
-    return run_batch(folder / "logs", folder / "out", Settings(command="report"), workers=1)
+    return batch(folder / "logs", folder / "out", command="report", workers=1)
 
 
 def test_every_finding_is_a_row_of_the_summary(done):

@@ -9,8 +9,8 @@ import pytest
 from distributed import LocalCluster
 
 from support import batch_work
+from zerorate.tasks.batch import batch
 from zerorate.tasks.batch import cluster as clusters
-from zerorate.tasks.batch import run_batch
 from zerorate.tasks.batch.cluster import local_cluster, scheduler_at
 from zerorate.tasks.batch.engines import Died, Finished, Processes, outlived
 from zerorate.tasks.workers import single_threaded
@@ -105,9 +105,9 @@ def test_no_worker_is_no_engine(count):
 def test_a_batch_on_a_running_scheduler(address, tmp_path):
     batch_work.make_logs(tmp_path / "logs", 3)
     pattern = str(tmp_path / "logs" / "*" / "*")
-    result = run_batch(pattern, tmp_path / "out", scheduler=address)
+    result = batch(pattern, tmp_path / "out", scheduler=address)
     assert result.counts == {"done": 3}
-    assert run_batch(pattern, tmp_path / "out", scheduler=address).counts == {"skipped": 3}
+    assert batch(pattern, tmp_path / "out", scheduler=address).counts == {"skipped": 3}
 
 
 def test_no_scheduler_at_an_address(monkeypatch):

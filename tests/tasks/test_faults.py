@@ -11,7 +11,7 @@ from support.batch_work import make_logs
 from support.streams import lines_of, streamed
 from zerorate import read_log
 from zerorate.cli import run
-from zerorate.tasks.batch import run_batch
+from zerorate.tasks.batch import batch
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits and /dev/full are Linux's")
 
@@ -149,7 +149,7 @@ class TestFilesThatAreCut:
 
     def test_beside_a_whole_one_in_a_batch(self, cut, log, tmp_path):
         (tmp_path / "cut" / "whole.parquet").write_bytes(log.read_bytes())
-        result = run_batch(f"{tmp_path}/cut/*", tmp_path / "out", workers=2)
+        result = batch(f"{tmp_path}/cut/*", tmp_path / "out", workers=2)
         assert result.counts == {"done": 1, "failed": len(cut)}
         for one in result.failed:
             # The log is named beside the reason, once.

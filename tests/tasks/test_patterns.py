@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from support.batch_work import Here, make_logs
 from zerorate.cli import run
-from zerorate.tasks.batch import run_batch
+from zerorate.tasks.batch import batch
 from zerorate.tasks.batch.patterns import find
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links and names of bytes are of POSIX")
@@ -157,7 +157,7 @@ class TestBatch:
             (folder / name).write_bytes(content)
         (folder / "long").symlink_to("long")
         os.symlink("nowhere", folder / "gone.csv")
-        result = run_batch(str(tmp_path / "logs" / "**" / "*.*"), tmp_path / "out", workers=1)
+        result = batch(str(tmp_path / "logs" / "**" / "*.*"), tmp_path / "out", workers=1)
         said = {row["log"]: row["status"] for row in rows(result)}
         assert said == {
             "unit0/run00.parquet": "done",
@@ -176,8 +176,8 @@ class TestBatch:
         lines = "".join(f"{i / 100},{i % 7}\n" for i in range(2000))
         text.write_text(f"time_s,gyro_x_dps\n{lines}")
         pattern = str(tmp_path / "logs" / "**" / "*.*")
-        assert run_batch(pattern, tmp_path / "out", workers=1).counts == {"done": 2}
-        again = run_batch(pattern, tmp_path / "out", workers=1)
+        assert batch(pattern, tmp_path / "out", workers=1).counts == {"done": 2}
+        again = batch(pattern, tmp_path / "out", workers=1)
         assert again.counts == {"skipped": 2}
         endings = (r"r\xe9s.csv", "[1].parquet")
         assert all(row["log"].endswith(endings) for row in rows(again))
@@ -186,12 +186,12 @@ class TestBatch:
         make_logs(tmp_path / "logs", 2)
         (tmp_path / "logs" / "loop").symlink_to(".")
         pattern = str(tmp_path / "logs" / "**" / "*.parquet")
-        assert run_batch(pattern, tmp_path / "out", workers=1).counts == {"done": 2}
+        assert batch(pattern, tmp_path / "out", workers=1).counts == {"done": 2}
 
 
 class TestOutputs:
     def batch(self, pattern, output):
-        return run_batch(str(pattern), output, workers=1)
+        return batch(str(pattern), output, workers=1)
 
     @pytest.mark.every(2)
     @pytest.mark.parametrize("pattern", ["**/*", "logs"])

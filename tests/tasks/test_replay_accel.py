@@ -9,7 +9,7 @@ import zerorate as zr
 from zerorate.cli import run
 from zerorate.io import LogFile, open_imu, read_recording
 from zerorate.record import LogError
-from zerorate.tasks.batch import Settings, run_batch
+from zerorate.tasks.batch import batch
 from zerorate.tasks.live import LineStream
 from zerorate.tasks.replay import replay, replay_to_file
 from zerorate.tasks.replay.motion import motion_of
@@ -87,7 +87,7 @@ def test_a_fleet(tmp_path):
     path = write(tmp_path / "imu.parquet")
     tables = []
     for accel in (True, False):
-        result = run_batch([str(path)], tmp_path / str(accel), Settings(accel=accel), workers=1)
+        result = batch([str(path)], tmp_path / str(accel), accel=accel, workers=1)
         assert not result.failed
         (written,) = (tmp_path / str(accel)).rglob("imu*.parquet")
         tables.append(pq.read_table(written))

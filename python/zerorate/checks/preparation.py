@@ -127,14 +127,28 @@ class Step(NamedTuple):
 
 
 class Preparation(NamedTuple):
-    """A row of the table: one check, by what it judges, and what follows from it."""
+    """A row of the table: one check, by what it judges, and what follows from it.
+
+    Attributes
+    ----------
+    name : str
+        Of the check.
+    evidence, threshold : str
+        What it judges by, and from where on, with the reason.
+    default, option : str
+        What is done, and the argument that changes it.
+    step : callable or None
+        What takes it; None for a check of fixes, which `prepared_fixes` takes.
+    used_by : str
+        Which tasks take it.
+    """
 
     name: str
     evidence: str
     threshold: str
     default: str
     option: str
-    step: Callable[[Recording, Choices], Step]
+    step: Callable[[Recording, Choices], Step] | None
     used_by: str = "all tasks"
 
 
@@ -172,7 +186,7 @@ def prepare(recording: Recording, choices: Choices | None = None) -> Prepared:
     remarks: list[Remark] = []
     made = recording
     for row in PREPARATIONS:
-        if row.name not in asked.skip:
+        if row.step is not None and row.name not in asked.skip:
             done = row.step(made, asked)
             made = done.recording
             remarks += [Remark(row.name, one, alarm=True) for one in done.alarms]
@@ -206,12 +220,19 @@ def _correction(recording: Recording, choices: Choices) -> Step:
 
 
 def _axes(recording: Recording, choices: Choices) -> Step:
-    # Rates that are clipped fit other axes better than their own.
-    whole, _ = restore_recording(recording, gyro=choices.gyro, certain=False)
-    found = check(whole, gyro=choices.gyro, accel=choices.accel, scale=False)
+    found = checked_axes(recording, choices.gyro, choices.accel, scale=False)
     steady = steady_of(recording, choices.gyro, choices.accel_in(recording))
     made = found.apply(recording) if choices.fix and steady is None else recording
     return Step(made, tuple(_contradictions(found, choices, steady)))
+
+
+def checked_axes(
+    recording: Recording, gyro: str, accel: str | None = None, *, scale: bool = True
+) -> Checks:
+    """Return what motion shows of units and axes, of `zerorate.check`."""
+    # Rates that are clipped fit other axes better than their own.
+    whole, _ = restore_recording(recording, gyro=gyro, certain=False)
+    return check(whole, gyro=gyro, accel=accel, scale=scale)
 
 
 def steady_of(recording: Recording, gyro: str, accel: str) -> SteadyRate | None:
@@ -310,6 +331,7 @@ PREPARATIONS: Final = (
         "taken off",
         "calibration",
         _correction,
+        "tasks that take a calibration",
     ),
     Preparation(
         FROZEN,
@@ -322,18 +344,30 @@ PREPARATIONS: Final = (
     Preparation(
         AXES,
         "which of three units and 48 axes keep gravity and field constant through the motion",
-        "see zerorate.check",
-        "an alarm; a steady rate without motion is told as a bias",
+        "`zerorate.check` has them",
+        "an alarm; a steady rate without motion is reported as a bias",
         "fix",
         _axes,
     ),
     Preparation(
         CLIPPED,
         "samples at the largest value of an axis, and the flanks beside them",
-        "see zerorate.checks.restore_recording",
+        "`zerorate.checks.restore_recording` has them",
         "restored where nothing else explains them",
         "clipped",
         _clipped,
+        "all tasks but calibrate, which leaves out turns at the end of the range; correct; and "
+        "report, which says where",
+    ),
+    Preparation(
+        "held fixes",
+        "positions and velocities that repeat those of the fix before",
+        "a median of 2 rows a fix: a receiver's own record repeats itself at rest alone; or half "
+        "of the usual interval, for a fix that was sent twice",
+        "left out, and a note says how many",
+        "",
+        None,
+        "navigate, report",
     ),
 )
 """The steps in their order: each judges what those before it have made of the recording."""

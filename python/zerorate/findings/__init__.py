@@ -3,7 +3,7 @@
 from zerorate.findings.before_after import BeforeAfter, Change, before_after
 from zerorate.findings.finding import Finding
 from zerorate.findings.limits import LIMITS, Limit
-from zerorate.findings.report import Report, report
+from zerorate.findings.report import Report, findings_of
 
 __all__ = [
     "LIMITS",
@@ -13,7 +13,7 @@ __all__ = [
     "Limit",
     "Report",
     "before_after",
-    "report",
+    "findings_of",
 ]
 
 

@@ -9,8 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.checks.check import check
-from zerorate.checks.preparation import steady_of
+from zerorate.checks.preparation import checked_axes, steady_of
 from zerorate.checks.result import Checks
 from zerorate.checks.result import Finding as Checked
 from zerorate.findings.finding import Finding
@@ -30,7 +29,7 @@ def axes(recording: Recording, found: Sequence[Imu]) -> Iterator[Finding]:
     if not found or found[0].gyro is None or found[0].accel is None:
         return
     name = found[0].gyro.name
-    checks = check(_liveliest(recording, found[0].gyro), gyro=name)
+    checks = checked_axes(_liveliest(recording, found[0].gyro), name)
     start = found[0].gyro.start
     # A steady rate at rest is a bias, of which the rests tell.
     steady = steady_of(recording, name, found[0].accel.name)

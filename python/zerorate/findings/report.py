@@ -183,7 +183,7 @@ class Report(Result):
         return page_of(self)
 
 
-def report(
+def findings_of(
     recording: Recording,
     *,
     fixes: Fixes | None = None,
@@ -213,8 +213,8 @@ def report(
     Examples
     --------
     >>> import zerorate as zr
-    >>> from zerorate.findings import report
-    >>> found = report(zr.simulate_motion("hand", duration=60.0).recording())
+    >>> from zerorate.findings import findings_of
+    >>> found = findings_of(zr.simulate_motion("hand", duration=60.0).recording())
     >>> found.count("act")
     0
     """

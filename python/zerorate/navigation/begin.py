@@ -125,7 +125,7 @@ class Vehicle:
         return axes.body_from_sensor if axes.turn > max(_MIN_TURN, 3.0 * axes.yaw_sigma) else None
 
     def mistakes(self, checks: NavigationChecks) -> tuple[NavigationFinding, ...]:
-        """Return what is wrong, without axes that `begin` turns as the motion shows them."""
+        """Return the mistakes, without axes that `find_beginning` turns as the motion shows."""
         found = self.turned(checks) is not None
         return tuple(one for one in checks.mistakes if one.what != "mount" or not found)
 

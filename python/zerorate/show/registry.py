@@ -101,6 +101,11 @@ VIEWS: Final = {
         "navigation_table:format_navigation",
         "navigation_figure:plot_navigation",
     ),
+    "tasks.batch.run.BatchResult": (
+        "batch_views:format_batch",
+        "batch_views:plot_batch",
+        "overview_page:overview_page",
+    ),
     "tasks.calibrate.Corrected": (
         "calibration_table:format_corrected",
         "series_views:plot_corrected",

@@ -260,8 +260,7 @@ def calibrate_magnetometer(
     report = reported(progress)
     report("reading", 0.0)
     recording = recording_of(source, reading)
-    accel = gyro.replace("gyro", "accel", 1)
-    choices = Choices(gyro, accel, gravity=gyro in recording)
+    choices = Choices(gyro, gravity=gyro in recording)
     with explained(recording.source):
         made = prepare(recording, choices)
     with explained(recording.source, made.alarms):

@@ -9,8 +9,7 @@ from typing import Final, TypeAlias, Unpack, overload
 from zerorate.checks.preparation import AXES, CLIPPED, DEAD, Choices, prepare
 from zerorate.faults import given, said
 from zerorate.findings.before_after import BeforeAfter, before_after
-from zerorate.findings.report import Report
-from zerorate.findings.report import report as findings_on
+from zerorate.findings.report import Report, findings_of
 from zerorate.io.fixes import read_fixes
 from zerorate.progress import Progress
 from zerorate.record.fixes import Fixes
@@ -121,7 +120,7 @@ def _report(
     recording = recording_of(source, reading)
     with explained(recording.source):
         made = prepare(recording, Choices(gravity=False, skip=_OWN))
-        return findings_on(made.recording, fixes=known, remarks=made.remarks, progress=progress)
+        return findings_of(made.recording, fixes=known, remarks=made.remarks, progress=progress)
 
 
 def files_of(found: Report | BeforeAfter) -> Files:

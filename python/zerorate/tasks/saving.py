@@ -81,13 +81,14 @@ class Files(NamedTuple):
 
 _FILES: Final[dict[str, str]] = {
     "attitude.estimate.AttitudeEstimate": "zerorate.tasks.attitude:files_of",
+    "foot.foot.FootTrack": "zerorate.tasks.walk:files_of",
     "calibration.calibration.Calibration": "zerorate.tasks.calibrate:files_of",
     "calibration.magnetometer.MagnetometerCalibration": (
         "zerorate.tasks.calibrate:magnetometer_files"
     ),
     "findings.before_after.BeforeAfter": "zerorate.tasks.report:files_of",
     "findings.report.Report": "zerorate.tasks.report:files_of",
-    "foot.foot.FootTrack": "zerorate.tasks.walk:files_of",
+    "tasks.batch.run.BatchResult": "zerorate.tasks.batch.run:files_of",
     "tasks.calibrate.Corrected": "zerorate.tasks.calibrate:corrected_files",
     "tasks.navigate.Navigation": "zerorate.tasks.navigate:files_of",
 }

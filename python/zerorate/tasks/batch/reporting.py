@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from zerorate.io import read_recording
+from zerorate.progress import silent
 from zerorate.record import atomic_path
-from zerorate.tasks.batch.command import Command, Made, Row, number, recording_arguments
+from zerorate.tasks.batch.command import Command, Made, Row, number
 
 if TYPE_CHECKING:
     from zerorate.findings import Finding, Report
@@ -18,13 +18,12 @@ _SENSOR: Final = "figure-"
 def _reported(settings: "Settings", source: Path, output: Path) -> Made:
     """Write the page of a log."""
     # What it takes is not needed by the other commands.
-    from zerorate.findings import report as report_on
+    from zerorate.tasks.report import report as report_on
 
-    recording = read_recording(source, **recording_arguments(settings.reading))
-    found = report_on(recording, progress=lambda step, done: None)
+    found = report_on(source, progress=silent, **settings.reading)
     with atomic_path(output, force=True) as temporary:
         temporary.write_text(found.to_html(), encoding="utf-8", newline="\n")
-    return Made(tuple(_rows(found)), recording.notes)
+    return Made(tuple(_rows(found)), found.recording.notes)
 
 
 def _rows(found: "Report") -> Iterator[Row]:

@@ -7,26 +7,33 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Final, Literal, Unpack
 
+from zerorate.faults import said
 from zerorate.progress import counted
-from zerorate.record import check_writable
+from zerorate.record import atomic_path, check_writable
 from zerorate.record.atomic import sweep
 from zerorate.tasks.batch.cluster import local_cluster as on_local_cluster
 from zerorate.tasks.batch.cluster import scheduler_at
 from zerorate.tasks.batch.engines import Died, Engine, Finished, Processes, outlived
 from zerorate.tasks.batch.fleet import Fleet, fleet_of
 from zerorate.tasks.batch.inputs import SUMMARY, Inputs, command_of, inputs
+from zerorate.tasks.batch.reporting import REPORT
 from zerorate.tasks.batch.summary import write_summary
-from zerorate.tasks.batch.task import Outcome, Settings, Task, run_task
+from zerorate.tasks.batch.task import BatchArguments, Outcome, Settings, Task, run_task
+from zerorate.tasks.saving import Files, figure_writer, text_writer
 from zerorate.texts import extra_needed
+from zerorate.views import Result, page_of
+
+OVERVIEW: Final = "overview.html"
 
 Progress = Callable[[int, int], None]
 """Called with the logs that are through, and all that are to do."""
 
 
 @dataclass(frozen=True)
-class BatchResult:
-    """What became of every log.
+class BatchResult(Result):
+    """What became of every log, as `zerorate.batch` returns it.
 
     Parameters
     ----------
@@ -40,6 +47,8 @@ class BatchResult:
         Which logs stand out from the others.
     left_out : tuple of Path
         Files that were named but that zerorate has written.
+    settings : Settings
+        What was done with each log.
     """
 
     outcomes: tuple[Outcome, ...]
@@ -47,6 +56,17 @@ class BatchResult:
     seconds: float
     fleet: Fleet
     left_out: tuple[Path, ...]
+    settings: Settings
+
+    @property
+    def source(self) -> str:
+        """Name of the folder of the results."""
+        return self.summary.absolute().parent.name
+
+    @property
+    def command(self) -> str:
+        """What was done with each log."""
+        return self.settings.command
 
     @property
     def failed(self) -> tuple[Outcome, ...]:
@@ -54,7 +74,20 @@ class BatchResult:
         return tuple(one for one in self.outcomes if one.status == "failed")
 
     @property
-    def notes(self) -> dict[str, list[str]]:
+    def alarms(self) -> tuple[str, ...]:
+        """The logs without a result and why, a sentence each."""
+        return tuple(said(f"{one.name}: ", one.error or "") for one in self.failed)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The notes on the logs with how many logs each is about, those of most logs first."""
+        return tuple(
+            said(f"{logs[0]}{_and_others(len(logs) - 1)}: ", note)
+            for note, logs in self.noted.items()
+        )
+
+    @property
+    def noted(self) -> dict[str, list[str]]:
         """The logs that each note is about, by name, the notes of most logs first."""
         about: dict[str, list[str]] = {}
         for one in self.outcomes:
@@ -67,36 +100,52 @@ class BatchResult:
         """How many logs have each status."""
         return Counter(one.status for one in self.outcomes)
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files about all logs: the summary, and the overview of reports."""
+        overview = self.summary.with_name(OVERVIEW)
+        return (self.summary, overview) if self.command == REPORT.name else (self.summary,)
 
-def run_batch(
-    patterns: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    output: str | os.PathLike[str],
-    settings: Settings | None = None,
+    def to_html(self) -> str:
+        """Return the overview of reports: one HTML document with links to the page of each log."""
+        return page_of(self)
+
+
+def _and_others(count: int) -> str:
+    return f" and {count} other{'s' if count > 1 else ''}" if count else ""
+
+
+def batch(
+    sources: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    folder: str | os.PathLike[str],
     *,
+    command: Literal["replay", "allan", "report"] = "replay",
     workers: int | None = None,
     local_cluster: int | None = None,
     scheduler: str | None = None,
     force: bool = False,
     progress: Progress | None = None,
+    **settings: Unpack[BatchArguments],
 ) -> BatchResult:
-    """Filter many logs, or find their noise, and compare them with each other.
+    """Filter many logs, find their noise, or report on them, and compare them with each other.
 
     Each log is worked on in a process of its own. One that fails, or that kills its worker twice,
     is reported and the others go on. A run may be stopped at any moment: the next one skips what
-    is finished.
+    is finished. ``zerorate batch`` does the same.
 
     Parameters
     ----------
-    patterns : str, path, or sequence of these
+    sources : str, path, or sequence of these
         Folders, of which all logs are taken; files; or patterns such as ``"logs/**/*.parquet"``,
         where a name with brackets may be just that. ``**`` takes each folder once, however many
         links lead there. What zerorate has written is left out unless a pattern asks for it.
-    output : path
-        Folder of the results, made if missing. It mirrors the folders below the patterns' common
-        one: for each log its result and a record in JSON, and ``summary.parquet`` of all. Each
-        command needs a folder of its own.
-    settings : Settings, optional
-        What is done with each log, and how it is read and written; by default it is filtered.
+    folder : path
+        Of the results, made if missing. It mirrors the folders below the sources' common
+        one: for each log its result and a record in JSON, and ``summary.parquet`` of all, with
+        "report" also ``overview.html``. Each command needs a folder of its own.
+    command : {"replay", "allan", "report"}
+        What is done with each log: filter it, find the noise of its gyros and accelerometers, or
+        report what its IMU shows.
     workers : int, optional
         Worker processes; default one a core.
     local_cluster : int, optional
@@ -104,15 +153,18 @@ def run_batch(
     scheduler : str, optional
         Address of a Dask scheduler instead, whose workers see the same paths.
     force : bool
-        Whether to do finished logs again; default no.
+        Do finished logs again; default no.
     progress : callable, optional
         Called with the number of logs that are through and that of all that are to do.
         By default a bar in a notebook.
+    **settings
+        How logs are read, filtered and written: arguments of `zerorate.tasks.batch.Settings`,
+        such as ``unit="deg/s"`` or ``motion="hold"``.
 
     Returns
     -------
     BatchResult
-        What became of each log, and which stand out from the others.
+        What became of each log, and which stand out from the others; `table`, `plot`, `save`.
 
     Raises
     ------
@@ -120,7 +172,7 @@ def run_batch(
         If an argument is not valid, two logs would be written to one place, or the folder holds
         the summary of another command.
     OSError
-        If a pattern or a folder names no log, or the output cannot be written.
+        If a source names no log, or the output cannot be written.
     ImportError
         Without pyarrow or, for a cluster, distributed.
 
@@ -129,19 +181,18 @@ def run_batch(
     >>> import tempfile
     >>> from pathlib import Path
     >>> import numpy as np
-    >>> from zerorate import Log, write_log
-    >>> from zerorate.tasks.batch import run_batch
+    >>> import zerorate as zr
     >>> folder = Path(tempfile.mkdtemp())
     >>> z = np.random.default_rng(1).standard_normal(3000)
-    >>> write_log(Log(np.arange(3000) / 100.0, 100.0, z, ["gyro_z"]), folder / "a.parquet")
-    >>> result = run_batch(f"{folder}/*.parquet", folder / "out", workers=1)
+    >>> zr.write_log(zr.Log(np.arange(3000) / 100, 100, z, ["gyro_z"]), folder / "a.parquet")
+    >>> result = zr.batch(f"{folder}/*.parquet", folder / "out", workers=1)
     >>> result.counts["done"], sorted(path.name for path in (folder / "out").iterdir())
     (1, ['a-zerorate.json', 'a-zerorate.parquet', 'summary.parquet'])
     """
     begin = time.perf_counter()
     _check_pyarrow()
-    listed = [patterns] if isinstance(patterns, str | os.PathLike) else patterns
-    chosen, folder = settings or Settings(), Path(output)
+    listed = [sources] if isinstance(sources, str | os.PathLike) else sources
+    chosen, folder = Settings(command=command, **settings), Path(folder)
     engine = _engine(workers, local_cluster, scheduler)
     found = inputs([os.fspath(one) for one in listed])
     tasks, unread = _tasks(found, folder, chosen, force)
@@ -157,9 +208,31 @@ def run_batch(
     through = (_still_there(task, ends[task.name]) for task in tasks)
     outcomes = tuple(sorted((*through, *unread), key=lambda one: one.name))
     fleet = fleet_of({one.name: one.rows for one in outcomes}, chosen.does.compared)
+    seconds = time.perf_counter() - begin
+    result = BatchResult(outcomes, summary, seconds, fleet, found.left_out, chosen)
     folder.mkdir(parents=True, exist_ok=True)
-    write_summary(outcomes, fleet, chosen, summary)
-    return BatchResult(outcomes, summary, time.perf_counter() - begin, fleet, found.left_out)
+    _write(result)
+    return result
+
+
+def _write(result: BatchResult) -> None:
+    """Write what is about all logs: the summary, and the overview of reports."""
+    write_summary(result.outcomes, result.fleet, result.settings, result.summary)
+    for overview in result.files[1:]:
+        with atomic_path(overview, force=True) as temporary:
+            text_writer(result.to_html())(temporary)
+
+
+def files_of(result: BatchResult) -> Files:
+    """Return what a batch is saved as: the table of all logs, the overview of reports, a figure."""
+
+    def table(path: Path) -> None:
+        write_summary(result.outcomes, result.fleet, result.settings, path)
+
+    pages = [text_writer(result.to_html())] if result.files[1:] else []
+    endings = [".html"] if pages else []
+    figures = {"": figure_writer(result.plot)}
+    return Files("-zerorate-batch", ".parquet", [table, *pages], endings, figures)
 
 
 def _counted(ends: Iterable[Outcome], count: int, report: Progress) -> dict[str, Outcome]:

@@ -2,15 +2,25 @@
 
 import hashlib
 import json
+import os
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Final, Literal, Self, Unpack
+from typing import TYPE_CHECKING, Any, Final, Literal, Self, Unpack
 
 from zerorate._native import __version__
 from zerorate.calibration.calibration import Calibration
-from zerorate.faults import ArgumentError, Sentence, packed, said, sentence_of, unpacked, without
+from zerorate.faults import (
+    ArgumentError,
+    Sentence,
+    bare,
+    packed,
+    said,
+    sentence_of,
+    unpacked,
+    without,
+)
 from zerorate.io.columns import TimeColumn, Timing
 from zerorate.io.counts import Scale, Scaling
 from zerorate.io.formats import label_of
@@ -23,6 +33,7 @@ from zerorate.tasks.batch.characterising import ALLAN
 from zerorate.tasks.batch.command import Command, Row
 from zerorate.tasks.batch.replaying import REPLAY
 from zerorate.tasks.batch.reporting import REPORT
+from zerorate.tasks.corrections import calibration_of
 from zerorate.tasks.workers import on_threads
 
 Status = Literal["done", "skipped", "failed"]
@@ -31,6 +42,30 @@ COMMANDS: Final[Mapping[str, Command]] = {one.name: one for one in (REPLAY, ALLA
 """What a batch can do with its logs."""
 
 _FORMATS: Final = ("parquet", "csv", "npz")
+
+
+if TYPE_CHECKING:
+
+    class BatchArguments(StreamOptions, total=False):
+        """Arguments of `Settings` but the command."""
+
+        rate: float | None
+        columns: tuple[str | int, ...] | None
+        unit: str | None
+        topic: str | None
+        sensor: str | None
+        data_scale: Scale
+        start: float | None
+        stop: float | None
+        time: TimeColumn
+        time_unit: str | None
+        format: str | None
+        calibration: Calibration | str | os.PathLike[str] | None
+        accel: bool
+
+else:
+    # The stub alone lists the options of the filter.
+    BatchArguments = dict
 
 
 @dataclass(frozen=True, init=False)
@@ -59,7 +94,7 @@ class Settings:
         timestamps.
     format : {"parquet", "csv", "npz"}, optional
         Of the filtered logs, for "replay" alone; default Parquet.
-    calibration : Calibration, optional
+    calibration : Calibration or path, optional
         What the gyro of each log is corrected by before it is filtered, for "replay" alone. Each
         log is then read as a whole, with its accelerometer.
     accel : bool
@@ -109,7 +144,7 @@ class Settings:
         time: TimeColumn = None,
         time_unit: str | None = None,
         format: str | None = None,
-        calibration: Calibration | None = None,
+        calibration: Calibration | str | os.PathLike[str] | None = None,
         accel: bool = True,
         **options: Unpack[StreamOptions],
     ) -> None:
@@ -133,7 +168,9 @@ class Settings:
                     "format", f"must be one of {', '.join(_FORMATS)}, got '{format}'"
                 )
         elif given := [*options, *_named(format=format, calibration=calibration)]:
-            raise ValueError(f"{given[0]} has no effect on command '{command}', only on 'replay'")
+            raise ValueError(
+                said(bare(given[0]), f" has no effect on command '{command}', only on 'replay'")
+            )
         reading = {
             "rate": rate,
             "columns": columns,
@@ -146,13 +183,13 @@ class Settings:
             "time": time,
             "time_unit": time_unit,
         }
-        form = format or _FORMATS[0]
+        form, known = format or _FORMATS[0], calibration_of(calibration)
         vars(self).update(
             command=command,
             reading=reading,
             format=form,
             options=chosen,
-            calibration=None if calibration is None else calibration.to_json(),
+            calibration=None if known is None else known.to_json(),
             accel=accel,
         )
 
