@@ -604,3 +604,37 @@ def test_answers_are_not_printed_over_what_is_shown(tmp_path):
     os.close(ours)
     assert process.returncode == 0
     assert EXPECTED[-1] not in shown.decode()
+
+
+STAMPS = 10_000 * (np.arange(300) // 5 * 5 + 4)
+
+
+def test_stamps_of_blocks_with_a_loss_are_those_of_a_replay():
+    kept = np.delete(np.arange(300), np.arange(200, 210))
+    lines = [f"{STAMPS[i]},{LINES[i]}" for i in kept]
+    options = ("--time", "0", "--time-unit", "us")
+    code, answers, errors = streamed(lines, *RATE, *options)
+    filter_, z = zr.DriftFilter(100.0, channels=2), Z.copy()
+    z[200:210] = np.nan
+    expected = lines_of(filter_.process(z)[kept])
+    assert code == 0
+    assert [line.split(",", 1)[1] for line in answers[-50:]] == expected[-50:]
+    assert "clock: 232 equal stamps; samples are taken a period apart" in errors
+    assert "clock: 1 gap; 10 samples taken as missing" in errors
+
+
+def test_a_unit_of_time_needs_its_column():
+    code, _, errors = streamed(LINES, *RATE, "--time-unit", "us")
+    assert code == 2
+    assert "--time-unit needs --time, the column of the timestamps" in errors
+
+
+def test_a_limit_holds_for_attitudes():
+    rows = np.tile([0.0, 0.0, 1.0, 0.0, 0.0, 1.0], (100, 1))
+    rows[50:52, 2] = 600.0
+    units = ("--attitude", "--unit", "deg/s,g")
+    for limit, left_out in ((), False), (("--limit", "500"), True):
+        code, _, errors = streamed(lines_of(rows), *RATE, *units, *limit)
+        assert code == 0
+        told = "rates left out as impossible: 2 beyond the gyro's range of 500 deg/s"
+        assert (told in errors) == left_out

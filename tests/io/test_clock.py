@@ -100,12 +100,22 @@ def test_gap_becomes_missing_rows(tmp_path):
     assert clock.summary() == ("clock at 100 Hz with 7 missing samples in 1 gap (longest 0.08 s)")
 
 
-def test_clock_reset_goes_on_in_file_order():
-    stamps = np.where(ROWS < 7000, ROWS, ROWS - 7000) * 0.01
+def test_a_clock_that_is_set_back_goes_on_in_file_order():
+    stamps = np.where(ROWS < 7000, ROWS, ROWS - 80) * 0.01
     grid = fit_grid(stamps)
     np.testing.assert_array_equal(grid.place, ROWS)
-    assert grid.report.backward_count == 1
+    assert (grid.report.backward_count, grid.report.restart_count) == (1, 0)
     assert grid.report.jitter_max < 1e-9
+
+
+def test_a_clock_that_begins_anew_leaves_a_gap():
+    stamps = np.where(ROWS < 7000, ROWS, ROWS - 7000) * 0.01
+    grid = fit_grid(stamps)
+    np.testing.assert_array_equal(grid.place, np.where(ROWS < 7000, ROWS, ROWS + 1000))
+    report = grid.report
+    assert (report.backward_count, report.restart_count, report.longest_gap) == (1, 1, 10.0)
+    assert "1 new beginning, before which samples are missing" in report.summary()
+    assert report.jitter_max < 1e-9
 
 
 def test_swapped_rows_are_counted_and_kept():

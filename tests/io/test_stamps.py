@@ -216,7 +216,9 @@ def test_a_counter_of_32_bits_that_began_anew_goes_on(kind, name):
 def test_a_counter_that_was_reset_did_not_wrap():
     reset = np.r_[3_000_000_000 + COUNTED[:500] - COUNTED[0], COUNTED[:500] - COUNTED[0]]
     log = read_log({"micros": reset, "wx_dps": GYRO})
-    assert (log.n, log.meta["clock"].backward_count, log.meta["notes"]) == (1000, 1, ())
+    clock = log.meta["clock"]
+    assert (clock.backward_count, clock.restart_count, log.meta["notes"]) == (1, 1, ())
+    assert log.n == 1000 + clock.missing_count
 
 
 def test_every_wrap_of_a_long_log_counts():

@@ -152,9 +152,10 @@ def test_an_engine_that_has_seen_samples_is_refused():
         NavigationSettings(nav, RATE, time=0)
 
 
-def test_time_goes_on():
+def test_a_time_that_is_no_later_is_told_a_period_later():
     stream = LineStream(navigation())
     stream.take(LINES["navigation"][5])
-    with pytest.raises(LineError, match="not later than the line before"):
-        stream.take(LINES["navigation"][4])
-    assert stream.samples == 1
+    stream.take(LINES["navigation"][4])
+    assert stream.samples == 2
+    with pytest.raises(LineError, match="its time is missing"):
+        stream.take("," + LINES["navigation"][6].split(",", 1)[1])

@@ -30,11 +30,11 @@ FLAGS: Final[Mapping[str, tuple[str, str]]] = {
         "--second-opinion --no-second-opinion --per-sample --no-figure --force",
     ),
     "stream": (
-        "--columns --unit --rate --scale --device --range --sequence --sequence-bits "
-        "--fields --method --output-kind --motion --limit --rest-limit --bias-limit "
-        "--order --process-noise --fading --process-noise-memory --noise --outliers "
+        "--columns --unit --rate --time --time-unit --scale --device --range --sequence "
+        "--sequence-bits --fields --method --output-kind --motion --limit --rest-limit "
+        "--bias-limit --order --process-noise --fading --process-noise-memory --noise --outliers "
         "--adapt-for --forgetting-factor --zones --damping --correction --startup "
-        "--noise-scale --accel-columns --with --frame --time --udp --from --form "
+        "--noise-scale --accel-columns --with --frame --udp --from --form "
         "--checkpoint --every --serve",
         "--no-accel --attitude --no-mag --learn-magnetometer --position --force --show",
     ),

@@ -48,6 +48,8 @@ from zerorate.tasks.saving import make_folders
 from zerorate.tasks.source import units_of_sensors
 
 _BY_SIGNAL: Final = 128
+_OF_BOTH: Final = ("bias_limit", "limit")
+"""Options of the drift filter that attitudes have too."""
 _PANEL: Final = "Attitude"
 """The panel of help with what is of attitudes alone."""
 
@@ -138,28 +140,18 @@ class _OfEarth:
     learn_magnetometer: Annotated[
         bool, typer.Option(help="Learn the magnetometer's hard iron from the motion.")
     ] = False
-    time: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN",
-            help="Time of each sample, by name or position; s, unless the name says ms or us. "
-            "Without it samples are as far apart as --rate says.",
-        ),
-    ] = None
 
     def arguments(self) -> dict[str, Any]:
         """Return those of `AttitudeSettings`."""
-        place = _column("--time", self.time)
         return {
             "frame": str(self.frame or FrameName.enu),
             "mag": not self.no_mag,
             "learn_magnetometer": self.learn_magnetometer,
-            "time": place,
         }
 
     def refuse(self) -> None:
         """Raise a usage fault if anything was typed that acts on attitudes alone."""
-        given = {"--frame": self.frame, "--no-mag": self.no_mag or None, "--time": self.time}
+        given = {"--frame": self.frame, "--no-mag": self.no_mag or None}
         given["--learn-magnetometer"] = self.learn_magnetometer or None
         alone = [name for name, value in given.items() if value is not None]
         if alone:
@@ -222,9 +214,11 @@ class _Saves:
 @with_group(Watched, "watched")
 @with_filter_options
 @with_reading_options(
-    without=["topic", "group_by", "start", "stop", "time", "time_unit", "sensor"],
+    without=["topic", "group_by", "start", "stop", "sensor"],
     help={
         "rate": "Samples per second; required.",
+        "time": "Column of the timestamps, by name or position: samples that its gaps show are "
+        "missing, blocks of equal stamps are spread. Default: samples are 1/--rate s apart.",
         "columns": "Columns to filter: names, or positions counted from 0 over all columns, e.g. "
         "gx,gy,gz. Default: those that the header line names like a gyro; without a header line "
         "all. The others pass through.",
@@ -272,11 +266,12 @@ def stream(
     asked = numbers.arguments()
     if asked["sequence"] is None:
         asked |= origin.numbers()
+    asked |= _timing(reading)
     settings: Settings | AttitudeSettings
     if of_earth.attitude:
         _check_none_of_filter(options)
         accelerometer.refuse()
-        asked |= {**of_earth.arguments(), "bias_limit": options.get("bias_limit")}
+        asked |= {**of_earth.arguments(), **{name: options.get(name) for name in _OF_BOTH}}
         settings = _attitude_settings(reading, beside, asked)
     else:
         of_earth.refuse()
@@ -291,6 +286,14 @@ def stream(
             _run(server, source, origin, watched.hides_answers)
         finally:
             _report(server, asked["sequence"] is not None)
+
+
+def _timing(reading: Reading) -> dict[str, Any]:
+    """Return the column of the timestamps and its unit, as settings take them."""
+    time, unit = reading.arguments["time"], reading.arguments["time_unit"]
+    if unit is not None and (time is None or time is False):
+        raise UsageFault("--time-unit needs --time, the column of the timestamps")
+    return {"time": None if time is False else time, "time_unit": unit}
 
 
 def _settings(reading: Reading, beside: str | None, asked: Mapping[str, Any]) -> Settings:
@@ -309,7 +312,8 @@ def _settings(reading: Reading, beside: str | None, asked: Mapping[str, Any]) ->
 
 
 def _check_none_of_filter(options: Mapping[str, Any]) -> None:
-    default = {"method": FILTER_OPTIONS["method"].default, "bias_limit": options.get("bias_limit")}
+    default = {"method": FILTER_OPTIONS["method"].default}
+    default |= {name: options.get(name) for name in _OF_BOTH}
     others = [name for name, value in options.items() if default.get(name) != value]
     if others:
         raise UsageFault(f"{flag(others[0])} has no effect with --attitude")

@@ -44,6 +44,9 @@ class ClockReport:
         stamp repeated.
     late_count
         Steps of more than a period and a half at which no sample is missing.
+    restart_count
+        Steps back of more than a second: the clock began anew. How long it was off is not known, so
+        10 s are missing there, or as long as the log is.
 
     Examples
     --------
@@ -68,6 +71,7 @@ class ClockReport:
     fastest: float = 0.0
     step_rms: float = 0.0
     late_count: int = 0
+    restart_count: int = 0
 
     @property
     def regular(self) -> bool:
@@ -105,25 +109,29 @@ class ClockReport:
         rms, most = 1e3 * self.jitter_rms, 1e3 * self.jitter_max
         if self.burst_count:
             late = f"late by {rms:.3g} ms rms, {most:.3g} ms at most"
-            faults.append(f"stamps of arrival in {_counted(self.burst_count, 'burst')} ({late})")
+            faults.append(f"stamps of arrival in {counted(self.burst_count, 'burst')} ({late})")
         elif self.jitter_max * self.rate > ALIKE:
             faults.append(f"jitter of {rms:.3g} ms rms ({most:.3g} ms at most)")
         if self.repeated_count:
-            faults.append(_counted(self.repeated_count, "repeated stamp"))
+            faults.append(counted(self.repeated_count, "repeated stamp"))
         if self.backward_count:
-            faults.append(_counted(self.backward_count, "backward step"))
+            faults.append(counted(self.backward_count, "backward step"))
+        if self.restart_count:
+            times = counted(self.restart_count, "new beginning")
+            faults.append(f"{times}, before which samples are missing for an unknown time")
         if self.repeat_count:
             faults.append(
-                f"{_counted(self.repeat_count, 'row')} left out that repeat the one before"
+                f"{counted(self.repeat_count, 'row')} left out that repeat the one before"
             )
         if self.gap_count:
-            missing = _counted(self.missing_count, "missing sample")
-            gaps = f"{missing} in {_counted(self.gap_count, 'gap')}"
+            missing = counted(self.missing_count, "missing sample")
+            gaps = f"{missing} in {counted(self.gap_count, 'gap')}"
             faults.append(f"{gaps} (longest {self.longest_gap:.3g} s)")
         return faults
 
 
-def _counted(count: int, noun: str) -> str:
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun, in the plural unless it is one."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 

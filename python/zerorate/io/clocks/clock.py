@@ -20,6 +20,11 @@ from zerorate.types import Floats, Integers
 _BLOCK: Final = 1 << 16
 _ROUNDS: Final = 3
 """Times that gaps and the wander of a clock are judged by each other."""
+RESTART_S: Final = 1.0
+"""Seconds by which a clock that steps back began anew; a network sets one by less."""
+RESTART_GAP_S: Final = 10.0
+"""Seconds taken as missing where it did, for how long it was off is not known: so long without a
+sample no heading is known."""
 
 
 @dataclass(frozen=True)
@@ -195,7 +200,11 @@ def _wandering(fit: _Fit, stamps: Floats, lump: float) -> _Fit:
 def _arrived(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid | None:
     """Return the grid of samples that arrived in bursts, None if they did not."""
     back = np.where(steps < -LONG_STEP * float(stamps[-1]) / len(steps), steps, 0.0)
-    even = stamps - np.append(0.0, np.cumsum(back)) if back.any() else stamps
+    if back.any():
+        period = float(stamps[-1] - back.sum()) / len(steps)
+        even = stamps - np.append(0.0, np.cumsum(_with_gaps(back, period)))
+    else:
+        even = stamps
     if (found := bursts(even, rate)) is None:
         return None
     place = places(found.missing, even)
@@ -256,15 +265,34 @@ def _advancing(period: float) -> float:
 
 
 def _rebased(stamps: Floats, steps: Floats, period: float) -> Floats:
-    """Return the stamps with every lasting jump backward taken out."""
-    deviation = stamps - period * np.arange(len(stamps))
+    """Return the stamps with every lasting jump backward taken out.
+
+    Where the clock began anew, `RESTART_GAP_S` seconds are left.
+    """
+    jump = set_back(stamps, steps, period)
+    if not jump.any():
+        return stamps
+    return stamps - np.cumsum(_with_gaps(jump, period))
+
+
+def _with_gaps(jump: Floats, period: float) -> Floats:
+    """Return jumps backward that leave a gap where the clock began anew."""
+    gap = min(RESTART_GAP_S, len(jump) * period)
+    return np.where(jump < -RESTART_S, jump - gap, jump)
+
+
+def set_back(stamps: Floats, steps: Floats, period: float) -> Floats:
+    """Return the lasting jump backward of the stamps before each row, s, shape (n,)."""
     jump = np.zeros(len(stamps))
+    if not (steps < 0.0).any():
+        return jump
+    deviation = stamps - period * np.arange(len(stamps))
     for row in np.flatnonzero(steps < 0) + 1:
         before = np.median(deviation[max(0, row - WINDOW) : row])
         after = np.median(deviation[row : row + WINDOW])
         if after - before < -LONG_STEP * period:
             jump[row] = after - before
-    return stamps - np.cumsum(jump) if jump.any() else stamps
+    return jump
 
 
 def _slope(stamps: Floats, place: Integers) -> float:
@@ -287,6 +315,8 @@ def clock_through(stamps: Floats, place: Integers, start: float = 0.0) -> tuple[
 
 def _report(steps: Floats, missing: Floats, deviation: Floats, rate: float) -> ClockReport:
     gaps = missing > 0
+    restarts = gaps & (steps < -RESTART_S)
+    lengths = np.where(restarts, missing / rate, steps)[gaps]
     whole = steps[~gaps & (steps > 0.0)]
     return ClockReport(
         rate=rate,
@@ -296,7 +326,8 @@ def _report(steps: Floats, missing: Floats, deviation: Floats, rate: float) -> C
         backward_count=int((steps < 0).sum()),
         gap_count=int(gaps.sum()),
         missing_count=int(missing.sum()),
-        longest_gap=float(steps[gaps].max()) if gaps.any() else 0.0,
+        longest_gap=float(lengths.max()) if gaps.any() else 0.0,
+        restart_count=int(restarts.sum()),
         step_rms=float(np.sqrt(np.mean((whole - 1.0 / rate) ** 2))) if whole.size else 0.0,
         late_count=int(np.count_nonzero(whole > 1.5 / rate)),
     )

@@ -46,13 +46,13 @@ _OF_DATES: Final = {
     "as": 1e18,
 }
 _LONGEST = 1e10
-_WRAPS: Final = (1 << 32, 1 << 24, 1 << 16)
+WRAPS: Final = (1 << 32, 1 << 31, 1 << 24, 1 << 16)
 """Counts after which counters begin anew: microseconds of 32 bits after 71.6 minutes."""
 _NEAR: Final = 1000
 """Steps by which a counter may pass over its wrap; one that was reset is further off."""
 _CLOSE: Final = 8
 """Part of a wrap within which it passes over, so that a short counter is told from a reset."""
-_DAY: Final = 86_400.0
+DAY_S: Final = 86_400.0
 _AROUND: Final = 15
 """Rows on each side of a leap that show whether it lasts."""
 _COARSE: Final = 10
@@ -170,7 +170,7 @@ def _since(column: Column, name: str) -> Counts:
 def _unwrapped(since: Counts, first: float, name: str) -> tuple[Counts, str | None]:
     """Return the counts of a counter of few bits as if it had more, and a sentence on its wraps."""
     most, least = first + float(since.max()), first + float(since.min())
-    for wrap in _WRAPS:
+    for wrap in WRAPS:
         signed = least < 0.0
         low, high = (-wrap / 2, wrap / 2) if signed else (0.0, float(wrap))
         if not (high - wrap / 2 < most < high and least >= low):
@@ -179,15 +179,33 @@ def _unwrapped(since: Counts, first: float, name: str) -> tuple[Counts, str | No
         back = np.flatnonzero(steps < -wrap / 2)
         if not back.size:
             continue
-        near = _NEAR * middle_step(since)
-        near = near if wrap == _WRAPS[0] else min(near, wrap / _CLOSE)
-        back = back[steps[back] + wrap <= near]
+        back = back[steps[back] + wrap <= _near(wrap, middle_step(since))]
         if not back.size:
             continue
         turns = np.zeros(len(since), since.dtype)
         turns[back + 1] = wrap
         return since + np.cumsum(turns, dtype=since.dtype), _on_wraps(name, wrap, len(back))
     return since, None
+
+
+def _near(wrap: int, step: float) -> float:
+    """Return the counts by which a counter in such steps may pass over its wrap."""
+    near = _NEAR * step
+    return near if wrap == WRAPS[0] else min(near, wrap / _CLOSE)
+
+
+def is_wrap(wrap: int, last: float, count: float, step: float) -> bool:
+    """Return True if a counter in steps of so many went from one count to a lower one by a wrap.
+
+    Examples
+    --------
+    >>> from zerorate.io.clocks.stamps import is_wrap
+    >>> is_wrap(1 << 16, 65_530, 4, 10.0), is_wrap(1 << 16, 40_000, 0, 10.0)
+    (True, False)
+    """
+    low, high = (-wrap / 2, wrap / 2) if count < 0 else (0.0, float(wrap))
+    inside = high - wrap / 2 < last < high and count >= low
+    return inside and 0.0 <= count - last + wrap <= _near(wrap, step)
 
 
 def _on_wraps(name: str, wrap: int, wraps: int) -> str:
@@ -238,26 +256,26 @@ def _through_midnights(seconds: Floats, name: str) -> tuple[Floats, str | None]:
     LogError
         If they leap by a day or more, and stay there.
     """
-    if len(seconds) < 2 * _AROUND or not np.ptp(seconds) >= 0.99 * _DAY:
+    if len(seconds) < 2 * _AROUND or not np.ptp(seconds) >= 0.99 * DAY_S:
         return seconds, None
     midnights = []
-    for row in _large_steps(seconds, 0.99 * _DAY):
+    for row in _large_steps(seconds, 0.99 * DAY_S):
         before = float(np.median(seconds[max(0, row - _AROUND) : row]))
         after = float(np.median(seconds[row : row + _AROUND]))
         leap = float(seconds[row] - seconds[row - 1])
-        if abs(after - before) < 0.9 * _DAY or min(row, len(seconds) - row) < 3:
+        if abs(after - before) < 0.9 * DAY_S or min(row, len(seconds) - row) < 3:
             continue  # a stamp that is wild, or two
-        if abs(leap + _DAY) < 0.01 * _DAY:
+        if abs(leap + DAY_S) < 0.01 * DAY_S:
             midnights.append(row)
         elif leap > 0.0 and _steps_are_short(seconds, row):
             raise LogError(
-                f"time column '{name}' leaps by {leap / _DAY:.6g} days before row {row} (counting "
+                f"time column '{name}' leaps by {leap / DAY_S:.6g} days before row {row} (counting "
                 "from 0): cut the log there"
             )
     if not midnights:
         return seconds, None
     days = np.zeros(len(seconds))
-    days[midnights] = _DAY
+    days[midnights] = DAY_S
     times = "once" if len(midnights) == 1 else f"{len(midnights)} times"
     return seconds + np.cumsum(days), f"time column '{name}' passes midnight {times}; it goes on"
 

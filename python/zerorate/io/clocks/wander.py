@@ -63,7 +63,9 @@ class Wander(NamedTuple):
         # Across a gap the rows of the other side may stand elsewhere.
         sides = medians(deviation, off - WINDOW, WINDOW), medians(deviation, off + 1, WINDOW)
         apart = [np.abs(deviation[off] - side) for side in sides]
-        around, by = np.where(apart[0] <= apart[1], sides[0], sides[1]), np.fmin(*apart)
+        by = np.fmin(*apart)
+        # At the ends of a log there is one side alone.
+        around = np.where(apart[0] == by, sides[0], sides[1])
         late = by > _OWN * period
         near[off[late]] = around[late]
         return np.asarray(np.maximum.accumulate(even + near))

@@ -1,6 +1,7 @@
 """An array of gyros as the engine of a stream: samples of all of them in, the body's rate out."""
 
 import base64
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -10,12 +11,17 @@ import numpy as np
 
 from zerorate._native import GyroArray
 from zerorate.faults import ArgumentError, given, said
+from zerorate.io.clocks.causal import Step
+from zerorate.io.clocks.units import checked_time_unit
 from zerorate.record.names import looks_like_gyro
 from zerorate.tasks.live.checkpoint import filter_of, whole
 from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import ColumnError, Layout, Wanted, find_layout, names_in, texts_of
+from zerorate.tasks.live.timed import Clocked, ClockedEngine, clocked_in
 
 _AXES: Final = ("x", "y", "z")
+_PIECE: Final = 1 << 14
+"""Missing samples that the array is given at once."""
 
 
 class WithArray(StrEnum):
@@ -50,6 +56,10 @@ class ArraySettings:
         Column of the sequence number; None for no such column.
     sequence_bits : int, optional
         Width of the counter that numbers the samples; None if it is to be learned.
+    time : str or int, optional
+        Column of the time of each sample: samples that its gaps show are missing.
+    time_unit : str, optional
+        Its unit, where its name does not say it.
 
     Raises
     ------
@@ -72,6 +82,8 @@ class ArraySettings:
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
     sequence_bits: int | None = None
+    time: str | int | None = None
+    time_unit: str | None = None
 
     def __post_init__(self) -> None:
         """Check all that does not depend on the lines."""
@@ -81,6 +93,7 @@ class ArraySettings:
                 f"must be one that has seen no sample, got {self.array.samples_seen} samples",
             )
         object.__setattr__(self, "array", self.array.copy())
+        object.__setattr__(self, "time_unit", checked_time_unit(self.time_unit))
         for name in self.beside:
             WithArray(name)
 
@@ -93,9 +106,11 @@ class ArraySettings:
         """Return a new array for lines as the first one is; LineError or ColumnError if none."""
         names = names_in(cells) if any(cells) else None
         gyros = tuple(i for i, name in enumerate(names or ()) if looks_like_gyro(name))
-        layout = find_layout(cells, Wanted(self.columns or gyros or None, self.sequence, fields))
+        columns = self.columns or gyros or None
+        layout = find_layout(cells, Wanted(columns, self.sequence, fields, time=self.time))
         self._check(layout)
-        return ArrayEngine(layout, self.array.copy(), self.beside)
+        clocked = Clocked.of(self.rate, self.time, self.time_unit, layout.names, layout.fields)
+        return ArrayEngine(layout, self.array.copy(), self.beside, clocked=clocked)
 
     def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
         """Return the array of a checkpoint; ValueError if its parts do not belong together."""
@@ -103,7 +118,10 @@ class ArraySettings:
         self._check(layout)
         if repr(found) != repr(self.array) or found.samples_seen != samples:
             raise ValueError("the parts of the state do not belong together")
-        return ArrayEngine(layout, found, self.beside, samples)
+        clocked = clocked_in(self.rate, saved)
+        engine = ArrayEngine(layout, found, self.beside, samples, clocked)
+        engine.go_on(saved)
+        return engine
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
@@ -113,6 +131,8 @@ class ArraySettings:
             "columns": None if self.columns is None else list(self.columns),
             "sequence": self.sequence,
             "sequence_bits": self.sequence_bits,
+            "time": self.time,
+            "time_unit": self.time_unit,
         }
 
     @classmethod
@@ -135,7 +155,7 @@ class ArraySettings:
             )
 
 
-class ArrayEngine(Engine):
+class ArrayEngine(ClockedEngine):
     """Answers each sample with the rate of the body, and what is beside.
 
     Parameters
@@ -148,13 +168,21 @@ class ArrayEngine(Engine):
         Further columns.
     samples : int
         Samples that it has seen, those lost or garbled among them.
+    clocked : Clocked, optional
+        The clock whose gaps are missing samples.
     """
 
     def __init__(
-        self, layout: Layout, array: GyroArray, beside: Sequence[str], samples: int = 0
+        self,
+        layout: Layout,
+        array: GyroArray,
+        beside: Sequence[str],
+        samples: int = 0,
+        clocked: Clocked | None = None,
     ) -> None:
-        super().__init__(layout, samples)
+        super().__init__(layout, samples, clocked)
         self._array, self._beside = array, [WithArray(name) for name in beside]
+        self._rate: Any = math.nan
         self._shape = (array.sensors, 3) if array.axes == 3 else (array.sensors,)
 
     @property
@@ -170,23 +198,49 @@ class ArrayEngine(Engine):
 
     def miss(self, count: int) -> None:
         """Take so many samples as missing."""
-        self.samples += count
-        nothing = np.full(self._shape, np.nan)
-        for _ in range(count):
-            self._array.update(nothing)
+        if self.clocked is None:
+            self._predict(count)
+        else:
+            super().miss(count)
 
-    def answer(self, sample: list[float]) -> list[str]:
-        """Return the rate of the body, and what was asked for beside it."""
+    def _predict(self, count: int) -> None:
+        self.samples += count
+        while count > 0:
+            n = min(count, _PIECE)
+            self._array.process(np.full((n, *self._shape), np.nan))
+            count -= n
+
+    def read(self, cells: Sequence[str]) -> tuple[list[float], float | None]:
+        """Return the numbers of all sensors, and the stamp."""
+        return self.layout.row(cells), self.stamp(cells)
+
+    def feed(self, row: list[float], step: Step, left_out: bool) -> None:
+        """Give a sample to the array, after those that are missing before it."""
+        if step.missing:
+            self._predict(step.missing)
         self.samples += 1
-        texts = texts_of(self._array.update(np.reshape(sample, self._shape)))
+        self._rate = self._array.update(np.reshape(row, self._shape))
+
+    def saved(self) -> list[Any]:
+        """Return the array as it is."""
+        return [self.samples, self._array.to_bytes()]
+
+    def restore(self, saved: Sequence[Any]) -> None:
+        """Take the array as it was."""
+        self.samples, raw = saved
+        self._array = GyroArray.from_bytes(raw)
+
+    def texts(self) -> list[str]:
+        """Return the rate of the body, and what was asked for beside it."""
+        texts = texts_of(self._rate)
         for column in self._beside:
             known = getattr(self._array, column)
             texts += known if column is WithArray.health else texts_of(known)
         return texts
 
     def state(self) -> dict[str, Any]:
-        """Return nothing: the array holds all."""
-        return {}
+        """Return the clock: the array holds all else."""
+        return self.timing()
 
     def to_bytes(self) -> bytes:
         """Return the array."""

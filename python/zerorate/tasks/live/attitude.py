@@ -9,29 +9,34 @@ from typing import Any, ClassVar, Final, Self
 import numpy as np
 
 from zerorate._native import Attitude
-from zerorate.faults import given, said
-from zerorate.io.clocks.names import time_unit
+from zerorate.checks.impossible import ImpossibleRates
+from zerorate.faults import ArgumentError, given, said
+from zerorate.io.clocks.causal import Step
+from zerorate.io.clocks.units import checked_time_unit
 from zerorate.io.triads import places_of
 from zerorate.record.names import Meaning, canonical_unit, meaning_of
 from zerorate.tasks.live.checkpoint import filter_of, whole
 from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import (
-    SECONDS,
     ColumnError,
     Layout,
     LineError,
     names_in,
     position_of,
-    seconds_in,
     texts_of,
 )
+from zerorate.tasks.live.timed import Clocked, ClockedEngine, clocked_in
 from zerorate.tasks.live.view import View
-from zerorate.units import UNITS
+from zerorate.units import UNITS, convert
 
 _APART: Final = 30.0
 """Factor by which steps of the time may be off the rate, unless lines are lost."""
 _ODD: Final = 10
 """Lines in a row that are."""
+_LOOKED_AT: Final = 1000
+"""Lines at the beginning that show whether they are."""
+_PIECE: Final = 1 << 16
+"""Missing samples that the filter is given at once."""
 
 _QUATERNION: Final = tuple(f"quat_{axis}" for axis in "wxyz")
 _DEG: Final = math.degrees(1.0)
@@ -99,6 +104,8 @@ class AttitudeSettings:
         those that a header line names so; without a header line all but the next two.
     sequence, time : str or int, optional
         Columns of a sequence number, and of the time of each sample; None for none.
+    time_unit : str, optional
+        Unit of the time, as ``time_unit`` of `zerorate.read_log`, where its name does not say it.
     sequence_bits : int, optional
         Width of the counter that numbers the samples; None if it is to be learned.
     gyro_unit, accel_unit : str, optional
@@ -107,6 +114,8 @@ class AttitudeSettings:
         What samples are multiplied by; the units are those that they have then.
     bias_limit : float, optional
         Largest bias of the gyro, in its unit; default 10 deg/s.
+    limit : float, optional
+        End of the gyro's range, in its unit: a sample beyond it is missing. Default 4000 deg/s.
     learn_magnetometer : bool
         Whether to learn the magnetometer's hard iron from the motion.
 
@@ -139,9 +148,14 @@ class AttitudeSettings:
     accel_scale: float | None = None
     bias_limit: float | None = None
     learn_magnetometer: bool = False
+    time_unit: str | None = None
+    limit: float | None = None
 
     def __post_init__(self) -> None:
         """Check all that does not depend on the lines."""
+        object.__setattr__(self, "time_unit", checked_time_unit(self.time_unit))
+        if self.limit is not None and not 0.0 < self.limit < math.inf:
+            raise ArgumentError("limit", f"must be a positive number, got {self.limit}")
         self.filter(True, "rad/s", "m/s^2")
         for name in self.beside:
             WithAttitude(name)
@@ -165,7 +179,10 @@ class AttitudeSettings:
         mag = len(opened.layout.channels) == 9
         if self.learn_magnetometer and not mag:
             raise ColumnError("the lines hold no magnetometer to be learned")
-        return AttitudeEngine(opened, self, self.filter(mag, opened.gyro_unit, opened.accel_unit))
+        filter_ = self.filter(mag, opened.gyro_unit, opened.accel_unit)
+        layout = opened.layout
+        clocked = Clocked.of(self.rate, self.time, self.time_unit, layout.names, layout.fields)
+        return AttitudeEngine(opened, self, filter_, clocked=clocked)
 
     def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
         """Return the filter of a checkpoint; ValueError if its parts do not belong together."""
@@ -173,7 +190,9 @@ class AttitudeSettings:
         if found.samples_seen != samples:
             raise ValueError("the parts of the state do not belong together")
         opened = Opened(layout, **saved["opened"])
-        return AttitudeEngine(opened, self, found, samples, whole(saved["lost"]), saved["last"])
+        engine = AttitudeEngine(opened, self, found, samples, clocked_in(self.rate, saved))
+        engine.go_on(saved)
+        return engine
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
@@ -199,7 +218,7 @@ def _check_unit(name: str, unit: str, kind: str) -> None:
         raise ValueError(f"{name} is no unit of {kind}: '{unit}'")
 
 
-class AttitudeEngine(Engine):
+class AttitudeEngine(ClockedEngine):
     """Answers each sample with the quaternion w, x, y, z from sensor to earth, and what is beside.
 
     A line holds gyro, accelerometer and maybe magnetometer, three numbers each; an empty cell or
@@ -213,10 +232,10 @@ class AttitudeEngine(Engine):
         What was asked for.
     filter : Attitude
         The filter.
-    samples, lost : int
-        Lines that the filter was given, and those lost since the last one.
-    last : float, optional
-        Time of the last one, s.
+    samples : int
+        Samples that it has seen, those lost or garbled among them.
+    clocked : Clocked, optional
+        The clock.
     """
 
     def __init__(
@@ -225,13 +244,18 @@ class AttitudeEngine(Engine):
         settings: AttitudeSettings,
         filter: Attitude,  # what it is everywhere
         samples: int = 0,
-        lost: int = 0,
-        last: float | None = None,
+        clocked: Clocked | None = None,
     ) -> None:
-        super().__init__(opened.layout, samples)
+        radian = convert(1.0, opened.gyro_unit, "rad/s")
+        limit = None if settings.limit is None else settings.limit * radian
+        scale = radian * (settings.gyro_scale or 1.0)
+        check = ImpossibleRates(limit, settings.rate, scale)
+        super().__init__(opened.layout, samples, clocked, check)
         self._opened, self._settings, self._filter = opened, settings, filter
-        self._lost, self._last, self._odd = lost, last, 0
+        self._mag = settings.mag and len(opened.layout.channels) == 9
+        self._last, self._odd, self._unchecked = 0.0, 0, _LOOKED_AT
         self._gyro: Any = None
+        self._quaternion: Any = None
         self._beside = [_BESIDE[WithAttitude(name)] for name in settings.beside]
 
     @property
@@ -253,30 +277,48 @@ class AttitudeEngine(Engine):
         return "; ".join((*told, *([f"passes on {', '.join(passing)}"] if passing else [])))
 
     def read(self, cells: Sequence[str]) -> tuple[list[float], float | None]:
-        """Return the numbers of all sensors, and the time in s."""
-        return self.layout.row(cells), self._seconds(cells)
+        """Return the numbers of all sensors, and the stamp in s."""
+        row, stamp = self.layout.row(cells), self.stamp(cells)
+        if self._unchecked and stamp is not None:
+            self._check_time(stamp)
+        return row, stamp
 
-    def miss(self, count: int) -> None:
-        """Let the time go on."""
-        self._lost += count
-
-    def answer(self, sample: tuple[list[float], float | None]) -> list[str]:
-        """Return the orientation, and what was asked for beside it."""
-        row, seconds = sample
-        step = (self._lost + 1) / self._settings.rate
-        if seconds is not None:
-            if self._last is not None and seconds > self._last:
-                step = seconds - self._last
-                self._check_time(step)
-            self._last = seconds
-        self._lost = 0
+    def feed(self, row: list[float], step: Step, left_out: bool) -> None:
+        """Give a sample to the filter, after those that are missing before it."""
+        if step.missing:
+            self._miss(step.missing, step.dt)
+        gyro, accel, mag = self._scaled(row)
+        if left_out:
+            gyro = np.full(3, np.nan)
         self.samples += 1
-        scaled = self._scaled(row)
-        self._gyro = scaled[0]
-        texts = texts_of(self._filter.update(*scaled, dt=step))
+        self._gyro = gyro
+        self._quaternion = self._filter.update(gyro, accel, mag, dt=step.dt)
+
+    def _miss(self, count: int, dt: float | None) -> None:
+        """Give so many missing samples to the filter."""
+        self.samples += count
+        while count > 0:
+            n = min(count, _PIECE)
+            nothing = np.full((n, 3), np.nan)
+            steps = None if dt is None else np.full(n, dt)
+            self._filter.process(nothing, nothing, nothing if self._mag else None, dt=steps)
+            count -= n
+
+    def texts(self) -> list[str]:
+        """Return the orientation, and what was asked for beside it."""
+        texts = texts_of(self._quaternion)
         for _, read in self._beside:
             texts += texts_of(read(self._filter))
         return texts
+
+    def saved(self) -> list[Any]:
+        """Return the filter as it is."""
+        return [self.samples, self._filter.to_bytes()]
+
+    def restore(self, saved: Sequence[Any]) -> None:
+        """Take the filter as it was."""
+        self.samples, raw = saved
+        self._filter = Attitude.from_bytes(raw)
 
     def view(self) -> View | None:
         """Return the rate without its bias, the bias, and the orientation."""
@@ -297,6 +339,7 @@ class AttitudeEngine(Engine):
 
     def sentences(self) -> Iterator[str]:
         """Yield what there is to say at the end."""
+        yield from super().sentences()
         if self._filter.status == "wrong unit":
             yield "what the accelerometer shows at rest is not gravity: is its unit right?"
 
@@ -304,16 +347,19 @@ class AttitudeEngine(Engine):
         """Return what the first line told, and how the time goes on."""
         opened = asdict(self._opened)
         del opened["layout"]
-        return {"opened": opened, "lost": self._lost, "last": self._last}
+        return {"opened": opened, **self.timing()}
 
     def to_bytes(self) -> bytes:
         """Return the filter."""
         return self._filter.to_bytes()
 
-    def _check_time(self, step: float) -> None:
+    def _check_time(self, stamp: float) -> None:
         """Refuse a time that contradicts the rate in many lines, as one in another unit does."""
+        step, self._last = stamp - self._last, stamp
+        self._unchecked -= 1
         rate = self._settings.rate
-        self._odd = 0 if 1.0 / _APART < step * rate < _APART else self._odd + 1
+        odd = step > 0.0 and not 1.0 / _APART < step * rate < _APART
+        self._odd = self._odd + 1 if odd else 0
         if self._odd >= _ODD:
             raise ColumnError(
                 said(
@@ -333,13 +379,7 @@ class AttitudeEngine(Engine):
             gyro = gyro * self._settings.gyro_scale
         if self._settings.accel_scale is not None:
             accel = accel * self._settings.accel_scale
-        mag = np.array(row[6:]) if len(row) == 9 and self._settings.mag else None
-        return [gyro, accel, mag]
-
-    def _seconds(self, cells: Sequence[str]) -> float | None:
-        if self._opened.time is None:
-            return None
-        return seconds_in(cells[self._opened.time], self._opened.seconds)
+        return [gyro, accel, np.array(row[6:]) if self._mag else None]
 
 
 @dataclass(frozen=True)
@@ -347,8 +387,6 @@ class Opened:
     """What the first line tells: where everything stands, and the units."""
 
     layout: Layout
-    time: int | None
-    seconds: float
     gyro_unit: str
     accel_unit: str
 
@@ -381,11 +419,8 @@ def _found(cells: Sequence[str], settings: AttitudeSettings, fields: int | None)
     if {sequence, time} & set(channels):
         raise ColumnError("the column of the time or of the sequence number is one of a sensor too")
     meanings = [None if names is None else meaning_of(names[i]) for i in channels]
-    stamps = None if names is None or time is None else time_unit(names[time])
     return Opened(
         Layout(width, tuple(channels), sequence, names),
-        time,
-        SECONDS[stamps or "s"],
         _unit("gyro", "rad/s or deg/s", settings.gyro_unit, meanings[0]),
         _unit("accelerometer", "g or m/s^2", settings.accel_unit, meanings[3]),
     )

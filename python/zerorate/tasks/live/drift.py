@@ -1,24 +1,27 @@
 """The drift filter as the engine of a stream."""
 
 import base64
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
 import numpy as np
 
+from zerorate.io.clocks.causal import Step
 from zerorate.io.counts import note_on_counts
 from zerorate.record.names import UNKNOWN
 from zerorate.tasks.left_out import LeftOut
-from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import Layout, number_or_nan
 from zerorate.tasks.live.running import Running
+from zerorate.tasks.live.timed import Clocked, ClockedEngine
 from zerorate.tasks.live.view import View
 
+_NEXT: Final = Step(0, None, math.nan)
 _HEAD: Final = 100
 """Samples that tell whether they look like raw counts."""
 
 
-class DriftEngine(Engine):
+class DriftEngine(ClockedEngine):
     """Answers each sample with its rate, in the place of the channels.
 
     Parameters
@@ -33,6 +36,8 @@ class DriftEngine(Engine):
         Samples that it has seen, those lost or garbled among them.
     accel : sequence of int
         Columns of an accelerometer, x, y, z; none if there is none.
+    clocked : Clocked, optional
+        The clock whose gaps are missing samples.
     """
 
     def __init__(
@@ -43,8 +48,10 @@ class DriftEngine(Engine):
         limit: float | None,
         samples: int = 0,
         accel: Sequence[int] = (),
+        clocked: Clocked | None = None,
     ) -> None:
-        super().__init__(layout, samples)
+        super().__init__(layout, samples, clocked)
+        self._texts: list[str] = []
         self._running, self._scale, self._limit = running, scale, limit
         self._head: list[list[float]] = []
         self._gyro: list[float] | None = None
@@ -62,23 +69,52 @@ class DriftEngine(Engine):
 
     def miss(self, count: int) -> None:
         """Take so many samples as missing."""
-        self.samples += count
-        self._running.miss(count)
+        if self.clocked is None:
+            self.samples += count
+            self._running.miss(count)
+        else:
+            super().miss(count)
 
-    def read(self, cells: Sequence[str]) -> tuple[list[float], list[float]]:
-        """Return the numbers of the gyro and of the accelerometer; LineError if there are none."""
-        return self.layout.row(cells), [number_or_nan(cells[i]) for i in self._accel]
+    def read(self, cells: Sequence[str]) -> tuple[Any, float | None]:
+        """Return the numbers of gyro and accelerometer, and the stamp; LineError if none."""
+        gyro, force = self.layout.row(cells), [number_or_nan(cells[i]) for i in self._accel]
+        return (gyro, force), self.stamp(cells)
 
-    def answer(self, sample: tuple[list[float], list[float]]) -> list[str]:
-        """Return the rate of each channel, and what was asked for beside it."""
+    def feed(self, row: tuple[list[float], list[float]], step: Step, left_out: bool) -> None:
+        """Give a sample to the filter, after those that are missing before it."""
+        if step.missing:
+            self.samples += step.missing
+            self._running.miss(step.missing)
         self.samples += 1
-        gyro, force = sample
+        gyro, force = row
         if self._scale is not None:
             gyro = [value * self._scale for value in gyro]
         elif self.samples <= _HEAD:
             self._head.append(gyro)
         self._gyro = gyro
-        return self._running.answer(gyro, force) if force else self._running.answer(gyro)
+        running = self._running
+        self._texts = running.answer(gyro, force) if force else running.answer(gyro)
+
+    def answer(self, sample: tuple[Any, float | None]) -> list[str]:
+        """Return what there is to say after a sample."""
+        if self.clocked is not None:
+            return super().answer(sample)
+        self.feed(sample[0], _NEXT, False)
+        return self._texts
+
+    def texts(self) -> list[str]:
+        """Return the rate of each channel, and what was asked for beside it."""
+        return self._texts
+
+    def saved(self) -> list[Any]:
+        """Return the filter as it is."""
+        return [self.samples, *self._running.saved()]
+
+    def restore(self, saved: Sequence[Any]) -> None:
+        """Take the filter as it was."""
+        self.samples, *running = saved
+        self._running.restore(running)
+        del self._head[self.samples :]
 
     def placed(self, cells: Sequence[str], texts: Sequence[str]) -> str:
         """Return the answer to a line: texts in the place of channels, further ones at its end."""
@@ -112,6 +148,7 @@ class DriftEngine(Engine):
 
     def sentences(self) -> Iterator[str]:
         """Yield what there is to say of the samples that the filter has left out so far."""
+        yield from super().sentences()
         filter_ = self._running.filter
         seen = filter_.samples_seen
         yield from LeftOut.of(filter_).sentences(self._names, seen, self._limit)
@@ -136,10 +173,11 @@ class DriftEngine(Engine):
     def state(self) -> dict[str, Any]:
         """Return how many missing samples the filter has not been given, and who sees motion."""
         motion = self._running.motion
+        own = {"owed": self._running.owed, **self.timing()}
         if motion is None:
-            return {"owed": self._running.owed}
+            return own
         kept = base64.b64encode(motion.to_bytes()).decode()
-        return {"owed": self._running.owed, "accel": list(self._accel), "motion": kept}
+        return {**own, "accel": list(self._accel), "motion": kept}
 
     def to_bytes(self) -> bytes:
         """Return the filter."""

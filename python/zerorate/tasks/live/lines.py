@@ -23,9 +23,6 @@ from zerorate.record.names import UNKNOWN, common_unit
 # As many digits as a counter of 64 bits may have.
 _INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
 
-SECONDS: Final = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-"""Units of time that a column's name may say."""
-
 _UNPRINTABLE: Final = "it holds characters that cannot be printed"
 
 _Column: TypeAlias = float | bool | npt.NDArray[Any]
@@ -55,6 +52,9 @@ class Wanted:
     sequence: str | int | None = None
     fields: int | None = None
     unit: str | None = None
+    time: str | int | None = None
+    mixed: bool = False
+    """Whether channels are of several units, so that there is no unit of all."""
 
 
 @dataclass(frozen=True)
@@ -155,16 +155,22 @@ def find_layout(cells: Sequence[str], wanted: Wanted) -> Layout:
         raise LineError(f"it has {len(cells)} cells, expected {wanted.fields}")
     names = names_in(cells)
     sequence = None if wanted.sequence is None else position_of(wanted.sequence, names, len(cells))
+    time = None if wanted.time is None else position_of(wanted.time, names, len(cells))
+    apart = (sequence, time)
     if wanted.columns is not None:
         channels = tuple(position_of(column, names, len(cells)) for column in wanted.columns)
         _check_channels(channels, sequence, names)
+        if time in channels:
+            raise ColumnError(said(given("columns"), " names the column of the time"))
     elif names is not None:
-        channels = tuple(i for i in _gyros(names) if i != sequence)
+        channels = tuple(i for i in _gyros(names) if i not in apart)
     else:
-        channels = tuple(i for i, cell in enumerate(cells) if i != sequence and not is_date(cell))
+        places = (i for i, cell in enumerate(cells) if not is_date(cell))
+        channels = tuple(i for i in places if i not in apart)
     if not channels:
         raise ColumnError(_on_no_channel(names))
-    return Layout(len(cells), channels, sequence, names, _unit(channels, names, wanted.unit))
+    unit = None if wanted.mixed else _unit(channels, names, wanted.unit)
+    return Layout(len(cells), channels, sequence, names, unit)
 
 
 def names_in(cells: Sequence[str]) -> tuple[str, ...] | None:
@@ -262,15 +268,6 @@ def number_or_nan(cell: str) -> float:
         return _number(cell)
     except LineError:
         return math.nan
-
-
-def seconds_in(cell: str, unit: float) -> float | None:
-    """Return the time in a cell, s; None where it is missing, LineError if it is no number."""
-    try:
-        found = float(cell) * unit
-    except ValueError:
-        raise LineError("its time is not a number") from None
-    return found if math.isfinite(found) else None
 
 
 def _is_number(cell: str) -> bool:

@@ -4,17 +4,18 @@ import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, ClassVar, Final, NamedTuple, Self
+from typing import Any, ClassVar, Final, Self
 
 import numpy as np
 
 from zerorate._native import NavigationFilter
 from zerorate.faults import ArgumentError, given, said
-from zerorate.io.clocks.names import time_unit
+from zerorate.io.clocks.causal import Step
+from zerorate.io.clocks.units import checked_time_unit
+from zerorate.record.names import meaning_of
 from zerorate.tasks.live.checkpoint import filter_of, whole
 from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import (
-    SECONDS,
     ColumnError,
     Layout,
     LineError,
@@ -22,10 +23,9 @@ from zerorate.tasks.live.lines import (
     find_layout,
     names_in,
     position_of,
-    seconds_in,
     texts_of,
 )
-from zerorate.types import Floats
+from zerorate.tasks.live.timed import Clocked, ClockedEngine, clocked_in
 
 _NED: Final = ("north", "east", "down")
 _PLACE: Final = ("latitude_deg", "longitude_deg", "height_m")
@@ -35,8 +35,11 @@ _COLUMNS: Final = (
     *(f"quat_{axis}" for axis in "wxyz"),
 )
 _WIDTHS: Final = (6, 9, 12)
+_UNITS: Final = ("rad/s", "m/s^2")
 _LATEST: Final = 4e9
 """Seconds that the filter can tell apart to a microsecond."""
+_MOST_MISSING: Final = 1 << 14
+"""Missing samples that are given one by one."""
 
 
 class WithNavigation(StrEnum):
@@ -72,7 +75,9 @@ class NavigationSettings:
     rate : float
         Samples a second, for what a lost one means.
     time : str or int
-        Column of the time of each sample; s, unless its name says ms or us.
+        Column of the time of each sample.
+    time_unit : str, optional
+        Its unit, as ``time_unit`` of `zerorate.read_log`, where its name does not say it.
     beside : tuple of str
         Further columns of an answer, of `WithNavigation`: the ``"status"``, the ``"sigma"`` of the
         place, the ``"verdict"`` on a fix.
@@ -115,6 +120,7 @@ class NavigationSettings:
     sequence_bits: int | None = None
     position_sigma: float = 2.0
     velocity_sigma: float = 0.1
+    time_unit: str | None = None
 
     def __post_init__(self) -> None:
         """Check all that does not depend on the lines."""
@@ -124,6 +130,7 @@ class NavigationSettings:
                 "filter", f"must be one that has seen no sample, got {seen} samples"
             )
         object.__setattr__(self, "filter", self.filter.copy())
+        object.__setattr__(self, "time_unit", checked_time_unit(self.time_unit))
         for name in self.beside:
             WithNavigation(name)
         for name in ("rate", "position_sigma", "velocity_sigma"):
@@ -139,21 +146,28 @@ class NavigationSettings:
             sequence = self.sequence
             number = None if sequence is None else position_of(sequence, names, len(cells))
             columns = tuple(i for i in range(len(cells)) if i not in (time, number))
-        layout = find_layout(cells, Wanted(columns, self.sequence, fields))
-        stamps = None if names is None else time_unit(names[time])
-        return self._engine(layout, time, SECONDS[stamps or "s"], self.filter.copy(), 0)
+        layout = find_layout(cells, Wanted(columns, self.sequence, fields, mixed=True))
+        _check_units([names[i] for i in layout.channels[:6]] if names else [])
+        clocked = Clocked.of(self.rate, self.time, self.time_unit, names, len(cells), times=True)
+        assert clocked is not None
+        return self._engine(layout, clocked, self.filter.copy(), 0)
 
     def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
         """Return the filter of a checkpoint; ValueError if its parts do not belong together."""
         found, samples = filter_of(NavigationFilter.from_bytes, filter_), whole(saved["samples"])
         if found.samples_seen != samples:
             raise ValueError("the parts of the state do not belong together")
-        time, seconds = saved["time"]
-        return self._engine(layout, whole(time), float(seconds), found, samples)
+        clocked = clocked_in(self.rate, saved)
+        if clocked is None:
+            raise ValueError("the parts of the state do not belong together")
+        engine = self._engine(layout, clocked, found, samples)
+        engine.go_on(saved)
+        return engine
 
     def _engine(
-        self, layout: Layout, time: int, seconds: float, nav: NavigationFilter, samples: int
-    ) -> Engine:
+        self, layout: Layout, clocked: Clocked, nav: NavigationFilter, samples: int
+    ) -> "NavigationEngine":
+        time = clocked.column
         if len(layout.channels) not in _WIDTHS:
             raise ColumnError(
                 said(
@@ -166,7 +180,7 @@ class NavigationSettings:
             )
         if time in layout.channels or time >= layout.fields:
             raise ColumnError("the column of the time is one of a sensor too")
-        return NavigationEngine(layout, self, nav, _Clock(time, seconds), samples)
+        return NavigationEngine(layout, self, nav, clocked, samples)
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
@@ -184,6 +198,15 @@ class NavigationSettings:
         return cls(filter_of(NavigationFilter.from_bytes, raw), **given)
 
 
+def _check_units(names: Sequence[str]) -> None:
+    """Raise ColumnError if names say that sensors are in other units than the filter's."""
+    for i, name in enumerate(names):
+        meaning, expected = meaning_of(name), _UNITS[i // 3]
+        unit = None if meaning is None else meaning.unit
+        if unit not in (None, expected):
+            raise ColumnError(f"'{name}' is in {unit}, a navigation takes {expected}")
+
+
 _OWN: Final = (
     "rate",
     "time",
@@ -193,17 +216,11 @@ _OWN: Final = (
     "sequence_bits",
     "position_sigma",
     "velocity_sigma",
+    "time_unit",
 )
 
 
-class _Clock(NamedTuple):
-    """Column of the time, and its unit in s."""
-
-    column: int
-    unit: float
-
-
-class NavigationEngine(Engine):
+class NavigationEngine(ClockedEngine):
     """Answers each sample with place, velocity and orientation, and what is beside.
 
     Parameters
@@ -214,10 +231,10 @@ class NavigationEngine(Engine):
         What was asked for.
     nav : NavigationFilter
         The filter.
-    clock : tuple of int and float
-        Column of the time, and its unit in s.
+    clocked : Clocked
+        The clock.
     samples : int
-        Samples that it has seen.
+        Samples that it has seen, those lost among them.
     """
 
     def __init__(
@@ -225,11 +242,12 @@ class NavigationEngine(Engine):
         layout: Layout,
         settings: NavigationSettings,
         nav: NavigationFilter,
-        clock: _Clock,
+        clocked: Clocked,
         samples: int = 0,
     ) -> None:
-        super().__init__(layout, samples)
-        self._settings, self._nav, self._clock = settings, nav, clock
+        super().__init__(layout, samples, clocked)
+        self._settings, self._nav = settings, nav
+        self._told = ("", "")
         self._beside = [WithNavigation(name) for name in settings.beside]
 
     @property
@@ -237,23 +255,24 @@ class NavigationEngine(Engine):
         """Names of what an answer says."""
         return [*_COLUMNS, *(name for column in self._beside for name in _BESIDE[column])]
 
-    def read(self, cells: Sequence[str]) -> tuple[float, Floats]:
-        """Return the time and the numbers of a line; LineError if it is no later than the last."""
-        numbers = np.array(self.layout.row(cells))
-        time = seconds_in(cells[self._clock.column], self._clock.unit)
-        if time is None or abs(time) > _LATEST:
+    def read(self, cells: Sequence[str]) -> tuple[list[float], float | None]:
+        """Return the numbers of a line and its stamp; LineError if there is none."""
+        row, stamp = self.layout.row(cells), self.stamp(cells)
+        if stamp is None or abs(self._start + stamp) > _LATEST:
             raise LineError("its time is missing, or none in seconds")
-        if time <= self._nav.time:
-            raise LineError(f"its time is {time:.6g} s, not later than the line before")
-        return time, numbers
+        return row, stamp
 
-    def miss(self, count: int) -> None:
-        """Leave a gap: the time of the next line shows it."""
+    @property
+    def _start(self) -> float:
+        return self.clocked.cells.start if self.clocked is not None else 0.0
 
-    def answer(self, sample: tuple[float, Floats]) -> list[str]:
-        """Return place, velocity and orientation, and what was asked for beside them."""
-        (time, numbers), nav, told = sample, self._nav, self._settings
+    def feed(self, row: list[float], step: Step, left_out: bool) -> None:
+        """Give a sample to the filter, after those that are missing before it, and its fix."""
+        time, nav, told = self._start + step.time, self._nav, self._settings
+        if step.missing:
+            self._miss(step, time)
         self.samples += 1
+        numbers = np.array(row)
         status, verdict = nav.update(time, numbers[:3], numbers[3:6]), "none"
         if len(numbers) > 6 and np.isfinite(numbers[6:]).any():
             verdict = nav.update_gnss(
@@ -264,6 +283,19 @@ class NavigationEngine(Engine):
                 told.velocity_sigma,
             )
             status = nav.status
+        self._told = status, verdict
+
+    def _miss(self, step: Step, time: float) -> None:
+        """Give missing samples to the filter; of a long gap the time tells the rest."""
+        dt = 1.0 / self._settings.rate if step.dt is None else step.dt
+        nothing = np.full(3, np.nan)
+        for i in range(min(step.missing, _MOST_MISSING), 0, -1):
+            self.samples += 1
+            self._nav.update(time - i * dt, nothing, nothing)
+
+    def texts(self) -> list[str]:
+        """Return place, velocity and orientation, and what was asked for beside them."""
+        nav, (status, verdict) = self._nav, self._told
         texts = [
             text for part in (nav.position, nav.velocity, nav.quaternion) for text in texts_of(part)
         ]
@@ -275,8 +307,17 @@ class NavigationEngine(Engine):
         return texts
 
     def state(self) -> dict[str, Any]:
-        """Return where the time stands."""
-        return {"time": list(self._clock)}
+        """Return the clock: the filter holds all else."""
+        return self.timing()
+
+    def saved(self) -> list[Any]:
+        """Return the filter as it is."""
+        return [self.samples, self._nav.to_bytes()]
+
+    def restore(self, saved: Sequence[Any]) -> None:
+        """Take the filter as it was."""
+        self.samples, raw = saved
+        self._nav = NavigationFilter.from_bytes(raw)
 
     def to_bytes(self) -> bytes:
         """Return the filter."""

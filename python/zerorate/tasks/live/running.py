@@ -77,6 +77,17 @@ class Running:
         if not behind and count * self._width <= _AT_ONCE:
             self._predict(self.owed)
 
+    def saved(self) -> list[Any]:
+        """Return all that samples change: what is owed, the filter, what sees motion."""
+        motion = None if self.motion is None else self.motion.to_bytes()
+        return [self.owed, self.filter.to_bytes(), motion]
+
+    def restore(self, saved: Sequence[Any]) -> None:
+        """Take what `saved` gave."""
+        self.owed, filter_, motion = saved
+        self.filter = DriftFilter.from_bytes(filter_)
+        self.motion = None if motion is None else MotionDetector.from_bytes(motion)
+
     def _held(self, row: list[float]) -> Any:  # noqa: ANN401  # a float, or one a channel
         if not self._compensates:
             return self.filter.estimate

@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Final, Self, Unpack
 
 from zerorate._native import DriftFilter, MotionDetector
 from zerorate.faults import ArgumentError, given, said
+from zerorate.io.clocks.units import checked_time_unit
 from zerorate.io.counts import Scaling
 from zerorate.io.triads import accelerometer_of
 from zerorate.options import FILTER_OPTIONS, LIMITS, StreamOptions, checked_options, with_limits
@@ -17,6 +18,7 @@ from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import Beside, ColumnError, Layout, Wanted, find_layout, position_of
 from zerorate.tasks.live.running import Running
 from zerorate.tasks.live.sequence import MOST_BITS
+from zerorate.tasks.live.timed import Clocked, clocked_in
 
 _LINES: Final = (
     "beside",
@@ -26,6 +28,8 @@ _LINES: Final = (
     "sequence",
     "sequence_bits",
     "accel_columns",
+    "time",
+    "time_unit",
 )
 _AXES: Final = 3
 
@@ -57,6 +61,10 @@ class Settings:
         Those of an accelerometer, x, y, z, which tells the filter of motion, as in a replay, and
         passes through. By default those that a header line names like the one of the gyro; none if
         empty.
+    time : str or int, optional
+        Column of the time of each sample: samples that its gaps show are missing.
+    time_unit : str, optional
+        Its unit, as ``time_unit`` of `zerorate.read_log`, where its name does not say it.
     **options
         Arguments of `zerorate.DriftFilter`, with its defaults: method "auto", output
         "compensated".
@@ -84,6 +92,8 @@ class Settings:
     sequence: str | int | None
     sequence_bits: int | None
     accel_columns: tuple[str | int, ...] | None
+    time: str | int | None
+    time_unit: str | None
     options: Mapping[str, Any]
 
     def __init__(
@@ -97,6 +107,8 @@ class Settings:
         sequence: str | int | None = None,
         sequence_bits: int | None = None,
         accel_columns: tuple[str | int, ...] | None = None,
+        time: str | int | None = None,
+        time_unit: str | None = None,
         **options: Unpack[StreamOptions],
     ) -> None:
         if sequence_bits is not None:
@@ -119,6 +131,8 @@ class Settings:
             sequence=sequence,
             sequence_bits=sequence_bits,
             accel_columns=accel_columns,
+            time=time,
+            time_unit=checked_time_unit(time_unit),
             options=known,
         )
 
@@ -129,11 +143,13 @@ class Settings:
 
     def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
         """Return a new filter for lines as the first one is; LineError or ColumnError if none."""
-        layout = find_layout(cells, Wanted(self.columns, self.sequence, fields, self.unit))
+        wanted = Wanted(self.columns, self.sequence, fields, self.unit, self.time)
+        layout = find_layout(cells, wanted)
         accel = self._accel(layout)
         motion = MotionDetector(self.rate) if accel else None
         running = Running(self._of(layout), self.beside, motion=motion)
-        return self._engine(layout, running, 0, accel)
+        clocked = Clocked.of(self.rate, self.time, self.time_unit, layout.names, layout.fields)
+        return self._engine(layout, running, 0, accel, clocked)
 
     def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
         """Return the filter of a checkpoint; ValueError if its parts do not belong together."""
@@ -147,7 +163,10 @@ class Settings:
         motion = _motion(saved, self.rate) if accel else None
         if accel and (accel != self._accel(layout) or motion is None):
             raise ValueError("the parts of the state do not belong together")
-        return self._engine(layout, Running(found, self.beside, owed, motion), samples, accel)
+        running, clocked = Running(found, self.beside, owed, motion), clocked_in(self.rate, saved)
+        engine = self._engine(layout, running, samples, accel, clocked)
+        engine.go_on(saved)
+        return engine
 
     def _of(self, layout: Layout) -> DriftFilter:
         return self.filter(len(layout.channels), layout.unit)
@@ -165,10 +184,15 @@ class Settings:
         return places
 
     def _engine(
-        self, layout: Layout, running: Running, samples: int, accel: tuple[int, ...]
-    ) -> Engine:
+        self,
+        layout: Layout,
+        running: Running,
+        samples: int,
+        accel: tuple[int, ...],
+        clocked: Clocked | None,
+    ) -> DriftEngine:
         limit = self.options["limit"]
-        return DriftEngine(layout, running, self.data_scale, limit, samples, accel)
+        return DriftEngine(layout, running, self.data_scale, limit, samples, accel, clocked)
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""

@@ -1,0 +1,179 @@
+"""Rates that no gyro measures, and single samples that are garbage: for batches, and live.
+
+**Evidence.** A bit error or a decimal point lost on the line makes one sample of a gyro anything.
+Integrated for one period it turns the heading for good: 20,000 deg/s in one row at 100 Hz are
+200 deg.
+
+**Thresholds.**
+
+- No MEMS gyro has a range beyond 4000 deg/s (ISM330DHCX; most end at 2000): what is above is none.
+- Within the range a sample is a spike if it is 8 times larger than both its neighbours from
+  1000 deg/s on, or 50 times from 300 deg/s on. A gyro's own low-pass filter, which ends below half
+  the rate, spreads whatever turns it over two samples at least. Samples of a swing or of a clipped
+  turn have neighbours of their size; a knock rings. At less than 50 Hz a real gesture fits between
+  two samples, so nothing is a spike there.
+
+A spike of less than 300 deg/s may be a knock on a sensor at rest, and stays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate.types import Booleans, Floats
+
+GYRO_RANGE_DPS: Final = 4000.0
+"""Largest range that a MEMS gyro is sold with, deg/s."""
+SPIKES: Final = ((math.radians(1000.0), 8.0), (math.radians(300.0), 50.0))
+"""Rates, rad/s, from which a sample so many times larger than both its neighbours is garbage."""
+MIN_RATE_HZ: Final = 50.0
+"""Sampling rate below which a real gesture fits between two samples."""
+
+
+def impossible_rates(
+    rate_rad_s: Floats, limit: float | None = None, rate: float | None = None
+) -> Booleans:
+    """Return the mask of samples that no gyro measured, shape (n,).
+
+    Parameters
+    ----------
+    rate_rad_s
+        Rates of a gyro, rad/s, shape (n, 3) or (n,); NaN where missing.
+    limit
+        Range of the gyro, rad/s: a sample beyond it in any axis is impossible. Default 4000 deg/s.
+    rate
+        Samples a second, Hz. Below 50 Hz single samples are left alone; None is above.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.checks.impossible import impossible_rates
+    >>> rates = np.zeros((5, 3))
+    >>> rates[1, 2], rates[3] = np.radians(20_000.0), np.radians([0.0, 500.0, 10.0])
+    >>> impossible_rates(rates, rate=100.0)
+    array([False,  True, False,  True, False])
+    """
+    with np.errstate(invalid="ignore"):
+        size = np.abs(rate_rad_s.reshape(len(rate_rad_s), -1)).max(axis=1)
+        beyond: Booleans = size > _limit(limit)
+        if rate is not None and rate < MIN_RATE_HZ:
+            return beyond
+        known = np.where(beyond, np.nan, size)
+        around = np.maximum(known[:-2], known[2:])
+        spike = np.zeros(len(size), np.bool_)
+        for least, ratio in SPIKES:
+            spike[1:-1] |= (known[1:-1] > least) & (known[1:-1] > ratio * around)
+    return beyond | spike
+
+
+def _limit(limit: float | None) -> float:
+    return math.radians(GYRO_RANGE_DPS) if limit is None else limit
+
+
+class ImpossibleRates:
+    """Tells of each sample as it comes what `impossible_rates` says of the batch.
+
+    A sample beyond the range is told at once. One that may be a spike is taken for one until the
+    next has come, and `revised` says then if it was motion.
+
+    Parameters
+    ----------
+    limit, rate
+        As of `impossible_rates`.
+    scale
+        What the rates are times to be in rad/s.
+
+    Attributes
+    ----------
+    beyond_count, spike_count : int
+        Samples left out.
+    revised : bool
+        After `take`: whether the sample before was taken for a spike, and was none.
+
+    Examples
+    --------
+    >>> from zerorate.checks.impossible import ImpossibleRates
+    >>> check = ImpossibleRates(rate=100.0)
+    >>> [check.take((0.0, 0.0, z)) for z in (0.0, 400.0, 0.1, 20.0, 0.1)]
+    [False, True, False, True, False]
+    >>> [check.take((0.0, 0.0, z)) for z in (0.0, 20.0, 19.0)], check.revised
+    ([False, True, False], True)
+    """
+
+    def __init__(
+        self, limit: float | None = None, rate: float | None = None, scale: float = 1.0
+    ) -> None:
+        self.beyond_count = self.spike_count = 0
+        self.revised = False
+        self._limit = _limit(limit)
+        self._spikes = rate is None or rate >= MIN_RATE_HZ
+        self._scale = scale
+        self._usual = _LEAST / scale
+        self._last: list[float] = [math.nan] * 3
+        self._suspect: float | None = None
+
+    @property
+    def undecided(self) -> bool:
+        """Whether the last sample is a spike only if the next says so."""
+        return self._suspect is not None
+
+    def take(self, rates: Sequence[float]) -> bool:
+        """Return True if a sample is to be left out; its first three numbers are the rates."""
+        usual = self._usual
+        if (
+            self._suspect is None
+            and -usual < rates[0] < usual
+            and -usual < rates[1] < usual
+            and -usual < rates[2] < usual
+        ):
+            self.revised, self._last = False, rates[:3]  # type: ignore[assignment]
+            return False
+        return self._with_care(list(rates[:3]))
+
+    def _with_care(self, rates: list[float]) -> bool:
+        size = self._size(rates)
+        self.revised = self._suspect is not None and not _is_spike(self._suspect, size)
+        self.spike_count -= self.revised
+        beyond = size > self._limit
+        spike = not beyond and self._spikes and _is_spike(size, self._size(self._last))
+        # A sample that is left out tells nothing of the next.
+        self._last = [math.nan] * 3 if beyond else rates
+        self._suspect = size if spike else None
+        self.beyond_count += beyond
+        self.spike_count += spike
+        return beyond or spike
+
+    def _size(self, rates: list[float]) -> float:
+        largest = max(map(abs, rates))
+        return self._scale * largest if sum(rates) == sum(rates) else math.nan
+
+    def sentences(self) -> Iterator[str]:
+        """Yield how many samples were left out."""
+        range_ = f"{math.degrees(self._limit):.6g} deg/s"
+        for count, what in (
+            (self.beyond_count, f"beyond the gyro's range of {range_}"),
+            (self.spike_count, "alone between far smaller ones"),
+        ):
+            if count:
+                yield f"rates left out as impossible: {count} {what}"
+
+    def state(self) -> dict[str, Any]:
+        """Return all that it knows, as JSON keeps it."""
+        return dict(vars(self))
+
+    def go_on(self, state: Mapping[str, Any]) -> None:
+        """Go on from a state; ValueError if it is of another check."""
+        if state.keys() != vars(self).keys() or state["_limit"] != self._limit:
+            raise ValueError("the state is that of another check")
+        vars(self).update(state)
+
+
+_LEAST: Final = min(least for least, _ in SPIKES)
+
+
+def _is_spike(size: float, beside: float) -> bool:
+    return any(size > least and size > ratio * beside for least, ratio in SPIKES)

@@ -1,0 +1,436 @@
+"""The clock of a live stream: what stamps show before later ones have come, and its revisions.
+
+The clock of a log (`zerorate.io.clocks.clock`) sees all stamps, this one those up to now. Both go
+by one rule: a sample stands one period after the one before, however late, coarse or equal their
+stamps are, unless samples were lost. Where only later stamps show which it is, this clock decides
+by what is known, and asks the functions of the log's clock once those stamps are there. If they say
+otherwise, `CausalClock.revised` holds the steps as they should have been.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, Final, NamedTuple, Self
+
+import numpy as np
+
+from zerorate.io.clocks.clock import RESTART_GAP_S, RESTART_S, fitted_grid, set_back
+from zerorate.io.clocks.gaps import LONG_STEP, LONG_WINDOW, WINDOW, missing_samples
+from zerorate.record.clock import counted
+from zerorate.record.log import LogError
+from zerorate.types import Floats
+
+LONGEST_GAP_S: Final = 3600.0
+"""Seconds that are missing at most where stamps leap: after an hour nothing more is forgotten."""
+_KEPT: Final = LONG_WINDOW + WINDOW
+"""Rows before a step that judge it, and rows after it at most."""
+_START_ROWS: Final = 64
+_START_S: Final = 0.25
+_MOST_START_ROWS: Final = 2048
+"""Rows that the clock is fitted to first: so many, in so many seconds if those hold more."""
+_LEVELS: Final = 32
+"""Levels whose slope is the period."""
+_FEWEST_LEVELS: Final = 4
+_LUMPS: Final = 8
+"""Blocks of equal stamps in a level."""
+_SURE: Final = 1e-5
+"""Part by which a period may differ from that of the rate and count as the same: no gyro's scale
+is known better."""
+_PULL: Final = 0.02
+"""Part of a period by which steps make up for time that was told wrong."""
+_BLOCKS: Final = 4.0
+"""Rows of a block from which on the latest stamps of blocks are compared."""
+_FAR: Final = 64
+"""Periods beyond which a step is judged as if it were shorter."""
+
+
+class Step(NamedTuple):
+    """From one sample to the next.
+
+    Parameters
+    ----------
+    missing : int
+        Samples that were lost in between.
+    dt : float or None
+        Seconds a sample; None is the period of the rate stated.
+    time : float
+        Of the sample since the first one, s.
+    """
+
+    missing: int
+    dt: float | None
+    time: float
+
+
+_PLAIN: Final = Step(0, None, math.nan)
+
+
+class CausalClock:
+    """Turns stamps into steps as they come.
+
+    - Equal stamps, as of a block from a FIFO, and late ones are a period apart each.
+    - Stamps that stay ahead of the count of rows: samples were lost, and are missing.
+    - Stamps that step back and stay there: the clock was set, and samples go on. By more than a
+      second it began anew; how long it was off is not known: `RESTART_GAP_S` seconds are missing.
+    - The period is that of the rate stated as long as the stamps do not contradict it, else theirs.
+
+    Parameters
+    ----------
+    rate : float
+        Rate stated, Hz.
+    times : bool
+        Whether steps hold times; they are NaN if not.
+
+    Attributes
+    ----------
+    period : float
+        Of the stamps as known so far, s.
+    own : bool
+        Whether steps go by it, for the rate contradicts it.
+    revised : list of Step or None
+        After `take`: the steps to the samples that were undecided, as they should have been, the
+        last one among them; None where they stand.
+
+    Examples
+    --------
+    >>> from zerorate.io.clocks.causal import CausalClock
+    >>> clock = CausalClock(100.0)
+    >>> [clock.take(stamp).missing for stamp in (0.0, 0.01, 0.02, 0.06, 0.07)]
+    [0, 0, 0, 3, 0]
+    >>> block = CausalClock(100.0)
+    >>> [block.take(stamp).missing for stamp in (0.0, 0.0, 0.0, 0.03, 0.03, 0.03)]
+    [0, 0, 0, 0, 0, 0]
+    """
+
+    def __init__(self, rate: float, times: bool = True) -> None:
+        self._times = times
+        self.rate, self.period, self.own = rate, 1.0 / rate, False
+        self.revised: list[Step] | None = None
+        self.equal_count = self.backward_count = self.restart_count = 0
+        self.gap_count = self.missing_count = self.revised_count = 0
+        self._begun, self._learning = False, _start_rows(rate)
+        self._last = 0.0
+        # The line through the stamps: place and time of the last row on it, how late that is.
+        self._place, self._line, self._late = 0, 0.0, 0.0
+        # Times are told from a place and its time on, one sample each dt.
+        self._since, self._base = 0, 0.0
+        self._dt: float | None = None
+        self._offset: float | None = None
+        self._lates: list[float] = []
+        self._levels: list[list[float]] = []
+        self._left = self._rows = LONG_WINDOW
+        self._short_count, self._block, self._width = 0, 1.0, WINDOW
+        # Rows that are undecided, and what was known before them.
+        self._open: list[list[Any]] = []
+        self._mark: list[Any] = []
+        self._quiet = 0
+
+    @property
+    def undecided(self) -> int:
+        """Samples, the last one among them, whose steps may yet be revised."""
+        return len(self._open)
+
+    def take(self, stamp: float | None, lost: int = 0) -> Step:
+        """Return the step to a sample of this stamp, s since the first; None for one unknown.
+
+        ``lost`` samples are known to be lost before it, as sequence numbers say.
+        """
+        self.revised = None
+        if not self._begun:
+            return self._begin(stamp or 0.0)
+        period = self.period
+        if stamp is None:
+            step = (1 + lost) * period
+            self._last += step
+        else:
+            step = stamp - self._last
+            self._last = stamp
+        if step < 0.5 * period:
+            self._short_count += 1
+            self.equal_count += step == 0.0
+        if self._open or lost or not -LONG_STEP * period < step < LONG_STEP * period:
+            return self._with_care(step, lost)
+        self._place += 1
+        self._line += period
+        self._late += step - period
+        self._lates.append(self._late)
+        self._left -= 1
+        if self._left <= 0:
+            self._take_level()
+        if self._times:
+            return Step(0, self._dt, self._told(self._place))
+        return _PLAIN if self._dt is None else Step(0, self._dt, math.nan)
+
+    def sentences(self) -> Iterator[str]:
+        """Yield what was mended, and how often."""
+        off = f"how long the clock was off is not known, {RESTART_GAP_S:g} s are taken as missing"
+        lost = f"{counted(self.missing_count, 'sample')} taken as missing"
+        for count, noun, done in (
+            (self.equal_count, "equal stamp", "samples are taken a period apart"),
+            (self.gap_count, "gap", lost),
+            (self.backward_count, "step back", "the samples go on"),
+            (self.restart_count, "new beginning", off),
+        ):
+            if count:
+                yield f"clock: {counted(count, noun)}; {done}"
+        if self.own:
+            yield (
+                f"clock: the stamps run at {1.0 / self.period:.6g} Hz, not at the rate stated, "
+                f"{self.rate:g} Hz; the stamps count"
+            )
+
+    def state(self) -> dict[str, Any]:
+        """Return all that it knows, as JSON keeps it."""
+        return {name: value for name, value in vars(self).items() if name != "revised"}
+
+    @classmethod
+    def of_state(cls, rate: float, state: Mapping[str, Any]) -> Self:
+        """Return the clock of a state; ValueError if it is of none."""
+        clock = cls(rate, state["_times"])
+        if clock.state().keys() != state.keys() or state["rate"] != rate:
+            raise ValueError("the state is that of another clock")
+        vars(clock).update(state)
+        return clock
+
+    def _begin(self, stamp: float) -> Step:
+        self._begun, self._last = True, stamp
+        self._lates.append(0.0)
+        self._mark = [0, 0.0, 0.0, 0]
+        self._open.append([0.0, 0, 0, 0.0])
+        return Step(0, None, 0.0)
+
+    def _told(self, place: int) -> float:
+        count = place - self._since
+        return self._base + (count / self.rate if self._dt is None else count * self._dt)
+
+    def _with_care(self, step: float, lost: int) -> Step:
+        """Return the step where it is not that of a regular clock, or may yet be revised."""
+        missing, jump = self._guess(step - lost * self.period)
+        doubt = missing > 0 or jump < 0.0 or step < -LONG_STEP * self.period
+        if doubt and not self._open:
+            self._mark = [self._place, self._line, self._late, len(self._lates)]
+        self._quiet = 0 if doubt else self._quiet + 1
+        if doubt or self._open:
+            self._open.append([step, lost, missing, jump])
+        told = self._walk(step, lost, missing, jump)
+        if self._open and self._ripe():
+            self._judge()
+            told = self.revised[-1] if self.revised else told
+        if self._left <= 0 and not self._open:
+            self._take_level()
+        return told
+
+    def _guess(self, step: float) -> tuple[int, float]:
+        """Return the samples missing in a step and the jump of the clock, by what came before."""
+        period = self.period
+        if step < -RESTART_S:
+            missing = round(RESTART_GAP_S / period)
+            return missing, step - (1 + missing) * period
+        if step <= LONG_STEP * period:
+            return 0, 0.0
+        late = self._late + step - period
+        # As late as stamps have been before is no gap.
+        missing = max(0, round((late - max(self._lates[-self._width :])) / period))
+        most = self._most
+        return (missing, 0.0) if missing <= most else (most, step - (1 + most) * period)
+
+    @property
+    def _most(self) -> int:
+        return int(LONGEST_GAP_S / self.period)
+
+    def _walk(self, step: float, lost: int, missing: int, jump: float) -> Step:
+        """Go on by a step that was decided."""
+        count = 1 + lost + missing
+        self._place += count
+        self._line += count * self.period
+        self._late += step - jump - count * self.period
+        self._lates.append(self._late)
+        self._left -= 1
+        self._count(missing, jump, 1)
+        return Step(lost + missing, self._dt, self._told(self._place))
+
+    def _count(self, missing: int, jump: float, times: int) -> None:
+        if jump < -RESTART_S:
+            self.restart_count += times
+        elif jump < 0.0:
+            self.backward_count += times
+        elif missing:
+            self.gap_count += times
+            self.missing_count += times * missing
+
+    def _ripe(self) -> bool:
+        """Whether enough rows have come to judge those that are undecided."""
+        rows = len(self._open)
+        if self._learning:
+            return rows >= self._learning
+        if self._block > _BLOCKS:
+            return rows >= 2.0 * self._block + WINDOW
+        if self._width > WINDOW or rows >= _KEPT:
+            return rows >= _KEPT
+        return self._quiet >= WINDOW and self._level_again()
+
+    def _level_again(self) -> bool:
+        """Whether the last stamps are as even as those before the doubt."""
+        before, after = self._lates[: self._mark[3]][-WINDOW:], self._lates[-WINDOW:]
+        usual = max(before) - min(before) if before else 0.0
+        return max(after) - min(after) <= usual + 0.5 * self.period
+
+    def _judge(self) -> None:
+        """Decide on the open rows, and say if that revises what was told."""
+        decided = self._fitted() if self._learning else self._decided()
+        self._learning = 0
+        rows, self._open = self._open, []
+        if decided is None or (self._dt is None and decided == [row[2:] for row in rows]):
+            return
+        first = not self._mark[3]
+        for _, _, missing, jump in rows:
+            self._count(missing, jump, -1)
+        self._place, self._line, self._late, kept = self._mark
+        del self._lates[kept:]
+        self.revised_count += 1
+        self.revised = []
+        for (step, lost, *_), (missing, jump) in zip(rows, decided, strict=True):
+            if first and not self.revised:
+                self._lates.append(0.0)
+                self.revised.append(Step(0, self._dt, 0.0))
+                continue
+            self.revised.append(self._walk(step, lost, missing, jump))
+
+    def _fitted(self) -> list[list[Any]] | None:
+        """Fit the clock of the first rows as that of a log; None leaves it as it is."""
+        if any(lost for _, lost, _, _ in self._open):
+            return None
+        stamps = np.cumsum([step for step, *_ in self._open])
+        try:
+            grid = fitted_grid(stamps, 0.0, self.rate)
+        except LogError:
+            return None
+        apart = int(np.count_nonzero(np.diff(stamps) > 0.5 / grid.rate))
+        self._block = len(stamps) / max(1, apart)
+        doubt = 2.0 * grid.report.jitter_max * grid.rate / len(stamps)
+        self._go_by(1.0 / float(grid.rate), float(doubt))
+        self._since, self._base = 0, 0.0
+        self._take_width(2.0 * grid.report.jitter_max)
+        missing = np.diff(grid.place, prepend=-1) - 1
+        return self._with_jumps(missing.tolist(), set_back(stamps, np.diff(stamps), self.period))
+
+    def _decided(self) -> list[list[Any]] | None:
+        """Return samples missing before each open row, and jumps, as the clock of a log says."""
+        if self._block > _BLOCKS:
+            return self._by_blocks()
+        period, kept = self.period, self._mark[3]
+        before = self._lates[max(0, kept - _KEPT) : kept]
+        excess = [step - (1 + lost) * period for step, lost, *_ in self._open]
+        late = np.concatenate((before, self._mark[2] + np.cumsum(excess)))
+        stamps = late + period * np.arange(len(late))
+        # Equal stamps are no step back, whatever rounding makes of them here.
+        steps = np.diff(stamps)
+        steps[np.abs(steps) < _SURE * period] = 0.0
+        back = set_back(stamps, steps, period)
+        stamps -= np.cumsum(back)
+        stamps, more = _shortened(stamps, period)
+        try:
+            missing = np.append(0.0, missing_samples(stamps, period))
+        except LogError:
+            return None
+        missing[missing > 0] += more[missing > 0]
+        n = len(self._open)
+        self._as_levels_say(missing[-n:], late - np.cumsum(back))
+        return self._with_jumps(missing[-n:].astype(int).tolist(), back[-n:])
+
+    def _as_levels_say(self, missing: Floats, late: Floats) -> None:
+        """Correct the one gap among open rows by the levels before and after, if both are even."""
+        gaps = np.flatnonzero(missing)
+        if len(gaps) == 1 and self._quiet >= WINDOW and self._level_again():
+            levels = np.median(late[: -len(missing)][-WINDOW:]), np.median(late[-WINDOW:])
+            missing[gaps] = max(0.0, np.rint((levels[1] - levels[0]) / self.period))
+
+    def _by_blocks(self) -> list[list[Any]]:
+        """Return what `_decided` does for long blocks, of which the latest stamps are compared."""
+        if any(jump < 0.0 for *_, jump in self._open):
+            return [row[2:] for row in self._open]
+        period, kept = self.period, self._mark[3]
+        width = int(2.0 * self._block) + 1
+        steps = [step - (1 + lost) * period for step, lost, *_ in self._open]
+        after = self._mark[2] + np.cumsum(steps)[-width:]
+        shift = float(after.max()) - max(self._lates[max(0, kept - width) : kept])
+        return [[max(0, round(shift / period)), 0.0]] + [[0, 0.0]] * (len(steps) - 1)
+
+    def _with_jumps(self, missing: list[int], back: Floats) -> list[list[Any]]:
+        decided: list[list[Any]] = []
+        for count, jump in zip(missing, back.tolist(), strict=True):
+            if jump < -RESTART_S and not self._learning:
+                count += round(RESTART_GAP_S / self.period)
+            gap = count * self.period if jump < -RESTART_S else 0.0
+            over = max(0, count - self._most)
+            decided.append([count - over, jump - gap + over * self.period])
+        return decided
+
+    def _take_level(self) -> None:
+        """Note the level of the stamps, and follow their period."""
+        width = max(LONG_WINDOW, int(_LUMPS * self._block))
+        some = sorted(self._lates[-width:])
+        level = self._line + some[len(some) // 2]
+        self._levels.append([self._place, level])
+        del self._levels[:-_LEVELS]
+        if self._offset is None:
+            self._offset = level - self._told(self._place)
+        rows = self._rows - self._left
+        self._block = rows / max(1, rows - self._short_count)
+        self._short_count = 0
+        self._take_width(some[-1] - some[0])
+        del self._lates[: -max(_KEPT, self._left)]
+        if len(self._levels) >= _FEWEST_LEVELS:
+            self._follow()
+
+    def _take_width(self, spread: float) -> None:
+        """Derive how many rows show how late stamps are, and how many make a level."""
+        self._left = self._rows = max(LONG_WINDOW, int(_LUMPS * self._block))
+        self._width = WINDOW if spread <= 0.5 * self.period else self._left
+
+    def _follow(self) -> None:
+        """Estimate the period from the levels."""
+        place, time = np.array(self._levels).T
+        half = len(place) // 2
+        period = float(np.median((time[half:] - time[:-half]) / (place[half:] - place[:-half])))
+        bends = np.diff(time - period * place, 2)
+        if period > 0.0:
+            self._go_by(period, 4.0 * float(np.abs(bends).max()) / float(time[-1] - time[0]))
+
+    def _go_by(self, period: float, doubt: float) -> None:
+        """Take a period as that of the stamps, and tell by it if the rate contradicts it."""
+        self.own = bool(abs(period * self.rate - 1.0) > max(doubt, _SURE))
+        period = period if self.own else 1.0 / self.rate
+        rows = range(len(self._lates) - 1, -1, -1)
+        change = period - self.period
+        self._lates = [late + change * i for late, i in zip(self._lates, rows, strict=True)]
+        self.period = period
+        told = self._told(self._place)
+        behind = self._behind(told)
+        dt = None
+        if self.own or abs(behind) > max(1.0, self._block) * period:
+            pull = min(_PULL, max(-_PULL, behind / (self._left * period)))
+            dt = period * (1.0 + pull)
+        if dt != self._dt:
+            self._since, self._base, self._dt = self._place, told, dt
+
+    def _behind(self, told: float) -> float:
+        """Return by how much the time as told is behind the level of the stamps, s."""
+        return self._levels[-1][1] - self._offset - told if self._offset is not None else 0.0
+
+
+def _start_rows(rate: float) -> int:
+    return min(_MOST_START_ROWS, max(_START_ROWS, round(_START_S * rate)))
+
+
+def _shortened(stamps: Floats, period: float) -> tuple[Floats, Floats]:
+    """Return stamps with lasting leaps of at most some periods, and the samples taken out."""
+    more = np.zeros(len(stamps))
+    stamps = stamps.copy()
+    for row in (np.flatnonzero(np.diff(stamps) > _FAR * period) + 1).tolist():
+        late = stamps - period * np.arange(len(stamps))
+        leap = np.median(late[row : row + WINDOW]) - np.median(late[max(0, row - WINDOW) : row])
+        more[row] = max(0.0, np.rint(leap / period) - _FAR)
+        stamps[row:] -= more[row] * period
+    return stamps, more
