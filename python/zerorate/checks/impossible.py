@@ -20,16 +20,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 
+from zerorate.record.recording import Recording
 from zerorate.types import Booleans, Floats
+from zerorate.units import UNITS, convert
 
 GYRO_RANGE_DPS: Final = 4000.0
 """Largest range that a MEMS gyro is sold with, deg/s."""
 SPIKES: Final = ((math.radians(1000.0), 8.0), (math.radians(300.0), 50.0))
 """Rates, rad/s, from which a sample so many times larger than both its neighbours is garbage."""
+_MAX_SHARE: Final = 0.01
+"""Part of the samples above which they are not garbage: then the unit is another one."""
 MIN_RATE_HZ: Final = 50.0
 """Sampling rate below which a real gesture fits between two samples."""
 
@@ -72,6 +77,38 @@ def impossible_rates(
 
 def _limit(limit: float | None) -> float:
     return math.radians(GYRO_RANGE_DPS) if limit is None else limit
+
+
+def without_impossible(recording: Recording, gyro: str) -> tuple[Recording, tuple[str, ...]]:
+    """Mark the samples of a gyro missing that no gyro measured.
+
+    Parameters
+    ----------
+    recording : Recording
+        Whose gyro is in a known unit; else nothing is judged.
+    gyro : str
+        Name of the log.
+
+    Returns
+    -------
+    tuple
+        The recording, the same where all samples are possible, and an alarm.
+    """
+    log = recording.get(gyro)
+    if log is None or log.unit not in UNITS or UNITS[log.unit].kind != "rate":
+        return recording, ()
+    mask = impossible_rates(convert(log.data, log.unit, "rad/s"), rate=log.rate)
+    count = int(mask.sum())
+    # So many are no garbage, but another unit.
+    if not count or count > max(_MAX_SHARE * log.n, 1.0):
+        return recording, ()
+    largest = math.degrees(float(np.nanmax(np.abs(convert(log.data[mask], log.unit, "rad/s")))))
+    alarm = (
+        f"{', '.join(log.names)}: {count} of {log.n} samples up to {largest:.4g} deg/s, which no "
+        f"gyro measures, first at {log.sampled[int(np.argmax(mask))]:.6g} s: left out"
+    )
+    data = np.where(mask[:, np.newaxis], np.nan, log.data)
+    return replace(recording, logs={**recording, gyro: replace(log, data=data)}), (alarm,)
 
 
 class ImpossibleRates:

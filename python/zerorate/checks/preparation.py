@@ -16,6 +16,7 @@ from zerorate.checks.clipped import ClippedAxis, restore_recording
 from zerorate.checks.constant import dead_axes, without_absent, without_frozen_field
 from zerorate.checks.gravity import with_gravity
 from zerorate.checks.held import without_held
+from zerorate.checks.impossible import without_impossible
 from zerorate.checks.result import Checks, Finding
 from zerorate.checks.stillness import SteadyRate, steady_rate
 from zerorate.faults import Argument, given, said
@@ -267,6 +268,10 @@ def _frozen(recording: Recording, choices: Choices) -> Step:
     return Step(*without_frozen_field(recording, choices.gyro, choices.mag_in(recording)))
 
 
+def _impossible(recording: Recording, choices: Choices) -> Step:
+    return Step(*without_impossible(recording, choices.gyro))
+
+
 def _clipped(recording: Recording, choices: Choices) -> Step:
     if choices.clipped == "leave":
         return Step(recording)
@@ -291,6 +296,7 @@ def _on_clipped(one: ClippedAxis, done: bool, certain: bool) -> str:
     return said(text, ": ", given("clipped", "leave", "clipped='leave'"), " leaves it")
 
 
+IMPOSSIBLE: Final = "impossible rates"
 ABSENT: Final = "absent sensor"
 DEAD: Final = "dead axis"
 GRAVITY: Final = "gravity absent"
@@ -348,6 +354,15 @@ PREPARATIONS: Final = (
         "an alarm; a steady rate without motion is reported as a bias",
         "fix",
         _axes,
+    ),
+    Preparation(
+        IMPOSSIBLE,
+        "rates beyond what gyros measure, and single samples far beyond both their neighbours",
+        "4000 deg/s, the largest range sold; alone and 8 times both neighbours from 1000 deg/s "
+        "on, 50 times from 300 deg/s on: a gyro's low-pass filter spreads motion over two samples",
+        "the samples are missing, and an alarm says how many",
+        "columns",
+        _impossible,
     ),
     Preparation(
         CLIPPED,
