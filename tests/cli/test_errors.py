@@ -123,7 +123,7 @@ REFUSED = {
     "walk {log} --heading 90": "--heading needs --at",
     "walk {log} --at here": "--at takes latitude and longitude, deg,",
     "walk {log} --at 90,0": "--at takes deg, latitude within 89.5 first",
-    "walk {log} --at 0,0 --heading 1e9": "--heading takes deg within 360",
+    "walk {log} --at 0,0 --heading 1e9": "--heading takes an angle within 360 deg",
     "stream --rate -1": "--rate must be",
     "stream --rate 100 --rest-limit -1": "--rest-limit must be",
     "simulate MPU-6050 -o sim.csv --rate -1": "--rate must be",

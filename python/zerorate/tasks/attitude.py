@@ -22,6 +22,7 @@ from zerorate.geometry.magnetic import earth_field
 from zerorate.io.poses import read_poses
 from zerorate.io.writing import write_log
 from zerorate.metrics.orientation import Heading
+from zerorate.options import check_used
 from zerorate.progress import Progress, reported
 from zerorate.record.poses import Poses
 from zerorate.tasks.corrections import correction_of
@@ -165,6 +166,7 @@ def estimate_attitude(
     _check_heading(reference_heading)
     correct = correction_of(calibration, magnetometer, gyro=gyro, accel=accel)
     reading, constants = apart(options, ATTITUDE_OPTIONS)
+    check_used(constants, [method], ATTITUDE_OPTIONS)
     settings = {**constants, **_settings(learn_magnetometer, bias_limit)}
     report("reading", 0.0)
     recording = recording_of(source, {**reading, "reference": columns})
