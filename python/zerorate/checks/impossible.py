@@ -104,8 +104,8 @@ def without_impossible(recording: Recording, gyro: str) -> tuple[Recording, tupl
         return recording, ()
     largest = math.degrees(float(np.nanmax(np.abs(convert(log.data[mask], log.unit, "rad/s")))))
     alarm = (
-        f"{', '.join(log.names)}: {count} of {log.n} samples up to {largest:.4g} deg/s, which no "
-        f"gyro measures, first at {log.sampled[int(np.argmax(mask))]:.6g} s: left out"
+        f"{', '.join(log.names)}: {count} of {log.n} samples are impossible and left out: up to "
+        f"{largest:.4g} deg/s, the first at {log.sampled[int(np.argmax(mask))]:.6g} s"
     )
     data = np.where(mask[:, np.newaxis], np.nan, log.data)
     return replace(recording, logs={**recording, gyro: replace(log, data=data)}), (alarm,)
