@@ -196,7 +196,7 @@ def test_too_short_a_record_says_what_it_takes(kind):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        *(({"rate": rate}, "rate must be a positive finite number of Hz, got")
+        *(({"rate": rate}, "rate must be (a positive finite number of Hz, got|given in Hz)")
           for rate in (None, 0.0, -1.0, np.nan, np.inf, "100", True)),
         ({"kind": "adve"}, "unknown kind 'adve'; known: adev, oadev, .* pdev"),
         ({"unit": "furlong"}, "unknown unit 'furlong'"),
