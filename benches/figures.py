@@ -11,7 +11,7 @@ import numpy as np
 
 import zerorate as zr
 from zerorate.show import plot_calibration, plot_replay, plot_track, save_figure
-from zerorate.tasks.replay import replay
+from zerorate.tasks.replay.run import run_filters
 
 ROUNDS = 5
 SAMPLES, RATE = 1_000_000, 100.0
@@ -38,9 +38,9 @@ def results():
     log = zr.Log(
         np.arange(SAMPLES) / RATE, RATE, rng.standard_normal((SAMPLES, 3)), list("xyz"), "deg/s"
     )
-    alone = seconds(lambda: replay(log, methods=("auto",), allan=False))
+    alone = seconds(lambda: run_filters(log, methods=("auto",)))
     yield "the filter of a replay, for comparison", alone, None
-    replayed = replay(log, methods=("auto",))
+    replayed = run_filters(log, methods=("auto",))
     yield "replay", None, lambda: plot_replay(replayed)
     yield "replay, all panels", None, lambda: plot_replay(replayed, everything=True)
     attitude = zr.estimate_attitude(zr.simulate_motion("hand", 200.0, 200.0, seed=1).recording())

@@ -18,7 +18,7 @@ import numpy as np
 import zerorate as zr
 from zerorate import metrics
 from zerorate.simulation import Contamination
-from zerorate.tasks.compare import compare, read_trial
+from zerorate.tasks.compare import compare_methods, read_trial
 from zerorate.tasks.compare.methods import filter_arguments
 from zerorate.tasks.compare.rest import HORIZONS, scored_from
 from zerorate.tasks.compare.simulated import run
@@ -157,7 +157,7 @@ def stuck(folder, methods, whole, before):
 def moved(folder, methods):
     """Growth in deg at 60 s, the share at rest, and that while the reference moves, by method."""
     trial = read_trial(folder / MOVED, rate=MOVED_RATE)
-    (found,) = compare([trial], methods)
+    (found,) = compare_methods([trial], methods)
     growth = {row.method: math.degrees(row.values["growth_60"]) for row in found.rows}
     log = trial.log
     moving = zr.read_log(folder / MOVED, rate=MOVED_RATE, columns=["movement"]).data[:, 0] > 0.5

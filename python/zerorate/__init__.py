@@ -77,12 +77,17 @@ if TYPE_CHECKING:
     from zerorate.simulation.motion import simulate_motion as simulate_motion
     from zerorate.simulation.walk import simulate_feet as simulate_feet
     from zerorate.simulation.walk import simulate_walk as simulate_walk
+    from zerorate.tasks.array import replay_array as replay_array
     from zerorate.tasks.attitude import estimate_attitude as estimate_attitude
     from zerorate.tasks.batch.run import batch as batch
     from zerorate.tasks.calibrate import calibrate as calibrate
     from zerorate.tasks.calibrate import calibrate_magnetometer as calibrate_magnetometer
     from zerorate.tasks.calibrate import correct as correct
+    from zerorate.tasks.characterise import characterise as characterise
+    from zerorate.tasks.compare.task import compare as compare
+    from zerorate.tasks.identify import identify as identify
     from zerorate.tasks.navigate import navigate as navigate
+    from zerorate.tasks.replay.task import replay as replay
     from zerorate.tasks.report import report as report
     from zerorate.tasks.walk import walk as walk
 
@@ -121,10 +126,15 @@ _PLACES: Final = {
     "simulation.gyro": "simulate",
     "simulation.motion": "simulate_motion",
     "simulation.walk": "simulate_feet simulate_walk",
+    "tasks.array": "replay_array",
     "tasks.attitude": "estimate_attitude",
     "tasks.batch.run": "batch",
     "tasks.calibrate": "calibrate calibrate_magnetometer correct",
+    "tasks.characterise": "characterise",
+    "tasks.compare.task": "compare",
+    "tasks.identify": "identify",
     "tasks.navigate": "navigate",
+    "tasks.replay.task": "replay",
     "tasks.report": "report",
     "tasks.walk": "walk",
 }

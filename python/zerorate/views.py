@@ -82,9 +82,9 @@ def figure_of(result: object, *arguments: object) -> Figure:
     return figure
 
 
-def page_of(result: object) -> str:
+def page_of(result: object, *arguments: object) -> str:
     """Return the page of a result as HTML; TypeError if there is none for its class."""
-    return str(_called(_view_of(result).page)(result))
+    return str(_called(_view_of(result).page)(result, *arguments))
 
 
 def html_of(result: object) -> str:

@@ -36,7 +36,7 @@ class TestRate:
         array = zr.GyroArray(RATE, 4, axes=axes, **limits)
         np.testing.assert_array_equal(found.rate, array.process(log.data))
         np.testing.assert_array_equal(found.bias, array.bias)
-        assert found.filtered_log.channels == axes
+        assert found.to_log().channels == axes
 
     def test_one_sensor_is_a_filter(self):
         log = rest(sensors=1)
@@ -89,7 +89,7 @@ class TestFates:
         assert found.health[2] == "excluded"
         assert found.excluded_spans(0) == []
         assert (found.weights[found.fate[:, 2] == OUT.index("excluded"), 2] == 0.0).all()
-        assert found.filtered_log.extra["excluded_c"].sum() == round((end - start) * RATE)
+        assert found.to_log().extra["excluded_c"].sum() == round((end - start) * RATE)
 
 
 class TestAllan:
@@ -135,7 +135,7 @@ class TestColumns:
     def test_they_stand_beside_the_log(self, tmp_path):
         found = replay_array(rest())
         path = tmp_path / "fused.parquet"
-        zr.write_log(found.filtered_log, path)
+        zr.write_log(found.to_log(), path)
         again = zr.read_log(path)
         np.testing.assert_array_equal(again.data, found.rate)
         weights = zr.read_log(path, columns=["weight_a", "weight_b", "weight_c", "weight_d"])
@@ -145,7 +145,7 @@ class TestColumns:
         log = rest(axes=1)
         named = ArrayLog(log.time, RATE, log.data, ("gyro1", "g_2", "gz", "w"), "deg/s", ("z",))
         found = replay_array(named)
-        zr.write_log(found.filtered_log, tmp_path / "fused.csv")
+        zr.write_log(found.to_log(), tmp_path / "fused.csv")
         assert zr.read_recording(tmp_path / "fused.csv").names == ("gyro",)
 
 

@@ -13,13 +13,12 @@ import zerorate as zr
 from support.commands import check_line, names, one_line
 from support.logs import write_table
 from zerorate import Log, NoiseModel, write_log
-from zerorate.cli.allan import Export
-from zerorate.cli.allan import _text as export_text
 from zerorate.io.reading import read_sensors
-from zerorate.noise.characterise import characterise
+from zerorate.noise.characterise import characterise_log
 from zerorate.noise.kinds import KINDS
 from zerorate.numerals import significant, with_error
 from zerorate.show import WIDTH
+from zerorate.tasks.characterise import Characterised, exported
 
 RATE = 100.0
 STEM = "run-zerorate-allan"
@@ -235,9 +234,9 @@ class TestFiles:
         time, z = np.arange(200) / RATE, signal(200, 1)
         for sensor, topic in (("/imu/data", "/imu/data"), ("ADIS", "/imu0")):
             named = Log(time, RATE, z, ["gx"], "rad/s", {"sensor": sensor})
-            found = characterise(named, second_opinion=False)
-            text = export_text(Export.kalibr, [found], inflate=1.0, per_sample=False, force=True)
-            assert yaml.safe_load(text)["rostopic"] == topic
+            found = characterise_log(named, second_opinion=False)
+            texts, _ = exported(Characterised((found,)), "kalibr", forced=True)
+            assert yaml.safe_load(texts["kalibr"])["rostopic"] == topic
 
     def test_models_of_every_axis(self, cli, log, out):
         cli(log, "-o", out, "--no-figure", "--export", "json")
@@ -265,7 +264,7 @@ class TestFiles:
         def fail(*_):
             raise OSError(28, "No space left on device")
 
-        monkeypatch.setattr("zerorate.cli.allan.write_curves", fail)
+        monkeypatch.setattr("zerorate.tasks.characterise.write_curves", fail)
         code, _, errors = cli(log, "-o", out, "--export", "json")
         assert (code, names(out)) == (1, [])
         assert errors == f"zerorate: {out}: No space left on device\n"
@@ -373,7 +372,7 @@ class TestCharacterise:
     def test_progress_is_told_for_every_axis(self):
         log = Log(np.arange(2000) / RATE, RATE, signal(2000), ["x", "y", "z"], "rad/s")
         told = []
-        characterise(log, progress=lambda *step: told.append(step))
+        characterise_log(log, progress=lambda *step: told.append(step))
         assert told[0] == ("deviations", 0.0)
         assert told[-1] == ("models", 2 / 3)
 

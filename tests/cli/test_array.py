@@ -162,7 +162,7 @@ class TestRotations:
 
     def test_a_file_that_is_none(self, cli, log, out, tmp_path):
         code, _, errors = cli(log, "-o", out, "--rotations", tmp_path / "none.json")
-        assert code == 2
+        assert code == 1
         check_line(errors, "none.json: No such file")
 
 

@@ -279,7 +279,7 @@ def test_simulated_gyros(cli, tmp_path, monkeypatch):
 def test_short_contaminated_gyros(cli, tmp_path, monkeypatch):
     monkeypatch.setattr("zerorate.tasks.compare.simulated.MODELS", MODELS[:1])
     short = partial(zerorate.tasks.compare.simulated.run_contaminated, duration=180.0)
-    monkeypatch.setattr("zerorate.cli.compare.run_contaminated", short)
+    monkeypatch.setattr("zerorate.tasks.compare.task.run_contaminated", short)
     file, faults = tmp_path / "numbers.json", "share=0.05,size=100,one-sided"
     options = ("--seeds", "1", "--methods", "mean,ema,auto", "--contaminate", faults)
     code, text, _ = cli("--simulated", *options, "--json", file)

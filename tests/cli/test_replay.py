@@ -329,7 +329,7 @@ class TestFaults:
         def fail(*_, **__):
             raise OSError(28, "No space left on device")
 
-        monkeypatch.setattr("zerorate.cli.replay.write_log", fail)
+        monkeypatch.setattr("zerorate.tasks.replay.task.write_log", fail)
         code, _, errors = cli(log, "-o", out)
         assert code == 1
         check_line(errors, "No space left on device")

@@ -11,7 +11,7 @@ import zerorate as zr
 from zerorate.io import read_log, write_log
 from zerorate.io.readers.cells import from_inert, inert
 from zerorate.record import Log
-from zerorate.show.curve_files import CurveFormat, write_curves
+from zerorate.tasks.curve_files import write_curves
 from zerorate.tasks.live import Beside, LineStream, Settings
 
 STARTERS = "=+-@\t\r\n＝＋－＠"
@@ -59,7 +59,7 @@ def test_a_unit(tmp_path):
 def test_curves(tmp_path):
     log = record()
     curves = zr.allan(log)
-    write_curves([curves], tmp_path / "a.csv", CurveFormat.csv)
+    write_curves([curves], tmp_path / "a.csv")
     assert formulas(tmp_path / "a.csv") == []
 
 

@@ -13,7 +13,7 @@ import zerorate as zr
 from zerorate.io import write_log
 from zerorate.record import Log
 from zerorate.record.log import LogError
-from zerorate.tasks.replay import replay
+from zerorate.tasks.replay.run import run_filters
 
 N = 3000
 RATE = 100.0
@@ -113,7 +113,7 @@ LOGS = {
     "whittle": lambda z: zr.noise.whittle(z, RATE),
     "dynamic_allan": lambda z: zr.noise.dynamic_allan(z, RATE, window=5.0).deviation,
     "replay": lambda z: (
-        replay(Log(TIME, RATE, OTHER, ["wx"], "deg/s"), methods=["auto"], truth=z).scores
+        run_filters(Log(TIME, RATE, OTHER, ["wx"], "deg/s"), methods=["auto"], truth=z).scores
     ),
 }
 PROCESS = {name: (lambda z, made=made: made().process(z)) for name, made in STREAMS.items()}

@@ -72,7 +72,57 @@ def written(path, table):
     )
 
 
-SOURCES = {"attitude": hand, "navigate": drive, "walk": foot}
+def still(folder):
+    """Write a gyro and an accelerometer at rest, as one table."""
+    random = np.random.default_rng(3)
+    time = np.arange(9000) / 100.0
+    gyro = 0.4 + 0.1 * random.standard_normal((9000, 3))
+    accel = [0.0, 0.0, 1.0] + 0.003 * random.standard_normal((9000, 3))
+    table = {"time_s": time}
+    table |= {f"gyro_{x}_dps": gyro[:, i] for i, x in enumerate("xyz")}
+    written(
+        folder / "still.csv",
+        table | {f"accel_{x}_g": accel[:, i] for i, x in enumerate("xyz")},
+    )
+    return (folder / "still.csv",)
+
+
+def turned(folder):
+    """Write a body moved by hand, whose gyro has one wrong sign and states no unit."""
+    motion = zr.simulate_motion("hand", duration=60.0, seed=2)
+    gyro = np.degrees(motion.gyro) * [1.0, -1.0, 1.0]
+    table = {"time_s": motion.time}
+    table |= {f"gyro_{x}": gyro[:, i] for i, x in enumerate("xyz")}
+    written(
+        folder / "hand.csv",
+        table | {f"accel_{x}_mps2": motion.accel[:, i] for i, x in enumerate("xyz")},
+    )
+    return (folder / "hand.csv",)
+
+
+def board(folder):
+    """Write two gyros of one board, the second turned over, as one table."""
+    random = np.random.default_rng(4)
+    rates = np.zeros((4000, 3))
+    rates[1500:3000] = 60.0 * np.sin(np.arange(1500)[:, np.newaxis] / [30.0, 47.0, 71.0])
+    table = {"time_s": np.arange(4000) / 100.0}
+    for k, signs in enumerate(([1.0, 1.0, 1.0], [-1.0, -1.0, 1.0]), start=1):
+        seen = rates * signs + random.standard_normal(3) + 0.1 * random.standard_normal((4000, 3))
+        table |= {f"imu{k}_gyro_{x}_dps": seen[:, i] for i, x in enumerate("xyz")}
+    written(folder / "board.csv", table)
+    return (folder / "board.csv",)
+
+
+SOURCES = {
+    "attitude": hand,
+    "navigate": drive,
+    "walk": foot,
+    "replay": turned,
+    "replay --array": board,
+    "allan": still,
+    "identify": still,
+    "compare": still,
+}
 OF_FOOT = ("--unit", "deg/s,m/s^2")
 
 CASES = {
@@ -128,6 +178,109 @@ CASES = {
         {"unit": "deg/s,m/s^2", "clipped": "leave"},
         {"format": "csv"},
     ),
+    "replay": Case("replay", "replay", ("--unit", "deg/s"), {"unit": "deg/s"}),
+    "replay, put right": Case(
+        "replay",
+        "replay",
+        ("--unit", "deg/s", "--fix", "--no-figure"),
+        {"unit": "deg/s", "fix": True},
+        {"figure": False},
+    ),
+    "replay, compared": Case(
+        "replay",
+        "replay",
+        ("--unit", "deg/s", "--methods", "kf,akf", "--bias-limit", "5", "--figure", "all"),
+        {"unit": "deg/s", "methods": ["kf", "akf"], "bias_limit": 5.0},
+        {"panels": "all"},
+    ),
+    "replay, published": Case(
+        "replay",
+        "replay",
+        ("--method", "fading", "--fading", "0.9", "--scale", "1/2", "--format", "csv"),
+        {"method": "fading", "fading": 0.9, "data_scale": 0.5},
+        {"format": "csv"},
+    ),
+    "replay, array": Case("replay --array", "replay_array"),
+    "replay, array, rotations": Case(
+        "replay --array", "replay_array", ("--rotations", "find"), {"rotations": "find"}
+    ),
+    "replay, array, weights": Case(
+        "replay --array",
+        "replay_array",
+        ("--weights", "3,1", "--limit", "200"),
+        {"weights": [3.0, 1.0], "limit": 200.0},
+    ),
+    "replay, array, method": Case(
+        "replay --array",
+        "replay_array",
+        ("--array-method", "centralised", "--format", "npz"),
+        {"method": "centralised"},
+        {"format": "npz"},
+    ),
+    "allan": Case("allan", "characterise"),
+    "allan, exports": Case(
+        "allan",
+        "characterise",
+        ("--export", "kalibr,px4,json", "--inflate", "10", "--force"),
+        {},
+        {"export": "kalibr,px4,json", "inflate": 10.0, "force": True},
+    ),
+    "allan, kind": Case(
+        "allan",
+        "characterise",
+        ("--kind", "ohdev", "--taus", "0.1,1,10", "--no-second-opinion", "--format", "json"),
+        {"kind": "ohdev", "taus": [0.1, 1.0, 10.0], "second_opinion": False},
+        {"format": "json"},
+    ),
+    "allan, columns": Case(
+        "allan",
+        "characterise",
+        ("--columns", "gyro_z_dps", "--markov", "1", "--start", "10", "--no-figure"),
+        {"columns": "gyro_z_dps", "markov": 1, "start": 10.0},
+        {"figure": False},
+    ),
+    "identify": Case("identify", "identify"),
+    "identify, order": Case(
+        "identify",
+        "identify",
+        ("--order", "2,1", "--outliers", "hampel", "--no-figure"),
+        {"order": (2, 1), "outliers": "hampel"},
+        {"figure": False},
+    ),
+    "identify, decimated": Case(
+        "identify",
+        "identify",
+        ("--decimate", "4", "--criterion", "bic", "--columns", "gyro_x_dps"),
+        {"decimate": 4, "criterion": "bic", "columns": "gyro_x_dps"},
+    ),
+    "identify, all panels": Case(
+        "identify",
+        "identify",
+        ("--trend", "linear", "--figure", "all", "--stop", "60", "--columns", "gyro_y_dps"),
+        {"trend": "linear", "stop": 60.0, "columns": "gyro_y_dps"},
+        {"panels": "all"},
+    ),
+    "compare": Case("compare", "compare"),
+    "compare, methods": Case(
+        "compare",
+        "compare",
+        ("--methods", "raw,mean,auto", "--figure-format", "svg"),
+        {"methods": ["raw", "mean", "auto"]},
+        {"figure_format": "svg"},
+    ),
+    "compare, faults": Case(
+        "compare",
+        "compare",
+        ("--methods", "raw,kf", "--contaminate", "share=0.01,size=100"),
+        {"methods": ["raw", "kf"], "contaminate": ["share=0.01,size=100"]},
+    ),
+    "compare, columns": Case(
+        "compare",
+        "compare",
+        ("--methods", "raw,auto", "--columns", "gyro_x_dps", "--no-figure"),
+        {"methods": ["raw", "auto"], "columns": "gyro_x_dps"},
+        {"figure": False},
+    ),
     "navigate": Case("navigate", "navigate"),
     "navigate, outages": Case(
         "navigate", "navigate", ("--outages", "10", "--tum"), {"outages": 10.0}, {"tum": True}
@@ -161,7 +314,9 @@ def sources(tmp_path_factory):
 def test_a_command_and_its_function_give_one_answer(call, sources, tmp_path, name):
     case = CASES[name]
     given = sources(case.command)
-    code, text, errors = call(case.command, *given, "-o", tmp_path / "command", *case.options)
+    code, text, errors = call(
+        *case.command.split(), *given, "-o", tmp_path / "command", *case.options
+    )
     result = getattr(zr, case.function)(*given, **case.arguments)
     result.save(tmp_path / "function", **case.saved)
     assert errors == ""

@@ -11,7 +11,7 @@ import pytest
 import zerorate as zr
 from support.figures import check_layout
 from zerorate import Log, NoiseModel
-from zerorate.noise.characterise import characterise
+from zerorate.noise.characterise import characterise_log
 from zerorate.noise.quantities import shown_unit
 from zerorate.show import (
     format_allan,
@@ -126,7 +126,7 @@ def test_all_axes_of_a_sensor_are_in_one_unit():
     """One axis is quiet enough for deg/h, another would do in deg/s."""
     z = record(5000, 2) * [1.0, 1e4]
     log = Log(np.arange(5000) / RATE, RATE, z, ["x", "y"], "rad/s")
-    found = characterise(log, second_opinion=False)
+    found = characterise_log(log, second_opinion=False)
     loud = plot_characterisation([found]).axes[1].lines[0].get_ydata()
     np.testing.assert_allclose(loud, convert(found.curve.deviation[:, 1], "rad/s", "deg/h"))
     (row,) = (line for line in format_allan([found]).splitlines() if line.startswith("  1.28 s"))
@@ -232,7 +232,7 @@ def test_all_sensors_of_a_log(gyros, accelerometers):
         Log(np.arange(2000) / RATE, RATE, record(2000, k), [f"{unit}{i}" for i in range(k)], unit)
         for k, unit in ((gyros, "rad/s"), (accelerometers, "g"))
     ]
-    figure = plot_characterisation([characterise(log, second_opinion=False) for log in logs])
+    figure = plot_characterisation([characterise_log(log, second_opinion=False) for log in logs])
     assert len(figure.axes) == min(gyros, 4) + min(accelerometers, 4)
     assert ("the first 4 of 6 axes" in figure.texts[-1].get_text()) == (gyros == 6)
     check_layout(figure)
@@ -242,7 +242,7 @@ def test_a_record_that_moved_says_so():
     z = record(5000, 2)
     z[3000:3300, 0] += 0.5
     log = Log(np.arange(5000) / RATE, RATE, z, ["x", "y"], "rad/s")
-    figure = plot_characterisation([characterise(log)])
+    figure = plot_characterisation([characterise_log(log)])
     assert [axes.get_title() for axes in figure.axes] == ["x (moved?)", "y"]
 
 
@@ -250,7 +250,7 @@ def test_where_most_axes_moved_all_did():
     z = record(5000, 3)
     z[3000:3300, :2] += 0.5
     log = Log(np.arange(5000) / RATE, RATE, z, ["x", "y", "z"], "rad/s")
-    found = characterise(log, second_opinion=False)
+    found = characterise_log(log, second_opinion=False)
     assert found.moved == (True, True, True)
     assert "z: the other axes of this sensor moved, so it probably did too" in list(found.notes)
 

@@ -11,7 +11,7 @@ from support.figures import check_contrast, check_layout
 from support.logs import make_log, noise
 from zerorate.show import plot_replay, save_figure
 from zerorate.show.style import ROSE
-from zerorate.tasks.replay import replay
+from zerorate.tasks.replay.run import run_filters
 
 
 def gaps():
@@ -44,7 +44,7 @@ METHODS = ("auto", "fading")
 
 
 def figure_of(data, method="auto", everything=True, **options):
-    return plot_replay(replay(make_log(data), methods=(method,), **options), everything)
+    return plot_replay(run_filters(make_log(data), methods=(method,), **options), everything)
 
 
 @cache
@@ -149,7 +149,7 @@ def test_methods(method):
 
 def with_motion(spans, n=4000, method="auto"):
     """Return a replay whose first axis was taken for moving in spans of samples."""
-    result = replay(make_log(noise(n, 2)), methods=(method,), motion="hold")
+    result = run_filters(make_log(noise(n, 2)), methods=(method,), motion="hold")
     at_rest = np.ones_like(result.readings.at_rest)
     for begin, end in spans:
         at_rest[begin:end, 0] = False
@@ -209,7 +209,7 @@ def test_a_stuck_and_a_saturated_sensor_are_shaded_in_another_colour(method):
     z = noise(4000, 2)
     z[1000:2000, 0] = z[1000, 0]
     z[3500:, 0] = 250.0
-    result = replay(make_log(z), methods=(method,), motion="hold", limit=250.0)
+    result = run_filters(make_log(z), methods=(method,), motion="hold", limit=250.0)
     figure = plot_replay(result, True)
     bands = [c for c in figure.axes[0].collections if c.get_zorder() == 0.5]
     rose = bands[-1]
@@ -236,7 +236,7 @@ def test_an_axis_that_learned_nothing_does_not_stretch_the_others():
 
 
 def test_the_band_of_the_bias_is_two_sigma():
-    result = replay(make_log(noise(4000, 1)), methods=("auto",))
+    result = run_filters(make_log(noise(4000, 1)), methods=("auto",))
     band = plot_replay(result).axes[1].collections[0].get_paths()[0].vertices
     bias, sigma = result.history.bias[-1, 0], result.history.bias_sigma[-1, 0]
     last = band[band[:, 0] == 40.0, 1]
@@ -258,8 +258,3 @@ def test_a_million_samples_make_small_vector_files(tmp_path, method):
 def test_six_axes_make_a_small_svg(tmp_path, method):
     save_figure(figure_of(noise(20_000, 6), method), tmp_path / "figure.svg")
     assert (tmp_path / "figure.svg").stat().st_size < 500_000
-
-
-def test_without_allan_deviations_it_says_so():
-    with pytest.raises(ValueError, match="allan=True"):
-        plot_replay(replay(make_log(noise(300)), allan=False), True)

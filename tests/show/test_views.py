@@ -17,8 +17,8 @@ from support.drives import drive, start_of
 from support.figures import check_colours, check_contrast, check_layout
 from zerorate import views
 from zerorate.show.registry import VIEWS
-from zerorate.tasks.compare import compare
-from zerorate.tasks.replay import replay
+from zerorate.tasks.compare import compare_methods
+from zerorate.tasks.replay.run import run_filters
 
 RNG = np.random.default_rng(7)
 RATE = 50.0
@@ -122,8 +122,10 @@ RESULTS = {
     "Outages": outages,
     "Trace": lambda: zr.DriftFilter(RATE).trace(Z[:, 0]),
     "Trace of channels": lambda: zr.DriftFilter(RATE, method="fading", channels=3).trace(Z),
-    "Replay": lambda: replay(log(), methods=("auto", "kf")),
-    "Comparison": lambda: compare([zr.Recording({"gyro": log()})], ("raw", "auto", "kf"))[0],
+    "Replay": lambda: run_filters(log(), methods=("auto", "kf")),
+    "Comparison": lambda: compare_methods([zr.Recording({"gyro": log()})], ("raw", "auto", "kf"))[
+        0
+    ],
     "ArmaModel": lambda: zr.identification.fit_arma(Z[:, 0], 1, 1),
 }
 

@@ -21,11 +21,11 @@ from zerorate.show import (
     format_replay,
     format_table,
 )
-from zerorate.tasks.replay import replay
 from zerorate.tasks.replay.filters import Block
 from zerorate.tasks.replay.history import last_known, moments
 from zerorate.tasks.replay.measures import Measures
 from zerorate.tasks.replay.result import Readings
+from zerorate.tasks.replay.run import run_filters
 from zerorate.texts import within
 from zerorate.units import convert
 
@@ -41,12 +41,12 @@ def alone_of(method, channels=2, **options):
 
 @pytest.fixture(scope="module")
 def result():
-    return replay(make_log(noise(9000)), methods=PUBLISHED, output="estimate")
+    return run_filters(make_log(noise(9000)), methods=PUBLISHED, output="estimate")
 
 
 @pytest.fixture(scope="module")
 def auto():
-    return replay(make_log(noise(9000)))
+    return run_filters(make_log(noise(9000)))
 
 
 @pytest.mark.parametrize("method", PUBLISHED)
@@ -59,13 +59,13 @@ def test_filtered_equals_the_filter_alone_to_the_last_bit(result, method):
 
 def test_filtered_log_is_that_of_the_last_method():
     methods = ("fading", "kf")
-    last = replay(make_log(noise(500)), methods=methods, output="estimate")
-    assert (last.method, last.output, last.filtered_log.extra) == ("kf", "estimate", {})
-    compensated = replay(make_log(noise(500)), methods=methods)
+    last = run_filters(make_log(noise(500)), methods=methods, output="estimate")
+    assert (last.method, last.output, last.to_log().extra) == ("kf", "estimate", {})
+    compensated = run_filters(make_log(noise(500)), methods=methods)
     assert (compensated.method, compensated.output) == ("kf", "compensated")
-    assert next(iter(compensated.filtered_log.extra)) == "bias_gyro_0_dps"
-    np.testing.assert_array_equal(last.filtered_log.data, last.filtered["kf"])
-    assert last.filtered_log.names == last.log.names
+    assert next(iter(compensated.to_log().extra)) == "bias_gyro_0_dps"
+    np.testing.assert_array_equal(last.to_log().data, last.filtered["kf"])
+    assert last.to_log().names == last.log.names
 
 
 def test_scores_are_the_public_metrics(result):
@@ -86,7 +86,7 @@ def test_scores_are_the_public_metrics(result):
 
 def test_error_to_the_truth():
     truth = np.full((3000, 1), 0.5)
-    scores = replay(make_log(noise(3000, 1)), truth=truth).scores
+    scores = run_filters(make_log(noise(3000, 1)), truth=truth).scores
     assert scores[0].error == pytest.approx(0.1, rel=0.05)
     assert all(score.error < scores[0].error for score in scores[1:])
 
@@ -134,13 +134,9 @@ def test_every_averaging_time_uses_all_clusters():
     walk = (
         np.cumsum(np.random.default_rng(5).standard_normal(60_000)) + 30.0 * noise(60_000, 1)[:, 0]
     )
-    curves = replay(make_log(walk), methods=("kf",)).allan
+    curves = run_filters(make_log(walk), methods=("kf",)).allan
     exact, _, _ = allan_deviations(walk, [round(RATE * tau) for tau in curves.taus])
     np.testing.assert_array_equal(curves.raw[0], exact)
-
-
-def test_allan_curves_can_be_left_out():
-    assert replay(make_log(noise(300)), allan=False).allan is None
 
 
 def test_memory_is_the_time_of_a_step(result):
@@ -161,14 +157,15 @@ def test_memory_is_the_time_of_a_step(result):
         assert result.memory[i] == pytest.approx(first / RATE)
 
 
-def test_progress_rises_step_by_step():
+def test_progress_rises():
     calls = []
-    replay(make_log(noise(300)), progress=lambda step, fraction: calls.append((step, fraction)))
-    assert list(dict.fromkeys(step for step, _ in calls)) == ["filtering", "measuring"]
-    for step in ("filtering", "measuring"):
-        fractions = [fraction for name, fraction in calls if name == step]
-        assert fractions == sorted(fractions)
-        assert fractions[-1] == 1.0
+    run_filters(
+        make_log(noise(300)), progress=lambda step, fraction: calls.append((step, fraction))
+    )
+    assert list(dict.fromkeys(step for step, _ in calls)) == ["filtering"]
+    fractions = [fraction for _, fraction in calls]
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
 
 
 @pytest.mark.parametrize(
@@ -190,18 +187,18 @@ def test_progress_rises_step_by_step():
 )
 def test_bad_arguments(options, match):
     with pytest.raises(ValueError, match=match):
-        replay(make_log(noise(50)), **options)
+        run_filters(make_log(noise(50)), **options)
 
 
 def test_no_sample_at_all():
     with pytest.raises(LogError, match="no axis holds a sample"):
-        replay(make_log(np.full((100, 2), np.nan)))
+        run_filters(make_log(np.full((100, 2), np.nan)))
 
 
 def test_predictions_in_a_gap_count_nowhere():
     z = noise(4000, 1)
     z[1000:3000] = np.nan
-    result = replay(make_log(z), methods=("kf",), output="estimate")
+    result = run_filters(make_log(z), methods=("kf",), output="estimate")
     there = np.isfinite(z[:, 0])
     assert result.scores[1].deviation == pytest.approx(result.filtered["kf"][there].std())
     hidden = np.where(there, result.filtered["kf"][:, 0], np.nan)
@@ -211,7 +208,7 @@ def test_predictions_in_a_gap_count_nowhere():
 def test_samples_before_the_first_one_stay_missing():
     z = noise(500)
     z[:50, 0] = np.nan
-    filtered = replay(make_log(z)).filtered["fading"]
+    filtered = run_filters(make_log(z)).filtered["fading"]
     assert np.isnan(filtered[:50, 0]).all()
     assert np.isfinite(filtered[50:, 0]).all()
     assert np.isfinite(filtered[:, 1]).all()
@@ -221,7 +218,7 @@ class TestAuto:
     def test_it_is_the_default_and_compensates(self, auto):
         alone = alone_of("auto", output="compensated")
         assert (auto.method, auto.output) == ("auto", "compensated")
-        np.testing.assert_array_equal(auto.filtered_log.data, alone.process(auto.log.data))
+        np.testing.assert_array_equal(auto.to_log().data, alone.process(auto.log.data))
 
     def test_drift_and_scores_are_of_the_estimate(self, auto):
         drift = alone_of("auto").process(auto.log.data)
@@ -237,13 +234,13 @@ class TestAuto:
         log = make_log(noise(700))
         log.data[300:320, 1] = np.nan
         options = {"motion": "hold", "output": output}
-        result = replay(log, methods=(method,), allan=False, **options)
+        result = run_filters(log, methods=(method,), **options)
         alone = alone_of(method, **options)
-        np.testing.assert_array_equal(result.filtered_log.data, alone.process(log.data))
+        np.testing.assert_array_equal(result.to_log().data, alone.process(log.data))
 
     def test_extra_columns_of_the_compensated_rate(self, auto):
         trace = alone_of("auto").trace(auto.log.data)
-        columns = auto.filtered_log.extra
+        columns = auto.to_log().extra
         assert list(columns)[:3] == ["bias_gyro_0_dps", "bias_sigma_gyro_0_dps", "at_rest_gyro_0"]
         np.testing.assert_array_equal(columns["bias_gyro_1_dps"], trace.bias[:, 1])
         np.testing.assert_array_equal(columns["bias_sigma_gyro_1_dps"], trace.bias_sigma[:, 1])
@@ -252,14 +249,14 @@ class TestAuto:
     def test_nothing_is_known_before_the_first_sample(self):
         z = noise(500)
         z[:50, 0] = np.nan
-        columns = replay(make_log(z), methods=("auto",)).filtered_log.extra
+        columns = run_filters(make_log(z), methods=("auto",)).to_log().extra
         for name in ("bias_gyro_0_dps", "bias_sigma_gyro_0_dps"):
             assert np.isnan(columns[name][:50]).all()
             assert np.isfinite(columns[name][50:]).all()
 
     def test_memory_is_the_time_of_a_small_step(self):
         z = noise(9000, 64)
-        known = replay(make_log(z), methods=("auto",), allan=False).memory
+        known = run_filters(make_log(z), methods=("auto",)).memory
         filter_ = alone_of("auto", channels=64)
         filter_.process(z)
         np.testing.assert_allclose(known, 1.0 / (filter_.gain[:, 0] * RATE), rtol=1e-12)
@@ -273,7 +270,7 @@ class TestAuto:
 
     def test_learned_noise_is_that_of_the_data(self):
         z = 0.5 + 0.1 * np.random.default_rng(3).standard_normal((60_000, 1))
-        learned = replay(make_log(z), methods=("auto",)).history.angle_random_walk
+        learned = run_filters(make_log(z), methods=("auto",)).history.angle_random_walk
         # It is learned from the last 240 ticks or so, whose Allan variance is known to 8 %.
         assert last_known(learned)[0] == pytest.approx(0.1 / math.sqrt(RATE), rel=0.2)
 
@@ -348,7 +345,7 @@ def dirty():
     z[500::500, 0] += 10.0
     z[3000:3800, 0] = z[3000, 0]
     z[6000:6050, 1] = LIMIT
-    return replay(make_log(z), limit=LIMIT, allan=False)
+    return run_filters(make_log(z), limit=LIMIT)
 
 
 class TestLeftOut:
@@ -356,8 +353,8 @@ class TestLeftOut:
 
     def test_saturated_samples_are_missing(self, dirty):
         alone = alone_of("auto", output="compensated", limit=LIMIT)
-        np.testing.assert_array_equal(dirty.filtered_log.data, alone.process(dirty.log.data))
-        assert np.isnan(dirty.filtered_log.data[6000:6050, 1]).all()
+        np.testing.assert_array_equal(dirty.to_log().data, alone.process(dirty.log.data))
+        assert np.isnan(dirty.to_log().data[6000:6050, 1]).all()
         assert (
             dirty.seen.missing_count.tolist() == dirty.left_out.saturated_count.tolist() == [0, 50]
         )
@@ -377,7 +374,7 @@ class TestLeftOut:
 
     def test_flags_are_extra_columns_of_the_compensated_rate(self, dirty):
         trace = alone_of("auto", limit=LIMIT).trace(dirty.log.data)
-        columns = dirty.filtered_log.extra
+        columns = dirty.to_log().extra
         assert list(columns)[2:5] == ["at_rest_gyro_0", "stuck_gyro_0", "saturated_gyro_0"]
         np.testing.assert_array_equal(columns["stuck_gyro_0"], trace.stuck[:, 0])
         np.testing.assert_array_equal(columns["saturated_gyro_1"], trace.saturated[:, 1])
@@ -403,20 +400,20 @@ class TestLeftOut:
         assert format_learned(dirty).split("\n")[3].split()[1:3] == ["79.8", "2.2"]
 
     def test_nothing_is_said_of_what_there_is_not(self):
-        notes = format_notes(replay(make_log(np.full((3000, 1), 0.5) + noise(3000, 1) % 0.4)))
+        notes = format_notes(run_filters(make_log(np.full((3000, 1), 0.5) + noise(3000, 1) % 0.4)))
         assert "left out because" not in notes
         assert "saturated" not in notes
 
     def test_a_limit_below_all_samples_is_named(self):
         with pytest.raises(LogError, match="all are missing, or beyond the limit of 0"):
-            replay(make_log(noise(100)), limit=0.01)
+            run_filters(make_log(noise(100)), limit=0.01)
 
     def test_a_published_method_counts_what_it_rejects(self):
         z = noise(3000, 1)
         z[500::500] += 10.0
-        rejecting = replay(make_log(z), methods=("kf",), outliers="reject", allan=False)
+        rejecting = run_filters(make_log(z), methods=("kf",), outliers="reject")
         assert rejecting.left_out.outlier_count[0] >= 5
-        assert not replay(make_log(z), methods=("kf",), allan=False).left_out.outlier_count.any()
+        assert not run_filters(make_log(z), methods=("kf",)).left_out.outlier_count.any()
 
 
 class TestLimitsOfRest:
@@ -427,7 +424,7 @@ class TestLimitsOfRest:
         z = noise(3000, 1)
         z[:1000] += 20.0 * np.sin(np.arange(1000) / 30.0)[:, np.newaxis]
         log = make_log(convert(z, "deg/s", unit), unit=unit)
-        result = replay(log, methods=("auto",), allan=False)
+        result = run_filters(log, methods=("auto",))
         assert result.params["rest_limit"] == pytest.approx(convert(10.0, "deg/s", unit))
         assert result.params["bias_limit"] is None
         assert not result.readings.at_rest[:1000].any()
@@ -435,13 +432,13 @@ class TestLimitsOfRest:
 
     @pytest.mark.parametrize("unit", ["unit", "g", "deg/s, rad/s"])
     def test_elsewhere_there_is_none(self, unit):
-        result = replay(make_log(noise(500), unit=unit), methods=("auto",), allan=False)
+        result = run_filters(make_log(noise(500), unit=unit), methods=("auto",))
         assert result.params["rest_limit"] is None
 
     @pytest.mark.parametrize("options", [{"rest_limit": None}, {"motion": "ignore"}])
     def test_it_can_be_switched_off(self, options):
         log = make_log(noise(3000, 1))
-        result = replay(log, methods=("auto",), allan=False, **options)
+        result = run_filters(log, methods=("auto",), **options)
         assert result.params["rest_limit"] is None
         alone = zr.DriftFilter(RATE, channels=1, output="estimate", **options)
         np.testing.assert_array_equal(result.bias, alone.process(log.data))
@@ -449,22 +446,22 @@ class TestLimitsOfRest:
     def test_a_steady_turn_is_no_bias_beyond_the_limit_of_one(self):
         turning = noise(6000, 1)
         turning[:2000] += 60.0
-        taken = replay(make_log(turning), methods=("auto",), allan=False)
+        taken = run_filters(make_log(turning), methods=("auto",))
         assert taken.bias[1900, 0] > 50.0
-        refused = replay(make_log(turning), methods=("auto",), allan=False, bias_limit=20.0)
+        refused = run_filters(make_log(turning), methods=("auto",), bias_limit=20.0)
         assert (refused.bias[:2000] == 0.0).all()
         assert abs(refused.bias[-1, 0] - 0.5) < 0.05
 
     def test_what_is_not_known_for_certain_is_told(self):
-        notes = " ".join(format_notes(replay(make_log(noise(2000, 1), unit="unit"))).split())
+        notes = " ".join(format_notes(run_filters(make_log(noise(2000, 1), unit="unit"))).split())
         assert "gyro_0: what was learned as rest may be motion" in notes
-        assert "may be motion" not in format_notes(replay(make_log(noise(2000, 1))))
+        assert "may be motion" not in format_notes(run_filters(make_log(noise(2000, 1))))
 
     @pytest.mark.parametrize("name", ["rest_limit", "bias_limit"])
     def test_a_limit_without_effect_is_refused(self, name):
         told = f"{name} has no effect on motion 'ignore', only on 'hold'"
         with pytest.raises(ValueError, match=told):
-            replay(make_log(noise(50)), motion="ignore", **{name: 3.0})
+            run_filters(make_log(noise(50)), motion="ignore", **{name: 3.0})
 
 
 class TestText:
@@ -476,7 +473,7 @@ class TestText:
 
     def test_long_names_and_the_truth_still_fit(self):
         log = make_log(noise(300, 2), names=["a" * 60 + "_x", "a" * 60 + "_y"])
-        table = format_table(replay(log, truth=noise(300, 2)))
+        table = format_table(run_filters(log, truth=noise(300, 2)))
         assert max(map(len, table.split("\n"))) <= WIDTH
         assert "…" in table
         assert "true error" in table
@@ -502,7 +499,7 @@ class TestText:
         bias, _, sigma = lines[2].split()[1:4]
         assert abs(float(bias) - 0.5) < 4.0 * float(sigma)
         assert "Bias as each method estimates it" in format_replay(result)
-        one = format_replay(replay(make_log(noise(3000, 1)), methods=("auto",)))
+        one = format_replay(run_filters(make_log(noise(3000, 1)), methods=("auto",)))
         assert "as each method" not in one
 
     @pytest.mark.parametrize("letters", [60, 80, 200])
@@ -515,31 +512,31 @@ class TestText:
         assert ("K, deg/h/√h" in texts[0]) == (letters > 80)
 
     def test_horizon_longer_than_the_record_is_a_dash(self):
-        row = format_table(replay(make_log(noise(3000, 1)))).split("\n")[4].split()
+        row = format_table(run_filters(make_log(noise(3000, 1)))).split("\n")[4].split()
         assert row[0] == "kf"
         assert row[5] == "-"
         assert row[4] != "-"
 
     def test_stuck_axis_has_no_ratio(self):
         log = make_log(np.column_stack((noise(3000, 1), np.full(3000, 2.5))))
-        result = replay(log, methods=PUBLISHED)
+        result = run_filters(log, methods=PUBLISHED)
         assert math.isnan(result.scores[-1].reduction)
         assert "gyro_1: all samples are equal" in format_notes(result)
 
     def test_short_record_says_what_it_lacks(self):
-        notes = " ".join(format_notes(replay(make_log(noise(20, 1)))).split())
+        notes = " ".join(format_notes(run_filters(make_log(noise(20, 1)))).split())
         assert "it needs 100 samples, has 20: no noise, model or gain was learned" in notes
 
     def test_notes_of_the_log_and_missing_samples(self):
         z = noise(300, 1)
         z[10:15] = np.nan
-        notes = format_notes(replay(make_log(z, notes=("the unit is a guess",))))
+        notes = format_notes(run_filters(make_log(z, notes=("the unit is a guess",))))
         assert "gyro_0 5 of 300" in notes
         assert "the unit is a guess" in notes
 
     def test_coasting_error_is_an_angle(self):
-        per_hour = replay(make_log(3600.0 * noise(3000, 1), unit="deg/h"))
-        per_second = replay(make_log(noise(3000, 1)))
+        per_hour = run_filters(make_log(3600.0 * noise(3000, 1), unit="deg/h"))
+        per_second = run_filters(make_log(noise(3000, 1)))
         cells = [format_table(r).split("\n")[3].split()[5] for r in (per_hour, per_second)]
         assert float(cells[0]) == pytest.approx(float(cells[1]), rel=1e-3)
 
@@ -573,10 +570,10 @@ class TestTextOfAuto:
 
     def test_units_of_the_noise(self, auto):
         """The same sensor in deg/s and in deg/h has the same noise in data-sheet units."""
-        per_hour = replay(make_log(3600.0 * noise(9000), unit="deg/h"), methods=("auto",))
+        per_hour = run_filters(make_log(3600.0 * noise(9000), unit="deg/h"), methods=("auto",))
         cells = [format_learned(r).split("\n")[3].split()[3:6] for r in (auto, per_hour)]
         assert cells[0] == cells[1]
-        assert "unit √s" in format_learned(replay(make_log(noise(500), unit="unit")))
+        assert "unit √s" in format_learned(run_filters(make_log(noise(500), unit="unit")))
 
     def test_a_memory_beyond_the_record(self, auto):
         endless = dataclasses.replace(auto, memory=np.array([np.inf, 20.0]))
@@ -594,14 +591,14 @@ class TestTextOfAuto:
         assert "gyro_0: no rest was found, so no bias is known" in notes
 
     def test_a_short_record_has_dashes(self):
-        rows = format_learned(replay(make_log(noise(20, 1)))).split("\n")
+        rows = format_learned(run_filters(make_log(noise(20, 1)))).split("\n")
         assert rows[3].split()[3:] == ["-", "-", "-", "-"]
 
 
 @pytest.mark.parametrize("scale", [1e-150, 1e150])
 def test_hostile_scales(scale):
-    result = replay(make_log(scale * noise(1500, 1)))
+    result = run_filters(make_log(scale * noise(1500, 1)))
     text = f"{format_table(result)}\n{format_learned(result)}"
     assert max(map(len, text.split("\n"))) <= WIDTH
     assert np.isfinite(result.filtered["fading"]).all()
-    assert np.isfinite(result.filtered_log.data).all()
+    assert np.isfinite(result.to_log().data).all()

@@ -7,11 +7,11 @@ import pytest
 
 import zerorate as zr
 from zerorate.cli import run
-from zerorate.io import LogFile, open_imu, read_recording
+from zerorate.io import LogFile, read_recording
 from zerorate.record import LogError
 from zerorate.tasks.batch import batch
 from zerorate.tasks.live import LineStream
-from zerorate.tasks.replay import replay, replay_to_file
+from zerorate.tasks.replay import replay_to_file
 from zerorate.tasks.replay.motion import motion_of
 
 RATE = 100.0
@@ -46,23 +46,22 @@ def worst(result):
 
 def test_a_recording_has_its_own(tmp_path):
     imu = read_recording(write(tmp_path / "imu.parquet"))
-    both = replay(imu, methods=["auto"])
-    assert worst(replay(imu.gyro, methods=["auto"])) > 1.0
+    both = zr.replay(imu)
+    assert worst(zr.replay(imu.gyro)) > 1.0
     assert worst(both) < 0.1
     (note,) = both.header.meta["notes"]
     assert note.startswith("the accelerometer (accel_x_g, accel_y_g, accel_z_g) shows motion for 9")
-    given = replay(imu.gyro, accel=imu.accel, methods=["auto"])
+    given = zr.replay(imu.gyro, accel=imu.accel)
     np.testing.assert_array_equal(given.bias, both.bias)
     # A published method takes every sample for rest, with or without.
-    plain, told = (replay(log, methods=["kf"]).bias for log in (imu.gyro, imu))
+    plain, told = (zr.replay(log, method="kf").bias for log in (imu.gyro, imu))
     np.testing.assert_array_equal(plain, told)
 
 
 def test_block_by_block_as_in_memory(tmp_path):
     path = write(tmp_path / "imu.parquet")
-    gyro, accel = open_imu(path)
-    summary = replay_to_file(gyro, tmp_path / "out.parquet", accel=accel, methods=["auto"])
-    whole = replay(read_recording(path), methods=["auto"])
+    summary = replay_to_file(path, tmp_path / "out.parquet")
+    whole = zr.replay(read_recording(path))
     assert summary.header.meta["notes"] == whole.header.meta["notes"]
     # No number equals NaN.
     assert repr(summary.scores) == repr(whole.scores)
@@ -111,9 +110,9 @@ def test_refused(tmp_path):
     imu = read_recording(write(tmp_path / "imu.parquet"))
     flat = zr.Log(imu.accel.time, RATE, imu.accel.data[:, :2], ACCEL[:2], "g")
     with pytest.raises(LogError, match="accel_x, accel_y: an accelerometer has three axes, got 2"):
-        replay(imu.gyro, accel=flat)
+        zr.replay(imu.gyro, accel=flat)
     with pytest.raises(LogError, match="there is no gyro"):
-        replay(zr.Recording({"accel": imu.accel}))
+        zr.replay(zr.Recording({"accel": imu.accel}))
 
 
 def test_without_one_nothing_is_said(tmp_path, capsys):
@@ -136,7 +135,7 @@ def test_live_and_replay_give_the_same_numbers(tmp_path, shown, method):
     limits = {"rest_limit": 10.0, "bias_limit": 20.0} if method == "auto" else {}
     held = {} if method == "auto" else {"motion": "hold"}
     imu = read_recording(tmp_path / "imu.parquet")
-    log = replay(imu if shown else imu.gyro, methods=[method], **limits, **held).filtered_log
+    log = zr.replay(imu if shown else imu.gyro, method=method, **limits, **held).to_log()
 
     filter_ = zr.DriftFilter(RATE, channels=3, method=method, **limits, **held)
     motion = zr.noise.MotionDetector(RATE)

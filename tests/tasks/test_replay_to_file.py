@@ -14,7 +14,7 @@ from zerorate.io import open_log, read_log, write_log
 from zerorate.io.readers.parquet import RowGroups
 from zerorate.record import LogError
 from zerorate.show import format_learned, format_notes
-from zerorate.tasks.replay import replay, replay_to_file
+from zerorate.tasks.replay.run import filter_to_file, run_filters
 from zerorate.tasks.workers import on_threads
 
 RATE = 100.0
@@ -83,8 +83,8 @@ CHOICES = (
 
 
 def in_memory(path, out, **options):
-    result = replay(read_log(path), allan=False, **options)
-    write_log(result.filtered_log, out)
+    result = run_filters(read_log(path), **options)
+    write_log(result.to_log(), out)
     return result
 
 
@@ -96,7 +96,7 @@ def test_blocks_make_the_same_file_and_say_the_same(tmp_path, make, options):
     make(path)
     whole = in_memory(path, tmp_path / "whole.parquet", **options)
     for rows in BLOCKS if make is not motion else BLOCKS[1:]:
-        summary = replay_to_file(
+        summary = filter_to_file(
             open_log(path), tmp_path / "out.parquet", rows=rows, force=True, **options
         )
         assert (tmp_path / "out.parquet").read_bytes() == (tmp_path / "whole.parquet").read_bytes()
@@ -124,16 +124,16 @@ def test_other_formats_are_read_and_written_from_memory(tmp_path, suffix):
     write_log(read_log(tmp_path / "raw.parquet"), tmp_path / f"raw{suffix}")
     in_memory(tmp_path / f"raw{suffix}", tmp_path / "whole.csv", methods=["auto"])
     recording = open_log(tmp_path / f"raw{suffix}")
-    replay_to_file(recording, tmp_path / "out.csv", methods=["auto"])
+    filter_to_file(recording, tmp_path / "out.csv", methods=["auto"])
     assert (tmp_path / "out.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
 
 
 def test_one_thread_does_the_same(tmp_path):
     regular(tmp_path / "raw.parquet")
     recording = open_log(tmp_path / "raw.parquet")
-    replay_to_file(recording, tmp_path / "two.parquet", rows=500)
+    filter_to_file(recording, tmp_path / "two.parquet", rows=500)
     with on_threads(1):
-        replay_to_file(recording, tmp_path / "one.parquet", rows=500)
+        filter_to_file(recording, tmp_path / "one.parquet", rows=500)
     assert (tmp_path / "one.parquet").read_bytes() == (tmp_path / "two.parquet").read_bytes()
 
 
@@ -150,7 +150,7 @@ class TestFaults:
 
     def go(self, folder, **options):
         recording = open_log(folder / "raw.parquet")
-        return replay_to_file(recording, folder / "out.parquet", rows=100, **options)
+        return filter_to_file(recording, folder / "out.parquet", rows=100, **options)
 
     @pytest.mark.parametrize("method", ["kf", "auto"])
     def test_a_damaged_row_group(self, tmp_path, capsys, method):
@@ -199,7 +199,7 @@ class TestFaults:
 def test_progress_rises_to_the_end(tmp_path):
     regular(tmp_path / "raw.parquet")
     calls = []
-    replay_to_file(
+    filter_to_file(
         open_log(tmp_path / "raw.parquet"),
         tmp_path / "out.parquet",
         rows=1000,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -92,6 +92,19 @@ class Rotations(Result):
                 f"there is no rotation of {', '.join(missing)}; known: {', '.join(known)}"
             )
         return np.stack([known[label] for label in labels])
+
+    def part(self, labels: Sequence[str]) -> Rotations:
+        """Return the rotations of some sensors, in this order; ValueError as of `of`."""
+        self.of(labels)
+        at = [self.labels.index(label) for label in labels]
+        return replace(
+            self,
+            matrices=self.matrices[at],
+            sigma_deg=self.sigma_deg[at],
+            labels=tuple(labels),
+            residuals=self.residuals[at],
+            positions=None if self.positions is None else self.positions[at],
+        )
 
     def to_json(self, path: str | os.PathLike[str] | None = None, *, force: bool = False) -> str:
         """Return the rotations as JSON, for `read_rotations`, exact to the last bit.

@@ -56,10 +56,13 @@ class Prepared:
         With everything mended that could be; its notes say what was done.
     remarks : tuple of Remark
         What each check says, in the order of the table.
+    fixed : Finding or None
+        Unit and axes of the gyro that were put right: what else is read of it needs the same.
     """
 
     recording: Recording
     remarks: tuple[Remark, ...] = ()
+    fixed: Finding | None = None
 
     @property
     def alarms(self) -> tuple[str, ...]:
@@ -88,8 +91,8 @@ class Choices:
         Name of the accelerometer; default that of the gyro's device.
     fix : bool
         Put right a unit or axes of the gyro that the motion contradicts.
-    clipped : {"auto", "restore", "leave"}
-        What becomes of clipped rates.
+    clipped : {"auto", "restore", "leave", "tell"}
+        What becomes of clipped rates. "tell": an alarm, for tasks that take rates as measured.
     gravity : bool
         The task cannot do without gravity: raise where it is absent.
     bias_limit : float, optional
@@ -104,7 +107,7 @@ class Choices:
     gyro: str = "gyro"
     accel: str | None = None
     fix: bool = False
-    clipped: Clipped = "auto"
+    clipped: Clipped | Literal["tell"] = "auto"
     gravity: bool = True
     bias_limit: float | None = None
     correct: Callable[[Recording], Recording] | None = None
@@ -120,11 +123,15 @@ class Choices:
 
 
 class Step(NamedTuple):
-    """What a step makes of a recording: the recording, alarms, and notes on what was done."""
+    """What a step makes of a recording: the recording, alarms, and notes on what was done.
+
+    `fixed` is what was put right of the gyro.
+    """
 
     recording: Recording
     alarms: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    fixed: Finding | None = None
 
 
 class Preparation(NamedTuple):
@@ -185,16 +192,16 @@ def prepare(recording: Recording, choices: Choices | None = None) -> Prepared:
     """
     asked = choices or Choices()
     remarks: list[Remark] = []
-    made = recording
+    made, fixed = recording, None
     for row in PREPARATIONS:
         if row.step is not None and row.name not in asked.skip:
             done = row.step(made, asked)
-            made = done.recording
+            made, fixed = done.recording, fixed or done.fixed
             remarks += [Remark(row.name, one, alarm=True) for one in done.alarms]
             remarks += [Remark(row.name, one, alarm=False) for one in done.notes]
     notes = [one.text for one in remarks if not one.alarm]
     noted = tuple(dict.fromkeys((*made.notes, *notes)))
-    return Prepared(replace(made, notes=noted) if notes else made, tuple(remarks))
+    return Prepared(replace(made, notes=noted) if notes else made, tuple(remarks), fixed)
 
 
 def prepared_fixes(fixes: Fixes) -> Fixes:
@@ -223,8 +230,10 @@ def _correction(recording: Recording, choices: Choices) -> Step:
 def _axes(recording: Recording, choices: Choices) -> Step:
     found = checked_axes(recording, choices.gyro, choices.accel, scale=False)
     steady = steady_of(recording, choices.gyro, choices.accel_in(recording))
-    made = found.apply(recording) if choices.fix and steady is None else recording
-    return Step(made, tuple(_contradictions(found, choices, steady)))
+    alarms = tuple(_contradictions(found, choices, steady))
+    if not (choices.fix and found.gyro.exact) or steady is not None:
+        return Step(recording, alarms)
+    return Step(found.apply(recording), alarms, fixed=found.gyro)
 
 
 def checked_axes(
@@ -275,22 +284,27 @@ def _impossible(recording: Recording, choices: Choices) -> Step:
 def _clipped(recording: Recording, choices: Choices) -> Step:
     if choices.clipped == "leave":
         return Step(recording)
+    if choices.clipped == "tell":
+        _, sides = restore_recording(recording, gyro=choices.gyro)
+        certainly = (one for one in sides if one.certain)
+        return Step(recording, tuple(f"{_place(one)}: no rate is known there" for one in certainly))
     certain = choices.clipped == "auto"
     made, sides = restore_recording(recording, gyro=choices.gyro, certain=certain)
     done = made is not recording
     return Step(made, tuple(_on_clipped(one, done, certain) for one in sides))
 
 
-def _on_clipped(one: ClippedAxis, done: bool, certain: bool) -> str:
+def _place(one: ClippedAxis, verb: str = "is") -> str:
     limit = math.degrees(one.sign * one.limit)
     share = f"{100.0 * one.share:.2g} % of the samples"
+    return f"gyro {one.axis} {verb} clipped at {limit:.0f} deg/s in {share}"
+
+
+def _on_clipped(one: ClippedAxis, done: bool, certain: bool) -> str:
     if not done:
         option = given("clipped", "restore", "clipped='restore'")
-        may = f"gyro {one.axis} may be clipped at {limit:.0f} deg/s in {share}: "
-        return said(may, option, " restores it")
-    text = (
-        f"gyro {one.axis} is clipped at {limit:.0f} deg/s in {share}, and restored from its flanks"
-    )
+        return said(_place(one, "may be"), ": ", option, " restores it")
+    text = f"{_place(one)}, and restored from its flanks"
     if not certain:
         return text
     return said(text, ": ", given("clipped", "leave", "clipped='leave'"), " leaves it")
@@ -304,6 +318,9 @@ FROZEN: Final = "frozen magnetometer"
 AXES: Final = "units and axes"
 CLIPPED: Final = "clipped rates"
 """Names of checks that a task may take itself, or says in its own way."""
+
+AS_MEASURED: Final = Choices(clipped="tell", skip=(GRAVITY,))
+"""Choices of the tasks on noise and bias: rates as they were measured, no use for gravity."""
 
 PREPARATIONS: Final = (
     Preparation(
@@ -329,6 +346,7 @@ PREPARATIONS: Final = (
         "gravity columns are added, if there are any; else tasks that need gravity refuse",
         "columns",
         _gravity,
+        "all tasks but replay, allan and identify, which have no use for gravity",
     ),
     Preparation(
         "known errors",
@@ -368,7 +386,8 @@ PREPARATIONS: Final = (
         CLIPPED,
         "samples at the largest value of an axis, and the flanks beside them",
         "`zerorate.checks.restore_recording` has them",
-        "restored where nothing else explains them",
+        "restored where nothing else explains them; replay, allan, identify and compare take rates "
+        "as measured, and an alarm says so",
         "clipped",
         _clipped,
         "all tasks but calibrate, which leaves out turns at the end of the range; correct; and "

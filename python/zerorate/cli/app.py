@@ -132,6 +132,7 @@ def _not_called() -> None:
 
 _OTHERWISE: Final[Mapping[str, Mapping[str, str]]] = {
     "attitude": {"mag": "--no-mag"},
+    "replay": {"data_scale": "--scale"},
     "navigate": {
         "span": "--rest",
         "seconds": "--outages",

@@ -2,19 +2,20 @@
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final, Self, cast, get_args
+from typing import Annotated, Any, Final
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, require, sentence, writing
+from zerorate.cli.errors import DataFault, UsageFault, print_alarms, require
 from zerorate.cli.options import (
     OUTPUT,
     RECORDING,
     FigureFormat,
     FigureFormatOption,
+    Fix,
     Force,
     NoFigure,
     Reading,
@@ -24,30 +25,10 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import check_outputs, print_written, progress_bar
 from zerorate.cli.records import records
-from zerorate.geometry.frames import Frame
-from zerorate.progress import Progress
-from zerorate.record import LogError
-from zerorate.record.log import present_axes
-from zerorate.show.compare_simulated import format_regret
-from zerorate.show.compare_tables import format_compare
-from zerorate.simulation import Contamination
-from zerorate.tasks.compare import (
-    ATTITUDE_METHODS,
-    METHODS,
-    Comparison,
-    MethodError,
-    Row,
-    Trial,
-    compare_attitude,
-    read_trial,
-)
-from zerorate.tasks.compare import compare as run_methods
-from zerorate.tasks.compare.as_json import as_json
-from zerorate.tasks.compare.attitude import check_attitude
-from zerorate.tasks.compare.methods import Chosen, name_of, resolved
-from zerorate.tasks.compare.simulated import Regret, run_contaminated
-from zerorate.tasks.compare.trial import Kind
-from zerorate.tasks.saving import FIGURE_FORMATS, Destination, together
+from zerorate.tasks.compare import ATTITUDE_METHODS, METHODS, MethodError
+from zerorate.tasks.compare import compare as compare_filters
+from zerorate.tasks.compare.trial import KINDS
+from zerorate.tasks.saving import FIGURE_FORMATS, Destination, Outputs, files_of
 
 
 @dataclass(frozen=True)
@@ -91,27 +72,22 @@ class _Asked:
     ] = ",".join(ATTITUDE_METHODS)
     frame: Annotated[str, typer.Option(help="Of the true orientation: enu, ned or nwu.")] = "enu"
 
-    def chosen(self) -> list[Chosen]:
-        """Return the methods."""
-        return _methods(parse_words("--methods", self.methods))
-
-    def truth(self) -> dict[str, Any]:
-        """Return the columns of a log that hold the truth."""
-        columns = self.quaternion
-        found = None if columns is None else parse_words("--quaternion", columns)
-        return {"reference": self.reference, "quaternion": found}
-
-    def faults(self) -> list[Contamination]:
-        """Return what is put into the records."""
-        with as_usage():
-            return [Contamination.parse(text) for text in self.contaminate or []]
-
-    def filters(self) -> list[str]:
-        """Return the filters of attitude."""
-        with as_usage():
-            found = [] if self.attitude == "none" else parse_words("--attitude", self.attitude)
-            check_attitude(found, self.frame)
-        return found
+    def arguments(self) -> dict[str, Any]:
+        """Return those of `zerorate.compare`."""
+        # A method of one's own is looked for in the working folder, too.
+        if os.getcwd() not in sys.path:
+            sys.path.insert(0, os.getcwd())
+        columns, none = self.quaternion, self.attitude == "none"
+        return {
+            "methods": parse_words("--methods", self.methods),
+            "contaminate": self.contaminate or (),
+            "attitude": () if none else parse_words("--attitude", self.attitude),
+            "frame": self.frame,
+            "reference": self.reference,
+            "quaternion": None if columns is None else parse_words("--quaternion", columns),
+            "simulated": self.simulated,
+            "seeds": self.seeds,
+        }
 
 
 @dataclass(frozen=True)
@@ -136,9 +112,29 @@ class _Written:
     ] = None
     force: Force = False
 
-    def files(self) -> "_Files":
-        """Return where numbers and figures go."""
-        return _Files.of(self.output, self.figure_format, not self.no_figure, self.json)
+    def place(self) -> Destination | None:
+        """Return where numbers and figures go; a usage fault for what means nothing without."""
+        if self.output is not None:
+            if not self.no_figure:
+                require("matplotlib", "plot")
+            suffixes = ["json", *(() if self.no_figure else FigureFormat)]
+            return Destination.of(self.output, _NAME, suffixes)
+        if self.figure_format is not None or self.no_figure:
+            option = "--no-figure" if self.figure_format is None else "--figure-format"
+            raise UsageFault(f"{option} has no effect without -o")
+        return None
+
+    def outputs(self, kinds: Iterable[str]) -> Outputs | None:
+        """Return the files of the tables that there are; None where nothing is written."""
+        place, own = self.place(), () if self.json is None else (self.json,)
+        if place is None:
+            return Outputs(own[0], (), self.force) if own else None
+        form = place.choose("figure_format", self.figure_format, FIGURE_FORMATS)
+        figures = () if self.no_figure else tuple(place.file(f"-{k}.{form}") for k in kinds)
+        return Outputs(place.file(".json"), figures, self.force, own)
+
+
+_NAME: Final = "zerorate-compare"
 
 
 @with_group(_Asked, "asked")
@@ -149,155 +145,28 @@ def compare(
     logs: Annotated[list[Path] | None, typer.Argument(help=RECORDING, show_default=False)] = None,
     asked: _Asked,
     reading: Reading,
+    fix: Fix = False,
     per_axis: Annotated[bool, typer.Option("--per-axis", help="A table of every axis.")] = False,
     written: _Written,
 ) -> None:
     """Compare filters on logs by what they cost their user, at rest and in motion."""
     if not logs and not asked.simulated:
         raise UsageFault("give at least one log, or --simulated")
-    chosen, faults, filters = asked.chosen(), asked.faults(), asked.filters()
-    files = written.files()
-    check_outputs(files.possible, written.force, None, *(logs or []))
+    arguments = {**asked.arguments(), "fix": fix, **reading.arguments}
+    possible = written.outputs(KINDS)
+    check_outputs([] if possible is None else possible.paths, written.force, None, *(logs or []))
     with progress_bar() as progress:
-        recordings = []
-        for one in (one for log in logs or [] for one in records(log, reading.group_by)):
-            trial = reading.read(read_trial, one.source, **asked.truth())
-            recordings.append(replace(trial, log=present_axes(trial.log)))
+        sources = [one.source for log in logs or [] for one in records(log, reading.group_by)]
         try:
-            found = _compared(recordings, chosen, faults, progress)
-            found += _attitudes(recordings, filters, asked.frame, progress)
-            seeds, simulated = asked.seeds, asked.simulated
-            regret = _simulated(chosen, faults, seeds, progress) if simulated else []
+            found = compare_filters(sources, progress=progress, **arguments)
         except MethodError as error:
             raise DataFault(str(error)) from None
-        paths = files.write(found, regret, written.force, progress)
-    print("\n\n".join(_texts(found, regret, per_axis)))
-    if paths:
-        print_written(paths)
-
-
-@dataclass(frozen=True)
-class _Files:
-    """Where numbers go, and the figures of the tables, by what these begin and end with."""
-
-    numbers: tuple[Path, ...]
-    figures: tuple[Path, str] | None
-
-    @classmethod
-    def of(
-        cls, output: str | None, form: FigureFormat | None, draws: bool, json: Path | None
-    ) -> Self:
-        """Return them; a usage fault for what means nothing, or an extra that is missing."""
-        numbers = () if json is None else (json,)
-        if output is None:
-            if form is not None or not draws:
-                option = "--no-figure" if form is None else "--figure-format"
-                raise UsageFault(f"{option} has no effect without -o")
-            return cls(numbers, None)
-        suffixes = ["json", *(FigureFormat if draws else ())]
-        place = Destination.of(output, "zerorate-compare", suffixes)
-        if draws:
-            require("matplotlib", "plot")
-        chosen = place.choose("figure_format", form, FIGURE_FORMATS)
-        figures = (place.base, f".{chosen}") if draws else None
-        return cls((*numbers, place.file(".json")), figures)
-
-    def figure(self, name: str) -> Path:
-        """Return the file of a figure."""
-        assert self.figures is not None
-        base, suffix = self.figures
-        return base.with_name(f"{base.name}-{name}{suffix}")
-
-    @property
-    def possible(self) -> list[Path]:
-        """The files that may be written."""
-        kinds = () if self.figures is None else _KINDS
-        return [*self.numbers, *map(self.figure, kinds)]
-
-    def write(
-        self,
-        found: Sequence[Comparison],
-        regret: list[Regret],
-        force: bool,
-        progress: Progress,
-    ) -> list[Path]:
-        """Write them, and return which there are."""
-        drawn: dict[Path, Comparison] = {}
-        for one in found if self.figures is not None else ():
-            if one.rows:
-                faults = sum(path.stem.endswith(one.kind) for path in drawn)
-                drawn[self.figure(one.kind if not faults else f"{one.kind}-{faults + 1}")] = one
-        paths = [*drawn, *self.numbers]
-        progress("writing", 0.95)
-        with writing(), together(paths, force) as temporary:
-            for path, one in zip(temporary, drawn.values(), strict=False):
-                _draw(one, path)
-            for path in temporary[len(drawn) :]:
-                path.write_text(as_json(found, regret), encoding="utf-8", newline="\n")
-        return paths
-
-
-_KINDS: Final = get_args(Kind)
-
-
-def _draw(found: Comparison, path: Path) -> None:
-    from zerorate.views import save_figure
-
-    save_figure(found.plot(), path)
-
-
-def _texts(found: tuple[Comparison, ...], regret: list[Regret], per_axis: bool) -> Iterator[str]:
-    if found:
-        yield format_compare(found, per_axis)
-    yield from map(format_regret, regret)
-
-
-def _methods(names: Sequence[str]) -> list[Chosen]:
-    """Return methods by their names; a user's own are looked for in the working folder, too."""
-    if os.getcwd() not in sys.path:
-        sys.path.insert(0, os.getcwd())
-    with as_usage():
-        return resolved(names)
-
-
-def _compared(
-    recordings: list[Trial], methods: list[Chosen], faults: list[Contamination], progress: Progress
-) -> tuple[Comparison, ...]:
-    if not recordings:
-        return ()
-    try:
-        return run_methods(recordings, methods, progress, faults)
-    except LogError as error:
-        raise DataFault(sentence(error)) from None
-    except ValueError as error:
-        raise UsageFault(sentence(error)) from None
-
-
-def _attitudes(
-    recordings: list[Trial], methods: Sequence[str], frame: str, progress: Progress
-) -> tuple[Comparison, ...]:
-    """Return the comparison of filters of attitude on the recordings that allow it."""
-    rows: list[Row] = []
-    notes: list[str] = []
-    for one in recordings if methods else ():
-        if one.orientation is None or one.accel is None:
-            continue
-        try:
-            found = compare_attitude([one], methods, progress, frame=cast(Frame, frame))
-        except LogError as error:
-            notes.append(f"no attitude: {sentence(error)}")
-        else:
-            rows.extend(found.rows)
-            notes.extend(found.notes)
-    if not rows and not notes:
-        return ()
-    return (Comparison("attitude", tuple(rows), tuple(dict.fromkeys(notes))),)
-
-
-def _simulated(
-    methods: list[Chosen], faults: list[Contamination], seeds: int, progress: Progress
-) -> list[Regret]:
-    # Simulated gyros rest.
-    plain = [method for method in methods if "+hold" not in name_of(method)]
-    with as_usage():
-        return run_contaminated(plain, faults, seeds=seeds, progress=progress)
+        files = files_of(found)
+        outputs = written.outputs(end[1:] for end in files.figures)
+        if outputs is not None:
+            writers = [*files.data] * (1 + len(outputs.others))
+            outputs.save(files._replace(data=writers), progress, done=0.95)
+    print_alarms(found.alarms)
+    print(found.table(per_axis=per_axis))
+    if outputs is not None:
+        print_written(outputs.paths)

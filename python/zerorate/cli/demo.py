@@ -5,16 +5,15 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from zerorate.cli.errors import as_usage
 from zerorate.cli.options import Force, Output
-from zerorate.cli.outputs import LogAndFigure, check_outputs, progress_bar
-from zerorate.cli.replay import in_memory, print_result, write
+from zerorate.cli.outputs import LogAndFigure, check_outputs, print_written, progress_bar
 from zerorate.cli.simulate import AXES, Duration, Seed, SimulatedRate, simulated
 from zerorate.record import Log
 from zerorate.show.tables import prose
 from zerorate.simulation.devices import device as find_device
 from zerorate.tasks.replay import Replay
-from zerorate.tasks.saving import Outputs
+from zerorate.tasks.replay import replay as remove_bias
+from zerorate.tasks.saving import Outputs, files_of
 from zerorate.units import convert
 
 
@@ -32,8 +31,7 @@ def demo(
 
     Prints how well each method does, and writes the filtered log and a figure.
     """
-    with as_usage():
-        gyro = find_device(device)
+    gyro = find_device(device)
     written = LogAndFigure(output, force=force)
     outputs = written.at(written.place("demo-zerorate"))
     check_outputs(outputs.paths, force)
@@ -46,10 +44,11 @@ def demo(
         names = tuple(f"gyro_{axis}_dps" for axis in AXES)
         meta = {"source": f"simulated {gyro.name}", "sensor": f"simulated {gyro.name}"}
         log = Log(np.arange(len(signal)) / rate, rate, signal, names, "deg/s", meta)
-        result = in_memory(log, progress, truth=truth, allan=False)
-        write(outputs, result, progress)
+        result = remove_bias(log, methods="all", truth=truth, progress=progress)
+        outputs.save(files_of(result), progress)
     print(f"{gyro.name}, simulated at rest: {duration:g} s at {rate:g} Hz, seed {seed}\n")
-    print_result(result, outputs)
+    print(result)
+    print_written(outputs.paths)
     print(f"\n{_told(result, outputs)}")
 
 

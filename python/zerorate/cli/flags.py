@@ -27,7 +27,7 @@ FLAGS: Final[Mapping[str, tuple[str, str]]] = {
         "--columns --unit --rate --time --time-unit --scale --device --range --sensor "
         "--start --stop --topic --group-by --deviation --kind --taus --bridge "
         "--confidence --markov --export --inflate -o --output --format --figure-format",
-        "--second-opinion --no-second-opinion --per-sample --no-figure --force",
+        "--second-opinion --no-second-opinion --fix --per-sample --no-figure --force",
     ),
     "stream": (
         "--columns --unit --rate --time --time-unit --scale --device --range --sequence "
@@ -51,13 +51,13 @@ FLAGS: Final[Mapping[str, tuple[str, str]]] = {
         "--reference --quaternion --seeds --methods --contaminate --attitude --frame "
         "--columns --unit --rate --time --time-unit --scale --device --range --sensor "
         "--start --stop --topic --group-by -o --output --figure-format --json",
-        "--simulated --per-axis --no-figure --force",
+        "--simulated --fix --per-axis --no-figure --force",
     ),
     "identify": (
         "--columns --unit --rate --time --time-unit --scale --device --range --sensor "
         "--start --stop --topic --group-by -o --output --figure --order --criterion "
         "--max-order --estimator --segments --outliers --smooth --decimate --trend",
-        "--no-figure --force",
+        "--fix --no-figure --force",
     ),
     "calibrate": (
         "--columns --accel-columns --mag-columns --unit --rate --time --time-unit "

@@ -15,7 +15,7 @@ from zerorate.findings.finding import Finding, Spans
 from zerorate.findings.imus import Imu, part
 from zerorate.findings.rests import OF_NOISE, means, spans
 from zerorate.noise import NoiseModel
-from zerorate.noise.characterise import characterise
+from zerorate.noise.characterise import characterise_log
 from zerorate.record.log import LogError
 from zerorate.record.recording import Recording
 from zerorate.types import Floats
@@ -57,7 +57,7 @@ def _model(imu: Imu, which: int) -> NoiseModel | None:
         return None
     begin, end = spans([rest])[0]
     try:
-        found = characterise(
+        found = characterise_log(
             part(one.log, one.start + begin, one.start + end),
             second_opinion=False,
             progress=lambda step, done: None,

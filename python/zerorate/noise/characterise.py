@@ -1,4 +1,4 @@
-"""The noise of every axis of one log: deviations, models, a second opinion, and warnings."""
+"""The noise of every axis of one sensor: deviations, models, a second opinion, and warnings."""
 
 import json
 from collections.abc import Callable, Iterator, Sequence
@@ -101,7 +101,7 @@ class Characterisation:
             )
 
 
-def characterise(
+def characterise_log(
     log: Log,
     *,
     kind: KindName = "oadev",
@@ -112,7 +112,7 @@ def characterise(
     second_opinion: bool = True,
     progress: Progress | None = None,
 ) -> Characterisation:
-    """Find the noise coefficients of every axis of a log.
+    """Find the noise coefficients of every axis of a log, as `zerorate.characterise` does.
 
     Parameters
     ----------

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from zerorate.show.array_table import (
         format_accelerometers,
         format_array,
-        format_array_notes,
         format_rotations,
     )
     from zerorate.show.attitude_figure import plot_attitude
@@ -49,7 +48,6 @@ __all__ = [
     "format_allan",
     "format_allan_notes",
     "format_array",
-    "format_array_notes",
     "format_attitude",
     "format_bias",
     "format_biases",
@@ -82,7 +80,7 @@ _PLACES: Final = {
     "allan_figure": "plot_allan plot_characterisation",
     "allan_table": "format_allan format_allan_notes",
     "array_figure": "plot_array",
-    "array_table": "format_accelerometers format_array format_array_notes format_rotations",
+    "array_table": "format_accelerometers format_array format_rotations",
     "attitude_figure": "plot_attitude",
     "attitude_table": "format_attitude",
     "calibration_figure": "plot_calibration",

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from zerorate.noise.characterise import Characterisation
+    from zerorate.tasks.characterise import Characterised
 
 Style = dict[str, Any]
 
@@ -108,6 +109,11 @@ def plot_allan(
     panels = [_Panel.of(axis, model, shown) for axis, model in pairs]
     rows = [panels[i : i + _MOST_COLUMNS] for i in range(0, len(panels), _MOST_COLUMNS)]
     return _figure(rows, title)
+
+
+def plot_characterised(found: Characterised) -> Figure:
+    """Return the figure of all sensors of a recording."""
+    return plot_characterisation(found.sensors)
 
 
 def plot_characterisation(found: Sequence[Characterisation]) -> Figure:

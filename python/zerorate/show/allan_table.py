@@ -12,6 +12,7 @@ from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, si_unit
 from zerorate.numerals import significant, with_error
 from zerorate.record.names import looks_like_accelerometer
 from zerorate.show.tables import GAP, aligned, bulleted, prose
+from zerorate.tasks.characterise import Characterised
 from zerorate.texts import width
 
 _SECOND: Final = "  by the spectrum"
@@ -33,6 +34,11 @@ def format_allan(found: Sequence[Characterisation]) -> str:
     said = [_BOUND] if "< " in text else []
     said += [_UNIT] if any(_quantity(one) == "unknown" for one in found) else []
     return "\n\n".join((text, "\n".join(map(prose, said)))) if said else text
+
+
+def format_characterised(found: Characterised) -> str:
+    """Return the tables of all sensors of a recording, and notes."""
+    return "\n\n".join(filter(None, (format_allan(found.sensors), bulleted(found.notes))))
 
 
 def format_allan_notes(found: Sequence[Characterisation]) -> str:

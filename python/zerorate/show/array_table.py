@@ -9,14 +9,11 @@ import numpy as np
 
 from zerorate.array.accelerometers import FusedAccelerometers
 from zerorate.array.rotations import Rotations
-from zerorate.numerals import NOTHING, or_dash, significant
-from zerorate.record.log import notes_of
+from zerorate.numerals import or_dash, significant
 from zerorate.show.tables import Table, as_text, bulleted, prose
 from zerorate.tasks.array import OUT, ArrayReplay
 from zerorate.types import Floats
 
-_SPANS: Final = 3
-"""Spans of an exclusion that are listed."""
 _GAINS: Final = ("mean over array", "sensor over array")
 
 
@@ -183,42 +180,8 @@ def _axes(matrix: Floats) -> str:
     return ", ".join(f"{sign}{'xyz'[i]}" for sign, i in zip(signs, nearest, strict=True))
 
 
-def format_array_notes(replay: ArrayReplay, further: Sequence[str] = ()) -> str:
-    """Return what to know about the log and the sensors, a sentence each."""
-    return bulleted([*notes_of(replay.filtered_log, even=True), *further, *_notes(replay)])
-
-
-def _notes(replay: ArrayReplay) -> Iterator[str]:
-    log = replay.log
-    if replay.rotations is None and len(log.axes) == 3 and log.sensors > 1:
-        yield "all sensors are taken as aligned, for no rotations were given"
-    for k, label in enumerate(log.labels):
-        spans = replay.excluded_spans(k)
-        if spans:
-            yield f"{label} disagreed with the others and was excluded: {_listed(spans)}"
-        if replay.health[k] != "good":
-            yield f"{label} is {replay.health[k]} at the end"
-    if replay.disputed.any():
-        seconds = replay.disputed.sum() / log.rate
-        yield (
-            f"for {seconds:.4g} s sensors disagreed and nobody knew which was wrong: all were used"
-        )
-    lost = ~np.isfinite(replay.rate.reshape(log.n, -1)).all(axis=1)
-    if lost.any():
-        yield f"no sensor was left in {int(lost.sum())} of {log.n} samples: the rate is NaN there"
-    if replay.accel is not None and replay.accel.angular_acceleration is None:
-        yield (
-            'the accelerometers are fused without lever arms: "positions" in the file of '
-            "--rotations gives them"
-        )
-    yield (
-        "the log of the array holds its rate without bias, and beside it rest, weight_LABEL and "
-        "excluded_LABEL of each sensor"
-    )
-
-
-def _listed(spans: Sequence[tuple[float, float]]) -> str:
-    """Return the first spans, and how many there are more."""
-    shown = ", ".join(f"{start:.4g} to {end:.4g} s" for start, end in spans[:_SPANS])
-    more = len(spans) - _SPANS
-    return f"{shown} and {more} more" if more > 0 else shown or NOTHING
+def format_array_replay(replay: ArrayReplay) -> str:
+    """Return how each sensor did, its accelerometers and rotations if there are any, and notes."""
+    accel = None if replay.accel is None else format_accelerometers(replay)
+    turned = None if replay.turned is None else format_rotations(replay.turned)
+    return "\n\n".join(filter(None, (format_array(replay), accel, turned, bulleted(replay.notes))))

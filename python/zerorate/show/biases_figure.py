@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from zerorate.tasks.replay import Summary
+    from zerorate.tasks.replay import Replays, Summary
     from zerorate.types import Floats
 
 _COLOURS: Final = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
@@ -36,6 +37,16 @@ _PANEL: Final = 18.0
 """Millimetres."""
 _WIDER: Final = 5.0
 """How many times as wide as at the end a band may be to be shown whole."""
+
+
+def plot_summary(replay: Summary) -> Figure:
+    """Return the biases of one log."""
+    return plot_biases({Path(replay.source).name: replay})
+
+
+def plot_replays(replays: Replays) -> Figure:
+    """Return the biases of several logs over each other."""
+    return plot_biases(replays.results)
 
 
 def plot_biases(replays: Mapping[str, Summary]) -> Figure:
@@ -67,7 +78,7 @@ def plot_biases(replays: Mapping[str, Summary]) -> Figure:
         head(panel, f"{split_unit(label)[0]} [{of_data}]")
     names(stack.panels[0], 3)
     over_time(stack.panels, 0.0, longest / length, unit)
-    return stack.finish(f"{len(replays)} logs", 0.0, 0.0)
+    return stack.finish(f"{len(replays)} log{'s' if len(replays) > 1 else ''}", 0.0, 0.0)
 
 
 def _draw(panel: Axes, replay: Summary, axis: int, length: float, colour: str, name: str) -> None:

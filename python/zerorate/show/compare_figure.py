@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from zerorate.tasks.compare.comparison import Comparison
     from zerorate.tasks.compare.measures import Row
+    from zerorate.tasks.compare.task import Compared
 
 _MOST: Final = 3
 """Panels: a fourth would leave no room for numbers. The table has all measures."""
@@ -50,6 +51,14 @@ class _Method(NamedTuple):
     def mean(self, measure: int) -> float:
         values = self.values[measure]
         return sum(values) / len(values) if values else math.nan
+
+
+def plot_compared(found: Compared) -> Figure:
+    """Return the figure of the first kind of recording; ValueError without any."""
+    drawn = next((one for one in found.comparisons if one.rows), None)
+    if drawn is None:
+        raise ValueError("there is no figure of simulated gyros: the table has all numbers")
+    return plot_compare(drawn)
 
 
 def plot_compare(found: Comparison) -> Figure:

@@ -7,9 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.numerals import significant
-from zerorate.show.compare_tables import marked, on_looking_ahead
+from zerorate.show.compare_tables import format_compare, marked, on_looking_ahead
 from zerorate.show.tables import Table, as_text
 from zerorate.tasks.compare.simulated import Regret
+from zerorate.tasks.compare.task import Compared
 
 _MEANING: Final = (
     "Regret: RMSE to the true drift over that of the Kalman filter that knows the model, whose own "
@@ -17,6 +18,12 @@ _MEANING: Final = (
 )
 _TRANSIENT: Final = "Only the optimum knows its time constant; not in mean and worst."
 _HONEST: Final = "Share of errors within one sigma of the method: 0.683 if it is honest."
+
+
+def format_compared(found: Compared, per_axis: bool = False) -> str:
+    """Return the tables of recordings, then those of simulated gyros."""
+    parts = [format_compare(found.comparisons, per_axis)] if found.comparisons else []
+    return "\n\n".join((*parts, *map(format_regret, found.simulated)))
 
 
 def format_regret(found: Regret) -> str:

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from zerorate.tasks.identify import Identified
+
 # Millimetres.
 _WIDTH: Final = 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 14.0, 4.0, 9.0, 16.0
@@ -53,6 +55,11 @@ _SHORT: Final = (
     "Grey: 95 % bounds of white noise; criteria within the margin of the least. Hollow: the least; "
     "filled: the clear choice."
 )
+
+
+def plot_identified(found: Identified) -> Figure:
+    """Return the figure of the first axis; those of the others are by `plot_identification`."""
+    return plot_identification(found.axes[0])
 
 
 def plot_identification(found: Identification, everything: bool = False) -> Figure:

@@ -4,12 +4,42 @@ from base64 import b64encode
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
+from importlib.util import find_spec
+from io import BytesIO
+from pathlib import Path
 
 from zerorate._native import __version__
 from zerorate.identification.conclusions import is_fit, model_name, per_cent
 from zerorate.identification.identification import Identification
 from zerorate.show.identify_tables import tables
 from zerorate.show.tables import Table
+from zerorate.tasks.identify import Identified
+from zerorate.texts import extra_needed
+
+
+def identified_page(found: Identified, drawn: bool = True, everything: bool = False) -> str:
+    """Return the page of all axes of a log.
+
+    `drawn`: with a figure of each axis, of all panels if `everything`; ImportError without
+    matplotlib.
+    """
+    drawings = {one.name: _svg(one, everything) for one in found.axes} if drawn else {}
+    return identification_page(found.axes, Path(found.source).name, drawings, found.notes)
+
+
+def _svg(found: Identification, everything: bool) -> bytes:
+    if find_spec("matplotlib") is None:
+        raise ImportError(extra_needed("matplotlib", "plot"))
+    from matplotlib import rc_context
+
+    from zerorate.show.identify_figure import plot_identification
+
+    buffer = BytesIO()
+    # The same log gives the same bytes.
+    with rc_context({"svg.hashsalt": found.name}):
+        figure = plot_identification(found, everything)
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    return buffer.getvalue()
 
 
 def identification_page(

@@ -12,11 +12,17 @@ from zerorate.identification.order import CRITERIA, OrderSelection, above_least
 from zerorate.identification.verdict import Verdict
 from zerorate.numerals import significant, with_error
 from zerorate.show.tables import Table, as_text, bulleted
+from zerorate.tasks.identify import Identified
 from zerorate.texts import width
 
 Row = tuple[str, ...]
 
 _MARKS: Final = "* the least; < the clear choice, with the fewest coefficients within {:g} of it."
+
+
+def format_identified(found: Identified) -> str:
+    """Return the tables of all axes of a log, and notes."""
+    return "\n\n".join(filter(None, (format_identify(found.axes), bulleted(found.notes))))
 
 
 def tables(found: Identification) -> tuple[Table, ...]:

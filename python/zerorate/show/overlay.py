@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from zerorate.faults import told
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, si_unit
 from zerorate.numerals import NOTHING, significant, with_error
@@ -26,7 +27,7 @@ from zerorate.show.style import (
     write_caption,
     write_title,
 )
-from zerorate.show.tables import Table, as_text
+from zerorate.show.tables import Table, as_text, bulleted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
     from zerorate.noise import AllanResult, Coefficient, NoiseModel
     from zerorate.noise.characterise import Characterisation
+    from zerorate.tasks.characterise import Characterisations
 
 Logs = Mapping[str, Sequence["Characterisation"]]
 """What was found of each log, by its name."""
@@ -47,6 +49,21 @@ _DASHES: Final = ("-", "--", ":", "-.")
 _SHOWN: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
 """N, B and K."""
 _QUANTITIES: Final[tuple[Quantity, ...]] = ("angular rate", "acceleration", "unknown")
+
+
+def plot_characterisations(found: Characterisations) -> Figure:
+    """Return the deviations of several recordings over each other."""
+    return plot_overlay({name: one.sensors for name, one in found.results.items()})
+
+
+def format_characterisations(found: Characterisations) -> str:
+    """Return the noise of several recordings in one table, then what is to be said of each."""
+    parts = [format_overlay({name: one.sensors for name, one in found.results.items()})]
+    for name, one in found.results.items():
+        alarms = "\n".join(map(told, one.alarms))
+        text = "\n\n".join(filter(None, (alarms, bulleted(one.notes))))
+        parts += [f"{name}\n{text}"] if text else []
+    return "\n\n".join(parts)
 
 
 def plot_overlay(logs: Logs) -> Figure:

@@ -97,6 +97,23 @@ VIEWS: Final = {
         "curve_views:plot_noise_model",
     ),
     "noise.result.AllanResult": ("curve_views:format_allan_result", "allan_figure:plot_allan"),
+    "tasks.characterise.Characterisations": (
+        "overlay:format_characterisations",
+        "overlay:plot_characterisations",
+    ),
+    "tasks.characterise.Characterised": (
+        "allan_table:format_characterised",
+        "allan_figure:plot_characterised",
+    ),
+    "tasks.compare.task.Compared": (
+        "compare_simulated:format_compared",
+        "compare_figure:plot_compared",
+    ),
+    "tasks.identify.Identified": (
+        "identify_tables:format_identified",
+        "identify_figure:plot_identified",
+        "identify_page:identified_page",
+    ),
     "tasks.navigate.Navigation": (
         "navigation_table:format_navigation",
         "navigation_figure:plot_navigation",
@@ -110,9 +127,11 @@ VIEWS: Final = {
         "calibration_table:format_corrected",
         "series_views:plot_corrected",
     ),
-    "tasks.array.ArrayReplay": ("array_table:format_array", "array_figure:plot_array"),
+    "tasks.array.ArrayReplay": ("array_table:format_array_replay", "array_figure:plot_array"),
     "tasks.trace.Trace": ("series_views:format_trace", "series_views:plot_trace"),
     "tasks.replay.result.Replay": ("replay_table:format_replay", "replay_figure:plot_replay"),
+    "tasks.replay.result.Replays": ("replay_table:format_replays", "biases_figure:plot_replays"),
+    "tasks.replay.result.Summary": ("replay_table:format_replay", "biases_figure:plot_summary"),
 }
 """Of each result by its module and class, the functions of this package that show it."""
 

@@ -62,8 +62,6 @@ def plot_replay(replay: Replay, everything: bool = False) -> Figure:
 
     `everything`: all panels instead: also the noise, the gain or the drift that were learned, and
     Allan deviations; a column for each axis, of the first six at most, two columns of a page wide.
-
-    ValueError if everything is asked of a replay without Allan deviations.
     """
     if everything:
         return plot_replay_grid(replay)

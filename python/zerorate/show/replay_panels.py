@@ -111,8 +111,6 @@ def draw_model(axes: Axes, replay: Replay, i: int) -> None:
 
 def draw_allan(axes: Axes, replay: Replay, i: int) -> None:
     """Draw Allan deviations, grey where the filter, not the sensor, shapes the filtered one."""
-    if replay.allan is None:
-        raise ValueError("this replay has no Allan deviations: call replay with allan=True")
     taus = replay.allan.taus
     # Where one lies on the other, both are seen: the lower is broad, the upper has open marks.
     raw: Any = {"color": SKY, "lw": 2.0, "label": "raw"}

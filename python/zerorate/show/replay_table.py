@@ -7,15 +7,14 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.faults import told
 from zerorate.numerals import NOTHING, or_dash, with_error
-from zerorate.record.log import notes_of
 from zerorate.record.names import split_unit
 from zerorate.show.tables import Table, aligned, as_text, bulleted, fitting, prose
 from zerorate.tasks.replay import Score, Summary
 from zerorate.tasks.replay.history import last_known, noise_units
-from zerorate.tasks.replay.result import unlearned
+from zerorate.tasks.replay.result import Replays
 from zerorate.texts import width
-from zerorate.types import Integers
 
 _TITLE: Final = "Bias as each method estimates it; 'raw' is what they are given"
 Row = tuple[str, ...]
@@ -34,9 +33,22 @@ _ANGLE: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 
 
 
 def format_replay(replay: Summary) -> str:
-    """Return the bias of each axis, and where several methods ran how well each did."""
-    compared = format_table(replay) if len(replay.speed) > 1 else ""
-    return "\n\n".join(filter(None, (format_bias(replay), compared)))
+    """Return the bias of each axis, where several methods ran how well each did, and notes."""
+    return "\n\n".join(filter(None, (format_bias(replay), _compared(replay), format_notes(replay))))
+
+
+def _compared(replay: Summary) -> str:
+    return format_table(replay) if len(replay.speed) > 1 else ""
+
+
+def format_replays(replays: Replays) -> str:
+    """Return the biases of several logs in one table, then what is to be said of each."""
+    parts = [format_biases(replays.results)]
+    for name, replay in replays.results.items():
+        alarms = "\n".join(map(told, replay.alarms))
+        text = "\n\n".join(filter(None, (alarms, _compared(replay), format_notes(replay))))
+        parts += [f"{name}\n{text}"] if text else []
+    return "\n\n".join(parts)
 
 
 def format_bias(replay: Summary) -> str:
@@ -141,7 +153,7 @@ def format_notes(replay: Summary) -> str:
 
     Empty if there is nothing to say.
     """
-    return bulleted(_notes(replay))
+    return bulleted(replay.notes)
 
 
 def _columns(replay: Summary) -> Iterator[list[str]]:
@@ -194,69 +206,6 @@ def _on_noise(replay: Summary) -> str:
     return f"Deviation of the {rate} over raw, motion included: {listed}."
 
 
-def _notes(replay: Summary) -> Iterator[str]:
-    yield from _on_log(replay)
-    yield from unlearned(replay)
-    guarded = int(np.sum(replay.guard_count[replay.method]))
-    if guarded:
-        steps = replay.header.n * replay.header.channels
-        yield (
-            f"{replay.method}: {guarded} of {steps} steps of the process noise were shortened to "
-            "keep it positive"
-        )
-    if replay.method != "auto":
-        yield from _on_memory(replay)
-        yield from _on_motion(replay)
-
-
-def _on_log(replay: Summary) -> Iterator[str]:
-    header, missing = replay.header, replay.seen.missing_count
-    yield from notes_of(header, even=True)
-    if missing.any():
-        counts = zip(header.names, missing.tolist(), strict=True)
-        listed = ", ".join(f"{name} {n}" for name, n in counts if n)
-        yield f"missing samples, predicted and not corrected: {listed} of {header.n}"
-    yield from replay.left_out.sentences(header.names, header.n, replay.limit)
-    for name, restarts in zip(replay.header.names, replay.restart_count.tolist(), strict=True):
-        if restarts:
-            times = "once" if restarts == 1 else f"{restarts} times"
-            yield (
-                f"{name}: the noise learned at the start proved wrong by many orders, and noise "
-                f"and drift were learned anew, {times}"
-            )
-
-
-def _on_memory(replay: Summary) -> Iterator[str]:
-    times = {
-        name: "longer than the record" if math.isinf(seconds) else f"{seconds:.3g} s"
-        for name, seconds in zip(replay.header.names, replay.memory, strict=True)
-        if not math.isnan(seconds)
-    }
-    if times:
-        listed = ", ".join(f"{name} {text}" for name, text in times.items())
-        yield f"time in which {replay.method} makes 63 % of a step: {listed}"
-
-
-def _on_motion(replay: Summary) -> Iterator[str]:
-    moved = _moved(replay)
-    if moved is None or not moved.any():
-        return
-    seconds = zip(replay.header.names, moved / replay.header.rate, strict=True)
-    listed = ", ".join(f"{name} {time:.4g} s" for name, time in seconds if time)
-    yield (
-        f"in motion, or not yet seen to rest, where nothing is learned: {listed}; all measures are "
-        "of the rest"
-    )
-
-
-def _moved(replay: Summary) -> Integers | None:
-    """Return how many samples of each axis were neither of the rest nor of a stuck sensor."""
-    seen = replay.seen
-    if seen.at_rest_count is None or seen.stuck_count is None:
-        return None
-    return replay.header.n - seen.at_rest_count - seen.stuck_count
-
-
 def _learned_rows(replay: Summary) -> Iterator[tuple[str, ...]]:
     (_, white), (_, walk) = noise_units(replay.header.unit)
     history = replay.history
@@ -274,7 +223,7 @@ def _learned_rows(replay: Summary) -> Iterator[tuple[str, ...]]:
 
 
 def _times(replay: Summary, i: int) -> tuple[str, str]:
-    rested, moved = replay.seen.at_rest_count, _moved(replay)
+    rested, moved = replay.seen.at_rest_count, replay.moved_count
     if rested is None or moved is None:
         return "-", "-"
     return f"{rested[i] / replay.header.rate:.1f}", f"{moved[i] / replay.header.rate:.1f}"

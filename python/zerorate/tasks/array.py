@@ -1,23 +1,31 @@
-"""The log of an array through `zerorate.GyroArray`: one gyro of many, and how each of them did."""
+"""What ``zerorate replay --array`` does: one gyro of many, and how each of them did."""
 
 from __future__ import annotations
 
+import os
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import GyroArray, allan_deviations
 from zerorate.array.accelerometers import FusedAccelerometers, fuse_accelerometers
-from zerorate.array.logs import ArrayLog
+from zerorate.array.logs import ArrayLog, array_log
+from zerorate.array.rotations import Rotations, find_rotations, read_rotations
+from zerorate.checks.preparation import AS_MEASURED, prepare
+from zerorate.faults import ArgumentError, bare, given, said
+from zerorate.io.writing import write_log
 from zerorate.options import with_limits
 from zerorate.progress import Progress, reported
-from zerorate.record.log import Log, LogError
+from zerorate.record.log import Log, LogError, notes_of
 from zerorate.record.names import with_suffix
+from zerorate.record.recording import Recording
 from zerorate.tasks.replay.measures import onset
+from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
+from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import UNITS
 from zerorate.views import Result
@@ -25,8 +33,16 @@ from zerorate.views import Result
 Weights: TypeAlias = Literal["auto", "mean", "white"]
 Columns: TypeAlias = dict[str, Floats | Booleans]
 
+Path_ = str | os.PathLike[str]
+
 _ROWS: Final = 1 << 14
 _SECOND: Final = 1.0
+_READING: Final = ReadingArguments.__optional_keys__
+_FIND: Final = "find"
+_TURNED: Final = 5.0
+"""Degrees between sensors that nobody would call aligned."""
+_SPANS: Final = 3
+"""Spans of an exclusion that are listed."""
 
 OUT: Final = ("used", "missing", "saturated", "excluded", "left out")
 """What became of the samples of a sensor, by their numbers in `ArrayReplay.fate`.
@@ -109,6 +125,14 @@ class ArrayReplay(Result):
         The accelerometers as one; None where the log has none.
     accel_allan : ArrayAllan or None
         Allan deviations of the accelerometers at rest, in their unit.
+    turned : Rotations or None
+        The rotations with their errors, where they were found or read.
+    found : bool
+        Whether rotations were found: they are saved as well.
+    remarks : tuple of str
+        Sentences on how the sensors stand to each other.
+    alarms : tuple of str
+        What contradicts the recording, a sentence each.
     """
 
     log: ArrayLog
@@ -125,6 +149,20 @@ class ArrayReplay(Result):
     speed: float
     accel: FusedAccelerometers | None = None
     accel_allan: ArrayAllan | None = None
+    turned: Rotations | None = None
+    found: bool = False
+    remarks: tuple[str, ...] = ()
+    alarms: tuple[str, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """Name of the recording."""
+        return str(self.log.meta.get("source", "the log"))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on the log and its sensors."""
+        return tuple(notes_on(self))
 
     @property
     def shares(self) -> Floats:
@@ -143,9 +181,8 @@ class ArrayReplay(Result):
         means: Floats = self.weights[rests if rests.any() else slice(None)].mean(axis=0)
         return means
 
-    @property
-    def filtered_log(self) -> Log:
-        """The rate of the body as the log of one gyro.
+    def to_log(self) -> Log:
+        """Return the rate of the body as the log of one gyro.
 
         Its extra columns are acceleration, rest and dispute, and the weight and exclusion of each
         sensor.
@@ -172,45 +209,61 @@ class ArrayReplay(Result):
         return list(zip(starts.tolist(), ends.tolist(), strict=True))
 
 
+class ArrayArguments(ReadingArguments, total=False):
+    """Options of `zerorate.GyroArray`, and arguments of reading."""
+
+    method: str
+    limit: float | None
+    rest_limit: float | None
+    bias_limit: float | None
+    scale_error: float
+
+
 def replay_array(
-    log: ArrayLog,
+    source: Source | ArrayLog,
     *,
-    rotations: npt.ArrayLike | None = None,
+    rotations: Rotations | npt.ArrayLike | Path_ | None = None,
     positions: npt.ArrayLike | None = None,
     weights: Weights | npt.ArrayLike = "auto",
+    fix: bool = False,
     progress: Progress | None = None,
-    **options: Any,  # noqa: ANN401
+    **options: Unpack[ArrayArguments],
 ) -> ArrayReplay:
-    """Make one gyro of the sensors of a log, sample by sample as live, and note how each did.
+    """Make one gyro of all gyros of a recording, sample by sample as live.
+
+    ``zerorate replay --array`` does the same.
 
     Parameters
     ----------
-    log : ArrayLog
-        As of `zerorate.array.logs.array_log`.
-    rotations : array_like, shape (N, 3, 3), optional
-        From each sensor's axes to those of the body, such as those of
-        `zerorate.array.rotations.find_rotations`; by default all are aligned.
+    source : Recording, Log, ArrayLog, path, data frame or mapping of arrays
+        With several gyros of one body; an ArrayLog is taken as it is.
+    rotations : Rotations, path, array_like of shape (N, 3, 3) or "find", optional
+        From each sensor's axes to those of the body. "find": from the log's motion. By default
+        all are aligned.
     positions : array_like, shape (N, 3), optional
         Of the sensors in the axes of the body, m, for the accelerometers of the log, if it has any.
     weights : {"auto", "mean", "white"} or array_like
         As of `zerorate.GyroArray`.
+    fix : bool
+        Put right a unit or axes of a gyro that the motion contradicts, where that is sure.
     progress : callable, optional
         Called with a step's name and the fraction of it that is done.
         By default a bar in a notebook.
     **options
         Other arguments of `zerorate.GyroArray`: ``limit``, ``rest_limit``, ``bias_limit``,
         ``scale_error``, ``method``. Where the unit is known, the limits of what rest can be are
-        those of `zerorate.options.LIMITS` unless they are given.
+        those of `zerorate.options.LIMITS` unless they are given. Arguments of
+        `zerorate.read_recording`, for a source that is read.
 
     Returns
     -------
     ArrayReplay
-        Rate, weights, what became of the samples, Allan deviations.
+        Rate, weights, what became of the samples, Allan deviations; `table`, `plot`, `save`.
 
     Raises
     ------
     LogError
-        If no sensor holds a sample.
+        If there is no gyro, the gyros do not go together, or no sensor holds a sample.
     ValueError
         If an argument is not valid.
 
@@ -220,37 +273,127 @@ def replay_array(
     >>> z = [0.5, -0.2, 0.1, 0.0] + 0.1 * rng.standard_normal((6000, 4))
     >>> log = ArrayLog(np.arange(6000) / 100.0, 100.0, z, tuple("abcd"), "deg/s", ("z",))
     >>> result = replay_array(log)
-    >>> result.filtered_log
+    >>> result.to_log()
     Log(6000 samples at 100 Hz, 60 s, deg/s: gyro_z)
     >>> over_mean, over_one = result.allan.gains()
     >>> print(over_one[-1, result.allan.second].round(1))
     2.0
     """
+    report = reported(progress)
+    asked: dict[str, Any] = dict(options)
+    reading = {name: asked.pop(name) for name in _READING if name in asked}
+    file = _rotations(rotations)
+    log, alarms = _array(source, reading, fix)
+    with explained(str(log.meta.get("source", "the log")), alarms):
+        if file is not None and len(log.axes) != 3:
+            raise ArgumentError("rotations", "is for gyros of three axes, and these have one")
+        turned = _found(log, asked) if _is_find(file) else file
+        matrices: Any = turned
+        own = positions
+        if isinstance(turned, Rotations):
+            turned = turned.part(log.labels)
+            matrices, own = turned.matrices, turned.positions
+        result = _run(log, matrices, own, _weights(weights, log), report, asked)
+        remarks = tuple(_not_aligned(result))
+    known = turned if isinstance(turned, Rotations) else None
+    found = known is not None and _is_find(file)
+    return replace(result, turned=known, found=found, remarks=remarks, alarms=alarms)
+
+
+def _is_find(rotations: object) -> bool:
+    return isinstance(rotations, str) and rotations == _FIND
+
+
+def _rotations(rotations: Rotations | npt.ArrayLike | Path_ | None) -> Any:  # noqa: ANN401
+    """Return rotations, read from a file where they are the path of one."""
+    if isinstance(rotations, str | os.PathLike) and not _is_find(rotations):
+        return read_rotations(rotations)
+    return rotations
+
+
+def _array(
+    source: Source | ArrayLog, reading: Mapping[str, Any], fix: bool
+) -> tuple[ArrayLog, tuple[str, ...]]:
+    """Return the gyros of a source, after the preparation of each, and the alarms."""
+    if isinstance(source, ArrayLog):
+        return source, ()
+    further = {} if isinstance(source, Recording | Log) else {"only": ["gyro", "accel"]}
+    recording = recording_of(source, reading, **further)
+    alarms: list[str] = []
+    with explained(recording.source):
+        for place in range(max(len(recording.of_kind("gyro")), 1)):
+            gyro, accel = (f"{kind}_{place}" if place else kind for kind in ("gyro", "accel"))
+            made = prepare(recording, replace(AS_MEASURED, gyro=gyro, accel=accel, fix=fix))
+            recording, alarms = made.recording, [*alarms, *made.alarms]
+        return array_log(recording), tuple(dict.fromkeys(alarms))
+
+
+def _found(log: ArrayLog, options: Mapping[str, Any]) -> Rotations:
+    return find_rotations(
+        log.data, log.rate, unit=log.unit, limit=options.get("limit"), labels=log.labels
+    )
+
+
+def _weights(weights: Weights | npt.ArrayLike, log: ArrayLog) -> Any:  # noqa: ANN401
+    if not isinstance(weights, str) and np.size(weights) != log.sensors:
+        raise ArgumentError(
+            "weights",
+            f"takes one number for each of the {log.sensors} sensors, got {np.size(weights)}",
+        )
+    return weights
+
+
+def _not_aligned(result: ArrayReplay) -> Iterator[str]:
+    """Yield a sentence if sensors that were taken as aligned turn differently."""
+    log = result.log
+    if result.rotations is not None or len(log.axes) != 3 or log.sensors == 1:
+        return
+    try:
+        angles = _found(log, result.params).angles
+    except LogError:
+        return
+    off = np.flatnonzero(angles > _TURNED)
+    if off.size:
+        listed = ", ".join(f"{log.labels[k]} by {angles[k]:.0f} deg" for k in off)
+        yield said(
+            f"the sensors are not aligned: against {log.labels[0]} are turned {listed}; ",
+            given("rotations", _FIND, "rotations='find'"),
+            " takes that into account",
+        )
+
+
+def _run(
+    log: ArrayLog,
+    rotations: npt.ArrayLike | None,
+    positions: npt.ArrayLike | None,
+    weights: Weights | npt.ArrayLike,
+    report: Progress,
+    options: Mapping[str, Any],
+) -> ArrayReplay:
     if not np.isfinite(log.data).any():
         raise LogError("no sensor holds a sample: all are missing")
-    report = reported(progress)
     known = with_limits(options, ["auto"], log.unit)
-    given = None if rotations is None else np.asarray(rotations, dtype=np.float64)
+    turned = None if rotations is None else np.asarray(rotations, dtype=np.float64)
     array = GyroArray(
         log.rate,
         log.sensors,
         axes=len(log.axes),
-        rotations=given,
+        rotations=turned,
         weights=weights,
         labels=list(log.labels),
         **known,
     )
-    seen = _Seen(log, given, known.get("limit"))
+    seen = _Seen(log, turned, known.get("limit"))
     for first in range(0, log.n, _ROWS):
         seen.take(array, first)
         report("filtering", min(first + _ROWS, log.n) / log.n)
     allan = seen.allan()
-    accel = _accelerometers(log, seen.rate, given, positions)
-    measured = None if accel is None else _accel_allan(log, accel, given, seen.at_rest)
+    accel = _accelerometers(log, seen.rate, turned, positions)
+    measured = None if accel is None else _accel_allan(log, accel, turned, seen.at_rest)
     report("measuring", 1.0)
     return ArrayReplay(
         log=log,
-        rotations=given,
+        rotations=turned,
         params={"weights": weights, **known},
         rate=seen.rate if log.data.ndim == 3 else seen.rate[:, 0],
         weights=seen.weights,
@@ -395,3 +538,53 @@ def _factors(n: int, rate: float) -> tuple[Integers, int]:
     second = min(max(round(_SECOND * rate), 1), max(n // 4, 1))
     factors = np.unique([*octaves, second])
     return factors, int(np.flatnonzero(factors == second)[0])
+
+
+def notes_on(replay: ArrayReplay) -> Iterator[str]:
+    """Yield the sentences on the log of an array, and on its sensors."""
+    log = replay.log
+    yield from notes_of(replay.to_log(), even=True)
+    yield from replay.remarks
+    if replay.rotations is None and len(log.axes) == 3 and log.sensors > 1:
+        yield "all sensors are taken as aligned, for no rotations were given"
+    for k, label in enumerate(log.labels):
+        spans = replay.excluded_spans(k)
+        if spans:
+            yield f"{label} disagreed with the others and was excluded: {_listed(spans)}"
+        if replay.health[k] != "good":
+            yield f"{label} is {replay.health[k]} at the end"
+    if replay.disputed.any():
+        seconds = replay.disputed.sum() / log.rate
+        yield (
+            f"for {seconds:.4g} s sensors disagreed and nobody knew which was wrong: all were used"
+        )
+    lost = ~np.isfinite(replay.rate.reshape(log.n, -1)).all(axis=1)
+    if lost.any():
+        yield f"no sensor was left in {int(lost.sum())} of {log.n} samples: the rate is NaN there"
+    if replay.accel is not None and replay.accel.angular_acceleration is None:
+        yield said(
+            "the accelerometers are fused without lever arms: positions in the file of ",
+            bare("rotations"),
+            " give them",
+        )
+    yield (
+        "the log of the array holds its rate without bias, and beside it rest, weight_LABEL and "
+        "excluded_LABEL of each sensor"
+    )
+
+
+def _listed(spans: Sequence[tuple[float, float]]) -> str:
+    """Return the first spans, and how many there are more."""
+    shown = ", ".join(f"{start:.4g} to {end:.4g} s" for start, end in spans[:_SPANS])
+    more = len(spans) - _SPANS
+    return f"{shown} and {more} more" if more > 0 else shown
+
+
+def files_of(found: ArrayReplay) -> Files:
+    """Return what the replay of an array is saved as: log, figure, and rotations if found."""
+    writers: list[Writer] = [lambda path: write_log(found.to_log(), path)]
+    others = []
+    if found.found and found.turned is not None:
+        writers.append(text_writer(found.turned.to_json()))
+        others.append("-rotations.json")
+    return Files("-zerorate", "", writers, others, {"": figure_writer(found.plot)})

@@ -54,7 +54,7 @@ class Files(NamedTuple):
     ending : str
         Of the names of its files, after that of the log: ``-zerorate-attitude``.
     first : str
-        Suffix of the first file, with its dot; "" for a log, whose format can be chosen.
+        Suffix of the first file, with its dot; "" where its format can be chosen.
     data : sequence of Writer
         Of the first file, and of the others.
     others : sequence of str
@@ -64,6 +64,8 @@ class Files(NamedTuple):
         Of the figures, by how their names end before the suffix.
     stem : str
         What the names begin with; "" for the name of the source.
+    formats : sequence of str
+        Formats of the first file, by their suffixes, where it can be chosen; the usual one first.
     """
 
     ending: str
@@ -72,6 +74,7 @@ class Files(NamedTuple):
     others: Sequence[str]
     figures: Mapping[str, Writer]
     stem: str = ""
+    formats: Sequence[str] = LOG_FORMATS
 
     def in_format(self, format: str) -> Files:
         """Return the files with the format of the logs among them."""
@@ -90,7 +93,12 @@ _FILES: Final[dict[str, str]] = {
     "findings.report.Report": "zerorate.tasks.report:files_of",
     "tasks.batch.run.BatchResult": "zerorate.tasks.batch.run:files_of",
     "tasks.calibrate.Corrected": "zerorate.tasks.calibrate:corrected_files",
+    "tasks.array.ArrayReplay": "zerorate.tasks.array:files_of",
+    "tasks.characterise.Characterised": "zerorate.tasks.characterise:files_of",
+    "tasks.compare.task.Compared": "zerorate.tasks.compare.task:files_of",
+    "tasks.identify.Identified": "zerorate.tasks.identify:files_of",
     "tasks.navigate.Navigation": "zerorate.tasks.navigate:files_of",
+    "tasks.replay.result.Replay": "zerorate.tasks.replay.task:files_of",
 }
 """The function that says what a result is saved as, by the result's class."""
 
@@ -120,7 +128,7 @@ def save(
     files = files_of(result, **choices)
     stem = files.stem or stem_of(result.source)
     place = Destination.of(os.fspath(output), stem + files.ending, _written(files))
-    suffix = files.first or "." + place.choose("format", format, LOG_FORMATS)
+    suffix = files.first or "." + place.choose("format", format, files.formats)
     drawn = files.figures if figure else {}
     shown = place.choose("figure_format", figure_format, FIGURE_FORMATS) if drawn else ""
     others = files.in_format(suffix[1:]).others
@@ -132,9 +140,9 @@ def save(
 
 def _written(files: Files) -> list[str]:
     """Return the suffixes of the files that a result may be saved as, without dots."""
-    logs = LOG_FORMATS if not files.first else (files.first[1:],)
+    first = files.formats if not files.first else (files.first[1:],)
     others = (one.rpartition(".")[2] for one in files.others)
-    return [*logs, *filter(None, others), *FIGURE_FORMATS]
+    return [*first, *filter(None, others), *FIGURE_FORMATS]
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ Source: TypeAlias = Recording | Log | LogSource
 """A `Recording`, a `Log` of a gyro, the path of a file, a data frame, or arrays by name."""
 
 
-class ReadingArguments(TypedDict, total=False):
+class UnscaledArguments(TypedDict, total=False):
     """Arguments of `zerorate.read_recording` that every task takes for what it reads."""
 
     rate: float | None
@@ -28,11 +28,16 @@ class ReadingArguments(TypedDict, total=False):
     unit: str | Mapping[str, str] | None
     topic: str | None
     sensor: str | None
-    scale: Scale
     start: float | None
     stop: float | None
     time: TimeColumn
     time_unit: str | None
+
+
+class ReadingArguments(UnscaledArguments, total=False):
+    """The same, and the factor of raw counts."""
+
+    scale: Scale
 
 
 def apart(

@@ -22,7 +22,7 @@ from zerorate.record import LogError
 from zerorate.show.compare_tables import format_compare
 from zerorate.show.tables import WIDTH
 from zerorate.simulation import Contamination
-from zerorate.tasks.compare import METHODS, Trial, compare, read_trial
+from zerorate.tasks.compare import METHODS, Trial, compare_methods, read_trial
 from zerorate.tasks.compare.methods import WHOLE, on_axis
 from zerorate.tasks.compare.rest import scored_from
 from zerorate.tasks.compare.slope import slope
@@ -171,7 +171,7 @@ class TestMethods:
 class TestAtRest:
     def test_measures_are_those_of_the_metrics(self, tmp_path):
         recording = read_trial(resting(tmp_path / "a.csv", axes=1))
-        (found,) = compare([recording])
+        (found,) = compare_methods([recording])
         z = recording.log.data[:, 0]
         start = round(scored_from(60.0) * RATE)
         values = by_method(found)
@@ -186,7 +186,7 @@ class TestAtRest:
         assert math.isnan(values["akf"]["coasting_60"])
 
     def test_every_method_has_an_error(self, tmp_path):
-        (found,) = compare([read_trial(resting(tmp_path / "a.csv", axes=1))])
+        (found,) = compare_methods([read_trial(resting(tmp_path / "a.csv", axes=1))])
         values = by_method(found)
         assert tuple(values) == METHODS
         assert all(0.0 < value["coasting_10"] < math.radians(1.0) for value in values.values())
@@ -196,7 +196,7 @@ class TestAtRest:
     def test_with_missing_samples_what_needs_all_of_them_has_no_error(self, tmp_path):
         recording = read_trial(resting(tmp_path / "a.csv", axes=1))
         recording.log.data[100:120] = np.nan
-        (found,) = compare([recording])
+        (found,) = compare_methods([recording])
         for method, values in by_method(found).items():
             # Wu & Ran's filter predicts what is missing before the wavelet sees it.
             assert math.isnan(values["coasting_10"]) == (method == "visushrink")
@@ -204,17 +204,19 @@ class TestAtRest:
     def test_channels_do_not_mix(self, tmp_path):
         recording = read_trial(resting(tmp_path / "a.csv", n=4000))
         alone = read_trial(tmp_path / "a.csv", columns=["gyro_y_dps"])
-        (together,), (single,) = compare([recording]), compare([alone])
+        (together,), (single,) = compare_methods([recording]), compare_methods([alone])
         of_y = [row.values for row in together.rows if row.axis == "gyro_y_dps"]
         np.testing.assert_equal(of_y, [row.values for row in single.rows])
 
     def test_a_record_too_short_to_coast_is_refused(self, tmp_path):
         recording = read_trial(resting(tmp_path / "a.csv", n=1200))
         with pytest.raises(LogError, match="holds no 10 s without missing samples"):
-            compare([recording])
+            compare_methods([recording])
 
     def test_motion_is_told(self, tmp_path):
-        (found,) = compare([read_trial(oriented(tmp_path / "a.csv"), columns=["gyro_x_dps"])])
+        (found,) = compare_methods(
+            [read_trial(oriented(tmp_path / "a.csv"), columns=["gyro_x_dps"])]
+        )
         assert any("gyro_x_dps seems to move" in note for note in found.notes)
 
     @pytest.mark.parametrize("duration", [30.0, 600.0])
@@ -235,7 +237,7 @@ class TestTurning:
 
     def test_a_bias_and_its_angle(self, tmp_path):
         recording = read_trial(turning(tmp_path / "a.csv"), reference="encoder_deg")
-        (found,) = compare([recording])
+        (found,) = compare_methods([recording])
         values = by_method(found)
         # The bias of 0.2 deg/s over a minute, and a motion of 70 deg that ends elsewhere.
         assert math.degrees(values["raw"]["angle_drift"]) == pytest.approx(12.0, abs=0.5)
@@ -251,17 +253,17 @@ class TestTurning:
         with pytest.raises(
             LogError, match=r"a\.csv: no gyro follows still_deg: reference is constant"
         ):
-            compare([read_trial(path, reference="still_deg")])
+            compare_methods([read_trial(path, reference="still_deg")])
 
     def test_a_record_too_short_for_a_delay(self, tmp_path):
         recording = read_trial(turning(tmp_path / "a.csv", n=90), reference="encoder_deg")
         with pytest.raises(LogError, match=r"motion needs more than 1 s, got 0\.9 s"):
-            compare([recording])
+            compare_methods([recording])
 
     def test_gaps_are_left_out_of_all(self, tmp_path):
         recording = read_trial(turning(tmp_path / "a.csv"), reference="encoder_deg")
         recording.log.data[1000:1300] = np.nan
-        (found,) = compare([recording], ("raw", "kf"))
+        (found,) = compare_methods([recording], ("raw", "kf"))
         values = by_method(found)
         # The noise and the bias alone, as without a gap.
         assert math.degrees(values["raw"]["compensated_rmse_lowpass"]) == pytest.approx(
@@ -280,7 +282,7 @@ class TestTurning:
 
 class TestOrientation:
     def test_the_bias_of_the_first_rest_is_what_counts(self, tmp_path):
-        (found,) = compare([read_trial(oriented(tmp_path / "a.csv"))])
+        (found,) = compare_methods([read_trial(oriented(tmp_path / "a.csv"))])
         values = by_method(found)
         methods = [name for name in METHODS if name not in ("raw", "mean", "ema")]
         assert list(values) == ["raw", "first rest", "mean", *methods]
@@ -295,7 +297,7 @@ class TestOrientation:
         recording = read_trial(oriented(tmp_path / "a.csv"))
         recording.log.data[:, 1] = np.nan
         with pytest.raises(LogError, match="gyro_y_dps holds no sample"):
-            compare([recording])
+            compare_methods([recording])
 
     def test_three_gyros_are_needed(self, tmp_path):
         names = [f"ref_quat_{x}" for x in "wxyz"]
@@ -303,11 +305,13 @@ class TestOrientation:
             oriented(tmp_path / "a.csv"), columns=["gyro_x_dps"], quaternion=names
         )
         with pytest.raises(LogError, match="orientation needs three gyros, got gyro_x_dps"):
-            compare([recording])
+            compare_methods([recording])
 
     @needs_recordings
     def test_of_a_hand_moved_body(self):
-        (found,) = compare([read_trial(RECORDINGS / BROAD, rate=2000.0 / 7.0)], ("raw", "kf"))
+        (found,) = compare_methods(
+            [read_trial(RECORDINGS / BROAD, rate=2000.0 / 7.0)], ("raw", "kf")
+        )
         values = by_method(found)
         raw, rest = (math.degrees(values[name]["growth_60"]) for name in ("raw", "first rest"))
         # The bias of the first rest, 0.32 deg/s, explains nearly all; what is left is scale,
@@ -319,7 +323,7 @@ class TestOrientation:
 def test_methods_must_differ(tmp_path):
     recording = read_trial(resting(tmp_path / "a.csv"))
     with pytest.raises(ValueError, match="at least one and all different"):
-        compare([recording], ("kf", "kf"))
+        compare_methods([recording], ("kf", "kf"))
 
 
 def test_progress_ends_at_one(tmp_path):
@@ -329,7 +333,7 @@ def test_progress_ends_at_one(tmp_path):
         read_trial(turning(tmp_path / "b.csv"), reference="encoder_deg"),
         read_trial(oriented(tmp_path / "c.csv")),
     ]
-    compare(recordings, ("raw", "kf"), lambda step, fraction: told.append(fraction))
+    compare_methods(recordings, ("raw", "kf"), lambda step, fraction: told.append(fraction))
     assert told == sorted(told)
     assert told[-1] == 1.0
 
@@ -339,7 +343,7 @@ FAULTS = "share=0.02,size=50,one-sided"
 
 def both(path, kind, faults=FAULTS, methods=("raw", "mean", "fading", "auto"), **arguments):
     """Return what came of a record and of its contaminated copy, by method."""
-    clean, faulty = compare([read_trial(path, **arguments)], methods, contaminate=faults)
+    clean, faulty = compare_methods([read_trial(path, **arguments)], methods, contaminate=faults)
     assert (clean.kind, faulty.kind) == (kind, kind)
     assert clean.contamination is None
     assert (faulty.contamination, faulty.notes) == (Contamination.parse(faults), ())
@@ -368,8 +372,8 @@ class TestContaminated:
 
     def test_the_clean_rows_stay_what_they_are(self, tmp_path):
         path = resting(tmp_path / "a.csv")
-        (alone,) = compare([read_trial(path)])
-        clean, *faulty = compare([read_trial(path)], contaminate=["stuck=5", FAULTS])
+        (alone,) = compare_methods([read_trial(path)])
+        clean, *faulty = compare_methods([read_trial(path)], contaminate=["stuck=5", FAULTS])
         np.testing.assert_equal([r.values for r in clean.rows], [r.values for r in alone.rows])
         assert [str(one.contamination) for one in faulty] == ["stuck=5", FAULTS]
         assert [one.methods for one in faulty] == [clean.methods] * 2
@@ -404,7 +408,7 @@ class TestContaminated:
     def test_a_constant_axis_has_no_outliers_and_may_be_stuck(self, tmp_path):
         path = write_table(tmp_path / "a.csv", gyros(np.ones((6000, 1))))
         faults = (FAULTS, "stuck=5,at-zero")
-        found = compare([read_trial(path)], ("mean",), contaminate=faults)
+        found = compare_methods([read_trial(path)], ("mean",), contaminate=faults)
         errors = [one.rows[0].values["coasting_10"] for one in found]
         assert errors[0] == errors[1] < errors[2]
 
@@ -418,12 +422,14 @@ class TestContaminated:
     def test_refusals(self, tmp_path, faults, message):
         recording = read_trial(resting(tmp_path / "a.csv"))
         with pytest.raises(ValueError, match=message):
-            compare([recording], ("mean",), contaminate=faults)
+            compare_methods([recording], ("mean",), contaminate=faults)
 
     def test_progress_counts_every_run(self, tmp_path):
         told = []
         recording = read_trial(resting(tmp_path / "a.csv"))
-        compare([recording], ("raw", "mean"), lambda _, done: told.append(done), ["stuck=1"])
+        compare_methods(
+            [recording], ("raw", "mean"), lambda _, done: told.append(done), ["stuck=1"]
+        )
         np.testing.assert_allclose(told, np.arange(1, 13) / 12)
 
     def test_its_tables_show_errors_and_their_ratios(self, tmp_path):
@@ -432,7 +438,9 @@ class TestContaminated:
             read_trial(turning(tmp_path / "b.csv"), reference="encoder_deg"),
             read_trial(oriented(tmp_path / "c.csv")),
         ]
-        text = format_compare(compare(recordings, ("raw", "mean", "kf"), contaminate=FAULTS))
+        text = format_compare(
+            compare_methods(recordings, ("raw", "mean", "kf"), contaminate=FAULTS)
+        )
         assert max(map(len, text.split("\n"))) <= WIDTH
         lines = text.split("\n")
         rest = lines.index(f"At rest, {FAULTS}: mean and worst of 3 axes")
@@ -452,13 +460,13 @@ class TestReport:
             read_trial(turning(tmp_path / "b.csv"), reference="encoder_deg"),
             read_trial(oriented(tmp_path / "c.csv")),
         ]
-        text = format_compare(compare(recordings))
+        text = format_compare(compare_methods(recordings))
         titles = ("At rest: mean and worst of 3 axes", "In motion, raw minus bias: b.csv", "Orient")
         assert all(title in text for title in titles)
         assert max(map(len, text.split("\n"))) <= WIDTH
 
     def test_the_mean_and_the_worst(self, tmp_path):
-        (found,) = compare([read_trial(resting(tmp_path / "a.csv"))], ("raw", "mean"))
+        (found,) = compare_methods([read_trial(resting(tmp_path / "a.csv"))], ("raw", "mean"))
         line = next(
             line for line in format_compare([found]).split("\n") if line.startswith("  mean")
         )
@@ -468,7 +476,7 @@ class TestReport:
         assert shown == pytest.approx([np.mean(ratios), max(ratios)], rel=6e-3)
 
     def test_every_axis_has_a_table(self, tmp_path):
-        (found,) = compare([read_trial(resting(tmp_path / "a.csv"))], ("raw", "ema"))
+        (found,) = compare_methods([read_trial(resting(tmp_path / "a.csv"))], ("raw", "ema"))
         text = format_compare([found], per_axis=True)
         assert [f"a.csv, gyro_{x}_dps" in text for x in "xyz"] == [True] * 3
         assert "10 s, deg" in text
@@ -476,17 +484,17 @@ class TestReport:
 
     def test_unknown_units_are_not_called_degrees(self, tmp_path):
         path = write_table(tmp_path / "a.csv", {"gyro_x": BIAS[0] + noise(6000, axes=1)[:, 0]})
-        text = format_compare(compare([read_trial(path)], ("raw",)), per_axis=True)
+        text = format_compare(compare_methods([read_trial(path)], ("raw",)), per_axis=True)
         assert "deg" not in text
         assert "the unit of gyro_x is not known" in " ".join(text.split())
 
 
 def test_a_recording_is_compared_as_it_is(tmp_path):
     path = turning(tmp_path / "a.csv")
-    (found,) = compare([zr.read_recording(path)], ("raw",))
-    (asked,) = compare([read_trial(path, reference="encoder_deg")], ("raw",))
+    (found,) = compare_methods([zr.read_recording(path)], ("raw",))
+    (asked,) = compare_methods([read_trial(path, reference="encoder_deg")], ("raw",))
     assert found == asked
-    (rest,) = compare([zr.read_recording(resting(tmp_path / "b.csv"))], ("raw",))
+    (rest,) = compare_methods([zr.read_recording(resting(tmp_path / "b.csv"))], ("raw",))
     assert rest.kind == "rest"
 
 

@@ -11,7 +11,7 @@ from zerorate.show.compare_simulated import format_regret
 from zerorate.show.compare_tables import format_compare
 from zerorate.simulation import Contamination
 from zerorate.simulation.models import MODELS
-from zerorate.tasks.compare import MethodError, OwnMethod, compare, read_trial
+from zerorate.tasks.compare import MethodError, OwnMethod, compare_methods, read_trial
 from zerorate.tasks.compare.methods import resolved
 from zerorate.tasks.compare.simulated import run, run_contaminated
 
@@ -45,7 +45,9 @@ class Steps:
 @pytest.mark.parametrize("make", [resting, turning, oriented])
 def test_an_own_method_has_the_measures_of_the_same_method_here(tmp_path, make, method):
     reference = {"reference": "encoder_deg"} if make is turning else {}
-    (found,) = compare([read_trial(make(tmp_path / "a.csv"), **reference)], ["mean", method])
+    (found,) = compare_methods(
+        [read_trial(make(tmp_path / "a.csv"), **reference)], ["mean", method]
+    )
     names = ("mean", found.methods[-1])
     ours, own = ([row for row in found.rows if row.method == name] for name in names)
     for expected, row in zip(ours, own, strict=True):
@@ -59,14 +61,14 @@ def test_an_own_method_has_the_measures_of_the_same_method_here(tmp_path, make, 
 
 def test_on_contaminated_records_too(tmp_path):
     trial = read_trial(resting(tmp_path / "a.csv", axes=1))
-    _, faulty = compare([trial], ["mean", average], contaminate=FAULT)
+    _, faulty = compare_methods([trial], ["mean", average], contaminate=FAULT)
     expected, found = (row.values["coasting_10_degradation"] for row in faulty.rows)
     assert found == pytest.approx(expected, rel=1e-9)
 
 
 def test_what_looks_ahead_is_marked(tmp_path):
     trial = read_trial(resting(tmp_path / "a.csv"))
-    (found,) = compare([trial], [average, whole, "visushrink"])
+    (found,) = compare_methods([trial], [average, whole, "visushrink"])
     assert {row.method for row in found.rows if not row.causal} == {"whole", "visushrink"}
     text = " ".join(format_compare([found]).split())
     assert all(f" {name} " in text for name in ("average", "whole‡", "visushrink‡"))
@@ -130,7 +132,7 @@ def test_what_it_may_do_and_must_not():
 )
 def test_names_are_checked(methods, match):
     with pytest.raises(ValueError, match=match):
-        compare([], methods)
+        compare_methods([], methods)
 
 
 def test_a_failure_says_on_what(tmp_path):
@@ -142,6 +144,6 @@ def test_a_failure_says_on_what(tmp_path):
     path = resting(tmp_path / "a.csv", axes=1)
     place = r"a\.csv: its first half alone: picky failed: ValueError: too short for me"
     with pytest.raises(MethodError, match=place):
-        compare([read_trial(path)], [picky])
+        compare_methods([read_trial(path)], [picky])
     with pytest.raises(MethodError, match=r"simulated gyro none: its first half alone: picky"):
         run(resolved([picky]), models=MODELS[:1], seeds=1, duration=60.0, score_from=20.0)

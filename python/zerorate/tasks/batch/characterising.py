@@ -11,7 +11,7 @@ from zerorate.noise import allan
 from zerorate.noise.characterise import (
     Axis,
     Characterisation,
-    characterise,
+    characterise_log,
     models_json,
     notes_on,
 )
@@ -31,7 +31,7 @@ def _characterised(settings: "Settings", source: Path, output: Path) -> Made:
     """Write the noise models of all axes of a log."""
     sensors = read_sensors(source, **settings.reading)
     # The second opinion is part of neither the models nor the rows.
-    found = [characterise(log, second_opinion=False) for log in present_logs(sensors)]
+    found = [characterise_log(log, second_opinion=False) for log in present_logs(sensors)]
     with atomic_path(output, force=True) as temporary:
         temporary.write_text(models_json(found), encoding="utf-8", newline="\n")
     return Made(tuple(row for one in found for row in _rows(one)), notes_on(found))

@@ -5,11 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from zerorate.calibration.calibration import Calibration
-from zerorate.calibration.choice import corrected_gyro, own_accel
-from zerorate.io import LogFile, open_imu, read_recording
-from zerorate.options import with_limits
 from zerorate.record.log import notes_of
-from zerorate.tasks.batch.command import Command, Made, Quantity, Row, number, recording_arguments
+from zerorate.tasks.batch.command import Command, Made, Quantity, Row, number
 from zerorate.tasks.replay import Score, Summary, replay_to_file
 from zerorate.tasks.replay.history import last_known
 from zerorate.tasks.replay.result import unlearned
@@ -39,25 +36,19 @@ _NUMBERS: Final = (
 
 def _filtered(settings: "Settings", source: Path, output: Path) -> Made:
     """Filter a log into a file."""
-    recording, accel = _opened(settings, source)
-    options = dict(settings.options)
-    method = options.pop("method")
-    options = with_limits(options, [method], recording.header.unit)
-    accel = accel if settings.accel else None
-    result = replay_to_file(recording, output, accel=accel, methods=[method], force=True, **options)
-    return Made(_rows(result), (*notes_of(result.header, even=True), *unlearned(result)))
-
-
-def _opened(settings: "Settings", source: Path) -> tuple[LogFile, LogFile | None]:
-    """Return a log in blocks, one that is to be corrected first in memory; its accelerometer."""
-    if settings.calibration is None:
-        return open_imu(source, **settings.reading)
-    reading = recording_arguments(settings.reading)
-    calibration = Calibration.from_json(settings.calibration)
-    asked = reading["columns"] is not None
-    imu = read_recording(source, **reading)
-    gyro, accel = corrected_gyro(imu, calibration, asked=asked), own_accel(imu, calibration)
-    return LogFile.of(gyro), None if accel is None else LogFile.of(accel)
+    reading, known = dict(settings.reading), settings.calibration
+    result = replay_to_file(
+        source,
+        output,
+        accel=settings.accel,
+        calibration=None if known is None else Calibration.from_json(known),
+        force=True,
+        data_scale=reading.pop("scale"),
+        **reading,
+        **settings.options,
+    )
+    notes = (*result.alarms, *notes_of(result.header, even=True), *unlearned(result))
+    return Made(_rows(result), notes)
 
 
 def _rows(result: Summary) -> tuple[Row, ...]:

@@ -1,15 +1,17 @@
 """Many methods on the same recordings, each measured by what it costs its user."""
 
 from zerorate.tasks.compare.attitude import ATTITUDE_METHODS, compare_attitude
-from zerorate.tasks.compare.comparison import Comparison, compare
+from zerorate.tasks.compare.comparison import Comparison, compare_methods
 from zerorate.tasks.compare.measures import Row
 from zerorate.tasks.compare.methods import METHODS
 from zerorate.tasks.compare.own import MethodError, OwnMethod
+from zerorate.tasks.compare.task import Compared, compare
 from zerorate.tasks.compare.trial import Kind, Trial, read_trial
 
 __all__ = [
     "ATTITUDE_METHODS",
     "METHODS",
+    "Compared",
     "Comparison",
     "Kind",
     "MethodError",
@@ -18,6 +20,7 @@ __all__ = [
     "Trial",
     "compare",
     "compare_attitude",
+    "compare_methods",
     "read_trial",
 ]
 

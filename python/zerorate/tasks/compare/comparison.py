@@ -52,7 +52,7 @@ class Comparison(Result):
     --------
     >>> import zerorate as zr
     >>> recording = zr.simulate_motion("hand", duration=30.0, seed=1).recording()
-    >>> (found,) = zr.tasks.compare.compare([recording], ["raw", "auto"])
+    >>> (found,) = zr.tasks.compare.compare_methods([recording], ["raw", "auto"])
     >>> found.kind, found.methods, len(found.rows)
     ('orientation', ('raw', 'first rest', 'auto'), 3)
     """
@@ -68,7 +68,7 @@ class Comparison(Result):
         return tuple(dict.fromkeys(row.method for row in self.rows))
 
 
-def compare(
+def compare_methods(
     recordings: Sequence[Recording | Trial],
     methods: Sequence[str | OwnMethod | Callable[..., Any]] = METHODS,
     progress: Progress | None = None,
@@ -115,7 +115,7 @@ def compare(
     --------
     >>> import zerorate as zr
     >>> recording = zr.simulate_motion("hand", duration=30.0, seed=1).recording()
-    >>> (found,) = zr.tasks.compare.compare([recording], ["raw", "auto"])
+    >>> (found,) = zr.tasks.compare.compare_methods([recording], ["raw", "auto"])
     >>> error = {row.method: row.values["growth_10"] for row in found.rows}  # rad after 10 s
     >>> error["auto"] < error["raw"]
     True

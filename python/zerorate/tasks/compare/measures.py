@@ -48,7 +48,7 @@ class Row:
     --------
     >>> import zerorate as zr
     >>> recording = zr.simulate_motion("hand", duration=30.0, seed=1).recording()
-    >>> row = zr.tasks.compare.compare([recording], ["raw"])[0].rows[0]
+    >>> row = zr.tasks.compare.compare_methods([recording], ["raw"])[0].rows[0]
     >>> row.method, row.axis, row.angle, row.causal
     ('raw', 'all', 'rad', True)
     """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Literal, Unpack
+from typing import Final, Literal, Unpack, get_args
 
 import numpy as np
 
@@ -22,8 +22,10 @@ from zerorate.units import UNITS, convert
 Kind = Literal["rest", "turning", "orientation", "attitude"]
 """Of a comparison; a trial is of one of the first three."""
 
+KINDS: Final = get_args(Kind)
+
 _KIND: Final = re.compile(r"(gyr|acc|mag)[a-z]*")
-_KINDS: Final = ("gyro", "accel", "mag", "reference")
+_SENSORS: Final = ("gyro", "accel", "mag", "reference")
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,15 +188,26 @@ def read_trial(
     >>> trial.log.names, trial.reference.name
     (('gyro_z_dps',), 'shaft_deg')
     """
+    return Trial.of(read_with_truth(path, unit, reference, quaternion, **arguments))
+
+
+def read_with_truth(
+    path: LogSource,
+    unit: str | None,
+    reference: str | None,
+    quaternion: Sequence[str] | None,
+    **arguments: Unpack[ReadArguments],
+) -> Recording:
+    """Return the recording of which `read_trial` makes a trial."""
     if reference is not None and quaternion is not None:
         raise ValueError("a log is compared with a reference or a quaternion, not with both")
     if quaternion is not None and len(quaternion) != 4:
         raise ValueError(f"a quaternion has four columns w, x, y, z, got {len(quaternion)}")
     truth = [reference] if reference is not None else quaternion
     bare = truth is None and arguments.get("columns") is not None
-    only = ("gyro",) if bare else _KINDS
+    only = ("gyro",) if bare else _SENSORS
     recording = read_topic(path, reference=truth, unit=unit, only=only, **arguments)
-    return Trial.of(recording if truth is not None else _with_quaternion(recording))
+    return recording if truth is not None else _with_quaternion(recording)
 
 
 def _with_quaternion(recording: Recording) -> Recording:

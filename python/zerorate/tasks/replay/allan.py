@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from zerorate._native import allan_deviations
-from zerorate.progress import Progress
 from zerorate.tasks.workers import workers
 from zerorate.types import Floats
 
@@ -27,7 +26,7 @@ class AllanCurves:
     filtered: Floats
 
 
-def allan_curves(raw: Floats, filtered: Floats, rate: float, progress: Progress) -> AllanCurves:
+def allan_curves(raw: Floats, filtered: Floats, rate: float) -> AllanCurves:
     """Return the curves of two records of shape (n, k), of the samples that both have."""
     # Predictions in a gap are no measurement.
     there = np.isfinite(raw)
@@ -35,9 +34,6 @@ def allan_curves(raw: Floats, filtered: Floats, rate: float, progress: Progress)
     factors = _octaves(len(raw))
     with workers() as executor:
         jobs = [executor.submit(_deviations, record, factors) for record in (raw, compared)]
-        for i, job in enumerate(jobs, start=1):
-            job.result()
-            progress("measuring", i / len(jobs))
         return AllanCurves(np.array(factors) / rate, *(job.result() for job in jobs))
 
 

@@ -1,22 +1,30 @@
 """The result of a replay: a summary, all series, and the columns of the filtered log."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Final
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
 
 from zerorate.faults import given, said
 from zerorate.record import Log
-from zerorate.record.log import Header
+from zerorate.record.log import Header, notes_of
 from zerorate.record.names import split_unit, with_suffix
 from zerorate.tasks.left_out import LeftOut
-from zerorate.tasks.replay.allan import AllanCurves
+from zerorate.tasks.replay.allan import AllanCurves, allan_curves
 from zerorate.tasks.replay.filters import Output, within_range
 from zerorate.tasks.replay.history import History
 from zerorate.tasks.replay.measures import Score, Seen, onset
 from zerorate.types import Booleans, Floats, Integers
-from zerorate.views import Result
+from zerorate.views import Result, figure_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Panels: TypeAlias = Literal["usual", "all"]
+"""How much of a result its figure shows."""
 
 _NO_REST: Final = "no rest yet"
 _PROVISIONAL: Final = "provisional"
@@ -62,8 +70,8 @@ class Readings:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Summary:
-    """What a replay says of a log, without its samples.
+class Summary(Result):
+    """What a replay says of a log, without its samples: `table`, and `plot` of the biases.
 
     Parameters
     ----------
@@ -99,6 +107,8 @@ class Summary:
         How many samples were missing, and at rest.
     left_out : LeftOut
         How many samples the chosen filter left out although they were there.
+    alarms : tuple of str
+        What contradicts the log, a sentence each.
     """
 
     header: Header
@@ -117,6 +127,29 @@ class Summary:
     memory: Floats
     seen: Seen
     left_out: LeftOut
+    alarms: tuple[str, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """Name of the log."""
+        return str(self.header.meta.get("source", "the log"))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on the log's clock, gaps and assumptions, and on what the filter did."""
+        return tuple(notes_on(self))
+
+    @property
+    def moved_count(self) -> Integers | None:
+        """Samples of each axis that were neither of the rest nor of a stuck sensor, shape (k,)."""
+        seen = self.seen
+        if seen.at_rest_count is None or seen.stuck_count is None:
+            return None
+        return self.header.n - seen.at_rest_count - seen.stuck_count
+
+    def summary(self) -> "Summary":
+        """Return this without the samples of the log."""
+        return Summary(**{one.name: getattr(self, one.name) for one in fields(Summary)})
 
     @property
     def limit(self) -> float | None:
@@ -127,7 +160,7 @@ class Summary:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Replay(Summary, Result):
-    """A log after the filters: its summary, and all series.
+    """A log after the filters, as `zerorate.replay` returns it: its summary, and all series.
 
     Parameters
     ----------
@@ -135,16 +168,22 @@ class Replay(Summary, Result):
         What was filtered.
     filtered : mapping of str to ndarray, shape (n, k)
         Bias by each method, NaN before an axis' first sample.
-    allan : AllanCurves or None
-        Allan deviations at rest before and after the chosen filter, where asked for.
     readings : Readings or None
         How well the bias was known at each sample; None for a published method that neither minds
         motion nor compensates.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> noise = zr.NoiseModel(angle_random_walk=1e-4)
+    >>> z, _ = zr.simulate(noise, rate=100.0, duration=60.0, seed=1, axes=3)
+    >>> found = zr.replay(0.01 + z, rate=100.0, unit="rad/s")
+    >>> found.method, found.to_log().n, bool(abs(found.bias[-1] - 0.01).max() < 1e-4)
+    ('auto', 6000, True)
     """
 
     log: Log
     filtered: Mapping[str, Floats]
-    allan: AllanCurves | None
     readings: Readings | None
 
     @property
@@ -166,9 +205,27 @@ class Replay(Summary, Result):
                 lost |= part
         return lost
 
-    @property
-    def filtered_log(self) -> Log:
-        """The log after the chosen method: the bias, or the compensated rate.
+    @cached_property
+    def allan(self) -> AllanCurves:
+        """Allan deviations of the raw data and of the filtered log, at rest where that is known."""
+        raw, _ = within_range(self.log.data, self.limit)
+        filtered = self.bias if self.output == "estimate" else compensated(raw, self.bias)
+        if self.params["motion"] == "hold" and self.readings is not None:
+            raw = np.where(self.readings.certain_rest(self.log.rate), raw, np.nan)
+        return allan_curves(raw, filtered, self.log.rate)
+
+    def plot(self, panels: Panels = "usual") -> "Figure":
+        """Return the figure; ImportError without matplotlib, of the extra ``plot``.
+
+        Parameters
+        ----------
+        panels : {"usual", "all"}
+            Raw rate and biases; or all panels: noise, gain or drift, and Allan deviations.
+        """
+        return figure_of(self, panels == "all")
+
+    def to_log(self) -> Log:
+        """Return the log after the chosen method: the bias, or the compensated rate.
 
         The latter has extra columns for each axis: bias, its standard deviation, rest, a stuck
         sensor and, where the range is known, saturation.
@@ -188,6 +245,75 @@ class Replay(Summary, Result):
         return extra_columns(
             self.log.names, self.log.unit, self.bias.T, noted.bias_sigma.T, *turned
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Replays(Result):
+    """Replays of several logs, in one table and one figure.
+
+    Parameters
+    ----------
+    results : mapping of str to Summary
+        By the names of the logs.
+    """
+
+    results: Mapping[str, Summary]
+
+
+def notes_on(replay: Summary) -> Iterator[str]:
+    """Yield the sentences on the log, and on what the filter did."""
+    yield from _on_log(replay)
+    yield from unlearned(replay)
+    guarded = int(np.sum(replay.guard_count[replay.method]))
+    if guarded:
+        steps = replay.header.n * replay.header.channels
+        yield (
+            f"{replay.method}: {guarded} of {steps} steps of the process noise were shortened to "
+            "keep it positive"
+        )
+    if replay.method != "auto":
+        yield from _on_memory(replay)
+        yield from _on_motion(replay)
+
+
+def _on_log(replay: Summary) -> Iterator[str]:
+    header, missing = replay.header, replay.seen.missing_count
+    yield from notes_of(header, even=True)
+    if missing.any():
+        counts = zip(header.names, missing.tolist(), strict=True)
+        listed = ", ".join(f"{name} {n}" for name, n in counts if n)
+        yield f"missing samples, predicted and not corrected: {listed} of {header.n}"
+    yield from replay.left_out.sentences(header.names, header.n, replay.limit)
+    for name, restarts in zip(replay.header.names, replay.restart_count.tolist(), strict=True):
+        if restarts:
+            times = "once" if restarts == 1 else f"{restarts} times"
+            yield (
+                f"{name}: the noise learned at the start proved wrong by many orders, and noise "
+                f"and drift were learned anew, {times}"
+            )
+
+
+def _on_memory(replay: Summary) -> Iterator[str]:
+    times = {
+        name: "longer than the record" if math.isinf(seconds) else f"{seconds:.3g} s"
+        for name, seconds in zip(replay.header.names, replay.memory, strict=True)
+        if not math.isnan(seconds)
+    }
+    if times:
+        listed = ", ".join(f"{name} {text}" for name, text in times.items())
+        yield f"time in which {replay.method} makes 63 % of a step: {listed}"
+
+
+def _on_motion(replay: Summary) -> Iterator[str]:
+    moved = replay.moved_count
+    if moved is None or not moved.any():
+        return
+    seconds = zip(replay.header.names, moved / replay.header.rate, strict=True)
+    listed = ", ".join(f"{name} {time:.4g} s" for name, time in seconds if time)
+    yield (
+        f"in motion, or not yet seen to rest, where nothing is learned: {listed}; all measures are "
+        "of the rest"
+    )
 
 
 def unlearned(replay: Summary) -> Iterator[str]:

@@ -16,11 +16,10 @@ from zerorate.io.reading import notes_on_missing
 from zerorate.io.writing import column_names
 from zerorate.options import METHODS, FilterOptions
 from zerorate.progress import Progress, reported
-from zerorate.record import Log, LogError, Recording, atomic_path
+from zerorate.record import Log, LogError, atomic_path
 from zerorate.record.missing import floats
 from zerorate.tasks.left_out import LeftOut
-from zerorate.tasks.replay.allan import AllanCurves, allan_curves
-from zerorate.tasks.replay.filters import Block, Filters, Output, within_range
+from zerorate.tasks.replay.filters import Block, Filters, Output
 from zerorate.tasks.replay.history import memory
 from zerorate.tasks.replay.measures import Measures
 from zerorate.tasks.replay.motion import motion_of, note_on_motion
@@ -38,25 +37,29 @@ from zerorate.types import Booleans, Floats
 ROWS: Final = 1 << 15
 """Samples of a block: enough to hide what a block costs, few enough for the processor's caches."""
 
+HORIZONS: Final = (10.0, 60.0)
+"""Horizons of the coasting error, s."""
 
-def replay(
-    log: Log | Recording,
+
+def run_filters(
+    log: Log,
     *,
     accel: Log | None = None,
     methods: Sequence[str] = METHODS,
     output: Output = "compensated",
     truth: npt.ArrayLike | None = None,
-    horizons: Sequence[float] = (10.0, 60.0),
-    allan: bool = True,
+    horizons: Sequence[float] = HORIZONS,
     progress: Progress | None = None,
     **options: Unpack[FilterOptions],
 ) -> Replay:
     """Filter every axis of a log with several methods and measure what each one did.
 
+    It is `zerorate.replay` without the preparation and its defaults.
+
     Parameters
     ----------
-    log : Log or Recording
-        The log of a gyro; or a recording with one, and with its accelerometer if that is there.
+    log : Log
+        The log of a gyro.
     accel : Log, optional
         Accelerometer of three axes of the same body, on a clock of the same zero, in any unit.
         Where it shows that the body moves, what the gyro gives is not taken for rest, by the
@@ -71,8 +74,6 @@ def replay(
         True bias, of the shape and unit of the log's data, where it is known.
     horizons : sequence of float
         Horizons of the coasting error, s; default 10 and 60.
-    allan : bool
-        Whether to compute the Allan deviations, which only a figure needs; default yes.
     progress : callable, optional
         Called in this thread with a step's name and the fraction of it that is done.
         By default a bar in a notebook.
@@ -88,7 +89,7 @@ def replay(
     Raises
     ------
     LogError
-        If no axis holds a sample, there is no gyro, or an accelerometer has not three axes.
+        If no axis holds a sample, or an accelerometer has not three axes.
     ValueError
         If a method or an argument is not valid, no method uses an option, or `truth` has another
         shape than the data.
@@ -97,13 +98,11 @@ def replay(
     --------
     >>> import numpy as np
     >>> z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)
-    >>> result = replay(Log(np.arange(6000) / 100.0, 100.0, z, ["gyro_z_dps"], "deg/s"))
+    >>> result = run_filters(Log(np.arange(6000) / 100.0, 100.0, z, ["gyro_z_dps"], "deg/s"))
     >>> [s.method for s in result.scores if s.reduction < 0.6]
     ['kf', 'akf', 'fading', 'robust', 'auto']
     """
     report = reported(progress)
-    if isinstance(log, Recording):
-        log, accel = _sensors(log, accel)
     source = LogFile.of(log)
     source, moving = _with_motion(source, None if accel is None else LogFile.of(accel))
     filters = Filters(source.header, methods, output, options, moving)
@@ -112,29 +111,24 @@ def replay(
     series = _Series(log.data.shape, list(filters.runs), filters.notes)
     _drive(source, filters, (measures.take, series.take), report)
     summary = _summary(source, filters, measures, horizons)
-    curves = _curves(log, filters, series, report) if allan else None
-    report("measuring", 1.0)
     said: dict[str, Any] = {field.name: getattr(summary, field.name) for field in fields(summary)}
-    return Replay(**said, log=log, filtered=series.filtered, allan=curves, readings=series.readings)
+    return Replay(**said, log=log, filtered=series.filtered, readings=series.readings)
 
 
-def replay_to_file(
+def filter_to_file(
     recording: LogFile,
     path: Path,
     *,
     accel: LogFile | None = None,
     methods: Sequence[str] = METHODS,
     output: Output = "compensated",
-    horizons: Sequence[float] = (10.0, 60.0),
+    horizons: Sequence[float] = HORIZONS,
     force: bool = False,
     progress: Progress | None = None,
     rows: int = ROWS,
     **options: Unpack[FilterOptions],
 ) -> Summary:
     """Filter a recording block by block and write the filtered log.
-
-    Scores and bytes are those that `replay` and `write_log` give of the same log in memory. Its
-    length does not matter here, if it is written as Parquet; other formats are made in memory.
 
     Parameters
     ----------
@@ -143,9 +137,9 @@ def replay_to_file(
     path : Path
         The file to write, whole or not at all.
     accel : LogFile, optional
-        As of `replay`; of its record a byte a sample is kept.
+        As of `run_filters`; of its record a byte a sample is kept.
     methods, output, horizons, progress, **options
-        As of `replay`.
+        As of `run_filters`.
     force : bool
         Whether to replace an existing file; default no.
     rows : int
@@ -154,7 +148,7 @@ def replay_to_file(
     Returns
     -------
     Summary
-        All that `replay` says but for the series themselves.
+        All that `run_filters` says but for the series themselves.
 
     Raises
     ------
@@ -164,35 +158,19 @@ def replay_to_file(
         If a method or an argument is not valid, or no method uses an option.
     OSError
         If the file cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> import numpy as np
-    >>> from zerorate import Log, write_log
-    >>> from zerorate.io import open_log
-    >>> folder = Path(tempfile.mkdtemp())
-    >>> z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)
-    >>> write_log(Log(np.arange(6000) / 100.0, 100.0, z, ["gyro_z"]), folder / "raw.parquet")
-    >>> recording = open_log(folder / "raw.parquet")
-    >>> summary = replay_to_file(recording, folder / "filtered.parquet", methods=["auto"])
-    >>> summary.header.n, [score.method for score in summary.scores]
-    (6000, ['raw', 'auto'])
     """
     if path.suffix.lower() != ".parquet":
-        result = replay(
+        result = run_filters(
             recording.log(),
             accel=None if accel is None else accel.log(),
             methods=methods,
             output=output,
             horizons=horizons,
-            allan=False,
             progress=progress,
             **options,
         )
-        write_log(result.filtered_log, path, force=force)
-        return result
+        write_log(result.to_log(), path, force=force)
+        return result.summary()
     recording, moving = _with_motion(recording, accel)
     header = recording.header
     filters = Filters(header, methods, output, options, moving)
@@ -202,16 +180,6 @@ def replay_to_file(
             sinks = (measures.take, file.take)
             _drive(recording, filters, sinks, reported(progress), rows)
         return _summary(recording, filters, measures, horizons)
-
-
-def _sensors(recording: Recording, accel: Log | None) -> tuple[Log, Log | None]:
-    """Return the gyro of a recording, and the accelerometer that is given or its own."""
-    if recording.gyro is None:
-        raise LogError(f"{recording.source}: there is no gyro")
-    own = recording.accel
-    if accel is None and own is not None and own.channels == 3:
-        accel = own
-    return recording.gyro, accel
 
 
 def _with_motion(gyro: LogFile, accel: LogFile | None) -> tuple[LogFile, Booleans | None]:
@@ -332,16 +300,6 @@ class _FilteredFile(RowGroups):
         flags = [flag for flag in (block.at_rest, block.stuck, block.saturated) if flag is not None]
         others = extra_columns(header.names, header.unit, bias, block.bias_sigma, *flags)
         self.write([time, *compensated(block.raw, bias), *others.values()])
-
-
-def _curves(log: Log, filters: Filters, series: _Series, progress: Progress) -> AllanCurves:
-    """Return Allan deviations of the raw data and of the filtered log, both at rest."""
-    bias, readings = series.filtered[filters.chosen.method], series.readings
-    raw, _ = within_range(log.data, filters.limit)
-    filtered = bias if filters.output == "estimate" else compensated(raw, bias)
-    if filters.holds and readings is not None:
-        raw = np.where(readings.certain_rest(log.rate), raw, np.nan)
-    return allan_curves(raw, filtered, log.rate, progress)
 
 
 def _like(truth: npt.ArrayLike, log: Log) -> Floats:

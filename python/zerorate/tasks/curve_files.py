@@ -3,7 +3,6 @@
 import csv
 import json
 from collections.abc import Iterator, Sequence
-from enum import StrEnum
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,19 +14,16 @@ from zerorate.noise import AllanResult
 _COLUMNS: Final = ("deviation", "lower", "upper", "edf", "exponent", "term_count")
 
 
-class CurveFormat(StrEnum):
-    """File formats of a deviation curve."""
-
-    csv = "csv"
-    json = "json"
-    npz = "npz"
+CURVE_FORMATS: Final = ("csv", "json", "npz")
+"""File formats of a deviation curve; the first is the usual one."""
 
 
-def write_curves(curves: Sequence[AllanResult], path: Path, form: CurveFormat) -> None:
-    """Write every axis of curves: a row an averaging time, or an array each."""
-    if form is CurveFormat.csv:
+def write_curves(curves: Sequence[AllanResult], path: Path) -> None:
+    """Write every axis of curves, by the suffix: a row an averaging time, or an array each."""
+    suffix = path.suffix.lower()
+    if suffix == ".csv":
         _write_csv(curves, path)
-    elif form is CurveFormat.json:
+    elif suffix == ".json":
         content = {"axes": [_as_dict(axis) for axis in _axes(curves)]}
         path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     else:

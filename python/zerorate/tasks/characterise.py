@@ -1,0 +1,394 @@
+"""What ``zerorate allan`` does: the noise of gyros and accelerometers, from a log at rest."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final, Unpack
+
+import numpy as np
+
+from zerorate.checks.preparation import AS_MEASURED, prepare
+from zerorate.faults import ArgumentError, given, said, sentence_of
+from zerorate.io.reading import read_sensors
+from zerorate.noise import NoiseModel
+from zerorate.noise.characterise import (
+    Characterisation,
+    characterise_log,
+    models_json,
+    notes_on,
+)
+from zerorate.noise.exports import left_out
+from zerorate.noise.kinds import KindName, TauGrid
+from zerorate.noise.kinds import kind as find_kind
+from zerorate.progress import Progress, reported
+from zerorate.record.log import Log, LogError, present_logs
+from zerorate.record.names import KIND_OF_UNIT, UNKNOWN, looks_like_accelerometer
+from zerorate.record.recording import Recording
+from zerorate.tasks.curve_files import CURVE_FORMATS, write_curves
+from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
+from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
+from zerorate.views import Result
+
+EXPORTS: Final = {
+    "kalibr": "-kalibr.yaml",
+    "vins": "-vins.yaml",
+    "orbslam3": "-orbslam3.yaml",
+    "px4": "-px4.params",
+    "ros": "-ros.yaml",
+    "json": "-models.json",
+}
+"""Estimators whose configuration can be written, and every axis' model; endings of their files."""
+
+_JSON: Final = "json"
+_KINDS: Final = ("gyro", "accel")
+
+
+@dataclass(frozen=True)
+class Characterised(Result):
+    """The noise of the sensors of a recording, as `zerorate.characterise` returns it.
+
+    Parameters
+    ----------
+    sensors : tuple of Characterisation
+        Curve and models of the gyros, of the accelerometers.
+    alarms : tuple of str
+        What contradicts the recording, a sentence each.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> noise = zr.NoiseModel(angle_random_walk=1e-4)
+    >>> z, _ = zr.simulate(noise, rate=100.0, duration=600.0, seed=1)
+    >>> found = zr.characterise({"gyro_x_radps": z}, rate=100.0)
+    >>> found.gyro.worst.angle_random_walk.identifiable, found.accel
+    (True, None)
+    """
+
+    sensors: tuple[Characterisation, ...]
+    alarms: tuple[str, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """Name of the recording."""
+        return str(self.sensors[0].log.meta.get("source", "the log"))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on motion, gaps and fits, and on the log."""
+        return notes_on(self.sensors)
+
+    @property
+    def gyro(self) -> Characterisation | None:
+        """The gyros; None without."""
+        return self._of_kind("gyro")
+
+    @property
+    def accel(self) -> Characterisation | None:
+        """The accelerometers; None without."""
+        return self._of_kind("accel")
+
+    def _of_kind(self, kind: str) -> Characterisation | None:
+        return next((one for one in self.sensors if _kind_of(one.log) == kind), None)
+
+    def save(
+        self,
+        output: str | os.PathLike[str] = ".",
+        *,
+        force: bool = False,
+        export: str | Iterable[str] = (),
+        inflate: float = 1.0,
+        per_sample: bool = False,
+        **choices: Any,  # noqa: ANN401
+    ) -> list[Path]:
+        """Write the curves, a figure and exports, all or none; see `Result.save`.
+
+        Parameters
+        ----------
+        output : str or path
+            Folder for the files, or the name of one of them.
+        force : bool
+            Replace existing files, and export numbers that the log does not bear out, with a
+            warning in the file.
+        export : str or iterable of str
+            Files for estimators, of the worst axis: some of kalibr, vins, orbslam3, px4, ros; json
+            has the models of all axes.
+        inflate : float
+            Factor on the numbers of the exports.
+        per_sample : bool
+            For vins: deviations per sample, not densities.
+        **choices
+            ``figure``, ``format`` (csv, json or npz), ``figure_format``.
+
+        Raises
+        ------
+        ValueError
+            If an export is refused.
+        """
+        choices |= {"export": export, "inflate": inflate, "per_sample": per_sample}
+        return super().save(output, force=force, forced=force, **choices)
+
+
+@dataclass(frozen=True)
+class Characterisations(Result):
+    """The noise of several recordings, in one table and one figure.
+
+    Parameters
+    ----------
+    results : mapping of str to Characterised
+        By the names of the recordings.
+    """
+
+    results: Mapping[str, Characterised]
+
+
+def characterise(
+    source: Source,
+    *,
+    kind: KindName = "oadev",
+    taus: TauGrid | Sequence[float] = "octave",
+    bridge: int = 0,
+    confidence: float = 0.683,
+    markov: int = 0,
+    second_opinion: bool = True,
+    fix: bool = False,
+    progress: Progress | None = None,
+    **reading: Unpack[ReadingArguments],
+) -> Characterised:
+    """Measure the noise of gyros and accelerometers from a recording at rest.
+
+    The recording is checked first; samples stay as they were measured. ``zerorate allan`` does the
+    same; `zerorate.allan` gives the deviations alone.
+
+    Parameters
+    ----------
+    source : Recording, Log, path, data frame or mapping of arrays
+        With gyros, accelerometers, or both.
+    kind : str
+        Kind of deviation, as of `zerorate.allan`.
+    taus : str or sequence of float
+        Averaging times: "octave", "decade", "all", or seconds.
+    bridge : int
+        Longest gap that is filled with a straight line, samples.
+    confidence : float
+        Probability that the bounds hold the true deviation.
+    markov : int
+        How many Markov terms to find.
+    second_opinion : bool
+        Estimate the coefficients from the spectrum as well.
+    fix : bool
+        Put right a unit or axes of the gyro that a motion contradicts, where that is sure.
+    progress : callable, optional
+        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+    **reading
+        Arguments of `zerorate.read_recording`, for a source that is read.
+
+    Returns
+    -------
+    Characterised
+        Deviations and models of every axis; `table`, `plot`, `save`.
+
+    Raises
+    ------
+    LogError
+        If there is no sensor, the log has fewer than 20 samples, or a column none.
+    ValueError
+        If an argument is not as described.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> noise = zr.NoiseModel(angle_random_walk=1e-4)
+    >>> z, _ = zr.simulate(noise, rate=100.0, duration=600.0, seed=1, axes=3)
+    >>> found = zr.characterise({"gyro_radps": z}, rate=100.0)
+    >>> len(found.sensors), len(found.gyro.axes)
+    (1, 3)
+    """
+    if markov < 0:
+        raise ArgumentError("markov", f"must not be negative, got {markov}")
+    family = find_kind(kind).name
+    report = reported(progress)
+    report("reading", 0.0)
+    recording = _recording(source, reading)
+    with explained(recording.source):
+        made = prepare(recording, replace(AS_MEASURED, fix=fix))
+    with explained(recording.source, made.alarms):
+        found = tuple(
+            characterise_log(
+                log, kind=family, taus=taus, bridge=bridge, confidence=confidence, markov=markov,
+                second_opinion=second_opinion, progress=report,
+            )
+            for log in _sensors(made.recording)
+        )  # fmt: skip
+    return Characterised(found, made.alarms)
+
+
+def _recording(source: Source, reading: ReadingArguments) -> Recording:
+    if isinstance(source, Recording | Log):
+        whole = recording_of(source, reading)
+        if isinstance(source, Log):
+            return replace(whole, logs={_kind_of(source): source})
+        own = {name: log for name, log in whole.items() if name.partition("_")[0] in _KINDS}
+        return replace(whole, logs=own)
+    logs = present_logs(read_sensors(source, **reading))  # type: ignore[arg-type]
+    return Recording({_kind_of(log): log for log in logs}, str(logs[0].meta["source"]))
+
+
+def _kind_of(log: Log) -> str:
+    named = "accel" if looks_like_accelerometer(log.names[0]) else "gyro"
+    return KIND_OF_UNIT.get(log.unit, named)
+
+
+def _sensors(recording: Recording) -> Iterator[Log]:
+    """Yield the gyros of a recording, then its accelerometers; those on one clock as one log."""
+    found = [log for kind in _KINDS for log in recording.of_kind(kind)]
+    if not found:
+        raise LogError("there is neither a gyro nor an accelerometer")
+    alike: dict[object, list[Log]] = {}
+    for log in present_logs(found):
+        alike.setdefault((log.unit, log.n, log.rate, log.time[0]), []).append(log)
+    yield from map(_together, alike.values())
+
+
+def _together(logs: Sequence[Log]) -> Log:
+    first = logs[0]
+    if len(logs) == 1:
+        return first
+    notes = dict.fromkeys(note for log in logs for note in log.meta.get("notes", ()))
+    names = tuple(name for log in logs for name in log.names)
+    data = np.hstack([log.data for log in logs])
+    return replace(first, data=data, names=names, meta={**first.meta, "notes": tuple(notes)})
+
+
+def chosen_exports(export: str | Iterable[str], inflate: float, per_sample: bool) -> list[str]:
+    """Return the names of exports, each once; ValueError for what acts on none of them.
+
+    `export`: names, with commas between or as a sequence.
+    """
+    words = export.split(",") if isinstance(export, str) else list(export)
+    names = list(dict.fromkeys(word.strip() for word in words if export))
+    for name in names:
+        if name not in EXPORTS:
+            raise ArgumentError("export", f"takes some of {', '.join(EXPORTS)}, got '{name}'")
+    if not (math.isfinite(inflate) and inflate > 0.0):
+        raise ArgumentError("inflate", f"must be a positive number, got {inflate:g}")
+    if inflate != 1.0 and not set(names) - {_JSON}:
+        listed = ", ".join(name for name in EXPORTS if name != _JSON)
+        raise ValueError(
+            said(given("inflate"), " acts on exports to estimators: ", given("export", listed))
+        )
+    if per_sample and "vins" not in names:
+        raise ValueError(said(given("per_sample"), " acts on ", given("export", "vins")))
+    return names
+
+
+def exported(
+    found: Characterised,
+    export: str | Iterable[str],
+    *,
+    inflate: float = 1.0,
+    per_sample: bool = False,
+    forced: bool = False,
+) -> tuple[dict[str, str], list[str]]:
+    """Return the texts of exports by their names, and why others are refused.
+
+    Raises
+    ------
+    ValueError
+        If a name is not known, an option acts on no export, or the unit of the samples is needed
+        and not known.
+    """
+    texts: dict[str, str] = {}
+    refused: dict[str, list[str]] = {}
+    names = chosen_exports(export, inflate, per_sample)
+    _check_units(names, found.sensors[0].log)
+    for name in names:
+        try:
+            texts[name] = _text(name, found.sensors, inflate, per_sample, forced)
+        except ValueError as error:
+            refused.setdefault(sentence_of(error), []).append(name)
+    return texts, [said(f"no export to {', '.join(n)}: ", why) for why, n in refused.items()]
+
+
+def left_out_of(found: Characterised, exports: Iterable[str]) -> list[str]:
+    """Return which numbers exports lack, and what to record for them."""
+    kinds = set(exports) - {_JSON}
+    if not kinds:
+        return []
+    # A message has no place for a walk.
+    walk = kinds != {"ros"}
+    models = (_worst(found.sensors, kind) for kind in ("angular rate", "acceleration"))
+    return [
+        said(f"exports leave out the {one}, or ", given("force"), " writes its upper bound")
+        for model in models
+        if model is not None
+        for one in left_out(model, walk)
+    ]
+
+
+def _check_units(exports: Sequence[str], gyro: Log) -> None:
+    needs = next((name for name in exports if name != _JSON), None)
+    if needs is not None and gyro.unit == UNKNOWN:
+        raise ValueError(
+            said(
+                given("export", needs),
+                " needs the unit of the samples, which the log does not say: give ",
+                given("unit", "", "unit"),
+                ", deg/s or deg/s,g for instance",
+            )
+        )
+
+
+def _text(
+    export: str,
+    found: Sequence[Characterisation],
+    inflate: float,
+    per_sample: bool,
+    force: bool,
+) -> str:
+    if export == _JSON:
+        return models_json(found, force=force)
+    gyro, accelerometer = (_worst(found, kind) for kind in ("angular rate", "acceleration"))
+    if gyro is None:
+        raise ValueError("it needs a model of a gyro, and this log gives none")
+    rate = found[0].curve.rate
+    common: dict[str, Any] = {"accelerometer": accelerometer, "inflate": inflate, "force": force}
+    if export == "kalibr":
+        return gyro.to_kalibr(rate=rate, rostopic=_topic(found[0].log), **common)
+    if export == "vins":
+        return gyro.to_vins(rate=rate if per_sample else None, **common)
+    if export == "orbslam3":
+        return gyro.to_orbslam3(rate=rate, **common)
+    if export == "ros":
+        return gyro.to_ros(rate=rate, **common)
+    return gyro.to_px4(**common)
+
+
+def _topic(log: Log) -> str:
+    """Return the topic of a ROS recording, or the one that Kalibr's examples have."""
+    sensor = str(log.meta.get("sensor") or "")
+    return sensor if sensor.startswith("/") else "/imu0"
+
+
+def _worst(found: Sequence[Characterisation], quantity: str) -> NoiseModel | None:
+    models = (one.worst for one in found)
+    return next((m for m in models if m is not None and m.quantity == quantity), None)
+
+
+def files_of(found: Characterised, **exports: Any) -> Files:  # noqa: ANN401
+    """Return what a characterisation is saved as: curves, exports and a figure.
+
+    `exports`: arguments of `exported`; ValueError if one is refused.
+    """
+    texts, refused = exported(found, exports.pop("export", ()), **exports)
+    if refused:
+        raise ValueError(said(*[part for why in refused for part in ("; ", why)][1:]))
+    curves = [one.curve for one in found.sensors]
+    writers: list[Writer] = [lambda path: write_curves(curves, path)]
+    writers += map(text_writer, texts.values())
+    endings = [EXPORTS[name] for name in texts]
+    figure = figure_writer(found.plot)
+    return Files("-zerorate-allan", "", writers, endings, {"": figure}, formats=CURVE_FORMATS)

@@ -1,0 +1,234 @@
+"""What ``zerorate identify`` does: drift models of the gyros of one log, and tests of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from contextvars import copy_context
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, NoReturn, Unpack
+
+from zerorate.checks.preparation import AS_MEASURED
+from zerorate.faults import ArgumentError, given, said, sentence_of
+from zerorate.identification.arma import MAX_ORDER
+from zerorate.identification.as_json import as_json
+from zerorate.identification.identification import LEAST_SAMPLES, Identification, Method
+from zerorate.identification.identification import identify as identify_axis
+from zerorate.identification.order import Criterion
+from zerorate.noise.records import as_record
+from zerorate.progress import Progress, reported
+from zerorate.record.log import Log, LogError, notes_of
+from zerorate.tasks.imu import Imu
+from zerorate.tasks.saving import Files, text_writer
+from zerorate.tasks.source import ReadingArguments, Source, explained
+from zerorate.tasks.workers import workers
+from zerorate.views import Result, page_of
+
+Panels = Literal["usual", "all"]
+
+
+@dataclass(frozen=True)
+class Identified(Result):
+    """The drift models of the gyros of one log, as `zerorate.identify` returns them.
+
+    Parameters
+    ----------
+    axes : tuple of Identification
+        What was found out about each axis.
+    source : str
+        Name of the log.
+    notes : tuple of str
+        Sentences on the log, and on axes that were left out.
+    alarms : tuple of str
+        What contradicts the log, a sentence each.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import zerorate as zr
+    >>> a = np.random.default_rng(1).standard_normal(20_001)
+    >>> found = zr.identify({"gyro_z_dps": a[1:] + 0.6 * a[:-1]}, rate=100.0)
+    >>> [(axis.name, axis.model.order) for axis in found.axes]
+    [('gyro_z_dps', (0, 1))]
+    """
+
+    axes: tuple[Identification, ...]
+    source: str
+    notes: tuple[str, ...] = ()
+    alarms: tuple[str, ...] = ()
+
+    def to_json(self) -> str:
+        """Return all numbers as JSON."""
+        return as_json(self.axes, Path(self.source).name, self.notes)
+
+    def save(
+        self,
+        output: str | os.PathLike[str] = ".",
+        *,
+        force: bool = False,
+        figure: bool = True,
+        panels: Panels = "usual",
+        **choices: Any,  # noqa: ANN401
+    ) -> list[Path]:
+        """Write a page with tables and figures, and all numbers as JSON; see `Result.save`.
+
+        Parameters
+        ----------
+        output : str or path
+            Folder for the files, or the name of one of them.
+        force : bool
+            Replace existing files.
+        figure : bool
+            Draw a figure of each axis in the page.
+        panels : {"usual", "all"}
+            Panels of each figure.
+        """
+        return super().save(output, force=force, drawn=figure, panels=panels, **choices)
+
+
+def identify(
+    source: Source,
+    *,
+    order: tuple[int, int] | None = None,
+    criterion: Criterion = "aic",
+    max_order: int = 10,
+    estimator: Method = "css",
+    segments: int = 100,
+    outliers: Literal["hampel", "moving-average"] | None = None,
+    smooth: int = 1,
+    decimate: int = 1,
+    trend: Literal["mean", "linear"] | None = None,
+    fix: bool = False,
+    progress: Progress | None = None,
+    **reading: Unpack[ReadingArguments],
+) -> Identified:
+    """Find an ARMA model of the drift of each axis of a gyro at rest, and test it.
+
+    The recording is checked first; rates stay as they were measured. ``zerorate identify`` does the
+    same; `zerorate.identification.identify` takes the record of one axis.
+
+    Parameters
+    ----------
+    source : Recording, Log, path, data frame or mapping of arrays
+        With a gyro.
+    order : (int, int), optional
+        Order p, q of the model; by default the clear choice of the criterion.
+    criterion : str
+        By which orders are chosen: "fpe", "aic", "aicc", "bic" or "hq".
+    max_order : int
+        Largest order of the autoregressive models.
+    estimator : str
+        Of the ARMA model: "css", the conditional sum of squares, or "exact", the likelihood.
+    segments : int
+        Parts of the record that the tests of stationarity compare.
+    outliers : {"hampel", "moving-average"}, optional
+        How outliers are replaced first.
+    smooth : int
+        Samples of a moving average that is taken first.
+    decimate : int
+        Keep every so many-th sample, after a low-pass.
+    trend : {"mean", "linear"}, optional
+        What is subtracted first.
+    fix : bool
+        Put right a unit or axes of the gyro that a motion contradicts, where that is sure.
+    progress : callable, optional
+        Called with a step's name and the fraction that is done. By default a bar in a notebook.
+    **reading
+        Arguments of `zerorate.read_log`, for a source that is read.
+
+    Returns
+    -------
+    Identified
+        Tests and models of each axis; `table`, `plot`, `save`.
+
+    Raises
+    ------
+    LogError
+        If the source cannot be read, or no axis can be modelled.
+    ValueError
+        If an argument is not as described.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> noise = zr.NoiseModel(angle_random_walk=1e-4)
+    >>> z, _ = zr.simulate(noise, rate=100.0, duration=60.0, seed=1)
+    >>> zr.identify({"gyro_z_radps": z}, rate=100.0).axes[0].whiteness.white
+    True
+    """
+    if order is not None and not (len(order) == 2 and 0 <= min(order) <= max(order) <= MAX_ORDER):
+        raise ArgumentError("order", f"takes p and q from 0 to {MAX_ORDER}, got {order}")
+    report = reported(progress)
+    report("reading", 0.0)
+    imu = Imu.of(source, reading, choices=replace(AS_MEASURED, fix=fix))
+    asked = {
+        "order": order, "criterion": criterion, "max_order": max_order, "method": estimator,
+        "segments": segments, "outliers": outliers, "smooth": smooth, "decimate": decimate,
+        "trend": trend,
+    }  # fmt: skip
+    with explained(imu.source, imu.alarms):
+        log = imu.gyro.log()
+        axes, left_out = _found(log, asked, report)
+    return Identified(axes, imu.source, (*notes_of(log, even=True), *left_out), imu.alarms)
+
+
+def _found(
+    log: Log, asked: Mapping[str, Any], progress: Progress
+) -> tuple[tuple[Identification, ...], tuple[str, ...]]:
+    """Return what can be said of each axis, which share the cores, and why others are left out."""
+    fractions = [0.0] * log.channels
+
+    def of_axis(i: int) -> Identification | ValueError:
+        def tell(step: str, fraction: float) -> None:
+            fractions[i] = fraction
+            progress(step, sum(fractions) / log.channels)
+
+        try:
+            z, name = log.data[:, i], log.names[i]
+            return identify_axis(z, log.rate, name=name, unit=log.unit, progress=tell, **asked)
+        except ValueError as error:
+            return error
+
+    results = _side_by_side(of_axis, log.channels)
+    axes = tuple(found for found in results if isinstance(found, Identification))
+    pairs = zip(log.names, results, strict=True)
+    refused = {name: sentence_of(found) for name, found in pairs if isinstance(found, ValueError)}
+    if not axes:
+        _refuse(log, refused)
+    return axes, tuple(said(f"{name} is left out: ", why) for name, why in refused.items())
+
+
+def _side_by_side(
+    work: Callable[[int], Identification | ValueError], count: int
+) -> list[Identification | ValueError]:
+    with workers() as executor:
+        # What holds round the caller holds in each thread, such as what arguments are called.
+        jobs = [executor.submit(copy_context().run, work, i) for i in range(count)]
+        return [job.result() for job in jobs]
+
+
+def _refuse(log: Log, reasons: Mapping[str, str]) -> NoReturn:
+    """Raise a fault of the data where no column can be modelled, else one of the arguments."""
+    for z in log.data.T:
+        try:
+            as_record(z, LEAST_SAMPLES, "identification")
+        except ValueError:
+            listed = [part for n, why in reasons.items() for part in ("; ", f"column '{n}': ", why)]
+            others = "; others are chosen with ", given("columns", "", "columns")
+            raise LogError(said(*listed[1:], *others)) from None
+    name, reason = next(iter(reasons.items()))
+    raise ValueError(said(f"{name}: ", reason))
+
+
+def files_of(found: Identified, *, drawn: bool = True, panels: Panels = "usual") -> Files:
+    """Return what identifications are saved as: a page, with figures if they are drawn, and JSON.
+
+    The page is made when it is written; ImportError without matplotlib, of the extra ``plot``.
+    """
+
+    def page(path: Path) -> None:
+        text_writer(page_of(found, drawn, panels == "all"))(path)
+
+    writers = [page, text_writer(found.to_json())]
+    return Files("-zerorate-identify", ".html", writers, [".json"], {})

@@ -1,0 +1,155 @@
+"""The gyro of a source and its accelerometer, prepared, of which a block at a time is in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.choice import corrected_gyro, own_accel
+from zerorate.checks.preparation import AS_MEASURED, Choices, prepare
+from zerorate.checks.result import Finding
+from zerorate.io.logfile import LogFile, open_imu
+from zerorate.record.log import Log, LogError
+from zerorate.record.recording import Recording
+from zerorate.tasks.source import Source, explained, recording_of, units_of_sensors
+from zerorate.types import Floats
+from zerorate.units import UNITS, convert
+
+_JUDGED: Final = 1 << 20
+"""Samples that the preparation judges: of three hours at 100 Hz."""
+_AXES: Final = 3
+
+
+@dataclass(frozen=True)
+class Imu:
+    """A gyro and the accelerometer of its body.
+
+    Attributes
+    ----------
+    gyro : LogFile
+        The gyro, of as many axes as were chosen.
+    accel : LogFile or None
+        Its accelerometer of three axes, if there is one.
+    alarms : tuple of str
+        What contradicts them, by the first million samples.
+    """
+
+    gyro: LogFile
+    accel: LogFile | None = None
+    alarms: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        source: Source | LogFile,
+        reading: Mapping[str, Any],
+        calibration: Calibration | None = None,
+        choices: Choices = AS_MEASURED,
+    ) -> Imu:
+        """Return the gyro of a source, corrected by a calibration and prepared.
+
+        The bias limit of the choices is in the unit of the gyro.
+        """
+        if isinstance(source, LogFile):
+            return cls(source).prepared(choices)
+        if calibration is not None:
+            return cls._corrected(recording_of(source, reading), reading, calibration, choices)
+        if isinstance(source, Recording | Log):
+            return cls._of_recording(recording_of(source, reading), choices)
+        return cls(*open_imu(source, **{**reading, "unit": _of_gyro(reading)})).prepared(choices)
+
+    @classmethod
+    def _corrected(
+        cls,
+        recording: Recording,
+        reading: Mapping[str, Any],
+        calibration: Calibration,
+        choices: Choices,
+    ) -> Imu:
+        asked = reading.get("columns") is not None
+        with explained(recording.source):
+            gyro = LogFile.of(corrected_gyro(recording, calibration, asked=asked))
+        return cls(gyro, _whole(own_accel(recording, calibration))).prepared(choices)
+
+    @classmethod
+    def _of_recording(cls, recording: Recording, choices: Choices) -> Imu:
+        """Return the sensors of a recording, which may have several of a kind."""
+        unit = "" if recording.gyro is None else recording.gyro.unit
+        made = prepare(recording, _in_si(choices, unit))
+        gyro, accel = made.recording.gyro, made.recording.accel
+        if gyro is None:
+            raise LogError(f"{recording.source}: there is no gyro")
+        own = accel if accel is not None and accel.channels == _AXES else None
+        new = [note for note in made.recording.notes if note not in recording.notes]
+        file = LogFile.of(gyro)
+        return cls(replace(file, header=file.header.noting(new)), _whole(own), made.alarms)
+
+    @property
+    def source(self) -> str:
+        """Name of the log."""
+        return str(self.gyro.header.meta.get("source", "the log"))
+
+    def prepared(self, choices: Choices) -> Imu:
+        """Return the sensors after the preparation has judged their beginning.
+
+        What it puts right there is put right in every block.
+        """
+        try:
+            logs = {"gyro": _beginning(self.gyro)}
+            if self.accel is not None:
+                logs["accel"] = _beginning(self.accel)
+        except LogError:
+            return self  # what is wrong with the file is said where it is read
+        asked = _in_si(choices, self.gyro.header.unit)
+        made = prepare(Recording(logs, self.source), asked)
+        gyro = self.gyro if made.fixed is None else _fixed(self.gyro, made.fixed)
+        return Imu(gyro, self.accel, made.alarms)
+
+
+def _in_si(choices: Choices, unit: str) -> Choices:
+    """Return choices with the bias limit in rad/s; without where the unit is not known."""
+    limit = choices.bias_limit
+    if limit is None or unit not in UNITS or UNITS[unit].kind != "rate":
+        return replace(choices, bias_limit=None)
+    return replace(choices, bias_limit=convert(limit, unit, "rad/s"))
+
+
+def _of_gyro(reading: Mapping[str, Any]) -> Any:  # noqa: ANN401
+    """Return the unit of the gyro, of one that may be of both sensors."""
+    unit = reading.get("unit")
+    if isinstance(unit, str) and "," not in unit:
+        return unit
+    return (units_of_sensors(unit) or {}).get("gyro")
+
+
+def _whole(log: Log | None) -> LogFile | None:
+    return None if log is None else LogFile.of(log)
+
+
+def _beginning(log: LogFile) -> Log:
+    header, count = log.header, min(log.header.n, _JUDGED)
+    if log.whole is not None and count == header.n:
+        return log.whole
+    data = next(log.blocks(count)).T
+    stamps = None if log.stamps is None else log.stamps(0, count)
+    time = log.time(0, count)
+    return Log(time, header.rate, data, header.names, header.unit, header.meta, stamps)
+
+
+def _fixed(log: LogFile, finding: Finding) -> LogFile:
+    """Return a log of which each block is put right when it is read."""
+    if log.whole is not None:
+        return LogFile.of(finding.apply(log.whole))
+    header = log.header
+    sample = Log(np.zeros(1), header.rate, np.zeros((1, 3)), header.names, header.unit, header.meta)
+    told = finding.apply(sample)
+    matrix = np.eye(3) if finding.matrix is None else finding.matrix
+
+    def blocks(rows: int) -> Iterator[Floats]:
+        return (finding.factor * matrix @ block for block in log.blocks(rows))
+
+    return replace(log, header=replace(header, unit=told.unit, meta=told.meta), blocks=blocks)
