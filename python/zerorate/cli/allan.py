@@ -286,7 +286,7 @@ def _unique(title: str, taken: Mapping[str, object]) -> str:
 def _print_left_out(found: Characterised, exports: Sequence[str], force: bool) -> None:
     left_out = [] if force else left_out_of(found, exports)
     if left_out:
-        print(bulleted(left_out))
+        print(bulleted(left_out) if found.notes else f"\n{bulleted(left_out)}")
 
 
 def _print_several(found: Characterisations, figure: Sequence[Path], force: bool) -> None:
