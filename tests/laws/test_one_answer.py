@@ -1,6 +1,8 @@
 """Law 7, one answer: a command and its function give the same files, alarms and notes."""
 
+import json
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +10,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
+from support.calibrations import write_imu
 from support.commands import one_line
 
 # Pictures that hold the time at which they were drawn.
@@ -23,6 +26,15 @@ class Case:
     options: tuple[str, ...] = ()
     arguments: dict[str, Any] = field(default_factory=dict)
     saved: dict[str, Any] = field(default_factory=dict)
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a command is given, and its function, where these are not the same."""
+
+    words: tuple[object, ...]
+    arguments: tuple[object, ...]
 
 
 def drive(folder):
@@ -113,6 +125,34 @@ def board(folder):
     return (folder / "board.csv",)
 
 
+def driven(folder):
+    """A drive with the fixes of its receiver, as the report takes both."""
+    log, gnss = drive(folder)
+    return Given((log, "--gnss", gnss), (log, None, gnss))
+
+
+def turns(folder, seed=3, mirrored=False):
+    """Write a session of poses and turns, maybe with an axis of the gyro mirrored."""
+    recording = zr.simulation.simulate_session(14, seed=seed, rest=4.0).recording
+    sign = np.array([1.0, -1.0, 1.0]) if mirrored else np.ones(3)
+    gyro = recording.gyro.with_data(recording.gyro.data * sign)
+    logs = {"gyro": gyro, "accel": recording.accel}
+    return (write_imu(folder / f"turns{seed}.csv", zr.Recording(logs, "a session")),)
+
+
+def compass(folder):
+    """Write the motion of a hand with iron beside the magnetometer, whose axis is mirrored."""
+    recording = zr.simulate_motion("hand", duration=40.0, seed=100).recording()
+    mag = recording.mag.with_data(recording.mag.data + np.array([9.0, -14.0, 6.0]))
+    logs = {**recording, "mag": mag, "gyro": recording.gyro.with_data(-recording.gyro.data)}
+    return (write_imu(folder / "compass.csv", zr.Recording(logs, "a hand")),)
+
+
+def two_sessions(folder):
+    """Write two logs of one device, of which the second has an axis mirrored."""
+    return (*turns(folder), *turns(folder, seed=4, mirrored=True))
+
+
 SOURCES = {
     "attitude": hand,
     "navigate": drive,
@@ -122,9 +162,15 @@ SOURCES = {
     "allan": still,
     "identify": still,
     "compare": still,
+    "calibrate": partial(turns, mirrored=True),
+    "compass": compass,
+    "report": partial(turns, mirrored=True),
+    "report, fixes": driven,
+    "report, two": two_sessions,
 }
 OF_FOOT = ("--unit", "deg/s,m/s^2")
 
+MAGNETOMETER = ("--magnetometer",)
 CASES = {
     "attitude": Case("attitude", "estimate_attitude"),
     "attitude, north": Case(
@@ -298,14 +344,81 @@ CASES = {
 }
 
 
+CASES |= {
+    "calibrate": Case("calibrate", "calibrate"),
+    "calibrate, fixed": Case(
+        "calibrate",
+        "calibrate",
+        ("--fix", "--gravity", "9.81", "--export", "px4,imu_tk"),
+        {"fix": True, "gravity": 9.81},
+        {"exports": ["px4", "imu_tk"]},
+    ),
+    "calibrate, frame": Case(
+        "calibrate",
+        "calibrate",
+        ("--frame", "z", "--figure", "all", "--g-sensitivity", "off"),
+        {"frame": "z", "g_sensitivity": False},
+        {"panels": "all"},
+    ),
+    "calibrate, prior": Case(
+        "calibrate",
+        "calibrate",
+        ("--prior", "wide", "--saturation", "400", "--stop", "60", "--no-figure"),
+        {"prior": "wide", "saturation": 400.0, "stop": 60.0},
+        {"figure": False},
+    ),
+    "magnetometer": Case("calibrate", "calibrate_magnetometer", MAGNETOMETER, source="compass"),
+    "magnetometer, place": Case(
+        "calibrate",
+        "calibrate_magnetometer",
+        (*MAGNETOMETER, "--field", "48", "--dip", "65", "--export", "px4", "--force"),
+        {"field": 48.0, "dip": float(np.radians(65.0))},
+        {"exports": ["px4"], "doubtful": True},
+        source="compass",
+    ),
+    "magnetometer, one iron": Case(
+        "calibrate",
+        "calibrate_magnetometer",
+        (*MAGNETOMETER, "--one-iron", "--no-figure"),
+        {"one": True},
+        {"figure": False},
+        source="compass",
+    ),
+    "magnetometer, part": Case(
+        "calibrate",
+        "calibrate_magnetometer",
+        (*MAGNETOMETER, "--start", "5", "--figure-format", "pdf"),
+        {"start": 5.0},
+        {"figure_format": "pdf"},
+        source="compass",
+    ),
+    "report": Case("report", "report"),
+    "report, part": Case("report", "report", ("--stop", "50"), {"stop": 50.0}),
+    "report, unit": Case("report", "report", ("--unit", "deg/s,g"), {"unit": "deg/s,g"}),
+    "report, columns": Case(
+        "report",
+        "report",
+        ("--columns", "gyro_x_dps,gyro_y_dps,gyro_z_dps"),
+        {"columns": ("gyro_x_dps", "gyro_y_dps", "gyro_z_dps")},
+    ),
+    "report, fixes": Case("report", "report", source="report, fixes"),
+    "report, two": Case("report", "report", source="report, two"),
+    "report, parts of two": Case(
+        "report", "report", ("--start", "5"), {"start": 5.0}, source="report, two"
+    ),
+}
+
+
 @pytest.fixture(scope="module")
 def sources(tmp_path_factory):
     made: dict[str, tuple[Path, ...]] = {}
 
-    def source(command):
-        if command not in made:
-            made[command] = SOURCES[command](tmp_path_factory.mktemp(command))
-        return made[command]
+    def source(case):
+        name = case.source or case.command
+        if name not in made:
+            made[name] = SOURCES[name](tmp_path_factory.mktemp(case.command))
+        given = made[name]
+        return given if isinstance(given, Given) else Given(given, given)
 
     return source
 
@@ -313,17 +426,63 @@ def sources(tmp_path_factory):
 @pytest.mark.parametrize("name", CASES)
 def test_a_command_and_its_function_give_one_answer(call, sources, tmp_path, name):
     case = CASES[name]
-    given = sources(case.command)
-    code, text, errors = call(
-        *case.command.split(), *given, "-o", tmp_path / "command", *case.options
-    )
-    result = getattr(zr, case.function)(*given, **case.arguments)
+    given = sources(case)
+    words = (*given.words, "-o", tmp_path / "command", *case.options)
+    code, text, errors = call(*case.command.split(), *words)
+    result = getattr(zr, case.function)(*given.arguments, **case.arguments)
     result.save(tmp_path / "function", **case.saved)
-    assert errors == ""
     assert code in (0, 1)
+    assert (errors == "") == (code == 0)
     assert content(tmp_path / "function") == content(tmp_path / "command")
+    told = one_line("\n".join((text, *pages(tmp_path / "command"))))
     for sentence in (*result.alarms, *result.notes):
-        assert one_line(shown(sentence)) in one_line(text), sentence
+        assert one_line(shown(sentence)) in told, sentence
+
+
+def pages(folder):
+    """Yield the sentences of reports: a terminal shows those that need a person."""
+    for path in folder.glob("*-report.json"):
+        found = json.loads(path.read_text(encoding="utf-8"))
+        yield from found.get("notes", ())
+        for one in found.get("findings", found.get("changes", ())):
+            for finding in (one, one.get("before"), one.get("after")):
+                yield (finding or {}).get("text", "")
+
+
+GYRO = ("gyro_x_dps", "gyro_y_dps", "gyro_z_dps")
+BATCHES = {
+    "replay": (("--columns", ",".join(GYRO)), {"columns": GYRO}),
+    "replay, kf": (
+        ("--columns", ",".join(GYRO), "--method", "kf", "--format", "csv"),
+        {"columns": GYRO, "method": "kf", "format": "csv"},
+    ),
+    "allan": (("--command", "allan", "--unit", "deg/s,g"), {"command": "allan", "unit": "deg/s,g"}),
+    "report": (("--report", "--start", "2"), {"command": "report", "start": 2.0}),
+}
+
+
+@pytest.mark.parametrize("name", BATCHES)
+def test_a_batch_and_its_function_give_one_answer(call, sources, tmp_path, name):
+    """But for the seconds that they took, which the records and the summary hold."""
+    options, arguments = BATCHES[name]
+    logs = sources(Case("batch", "batch", source="report, two")).words
+    broken = tmp_path / "broken.csv"
+    broken.write_text("gyro_x\n")
+    words = (*logs, broken, "-o", tmp_path / "command", "--workers", 1, *options)
+    code, text, _ = call("batch", *words)
+    result = zr.batch([*logs, broken], tmp_path / "function", workers=1, **arguments)
+    assert code == 1
+    found, expected = content(tmp_path / "function"), content(tmp_path / "command")
+    assert {*found} == {*expected}
+    timed = {name for name in found if name.endswith((".json", "summary.parquet"))}
+    timed -= {name for name in found if name.endswith("-models.json")}
+    assert len(found) > len(timed)
+    assert all(found[name] == expected[name] for name in {*found} - timed)
+    for sentence in (*result.alarms, *result.notes):
+        assert one_line(shown(sentence)) in one_line(text) or name == "report", sentence
+    assert len(result.alarms) == 1
+    (summary, *_) = result.save(tmp_path / "saved" / "all.parquet", figure=False)
+    assert summary.read_bytes() == result.summary.read_bytes()
 
 
 def content(folder):

@@ -146,6 +146,7 @@ class BeforeAfter(Result):
             "before": self.before.source,
             "after": self.after.source,
             "summary": self.summary,
+            "notes": list(self.notes),
             "changes": [{"verdict": one.verdict, **asdict(one)} for one in self.changes],
         }
         return as_json(content, indent=1)
