@@ -55,7 +55,6 @@ if TYPE_CHECKING:
     from zerorate.calibration.rate.angle import integrate as integrate
     from zerorate.calibration.rate.rate_table import calibrate_rate_table as calibrate_rate_table
     from zerorate.calibration.temperature import TemperatureModel as TemperatureModel
-    from zerorate.checks.check import check as check
     from zerorate.checks.clipped import restore_clipped as restore_clipped
     from zerorate.denoising.wavelet import denoise as denoise
     from zerorate.foot.feet import join_feet as join_feet
@@ -84,6 +83,7 @@ if TYPE_CHECKING:
     from zerorate.tasks.calibrate import calibrate_magnetometer as calibrate_magnetometer
     from zerorate.tasks.calibrate import correct as correct
     from zerorate.tasks.characterise import characterise as characterise
+    from zerorate.tasks.check import check as check
     from zerorate.tasks.compare.task import compare as compare
     from zerorate.tasks.identify import identify as identify
     from zerorate.tasks.navigate import navigate as navigate
@@ -106,7 +106,6 @@ _PLACES: Final = {
     "calibration.rate.angle": "integrate",
     "calibration.rate.rate_table": "calibrate_rate_table",
     "calibration.temperature": "TemperatureModel",
-    "checks.check": "check",
     "checks.clipped": "restore_clipped",
     "denoising.wavelet": "denoise",
     "foot.feet": "join_feet",
@@ -133,6 +132,7 @@ _PLACES: Final = {
     "tasks.characterise": "characterise",
     "tasks.compare.task": "compare",
     "tasks.identify": "identify",
+    "tasks.check": "check",
     "tasks.navigate": "navigate",
     "tasks.replay.task": "replay",
     "tasks.report": "report",

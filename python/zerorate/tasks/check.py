@@ -1,0 +1,59 @@
+"""Units, signs and axes of a recording's sensors, judged by its motion: `zerorate.check`."""
+
+from __future__ import annotations
+
+from typing import Unpack
+
+from zerorate.checks.preparation import checked_axes
+from zerorate.checks.result import Checks
+from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
+
+
+def check(
+    source: Source,
+    *,
+    gyro: str = "gyro",
+    accel: str | None = None,
+    scale: bool = True,
+    **reading: Unpack[ReadingArguments],
+) -> Checks:
+    """Find what motion shows of the units, signs and axes of a recording's sensors.
+
+    The gyro turns the accelerometer's force through the motion: if its unit and its axes are right,
+    and no others, gravity is constant there. So it is with a magnetometer's field. What motion
+    cannot show is left open, and nothing is corrected. Every task does this before it begins.
+
+    Parameters
+    ----------
+    source : Recording, path, data frame or mapping of arrays
+        With a gyro and an accelerometer of three axes, of 10 Hz or more, and maybe a magnetometer.
+    gyro, accel : str
+        Names of the sensors, of several: ``"gyro_1"`` and so on. Default: the first gyro, and the
+        accelerometer of its device.
+    scale : bool
+        Look for scale errors and a delay of the gyro as well. Default yes.
+    **reading
+        Arguments of `zerorate.read_recording`, for a source that is read.
+
+    Returns
+    -------
+    Checks
+        Findings on gyro and magnetometer; ``table()`` shows them, ``apply(recording)`` puts right
+        what is exact.
+
+    Raises
+    ------
+    LogError
+        If the source cannot be read.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> recording = zr.simulate_motion("hand", duration=60.0).recording()
+    >>> wrong = zr.Log(**{**vars(recording.gyro), "data": recording.gyro.data * [1, -1, 1]})
+    >>> print(zr.check(zr.Recording({**recording, "gyro": wrong})).gyro.text)
+    the gyro's y axis has the sign other than the accelerometer's
+    """
+    recording = recording_of(source, reading)
+    with explained(recording.source):
+        return checked_axes(recording, gyro, accel, scale=scale)
