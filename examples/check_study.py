@@ -101,7 +101,7 @@ def axes(recordings):
     said = Counter()
     for recording, sense in product(recordings, SENSES[1:]):
         wrong = changed(recording, "gyro", recording["gyro"].data @ sense)
-        said[outcome(zr.check(wrong, scale=False).gyro, sense)] += 1
+        said[outcome(zr.check(wrong, scale_errors=False).gyro, sense)] += 1
     return said
 
 
@@ -112,7 +112,7 @@ def units(recordings, factor):
         gyro = recording["gyro"]
         data = zr.units.convert(gyro.data, gyro.unit, "rad/s") * factor
         named = replace(gyro, data=data, unit="rad/s")
-        found = zr.check(zr.Recording({**recording, "gyro": named}), scale=False).gyro
+        found = zr.check(zr.Recording({**recording, "gyro": named}), scale_errors=False).gyro
         axes_right = found.status == "unit only" or "x,y,z" in found.alternatives
         unit_right = found.unit == "deg/s" if factor > 1 else np.isclose(found.factor, 1 / factor)
         right += found.alarm and unit_right and axes_right
@@ -125,7 +125,7 @@ def fields(recordings):
     said = Counter()
     for recording, sense in product(recordings, SENSES[1:24]):
         wrong = changed(recording, "mag", recording["mag"].data @ sense)
-        found = zr.check(wrong, scale=False).magnetometer
+        found = zr.check(wrong, scale_errors=False).magnetometer
         there = typed(sense) in found.alternatives
         exact = "exact" if len(found.alternatives) == 2 else "several left"
         said["silent" if not found.alarm else exact if there else "wrong"] += 1
@@ -170,7 +170,7 @@ def faulty(kind, seed, duration, scale=1.0, late=0, clip=np.inf, **errors):
 def alarms(errors):
     """Return the number of records with errors, and that of false alarms."""
     cases = list(product(KINDS, range(11, 17), (60.0, 120.0)))
-    found = [zr.check(faulty(*case, **errors), scale=False) for case in cases]
+    found = [zr.check(faulty(*case, **errors), scale_errors=False) for case in cases]
     return len(cases), sum(bool(one.alarms) for one in found)
 
 
@@ -222,7 +222,7 @@ def main():
     rows, magnetic = [], []
     for name, recordings in groups():
         said, count = axes(recordings), len(recordings)
-        given = sum(bool(zr.check(one, scale=False).alarms) for one in recordings)
+        given = sum(bool(zr.check(one, scale_errors=False).alarms) for one in recordings)
         named = [units(recordings, factor) for factor in (180 / np.pi, np.pi / 180)]
         wrong = said["wrong"] + sum(bad for _, bad in named)
         counts = (said[one] for one in OUTCOMES[:-1])

@@ -36,7 +36,7 @@ def mistaken(recording, sense, factor=1.0):
 @pytest.mark.parametrize("kind", ["hand", "circle"])
 def test_axes_are_named_where_the_motion_shows_all(kind, place):
     recording = moved(kind, 1 + place % 3, 120.0)
-    found = zr.check(mistaken(recording, SENSES[place]), scale=False).gyro
+    found = zr.check(mistaken(recording, SENSES[place]), scale_errors=False).gyro
     assert (found.status, found.likely) == ("mistake", typed(SENSES[place]))
     np.testing.assert_array_equal(found.matrix, SENSES[place])
     assert found.alarm
@@ -87,7 +87,7 @@ def test_both_mistakes_at_once_are_put_right():
 )
 @pytest.mark.parametrize("seed", [4, 5])
 def test_no_alarm_of_what_is_right(kind, seed):
-    checks = zr.check(moved(kind, seed, 90.0), scale=False)
+    checks = zr.check(moved(kind, seed, 90.0), scale_errors=False)
     assert not checks.alarms
     assert kind != "hand" or checks.gyro.status == checks.magnetometer.status == "agrees"
 
@@ -95,7 +95,7 @@ def test_no_alarm_of_what_is_right(kind, seed):
 @pytest.mark.parametrize("place", [2, 16, 25, 44])
 @pytest.mark.parametrize("kind", ["arm", "spinning pendulum", "pendulum", "vehicle"])
 def test_no_wrong_name_where_the_motion_shows_less(kind, place):
-    found = zr.check(mistaken(moved(kind, 2), SENSES[place]), scale=False).gyro
+    found = zr.check(mistaken(moved(kind, 2), SENSES[place]), scale_errors=False).gyro
     assert not found.alarm or typed(SENSES[place]) in found.alternatives
     assert kind != "pendulum" or not found.alarm
 
@@ -114,7 +114,7 @@ def test_no_wrong_name_where_the_motion_shows_less(kind, place):
 @pytest.mark.parametrize("kind", ["hand", "arm", "vehicle", "pendulum"])
 def test_errors_of_a_sensor_are_no_mistake(kind, errors):
     recording = moved(kind, 3, **errors) if "gyro_matrix" not in errors else _scaled(kind)
-    assert not zr.check(recording, scale=False).gyro.alarm
+    assert not zr.check(recording, scale_errors=False).gyro.alarm
 
 
 def _scaled(kind):
@@ -127,7 +127,7 @@ def test_a_late_gyro_and_a_clipped_one_are_no_mistake():
     late = np.roll(recording.gyro.data, 5, axis=0)
     ends = np.quantile(np.abs(recording.gyro.data), 0.97)
     for data in (late, recording.gyro.data.clip(-ends, ends)):
-        assert not zr.check(having(recording, gyro=data), scale=False).gyro.alarm
+        assert not zr.check(having(recording, gyro=data), scale_errors=False).gyro.alarm
 
 
 def test_units_of_the_accelerometer_do_not_matter():
@@ -159,7 +159,7 @@ def test_two_signs_may_be_one_of_the_accelerometer():
 def test_axes_of_a_magnetometer(place):
     recording = moved("hand", 2, 90.0)
     wrong = having(recording, mag=recording.mag.data @ SENSES[place])
-    found = zr.check(wrong, scale=False)
+    found = zr.check(wrong, scale_errors=False)
     assert not found.gyro.alarm
     # No motion tells a sense from its negative.
     both = {typed(SENSES[place]), typed(-SENSES[place])}
@@ -264,7 +264,7 @@ def test_recordings_are_right(name):
 @pytest.mark.parametrize("place", [4, 19, 26, 41])
 @pytest.mark.parametrize("name", RECORDED)
 def test_recordings_with_mistakes(name, place):
-    found = zr.check(mistaken(recorded(name), SENSES[place]), scale=False).gyro
+    found = zr.check(mistaken(recorded(name), SENSES[place]), scale_errors=False).gyro
     assert not found.alarm or typed(SENSES[place]) in found.alternatives
     if name.startswith("broad"):
         np.testing.assert_array_equal(found.matrix, SENSES[place])
@@ -282,15 +282,15 @@ def test_a_rate_that_the_stamps_contradict_is_told():
     """One per cent of the rate is one per cent of every turn."""
     motion = zr.simulate_motion("hand", 100.0, 30.0, seed=2)
     wrong, right = stamped(motion, 99.2, rate=100.0), stamped(motion, 99.2)
-    (told,) = zr.check(wrong, scale=False).alarms
+    (told,) = zr.check(wrong, scale_errors=False).alarms
     assert told == (
         "the gyro's rate is stated as 100 Hz, its stamps run at 99.2: every turn comes out 0.8 % "
         "too small; leave the rate out, and the stamps count"
     )
-    assert told in zr.check(wrong, scale=False).table()
-    assert json.loads(zr.check(wrong, scale=False).to_json())["clock"] == told
+    assert told in zr.check(wrong, scale_errors=False).table()
+    assert json.loads(zr.check(wrong, scale_errors=False).to_json())["clock"] == told
     assert "0.8 % too small; leave the rate out" in str(zr.estimate_attitude(wrong).notes)
-    assert zr.check(right, scale=False).alarms == ()
+    assert zr.check(right, scale_errors=False).alarms == ()
     assert right.gyro.rate == pytest.approx(99.2, rel=1e-6)
     # A hair is no fault.
-    assert zr.check(stamped(motion, 99.95, rate=100.0), scale=False).clock == ""
+    assert zr.check(stamped(motion, 99.95, rate=100.0), scale_errors=False).clock == ""

@@ -14,7 +14,7 @@ def check(
     *,
     gyro: str = "gyro",
     accel: str | None = None,
-    scale: bool = True,
+    scale_errors: bool = True,
     **reading: Unpack[ReadingArguments],
 ) -> Checks:
     """Find what motion shows of the units, signs and axes of a recording's sensors.
@@ -30,7 +30,7 @@ def check(
     gyro, accel : str
         Names of the sensors, of several: ``"gyro_1"`` and so on. Default: the first gyro, and the
         accelerometer of its device.
-    scale : bool
+    scale_errors : bool
         Look for scale errors and a delay of the gyro as well. Default yes.
     **reading
         Arguments of `zerorate.read_recording`, for a source that is read.
@@ -56,4 +56,4 @@ def check(
     """
     recording = recording_of(source, reading)
     with explained(recording.source):
-        return checked_axes(recording, gyro, accel, scale=scale)
+        return checked_axes(recording, gyro, accel, scale=scale_errors)
