@@ -282,15 +282,15 @@ class TestFaults:
     def test_every_column_has_its_reason(self, cli, tmp_path, out):
         spiked = np.random.default_rng(1).standard_normal(3000)
         spiked[33] = 3.4e38
-        columns = {"gyro_x_dps": spiked, "gyro_y_dps": np.full(3000, 1.5)}
+        columns = {"gyro_x": spiked, "gyro_y": np.full(3000, 1.5)}
         code, text, errors = cli(write_table(tmp_path / "run.csv", columns), "-o", out)
         assert (code, errors.count("\n")) == (1, 1)
         assert text.endswith(
-            "gyro_y_dps: 1.5 in every sample while the other axes change: a dead axis\n\n"
+            "gyro_y: 1.5 in every sample while the other axes change: a dead axis\n\n"
         )
-        assert "'gyro_x_dps': identification needs samples of one size: sample 33" in errors
+        assert "'gyro_x': identification needs samples of one size: sample 33" in errors
         assert "--outliers can replace it" in errors
-        assert "'gyro_y_dps': identification needs samples that differ" in errors
+        assert "'gyro_y': identification needs samples that differ" in errors
 
     def test_a_missing_file(self, cli, tmp_path, out):
         code, _, errors = cli(tmp_path / "none.csv", "-o", out)

@@ -14,9 +14,14 @@ PAGE = (DOCS / "reference/gallery.md").read_text(encoding="utf-8")
 PAGES = [page.read_text(encoding="utf-8") for page in DOCS.rglob("*.md")]
 
 
+# Drawn as one of the parts that they consist of.
+AS_A_PART = {"Compared", "Identified", "Summary"}
+
+
 def test_every_result_is_drawn_once():
     drawn = re.findall(r"^```\{drawn\} (\w+)$", PAGE, re.MULTILINE)
-    assert sorted(drawn) == sorted(name.rpartition(".")[2] for name in VIEWS)
+    results = {name.rpartition(".")[2] for name in VIEWS}
+    assert sorted(drawn) == sorted(results - AS_A_PART)
 
 
 def test_its_commands_have_these_options():

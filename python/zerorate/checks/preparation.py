@@ -320,7 +320,10 @@ CLIPPED: Final = "clipped rates"
 """Names of checks that a task may take itself, or says in its own way."""
 
 AS_MEASURED: Final = Choices(clipped="tell", skip=(GRAVITY,))
-"""Choices of the tasks on noise and bias: rates as they were measured, no use for gravity."""
+"""Choices of the tasks on noise and bias: clipped rates as they were, no use for gravity."""
+
+FILTERED: Final = replace(AS_MEASURED, skip=(GRAVITY, IMPOSSIBLE))
+"""Choices of the tasks by a drift filter, which judges every rate itself, as live."""
 
 PREPARATIONS: Final = (
     Preparation(
@@ -381,6 +384,7 @@ PREPARATIONS: Final = (
         "the samples are missing, and an alarm says how many",
         "columns",
         _impossible,
+        "all tasks but replay, whose filter judges every rate itself, as live",
     ),
     Preparation(
         CLIPPED,

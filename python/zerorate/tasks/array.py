@@ -15,7 +15,7 @@ from zerorate._native import GyroArray, allan_deviations
 from zerorate.array.accelerometers import FusedAccelerometers, fuse_accelerometers
 from zerorate.array.logs import ArrayLog, array_log
 from zerorate.array.rotations import Rotations, find_rotations, read_rotations
-from zerorate.checks.preparation import AS_MEASURED, prepare
+from zerorate.checks.preparation import FILTERED, prepare
 from zerorate.faults import ArgumentError, bare, given, said
 from zerorate.io.writing import write_log
 from zerorate.options import with_limits
@@ -323,7 +323,7 @@ def _array(
     with explained(recording.source):
         for place in range(max(len(recording.of_kind("gyro")), 1)):
             gyro, accel = (f"{kind}_{place}" if place else kind for kind in ("gyro", "accel"))
-            made = prepare(recording, replace(AS_MEASURED, gyro=gyro, accel=accel, fix=fix))
+            made = prepare(recording, replace(FILTERED, gyro=gyro, accel=accel, fix=fix))
             recording, alarms = made.recording, [*alarms, *made.alarms]
         return array_log(recording), tuple(dict.fromkeys(alarms))
 

@@ -19,7 +19,7 @@ from zerorate.identification.order import Criterion
 from zerorate.noise.records import as_record
 from zerorate.progress import Progress, reported
 from zerorate.record.log import Log, LogError, notes_of
-from zerorate.tasks.imu import Imu
+from zerorate.tasks.imu import prepared_imu
 from zerorate.tasks.saving import Files, text_writer
 from zerorate.tasks.source import ReadingArguments, Source, explained
 from zerorate.tasks.workers import workers
@@ -161,16 +161,18 @@ def identify(
         raise ArgumentError("order", f"takes p and q from 0 to {MAX_ORDER}, got {order}")
     report = reported(progress)
     report("reading", 0.0)
-    imu = Imu.of(source, reading, choices=replace(AS_MEASURED, fix=fix))
+    made = prepared_imu(source, reading, replace(AS_MEASURED, fix=fix))
+    name, log = made.recording.source, made.recording.gyro
     asked = {
         "order": order, "criterion": criterion, "max_order": max_order, "method": estimator,
         "segments": segments, "outliers": outliers, "smooth": smooth, "decimate": decimate,
         "trend": trend,
     }  # fmt: skip
-    with explained(imu.source, imu.alarms):
-        log = imu.gyro.log()
+    with explained(name, made.alarms):
+        if log is None:
+            raise LogError("there is no gyro")
         axes, left_out = _found(log, asked, report)
-    return Identified(axes, imu.source, (*notes_of(log, even=True), *left_out), imu.alarms)
+    return Identified(axes, name, (*notes_of(log, even=True), *left_out), made.alarms)
 
 
 def _found(

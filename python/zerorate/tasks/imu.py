@@ -10,8 +10,9 @@ import numpy as np
 
 from zerorate.calibration.calibration import Calibration
 from zerorate.calibration.choice import corrected_gyro, own_accel
-from zerorate.checks.preparation import AS_MEASURED, Choices, prepare
+from zerorate.checks.preparation import FILTERED, Choices, Prepared, prepare
 from zerorate.checks.result import Finding
+from zerorate.io.formats import LogSource
 from zerorate.io.logfile import LogFile, open_imu
 from zerorate.record.log import Log, LogError
 from zerorate.record.recording import Recording
@@ -48,7 +49,7 @@ class Imu:
         source: Source | LogFile,
         reading: Mapping[str, Any],
         calibration: Calibration | None = None,
-        choices: Choices = AS_MEASURED,
+        choices: Choices = FILTERED,
     ) -> Imu:
         """Return the gyro of a source, corrected by a calibration and prepared.
 
@@ -60,7 +61,7 @@ class Imu:
             return cls._corrected(recording_of(source, reading), reading, calibration, choices)
         if isinstance(source, Recording | Log):
             return cls._of_recording(recording_of(source, reading), choices)
-        return cls(*open_imu(source, **{**reading, "unit": _of_gyro(reading)})).prepared(choices)
+        return cls(*_opened(source, reading)).prepared(choices)
 
     @classmethod
     def _corrected(
@@ -108,6 +109,19 @@ class Imu:
         made = prepare(Recording(logs, self.source), asked)
         gyro = self.gyro if made.fixed is None else _fixed(self.gyro, made.fixed)
         return Imu(gyro, self.accel, made.alarms)
+
+
+def prepared_imu(source: Source, reading: Mapping[str, Any], choices: Choices) -> Prepared:
+    """Return the gyro of a source and its accelerometer in memory, as `Imu.of` finds them."""
+    if isinstance(source, Recording | Log):
+        return prepare(recording_of(source, reading), choices)
+    files = zip(("gyro", "accel"), _opened(source, reading), strict=True)
+    logs = {name: file.log() for name, file in files if file is not None}
+    return prepare(Recording(logs, str(logs["gyro"].meta.get("source", "the log"))), choices)
+
+
+def _opened(source: LogSource, reading: Mapping[str, Any]) -> tuple[LogFile, LogFile | None]:
+    return open_imu(source, **{**reading, "unit": _of_gyro(reading)})
 
 
 def _in_si(choices: Choices, unit: str) -> Choices:

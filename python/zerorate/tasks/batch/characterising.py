@@ -6,19 +6,16 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.io.reading import read_sensors
 from zerorate.noise import allan
 from zerorate.noise.characterise import (
     Axis,
     Characterisation,
-    characterise_log,
     models_json,
-    notes_on,
 )
 from zerorate.noise.quantities import si_unit
 from zerorate.record import Log, atomic_path
-from zerorate.record.log import present_logs
 from zerorate.tasks.batch.command import Command, Made, Quantity, Row, number
+from zerorate.tasks.characterise import characterise
 
 if TYPE_CHECKING:
     from zerorate.tasks.batch.task import Settings
@@ -29,12 +26,12 @@ _TAUS: Final = {f"deviation_{tau:g}s": tau for tau in (1.0, 10.0, 100.0)}
 
 def _characterised(settings: "Settings", source: Path, output: Path) -> Made:
     """Write the noise models of all axes of a log."""
-    sensors = read_sensors(source, **settings.reading)
     # The second opinion is part of neither the models nor the rows.
-    found = [characterise_log(log, second_opinion=False) for log in present_logs(sensors)]
+    made = characterise(source, second_opinion=False, **settings.reading)
+    found = made.sensors
     with atomic_path(output, force=True) as temporary:
         temporary.write_text(models_json(found), encoding="utf-8", newline="\n")
-    return Made(tuple(row for one in found for row in _rows(one)), notes_on(found))
+    return Made(tuple(row for one in found for row in _rows(one)), (*made.alarms, *made.notes))
 
 
 def _rows(found: Characterisation) -> Iterator[Row]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Self, Unpack
 import numpy.typing as npt
 
 from zerorate.calibration.calibration import Calibration
-from zerorate.checks.preparation import AS_MEASURED
+from zerorate.checks.preparation import FILTERED
 from zerorate.faults import ArgumentError
 from zerorate.io.counts import Scale
 from zerorate.io.logfile import LogFile
@@ -240,7 +240,7 @@ def _imu(
 ) -> Imu:
     limit = asked.options.get("bias_limit", 0.0)
     known = math.inf if limit is None else limit or None
-    choices = replace(AS_MEASURED, fix=fix, bias_limit=known)
+    choices = replace(FILTERED, fix=fix, bias_limit=known)
     imu = Imu.of(source, asked.reading, calibration_of(calibration), choices)
     if isinstance(accel, Log):
         return replace(imu, accel=LogFile.of(accel))
