@@ -46,7 +46,14 @@ def steady():
     return zr.Recording({"gyro": gyro, "accel": accel}, "table.csv")
 
 
+def impossible(gyro):
+    data = gyro.data.copy()
+    data[[700, 1500, 2100], 0] = 500.0
+    return gyro.with_data(data)
+
+
 CASES = {
+    "impossible rates": ("gyro", impossible),
     "gravity absent": ("accel", linear),
     "dead axis": ("gyro", dead),
     "frozen magnetometer": ("mag", frozen),

@@ -6,13 +6,15 @@ import importlib
 import inspect
 import pkgutil
 import re
+import tempfile
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import zerorate as zr
-from support.calibrated import calibration
+from support.calibrated import calibration, session
 from support.drives import drive, start_of
 from support.figures import check_colours, check_contrast, check_layout
 from zerorate import views
@@ -85,6 +87,16 @@ def outages():
     return zr.navigation.outages(moving.recording(), moving.fixes, seconds=(10,), nav=nav)
 
 
+def batched():
+    """Nine logs, of which one is noisier than the others."""
+    folder = Path(tempfile.mkdtemp())
+    for k in range(9):
+        z = np.random.default_rng(k).normal(0.0, 0.3 if k == 4 else 0.1, 3000)
+        one = zr.Log(np.arange(3000) / 100.0, 100.0, z, ["gyro_z_dps"], "deg/s")
+        zr.write_log(one, folder / f"{k}.parquet")
+    return zr.batch(folder, folder / "out", workers=1)
+
+
 RESULTS = {
     "AllanResult": lambda: zr.allan(log()),
     "DynamicAllan": lambda: zr.noise.dynamic_allan(Z[:, 0], RATE, window=10.0),
@@ -92,6 +104,7 @@ RESULTS = {
         angle_random_walk=1e-4, markov=[zr.noise.Markov(1e-5, 30.0)]
     ),
     "Calibration": calibration,
+    "Corrected": lambda: zr.correct(session().recording, session().truth),
     "MagnetometerCalibration": lambda: zr.calibrate_magnetometer(
         zr.simulate_motion("hand", duration=30.0).recording()
     ),
@@ -126,6 +139,7 @@ RESULTS = {
     "Comparison": lambda: compare_methods([zr.Recording({"gyro": log()})], ("raw", "auto", "kf"))[
         0
     ],
+    "BatchResult": batched,
     "ArmaModel": lambda: zr.identification.fit_arma(Z[:, 0], 1, 1),
 }
 

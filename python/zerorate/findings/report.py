@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.checks.preparation import FROZEN, GRAVITY, Remark
+from zerorate.checks.preparation import FROZEN, GRAVITY, IMPOSSIBLE, Remark
 from zerorate.findings.attitude import SECTION as ATTITUDE
 from zerorate.findings.attitude import attitude
 from zerorate.findings.autopilot import SECTION as AUTOPILOT
@@ -85,7 +85,7 @@ class _Given:
 SECTIONS: Final[dict[str, Callable[[_Given], Iterator[Finding]]]] = {
     CONTENTS: lambda given: contents(given.recording, given.imus),
     CLOCK: lambda given: clock(given.imus),
-    SAMPLES: lambda given: samples(given.imus),
+    SAMPLES: lambda given: chain(given.remarked(IMPOSSIBLE, SAMPLES, "gyro"), samples(given.imus)),
     RESTS: lambda given: chain(rests(given.imus), by_temperature(given.recording, given.imus)),
     NOISE: lambda given: noise(given.imus),
     VIBRATION: lambda given: vibration(given.imus),
