@@ -14,6 +14,8 @@ NOISE, RECTIFIED, SLOW = 0.04 * DEG, 0.05, 0.1 * DEG
 MEASURED = (0.5, 1.0, 2.0)
 # Squares of: how much louder than the calmest rest, and how far off a tick; least floors.
 LOUDER, OFF, DOUBLES = 9.0, 16.0, 300.0
+# The same of the level; ticks from which on it counts, and seconds until it is another rest's.
+LEVEL_OFF, SEVERAL, STRAYS = 1.5, 10, 3.0
 GYRO_FLOOR, ACCEL_FLOOR = 0.005 * DEG, 0.003
 # How far the level lies from the bias: always, in deviations, and these at most.
 NEAR, DEVIATIONS, NEAR_MOST = 0.15 * DEG, 3.0, 0.3 * DEG
@@ -162,7 +164,7 @@ class BodyRest:
         self.calm, self.witness = None, Witness()
         self.anchor, self.steady = np.zeros(3), 0.0
         self.used, self.denied, self.support, self.spread = False, False, 0.0, 0.0
-        self.lasted = 0.0
+        self.lasted = self.strayed = 0.0
         self.interrupt()
 
     def interrupt(self):
@@ -232,14 +234,15 @@ class BodyRest:
             self.since += tick.span
 
     def decide(self, seen, bias, variance, most):
-        rest = self.candidate
         deviations = DEVIATIONS**2 * variance
         if self.used:
             deviations = min(deviations, NEAR_MOST**2)
         elif self.denied:
             deviations = 0.0
         bound = math.sqrt(NEAR**2 + deviations)
-        calm = self.is_calm(seen)
+        self.stay(bias, bound)
+        calm = self.stays(seen) and self.is_calm(seen)
+        rest = self.candidate
         if calm and rest.ticks and reached(rest.seconds, 0.5) and math.hypot(*rest.gyro) <= most:
             off = np.linalg.norm(rest.gyro - bias)
             refutes = self.witness.refutes_turn(off, rest.seconds)
@@ -258,6 +261,24 @@ class BodyRest:
                 rest.measured, self.used = len(MEASURED), True
                 return "jumped", (rest.gyro, NOISE**2 / seen.span)
         return self.usual(seen, bias, min(bound, GYRO), most, calm)
+
+    def stay(self, bias, bound):
+        """A level is steady for as long as it is far."""
+        if np.linalg.norm(self.gyro - bias) <= min(bound, GYRO):
+            self.anchor, self.steady = self.gyro, 0.0
+
+    def stays(self, seen):
+        """Whether the level is that of the candidate, as it is not where a turn begins."""
+        rest = self.candidate
+        off = (
+            self.calm is not None
+            and len(rest.ticks) >= SEVERAL
+            and square(self.gyro - rest.gyro) > LEVEL_OFF * self.calm[0]
+        )
+        self.strayed = self.strayed + seen.span if off else 0.0
+        if self.strayed > STRAYS * (1.0 + SLACK):
+            self.begin()
+        return not off
 
     def refutes_lean(self, bias):
         """A turn about a level axis would have carried gravity along."""

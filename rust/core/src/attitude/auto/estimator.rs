@@ -153,5 +153,5 @@ impl Estimator for Auto {
 
 impl Tagged for Auto {
     const TAG: &'static str = "attitude";
-    const VERSION: u16 = 4;
+    const VERSION: u16 = 5;
 }

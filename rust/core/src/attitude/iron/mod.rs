@@ -229,7 +229,7 @@ impl Estimator for Learning {
 
 impl Tagged for Learning {
     const TAG: &'static str = "attitude-iron";
-    const VERSION: u16 = 2;
+    const VERSION: u16 = 3;
 }
 
 impl Named for Learning {

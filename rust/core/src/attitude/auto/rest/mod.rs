@@ -137,8 +137,7 @@ impl Rest {
             Some(seen) => self.decide(&seen, bias, variance, most),
             None => {
                 self.limits.end();
-                self.candidate = Candidate::default();
-                self.witness.begin();
+                self.begin_anew();
                 State::Motion
             }
         };
@@ -169,8 +168,7 @@ impl Rest {
             && self.support < SUPPORTED
             && self.witness.turned_with(&self.candidate.gyro, self.candidate.seconds);
         if moved {
-            self.candidate = Candidate::default();
-            self.witness.begin();
+            self.begin_anew();
         }
         denied
     }
@@ -184,18 +182,37 @@ impl Rest {
 
     #[inline(always)]
     fn decide(&mut self, seen: &Seen, bias: &Vector3<f64>, variance: f64, most: f64) -> State {
-        let calm = self.calm.holds(&self.candidate, seen);
         let bound = match (self.used, self.denied) {
             (true, _) => NEAR_MOST * NEAR_MOST,
             (false, false) => f64::INFINITY,
             (false, true) => 0.0,
         };
         let bound = NEAR * NEAR + (DEVIATIONS * variance).min(bound);
+        let calm = self.is_calm(seen, bias, bound);
         let may_be = self.candidate.lasts() && calm && self.candidate.gyro.norm() <= most;
         if may_be && let Some(state) = self.quietly(seen, bias, bound) {
             return state;
         }
         self.usual(seen, bias, bound, most, calm)
+    }
+
+    /// Whether the tick is as calm as rests of this sensor are.
+    fn is_calm(&mut self, seen: &Seen, bias: &Vector3<f64>, bound: f64) -> bool {
+        let level = self.limits.level();
+        if (level - bias).norm_squared() <= bound.min(limits::GYRO * limits::GYRO) {
+            // A level is steady for as long as it is far.
+            (self.anchor, self.steady) = (*level, 0.0);
+        }
+        let left = self.calm.is_left(&self.candidate, level, seen.span);
+        if self.calm.is_gone() {
+            self.begin_anew();
+        }
+        !left && self.calm.holds(&self.candidate, seen)
+    }
+
+    fn begin_anew(&mut self) {
+        self.candidate = Candidate::default();
+        self.witness.begin();
     }
 
     /// What a candidate that may be a rest is, if it is one.

@@ -1,0 +1,32 @@
+"""Single faults and bodies that never rest: a scenario for each.
+
+Limits are some half more than what is found; without the cure it is several times as much.
+"""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from support import faults, outside
+
+
+def traced(scene, *, nine=False, **arguments):
+    """What the filter knows after each sample."""
+    mag = scene.mag if nine else None
+    return zr.Attitude(scene.rate, mag=nine, **arguments).trace(scene.gyro, scene.accel, mag)
+
+
+# A slow turn after a rest.
+
+
+@pytest.mark.parametrize("rest", [20.0, 60.0])
+def test_a_slow_turn_after_a_rest_is_no_bias(rest):
+    """Of 0.35 and 0.5 deg/s: the seconds of the rest before it do not count, nor does its mean."""
+    for rate, lasts, noise in itertools.product((0.35, 0.5), (4.0, 20.0), (0.05, 0.35)):
+        scene = faults.creep(rest, rate, lasts, noise, 0)
+        trace = traced(scene)
+        heading, _, where = outside.judged(scene, trace["quaternion"])
+        assert np.max(np.abs(np.degrees(trace["bias"][where, 2]))) < 0.06
+        assert abs(np.degrees(heading[-1])) < 1.0
