@@ -30,3 +30,19 @@ def test_a_slow_turn_after_a_rest_is_no_bias(rest):
         heading, _, where = outside.judged(scene, trace["quaternion"])
         assert np.max(np.abs(np.degrees(trace["bias"][where, 2]))) < 0.06
         assert abs(np.degrees(heading[-1])) < 1.0
+
+
+# Bodies that never rest.
+
+
+def off_course(scene):
+    """Error of the heading about its mean, deg."""
+    heading, _, _ = outside.judged(scene, traced(scene)["quaternion"])
+    turned = np.exp(1j * heading)
+    return outside.rms(np.angle(turned / turned.mean()))
+
+
+@pytest.mark.parametrize(("kind", "most"), [("robot", 15.0), ("car", 13.0)])
+def test_straights_come_back_at_one_rate(kind, most):
+    """Arcs have each another: taken for the bias they made it 68 and 31 deg."""
+    assert np.mean([off_course(faults.under_way(kind, seed)) for seed in range(6)]) < most

@@ -43,6 +43,10 @@ FORGOTTEN, USUAL_RATE, ANGLE_MOST = 0.3, 5.0, 10.0
 FORCE, BETWEEN, PERSIST, LEVEL_FORCE, UPRIGHT, FALLEN = 1.5, 2.0, 2.0, 2.5, 0.7, 3.0
 # A body that goes straight on: rate and seconds, and the density of its rate.
 STRAIGHT, STRAIGHT_FOR, STRAIGHT_NOISE = 3.0 * DEG, 1.5, DEG
+# Votes for a rate: the largest, how near, the most of them, how many count; seconds of one, and of
+# the rate; a body that leans this fast shows the bias along the vertical.
+STRAIGHT_MOST, AGREES, VOTES, MAJORITY = 3.0 * BIAS_SIGMA, 0.7 * DEG, 10.0, 2.0
+VOTE, FOLLOWED, LEANING = 20.0, 10.0, 20.0 * DEG
 ACCEL_BIAS = 0.05
 BOUNDS = {PHI: 0.5, PHI + 1: 0.5, UP: 10.0, V: 100.0, V + 1: 100.0}
 
@@ -107,7 +111,7 @@ class Attitude:
         self.drift, self.iron, self.by_bias = Drift(), Iron(), np.zeros(3)
         self.deviation = Deviation(self.P[UP, UP])
         self.lost = self.lost_variance = self.covered = self.usual = 0.0
-        self.straight, self.straight_for = 0.0, 0.0
+        self.straight = self.straight_for = self.usual_straight = self.votes = 0.0
         self.stand()
         self.accelerations = 0.5**2
         self.under_way = UnderWay()
@@ -343,7 +347,10 @@ class Attitude:
     def correct(self, tick, told, moving):
         """The velocity stays near zero; at rest it is zero, and the rate is the bias."""
         x = np.zeros(17)
+        before = self.upright_variances()
         ratio = self.slow(tick.span, x) if moving else None
+        if moving and not self.at_rest and not (self.rest.used or self.rest.denied):
+            self.give_back(tick, before, x)
         if told is not None:
             for i, rate in enumerate(told[0] - self.b):
                 self.measure(B + i, rate, told[1], x)
@@ -373,16 +380,48 @@ class Attitude:
         if tick.unknown > 0.0:
             self.straight_for = 0.0
             return
-        up = self.R[2]
-        rate = up @ tick.gyro
+        up, first = self.R[2], self.straight_for < STRAIGHT_FOR * (1.0 - 1e-9)
+        rate, given = up @ tick.gyro, up @ self.given
         apart = abs(rate - self.straight)
         self.straight += min(tick.span / STRAIGHT_FOR, 1.0) * (rate - self.straight)
-        steady = apart <= STRAIGHT and abs(self.straight) <= BIAS_LIMIT
+        mean = self.straight
+        steady = (
+            apart <= STRAIGHT and abs(mean - given) <= STRAIGHT_MOST and abs(mean) <= BIAS_LIMIT
+        )
         self.straight_for = self.straight_for + tick.span if steady else 0.0
-        if self.straight_for >= STRAIGHT_FOR * (1.0 - 1e-9):
+        if self.straight_for < STRAIGHT_FOR * (1.0 - 1e-9):
+            return
+        if self.agrees(1.0 if first else tick.span / VOTE, tick.span) and self.votes >= MAJORITY:
             H = np.zeros(17)
             H[B:S] = up
             self.measure(H, rate - up @ self.b, STRAIGHT_NOISE**2 / tick.span, x)
+
+    def agrees(self, vote, span):
+        """Whether the present rate is that of most straights."""
+        apart = self.straight - self.usual_straight
+        if abs(apart) <= AGREES:
+            self.votes = min(self.votes + vote, VOTES)
+            self.usual_straight += min(span / FOLLOWED, 1.0) * apart
+            return True
+        self.votes -= 0.5 * vote
+        if self.votes < 0.0:
+            self.usual_straight, self.votes = self.straight, 1.0
+        return False
+
+    def give_back(self, tick, before, x):
+        """Of a body that does not lean, gravity says nothing of the bias along the vertical."""
+        up, rate = self.R[2], tick.gyro - self.b
+        s = 1.0 - min(max(rate @ rate - (up @ rate) ** 2, 0.0) / LEANING**2, 1.0)
+        x[B:S] -= s * up * (up @ x[B:S])
+        x[UP] *= 1.0 - s
+        less = [max(a - b, 0.0) for a, b in zip(before, self.upright_variances(), strict=True)]
+        self.P[B:S, B:S] += s * less[0] * np.outer(up, up)
+        self.P[UP, UP] += s * less[1]
+
+    def upright_variances(self):
+        """Of the bias along the vertical, and of the heading."""
+        up = self.R[2]
+        return up @ self.P[B:S, B:S] @ up, self.P[UP, UP]
 
     def recover(self, tick, ratio):
         """A tilt that is wrong although the filter is sure of it."""

@@ -7,7 +7,7 @@ a bias beyond what a good gyro has. Rates are in deg/s here, everything in a `Sc
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from support.outside import DEG, RATE, G, Scene, times
+from support.outside import DEG, RATE, G, Scene, smoothed, times
 
 
 def scene(gyro, accel, turned, where, mag=None, rate=RATE):
@@ -31,3 +31,40 @@ def creep(rest, rate, lasts, noise, seed):
     gyro[:, 2] += yaw
     accel = np.array([0.0, 0.0, G]) + 0.05 * rng.normal(size=(n, 3))
     return scene(gyro, accel, about_up(np.cumsum(yaw) / RATE), times(n / RATE) >= 2.0)
+
+
+LEGS = {
+    # Share of the legs up to this one, seconds, rates; then speeds, and how smooth each is, s.
+    "robot": (
+        ((0.35, (2, 8), (0, 0)), (0.75, (2, 10), (1, 12)), (1.0, (1, 3), (20, 60))),
+        ((0.5, 3.0), (0.25, 0.7), (1.5, 1.0, 0.8)),
+    ),
+    "car": (
+        ((0.5, (5, 25), (0, 0)), (0.8, (3, 15), (0.5, 6)), (1.0, (3, 6), (10, 25))),
+        ((5.0, 15.0), (0.7, 2.0), (0.4, 2.5, 0.5)),
+    ),
+}
+
+
+def under_way(kind, seed, bias=0.3, seconds=180.0):
+    """A level robot or car that never rests: straights, arcs and turns, and a bias of that size."""
+    rng, n = np.random.default_rng(seed), round(seconds * RATE)
+    kinds, (speeds, smooth, (noise, sway, shaken)) = LEGS[kind]
+    yaw, speed, k = np.zeros(n), np.zeros(n), 0
+    while k < n:
+        share = rng.random()
+        lasts, rates = next(leg[1:] for leg in kinds if share < leg[0])
+        leg = slice(k, k + round(rng.uniform(*lasts) * RATE))
+        yaw[leg] = rng.uniform(*rates) * rng.choice((-1.0, 1.0))
+        speed[leg] = rng.uniform(*speeds)
+        k = leg.stop
+    yaw, speed = (smoothed(smoothed(z, s), s) for z, s in zip((yaw, speed), smooth, strict=True))
+    t = times(seconds)
+    gyro = noise * rng.normal(size=(n, 3)) + bias * rng.normal(size=3)
+    for axis in range(2):
+        swing = smoothed(rng.normal(size=n), 0.5) * np.sqrt(50.0)
+        gyro[:, axis] += sway * swing * np.sin(2.0 * np.pi * rng.uniform(1.0, 3.0) * t)
+    gyro[:, 2] += yaw
+    accel = np.column_stack([np.gradient(speed) * RATE, speed * yaw * DEG, np.full(n, G)])
+    accel += shaken * rng.normal(size=(n, 3))
+    return scene(gyro, accel, about_up(np.cumsum(yaw) / RATE), np.ones(n, bool))

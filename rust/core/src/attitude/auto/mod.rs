@@ -64,6 +64,8 @@ const BIAS_LIMIT: f64 = 10.0 * DEGREE;
 /// What a wrong tilt says of the bias, rad/s: more finds one that has jumped sooner, and takes a car's
 /// long accelerations for one.
 const BIAS_REVIVED: f64 = 0.15 * DEGREE;
+/// Rate about level axes of a body that leans as much as gravity needs to show all of the bias, rad/s.
+const LEANING: f64 = 20.0 * DEGREE;
 /// Random walk of the matrix' elements, 1/√s, and their spread on the diagonal and off it.
 const MATRIX_WALK: f64 = 1e-5;
 const MATRIX_SIGMAS: [f64; 2] = [0.008, 0.005];
@@ -128,6 +130,15 @@ pub struct Auto {
     at_rest: bool,
     /// Mean square of the rate in the last tick, (rad/s)².
     speed_squared: f64,
+}
+
+/// Up in the axes of the sensor, the share of the bias along it that is hidden, and the variances of
+/// that and of the heading before a correction.
+struct Hidden {
+    up: Vector3<f64>,
+    share: f64,
+    bias: f64,
+    heading: f64,
 }
 
 /// What a tick was.
@@ -300,12 +311,39 @@ impl Auto {
             self.accelerations.observe(&velocity, &self.lasting, span) / span
         };
         let expected = self.expected(noise);
+        let shown = self.at_rest || self.knowing || self.rest.tells();
+        let hidden = if shown { None } else { Some(self.hidden(sums)) };
         self.errors.correct(VELOCITY, velocity.map(|x| -x), noise, found);
+        if let Some(hidden) = &hidden {
+            self.give_back(hidden, found);
+        }
         if self.at_rest {
             return None;
         }
         let tilt = [found.states[0], found.states[1]];
         Some(self.scale_noise.observe(&tilt, expected, self.speed_squared, span))
+    }
+
+    /// What of the bias, as long as no rest has shown it, gravity does not show either: that along the
+    /// vertical of a body that does not lean.
+    #[inline(never)]
+    fn hidden(&self, sums: &Sums) -> Hidden {
+        let up = self.up();
+        let rate = sums.gyro / sums.samples - self.bias;
+        let leaning = (rate - up * up.dot(&rate)).norm_squared() / square(LEANING);
+        let (bias, heading) = (self.errors.bias_along(&up), self.errors.heading());
+        Hidden { up, share: 1.0 - leaning.min(1.0), bias, heading }
+    }
+
+    /// Takes back what accelerations of the body seemed to say of it.
+    #[inline(never)]
+    fn give_back(&mut self, hidden: &Hidden, found: &mut Found) {
+        let Hidden { up, share, bias, heading } = hidden;
+        let mut states = found.states.fixed_rows_mut::<3>(BIAS);
+        states -= up * (share * up.dot(&states));
+        found.heading *= 1.0 - share;
+        self.errors.widen_bias_along(up, share * (bias - self.errors.bias_along(up)));
+        self.errors.widen_heading(share * (heading - self.errors.heading()));
     }
 
     /// Motion that goes straight on tells a bias that no rest has shown.
@@ -316,7 +354,8 @@ impl Auto {
         }
         let up = self.up();
         let (rate, span) = (up.dot(&sums.gyro) / sums.samples, sums.elapsed);
-        if let Some(noise) = self.straight.observe(rate, self.options.bias_limit, span) {
+        let (given, most) = (up.dot(&Vector3::from(self.options.bias)), self.options.bias_limit);
+        if let Some(noise) = self.straight.observe(rate, given, most, span) {
             self.errors.correct_bias_along(&up, rate - up.dot(&self.bias), noise, found);
         }
     }
