@@ -46,3 +46,31 @@ def off_course(scene):
 def test_straights_come_back_at_one_rate(kind, most):
     """Arcs have each another: taken for the bias they made it 68 and 31 deg."""
     assert np.mean([off_course(faults.under_way(kind, seed)) for seed in range(6)]) < most
+
+
+# Bodies that speed up.
+
+
+def leaning(scene):
+    """Error of the inclination, deg, and its deviation, deg."""
+    trace = traced(scene)
+    _, off, where = outside.judged(scene, trace["quaternion"])
+    return np.degrees(off), np.degrees(trace["tilt_sigma"][where])
+
+
+@pytest.mark.parametrize(
+    ("tilt", "lift", "most"), [(20.0, 0.0, 2.5), (35.0, 0.0, 5.5), (35.0, 1.0, 11.0)]
+)
+def test_fast_flight_is_no_knock(tilt, lift, most):
+    """The force of what speeds up is longer than gravity's; without that it is 5, 15 and 16 deg."""
+    found = [leaning(faults.fast_drone(tilt, seed, lift=lift)) for seed in range(3)]
+    assert np.mean([outside.rms(np.radians(off)) for off, _ in found]) < most
+    assert np.mean([np.mean(off < 3.0 * sigma) for off, sigma in found]) > 0.95
+
+
+@pytest.mark.parametrize(("push", "lasts"), [(1.5, 60.0), (2.5, 35.0), (4.0, 15.0)])
+@pytest.mark.parametrize("ramp", [0.5, 6.0])
+def test_a_take_off_is_no_rest(push, lasts, ramp):
+    """As one it is 12 deg off."""
+    off, _ = leaning(faults.pushed(push, lasts, ramp=ramp))
+    assert outside.rms(np.radians(off)) < 4.5

@@ -41,6 +41,9 @@ UNKNOWN, STILL = 1.0, 0.01
 FORGOTTEN, USUAL_RATE, ANGLE_MOST = 0.3, 5.0, 10.0
 # A wrong tilt: seconds of the force and between two, persistence, level part; a fallen frame.
 FORCE, BETWEEN, PERSIST, LEVEL_FORCE, UPRIGHT, FALLEN = 1.5, 2.0, 2.0, 2.5, 0.7, 3.0
+# What speeds up: share of the level part, the same where it is sure, m/s^2; ticks of known gravity;
+# seconds, and the doubt of its velocity.
+PUSHED, SURELY, STRONG, WEIGHED, PUSHED_LONG, DOUBTED = 0.25, 0.5, 1.0, 20, 3.0, 10.0
 # A body that goes straight on: rate and seconds, and the density of its rate.
 STRAIGHT, STRAIGHT_FOR, STRAIGHT_NOISE = 3.0 * DEG, 1.5, DEG
 # Votes for a rate: the largest, how near, the most of them, how many count; seconds of one, and of
@@ -117,9 +120,10 @@ class Attitude:
         self.under_way = UnderWay()
         self.forget_scale()
         self.speed = 0.0
+        self.weighed = []
 
     def stand(self):
-        self.mean_force, self.recovered = np.array([0.0, 0.0, G]), BETWEEN
+        self.mean_force, self.recovered, self.pushed = np.array([0.0, 0.0, G]), BETWEEN, 0.0
         self.felt = np.zeros(3)
 
     def ignorance(self, heading, bias=BIAS_SIGMA**2):
@@ -275,7 +279,8 @@ class Attitude:
         """Whether it rests; returns what a rest says of the bias, and the variance of that."""
         field = self.R.T @ tick.field if self.mag and tick.fields else None
         most = np.max(np.diag(self.P)[B:S])
-        state, told = self.rest.observe(tick, field, self.b, most, BIAS_LIMIT)
+        pushed = self.pushed > 0.0
+        state, told = self.rest.observe(tick, field, self.b, most, BIAS_LIMIT, pushed)
         self.at_rest = state not in ("motion", "denied")
         if state == "jumped":
             heading = max(self.P[UP, UP], 10.0 if self.mag else 0.0)
@@ -354,7 +359,9 @@ class Attitude:
         if told is not None:
             for i, rate in enumerate(told[0] - self.b):
                 self.measure(B + i, rate, told[1], x)
-        if moving and not self.at_rest and not (self.rest.used or self.rest.denied):
+        if self.at_rest:
+            self.weigh(np.linalg.norm(tick.accel))
+        elif moving and not (self.rest.used or self.rest.denied):
             self.go_straight(tick, x)
         self.apply(x)
         if moving:
@@ -369,7 +376,8 @@ class Attitude:
             self.under_way.observe(self.v, self.R, span)
             weight = min(span / MEMORY, 1.0)
             self.accelerations += weight * (0.5 * self.v @ self.v - self.accelerations)
-            R = self.velocity_noise / span
+            doubt = DOUBTED if self.pushed > PUSHED_LONG * (1.0 + 1e-9) else 1.0
+            R = doubt * self.velocity_noise / span
         by, both = self.P[V:, V:] + R * np.eye(2), self.P[PHI:UP, V:]
         expected = np.trace(both @ np.linalg.solve(by, both.T))
         for j in range(2):
@@ -423,14 +431,33 @@ class Attitude:
         up = self.R[2]
         return up @ self.P[B:S, B:S] @ up, self.P[UP, UP]
 
+    def weigh(self, force):
+        """Strength of gravity: the mean of rests, of about a hundred ticks in the end."""
+        count, mean = self.weighed or (0, 0.0)
+        count = min(count + 1, 100)
+        self.weighed = count, mean + (force - mean) / count
+
+    def is_pushed(self, gravity, share):
+        """A body that speeds up adds to gravity, a wrong tilt turns it."""
+        x, y, z = self.mean_force
+        return z > 0.0 and x * x + y * y + z * z - gravity**2 > share * (x * x + y * y)
+
     def recover(self, tick, ratio):
         """A tilt that is wrong although the filter is sure of it."""
+        known = self.weighed and self.weighed[0] >= WEIGHED
+        gravity = self.weighed[1] if known else None
         # What never changes while the body turns is stuck.
         if np.linalg.norm(tick.accel - self.felt) > 1e-9 or self.speed**2 <= 0.01:
             weight = min(tick.span / FORCE, 1.0)
             self.mean_force = self.mean_force + weight * (tick.force - self.mean_force)
             self.recovered = min(self.recovered + tick.span, BETWEEN)
+            x, y, z = self.mean_force
+            sure = gravity is not None and self.is_pushed(gravity, SURELY)
+            sure = sure and math.hypot(x, y) > STRONG
+            self.pushed = self.pushed + tick.span if sure else 0.0
         self.felt = tick.accel
+        if self.is_pushed(G if gravity is None else gravity, PUSHED):
+            return
         x, y, z = self.mean_force
         size, angle = np.linalg.norm(self.mean_force), (x * x + y * y) / G**2
         if z < UPRIGHT * size and size > FALLEN:

@@ -175,7 +175,7 @@ class BodyRest:
     def begin(self):
         self.candidate, self.witness.fields = Candidate(), []
 
-    def observe(self, tick, field, bias, variance, most):
+    def observe(self, tick, field, bias, variance, most, pushed):
         """Returns "motion", "denied", "rest", "refuted" or "jumped", and what is measured."""
         grown = 1.0 + 2.0 * math.log(2.0) / DOUBLES * tick.span
         if self.calm is not None:
@@ -190,7 +190,7 @@ class BodyRest:
         elif self.follow(tick, field):
             state, told = "denied", None
         else:
-            state, told = self.decide(self.seen, bias, variance, most)
+            state, told = self.decide(self.seen, bias, variance, most, pushed)
         self.lasted = 0.0 if state in ("motion", "denied") else self.lasted + tick.span
         return state, told
 
@@ -233,7 +233,7 @@ class BodyRest:
         else:
             self.since += tick.span
 
-    def decide(self, seen, bias, variance, most):
+    def decide(self, seen, bias, variance, most, pushed):
         deviations = DEVIATIONS**2 * variance
         if self.used:
             deviations = min(deviations, NEAR_MOST**2)
@@ -242,6 +242,8 @@ class BodyRest:
         bound = math.sqrt(NEAR**2 + deviations)
         self.stay(bias, bound)
         calm = self.stays(seen) and self.is_calm(seen)
+        if pushed:
+            return "motion", None
         rest = self.candidate
         if calm and rest.ticks and reached(rest.seconds, 0.5) and math.hypot(*rest.gyro) <= most:
             off = np.linalg.norm(rest.gyro - bias)

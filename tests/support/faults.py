@@ -7,7 +7,7 @@ a bias beyond what a good gyro has. Rates are in deg/s here, everything in a `Sc
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from support.outside import DEG, RATE, G, Scene, smoothed, times
+from support.outside import DEG, RATE, G, Scene, gauss_markov, smoothed, times
 
 
 def scene(gyro, accel, turned, where, mag=None, rate=RATE):
@@ -68,3 +68,52 @@ def under_way(kind, seed, bias=0.3, seconds=180.0):
     accel = np.column_stack([np.gradient(speed) * RATE, speed * yaw * DEG, np.full(n, G)])
     accel += shaken * rng.normal(size=(n, 3))
     return scene(gyro, accel, about_up(np.cumsum(yaw) / RATE), np.ones(n, bool))
+
+
+def pushed(push, lasts, *, ramp=1.5, shaken=0.05, noise=0.3, seed=2, rate=RATE):
+    """A body that rests for a minute and then speeds up for so long, as an aircraft that takes off.
+
+    What counts is the second half of that and the half minute after it.
+    """
+    rng, t = np.random.default_rng(seed), times(120.0 + lasts, rate)
+    n = len(t)
+    force = push * ((t > 60.0) & (t < 60.0 + lasts))
+    on = ((t > 55.0) & (t < 95.0 + lasts))[:, None]
+    gyro = np.array([0.3, -0.2, 0.5]) + (0.1 + noise * on) * rng.normal(size=(n, 3))
+    accel = np.array([0.0, 0.0, G]) + (0.03 + shaken * on) * rng.normal(size=(n, 3))
+    accel[:, 0] += smoothed(force, ramp, rate)
+    where = (t > 60.0 + lasts / 2.0) & (t < 90.0 + lasts)
+    return scene(gyro, accel, about_up(np.zeros(n)), where, rate=rate)
+
+
+def fast_drone(tilt, seed, *, lift=0.0, seconds=90.0, rate=200.0, drag=0.25):
+    """A rotor craft that holds tilts of up to so many deg for seconds, after 12 s of rest.
+
+    Its force is along its own z axis, and drag; ``lift``: vertical accelerations, m/s^2.
+    """
+    rng, t = np.random.default_rng(seed), times(seconds, rate)
+    n, flies = len(t), t >= 14.0
+    lean, k = np.zeros((n, 2)), round(14.0 * rate)
+    while k < n:
+        leg = slice(k, k + round(rng.uniform(2.0, 5.0) * rate))
+        way = rng.uniform(0.0, 2.0 * np.pi)
+        lean[leg] = rng.uniform(0.3, 1.0) * tilt * np.array([np.cos(way), np.sin(way)])
+        k = leg.stop
+    roll, pitch = (smoothed(smoothed(z, 0.4, rate), 0.4, rate) for z in lean.T)
+    yaw = np.cumsum(np.where(flies, 20.0 * np.sin(0.3 * t + seed), 0.0)) / rate
+    turned = Rotation.from_euler("ZYX", np.column_stack([yaw, pitch, roll]), degrees=True)
+    gyro = np.vstack([(turned[:-1].inv() * turned[1:]).as_rotvec() * rate, np.zeros(3)]) / DEG
+    up = lift * gauss_markov(rng, n, 1.0, 1.0 * rate / RATE, 1)[:, 0] * flies
+    matrix, v, accel = turned.as_matrix(), np.zeros(3), np.zeros((n, 3))
+    for k in range(n):
+        a, M = np.zeros(3), matrix[k]
+        if flies[k]:
+            through = M.T @ v
+            a = M @ [-drag * through[0], -drag * through[1], G / M[2, 2]] - [0.0, 0.0, G]
+            a[2] = up[k]
+        v = v + a / rate
+        accel[k] = M.T @ (a + [0.0, 0.0, G])
+    on = (t > 13.0)[:, None]
+    gyro += (0.1 + 2.0 * on) * rng.normal(size=(n, 3)) + [0.3, -0.2, 0.2]
+    accel += (0.05 + 3.0 * on) * rng.normal(size=(n, 3))
+    return scene(gyro, accel, turned, flies, rate=rate)

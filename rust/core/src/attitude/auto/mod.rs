@@ -78,8 +78,9 @@ const REST_VELOCITY: f64 = 1e-2;
 /// Deviation of what is not learned, rad/s and 1.
 #[cfg(feature = "std")]
 const SURE: f64 = 1e-7;
-/// Ticks at rest over which the strength of gravity is averaged.
+/// Ticks at rest over which the strength of gravity is averaged, and from how many on it is known.
 const WEIGHED: f64 = 100.0;
+const WEIGHED_LEAST: f64 = 20.0;
 /// Variances of the heading at the start, rad²: to be found by a magnetometer, and chosen.
 const HEADING_FREE: f64 = 10.0;
 const HEADING_CHOSEN: f64 = 1e-6;
@@ -308,7 +309,8 @@ impl Auto {
             square(REST_VELOCITY) / span
         } else {
             self.lasting.observe(&velocity, &self.strapdown.rotation, span);
-            self.accelerations.observe(&velocity, &self.lasting, span) / span
+            let variance = self.accelerations.observe(&velocity, &self.lasting, span);
+            self.recovery.doubt() * variance / span
         };
         let expected = self.expected(noise);
         let shown = self.at_rest || self.knowing || self.rest.tells();
@@ -364,9 +366,10 @@ impl Auto {
     #[inline(always)]
     fn recover(&mut self, sums: &Sums, persistence: Option<f64>) {
         let (force, felt) = (sums.force / sums.forces, sums.accel / sums.forces);
-        self.recovery.observe(&force, &felt, self.speed_squared, sums.elapsed);
+        let known = self.known_gravity();
+        self.recovery.observe(&force, &felt, self.speed_squared, known, sums.elapsed);
         let variance = self.errors.variance(0) + self.errors.variance(1);
-        match self.recovery.judge(persistence, variance) {
+        match self.recovery.judge(persistence, variance, known.unwrap_or(GRAVITY)) {
             None => {}
             Some(Wrong::Fallen) => self.start.again(),
             Some(Wrong::Tilted(variance)) => {
@@ -435,6 +438,11 @@ impl Auto {
     /// Mean strength of the force in rests, m/s²; NaN before the first.
     fn mean_gravity(&self) -> f64 {
         if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN }
+    }
+
+    /// The same once rests have told it.
+    fn known_gravity(&self) -> Option<f64> {
+        if self.gravity[1] >= WEIGHED_LEAST { Some(self.gravity[0]) } else { None }
     }
 
     fn weigh(&mut self, sums: &Sums) {

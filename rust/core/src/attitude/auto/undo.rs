@@ -3,7 +3,7 @@
 use nalgebra::{ComplexField, Matrix3, Vector3};
 
 use super::errors::{BIAS, Errors};
-use super::rest::{self, State};
+use super::rest::{self, Known, State};
 use super::strapdown::Sums;
 use super::trust::ScaleNoise;
 use super::{
@@ -23,7 +23,8 @@ impl Auto {
             .then(|| self.strapdown.rotation.tr_mul(&(sums.field / sums.fields)));
         let variance = (0..3).fold(0.0, |most: f64, i| most.max(self.errors.variance(BIAS + i)));
         let limit = self.options.bias_limit;
-        let state = self.rest.observe(sums, field.as_ref(), &self.bias, variance, limit);
+        let known = Known { bias: self.bias, variance, most: limit, pushed: self.recovery.is_strong() };
+        let state = self.rest.observe(sums, field.as_ref(), &known);
         self.at_rest = !matches!(state, State::Motion | State::Denied);
         if self.knowing {
             self.at_rest = matches!(state, State::Rest(_));

@@ -62,6 +62,17 @@ impl Seen {
     }
 }
 
+/// What is known of the sensor before a tick.
+#[derive(Debug, Clone, Copy)]
+pub struct Known {
+    /// The bias, rad/s, the largest variance of its axes, and its largest size.
+    pub bias: Vector3<f64>,
+    pub variance: f64,
+    pub most: f64,
+    /// Whether the body surely speeds up.
+    pub pushed: bool,
+}
+
 /// What a tick is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum State {
@@ -116,16 +127,13 @@ impl Rest {
         (self.steady, self.lasted) = (0.0, 0.0);
     }
 
-    /// Takes a tick, and the mean field in it in the axes of the sensor; the bias known and the
-    /// largest variance of its axes.
+    /// Takes a tick, and the mean field in it in the axes of the sensor.
     #[inline(always)]
     pub fn observe(
         &mut self,
         sums: &Sums,
         field: Option<&Vector3<f64>>,
-        bias: &Vector3<f64>,
-        variance: f64,
-        most: f64,
+        known: &Known,
     ) -> State {
         self.calm.age(sums.elapsed);
         self.witness.age(sums.elapsed);
@@ -134,7 +142,7 @@ impl Rest {
                 self.deny();
                 State::Denied
             }
-            Some(seen) => self.decide(&seen, bias, variance, most),
+            Some(seen) => self.decide(&seen, known),
             None => {
                 self.limits.end();
                 self.begin_anew();
@@ -181,7 +189,8 @@ impl Rest {
     }
 
     #[inline(always)]
-    fn decide(&mut self, seen: &Seen, bias: &Vector3<f64>, variance: f64, most: f64) -> State {
+    fn decide(&mut self, seen: &Seen, known: &Known) -> State {
+        let Known { bias, variance, most, pushed } = known;
         let bound = match (self.used, self.denied) {
             (true, _) => NEAR_MOST * NEAR_MOST,
             (false, false) => f64::INFINITY,
@@ -189,11 +198,14 @@ impl Rest {
         };
         let bound = NEAR * NEAR + (DEVIATIONS * variance).min(bound);
         let calm = self.is_calm(seen, bias, bound);
-        let may_be = self.candidate.lasts() && calm && self.candidate.gyro.norm() <= most;
+        if *pushed {
+            return State::Motion;
+        }
+        let may_be = self.candidate.lasts() && calm && self.candidate.gyro.norm() <= *most;
         if may_be && let Some(state) = self.quietly(seen, bias, bound) {
             return state;
         }
-        self.usual(seen, bias, bound, most, calm)
+        self.usual(seen, bias, bound, *most, calm)
     }
 
     /// Whether the tick is as calm as rests of this sensor are.
