@@ -74,3 +74,26 @@ def test_a_take_off_is_no_rest(push, lasts, ramp):
     """As one it is 12 deg off."""
     off, _ = leaning(faults.pushed(push, lasts, ramp=ramp))
     assert outside.rms(np.radians(off)) < 4.5
+
+
+# Sensors that fail.
+
+
+@pytest.mark.parametrize("rate", [100.0, 200.0])
+@pytest.mark.parametrize("nine", [True, False])
+def test_a_garbage_sample_of_the_gyro_turns_nothing(rate, nine):
+    """A pulse of one sample: no sensor's own filter passes it."""
+    scene = faults.hand(rate, 30.0)
+    expected = traced(scene, nine=nine)["quaternion"]
+    for value, axis in itertools.product((500.0, 2000.0, 20000.0), (0, 2)):
+        found = traced(faults.garbage(scene, 1500, value, axis), nine=nine)["quaternion"]
+        moved = np.degrees(outside.parts(found[2500:], expected[2500:]))
+        assert np.max(np.abs(moved)) < 4.0, value
+
+
+def test_two_in_a_row_are_the_sensors_word():
+    """A turn of two samples is one that a sensor can have felt."""
+    scene = faults.hand(100.0, 20.0)
+    twice = faults.garbage(faults.garbage(scene, 1500, 2000.0, 2), 1501, 2000.0, 2)
+    found, expected = (traced(one)["quaternion"] for one in (twice, scene))
+    assert abs(np.degrees(outside.parts(found[1550:1551], expected[1550:1551])[0][0])) > 10.0

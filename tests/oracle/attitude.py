@@ -39,6 +39,8 @@ LOST_TURNING = 1.5**2
 UNKNOWN, STILL = 1.0, 0.01
 # Lost samples: seconds in which a rate is forgotten, and those of the usual one.
 FORGOTTEN, USUAL_RATE, ANGLE_MOST = 0.3, 5.0, 10.0
+# A step that may be of garbage, rad: its change by its size, rad/s^2, and how near the next is.
+LARGE, CHANGED, ACCELERATED, BACK = 0.05, 0.75, 500.0, 0.25
 # A wrong tilt: seconds of the force and between two, persistence, level part; a fallen frame.
 FORCE, BETWEEN, PERSIST, LEVEL_FORCE, UPRIGHT, FALLEN = 1.5, 2.0, 2.0, 2.5, 0.7, 3.0
 # What speeds up: share of the level part, the same where it is sure, m/s^2; ticks of known gravity;
@@ -103,7 +105,7 @@ class Attitude:
     def __init__(self, rate, *, mag=True, bias=(0.0, 0.0, 0.0)):
         self.rate, self.mag = rate, mag
         self.q, self.heading = (1.0, 0.0, 0.0, 0.0), 0.0
-        self.before = np.zeros(3)
+        self.before, self.doubted, self.wrong = np.zeros(3), None, None
         self.given, self.b, self.M = bias, np.array(bias), np.eye(3)
         self.v = np.zeros(2)
         self.P = self.ignorance(10.0 if mag else 1e-6)
@@ -195,18 +197,33 @@ class Attitude:
     def follow(self, samples):
         """Samples of a tick, and what is known after each: but for the orientation, what was."""
         rate = self.fading(samples)[:, None] * (samples.gyro - self.b)
-        step = (rate @ self.M.T) * samples.dt[:, None]
-        coning = np.cross(np.vstack([self.before, step[:-1]]), step) / 12.0
-        self.before, told, turned = step[-1], [], []
-        known = self.known()
-        for k, turn in enumerate(quaternions.steps(step + coning).tolist()):
-            self.q = quaternions.product(self.q, turn)
+        told, turned, known = [], [], self.known()
+        self.wrong = None
+        for k, step in enumerate((rate @ self.M.T) * samples.dt[:, None]):
+            self.turn(step, samples, k)
             if not self.begun and not np.isnan(samples.accel[k, 0]):
                 self.level(samples.accel[k], samples.seen[k], not np.isnan(samples.mag[k, 0]))
             turned.append(self.q)
             earth = quaternions.product(quaternions.about_up(self.heading), self.q)
             told.append({**known, "quaternion": earth})
         return Tick(samples, quaternions.matrices(turned), rate), told
+
+    def turn(self, step, samples, k):
+        """By a step and what coning adds; one before it that stands alone was none."""
+        if self.doubted is not None:
+            before, angle = self.doubted
+            if np.linalg.norm(step - before) <= BACK * np.linalg.norm(angle):
+                self.before = 0.5 * (before + step)
+                for turned in (-angle, self.before):
+                    self.q = quaternions.product(self.q, as_quaternion(turned))
+                if self.wrong is not None:
+                    samples.gyro[self.wrong] = samples.gyro[k]
+        angle = step + np.cross(self.before, step) / 12.0
+        size, changed = np.linalg.norm(step), np.linalg.norm(step - self.before)
+        garbage = size > LARGE and changed > max(CHANGED * size, ACCELERATED * samples.dt[k] ** 2)
+        self.doubted, self.wrong = ((self.before, angle), k) if garbage else (None, None)
+        self.q = quaternions.product(self.q, as_quaternion(angle))
+        self.before = step
 
     def fading(self, samples):
         """The share of the last rate that is believed; how far the body may have turned since."""
@@ -585,6 +602,7 @@ class Attitude:
         self.lost = self.lost_variance = self.covered = self.usual = 0.0
         self.stand()
         self.v, self.before, self.under_way = np.zeros(2), np.zeros(3), UnderWay()
+        self.doubted = None
         turned = (self.speed**2 + STILL**2) * seconds
         self.restart([V, V + 1], START_SPEED**2)
         self.P[range(3), range(3)] += turned
@@ -592,6 +610,10 @@ class Attitude:
         self.iron.blur(turned)
         if self.P[PHI, PHI] > START_TILT**2:
             self.begun, self.begun_for, self.up = False, 0.0, 0.0
+
+
+def as_quaternion(turn):
+    return quaternions.steps(turn[None])[0].tolist()
 
 
 def upright(u):

@@ -65,6 +65,16 @@ def test_lost_samples_without_times():
     assert np.median(got["tilt_sigma"]) > 1.5 * np.median(whole["tilt_sigma"])
 
 
+def test_garbage_samples():
+    """Alone, two in a row, at the end of a tick and after a gap."""
+    motion = moved("hand", 100.0, 30.0)
+    gyro, dt = motion.gyro.copy(), np.full(3000, 0.01)
+    for row in (0, 700, 709, 1200, 1201, 1500, 2001):
+        gyro[row, row % 3] = 40.0
+    dt[2000] = 3.0
+    assert_equal_to_twin(100.0, gyro, motion.accel, motion.mag, dt)
+
+
 def test_times_of_their_own_and_gaps():
     """Jitter, steps of several periods, gaps, one of them so long that the start begins anew."""
     motion = moved("hand", 200.0, 60.0, errors=zr.simulation.MotionErrors(lost=0.02))

@@ -4,9 +4,12 @@ Bodies that creep off, never rest, fly fast or speed up; sensors that give garba
 a bias beyond what a good gyro has. Rates are in deg/s here, everything in a `Scene` in SI.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+import zerorate as zr
 from support.outside import DEG, RATE, G, Scene, gauss_markov, smoothed, times
 
 
@@ -117,3 +120,17 @@ def fast_drone(tilt, seed, *, lift=0.0, seconds=90.0, rate=200.0, drag=0.25):
     gyro += (0.1 + 2.0 * on) * rng.normal(size=(n, 3)) + [0.3, -0.2, 0.2]
     accel += (0.05 + 3.0 * on) * rng.normal(size=(n, 3))
     return scene(gyro, accel, turned, flies, rate=rate)
+
+
+def hand(rate, seconds, *, kind="hand", seed=4):
+    """A simulated motion of which all counts."""
+    motion = zr.simulate_motion(kind, rate, seconds, seed=seed)
+    where = np.ones(len(motion.gyro), bool)
+    return Scene(rate, motion.gyro, motion.accel, motion.mag, motion.quaternion, where)
+
+
+def garbage(scene, row, value, axis):
+    """One axis of one sample is a number of its own, deg/s."""
+    gyro = scene.gyro.copy()
+    gyro[row, axis] = value * DEG
+    return replace(scene, gyro=gyro)

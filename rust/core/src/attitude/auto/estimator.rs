@@ -25,7 +25,10 @@ impl Auto {
         } else {
             driven *= self.lost.fade(sample, &driven);
         }
-        self.strapdown.turn(self.matrix * driven * sample.dt);
+        let step = self.matrix * driven * sample.dt;
+        if let Some(wrong) = self.strapdown.turn(step, &sample.gyro, sample.dt) {
+            self.sums.replace(&wrong, &sample.gyro);
+        }
         let field = sample.mag.as_ref().filter(|mag| self.spikes.pass(mag));
         if !self.start.over
             && let Some(accel) = &sample.accel
