@@ -97,3 +97,16 @@ def test_two_in_a_row_are_the_sensors_word():
     twice = faults.garbage(faults.garbage(scene, 1500, 2000.0, 2), 1501, 2000.0, 2)
     found, expected = (traced(one)["quaternion"] for one in (twice, scene))
     assert abs(np.degrees(outside.parts(found[1550:1551], expected[1550:1551])[0][0])) > 10.0
+
+
+# Deviations.
+
+
+@pytest.mark.parametrize(("push", "lasts"), [(2.5, 35.0), (3.5, 12.0)])
+@pytest.mark.parametrize("rate", [10.0, 100.0])
+def test_no_tilt_is_further_off_than_any(push, lasts, rate):
+    """A vehicle that speeds up on a rough road: it was told as 700 deg."""
+    scene = faults.pushed(push, lasts, shaken=3.0, noise=3.0, rate=rate)
+    trace = traced(scene)
+    assert np.degrees(np.max(trace["tilt_sigma"])) < 60.0
+    assert np.degrees(np.max(trace["bias_sigma"][trace["quaternion"].shape[0] // 2 :])) < 2.0

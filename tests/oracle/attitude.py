@@ -192,7 +192,8 @@ class Attitude:
     @property
     def tilt(self):
         """Variance of the angle between true and estimated up."""
-        return self.doubt * np.trace(self.P[:UP, :UP]) + 2.0 * (ACCEL_BIAS / G) ** 2
+        own = min(self.doubt * np.trace(self.P[:UP, :UP]), 1.0)
+        return own + 2.0 * (ACCEL_BIAS / G) ** 2
 
     def follow(self, samples):
         """Samples of a tick, and what is known after each: but for the orientation, what was."""

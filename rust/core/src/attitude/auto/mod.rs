@@ -69,6 +69,8 @@ const LEANING: f64 = 20.0 * DEGREE;
 /// Random walk of the matrix' elements, 1/√s, and their spread on the diagonal and off it.
 const MATRIX_WALK: f64 = 1e-5;
 const MATRIX_SIGMAS: [f64; 2] = [0.008, 0.005];
+/// Variance of a tilt of which nothing is known, rad²: half of it about each level axis.
+const TILT_MOST: f64 = 1.0;
 /// Bias of an accelerometer, m/s², as consumer devices have it.
 const ACCEL_BIAS: f64 = 0.05;
 /// Noise of the velocity, m/s/√s.
@@ -426,7 +428,7 @@ impl Auto {
     fn tilt_variance(&self) -> f64 {
         let own = (self.errors.variance(0) + self.errors.variance(1)).max(0.0);
         let doubt = self.accelerations.doubt(&self.lasting);
-        doubt * own + 2.0 * square(ACCEL_BIAS / GRAVITY)
+        (doubt * own).min(TILT_MOST) + 2.0 * square(ACCEL_BIAS / GRAVITY)
     }
 
     /// By what variances of bias and matrix are told larger: what a velocity that lasts does to the
