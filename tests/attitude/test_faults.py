@@ -110,3 +110,14 @@ def test_no_tilt_is_further_off_than_any(push, lasts, rate):
     trace = traced(scene)
     assert np.degrees(np.max(trace["tilt_sigma"])) < 60.0
     assert np.degrees(np.max(trace["bias_sigma"][trace["quaternion"].shape[0] // 2 :])) < 2.0
+
+
+# The field.
+
+
+@pytest.mark.parametrize(("angle", "lasts"), [(50.0, 8.0), (90.0, 4.0)])
+def test_a_field_that_passes_by_is_no_drift(angle, lasts):
+    """A drift makes a slope: this one, a step, led the heading away by 40 and 75 deg."""
+    scene = faults.passing(angle, lasts, 0)
+    off, _, _ = outside.judged(scene, traced(scene, nine=True)["quaternion"])
+    assert np.max(np.abs(np.degrees(off))) < 8.0

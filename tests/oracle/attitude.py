@@ -576,7 +576,8 @@ class Attitude:
             self.blur_heading(grown)
             self.heading += turned
         if self.at_rest:
-            self.drift.mean *= max(1.0 - span / 2.0, 0.0)
+            kept = max(1.0 - span / 2.0, 0.0)
+            self.drift.lag, self.drift.mean = kept * self.drift.lag, kept * self.drift.mean
             if self.rest.lasted >= 2.0:
                 self.end_drift()
 

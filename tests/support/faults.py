@@ -10,7 +10,18 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import zerorate as zr
-from support.outside import DEG, RATE, G, Scene, gauss_markov, smoothed, times
+from support.outside import (
+    DEG,
+    FIELD,
+    RATE,
+    G,
+    Scene,
+    gauss_markov,
+    level,
+    road,
+    smoothed,
+    times,
+)
 
 
 def scene(gyro, accel, turned, where, mag=None, rate=RATE):
@@ -134,3 +145,18 @@ def garbage(scene, row, value, axis):
     gyro = scene.gyro.copy()
     gyro[row, axis] = value * DEG
     return replace(scene, gyro=gyro)
+
+
+def passing(angle, lasts, seed, *, seconds=150.0):
+    """A car that rests for 45 s and drives on; for so long a minute the field points elsewhere."""
+    rng, t = np.random.default_rng([seed, 5]), times(seconds)
+    yaw, k = np.zeros(len(t)), 5000
+    while k < len(t):
+        yaw[k : k + 500] = rng.choice((-1.0, 1.0)) * rng.uniform(5.0, 18.0)
+        k += round(rng.uniform(8.0, 25.0) * RATE)
+    elsewhere = np.zeros(len(t))
+    for at in np.arange(90.0, seconds - 30.0, 60.0):
+        aside = np.clip(np.minimum(t - at, at + lasts - t), 0.0, 1.0)
+        elsewhere += rng.choice((-1.0, 1.0)) * angle * aside
+    field = about_up(-elsewhere).apply(FIELD) - FIELD
+    return level(smoothed(yaw, 1.0), seed, shaken=road(len(t), seed), field=field, where=t > 50.0)
