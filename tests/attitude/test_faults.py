@@ -121,3 +121,13 @@ def test_a_field_that_passes_by_is_no_drift(angle, lasts):
     scene = faults.passing(angle, lasts, 0)
     off, _, _ = outside.judged(scene, traced(scene, nine=True)["quaternion"])
     assert np.max(np.abs(np.degrees(off))) < 8.0
+
+
+@pytest.mark.parametrize(("every", "last"), [(1, 500), (100, None), (50, None)])
+def test_a_field_that_is_held_is_no_news(every, last):
+    """Frozen, and held between updates of 1 and 2 Hz: 44, 13 and 8 deg as a field."""
+    scene = faults.held_field(faults.hand(100.0, 60.0), every, last)
+    trace = traced(scene, nine=True)
+    off, _, _ = outside.judged(scene, trace["quaternion"])
+    assert outside.rms(off[500:]) < 9.0
+    assert (np.mean(trace["disturbed"]) > 0.5) == (last is not None)

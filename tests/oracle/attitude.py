@@ -12,7 +12,7 @@ import numpy as np
 
 from oracle import quaternions
 from oracle.body_rest import BodyRest
-from oracle.field import Field, Spikes
+from oracle.field import Field, Held, Spikes
 from oracle.heading import Deviation, Drift, Iron, share_of_places
 from oracle.inertial import Samples, prepared
 from oracle.under_way import UnderWay
@@ -112,7 +112,7 @@ class Attitude:
         self.begun, self.begun_for, self.up, self.northed = False, 0.0, 0.0, 0
         self.rest, self.at_rest = BodyRest(), False
         self.field, self.field_age = Field(), 0.0
-        self.spikes, self.pull = Spikes(), None
+        self.spikes, self.held, self.pull = Spikes(), Held(), None
         self.drift, self.iron, self.by_bias = Drift(), Iron(), np.zeros(3)
         self.deviation = Deviation(self.P[UP, UP])
         self.lost = self.lost_variance = self.covered = self.usual = 0.0
@@ -173,7 +173,7 @@ class Attitude:
             "tilt_sigma": math.sqrt(self.tilt),
             "heading_sigma": math.sqrt(self.heading_variance),
             "at_rest": self.at_rest,
-            "disturbed": self.field.disturbed,
+            "disturbed": self.field.disturbed or self.held.stuck,
         }
 
     @property
@@ -282,6 +282,7 @@ class Attitude:
     # A tick.
 
     def end(self, tick):
+        self.news = self.has_news(tick)
         told = self.look(tick)
         self.speed = math.sqrt(np.mean(np.sum((tick.samples.gyro - self.b) ** 2, axis=1)))
         self.predict(tick)
@@ -293,9 +294,15 @@ class Attitude:
             self.see(tick)
         self.q = quaternions.unit(self.q)
 
+    def has_news(self, tick):
+        if not self.mag or not tick.fields:
+            return False
+        turned = (tick.gyro - self.b) * tick.span
+        return self.held.observe(self.spikes.usual, turned, tick.span)
+
     def look(self, tick):
         """Whether it rests; returns what a rest says of the bias, and the variance of that."""
-        field = self.R.T @ tick.field if self.mag and tick.fields else None
+        field = self.R.T @ tick.field if self.news else None
         most = np.max(np.diag(self.P)[B:S])
         pushed = self.pushed > 0.0
         state, told = self.rest.observe(tick, field, self.b, most, BIAS_LIMIT, pushed)
@@ -534,7 +541,7 @@ class Attitude:
         self.pull = None
         self.follow_drift(tick.span)
         self.field_age = min(self.field_age + tick.span, FIELD_HOLDS)
-        if not tick.fields:
+        if not self.news:
             return
         seconds, self.field_age = self.field_age, 0.0
         doubt = self.field.observe(tick.field, seconds, self.speed)

@@ -133,9 +133,9 @@ def fast_drone(tilt, seed, *, lift=0.0, seconds=90.0, rate=200.0, drag=0.25):
     return scene(gyro, accel, turned, flies, rate=rate)
 
 
-def hand(rate, seconds, *, kind="hand", seed=4):
+def hand(rate, seconds, *, kind="hand", seed=4, **more):
     """A simulated motion of which all counts."""
-    motion = zr.simulate_motion(kind, rate, seconds, seed=seed)
+    motion = zr.simulate_motion(kind, rate, seconds, seed=seed, **more)
     where = np.ones(len(motion.gyro), bool)
     return Scene(rate, motion.gyro, motion.accel, motion.mag, motion.quaternion, where)
 
@@ -160,3 +160,10 @@ def passing(angle, lasts, seed, *, seconds=150.0):
         elsewhere += rng.choice((-1.0, 1.0)) * angle * aside
     field = about_up(-elsewhere).apply(FIELD) - FIELD
     return level(smoothed(yaw, 1.0), seed, shaken=road(len(t), seed), field=field, where=t > 50.0)
+
+
+def held_field(scene, every, last=None):
+    """A magnetometer that gives one value for so many samples, and from ``last`` on for ever."""
+    row = np.arange(len(scene.mag)) // every * every
+    mag = scene.mag[row if last is None else np.minimum(row, last)]
+    return replace(scene, mag=mag)

@@ -59,6 +59,8 @@ pub struct Knowledge {
     pub at_rest: bool,
     /// Whether the magnetic field is not the one known.
     pub disturbed: bool,
+    /// Whether the magnetometer gives one value while the sensor turns.
+    pub stuck: bool,
     /// Whether the first seconds are over.
     pub started: bool,
 }
@@ -75,6 +77,7 @@ impl Default for Knowledge {
             gravity: f64::NAN,
             at_rest: false,
             disturbed: false,
+            stuck: false,
             started: true,
         }
     }

@@ -196,6 +196,7 @@ impl<E: Estimator> Attitude<E> {
             _ if self.samples == 0 || !known.started => "starting",
             _ if self.unknown > HELD => "rate missing",
             _ if self.wrong_gravity().is_some() => "wrong unit",
+            Knowledge { stuck: true, .. } => "magnetometer stuck",
             Knowledge { disturbed: true, .. } => "disturbed",
             Knowledge { at_rest: true, .. } => "at rest",
             _ => "moving",

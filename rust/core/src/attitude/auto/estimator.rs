@@ -85,7 +85,8 @@ impl Estimator for Auto {
             heading_sigma: self.heading_sigma(),
             gravity: self.mean_gravity(),
             at_rest: self.at_rest,
-            disturbed: self.magnet.is_disturbed(),
+            disturbed: self.magnet.is_disturbed() || self.held.is_stuck(),
+            stuck: self.held.is_stuck(),
             started: self.start.over,
         }
     }
@@ -143,6 +144,7 @@ impl Estimator for Auto {
             && self.straight.is_sound()
             && self.recovery.is_sound()
             && self.magnet.is_sound()
+            && self.held.is_sound()
             && self.deviation.is_sound_with(&self.iron)
             && self.iron.is_sound()
             && self.lost.is_sound()

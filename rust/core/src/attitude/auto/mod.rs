@@ -35,7 +35,7 @@ use self::heading::FIELD_WALK;
 pub use self::heading::Pull;
 use self::iron::Iron;
 use self::lost::Lost;
-use self::magnet::{Magnet, Spikes};
+use self::magnet::{Held, Magnet, Spikes};
 pub use self::options::AutoOptions;
 use self::recovery::{Recovery, Wrong};
 use self::rest::Rest;
@@ -120,6 +120,7 @@ pub struct Auto {
     straight: Straight,
     recovery: Recovery,
     magnet: Magnet,
+    held: Held,
     drift: HeadingDrift,
     iron: Iron,
     deviation: Deviation,
@@ -149,6 +150,8 @@ struct Hidden {
 pub struct Ticked {
     /// Its seconds.
     pub seconds: f64,
+    /// Whether its field was that of a magnetometer that is held while the body turns.
+    pub held: bool,
     /// What its field did to the heading, if that was used.
     pub pull: Option<Pull>,
 }
@@ -186,6 +189,7 @@ impl Auto {
             straight: Straight::default(),
             recovery: Recovery::default(),
             magnet: Magnet::default(),
+            held: Held::default(),
             drift: HeadingDrift::default(),
             iron: Iron::default(),
             deviation: Deviation::new(heading),
@@ -230,7 +234,8 @@ impl Auto {
     fn tick(&mut self) -> Ticked {
         let sums = self.sums;
         self.sums = Sums::new(TICK);
-        let state = self.rest(&sums);
+        let news = self.has_news(&sums);
+        let state = self.rest(&sums, news);
         self.speed_squared = sums.spread(&self.bias, &Vector3::zeros()).0.max(0.0);
         let rate = ComplexField::sqrt(self.speed_squared);
         let moving = self.predict(&sums, rate);
@@ -239,9 +244,20 @@ impl Auto {
             self.velocity = [0.0; 2];
         }
         self.correct(&sums, state, moving && !starting);
-        let pull = if self.options.mag { self.see_field(&sums, rate) } else { None };
+        let pull = if self.options.mag { self.see_field(&sums, rate, news) } else { None };
         self.strapdown.settle();
-        Ticked { seconds: sums.elapsed, pull }
+        let held = self.options.mag && sums.fields > 0.0 && !news;
+        Ticked { seconds: sums.elapsed, held, pull }
+    }
+
+    /// Whether a tick has a field, and not that of a magnetometer that is held while the body turns.
+    #[inline(always)]
+    fn has_news(&mut self, sums: &Sums) -> bool {
+        if !self.options.mag || sums.fields == 0.0 {
+            return false;
+        }
+        let turned = (sums.gyro / sums.samples - self.bias) * sums.elapsed;
+        self.held.observe(self.spikes.last(), &turned, sums.elapsed)
     }
 
     /// Carries velocity and errors through a tick; false where no force was known in it.

@@ -287,7 +287,7 @@ impl Known {
             heading_sigma: auto.heading_sigma(),
             gravity: auto.mean_gravity(),
             at_rest: auto.at_rest,
-            disturbed: auto.magnet.is_disturbed(),
+            disturbed: auto.magnet.is_disturbed() || auto.held.is_stuck(),
             started: auto.start.over,
         }
     }
@@ -322,6 +322,7 @@ fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Kno
         gravity: forward.gravity,
         at_rest: forward.at_rest || backward.at_rest,
         disturbed: forward.disturbed,
+        stuck: false,
         started: forward.started,
     };
     (orientation.normalize(), knowledge)

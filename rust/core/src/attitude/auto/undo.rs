@@ -18,8 +18,8 @@ const REFUTED_TILT: f64 = 0.2;
 impl Auto {
     /// Whether the body rests, and what is undone if it does.
     #[inline(always)]
-    pub(super) fn rest(&mut self, sums: &Sums) -> Option<(Vector3<f64>, f64)> {
-        let field = (self.options.mag && sums.fields > 0.0)
+    pub(super) fn rest(&mut self, sums: &Sums, news: bool) -> Option<(Vector3<f64>, f64)> {
+        let field = news
             .then(|| self.strapdown.rotation.tr_mul(&(sums.field / sums.fields)));
         let variance = (0..3).fold(0.0, |most: f64, i| most.max(self.errors.variance(BIAS + i)));
         let limit = self.options.bias_limit;
