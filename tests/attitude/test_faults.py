@@ -131,3 +131,43 @@ def test_a_field_that_is_held_is_no_news(every, last):
     off, _, _ = outside.judged(scene, trace["quaternion"])
     assert outside.rms(off[500:]) < 9.0
     assert (np.mean(trace["disturbed"]) > 0.5) == (last is not None)
+
+
+# A bias beyond what a good gyro has.
+
+
+@pytest.mark.parametrize("size", [12.0, 25.0])
+def test_gravity_proves_a_large_bias(size):
+    scene = faults.big_bias(size, (1.0, -0.5, 0.3))
+    trace = traced(scene)
+    off, leaning, _ = outside.judged(scene, trace["quaternion"], 2000)
+    assert outside.rms(off) < 1.0
+    assert outside.rms(leaning) < 1.0
+    assert trace["at_rest"][1000:2000].mean() > 0.9
+
+
+@pytest.mark.parametrize("size", [12.0, 25.0])
+def test_a_field_proves_a_bias_about_the_vertical(size):
+    scene = faults.big_bias(size, (0.1, 0.1, 1.0))
+    off, _, _ = outside.judged(scene, traced(scene, nine=True)["quaternion"])
+    assert outside.rms(off) < 5.0
+
+
+def test_nobody_tells_a_large_bias_from_a_rate_table():
+    """Six axes: the deviation of the heading says so, and the status."""
+    scene = faults.big_bias(15.0, (0.05, 0.05, 1.0))
+    filter_ = zr.Attitude(100.0, mag=False)
+    filter_.process(scene.gyro[:1000], scene.accel[:1000])
+    assert filter_.status == "at rest, or on a rate table: bias_limit"
+    assert filter_.heading_sigma > 1.0
+    limited = zr.Attitude(100.0, mag=False, bias_limit=20.0 * outside.DEG)
+    limited.process(scene.gyro[:1000], scene.accel[:1000])
+    assert limited.status == "at rest"
+
+
+@pytest.mark.parametrize("rate", [12.0, 20.0, 60.0])
+@pytest.mark.parametrize("rest", [15.0, 0.0])
+def test_a_table_is_none(rate, rest):
+    scene = outside.turntable(rate, 0, rest=rest, still=True)
+    off, _, _ = outside.judged(scene, traced(scene)["quaternion"])
+    assert outside.rms(off) < 2.0

@@ -306,7 +306,12 @@ class Attitude:
         most = np.max(np.diag(self.P)[B:S])
         pushed = self.pushed > 0.0
         state, told = self.rest.observe(tick, field, self.b, most, BIAS_LIMIT, pushed)
-        self.at_rest = state not in ("motion", "denied")
+        self.at_rest = state not in ("motion", "denied", "unclear")
+        if state == "unclear":
+            up, least = told
+            more = max(least - up @ self.P[B:S, B:S] @ up, 0.0)
+            self.P[B:S, B:S] += more * np.outer(up, up)
+            return None
         if state == "jumped":
             heading = max(self.P[UP, UP], 10.0 if self.mag else 0.0)
             self.relearn(told[0], BIAS_FOLLOWED**2, heading)

@@ -143,6 +143,9 @@ class Witness:
     def refutes_turn(self, rate, seconds):
         if len(self.fields) < ENOUGH:
             return False
+        changes = np.diff(np.array(self.fields), axis=0)[3:]
+        if 0.5 * np.sum(changes**2) <= 1e-12 * square(self.fields[-1]):
+            return False
         carried = rate * (seconds - 2.0 * BEHIND) * LEVEL * np.linalg.norm(self.fields[-1])
         return carried > SURELY * self.limit
 
@@ -191,7 +194,7 @@ class BodyRest:
             state, told = "denied", None
         else:
             state, told = self.decide(self.seen, bias, variance, most, pushed)
-        self.lasted = 0.0 if state in ("motion", "denied") else self.lasted + tick.span
+        self.lasted = 0.0 if state in ("motion", "denied", "unclear") else self.lasted + tick.span
         return state, told
 
     def follow(self, tick, field):
@@ -245,8 +248,14 @@ class BodyRest:
         if pushed:
             return "motion", None
         rest = self.candidate
-        if calm and rest.ticks and reached(rest.seconds, 0.5) and math.hypot(*rest.gyro) <= most:
-            off = np.linalg.norm(rest.gyro - bias)
+        lasts = calm and rest.ticks and reached(rest.seconds, 0.5)
+        off = np.linalg.norm(rest.gyro - bias) if rest.ticks else math.inf
+        near = off <= bound and (self.used or np.linalg.norm(bias) > most)
+        if lasts and not near and math.hypot(*rest.gyro) > most:
+            state = self.beyond(seen, most)
+            if state is not None:
+                return state
+        elif lasts:
             refutes = self.witness.refutes_turn(off, rest.seconds)
             if off <= bound or (not self.used and (refutes or not self.denied)):
                 return self.quiet(seen)
@@ -255,10 +264,7 @@ class BodyRest:
             steadier = reached(rest.seconds, 1.5) and spread < 0.25 * self.spread
             young = self.support < SUPPORTED and (reached(rest.seconds, long) or steadier)
             if young or (reached(rest.seconds, 2.0) and refutes):
-                rest.measured, self.used = len(MEASURED), True
-                self.support, self.spread = rest.seconds, spread
-                self.learn()
-                return "refuted", (rest.gyro, seen.noise / rest.seconds)
+                return self.refuted(seen)
             if self.refutes_lean(bias):
                 rest.measured, self.used = len(MEASURED), True
                 return "jumped", (rest.gyro, NOISE**2 / seen.span)
@@ -281,6 +287,29 @@ class BodyRest:
         if self.strayed > STRAYS * (1.0 + SLACK):
             self.begin()
         return not off
+
+    def beyond(self, seen, most):
+        """A rate that is larger than a bias should be: gravity or the field may prove it none."""
+        rest, size = self.candidate, np.linalg.norm(self.candidate.accel)
+        if not reached(rest.seconds, 2.0) or np.linalg.norm(rest.gyro) > 3.0 * most:
+            return None
+        up = rest.accel / max(size, TURNED)
+        about_up = abs(rest.gyro @ up)
+        level = np.linalg.norm(rest.gyro - up * (rest.gyro @ up))
+        if about_up > most:
+            stays = self.witness.refutes_turn(about_up, rest.seconds)
+        else:
+            stays = level * (rest.seconds - 0.8) * size > 3.0 * TURNED
+        if stays:
+            return self.refuted(seen)
+        return None if self.used else ("unclear", (up, most**2))
+
+    def refuted(self, seen):
+        rest = self.candidate
+        rest.measured, self.used = len(MEASURED), True
+        self.support, self.spread = rest.seconds, rest.spread(rest.gyros)
+        self.learn()
+        return "refuted", (rest.gyro, seen.noise / rest.seconds)
 
     def refutes_lean(self, bias):
         """A turn about a level axis would have carried gravity along."""

@@ -167,3 +167,19 @@ def held_field(scene, every, last=None):
     row = np.arange(len(scene.mag)) // every * every
     mag = scene.mag[row if last is None else np.minimum(row, last)]
     return replace(scene, mag=mag)
+
+
+def big_bias(size, axis, seconds=20.0, seed=3):
+    """A gyro whose bias lies along an axis; it lies still, level, and a hand moves it for as long."""
+    errors = zr.simulation.MotionErrors.none()
+    moved, rng = hand(RATE, seconds, seed=seed, errors=errors), np.random.default_rng(seed)
+    n = round(seconds * RATE)
+    first = Rotation.from_quat(moved.truth[0], scalar_first=True)
+    accel = np.vstack([np.tile(first.inv().apply([0.0, 0.0, G]), (n, 1)), moved.accel])
+    mag = np.vstack([np.tile(moved.mag[0], (n, 1)), moved.mag])
+    way = first.inv().apply(np.asarray(axis) / np.linalg.norm(axis))
+    gyro = np.vstack([np.zeros((n, 3)), moved.gyro]) + size * DEG * way
+    noise = [scale * rng.normal(size=(2 * n, 3)) for scale in (0.1 * DEG, 0.03, 0.3)]
+    truth = np.vstack([np.tile(moved.truth[0], (n, 1)), moved.truth])
+    where = np.arange(2 * n) >= n
+    return Scene(RATE, gyro + noise[0], accel + noise[1], mag + noise[2], truth, where)

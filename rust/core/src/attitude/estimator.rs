@@ -57,6 +57,8 @@ pub struct Knowledge {
     pub gravity: f64,
     /// Whether the sensor rests.
     pub at_rest: bool,
+    /// Whether it rests with a bias beyond the largest, or turns on a rate table: none can tell.
+    pub unclear: bool,
     /// Whether the magnetic field is not the one known.
     pub disturbed: bool,
     /// Whether the magnetometer gives one value while the sensor turns.
@@ -76,6 +78,7 @@ impl Default for Knowledge {
             heading_sigma: f64::NAN,
             gravity: f64::NAN,
             at_rest: false,
+            unclear: false,
             disturbed: false,
             stuck: false,
             started: true,

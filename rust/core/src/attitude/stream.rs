@@ -197,6 +197,7 @@ impl<E: Estimator> Attitude<E> {
             _ if self.unknown > HELD => "rate missing",
             _ if self.wrong_gravity().is_some() => "wrong unit",
             Knowledge { stuck: true, .. } => "magnetometer stuck",
+            Knowledge { unclear: true, .. } => "at rest, or on a rate table: bias_limit",
             Knowledge { disturbed: true, .. } => "disturbed",
             Knowledge { at_rest: true, .. } => "at rest",
             _ => "moving",

@@ -54,7 +54,7 @@ impl Estimator for Auto {
         self.sums = Sums::new(TICK);
         self.rest.interrupt();
         (self.lost, self.recovery) = (Lost::default(), Recovery::default());
-        self.at_rest = false;
+        (self.at_rest, self.unclear) = (false, false);
         (self.velocity, self.lasting) = ([0.0; 2], Lasting::default());
         // It may have turned as it did, another way every second.
         let turned = (self.speed_squared + STILL * STILL) * seconds;
@@ -85,6 +85,7 @@ impl Estimator for Auto {
             heading_sigma: self.heading_sigma(),
             gravity: self.mean_gravity(),
             at_rest: self.at_rest,
+            unclear: self.unclear,
             disturbed: self.magnet.is_disturbed() || self.held.is_stuck(),
             stuck: self.held.is_stuck(),
             started: self.start.over,

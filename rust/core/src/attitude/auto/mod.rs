@@ -132,6 +132,8 @@ pub struct Auto {
     /// Mean strength of the force in rests, and how many ticks it is of.
     gravity: [f64; 2],
     at_rest: bool,
+    /// Whether it rests or turns steadily, of which nobody can tell.
+    unclear: bool,
     /// Mean square of the rate in the last tick, (rad/s)².
     speed_squared: f64,
 }
@@ -198,6 +200,7 @@ impl Auto {
             field_age: 0.0,
             gravity: [0.0; 2],
             at_rest: false,
+            unclear: false,
             speed_squared: 0.0,
         }
     }

@@ -321,6 +321,7 @@ fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Kno
         heading_sigma,
         gravity: forward.gravity,
         at_rest: forward.at_rest || backward.at_rest,
+        unclear: false,
         disturbed: forward.disturbed,
         stuck: false,
         started: forward.started,

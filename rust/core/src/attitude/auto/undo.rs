@@ -25,13 +25,20 @@ impl Auto {
         let limit = self.options.bias_limit;
         let known = Known { bias: self.bias, variance, most: limit, pushed: self.recovery.is_strong() };
         let state = self.rest.observe(sums, field.as_ref(), &known);
-        self.at_rest = !matches!(state, State::Motion | State::Denied);
+        self.at_rest = !matches!(state, State::Motion | State::Denied | State::Unclear(_));
+        self.unclear = matches!(state, State::Unclear(_));
         if self.knowing {
             self.at_rest = matches!(state, State::Rest(_));
             return None;
         }
         match state {
             State::Motion => None,
+            State::Unclear(up) => {
+                // The sigma of the heading says so.
+                let more = square(limit) - self.errors.bias_along(&up);
+                self.errors.widen_bias_along(&up, more);
+                None
+            }
             State::Rest(measured) => measured,
             State::Refuted(level, noise) => self.undo(&level, [noise; 3]),
             State::Denied => {

@@ -39,6 +39,8 @@ const SUPPORTED: f64 = 10.0;
 /// the support, and by its steadiness.
 const LONGER: [f64; 3] = [2.0, 2.0, 9.9];
 const STEADIER: f64 = 1.5;
+/// How many times as large as the largest bias a rate is that no part has: it is a turn.
+const BEYOND: f64 = 3.0;
 
 /// What a rest detector sees of a tick, in the axes of the sensor.
 #[derive(Debug, Clone, Copy)]
@@ -86,6 +88,8 @@ pub enum State {
     Denied,
     /// A rest at a level that is far from the bias, which has jumped.
     Jumped(Vector3<f64>),
+    /// A rest at a rate that is too large for a bias, or a turn about this direction: none can tell.
+    Unclear(Vector3<f64>),
 }
 
 /// What is known of rests.
@@ -149,7 +153,7 @@ impl Rest {
                 State::Motion
             }
         };
-        let moves = matches!(state, State::Motion | State::Denied);
+        let moves = matches!(state, State::Motion | State::Denied | State::Unclear(_));
         self.lasted = if moves { 0.0 } else { self.lasted + sums.elapsed };
         state
     }
@@ -201,9 +205,18 @@ impl Rest {
         if *pushed {
             return State::Motion;
         }
-        let may_be = self.candidate.lasts() && calm && self.candidate.gyro.norm() <= *most;
-        if may_be && let Some(state) = self.quietly(seen, bias, bound) {
-            return state;
+        if calm && self.candidate.lasts() {
+            // Of a bias that is none it is no rest, however unsure that is.
+            let known = self.used || bias.norm() > *most;
+            let near = known && (self.candidate.gyro - bias).norm_squared() <= bound;
+            let may_be = near || self.candidate.gyro.norm() <= *most;
+            let state = match may_be {
+                true => self.quietly(seen, bias, bound),
+                false => self.beyond(seen, *most),
+            };
+            if let Some(state) = state {
+                return state;
+            }
         }
         self.usual(seen, bias, bound, *most, calm)
     }
@@ -244,6 +257,24 @@ impl Rest {
             return Some(State::Jumped(self.candidate.gyro));
         }
         None
+    }
+
+    /// What a candidate is whose rate is larger than any bias should be. Gravity that stays proves that
+    /// it does not turn about a level axis, a field that stays that it does not about the vertical.
+    fn beyond(&mut self, seen: &Seen, most: f64) -> Option<State> {
+        let rest = &self.candidate;
+        if !rest.is_long() || rest.gyro.norm() > BEYOND * most {
+            return None;
+        }
+        let about_up = rest.gyro.dot(&rest.up()).abs();
+        let stays = match about_up > most {
+            true => self.witness.refutes_turn(about_up, rest.seconds),
+            false => rest.refutes_level_turn(),
+        };
+        if stays {
+            return Some(self.refuted(seen));
+        }
+        (!self.used).then(|| State::Unclear(rest.up()))
     }
 
     /// A quiet rest near the bias, or the first.
