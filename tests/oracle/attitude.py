@@ -123,6 +123,7 @@ class Attitude:
         self.forget_scale()
         self.speed = 0.0
         self.weighed = []
+        self.first_turned = self.first_moved = 0.0
 
     def stand(self):
         self.mean_force, self.recovered, self.pushed = np.array([0.0, 0.0, G]), BETWEEN, 0.0
@@ -179,7 +180,9 @@ class Attitude:
     @property
     def heading_variance(self):
         own = self.P[UP, UP]
-        return self.deviation.variance(own, self.iron) if self.mag else own
+        if self.mag:
+            return self.deviation.variance(own, self.iron)
+        return own + (self.first_turned / 2.5) ** 2
 
     @property
     def doubt(self):
@@ -292,7 +295,20 @@ class Attitude:
         self.correct(tick, told, moving)
         if self.mag:
             self.see(tick)
+        elif self.first_moved < 3.0:
+            self.doubt_first_rest(tick.span)
         self.q = quaternions.unit(self.q)
+
+    def doubt_first_rest(self, span):
+        """A table that turns from the first sample on would have led the heading away."""
+        rate, rest = abs(self.R[2] @ self.b), self.rest.candidate
+        if rate > 0.8 * DEG:
+            self.first_turned = min(self.first_turned + rate * span, 10.0)
+        quiet = rest.ticks and rest.seconds >= 0.5 * (1.0 - 1e-9)
+        if not quiet and self.first_turned > 0.0:
+            self.first_moved += span
+        if self.first_moved >= 3.0:
+            self.first_turned = 0.0
 
     def has_news(self, tick):
         if not self.mag or not tick.fields:

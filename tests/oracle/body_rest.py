@@ -268,7 +268,7 @@ class BodyRest:
             if self.refutes_lean(bias):
                 rest.measured, self.used = len(MEASURED), True
                 return "jumped", (rest.gyro, NOISE**2 / seen.span)
-        return self.usual(seen, bias, min(bound, GYRO), most, calm)
+        return self.usual(seen, bias, min(bound, GYRO), variance, most, calm)
 
     def stay(self, bias, bound):
         """A level is steady for as long as it is far."""
@@ -353,7 +353,7 @@ class BodyRest:
             known = math.inf if witness.noise is None else witness.noise
             witness.noise = min(known, witness.own)
 
-    def usual(self, seen, bias, bound, most, calm):
+    def usual(self, seen, bias, bound, variance, most, calm):
         """A rest by the limits of samples."""
         if np.linalg.norm(self.gyro - bias) <= bound:
             if not reached(self.since, LONG) or self.calm is not None:
@@ -362,6 +362,9 @@ class BodyRest:
             return "rest", (seen.gyro, seen.noise / seen.span)
         long = min(self.since, self.steady)
         if not calm or not reached(long, FAR[self.used]) or math.hypot(*self.gyro) > most:
+            return "motion", None
+        drifts = max(0.9 * DEG, DEVIATIONS * math.sqrt(variance))
+        if self.used and np.linalg.norm(self.gyro - bias) > drifts:
             return "motion", None
         self.used = True
         return "jumped", (self.gyro, NOISE**2 / seen.span)

@@ -54,6 +54,7 @@ impl Estimator for Auto {
         self.sums = Sums::new(TICK);
         self.rest.interrupt();
         (self.lost, self.recovery) = (Lost::default(), Recovery::default());
+        self.unit.interrupt();
         (self.at_rest, self.unclear) = (false, false);
         (self.velocity, self.lasting) = ([0.0; 2], Lasting::default());
         // It may have turned as it did, another way every second.
@@ -86,6 +87,7 @@ impl Estimator for Auto {
             gravity: self.mean_gravity(),
             at_rest: self.at_rest,
             unclear: self.unclear,
+            wrong_unit: self.unit.is_wrong(),
             disturbed: self.magnet.is_disturbed() || self.held.is_stuck(),
             stuck: self.held.is_stuck(),
             started: self.start.over,
@@ -103,6 +105,7 @@ impl Estimator for Auto {
         self.drift.end();
         self.iron.lose_earth();
         (self.lasting, self.recovery) = (Lasting::default(), Recovery::default());
+        self.first.align();
         self.start.over = true;
     }
 
@@ -149,6 +152,8 @@ impl Estimator for Auto {
             && self.deviation.is_sound_with(&self.iron)
             && self.iron.is_sound()
             && self.lost.is_sound()
+            && self.first.is_sound()
+            && self.unit.is_sound()
             && are_within(&self.by_bias, BY_BIAS_MAX)
     }
 

@@ -173,7 +173,7 @@ impl Auto {
         ComplexField::sqrt(if self.options.mag {
             self.deviation.variance(own, &self.iron)
         } else {
-            own
+            own + self.first.variance()
         })
     }
 

@@ -106,7 +106,11 @@ impl Held {
     /// turns; returns whether the field is news.
     pub fn observe(&mut self, square: f64, turned: &Vector3<f64>, span: f64) -> bool {
         let same = core::mem::replace(&mut self.square, square) == square;
-        self.turn = if same { (self.turn + turned).map(|x| x.clamp(-TURN_MOST, TURN_MOST)) } else { Vector3::zeros() };
+        self.turn = if same {
+            (self.turn + turned).map(|x| x.clamp(-TURN_MOST, TURN_MOST))
+        } else {
+            Vector3::zeros()
+        };
         let news = self.turn.norm_squared() <= HELD * HELD;
         self.seconds = if news { 0.0 } else { self.seconds + span };
         news

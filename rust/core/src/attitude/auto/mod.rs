@@ -10,6 +10,7 @@ mod deviation;
 mod drift;
 mod errors;
 mod estimator;
+mod first;
 mod heading;
 mod iron;
 mod lost;
@@ -24,6 +25,7 @@ mod straight;
 mod strapdown;
 mod trust;
 mod undo;
+mod unit;
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -31,6 +33,7 @@ use serde::{Deserialize, Serialize};
 use self::deviation::Deviation;
 use self::drift::HeadingDrift;
 use self::errors::{BIAS, Errors, Found, MATRIX, States, Transition, VELOCITY};
+use self::first::FirstRest;
 use self::heading::FIELD_WALK;
 pub use self::heading::Pull;
 use self::iron::Iron;
@@ -45,6 +48,7 @@ use self::start::{SPEED, Start, TILT};
 use self::straight::Straight;
 use self::strapdown::{Strapdown, Sums};
 use self::trust::{Accelerations, Lasting, ScaleNoise};
+use self::unit::UnitWatch;
 use super::GRAVITY;
 use crate::error::Error;
 
@@ -125,6 +129,8 @@ pub struct Auto {
     iron: Iron,
     deviation: Deviation,
     lost: Lost,
+    first: FirstRest,
+    unit: UnitWatch,
     /// How the heading depends on the bias, s: what it turned by for each rad/s since power-on.
     by_bias: Vector3<f64>,
     /// Seconds since the field was last used.
@@ -196,6 +202,8 @@ impl Auto {
             iron: Iron::default(),
             deviation: Deviation::new(heading),
             lost: Lost::default(),
+            first: FirstRest::default(),
+            unit: UnitWatch::default(),
             by_bias: Vector3::zeros(),
             field_age: 0.0,
             gravity: [0.0; 2],
@@ -237,6 +245,12 @@ impl Auto {
     fn tick(&mut self) -> Ticked {
         let sums = self.sums;
         self.sums = Sums::new(TICK);
+        if sums.unknown > 0.0 || sums.forces == 0.0 {
+            self.unit.interrupt();
+        } else {
+            let (rate, force) = (sums.gyro / sums.samples, sums.accel / sums.forces);
+            self.unit.observe(&rate, &force, sums.elapsed);
+        }
         let news = self.has_news(&sums);
         let state = self.rest(&sums, news);
         self.speed_squared = sums.spread(&self.bias, &Vector3::zeros()).0.max(0.0);
@@ -247,6 +261,9 @@ impl Auto {
             self.velocity = [0.0; 2];
         }
         self.correct(&sums, state, moving && !starting);
+        if !self.options.mag {
+            self.first.observe(self.rest.is_quiet(), self.up().dot(&self.bias), sums.elapsed);
+        }
         let pull = if self.options.mag { self.see_field(&sums, rate, news) } else { None };
         self.strapdown.settle();
         let held = self.options.mag && sums.fields > 0.0 && !news;

@@ -327,6 +327,7 @@ fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Kno
         gravity: forward.gravity,
         at_rest: forward.at_rest || backward.at_rest,
         unclear: false,
+        wrong_unit: false,
         disturbed: forward.disturbed,
         stuck: false,
         started: forward.started,

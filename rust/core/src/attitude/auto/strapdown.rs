@@ -55,7 +55,12 @@ impl Strapdown {
     /// Turns by a step about the sensor's axes in a time, and by what coning adds to it; returns the
     /// rate in whose place that of this step, `gyro`, is to count.
     #[inline(always)]
-    pub fn turn(&mut self, step: Vector3<f64>, gyro: &Vector3<f64>, dt: f64) -> Option<Vector3<f64>> {
+    pub fn turn(
+        &mut self,
+        step: Vector3<f64>,
+        gyro: &Vector3<f64>,
+        dt: f64,
+    ) -> Option<Vector3<f64>> {
         let mut wrong = None;
         if step.norm_squared() > LARGE * LARGE || self.doubted.is_some() {
             wrong = self.doubt(&step, gyro, dt);

@@ -19,11 +19,11 @@ impl Auto {
     /// Whether the body rests, and what is undone if it does.
     #[inline(always)]
     pub(super) fn rest(&mut self, sums: &Sums, news: bool) -> Option<(Vector3<f64>, f64)> {
-        let field = news
-            .then(|| self.strapdown.rotation.tr_mul(&(sums.field / sums.fields)));
+        let field = news.then(|| self.strapdown.rotation.tr_mul(&(sums.field / sums.fields)));
         let variance = (0..3).fold(0.0, |most: f64, i| most.max(self.errors.variance(BIAS + i)));
         let limit = self.options.bias_limit;
-        let known = Known { bias: self.bias, variance, most: limit, pushed: self.recovery.is_strong() };
+        let known =
+            Known { bias: self.bias, variance, most: limit, pushed: self.recovery.is_strong() };
         let state = self.rest.observe(sums, field.as_ref(), &known);
         self.at_rest = !matches!(state, State::Motion | State::Denied | State::Unclear(_));
         self.unclear = matches!(state, State::Unclear(_));

@@ -19,8 +19,8 @@ use self::limits::Limits;
 use self::quiet::Candidate;
 pub use self::quiet::NOISE;
 use self::witness::Witness;
-use super::DEGREE;
 use super::strapdown::Sums;
+use super::{DEGREE, square};
 use crate::attitude::sample::RATE_MAX;
 use crate::math::sound::{are_within, is_size};
 
@@ -33,6 +33,9 @@ const NEAR_MOST: f64 = 0.3 * DEGREE;
 /// within how many rad/s.
 const FAR: [f64; 2] = [10.0, 30.0];
 const STEADY: f64 = 0.5 * DEGREE;
+/// By how much a bias that a rest has shown drifts, rad/s, if three deviations of it are no more: a level
+/// that differs by more is that of a turn, until gravity or a field proves that it is none.
+const DRIFTS: f64 = 0.9 * DEGREE;
 /// Seconds of rest from which on a bias is one that jumped, not one that never was.
 const SUPPORTED: f64 = 10.0;
 /// Seconds of a rest that prove an earlier one wrong: by its length, at the least and in times of
@@ -119,6 +122,11 @@ impl Rest {
         self.lasted
     }
 
+    /// Whether the last ticks may be a rest, at whatever level.
+    pub fn is_quiet(&self) -> bool {
+        self.candidate.lasts()
+    }
+
     /// Whether rests tell more of the bias than motion does: one was used, or one was a turn.
     pub fn tells(&self) -> bool {
         self.used || self.denied
@@ -133,12 +141,7 @@ impl Rest {
 
     /// Takes a tick, and the mean field in it in the axes of the sensor.
     #[inline(always)]
-    pub fn observe(
-        &mut self,
-        sums: &Sums,
-        field: Option<&Vector3<f64>>,
-        known: &Known,
-    ) -> State {
+    pub fn observe(&mut self, sums: &Sums, field: Option<&Vector3<f64>>, known: &Known) -> State {
         self.calm.age(sums.elapsed);
         self.witness.age(sums.elapsed);
         let state = match Seen::of(sums) {
@@ -218,7 +221,7 @@ impl Rest {
                 return state;
             }
         }
-        self.usual(seen, bias, bound, *most, calm)
+        self.usual(seen, bias, bound, (*variance, *most), calm)
     }
 
     /// Whether the tick is as calm as rests of this sensor are.
@@ -315,7 +318,7 @@ impl Rest {
         seen: &Seen,
         bias: &Vector3<f64>,
         bound: f64,
-        most: f64,
+        (variance, most): (f64, f64),
         calm: bool,
     ) -> State {
         let (level, since) = (*self.limits.level(), self.limits.since());
@@ -329,6 +332,10 @@ impl Rest {
         }
         let long = FAR[usize::from(self.used)];
         if !calm || since.min(self.steady) < long * (1.0 - 1e-9) || level.norm() > most {
+            return State::Motion;
+        }
+        let drifts = square(DRIFTS).max(DEVIATIONS * variance);
+        if self.used && (level - bias).norm_squared() > drifts {
             return State::Motion;
         }
         self.used = true;
