@@ -102,7 +102,7 @@ def test_a_bias_that_is_far_is_found_after_a_long_rest():
 
 @pytest.mark.parametrize("rate", [2.0, 5.0, 8.0])
 def test_a_level_that_no_gyro_drifts_to_is_a_turn(rate):
-    """A table that nothing shakes, of six axes: as a bias that had jumped it was 53 to 84 deg off."""
+    """A table that nothing shakes, six axes: as a bias that jumped it was 53 to 84 deg off."""
     scene = outside.turntable(rate, 0, still=True)
     assert rms(scene, traced(scene, nine=False))[0] < 1.0
 
@@ -130,9 +130,9 @@ def test_gravity_tells_a_bias_that_has_jumped_from_a_turn():
 # The field, a witness.
 
 
-@pytest.mark.parametrize("rate", [1.0, 8.0])
+@pytest.mark.parametrize("rate", [0.5, 0.7])
 def test_a_field_tells_a_table_from_a_rest(rate):
-    """Nothing shakes it: to gyro and accelerometer it rests."""
+    """Nothing shakes it: to gyro and accelerometer it rests with a bias that has drifted."""
     scene = outside.turntable(rate, 0, still=True)
     assert rms(scene, traced(scene))[0] < 1.0
     assert rms(scene, traced(scene, nine=False))[0] > 10.0

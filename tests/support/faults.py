@@ -23,6 +23,8 @@ from support.outside import (
     times,
 )
 
+UP = np.array([0.0, 0.0, G])
+
 
 def scene(gyro, accel, turned, where, mag=None, rate=RATE):
     """Gyro in deg/s; the orientation as a rotation."""
@@ -123,10 +125,10 @@ def fast_drone(tilt, seed, *, lift=0.0, seconds=90.0, rate=200.0, drag=0.25):
         a, M = np.zeros(3), matrix[k]
         if flies[k]:
             through = M.T @ v
-            a = M @ [-drag * through[0], -drag * through[1], G / M[2, 2]] - [0.0, 0.0, G]
+            a = M @ [-drag * through[0], -drag * through[1], G / M[2, 2]] - UP
             a[2] = up[k]
         v = v + a / rate
-        accel[k] = M.T @ (a + [0.0, 0.0, G])
+        accel[k] = M.T @ (a + UP)
     on = (t > 13.0)[:, None]
     gyro += (0.1 + 2.0 * on) * rng.normal(size=(n, 3)) + [0.3, -0.2, 0.2]
     accel += (0.05 + 3.0 * on) * rng.normal(size=(n, 3))
@@ -170,7 +172,7 @@ def held_field(scene, every, last=None):
 
 
 def big_bias(size, axis, seconds=20.0, seed=3):
-    """A gyro whose bias lies along an axis; it lies still, level, and a hand moves it for as long."""
+    """A gyro with a bias along an axis lies still, and a hand moves it for as long."""
     errors = zr.simulation.MotionErrors.none()
     moved, rng = hand(RATE, seconds, seed=seed, errors=errors), np.random.default_rng(seed)
     n = round(seconds * RATE)
