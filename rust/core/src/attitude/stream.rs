@@ -211,11 +211,13 @@ impl<E: Estimator> Attitude<E> {
 
     fn status(&self, known: &Knowledge) -> &'static str {
         match known {
-            _ if self.samples == 0 || !known.started => "starting",
+            _ if self.samples == 0 => "starting",
+            // It keeps a frame falling, and starting anew.
+            Knowledge { wrong_unit: true, .. } => "wrong unit?",
+            _ if !known.started => "starting",
             _ if self.clipped => "clipped",
             _ if self.unknown > HELD => "rate missing",
             _ if self.wrong_gravity().is_some() => "wrong unit",
-            Knowledge { wrong_unit: true, .. } => "wrong unit?",
             Knowledge { stuck: true, .. } => "magnetometer stuck",
             Knowledge { unclear: true, .. } => "at rest, or on a rate table: bias_limit",
             Knowledge { disturbed: true, .. } => "disturbed",
