@@ -1,15 +1,13 @@
-"""How true the attitude is outside the laboratory, beside vqf and an earlier build.
+"""How true the attitude is outside the laboratory, compared with vqf.
 
-``python examples/attitude_outside.py [RECORDINGS] [--released _native.abi3.so]`` prints tables in
-Markdown: bends, rate tables, swerves, a car in a city, cars near iron, quadrotors and, where the
-folder of recordings is given, BROAD 05 and 32 as they are and changed. Degrees, root mean squares,
-mean of the seeds; in brackets the share of errors within three of the filter's own standard
-deviations. vqf is left out where it is not installed.
+``python examples/attitude_outside.py [RECORDINGS]`` prints tables in Markdown: bends, rate tables,
+swerves, a car in a city, cars near iron, quadrotors, bodies that never rest or speed up, sensors
+that fail and, where the folder of recordings is given, BROAD 05 and 32 as they are and changed.
+Degrees, root mean squares, mean of the seeds; in brackets the share of errors within three of the
+filter's own standard deviations. vqf is left out where it is not installed.
 """
 
 import argparse
-import importlib.machinery
-import importlib.util
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -18,13 +16,9 @@ import numpy as np
 
 import zerorate as zr
 from tables import table
-from zerorate.linear.run import LinearRun
-from zerorate.navigation.processing import processed
-from zerorate.record.missing import without_masks
-from zerorate.units import convert
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from support import outside
+from support import faults, outside
 
 try:
     from vqf import VQF, offlineVQF
@@ -41,14 +35,11 @@ KNOCK, SILENCE = 22073, 26929
 
 
 class Own:
-    """`zerorate.Attitude`, of this build or of another."""
-
-    def __init__(self, kind=zr.Attitude):
-        self.kind = kind
+    """`zerorate.Attitude`."""
 
     def run(self, scene, offline=False):
         """Return orientations and deviations."""
-        filter_ = self.kind(scene.rate, mag=scene.mag is not None)
+        filter_ = zr.Attitude(scene.rate, mag=scene.mag is not None)
         follow = filter_.smooth if offline else filter_.trace
         return follow(scene.gyro, scene.accel, scene.mag)
 
@@ -68,18 +59,6 @@ class Theirs:
         else:
             found = VQF(1.0 / scene.rate).updateBatch(gyro, accel, mag)
         return {"quaternion": found[name]}
-
-
-def released(path, name="Attitude"):
-    """Return a filter of another build."""
-    loader = importlib.machinery.ExtensionFileLoader("zerorate._native", str(path))
-    spec = importlib.util.spec_from_loader("zerorate._native", loader)
-    module = importlib.util.module_from_spec(spec)
-    loader.exec_module(module)
-    module.register(
-        convert=convert, without_masks=without_masks, linear_run=LinearRun, navigate=processed
-    )
-    return getattr(module, name)
 
 
 def six(scene):
@@ -190,6 +169,44 @@ def cropped(scene, bias, rest):
     return whole.cropped(max(first - round(rest * scene.rate), 0))
 
 
+def under_way():
+    """Yield name and scenes of bodies that never rest."""
+    for kind in ("robot", "car"):
+        for bias in (0.3, 1.0):
+            scenes = [faults.under_way(kind, seed, bias) for seed in range(16)]
+            yield f"{kind} that never rests, bias of {bias:g} deg/s", scenes
+
+
+def speeding_up():
+    """Yield name and scenes of bodies that speed up for seconds."""
+    for tilt, lift in ((20.0, 0.0), (35.0, 0.0), (20.0, 1.0), (35.0, 1.0)):
+        name = f"drone, tilts to {tilt:g} deg" + (", climbs and falls" if lift else "")
+        yield name, [faults.fast_drone(tilt, seed, lift=lift) for seed in range(6)]
+    for push, lasts in ((0.7, 60.0), (1.5, 60.0), (2.5, 35.0), (4.0, 15.0)):
+        scenes = [faults.pushed(push, lasts, ramp=ramp) for ramp in (0.5, 1.5, 6.0)]
+        yield f"{push:g} m/s² for {lasts:g} s", scenes
+    rough = [(2.5, 35.0, 100.0), (3.5, 12.0, 100.0), (2.5, 35.0, 10.0), (3.5, 12.0, 10.0)]
+    scenes = [faults.pushed(p, s, shaken=3.0, noise=3.0, rate=rate) for p, s, rate in rough]
+    yield "a rough road, 2.5 and 3.5 m/s²", scenes
+
+
+def failing():
+    """Yield name and scenes of sensors that fail, or of fields that do."""
+    hand = faults.hand(100.0, 60.0)
+    yield "hand, as it is", [hand]
+    spoilt = [faults.garbage(hand, 2000, v, axis) for v in (500.0, 2e3, 2e4) for axis in (0, 2)]
+    yield "one garbage sample of the gyro", spoilt
+    yield "the magnetometer freezes after 5 s", [faults.held_field(hand, 1, 500)]
+    for every in (50, 100):
+        yield f"it is held for {every / 100.0:g} s each time", [faults.held_field(hand, every)]
+    for angle, lasts in ((50.0, 8.0), (90.0, 4.0), (50.0, 15.0)):
+        scenes = [faults.passing(angle, lasts, seed) for seed in range(3)]
+        yield f"car, the field turns by {angle:g} deg for {lasts:g} s", scenes
+    for size in (12.0, 25.0):
+        scenes = [faults.big_bias(size, axis) for axis in ((1.0, -0.5, 0.3), (0.1, 0.1, 1.0))]
+        yield f"hand, bias of {size:g} deg/s", scenes
+
+
 def printed(title, methods, rows):
     """Print a table of cells by method."""
     body = [(name, *(of(method) for method in methods.values())) for name, of in rows]
@@ -199,8 +216,6 @@ def printed(title, methods, rows):
 def main(arguments):
     """Print the tables."""
     methods = {"vqf": Theirs()} if VQF else {}
-    if arguments.released:
-        methods["before"] = Own(released(arguments.released))
     methods["zerorate"] = Own()
     rows = list(level_scenes())
     nine = [(name, lambda m, s=scenes: of_heading(m, s)) for name, scenes, _ in rows]
@@ -219,6 +234,12 @@ def main(arguments):
         ("offline", lambda m: of_both(m, flights, 10, offline=True)),
     ]
     printed("Quadrotors, six axes: inclination / heading", methods, hovers)
+    never = [(name, lambda m, s=scenes: of_heading(m, s, None)) for name, scenes in under_way()]
+    printed("Bodies that never rest, six axes: heading", methods, never)
+    pushes = [(name, lambda m, s=scenes: of_both(m, s)) for name, scenes in speeding_up()]
+    printed("Bodies that speed up, six axes: inclination / heading", methods, pushes)
+    broken = [(name, lambda m, s=scenes: of_heading(m, s)) for name, scenes in failing()]
+    printed("Sensors and fields that fail, nine axes: heading", methods, broken)
     if arguments.recordings is None:
         return
     for trial in BROAD:
@@ -253,5 +274,4 @@ def main(arguments):
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description="How true the attitude is outside the laboratory")
     parser.add_argument("recordings", nargs="?", type=Path)
-    parser.add_argument("--released", type=Path)
     main(parser.parse_args())

@@ -53,7 +53,16 @@ _Frame: TypeAlias = Literal["enu", "ned", "nwu"]
 _AttitudeMethod: TypeAlias = Literal["auto", "complementary", "mahony", "madgwick", "ekf", "ukf"]
 _MagnetometerState: TypeAlias = Literal["raw", "known", "kept", "withheld"]
 _AttitudeStatus: TypeAlias = Literal[
-    "starting", "rate missing", "wrong unit", "disturbed", "at rest", "moving"
+    "starting",
+    "clipped",
+    "rate missing",
+    "wrong unit",
+    "wrong unit?",
+    "magnetometer stuck",
+    "at rest, or on a rate table: bias_limit",
+    "disturbed",
+    "at rest",
+    "moving",
 ]
 _PositionMethod: TypeAlias = Literal["aided", "moving_average", "kalman", "heading", "strength"]
 _Sample: TypeAlias = SupportsFloat | SupportsIndex | npt.ArrayLike | None
@@ -533,6 +542,7 @@ class Attitude(_Stream, Generic[_Number, _Flag]):
         bias: Calibration | DriftFilter | npt.ArrayLike | None = None,
         bias_sigma: npt.ArrayLike | None = None,
         bias_limit: float | None = None,
+        gyro_range: float | None = None,
         magnetometer: MagnetometerCalibration | None = None,
         learn_magnetometer: bool = False,
         channels: None = None,
@@ -558,6 +568,7 @@ class Attitude(_Stream, Generic[_Number, _Flag]):
         bias: Calibration | DriftFilter | npt.ArrayLike | None = None,
         bias_sigma: npt.ArrayLike | None = None,
         bias_limit: float | None = None,
+        gyro_range: float | None = None,
         magnetometer: MagnetometerCalibration | None = None,
         learn_magnetometer: bool = False,
         channels: int,
@@ -646,6 +657,8 @@ class Attitude(_Stream, Generic[_Number, _Flag]):
     def magnetometer_state(self) -> _MagnetometerState | list[_MagnetometerState]: ...
     @property
     def status(self) -> _AttitudeStatus | list[_AttitudeStatus]: ...
+    @property
+    def rates_left_out(self) -> int | npt.NDArray[np.uint64]: ...
     @property
     def samples_seen(self) -> int: ...
     @property

@@ -12,7 +12,7 @@ import numpy as np
 
 from oracle import quaternions
 from oracle.body_rest import BodyRest
-from oracle.field import Field, Spikes
+from oracle.field import Field, Held, Spikes
 from oracle.heading import Deviation, Drift, Iron, share_of_places
 from oracle.inertial import Samples, prepared
 from oracle.under_way import UnderWay
@@ -39,10 +39,19 @@ LOST_TURNING = 1.5**2
 UNKNOWN, STILL = 1.0, 0.01
 # Lost samples: seconds in which a rate is forgotten, and those of the usual one.
 FORGOTTEN, USUAL_RATE, ANGLE_MOST = 0.3, 5.0, 10.0
+# A step that may be of garbage, rad: its change by its size, rad/s^2, and how near the next is.
+LARGE, CHANGED, ACCELERATED, BACK = 0.05, 0.75, 500.0, 0.25
 # A wrong tilt: seconds of the force and between two, persistence, level part; a fallen frame.
 FORCE, BETWEEN, PERSIST, LEVEL_FORCE, UPRIGHT, FALLEN = 1.5, 2.0, 2.0, 2.5, 0.7, 3.0
+# What speeds up: share of the level part, the same where it is sure, m/s^2; ticks of known gravity;
+# seconds, and the doubt of its velocity.
+PUSHED, SURELY, STRONG, WEIGHED, PUSHED_LONG, DOUBTED = 0.25, 0.5, 1.0, 20, 3.0, 10.0
 # A body that goes straight on: rate and seconds, and the density of its rate.
 STRAIGHT, STRAIGHT_FOR, STRAIGHT_NOISE = 3.0 * DEG, 1.5, DEG
+# Votes for a rate: the largest, how near, the most of them, how many count; seconds of one, and of
+# the rate; a body that leans this fast shows the bias along the vertical.
+STRAIGHT_MOST, AGREES, VOTES, MAJORITY = 3.0 * BIAS_SIGMA, 0.7 * DEG, 10.0, 2.0
+VOTE, FOLLOWED, LEANING = 20.0, 10.0, 20.0 * DEG
 ACCEL_BIAS = 0.05
 BOUNDS = {PHI: 0.5, PHI + 1: 0.5, UP: 10.0, V: 100.0, V + 1: 100.0}
 
@@ -96,26 +105,28 @@ class Attitude:
     def __init__(self, rate, *, mag=True, bias=(0.0, 0.0, 0.0)):
         self.rate, self.mag = rate, mag
         self.q, self.heading = (1.0, 0.0, 0.0, 0.0), 0.0
-        self.before = np.zeros(3)
+        self.before, self.doubted, self.wrong = np.zeros(3), None, None
         self.given, self.b, self.M = bias, np.array(bias), np.eye(3)
         self.v = np.zeros(2)
         self.P = self.ignorance(10.0 if mag else 1e-6)
         self.begun, self.begun_for, self.up, self.northed = False, 0.0, 0.0, 0
         self.rest, self.at_rest = BodyRest(), False
         self.field, self.field_age = Field(), 0.0
-        self.spikes, self.pull = Spikes(), None
+        self.spikes, self.held, self.pull = Spikes(), Held(), None
         self.drift, self.iron, self.by_bias = Drift(), Iron(), np.zeros(3)
         self.deviation = Deviation(self.P[UP, UP])
         self.lost = self.lost_variance = self.covered = self.usual = 0.0
-        self.straight, self.straight_for = 0.0, 0.0
+        self.straight = self.straight_for = self.usual_straight = self.votes = 0.0
         self.stand()
         self.accelerations = 0.5**2
         self.under_way = UnderWay()
         self.forget_scale()
         self.speed = 0.0
+        self.weighed = []
+        self.first_turned = self.first_moved = 0.0
 
     def stand(self):
-        self.mean_force, self.recovered = np.array([0.0, 0.0, G]), BETWEEN
+        self.mean_force, self.recovered, self.pushed = np.array([0.0, 0.0, G]), BETWEEN, 0.0
         self.felt = np.zeros(3)
 
     def ignorance(self, heading, bias=BIAS_SIGMA**2):
@@ -163,13 +174,15 @@ class Attitude:
             "tilt_sigma": math.sqrt(self.tilt),
             "heading_sigma": math.sqrt(self.heading_variance),
             "at_rest": self.at_rest,
-            "disturbed": self.field.disturbed,
+            "disturbed": self.field.disturbed or self.held.stuck,
         }
 
     @property
     def heading_variance(self):
         own = self.P[UP, UP]
-        return self.deviation.variance(own, self.iron) if self.mag else own
+        if self.mag:
+            return self.deviation.variance(own, self.iron)
+        return own + (self.first_turned / 2.5) ** 2
 
     @property
     def doubt(self):
@@ -182,23 +195,39 @@ class Attitude:
     @property
     def tilt(self):
         """Variance of the angle between true and estimated up."""
-        return self.doubt * np.trace(self.P[:UP, :UP]) + 2.0 * (ACCEL_BIAS / G) ** 2
+        own = min(self.doubt * np.trace(self.P[:UP, :UP]), 1.0)
+        return own + 2.0 * (ACCEL_BIAS / G) ** 2
 
     def follow(self, samples):
         """Samples of a tick, and what is known after each: but for the orientation, what was."""
         rate = self.fading(samples)[:, None] * (samples.gyro - self.b)
-        step = (rate @ self.M.T) * samples.dt[:, None]
-        coning = np.cross(np.vstack([self.before, step[:-1]]), step) / 12.0
-        self.before, told, turned = step[-1], [], []
-        known = self.known()
-        for k, turn in enumerate(quaternions.steps(step + coning).tolist()):
-            self.q = quaternions.product(self.q, turn)
+        told, turned, known = [], [], self.known()
+        self.wrong = None
+        for k, step in enumerate((rate @ self.M.T) * samples.dt[:, None]):
+            self.turn(step, samples, k)
             if not self.begun and not np.isnan(samples.accel[k, 0]):
                 self.level(samples.accel[k], samples.seen[k], not np.isnan(samples.mag[k, 0]))
             turned.append(self.q)
             earth = quaternions.product(quaternions.about_up(self.heading), self.q)
             told.append({**known, "quaternion": earth})
         return Tick(samples, quaternions.matrices(turned), rate), told
+
+    def turn(self, step, samples, k):
+        """By a step and what coning adds; one before it that stands alone was none."""
+        if self.doubted is not None:
+            before, angle = self.doubted
+            if np.linalg.norm(step - before) <= BACK * np.linalg.norm(angle):
+                self.before = 0.5 * (before + step)
+                for turned in (-angle, self.before):
+                    self.q = quaternions.product(self.q, as_quaternion(turned))
+                if self.wrong is not None:
+                    samples.gyro[self.wrong] = samples.gyro[k]
+        angle = step + np.cross(self.before, step) / 12.0
+        size, changed = np.linalg.norm(step), np.linalg.norm(step - self.before)
+        garbage = size > LARGE and changed > max(CHANGED * size, ACCELERATED * samples.dt[k] ** 2)
+        self.doubted, self.wrong = ((self.before, angle), k) if garbage else (None, None)
+        self.q = quaternions.product(self.q, as_quaternion(angle))
+        self.before = step
 
     def fading(self, samples):
         """The share of the last rate that is believed; how far the body may have turned since."""
@@ -256,6 +285,7 @@ class Attitude:
     # A tick.
 
     def end(self, tick):
+        self.news = self.has_news(tick)
         told = self.look(tick)
         self.speed = math.sqrt(np.mean(np.sum((tick.samples.gyro - self.b) ** 2, axis=1)))
         self.predict(tick)
@@ -265,14 +295,39 @@ class Attitude:
         self.correct(tick, told, moving)
         if self.mag:
             self.see(tick)
+        elif self.first_moved < 3.0:
+            self.doubt_first_rest(tick.span)
         self.q = quaternions.unit(self.q)
+
+    def doubt_first_rest(self, span):
+        """A table that turns from the first sample on would have led the heading away."""
+        rate, rest = abs(self.R[2] @ self.b), self.rest.candidate
+        if rate > 0.8 * DEG:
+            self.first_turned = min(self.first_turned + rate * span, 10.0)
+        quiet = rest.ticks and rest.seconds >= 0.5 * (1.0 - 1e-9)
+        if not quiet and self.first_turned > 0.0:
+            self.first_moved += span
+        if self.first_moved >= 3.0:
+            self.first_turned = 0.0
+
+    def has_news(self, tick):
+        if not self.mag or not tick.fields:
+            return False
+        turned = (tick.gyro - self.b) * tick.span
+        return self.held.observe(self.spikes.usual, turned, tick.span)
 
     def look(self, tick):
         """Whether it rests; returns what a rest says of the bias, and the variance of that."""
-        field = self.R.T @ tick.field if self.mag and tick.fields else None
+        field = self.R.T @ tick.field if self.news else None
         most = np.max(np.diag(self.P)[B:S])
-        state, told = self.rest.observe(tick, field, self.b, most, BIAS_LIMIT)
-        self.at_rest = state not in ("motion", "denied")
+        pushed = self.pushed > 0.0
+        state, told = self.rest.observe(tick, field, self.b, most, BIAS_LIMIT, pushed)
+        self.at_rest = state not in ("motion", "denied", "unclear")
+        if state == "unclear":
+            up, least = told
+            more = max(least - up @ self.P[B:S, B:S] @ up, 0.0)
+            self.P[B:S, B:S] += more * np.outer(up, up)
+            return None
         if state == "jumped":
             heading = max(self.P[UP, UP], 10.0 if self.mag else 0.0)
             self.relearn(told[0], BIAS_FOLLOWED**2, heading)
@@ -343,11 +398,16 @@ class Attitude:
     def correct(self, tick, told, moving):
         """The velocity stays near zero; at rest it is zero, and the rate is the bias."""
         x = np.zeros(17)
+        before = self.upright_variances()
         ratio = self.slow(tick.span, x) if moving else None
+        if moving and not self.at_rest and not (self.rest.used or self.rest.denied):
+            self.give_back(tick, before, x)
         if told is not None:
             for i, rate in enumerate(told[0] - self.b):
                 self.measure(B + i, rate, told[1], x)
-        if moving and not self.at_rest and not (self.rest.used or self.rest.denied):
+        if self.at_rest:
+            self.weigh(np.linalg.norm(tick.accel))
+        elif moving and not (self.rest.used or self.rest.denied):
             self.go_straight(tick, x)
         self.apply(x)
         if moving:
@@ -362,7 +422,8 @@ class Attitude:
             self.under_way.observe(self.v, self.R, span)
             weight = min(span / MEMORY, 1.0)
             self.accelerations += weight * (0.5 * self.v @ self.v - self.accelerations)
-            R = self.velocity_noise / span
+            doubt = DOUBTED if self.pushed > PUSHED_LONG * (1.0 + 1e-9) else 1.0
+            R = doubt * self.velocity_noise / span
         by, both = self.P[V:, V:] + R * np.eye(2), self.P[PHI:UP, V:]
         expected = np.trace(both @ np.linalg.solve(by, both.T))
         for j in range(2):
@@ -373,25 +434,76 @@ class Attitude:
         if tick.unknown > 0.0:
             self.straight_for = 0.0
             return
-        up = self.R[2]
-        rate = up @ tick.gyro
+        up, first = self.R[2], self.straight_for < STRAIGHT_FOR * (1.0 - 1e-9)
+        rate, given = up @ tick.gyro, up @ self.given
         apart = abs(rate - self.straight)
         self.straight += min(tick.span / STRAIGHT_FOR, 1.0) * (rate - self.straight)
-        steady = apart <= STRAIGHT and abs(self.straight) <= BIAS_LIMIT
+        mean = self.straight
+        steady = (
+            apart <= STRAIGHT and abs(mean - given) <= STRAIGHT_MOST and abs(mean) <= BIAS_LIMIT
+        )
         self.straight_for = self.straight_for + tick.span if steady else 0.0
-        if self.straight_for >= STRAIGHT_FOR * (1.0 - 1e-9):
+        if self.straight_for < STRAIGHT_FOR * (1.0 - 1e-9):
+            return
+        if self.agrees(1.0 if first else tick.span / VOTE, tick.span) and self.votes >= MAJORITY:
             H = np.zeros(17)
             H[B:S] = up
             self.measure(H, rate - up @ self.b, STRAIGHT_NOISE**2 / tick.span, x)
 
+    def agrees(self, vote, span):
+        """Whether the present rate is that of most straights."""
+        apart = self.straight - self.usual_straight
+        if abs(apart) <= AGREES:
+            self.votes = min(self.votes + vote, VOTES)
+            self.usual_straight += min(span / FOLLOWED, 1.0) * apart
+            return True
+        self.votes -= 0.5 * vote
+        if self.votes < 0.0:
+            self.usual_straight, self.votes = self.straight, 1.0
+        return False
+
+    def give_back(self, tick, before, x):
+        """Of a body that does not lean, gravity says nothing of the bias along the vertical."""
+        up, rate = self.R[2], tick.gyro - self.b
+        s = 1.0 - min(max(rate @ rate - (up @ rate) ** 2, 0.0) / LEANING**2, 1.0)
+        x[B:S] -= s * up * (up @ x[B:S])
+        x[UP] *= 1.0 - s
+        less = [max(a - b, 0.0) for a, b in zip(before, self.upright_variances(), strict=True)]
+        self.P[B:S, B:S] += s * less[0] * np.outer(up, up)
+        self.P[UP, UP] += s * less[1]
+
+    def upright_variances(self):
+        """Of the bias along the vertical, and of the heading."""
+        up = self.R[2]
+        return up @ self.P[B:S, B:S] @ up, self.P[UP, UP]
+
+    def weigh(self, force):
+        """Strength of gravity: the mean of rests, of about a hundred ticks in the end."""
+        count, mean = self.weighed or (0, 0.0)
+        count = min(count + 1, 100)
+        self.weighed = count, mean + (force - mean) / count
+
+    def is_pushed(self, gravity, share):
+        """A body that speeds up adds to gravity, a wrong tilt turns it."""
+        x, y, z = self.mean_force
+        return z > 0.0 and x * x + y * y + z * z - gravity**2 > share * (x * x + y * y)
+
     def recover(self, tick, ratio):
         """A tilt that is wrong although the filter is sure of it."""
+        known = self.weighed and self.weighed[0] >= WEIGHED
+        gravity = self.weighed[1] if known else None
         # What never changes while the body turns is stuck.
         if np.linalg.norm(tick.accel - self.felt) > 1e-9 or self.speed**2 <= 0.01:
             weight = min(tick.span / FORCE, 1.0)
             self.mean_force = self.mean_force + weight * (tick.force - self.mean_force)
             self.recovered = min(self.recovered + tick.span, BETWEEN)
+            x, y, z = self.mean_force
+            sure = gravity is not None and self.is_pushed(gravity, SURELY)
+            sure = sure and math.hypot(x, y) > STRONG
+            self.pushed = self.pushed + tick.span if sure else 0.0
         self.felt = tick.accel
+        if self.is_pushed(G if gravity is None else gravity, PUSHED):
+            return
         x, y, z = self.mean_force
         size, angle = np.linalg.norm(self.mean_force), (x * x + y * y) / G**2
         if z < UPRIGHT * size and size > FALLEN:
@@ -450,7 +562,7 @@ class Attitude:
         self.pull = None
         self.follow_drift(tick.span)
         self.field_age = min(self.field_age + tick.span, FIELD_HOLDS)
-        if not tick.fields:
+        if not self.news:
             return
         seconds, self.field_age = self.field_age, 0.0
         doubt = self.field.observe(tick.field, seconds, self.speed)
@@ -492,7 +604,8 @@ class Attitude:
             self.blur_heading(grown)
             self.heading += turned
         if self.at_rest:
-            self.drift.mean *= max(1.0 - span / 2.0, 0.0)
+            kept = max(1.0 - span / 2.0, 0.0)
+            self.drift.lag, self.drift.mean = kept * self.drift.lag, kept * self.drift.mean
             if self.rest.lasted >= 2.0:
                 self.end_drift()
 
@@ -519,6 +632,7 @@ class Attitude:
         self.lost = self.lost_variance = self.covered = self.usual = 0.0
         self.stand()
         self.v, self.before, self.under_way = np.zeros(2), np.zeros(3), UnderWay()
+        self.doubted = None
         turned = (self.speed**2 + STILL**2) * seconds
         self.restart([V, V + 1], START_SPEED**2)
         self.P[range(3), range(3)] += turned
@@ -526,6 +640,10 @@ class Attitude:
         self.iron.blur(turned)
         if self.P[PHI, PHI] > START_TILT**2:
             self.begun, self.begun_for, self.up = False, 0.0, 0.0
+
+
+def as_quaternion(turn):
+    return quaternions.steps(turn[None])[0].tolist()
 
 
 def upright(u):

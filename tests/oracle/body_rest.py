@@ -14,6 +14,8 @@ NOISE, RECTIFIED, SLOW = 0.04 * DEG, 0.05, 0.1 * DEG
 MEASURED = (0.5, 1.0, 2.0)
 # Squares of: how much louder than the calmest rest, and how far off a tick; least floors.
 LOUDER, OFF, DOUBLES = 9.0, 16.0, 300.0
+# The same of the level; ticks from which on it counts, and seconds until it is another rest's.
+LEVEL_OFF, SEVERAL, STRAYS = 1.5, 10, 3.0
 GYRO_FLOOR, ACCEL_FLOOR = 0.005 * DEG, 0.003
 # How far the level lies from the bias: always, in deviations, and these at most.
 NEAR, DEVIATIONS, NEAR_MOST = 0.15 * DEG, 3.0, 0.3 * DEG
@@ -141,6 +143,9 @@ class Witness:
     def refutes_turn(self, rate, seconds):
         if len(self.fields) < ENOUGH:
             return False
+        changes = np.diff(np.array(self.fields), axis=0)[3:]
+        if 0.5 * np.sum(changes**2) <= 1e-12 * square(self.fields[-1]):
+            return False
         carried = rate * (seconds - 2.0 * BEHIND) * LEVEL * np.linalg.norm(self.fields[-1])
         return carried > SURELY * self.limit
 
@@ -162,7 +167,7 @@ class BodyRest:
         self.calm, self.witness = None, Witness()
         self.anchor, self.steady = np.zeros(3), 0.0
         self.used, self.denied, self.support, self.spread = False, False, 0.0, 0.0
-        self.lasted = 0.0
+        self.lasted = self.strayed = 0.0
         self.interrupt()
 
     def interrupt(self):
@@ -173,7 +178,7 @@ class BodyRest:
     def begin(self):
         self.candidate, self.witness.fields = Candidate(), []
 
-    def observe(self, tick, field, bias, variance, most):
+    def observe(self, tick, field, bias, variance, most, pushed):
         """Returns "motion", "denied", "rest", "refuted" or "jumped", and what is measured."""
         grown = 1.0 + 2.0 * math.log(2.0) / DOUBLES * tick.span
         if self.calm is not None:
@@ -188,8 +193,8 @@ class BodyRest:
         elif self.follow(tick, field):
             state, told = "denied", None
         else:
-            state, told = self.decide(self.seen, bias, variance, most)
-        self.lasted = 0.0 if state in ("motion", "denied") else self.lasted + tick.span
+            state, told = self.decide(self.seen, bias, variance, most, pushed)
+        self.lasted = 0.0 if state in ("motion", "denied", "unclear") else self.lasted + tick.span
         return state, told
 
     def follow(self, tick, field):
@@ -231,17 +236,26 @@ class BodyRest:
         else:
             self.since += tick.span
 
-    def decide(self, seen, bias, variance, most):
-        rest = self.candidate
+    def decide(self, seen, bias, variance, most, pushed):
         deviations = DEVIATIONS**2 * variance
         if self.used:
             deviations = min(deviations, NEAR_MOST**2)
         elif self.denied:
             deviations = 0.0
         bound = math.sqrt(NEAR**2 + deviations)
-        calm = self.is_calm(seen)
-        if calm and rest.ticks and reached(rest.seconds, 0.5) and math.hypot(*rest.gyro) <= most:
-            off = np.linalg.norm(rest.gyro - bias)
+        self.stay(bias, bound)
+        calm = self.stays(seen) and self.is_calm(seen)
+        if pushed:
+            return "motion", None
+        rest = self.candidate
+        lasts = calm and rest.ticks and reached(rest.seconds, 0.5)
+        off = np.linalg.norm(rest.gyro - bias) if rest.ticks else math.inf
+        near = off <= bound and (self.used or np.linalg.norm(bias) > most)
+        if lasts and not near and math.hypot(*rest.gyro) > most:
+            state = self.beyond(seen, most)
+            if state is not None:
+                return state
+        elif lasts:
             refutes = self.witness.refutes_turn(off, rest.seconds)
             if off <= bound or (not self.used and (refutes or not self.denied)):
                 return self.quiet(seen)
@@ -250,14 +264,52 @@ class BodyRest:
             steadier = reached(rest.seconds, 1.5) and spread < 0.25 * self.spread
             young = self.support < SUPPORTED and (reached(rest.seconds, long) or steadier)
             if young or (reached(rest.seconds, 2.0) and refutes):
-                rest.measured, self.used = len(MEASURED), True
-                self.support, self.spread = rest.seconds, spread
-                self.learn()
-                return "refuted", (rest.gyro, seen.noise / rest.seconds)
+                return self.refuted(seen)
             if self.refutes_lean(bias):
                 rest.measured, self.used = len(MEASURED), True
                 return "jumped", (rest.gyro, NOISE**2 / seen.span)
-        return self.usual(seen, bias, min(bound, GYRO), most, calm)
+        return self.usual(seen, bias, min(bound, GYRO), variance, most, calm)
+
+    def stay(self, bias, bound):
+        """A level is steady for as long as it is far."""
+        if np.linalg.norm(self.gyro - bias) <= min(bound, GYRO):
+            self.anchor, self.steady = self.gyro, 0.0
+
+    def stays(self, seen):
+        """Whether the level is that of the candidate, as it is not where a turn begins."""
+        rest = self.candidate
+        off = (
+            self.calm is not None
+            and len(rest.ticks) >= SEVERAL
+            and square(self.gyro - rest.gyro) > LEVEL_OFF * self.calm[0]
+        )
+        self.strayed = self.strayed + seen.span if off else 0.0
+        if self.strayed > STRAYS * (1.0 + SLACK):
+            self.begin()
+        return not off
+
+    def beyond(self, seen, most):
+        """A rate that is larger than a bias should be: gravity or the field may prove it none."""
+        rest, size = self.candidate, np.linalg.norm(self.candidate.accel)
+        if not reached(rest.seconds, 2.0) or np.linalg.norm(rest.gyro) > 3.0 * most:
+            return None
+        up = rest.accel / max(size, TURNED)
+        about_up = abs(rest.gyro @ up)
+        level = np.linalg.norm(rest.gyro - up * (rest.gyro @ up))
+        if about_up > most:
+            stays = self.witness.refutes_turn(about_up, rest.seconds)
+        else:
+            stays = level * (rest.seconds - 0.8) * size > 3.0 * TURNED
+        if stays:
+            return self.refuted(seen)
+        return None if self.used else ("unclear", (up, most**2))
+
+    def refuted(self, seen):
+        rest = self.candidate
+        rest.measured, self.used = len(MEASURED), True
+        self.support, self.spread = rest.seconds, rest.spread(rest.gyros)
+        self.learn()
+        return "refuted", (rest.gyro, seen.noise / rest.seconds)
 
     def refutes_lean(self, bias):
         """A turn about a level axis would have carried gravity along."""
@@ -301,7 +353,7 @@ class BodyRest:
             known = math.inf if witness.noise is None else witness.noise
             witness.noise = min(known, witness.own)
 
-    def usual(self, seen, bias, bound, most, calm):
+    def usual(self, seen, bias, bound, variance, most, calm):
         """A rest by the limits of samples."""
         if np.linalg.norm(self.gyro - bias) <= bound:
             if not reached(self.since, LONG) or self.calm is not None:
@@ -310,6 +362,9 @@ class BodyRest:
             return "rest", (seen.gyro, seen.noise / seen.span)
         long = min(self.since, self.steady)
         if not calm or not reached(long, FAR[self.used]) or math.hypot(*self.gyro) > most:
+            return "motion", None
+        drifts = max(0.9 * DEG, DEVIATIONS * math.sqrt(variance))
+        if self.used and np.linalg.norm(self.gyro - bias) > drifts:
             return "motion", None
         self.used = True
         return "jumped", (self.gyro, NOISE**2 / seen.span)

@@ -62,6 +62,25 @@ def alike(one, other):
     return one <= LEAPS * other and other <= LEAPS * one
 
 
+class Held:
+    """A magnetometer that gives one value while the body turns."""
+
+    def __init__(self):
+        self.last, self.turn, self.seconds = None, np.zeros(3), 0.0
+
+    def observe(self, strength, turned, span):
+        """Whether a tick's field is news."""
+        self.turn = self.turn + turned if strength == self.last else np.zeros(3)
+        self.last = strength
+        news = np.linalg.norm(self.turn) <= 0.05
+        self.seconds = 0.0 if news else self.seconds + span
+        return news
+
+    @property
+    def stuck(self):
+        return self.seconds >= 2.0 * (1.0 - 1e-9)
+
+
 class Field:
     def __init__(self):
         self.known, self.candidate = None, np.zeros(3)

@@ -303,7 +303,9 @@ class LearningAttitude(Attitude):
                 gain, share = self.pull
                 start.pull(gain, share * self.learner.norm, self.choice.iron[0])
         before = self.choice.iron[0]
-        present = self.learner.take(*self.means(tick), tick.span)
+        e, B = self.means(tick)
+        held = tick.fields > 0 and not self.news
+        present = self.learner.take(None if held else e, B, tick.span)
         if present == "under way":
             return
         self.choice.decide(present)

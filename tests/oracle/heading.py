@@ -6,7 +6,7 @@ import numpy as np
 
 DEG = math.radians(1.0)
 MEAN, RESTED = 10.0, 2.0
-SURE, LEAST, PROVEN = 1.5, 5.0 * DEG, 2.0
+SURE, LEAST, PROVEN, STEEPEST_DRIFT = 1.5, 5.0 * DEG, 2.0, 2.0 * DEG
 WALK, SOUGHT, BIAS_SIGMA, BIAS_LIMIT = 0.01 * DEG, 0.05 * DEG, DEG, 10.0 * DEG
 PLACES, TURNING, FIRST = 60.0, 20.0 * DEG, 3.0 * DEG
 LEFT, PLACE, STEEPEST = 0.5 * DEG, 5.0, 10.0
@@ -22,7 +22,7 @@ class Drift:
     """Whether the heading drifts, by what field and iron leave for it, and what fires it."""
 
     def __init__(self):
-        self.mean, self.since = 0.0, MEAN
+        self.lag, self.mean, self.since = 0.0, 0.0, MEAN
         self.parts, self.spread = None, FIRST**2
         self.end()
 
@@ -49,6 +49,9 @@ class Drift:
 
     def judge(self, e, heading, believed, iron, span):
         """By what the variances of heading and drift grow, if it drifts."""
+        # A drift makes a slope; a field that passes by makes a step.
+        most = STEEPEST_DRIFT * span
+        e = self.lag = self.lag + min(max(e - self.lag, -most), most)
         self.mean += min(span / MEAN, 1.0) * ((e if believed else 0.0) - self.mean)
         usual = max(math.sqrt(heading), LEAST, 2.0 * math.sqrt(self.spread))
         rate, sigma = iron.x[6], math.sqrt(iron.P[6, 6])

@@ -8,7 +8,7 @@ import pytest
 
 import oracle
 import zerorate as zr
-from support import outside
+from support import faults, outside
 
 TOLERANCE = 1e-10
 DEG = np.pi / 180.0
@@ -63,6 +63,31 @@ def test_lost_samples_without_times():
     got = assert_equal_to_twin(100.0, motion.gyro, motion.accel, motion.mag)
     whole = zr.Attitude(100.0).trace(motion.gyro, motion.accel, motion.mag, dt=motion.dt)
     assert np.median(got["tilt_sigma"]) > 1.5 * np.median(whole["tilt_sigma"])
+
+
+def test_garbage_samples():
+    """Alone, two in a row, at the end of a tick and after a gap."""
+    motion = moved("hand", 100.0, 30.0)
+    gyro, dt = motion.gyro.copy(), np.full(3000, 0.01)
+    for row in (0, 700, 709, 1200, 1201, 1500, 2001):
+        gyro[row, row % 3] = 40.0
+    dt[2000] = 3.0
+    assert_equal_to_twin(100.0, gyro, motion.accel, motion.mag, dt)
+
+
+@pytest.mark.parametrize("mag", [True, False])
+def test_a_bias_beyond_the_limit(mag):
+    """Gravity or the field proves it, or nobody can tell: about the vertical, of six axes."""
+    scene = faults.big_bias(15.0, (0.1, 0.1, 1.0), 10.0)
+    assert_equal_to_twin(100.0, scene.gyro, scene.accel, scene.mag if mag else None)
+    scene = faults.big_bias(15.0, (1.0, 0.5, 0.4), 10.0)
+    assert_equal_to_twin(100.0, scene.gyro, scene.accel, scene.mag if mag else None)
+
+
+def test_a_field_that_is_held():
+    """Between updates of 1 Hz, and for ever."""
+    scene = faults.held_field(faults.hand(100.0, 30.0), 100, 2000)
+    assert_equal_to_twin(100.0, scene.gyro, scene.accel, scene.mag)
 
 
 def test_times_of_their_own_and_gaps():

@@ -33,5 +33,5 @@ class UnderWay:
 
     def doubt(self, noise):
         """How much larger the variance of the tilt is than the filter's own."""
-        slow = 2.0 * LASTS * max(self.over_ground / noise - SWINGS, 0.0)
+        slow = 2.0 * LASTS * max(min(self.over_ground / noise, 1.0) - SWINGS, 0.0)
         return SHARE + (1.0 - SHARE) * self.first + slow

@@ -132,6 +132,7 @@ impl zr_attitude_params {
             mag,
             gyro_unit: or(self.gyro_unit, 1.0),
             accel_unit: or(self.accel_unit, 1.0),
+            gyro_range: None,
         };
         let usual = AutoOptions { mag, bias: self.bias, ..AutoOptions::default() };
         let bias_sigma = [0, 1, 2].map(|i| or(self.bias_sigma[i], usual.bias_sigma[i]));

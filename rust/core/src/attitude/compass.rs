@@ -111,7 +111,7 @@ impl Estimator for Compass {
 
 impl Tagged for Compass {
     const TAG: &'static str = "attitude-compass";
-    const VERSION: u16 = 2;
+    const VERSION: u16 = 3;
 }
 
 impl Named for Compass {

@@ -57,8 +57,14 @@ pub struct Knowledge {
     pub gravity: f64,
     /// Whether the sensor rests.
     pub at_rest: bool,
+    /// Whether it rests with a bias beyond the largest, or turns on a rate table: none can tell.
+    pub unclear: bool,
+    /// Whether gravity turns in the sensor as if the gyro's rates were in another unit.
+    pub wrong_unit: bool,
     /// Whether the magnetic field is not the one known.
     pub disturbed: bool,
+    /// Whether the magnetometer gives one value while the sensor turns.
+    pub stuck: bool,
     /// Whether the first seconds are over.
     pub started: bool,
 }
@@ -74,7 +80,10 @@ impl Default for Knowledge {
             heading_sigma: f64::NAN,
             gravity: f64::NAN,
             at_rest: false,
+            unclear: false,
+            wrong_unit: false,
             disturbed: false,
+            stuck: false,
             started: true,
         }
     }

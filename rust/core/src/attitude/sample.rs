@@ -23,7 +23,8 @@ pub struct Sample {
     pub accel: [f64; 3],
     /// Magnetic field, in any unit.
     pub mag: [f64; 3],
-    /// Seconds since the sample before; NaN for one period of the rate.
+    /// Seconds since the sample before; NaN for one period of the rate, below zero where the clock was
+    /// set back: as a second of which nothing is known.
     pub dt: f64,
 }
 

@@ -23,6 +23,8 @@ const LONG: f64 = 1.5;
 const GAP: f64 = 1.0;
 /// No gap is longer, s.
 const GAP_MAX: f64 = 1e9;
+/// Share of its range at which a gyro clips.
+const CLIPPED: f64 = 0.999;
 /// A gyro whose rate was no higher, rad/s, may have come to rest.
 const SLOW: f64 = 5.0 * core::f64::consts::PI / 180.0;
 /// Seconds that count at most of a gyro's zeros, less those of its low rates that are none, and from
@@ -45,6 +47,8 @@ pub struct AttitudeParams {
     pub gyro_unit: f64,
     /// m/s² in a unit of the accelerometer.
     pub accel_unit: f64,
+    /// Largest rate about an axis that the gyro measures, rad/s, if it is known: beyond, it is missing.
+    pub gyro_range: Option<f64>,
 }
 
 impl AttitudeParams {
@@ -60,6 +64,10 @@ impl AttitudeParams {
             // Of these any number in SI is one that can be written down.
             let expected = "a unit from 1e-12 to 1e12 of that in SI";
             require((1e-12..=1e12).contains(&unit), name, expected, unit)?;
+        }
+        if let Some(range) = self.gyro_range {
+            let expected = "a positive rate of at most 1000 rad/s";
+            require(range > 0.0 && range <= RATE_MAX, "gyro_range", expected, range)?;
         }
         Ok(self)
     }
@@ -132,6 +140,9 @@ pub struct Attitude<E> {
     /// The last specific force, m/s², NaN if the last sample had none.
     force: Vector3<f64>,
     samples: u64,
+    /// Rates that were given and that no such gyro measures, and whether the last was at its range.
+    left_out: u64,
+    clipped: bool,
 }
 
 impl<E: Estimator> Attitude<E> {
@@ -150,6 +161,8 @@ impl<E: Estimator> Attitude<E> {
             zeros: 0.0,
             force: Vector3::repeat(f64::NAN),
             samples: 0,
+            left_out: 0,
+            clipped: false,
         };
         this.forget();
         Ok(this)
@@ -168,6 +181,11 @@ impl<E: Estimator> Attitude<E> {
     /// Samples given so far, missing ones included.
     pub fn samples_seen(&self) -> u64 {
         self.samples
+    }
+
+    /// Rates that were given and left out: infinite, beyond the range or any body's.
+    pub fn rates_left_out(&self) -> u64 {
+        self.left_out
     }
 
     /// From the axes of the sensor to those of the earth, the scalar first.
@@ -193,9 +211,15 @@ impl<E: Estimator> Attitude<E> {
 
     fn status(&self, known: &Knowledge) -> &'static str {
         match known {
-            _ if self.samples == 0 || !known.started => "starting",
+            _ if self.samples == 0 => "starting",
+            // It keeps a frame falling, and starting anew.
+            Knowledge { wrong_unit: true, .. } => "wrong unit?",
+            _ if !known.started => "starting",
+            _ if self.clipped => "clipped",
             _ if self.unknown > HELD => "rate missing",
             _ if self.wrong_gravity().is_some() => "wrong unit",
+            Knowledge { stuck: true, .. } => "magnetometer stuck",
+            Knowledge { unclear: true, .. } => "at rest, or on a rate table: bias_limit",
             Knowledge { disturbed: true, .. } => "disturbed",
             Knowledge { at_rest: true, .. } => "at rest",
             _ => "moving",
@@ -227,13 +251,21 @@ impl<E: Estimator> Attitude<E> {
     fn forget(&mut self) {
         (self.rate, self.unknown, self.zeros) = (Vector3::zeros(), f64::INFINITY, 0.0);
         (self.force, self.samples) = (Vector3::repeat(f64::NAN), 0);
+        (self.left_out, self.clipped) = (0, false);
     }
 
     /// A sample in the units of an estimator.
     #[inline(always)]
     fn measured(&mut self, sample: &Sample, dt: f64) -> Inertial {
         let before = self.rate;
-        let given = match sample::rate(sample.gyro, self.params.gyro_unit) {
+        let mut rated = sample::rate(sample.gyro, self.params.gyro_unit);
+        if let Some(range) = self.params.gyro_range {
+            rated = self.within(rated, range);
+        }
+        if rated.is_none() {
+            self.leave_out(&sample.gyro);
+        }
+        let given = match rated {
             Some(rate) if rate.norm_squared() <= SLOW * SLOW => self.slow(rate, dt),
             given => given,
         };
@@ -251,6 +283,21 @@ impl<E: Estimator> Attitude<E> {
             self.unknown = 0.0;
         }
         Inertial { gyro, known, unknown, age, accel, mag, dt }
+    }
+
+    /// A rate within the gyro's range.
+    #[inline(never)]
+    fn within(&mut self, rate: Option<Vector3<f64>>, range: f64) -> Option<Vector3<f64>> {
+        let most = rate?.amax();
+        self.clipped = most >= CLIPPED * range;
+        if most > range * (1.0 + 1e-9) { None } else { rate }
+    }
+
+    /// Counts a rate that is none: NaN is a missing one.
+    #[cold]
+    #[inline(never)]
+    fn leave_out(&mut self, gyro: &[f64; 3]) {
+        self.left_out += u64::from(!gyro.iter().any(|x| x.is_nan()));
     }
 
     /// A low rate; none if it is a vector of zeros that stands for a missing sample.
@@ -363,6 +410,10 @@ impl<E: Estimator> Stream for Attitude<E> {
         if dt > GAP {
             self.bridge(dt);
             dt = 0.0;
+        } else if sample.dt < 0.0 {
+            // The clock was set back: of the time between nothing is known.
+            self.bridge(GAP);
+            dt = 0.0;
         }
         let measured = self.measured(&sample, dt);
         self.estimator.step(&measured);
@@ -422,7 +473,7 @@ pub trait Tagged: Estimator + Serialize + serde::de::DeserializeOwned {
     /// As of [`Checkpoint::TAG`].
     const TAG: &'static str;
     /// As of [`Checkpoint::VERSION`].
-    const VERSION: u16 = 2;
+    const VERSION: u16 = 3;
 }
 
 impl<E: Tagged> Checkpoint for Attitude<E> {
@@ -437,6 +488,7 @@ impl<E: Tagged> Checkpoint for Attitude<E> {
             && is_within(self.zeros, ZEROS_MOST)
             && self.force.iter().all(|x| is_sample(*x, FORCE_MAX))
             && is_count(self.samples)
+            && self.left_out <= self.samples
             && self.estimator.is_sound()
     }
 

@@ -347,7 +347,7 @@ proptest! {
         samples in samples(), after in prop::collection::vec(any_sample(), 40), first in 0..STRIDE,
         mag in any::<bool>(), rate in prop::sample::select(vec![5.0, 100.0, 1000.0]),
     ) {
-        let params = AttitudeParams { rate, frame: Frame::Ned, mag: true, gyro_unit: 1.0, accel_unit: 10.0 };
+        let params = AttitudeParams { rate, frame: Frame::Ned, mag: true, gyro_unit: 1.0, accel_unit: 10.0, gyro_range: None };
         let auto = Auto::new(AutoOptions { mag, ..AutoOptions::default() })?;
         check(Attitude::new(params, auto)?, sound, &samples, &after, first)?;
     }

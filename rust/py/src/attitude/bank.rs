@@ -36,6 +36,8 @@ pub trait AttitudeBank: AnyBank {
     fn irons(&self) -> Option<Vec<LearnedIron>>;
     fn readings(&self) -> Vec<Reading>;
     fn samples_seen(&self) -> u64;
+    /// Rates of each that were given and left out.
+    fn rates_left_out(&self) -> Vec<u64>;
     fn wrong_gravity(&self) -> Option<f64>;
     /// Puts down what is known after each sample.
     fn trace(&mut self, rows: &[f64], parts: &mut Parts) -> Result<(), Error>;
@@ -85,6 +87,10 @@ where
 
     fn samples_seen(&self) -> u64 {
         self.streams()[0].samples_seen()
+    }
+
+    fn rates_left_out(&self) -> Vec<u64> {
+        self.streams().iter().map(Attitude::rates_left_out).collect()
     }
 
     fn wrong_gravity(&self) -> Option<f64> {

@@ -75,6 +75,9 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 ///     Of "auto", in ``gyro_unit``: the largest bias that such a gyro has; a steadier rate beyond is a
 ///     turn, never a rest. Default 10 deg/s. Small keeps a table that turns slowly from the first
 ///     sample on from passing for a rest, large finds the bias of a bad gyro.
+/// gyro_range : float, optional
+///     In ``gyro_unit``: the range of the gyro. A rate beyond it about any axis is a missing sample,
+///     counted in ``rates_left_out``, and one at the range is ``status`` "clipped".
 /// magnetometer : MagnetometerCalibration, optional
 ///     Of "auto": what `calibrate_magnetometer` found, taken off each sample first: the hard iron of
 ///     the group that lasts longest, and the soft iron. The samples must be in its unit.
@@ -132,11 +135,12 @@ impl Attitude {
     #[pyo3(
         signature = (
             rate, *, mag=true, frame="enu", method="auto", gyro_unit="rad/s",
-            accel_unit="m/s^2", bias=None, bias_sigma=None, bias_limit=None, magnetometer=None,
-            learn_magnetometer=false, channels=None, **constants
+            accel_unit="m/s^2", bias=None, bias_sigma=None, bias_limit=None, gyro_range=None,
+            magnetometer=None, learn_magnetometer=false, channels=None, **constants
         ),
         text_signature = "(rate, *, mag=True, frame='enu', method='auto', gyro_unit='rad/s', \
-            accel_unit='m/s^2', bias=None, bias_sigma=None, bias_limit=None, magnetometer=None, \
+            accel_unit='m/s^2', bias=None, bias_sigma=None, bias_limit=None, gyro_range=None, \
+            magnetometer=None, \
             learn_magnetometer=False, channels=None, time_constant=0.5, \
             kp=1.0, ki=0.3, beta=None, gyro_noise=0.0002, accel_noise=0.1, mag_noise=0.1, \
             bias_walk=0.0001)"
@@ -154,17 +158,20 @@ impl Attitude {
         bias: Option<&Bound<'_, PyAny>>,
         bias_sigma: Option<&Bound<'_, PyAny>>,
         bias_limit: Option<f64>,
+        gyro_range: Option<f64>,
         magnetometer: Option<&Bound<'_, PyAny>>,
         learn_magnetometer: bool,
         channels: Option<i128>,
         constants: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let channels = streaming::channels(channels)?;
+        let unit = factor(py, gyro_unit, "rad/s", "gyro_unit")?;
         let params = AttitudeParams {
             rate,
             frame: frame_of(frame)?,
             mag,
-            gyro_unit: factor(py, gyro_unit, "rad/s", "gyro_unit")?,
+            gyro_unit: unit,
+            gyro_range: gyro_range.map(|range| range * unit),
             accel_unit: factor(py, accel_unit, "m/s^2", "accel_unit")?,
         };
         let (told, sigma) = (bias.is_some(), bias_sigma.is_some());
@@ -356,8 +363,11 @@ impl Attitude {
         )
     }
 
-    /// What is to be known first of all: "starting" (first second), "rate missing", "wrong unit",
-    /// "disturbed", "at rest" or "moving"; with channels a list.
+    /// What is to be known first of all; with channels a list. "starting" (first second); "clipped" (a
+    /// rate at ``gyro_range``); "rate missing"; "wrong unit" (gravity at rest is none) and "wrong unit?"
+    /// (gravity turns 57 times more or less than the gyro says: deg/s and rad/s); "magnetometer stuck"
+    /// (one value while the body turns); "at rest, or on a rate table: bias_limit" (a steady rate beyond
+    /// ``bias_limit``, of which nothing tells the one from the other); "disturbed", "at rest" or "moving".
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let this = reading(slf)?;
@@ -402,6 +412,8 @@ impl Attitude {
         };
         let limit = bank.bias_limit().map(|limit| text(quotient(limit, params.gyro_unit)));
         let limit = limit.unwrap_or_else(|| "None".to_owned());
+        let range = params.gyro_range.map(|range| text(quotient(range, params.gyro_unit)));
+        let range = range.unwrap_or_else(|| "None".to_owned());
         let mut arguments = vec![
             ("rate", text(params.rate), ""),
             ("mag", if chosen.mag { "True" } else { "False" }.to_owned(), "True"),
@@ -416,6 +428,7 @@ impl Attitude {
             ("bias", bias, "None"),
             ("bias_sigma", in_unit(chosen.bias_sigma, usual.bias_sigma, params.gyro_unit), "None"),
             ("bias_limit", limit, "None"),
+            ("gyro_range", range, "None"),
             ("magnetometer", if bank.is_corrected() { "..." } else { "None" }.to_owned(), "None"),
             (
                 "learn_magnetometer",
@@ -476,6 +489,9 @@ getters! { Attitude, slf, py, this;
     hard_iron: Object<'py> = irons(slf, |iron| iron.value.as_slice().to_vec())?;
     /// Standard deviation of ``hard_iron``, NaN before one is known: (3,), with channels (k, 3).
     hard_iron_sigma: Object<'py> = irons(slf, |iron| iron.sigma.as_slice().to_vec())?;
+    /// Rates that were given and left out, as infinite, beyond ``gyro_range`` or 1000 rad/s: int, with
+    /// channels (k,).
+    rates_left_out: Object<'py> = this.shared.numbers(py, this.shared.bank.rates_left_out())?;
     /// Samples given so far, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
     /// Samples a second.

@@ -16,6 +16,9 @@ use crate::math::sound::is_size;
 /// Seconds of the mean innovation, and those in which a rest forgets it.
 const MEAN: f64 = 10.0;
 const RESTED: f64 = 2.0;
+/// Rate, rad/s, that a drift does not pass: it makes a slope of the innovations, and a field that passes
+/// by a step.
+const STEEPEST: f64 = 2.0 * DEGREE;
 /// Deviations, of whatever is largest, from which on a mean is a drift; the least of them, rad.
 const SURE: f64 = 1.5;
 const LEAST: f64 = 5.0 * DEGREE;
@@ -75,7 +78,8 @@ pub struct HeadingDrift {
     active: bool,
     /// Covariance of the heading with the drift, rad²/s: not positive.
     with_heading: f64,
-    /// Mean innovation, rad, and seconds since a drift began.
+    /// What of the innovation a drift can have made, its mean, rad, and seconds since a drift began.
+    lag: f64,
     mean: f64,
     since: f64,
     places: Places,
@@ -84,7 +88,7 @@ pub struct HeadingDrift {
 impl Default for HeadingDrift {
     fn default() -> Self {
         let places = Places::default();
-        Self { active: false, with_heading: 0.0, mean: 0.0, since: MEAN, places }
+        Self { active: false, with_heading: 0.0, lag: 0.0, mean: 0.0, since: MEAN, places }
     }
 }
 
@@ -121,18 +125,20 @@ impl HeadingDrift {
         by: Turning,
         span: f64,
     ) -> Option<Found> {
-        let seen = if believed { innovation } else { 0.0 };
+        let most = STEEPEST * span;
+        self.lag += (innovation - self.lag).clamp(-most, most);
+        let seen = if believed { self.lag } else { 0.0 };
         self.mean += (span / MEAN).min(1.0) * (seen - self.mean);
         if self.since < MEAN * (1.0 - 1e-9) {
             return None;
         }
         let proven = !self.active && square(by.rate) > PROVEN * PROVEN * by.variance;
-        let lags = believed && self.is_one_sided(innovation, heading, by.rate);
+        let lags = believed && self.is_one_sided(heading, by.rate);
         if !(proven || lags) {
             return None;
         }
         let found = Found {
-            heading: square(self.mean).max(square(innovation)),
+            heading: square(self.mean).max(square(self.lag)),
             drift: square(self.mean / MEAN),
         };
         (self.active, self.mean, self.since) = (true, 0.0, 0.0);
@@ -141,9 +147,9 @@ impl HeadingDrift {
 
     /// Whether innovations lie on one side, further than anything but a drift would bring them, and
     /// field and iron leave one that way.
-    fn is_one_sided(&self, innovation: f64, heading: f64, rate: f64) -> bool {
+    fn is_one_sided(&self, heading: f64, rate: f64) -> bool {
         let usual = heading.max(LEAST * LEAST).max(4.0 * self.places.spread);
-        self.mean * innovation > 0.0
+        self.mean * self.lag > 0.0
             && self.mean * rate <= 0.0
             && self.mean * self.mean > SURE * SURE * usual
     }
@@ -170,7 +176,8 @@ impl HeadingDrift {
 
     /// The body rests: what a field says is no drift.
     pub fn rest(&mut self, span: f64) {
-        self.mean *= (1.0 - span / RESTED).max(0.0);
+        let kept = (1.0 - span / RESTED).max(0.0);
+        (self.lag, self.mean) = (kept * self.lag, kept * self.mean);
     }
 
     /// The bias of the gyro is known.
@@ -185,6 +192,7 @@ impl HeadingDrift {
     pub fn is_sound(&self) -> bool {
         (self.with_heading == 0.0 || self.active)
             && is_size(-self.with_heading, 1e3)
+            && self.lag.abs() <= 4.0
             && self.mean.abs() <= 4.0
             && is_size(self.since, MEAN)
             && self.places.is_sound()

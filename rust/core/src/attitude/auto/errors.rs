@@ -353,6 +353,21 @@ impl Errors {
         }
     }
 
+    /// Adds to the variance of the bias along a direction, unless it is less than nothing.
+    pub fn widen_bias_along(&mut self, direction: &Vector3<f64>, variance: f64) {
+        let variance = variance.max(0.0);
+        for i in 0..3 {
+            for j in 0..3 {
+                self.covariance[(BIAS + i, BIAS + j)] += variance * (direction[i] * direction[j]);
+            }
+        }
+    }
+
+    /// Adds to the variance of the heading, unless it is less than nothing.
+    pub fn widen_heading(&mut self, variance: f64) {
+        self.heading += variance.max(0.0);
+    }
+
     /// Adds to the variances of tilt and heading; returns by what the heading was shrunk to its
     /// bound.
     pub fn blur(&mut self, tilt: f64, heading: f64) -> f64 {

@@ -25,7 +25,10 @@ impl Auto {
         } else {
             driven *= self.lost.fade(sample, &driven);
         }
-        self.strapdown.turn(self.matrix * driven * sample.dt);
+        let step = self.matrix * driven * sample.dt;
+        if let Some(wrong) = self.strapdown.turn(step, &sample.gyro, sample.dt) {
+            self.sums.replace(&wrong, &sample.gyro);
+        }
         let field = sample.mag.as_ref().filter(|mag| self.spikes.pass(mag));
         if !self.start.over
             && let Some(accel) = &sample.accel
@@ -51,7 +54,8 @@ impl Estimator for Auto {
         self.sums = Sums::new(TICK);
         self.rest.interrupt();
         (self.lost, self.recovery) = (Lost::default(), Recovery::default());
-        self.at_rest = false;
+        self.unit.interrupt();
+        (self.at_rest, self.unclear) = (false, false);
         (self.velocity, self.lasting) = ([0.0; 2], Lasting::default());
         // It may have turned as it did, another way every second.
         let turned = (self.speed_squared + STILL * STILL) * seconds;
@@ -82,7 +86,10 @@ impl Estimator for Auto {
             heading_sigma: self.heading_sigma(),
             gravity: self.mean_gravity(),
             at_rest: self.at_rest,
-            disturbed: self.magnet.is_disturbed(),
+            unclear: self.unclear,
+            wrong_unit: self.unit.is_wrong(),
+            disturbed: self.magnet.is_disturbed() || self.held.is_stuck(),
+            stuck: self.held.is_stuck(),
             started: self.start.over,
         }
     }
@@ -98,6 +105,7 @@ impl Estimator for Auto {
         self.drift.end();
         self.iron.lose_earth();
         (self.lasting, self.recovery) = (Lasting::default(), Recovery::default());
+        self.first.align();
         self.start.over = true;
     }
 
@@ -140,9 +148,12 @@ impl Estimator for Auto {
             && self.straight.is_sound()
             && self.recovery.is_sound()
             && self.magnet.is_sound()
+            && self.held.is_sound()
             && self.deviation.is_sound_with(&self.iron)
             && self.iron.is_sound()
             && self.lost.is_sound()
+            && self.first.is_sound()
+            && self.unit.is_sound()
             && are_within(&self.by_bias, BY_BIAS_MAX)
     }
 
@@ -153,5 +164,5 @@ impl Estimator for Auto {
 
 impl Tagged for Auto {
     const TAG: &'static str = "attitude";
-    const VERSION: u16 = 4;
+    const VERSION: u16 = 5;
 }

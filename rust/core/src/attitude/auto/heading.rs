@@ -35,10 +35,10 @@ pub struct Pull {
 
 impl Auto {
     /// The mean direction of the field corrects the heading, and nothing else.
-    pub(super) fn see_field(&mut self, sums: &Sums, rate: f64) -> Option<Pull> {
+    pub(super) fn see_field(&mut self, sums: &Sums, rate: f64, news: bool) -> Option<Pull> {
         self.follow_drift(sums.elapsed);
         self.field_age = (self.field_age + sums.elapsed).min(FIELD_HOLDS);
-        if sums.fields == 0.0 {
+        if !news {
             return None;
         }
         let field = sums.field / sums.fields;
@@ -173,7 +173,7 @@ impl Auto {
         ComplexField::sqrt(if self.options.mag {
             self.deviation.variance(own, &self.iron)
         } else {
-            own
+            own + self.first.variance()
         })
     }
 

@@ -43,6 +43,11 @@ pub struct Spikes {
 }
 
 impl Spikes {
+    /// Square of the strength of the last sample that counts.
+    pub fn last(&self) -> f64 {
+        self.usual
+    }
+
     /// Takes a sample; returns whether it counts.
     #[inline(always)]
     pub fn pass(&mut self, field: &Vector3<f64>) -> bool {
@@ -70,6 +75,56 @@ impl Spikes {
     pub fn is_sound(&self) -> bool {
         let size = |square: f64| (0.0..=1e20).contains(&square);
         size(self.usual) && size(self.other) && self.count < AGREE
+    }
+}
+
+/// Angle that a body turns by, rad, while the magnetometer gives one value: it is held, or stuck if for
+/// so many seconds.
+const HELD: f64 = 0.05;
+const STUCK: f64 = 2.0;
+const TURN_MOST: f64 = 1e9;
+
+/// A magnetometer that gives one value while the body turns: what is held is no news.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Held {
+    /// Square of the strength of the last tick's last sample, and how far the body has turned since
+    /// that is the same, rad.
+    square: f64,
+    turn: Vector3<f64>,
+    /// Seconds for which the value has been held.
+    seconds: f64,
+}
+
+impl Default for Held {
+    fn default() -> Self {
+        Self { square: 0.0, turn: Vector3::zeros(), seconds: 0.0 }
+    }
+}
+
+impl Held {
+    /// Takes a tick with a field: the square of its last sample's strength, and by what the body
+    /// turns; returns whether the field is news.
+    pub fn observe(&mut self, square: f64, turned: &Vector3<f64>, span: f64) -> bool {
+        let same = core::mem::replace(&mut self.square, square) == square;
+        self.turn = if same {
+            (self.turn + turned).map(|x| x.clamp(-TURN_MOST, TURN_MOST))
+        } else {
+            Vector3::zeros()
+        };
+        let news = self.turn.norm_squared() <= HELD * HELD;
+        self.seconds = if news { 0.0 } else { self.seconds + span };
+        news
+    }
+
+    /// Whether the magnetometer is stuck.
+    pub fn is_stuck(&self) -> bool {
+        self.seconds >= STUCK * (1.0 - 1e-9)
+    }
+
+    pub fn is_sound(&self) -> bool {
+        (0.0..=1e20).contains(&self.square)
+            && self.turn.iter().all(|x| x.abs() <= TURN_MOST)
+            && (0.0..1e18).contains(&self.seconds)
     }
 }
 

@@ -10,6 +10,7 @@ mod deviation;
 mod drift;
 mod errors;
 mod estimator;
+mod first;
 mod heading;
 mod iron;
 mod lost;
@@ -24,6 +25,7 @@ mod straight;
 mod strapdown;
 mod trust;
 mod undo;
+mod unit;
 
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -31,11 +33,12 @@ use serde::{Deserialize, Serialize};
 use self::deviation::Deviation;
 use self::drift::HeadingDrift;
 use self::errors::{BIAS, Errors, Found, MATRIX, States, Transition, VELOCITY};
+use self::first::FirstRest;
 use self::heading::FIELD_WALK;
 pub use self::heading::Pull;
 use self::iron::Iron;
 use self::lost::Lost;
-use self::magnet::{Magnet, Spikes};
+use self::magnet::{Held, Magnet, Spikes};
 pub use self::options::AutoOptions;
 use self::recovery::{Recovery, Wrong};
 use self::rest::Rest;
@@ -45,6 +48,7 @@ use self::start::{SPEED, Start, TILT};
 use self::straight::Straight;
 use self::strapdown::{Strapdown, Sums};
 use self::trust::{Accelerations, Lasting, ScaleNoise};
+use self::unit::UnitWatch;
 use super::GRAVITY;
 use crate::error::Error;
 
@@ -64,9 +68,13 @@ const BIAS_LIMIT: f64 = 10.0 * DEGREE;
 /// What a wrong tilt says of the bias, rad/s: more finds one that has jumped sooner, and takes a car's
 /// long accelerations for one.
 const BIAS_REVIVED: f64 = 0.15 * DEGREE;
+/// Rate about level axes of a body that leans as much as gravity needs to show all of the bias, rad/s.
+const LEANING: f64 = 20.0 * DEGREE;
 /// Random walk of the matrix' elements, 1/√s, and their spread on the diagonal and off it.
 const MATRIX_WALK: f64 = 1e-5;
 const MATRIX_SIGMAS: [f64; 2] = [0.008, 0.005];
+/// Variance of a tilt of which nothing is known, rad²: half of it about each level axis.
+const TILT_MOST: f64 = 1.0;
 /// Bias of an accelerometer, m/s², as consumer devices have it.
 const ACCEL_BIAS: f64 = 0.05;
 /// Noise of the velocity, m/s/√s.
@@ -76,8 +84,9 @@ const REST_VELOCITY: f64 = 1e-2;
 /// Deviation of what is not learned, rad/s and 1.
 #[cfg(feature = "std")]
 const SURE: f64 = 1e-7;
-/// Ticks at rest over which the strength of gravity is averaged.
+/// Ticks at rest over which the strength of gravity is averaged, and from how many on it is known.
 const WEIGHED: f64 = 100.0;
+const WEIGHED_LEAST: f64 = 20.0;
 /// Variances of the heading at the start, rad²: to be found by a magnetometer, and chosen.
 const HEADING_FREE: f64 = 10.0;
 const HEADING_CHOSEN: f64 = 1e-6;
@@ -115,10 +124,13 @@ pub struct Auto {
     straight: Straight,
     recovery: Recovery,
     magnet: Magnet,
+    held: Held,
     drift: HeadingDrift,
     iron: Iron,
     deviation: Deviation,
     lost: Lost,
+    first: FirstRest,
+    unit: UnitWatch,
     /// How the heading depends on the bias, s: what it turned by for each rad/s since power-on.
     by_bias: Vector3<f64>,
     /// Seconds since the field was last used.
@@ -126,8 +138,19 @@ pub struct Auto {
     /// Mean strength of the force in rests, and how many ticks it is of.
     gravity: [f64; 2],
     at_rest: bool,
+    /// Whether it rests or turns steadily, of which nobody can tell.
+    unclear: bool,
     /// Mean square of the rate in the last tick, (rad/s)².
     speed_squared: f64,
+}
+
+/// Up in the axes of the sensor, the share of the bias along it that is hidden, and the variances of
+/// that and of the heading before a correction.
+struct Hidden {
+    up: Vector3<f64>,
+    share: f64,
+    bias: f64,
+    heading: f64,
 }
 
 /// What a tick was.
@@ -135,6 +158,8 @@ pub struct Auto {
 pub struct Ticked {
     /// Its seconds.
     pub seconds: f64,
+    /// Whether its field was that of a magnetometer that is held while the body turns.
+    pub held: bool,
     /// What its field did to the heading, if that was used.
     pub pull: Option<Pull>,
 }
@@ -172,14 +197,18 @@ impl Auto {
             straight: Straight::default(),
             recovery: Recovery::default(),
             magnet: Magnet::default(),
+            held: Held::default(),
             drift: HeadingDrift::default(),
             iron: Iron::default(),
             deviation: Deviation::new(heading),
             lost: Lost::default(),
+            first: FirstRest::default(),
+            unit: UnitWatch::default(),
             by_bias: Vector3::zeros(),
             field_age: 0.0,
             gravity: [0.0; 2],
             at_rest: false,
+            unclear: false,
             speed_squared: 0.0,
         }
     }
@@ -216,7 +245,14 @@ impl Auto {
     fn tick(&mut self) -> Ticked {
         let sums = self.sums;
         self.sums = Sums::new(TICK);
-        let state = self.rest(&sums);
+        if sums.unknown > 0.0 || sums.forces == 0.0 {
+            self.unit.interrupt();
+        } else {
+            let (rate, force) = (sums.gyro / sums.samples, sums.accel / sums.forces);
+            self.unit.observe(&rate, &force, sums.elapsed);
+        }
+        let news = self.has_news(&sums);
+        let state = self.rest(&sums, news);
         self.speed_squared = sums.spread(&self.bias, &Vector3::zeros()).0.max(0.0);
         let rate = ComplexField::sqrt(self.speed_squared);
         let moving = self.predict(&sums, rate);
@@ -225,9 +261,23 @@ impl Auto {
             self.velocity = [0.0; 2];
         }
         self.correct(&sums, state, moving && !starting);
-        let pull = if self.options.mag { self.see_field(&sums, rate) } else { None };
+        if !self.options.mag {
+            self.first.observe(self.rest.is_quiet(), self.up().dot(&self.bias), sums.elapsed);
+        }
+        let pull = if self.options.mag { self.see_field(&sums, rate, news) } else { None };
         self.strapdown.settle();
-        Ticked { seconds: sums.elapsed, pull }
+        let held = self.options.mag && sums.fields > 0.0 && !news;
+        Ticked { seconds: sums.elapsed, held, pull }
+    }
+
+    /// Whether a tick has a field, and not that of a magnetometer that is held while the body turns.
+    #[inline(always)]
+    fn has_news(&mut self, sums: &Sums) -> bool {
+        if !self.options.mag || sums.fields == 0.0 {
+            return false;
+        }
+        let turned = (sums.gyro / sums.samples - self.bias) * sums.elapsed;
+        self.held.observe(self.spikes.last(), &turned, sums.elapsed)
     }
 
     /// Carries velocity and errors through a tick; false where no force was known in it.
@@ -297,15 +347,43 @@ impl Auto {
             square(REST_VELOCITY) / span
         } else {
             self.lasting.observe(&velocity, &self.strapdown.rotation, span);
-            self.accelerations.observe(&velocity, &self.lasting, span) / span
+            let variance = self.accelerations.observe(&velocity, &self.lasting, span);
+            self.recovery.doubt() * variance / span
         };
         let expected = self.expected(noise);
+        let shown = self.at_rest || self.knowing || self.rest.tells();
+        let hidden = if shown { None } else { Some(self.hidden(sums)) };
         self.errors.correct(VELOCITY, velocity.map(|x| -x), noise, found);
+        if let Some(hidden) = &hidden {
+            self.give_back(hidden, found);
+        }
         if self.at_rest {
             return None;
         }
         let tilt = [found.states[0], found.states[1]];
         Some(self.scale_noise.observe(&tilt, expected, self.speed_squared, span))
+    }
+
+    /// What of the bias, as long as no rest has shown it, gravity does not show either: that along the
+    /// vertical of a body that does not lean.
+    #[inline(never)]
+    fn hidden(&self, sums: &Sums) -> Hidden {
+        let up = self.up();
+        let rate = sums.gyro / sums.samples - self.bias;
+        let leaning = (rate - up * up.dot(&rate)).norm_squared() / square(LEANING);
+        let (bias, heading) = (self.errors.bias_along(&up), self.errors.heading());
+        Hidden { up, share: 1.0 - leaning.min(1.0), bias, heading }
+    }
+
+    /// Takes back what accelerations of the body seemed to say of it.
+    #[inline(never)]
+    fn give_back(&mut self, hidden: &Hidden, found: &mut Found) {
+        let Hidden { up, share, bias, heading } = hidden;
+        let mut states = found.states.fixed_rows_mut::<3>(BIAS);
+        states -= up * (share * up.dot(&states));
+        found.heading *= 1.0 - share;
+        self.errors.widen_bias_along(up, share * (bias - self.errors.bias_along(up)));
+        self.errors.widen_heading(share * (heading - self.errors.heading()));
     }
 
     /// Motion that goes straight on tells a bias that no rest has shown.
@@ -316,7 +394,8 @@ impl Auto {
         }
         let up = self.up();
         let (rate, span) = (up.dot(&sums.gyro) / sums.samples, sums.elapsed);
-        if let Some(noise) = self.straight.observe(rate, self.options.bias_limit, span) {
+        let (given, most) = (up.dot(&Vector3::from(self.options.bias)), self.options.bias_limit);
+        if let Some(noise) = self.straight.observe(rate, given, most, span) {
             self.errors.correct_bias_along(&up, rate - up.dot(&self.bias), noise, found);
         }
     }
@@ -325,9 +404,10 @@ impl Auto {
     #[inline(always)]
     fn recover(&mut self, sums: &Sums, persistence: Option<f64>) {
         let (force, felt) = (sums.force / sums.forces, sums.accel / sums.forces);
-        self.recovery.observe(&force, &felt, self.speed_squared, sums.elapsed);
+        let known = self.known_gravity();
+        self.recovery.observe(&force, &felt, self.speed_squared, known, sums.elapsed);
         let variance = self.errors.variance(0) + self.errors.variance(1);
-        match self.recovery.judge(persistence, variance) {
+        match self.recovery.judge(persistence, variance, known.unwrap_or(GRAVITY)) {
             None => {}
             Some(Wrong::Fallen) => self.start.again(),
             Some(Wrong::Tilted(variance)) => {
@@ -384,7 +464,7 @@ impl Auto {
     fn tilt_variance(&self) -> f64 {
         let own = (self.errors.variance(0) + self.errors.variance(1)).max(0.0);
         let doubt = self.accelerations.doubt(&self.lasting);
-        doubt * own + 2.0 * square(ACCEL_BIAS / GRAVITY)
+        (doubt * own).min(TILT_MOST) + 2.0 * square(ACCEL_BIAS / GRAVITY)
     }
 
     /// By what variances of bias and matrix are told larger: what a velocity that lasts does to the
@@ -396,6 +476,11 @@ impl Auto {
     /// Mean strength of the force in rests, m/s²; NaN before the first.
     fn mean_gravity(&self) -> f64 {
         if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN }
+    }
+
+    /// The same once rests have told it.
+    fn known_gravity(&self) -> Option<f64> {
+        if self.gravity[1] >= WEIGHED_LEAST { Some(self.gravity[0]) } else { None }
     }
 
     fn weigh(&mut self, sums: &Sums) {

@@ -2,6 +2,9 @@
 //!
 //! Then the force in the frame keeps pointing one way, and corrections of the tilt with it, while the
 //! filter takes the velocity that it sees for the body's own and believes its evidence less and less.
+//!
+//! A body that speeds up for seconds looks the same, but for the length of the force: a wrong tilt only
+//! turns gravity, what speeds up adds to it.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -23,6 +26,15 @@ const TILT: f64 = 0.5;
 /// least such force, m/s².
 const UPRIGHT: f64 = 0.7;
 const LEAST: f64 = 3.0;
+/// Share of the square of the level part by which that of the whole force is larger than gravity's,
+/// squared: of a body that speeds up all of it, of a wrong tilt nothing. Pushes are commoner than knocks;
+/// a rest is denied by what is surely one, of so many m/s² where the strength of gravity is known.
+const PUSHED: f64 = 0.25;
+const SURELY: f64 = 0.5;
+const STRONG: f64 = 1.0;
+/// Seconds of it after which the velocity is not near zero, and by how much its variance is larger then.
+const LONG: f64 = 3.0;
+const DOUBTED: f64 = 10.0;
 
 /// Less than this, m/s², no force changes by from tick to tick but that of a stuck accelerometer,
 /// where the body turns by so much, (rad/s)².
@@ -44,24 +56,28 @@ pub struct Recovery {
     mean: Vector3<f64>,
     /// The last tick's in the axes of the sensor.
     last: Vector3<f64>,
-    /// Seconds since the last recovery.
+    /// Seconds since the last recovery, and those for which the body has surely sped up.
     since: f64,
+    pushed: f64,
 }
 
 impl Default for Recovery {
     fn default() -> Self {
-        Self { mean: Vector3::new(0.0, 0.0, GRAVITY), last: Vector3::zeros(), since: BETWEEN }
+        let (mean, last) = (Vector3::new(0.0, 0.0, GRAVITY), Vector3::zeros());
+        Self { mean, last, since: BETWEEN, pushed: 0.0 }
     }
 }
 
 impl Recovery {
-    /// Takes the mean force of a tick after the start, in the frame and in the axes of the sensor, and
-    /// the mean square of the rate. One that never changes says nothing of a body that turns.
+    /// Takes the mean force of a tick after the start, in the frame and in the axes of the sensor, the
+    /// mean square of the rate, and the strength of gravity if it is known. One that never changes says
+    /// nothing of a body that turns.
     pub fn observe(
         &mut self,
         force: &Vector3<f64>,
         felt: &Vector3<f64>,
         speed_squared: f64,
+        gravity: Option<f64>,
         span: f64,
     ) {
         let before = core::mem::replace(&mut self.last, *felt);
@@ -70,17 +86,49 @@ impl Recovery {
         }
         self.mean += (force - self.mean) * (span / MEAN).min(1.0);
         self.since = (self.since + span).min(BETWEEN);
+        let surely = gravity.is_some_and(|known| self.is_pushed(known, SURELY))
+            && self.level_squared() > STRONG * STRONG;
+        self.pushed = if surely { self.pushed + span } else { 0.0 };
     }
 
-    /// What is wrong, if corrections persist in these times of what is expected and the tilt has
-    /// this variance; in a rest only a fall is seen.
-    pub fn judge(&mut self, persistence: Option<f64>, variance: f64) -> Option<Wrong> {
+    /// Whether the body surely speeds up: it does not rest.
+    pub fn is_strong(&self) -> bool {
+        self.pushed > 0.0
+    }
+
+    /// By how much the variance of "the velocity is zero" is larger: the gyro holds the tilt of a body
+    /// that speeds up for long.
+    pub fn doubt(&self) -> f64 {
+        if self.pushed > LONG * (1.0 + 1e-9) { DOUBTED } else { 1.0 }
+    }
+
+    fn level_squared(&self) -> f64 {
+        self.mean.x * self.mean.x + self.mean.y * self.mean.y
+    }
+
+    /// Whether so large a share of the level part adds to gravity. What points down has fallen.
+    fn is_pushed(&self, gravity: f64, share: f64) -> bool {
+        let more = self.mean.norm_squared() - gravity * gravity;
+        self.mean.z > 0.0 && more > share * self.level_squared()
+    }
+
+    /// What is wrong, if corrections persist in these times of what is expected, the tilt has this
+    /// variance and gravity this strength; in a rest only a fall is seen.
+    pub fn judge(
+        &mut self,
+        persistence: Option<f64>,
+        variance: f64,
+        gravity: f64,
+    ) -> Option<Wrong> {
+        if self.is_pushed(gravity, PUSHED) {
+            return None;
+        }
         let length = self.mean.norm();
         if self.mean.z < UPRIGHT * length && length > LEAST {
             *self = Self::default();
             return Some(Wrong::Fallen);
         }
-        let level = self.mean.x * self.mean.x + self.mean.y * self.mean.y;
+        let level = self.level_squared();
         let angle = level / (GRAVITY * GRAVITY);
         let wrong = persistence.is_some_and(|times| times > PERSIST)
             && level > LEVEL * LEVEL
@@ -97,5 +145,39 @@ impl Recovery {
         are_within(&self.mean, 2.0 * FORCE_MAX)
             && are_within(&self.last, 2.0 * FORCE_MAX)
             && is_size(self.since, BETWEEN)
+            && is_size(self.pushed, 1e18)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{GRAVITY, Recovery, Vector3, Wrong};
+
+    /// After four seconds of such a force.
+    fn felt(force: Vector3<f64>) -> Recovery {
+        let mut recovery = Recovery::default();
+        for k in 0..40 {
+            let felt = force + Vector3::x() * f64::from(k % 2) * 1e-3;
+            recovery.observe(&force, &felt, 0.0, Some(GRAVITY), 0.1);
+        }
+        recovery
+    }
+
+    #[test]
+    fn a_wrong_tilt_turns_gravity() {
+        let mut knocked = felt(Vector3::new(4.0, 0.0, 8.957));
+        assert!(!knocked.is_strong());
+        assert!(matches!(knocked.judge(Some(3.0), 0.01, GRAVITY), Some(Wrong::Tilted(_))));
+        let mut fallen = felt(Vector3::new(0.0, 1.0, -12.0));
+        assert_eq!(fallen.judge(None, 0.01, GRAVITY), Some(Wrong::Fallen));
+    }
+
+    #[test]
+    fn what_speeds_up_adds_to_it() {
+        let mut pushed = felt(Vector3::new(4.0, 0.0, GRAVITY));
+        assert!(pushed.is_strong() && pushed.doubt() > 1.0);
+        assert_eq!(pushed.judge(Some(3.0), 0.01, GRAVITY), None);
+        let mut faster = felt(Vector3::new(12.0, 0.0, GRAVITY));
+        assert_eq!(faster.judge(Some(3.0), 0.01, GRAVITY), None);
     }
 }

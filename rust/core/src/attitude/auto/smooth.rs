@@ -18,6 +18,9 @@ use crate::{memory, work};
 /// Samples between two looks at whether to go on.
 const PIECE: usize = 1 << 12;
 
+/// Deviations of the headings of both passes, rad, below which they are joined half and half.
+const HALVED: f64 = core::f64::consts::PI / 6.0;
+
 /// A filter around this one that sees fields of its own making.
 pub trait Around: Tagged + Clone + Send + Sync {
     /// The filter inside.
@@ -287,7 +290,7 @@ impl Known {
             heading_sigma: auto.heading_sigma(),
             gravity: auto.mean_gravity(),
             at_rest: auto.at_rest,
-            disturbed: auto.magnet.is_disturbed(),
+            disturbed: auto.magnet.is_disturbed() || auto.held.is_stuck(),
             started: auto.start.over,
         }
     }
@@ -304,10 +307,12 @@ fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Kno
     let [a, b] = variances(|known| known.heading_sigma);
     let leaned = small_rotation(&Vector3::new(level.x * tilt, level.y * tilt, 0.0));
     let (orientation, heading_sigma) = if mag {
-        let heading = share(a, b);
+        // Both follow the same field: what the forward pass lags behind a drift, the backward one leads.
+        let sure = a.max(b) < HALVED * HALVED;
+        let heading = if sure { 0.5 } else { share(a, b) };
         let about_up = f64::atan2(about_up.sin(), about_up.cos()) * heading;
         let turned = small_rotation(&(Vector3::z() * about_up)) * leaned;
-        (turned * forward.orientation, (b * heading).sqrt())
+        (turned * forward.orientation, (b * share(a, b)).sqrt())
     } else {
         (leaned * forward.orientation, forward.heading_sigma)
     };
@@ -321,7 +326,10 @@ fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Kno
         heading_sigma,
         gravity: forward.gravity,
         at_rest: forward.at_rest || backward.at_rest,
+        unclear: false,
+        wrong_unit: false,
         disturbed: forward.disturbed,
+        stuck: false,
         started: forward.started,
     };
     (orientation.normalize(), knowledge)

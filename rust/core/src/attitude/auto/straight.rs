@@ -2,11 +2,11 @@
 //! straight on for much of the time.
 //!
 //! No gravity shows the bias along the vertical. But where the rate about it stays the same for
-//! seconds it is the bias, more often than not.
+//! seconds it is the bias, more often than not: straights come back at one rate, arcs each at another.
 
 use serde::{Deserialize, Serialize};
 
-use super::{DEGREE, square};
+use super::{BIAS_SIGMA, DEGREE, square};
 use crate::attitude::sample::RATE_MAX;
 use crate::math::sound::is_size;
 
@@ -15,23 +15,57 @@ const STEADY: f64 = 3.0 * DEGREE;
 const MEAN: f64 = 1.5;
 /// Density of the rate about the vertical of what goes straight on, rad/s √s.
 const NOISE: f64 = DEGREE;
+/// How far it may lie from the bias given, rad/s: three deviations of one of which nothing is known.
+const MOST: f64 = 3.0 * BIAS_SIGMA;
+/// How near a stretch is to the usual rate, rad/s, and seconds over which that follows.
+const AGREES: f64 = 0.7 * DEGREE;
+const FOLLOWS: f64 = 10.0;
+/// A stretch has one vote when it begins, and another in so many seconds; the most votes that count,
+/// how many are a majority, and what one of another rate takes.
+const VOTE: f64 = 20.0;
+const VOTES: f64 = 10.0;
+const MAJORITY: f64 = 2.0;
+const AGAINST: f64 = 0.5;
 
-/// Mean rate about the vertical, rad/s, and seconds since which it holds.
+/// Mean rate about the vertical, rad/s, and seconds since which it holds; the usual one of such
+/// stretches, and its votes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Straight {
     mean: f64,
     since: f64,
+    usual: f64,
+    votes: f64,
 }
 
 impl Straight {
-    /// Takes the rate about the vertical of a tick, and the largest that can be a bias; returns the
-    /// variance of "it is the bias".
-    pub fn observe(&mut self, rate: f64, most: f64, span: f64) -> Option<f64> {
+    /// Takes the rate about the vertical of a tick, the bias given before, and the largest that can
+    /// be one; returns the variance of "it is the bias".
+    pub fn observe(&mut self, rate: f64, given: f64, most: f64, span: f64) -> Option<f64> {
         let apart = (rate - self.mean).abs();
         self.mean += (rate - self.mean) * (span / MEAN).min(1.0);
-        let steady = apart <= STEADY && self.mean.abs() <= most;
-        self.since = if steady { self.since + span } else { 0.0 };
-        (self.since >= MEAN * (1.0 - 1e-9)).then(|| square(NOISE) / span)
+        let may_be = (self.mean - given).abs() <= MOST && self.mean.abs() <= most;
+        let before = self.since;
+        self.since = if apart <= STEADY && may_be { before + span } else { 0.0 };
+        if !lasts(self.since) {
+            return None;
+        }
+        let vote = if lasts(before) { span / VOTE } else { 1.0 };
+        (self.agrees(vote, span) && self.votes >= MAJORITY).then(|| square(NOISE) / span)
+    }
+
+    /// Whether the present rate is that of most stretches.
+    fn agrees(&mut self, vote: f64, span: f64) -> bool {
+        let apart = self.mean - self.usual;
+        if apart.abs() <= AGREES {
+            self.votes = (self.votes + vote).min(VOTES);
+            self.usual += apart * (span / FOLLOWS).min(1.0);
+            return true;
+        }
+        self.votes -= AGAINST * vote;
+        if self.votes < 0.0 {
+            (self.usual, self.votes) = (self.mean, 1.0);
+        }
+        false
     }
 
     /// Nothing is known of a while.
@@ -40,6 +74,43 @@ impl Straight {
     }
 
     pub fn is_sound(&self) -> bool {
-        self.mean.abs() <= 2.0 * RATE_MAX && is_size(self.since, 1e18)
+        self.mean.abs() <= 2.0 * RATE_MAX
+            && is_size(self.since, 1e18)
+            && self.usual.abs() <= 2.0 * RATE_MAX
+            && is_size(self.votes, VOTES)
+    }
+}
+
+fn lasts(seconds: f64) -> bool {
+    seconds >= MEAN * (1.0 - 1e-9)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DEGREE, Straight};
+
+    /// Whether the last of so many seconds at each of these rates, deg/s, says the bias.
+    fn told(rates: &[f64], seconds: usize) -> bool {
+        let mut straight = Straight::default();
+        let mut last = None;
+        for rate in rates {
+            for _ in 0..10 * seconds {
+                last = straight.observe(rate * DEGREE, 0.0, 10.0 * DEGREE, 0.1);
+            }
+        }
+        last.is_some()
+    }
+
+    #[test]
+    fn a_rate_that_comes_back_is_the_bias() {
+        assert!(!told(&[1.0], 10), "one stretch has one vote");
+        assert!(told(&[1.0, 5.0, 1.0], 8));
+        assert!(told(&[1.0], 30), "and another in twenty seconds");
+    }
+
+    #[test]
+    fn arcs_are_each_of_another_rate() {
+        assert!(!told(&[1.0, 2.5, -1.5, 2.0, -0.4], 8));
+        assert!(!told(&[4.0, 9.0, 4.0], 20), "beyond three deviations it is none");
     }
 }

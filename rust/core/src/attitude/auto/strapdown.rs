@@ -11,6 +11,13 @@ use crate::math::sound::{are_within, is_size};
 
 /// Square of the angle of a step, rad², up to which its sine and cosine are series.
 const SERIES: f64 = 0.25;
+/// A step, rad, so large that it is looked whether a sensor can have felt it; by what share of itself it
+/// has then changed from the one before, and by which acceleration, rad/s²; and how near the next one is
+/// to that before, as a share of it, if it was none.
+const LARGE: f64 = 0.05;
+const CHANGED: f64 = 0.75;
+const ACCELERATED: f64 = 500.0;
+const BACK: f64 = 0.25;
 /// Looks a tick at how the rotation couples errors of the gyro into the orientation.
 const LOOKS: f64 = 4.0;
 /// Where counting ends: samples may take no time.
@@ -24,22 +31,71 @@ pub struct Strapdown {
     pub rotation: Matrix3<f64>,
     /// A twelfth of the step before: what coning adds is its cross product with the next.
     before: Vector3<f64>,
+    /// A step that the next one may show to be none.
+    doubted: Option<Doubted>,
+}
+
+/// A step that no sensor's own filter passes, if it stands alone: a garbage sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Doubted {
+    /// The step before it, what it turned by, and the rate that was given.
+    before: Vector3<f64>,
+    angle: Vector3<f64>,
+    gyro: Vector3<f64>,
 }
 
 impl Default for Strapdown {
     fn default() -> Self {
         let (orientation, rotation) = (Quaternion::identity(), Matrix3::identity());
-        Self { orientation, rotation, before: Vector3::zeros() }
+        Self { orientation, rotation, before: Vector3::zeros(), doubted: None }
     }
 }
 
 impl Strapdown {
-    /// Turns by a step about the sensor's axes, and by what coning adds to it.
+    /// Turns by a step about the sensor's axes in a time, and by what coning adds to it; returns the
+    /// rate in whose place that of this step, `gyro`, is to count.
     #[inline(always)]
-    pub fn turn(&mut self, step: Vector3<f64>) {
+    pub fn turn(
+        &mut self,
+        step: Vector3<f64>,
+        gyro: &Vector3<f64>,
+        dt: f64,
+    ) -> Option<Vector3<f64>> {
+        let mut wrong = None;
+        if step.norm_squared() > LARGE * LARGE || self.doubted.is_some() {
+            wrong = self.doubt(&step, gyro, dt);
+        }
         let angle = step + self.before.cross(&step);
         self.before = step * (1.0 / 12.0);
         self.set(product(&self.orientation, &small_rotation(&angle)));
+        wrong
+    }
+
+    /// Whether a step was one at all shows with the next: a pulse of a single sample is none.
+    #[cold]
+    #[inline(never)]
+    fn doubt(&mut self, step: &Vector3<f64>, gyro: &Vector3<f64>, dt: f64) -> Option<Vector3<f64>> {
+        let mut wrong = None;
+        if let Some(doubted) = self.doubted.take()
+            && (step - doubted.before).norm_squared() <= BACK * BACK * doubted.angle.norm_squared()
+        {
+            let mean = (doubted.before + step) * 0.5;
+            self.turn_by(&-doubted.angle);
+            self.turn_by(&mean);
+            self.before = mean * (1.0 / 12.0);
+            wrong = Some(doubted.gyro);
+        }
+        let before = self.before * 12.0;
+        let (changed, angle) = ((step - before).norm_squared(), step + self.before.cross(step));
+        let (by, fast) = (CHANGED * CHANGED * step.norm_squared(), ACCELERATED * dt * dt);
+        if step.norm_squared() > LARGE * LARGE && changed > by && changed > fast * fast {
+            self.doubted = Some(Doubted { before, angle, gyro: *gyro });
+        }
+        wrong
+    }
+
+    fn turn_by(&mut self, angle: &Vector3<f64>) {
+        self.orientation = product(&self.orientation, &small_rotation(angle));
     }
 
     /// Turns by a rotation vector in the axes of the frame; to be settled.
@@ -50,7 +106,7 @@ impl Strapdown {
 
     /// Takes an orientation over, without memory of steps.
     pub fn restart(&mut self, orientation: Quaternion<f64>) {
-        self.before = Vector3::zeros();
+        (self.before, self.doubted) = (Vector3::zeros(), None);
         self.set(orientation);
     }
 
@@ -73,6 +129,15 @@ impl Strapdown {
         (self.orientation.norm_squared() - 1.0).abs() < 1e-6
             && self.rotation == matrix(&self.orientation)
             && are_within(&self.before, 1e4)
+            && self.doubted.is_none_or(|one| one.is_sound())
+    }
+}
+
+impl Doubted {
+    fn is_sound(&self) -> bool {
+        are_within(&self.before, 2e5)
+            && are_within(&self.angle, 1e10)
+            && are_within(&self.gyro, RATE_MAX)
     }
 }
 
@@ -226,6 +291,17 @@ impl Sums {
         self.unknown += sample.unknown;
         if self.elapsed >= self.next_look {
             self.look(rate, rotation, tick);
+        }
+    }
+
+    /// A rate that was added was none: this one counts in its place.
+    #[cold]
+    #[inline(never)]
+    pub fn replace(&mut self, wrong: &Vector3<f64>, gyro: &Vector3<f64>) {
+        if self.samples > 0.0 {
+            self.gyro += gyro - wrong;
+            let squared = self.gyro_squared + (gyro.norm_squared() - wrong.norm_squared());
+            self.gyro_squared = squared.max(0.0);
         }
     }
 

@@ -40,7 +40,8 @@ impl Accelerations {
     /// too much of both, by a share found in simulation. A velocity that lasts is as much too little,
     /// in its power at slow frequencies against the noise assumed.
     pub fn doubt(&self, lasting: &Lasting) -> f64 {
-        let slow = lasting.squares[0] / self.noise(lasting);
+        // After a recovery the one is of before it: a velocity that lasts is no more than all of it.
+        let slow = (lasting.squares[0] / self.noise(lasting)).min(1.0);
         let usual = SHARE + (1.0 - SHARE) * lasting.first / UNDER_WAY;
         usual + 2.0 * LASTS * (slow - SWINGS).max(0.0)
     }

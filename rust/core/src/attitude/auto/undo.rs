@@ -3,7 +3,7 @@
 use nalgebra::{ComplexField, Matrix3, Vector3};
 
 use super::errors::{BIAS, Errors};
-use super::rest::{self, State};
+use super::rest::{self, Known, State};
 use super::strapdown::Sums;
 use super::trust::ScaleNoise;
 use super::{
@@ -18,19 +18,27 @@ const REFUTED_TILT: f64 = 0.2;
 impl Auto {
     /// Whether the body rests, and what is undone if it does.
     #[inline(always)]
-    pub(super) fn rest(&mut self, sums: &Sums) -> Option<(Vector3<f64>, f64)> {
-        let field = (self.options.mag && sums.fields > 0.0)
-            .then(|| self.strapdown.rotation.tr_mul(&(sums.field / sums.fields)));
+    pub(super) fn rest(&mut self, sums: &Sums, news: bool) -> Option<(Vector3<f64>, f64)> {
+        let field = news.then(|| self.strapdown.rotation.tr_mul(&(sums.field / sums.fields)));
         let variance = (0..3).fold(0.0, |most: f64, i| most.max(self.errors.variance(BIAS + i)));
         let limit = self.options.bias_limit;
-        let state = self.rest.observe(sums, field.as_ref(), &self.bias, variance, limit);
-        self.at_rest = !matches!(state, State::Motion | State::Denied);
+        let known =
+            Known { bias: self.bias, variance, most: limit, pushed: self.recovery.is_strong() };
+        let state = self.rest.observe(sums, field.as_ref(), &known);
+        self.at_rest = !matches!(state, State::Motion | State::Denied | State::Unclear(_));
+        self.unclear = matches!(state, State::Unclear(_));
         if self.knowing {
             self.at_rest = matches!(state, State::Rest(_));
             return None;
         }
         match state {
             State::Motion => None,
+            State::Unclear(up) => {
+                // The sigma of the heading says so.
+                let more = square(limit) - self.errors.bias_along(&up);
+                self.errors.widen_bias_along(&up, more);
+                None
+            }
             State::Rest(measured) => measured,
             State::Refuted(level, noise) => self.undo(&level, [noise; 3]),
             State::Denied => {

@@ -119,7 +119,8 @@ impl Learning {
         if let Some(pull) = &ticked.pull {
             self.learner.pull(pull, &self.choice.iron.value);
         }
-        let tick = self.gathered.end();
+        // What is held says nothing of iron.
+        let tick = self.gathered.end().filter(|_| !ticked.held);
         let before = (self.choice.taken, self.choice.iron.value);
         let Some(present) = self.learner.take(tick, ticked.seconds) else { return };
         self.choice.decide(&self.learner, present, 1.0);
@@ -229,7 +230,7 @@ impl Estimator for Learning {
 
 impl Tagged for Learning {
     const TAG: &'static str = "attitude-iron";
-    const VERSION: u16 = 2;
+    const VERSION: u16 = 3;
 }
 
 impl Named for Learning {

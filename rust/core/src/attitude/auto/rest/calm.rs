@@ -1,15 +1,22 @@
 //! A smooth road, a robot, a rate table: what is calm by any limit, but less so than this sensor at
 //! rest.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::quiet::{ACCEL, Candidate, GYRO};
 use super::{DEGREE, Seen};
+use crate::math::sound::is_size;
 use crate::rest::quiet::SETTLED;
 
 /// How much louder than the calmest rest another may be, and a single tick off its mean: squared.
 const LOUDER: f64 = 9.0;
 const TICK_OFF: f64 = 16.0;
+/// The same, squared, of the mean of half a second, which the mean of a long candidate hides; ticks of
+/// the candidate from which on it counts, and seconds in a row after which it is another's.
+const LEVEL_OFF: f64 = 1.5;
+const SEVERAL: f64 = 10.0;
+const STRAYS: f64 = 3.0;
 /// Seconds in which the floor doubles: a place may be less calm.
 const DOUBLES: f64 = 300.0;
 /// Least floors, rad/s and m/s².
@@ -23,6 +30,8 @@ const LEARNED: f64 = 2.0;
 pub struct Calm {
     gyro: f64,
     accel: f64,
+    /// Seconds in a row for which the level has been off the candidate's mean.
+    strayed: f64,
 }
 
 impl Calm {
@@ -47,6 +56,21 @@ impl Calm {
                 && (seen.gyro - rest.gyro).norm_squared() <= TICK_OFF * self.gyro
     }
 
+    /// Whether the level of half a second has left the mean of what may be a rest.
+    pub fn is_left(&mut self, rest: &Candidate, level: &Vector3<f64>, span: f64) -> bool {
+        let off = self.is_known()
+            && rest.ticks >= SEVERAL
+            && (level - rest.gyro).norm_squared() > LEVEL_OFF * self.gyro;
+        self.strayed = if off { self.strayed + span } else { 0.0 };
+        off
+    }
+
+    /// Whether it has for so long that the next rest begins anew: sooner, a smooth drive had many
+    /// short candidates, of which one would be calm by chance.
+    pub fn is_gone(&self) -> bool {
+        self.strayed > STRAYS * (1.0 + 1e-9)
+    }
+
     /// Takes a rest.
     pub fn learn(&mut self, rest: &Candidate) {
         if rest.seconds < LEARNED * (1.0 - 1e-9) {
@@ -59,6 +83,8 @@ impl Calm {
     }
 
     pub fn is_sound(&self) -> bool {
-        (0.0..=GYRO * GYRO).contains(&self.gyro) && (0.0..=ACCEL * ACCEL).contains(&self.accel)
+        (0.0..=GYRO * GYRO).contains(&self.gyro)
+            && (0.0..=ACCEL * ACCEL).contains(&self.accel)
+            && is_size(self.strayed, 1e18)
     }
 }

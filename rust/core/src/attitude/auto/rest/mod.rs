@@ -19,8 +19,8 @@ use self::limits::Limits;
 use self::quiet::Candidate;
 pub use self::quiet::NOISE;
 use self::witness::Witness;
-use super::DEGREE;
 use super::strapdown::Sums;
+use super::{DEGREE, square};
 use crate::attitude::sample::RATE_MAX;
 use crate::math::sound::{are_within, is_size};
 
@@ -33,12 +33,17 @@ const NEAR_MOST: f64 = 0.3 * DEGREE;
 /// within how many rad/s.
 const FAR: [f64; 2] = [10.0, 30.0];
 const STEADY: f64 = 0.5 * DEGREE;
+/// By how much a bias that a rest has shown drifts, rad/s, if three deviations of it are no more: a level
+/// that differs by more is that of a turn, until gravity or a field proves that it is none.
+const DRIFTS: f64 = 0.9 * DEGREE;
 /// Seconds of rest from which on a bias is one that jumped, not one that never was.
 const SUPPORTED: f64 = 10.0;
 /// Seconds of a rest that prove an earlier one wrong: by its length, at the least and in times of
 /// the support, and by its steadiness.
 const LONGER: [f64; 3] = [2.0, 2.0, 9.9];
 const STEADIER: f64 = 1.5;
+/// How many times as large as the largest bias a rate is that no part has: it is a turn.
+const BEYOND: f64 = 3.0;
 
 /// What a rest detector sees of a tick, in the axes of the sensor.
 #[derive(Debug, Clone, Copy)]
@@ -62,6 +67,17 @@ impl Seen {
     }
 }
 
+/// What is known of the sensor before a tick.
+#[derive(Debug, Clone, Copy)]
+pub struct Known {
+    /// The bias, rad/s, the largest variance of its axes, and its largest size.
+    pub bias: Vector3<f64>,
+    pub variance: f64,
+    pub most: f64,
+    /// Whether the body surely speeds up.
+    pub pushed: bool,
+}
+
 /// What a tick is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum State {
@@ -75,6 +91,8 @@ pub enum State {
     Denied,
     /// A rest at a level that is far from the bias, which has jumped.
     Jumped(Vector3<f64>),
+    /// A rest at a rate that is too large for a bias, or a turn about this direction: none can tell.
+    Unclear(Vector3<f64>),
 }
 
 /// What is known of rests.
@@ -104,6 +122,11 @@ impl Rest {
         self.lasted
     }
 
+    /// Whether the last ticks may be a rest, at whatever level.
+    pub fn is_quiet(&self) -> bool {
+        self.candidate.lasts()
+    }
+
     /// Whether rests tell more of the bias than motion does: one was used, or one was a turn.
     pub fn tells(&self) -> bool {
         self.used || self.denied
@@ -116,17 +139,9 @@ impl Rest {
         (self.steady, self.lasted) = (0.0, 0.0);
     }
 
-    /// Takes a tick, and the mean field in it in the axes of the sensor; the bias known and the
-    /// largest variance of its axes.
+    /// Takes a tick, and the mean field in it in the axes of the sensor.
     #[inline(always)]
-    pub fn observe(
-        &mut self,
-        sums: &Sums,
-        field: Option<&Vector3<f64>>,
-        bias: &Vector3<f64>,
-        variance: f64,
-        most: f64,
-    ) -> State {
+    pub fn observe(&mut self, sums: &Sums, field: Option<&Vector3<f64>>, known: &Known) -> State {
         self.calm.age(sums.elapsed);
         self.witness.age(sums.elapsed);
         let state = match Seen::of(sums) {
@@ -134,15 +149,14 @@ impl Rest {
                 self.deny();
                 State::Denied
             }
-            Some(seen) => self.decide(&seen, bias, variance, most),
+            Some(seen) => self.decide(&seen, known),
             None => {
                 self.limits.end();
-                self.candidate = Candidate::default();
-                self.witness.begin();
+                self.begin_anew();
                 State::Motion
             }
         };
-        let moves = matches!(state, State::Motion | State::Denied);
+        let moves = matches!(state, State::Motion | State::Denied | State::Unclear(_));
         self.lasted = if moves { 0.0 } else { self.lasted + sums.elapsed };
         state
     }
@@ -169,8 +183,7 @@ impl Rest {
             && self.support < SUPPORTED
             && self.witness.turned_with(&self.candidate.gyro, self.candidate.seconds);
         if moved {
-            self.candidate = Candidate::default();
-            self.witness.begin();
+            self.begin_anew();
         }
         denied
     }
@@ -183,19 +196,51 @@ impl Rest {
     }
 
     #[inline(always)]
-    fn decide(&mut self, seen: &Seen, bias: &Vector3<f64>, variance: f64, most: f64) -> State {
-        let calm = self.calm.holds(&self.candidate, seen);
+    fn decide(&mut self, seen: &Seen, known: &Known) -> State {
+        let Known { bias, variance, most, pushed } = known;
         let bound = match (self.used, self.denied) {
             (true, _) => NEAR_MOST * NEAR_MOST,
             (false, false) => f64::INFINITY,
             (false, true) => 0.0,
         };
         let bound = NEAR * NEAR + (DEVIATIONS * variance).min(bound);
-        let may_be = self.candidate.lasts() && calm && self.candidate.gyro.norm() <= most;
-        if may_be && let Some(state) = self.quietly(seen, bias, bound) {
-            return state;
+        let calm = self.is_calm(seen, bias, bound);
+        if *pushed {
+            return State::Motion;
         }
-        self.usual(seen, bias, bound, most, calm)
+        if calm && self.candidate.lasts() {
+            // Of a bias that is none it is no rest, however unsure that is.
+            let known = self.used || bias.norm() > *most;
+            let near = known && (self.candidate.gyro - bias).norm_squared() <= bound;
+            let may_be = near || self.candidate.gyro.norm() <= *most;
+            let state = match may_be {
+                true => self.quietly(seen, bias, bound),
+                false => self.beyond(seen, *most),
+            };
+            if let Some(state) = state {
+                return state;
+            }
+        }
+        self.usual(seen, bias, bound, (*variance, *most), calm)
+    }
+
+    /// Whether the tick is as calm as rests of this sensor are.
+    fn is_calm(&mut self, seen: &Seen, bias: &Vector3<f64>, bound: f64) -> bool {
+        let level = self.limits.level();
+        if (level - bias).norm_squared() <= bound.min(limits::GYRO * limits::GYRO) {
+            // A level is steady for as long as it is far.
+            (self.anchor, self.steady) = (*level, 0.0);
+        }
+        let left = self.calm.is_left(&self.candidate, level, seen.span);
+        if self.calm.is_gone() {
+            self.begin_anew();
+        }
+        !left && self.calm.holds(&self.candidate, seen)
+    }
+
+    fn begin_anew(&mut self) {
+        self.candidate = Candidate::default();
+        self.witness.begin();
     }
 
     /// What a candidate that may be a rest is, if it is one.
@@ -215,6 +260,24 @@ impl Rest {
             return Some(State::Jumped(self.candidate.gyro));
         }
         None
+    }
+
+    /// What a candidate is whose rate is larger than any bias should be. Gravity that stays proves that
+    /// it does not turn about a level axis, a field that stays that it does not about the vertical.
+    fn beyond(&mut self, seen: &Seen, most: f64) -> Option<State> {
+        let rest = &self.candidate;
+        if !rest.is_long() || rest.gyro.norm() > BEYOND * most {
+            return None;
+        }
+        let about_up = rest.gyro.dot(&rest.up()).abs();
+        let stays = match about_up > most {
+            true => self.witness.refutes_turn(about_up, rest.seconds),
+            false => rest.refutes_level_turn(),
+        };
+        if stays {
+            return Some(self.refuted(seen));
+        }
+        (!self.used).then(|| State::Unclear(rest.up()))
     }
 
     /// A quiet rest near the bias, or the first.
@@ -255,7 +318,7 @@ impl Rest {
         seen: &Seen,
         bias: &Vector3<f64>,
         bound: f64,
-        most: f64,
+        (variance, most): (f64, f64),
         calm: bool,
     ) -> State {
         let (level, since) = (*self.limits.level(), self.limits.since());
@@ -269,6 +332,10 @@ impl Rest {
         }
         let long = FAR[usize::from(self.used)];
         if !calm || since.min(self.steady) < long * (1.0 - 1e-9) || level.norm() > most {
+            return State::Motion;
+        }
+        let drifts = square(DRIFTS).max(DEVIATIONS * variance);
+        if self.used && (level - bias).norm_squared() > drifts {
             return State::Motion;
         }
         self.used = true;

@@ -107,12 +107,34 @@ impl Candidate {
     /// Whether its level is not the bias, but no turn either: about a level axis that would have
     /// carried gravity along. A jump of the bias shows about all axes.
     pub fn refutes_lean(&self, bias: &Vector3<f64>) -> bool {
-        let (off, up) = (self.gyro - bias, self.accel * (1.0 / self.accel.norm().max(TURNED)));
-        let leans = (off - up * off.dot(&up)).norm();
-        let carried = leans * (self.seconds - BEHIND) * self.accel.norm();
+        let off = self.gyro - bias;
+        let leans = self.level_part(&off);
+        self.is_long() && leans > SHARE * off.norm() && self.would_carry(leans)
+    }
+
+    /// Whether gravity proves the part of its level about level axes to be no turn.
+    pub fn refutes_level_turn(&self) -> bool {
+        self.would_carry(self.level_part(&self.gyro))
+    }
+
+    /// Whether it has lasted until a turn would show.
+    pub fn is_long(&self) -> bool {
         self.seconds >= MEASURED[2] * (1.0 - 1e-9)
-            && leans > SHARE * off.norm()
-            && carried > SURELY * TURNED
+    }
+
+    /// Up in the axes of the sensor.
+    pub fn up(&self) -> Vector3<f64> {
+        self.accel * (1.0 / self.accel.norm().max(TURNED))
+    }
+
+    fn level_part(&self, rate: &Vector3<f64>) -> f64 {
+        let up = self.up();
+        (rate - up * rate.dot(&up)).norm()
+    }
+
+    /// Whether a turn at this rate about a level axis would have carried gravity along.
+    fn would_carry(&self, rate: f64) -> bool {
+        rate * (self.seconds - BEHIND) * self.accel.norm() > SURELY * TURNED
     }
 
     /// All of its means count as measured.

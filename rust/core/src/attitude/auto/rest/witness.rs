@@ -21,6 +21,8 @@ const ENOUGH: f64 = 20.0;
 const LEVEL: f64 = 0.4;
 const BEHIND: f64 = 0.4;
 const SURELY: f64 = 3.0;
+/// Least sum of squared changes of what is measured, by its own square.
+const CHANGES: f64 = 1e-12;
 /// Seconds at whose end the first mean is taken in its middle, and the share of how far the field has
 /// moved, squared, by which it may miss where the gyro would have turned it.
 const BEGUN: f64 = 0.25;
@@ -95,10 +97,12 @@ impl Witness {
         MOVED * noise.max(LEAST * LEAST * self.before.norm_squared())
     }
 
-    /// Whether a turn at this rate, for as long as the candidate lasts, would have moved the field.
+    /// Whether a turn at this rate, for as long as the candidate lasts, would have moved the field: one
+    /// that never changes is none.
     pub fn refutes_turn(&self, rate: f64, seconds: f64) -> bool {
         let carried = rate * (seconds - 2.0 * BEHIND) * LEVEL * self.before.norm();
-        self.ticks >= ENOUGH && carried > SURELY * ComplexField::sqrt(self.limit_squared())
+        let lives = self.changes > CHANGES * self.before.norm_squared();
+        self.ticks >= ENOUGH && lives && carried > SURELY * ComplexField::sqrt(self.limit_squared())
     }
 
     /// Whether the field has turned as the gyro says that the body does, in so many seconds: it is
