@@ -35,12 +35,6 @@ def sentence(error: BaseException) -> str:
     return told(sentence_of(error))
 
 
-def of_log(error: BaseException, source: str) -> DataFault:
-    """Return the fault of a log, which its sentence names."""
-    text = sentence(error)
-    return DataFault(text if text.startswith(source) else f"{source}: {text}")
-
-
 @contextmanager
 def faults() -> Iterator[None]:
     """Turn what a task raises into faults: of the data, or of what was typed.
@@ -76,21 +70,6 @@ def print_alarms(alarms: Sequence[str]) -> None:
 
 
 @contextmanager
-def read_faults() -> Iterator[None]:
-    """Turn what reading a log raises into faults: of usage if an argument asked for too much."""
-    from zerorate.record import LogError
-
-    try:
-        yield
-    except LogError as error:
-        raise (DataFault if error.argument is None else UsageFault)(sentence(error)) from None
-    except OSError as error:
-        raise DataFault(of_a_file(error)) from None
-    except (ImportError, ValueError) as error:
-        raise UsageFault(sentence(error)) from None
-
-
-@contextmanager
 def as_usage() -> Iterator[None]:
     """Turn errors of arguments, and of the place to write to, into usage faults."""
     from zerorate.record import LogError
@@ -103,21 +82,6 @@ def as_usage() -> Iterator[None]:
         raise UsageFault(of_a_file(error)) from None
     except ValueError as error:
         raise UsageFault(sentence(error)) from None
-
-
-@contextmanager
-def writing() -> Iterator[None]:
-    """Turn what writing a file raises, a full disk for instance, into a fault."""
-    from zerorate.record import LogError
-
-    try:
-        yield
-    except FileExistsError as error:
-        raise UsageFault(of_a_file(error)) from None
-    except OSError as error:
-        raise DataFault(of_a_file(error)) from None
-    except LogError as error:
-        raise DataFault(sentence(error)) from None
 
 
 def require(module: str, extra: str) -> None:

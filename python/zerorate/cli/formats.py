@@ -5,7 +5,7 @@ from typing import Annotated, Final
 
 import typer
 
-from zerorate.cli.errors import read_faults
+from zerorate.cli.errors import faults
 from zerorate.cli.options import READING
 from zerorate.faults import naming
 from zerorate.io.explaining import explain, known_formats
@@ -31,6 +31,6 @@ def formats(
         fixes = known_formats(RECEIVERS.values())
         print(format_formats(known_formats(), fixes, PACKETS.values()))
         return
-    with read_faults(), naming(_OPTIONS):
+    with naming(_OPTIONS), faults():
         told = explain(log)
     print(format_explanation(told))

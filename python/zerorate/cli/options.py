@@ -12,14 +12,13 @@ from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_args, get_type
 import typer
 
 from zerorate._native import DriftFilter
-from zerorate.cli.errors import UsageFault, as_usage, read_faults
+from zerorate.cli.errors import UsageFault, as_usage
 from zerorate.faults import naming
 from zerorate.io import raw_counts
 from zerorate.io.counts import Scale
 from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, Option, check_used, used_by
 
 _Choice = TypeVar("_Choice", bound=StrEnum)
-_Read = TypeVar("_Read")
 _Command: TypeAlias = Callable[..., None]
 
 _WORDS: Final = {"adapt_for": "always", "rest_limit": "none", "bias_limit": "none"}
@@ -51,7 +50,7 @@ RECORDING: Final = (
 
 OUTPUT: Final = "Output"
 PANEL: Final = "Reading the log"
-"""The panel of help with what is written, and where."""
+"""Panels of help."""
 
 
 class LogFormat(StrEnum):
@@ -303,18 +302,6 @@ class Reading:
     arguments: Mapping[str, Any]
     group_by: str | int | None = None
 
-    def read(
-        self,
-        reader: Callable[..., _Read],
-        source: object,
-        **further: Any,  # noqa: ANN401
-    ) -> _Read:
-        """Return what a reader makes of a source, or raise a fault that names options."""
-        with read_faults():
-            return reader(source, **self.arguments, **further)
-
-
-"""The panel of help with how a log is read."""
 
 _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
     "columns": (
@@ -469,8 +456,7 @@ def _parse_scale(scale: str | None, device: str | None, ends: str | None) -> Sca
     if device is not None and ends is not None:
         if scale is not None:
             raise UsageFault("give either --scale or --device with --range, not both")
-        with as_usage():
-            return raw_counts(device, *_parse_numbers("--range", ends, "250 or 250,2"))
+        return raw_counts(device, *_parse_numbers("--range", ends, "250 or 250,2"))
     if scale is None:
         return None
     first, *more = _parse_numbers("--scale", scale, "0.0076, 1/131 or 1/131,1/16384")

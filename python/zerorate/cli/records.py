@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from zerorate.cli.errors import read_faults
 from zerorate.io import split_log
 from zerorate.io.formats import LogSource
 
@@ -33,8 +32,7 @@ def records(log: Path, group_by: str | int | None) -> Sequence[Record]:
     """Return the records in a file: itself, or one for each value in a column."""
     if group_by is None:
         return [Record(log)]
-    with read_faults():
-        parts = split_log(log, group_by)
+    parts = split_log(log, group_by)
     endings: dict[str, None] = {}
     for name in parts:
         ending = "-" + re.sub(r"[^\w.-]+", "_", name)[:40]

@@ -7,7 +7,7 @@ from typing import Annotated, Final, TypeAlias
 import numpy as np
 import typer
 
-from zerorate.cli.errors import UsageFault, as_usage, require, writing
+from zerorate.cli.errors import UsageFault, require
 from zerorate.cli.options import OUTPUT, Force
 from zerorate.cli.outputs import check_outputs, progress_bar
 from zerorate.io import write_log
@@ -96,15 +96,14 @@ def simulate(
             "simulate needs a gyro and a file, such as simulate MPU-6050 -o gyro.csv; "
             "simulate --list shows the gyros"
         )
-    with as_usage():
-        gyro = find_device(device)
+    gyro = find_device(device)
     paths = _checked_paths(output, force)
     with progress_bar() as progress:
         progress("simulating", 0.0)
         length = _DURATION if duration is None else duration
         data = simulated(gyro, rate, length, seed, len(AXES) if axes is None else axes)
         progress("writing", 0.5)
-        with writing(), together(paths, force) as temporary:
+        with together(paths, force) as temporary:
             for values, stem, path in zip(data, ("gyro", "drift"), temporary, strict=True):
                 write_log(_log(values, stem, rate, gyro), path)
     print("\n".join(f"wrote {path}" for path in paths))
@@ -133,12 +132,11 @@ def _simulate_session(
     paths = _checked_paths(output, force, _OF_SESSIONS, ".json")
     with progress_bar() as progress:
         progress("simulating", 0.0)
-        with as_usage():
-            by_temperature = () if course is None else np.radians(_BY_TEMPERATURE)
-            errors = GyroErrors(noise=find_device(device), temperature=by_temperature)
-            session = simulate_session(poses, seed=seed, rate=rate, gyro=errors, temperature=course)
+        by_temperature = () if course is None else np.radians(_BY_TEMPERATURE)
+        errors = GyroErrors(noise=find_device(device), temperature=by_temperature)
+        session = simulate_session(poses, seed=seed, rate=rate, gyro=errors, temperature=course)
         progress("writing", 0.5)
-        with writing(), together(paths, force) as (log_path, truth_path):
+        with together(paths, force) as (log_path, truth_path):
             gyro, *others = session.recording.values()
             extra = {n: x for log in others for n, x in zip(log.names, log.data.T, strict=True)}
             write_log(replace(gyro, extra=extra), log_path)
@@ -150,8 +148,7 @@ def simulated(
     gyro: Device, rate: float, duration: float, seed: int, axes: int
 ) -> tuple[Floats, Floats]:
     """Return signal and true drift, shape (n, axes), rad/s, or raise a usage fault."""
-    with as_usage():
-        return run_simulation(gyro, rate, duration, seed, axes=axes)
+    return run_simulation(gyro, rate, duration, seed, axes=axes)
 
 
 def _two_numbers(option: str, text: str) -> tuple[float, float]:
