@@ -81,7 +81,7 @@ class Rotations(Result):
     @property
     def angles(self) -> Floats:
         """Angle by which each sensor is turned, shape (N,), deg, 0 to 180."""
-        return np.rad2deg(quaternions.angle(quaternions.of_matrices(self.matrices)))
+        return np.rad2deg(quaternions.angle(quaternions.from_matrices(self.matrices)))
 
     def of(self, labels: Sequence[str]) -> Floats:
         """Return the matrices of sensors in this order, shape (N, 3, 3); ValueError without one."""
@@ -469,7 +469,4 @@ def _of_quaternion(label: str, q: Floats) -> Floats:
     length = float(np.linalg.norm(q))
     if abs(length - 1.0) > _UNIT_LENGTH:
         raise ValueError(f"the quaternion of '{label}' must have length 1, got {length:.4g}")
-    w, x, y, z = q / length
-    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    matrix: Floats = np.eye(3) + 2.0 * w * across + 2.0 * across @ across
-    return matrix
+    return quaternions.to_matrices(q / length)

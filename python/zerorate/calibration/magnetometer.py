@@ -26,6 +26,7 @@ from zerorate.calibration.magnet.ticks import Ticks, ticks_of
 from zerorate.calibration.parameters import Matrix, Vector
 from zerorate.faults import ArgumentError
 from zerorate.geometry import EarthField, earth_field
+from zerorate.geometry.rotations import to_matrices
 from zerorate.noise.coefficient import Coefficient
 from zerorate.record import Log, LogError, Recording
 from zerorate.record.samples import Samples
@@ -491,7 +492,7 @@ def _by_gyro(recording: Recording, gyro: str, log: Log, one: bool) -> Magnetomet
     attitude = Attitude(samples.log.rate, mag=False)
     turned = attitude.smooth(samples.gyro, samples.accel, dt=samples.dt)["quaternion"]
     begin = float(samples.time[0])
-    ticks = ticks_of(samples.time - begin, _matrices(turned), samples.mag if problems else mag)
+    ticks = ticks_of(samples.time - begin, to_matrices(turned), samples.mag if problems else mag)
     _check_length(ticks.n / 10.0)
     found = None if problems else chosen(ticks, spans_of(ticks), one)
     if found is not None and _size(found) < _WEAK:
@@ -605,16 +606,6 @@ def _evenness(samples: Floats) -> tuple[float, float]:
     size = float(np.median(sizes))
     low, high = np.quantile(sizes, (0.159, 0.841))
     return size, float(high - low) / 2.0 / max(size, 1e-12)
-
-
-def _matrices(q: Floats) -> Floats:
-    w, x, y, z = q.T
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-    return np.array(rows).transpose(2, 0, 1)
 
 
 def _size(found: Chosen) -> float:

@@ -12,8 +12,8 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from zerorate.faults import given, said
+from zerorate.geometry.rotations import from_euler_angles
 from zerorate.io.readers.dataflash import DataFlash, Message, binary, textual
-from zerorate.io.readers.turns import quaternions
 from zerorate.io.table import Column, Content, Metadata, Table
 from zerorate.record.log import FORWARD_RIGHT_DOWN, LogError
 from zerorate.record.names import looks_like_gyro
@@ -141,13 +141,13 @@ def _attitude(message: Message) -> _Columns:
 
 
 def _part(quaternions: Callable[[], Floats], component: int) -> Column:
-    return np.asarray(quaternions()[component])
+    return np.asarray(quaternions()[:, component])
 
 
 def _quaternions(message: Message) -> Floats:
     with np.errstate(invalid="ignore", over="ignore"):
         angles = [np.radians(message[name].astype(np.float64)) for name in _ANGLES]
-    return quaternions(*angles)
+    return from_euler_angles(*angles)
 
 
 class _Sensor(NamedTuple):
