@@ -13,6 +13,7 @@ from zerorate.faults import ArgumentError, given, said
 from zerorate.geometry.earth import earth_rate
 from zerorate.geometry.rotations import from_euler_angles, inverse, rotate
 from zerorate.record import LogError, Recording
+from zerorate.record.runs import runs
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
@@ -213,10 +214,9 @@ def _steady(samples: Samples, first: float, last: float) -> tuple[float, float]:
     off = np.abs(means - np.median(means[known], axis=0))
     off[~known] = 0.0
     limit = np.maximum(_STEADY * _OF_MEDIAN * np.median(off[known], axis=0), _SMALL)
-    edges = np.flatnonzero(np.diff((off <= limit).all(axis=1), prepend=False, append=False))
-    runs = edges.reshape(-1, 2)
+    steady = runs((off <= limit).all(axis=1))
     # A cruise with a slow turn is steady too, and longer: the vehicle rests before it moves.
-    long = runs[runs[:, 1] - runs[:, 0] >= _REST]
+    long = steady[steady[:, 1] - steady[:, 0] >= _REST]
     a, b = long[0] if len(long) else (0, 0)
     if (a, b) == (0, seconds):
         return first, last
