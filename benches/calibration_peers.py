@@ -42,8 +42,8 @@ def with_axis_up(name, tilt):
     z = np.array([0.0, 0.0, 1.0])
     axis, cosine = np.cross(up, z), up @ z
     vector = axis * (np.pi / 2.0) if cosine > -0.5 else np.array([np.pi, 0.0, 0.0])
-    q = rotations.of_rotation_vectors(vector)
-    return rotations.product(rotations.of_rotation_vectors(tilt), q)
+    q = rotations.from_rotation_vectors(vector)
+    return rotations.product(rotations.from_rotation_vectors(tilt), q)
 
 
 def motion(wrong, seed):
@@ -57,7 +57,7 @@ def motion(wrong, seed):
         turns.append(vector)
         names.append(name)
         rests.append(rest)
-        q = rotations.unit(rotations.product(q, rotations.of_rotation_vectors(vector)))
+        q = rotations.unit(rotations.product(q, rotations.from_rotation_vectors(vector)))
 
     for name in POSES:
         if name != "z_p":

@@ -27,7 +27,7 @@ def coning(t, beta=0.1, pulse=10.0):
     along = np.full(t.size, 2.0 * math.sin(beta / 2.0) ** 2)
     rates = pulse * np.column_stack((-math.sin(beta) * sin, math.sin(beta) * cos, -along))
     axis = np.column_stack((cos, sin, np.zeros(t.size)))
-    return rates, rotations.of_rotation_vectors(beta * axis)
+    return rates, rotations.from_rotation_vectors(beta * axis)
 
 
 def off(orientation, truth):
@@ -72,7 +72,7 @@ class TestThreeAxes:
         axis = np.array([2.0, -1.0, 2.0]) / 3.0
         found = zr.integrate(rate[:, None] * axis, RATE, method)
         angle = zr.integrate(rate, RATE, method).angle
-        expected = rotations.of_rotation_vectors(angle[:, None] * axis)
+        expected = rotations.from_rotation_vectors(angle[:, None] * axis)
         np.testing.assert_allclose(found.quaternion, expected, atol=1e-12)
         np.testing.assert_allclose(found.angle, np.abs(angle), atol=1e-7)
 

@@ -73,7 +73,7 @@ class TestOrientationErrorGrowth:
 
     def test_long_records_equal_a_loop(self):
         rates = body_rates(700)
-        steps = rotations.of_rotation_vectors(rates / RATE)
+        steps = rotations.from_rotation_vectors(rates / RATE)
         # Seven hundred products, each rounded.
         np.testing.assert_allclose(rotations.cumulative_product(steps), turning(rates), atol=1e-13)
 

@@ -9,7 +9,7 @@ import pytest
 
 import zerorate as zr
 from zerorate.geometry.earth import moved
-from zerorate.geometry.rotations import inverse, of_rotation_vectors, product
+from zerorate.geometry.rotations import from_rotation_vectors, inverse, product
 from zerorate.navigation import STATUSES, VERDICTS
 
 GYRO = zr.NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-6)
@@ -44,7 +44,7 @@ def test_errors_are_what_was_added():
         track,
         position=moved(truth, shift),
         velocity=shift + 1.0,
-        quaternion=product(inverse(of_rotation_vectors(turn)), quaternion),
+        quaternion=product(inverse(from_rotation_vectors(turn)), quaternion),
     )
     found = known.errors(truth, np.ones((n, 3)), quaternion)
     np.testing.assert_allclose(found, np.hstack([shift, shift, turn]), atol=1e-6)

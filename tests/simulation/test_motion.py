@@ -7,7 +7,6 @@ import pytest
 
 import zerorate as zr
 from zerorate.geometry import rotations
-from zerorate.simulation.hand import turned
 from zerorate.simulation.trajectories import TRAJECTORIES
 from zerorate.tasks.compare import Trial
 
@@ -21,7 +20,7 @@ def clean(kind, **more):
 
 
 def in_earth(motion, vectors):
-    return turned(motion.quaternion, vectors)
+    return rotations.rotate(motion.quaternion, vectors)
 
 
 @pytest.mark.parametrize("start", ["rest", "motion"])
@@ -31,7 +30,7 @@ class TestConsistency:
         motion = clean(kind, start=start)
         steps = motion.rates / motion.rate
         steps[1:] += np.cross(steps[:-1], steps[1:]) / 12.0
-        turns = rotations.of_rotation_vectors(steps[1:])
+        turns = rotations.from_rotation_vectors(steps[1:])
         followed = rotations.product(motion.quaternion[:-1], turns)
         missed = rotations.angle(
             rotations.product(rotations.inverse(followed), motion.quaternion[1:])

@@ -7,7 +7,6 @@ import pytest
 
 import zerorate as zr
 from zerorate.geometry import rotations
-from zerorate.simulation.hand import turned
 
 EXACT = {
     "gyro": zr.simulation.GyroErrors(noise=None, resolution=0.0),
@@ -34,7 +33,7 @@ def steps(session):
 def directions(session):
     """Which direction of the body is up in each rest."""
     q = session.quaternion[session.rests[:, 0] + 5]
-    return turned(rotations.inverse(q), np.tile(UP, (len(q), 1)))
+    return rotations.rotate(rotations.inverse(q), np.tile(UP, (len(q), 1)))
 
 
 class TestMotion:
@@ -80,7 +79,7 @@ class TestMotion:
     def test_given_poses_are_held(self):
         q = rotations.unit(np.random.default_rng(4).standard_normal((7, 4)))
         as_quaternions = zr.simulation.simulate_session(q, **PERFECT)
-        matrices = np.stack([turned(q, np.tile(e, (7, 1))) for e in np.eye(3)], axis=2)
+        matrices = np.stack([rotations.rotate(q, np.tile(e, (7, 1))) for e in np.eye(3)], axis=2)
         as_matrices = zr.simulation.simulate_session(matrices, **PERFECT)
         held = as_quaternions.quaternion[as_quaternions.rests[:, 0]]
         np.testing.assert_allclose(np.abs(np.sum(held * q, axis=1)), 1.0, atol=1e-12)

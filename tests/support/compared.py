@@ -41,6 +41,6 @@ def oriented(path, n=6000, rest=1500):
     """Write gyros and quaternions of a sensor that turns after a rest."""
     t = np.maximum(np.arange(n) - rest, 0) / RATE
     rates = np.column_stack((np.sin(t), 0.5 * np.sin(1.7 * t), np.zeros(n)))
-    q = rotations.cumulative_product(rotations.of_rotation_vectors(rates / RATE))
+    q = rotations.cumulative_product(rotations.from_rotation_vectors(rates / RATE))
     z = np.degrees(rates) + BIAS + noise(n)
     return write_table(path, gyros(z) | {f"ref_quat_{x}": q[:, i] for i, x in enumerate("wxyz")})

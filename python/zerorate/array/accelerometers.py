@@ -9,6 +9,7 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.array.rotations import sensor_vectors
 from zerorate.faults import ArgumentError
 from zerorate.record.missing import floats
 from zerorate.record.named import in_unit, rate_of
@@ -192,7 +193,7 @@ def fuse_accelerometers(
     [0.   0.   9.81]
     """
     hertz, units = rate_of(rate, rate_fused), _Units.of(gyro_unit, accel_unit)
-    samples = _samples(accel)
+    samples = sensor_vectors("accel", accel)
     n, sensors, _ = samples.shape
     matrices, levers = _rotations(rotations, sensors), _positions(positions, sensors)
     given = _given(weights, sensors)
@@ -339,13 +340,6 @@ def _derivative(omega: Floats, rate: float) -> tuple[Floats, Floats]:
         np.where(known[:, np.newaxis], change, 0.0),
         np.where(known, variance + floor + _STILL**2, 0.0),
     )
-
-
-def _samples(accel: npt.ArrayLike) -> Floats:
-    samples = floats(accel, "accel")
-    if samples.ndim != 3 or samples.shape[2] != 3 or 0 in samples.shape:
-        raise ArgumentError("accel", f"must have shape (n, sensors, 3), got {samples.shape}")
-    return samples
 
 
 def _rates(rate_fused: npt.ArrayLike, n: int) -> Floats:

@@ -81,7 +81,7 @@ class Rotations(Result):
     @property
     def angles(self) -> Floats:
         """Angle by which each sensor is turned, shape (N,), deg, 0 to 180."""
-        return np.rad2deg(quaternions.angle(quaternions.of_matrices(self.matrices)))
+        return np.rad2deg(quaternions.angle(quaternions.from_matrices(self.matrices)))
 
     def of(self, labels: Sequence[str]) -> Floats:
         """Return the matrices of sensors in this order, shape (N, 3, 3); ValueError without one."""
@@ -205,7 +205,7 @@ def find_rotations(
     >>> bool(found.sigma_deg[1] < 0.05)
     True
     """
-    samples, hertz = _samples(z), checked_rate(rate)
+    samples, hertz = sensor_vectors("z", z), checked_rate(rate)
     names = _names(labels, samples.shape[1])
     rates, rest = _without_bias(samples, hertz, unit, limit, names)
     length = max(round(_TICK * hertz), 1)
@@ -287,11 +287,12 @@ class _Pair(NamedTuple):
         return bool(np.linalg.det(u @ v) < 0.0 and mirrored < 0.25 * own)
 
 
-def _samples(z: npt.ArrayLike) -> Floats:
-    samples = floats(z, "z")
-    if samples.ndim != 3 or samples.shape[2] != 3 or 0 in samples.shape:
-        raise ArgumentError("z", f"must have shape (n, sensors, 3), got {samples.shape}")
-    return samples
+def sensor_vectors(name: str, values: npt.ArrayLike) -> Floats:
+    """Return an argument of vectors, shape (n, sensors, 3); ArgumentError for another shape."""
+    vectors = floats(values, name)
+    if vectors.ndim != 3 or vectors.shape[2] != 3 or 0 in vectors.shape:
+        raise ArgumentError(name, f"must have shape (n, sensors, 3), got {vectors.shape}")
+    return vectors
 
 
 def _names(labels: Sequence[str] | None, sensors: int) -> tuple[str, ...]:
@@ -469,7 +470,4 @@ def _of_quaternion(label: str, q: Floats) -> Floats:
     length = float(np.linalg.norm(q))
     if abs(length - 1.0) > _UNIT_LENGTH:
         raise ValueError(f"the quaternion of '{label}' must have length 1, got {length:.4g}")
-    w, x, y, z = q / length
-    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    matrix: Floats = np.eye(3) + 2.0 * w * across + 2.0 * across @ across
-    return matrix
+    return quaternions.to_matrices(q / length)

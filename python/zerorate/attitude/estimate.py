@@ -15,7 +15,7 @@ from zerorate._native import Attitude
 from zerorate.attitude.options import ATTITUDE_METHODS
 from zerorate.faults import ArgumentError, given, said
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
-from zerorate.geometry.rotations import euler_angles, product
+from zerorate.geometry.rotations import about_z, euler_angles, product
 from zerorate.metrics.orientation import (
     Heading,
     OrientationErrors,
@@ -375,9 +375,7 @@ def _check_declination(declination: float, uses_mag: bool) -> None:
 
 def _to_true_north(quaternion: Floats, frame: Frame, declination: float) -> Floats:
     """Return orientations whose north is the true one, which lies west of the magnetic one."""
-    half = -0.5 * declination
-    turn = np.array([math.cos(half), 0.0, 0.0, math.sin(half)])
-    return from_enu(product(turn, in_enu(quaternion, frame)), frame)
+    return from_enu(product(about_z(-declination), in_enu(quaternion, frame)), frame)
 
 
 def _moments(n: int) -> Integers:

@@ -21,6 +21,7 @@ from zerorate.calibration.parameters import (
     estimated,
 )
 from zerorate.faults import ArgumentError
+from zerorate.geometry.rotations import cross_matrices, from_matrices, to_rotation_vectors
 from zerorate.noise.coefficient import NOTHING_KNOWN
 from zerorate.types import Booleans, Floats
 
@@ -124,12 +125,7 @@ def _angles(turned: Floats, rotation: Floats, frame: Frame) -> Floats:
 
 def _by_angles(matrix: Floats) -> Floats:
     """Return the derivative of M [d]x by d, row by row, shape (9, 3)."""
-    return np.stack([(matrix @ _cross(axis)).ravel() for axis in np.eye(3)], axis=1)
-
-
-def _cross(vector: Floats) -> Floats:
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.stack([(matrix @ cross).ravel() for cross in cross_matrices(np.eye(3))], axis=1)
 
 
 def _identifiable(jacobian: Floats, calibration: Calibration) -> Booleans:
@@ -159,7 +155,7 @@ def gyro_to_accel(calibration: Calibration) -> Vector:
     if not np.linalg.det(matrix) > 0.0:
         return NOTHING_KNOWN, NOTHING_KNOWN, NOTHING_KNOWN
     rotation = rotation_of(matrix, "x")
-    vector = -_rotation_vector(rotation)
+    vector = -to_rotation_vectors(from_matrices(rotation[np.newaxis]))[0]
     # C = Q^T, and Exp(d) Q has the transpose Q^T Exp(-d): the right Jacobian of the logarithm.
     angles = _angles(matrix @ rotation.T, rotation, "x")
     by_matrix = -_inverse_right_jacobian(vector) @ angles
@@ -171,27 +167,10 @@ def gyro_to_accel(calibration: Calibration) -> Vector:
     return x, y, z
 
 
-def _rotation_vector(rotation: Floats) -> Floats:
-    """Return the rotation vector of a rotation matrix, angle up to pi."""
-    # The largest component of the quaternion first: sound at every angle.
-    trace = np.trace(rotation)
-    squares = np.append(np.diagonal(rotation) - 0.5 * (trace - 1.0), 0.5 * (trace + 1.0))
-    skew = np.array([rotation[k, j] - rotation[j, k] for j, k in ((1, 2), (2, 0), (0, 1))])
-    products = rotation + rotation.T
-    np.fill_diagonal(products, 2.0 * squares[:3])
-    table = np.vstack((np.column_stack((products, skew)), np.append(skew, 2.0 * squares[3])))
-    quaternion = table[int(np.argmax(squares))]
-    quaternion /= np.linalg.norm(quaternion)
-    quaternion = -quaternion if quaternion[3] < 0.0 else quaternion
-    sine = float(np.linalg.norm(quaternion[:3]))
-    angle = 2.0 * np.arctan2(sine, quaternion[3])
-    return np.asarray(quaternion[:3] * (angle / sine if sine > 0.0 else 2.0))
-
-
 def _inverse_right_jacobian(vector: Floats) -> Floats:
     """Return d log(C Exp(e)) by de at e = 0, shape (3, 3)."""
     angle = float(np.linalg.norm(vector))
-    cross = _cross(vector)
+    cross = cross_matrices(vector)
     half = 0.5 * angle
     # 1/12 is the limit; from 1e-4 rad on the difference keeps eight digits.
     factor = (1.0 - half / np.tan(half)) / angle**2 if angle > 1e-4 else 1.0 / 12.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final, TypeVar, get_args
 
 import numpy as np
@@ -17,11 +16,14 @@ from zerorate.record.exporting import exports
 from zerorate.record.saved import (
     as_json,
     check_format,
-    checked,
     fields_of,
     finite_numbers,
+    from_fields,
+    is_null,
+    number,
     part,
     restored,
+    sentences,
 )
 from zerorate.types import Booleans, Floats
 
@@ -33,7 +35,6 @@ Built = TypeVar("Built", bound="Calibration")
 _FORMAT: Final = "zerorate calibration"
 _VERSION: Final = 1
 _ERRORS: Final = ("norm_error", "norm_error_raw", "carry_error", "carry_error_raw")
-_SENSORS: Final = ("gyro", "accel")
 _SENTENCES: Final = ("problems", "advice", "notes")
 _ROUNDING: Final = 1e-9
 """Part of the larger variance by which a covariance may differ from a sound one."""
@@ -110,8 +111,8 @@ def _arguments(content: object) -> dict[str, Any]:
         raise ValueError(f"frame is {frame!r}, expected one of {', '.join(get_args(Frame))}")
     units, errors = (part(content, name, dict) for name in ("units", "errors"))
     values, identifiable = _estimates(part(content, "parameters", dict))
-    rests = tuple(_record(one, Rest, _REST) for one in part(content, "rests", list))
-    turns = tuple(_record(one, Turn, _TURN) for one in part(content, "turns", list))
+    rests = tuple(from_fields(one, Rest) for one in part(content, "rests", list))
+    turns = tuple(from_fields(one, Turn) for one in part(content, "turns", list))
     for turn in turns:
         if not all(0 <= place < len(rests) for place in turn.rests):
             raise ValueError(f"a turn lies between rests {turn.rests}, of which not both are there")
@@ -126,23 +127,19 @@ def _arguments(content: object) -> dict[str, Any]:
         "frame": frame,
         "rests": rests,
         "turns": turns,
-        **{name: _number(errors, name) for name in _ERRORS},
+        **{name: number(errors, name) for name in _ERRORS},
         "held_out": part(errors, "held_out", bool),
-        **{name: _sentences(content, name) for name in _SENTENCES},
+        **{name: sentences(content, name) for name in _SENTENCES},
         "temperature": None
-        if _none(content, "temperature")
+        if is_null(content, "temperature")
         else part(content, "temperature", float),
         "temperature_model": _temperature_model(content),
-        "origin": _origin(part(content, "origin", dict)),
+        "origin": from_fields(part(content, "origin", dict), Origin),
     }
 
 
-def _origin(found: dict[str, Any]) -> Origin:
-    return Origin(part(found, "source", str), *(_sentences(found, name) for name in _SENSORS))
-
-
 def _temperature_model(content: object) -> Any:  # noqa: ANN401
-    if _none(content, "temperature_model"):
+    if is_null(content, "temperature_model"):
         return None
     from zerorate.calibration.temperature import TemperatureModel
 
@@ -168,17 +165,6 @@ def _covariance(rows: list[Any]) -> Floats:
     return covariance
 
 
-def _vector(record: object, name: str) -> Floats:
-    listed = part(record, name, list)
-    if len(listed) != 3:
-        raise ValueError(f"{name!r} must have three numbers, got {listed!r}")
-    return np.array([np.nan if one is None else checked(name, one, float) for one in listed])
-
-
-def _record(entry: object, build: Callable[..., Any], readers: _Readers) -> Any:  # noqa: ANN401
-    return build(**{name: read(entry, name) for name, read in readers.items()})
-
-
 def _units(units: object, sensor: str) -> tuple[str, str]:
     pair = part(units, sensor, dict)
     return part(pair, "raw", str), part(pair, "corrected", str)
@@ -189,62 +175,3 @@ def _positive(content: object, name: str) -> float:
     if not 0.0 < found < math.inf:
         raise ValueError(f"{name!r} must be a positive number, got {found}")
     return found
-
-
-def _number(content: object, name: str) -> float:
-    return math.nan if _none(content, name) else float(part(content, name, float))
-
-
-def _whole(content: object, name: str) -> int:
-    return int(part(content, name, int))
-
-
-def _flag(content: object, name: str) -> bool:
-    return bool(part(content, name, bool))
-
-
-def _word(content: object, name: str) -> str:
-    return str(part(content, name, str))
-
-
-def _pair(content: object, name: str) -> tuple[int, int]:
-    listed = part(content, name, list)
-    if len(listed) != 2:
-        raise ValueError(f"{name!r} must be two whole numbers, got {listed!r}")
-    first, second = (int(checked(name, one, int)) for one in listed)
-    return first, second
-
-
-def _sentences(content: object, name: str) -> tuple[str, ...]:
-    return tuple(str(checked(name, one, str)) for one in part(content, name, list))
-
-
-def _none(content: object, key: str) -> bool:
-    return isinstance(content, dict) and key in content and content[key] is None
-
-
-_Readers = Mapping[str, Callable[[object, str], Any]]
-_COMMON: Final[_Readers] = {
-    "start": _number,
-    "stop": _number,
-    "first": _whole,
-    "last": _whole,
-    "used": _flag,
-    "reason": _word,
-}
-_REST: Final[_Readers] = {
-    **_COMMON,
-    "accel": _vector,
-    "gyro": _vector,
-    "accel_sigma": _vector,
-    "direction": _vector,
-    "norm_error": _number,
-}
-_TURN: Final[_Readers] = {
-    **_COMMON,
-    "rests": _pair,
-    "angle": _number,
-    "axis": _vector,
-    "residual": _number,
-    "residual_raw": _number,
-}

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from dataclasses import field as _default
 from importlib.util import find_spec
 from itertools import pairwise
-from pathlib import Path
 from typing import Any, Final, Literal, Self
 
 import numpy as np
@@ -26,10 +24,12 @@ from zerorate.calibration.magnet.ticks import Ticks, ticks_of
 from zerorate.calibration.parameters import Matrix, Vector
 from zerorate.faults import ArgumentError
 from zerorate.geometry import EarthField, earth_field
+from zerorate.geometry.rotations import to_matrices
 from zerorate.noise.coefficient import Coefficient
+from zerorate.noise.exports import written
 from zerorate.record import Log, LogError, Recording
 from zerorate.record.samples import Samples
-from zerorate.record.saved import check_format, restored
+from zerorate.record.saved import as_json, check_format, restored
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
@@ -37,6 +37,11 @@ MagnetometerModel = Literal["none", "b", "b+scale", "b+symmetric"]
 
 _FORMAT: Final = "zerorate magnetometer calibration"
 _VERSION: Final = 1
+_COEFFICIENTS: Final = ("hard_iron", "rotation", "soft_iron", "field", "dip")
+_PLAIN: Final = (
+    *("covariance", "elements", "residual", "norm", "unit"),
+    *("problems", "advice", "notes", "source"),
+)
 _SHORTEST: Final = 100
 """Ticks that a record must have."""
 _WEAK: Final = 0.2
@@ -302,22 +307,16 @@ class MagnetometerCalibration(Result):
 
     def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the calibration as JSON, exact to the last bit, and write it where told."""
-        content: dict[str, Any] = {"format": _FORMAT, "version": _VERSION}
-        for name in ("hard_iron", "rotation"):
-            content[name] = [_listed(one) for one in getattr(self, name)]
-        content["soft_iron"] = [[_listed(one) for one in row] for row in self.soft_iron]
-        content |= {"field": _listed(self.field), "dip": _listed(self.dip), "model": self.model}
-        content["spans"] = [asdict(span) for span in self.spans]
-        content["groups"] = [asdict(group) for group in self.groups]
-        content["covariance"] = self.covariance.tolist()
-        content["elements"] = self.elements.tolist()
-        content["residual"] = [x if np.isfinite(x) else None for x in self.residual.tolist()]
-        for name in ("norm", "unit", "problems", "advice", "notes", "source"):
-            content[name] = getattr(self, name)
-        text = json.dumps(content, indent=2, allow_nan=False) + "\n"
-        if path is not None:
-            Path(path).write_text(text, encoding="utf-8")
-        return text
+        content = {
+            "format": _FORMAT,
+            "version": _VERSION,
+            **{name: _listed(getattr(self, name)) for name in _COEFFICIENTS},
+            "model": self.model,
+            "spans": [asdict(span) for span in self.spans],
+            "groups": [asdict(group) for group in self.groups],
+            **{name: getattr(self, name) for name in _PLAIN},
+        }
+        return written(as_json(content), path, force=True)
 
     @classmethod
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
@@ -328,10 +327,7 @@ class MagnetometerCalibration(Result):
     def _built(cls, content: Any) -> Self:  # noqa: ANN401
         check_format(content, _FORMAT, _VERSION)
         found = {k: v for k, v in content.items() if k not in ("format", "version")}
-        for name in ("hard_iron", "rotation"):
-            found[name] = tuple(_read(one) for one in found[name])
-        found["soft_iron"] = tuple(tuple(_read(one) for one in row) for row in found["soft_iron"])
-        found |= {"field": _read(found["field"]), "dip": _read(found["dip"])}
+        found |= {name: _read(found[name]) for name in _COEFFICIENTS}
         found["spans"] = tuple(Span(**one) for one in found["spans"])
         groups = [one | {"hard_iron": tuple(one["hard_iron"])} for one in found["groups"]]
         found["groups"] = tuple(IronGroup(**one) for one in groups)
@@ -349,12 +345,16 @@ class MagnetometerCalibration(Result):
         return f"MagnetometerCalibration({state}; {len(self.spans)} spans)"
 
 
-def _listed(one: Coefficient) -> list[Any]:
-    bound = one.upper_bound if np.isfinite(one.upper_bound) else None
-    return [one.value, one.sigma, one.identifiable, bound]
+def _listed(one: Any) -> list[Any]:  # noqa: ANN401
+    """Return the parts of a coefficient, or of each in nested tuples."""
+    if isinstance(one, tuple):
+        return [_listed(inner) for inner in one]
+    return [one.value, one.sigma, one.identifiable, one.upper_bound]
 
 
-def _read(listed: list[Any]) -> Coefficient:
+def _read(listed: list[Any]) -> Any:  # noqa: ANN401
+    if any(isinstance(inner, list) for inner in listed):
+        return tuple(_read(inner) for inner in listed)
     value, sigma, identifiable, bound = listed
     return Coefficient(value, sigma, identifiable, np.inf if bound is None else bound)
 
@@ -491,7 +491,7 @@ def _by_gyro(recording: Recording, gyro: str, log: Log, one: bool) -> Magnetomet
     attitude = Attitude(samples.log.rate, mag=False)
     turned = attitude.smooth(samples.gyro, samples.accel, dt=samples.dt)["quaternion"]
     begin = float(samples.time[0])
-    ticks = ticks_of(samples.time - begin, _matrices(turned), samples.mag if problems else mag)
+    ticks = ticks_of(samples.time - begin, to_matrices(turned), samples.mag if problems else mag)
     _check_length(ticks.n / 10.0)
     found = None if problems else chosen(ticks, spans_of(ticks), one)
     if found is not None and _size(found) < _WEAK:
@@ -605,16 +605,6 @@ def _evenness(samples: Floats) -> tuple[float, float]:
     size = float(np.median(sizes))
     low, high = np.quantile(sizes, (0.159, 0.841))
     return size, float(high - low) / 2.0 / max(size, 1e-12)
-
-
-def _matrices(q: Floats) -> Floats:
-    w, x, y, z = q.T
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-    return np.array(rows).transpose(2, 0, 1)
 
 
 def _size(found: Chosen) -> float:

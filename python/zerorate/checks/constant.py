@@ -10,6 +10,7 @@ import numpy as np
 
 from zerorate.record.log import Log
 from zerorate.record.recording import Recording
+from zerorate.record.runs import runs
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
 
@@ -149,8 +150,7 @@ def _turned(rates: Log) -> tuple[Floats, Floats]:
 def _equal_rows(data: Floats) -> Iterator[tuple[int, int]]:
     """Yield the first row and the one after the last of each run of equal rows."""
     same = np.concatenate(([False], (data[1:] == data[:-1]).all(axis=1)))
-    edges = np.flatnonzero(np.diff(same, prepend=False, append=False)).reshape(-1, 2)
-    yield from ((first - 1, last) for first, last in edges.tolist())
+    yield from ((first - 1, last) for first, last in runs(same).tolist())
 
 
 def _is_frozen(field: Log, turned: tuple[Floats, Floats], first: int, last: int) -> bool:

@@ -18,6 +18,7 @@ from zerorate.findings.rests import means, spans
 from zerorate.numerals import with_error
 from zerorate.record.log import Log
 from zerorate.record.recording import Recording
+from zerorate.record.runs import runs
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
 
@@ -166,11 +167,9 @@ def _trust(gyro: Sensor, course: Course) -> Iterator[Finding]:
 
 def _runs(times: Floats, where: Booleans) -> Spans:
     """Return from when to when something holds, those next to each other as one."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]])))
-    pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
     return tuple(
         (round(max(0.0, float(times[a]) - _STEP), 3), round(float(times[b - 1]), 3))
-        for a, b in pairs
+        for a, b in runs(where).tolist()
     )
 
 

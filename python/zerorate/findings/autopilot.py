@@ -13,6 +13,7 @@ from zerorate.findings.imus import beginning
 from zerorate.findings.limits import LIMITS
 from zerorate.record.log import LogError
 from zerorate.record.recording import Recording
+from zerorate.record.runs import runs
 from zerorate.record.supplement import TableColumns
 from zerorate.types import Booleans, Floats
 
@@ -124,6 +125,6 @@ def _clips(name: str, sensor: str, counts: Floats, times: Floats) -> Finding:
 
 def _spans(times: Floats, where: Booleans) -> Spans:
     """Return from which row to which something holds, without a break."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]])))
-    pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
-    return tuple((round(float(times[a]), 3), round(float(times[b - 1]), 3)) for a, b in pairs)
+    return tuple(
+        (round(float(times[a]), 3), round(float(times[b - 1]), 3)) for a, b in runs(where).tolist()
+    )

@@ -12,6 +12,7 @@ from zerorate.findings.finding import Finding, Spans, counted
 from zerorate.findings.imus import Imu, Sensor
 from zerorate.findings.limits import LIMITS, Severity
 from zerorate.record.clock import ClockReport
+from zerorate.record.runs import runs
 from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The clock"
@@ -80,8 +81,8 @@ def _missing(one: Sensor) -> Iterator[Finding]:
     lost = np.asarray(np.isnan(one.log.data).all(axis=1))
     if not lost.any():
         return
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]])))
-    firsts, lengths = edges[::2], edges[1::2] - edges[::2]
+    firsts, stops = runs(lost).T
+    lengths = stops - firsts
     longest = max(1.0, 20.0 / one.log.rate)
     long = lengths / one.log.rate > longest
     yield from _breaks(one, firsts[long], lengths[long])

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from zerorate.record.log import Log, LogError
 from zerorate.record.recording import Recording
+from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import UNITS, convert
 
@@ -68,17 +69,12 @@ class Sensor:
 
     def spans(self, rows: Integers, joined: float = 0.0) -> tuple[tuple[float, float], ...]:
         """Return the seconds of some rows, those next to each other as one."""
-        if not rows.size:
-            return ()
-        near = max(1, round(joined * self.log.rate))
-        ends = np.flatnonzero(np.diff(rows) > near)
-        firsts, lasts = rows[np.append(0, ends + 1)], rows[np.append(ends, rows.size - 1)]
+        pairs = runs_of_rows(rows, max(1, round(joined * self.log.rate))).tolist()
         times, period = self.log.sampled, 1.0 / self.log.rate
-        pairs = zip(firsts.tolist(), lasts.tolist(), strict=True)
         return tuple(
             (
                 round(float(times[a]) - self.start, 6),
-                round(float(times[b]) - self.start + period, 6),
+                round(float(times[b - 1]) - self.start + period, 6),
             )
             for a, b in pairs
         )
@@ -163,9 +159,7 @@ class Imu:
     @cached_property
     def rests(self) -> tuple[Rest, ...]:
         """Its rests of two seconds and more."""
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], self.still, [False]])))
-        pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
-        return tuple(Rest(a, b) for a, b in pairs if b - a >= _STILL)
+        return tuple(Rest(a, b) for a, b in runs(self.still).tolist() if b - a >= _STILL)
 
 
 def _quiet(scatter: Floats, there: Booleans, most: float, least: float) -> Booleans:

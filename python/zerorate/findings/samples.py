@@ -14,6 +14,7 @@ from zerorate.findings.imus import BLOCK, Imu, Sensor
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.stops import Stop, stop_of
 from zerorate.record.clock import ClockReport
+from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The samples"
@@ -160,20 +161,17 @@ def _places(one: Sensor, stops: Mapping[str, Stop]) -> str:
 
 def _longest(rows: Integers) -> int:
     """Return the longest run of rows next to each other."""
-    if not rows.size:
-        return 0
-    ends = np.append(np.flatnonzero(np.diff(rows) > 1), rows.size - 1)
-    return int(np.diff(np.append(-1, ends)).max())
+    first, stop = runs_of_rows(rows).T
+    return int((stop - first).max(initial=0))
 
 
-def _runs(same: Booleans) -> tuple[int, int]:
+def _longest_equal(same: Booleans) -> tuple[int, int]:
     """Return the first sample and the length of the longest run of equal samples."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]])))
-    if not edges.size:
+    first, stop = runs(same).T
+    if not first.size:
         return 0, 1
-    lengths = edges[1::2] - edges[::2]
-    best = int(np.argmax(lengths))
-    return int(edges[2 * best]), int(lengths[best]) + 1
+    best = int(np.argmax(stop - first))
+    return int(first[best]), int(stop[best] - first[best]) + 1
 
 
 def _equal(one: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
@@ -182,13 +180,13 @@ def _equal(one: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
     for axis in range(3):
         np.equal(data[1:, axis], data[:-1, axis], out=repeats[:, axis])
     together = np.asarray(repeats.all(axis=1))
-    first, length = _runs(together)
+    first, length = _longest_equal(together)
     kind = LIMITS["equal samples"]
     if length >= kind.look and _usual(together, first, length, one.log.rate) <= 0.3:
         yield _stuck(one, "all axes", first, length)
         return
     for axis in range(3):
-        first, length = _runs(repeats[:, axis])
+        first, length = _longest_equal(repeats[:, axis])
         if length >= _RUN and _is_stuck(one, repeats[:, axis], axis, first, length, steps):
             yield _stuck(one, f"axis {_AXES[axis]}", first, length)
 

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
 
 _FEWEST: Final = 100
@@ -44,7 +45,7 @@ class Stop(NamedTuple):
     hard: bool
 
 
-class _Runs(NamedTuple):
+class _Plateaus(NamedTuple):
     """First and last rows of runs, and how far the samples before and after lie beneath."""
 
     first: Integers
@@ -93,15 +94,15 @@ def _hard(column: Floats, others: Floats, most: float, reach: float, step: float
     rows = np.flatnonzero(column >= most - 0.5 * quantum)
     if rows.size < _RUN:
         return None
-    runs = _runs(column, rows, most)
+    plateaus = _plateaus(column, rows, most)
     found = (
-        _has_corners(runs, quantum)
-        or _is_long(column, runs, quantum)
-        or _is_many(column, runs, reach, quantum)
+        _has_corners(plateaus, quantum)
+        or _is_long(column, plateaus, quantum)
+        or _is_many(column, plateaus, reach, quantum)
     )
-    if not found or _stands(others, rows) or _repeats(runs, reach, quantum):
+    if not found or _stands(others, rows) or _repeats(plateaus, reach, quantum):
         return None
-    return Stop(rows, int(runs.length.max()), most, True)
+    return Stop(rows, int(plateaus.length.max()), most, True)
 
 
 def _gap(column: Floats, most: float, reach: float) -> float:
@@ -114,29 +115,28 @@ def _gap(column: Floats, most: float, reach: float) -> float:
     return float(steps.min()) if steps.size else 0.0
 
 
-def _runs(column: Floats, rows: Integers, most: float) -> _Runs:
-    ends = np.flatnonzero(np.diff(rows) > 1)
-    first, last = rows[np.append(0, ends + 1)], rows[np.append(ends, rows.size - 1)]
+def _plateaus(column: Floats, rows: Integers, most: float) -> _Plateaus:
+    first, stop = runs_of_rows(rows).T
     around = np.concatenate([[np.nan], column, [np.nan]])
-    return _Runs(first, last, most - around[first], most - around[last + 2])
+    return _Plateaus(first, stop - 1, most - around[first], most - around[stop + 1])
 
 
-def _has_corners(runs: _Runs, quantum: float) -> bool:
+def _has_corners(plateaus: _Plateaus, quantum: float) -> bool:
     """Whether a plateau begins and ends as no parabola does that is so flat in the middle.
 
     One that stays within a step for L samples is, one sample further, at most
     ((L + 1) / (L − 1))² steps beneath.
     """
-    long = runs.length >= _RUN
-    length = runs.length[long].astype(np.float64)
+    long = plateaus.length >= _RUN
+    length = plateaus.length[long].astype(np.float64)
     bound = _CORNER * quantum * np.square((length + 1.0) / (length - 1.0))
-    lower = np.minimum(runs.before[long], runs.after[long])
+    lower = np.minimum(plateaus.before[long], plateaus.after[long])
     return bool((lower > bound).any())
 
 
-def _is_long(column: Floats, runs: _Runs, quantum: float) -> bool:
+def _is_long(column: Floats, plateaus: _Plateaus, quantum: float) -> bool:
     """Whether a run is longer than chance makes it as often as neighbours are equal elsewhere."""
-    length = int(runs.length.max())
+    length = int(plateaus.length.max())
     least = np.nanmin(column)
     same = np.abs(np.diff(column)) < 0.5 * quantum
     inside = (column[1:] < np.nanmax(column) - 0.5 * quantum) & (column[1:] > least + 0.5 * quantum)
@@ -146,9 +146,9 @@ def _is_long(column: Floats, runs: _Runs, quantum: float) -> bool:
     return length >= _RUN and bool(column.size * usual ** (length - 1) < _CHANCE)
 
 
-def _is_many(column: Floats, runs: _Runs, reach: float, quantum: float) -> bool:
+def _is_many(column: Floats, plateaus: _Plateaus, reach: float, quantum: float) -> bool:
     """Whether more samples equal the largest than the bins beneath let expect."""
-    count, off = int(runs.length.sum()), np.fmax(runs.before, runs.after)
+    count, off = int(plateaus.length.sum()), np.fmax(plateaus.before, plateaus.after)
     # Where noise is less than a step, a rest flickers between neighbours.
     if not np.median(off[np.isfinite(off)]) >= 3.0 * quantum:
         return False
@@ -178,9 +178,9 @@ def _stands(others: Floats, rows: Integers) -> bool:
     return bool(np.mean(changes) < 0.3)
 
 
-def _repeats(runs: _Runs, reach: float, quantum: float) -> bool:
-    """Whether most runs have the same samples beside them: a motion that repeats exactly."""
-    sides = np.stack([runs.before, runs.after], axis=1)
+def _repeats(plateaus: _Plateaus, reach: float, quantum: float) -> bool:
+    """Whether most plateaus have the same samples beside them: a motion that repeats exactly."""
+    sides = np.stack([plateaus.before, plateaus.after], axis=1)
     sides = np.sort(sides[np.isfinite(sides).all(axis=1)], axis=1)
     if len(sides) < _RUN:
         return False
@@ -194,8 +194,8 @@ def _soft(column: Floats, most: float, reach: float, rate: float) -> Stop | None
     inside = column >= most - height
     if np.count_nonzero(inside) < _RUN * _TOUCHES:
         return None
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]])))
-    first, last = edges[::2], edges[1::2] - 1
+    first, stop = runs(inside).T
+    last = stop - 1
     kept = (first >= 2) & (last < len(column) - 2) & (last - first + 1 <= _LONGEST * rate)
     first, last = first[kept], last[kept]
     if first.size < _TOUCHES:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
 from zerorate.foot.foot import FootTrack
-from zerorate.geometry.rotations import of_rotation_vectors, product
+from zerorate.geometry.rotations import from_rotation_vectors, product
 from zerorate.views import Result
 
 if TYPE_CHECKING:
@@ -249,7 +249,7 @@ class _Foot:
         position[:, 0], position[:, 1] = z.real, z.imag
         about = np.zeros((track.n, 3))
         about[:, 2] = turned + np.angle(turn)
-        spin = of_rotation_vectors(about)
+        spin = from_rotation_vectors(about)
         for column, i in ((0, 0), (1, 1), (8, 2)):
             told = np.sqrt(np.maximum(np.interp(track.time, times, covariances[:, i, i]), 0.0))
             sigma[:, column] = np.where(self.known, told, sigma[:, column])

@@ -1,8 +1,10 @@
 """Unit quaternions w, x, y, z in arrays of shape (..., 4)."""
 
+import math
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
 from zerorate.types import Floats
 
@@ -10,14 +12,14 @@ _BLOCK: Final = 256
 _IDENTITY: Final = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-def of_rotation_vectors(vectors: Floats) -> Floats:
+def from_rotation_vectors(vectors: Floats) -> Floats:
     """Return the rotations about vectors of shape (..., 3) by their lengths in rad."""
     half = 0.5 * np.linalg.norm(vectors, axis=-1, keepdims=True)
     # numpy's sinc is sin(pi x) / (pi x), and 1 at 0.
     return np.concatenate((np.cos(half), 0.5 * np.sinc(half / np.pi) * vectors), axis=-1)
 
 
-def of_matrices(matrices: Floats) -> Floats:
+def from_matrices(matrices: Floats) -> Floats:
     """Return the rotations of matrices of shape (m, 3, 3), from the largest column of 4 q q'."""
     across = matrices.transpose(0, 2, 1)
     trace = np.trace(matrices, axis1=1, axis2=2)[:, None, None]
@@ -28,6 +30,61 @@ def of_matrices(matrices: Floats) -> Floats:
     outer[:, 1:, 0] = outer[:, 0, 1:]
     largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
     return unit(outer[np.arange(len(matrices)), largest])
+
+
+def from_euler_angles(roll: npt.ArrayLike, pitch: npt.ArrayLike, yaw: npt.ArrayLike) -> Floats:
+    """Return the rotations by yaw, then pitch, then roll, rad, of shape (..., 4)."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        half = [np.asarray(angle, np.float64) / 2 for angle in (roll, pitch, yaw)]
+        (cr, cp, cy), (sr, sp, sy) = map(np.cos, half), map(np.sin, half)
+    parts = (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+    return np.stack(parts, axis=-1)
+
+
+def about_z(angle: float) -> Floats:
+    """Return the rotation about the third axis by an angle in rad, shape (4,)."""
+    return np.array([math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle)])
+
+
+def to_rotation_vectors(q: Floats) -> Floats:
+    """Return the rotation vectors of quaternions (..., 4), rad, shape (..., 3), at most pi long."""
+    shortest = np.where(q[..., :1] < 0.0, -q, q)
+    sine = np.linalg.norm(shortest[..., 1:], axis=-1, keepdims=True)
+    turned = 2.0 * np.arctan2(sine, shortest[..., :1])
+    ratio = np.where(sine > 0.0, turned / np.where(sine > 0.0, sine, 1.0), 2.0)
+    vectors: Floats = shortest[..., 1:] * ratio
+    return vectors
+
+
+def to_matrices(q: Floats) -> Floats:
+    """Return the rotation matrices of unit quaternions (..., 4), shape (..., 3, 3)."""
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def cross_matrices(vectors: Floats) -> Floats:
+    """Return the matrices of the cross products with vectors (..., 3), shape (..., 3, 3)."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    zero = np.zeros_like(x)
+    rows = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1)
+    return rows.reshape(*vectors.shape[:-1], 3, 3)
+
+
+def rotate(q: Floats, vectors: Floats) -> Floats:
+    """Return vectors (..., 3) rotated by unit quaternions (..., 4); the shapes broadcast."""
+    pure = np.concatenate((np.zeros((*vectors.shape[:-1], 1)), vectors), axis=-1)
+    rotated: Floats = product(product(q, pure), inverse(q))[..., 1:]
+    return rotated
 
 
 def product(p: Floats, q: Floats) -> Floats:

@@ -183,8 +183,7 @@ def _errors(q: Floats, true: Floats, where: npt.ArrayLike | None) -> Floats:
 def _best_turn(error: Floats) -> Floats:
     """Return the rotation about z that is nearest to all, shape (4,)."""
     w, z = error[:, 0], error[:, 3]
-    half = 0.5 * np.arctan2(2.0 * np.sum(w * z), np.sum(w * w) - np.sum(z * z))
-    return np.array([np.cos(half), 0.0, 0.0, np.sin(half)])
+    return rotations.about_z(np.arctan2(2.0 * np.sum(w * z), np.sum(w * w) - np.sum(z * z)))
 
 
 def _as_quaternions(name: str, given: Orientations) -> Floats:
@@ -268,7 +267,7 @@ def orientation_error_growth(
     step = max(1, whole_samples(positive("every", every), hertz))
     missing = np.any(~np.isfinite(w), axis=1)
     vectors = np.where(missing[:, np.newaxis], 0.0, w / hertz)
-    turned = rotations.cumulative_product(rotations.of_rotation_vectors(vectors))
+    turned = rotations.cumulative_product(rotations.from_rotation_vectors(vectors))
     wrong = _Integrated(turned, rotations.unit(reference), np.cumsum(missing))
     return np.array([wrong.after(_samples(h, hertz, len(w)), h, step) for h in horizons])
 

@@ -153,7 +153,7 @@ def ate(
     first, second = _matched(estimate, reference, positive("most_apart", most_apart))
     found, true = _taken(estimate, first), _taken(reference, second)
     turn, shift, scale = _fitted(found, true, align)
-    place = rotated(turn, scale * found.position) + shift
+    place = rotations.rotate(turn, scale * found.position) + shift
     turned = rotations.product(turn, found.quaternion)
     apart = rotations.angle(rotations.product(rotations.inverse(true.quaternion), turned))
     distance = np.linalg.norm(place - true.position, axis=1)
@@ -226,14 +226,6 @@ def rpe(
     return TrackErrors(true.time[end], distance, apart, identity, np.zeros(3), 1.0)
 
 
-def rotated(q: Floats, vectors: Floats) -> Floats:
-    """Return vectors of shape (n, 3) turned by quaternions of shape (4,) or (n, 4)."""
-    w, u = q[..., :1], q[..., 1:]
-    across = np.cross(u, vectors)
-    turned: Floats = vectors + 2.0 * (w * across + np.cross(u, across))
-    return turned
-
-
 def _statistics(values: Floats) -> Statistics:
     if not values.size:
         nan = float("nan")
@@ -286,7 +278,7 @@ def _fitted(found: Poses, true: Poses, align: Alignment) -> tuple[Floats, Floats
         return identity, np.zeros(3), 1.0
     if align == "origin":
         turn = rotations.product(true.quaternion[0], rotations.inverse(found.quaternion[0]))
-        return turn, true.position[0] - rotated(turn, found.position[0]), 1.0
+        return turn, true.position[0] - rotations.rotate(turn, found.position[0]), 1.0
     there = np.isfinite(found.position).all(axis=1) & np.isfinite(true.position).all(axis=1)
     x, y = found.position[there], true.position[there]
     if not len(x):
@@ -296,7 +288,7 @@ def _fitted(found: Poses, true: Poses, align: Alignment) -> tuple[Floats, Floats
         angle = np.arctan2(
             np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a[:, :2] * b[:, :2])
         )
-        turn, scale = np.array([np.cos(0.5 * angle), 0.0, 0.0, np.sin(0.5 * angle)]), 1.0
+        turn, scale = rotations.about_z(angle), 1.0
     else:
         u, d, vt = np.linalg.svd(b.T @ a / len(x))
         if np.count_nonzero(d > np.finfo(float).eps) < 2:
@@ -305,9 +297,9 @@ def _fitted(found: Poses, true: Poses, align: Alignment) -> tuple[Floats, Floats
                 "align='yaw' or 'none'"
             )
         sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
-        turn = rotations.of_matrices((u * sign @ vt)[np.newaxis])[0]
+        turn = rotations.from_matrices((u * sign @ vt)[np.newaxis])[0]
         scale = float(d @ sign / np.mean(np.sum(a**2, axis=1))) if align == "similar" else 1.0
-    return turn, y.mean(axis=0) - rotated(turn, scale * x.mean(axis=0)), scale
+    return turn, y.mean(axis=0) - rotations.rotate(turn, scale * x.mean(axis=0)), scale
 
 
 def _steps(found: Poses, delta: float, unit: str, every: bool) -> tuple[_Places, _Places]:
@@ -352,5 +344,5 @@ def _nearest(course: Floats, delta: float) -> tuple[_Places, _Places]:
 def _step(poses: Poses, begin: _Places, end: _Places) -> tuple[Floats, Floats]:
     """Return translation and rotation of steps, in the axes of the body at their beginning."""
     back = rotations.inverse(poses.quaternion[begin])
-    place = rotated(back, poses.position[end] - poses.position[begin])
+    place = rotations.rotate(back, poses.position[end] - poses.position[begin])
     return place, rotations.product(back, poses.quaternion[end])

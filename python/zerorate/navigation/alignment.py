@@ -11,8 +11,9 @@ import numpy as np
 from zerorate.calibration import find_rests
 from zerorate.faults import ArgumentError, given, said
 from zerorate.geometry.earth import earth_rate
-from zerorate.geometry.rotations import inverse, product
+from zerorate.geometry.rotations import from_euler_angles, inverse, rotate
 from zerorate.record import LogError, Recording
+from zerorate.record.runs import runs
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
@@ -160,7 +161,7 @@ def align(
         latitude=float(latitude),
         heading_known=known,
         course=heading == "course",
-        gyro_bias=rate - _in_body(attitude, earth),
+        gyro_bias=rate - rotate(inverse(attitude), earth),
         accel_bias=np.zeros(3),
         level_sigma=math.hypot(accel_bias_sigma / _GRAVITY, _of_mean(accel, samples) / _GRAVITY),
         heading_sigma=heading_sigma if known else math.pi / 2.0,
@@ -213,10 +214,9 @@ def _steady(samples: Samples, first: float, last: float) -> tuple[float, float]:
     off = np.abs(means - np.median(means[known], axis=0))
     off[~known] = 0.0
     limit = np.maximum(_STEADY * _OF_MEDIAN * np.median(off[known], axis=0), _SMALL)
-    edges = np.flatnonzero(np.diff((off <= limit).all(axis=1), prepend=False, append=False))
-    runs = edges.reshape(-1, 2)
+    steady = runs((off <= limit).all(axis=1))
     # A cruise with a slow turn is steady too, and longer: the vehicle rests before it moves.
-    long = runs[runs[:, 1] - runs[:, 0] >= _REST]
+    long = steady[steady[:, 1] - steady[:, 0] >= _REST]
     a, b = long[0] if len(long) else (0, 0)
     if (a, b) == (0, seconds):
         return first, last
@@ -259,22 +259,7 @@ def leveled(force: Floats, yaw: float) -> Floats:
     """Return the orientation, w, x, y, z, of a body that rests on such a force."""
     fx, fy, fz = (float(x) for x in force)
     roll, pitch = math.atan2(-fy, -fz), math.atan2(fx, math.hypot(fy, fz))
-    (cr, cp, cy), (sr, sp, sy) = (
-        [f(0.5 * angle) for angle in (roll, pitch, yaw)] for f in (math.cos, math.sin)
-    )
-    return np.array(
-        [
-            cr * cp * cy + sr * sp * sy,
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-        ]
-    )
-
-
-def _in_body(attitude: Floats, vector: Floats) -> Floats:
-    turned = product(product(inverse(attitude), np.concatenate(([0.0], vector))), attitude)
-    return turned[1:]
+    return from_euler_angles(roll, pitch, yaw)
 
 
 def _of_mean(values: Floats, samples: Samples) -> float:

@@ -7,6 +7,7 @@ from typing import Final, Literal
 import numpy as np
 
 from zerorate.navigation.windows import Epochs
+from zerorate.record.runs import runs
 from zerorate.record.samples import Samples
 from zerorate.types import Floats
 
@@ -27,10 +28,9 @@ def frozen_spans(
     time = samples.time
     there = np.isfinite(values.sum(axis=1))
     same = np.concatenate(([False], (values[1:] == values[:-1]).all(axis=1))) | ~there
-    edges = np.flatnonzero(np.diff(same, prepend=False, append=False)).reshape(-1, 2)
     spans = []
     moving = epochs.speed > np.maximum(0.2, 3.0 * epochs.sigma)
-    for first, last in edges.tolist():
+    for first, last in runs(same).tolist():
         start, stop = float(time[max(first - 1, 0)]), float(time[last - 1])
         if stop - start < _SECONDS or last - first < _SAMPLES:
             continue

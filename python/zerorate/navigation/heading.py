@@ -11,7 +11,7 @@ import numpy as np
 
 from zerorate._native import NavigationFilter
 from zerorate.geometry.earth import local_ned
-from zerorate.geometry.rotations import cumulative_product, of_rotation_vectors, product
+from zerorate.geometry.rotations import about_z, cumulative_product, from_rotation_vectors, product
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.events import SIGMA_POSITION, SIGMA_VELOCITY, Events
 from zerorate.navigation.windows import Epochs, sigma_of_position
@@ -179,9 +179,7 @@ def _run(
 
 def looking(quaternion: Floats, yaw: float) -> Floats:
     """Return an orientation of heading zero turned to a heading."""
-    turn = np.array([math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)])
-    found: Floats = product(turn, quaternion)
-    return found
+    return product(about_z(yaw), quaternion)
 
 
 def heading_of(q: Floats) -> Floats:
@@ -201,7 +199,7 @@ def _turned(samples: Samples, start: Alignment, piece: slice) -> Floats:
     time = samples.time[piece]
     rate = np.nan_to_num(samples.gyro[piece]) - start.gyro_bias
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)[:, np.newaxis]
-    turns = np.concatenate((start.quaternion[np.newaxis], of_rotation_vectors(steps)))
+    turns = np.concatenate((start.quaternion[np.newaxis], from_rotation_vectors(steps)))
     yaw = np.unwrap(heading_of(cumulative_product(turns)))
     return np.asarray(yaw - yaw[0])
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError, said
-from zerorate.geometry.rotations import inverse, product
+from zerorate.geometry.rotations import rotate
 from zerorate.metrics.channels import positive
 from zerorate.navigation.begin import Offset, find_beginning
 from zerorate.navigation.track import SmoothedPlaces, Track, not_begun
@@ -500,11 +500,5 @@ def _off(clock: Floats, places: _Places, time: Floats, truth: Floats, lever: Flo
     ends = []
     for samples in (before, after):
         position, quaternion = places(samples)
-        ends.append(_turned(quaternion, lever)[:, :2] - _way(position, truth))
+        ends.append(rotate(quaternion, lever)[:, :2] - _way(position, truth))
     return (1.0 - part) * ends[0] + part * ends[1]
-
-
-def _turned(attitude: Floats, lever: Floats) -> Floats:
-    pure = np.tile(np.concatenate(([0.0], lever)), (len(attitude), 1))
-    turned: Floats = product(product(attitude, pure), inverse(attitude))[:, 1:]
-    return turned

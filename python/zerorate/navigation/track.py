@@ -13,7 +13,13 @@ from zerorate._native import NavigationFilter, NavigationRecord
 from zerorate.faults import given, said
 from zerorate.geometry.earth import local_ned, moved
 from zerorate.geometry.frames import in_enu
-from zerorate.geometry.rotations import inverse, of_rotation_vectors, product
+from zerorate.geometry.rotations import (
+    from_rotation_vectors,
+    inverse,
+    product,
+    rotate,
+    to_rotation_vectors,
+)
 from zerorate.navigation.events import Events
 from zerorate.numerals import with_error
 from zerorate.record import Log, Poses
@@ -186,11 +192,7 @@ class Track(Smoothable, Result):
             parts.append(self.velocity - floats(velocity, "velocity"))
         if quaternion is not None:
             back = product(floats(quaternion, "quaternion"), inverse(self.quaternion))
-            back *= np.where(back[:, :1] < 0.0, -1.0, 1.0)
-            sine = np.linalg.norm(back[:, 1:], axis=1, keepdims=True)
-            angle = 2.0 * np.arctan2(sine, back[:, :1])
-            with np.errstate(invalid="ignore", divide="ignore"):
-                parts.append(np.where(sine > 0.0, angle / sine, 2.0) * back[:, 1:])
+            parts.append(to_rotation_vectors(back))
         return np.hstack(parts)
 
     def poses(self, origin: npt.ArrayLike | None = None) -> Poses:
@@ -256,13 +258,13 @@ class Track(Smoothable, Result):
 
     def _corrected(self, steps: Steps) -> Track:
         error, sigma = between_steps(self.time, steps)
-        turn = of_rotation_vectors(error[:, 6:9])
+        turn = from_rotation_vectors(error[:, 6:9])
         back = self.velocity - error[:, 3:6]
         known = self.navigating[:, np.newaxis]
         return replace(
             self,
             position=moved(self.position, -error[:, :3]),
-            velocity=turned(turn, back),
+            velocity=rotate(turn, back),
             quaternion=np.where(known, product(turn, self.quaternion), self.quaternion),
             gyro_bias=self.gyro_bias + error[:, 9:12],
             accel_bias=self.accel_bias + error[:, 12:],
@@ -459,16 +461,9 @@ class SmoothedPlaces:
             return position, quaternion
         last, following, part = _round(track.time, steps, samples)
         error = (1.0 - part) * steps["after"][last] + part * steps["before"][following]
-        turn = of_rotation_vectors(error[:, 6:9])
+        turn = from_rotation_vectors(error[:, 6:9])
         known = track.navigating[samples, np.newaxis]
         return (
             moved(position, -error[:, :3]),
             np.where(known, product(turn, quaternion), quaternion),
         )
-
-
-def turned(q: Floats, vectors: Floats) -> Floats:
-    """Return vectors, each turned by a quaternion of its own."""
-    pure = np.concatenate((np.zeros((len(vectors), 1)), vectors), axis=1)
-    turned: Floats = product(product(q, pure), inverse(q))[:, 1:]
-    return turned

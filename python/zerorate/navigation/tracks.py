@@ -18,6 +18,7 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError
 from zerorate.geometry.earth import wrapped
 from zerorate.record.atomic import atomic_path
+from zerorate.record.runs import runs
 from zerorate.texts import one_line
 from zerorate.types import Floats
 
@@ -158,8 +159,7 @@ class _Rows:
     def lines(self) -> Iterator[Floats]:
         """Yield the rows between those without a place."""
         there = np.isfinite(self.rows[:, 1:3]).all(axis=1)
-        ends = np.flatnonzero(np.diff(there, prepend=False, append=False))
-        for first, last in ends.reshape(-1, 2):
+        for first, last in runs(np.asarray(there)):
             yield self.rows[first:last]
 
 

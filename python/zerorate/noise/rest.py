@@ -12,6 +12,7 @@ import numpy.typing as npt
 from zerorate.noise.quantities import Quantity, si_unit
 from zerorate.noise.records import as_record, centred, resolution
 from zerorate.record.named import rate_of
+from zerorate.record.runs import runs_of_rows
 from zerorate.types import Booleans, Floats
 
 MOVED: Final = 8.0
@@ -306,13 +307,5 @@ def _variance_limit(variance: Floats, width: int) -> float:
 
 
 def _spans(moving: Booleans, seconds: float) -> tuple[Span, ...]:
-    places = np.flatnonzero(moving)
-    if not places.size:
-        return ()
-    breaks = np.flatnonzero(np.diff(places) > _SHORTEST_REST)
-    starts = np.concatenate((places[:1], places[breaks + 1]))
-    ends = np.concatenate((places[breaks], places[-1:])) + 1
-    return tuple(
-        Span(float(start * seconds), float(end * seconds))
-        for start, end in zip(starts, ends, strict=True)
-    )
+    joined = runs_of_rows(np.flatnonzero(moving), _SHORTEST_REST)
+    return tuple(Span(start, end) for start, end in (joined * seconds).tolist())

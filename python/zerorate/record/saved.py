@@ -3,10 +3,11 @@
 import json
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final, TypeVar, get_type_hints
 
 import numpy as np
 
@@ -119,3 +120,48 @@ def finite_numbers(key: str, listed: object, shape: tuple[int, ...]) -> Floats:
     if found.shape != shape or not np.isfinite(found).all():
         raise ValueError(f"{key!r} must hold finite numbers of shape {shape}")
     return found
+
+
+def is_null(content: object, key: str) -> bool:
+    """Return True if null stands under a key."""
+    return isinstance(content, dict) and key in content and content[key] is None
+
+
+def number(content: object, key: str) -> float:
+    """Return the number under a key, NaN for null."""
+    return math.nan if is_null(content, key) else float(part(content, key, float))
+
+
+def sentences(content: object, key: str) -> tuple[str, ...]:
+    """Return the strings listed under a key."""
+    return tuple(str(checked(key, one, str)) for one in part(content, key, list))
+
+
+def from_fields(content: object, build: type[Built]) -> Built:
+    """Return the dataclass whose fields stand in an object, each checked by its annotation."""
+    hints = get_type_hints(build).items()
+    return build(**{name: _READERS[kind](content, name) for name, kind in hints})
+
+
+def _vector(content: object, key: str) -> Floats:
+    listed = part(content, key, list)
+    if len(listed) != 3:
+        raise ValueError(f"{key!r} must have three numbers, got {listed!r}")
+    return np.array([np.nan if one is None else checked(key, one, float) for one in listed])
+
+
+def _pair(content: object, key: str) -> tuple[int, int]:
+    listed = part(content, key, list)
+    if len(listed) != 2:
+        raise ValueError(f"{key!r} must be two whole numbers, got {listed!r}")
+    first, second = (int(checked(key, one, int)) for one in listed)
+    return first, second
+
+
+_READERS: Final[Mapping[Any, Callable[[object, str], Any]]] = {
+    **{kind: partial(part, kind=kind) for kind in (bool, int, str)},
+    float: number,
+    Floats: _vector,
+    tuple[int, int]: _pair,
+    tuple[str, ...]: sentences,
+}

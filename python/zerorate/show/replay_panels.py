@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.show.scales import BUCKETS, limits, outline, parts, spans
+from zerorate.show.stack import spans_of
 from zerorate.show.style import (
     AR_COLOURS,
     BLACK,
@@ -289,11 +290,8 @@ def _shade_where(axes: Axes, replay: Replay, there: Booleans, look: Mapping[str,
     """Shade these samples, each as wide at least as can be seen."""
     if not there.any():
         return
-    starts = parts(replay.log.n, 2 * BUCKETS)
-    edges = np.append(starts, replay.log.n) / replay.log.rate
-    edges /= time_unit(replay.log.duration)[1]
-    shaded = np.concatenate(([False], np.logical_or.reduceat(there, starts), [False]))
-    begins, ends = edges[shaded[1:] & ~shaded[:-1]], edges[shaded[:-1] & ~shaded[1:]]
+    unit = time_unit(replay.log.duration)[1]
+    begins, ends = (at / replay.log.rate / unit for at in spans_of(there, 2 * BUCKETS))
     axes.broken_barh(
         list(zip(begins, ends - begins, strict=True)),
         (0.0, 1.0),

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from zerorate.record.runs import runs
 from zerorate.show.scales import COLUMNS, Band, parts
 from zerorate.show.style import (
     COLUMN,
@@ -223,9 +224,9 @@ def spans_of(there: Booleans, columns: int = COLUMNS) -> tuple[Floats, Floats]:
     if not there.any():
         return np.empty(0), np.empty(0)
     starts = parts(there.size, columns)
-    seen = np.concatenate(([False], np.logical_or.reduceat(there, starts), [False]))
     edges = np.append(starts, there.size).astype(np.float64)
-    return edges[seen[1:] & ~seen[:-1]], edges[seen[:-1] & ~seen[1:]]
+    begins, ends = edges[runs(np.logical_or.reduceat(there, starts))].T
+    return begins, ends
 
 
 def room(low: float, high: float, margin: float = 0.08) -> tuple[float, float]:

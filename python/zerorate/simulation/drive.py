@@ -23,9 +23,10 @@ from zerorate.geometry.earth import (
 )
 from zerorate.geometry.rotations import (
     cumulative_product,
+    from_rotation_vectors,
     inverse,
-    of_rotation_vectors,
     product,
+    rotate,
     unit,
 )
 from zerorate.noise import NoiseModel
@@ -36,7 +37,7 @@ from zerorate.record.offset import TimeOffset
 from zerorate.record.supplement import Supplement
 from zerorate.simulation.devices import Device
 from zerorate.simulation.gyro import not_negative, simulate, whole
-from zerorate.simulation.hand import fixed, given_or_drawn, turned
+from zerorate.simulation.hand import fixed, given_or_drawn
 from zerorate.types import Floats, Integers
 
 Noise: TypeAlias = NoiseModel | Device | Literal["consumer"] | None
@@ -298,7 +299,7 @@ def _mount(given: Mount, random: np.random.Generator) -> Floats | None:
                 "body_from_sensor", f"must be a rotation, 'random' or None, got {given!r}"
             )
         q = unit(random.standard_normal((1, 4)))
-        return turned(q[0], np.eye(3)).T.copy()
+        return rotate(q[0], np.eye(3)).T.copy()
     matrix = fixed("body_from_sensor", given, (3, 3))
     if not (np.abs(matrix @ matrix.T - np.eye(3)).max() < 1e-6 and np.linalg.det(matrix) > 0.0):
         raise ArgumentError("body_from_sensor", f"must be a rotation, got {matrix.tolist()}")
@@ -401,17 +402,17 @@ def _fixes(
     """Return the fixes at some moments, with the times that the receiver tells of them."""
     attitude = way.attitude[moments]
     # The rate against the earth, which carries the antenna.
-    spin = rates - turned(inverse(way.attitude), earth_rate(way.position[:, 0]))
+    spin = rates - rotate(inverse(way.attitude), earth_rate(way.position[:, 0]))
     noise = random.standard_normal((2, moments.size, 3))
-    lever = turned(attitude, np.tile(antenna, (moments.size, 1)))
-    carried = turned(attitude, np.cross(spin[moments], antenna))
+    lever = rotate(attitude, np.tile(antenna, (moments.size, 1)))
+    carried = rotate(attitude, np.cross(spin[moments], antenna))
     told = [np.tile(s, (moments.size, 1)) if s.all() else None for s in sigmas]
     velocity = way.velocity[moments] + carried
     time = (seconds[moments] - offset.seconds + offset.rate * offset.middle) / (1.0 + offset.rate)
     later = offset.velocity_seconds - offset.seconds
     if math.isfinite(later) and later != 0.0:
         # Of another moment than the position, between samples.
-        all_carried = turned(way.attitude, np.cross(spin, antenna))
+        all_carried = rotate(way.attitude, np.cross(spin, antenna))
         at = seconds[moments] + later
         velocity = np.column_stack(
             [np.interp(at, seconds, axis) for axis in (way.velocity + all_carried).T]
@@ -530,7 +531,7 @@ def _samples_of(
     attitude = _attitudes(angles)
     turning = _body_rates(angles, derivatives)
     ahead = np.tile([1.0, 0.0, 0.0], (len(seconds), 1))
-    velocity = turned(attitude, ahead * speed[:, None])
+    velocity = rotate(attitude, ahead * speed[:, None])
     position = _driven(velocity, rate, start, np.tile(start, (len(seconds), 1)))
     for _ in range(2):
         position = _driven(velocity, rate, start, position)
@@ -539,9 +540,9 @@ def _samples_of(
     down = np.zeros_like(velocity)
     down[:, 2] = normal_gravity(latitude, height)
     to_body = inverse(attitude)
-    rates = turning + turned(to_body, earth + way)
+    rates = turning + rotate(to_body, earth + way)
     force = ahead * gained[:, None] + speed[:, None] * np.cross(turning, ahead)
-    force += turned(to_body, np.cross(2.0 * earth + way, velocity) - down)
+    force += rotate(to_body, np.cross(2.0 * earth + way, velocity) - down)
     return rates, force, _Way(position, velocity, attitude)
 
 
@@ -550,7 +551,7 @@ def _attitudes(angles: Floats) -> Floats:
     whole = np.zeros((3, len(angles), 3))
     for axis in range(3):
         whole[axis, :, axis] = angles[:, axis]
-    roll, pitch, yaw = (of_rotation_vectors(vectors) for vectors in whole)
+    roll, pitch, yaw = (from_rotation_vectors(vectors) for vectors in whole)
     return product(yaw, product(pitch, roll))
 
 
@@ -591,7 +592,7 @@ def _navigated(
     """
     dt = 1.0 / rate
     theta, delta = _increments(rates, force, dt)
-    steps = cumulative_product(of_rotation_vectors(theta))
+    steps = cumulative_product(from_rotation_vectors(theta))
     way = guess
     for _ in range(_ROUNDS):
         after = _approximated(way, steps, delta, dt, start)
@@ -607,10 +608,10 @@ def _approximated(
 ) -> _Way:
     latitude, height, velocity = way.position[:-1, 0], way.position[:-1, 2], way.velocity[:-1]
     earth, transport = earth_rate(latitude), transport_rate(latitude, height, velocity)
-    local = inverse(cumulative_product(of_rotation_vectors((earth + transport) * dt)))
+    local = inverse(cumulative_product(from_rotation_vectors((earth + transport) * dt)))
     first = way.attitude[:1]
     attitude = np.concatenate([first, unit(product(product(local, first), steps))])
-    pushed = turned(attitude[:-1], delta)
+    pushed = rotate(attitude[:-1], delta)
     slow = -np.cross(2.0 * earth + transport, velocity)
     slow -= 0.5 * np.cross(earth + transport, pushed)
     slow[:, 2] += normal_gravity(latitude, height)

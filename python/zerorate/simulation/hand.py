@@ -10,7 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.geometry.rotations import inverse, of_matrices, of_rotation_vectors, product, unit
+from zerorate.geometry.rotations import (
+    from_matrices,
+    from_rotation_vectors,
+    inverse,
+    product,
+    rotate,
+    to_rotation_vectors,
+    unit,
+)
 from zerorate.simulation.gyro import not_negative, whole
 from zerorate.types import Floats, Integers
 
@@ -62,9 +70,9 @@ class Hand:
         along, speed = _least_jerk(part)
         vector = self.vectors[index]
         aside, drift = self._aside(t, index, part)
-        step = of_rotation_vectors(aside)
-        main = product(self.starts[index], of_rotation_vectors(vector * along[:, None]))
-        rates = turned(inverse(step), vector * (speed / self.turn)[:, None])
+        step = from_rotation_vectors(aside)
+        main = product(self.starts[index], from_rotation_vectors(vector * along[:, None]))
+        rates = rotate(inverse(step), vector * (speed / self.turn)[:, None])
         return product(main, step), rates + _rate_of_vector(aside, drift)
 
     def between(self, t: Floats, of_poses: Floats) -> Floats:
@@ -126,19 +134,12 @@ def hand(
         starts = _followed(vectors)
     else:
         starts = _given_poses(poses)
-        vectors = _rotation_vectors(product(inverse(starts[:-1]), starts[1:]))
+        vectors = to_rotation_vectors(product(inverse(starts[:-1]), starts[1:]))
     asides = not_negative("wobble", wobble) * random.standard_normal((len(starts), 2, 3))
     # A given axis is kept, and the last pose is not left.
     asides[slice(-1, None) if axis is None else slice(None)] = 0.0
     vectors = np.concatenate((vectors, np.zeros((1, 3))))
     return Hand(starts, vectors, asides, rest, turn, *_trembling(tremor, trembling))
-
-
-def turned(q: Floats, vectors: Floats) -> Floats:
-    """Return vectors, shape (n, 3), turned by quaternions, shape (n, 4) or (4,)."""
-    pure = np.concatenate((np.zeros((len(vectors), 1)), vectors), axis=1)
-    rotated: Floats = product(product(q, pure), inverse(q))[:, 1:]
-    return rotated
 
 
 def fixed(name: str, values: npt.ArrayLike, shape: tuple[int | None, ...]) -> Floats:
@@ -193,7 +194,7 @@ def _rate_of_vector(vector: Floats, derivative: Floats) -> Floats:
 def _followed(vectors: Floats) -> Floats:
     """Return the poses, the first of them level, between which these turns lie."""
     starts = [np.array([1.0, 0.0, 0.0, 0.0])]
-    for step in of_rotation_vectors(vectors):
+    for step in from_rotation_vectors(vectors):
         starts.append(unit(product(starts[-1], step)))
     return np.array(starts)
 
@@ -239,17 +240,7 @@ def _of_matrices(matrices: Floats) -> Floats:
         proper.all() and np.allclose(matrices @ across, np.eye(3), atol=1e-6)
     ):
         raise ArgumentError("poses", "must be rotation matrices: orthogonal, of determinant 1")
-    return of_matrices(matrices)
-
-
-def _rotation_vectors(q: Floats) -> Floats:
-    """Return rotation vectors of at most pi, rad, shape (m, 3)."""
-    shortest = np.where(q[:, :1] < 0.0, -q, q)
-    sine = np.linalg.norm(shortest[:, 1:], axis=1, keepdims=True)
-    angle = 2.0 * np.arctan2(sine, shortest[:, :1])
-    ratio = np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 2.0)
-    vectors: Floats = shortest[:, 1:] * ratio
-    return vectors
+    return from_matrices(matrices)
 
 
 def _trembling(tremor: float, random: np.random.Generator) -> tuple[Floats, Floats, Floats]:

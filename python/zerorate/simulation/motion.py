@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.geometry.rotations import inverse
+from zerorate.geometry.rotations import inverse, rotate
 from zerorate.record import Log, Recording
 from zerorate.record.log import checked_rate
 from zerorate.simulation.field import nearness, of_earth, of_magnet, spans, wandered
 from zerorate.simulation.gyro import not_negative, whole
-from zerorate.simulation.hand import fixed, given_or_drawn, turned
+from zerorate.simulation.hand import fixed, given_or_drawn
 from zerorate.simulation.trajectories import TRAJECTORIES, Motion, Trajectory
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS
@@ -312,7 +312,7 @@ def _simulated(
     wandering = wandered(errors.field_wander, earth, rate, n, random["mag"])
     ambient = earth + wandering[np.cumsum(~at_rest) - 1]
     ambient += near[:, None] * of_magnet(earth, random["mag"])
-    mag = turned(inverse(q), ambient)
+    mag = rotate(inverse(q), ambient)
     mag += _white("mag_noise", errors.mag_noise, n, random["mag"])
     there = _received(errors.lost, n, random["lost"])
     return SimulatedMotion(
@@ -345,7 +345,7 @@ def _force(motion: _Begun, seconds: Floats, q: Floats) -> Floats:
     """Return the specific force in the axes of the sensor."""
     before, after = (motion.at(seconds + h)[2] for h in (-_STEP, _STEP))
     acceleration = (after - before) / (2.0 * _STEP)
-    return turned(inverse(q), acceleration + np.array([0.0, 0.0, _G]))
+    return rotate(inverse(q), acceleration + np.array([0.0, 0.0, _G]))
 
 
 def _gyro_matrix(errors: MotionErrors, random: np.random.Generator) -> Floats:

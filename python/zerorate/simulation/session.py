@@ -20,7 +20,7 @@ from zerorate.calibration.parameters import (
     PARAMETERS,
 )
 from zerorate.faults import ArgumentError
-from zerorate.geometry.rotations import inverse
+from zerorate.geometry.rotations import inverse, rotate
 from zerorate.noise import NoiseModel
 from zerorate.noise.coefficient import positive
 from zerorate.record import Log, Recording
@@ -28,7 +28,7 @@ from zerorate.record.log import checked_rate
 from zerorate.record.names import UNKNOWN, with_suffix
 from zerorate.simulation.devices import Device, device
 from zerorate.simulation.gyro import not_negative, simulate, whole
-from zerorate.simulation.hand import Hand, Poses, fixed, given_or_drawn, hand, turned
+from zerorate.simulation.hand import Hand, Poses, fixed, given_or_drawn, hand
 from zerorate.types import Floats, Integers
 from zerorate.units import UNITS
 
@@ -346,7 +346,7 @@ class _Imu:
 
     def _force(self, orientation: Floats, rates: Floats) -> Floats:
         """Return the specific force at the accelerometer, m/s^2: gravity, and turning about."""
-        up = turned(inverse(orientation), np.tile([0.0, 0.0, 1.0], (len(orientation), 1)))
+        up = rotate(inverse(orientation), np.tile([0.0, 0.0, 1.0], (len(orientation), 1)))
         lever = self.random["motion"].standard_normal(3)
         lever *= _LEVER / np.linalg.norm(lever)
         # The rate's derivative by differences of the closed form, good to 1e-8 rad/s^2.

@@ -13,9 +13,8 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from zerorate.geometry.rotations import inverse, of_rotation_vectors, product
+from zerorate.geometry.rotations import from_rotation_vectors, inverse, product, rotate
 from zerorate.simulation.hand import hand as turned_by_hand
-from zerorate.simulation.hand import turned
 from zerorate.types import Floats
 
 Random: TypeAlias = np.random.Generator
@@ -181,7 +180,7 @@ def hand(random: Random, duration: float) -> Trajectory:
 
     def at(t: Floats) -> Motion:
         q, rates = turns.at(t + rest + 0.5 * turn)
-        about = turned(q, np.cross(rates, lever))
+        about = rotate(q, np.cross(rates, lever))
         return q, rates, about + np.column_stack([wave(t)[0] for wave in moved])
 
     return Trajectory(at)
@@ -241,7 +240,7 @@ def _lever(joints: Sequence[tuple[Floats, Angle]], lever: Floats) -> Callable[[F
 
     def at(t: Floats) -> Motion:
         q, rates = _chained(joints, t)
-        return q, rates, turned(q, np.cross(rates, lever))
+        return q, rates, rotate(q, np.cross(rates, lever))
 
     return at
 
@@ -251,6 +250,6 @@ def _chained(joints: Sequence[tuple[Floats, Angle]], t: Floats) -> tuple[Floats,
     q, rates = np.tile([1.0, 0.0, 0.0, 0.0], (t.size, 1)), np.zeros((t.size, 3))
     for axis, joint in joints:
         angle, rate = joint(t)
-        step = of_rotation_vectors(axis * angle[:, None])
-        q, rates = product(q, step), turned(inverse(step), rates) + axis * rate[:, None]
+        step = from_rotation_vectors(axis * angle[:, None])
+        q, rates = product(q, step), rotate(inverse(step), rates) + axis * rate[:, None]
     return q, rates

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.geometry.rotations import inverse
+from zerorate.geometry.rotations import inverse, rotate
 from zerorate.simulation.drive import SimulatedDrive
 from zerorate.simulation.gyro import not_negative, whole
-from zerorate.simulation.hand import fixed, turned
+from zerorate.simulation.hand import fixed
 from zerorate.types import Floats
 
 _SLIPS = (0.5, 2.0)
@@ -144,7 +144,7 @@ def _rolled(drive: SimulatedDrive, scale: float, axle: npt.ArrayLike, yaw: float
     """Return the speed that wheels without noise tell at each sample, m/s."""
     if not abs(scale) <= 0.5:
         raise ArgumentError("scale", f"must be within 0.5, got {scale}")
-    velocity = turned(inverse(drive.truth_quaternion), drive.truth_velocity)
+    velocity = rotate(inverse(drive.truth_quaternion), drive.truth_velocity)
     velocity = velocity + np.cross(drive.rates(), fixed("axle", axle, (3,)))
     forward: Floats = math.cos(yaw) * velocity[:, 0] + math.sin(yaw) * velocity[:, 1]
     return forward / (1.0 + scale)

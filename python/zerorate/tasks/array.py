@@ -23,6 +23,7 @@ from zerorate.progress import Progress, reported
 from zerorate.record.log import Log, LogError, notes_of
 from zerorate.record.names import with_suffix
 from zerorate.record.recording import Recording
+from zerorate.record.runs import runs
 from zerorate.tasks.replay.measures import onset
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
 from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
@@ -204,9 +205,8 @@ class ArrayReplay(Result):
 
     def excluded_spans(self, sensor: int) -> list[tuple[float, float]]:
         """Return when a sensor was excluded, from and to in s from the first sample."""
-        edges = np.diff(np.pad((self.fate[:, sensor] == _EXCLUDED).astype(np.int8), 1))
-        starts, ends = (np.flatnonzero(edges == way) / self.log.rate for way in (1, -1))
-        return list(zip(starts.tolist(), ends.tolist(), strict=True))
+        excluded = runs(self.fate[:, sensor] == _EXCLUDED) / self.log.rate
+        return [(start, stop) for start, stop in excluded.tolist()]
 
 
 class ArrayArguments(ReadingArguments, total=False):

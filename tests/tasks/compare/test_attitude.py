@@ -14,7 +14,6 @@ from zerorate.geometry.frames import FRAMES, in_enu
 from zerorate.record import Log, LogError, Recording
 from zerorate.show.compare_tables import format_compare
 from zerorate.show.tables import WIDTH
-from zerorate.simulation.hand import turned
 from zerorate.tasks.compare import ATTITUDE_METHODS, Trial, compare_attitude, read_trial
 from zerorate.tasks.compare.as_json import as_json
 from zerorate.tasks.compare.imu import Imu
@@ -113,7 +112,7 @@ class TestImu:
             turn = in_enu(np.array([[1.0, 0.0, 0.0, 0.0]]), frame)[0]
             # Rounding of the square root of a half.
             np.testing.assert_allclose(
-                turned(turn, np.eye(3)), [vectors[letter] for letter in frame], atol=1e-15
+                rotations.rotate(turn, np.eye(3)), [vectors[letter] for letter in frame], atol=1e-15
             )
 
     @pytest.mark.parametrize(

@@ -15,7 +15,6 @@ from zerorate.calibration.fit.rests import in_raw_units
 from zerorate.calibration.fit.sensors import STANDARD_GRAVITY
 from zerorate.calibration.fit.solution import Record, Solution, errors_of, held_out_errors
 from zerorate.calibration.fit.starts import nominal_sensors
-from zerorate.calibration.fit.turns import rotation_vectors
 from zerorate.calibration.parameters import (
     ACCEL_BIAS,
     ACCEL_MATRIX,
@@ -24,6 +23,7 @@ from zerorate.calibration.parameters import (
     GYRO_MATRIX,
 )
 from zerorate.calibration.record import Origin, Rest, Turn
+from zerorate.geometry.rotations import from_matrices, to_rotation_vectors
 from zerorate.types import Booleans, Floats
 
 _OUTLIER: Final = 0.5
@@ -145,7 +145,7 @@ def _rests(case: Case, solution: Solution, errors: _Errors) -> list[Rest]:
 
 def _turns(case: Case, solution: Solution, errors: _Errors) -> list[Turn]:
     """Return all turns; those that were used with angle, axis and what is left."""
-    vectors = rotation_vectors(errors.rotations)
+    vectors = to_rotation_vectors(from_matrices(errors.rotations))
     seen = iter(zip(vectors, errors.misses, errors.raw_misses, solution.fit.weights, strict=True))
     turns = []
     for turn in case.turns:

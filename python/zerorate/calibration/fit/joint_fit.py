@@ -8,7 +8,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.calibration.fit.turns import Carried, cross_matrices
+from zerorate.calibration.fit.turns import Carried
+from zerorate.geometry.rotations import cross_matrices
 from zerorate.types import Booleans, Floats, Integers
 
 LOWER: Final = np.array([(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)])

@@ -15,6 +15,7 @@ from zerorate.calibration.record import Rest
 from zerorate.faults import ArgumentError
 from zerorate.record.log import Log, LogError
 from zerorate.record.recording import Recording
+from zerorate.record.runs import runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
 
 FLOORS: Final = 5.0
@@ -174,26 +175,15 @@ def _still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, list[_Windows]]:
     return still, found
 
 
-def _runs(still: Booleans, joined: int) -> Integers:
-    """Return first and last (exclusive) of the still runs, joined across short breaks."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], still, [False])).astype(np.int8)))
-    runs = edges.reshape(-1, 2)
-    if len(runs) < 2:
-        return runs
-    apart = runs[1:, 0] - runs[:-1, 1] >= joined
-    first = np.concatenate(([True], apart))
-    last = np.concatenate((apart, [True]))
-    return np.stack([runs[first, 0], runs[last, 1]], axis=1)
-
-
 def _spans(sensors: Sequence[Sensor]) -> tuple[Integers, Stillness]:
     """Return the samples of the rests of the first sensor, and what told them."""
     still, windows = _still_blocks(sensors)
     rate, block = sensors[0].rate, windows[0].block
-    runs = _runs(still, max(1, round(_JOIN * rate / block))) * block
-    longest = float((runs[:, 1] - runs[:, 0]).max(initial=0)) / rate
+    joined = max(1, round(_JOIN * rate / block))
+    still_runs = runs_of_rows(np.flatnonzero(still), joined) * block
+    longest = float((still_runs[:, 1] - still_runs[:, 0]).max(initial=0)) / rate
     trim = round(_TRIM * rate)
-    spans = runs + np.array([trim, -trim])
+    spans = still_runs + np.array([trim, -trim])
     long_enough = spans[:, 1] - spans[:, 0] >= _SHORTEST * rate
     floor: dict[str, Floats] = {
         one.kind: each.floor for one, each in zip(sensors, windows, strict=True)

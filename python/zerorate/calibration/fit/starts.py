@@ -10,7 +10,7 @@ import numpy as np
 from zerorate.calibration.fit.joint_fit import DATASHEET, WIDE, Prior, forces, sizes
 from zerorate.calibration.fit.sensors import STANDARD_GRAVITY
 from zerorate.calibration.fit.solution import Record, Sensors, errors_of
-from zerorate.calibration.fit.turns import cross_matrices
+from zerorate.geometry.rotations import cross_matrices
 from zerorate.record.log import LogError
 from zerorate.types import Floats
 

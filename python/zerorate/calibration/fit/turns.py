@@ -144,30 +144,3 @@ def misses(rotations: Floats, before: Floats, after: Floats) -> Floats:
     ends = np.einsum("mba,mb->ma", rotations, before)
     apart = np.linalg.norm(np.cross(ends, after), axis=1)
     return np.asarray(np.arctan2(apart, (ends * after).sum(axis=1)))
-
-
-def cross_matrices(vectors: Floats) -> Floats:
-    """Return the matrices of the cross products with vectors, shape (m, 3, 3)."""
-    x, y, z = vectors.T
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
-
-
-def rotation_vectors(rotations: Floats) -> Floats:
-    """Return axis times angle of rotation matrices, rad, shape (m, 3); angles are up to pi."""
-    cosine = ((np.trace(rotations, axis1=1, axis2=2) - 1.0) / 2.0).clip(-1.0, 1.0)
-    odd = (rotations - rotations.transpose(0, 2, 1)) / 2.0
-    sine = np.stack([odd[:, 2, 1], odd[:, 0, 2], odd[:, 1, 0]], axis=1)
-    size = np.linalg.norm(sine, axis=1)
-    angle = np.arctan2(size, cosine)
-    # Near half a turn the odd part vanishes, and the even one is that of axis times axis.
-    even = (rotations + rotations.transpose(0, 2, 1)) / 2.0 - cosine[
-        :, np.newaxis, np.newaxis
-    ] * np.eye(3)
-    column = np.take_along_axis(
-        even, np.abs(even).max(axis=1).argmax(axis=1)[:, None, None], axis=2
-    )[:, :, 0]
-    column *= np.where((column * sine).sum(axis=1) < 0.0, -1.0, 1.0)[:, np.newaxis]
-    axis = np.where((cosine < 0.0)[:, np.newaxis], column, sine)
-    length = np.maximum(np.linalg.norm(axis, axis=1), np.finfo(float).tiny)
-    return np.asarray(axis * (angle / length)[:, np.newaxis])

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.geometry.rotations import to_matrices
 from zerorate.types import Floats
 
 _BLOCK: Final = 1 << 16
@@ -64,7 +65,7 @@ def angle_sigma(
         part = slice(first, min(first + _BLOCK, n))
         before = steps[max(first - 1, 0) : part.stop - 1]
         dt = before if first else np.concatenate(([0.0], before))
-        R = np.ones((len(dt), 1, 1)) if orientation is None else _matrices(orientation[part])
+        R = np.ones((len(dt), 1, 1)) if orientation is None else to_matrices(orientation[part])
         variance[part] = state.advanced(R, dt, errors, gaps[part])
     return np.sqrt(np.maximum(variance, 0.0))
 
@@ -108,15 +109,3 @@ def _each(squares: Floats, variances: Floats) -> Floats:
 def _integral(values: Floats, dt: Floats, start: Floats) -> Floats:
     means = 0.5 * (values[1:] + values[:-1]) * dt[:, None, None]
     return start + np.cumsum(means, axis=0)
-
-
-def _matrices(q: Floats) -> Floats:
-    """Return the rotation matrices of unit quaternions, shape (n, 3, 3)."""
-    w, v = q[:, 0, None, None], q[:, 1:]
-    x, y, z = v.T
-    zero = np.zeros(len(q))
-    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
-    outer = v[:, :, None] * v[:, None, :]
-    squares = np.sum(v**2, axis=1)[:, None, None]
-    matrices: Floats = (w**2 - squares) * np.eye(3) + 2.0 * (outer + w * cross)
-    return matrices

@@ -7,7 +7,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.types import Booleans, Floats, Integers
+from zerorate.record.runs import runs
+from zerorate.types import Booleans, Floats
 
 _EXACT: Final = 16
 """Samples up to which each length of a gap is tried by itself, beyond in steps of a fifth."""
@@ -52,16 +53,10 @@ def bridge(rates: Floats, dt: float) -> Bridged:
         there = present[:, axis]
         filled[~there, axis] = np.interp(index[~there], index[there], rates[there, axis])
         trial = _Trial(np.where(there, rates[:, axis], 0.0), there)
-        for first, stop in _runs(~there):
+        for first, stop in runs(~there):
             inside = first > 0 and stop < len(rates)
             variances[first, axis] = trial.variance(_rounded_up(stop - first), inside) * dt**2
     return Bridged(filled, np.any(~present, axis=1), variances)
-
-
-def _runs(flags: Booleans) -> Integers:
-    """Return where runs of True begin, and where they have ended, shape (m, 2)."""
-    edges = np.diff(np.concatenate(([False], flags, [False])).astype(np.int8))
-    return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)))
 
 
 def _rounded_up(length: int) -> int:

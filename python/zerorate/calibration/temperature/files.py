@@ -14,7 +14,15 @@ from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.noise.exports import written
 from zerorate.noise.json_text import decoded, encoded
 from zerorate.record.exporting import exports
-from zerorate.record.saved import as_json, check_format, checked, finite_numbers, part, restored
+from zerorate.record.saved import (
+    as_json,
+    check_format,
+    finite_numbers,
+    is_null,
+    part,
+    restored,
+    sentences,
+)
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
@@ -111,7 +119,7 @@ def _arguments(content: object) -> dict[str, Any]:
         "step": float(part(content, "step", float)),
         "names": tuple(part(axis, "name", str) for axis in axes),
         "unit": part(content, "unit", str),
-        "notes": tuple(str(checked("notes", one, str)) for one in part(content, "notes", list)),
+        "notes": sentences(content, "notes"),
         "single": single,
     }
 
@@ -121,9 +129,7 @@ def _listed(axis: object, key: str, shape: tuple[int, ...]) -> Floats:
 
 
 def _decoded(axis: object, key: str) -> Coefficient:
-    if isinstance(axis, dict) and key in axis and axis[key] is None:
-        return NOTHING_KNOWN
-    return decoded(part(axis, key, dict))
+    return NOTHING_KNOWN if is_null(axis, key) else decoded(part(axis, key, dict))
 
 
 @exports(".params", forced=_FORCED)

@@ -12,11 +12,11 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from zerorate.faults import given, said
+from zerorate.geometry.rotations import from_euler_angles
 from zerorate.io.readers.dataflash import DataFlash, Message, binary, textual
-from zerorate.io.readers.turns import quaternions
+from zerorate.io.readers.topics import choose_topic, has_gyro
 from zerorate.io.table import Column, Content, Metadata, Table
-from zerorate.record.log import FORWARD_RIGHT_DOWN, LogError
-from zerorate.record.names import looks_like_gyro
+from zerorate.record.log import FORWARD_RIGHT_DOWN
 from zerorate.types import Floats, Integers
 
 _Columns = dict[str, Callable[[], Column]]
@@ -57,7 +57,9 @@ def _content(log: DataFlash) -> Content:
     batches = _batches(log, meta)
     sensors = _sensors(parts, tables)
     tables = _told(tables | batches, sensors)
-    return Content(tables, partial(_chosen, tables), sensors)
+    own = tuple(name for name in tables if tables[name].meta.axes)
+    expected = "no message holds a gyro, expected IMU"
+    return Content(tables, partial(choose_topic, tables, own, expected), sensors)
 
 
 def _parts(message: Message) -> Iterator[tuple[str, Message]]:
@@ -141,13 +143,13 @@ def _attitude(message: Message) -> _Columns:
 
 
 def _part(quaternions: Callable[[], Floats], component: int) -> Column:
-    return np.asarray(quaternions()[component])
+    return np.asarray(quaternions()[:, component])
 
 
 def _quaternions(message: Message) -> Floats:
     with np.errstate(invalid="ignore", over="ignore"):
         angles = [np.radians(message[name].astype(np.float64)) for name in _ANGLES]
-    return quaternions(*angles)
+    return from_euler_angles(*angles)
 
 
 class _Sensor(NamedTuple):
@@ -351,11 +353,11 @@ def _sensors(parts: Mapping[str, Message], tables: Mapping[str, Table]) -> tuple
 
 def _told(tables: dict[str, Table], sensors: Sequence[str]) -> dict[str, Table]:
     """Return the tables, of which the first gyro's says where faster samples are."""
-    first = next((name for name in sensors if _has_gyro(tables[name])), None)
+    first = next((name for name in sensors if has_gyro(tables[name])), None)
     others = [
         n
         for n in tables
-        if n not in sensors and n.startswith(("GYR", "ISB")) and _has_gyro(tables[n])
+        if n not in sensors and n.startswith(("GYR", "ISB")) and has_gyro(tables[n])
     ]
     if first is None or not others:
         return tables
@@ -364,27 +366,6 @@ def _told(tables: dict[str, Table], sensors: Sequence[str]) -> dict[str, Table]:
     return tables | {
         first: replace(table, meta=replace(table.meta, notes=(*table.meta.notes, note)))
     }
-
-
-def _chosen(tables: Mapping[str, Table], asked: str | None) -> str:
-    if asked is not None:
-        named = next((n for n in (asked, asked.removesuffix("_0")) if n in tables), None)
-        if named is not None:
-            return named
-        raise LogError(
-            f"there is no topic '{asked}'; the log has: {', '.join(sorted(tables))}", "topic"
-        )
-    found = next(
-        (name for name in tables if tables[name].meta.axes and _has_gyro(tables[name])), None
-    )
-    if found is None:
-        listed = ", ".join(sorted(tables)) or "none"
-        raise LogError(f"no message holds a gyro, expected IMU; the log has: {listed}")
-    return found
-
-
-def _has_gyro(table: Table) -> bool:
-    return any(map(looks_like_gyro, table.names or ()))
 
 
 def _calibration(log: DataFlash) -> dict[str, float] | None:

@@ -18,10 +18,10 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.geometry.rotations import from_euler_angles
 from zerorate.io.beginnings import BEHIND_STAMP as _STAMP
 from zerorate.io.beginnings import MAVLINK_1 as _V1
 from zerorate.io.beginnings import MAVLINK_2 as _V2
-from zerorate.io.readers.turns import quaternions
 from zerorate.io.table import Column, Content, Metadata, Table
 from zerorate.record.log import FORWARD_RIGHT_DOWN, LogError
 from zerorate.types import Floats
@@ -105,7 +105,7 @@ _FIXES: Final[_Columns] = {
 def _turned(component: int) -> Callable[[_Rows], Column]:
     def column(rows: _Rows) -> Column:
         angles = (rows[name].astype(np.float64) for name in ("roll", "pitch", "yaw"))
-        return np.asarray(quaternions(*angles)[component])
+        return np.asarray(from_euler_angles(*angles)[:, component])
 
     return column
 

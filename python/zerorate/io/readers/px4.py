@@ -5,16 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from zerorate.faults import given, said
+from zerorate.io.readers.topics import choose_topic, has_gyro
 from zerorate.io.readers.ulog import Topic, ULog, parsed
 from zerorate.io.table import Column, Content, Metadata, Table
-from zerorate.record.log import FORWARD_RIGHT_DOWN, LogError
-from zerorate.record.names import looks_like_gyro
+from zerorate.record.log import FORWARD_RIGHT_DOWN
 
 _Fields = Mapping[str, Column]
 _Columns = dict[str, Column]
@@ -43,7 +44,8 @@ def read(path: Path) -> Content:
     if not any(found[name].name == _TRUTH for name in ranked):
         measured += tuple(name for name in ranked if name == _ESTIMATE)
     tables = _told(tables, found, measured)
-    return Content(tables, lambda asked: _chosen(tables, sensors, asked), measured)
+    expected = "no topic holds a gyro, expected sensor_combined"
+    return Content(tables, partial(choose_topic, tables, sensors, expected), measured)
 
 
 def _calibration(log: ULog) -> dict[str, float] | None:
@@ -64,7 +66,7 @@ def _told(
             if other != name:
                 notes.append(f"{name} and {other} are of one device")
         told[name] = _noting(tables[name], *notes)
-    first = next((name for name in measured if _has_gyro(tables[name])), None)
+    first = next((name for name in measured if has_gyro(tables[name])), None)
     fast = [n for n in tables if found[n].name == "sensor_gyro_fifo"]
     if first is not None and fast:
         told[first] = _noting(
@@ -251,25 +253,6 @@ def _name(topic: Topic) -> str:
 
 def _rank(topic: Topic) -> tuple[int, str, int]:
     return _RANKS.get(topic.name, len(_RANKS)), topic.name, topic.instance
-
-
-def _chosen(tables: Mapping[str, Table], sensors: Sequence[str], asked: str | None) -> str:
-    if asked is not None:
-        named = next((n for n in (asked, asked.removesuffix("_0")) if n in tables), None)
-        if named is not None:
-            return named
-        raise LogError(
-            f"there is no topic '{asked}'; the log has: {', '.join(sorted(tables))}", "topic"
-        )
-    found = next((name for name in sensors if _has_gyro(tables[name])), None)
-    if found is None:
-        listed = ", ".join(sorted(tables)) or "none"
-        raise LogError(f"no topic holds a gyro, expected sensor_combined; the log has: {listed}")
-    return found
-
-
-def _has_gyro(table: Table) -> bool:
-    return any(map(looks_like_gyro, table.names or ()))
 
 
 def _notes(log: ULog, size: int) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from zerorate.geometry.rotations import of_matrices
+from zerorate.geometry.rotations import from_matrices
 from zerorate.record import Log, LogError
 from zerorate.tasks.compare.trial import Trial, spread
 from zerorate.types import Floats
@@ -89,7 +89,7 @@ class Imu:
         north = np.eye(3)[int(np.argmin(np.abs(up)))] if self.mag is None else _first(self.mag)
         east = np.cross(north, up)
         east /= np.linalg.norm(east)
-        start: Floats = of_matrices(np.array([[east, np.cross(up, east), up]]))[0]
+        start: Floats = from_matrices(np.array([[east, np.cross(up, east), up]]))[0]
         return start
 
 

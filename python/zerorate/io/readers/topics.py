@@ -1,0 +1,34 @@
+"""Topics of autopilots' logs: the table that is read where several hold a gyro."""
+
+from collections.abc import Mapping, Sequence
+
+from zerorate.io.table import Table
+from zerorate.record.log import LogError
+from zerorate.record.names import looks_like_gyro
+
+
+def has_gyro(table: Table) -> bool:
+    """Return True if a column of the table is named as a gyro's."""
+    return any(map(looks_like_gyro, table.names or ()))
+
+
+def choose_topic(
+    tables: Mapping[str, Table], candidates: Sequence[str], expected: str, topic: str | None
+) -> str:
+    """Return the topic asked for, or the first candidate that has a gyro.
+
+    Raises
+    ------
+    LogError
+        If there is no such topic, or no candidate has a gyro; `expected` says what was looked for.
+    """
+    listed = ", ".join(sorted(tables)) or "none"
+    if topic is not None:
+        named = next((n for n in (topic, topic.removesuffix("_0")) if n in tables), None)
+        if named is not None:
+            return named
+        raise LogError(f"there is no topic '{topic}'; the log has: {listed}", "topic")
+    found = next((name for name in candidates if has_gyro(tables[name])), None)
+    if found is None:
+        raise LogError(f"{expected}; the log has: {listed}")
+    return found
