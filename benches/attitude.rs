@@ -32,7 +32,8 @@ fn rows(mag: bool) -> Vec<f64> {
 
 fn filter(rate: f64, mag: bool) -> Attitude<Auto> {
     let (frame, unit) = (Frame::Enu, 1.0);
-    let params = AttitudeParams { rate, frame, mag, gyro_unit: unit, accel_unit: unit, gyro_range: None };
+    let params =
+        AttitudeParams { rate, frame, mag, gyro_unit: unit, accel_unit: unit, gyro_range: None };
     let auto = Auto::new(AutoOptions { mag, ..AutoOptions::default() }).expect("the defaults");
     Attitude::new(params, auto).expect("a rate")
 }

@@ -170,8 +170,14 @@ where
     [(6, false), (9, true)].map(|(axes, mag)| {
         path(format!("attitude by {name}, {axes} axes"), move || {
             let (frame, unit) = (Frame::Enu, 1.0);
-            let params =
-                AttitudeParams { rate: 100.0, frame, mag, gyro_unit: unit, accel_unit: unit, gyro_range: None };
+            let params = AttitudeParams {
+                rate: 100.0,
+                frame,
+                mag,
+                gyro_unit: unit,
+                accel_unit: unit,
+                gyro_range: None,
+            };
             let estimator = make(NamedOptions { mag, ..NamedOptions::default() });
             let attitude = Attitude::new(params, estimator).expect("a rate");
             stream(&attitude, 1, turning(SAMPLES / 4, mag))

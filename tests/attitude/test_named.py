@@ -300,7 +300,7 @@ def test_the_tables_are_what_the_classes_take(kind, table):
         assert option.default == signature[name].default, name
     others = {"rate", "mag", "frame", "gyro_unit", "accel_unit", "channels"}
     others |= {"bias", "bias_sigma", "bias_limit"}
-    others |= {"magnetometer", "learn_magnetometer"} if kind is zr.Attitude else set()
+    others |= {"gyro_range", "magnetometer", "learn_magnetometer"} if kind is zr.Attitude else set()
     assert set(signature) - others == set(table)
 
 

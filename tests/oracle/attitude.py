@@ -289,14 +289,14 @@ class Attitude:
         told = self.look(tick)
         self.speed = math.sqrt(np.mean(np.sum((tick.samples.gyro - self.b) ** 2, axis=1)))
         self.predict(tick)
+        if not self.mag and self.first_moved < 3.0:
+            self.doubt_first_rest(tick.span)
         moving = not self.starting(tick.span) and tick.forces > 0
         if not moving:
             self.v = np.zeros(2)
         self.correct(tick, told, moving)
         if self.mag:
             self.see(tick)
-        elif self.first_moved < 3.0:
-            self.doubt_first_rest(tick.span)
         self.q = quaternions.unit(self.q)
 
     def doubt_first_rest(self, span):

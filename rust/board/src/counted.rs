@@ -51,7 +51,14 @@ fn attitude(samples: u32, mag: bool, noise: &mut Noise) -> f64 {
         return f64::NAN;
     };
     let frame = Frame::Enu;
-    let params = AttitudeParams { rate: 100.0, frame, mag, gyro_unit: 1.0, accel_unit: 1.0, gyro_range: None };
+    let params = AttitudeParams {
+        rate: 100.0,
+        frame,
+        mag,
+        gyro_unit: 1.0,
+        accel_unit: 1.0,
+        gyro_range: None,
+    };
     let Ok(mut attitude) = Attitude::new(params, auto) else { return f64::NAN };
     let mut last = [f64::NAN; 4];
     for _ in 0..samples {

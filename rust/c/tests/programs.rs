@@ -34,8 +34,14 @@ fn drift() -> u64 {
 
 /// What the program `attitude` prints as its sums.
 fn attitude(mag: bool) -> u64 {
-    let params =
-        AttitudeParams { rate: 100.0, frame: Frame::Enu, mag, gyro_unit: 1.0, accel_unit: 1.0, gyro_range: None };
+    let params = AttitudeParams {
+        rate: 100.0,
+        frame: Frame::Enu,
+        mag,
+        gyro_unit: 1.0,
+        accel_unit: 1.0,
+        gyro_range: None,
+    };
     let auto = Auto::new(AutoOptions { mag, ..AutoOptions::default() }).expect("the defaults");
     let mut attitude = Attitude::new(params, auto).expect("these are in their ranges");
     let mut seed = 7;

@@ -258,13 +258,11 @@ impl<E: Estimator> Attitude<E> {
     #[inline(always)]
     fn measured(&mut self, sample: &Sample, dt: f64) -> Inertial {
         let before = self.rate;
-        let mut rated = sample::rate(sample.gyro, self.params.gyro_unit);
-        if let Some(range) = self.params.gyro_range {
-            rated = self.within(rated, range);
-        }
-        if rated.is_none() {
-            self.leave_out(&sample.gyro);
-        }
+        let rated = match (sample::rate(sample.gyro, self.params.gyro_unit), self.params.gyro_range)
+        {
+            (Some(rate), Some(range)) => self.within(rate, range),
+            (rated, _) => rated,
+        };
         let given = match rated {
             Some(rate) if rate.norm_squared() <= SLOW * SLOW => self.slow(rate, dt),
             given => given,
@@ -276,6 +274,9 @@ impl<E: Estimator> Attitude<E> {
         let (mut known, mut unknown, mut age) = (given.is_some(), 0.0, 0.0);
         self.rate = gyro;
         if !known | (dt > LONG * self.period) {
+            if !known {
+                self.leave_out(sample.gyro);
+            }
             (known, unknown) = self.stretch(known, dt);
             age = self.unknown;
             gyro = if known { (gyro + before) * 0.5 } else { gyro };
@@ -287,17 +288,18 @@ impl<E: Estimator> Attitude<E> {
 
     /// A rate within the gyro's range.
     #[inline(never)]
-    fn within(&mut self, rate: Option<Vector3<f64>>, range: f64) -> Option<Vector3<f64>> {
-        let most = rate?.amax();
+    fn within(&mut self, rate: Vector3<f64>, range: f64) -> Option<Vector3<f64>> {
+        let most = rate.amax();
         self.clipped = most >= CLIPPED * range;
-        if most > range * (1.0 + 1e-9) { None } else { rate }
+        if most > range * (1.0 + 1e-9) { None } else { Some(rate) }
     }
 
-    /// Counts a rate that is none: NaN is a missing one.
+    /// Counts a rate that is none: NaN and a vector of zeros are missing ones.
     #[cold]
     #[inline(never)]
-    fn leave_out(&mut self, gyro: &[f64; 3]) {
-        self.left_out += u64::from(!gyro.iter().any(|x| x.is_nan()));
+    fn leave_out(&mut self, [x, y, z]: [f64; 3]) {
+        let missing = x.is_nan() || y.is_nan() || z.is_nan() || [x, y, z] == [0.0; 3];
+        self.left_out += u64::from(!missing);
     }
 
     /// A low rate; none if it is a vector of zeros that stands for a missing sample.
@@ -407,12 +409,9 @@ impl<E: Estimator> Stream for Attitude<E> {
     fn update(&mut self, sample: Sample) -> [f64; 4] {
         self.samples += 1;
         let mut dt = if sample.dt >= 0.0 { sample.dt } else { self.period };
-        if dt > GAP {
-            self.bridge(dt);
-            dt = 0.0;
-        } else if sample.dt < 0.0 {
-            // The clock was set back: of the time between nothing is known.
-            self.bridge(GAP);
+        if (dt > GAP) | (sample.dt < 0.0) {
+            // Of the time over which a clock was set back nothing is known either.
+            self.bridge(if dt > GAP { dt } else { GAP });
             dt = 0.0;
         }
         let measured = self.measured(&sample, dt);

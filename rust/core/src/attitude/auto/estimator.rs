@@ -26,9 +26,10 @@ impl Auto {
             driven *= self.lost.fade(sample, &driven);
         }
         let step = self.matrix * driven * sample.dt;
-        if let Some(wrong) = self.strapdown.turn(step, &sample.gyro, sample.dt) {
-            self.sums.replace(&wrong, &sample.gyro);
+        if self.strapdown.doubts(&step) {
+            self.look_again(&step, sample);
         }
+        self.strapdown.turn(step);
         let field = sample.mag.as_ref().filter(|mag| self.spikes.pass(mag));
         if !self.start.over
             && let Some(accel) = &sample.accel
@@ -41,6 +42,14 @@ impl Auto {
             return None;
         }
         Some(self.tick())
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn look_again(&mut self, step: &Vector3<f64>, sample: &Inertial) {
+        if let Some(wrong) = self.strapdown.doubt(step, &sample.gyro, sample.dt) {
+            self.sums.replace(&wrong, &sample.gyro);
+        }
     }
 }
 

@@ -245,29 +245,36 @@ impl Auto {
     fn tick(&mut self) -> Ticked {
         let sums = self.sums;
         self.sums = Sums::new(TICK);
-        if sums.unknown > 0.0 || sums.forces == 0.0 {
-            self.unit.interrupt();
-        } else {
-            let (rate, force) = (sums.gyro / sums.samples, sums.accel / sums.forces);
-            self.unit.observe(&rate, &force, sums.elapsed);
+        if !self.unit.is_right() {
+            self.watch_unit(&sums);
         }
         let news = self.has_news(&sums);
         let state = self.rest(&sums, news);
         self.speed_squared = sums.spread(&self.bias, &Vector3::zeros()).0.max(0.0);
         let rate = ComplexField::sqrt(self.speed_squared);
         let moving = self.predict(&sums, rate);
+        if !self.options.mag {
+            let up = self.strapdown.rotation.row(2).transpose();
+            self.first.observe(self.rest.is_quiet(), up.dot(&self.bias), sums.elapsed);
+        }
         let starting = self.start.observe(sums.elapsed, &mut self.errors);
         if starting || !moving {
             self.velocity = [0.0; 2];
         }
         self.correct(&sums, state, moving && !starting);
-        if !self.options.mag {
-            self.first.observe(self.rest.is_quiet(), self.up().dot(&self.bias), sums.elapsed);
-        }
         let pull = if self.options.mag { self.see_field(&sums, rate, news) } else { None };
         self.strapdown.settle();
         let held = self.options.mag && sums.fields > 0.0 && !news;
         Ticked { seconds: sums.elapsed, held, pull }
+    }
+
+    #[inline(never)]
+    fn watch_unit(&mut self, sums: &Sums) {
+        if sums.unknown > 0.0 || sums.forces == 0.0 {
+            return self.unit.interrupt();
+        }
+        let (rate, force) = (sums.gyro / sums.samples, sums.accel / sums.forces);
+        self.unit.observe(&rate, &force, sums.elapsed);
     }
 
     /// Whether a tick has a field, and not that of a magnetometer that is held while the body turns.
@@ -352,7 +359,7 @@ impl Auto {
         };
         let expected = self.expected(noise);
         let shown = self.at_rest || self.knowing || self.rest.tells();
-        let hidden = if shown { None } else { Some(self.hidden(sums)) };
+        let hidden = if shown { None } else { self.hidden(sums) };
         self.errors.correct(VELOCITY, velocity.map(|x| -x), noise, found);
         if let Some(hidden) = &hidden {
             self.give_back(hidden, found);
@@ -366,13 +373,17 @@ impl Auto {
 
     /// What of the bias, as long as no rest has shown it, gravity does not show either: that along the
     /// vertical of a body that does not lean.
-    #[inline(never)]
-    fn hidden(&self, sums: &Sums) -> Hidden {
-        let up = self.up();
-        let rate = sums.gyro / sums.samples - self.bias;
-        let leaning = (rate - up * up.dot(&rate)).norm_squared() / square(LEANING);
+    #[inline(always)]
+    fn hidden(&self, sums: &Sums) -> Option<Hidden> {
+        let up = self.strapdown.rotation.row(2).transpose();
+        let rate = sums.gyro * (1.0 / sums.samples) - self.bias;
+        let along = up.dot(&rate);
+        let leaning = (rate.norm_squared() - along * along).max(0.0);
+        if leaning >= square(LEANING) {
+            return None;
+        }
         let (bias, heading) = (self.errors.bias_along(&up), self.errors.heading());
-        Hidden { up, share: 1.0 - leaning.min(1.0), bias, heading }
+        Some(Hidden { up, share: 1.0 - leaning / square(LEANING), bias, heading })
     }
 
     /// Takes back what accelerations of the body seemed to say of it.

@@ -33,6 +33,8 @@ pub struct Strapdown {
     before: Vector3<f64>,
     /// A step that the next one may show to be none.
     doubted: Option<Doubted>,
+    /// Square of the size from which on a step is looked at: any, after a doubted one.
+    alert: f64,
 }
 
 /// A step that no sensor's own filter passes, if it stands alone: a garbage sample.
@@ -47,34 +49,41 @@ struct Doubted {
 impl Default for Strapdown {
     fn default() -> Self {
         let (orientation, rotation) = (Quaternion::identity(), Matrix3::identity());
-        Self { orientation, rotation, before: Vector3::zeros(), doubted: None }
+        Self {
+            orientation,
+            rotation,
+            before: Vector3::zeros(),
+            doubted: None,
+            alert: LARGE * LARGE,
+        }
     }
 }
 
 impl Strapdown {
-    /// Turns by a step about the sensor's axes in a time, and by what coning adds to it; returns the
-    /// rate in whose place that of this step, `gyro`, is to count.
+    /// Turns by a step about the sensor's axes, and by what coning adds to it.
     #[inline(always)]
-    pub fn turn(
-        &mut self,
-        step: Vector3<f64>,
-        gyro: &Vector3<f64>,
-        dt: f64,
-    ) -> Option<Vector3<f64>> {
-        let mut wrong = None;
-        if step.norm_squared() > LARGE * LARGE || self.doubted.is_some() {
-            wrong = self.doubt(&step, gyro, dt);
-        }
+    pub fn turn(&mut self, step: Vector3<f64>) {
         let angle = step + self.before.cross(&step);
         self.before = step * (1.0 / 12.0);
         self.set(product(&self.orientation, &small_rotation(&angle)));
-        wrong
     }
 
-    /// Whether a step was one at all shows with the next: a pulse of a single sample is none.
+    /// Whether it has to be doubted that there was a step, or the one before.
+    #[inline(always)]
+    pub fn doubts(&self, step: &Vector3<f64>) -> bool {
+        step.norm_squared() > self.alert
+    }
+
+    /// Whether a step was one at all shows with the next: a pulse of a single sample is none. Returns
+    /// the rate in whose place that of this step, `gyro`, is to count.
     #[cold]
     #[inline(never)]
-    fn doubt(&mut self, step: &Vector3<f64>, gyro: &Vector3<f64>, dt: f64) -> Option<Vector3<f64>> {
+    pub fn doubt(
+        &mut self,
+        step: &Vector3<f64>,
+        gyro: &Vector3<f64>,
+        dt: f64,
+    ) -> Option<Vector3<f64>> {
         let mut wrong = None;
         if let Some(doubted) = self.doubted.take()
             && (step - doubted.before).norm_squared() <= BACK * BACK * doubted.angle.norm_squared()
@@ -85,11 +94,13 @@ impl Strapdown {
             self.before = mean * (1.0 / 12.0);
             wrong = Some(doubted.gyro);
         }
+        self.alert = LARGE * LARGE;
         let before = self.before * 12.0;
         let (changed, angle) = ((step - before).norm_squared(), step + self.before.cross(step));
         let (by, fast) = (CHANGED * CHANGED * step.norm_squared(), ACCELERATED * dt * dt);
         if step.norm_squared() > LARGE * LARGE && changed > by && changed > fast * fast {
             self.doubted = Some(Doubted { before, angle, gyro: *gyro });
+            self.alert = -1.0;
         }
         wrong
     }
@@ -106,7 +117,7 @@ impl Strapdown {
 
     /// Takes an orientation over, without memory of steps.
     pub fn restart(&mut self, orientation: Quaternion<f64>) {
-        (self.before, self.doubted) = (Vector3::zeros(), None);
+        (self.before, self.doubted, self.alert) = (Vector3::zeros(), None, LARGE * LARGE);
         self.set(orientation);
     }
 
@@ -129,6 +140,7 @@ impl Strapdown {
         (self.orientation.norm_squared() - 1.0).abs() < 1e-6
             && self.rotation == matrix(&self.orientation)
             && are_within(&self.before, 1e4)
+            && self.alert == if self.doubted.is_some() { -1.0 } else { LARGE * LARGE }
             && self.doubted.is_none_or(|one| one.is_sound())
     }
 }

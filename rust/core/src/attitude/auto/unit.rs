@@ -21,6 +21,10 @@ const FAST: f64 = 100.0;
 /// Square of the largest share of the force that points one way, where rates are too small: what only
 /// speeds up turns gravity by less.
 const ONE_WAY: f64 = 0.64;
+/// Times by which a right unit may seem another one, and the sum of squares, (m/s²)², that proves it: then
+/// nobody looks again.
+const RIGHT: f64 = 2.0;
+const PROVEN: f64 = 100.0;
 
 /// Changes of the force from tick to tick, and those that the gyro says.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -36,13 +40,14 @@ pub struct UnitWatch {
     fast: f64,
     mean: Vector3<f64>,
     square: f64,
+    right: bool,
 }
 
 impl Default for UnitWatch {
     fn default() -> Self {
         let zero = Vector3::zeros();
         let [seen, said, both, fast, square] = [0.0; 5];
-        Self { rate: zero, force: zero, seen, said, both, fast, mean: zero, square }
+        Self { rate: zero, force: zero, seen, said, both, fast, mean: zero, square, right: false }
     }
 }
 
@@ -69,12 +74,23 @@ impl UnitWatch {
         self.fast += share * (rate.norm_squared() - self.fast);
         self.mean += (force - self.mean) * share;
         self.square += share * (force.norm_squared() - self.square);
+        let is_one = self.both > self.said / RIGHT && self.both < self.said * RIGHT;
+        self.right = is_one && self.seen > PROVEN && self.is_alike();
+    }
+
+    /// Whether the unit of the gyro was seen to be the one said.
+    #[inline(always)]
+    pub fn is_right(&self) -> bool {
+        self.right
+    }
+
+    fn is_alike(&self) -> bool {
+        self.both > 0.0 && square(self.both) > ALIKE * self.seen * self.said
     }
 
     /// Whether the unit of the gyro is not the one said.
     pub fn is_wrong(&self) -> bool {
-        let alike = square(self.both) > ALIKE * self.seen * self.said && self.both > 0.0;
-        if !alike || self.seen < SEEN {
+        if !self.is_alike() || self.seen < SEEN {
             return false;
         }
         let unit = self.both / self.said;
