@@ -15,7 +15,7 @@ PAGES = [page.read_text(encoding="utf-8") for page in DOCS.rglob("*.md")]
 
 
 # Drawn as one of the parts that they consist of.
-AS_A_PART = {"Compared", "Identified", "Navigation", "Summary"}
+AS_A_PART = {"Compared", "Identified", "Summary"}
 
 
 def test_every_result_is_drawn_once():
