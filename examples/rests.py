@@ -7,20 +7,26 @@ out where there is no folder.
 """
 
 import argparse
+import importlib.machinery
+import importlib.util
 import warnings
 from pathlib import Path
 
 import numpy as np
 
 import zerorate as zr
-from attitude_outside import outside, released
+from attitude_outside import outside
 from recordings import BESIDE
 from rest_accel import DRIVE, LIMITS, MIMU, bodies, car, told
 from tables import table
 from zerorate.calibration.calibration import ACCEL_BIAS
+from zerorate.linear.run import LinearRun
 from zerorate.navigation import start
+from zerorate.navigation.processing import processed
 from zerorate.options import LIMITS as COMMANDS
+from zerorate.record.missing import without_masks
 from zerorate.record.samples import Samples
+from zerorate.units import convert
 
 DEG = np.pi / 180.0
 MOTIONS = ("pendulum", "arm", "vehicle", "circle", "hand")
@@ -28,6 +34,18 @@ SHAKEN = 4.0
 """Deviation of what motors add to a motion, deg/s."""
 BIAS = 4.6 * np.array([0.3, 0.5, 0.81])
 SEEDS = 6
+
+
+def released(path, name="Attitude"):
+    """Return a filter of another build."""
+    loader = importlib.machinery.ExtensionFileLoader("zerorate._native", str(path))
+    spec = importlib.util.spec_from_loader("zerorate._native", loader)
+    module = importlib.util.module_from_spec(spec)
+    loader.exec_module(module)
+    module.register(
+        convert=convert, without_masks=without_masks, linear_run=LinearRun, navigate=processed
+    )
+    return getattr(module, name)
 
 
 def rested(seconds, shaken, seed, rate=200.0):

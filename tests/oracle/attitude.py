@@ -400,7 +400,8 @@ class Attitude:
         x = np.zeros(17)
         before = self.upright_variances()
         ratio = self.slow(tick.span, x) if moving else None
-        if moving and not self.at_rest and not (self.rest.used or self.rest.denied):
+        told_by_rest = self.rest.used or self.rest.denied or self.rest.support > 0.0
+        if moving and not (self.at_rest or told_by_rest):
             self.give_back(tick, before, x)
         if told is not None:
             for i, rate in enumerate(told[0] - self.b):

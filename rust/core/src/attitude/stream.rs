@@ -74,6 +74,11 @@ impl AttitudeParams {
 }
 
 impl AttitudeParams {
+    fn limit_squared(&self) -> f64 {
+        let limit = self.gyro_range.unwrap_or(RATE_MAX);
+        limit * limit
+    }
+
     /// The rotation from the estimator's axes to those asked for. Without a magnetometer its first
     /// axis is no more east than any other: a level sensor starts along the axes of the frame.
     fn frame_from_enu(&self) -> Quaternion<f64> {
@@ -140,9 +145,10 @@ pub struct Attitude<E> {
     /// The last specific force, m/s², NaN if the last sample had none.
     force: Vector3<f64>,
     samples: u64,
-    /// Rates that were given and that no such gyro measures, and whether the last was at its range.
+    /// Rates that were given and that no such gyro measures.
     left_out: u64,
-    clipped: bool,
+    /// Square of the size up to which a rate is within the range about each axis, (rad/s)².
+    limit_squared: f64,
 }
 
 impl<E: Estimator> Attitude<E> {
@@ -162,7 +168,7 @@ impl<E: Estimator> Attitude<E> {
             force: Vector3::repeat(f64::NAN),
             samples: 0,
             left_out: 0,
-            clipped: false,
+            limit_squared: params.limit_squared(),
         };
         this.forget();
         Ok(this)
@@ -215,7 +221,7 @@ impl<E: Estimator> Attitude<E> {
             // It keeps a frame falling, and starting anew.
             Knowledge { wrong_unit: true, .. } => "wrong unit?",
             _ if !known.started => "starting",
-            _ if self.clipped => "clipped",
+            _ if self.is_clipped() => "clipped",
             _ if self.unknown > HELD => "rate missing",
             _ if self.wrong_gravity().is_some() => "wrong unit",
             Knowledge { stuck: true, .. } => "magnetometer stuck",
@@ -251,18 +257,16 @@ impl<E: Estimator> Attitude<E> {
     fn forget(&mut self) {
         (self.rate, self.unknown, self.zeros) = (Vector3::zeros(), f64::INFINITY, 0.0);
         (self.force, self.samples) = (Vector3::repeat(f64::NAN), 0);
-        (self.left_out, self.clipped) = (0, false);
+        self.left_out = 0;
     }
 
     /// A sample in the units of an estimator.
     #[inline(always)]
     fn measured(&mut self, sample: &Sample, dt: f64) -> Inertial {
         let before = self.rate;
-        let rated = match (sample::rate(sample.gyro, self.params.gyro_unit), self.params.gyro_range)
-        {
-            (Some(rate), Some(range)) => self.within(rate, range),
-            (rated, _) => rated,
-        };
+        let rate = Vector3::from(sample.gyro) * self.params.gyro_unit;
+        let rated =
+            if rate.norm_squared() <= self.limit_squared { Some(rate) } else { self.within(rate) };
         let given = match rated {
             Some(rate) if rate.norm_squared() <= SLOW * SLOW => self.slow(rate, dt),
             given => given,
@@ -286,12 +290,18 @@ impl<E: Estimator> Attitude<E> {
         Inertial { gyro, known, unknown, age, accel, mag, dt }
     }
 
-    /// A rate within the gyro's range.
+    /// A rate whose size is beyond the range may be within it about each axis.
+    #[cold]
     #[inline(never)]
-    fn within(&mut self, rate: Vector3<f64>, range: f64) -> Option<Vector3<f64>> {
-        let most = rate.amax();
-        self.clipped = most >= CLIPPED * range;
-        if most > range * (1.0 + 1e-9) { None } else { Some(rate) }
+    fn within(&self, rate: Vector3<f64>) -> Option<Vector3<f64>> {
+        let range = self.params.gyro_range? * (1.0 + 1e-9);
+        let fits = rate.iter().all(|x| x.abs() <= range) && rate.norm() <= RATE_MAX;
+        if fits { Some(rate) } else { None }
+    }
+
+    /// Whether the last rate known is one at which the gyro clips.
+    fn is_clipped(&self) -> bool {
+        self.params.gyro_range.is_some_and(|range| self.rate.amax() >= CLIPPED * range)
     }
 
     /// Counts a rate that is none: NaN and a vector of zeros are missing ones.
@@ -488,6 +498,7 @@ impl<E: Tagged> Checkpoint for Attitude<E> {
             && self.force.iter().all(|x| is_sample(*x, FORCE_MAX))
             && is_count(self.samples)
             && self.left_out <= self.samples
+            && self.limit_squared == self.params.limit_squared()
             && self.estimator.is_sound()
     }
 

@@ -26,10 +26,12 @@ impl Auto {
             driven *= self.lost.fade(sample, &driven);
         }
         let step = self.matrix * driven * sample.dt;
-        if self.strapdown.doubts(&step) {
+        let angle = self.strapdown.angle(&step);
+        if self.strapdown.doubts(&angle) {
             self.look_again(&step, sample);
+        } else {
+            self.strapdown.turn(&step, &angle);
         }
-        self.strapdown.turn(step);
         let field = sample.mag.as_ref().filter(|mag| self.spikes.pass(mag));
         if !self.start.over
             && let Some(accel) = &sample.accel
@@ -50,6 +52,8 @@ impl Auto {
         if let Some(wrong) = self.strapdown.doubt(step, &sample.gyro, sample.dt) {
             self.sums.replace(&wrong, &sample.gyro);
         }
+        let angle = self.strapdown.angle(step);
+        self.strapdown.turn(step, &angle);
     }
 }
 

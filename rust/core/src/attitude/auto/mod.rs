@@ -358,7 +358,7 @@ impl Auto {
             self.recovery.doubt() * variance / span
         };
         let expected = self.expected(noise);
-        let shown = self.at_rest || self.knowing || self.rest.tells();
+        let shown = self.at_rest || self.knowing || self.rest.has_told();
         let hidden = if shown { None } else { self.hidden(sums) };
         self.errors.correct(VELOCITY, velocity.map(|x| -x), noise, found);
         if let Some(hidden) = &hidden {

@@ -60,18 +60,23 @@ impl Default for Strapdown {
 }
 
 impl Strapdown {
-    /// Turns by a step about the sensor's axes, and by what coning adds to it.
+    /// What a step about the sensor's axes turns by: itself and what coning adds to it.
     #[inline(always)]
-    pub fn turn(&mut self, step: Vector3<f64>) {
-        let angle = step + self.before.cross(&step);
-        self.before = step * (1.0 / 12.0);
-        self.set(product(&self.orientation, &small_rotation(&angle)));
+    pub fn angle(&self, step: &Vector3<f64>) -> Vector3<f64> {
+        step + self.before.cross(step)
     }
 
-    /// Whether it has to be doubted that there was a step, or the one before.
+    /// Turns by a step and its angle.
     #[inline(always)]
-    pub fn doubts(&self, step: &Vector3<f64>) -> bool {
-        step.norm_squared() > self.alert
+    pub fn turn(&mut self, step: &Vector3<f64>, angle: &Vector3<f64>) {
+        self.before = step * (1.0 / 12.0);
+        self.set(product(&self.orientation, &small_rotation(angle)));
+    }
+
+    /// Whether it has to be doubted that there was a step by such an angle, or the one before.
+    #[inline(always)]
+    pub fn doubts(&self, angle: &Vector3<f64>) -> bool {
+        angle.norm_squared() > self.alert
     }
 
     /// Whether a step was one at all shows with the next: a pulse of a single sample is none. Returns
@@ -96,7 +101,7 @@ impl Strapdown {
         }
         self.alert = LARGE * LARGE;
         let before = self.before * 12.0;
-        let (changed, angle) = ((step - before).norm_squared(), step + self.before.cross(step));
+        let (changed, angle) = ((step - before).norm_squared(), self.angle(step));
         let (by, fast) = (CHANGED * CHANGED * step.norm_squared(), ACCELERATED * dt * dt);
         if step.norm_squared() > LARGE * LARGE && changed > by && changed > fast * fast {
             self.doubted = Some(Doubted { before, angle, gyro: *gyro });

@@ -127,6 +127,11 @@ impl Rest {
         self.candidate.lasts()
     }
 
+    /// Whether any rest, however short, has said something of the bias, or one was a turn.
+    pub fn has_told(&self) -> bool {
+        self.tells() || self.support > 0.0
+    }
+
     /// Whether rests tell more of the bias than motion does: one was used, or one was a turn.
     pub fn tells(&self) -> bool {
         self.used || self.denied
