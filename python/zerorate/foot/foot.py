@@ -14,7 +14,7 @@ from zerorate.checks.clipped import ClippedAxis, clipped_axes
 from zerorate.faults import ArgumentError
 from zerorate.foot.strides import Strides, strides_of
 from zerorate.geometry.earth import moved
-from zerorate.geometry.rotations import from_rotation_vectors, product, rotate
+from zerorate.geometry.rotations import product
 from zerorate.navigation.track import Smoothable, Steps, between_steps, smoothed_steps
 from zerorate.record import Log, LogError, Recording
 from zerorate.record.samples import Samples
@@ -192,19 +192,9 @@ class FootTrack(Smoothable, Result):
         """
         steps = smoothed_steps(self._steps, self.smoothed)
         error, sigma = between_steps(self.time, steps)
-        turn = from_rotation_vectors(error[:, 6:9] * _FLIP)
-        known = self.navigating[:, np.newaxis]
-        return replace(
-            self,
-            position=self.position - error[:, :3] * _FLIP,
-            velocity=rotate(turn, self.velocity - error[:, 3:6] * _FLIP),
-            quaternion=np.where(known, product(turn, self.quaternion), self.quaternion),
-            gyro_bias=self.gyro_bias + error[:, 9:12],
-            accel_bias=self.accel_bias + error[:, 12:],
-            sigma=np.where(known, sigma, self.sigma),
-            smoothed=True,
-            _steps=None,
-        )
+        error[:, :9] *= np.tile(_FLIP, 3)
+        position = self.position - error[:, :3]
+        return replace(self, position=position, **self._corrected(error, sigma))
 
     def placed(
         self, latitude: float, longitude: float, *, heading: float = 0.0, height: float = 0.0

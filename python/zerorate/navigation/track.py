@@ -67,6 +67,11 @@ class Smoothable:
 
     time: Floats
     position: Floats
+    velocity: Floats
+    quaternion: Floats
+    gyro_bias: Floats
+    accel_bias: Floats
+    sigma: Floats
     _steps: NavigationRecord | Steps | None
 
     @property
@@ -79,6 +84,20 @@ class Smoothable:
         """Where the position is known, shape (n,)."""
         known: Booleans = np.isfinite(self.position[:, 0])
         return known
+
+    def _corrected(self, error: Floats, sigma: Floats) -> dict[str, Any]:
+        """Return the fields of the smoothed track but the position, from errors (n, 15)."""
+        turn = from_rotation_vectors(error[:, 6:9])
+        known = self.navigating[:, np.newaxis]
+        return {
+            "velocity": rotate(turn, self.velocity - error[:, 3:6]),
+            "quaternion": np.where(known, product(turn, self.quaternion), self.quaternion),
+            "gyro_bias": self.gyro_bias + error[:, 9:12],
+            "accel_bias": self.accel_bias + error[:, 12:],
+            "sigma": np.where(known, sigma, self.sigma),
+            "smoothed": True,
+            "_steps": None,
+        }
 
     def __getstate__(self) -> dict[str, Any]:
         """Return all of it; of the steps what the smoother makes of them, which is a tenth."""
@@ -254,25 +273,9 @@ class Track(Smoothable, Result):
         steps = smoothed_steps(self._steps, self.smoothed)
         if not len(steps["sample"]):
             return replace(self, smoothed=True, _nis=None, _steps=None)
-        return self._corrected(steps)
-
-    def _corrected(self, steps: Steps) -> Track:
         error, sigma = between_steps(self.time, steps)
-        turn = from_rotation_vectors(error[:, 6:9])
-        back = self.velocity - error[:, 3:6]
-        known = self.navigating[:, np.newaxis]
-        return replace(
-            self,
-            position=moved(self.position, -error[:, :3]),
-            velocity=rotate(turn, back),
-            quaternion=np.where(known, product(turn, self.quaternion), self.quaternion),
-            gyro_bias=self.gyro_bias + error[:, 9:12],
-            accel_bias=self.accel_bias + error[:, 12:],
-            sigma=np.where(known, sigma, self.sigma),
-            smoothed=True,
-            _nis=None,
-            _steps=None,
-        )
+        position = moved(self.position, -error[:, :3])
+        return replace(self, position=position, _nis=None, **self._corrected(error, sigma))
 
     def to_log(self) -> Log:
         """Return a log of latitude, longitude and height, for `zerorate.write_log`.
