@@ -122,10 +122,10 @@ def stem_of(source: str) -> str:
     Examples
     --------
     >>> from zerorate.tasks.source import stem_of
-    >>> stem_of("logs/flight.ulg"), stem_of("the recording")
-    ('flight', 'the-recording')
+    >>> stem_of("logs/my flight.ulg"), stem_of("the recording")
+    ('my flight', 'the recording')
     """
-    return PurePath(source.split(", ")[0]).stem.replace(" ", "-") or "recording"
+    return PurePath(source).stem or "recording"
 
 
 def own_names(sources: Sequence[str]) -> list[str]:
