@@ -14,7 +14,7 @@ from zerorate.faults import ArgumentError, given, said
 from zerorate.io.clocks.causal import Step
 from zerorate.io.clocks.units import checked_time_unit
 from zerorate.record.names import looks_like_gyro
-from zerorate.tasks.live.checkpoint import filter_of, whole
+from zerorate.tasks.live.checkpoint import as_tuples, filter_of, whole
 from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import ColumnError, Layout, Wanted, find_layout, names_in, texts_of
 from zerorate.tasks.live.timed import Clocked, ClockedEngine, clocked_in
@@ -138,7 +138,7 @@ class ArraySettings:
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
         """Return the settings that `as_json` gave."""
-        given: Any = {k: tuple(v) if isinstance(v, list) else v for k, v in fields.items()}
+        given = as_tuples(fields)
         raw = base64.b64decode(given.pop("array"))
         return cls(filter_of(GyroArray.from_bytes, raw), **given)
 

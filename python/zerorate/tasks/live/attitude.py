@@ -15,7 +15,7 @@ from zerorate.io.clocks.causal import Step
 from zerorate.io.clocks.units import checked_time_unit
 from zerorate.io.triads import places_of
 from zerorate.record.names import Meaning, canonical_unit, meaning_of
-from zerorate.tasks.live.checkpoint import filter_of, whole
+from zerorate.tasks.live.checkpoint import as_lists, as_tuples, filter_of, whole
 from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import (
     ColumnError,
@@ -196,7 +196,7 @@ class AttitudeSettings:
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
-        return {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(self).items()}
+        return as_lists(asdict(self))
 
     def filter(self, mag: bool, gyro_unit: str, accel_unit: str) -> Attitude:
         """Return a new filter of samples in these units."""
@@ -208,8 +208,7 @@ class AttitudeSettings:
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
         """Return the settings that `as_json` gave."""
-        given: Any = {k: tuple(v) if isinstance(v, list) else v for k, v in fields.items()}
-        return cls(**given)
+        return cls(**as_tuples(fields))
 
 
 def _check_unit(name: str, unit: str, kind: str) -> None:

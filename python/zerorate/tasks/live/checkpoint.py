@@ -116,6 +116,16 @@ def filter_of(restore: Callable[[bytes], T], raw: bytes) -> T:
         raise CheckpointError(str(error)) from None
 
 
+def as_lists(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings as JSON keeps them, tuples as lists."""
+    return {name: list(x) if isinstance(x, tuple) else x for name, x in fields.items()}
+
+
+def as_tuples(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings that `as_lists` gave."""
+    return {name: tuple(x) if isinstance(x, list) else x for name, x in fields.items()}
+
+
 def check_settings(
     theirs: EngineSettings, width: int, now: EngineSettings, fields: int | None
 ) -> None:

@@ -13,7 +13,7 @@ from zerorate.faults import ArgumentError, given, said
 from zerorate.io.clocks.causal import Step
 from zerorate.io.clocks.units import checked_time_unit
 from zerorate.record.names import meaning_of
-from zerorate.tasks.live.checkpoint import filter_of, whole
+from zerorate.tasks.live.checkpoint import as_lists, as_tuples, filter_of, whole
 from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import (
     ColumnError,
@@ -184,16 +184,13 @@ class NavigationSettings:
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
-        own = {name: getattr(self, name) for name in _OWN}
-        return {
-            "filter": base64.b64encode(self.filter.to_bytes()).decode(),
-            **{name: list(x) if isinstance(x, tuple) else x for name, x in own.items()},
-        }
+        raw = base64.b64encode(self.filter.to_bytes()).decode()
+        return {"filter": raw, **as_lists({name: getattr(self, name) for name in _OWN})}
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
         """Return the settings that `as_json` gave."""
-        given: Any = {k: tuple(v) if isinstance(v, list) else v for k, v in fields.items()}
+        given = as_tuples(fields)
         raw = base64.b64decode(given.pop("filter"))
         return cls(filter_of(NavigationFilter.from_bytes, raw), **given)
 

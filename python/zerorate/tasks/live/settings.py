@@ -12,7 +12,7 @@ from zerorate.io.counts import Scaling
 from zerorate.io.triads import accelerometer_of
 from zerorate.options import FILTER_OPTIONS, LIMITS, StreamOptions, checked_options, with_limits
 from zerorate.record.names import canonical_unit
-from zerorate.tasks.live.checkpoint import filter_of, whole
+from zerorate.tasks.live.checkpoint import as_lists, as_tuples, filter_of, whole
 from zerorate.tasks.live.drift import DriftEngine
 from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import Beside, ColumnError, Layout, Wanted, find_layout, position_of
@@ -196,18 +196,13 @@ class Settings:
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
-        own = {"rate": self.rate, **self.options, **{name: getattr(self, name) for name in _LINES}}
-        return {
-            name: list(value) if isinstance(value, tuple) else value for name, value in own.items()
-        }
+        own = {name: getattr(self, name) for name in _LINES}
+        return as_lists({"rate": self.rate, **self.options, **own})
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
         """Return the settings that `as_json` gave."""
-        kept: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, list) else value
-            for name, value in fields.items()
-        }
+        kept = as_tuples(fields)
         own = {name: kept.pop(name) for name in ("rate", *_LINES) if name in kept}
         return cls(**own, **kept)
 
