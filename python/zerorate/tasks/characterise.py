@@ -336,8 +336,8 @@ def _check_units(exports: Sequence[str], gyro: Log) -> None:
             said(
                 given("export", needs),
                 " needs the unit of the samples, which the log does not say: give ",
-                given("unit", "", "unit"),
-                ", deg/s or deg/s,g for instance",
+                given("unit", "deg/s,g", "unit='deg/s,g'"),
+                ", for instance",
             )
         )
 
