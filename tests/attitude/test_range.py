@@ -29,9 +29,12 @@ def test_a_rate_beyond_the_range_is_missing(method, value):
 def test_what_no_body_feels_is_counted_without_a_range():
     gyro, accel = still()
     gyro[100], gyro[150, 0], gyro[200], gyro[210] = np.inf, 2000.0, np.nan, 0.0
+    gyro[220] = -1e9
     f = zr.Attitude(RATE, mag=False)
     f.process(gyro, accel)
-    assert f.rates_left_out == 2, "NaN and a vector of zeros are missing, and no fault"
+    assert f.rates_left_out == 2, (
+        "what is not finite and a vector of zeros are missing, and no fault"
+    )
     two = zr.Attitude(RATE, mag=False, channels=2)
     two.process(np.stack([gyro, still()[0]], axis=1), np.stack([accel, accel], axis=1))
     np.testing.assert_array_equal(two.rates_left_out, [2, 0])

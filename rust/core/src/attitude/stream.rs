@@ -189,7 +189,7 @@ impl<E: Estimator> Attitude<E> {
         self.samples
     }
 
-    /// Rates that were given and left out: infinite, beyond the range or any body's.
+    /// Rates that were given and left out: beyond the range or any body's.
     pub fn rates_left_out(&self) -> u64 {
         self.left_out
     }
@@ -304,12 +304,12 @@ impl<E: Estimator> Attitude<E> {
         self.params.gyro_range.is_some_and(|range| self.rate.amax() >= CLIPPED * range)
     }
 
-    /// Counts a rate that is none: NaN and a vector of zeros are missing ones.
+    /// Counts a rate that is none: what is not finite, or a vector of zeros, is a missing one.
     #[cold]
     #[inline(never)]
-    fn leave_out(&mut self, [x, y, z]: [f64; 3]) {
-        let missing = x.is_nan() || y.is_nan() || z.is_nan() || [x, y, z] == [0.0; 3];
-        self.left_out += u64::from(!missing);
+    fn leave_out(&mut self, gyro: [f64; 3]) {
+        let given = gyro.iter().all(|x| x.is_finite()) && gyro != [0.0; 3];
+        self.left_out += u64::from(given);
     }
 
     /// A low rate; none if it is a vector of zeros that stands for a missing sample.

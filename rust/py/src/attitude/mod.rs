@@ -489,8 +489,8 @@ getters! { Attitude, slf, py, this;
     hard_iron: Object<'py> = irons(slf, |iron| iron.value.as_slice().to_vec())?;
     /// Standard deviation of ``hard_iron``, NaN before one is known: (3,), with channels (k, 3).
     hard_iron_sigma: Object<'py> = irons(slf, |iron| iron.sigma.as_slice().to_vec())?;
-    /// Rates that were given and left out, as infinite, beyond ``gyro_range`` or 1000 rad/s: int, with
-    /// channels (k,).
+    /// Rates that were given and left out, as beyond ``gyro_range`` or 1000 rad/s; infinities and NaN are
+    /// missing samples. int, with channels (k,).
     rates_left_out: Object<'py> = this.shared.numbers(py, this.shared.bank.rates_left_out())?;
     /// Samples given so far, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
