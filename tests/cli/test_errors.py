@@ -9,7 +9,7 @@ import pytest
 import zerorate.cli
 from support.commands import check_line
 from support.logs import write_gyros
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, read_faults, sentence
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, faults, sentence
 from zerorate.faults import ArgumentError, given, naming, said
 from zerorate.record import LogError
 
@@ -74,7 +74,7 @@ def test_the_exit_code_does_not_hang_on_words(error, fault, code, word):
     """A message that is worded anew has the same code."""
     anew = copy.copy(error)
     anew.args = tuple(word if "any words" in str(one) else one for one in error.args)
-    with pytest.raises(fault) as caught, read_faults():
+    with pytest.raises(fault) as caught, faults():
         raise anew
     assert caught.value.code == code
 
