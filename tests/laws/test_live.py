@@ -97,7 +97,9 @@ def test_attitudes(form, mag):
     assert stream.samples == pytest.approx(found.n, rel=1e-3)
     there = np.isfinite(log.gyro.data).all(axis=1)
     rests = np.mean([rest for _, rest in seen])
-    assert rests == pytest.approx(found.at_rest[there].mean(), abs=1e-3)
+    # Blocks that begin amid one look to the log as 99.9 Hz: its filter has another rate.
+    off = 2e-3 if form == "blocks from amid" else 1e-3
+    assert rests == pytest.approx(found.at_rest[there].mean(), abs=off)
     assert stamped.tell in "; ".join(stream.sentences())
 
 
@@ -139,7 +141,7 @@ DRIVE = zr.simulate_drive(RATE, 60.0, seed=3)
     "form",
     [
         *("regular", "whole ms", "jittered", "blocks of 5", "losses", "a stall", "an old stamp"),
-        *("every second repeats", "every second left out", "left out, losses"),
+        *("every second repeats", "every second left out", "every third left out"),
     ],
 )
 def test_navigation(form):

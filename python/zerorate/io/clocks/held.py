@@ -49,6 +49,15 @@ class HeldRows:
         Whether rows may hold samples of a slower sensor.
     left_out_count : int
         Rows left out.
+
+    Examples
+    --------
+    >>> from zerorate.io.clocks.held import HeldRows
+    >>> held = HeldRows(rate=50.0)
+    >>> rows = [[float(k * k % 100_003)] for k in range(1024) for _ in range(2)]
+    >>> found = [held.look(row, 0.01 * i, row) for i, row in enumerate(rows[:2047])]
+    >>> len(found[-1]), held.period, held.take(rows[2047], 20.47, rows[2047])
+    (1024, 2.0, [])
     """
 
     def __init__(self, rate: float) -> None:
@@ -57,7 +66,7 @@ class HeldRows:
         self.left_out_count = 0
         self._rows_rate = 0.0
         self._last: list[float] = []
-        self._changes = 0
+        self._changes, self._due = 0, FEWEST_CHANGES
         # Until it is known: all rows. Then: those since the last sample, one place each.
         self._kept: list[list[Any]] = []
         self._values: list[list[float]] = []
@@ -73,9 +82,9 @@ class HeldRows:
         if rows >= _FIRST and not rows & (rows - 1):
             self.possible = rows >= 0.5 * (1.0 + LEAST) * self._changes and self._too_many()
         found = None
-        if self.possible and (self._changes >= FEWEST_CHANGES or rows >= HEAD):
-            found = self._judged()
-            self.possible = found is not None
+        if self.possible and (self._changes >= self._due or rows >= HEAD):
+            found, self._due = self._judged(), 2 * self._due
+            self.possible = found is not None or rows < HEAD
         if found is not None or not self.possible:
             self._kept, self._values = [], []
         return found
