@@ -43,10 +43,26 @@ def table(stamped, **sensors):
     return columns, [",".join(columns), *(",".join(map(repr, row)) for row in rows)]
 
 
-def answers(settings, lines):
+def answers(settings, lines, watch=None):
     stream = LineStream(settings)
-    names, *rows = [stream.take(line).split(",") for line in lines]
-    return stream, names, rows
+    first = stream.take(lines[0]).split(",")
+    if watch is not None:
+        watch(stream._engine)
+    return stream, first, [stream.take(line).split(",") for line in lines[1:]]
+
+
+class FinalRests:
+    """Which samples are at rest, as the filter says in the end, once its answers are revised."""
+
+    def __call__(self, engine):
+        self._engine, self._feed, self.seen = engine, engine.feed, []
+        engine.feed = self._fed
+
+    def _fed(self, row, step, left_out):
+        while self.seen and self.seen[-1][0] >= self._engine.samples:
+            self.seen.pop()
+        self._feed(row, step, left_out)
+        self.seen.append((self._engine.samples - 1, bool(self._engine._filter.at_rest)))
 
 
 def column(names, rows, *wanted):
@@ -57,27 +73,33 @@ def attitudes(stamped, mag, typed):
     sensors = {"gyro": ("radps", GYRO), "accel": ("mps2", ACCEL)}
     sensors |= {"mag": ("ut", MAG)} if mag else {}
     columns, lines = table(stamped, **sensors)
-    log = zr.read_recording(columns, **({"rate": RATE} if typed else {}))
-    settings = AttitudeSettings(RATE, time=f"time_{stamped.unit}", beside=("euler", "at_rest"))
-    return zr.estimate_attitude(log), log, answers(settings, lines)
+    rate = RATE * stamped.part
+    log = zr.read_recording(columns, **({"rate": rate} if typed else {}))
+    settings = AttitudeSettings(rate, time=f"time_{stamped.unit}", beside=("euler",))
+    rests = FinalRests()
+    return zr.estimate_attitude(log), log, answers(settings, lines, rests), rests.seen
 
 
 @pytest.mark.parametrize("mag", [False, True])
 @BY_FORM
 def test_attitudes(form, mag):
     stamped = FORMS[form]
-    found, log, (stream, names, rows) = attitudes(stamped, mag, stamped.exact)
+    found, log, (stream, names, rows), seen = attitudes(stamped, mag, stamped.exact)
     last = column(names, rows, *(f"quat_{a}" for a in "wxyz"))[-1]
     if stamped.exact:
         np.testing.assert_array_equal(last, found.quaternion[-1])
         assert stream.samples == found.n
+        places, rests = np.array(seen).T
+        np.testing.assert_array_equal(rests, found.at_rest[places])
     # 600 deg: a thousandth of the turn, of samples and of rests.
     yaw = np.unwrap(column(names, rows, "yaw_deg")[:, 0], period=360.0)
     assert abs(np.sin(np.radians(yaw[-1]) - found.euler[-1, 2])) < np.sin(np.radians(0.6))
     assert stream.samples == pytest.approx(found.n, rel=1e-3)
     there = np.isfinite(log.gyro.data).all(axis=1)
-    rests = column(names, rows, "at_rest").mean()
-    assert rests == pytest.approx(found.at_rest[there].mean(), abs=1e-2)
+    rests = np.mean([rest for _, rest in seen])
+    # Blocks that begin amid one look to the log as 99.9 Hz: its filter has another rate.
+    off = 2e-3 if form == "blocks from amid" else 1e-3
+    assert rests == pytest.approx(found.at_rest[there].mean(), abs=off)
     assert stamped.tell in "; ".join(stream.sentences())
 
 
@@ -85,10 +107,11 @@ def test_attitudes(form, mag):
 def test_drift(form):
     stamped = FORMS[form]
     columns, lines = table(stamped, gyro=("dps", np.degrees(GYRO)))
-    log = zr.read_log(columns, **({"rate": RATE} if stamped.exact else {}))
-    settings = Settings(RATE, time=f"time_{stamped.unit}", beside=("bias",))
+    rate = RATE * stamped.part
+    log = zr.read_log(columns, **({"rate": rate} if stamped.exact else {}))
+    settings = Settings(rate, time=f"time_{stamped.unit}", beside=("bias",))
     stream, names, rows = answers(settings, lines)
-    filter_ = zr.DriftFilter(RATE, channels=3, rest_limit=10.0, bias_limit=20.0)
+    filter_ = zr.DriftFilter(rate, channels=3, rest_limit=10.0, bias_limit=20.0)
     filter_.process(log.data)
     bias = column(names, rows, *(f"bias_gyro_{a}_dps" for a in AXES))[-1]
     if stamped.exact:
@@ -101,8 +124,9 @@ def test_drift(form):
 def test_arrays(form):
     stamped = FORMS[form]
     columns, lines = table(stamped, gyro=("radps", GYRO), gyro_1=("radps", GYRO + 0.01))
-    log = zr.read_log(columns, rate=RATE, columns=[c for c in columns if "gyro" in c])
-    array = zr.GyroArray(RATE, 2)
+    rate = RATE * stamped.part
+    log = zr.read_log(columns, rate=rate, columns=[c for c in columns if "gyro" in c])
+    array = zr.GyroArray(rate, 2)
     stream, names, rows = answers(ArraySettings(array, time=f"time_{stamped.unit}"), lines)
     expected = array.process(log.data.reshape(-1, 2, 3))
     found = column(names, rows, "rate_x", "rate_y", "rate_z")[-1]
@@ -114,16 +138,21 @@ DRIVE = zr.simulate_drive(RATE, 60.0, seed=3)
 
 
 @pytest.mark.parametrize(
-    "form", ["regular", "whole ms", "jittered", "blocks of 5", "losses", "a stall", "an old stamp"]
+    "form",
+    [
+        *("regular", "whole ms", "jittered", "blocks of 5", "losses", "a stall", "an old stamp"),
+        *("every second repeats", "every second left out", "every third left out"),
+    ],
 )
 def test_navigation(form):
     stamped = forms(RATE, DRIVE.time.size)[form]
     sensors = {"gyro": ("radps", DRIVE.gyro), "accel": ("mps2", DRIVE.accel)}
     columns, lines = table(stamped, **sensors)
-    log = zr.read_recording(columns, rate=RATE)
+    rate = RATE * stamped.part
+    log = zr.read_recording(columns, rate=rate)
     start = zr.align(DRIVE.recording(), latitude=48.0, heading=0.3, span=(0.0, 25.0))
     nav = zr.NavigationFilter(start)
-    _, names, rows = answers(NavigationSettings(nav, RATE, time=f"time_{stamped.unit}"), lines)
+    _, names, rows = answers(NavigationSettings(nav, rate, time=f"time_{stamped.unit}"), lines)
     expected = nav.copy()
     for time, rate, force in zip(log.gyro.time, log.gyro.data, log.accel.data, strict=True):
         expected.update(time, rate, force)
@@ -146,22 +175,25 @@ def test_whole_milliseconds_at_more_than_a_kilohertz():
         assert turned < np.radians(0.1), form
 
 
-@pytest.mark.parametrize("form", ["blocks of 10", "losses", "a restart", "a stall", "wandering"])
+@pytest.mark.parametrize(
+    "form",
+    [*("blocks of 10", "losses", "a restart", "a stall", "wandering"), "every third left out"],
+)
 @pytest.mark.parametrize("engine", ["attitude", "drift"])
 def test_saved_while_it_is_undecided_it_goes_on(form, engine):
     stamped = FORMS[form]
     _, lines = table(stamped, gyro=("radps", GYRO), accel=("mps2", ACCEL))
     time = f"time_{stamped.unit}"
     settings = {
-        "attitude": AttitudeSettings(RATE, time=time),
-        "drift": Settings(RATE, time=time),
+        "attitude": AttitudeSettings(RATE * stamped.part, time=time),
+        "drift": Settings(RATE * stamped.part, time=time),
     }[engine]
     whole = LineStream(settings)
     expected = [whole.take(line) for line in lines[:3500]]
     stream, found = LineStream(settings), []
     for i, line in enumerate(lines[:3500]):
         found.append(stream.take(line))
-        if i in (1, 40, 990, 1005, 1010, 2995, 3001, 3004, 3012, 3030):
+        if i in (1, 40, 990, 1005, 1010, 1500, 1600, 2995, 3001, 3004, 3012, 3030):
             stream = LineStream.from_bytes(stream.to_bytes(), settings)
     assert found == expected
     assert stream.to_bytes() == whole.to_bytes()

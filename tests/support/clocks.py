@@ -1,6 +1,6 @@
 """Forms of clocks: the stamps of an even sensor as devices, hosts and loggers write them."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,7 +10,8 @@ class Stamped:
     """Which samples came, what their stamps are, and what is known of them.
 
     `column` holds the stamps as they are written, in `unit`. `exact` says that the log's clock has
-    the rate to the last bit, so that the live answers must be those of the log.
+    the rate to the last bit, so that the live answers must be those of the log. `part` is the rate
+    that is stated, as a part of that of the rows.
     """
 
     rows: np.ndarray
@@ -18,7 +19,7 @@ class Stamped:
     unit: str = "s"
     exact: bool = True
     tell: str = ""
-    lost: list = field(default_factory=list)
+    part: float = 1.0
 
 
 def _of(stamps, **known):
@@ -28,6 +29,34 @@ def _of(stamps, **known):
 def _without(stamps, lost, **known):
     rows = np.setdiff1d(np.arange(len(stamps)), lost)
     return Stamped(rows, stamps[rows], **known)
+
+
+def _repeats(t, some, seed):
+    """Rows that repeat the one before: at the rate of the rows they are kept, else left out."""
+    i = np.arange(len(t))
+    at_random = np.where(np.random.default_rng(seed).random(len(t)) < 1.0 / 3.0, 0, i)
+    half, third, slow = i // 2 * 2, i - (i % 3 == 2), i // 5 * 5
+    there = np.setdiff1d(i, some)
+    equal = half.copy()
+    equal[len(t) // 6 : len(t) // 6 + 8], equal[-900:-898] = half[len(t) // 6], half[-901]
+    frozen = half.copy()
+    frozen[len(t) // 2 : len(t) // 2 + 200] = half[len(t) // 2]
+    free = np.floor(0.473 * i + 0.2).astype(np.int64)
+    left_out = {"tell": "rows left out that repeat", "part": 0.5}
+    return {
+        "every second repeats": Stamped(half, t),
+        "every third repeats": Stamped(third, t),
+        "a third repeats at random": Stamped(np.maximum.accumulate(at_random), t),
+        "every second left out": Stamped(half, t, **left_out),
+        "every third left out": Stamped(third, t, **{**left_out, "part": 2.0 / 3.0}),
+        "four of five left out": Stamped(slow, t, **{**left_out, "part": 0.2}),
+        "left out, equal samples": Stamped(equal, t, **left_out),
+        "left out, some frozen": Stamped(frozen, t, **left_out),
+        "left out, losses": Stamped(half[there], t[there], **left_out),
+        "left out, free": Stamped(
+            np.searchsorted(free, free), t, **{**left_out, "part": 0.473}, exact=False
+        ),
+    }
 
 
 def _blocks(t, size, digits=3):
@@ -83,4 +112,5 @@ def forms(rate, n, seed=1):
         "another rate": _of(t / 1.006, exact=False, tell="not at the rate stated"),
         "a rate far off": _of(t / 1.04, exact=False, tell="not at the rate stated"),
         "wandering": _of(t + 0.05 * np.sin(2.0 * np.pi * t / 30.0), exact=False),
+        **_repeats(t, some, seed),
     }

@@ -127,6 +127,11 @@ class CausalClock:
         self._quiet = 0
 
     @property
+    def times(self) -> bool:
+        """Whether steps hold times."""
+        return self._times
+
+    @property
     def undecided(self) -> int:
         """Samples, the last one among them, whose steps may yet be revised."""
         return len(self._open)

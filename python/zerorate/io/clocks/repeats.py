@@ -20,12 +20,12 @@ from zerorate.types import Booleans, Floats, Integers
 
 HEAD: Final = 1 << 15
 """Rows at the beginning of a log that tell whether its sensor is slower."""
-_LEAST: Final = 1 + 2 / WINDOW
+LEAST: Final = 1 + 2 / WINDOW
 """Rows a sample: repeats so often that a gap of the sensor is told from them."""
 _CHANGES: Final = 256
 """Changes over which sensor and log keep their phase."""
-_FEWEST: Final = 4
-"""Spans of so many changes."""
+FEWEST_CHANGES: Final = 4 * _CHANGES
+"""Changes that a sensor is judged by at least."""
 _CERTAIN: Final = 10.0
 """Standard deviations by which chance does not come near the power of a clock."""
 _OFF: Final = 1.25
@@ -60,7 +60,7 @@ def rows_held(values: Floats, place: Integers) -> float | None:
     """
     again = repeated(values)
     first = place[~again]
-    if len(place) < _LEAST * len(first) or len(first) < _FEWEST * _CHANGES:
+    if len(place) < LEAST * len(first) or len(first) < FEWEST_CHANGES:
         return None
     held = _period(first) if _abrupt(values, again) else None
     return held if held is not None and _even(first, held) else None
@@ -82,7 +82,7 @@ def _period(first: Integers) -> float | None:
     span = float(np.median(spans[:, -1] - spans[:, 0]))
     guess = (_CHANGES - 1) / span
     # Ticks that are left out make the clock look slower.
-    low, high = 0.9 * guess, min(1.3 * guess, 1 / _LEAST)
+    low, high = 0.9 * guess, min(1.3 * guess, 1 / LEAST)
     # Whole rows have the same power at f and 1 - f: more runs of one row than of three tell f.
     runs = np.diff(first)
     if np.count_nonzero(runs == 1) > np.count_nonzero(runs == 3):

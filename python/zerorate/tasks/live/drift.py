@@ -80,6 +80,10 @@ class DriftEngine(ClockedEngine):
         gyro, force = self.layout.row(cells), [number_or_nan(cells[i]) for i in self._accel]
         return (gyro, force), self.stamp(cells)
 
+    def numbers(self, row: tuple[list[float], list[float]]) -> list[float]:
+        """Return the numbers that all are the same where a row repeats the one before."""
+        return [*row[0], *row[1]]
+
     def feed(self, row: tuple[list[float], list[float]], step: Step, left_out: bool) -> None:
         """Give a sample to the filter, after those that are missing before it."""
         if step.missing:

@@ -245,6 +245,8 @@ class NavigationEngine(ClockedEngine):
         super().__init__(layout, samples, clocked)
         self._settings, self._nav = settings, nav
         self._told = ("", "")
+        if len(layout.channels) > _WIDTHS[0]:
+            self._held = None  # a fix is in one row of those that repeat
         self._beside = [WithNavigation(name) for name in settings.beside]
 
     @property

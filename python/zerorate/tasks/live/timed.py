@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple, Self
 
 from zerorate.checks.impossible import ImpossibleRates
 from zerorate.io.clocks.causal import CausalClock, Step
+from zerorate.io.clocks.held import HeldRows
 from zerorate.io.clocks.stamp_cells import StampCells
 from zerorate.record import LogError
 from zerorate.tasks.live.checkpoint import whole
@@ -45,6 +46,10 @@ class Clocked(NamedTuple):
             yield f"clock: began anew {self.cells.wrap_count} times as counters do; it goes on"
         yield from self.clock.sentences()
 
+    def anew(self) -> Self:
+        """Return the same with a clock that has seen nothing."""
+        return self._replace(clock=CausalClock(self.clock.rate, self.clock.times))
+
     def state(self) -> list[Any]:
         """Return all of it, as JSON keeps it."""
         return [self.column, self.cells.state(), self.clock.state()]
@@ -66,7 +71,8 @@ class ClockedEngine(Engine):
 
     While the clock or the check of rates is undecided, samples are kept next to what the filter was
     before them. If a decision is reversed, the filter takes them again as they should have been: it
-    is then the one that knew it at once.
+    is then the one that knew it at once. The same holds for rows that may repeat the one before
+    because the sensor is slower than the rate of the rows.
 
     Parameters
     ----------
@@ -95,6 +101,8 @@ class ClockedEngine(Engine):
         self._lost = 0
         self._kept: list[list[Any]] = []
         self._before: Any = None
+        self._held = None if self._clock is None or samples else HeldRows(self._clock.rate)
+        self._origin: list[Any] = []
 
     @abstractmethod
     def feed(self, row: Any, step: Step, left_out: bool) -> None:  # noqa: ANN401
@@ -129,6 +137,52 @@ class ClockedEngine(Engine):
     def answer(self, sample: tuple[Any, float | None]) -> list[str]:
         """Return what there is to say after a sample."""
         row, stamp = sample
+        if self._held is None:
+            self._take(row, stamp)
+        elif self._held.period is None:
+            self._look(self._held, row, stamp)
+        else:
+            self._take_all(self._held.take(row, stamp, self.numbers(row)))
+        return self.texts()
+
+    def numbers(self, row: Any) -> list[float]:  # noqa: ANN401
+        """Return the numbers that all are the same where a row repeats the one before."""
+        return row  # type: ignore[no-any-return]
+
+    def _look(self, held: HeldRows, row: Any, stamp: float | None) -> None:  # noqa: ANN401
+        """Take a row that may hold a sample of a slower sensor; if it does, take all anew."""
+        if not self._origin:
+            check = None if self._check is None else self._check.state()
+            self._origin = [self.saved(), check]
+        self._take(row, stamp)
+        samples = held.look(row, stamp, self.numbers(row))
+        if samples is not None:
+            self._begin_anew()
+            self._take_all(samples)
+        if not held.possible:
+            self._held = None
+        if samples is not None or not held.possible:
+            self._origin = []
+
+    def _take_all(self, samples: Sequence[Any]) -> None:
+        """Take the samples of a slower sensor: of the rows between, none counts as lost."""
+        self._lost = 0
+        for row, stamp in samples:
+            self._take(row, stamp)
+
+    def _begin_anew(self) -> None:
+        """Go back to the first row, with a new clock."""
+        filter_, check = self._origin
+        self.restore(filter_)
+        self._kept, self._before = [], None
+        if self._check is not None:
+            self._check.go_on(check)
+        assert self.clocked is not None
+        self.clocked = self.clocked.anew()
+        self._clock = self.clocked.clock
+
+    def _take(self, row: Any, stamp: float | None) -> None:  # noqa: ANN401
+        """Give a sample to the filter at its time, or with doubt."""
         lost, self._lost = self._lost, 0
         clock, check = self._clock, self._check
         if clock is not None:
@@ -140,7 +194,6 @@ class ClockedEngine(Engine):
             self._with_doubt(row, step, left_out)
         else:
             self.feed(row, step, left_out)
-        return self.texts()
 
     def _with_doubt(self, row: Any, step: Step, left_out: bool) -> None:  # noqa: ANN401
         if not self._kept:
@@ -175,6 +228,8 @@ class ClockedEngine(Engine):
         """Yield what there is to say at the end."""
         if self.clocked is not None:
             yield from self.clocked.sentences()
+        if self._held is not None:
+            yield from self._held.sentences()
         if self._check is not None:
             yield from self._check.sentences()
 
@@ -183,13 +238,22 @@ class ClockedEngine(Engine):
         if self.clocked is None and self._check is None:
             return {}
         before = None if self._before is None else [_packed(x) for x in self._before]
+        held = {} if self._held is None else {"held": self._held.state(), "origin": self._first()}
         return {
             "clock": None if self.clocked is None else self.clocked.state(),
             "check": None if self._check is None else self._check.state(),
             "lost": self._lost,
             "kept": self._kept,
             "before": before,
+            **held,
         }
+
+    def _first(self) -> list[Any]:
+        """Return what was known before the first row, as JSON keeps it."""
+        if not self._origin:
+            return []
+        filter_, check = self._origin
+        return [[_packed(x) for x in filter_], check]
 
     def go_on(self, saved: Mapping[str, Any]) -> None:
         """Go on from what `timing` gave, the clock already being there."""
@@ -199,6 +263,14 @@ class ClockedEngine(Engine):
         self._kept = [[row, Step(*step), left_out] for row, step, left_out in saved.get("kept", ())]
         before = saved.get("before")
         self._before = None if before is None else [_unpacked(x) for x in before]
+        self._held = None
+        if self._clock is not None and "held" in saved:
+            self._held = HeldRows.of_state(self._clock.rate, saved["held"])
+            self._origin = (
+                [[_unpacked(x) for x in saved["origin"][0]], saved["origin"][1]]
+                if saved["origin"]
+                else []
+            )
 
 
 def clocked_in(rate: float, saved: Mapping[str, Any]) -> Clocked | None:
