@@ -63,6 +63,7 @@ pub struct Inertial {
 }
 
 /// The rate in rad/s, unless it is missing or beyond any body's.
+#[cfg(feature = "std")]
 #[inline(always)]
 pub(super) fn rate(gyro: [f64; 3], unit: f64) -> Option<Vector3<f64>> {
     let rate = Vector3::from(gyro) * unit;
