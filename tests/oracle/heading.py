@@ -135,7 +135,8 @@ class Iron:
 
     def blur(self, variance):
         level = self.x[0] ** 2 + self.x[1] ** 2
-        self.P[range(2), range(2)] += min(variance * level, 10.0)
+        own = self.P[range(2), range(2)]
+        self.P[range(2), range(2)] = own + np.minimum(variance * level, np.maximum(10.0 - own, 0.0))
 
 
 class Deviation:

@@ -239,7 +239,8 @@ impl Iron {
     pub fn blur(&mut self, variance: f64) {
         let level = square(self.state[EARTH]) + square(self.state[EARTH + 1]);
         for i in EARTH..EARTH + 2 {
-            self.covariance[(i, i)] += (variance * level).min(MOST);
+            let own = &mut self.covariance[(i, i)];
+            *own += (variance * level).min((MOST - *own).max(0.0));
         }
     }
 
