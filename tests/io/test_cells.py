@@ -1,7 +1,5 @@
 """Cells of text tables: no quote takes a line from the table, and one grammar holds for numbers."""
 
-import sys
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,19 +9,15 @@ from zerorate.io import read_log
 from zerorate.io.readers import parsers
 from zerorate.record import LogError
 
-PARSERS = ("plain", "pyarrow", "numpy", "lines")
+PARSERS = ("plain", "lines")
 ROWS = 30
 
 
 def read(path, parser, **options):
     """Return the log, or the sentence of its refusal, as one parser gives it."""
     with pytest.MonkeyPatch.context() as patch:
-        if parser != "plain":
-            patch.setattr(parsers, "_plain", lambda *_: None)
-        if parser in ("numpy", "lines"):
-            patch.setitem(sys.modules, "pyarrow", None)
         if parser == "lines":
-            patch.setattr(parsers, "_by_numpy", lambda *_: None)
+            patch.setattr(parsers, "_plain", lambda *_: None)
         try:
             return read_log(path, rate=10, **options)
         except LogError as error:

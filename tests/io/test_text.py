@@ -1,7 +1,5 @@
 """Text tables: every layout, all parsers, and faults named by line and column."""
 
-import sys
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,15 +10,11 @@ from zerorate.io.readers import parsers
 from zerorate.record import LogError
 
 
-@pytest.fixture(params=["plain", "pyarrow", "numpy", "lines"])
+@pytest.fixture(params=["plain", "lines"])
 def parser(request, monkeypatch):
-    """Force one parser, but for rows that the first is to leave to others."""
-    if request.param != "plain":
-        monkeypatch.setattr(parsers, "_plain", lambda *_: None)
-    if request.param in ("numpy", "lines"):
-        monkeypatch.setitem(sys.modules, "pyarrow", None)
+    """Force one parser, except for rows that the first leaves to the second."""
     if request.param == "lines":
-        monkeypatch.setattr(parsers, "_by_numpy", lambda *_: None)
+        monkeypatch.setattr(parsers, "_plain", lambda *_: None)
     return request.param
 
 
@@ -96,7 +90,7 @@ def test_parsers_agree_to_the_last_bit(tmp_path_factory, rows, mark):
     path = tmp_path_factory.mktemp("parsers") / "a.txt"
     path.write_text(f"wx{mark}wy\n" + "".join(f"{x!r}{mark}{y!r}\n" for x, y in rows))
     got = []
-    for hidden in ((), ("_plain",), ("_plain", "_by_arrow")):
+    for hidden in ((), ("_plain",)):
         with pytest.MonkeyPatch.context() as patch:
             for name in hidden:
                 patch.setattr(parsers, name, lambda *_: None)
@@ -108,8 +102,7 @@ def test_parsers_agree_to_the_last_bit(tmp_path_factory, rows, mark):
 @pytest.mark.parametrize("mark", [",", ";", "\t", "|", "  "])
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_a_plain_table_is_read_by_the_parser_of_plain_rows(tmp_path, monkeypatch, mark, end):
-    for slow in ("_by_arrow", "_by_numpy", "_by_line"):
-        monkeypatch.setattr(parsers, slow, None)
+    monkeypatch.setattr(parsers, "_by_line", None)
     rng = np.random.default_rng(1)
     data = rng.standard_normal((400, 2)) * 10.0 ** rng.integers(-30, 30, (400, 2))
     data[7, 1] = np.nan

@@ -1,18 +1,15 @@
-"""The parsers of text tables: plain rows, pyarrow, NumPy and line by line, with the same numbers.
+"""The parsers of text tables: plain rows at once, or line by line, with the same numbers.
 
-The last one says what a table is and names the line and column of a fault. The others return None
-for whatever they might take differently. That of plain rows, which most tables have, is given them
-as they are; pyarrow and NumPy are given the rows without comments and quotes.
+Most tables have plain rows, or have them once remarks, quotes and repeated headers are taken away.
+The parser of lines says what a table is, and names the line and column of a fault.
 """
 
 from __future__ import annotations
 
 import io
 import re
-import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, Final, NoReturn
 
 import numpy as np
@@ -32,18 +29,13 @@ from zerorate.io.table import Column
 from zerorate.record.log import LogError
 
 BOM: Final = b"\xef\xbb\xbf"
-# At the beginning of a line alone, or a long one would take the square of its length.
-_QUOTED: Final = re.compile(rb'(?<![^\r\n])[^\r\n"]*"[^\r\n]*')
 _LINE_END: Final = re.compile(rb"\r\n|\r|\n")
-_REMARKS: Final = (b"#", b"%", b"//")
-_HEXADECIMAL: Final = re.compile(rb"0[xX]")
-_SWAPPED: Final = bytes.maketrans(b",.", b".,")
+_NO_ROW: Final = re.compile(rb"(?m)^[ \t]*(?:(?:#|%|//)[^\n]*)?\n")
+_NO_ROW_OF_TABS: Final = re.compile(rb"(?m)^(?: *|[ \t]*(?:#|%|//)[^\n]*)\n")
 _DELIMITERS: Final = (",", ";", "\t", "|", None)
 """Those of plain rows; a blank alone may stand in an empty line."""
 _WORDS: Final = [word.encode() for word in MISSING]
 _Kinds = list[type[np.float64] | type[np.int64] | type[np.str_]]
-_TEXT: Final = 64
-"""Characters of a date that are kept, more than any has."""
 
 
 @dataclass(frozen=True)
@@ -76,31 +68,10 @@ def decoded(raw: bytes) -> str:
 def parsed(raw: bytes, layout: Layout, wanted: list[int]) -> list[Column]:
     """Return the columns at some indices; LogError that names line and column of a fault."""
     kinds = _kinds(layout, wanted)
-    columns = _plain(raw, layout, wanted, kinds)
-    if columns is not None:
-        return columns
-    body = _body(raw, layout)
-    for parse in (_by_arrow, _by_numpy):
-        columns = _with_dates(parse(body, layout, wanted, kinds), kinds)
-        # An infinity may be a number that is too large, which the last parser tells apart.
-        if columns is not None and not any(map(_has_infinity, columns)):
-            return columns
-    return _by_line(raw, layout, wanted, kinds)
-
-
-def _with_dates(columns: list[Column] | None, kinds: _Kinds) -> list[Column] | None:
-    """Return the columns with texts as times, None if some are none."""
-    found: list[Column] = []
-    for column, kind in zip(columns or (), kinds, strict=columns is not None):
-        times = dates(column.tolist()) if kind is np.str_ else column
-        if times is None:
-            return None
-        found.append(times)
-    return found or None
-
-
-def _has_infinity(column: Column) -> bool:
-    return column.dtype.kind == "f" and bool(np.isinf(column).any())
+    columns = None if _headers(raw, layout) else _plain(raw, layout.offset, layout, wanted, kinds)
+    if columns is None:
+        columns = _plain(_plain_rows(raw, layout), 0, layout, wanted, kinds)
+    return _by_line(raw, layout, wanted, kinds) if columns is None else columns
 
 
 def texts(raw: bytes, layout: Layout, index: int) -> Column:
@@ -113,12 +84,10 @@ def notes_on_lines(raw: bytes, layout: Layout) -> Iterator[str]:
     again = _headers(raw, layout)
     if again:
         yield f"the header stands {again} more time{'s' * (again > 1)} among the rows; left out"
-    if b'"' not in raw:
-        return  # found out in a hundredth of the time of a search line by line
     stray = [
-        found.start()
-        for found in _QUOTED.finditer(raw)
-        if _is_stray(decoded(found[0]), layout.delimiter)
+        start
+        for start, end in _quoted_lines(raw)
+        if _is_stray(decoded(raw[start:end]), layout.delimiter)
     ]
     if stray:
         line = 1 + sum(1 for _ in _LINE_END.finditer(raw, 0, stray[0]))
@@ -146,45 +115,57 @@ def _kind(cell: str) -> type[np.float64] | type[np.int64] | type[np.str_]:
     return np.int64 if digits.isdigit() and len(digits) > 15 else np.float64
 
 
-def _plain(raw: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> list[Column] | None:
-    """Return the columns of rows that hold nothing but plain numbers."""
-    slots = {index: slot for slot, index in enumerate(wanted)}
-    if np.str_ in kinds or len(slots) < len(wanted) or layout.delimiter not in _DELIMITERS:
+def _plain(
+    raw: bytes, begin: int, layout: Layout, wanted: list[int], kinds: _Kinds
+) -> list[Column] | None:
+    """Return the columns of rows of plain numbers and dates; None if there is anything else."""
+    slots = {i: slot for slot, i in enumerate(wanted) if kinds[slot] is not np.str_}
+    if len(set(wanted)) < len(wanted) or layout.delimiter not in _DELIMITERS:
         return None
     end = len(raw)
     while raw[end - 1 : end] in (b"\n", b"\r"):
         end -= 1
-    if end <= layout.offset or _headers(raw, layout):
+    if end <= begin:
         return None
-    out = np.empty((len(wanted), 1 + raw.count(b"\n", layout.offset, end)))
-    whole = [kind is np.int64 for kind in kinds]
+    out = np.empty((len(wanted), 1 + raw.count(b"\n", begin, end)))
     plain = parse_rows(
         raw,
-        layout.offset,
+        begin,
         end,
         None if layout.delimiter is None else ord(layout.delimiter),
         ord("," if layout.decimal_comma else "."),
         [slots.get(i, -1) for i in range(layout.width)],
-        whole,
+        [kind is np.int64 for kind in kinds],
         _WORDS,
         out,
     )
     if not plain:
         return None
-    return [column.view(kind) for column, kind in zip(out, kinds, strict=True)]
+    columns = [
+        dates(_cells(raw[begin:end], layout, i)) if kind is np.str_ else column.view(kind)
+        for column, kind, i in zip(out, kinds, wanted, strict=True)
+    ]
+    return None if any(column is None for column in columns) else columns
 
 
-def _body(raw: bytes, layout: Layout) -> bytes:
-    body = raw[layout.offset :]
-    if any(mark in body for mark in _REMARKS):
-        lines = body.splitlines(keepends=True)
-        body = b"".join(line for line in lines if not line.lstrip(b" \t").startswith(_REMARKS))
+def _cells(rows: bytes, layout: Layout, index: int) -> list[str]:
+    """Return the cells of one column of plain rows."""
+    lines = rows.decode("ascii", "replace").split("\n")
+    return [line.split(layout.delimiter, index + 1)[index].strip() for line in lines]
+
+
+def _plain_rows(raw: bytes, layout: Layout) -> bytes:
+    """Return the rows without remarks, empty lines, repeated headers and quotes."""
+    rows = raw[layout.offset :]
+    if b"\r" in rows:
+        rows = rows.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    rows = (_NO_ROW_OF_TABS if layout.delimiter == "\t" else _NO_ROW).sub(b"", rows)
     if _headers(raw, layout):
-        lines = body.splitlines(keepends=True)
-        body = b"".join(line for line in lines if decoded(line).strip() != layout.header)
-    if b'"' in body:
-        body = _QUOTED.sub(partial(_without_quotes, delimiter=layout.delimiter), body)
-    return _single_blanks(body) if layout.delimiter is None else body
+        lines = rows.split(b"\n")
+        rows = b"\n".join(line for line in lines if decoded(line).strip() != layout.header)
+    if b'"' in rows:
+        rows = b"".join(_without_quotes(rows, layout.delimiter))
+    return rows
 
 
 def _headers(raw: bytes, layout: Layout) -> int:
@@ -196,74 +177,27 @@ def _headers(raw: bytes, layout: Layout) -> int:
     return sum(raw.count(b"\n" + header, layout.offset) for header in encodings)
 
 
-def _without_quotes(line: re.Match[bytes], delimiter: str | None) -> bytes:
-    """Return a line with its cells in no need of quotes; what is no number may become another."""
+def _without_quotes(rows: bytes, delimiter: str | None) -> Iterator[bytes]:
+    """Yield the text piece by piece, cells that need their quotes as question marks."""
     mark = delimiter or " "
-    cells = (cell or "NA" for cell in split(decoded(line[0]), delimiter))
-    return mark.join("?" if mark in cell else cell for cell in cells).encode()
+    done = 0
+    for start, end in _quoted_lines(rows):
+        cells = [cell or "NA" for cell in split(decoded(rows[start:end]), delimiter)]
+        yield rows[done:start]
+        yield mark.join("?" if mark in c or '"' in c else c for c in cells).encode()
+        done = end
+    yield rows[done:]
 
 
-def _single_blanks(body: bytes) -> bytes:
-    body = body.replace(b"\t", b" ").strip(b" ")
-    while b"  " in body:
-        body = body.replace(b"  ", b" ")
-    return body.replace(b"\n ", b"\n").replace(b" \n", b"\n").replace(b" \r", b"\r")
-
-
-def _by_arrow(body: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> list[Column] | None:
-    try:
-        import pyarrow as pa
-        from pyarrow import csv as arrow_csv
-    except ImportError:
-        return None
-    if np.int64 in kinds and _HEXADECIMAL.search(body):
-        return None  # which it would take for whole numbers
-    labels = [str(i) for i in range(layout.width)]
-    types = {
-        labels[i]: pa.string() if kind is np.str_ else pa.from_numpy_dtype(np.dtype(kind))
-        for i, kind in zip(wanted, kinds, strict=True)
-    }
-    try:
-        table = arrow_csv.read_csv(
-            io.BytesIO(body),
-            read_options=arrow_csv.ReadOptions(column_names=labels),
-            parse_options=arrow_csv.ParseOptions(
-                delimiter=layout.delimiter or " ", quote_char=False
-            ),
-            convert_options=arrow_csv.ConvertOptions(
-                column_types=types,
-                include_columns=[labels[i] for i in wanted],
-                null_values=list(MISSING),
-                decimal_point="," if layout.decimal_comma else ".",
-            ),
-        )
-    except pa.ArrowException:
-        return None
-    return [table.column(i).to_numpy() for i in range(len(wanted))]
-
-
-def _by_numpy(body: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> list[Column] | None:
-    # Every column is named, the unwanted ones as one byte, so that NumPy checks the row's width.
-    types = {
-        i: f"U{_TEXT}" if kind is np.str_ else kind for i, kind in zip(wanted, kinds, strict=True)
-    }
-    fields = [(f"c{i}", types.get(i, "S1")) for i in range(layout.width)]
-    text = decoded(body.translate(_SWAPPED) if layout.decimal_comma else body)
-    try:
-        with warnings.catch_warnings():
-            # Older versions make 1 of 1.5 in a column of whole numbers, and warn of it.
-            warnings.simplefilter("error", DeprecationWarning)
-            rows = np.loadtxt(
-                io.StringIO(text),
-                dtype=np.dtype(fields),
-                delimiter=layout.delimiter,
-                comments=None,
-                quotechar=None,
-                ndmin=1,
-            )
-    except (ValueError, OverflowError, DeprecationWarning):
-        return None
-    return [np.ascontiguousarray(rows[f"c{i}"]) for i in wanted]
+def _quoted_lines(text: bytes) -> Iterator[tuple[int, int]]:
+    """Yield the bounds of the lines that have a quote; other lines cost next to nothing."""
+    mark = b"\n" if b"\n" in text else b"\r"
+    quote = text.find(b'"')
+    while quote >= 0:
+        end = text.find(mark, quote)
+        end = len(text) if end < 0 else end
+        yield text.rfind(mark, 0, quote) + 1, end
+        quote = text.find(b'"', end)
 
 
 def _by_line(raw: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> list[Column]:
