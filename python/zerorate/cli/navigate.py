@@ -1,220 +1,288 @@
 """``zerorate navigate``: the track of a vehicle, from its inertial sensors and its receiver."""
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple
 
-import typer
+import numpy as np
 
-from zerorate.cli.clipping import Clipped, ClippedOption
-from zerorate.cli.errors import UsageFault, print_alarms
-from zerorate.cli.mounts import antenna_of, mounting_of, numbers, offset_of
+from zerorate.cli.errors import UsageFault
+from zerorate.cli.filter_options import TableOptions
 from zerorate.cli.options import (
-    PANEL,
     CalibrationOption,
+    ClippedOption,
     Fix,
     LogArgument,
-    Reading,
-    with_group,
-    with_options,
-    with_reading_options,
+    ReferenceOffset,
+    Tum,
 )
-from zerorate.cli.outputs import LogAndPanels, check_outputs, print_written, progress_bar
-from zerorate.cli.references import ReferenceOffset, Tum, existing
+from zerorate.cli.outputs import LogAndPanels, check_outputs, print_result, run_and_save
+from zerorate.cli.parameters import Argument, Option
+from zerorate.cli.reading import PANEL, Reading, ReadingOptions
+from zerorate.cli.values import parse_numbers
+from zerorate.io.mounting import read_mounting
 from zerorate.navigation.options import NAVIGATION_OPTIONS
-from zerorate.tasks.interrupts import in_background
 from zerorate.tasks.navigate import navigate as find_track
-from zerorate.tasks.saving import files_of
+from zerorate.types import Floats
 
 _FILTER: Final = "Navigation"
-_VEHICLE: Final = "The vehicle"
+"""The panel of help with what is of the filter."""
 _COURSE: Final = "course"
+_AUTO: Final = "auto"
+_NONE: Final = "none"
 _MAPS: Final = ("geojson", "gpx")
+_MAX_HEADING_DEG: Final = 360.0
 
 
-class _Vehicle(StrEnum):
-    wheeled = "wheeled"
+class Stated(NamedTuple):
+    """What ``--mount`` says: of `zerorate.navigate`, with what else a file's metadata state."""
+
+    mount: Floats | str
+    antenna: Floats | None = None
+    time_offset: float | str = _AUTO
+
+
+def _parse_lengths(flag: str, text: str) -> list[float]:
+    expected = "lengths in s, such as 10,30,60,"
+    found = parse_numbers(flag, text, text.count(",") + 1, expected)
+    if min(found) <= 0.0:
+        raise UsageFault(f"{flag} takes lengths above 0 s, got '{text}'")
+    return found
+
+
+def _parse_heading(flag: str, text: str) -> float | str:
+    if text == _COURSE:
+        return text
+    degrees = _number(text)
+    if not abs(degrees) <= _MAX_HEADING_DEG:
+        raise UsageFault(f"{flag} takes deg within 360, or 'course', got '{text}'")
+    return math.radians(degrees)
+
+
+def _parse_span(flag: str, text: str) -> tuple[float, float]:
+    start, stop = parse_numbers(flag, text, 2, "two times, such as 0,20,")
+    if not stop > start:
+        raise UsageFault(f"{flag} must end after it begins, got '{text}'")
+    return start, stop
+
+
+_PARSE_VECTOR: Final = partial(parse_numbers, count=3, expected="three numbers")
+
+
+def _parse_mount(flag: str, text: str) -> Stated:
+    """Return what nine numbers say, a file with them or with metadata, or none."""
+    if text == _NONE:
+        return Stated(_NONE)
+    path = Path(text)
+    if path.is_file():
+        stated = read_mounting(path)
+        if stated.body_from_sensor is not None:
+            offset = _AUTO if stated.time_offset is None else stated.time_offset
+            return Stated(stated.body_from_sensor, stated.antenna, offset)
+    words = filter(None, re.split(r"[\s,\[\]]+", _content(path) if path.is_file() else text))
+    found = [_number(word) for word in words]
+    if len(found) != 9 or any(map(math.isnan, found)):
+        raise UsageFault(
+            f"{flag} takes nine numbers of a rotation with commas between, a file with them, or "
+            f"'none', got '{text}'"
+        )
+    return Stated(np.reshape(found, (3, 3)))
+
+
+def _content(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
+def _parse_offset(flag: str, text: str) -> float | str:
+    if text == _AUTO:
+        return text
+    offset = _number(text)
+    if not math.isfinite(offset):
+        raise UsageFault(f"{flag} takes seconds, or 'auto', got '{text}'")
+    return offset
+
+
+def _number(text: str) -> float:
+    """Return a number, NaN for any other text."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _parse_file(flag: str, text: str) -> Path:
+    if not Path(text).is_file():
+        raise UsageFault(f"{flag} names {text}, which does not exist")
+    return Path(text)
 
 
 @dataclass(frozen=True)
 class _Run:
-    """What is typed of a run of the filter."""
+    """Options of the filter's run, named as arguments of `zerorate.navigate`."""
 
-    lengths: Annotated[
-        str | None,
-        typer.Option(
-            "--outages",
+    panel: ClassVar = _FILTER
+
+    outages: Annotated[
+        Sequence[float],
+        Option(
+            "Withhold fixes for so many seconds at a time, e.g. 10,30,60, and tell the error.",
             metavar="S,S",
-            help="Withhold fixes for so many seconds at a time, e.g. 10,30,60, and tell the error.",
+            parse=_parse_lengths,
         ),
-    ] = None
+    ] = ()
     smooth: Annotated[
         bool,
-        typer.Option(
-            help="See each sample in the light of all fixes, also of those that come later."
-        ),
+        Option("See each sample in the light of all fixes, also of those that come later."),
     ] = False
     heading: Annotated[
-        str | None,
-        typer.Option(
-            metavar="DEG",
-            help="Heading at the start, deg from north over east; or 'course': the direction in "
+        float | str | None,
+        Option(
+            "Heading at the start, deg from north over east; or 'course': the direction in "
             "which the vehicle first moves. By default the motion tells it.",
+            metavar="DEG",
+            parse=_parse_heading,
         ),
     ] = None
     rest: Annotated[
-        str | None,
-        typer.Option(
-            metavar="START,STOP",
-            help="When the vehicle rests at the start, s after the first sample. By default before "
+        tuple[float, float] | None,
+        Option(
+            "When the vehicle rests at the start, s after the first sample. By default before "
             "the receiver moves, if it rests for 3 s; else it starts in motion.",
+            metavar="START,STOP",
+            parse=_parse_span,
         ),
     ] = None
     gyro_noise: Annotated[
         Path | None,
-        typer.Option(
-            metavar="MODEL",
-            help="Noise of the gyro (JSON of NoiseModel, or of zerorate allan --export json). By "
+        Option(
+            "Noise of the gyro (JSON of NoiseModel, or of zerorate allan --export json). By "
             "default that of a consumer sensor.",
+            metavar="MODEL",
         ),
     ] = None
     accel_noise: Annotated[
-        Path | None, typer.Option(metavar="MODEL", help="Noise of the accelerometer, likewise.")
+        Path | None, Option("Noise of the accelerometer, likewise.", metavar="MODEL")
     ] = None
-
-    def arguments(self) -> dict[str, Any]:
-        """Return those of `zerorate.navigate`."""
-        return {
-            "outages": _lengths(self.lengths),
-            "smooth": self.smooth,
-            "heading": _heading(self.heading),
-            "rest": _span(self.rest),
-            "gyro_noise": self.gyro_noise,
-            "accel_noise": self.accel_noise,
-        }
 
 
 @dataclass(frozen=True)
 class _Body:
-    """What is typed of the vehicle, and of what it carries where."""
+    """Options of the vehicle, and of what it carries where."""
+
+    panel: ClassVar = "The vehicle"
 
     vehicle: Annotated[
-        _Vehicle | None,
-        typer.Option(help="Wheeled: it neither slips sideways nor leaves the ground."),
+        Literal["wheeled"] | None,
+        Option("Wheeled: it neither slips sideways nor leaves the ground."),
     ] = None
     axle: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X,Y,Z",
-            help="Of a wheeled vehicle: from the sensors to the axle that does not steer, m "
+        Sequence[float] | None,
+        Option(
+            "Of a wheeled vehicle: from the sensors to the axle that does not steer, m "
             "forward, right, down.",
+            metavar="X,Y,Z",
+            parse=_PARSE_VECTOR,
         ),
     ] = None
     wheel_speed: Annotated[
         str | None,
-        typer.Option(
-            metavar="COLUMN",
-            help="Column of the log with the speed of the wheels, m/s: of a vehicle on wheels, "
+        Option(
+            "Column of the log with the speed of the wheels, m/s: of a vehicle on wheels, "
             "whose scale and mounting are estimated.",
+            metavar="COLUMN",
         ),
     ] = None
     wheel_ticks: Annotated[
         str | None,
-        typer.Option(
+        Option(
+            "Column of the log with the ticks of a wheel so far, instead of its speed.",
             metavar="COLUMN",
-            help="Column of the log with the ticks of a wheel so far, instead of its speed.",
         ),
     ] = None
     tick: Annotated[
         float | None,
-        typer.Option(
-            metavar="M",
-            help="Of --wheel-ticks: metres a tick, to some percent. By default as the receiver's "
+        Option(
+            "Of --wheel-ticks: metres a tick, to some percent. By default as the receiver's "
             "speed tells it.",
+            metavar="M",
         ),
     ] = None
     antenna: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X,Y,Z",
-            help="From the sensors to the antenna, m forward, right, down. By default as the "
+        Sequence[float] | None,
+        Option(
+            "From the sensors to the antenna, m forward, right, down. By default as the "
             "file's metadata say, or about 0,0,0. It is estimated: within --antenna-sigma, by "
             "default 0.05 m where it is told and 1 m where it is not.",
+            metavar="X,Y,Z",
+            parse=_PARSE_VECTOR,
         ),
     ] = None
     mount: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MATRIX",
-            help="Rotation from the axes of the sensors to forward, right, down: nine numbers row "
+        Stated | None,
+        Option(
+            "Rotation from the axes of the sensors to forward, right, down: nine numbers row "
             "by row, with commas, or a file with them or with metadata that say it; 'none' for "
             "none. By default as the file's metadata say.",
+            metavar="MATRIX",
+            parse=_parse_mount,
         ),
     ] = None
     time_offset: Annotated[
-        str | None,
-        typer.Option(
-            metavar="S",
-            help="Added to the times of the fixes; or 'auto': as sensors and fixes fit best. By "
+        float | str | None,
+        Option(
+            "Added to the times of the fixes; or 'auto': as sensors and fixes fit best. By "
             "default auto, searched from what the file's metadata say.",
+            metavar="S",
+            parse=_parse_offset,
         ),
     ] = None
 
     def arguments(self) -> dict[str, Any]:
         """Return those of `zerorate.navigate`; a file of --mount may state antenna and clock."""
-        stated = mounting_of(self.mount)
-        axle = None if self.axle is None else numbers("--axle", self.axle, 3, "three numbers")
+        stated, typed = self.mount or Stated(_AUTO), vars(self)
         return {
-            "vehicle": None if self.vehicle is None else str(self.vehicle),
-            "axle": axle,
-            "wheel_speed": self.wheel_speed,
-            "wheel_ticks": self.wheel_ticks,
-            "tick": self.tick,
-            "antenna": antenna_of(self.antenna, stated),
+            **typed,
             "mount": stated.mount,
-            "time_offset": offset_of(self.time_offset, stated),
+            "antenna": stated.antenna if self.antenna is None else self.antenna,
+            "time_offset": stated.time_offset if self.time_offset is None else self.time_offset,
         }
 
 
-@with_group(LogAndPanels, "written")
-@with_group(_Run, "run", _FILTER)
-@with_group(_Body, "body", _VEHICLE)
-@with_options(NAVIGATION_OPTIONS, "constants", panel=_FILTER)
-@with_reading_options(
-    imu=True,
-    without=("group_by",),
-)
 def navigate(
     *,
     log: LogArgument,
     gnss: Annotated[
         Path | None,
-        typer.Argument(
-            help="Fixes of the receiver: NMEA, RTKLIB, NavSatFix or a table. By default they are "
-            "in the recording.",
-            show_default=False,
+        Argument(
+            "Fixes of the receiver: NMEA, RTKLIB, NavSatFix or a table. By default they are "
+            "in the recording."
         ),
     ] = None,
-    reading: Reading,
+    reading: Annotated[Reading, ReadingOptions(imu=True, without=("group_by",))],
     run: _Run,
-    constants: Mapping[str, Any],
+    constants: Annotated[Mapping[str, Any], TableOptions(NAVIGATION_OPTIONS, _FILTER)],
     body: _Body,
     reference: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="Ground truth to compare with: a TUM or EuRoC trajectory (same clock as the log, "
+        Path | None,
+        Option(
+            "Ground truth to compare with: a TUM or EuRoC trajectory (same clock as the log, "
             "z up, any origin and heading), or the fixes of a better receiver.",
-            rich_help_panel=PANEL,
+            metavar="FILE",
+            parse=_parse_file,
+            panel=PANEL,
         ),
     ] = None,
     reference_offset: ReferenceOffset = 0.0,
     tum: Tum = False,
     calibration: CalibrationOption = None,
-    clipped: ClippedOption = Clipped.auto,
+    clipped: ClippedOption = "auto",
     fix: Fix = False,
     written: LogAndPanels,
 ) -> None:
@@ -224,52 +292,14 @@ def navigate(
     maps as GeoJSON and GPX, and a figure. Prints what became of the fixes, and with --outages how
     far the track is off without them, next to a position and a velocity that are held.
     """
-    asked = {**run.arguments(), **body.arguments()}
-    truth = existing(reference)
     place = written.place(f"{log.stem}-zerorate-navigate", *_MAPS)
     outputs = written.at(place, (*_MAPS, *(("tum",) if tum else ())))
     check_outputs(outputs.paths, written.force, log, gnss, calibration)
-    panels = "all" if written.everything else "usual"
+    panels = written.panels
     written.preload("navigation_figure")
-    with progress_bar() as progress:
-        found = in_background(
-            lambda: find_track(
-                log, gnss, calibration=calibration, clipped=clipped.value, fix=fix,
-                reference=truth, reference_offset=reference_offset, progress=progress, **constants,
-                **asked, **reading.arguments,
-            )
-        )  # fmt: skip
-        outputs.save(files_of(found, tum=tum, panels=panels), progress, done=0.8)
-    print_alarms(found.alarms)
-    print(found)
-    print_written(outputs.paths)
-
-
-def _lengths(text: str | None) -> list[float]:
-    if text is None:
-        return []
-    found = numbers("--outages", text, text.count(",") + 1, "lengths in s, such as 10,30,60,")
-    if min(found) <= 0.0:
-        raise UsageFault(f"--outages takes lengths above 0 s, got '{text}'")
-    return found
-
-
-def _heading(text: str | None) -> float | str | None:
-    if text is None or text == _COURSE:
-        return text
-    try:
-        degrees = float(text)
-    except ValueError:
-        degrees = math.nan
-    if not abs(degrees) <= 360.0:
-        raise UsageFault(f"--heading takes deg within 360, or 'course', got '{text}'")
-    return math.radians(degrees)
-
-
-def _span(text: str | None) -> tuple[float, float] | None:
-    if text is None:
-        return None
-    start, stop = numbers("--rest", text, 2, "two times, such as 0,20,")
-    if not stop > start:
-        raise UsageFault(f"--rest must end after it begins, got '{text}'")
-    return start, stop
+    task = partial(
+        find_track, log, gnss, reference=reference, reference_offset=reference_offset,
+        calibration=calibration, clipped=clipped, fix=fix,
+        **constants, **vars(run), **body.arguments(), **reading.arguments,
+    )  # fmt: skip
+    print_result(*run_and_save(task, outputs, 0.8, tum=tum, panels=panels))

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO, TextIO
 
-import typer
-
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
-from zerorate.cli.standard import tell
+from zerorate.cli.parameters import Option
+from zerorate.cli.process import tell
 from zerorate.io.packets import PACKETS, PacketForm
 from zerorate.tasks.interrupts import Interrupts
 from zerorate.tasks.live.serving import Line, datagrams, lines_of, loopback, packets_of
@@ -20,27 +19,25 @@ from zerorate.tasks.live.sources import SOURCES, AddressError, live_source
 
 @dataclass(frozen=True)
 class Origin:
-    """What is typed of where samples come from, beside a file."""
+    """Options of where samples come from, besides a file."""
 
     udp: Annotated[
         str | None,
-        typer.Option(
-            metavar="HOST:PORT", help="Take datagrams of this machine, answer to their sender."
-        ),
+        Option("Take datagrams of this machine, answer to their sender.", metavar="HOST:PORT"),
     ] = None
     address: Annotated[
         str | None,
-        typer.Option(
+        Option(
+            "Live device: " + ", ".join(kind.address for kind in SOURCES.values()) + ".",
             "--from",
             metavar="KIND:ADDRESS",
-            help="Live device: " + ", ".join(kind.address for kind in SOURCES.values()) + ".",
         ),
     ] = None
     form: Annotated[
         str | None,
-        typer.Option(
+        Option(
+            f"Packets in place of lines: {', '.join(PACKETS)}; zerorate formats lists them.",
             metavar="FORM",
-            help=f"Packets in place of lines: {', '.join(PACKETS)}; zerorate formats lists them.",
         ),
     ] = None
 

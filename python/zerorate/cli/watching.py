@@ -1,4 +1,4 @@
-"""Those who watch ``zerorate stream`` while it runs: what is typed of them, and what draws."""
+"""Those who watch ``zerorate stream`` while it runs: the options, and what draws."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -6,10 +6,9 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from zerorate.cli.errors import UsageFault
-from zerorate.cli.standard import tell
+from zerorate.cli.errors import UsageFault, require
+from zerorate.cli.parameters import Option
+from zerorate.cli.process import tell
 from zerorate.tasks.live.view import View, Watcher
 
 if TYPE_CHECKING:
@@ -19,23 +18,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Watched:
-    """What is typed of those who watch."""
+    """Options of those who watch."""
 
     show: Annotated[
         bool,
-        typer.Option(
-            help="Draw rates, biases and attitude in the terminal (on stderr). Answers are printed "
+        Option(
+            "Draw rates, biases and attitude in the terminal (on stderr). Answers are printed "
             "only where stdout is none."
         ),
     ] = False
     serve: Annotated[
         int | None,
-        typer.Option(
+        Option(
+            "Show rolling plots and the attitude on a page for a browser of this machine; 0 "
+            "takes any free port.",
             metavar="PORT",
             min=0,
             max=65535,
-            help="Show rolling plots and the attitude on a page for a browser of this machine; 0 "
-            "takes any free port.",
         ),
     ] = None
 
@@ -76,6 +75,7 @@ def _page(port: int) -> "LivePage":
 
 
 def _terminal() -> "LiveTerminal":
+    require("rich", "cli")
     from rich.console import Console
 
     from zerorate.show.live_terminal import LiveTerminal

@@ -1,6 +1,7 @@
-"""The surroundings of a command: streams that lose nothing that is printed, whatever they are."""
+"""The process of a command: standard streams that lose nothing that is printed, its memory."""
 
 import codecs
+import ctypes
 import os
 import re
 import sys
@@ -38,6 +39,12 @@ _PLAIN: Final = {
     "ê": "e",
 }
 
+_M_TRIM_THRESHOLD: Final = -1
+_M_MMAP_THRESHOLD: Final = -3
+_MAX_KEPT_BYTES: Final = 1 << 27
+_MAX_HEAP_BLOCK_BYTES: Final = 1 << 25
+"""A block that may come from the heap, glibc's own limit."""
+
 
 def prepare() -> None:
     """Make the standard streams of this process safe to write on, and figures safe to draw.
@@ -74,6 +81,20 @@ def tell(sentence: str) -> None:
     if sys.stderr is not None:
         with suppress(OSError, ValueError):
             print(f"zerorate: {' '.join(sentence.split())}", file=sys.stderr, flush=True)
+
+
+def keep_freed() -> None:
+    """Keep freed memory for the next blocks of a record, where glibc can be told so.
+
+    By itself it hands blocks of a megabyte back, and the kernel clears as much anew: of a day's
+    replay that takes a quarter of the processor's time. At most 128 MB are kept.
+    """
+    try:
+        mallopt = ctypes.CDLL(None).mallopt
+    except (AttributeError, OSError, TypeError):
+        return  # another C library
+    mallopt(_M_MMAP_THRESHOLD, _MAX_HEAP_BLOCK_BYTES)
+    mallopt(_M_TRIM_THRESHOLD, _MAX_KEPT_BYTES)
 
 
 def drop_stdout() -> None:
