@@ -28,7 +28,7 @@ from zerorate.cli.outputs import (
     print_written,
     progress_bar,
 )
-from zerorate.cli.parameters import Argument, Option
+from zerorate.cli.parameters import Argument, option
 from zerorate.cli.reading import Reading, ReadingOptions, records
 from zerorate.faults import told
 from zerorate.noise.kinds import TauGrid
@@ -85,34 +85,26 @@ def _parse_taus(flag: str, text: str) -> TauGrid | list[float]:
 class _Analysis:
     """Options of the deviations and of the model, named as arguments of `zerorate.characterise`."""
 
-    kind: Annotated[
-        str,
-        Option(
-            "Deviation: oadev, adev, mdev, tdev (Allan), hdev, ohdev (Hadamard, blind to a "
-            "ramp), totdev, mtotdev, ttotdev, htotdev, theo1 (for long averaging times), pdev.",
-            "--deviation --kind",
-            metavar="KIND",
-        ),
-    ] = "oadev"
-    taus: Annotated[
-        TauGrid | list[float],
-        Option(
-            "Averaging times: octave (doubling), decade (ten a decade), all, or seconds such "
-            "as 0.1,1,10.",
-            metavar="TIMES",
-            parse=_parse_taus,
-        ),
-    ] = "octave"
-    bridge: Annotated[int, Option("Longest gap that is filled with a straight line, samples.")] = 0
-    confidence: Annotated[
-        float, Option("Probability that the bounds hold the true deviation, 0 to 1.")
-    ] = 0.683
-    markov: Annotated[
-        int, Option("Number of Markov terms, noise correlated over one time, to find.")
-    ] = 0
-    second_opinion: Annotated[
-        bool, Option("Estimate the coefficients from the spectrum as well.")
-    ] = True
+    kind: str = option(
+        "oadev",
+        "Deviation: oadev, adev, mdev, tdev (Allan), hdev, ohdev (Hadamard, blind to a "
+        "ramp), totdev, mtotdev, ttotdev, htotdev, theo1 (for long averaging times), pdev.",
+        "--deviation --kind",
+        metavar="KIND",
+    )
+    taus: TauGrid | list[float] = option(
+        "octave",
+        "Averaging times: octave (doubling), decade (ten a decade), all, or seconds such "
+        "as 0.1,1,10.",
+        metavar="TIMES",
+        parse=_parse_taus,
+    )
+    bridge: int = option(0, "Longest gap that is filled with a straight line, samples.")
+    confidence: float = option(
+        0.683, "Probability that the bounds hold the true deviation, 0 to 1."
+    )
+    markov: int = option(0, "Number of Markov terms, noise correlated over one time, to find.")
+    second_opinion: bool = option(True, "Estimate the coefficients from the spectrum as well.")
 
     fix: Fix = False
 
@@ -123,22 +115,18 @@ class _Exports:
 
     panel: ClassVar = "Exports for other programs"
 
-    export: Annotated[
-        str | None,
-        Option(
-            "Files for estimators, of the worst axis: some of kalibr,vins,orbslam3,px4,ros "
-            "(covariances of sensor_msgs/Imu); json has the models of all axes.",
-            metavar="NAMES",
-        ),
-    ] = None
-    inflate: Annotated[
-        float,
-        Option("Factor on the numbers of the exports: 10, say, for a vehicle's noise."),
-    ] = 1.0
-    per_sample: Annotated[
-        bool,
-        Option("For vins: deviations per sample, as its arithmetic takes them, not densities."),
-    ] = False
+    export: str | None = option(
+        None,
+        "Files for estimators, of the worst axis: some of kalibr,vins,orbslam3,px4,ros "
+        "(covariances of sensor_msgs/Imu); json has the models of all axes.",
+        metavar="NAMES",
+    )
+    inflate: float = option(
+        1.0, "Factor on the numbers of the exports: 10, say, for a vehicle's noise."
+    )
+    per_sample: bool = option(
+        False, "For vins: deviations per sample, as its arithmetic takes them, not densities."
+    )
 
     def names(self) -> list[str]:
         """Return which are asked for; ValueError for options that act on none of them."""
@@ -152,10 +140,9 @@ class _Written:
     panel: ClassVar = OUTPUT
 
     output: Output = "."
-    format: Annotated[
-        str | None,
-        Option("File format of the curve; else the suffix of -o, or csv.", choices=CURVE_FORMATS),
-    ] = None
+    format: str | None = option(
+        None, "File format of the curve; else the suffix of -o, or csv.", choices=CURVE_FORMATS
+    )
     figure_format: FigureFormat = None
     no_figure: NoFigure = False
     force: ForceExports = False
@@ -177,9 +164,7 @@ class _Written:
         endings = [EXPORTS[name] for name in exports]
         parts = [
             Part(
-                log,
-                one,
-                place.of_part(one.ending).files(f".{curve}", endings, figures, self.force),
+                log, one, place.of_part(one.ending).files(f".{curve}", endings, figures, self.force)
             )
             for log, place in places
             for one in records(log, reading.group_by)
@@ -189,10 +174,7 @@ class _Written:
 
 def allan(
     *,
-    logs: Annotated[
-        list[Path],
-        Argument(f"{RECORDING} Several are drawn over each other."),
-    ],
+    logs: Annotated[list[Path], Argument(f"{RECORDING} Several are drawn over each other.")],
     reading: Annotated[Reading, _READING],
     analysis: _Analysis,
     exports: _Exports,

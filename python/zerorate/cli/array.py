@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Final, TypeAlias
 from zerorate.array.options import ARRAY_OPTIONS
 from zerorate.cli.errors import UsageFault
 from zerorate.cli.filter_options import TableOptions, flag, own_flag
-from zerorate.cli.parameters import Option
+from zerorate.cli.parameters import option
 
 _PANEL: Final = "Several gyros of one body"
 """The panel of help."""
@@ -48,31 +48,25 @@ class OfArray:
 
     panel: ClassVar = _PANEL
 
-    array: Annotated[
-        bool,
-        Option(
-            "Make one gyro of all gyros of the log, which belong to one body. Of --columns "
-            "three in a row are a sensor if they are named x, y, z."
-        ),
-    ] = False
-    rotations: Annotated[
-        str | None,
-        Option(
-            "From each sensor's axes to those of the body, and positions for accelerometers "
-            "(JSON); 'find' finds rotations from the log's motion and writes them. "
-            "Default: all are aligned.",
-            metavar="FILE",
-        ),
-    ] = None
-    weights: Annotated[
-        str | Sequence[float] | None,
-        Option(
-            "How much each sensor counts: auto (by noise at rest, by scale errors in motion), "
-            "mean (alike), white (by white noise), or numbers, e.g. 0.5,0.3,0.2. Default: auto.",
-            metavar="WORD",
-            parse=_parse_weights,
-        ),
-    ] = None
+    array: bool = option(
+        False,
+        "Make one gyro of all gyros of the log, which belong to one body. Of --columns "
+        "three in a row are a sensor if they are named x, y, z.",
+    )
+    rotations: str | None = option(
+        None,
+        "From each sensor's axes to those of the body, and positions for accelerometers "
+        "(JSON); 'find' finds rotations from the log's motion and writes them. "
+        "Default: all are aligned.",
+        metavar="FILE",
+    )
+    weights: str | Sequence[float] | None = option(
+        None,
+        "How much each sensor counts: auto (by noise at rest, by scale errors in motion), "
+        "mean (alike), white (by white noise), or numbers, e.g. 0.5,0.3,0.2. Default: auto.",
+        metavar="WORD",
+        parse=_parse_weights,
+    )
 
     @property
     def finds(self) -> bool:

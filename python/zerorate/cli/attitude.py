@@ -26,7 +26,7 @@ from zerorate.cli.outputs import (
     print_title,
     run_and_save,
 )
-from zerorate.cli.parameters import Option
+from zerorate.cli.parameters import Option, option
 from zerorate.cli.reading import PANEL, Reading, ReadingOptions, records
 from zerorate.cli.values import parse_place
 from zerorate.geometry.frames import Frame
@@ -42,63 +42,50 @@ class _Filter:
 
     panel: ClassVar = "Attitude"
 
-    frame: Annotated[
-        Frame | None,
-        Option(
-            "Axes of the earth: east, north, up; north, east, down; or north, west, up. "
-            "North is the magnetic one, unless --declination is given. By default ned for a log "
-            "whose axes are known to point forward, right, down, as those of a PX4; else enu."
-        ),
-    ] = None
-    method: Annotated[
-        str, Option("How it is found. Auto needs no settings.", choices=ATTITUDE_METHODS)
-    ] = "auto"
-    offline: Annotated[
-        bool,
-        Option("See each sample in the light of the whole log, also of what comes later."),
-    ] = False
-    mag: Annotated[
-        bool,
-        Option(
-            "Leave out the magnetometer: the heading is then against the start, and drifts.",
-            "--no-mag",
-        ),
-    ] = True
-    learn_magnetometer: Annotated[
-        bool,
-        Option(
-            "Learn the magnetometer's hard iron from the motion, as a live filter can; "
-            "of a log zerorate calibrate --magnetometer knows more."
-        ),
-    ] = False
-    declination: Annotated[
-        float,
-        Option(
-            "How far magnetic north lies east of true north, deg, at the place: north is then "
-            "the true one.",
-            metavar="DEG",
-            shown="",
-            convert=math.radians,
-        ),
-    ] = 0.0
-    at: Annotated[
-        Sequence[float] | None,
-        Option(
-            "The place, deg, in place of --declination: that of the World Magnetic Model.",
-            metavar="LAT,LON",
-            parse=parse_place,
-        ),
-    ] = None
-    bias_limit: Annotated[
-        float | None,
-        Option(
-            "The largest bias that such a gyro has, deg/s: a steadier rate beyond is a turn, "
-            "never a rest. Default 10.",
-            metavar="DEG/S",
-            min=0.0,
-            convert=partial(convert, from_unit="deg/s", to_unit="rad/s"),
-        ),
-    ] = None
+    frame: Frame | None = option(
+        None,
+        "Axes of the earth: east, north, up; north, east, down; or north, west, up. "
+        "North is the magnetic one, unless --declination is given. By default ned for a log "
+        "whose axes are known to point forward, right, down, as those of a PX4; else enu.",
+    )
+    method: str = option(
+        "auto", "How it is found. Auto needs no settings.", choices=ATTITUDE_METHODS
+    )
+    offline: bool = option(
+        False, "See each sample in the light of the whole log, also of what comes later."
+    )
+    mag: bool = option(
+        True,
+        "Leave out the magnetometer: the heading is then against the start, and drifts.",
+        "--no-mag",
+    )
+    learn_magnetometer: bool = option(
+        False,
+        "Learn the magnetometer's hard iron from the motion, as a live filter can; "
+        "of a log zerorate calibrate --magnetometer knows more.",
+    )
+    declination: float = option(
+        0.0,
+        "How far magnetic north lies east of true north, deg, at the place: north is then "
+        "the true one.",
+        metavar="DEG",
+        shown="",
+        convert=math.radians,
+    )
+    at: Sequence[float] | None = option(
+        None,
+        "The place, deg, in place of --declination: that of the World Magnetic Model.",
+        metavar="LAT,LON",
+        parse=parse_place,
+    )
+    bias_limit: float | None = option(
+        None,
+        "The largest bias that such a gyro has, deg/s: a steadier rate beyond is a turn, "
+        "never a rest. Default 10.",
+        metavar="DEG/S",
+        min=0.0,
+        convert=partial(convert, from_unit="deg/s", to_unit="rad/s"),
+    )
 
 
 @dataclass(frozen=True)
@@ -107,28 +94,23 @@ class _Truth:
 
     panel: ClassVar = PANEL
 
-    reference: Annotated[
-        str | None,
-        Option(
-            "True orientation, from sensor to earth, to tell the errors by: a file of TUM's "
-            "text or EuRoC's table on the clock of the log, or four columns w,x,y,z of the log. "
-            "Default: its columns named like one, such as ref_quat_w.",
-            metavar="FILE",
-        ),
-    ] = None
-    reference_heading: Annotated[
-        Literal["aligned", "absolute", "relative"] | None,
-        Option(
-            "How headings are compared: aligned, turned to fit best, as is usual for a file, "
-            "whose north is its own; absolute, by the reference's north; relative, to the first "
-            "sample, as is usual without a magnetometer."
-        ),
-    ] = None
+    reference: str | None = option(
+        None,
+        "True orientation, from sensor to earth, to tell the errors by: a file of TUM's "
+        "text or EuRoC's table on the clock of the log, or four columns w,x,y,z of the log. "
+        "Default: its columns named like one, such as ref_quat_w.",
+        metavar="FILE",
+    )
+    reference_heading: Literal["aligned", "absolute", "relative"] | None = option(
+        None,
+        "How headings are compared: aligned, turned to fit best, as is usual for a file, "
+        "whose north is its own; absolute, by the reference's north; relative, to the first "
+        "sample, as is usual without a magnetometer.",
+    )
     reference_offset: ReferenceOffset = 0.0
-    reference_frame: Annotated[
-        Frame | None,
-        Option("Axes of the earth that the reference is to; by default those of --frame."),
-    ] = None
+    reference_frame: Frame | None = option(
+        None, "Axes of the earth that the reference is to; by default those of --frame."
+    )
 
 
 def attitude(

@@ -39,20 +39,16 @@ def batch(
         ),
     ] = "replay",
     report: Annotated[
-        bool,
-        Option("The same as --command report: a page a log, and overview.html of all."),
+        bool, Option("The same as --command report: a page a log, and overview.html of all.")
     ] = False,
     workers: Annotated[
-        int | None,
-        Option("Processes; one a core if not said.", metavar="N", panel=_WHERE),
+        int | None, Option("Processes; one a core if not said.", metavar="N", panel=_WHERE)
     ] = None,
     local_cluster: Annotated[
-        int | None,
-        Option("N Dask workers on this machine instead.", metavar="N", panel=_WHERE),
+        int | None, Option("N Dask workers on this machine instead.", metavar="N", panel=_WHERE)
     ] = None,
     scheduler: Annotated[
-        str | None,
-        Option("Workers of a Dask scheduler instead.", metavar="ADDRESS", panel=_WHERE),
+        str | None, Option("Workers of a Dask scheduler instead.", metavar="ADDRESS", panel=_WHERE)
     ] = None,
     reading: Annotated[Reading, _READING],
     options: FilterOptions,

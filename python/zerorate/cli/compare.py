@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Final
 from zerorate.cli.errors import DataFault, UsageFault, print_alarms, require
 from zerorate.cli.options import OUTPUT, RECORDING, FigureFormat, Fix, Force, NoFigure
 from zerorate.cli.outputs import check_outputs, print_written, progress_bar
-from zerorate.cli.parameters import Argument, Option
+from zerorate.cli.parameters import Argument, Option, option
 from zerorate.cli.reading import Reading, ReadingOptions, records
 from zerorate.cli.values import parse_words
 from zerorate.tasks.compare import ATTITUDE_METHODS, METHODS, MethodError
@@ -29,42 +29,34 @@ def _parse_attitude(flag: str, text: str) -> list[str]:
 class _Compared:
     """Options of what is compared, and against what, named as arguments of `zerorate.compare`."""
 
-    simulated: Annotated[bool, Option("Also simulated gyros, whose best filter is known.")] = False
-    reference: Annotated[str | None, Option("Column of an encoder's angle or of a true rate.")] = (
-        None
+    simulated: bool = option(False, "Also simulated gyros, whose best filter is known.")
+    reference: str | None = option(None, "Column of an encoder's angle or of a true rate.")
+    quaternion: Sequence[str] | None = option(
+        None, "Columns w,x,y,z of the true orientation.", parse=parse_words
     )
-    quaternion: Annotated[
-        Sequence[str] | None, Option("Columns w,x,y,z of the true orientation.", parse=parse_words)
-    ] = None
-    seeds: Annotated[int, Option("Simulated records of each gyro.")] = 12
-    methods: Annotated[
-        Sequence[str],
-        Option(
-            "With commas between. NAME=MODULE:FUNCTION adds a method of your own, from a "
-            "Python file in this folder: FUNCTION(z, rate) returns the bias after each sample. "
-            "After a name +hold learns at rest only, +reject rejects outliers.",
-            metavar="NAMES",
-            parse=parse_words,
-        ),
-    ] = METHODS
-    contaminate: Annotated[
-        list[str] | None,
-        Option(
-            "Also with faults in the records, e.g. share=0.01,size=100,one-sided "
-            "(in deviations), burst=20,size=30 (a minute) or stuck=10,at-zero (s); repeatable.",
-            metavar="FAULTS",
-        ),
-    ] = None
-    attitude: Annotated[
-        Sequence[str],
-        Option(
-            "Filters of attitude, for logs with an accelerometer and the true orientation; "
-            "those of other packages where they are installed. none: no table of them.",
-            metavar="NAMES",
-            parse=_parse_attitude,
-        ),
-    ] = ATTITUDE_METHODS
-    frame: Annotated[str, Option("Of the true orientation: enu, ned or nwu.")] = "enu"
+    seeds: int = option(12, "Simulated records of each gyro.")
+    methods: Sequence[str] = option(
+        METHODS,
+        "With commas between. NAME=MODULE:FUNCTION adds a method of your own, from a "
+        "Python file in this folder: FUNCTION(z, rate) returns the bias after each sample. "
+        "After a name +hold learns at rest only, +reject rejects outliers.",
+        metavar="NAMES",
+        parse=parse_words,
+    )
+    contaminate: list[str] | None = option(
+        None,
+        "Also with faults in the records, e.g. share=0.01,size=100,one-sided "
+        "(in deviations), burst=20,size=30 (a minute) or stuck=10,at-zero (s); repeatable.",
+        metavar="FAULTS",
+    )
+    attitude: Sequence[str] = option(
+        ATTITUDE_METHODS,
+        "Filters of attitude, for logs with an accelerometer and the true orientation; "
+        "those of other packages where they are installed. none: no table of them.",
+        metavar="NAMES",
+        parse=_parse_attitude,
+    )
+    frame: str = option("enu", "Of the true orientation: enu, ned or nwu.")
 
 
 @dataclass(frozen=True)
@@ -73,21 +65,16 @@ class _Written:
 
     panel: ClassVar = OUTPUT
 
-    output: Annotated[
-        str | None,
-        Option(
-            "Folder for all numbers (JSON) and a figure of each table, or the name of one of "
-            "them; without it nothing is written.",
-            "-o --output",
-            metavar="PATH",
-        ),
-    ] = None
+    output: str | None = option(
+        None,
+        "Folder for all numbers (JSON) and a figure of each table, or the name of one of "
+        "them; without it nothing is written.",
+        "-o --output",
+        metavar="PATH",
+    )
     figure_format: FigureFormat = None
     no_figure: NoFigure = False
-    json: Annotated[
-        Path | None,
-        Option("Write all numbers into this file.", metavar="FILE"),
-    ] = None
+    json: Path | None = option(None, "Write all numbers into this file.", metavar="FILE")
     force: Force = False
 
     def place(self) -> Destination | None:

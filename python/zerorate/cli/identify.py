@@ -14,7 +14,7 @@ from zerorate.cli.outputs import (
     print_title,
     run_and_save,
 )
-from zerorate.cli.parameters import Option
+from zerorate.cli.parameters import option
 from zerorate.cli.reading import Reading, ReadingOptions, records
 from zerorate.cli.values import parse_order
 from zerorate.identification.arma import MAX_ORDER
@@ -40,28 +40,23 @@ class _Model:
 
     panel: ClassVar = "Model"
 
-    order: Annotated[
-        tuple[int, int] | None,
-        Option(
-            "Take this order of the ARMA model, p autoregressive and q moving-average terms, "
-            "instead of choosing one.",
-            metavar="P,Q",
-            parse=_parse_order,
-        ),
-    ] = None
-    criterion: Annotated[Criterion, Option("Criterion that chooses the order.")] = "aic"
-    max_order: Annotated[int, Option("Largest AR order that is tried.", metavar="P")] = 10
-    estimator: Annotated[
-        Literal["css", "exact"],
-        Option(
-            "How the ARMA model is estimated: css, the conditional sum of squares, is fast; "
-            "exact, the likelihood, bridges missing samples. On long records they differ little."
-        ),
-    ] = "css"
-    segments: Annotated[
-        int,
-        Option("Parts of the record that the tests of stationarity compare.", metavar="N"),
-    ] = 100
+    order: tuple[int, int] | None = option(
+        None,
+        "Take this order of the ARMA model, p autoregressive and q moving-average terms, "
+        "instead of choosing one.",
+        metavar="P,Q",
+        parse=_parse_order,
+    )
+    criterion: Criterion = option("aic", "Criterion that chooses the order.")
+    max_order: int = option(10, "Largest AR order that is tried.", metavar="P")
+    estimator: Literal["css", "exact"] = option(
+        "css",
+        "How the ARMA model is estimated: css, the conditional sum of squares, is fast; "
+        "exact, the likelihood, bridges missing samples. On long records they differ little.",
+    )
+    segments: int = option(
+        100, "Parts of the record that the tests of stationarity compare.", metavar="N"
+    )
 
 
 @dataclass(frozen=True)
@@ -70,33 +65,27 @@ class _Before:
 
     panel: ClassVar = "Before the model: what is done to the record"
 
-    outliers: Annotated[
-        Literal["hampel", "moving-average"] | None,
-        Option(
-            "How outliers are replaced: by the median of their neighbours (hampel), or by a "
-            "moving average.",
-            shown="none",
-            choices=("none", "hampel", "moving-average"),
-            parse=_parse_none,
-        ),
-    ] = None
-    smooth: Annotated[
-        int,
-        Option(
-            "Moving average over so many samples first, as some papers do; it changes the model.",
-            metavar="N",
-        ),
-    ] = 1
-    decimate: Annotated[int, Option("Keep every N-th sample, after a low-pass.", metavar="N")] = 1
-    trend: Annotated[
-        Literal["mean", "linear"] | None,
-        Option(
-            "Subtract the mean or a straight line first.",
-            shown="none",
-            choices=("none", "mean", "linear"),
-            parse=_parse_none,
-        ),
-    ] = None
+    outliers: Literal["hampel", "moving-average"] | None = option(
+        None,
+        "How outliers are replaced: by the median of their neighbours (hampel), or by a "
+        "moving average.",
+        shown="none",
+        choices=("none", "hampel", "moving-average"),
+        parse=_parse_none,
+    )
+    smooth: int = option(
+        1,
+        "Moving average over so many samples first, as some papers do; it changes the model.",
+        metavar="N",
+    )
+    decimate: int = option(1, "Keep every N-th sample, after a low-pass.", metavar="N")
+    trend: Literal["mean", "linear"] | None = option(
+        None,
+        "Subtract the mean or a straight line first.",
+        shown="none",
+        choices=("none", "mean", "linear"),
+        parse=_parse_none,
+    )
 
 
 def identify(

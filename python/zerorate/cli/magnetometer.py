@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from zerorate.cli.errors import DataFault, UsageFault
 from zerorate.cli.filter_options import own_flag
@@ -17,7 +17,7 @@ from zerorate.cli.outputs import (
     print_title,
     run_and_save,
 )
-from zerorate.cli.parameters import Option
+from zerorate.cli.parameters import option
 from zerorate.cli.reading import READING, Reading, records
 from zerorate.cli.values import parse_place_of_field
 from zerorate.tasks.calibrate import (
@@ -53,40 +53,30 @@ class Magnetometer:
 
     panel: ClassVar = "Magnetometer instead of IMU"
 
-    magnetometer: Annotated[
-        bool,
-        Option(
-            "Calibrate the magnetometer: its hard and soft iron, by what the gyro tells of "
-            "ordinary motion."
-        ),
-    ] = False
-    field: Annotated[
-        float | None,
-        Option(
-            "Size of the field at the place, uT: a result that cannot be of there is refused.",
-            metavar="UT",
-        ),
-    ] = None
-    dip: Annotated[
-        float | None,
-        Option(
-            "The same of its angle below the level, deg; negative in the south.",
-            metavar="DEG",
-            convert=math.radians,
-        ),
-    ] = None
-    at: Annotated[
-        tuple[float, ...] | None,
-        Option(
-            "The place, deg: field and dip by the World Magnetic Model. Default that of the "
-            "log's positions.",
-            metavar="LAT,LON",
-            parse=parse_place_of_field,
-        ),
-    ] = None
-    one_iron: Annotated[
-        bool, Option("Nobody touched the device: one hard iron for the whole log.")
-    ] = False
+    magnetometer: bool = option(
+        False,
+        "Calibrate the magnetometer: its hard and soft iron, by what the gyro tells of "
+        "ordinary motion.",
+    )
+    field: float | None = option(
+        None,
+        "Size of the field at the place, uT: a result that cannot be of there is refused.",
+        metavar="UT",
+    )
+    dip: float | None = option(
+        None,
+        "The same of its angle below the level, deg; negative in the south.",
+        metavar="DEG",
+        convert=math.radians,
+    )
+    at: tuple[float, ...] | None = option(
+        None,
+        "The place, deg: field and dip by the World Magnetic Model. Default that of the "
+        "log's positions.",
+        metavar="LAT,LON",
+        parse=parse_place_of_field,
+    )
+    one_iron: bool = option(False, "Nobody touched the device: one hard iron for the whole log.")
 
     def arguments(self) -> dict[str, Any]:
         """Return those of `zerorate.calibrate_magnetometer`."""

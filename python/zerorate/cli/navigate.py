@@ -21,7 +21,7 @@ from zerorate.cli.options import (
     Tum,
 )
 from zerorate.cli.outputs import LogAndPanels, check_outputs, print_result, run_and_save
-from zerorate.cli.parameters import Argument, Option
+from zerorate.cli.parameters import Argument, Option, option
 from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.values import parse_numbers
 from zerorate.io.mounting import read_mounting
@@ -129,47 +129,38 @@ class _Run:
 
     panel: ClassVar = _FILTER
 
-    outages: Annotated[
-        Sequence[float],
-        Option(
-            "Withhold fixes for so many seconds at a time, e.g. 10,30,60, and tell the error.",
-            metavar="S,S",
-            parse=_parse_lengths,
-        ),
-    ] = ()
-    smooth: Annotated[
-        bool,
-        Option("See each sample in the light of all fixes, also of those that come later."),
-    ] = False
-    heading: Annotated[
-        float | str | None,
-        Option(
-            "Heading at the start, deg from north over east; or 'course': the direction in "
-            "which the vehicle first moves. By default the motion tells it.",
-            metavar="DEG",
-            parse=_parse_heading,
-        ),
-    ] = None
-    rest: Annotated[
-        tuple[float, float] | None,
-        Option(
-            "When the vehicle rests at the start, s after the first sample. By default before "
-            "the receiver moves, if it rests for 3 s; else it starts in motion.",
-            metavar="START,STOP",
-            parse=_parse_span,
-        ),
-    ] = None
-    gyro_noise: Annotated[
-        Path | None,
-        Option(
-            "Noise of the gyro (JSON of NoiseModel, or of zerorate allan --export json). By "
-            "default that of a consumer sensor.",
-            metavar="MODEL",
-        ),
-    ] = None
-    accel_noise: Annotated[
-        Path | None, Option("Noise of the accelerometer, likewise.", metavar="MODEL")
-    ] = None
+    outages: Sequence[float] = option(
+        (),
+        "Withhold fixes for so many seconds at a time, e.g. 10,30,60, and tell the error.",
+        metavar="S,S",
+        parse=_parse_lengths,
+    )
+    smooth: bool = option(
+        False, "See each sample in the light of all fixes, also of those that come later."
+    )
+    heading: float | str | None = option(
+        None,
+        "Heading at the start, deg from north over east; or 'course': the direction in "
+        "which the vehicle first moves. By default the motion tells it.",
+        metavar="DEG",
+        parse=_parse_heading,
+    )
+    rest: tuple[float, float] | None = option(
+        None,
+        "When the vehicle rests at the start, s after the first sample. By default before "
+        "the receiver moves, if it rests for 3 s; else it starts in motion.",
+        metavar="START,STOP",
+        parse=_parse_span,
+    )
+    gyro_noise: Path | None = option(
+        None,
+        "Noise of the gyro (JSON of NoiseModel, or of zerorate allan --export json). By "
+        "default that of a consumer sensor.",
+        metavar="MODEL",
+    )
+    accel_noise: Path | None = option(
+        None, "Noise of the accelerometer, likewise.", metavar="MODEL"
+    )
 
 
 @dataclass(frozen=True)
@@ -178,71 +169,56 @@ class _Body:
 
     panel: ClassVar = "The vehicle"
 
-    vehicle: Annotated[
-        Literal["wheeled"] | None,
-        Option("Wheeled: it neither slips sideways nor leaves the ground."),
-    ] = None
-    axle: Annotated[
-        Sequence[float] | None,
-        Option(
-            "Of a wheeled vehicle: from the sensors to the axle that does not steer, m "
-            "forward, right, down.",
-            metavar="X,Y,Z",
-            parse=_PARSE_VECTOR,
-        ),
-    ] = None
-    wheel_speed: Annotated[
-        str | None,
-        Option(
-            "Column of the log with the speed of the wheels, m/s: of a vehicle on wheels, "
-            "whose scale and mounting are estimated.",
-            metavar="COLUMN",
-        ),
-    ] = None
-    wheel_ticks: Annotated[
-        str | None,
-        Option(
-            "Column of the log with the ticks of a wheel so far, instead of its speed.",
-            metavar="COLUMN",
-        ),
-    ] = None
-    tick: Annotated[
-        float | None,
-        Option(
-            "Of --wheel-ticks: metres a tick, to some percent. By default as the receiver's "
-            "speed tells it.",
-            metavar="M",
-        ),
-    ] = None
-    antenna: Annotated[
-        Sequence[float] | None,
-        Option(
-            "From the sensors to the antenna, m forward, right, down. By default as the "
-            "file's metadata say, or about 0,0,0. It is estimated: within --antenna-sigma, by "
-            "default 0.05 m where it is told and 1 m where it is not.",
-            metavar="X,Y,Z",
-            parse=_PARSE_VECTOR,
-        ),
-    ] = None
-    mount: Annotated[
-        Stated | None,
-        Option(
-            "Rotation from the axes of the sensors to forward, right, down: nine numbers row "
-            "by row, with commas, or a file with them or with metadata that say it; 'none' for "
-            "none. By default as the file's metadata say.",
-            metavar="MATRIX",
-            parse=_parse_mount,
-        ),
-    ] = None
-    time_offset: Annotated[
-        float | str | None,
-        Option(
-            "Added to the times of the fixes; or 'auto': as sensors and fixes fit best. By "
-            "default auto, searched from what the file's metadata say.",
-            metavar="S",
-            parse=_parse_offset,
-        ),
-    ] = None
+    vehicle: Literal["wheeled"] | None = option(
+        None, "Wheeled: it neither slips sideways nor leaves the ground."
+    )
+    axle: Sequence[float] | None = option(
+        None,
+        "Of a wheeled vehicle: from the sensors to the axle that does not steer, m "
+        "forward, right, down.",
+        metavar="X,Y,Z",
+        parse=_PARSE_VECTOR,
+    )
+    wheel_speed: str | None = option(
+        None,
+        "Column of the log with the speed of the wheels, m/s: of a vehicle on wheels, "
+        "whose scale and mounting are estimated.",
+        metavar="COLUMN",
+    )
+    wheel_ticks: str | None = option(
+        None,
+        "Column of the log with the ticks of a wheel so far, instead of its speed.",
+        metavar="COLUMN",
+    )
+    tick: float | None = option(
+        None,
+        "Of --wheel-ticks: metres a tick, to some percent. By default as the receiver's "
+        "speed tells it.",
+        metavar="M",
+    )
+    antenna: Sequence[float] | None = option(
+        None,
+        "From the sensors to the antenna, m forward, right, down. By default as the "
+        "file's metadata say, or about 0,0,0. It is estimated: within --antenna-sigma, by "
+        "default 0.05 m where it is told and 1 m where it is not.",
+        metavar="X,Y,Z",
+        parse=_PARSE_VECTOR,
+    )
+    mount: Stated | None = option(
+        None,
+        "Rotation from the axes of the sensors to forward, right, down: nine numbers row "
+        "by row, with commas, or a file with them or with metadata that say it; 'none' for "
+        "none. By default as the file's metadata say.",
+        metavar="MATRIX",
+        parse=_parse_mount,
+    )
+    time_offset: float | str | None = option(
+        None,
+        "Added to the times of the fixes; or 'auto': as sensors and fixes fit best. By "
+        "default auto, searched from what the file's metadata say.",
+        metavar="S",
+        parse=_parse_offset,
+    )
 
     def arguments(self) -> dict[str, Any]:
         """Return those of `zerorate.navigate`; a file of --mount may state antenna and clock."""

@@ -6,7 +6,7 @@ or an `Argument` is one of what is typed; a dataclass, or another `Group`, is se
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, is_dataclass, replace
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +17,7 @@ from typing import (
     Final,
     Literal,
     Protocol,
+    TypeVar,
     Union,
     get_args,
     get_origin,
@@ -32,8 +33,11 @@ _MAX_SHOWN_CHOICES: Final = 30
 _OFF: Final = "--no-"
 """How a flag begins that turns off what is on by default."""
 _NUMBERS: Final = {float: "a number", int: "a whole number"}
+_OPTION: Final = "option"
+"""The metadata of a field that is an option."""
 _METAVARS: Final = {float: "NUMBER", int: "N", Path: "FILE"}
 
+T = TypeVar("T")
 Typed = Mapping[str, Any]
 """Values of what was typed, by the parameters' names."""
 
@@ -200,6 +204,11 @@ class Argument(Option):
         return name if self.default is REQUIRED else f"[{name}]"
 
 
+def option(default: T, help: str, flags: str = "", **about: Any) -> T:  # noqa: ANN401
+    """Return the field of a dataclass that is an `Option`."""
+    return field(default=default, metadata={_OPTION: Option(help, flags, **about)})
+
+
 class Group(Protocol):
     """Several options that a command takes as one object."""
 
@@ -222,17 +231,22 @@ class Taker:
     @cached_property
     def members(self) -> dict[str, "Option | Group"]:
         """The options and groups, by the keywords that take them."""
+        parameters = inspect.signature(self.takes).parameters
         hints = get_type_hints(self.takes, include_extras=True)
+        return {name: self._member(one, hints[name]) for name, one in parameters.items()}
+
+    def _member(self, parameter: inspect.Parameter, hint: Any) -> "Option | Group":  # noqa: ANN401
+        kind, *about = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+        own = getattr(self.takes, "__dataclass_fields__", {}).get(parameter.name)
+        if own is not None and _OPTION in own.metadata:
+            about = [own.metadata[_OPTION]]
+        if not about:
+            return Taker(kind)
+        if not isinstance(about[0], Option):
+            group: Group = about[0]
+            return group
         panel = getattr(self.takes, "panel", "")
-        found: dict[str, Option | Group] = {}
-        for name, one in inspect.signature(self.takes).parameters.items():
-            kind, *about = get_args(hints[name]) if _is_annotated(hints[name]) else (hints[name],)
-            if not about and is_dataclass(kind):
-                about = [Taker(kind)]  # type: ignore[arg-type]
-            member = about[0]
-            is_option = isinstance(member, Option)
-            found[name] = member.of(name, kind, one.default, panel) if is_option else member
-        return found
+        return about[0].of(parameter.name, kind, parameter.default, panel)
 
     def options(self) -> Iterator[Option]:
         """Yield the options, those of groups among them."""
@@ -247,10 +261,6 @@ class Taker:
                 for name, one in self.members.items()
             }
         )
-
-
-def _is_annotated(hint: Any) -> bool:  # noqa: ANN401
-    return get_origin(hint) is Annotated
 
 
 def _without_none(hint: Any) -> Any:  # noqa: ANN401

@@ -20,7 +20,7 @@ from zerorate.cli.outputs import (
     print_written,
     progress_bar,
 )
-from zerorate.cli.parameters import Argument, Option
+from zerorate.cli.parameters import Argument, Option, option
 from zerorate.cli.process import keep_freed
 from zerorate.cli.reading import PANEL, Reading, ReadingOptions, records
 from zerorate.cli.values import parse_words
@@ -49,14 +49,12 @@ class _Sensors:
 
     panel: ClassVar = PANEL
 
-    calibration: Annotated[
-        Path | None,
-        Option(
-            "Correct the gyro by this calibration first (JSON of zerorate calibrate), and by "
-            "the log's accelerometer, if it has one.",
-            metavar="CAL",
-        ),
-    ] = None
+    calibration: Path | None = option(
+        None,
+        "Correct the gyro by this calibration first (JSON of zerorate calibrate), and by "
+        "the log's accelerometer, if it has one.",
+        metavar="CAL",
+    )
     fix: Fix = False
     no_accel: NoAccel = False
 
@@ -68,8 +66,7 @@ class _Sensors:
 def replay(
     *,
     logs: Annotated[
-        list[Path],
-        Argument(f"{RECORDING} Several have one table, and a figure more."),
+        list[Path], Argument(f"{RECORDING} Several have one table, and a figure more.")
     ],
     reading: Annotated[Reading, ReadingOptions()],
     written: LogAndPanels,

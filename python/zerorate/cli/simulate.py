@@ -52,8 +52,7 @@ def simulate(
     rate: SimulatedRate = 100.0,
     seed: Seed = 1,
     axes: Annotated[
-        int | None,
-        Option("Number of axes, with a different bias and drift each; 3 if not given."),
+        int | None, Option("Number of axes, with a different bias and drift each; 3 if not given.")
     ] = None,
     poses: Annotated[
         int | None,
@@ -71,8 +70,7 @@ def simulate(
         ),
     ] = None,
     list_: Annotated[
-        bool,
-        Option("Print the gyros that can be simulated, with their noise, and end."),
+        bool, Option("Print the gyros that can be simulated, with their noise, and end.")
     ] = False,
     force: Force = False,
 ) -> None:

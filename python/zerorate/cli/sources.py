@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO, TextIO
+from typing import Any, BinaryIO, TextIO
 
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
-from zerorate.cli.parameters import Option
+from zerorate.cli.parameters import option
 from zerorate.cli.process import tell
 from zerorate.io.packets import PACKETS, PacketForm
 from zerorate.tasks.interrupts import Interrupts
@@ -21,25 +21,20 @@ from zerorate.tasks.live.sources import SOURCES, AddressError, live_source
 class Origin:
     """Options of where samples come from, besides a file."""
 
-    udp: Annotated[
-        str | None,
-        Option("Take datagrams of this machine, answer to their sender.", metavar="HOST:PORT"),
-    ] = None
-    address: Annotated[
-        str | None,
-        Option(
-            "Live device: " + ", ".join(kind.address for kind in SOURCES.values()) + ".",
-            "--from",
-            metavar="KIND:ADDRESS",
-        ),
-    ] = None
-    form: Annotated[
-        str | None,
-        Option(
-            f"Packets in place of lines: {', '.join(PACKETS)}; zerorate formats lists them.",
-            metavar="FORM",
-        ),
-    ] = None
+    udp: str | None = option(
+        None, "Take datagrams of this machine, answer to their sender.", metavar="HOST:PORT"
+    )
+    address: str | None = option(
+        None,
+        "Live device: " + ", ".join(kind.address for kind in SOURCES.values()) + ".",
+        "--from",
+        metavar="KIND:ADDRESS",
+    )
+    form: str | None = option(
+        None,
+        f"Packets in place of lines: {', '.join(PACKETS)}; zerorate formats lists them.",
+        metavar="FORM",
+    )
 
     def packets(self) -> PacketForm | None:
         """Return the form of packets that was asked for."""

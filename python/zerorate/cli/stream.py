@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Final
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
 from zerorate.cli.filter_options import FilterOptions, check_filter_options, flag, own_flag
 from zerorate.cli.options import NoAccel
-from zerorate.cli.parameters import Argument, AsTyped, Option, Typed
+from zerorate.cli.parameters import Argument, AsTyped, Option, Typed, option
 from zerorate.cli.process import BROKEN_PIPE, drop_stdout, tell
 from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.sources import Origin
@@ -65,26 +65,20 @@ _READING: Final = ReadingOptions(
 class _Numbers:
     """Options of the numbers in a line."""
 
-    sequence: Annotated[
-        str | int | None,
-        Option(
-            "Sequence number, by name or position: what the source lost is taken as missing "
-            "and counted. Without it a lost sample cannot be seen.",
-            metavar="COLUMN",
-            parse=parse_column,
-        ),
-    ] = None
-    sequence_bits: Annotated[
-        int | None,
-        Option(
-            "Width of the counter that --sequence shows; learned where it is not given.",
-            min=1,
-            max=MOST_BITS,
-        ),
-    ] = None
-    fields: Annotated[
-        int | None, Option("Numbers in a line, if the first may not be whole.", min=1)
-    ] = None
+    sequence: str | int | None = option(
+        None,
+        "Sequence number, by name or position: what the source lost is taken as missing "
+        "and counted. Without it a lost sample cannot be seen.",
+        metavar="COLUMN",
+        parse=parse_column,
+    )
+    sequence_bits: int | None = option(
+        None,
+        "Width of the counter that --sequence shows; learned where it is not given.",
+        min=1,
+        max=MOST_BITS,
+    )
+    fields: int | None = option(None, "Numbers in a line, if the first may not be whole.", min=1)
 
     def arguments(self) -> dict[str, Any]:
         """Return those of the settings of a stream."""
@@ -99,15 +93,13 @@ class _Accelerometer:
 
     panel: ClassVar = PANEL
 
-    accel_columns: Annotated[
-        Sequence[str | int] | None,
-        Option(
-            "Columns x,y,z of the accelerometer that tells of motion, by name or position. "
-            "Default: those that the header line names like the one of the gyro.",
-            metavar="NAMES",
-            parse=parse_columns,
-        ),
-    ] = None
+    accel_columns: Sequence[str | int] | None = option(
+        None,
+        "Columns x,y,z of the accelerometer that tells of motion, by name or position. "
+        "Default: those that the header line names like the one of the gyro.",
+        metavar="NAMES",
+        parse=parse_columns,
+    )
     no_accel: NoAccel = False
 
     def columns(self) -> tuple[str | int, ...] | None:
@@ -125,25 +117,18 @@ class _Attitude:
 
     panel: ClassVar = "Attitude"
 
-    attitude: Annotated[
-        bool,
-        Option(
-            "Answer with the orientation: lines hold gyro, accelerometer and maybe "
-            "magnetometer, x, y, z each."
-        ),
-    ] = False
-    frame: Annotated[
-        Frame,
-        Option(
-            "Axes of the earth: east, north, up (the default); north, east, down; or north, "
-            "west, up.",
-            shown="",
-        ),
-    ] = "enu"
-    no_mag: Annotated[bool, Option("Leave out the magnetometer of the lines.")] = False
-    learn_magnetometer: Annotated[
-        bool, Option("Learn the magnetometer's hard iron from the motion.")
-    ] = False
+    attitude: bool = option(
+        False,
+        "Answer with the orientation: lines hold gyro, accelerometer and maybe "
+        "magnetometer, x, y, z each.",
+    )
+    frame: Frame = option(
+        "enu",
+        "Axes of the earth: east, north, up (the default); north, east, down; or north, west, up.",
+        shown="",
+    )
+    no_mag: bool = option(False, "Leave out the magnetometer of the lines.")
+    learn_magnetometer: bool = option(False, "Learn the magnetometer's hard iron from the motion.")
 
     def arguments(self) -> dict[str, Any]:
         """Return those of `AttitudeSettings`."""
@@ -158,13 +143,12 @@ class _Attitude:
 class _Saves:
     """Options of the state that is saved."""
 
-    checkpoint: Annotated[
-        Path | None,
-        Option("Save the state, and go on from it at the next start.", metavar="FILE"),
-    ] = None
-    every: Annotated[float, Option("Seconds of samples between two saves.")] = 1.0
-    position: Annotated[bool, Option("Print the sample that the checkpoint goes on with.")] = False
-    force: Annotated[bool, Option("Begin anew if the checkpoint cannot be used.")] = False
+    checkpoint: Path | None = option(
+        None, "Save the state, and go on from it at the next start.", metavar="FILE"
+    )
+    every: float = option(1.0, "Seconds of samples between two saves.")
+    position: bool = option(False, "Print the sample that the checkpoint goes on with.")
+    force: bool = option(False, "Begin anew if the checkpoint cannot be used.")
 
     def printed_position(self) -> int:
         """Return the sample that the checkpoint goes on with."""
@@ -200,10 +184,7 @@ class _Saves:
 
 def stream(
     *,
-    source: Annotated[
-        Path | None,
-        Argument("Device, FIFO or file; stdin without it."),
-    ] = None,
+    source: Annotated[Path | None, Argument("Device, FIFO or file; stdin without it.")] = None,
     reading: Annotated[Reading, _READING],
     numbers: _Numbers,
     options: FilterOptions,
@@ -322,9 +303,7 @@ def _more_columns(beside: str | None, known: Iterable[str]) -> list[str]:
 
 
 def _read(
-    path: Path,
-    settings: Settings | AttitudeSettings | None = None,
-    fields: int | None = None,
+    path: Path, settings: Settings | AttitudeSettings | None = None, fields: int | None = None
 ) -> LineStream | None:
     try:
         return LineStream.from_bytes(path.read_bytes(), settings, fields)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Final
 from zerorate.cli.filter_options import TableOptions
 from zerorate.cli.options import CalibrationOption, ClippedOption, Fix, LogArgument
 from zerorate.cli.outputs import LogAndFigure, check_outputs, print_result, run_and_save
-from zerorate.cli.parameters import Option
+from zerorate.cli.parameters import Option, option
 from zerorate.cli.reading import Reading, ReadingOptions
 from zerorate.cli.values import parse_place
 from zerorate.navigation.options import FOOT_OPTIONS
@@ -25,27 +25,22 @@ class _Start:
 
     panel: ClassVar = _PANEL
 
-    at: Annotated[
-        Sequence[float] | None,
-        Option(
-            "Where it starts, deg: writes the track for maps, as GeoJSON and GPX.",
-            metavar="LAT,LON",
-            parse=parse_place,
-        ),
-    ] = None
-    heading: Annotated[
-        float | None,
-        Option(
-            "With --at: where the sensor's first axis looks at the start, deg from north over "
-            "east. Default 0.",
-            metavar="DEG",
-            convert=math.radians,
-        ),
-    ] = None
-    height: Annotated[
-        float | None,
-        Option("With --at: height of the start, m. Default 0.", metavar="M"),
-    ] = None
+    at: Sequence[float] | None = option(
+        None,
+        "Where it starts, deg: writes the track for maps, as GeoJSON and GPX.",
+        metavar="LAT,LON",
+        parse=parse_place,
+    )
+    heading: float | None = option(
+        None,
+        "With --at: where the sensor's first axis looks at the start, deg from north over "
+        "east. Default 0.",
+        metavar="DEG",
+        convert=math.radians,
+    )
+    height: float | None = option(
+        None, "With --at: height of the start, m. Default 0.", metavar="M"
+    )
 
 
 def walk(
@@ -56,8 +51,7 @@ def walk(
     smooth: Annotated[
         bool,
         Option(
-            "See each sample in the light of the whole log, also of what comes later.",
-            panel=_PANEL,
+            "See each sample in the light of the whole log, also of what comes later.", panel=_PANEL
         ),
     ] = False,
     start: _Start,

@@ -4,10 +4,10 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 from zerorate.cli.errors import UsageFault, require
-from zerorate.cli.parameters import Option
+from zerorate.cli.parameters import option
 from zerorate.cli.process import tell
 from zerorate.tasks.live.view import View, Watcher
 
@@ -20,23 +20,19 @@ if TYPE_CHECKING:
 class Watched:
     """Options of those who watch."""
 
-    show: Annotated[
-        bool,
-        Option(
-            "Draw rates, biases and attitude in the terminal (on stderr). Answers are printed "
-            "only where stdout is none."
-        ),
-    ] = False
-    serve: Annotated[
-        int | None,
-        Option(
-            "Show rolling plots and the attitude on a page for a browser of this machine; 0 "
-            "takes any free port.",
-            metavar="PORT",
-            min=0,
-            max=65535,
-        ),
-    ] = None
+    show: bool = option(
+        False,
+        "Draw rates, biases and attitude in the terminal (on stderr). Answers are printed "
+        "only where stdout is none.",
+    )
+    serve: int | None = option(
+        None,
+        "Show rolling plots and the attitude on a page for a browser of this machine; 0 "
+        "takes any free port.",
+        metavar="PORT",
+        min=0,
+        max=65535,
+    )
 
     @contextmanager
     def watcher(self) -> Iterator[Watcher | None]:
