@@ -21,15 +21,15 @@ from zerorate.cli.outputs import (
     check_outputs,
     draw_overlay,
     figure_ending,
+    parts_of,
     places_of_logs,
     preload_figure,
     print_result,
-    print_title,
     print_written,
     progress_bar,
 )
 from zerorate.cli.parameters import Argument, option
-from zerorate.cli.reading import Reading, ReadingOptions, records
+from zerorate.cli.reading import Reading, ReadingOptions
 from zerorate.faults import told
 from zerorate.noise.kinds import TauGrid
 from zerorate.show.tables import bulleted
@@ -162,13 +162,9 @@ class _Written:
             overlay = [first.base.with_name(f"{_OVERLAY}{one}") for one in figures]
             figures = []
         endings = [EXPORTS[name] for name in exports]
-        parts = [
-            Part(
-                log, one, place.of_part(one.ending).files(f".{curve}", endings, figures, self.force)
-            )
-            for log, place in places
-            for one in records(log, reading.group_by)
-        ]
+        parts = parts_of(
+            places, reading, lambda place: place.files(f".{curve}", endings, figures, self.force)
+        )
         return parts, overlay
 
 
@@ -183,8 +179,6 @@ def allan(
     """Characterise the noise of gyros and accelerometers from a log at rest."""
     names, force = exports.names(), written.force
     parts, overlay = written.parts(logs, reading, names)
-    for log in logs:
-        check_outputs([path for one in parts for path in one.files.paths], force, log)
     check_outputs(overlay, force)
     asked = {**vars(analysis), **reading.arguments}
     typed: dict[str, Any] = {
@@ -202,10 +196,10 @@ def allan(
             texts, why = exported(result, names, **typed)
             files = part.files.save(files_with(result, texts), progress)
         paths += files
-        refused += [f"{part.record.title or part.log}: {told(one)}" for one in why]
+        refused += [f"{part.name}: {told(one)}" for one in why]
         results[_unique(part.title(len(logs) > 1), results)] = result
         if len(logs) == 1:
-            print_title(part.record, first=part is parts[0])
+            part.print_title()
             print_result(result, files, _left_out(result, [] if force else [*texts]))
     if len(logs) > 1:
         found = Characterisations(results)

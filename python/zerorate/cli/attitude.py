@@ -19,15 +19,9 @@ from zerorate.cli.options import (
     ReferenceOffset,
     Tum,
 )
-from zerorate.cli.outputs import (
-    LogAndFigure,
-    check_outputs,
-    print_result,
-    print_title,
-    run_and_save,
-)
+from zerorate.cli.outputs import LogAndFigure, parts_of, print_result
 from zerorate.cli.parameters import Option, option
-from zerorate.cli.reading import PANEL, Reading, ReadingOptions, records
+from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.values import parse_place
 from zerorate.geometry.frames import Frame
 from zerorate.tasks.attitude import estimate_attitude
@@ -143,18 +137,13 @@ def attitude(
     and what was learned of the gyro; prints a table, with the errors where the log has a reference.
     """
     place = written.place(f"{log.stem}-zerorate-attitude")
-    found = records(log, reading.group_by)
-    others = ("tum",) if tum else ()
-    outputs = [written.at(place.of_part(one.ending), others) for one in found]
-    paths = [path for files in outputs for path in files.paths]
-    check_outputs(paths, written.force, log, calibration, magnetometer)
+    files = partial(written.at, others=(".tum",) if tum else ())
+    parts = parts_of([(log, place)], reading, files, calibration, magnetometer)
     written.preload("attitude_figure")
     asked = {**vars(filter), **vars(truth), **constants, **reading.arguments}
-    for one, files in zip(found, outputs, strict=True):
-        task = partial(
-            estimate_attitude, one.source, gyro=gyro or "gyro", accel=accel,
-            calibration=calibration, magnetometer=magnetometer, clipped=clipped, fix=fix, **asked,
-        )  # fmt: skip
-        result, paths = run_and_save(task, files, tum=tum)
-        print_title(one, first=one is found[0])
-        print_result(result, paths)
+    task = partial(
+        estimate_attitude, gyro=gyro or "gyro", accel=accel, calibration=calibration,
+        magnetometer=magnetometer, clipped=clipped, fix=fix, **asked,
+    )  # fmt: skip
+    for part in parts:
+        print_result(*part.run(task, tum=tum))

@@ -27,14 +27,13 @@ from zerorate.cli.outputs import (
     check_panels,
     figure_ending,
     log_ending,
+    parts_of,
     preload_figure,
     print_result,
-    print_title,
     progress_bar,
-    run_and_save,
 )
 from zerorate.cli.parameters import AsTyped, Option, Typed
-from zerorate.cli.reading import OF_IMU, READING, Reading, ReadingOptions, records
+from zerorate.cli.reading import OF_IMU, READING, Reading, ReadingOptions
 from zerorate.cli.values import parse_choices
 from zerorate.show.calibration_table import verdict
 from zerorate.tasks.calibrate import EXPORTS, moved_since
@@ -133,21 +132,20 @@ def calibrate(
     if figures:
         preload_figure("calibration_figure")
     figures += [f"-temperature{one}" for one in figures if temperature]
-    found = records(log, reading.group_by)
     endings = [ending for one in export for ending in EXPORTS[one]]
-    outputs = [place.of_part(one.ending).files(".json", endings, figures, force) for one in found]
-    check_outputs([path for files in outputs for path in files.paths], force, log, compare)
-    asked = {**choices, "gyro": gyro, "accel": accel, "temperature": temperature, "fix": fix}
+    files = partial(Destination.files, first=".json", others=endings, figures=figures, force=force)
+    task = partial(
+        calibrate_imu, gyro=gyro, accel=accel, temperature=temperature, fix=fix,
+        **choices, **reading.arguments,
+    )  # fmt: skip
     invalid = []
-    for one, files in zip(found, outputs, strict=True):
-        task = partial(calibrate_imu, one.source, **asked, **reading.arguments)
+    for part in parts_of([(log, place)], reading, files, compare):
         saved = {"exports": export, "doubtful": force, "panels": panels}
-        result, paths = run_and_save(task, files, 0.7, **saved)
-        print_title(one, first=one is found[0])
+        result, paths = part.run(task, 0.7, **saved)
         print_result(result, paths, _moved(result, old))
         if not result.valid:
             without = "" if force else _unwritten(export)
-            invalid.append(f"{one.title or log}: {verdict(result)}{without}")
+            invalid.append(f"{part.name}: {verdict(result)}{without}")
     if invalid:
         raise DataFault("; ".join(invalid))
 
@@ -166,14 +164,17 @@ def _correct(
     known = calibration_of(calibration)
     place = Destination.of(output, f"{log.stem}-zerorate-calibrated", LOG_FORMATS)
     suffix = log_ending(place, format)
-    for i, one in enumerate(records(log, reading.group_by)):
+    files = partial(Destination.files, first=f".{suffix}", others=(), figures=(), force=force)
+    for part in parts_of([(log, place)], reading, files, calibration):
         with progress_bar() as progress:
-            found = correct_log(one.source, known, gyro=gyro, accel=accel, **reading.arguments)
+            source = part.record.source
+            found = correct_log(source, known, gyro=gyro, accel=accel, **reading.arguments)
             saved = files_of(found).in_format(suffix)
-            outputs = place.of_part(one.ending).files(f".{suffix}", saved.others, (), force)
+            of_part = place.of_part(part.record.ending)
+            outputs = of_part.files(f".{suffix}", saved.others, (), force)
             check_outputs(outputs.paths, force, log, calibration)
             outputs.save(saved, progress, 0.5)
-        print_title(one, first=i == 0)
+        part.print_title()
         print_result(found, outputs.paths)
 
 

@@ -6,16 +6,9 @@ from typing import Annotated, ClassVar, Literal
 
 from zerorate.cli.errors import UsageFault, require
 from zerorate.cli.options import FigurePanels, Fix, Force, LogArgument, NoFigure, Output
-from zerorate.cli.outputs import (
-    check_outputs,
-    check_panels,
-    preload_figure,
-    print_result,
-    print_title,
-    run_and_save,
-)
+from zerorate.cli.outputs import check_panels, parts_of, preload_figure, print_result
 from zerorate.cli.parameters import option
-from zerorate.cli.reading import Reading, ReadingOptions, records
+from zerorate.cli.reading import Reading, ReadingOptions
 from zerorate.cli.values import parse_order
 from zerorate.identification.arma import MAX_ORDER
 from zerorate.identification.order import Criterion
@@ -105,17 +98,13 @@ def identify(
     Writes a page (HTML) with tables and figures, and all numbers as JSON.
     """
     panels = check_panels(figure, no_figure)
-    parts = records(log, reading.group_by)
-    place = Destination.of(output, f"{log.stem}-zerorate-identify", ("html", "json"))
     if not no_figure:
         require("matplotlib", "plot")
-    outputs = [place.of_part(one.ending).files(".html", [".json"], (), force) for one in parts]
-    check_outputs([path for files in outputs for path in files.paths], force, log)
+    place = Destination.of(output, f"{log.stem}-zerorate-identify", ("html", "json"))
+    files = partial(Destination.files, first=".html", others=[".json"], figures=(), force=force)
+    parts = parts_of([(log, place)], reading, files)
     if not no_figure:
         preload_figure("identify_figure", svg=True)
-    asked = {**vars(model), **vars(before), "fix": fix, **reading.arguments}
-    for one, files in zip(parts, outputs, strict=True):
-        task = partial(find_models, one.source, **asked)
-        result, paths = run_and_save(task, files, 0.9, drawn=not no_figure, panels=panels)
-        print_title(one, first=one is parts[0])
-        print_result(result, paths)
+    task = partial(find_models, **vars(model), **vars(before), fix=fix, **reading.arguments)
+    for part in parts:
+        print_result(*part.run(task, 0.9, drawn=not no_figure, panels=panels))

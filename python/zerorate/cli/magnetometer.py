@@ -9,16 +9,9 @@ from typing import Any, ClassVar, Final
 
 from zerorate.cli.errors import DataFault, UsageFault
 from zerorate.cli.filter_options import own_flag
-from zerorate.cli.outputs import (
-    check_outputs,
-    figure_ending,
-    preload_figure,
-    print_result,
-    print_title,
-    run_and_save,
-)
+from zerorate.cli.outputs import figure_ending, parts_of, preload_figure, print_result
 from zerorate.cli.parameters import option
-from zerorate.cli.reading import READING, Reading, records
+from zerorate.cli.reading import READING, Reading
 from zerorate.cli.values import parse_place_of_field
 from zerorate.tasks.calibrate import (
     EXPORTS,
@@ -108,16 +101,13 @@ def calibrate_compass(
     if figures:
         preload_figure("magnetometer_figure")
     endings = [ending for export in exports for ending in EXPORTS[export]]
-    found = records(log, reading.group_by)
-    outputs = [place.of_part(one.ending).files(".json", endings, figures, force) for one in found]
-    check_outputs([path for files in outputs for path in files.paths], force, log)
+    files = partial(Destination.files, first=".json", others=endings, figures=figures, force=force)
     asked = {"gyro": gyro or "gyro", **compass.arguments(), **reading.arguments}
     useless = []
-    for one, files in zip(found, outputs, strict=True):
-        task = partial(calibrate_magnetometer, one.source, **asked)
-        result, _ = run_and_save(task, files, 0.7, exports=exports, doubtful=force)
-        print_title(one, first=one is found[0])
-        print_result(result, files.paths)
-        useless += [f"{one.title or log}: {why}" for why in unusable(result)]
+    for part in parts_of([(log, place)], reading, files):
+        task = partial(calibrate_magnetometer, **asked)
+        result, _ = part.run(task, 0.7, exports=exports, doubtful=force)
+        print_result(result, part.files.paths)
+        useless += [f"{part.name}: {why}" for why in unusable(result)]
     if useless:
         raise DataFault("; ".join(useless))

@@ -269,7 +269,8 @@ def navigate(
     far the track is off without them, next to a position and a velocity that are held.
     """
     place = written.place(f"{log.stem}-zerorate-navigate", *_MAPS)
-    outputs = written.at(place, (*_MAPS, *(("tum",) if tum else ())))
+    others = [f".{one}" for one in (*_MAPS, *(("tum",) if tum else ()))]
+    outputs = written.at(place, others)
     check_outputs(outputs.paths, written.force, log, gnss, calibration)
     panels = written.panels
     written.preload("navigation_figure")

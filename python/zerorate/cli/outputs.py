@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from zerorate.cli.errors import UsageFault, as_usage, print_alarms, require
 from zerorate.cli.options import FigureFormat, FigurePanels, Force, LogFormat, NoFigure, Output
-from zerorate.cli.reading import Record
+from zerorate.cli.reading import Reading, Record, records
 from zerorate.progress import Progress, silent
 from zerorate.tasks.interrupts import in_background
 from zerorate.tasks.saving import (
@@ -95,15 +95,66 @@ def run_and_save(
 
 @dataclass(frozen=True)
 class Part:
-    """A record of one of several logs, and the files that it becomes."""
+    """A record of a log, and the files that it becomes."""
 
     log: Path
     record: Record
     files: Outputs
+    first: bool
+
+    @property
+    def name(self) -> str:
+        """Title of a part of a log, or name of the whole log."""
+        return self.record.title or str(self.log)
 
     def title(self, several: bool) -> str:
         """Name of the record, and of its log where there are several."""
         return " ".join(filter(None, (str(self.log) if several else "", self.record.title)))
+
+    def run(
+        self,
+        task: Callable[..., T],
+        done: float = 0.0,
+        **choices: Any,  # noqa: ANN401
+    ) -> tuple[T, list[Path]]:
+        """Run a task of the record, save its result as `run_and_save` does, and print the title."""
+        found = run_and_save(partial(task, self.record.source), self.files, done, **choices)
+        self.print_title()
+        return found
+
+    def print_title(self) -> None:
+        """Print what the results that follow are of, where there are several."""
+        if self.record.title:
+            print(self.record.title if self.first else f"\n{self.record.title}")
+
+
+def parts_of(
+    places: Sequence[tuple[Path, Destination]],
+    reading: Reading,
+    files: Callable[[Destination], Outputs],
+    *read: Path | None,
+) -> list[Part]:
+    """Return the records of logs with their files, after checking that these can be written.
+
+    Parameters
+    ----------
+    places : sequence of (Path, Destination)
+        The logs, and where the files of each go.
+    reading : Reading
+        What is read of a log.
+    files : callable
+        Returns the files of a record, given where they go.
+    *read : Path, optional
+        Further files that are read, and so not replaced.
+    """
+    parts: list[Part] = []
+    for log, place in places:
+        for record in records(log, reading.group_by):
+            parts.append(Part(log, record, files(place.of_part(record.ending)), not parts))
+    paths = [path for part in parts for path in part.files.paths]
+    for log, _ in places:
+        check_outputs(paths, parts[0].files.force, log, *read)
+    return parts
 
 
 def places_of_logs(
@@ -125,12 +176,6 @@ def draw_overlay(results: Any, paths: Sequence[Path], force: bool) -> None:  # n
     with together(paths, force) as temporary:
         for path in temporary:
             figure_writer(results.plot)(path)
-
-
-def print_title(record: Record, first: bool) -> None:
-    """Print what the results that follow are of, where there are several."""
-    if record.title:
-        print(record.title if first else f"\n{record.title}")
 
 
 def print_result(result: Any, paths: Sequence[Path], further: str = "") -> None:  # noqa: ANN401
@@ -248,11 +293,11 @@ class LogAndFigure:
     def at(self, place: Destination, others: Sequence[str] = ()) -> Outputs:
         """Return the files, after checking that what they need is there.
 
-        Others than the log and its figure are given by their suffixes, without dots.
+        Others than the log and its figure are given by how their names end.
         """
         log = log_ending(place, self.format)
         figures = figure_ending(place, self.figure_format, self.no_figure)
-        return place.files(f".{log}", [f".{one}" for one in others], figures, self.force)
+        return place.files(f".{log}", others, figures, self.force)
 
     def preload(self, module: str) -> None:
         """Begin to import what draws the figure, if there is one."""

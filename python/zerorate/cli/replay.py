@@ -1,7 +1,8 @@
 """``zerorate replay``: one log through the filters."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
 
@@ -14,15 +15,15 @@ from zerorate.cli.outputs import (
     Part,
     check_outputs,
     draw_overlay,
+    parts_of,
     places_of_logs,
     print_result,
-    print_title,
     print_written,
     progress_bar,
 )
 from zerorate.cli.parameters import Argument, Option, option
 from zerorate.cli.process import keep_freed
-from zerorate.cli.reading import PANEL, Reading, ReadingOptions, records
+from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.values import parse_words
 from zerorate.options import METHODS, used_by
 from zerorate.tasks.array import replay_array
@@ -104,12 +105,11 @@ def replay(
     method = options["method"]
     check_filter_options(options, (*compared, method))
     panels = written.panels
-    parts = _parts(logs, reading, written, array.finds)
+    places = places_of_logs(logs, written.output, "-zerorate", written.suffixes)
+    files = partial(written.at, others=("-rotations.json",) if array.finds else ())
+    parts = parts_of(places, reading, files, array.file, sensors.calibration)
     drawn = parts[0].files.figures if len(logs) > 1 and of_array is None else ()
     overlay = [one.with_name(f"{_OVERLAY}{one.suffix}") for one in drawn]
-    for log in logs:
-        paths = [path for one in parts for path in one.files.paths]
-        check_outputs(paths, written.force, log, array.file, sensors.calibration)
     check_outputs(overlay, written.force)
     keep_freed()
     if of_array is not None:
@@ -121,7 +121,7 @@ def replay(
     for part in parts:
         result = _run(part, asked, panels)
         if len(logs) == 1:
-            print_title(part.record, first=part is parts[0])
+            part.print_title()
             print_result(result, part.files.paths)
         results[part.title(several=True)] = result.summary()
     if len(logs) > 1:
@@ -130,19 +130,6 @@ def replay(
         print(found)
         print_written([*overlay, *(path for one in parts for path in one.files.paths)])
     _print_unused(method, options)
-
-
-def _parts(
-    logs: Sequence[Path], reading: Reading, written: LogAndPanels, rotations: bool
-) -> list[Part]:
-    """Return the records of all logs with their files."""
-    parts = []
-    for log, whole in places_of_logs(logs, written.output, "-zerorate", written.suffixes):
-        for one in records(log, reading.group_by):
-            place = whole.of_part(one.ending)
-            others = (place.file("-rotations.json"),) if rotations else ()
-            parts.append(Part(log, one, replace(written.at(place), others=others)))
-    return parts
 
 
 def _run(part: Part, asked: Mapping[str, Any], panels: str) -> Summary:
@@ -163,7 +150,7 @@ def _replay_arrays(parts: Sequence[Part], asked: Mapping[str, Any]) -> None:
         with progress_bar() as progress:
             found = replay_array(part.record.source, progress=progress, **asked)
             part.files.save(files_of(found), progress)
-        print_title(part.record, first=part is parts[0])
+        part.print_title()
         print_result(found, part.files.paths)
 
 

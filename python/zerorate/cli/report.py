@@ -6,9 +6,9 @@ from typing import Annotated
 
 from zerorate.cli.errors import UsageFault
 from zerorate.cli.options import Force, LogArgument, Output
-from zerorate.cli.outputs import check_outputs, print_title, print_written, run_and_save
+from zerorate.cli.outputs import parts_of, print_written
 from zerorate.cli.parameters import Argument, Option
-from zerorate.cli.reading import Reading, ReadingOptions, records
+from zerorate.cli.reading import Reading, ReadingOptions
 from zerorate.tasks.report import report as report_on
 from zerorate.tasks.saving import Destination
 from zerorate.tasks.source import own_names
@@ -45,13 +45,9 @@ def report(
         raise UsageFault(f"{given} goes with one log, got two")
     name = log.stem if after is None else "-".join(own_names([str(log), str(after)]))
     place = Destination.of(output, name + _ENDING, ("html", "json"))
-    found = records(log, reading.group_by)
-    outputs = [place.of_part(one.ending).files(".html", [".json"], (), force) for one in found]
-    paths = [path for files in outputs for path in files.paths]
-    check_outputs(paths, force, log, after, gnss)
-    for one, files in zip(found, outputs, strict=True):
-        task = partial(report_on, one.source, after, gnss, **reading.arguments)
-        result, paths = run_and_save(task, files)
-        print_title(one, first=one is found[0])
+    files = partial(Destination.files, first=".html", others=[".json"], figures=(), force=force)
+    for part in parts_of([(log, place)], reading, files, after, gnss):
+        task = partial(report_on, after=after, fixes=gnss, **reading.arguments)
+        result, paths = part.run(task)
         print(result)
         print_written(paths)

@@ -66,7 +66,9 @@ def walk(
     the track for maps. Prints how far it went, where it ends, and the strides in numbers.
     """
     maps = () if start.at is None else _MAPS
-    outputs = written.at(written.place(f"{log.stem}-zerorate-walk", *maps), maps)
+    outputs = written.at(
+        written.place(f"{log.stem}-zerorate-walk", *maps), [f".{one}" for one in maps]
+    )
     check_outputs(outputs.paths, written.force, log, calibration)
     written.preload("foot_figure")
     task = partial(
