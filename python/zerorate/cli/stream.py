@@ -2,7 +2,7 @@
 
 import math
 import signal
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +19,6 @@ from zerorate.cli.values import parse_choices, parse_column, parse_columns
 from zerorate.cli.watching import Watched
 from zerorate.faults import naming, told
 from zerorate.geometry.frames import Frame
-from zerorate.io.counts import Scaling
 from zerorate.options import FILTER_OPTIONS
 from zerorate.record import check_writable
 from zerorate.tasks.interrupts import Interrupted, Interrupts
@@ -36,7 +35,6 @@ from zerorate.tasks.live import (
 from zerorate.tasks.live.sequence import MOST_BITS
 from zerorate.tasks.live.serving import Saver, Server
 from zerorate.tasks.saving import make_folders
-from zerorate.tasks.source import units_of_sensors
 
 _SIGNAL_CODE: Final = 128
 """Exit code of a program that a signal ended, less the signal's number."""
@@ -220,17 +218,13 @@ def stream(
     if asked["sequence"] is None:
         asked |= origin.numbers()
     asked |= _timing(reading)
-    settings: Settings | AttitudeSettings
     if of_earth.attitude:
         _check_attitude_alone(options, accelerometer)
         asked |= {**of_earth.arguments(), **{name: options.get(name) for name in _OF_BOTH}}
-        settings = _attitude_settings(reading, beside, asked)
     else:
-        for name in typed:
-            if name in _OF_ATTITUDE:
-                raise UsageFault(f"{own_flag(name)} needs --attitude")
+        _check_filter_alone(options, typed)
         asked |= {"accel_columns": accelerometer.columns(), **options}
-        settings = _settings(reading, beside, asked)
+    settings = _settings(reading, beside, of_earth.attitude, asked)
     saver = saves.saver(rate)
     lines = saves.resumed(settings, numbers.fields)
     patient = numbers.fields is not None
@@ -251,19 +245,26 @@ def _timing(reading: Reading) -> dict[str, Any]:
     return {"time": None if time is False else time, "time_unit": unit}
 
 
-def _settings(reading: Reading, beside: str | None, asked: Mapping[str, Any]) -> Settings:
-    options = {name: value for name, value in asked.items() if name in FILTER_OPTIONS}
-    check_filter_options(options, [options["method"]])
+def _settings(
+    reading: Reading, beside: str | None, attitude: bool, asked: Mapping[str, Any]
+) -> Settings | AttitudeSettings:
+    kind = AttitudeSettings if attitude else Settings
+    known = WithAttitude if attitude else Beside
+    words = [] if beside is None else parse_choices("--with", beside, [*map(str, known)])
+    rate, unit, scale, columns = (
+        reading.arguments[name] for name in ("rate", "unit", "scale", "columns")
+    )
+    more = tuple(words) if attitude else tuple(map(Beside, words))
     with as_usage():
-        scaling = Scaling.of(reading.arguments["scale"])
-        return Settings(
-            reading.arguments["rate"],
-            beside=tuple(map(Beside, _more_columns(beside, Beside))),
-            columns=reading.arguments["columns"],
-            unit=scaling.unit("gyro", reading.arguments["unit"]),
-            data_scale=scaling.of_kind("gyro", first=True),
-            **asked,
-        )
+        return kind.of_reading(rate, unit, scale, beside=more, columns=columns, **asked)
+
+
+def _check_filter_alone(options: Mapping[str, Any], typed: Typed) -> None:
+    """Raise a usage fault for options that act on attitudes alone, or that no method uses."""
+    for name in typed:
+        if name in _OF_ATTITUDE:
+            raise UsageFault(f"{own_flag(name)} needs --attitude")
+    check_filter_options(options, [options["method"]])
 
 
 def _check_attitude_alone(options: Mapping[str, Any], accelerometer: _Accelerometer) -> None:
@@ -278,28 +279,6 @@ def _check_attitude_alone(options: Mapping[str, Any], accelerometer: _Accelerome
         raise UsageFault(
             f"{option} has no effect with --attitude: --columns takes those of all sensors"
         )
-
-
-def _attitude_settings(
-    reading: Reading, beside: str | None, asked: Mapping[str, Any]
-) -> AttitudeSettings:
-    units = units_of_sensors(reading.arguments["unit"]) or {}
-    with as_usage():
-        scaling = Scaling.of(reading.arguments["scale"])
-        return AttitudeSettings(
-            reading.arguments["rate"],
-            beside=tuple(_more_columns(beside, WithAttitude)),
-            columns=reading.arguments["columns"],
-            gyro_unit=scaling.unit("gyro", units.get("gyro")),
-            accel_unit=scaling.unit("accel", units.get("accel")),
-            gyro_scale=scaling.of_kind("gyro", first=True),
-            accel_scale=scaling.of_kind("accel", first=False),
-            **asked,
-        )
-
-
-def _more_columns(beside: str | None, known: Iterable[str]) -> list[str]:
-    return [] if beside is None else parse_choices("--with", beside, [*map(str, known)])
 
 
 def _read(
