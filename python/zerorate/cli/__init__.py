@@ -9,7 +9,7 @@ import traceback
 from collections.abc import Sequence
 from typing import Final
 
-from zerorate.cli.process import BROKEN_PIPE, drop_stdout, prepare, tell
+from zerorate.cli.process import BROKEN_PIPE, drop_stdout, notify, prepare
 
 __all__ = ["main", "run"]
 
@@ -26,7 +26,7 @@ def main() -> None:
     try:
         _flush()
     except OSError:
-        # It was told already; the interpreter's end would try again.
+        # It was reported already; the interpreter's end would try again.
         drop_stdout()
     if code > _SIGNAL_CODE:
         # At once: a library's thread may be inside native code still, where the interpreter's own
@@ -47,7 +47,7 @@ def run(arguments: Sequence[str]) -> int:
     -------
     int
         0, 1 for a fault of the data, 2 for one of usage, 70 for one of zerorate, and as a shell
-        has it 128 plus the number of the signal that ended the command. A fault is told in one
+        has it 128 plus the number of the signal that ended the command. A fault is one
         line on stderr.
     """
     from zerorate.cli.app import invoke
@@ -124,5 +124,5 @@ def _own_fault(error: BaseException) -> int:
 
 
 def _fail(message: str, code: int) -> int:
-    tell(message)
+    notify(message)
     return code

@@ -129,7 +129,7 @@ class _Exports:
     )
 
     def names(self) -> list[str]:
-        """Return which are asked for; ValueError for options that act on none of them."""
+        """Return which are wanted; ValueError for options that act on none of them."""
         return chosen_exports(self.export or (), self.inflate, self.per_sample)
 
 
@@ -180,7 +180,7 @@ def allan(
     names, force = exports.names(), written.force
     parts, overlay = written.parts(logs, reading, names)
     check_outputs(overlay, force)
-    asked = {**vars(analysis), **reading.arguments}
+    arguments = {**vars(analysis), **reading.arguments}
     typed: dict[str, Any] = {
         "inflate": exports.inflate,
         "per_sample": exports.per_sample,
@@ -191,7 +191,7 @@ def allan(
     paths = [*overlay]
     for part in parts:
         with progress_bar() as progress:
-            task = partial(characterise, part.record.source, progress=progress, **asked)
+            task = partial(characterise, part.record.source, progress=progress, **arguments)
             result = in_background(task)
             texts, why = exported(result, names, **typed)
             files = part.files.save(files_with(result, texts), progress)
@@ -202,9 +202,9 @@ def allan(
             part.print_title()
             print_result(result, files, _left_out(result, [] if force else [*texts]))
     if len(logs) > 1:
-        found = Characterisations(results)
-        draw_overlay(found, overlay, force)
-        print(found)
+        logs_together = Characterisations(results)
+        draw_overlay(logs_together, overlay, force)
+        print(logs_together)
         print_written(paths)
     if refused:
         raise DataFault("; ".join(refused))
@@ -214,9 +214,9 @@ def _unique(title: str, taken: Mapping[str, object]) -> str:
     return title if title not in taken else f"{title} ({len(taken) + 1})"
 
 
-def _left_out(found: Characterised, exports: Sequence[str]) -> str:
+def _left_out(result: Characterised, exports: Sequence[str]) -> str:
     """Return which numbers the exports lack: after the notes, or a paragraph of its own."""
-    left_out = left_out_of(found, exports)
+    left_out = left_out_of(result, exports)
     if not left_out:
         return ""
-    return bulleted(left_out) if found.notes else f"\n{bulleted(left_out)}"
+    return bulleted(left_out) if result.notes else f"\n{bulleted(left_out)}"

@@ -183,7 +183,7 @@ def invoke(arguments: list[str]) -> int:
             return _without_command(arguments)
         # Each command imports what it works with: all of them take longer than many a log.
         taker, command = taker_of(name), COMMANDS[name]
-        if help.asked(words):
+        if help.is_wanted(words):
             everything = help.ALL in words
             print(help.of_command(name, taker, command.examples, command.usual, everything))
             return 0
@@ -200,7 +200,7 @@ def _without_command(arguments: Sequence[str]) -> int:
     if called == arguments[0]:
         raise UsageFault(unknown("command", called, [*COMMANDS], _hint("")))
     options = arguments[: arguments.index(called)] if called else arguments
-    if help.asked(options) or not parse([_VERSION], options, _hint(called)):
+    if help.is_wanted(options) or not parse([_VERSION], options, _hint(called)):
         about = {name: command.about for name, command in COMMANDS.items()}
         print(help.overview(about, _ABOUT, _EPILOG))
     else:

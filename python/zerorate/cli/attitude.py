@@ -140,10 +140,10 @@ def attitude(
     files = partial(written.at, others=(".tum",) if tum else ())
     parts = parts_of([(log, place)], reading, files, calibration, magnetometer)
     written.preload("attitude_figure")
-    asked = {**vars(filter), **vars(truth), **constants, **reading.arguments}
+    arguments = {**vars(filter), **vars(truth), **constants, **reading.arguments}
     task = partial(
         estimate_attitude, gyro=gyro or "gyro", accel=accel, calibration=calibration,
-        magnetometer=magnetometer, clipped=clipped, fix=fix, **asked,
+        magnetometer=magnetometer, clipped=clipped, fix=fix, **arguments,
     )  # fmt: skip
     for part in parts:
         print_result(*part.run(task, tum=tum))

@@ -76,13 +76,13 @@ def batch(
         options = {}
     else:
         check_filter_options(options, [options["method"]])
-    asked = dict(reading.arguments)
+    arguments = dict(reading.arguments)
     with counting_bar("logs") as progress:
         result = run(
             logs, output, command=command, workers=workers, local_cluster=local_cluster,
             scheduler=scheduler, force=force, progress=progress, accel=not no_accel,
-            format=format, calibration=calibration, data_scale=asked.pop("scale"),
-            **asked, **options,
+            format=format, calibration=calibration, data_scale=arguments.pop("scale"),
+            **arguments, **options,
         )  # fmt: skip
     print(result)
     for path in result.files:

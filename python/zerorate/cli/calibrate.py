@@ -168,21 +168,21 @@ def _correct(
     for part in parts_of([(log, place)], reading, files, calibration):
         with progress_bar() as progress:
             source = part.record.source
-            found = correct_log(source, known, gyro=gyro, accel=accel, **reading.arguments)
-            saved = files_of(found).in_format(suffix)
+            result = correct_log(source, known, gyro=gyro, accel=accel, **reading.arguments)
+            saved = files_of(result).in_format(suffix)
             of_part = place.of_part(part.record.ending)
             outputs = of_part.files(f".{suffix}", saved.others, (), force)
             check_outputs(outputs.paths, force, log, calibration)
             outputs.save(saved, progress, 0.5)
         part.print_title()
-        print_result(found, outputs.paths)
+        print_result(result, outputs.paths)
 
 
-def _check_alone(typed: Typed, asked: str, used: Sequence[str]) -> None:
+def _check_alone(typed: Typed, context: str, used: Sequence[str]) -> None:
     """Raise a usage fault for an option that means nothing with what is asked for."""
     for name in typed:
         if name not in used:
-            raise UsageFault(f"{own_flag(name)} has no effect with {asked}")
+            raise UsageFault(f"{own_flag(name)} has no effect with {context}")
 
 
 def _moved(calibration: Calibration, old: Calibration | None) -> str:

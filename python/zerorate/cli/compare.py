@@ -116,20 +116,20 @@ def compare(
         sys.path.insert(0, os.getcwd())
     possible = written.outputs(KINDS)
     check_outputs([] if possible is None else possible.paths, written.force, None, *(logs or []))
-    asked = {**vars(compared), "fix": fix, **reading.arguments}
-    asked["contaminate"] = compared.contaminate or ()
+    arguments = {**vars(compared), "fix": fix, **reading.arguments}
+    arguments["contaminate"] = compared.contaminate or ()
     with progress_bar() as progress:
         sources = [one.source for log in logs or [] for one in records(log, reading.group_by)]
         try:
-            found = compare_filters(sources, progress=progress, **asked)
+            result = compare_filters(sources, progress=progress, **arguments)
         except MethodError as error:
             raise DataFault(str(error)) from None
-        files = files_of(found)
+        files = files_of(result)
         outputs = written.outputs(end[1:] for end in files.figures)
         if outputs is not None:
             writers = [*files.data] * (1 + len(outputs.others))
             outputs.save(files._replace(data=writers), progress, done=0.95)
-    print_alarms(found.alarms)
-    print(found.table(per_axis=per_axis))
+    print_alarms(result.alarms)
+    print(result.table(per_axis=per_axis))
     if outputs is not None:
         print_written(outputs.paths)

@@ -30,5 +30,5 @@ def formats(
         print(format_formats(known_formats(), fixes, PACKETS.values()))
         return
     with naming(_OPTIONS), faults():
-        found = explain(log)
-    print(format_explanation(found))
+        result = explain(log)
+    print(format_explanation(result))

@@ -19,8 +19,8 @@ _FIRST_COLUMN: Final = 24
 _GAP: Final = "  "
 
 
-def asked(words: Sequence[str]) -> bool:
-    """Return True if help is asked for among the words of a command."""
+def is_wanted(words: Sequence[str]) -> bool:
+    """Return True if help is wanted, by the words of a command."""
     typed = words[: words.index("--")] if "--" in words else words
     return HELP in typed or ALL in typed
 

@@ -102,10 +102,10 @@ def calibrate_compass(
         preload_figure("magnetometer_figure")
     endings = [ending for export in exports for ending in EXPORTS[export]]
     files = partial(Destination.files, first=".json", others=endings, figures=figures, force=force)
-    asked = {"gyro": gyro or "gyro", **compass.arguments(), **reading.arguments}
+    arguments = {"gyro": gyro or "gyro", **compass.arguments(), **reading.arguments}
     useless = []
     for part in parts_of([(log, place)], reading, files):
-        task = partial(calibrate_magnetometer, **asked)
+        task = partial(calibrate_magnetometer, **arguments)
         result, _ = part.run(task, 0.7, exports=exports, doubtful=force)
         print_result(result, part.files.paths)
         useless += [f"{part.name}: {why}" for why in unusable(result)]

@@ -48,10 +48,10 @@ class Stated(NamedTuple):
 
 def _parse_lengths(flag: str, text: str) -> list[float]:
     expected = "lengths in s, such as 10,30,60,"
-    found = parse_numbers(flag, text, text.count(",") + 1, expected)
-    if min(found) <= 0.0:
+    lengths = parse_numbers(flag, text, text.count(",") + 1, expected)
+    if min(lengths) <= 0.0:
         raise UsageFault(f"{flag} takes lengths above 0 s, got '{text}'")
-    return found
+    return lengths
 
 
 def _parse_heading(flag: str, text: str) -> float | str:
@@ -84,13 +84,13 @@ def _parse_mount(flag: str, text: str) -> Stated:
             offset = _AUTO if stated.time_offset is None else stated.time_offset
             return Stated(stated.body_from_sensor, stated.antenna, offset)
     words = filter(None, re.split(r"[\s,\[\]]+", _content(path) if path.is_file() else text))
-    found = [_number(word) for word in words]
-    if len(found) != 9 or any(map(math.isnan, found)):
+    numbers = [_number(word) for word in words]
+    if len(numbers) != 9 or any(map(math.isnan, numbers)):
         raise UsageFault(
             f"{flag} takes nine numbers of a rotation with commas between, a file with them, or "
             f"'none', got '{text}'"
         )
-    return Stated(np.reshape(found, (3, 3)))
+    return Stated(np.reshape(numbers, (3, 3)))
 
 
 def _content(path: Path) -> str:

@@ -89,8 +89,8 @@ def run_and_save(
         The files that were written.
     """
     with progress_bar() as progress:
-        found = in_background(partial(task, progress=progress))
-        return found, outputs.save(files_of(found, **choices), progress, done)
+        result = in_background(partial(task, progress=progress))
+        return result, outputs.save(files_of(result, **choices), progress, done)
 
 
 @dataclass(frozen=True)
@@ -118,9 +118,9 @@ class Part:
         **choices: Any,  # noqa: ANN401
     ) -> tuple[T, list[Path]]:
         """Run a task of the record, save its result as `run_and_save` does, and print the title."""
-        found = run_and_save(partial(task, self.record.source), self.files, done, **choices)
+        result = run_and_save(partial(task, self.record.source), self.files, done, **choices)
         self.print_title()
-        return found
+        return result
 
     def print_title(self) -> None:
         """Print what the results that follow are of, where there are several."""
@@ -274,21 +274,16 @@ class LogAndFigure:
     no_figure: NoFigure = False
     force: Force = False
 
-    @property
-    def suffixes(self) -> list[str]:
-        """Suffixes of the files, without dots."""
-        return [*LOG_FORMATS, *(() if self.no_figure else FIGURE_FORMATS)]
+    def suffixes(self, *further: str) -> list[str]:
+        """Return the suffixes of the files, without dots."""
+        return [*LOG_FORMATS, *further, *(() if self.no_figure else FIGURE_FORMATS)]
 
     def place(self, usual: str, *further: str) -> Destination:
         """Return the destination of files that are usually called so, some with further suffixes.
 
         Raises a usage fault for a file that the command does not write.
         """
-        log_count = len(LOG_FORMATS)
-        suffixes = self.suffixes
-        return Destination.of(
-            self.output, usual, [*suffixes[:log_count], *further, *suffixes[log_count:]]
-        )
+        return Destination.of(self.output, usual, self.suffixes(*further))
 
     def at(self, place: Destination, others: Sequence[str] = ()) -> Outputs:
         """Return the files, after checking that what they need is there.

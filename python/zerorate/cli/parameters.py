@@ -299,8 +299,9 @@ def parse(options: Sequence[Option], words: Sequence[str], hint: Hint) -> dict[s
     known = {one.name: one for one in options}
     values: dict[str, Any] = {}
     for name, given in texts.items():
-        found = given if known[name].is_flag else [*map(known[name].value, given)]
-        values[name] = found if known[name].many else found[-1]
+        taken = known[name]
+        value = bool if taken.is_flag else taken.value
+        values[name] = [*map(value, given)] if taken.many else value(given[-1])
     for one in options:
         if one.default is REQUIRED and one.name not in values:
             called = one.name if isinstance(one, Argument) else one.on[0]

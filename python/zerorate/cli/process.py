@@ -56,7 +56,7 @@ def prepare() -> None:
     os.environ.pop("MPLBACKEND", None)
     home = os.path.expanduser("~")
     if not os.path.isdir(home) or not os.access(home, os.W_OK):
-        # Matplotlib keeps its fonts elsewhere then, which is nothing to tell of a result.
+        # Matplotlib keeps its fonts elsewhere then, which says nothing of a result.
         import logging
 
         logging.getLogger("matplotlib").setLevel(logging.ERROR)
@@ -75,7 +75,7 @@ def prepare() -> None:
         _let_substitute(stream)
 
 
-def tell(sentence: str) -> None:
+def notify(sentence: str) -> None:
     """Print a line on stderr; if nobody can read it there, nowhere."""
     # Where there is no stderr, print would take stdout instead.
     if sys.stderr is not None:
@@ -84,7 +84,7 @@ def tell(sentence: str) -> None:
 
 
 def keep_freed() -> None:
-    """Keep freed memory for the next blocks of a record, where glibc can be told so.
+    """Keep freed memory for the next blocks of a record, where glibc takes the setting.
 
     By itself it hands blocks of a megabyte back, and the kernel clears as much anew: of a day's
     replay that takes a quarter of the processor's time. At most 128 MB are kept.

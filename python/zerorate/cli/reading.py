@@ -28,8 +28,8 @@ def _parse_first(flag: str, text: str) -> str | int:
 
 def _parse_time(flag: str, text: str) -> str | int:
     """Return the column of the timestamps, False for none of them."""
-    found = _parse_first(flag, text)
-    return False if found == "none" else found
+    column = _parse_first(flag, text)
+    return False if column == "none" else column
 
 
 _OPTIONS: Final = (

@@ -105,7 +105,7 @@ def replay(
     method = options["method"]
     check_filter_options(options, (*compared, method))
     panels = written.panels
-    places = places_of_logs(logs, written.output, "-zerorate", written.suffixes)
+    places = places_of_logs(logs, written.output, "-zerorate", written.suffixes())
     files = partial(written.at, others=("-rotations.json",) if array.finds else ())
     parts = parts_of(places, reading, files, array.file, sensors.calibration)
     drawn = parts[0].files.figures if len(logs) > 1 and of_array is None else ()
@@ -115,43 +115,45 @@ def replay(
     if of_array is not None:
         _replay_arrays(parts, {**of_array, "fix": sensors.fix, **reading.arguments})
         return
-    asked = {"methods": compared, **options, **sensors.arguments(), **reading.arguments}
-    asked["data_scale"] = asked.pop("scale")
+    arguments = {"methods": compared, **options, **sensors.arguments(), **reading.arguments}
+    arguments["data_scale"] = arguments.pop("scale")
     results: dict[str, Summary] = {}
     for part in parts:
-        result = _run(part, asked, panels)
+        result = _run(part, arguments, panels)
         if len(logs) == 1:
             part.print_title()
             print_result(result, part.files.paths)
         results[part.title(several=True)] = result.summary()
     if len(logs) > 1:
-        found = Replays(results)
-        draw_overlay(found, overlay, written.force)
-        print(found)
+        replays = Replays(results)
+        draw_overlay(replays, overlay, written.force)
+        print(replays)
         print_written([*overlay, *(path for one in parts for path in one.files.paths)])
     _print_unused(method, options)
 
 
-def _run(part: Part, asked: Mapping[str, Any], panels: str) -> Summary:
+def _run(part: Part, arguments: Mapping[str, Any], panels: str) -> Summary:
     """Filter a record, and write its files: without a figure block by block."""
     files, source = part.files, part.record.source
     with progress_bar() as progress:
         if not files.figures:
             make_folders([files.log])
-            return replay_to_file(source, files.log, force=files.force, progress=progress, **asked)
-        found = remove_bias(source, progress=progress, **asked)
-        files.save(files_of(found, panels=panels), progress)
-    return found
+            return replay_to_file(
+                source, files.log, force=files.force, progress=progress, **arguments
+            )
+        result = remove_bias(source, progress=progress, **arguments)
+        files.save(files_of(result, panels=panels), progress)
+    return result
 
 
-def _replay_arrays(parts: Sequence[Part], asked: Mapping[str, Any]) -> None:
+def _replay_arrays(parts: Sequence[Part], arguments: Mapping[str, Any]) -> None:
     """Replay each record as an array, write its files, and print what is to be said of it."""
     for part in parts:
         with progress_bar() as progress:
-            found = replay_array(part.record.source, progress=progress, **asked)
-            part.files.save(files_of(found), progress)
+            result = replay_array(part.record.source, progress=progress, **arguments)
+            part.files.save(files_of(result), progress)
         part.print_title()
-        print_result(found, part.files.paths)
+        print_result(result, part.files.paths)
 
 
 def _print_unused(method: str, options: Mapping[str, Any]) -> None:

@@ -10,7 +10,7 @@ from typing import Any, BinaryIO, TextIO
 
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
 from zerorate.cli.parameters import option
-from zerorate.cli.process import tell
+from zerorate.cli.process import notify
 from zerorate.io.packets import PACKETS, PacketForm
 from zerorate.tasks.interrupts import Interrupts
 from zerorate.tasks.live.serving import Line, datagrams, lines_of, loopback, packets_of
@@ -70,7 +70,7 @@ class Origin:
             with as_usage():
                 port = loopback(self.udp)
             with port:
-                tell("listening on {}:{}".format(*port.getsockname()[:2]))
+                notify("listening on {}:{}".format(*port.getsockname()[:2]))
                 yield datagrams(port, interrupts)
             return
         with self._bytes(source, form, interrupts) as file, _answers(hidden) as answers:

@@ -12,7 +12,7 @@ from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sent
 from zerorate.cli.filter_options import FilterOptions, check_filter_options, flag, own_flag
 from zerorate.cli.options import NoAccel
 from zerorate.cli.parameters import Argument, AsTyped, Option, Typed, option
-from zerorate.cli.process import BROKEN_PIPE, drop_stdout, tell
+from zerorate.cli.process import BROKEN_PIPE, drop_stdout, notify
 from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.sources import Origin
 from zerorate.cli.values import parse_choices, parse_column, parse_columns
@@ -152,8 +152,8 @@ class _Saves:
         """Return the sample that the checkpoint goes on with."""
         if self.checkpoint is None:
             raise UsageFault("--position needs --checkpoint")
-        found = _read(self.checkpoint)
-        return 0 if found is None else found.position
+        saved = _read(self.checkpoint)
+        return 0 if saved is None else saved.position
 
     def saver(self, rate: float) -> Saver | None:
         """Return what saves the state, None where nothing is saved."""
@@ -165,7 +165,7 @@ class _Saves:
         with as_usage():
             check_writable(self.checkpoint, force=True, make_folders=True)
             make_folders([self.checkpoint])
-        return Saver(self.checkpoint, max(1, round(count)), tell)
+        return Saver(self.checkpoint, max(1, round(count)), notify)
 
     def resumed(self, settings: Settings | AttitudeSettings, cells: int | None) -> LineStream:
         """Return the stream in the checkpoint, or a new one if there is none, or none of use."""
@@ -214,27 +214,27 @@ def stream(
     rate = reading.arguments["rate"]
     if rate is None:
         raise UsageFault("--rate is required: samples per second")
-    asked = numbers.arguments()
-    if asked["sequence"] is None:
-        asked |= origin.numbers()
-    asked |= _timing(reading)
+    arguments = numbers.arguments()
+    if arguments["sequence"] is None:
+        arguments |= origin.numbers()
+    arguments |= _timing(reading)
     if of_earth.attitude:
         _check_attitude_alone(options, accelerometer)
-        asked |= {**of_earth.arguments(), **{name: options.get(name) for name in _OF_BOTH}}
+        arguments |= {**of_earth.arguments(), **{name: options.get(name) for name in _OF_BOTH}}
     else:
         _check_filter_alone(options, typed)
-        asked |= {"accel_columns": accelerometer.columns(), **options}
-    settings = _settings(reading, beside, of_earth.attitude, asked)
+        arguments |= {"accel_columns": accelerometer.columns(), **options}
+    settings = _settings(reading, beside, of_earth.attitude, arguments)
     saver = saves.saver(rate)
     lines = saves.resumed(settings, numbers.fields)
     patient = numbers.fields is not None
     with watched.watcher() as watcher:
-        server = Server(lines, saver, lambda text: tell(told(text)), patient, watcher)
+        server = Server(lines, saver, lambda text: notify(told(text)), patient, watcher)
         try:
             _run(server, source, origin, watched.hides_answers)
         finally:
-            for one in server.sentences(numbered=asked["sequence"] is not None):
-                tell(one)
+            for one in server.sentences(numbered=arguments["sequence"] is not None):
+                notify(one)
 
 
 def _timing(reading: Reading) -> dict[str, Any]:
@@ -246,7 +246,7 @@ def _timing(reading: Reading) -> dict[str, Any]:
 
 
 def _settings(
-    reading: Reading, beside: str | None, attitude: bool, asked: Mapping[str, Any]
+    reading: Reading, beside: str | None, attitude: bool, arguments: Mapping[str, Any]
 ) -> Settings | AttitudeSettings:
     kind = AttitudeSettings if attitude else Settings
     known = WithAttitude if attitude else Beside
@@ -256,7 +256,7 @@ def _settings(
     )
     more = tuple(words) if attitude else tuple(map(Beside, words))
     with as_usage():
-        return kind.of_reading(rate, unit, scale, beside=more, columns=columns, **asked)
+        return kind.of_reading(rate, unit, scale, beside=more, columns=columns, **arguments)
 
 
 def _check_filter_alone(options: Mapping[str, Any], typed: Typed) -> None:

@@ -27,10 +27,10 @@ def parse_columns(flag: str, text: str) -> list[str | int]:
 
 def parse_column(flag: str, text: str) -> str | int:
     """Return the name or index of one column."""
-    found = parse_columns(flag, text)
-    if len(found) != 1:
+    columns = parse_columns(flag, text)
+    if len(columns) != 1:
         raise UsageFault(f"{flag} takes one column, got '{text}'")
-    return found[0]
+    return columns[0]
 
 
 def parse_choices(flag: str, text: str, choices: Sequence[str]) -> list[str]:
@@ -45,23 +45,23 @@ def parse_choices(flag: str, text: str, choices: Sequence[str]) -> list[str]:
 def parse_numbers(flag: str, text: str, count: int, expected: str) -> list[float]:
     """Return so many finite numbers of a list with commas."""
     try:
-        found = [float(word) for word in parse_words(flag, text, expected)]
+        numbers = [float(word) for word in parse_words(flag, text, expected)]
     except ValueError:
-        found = []
-    if len(found) != count or not np.isfinite(found).all():
+        numbers = []
+    if len(numbers) != count or not np.isfinite(numbers).all():
         raise UsageFault(f"{flag} takes {expected} with commas between, got '{text}'")
-    return found
+    return numbers
 
 
 def parse_fractions(flag: str, text: str, example: str) -> list[float]:
     """Return one or two numbers, each maybe a fraction such as ``1/131``."""
     try:
-        found = [_parse_fraction(word) for word in text.split(",")]
+        numbers = [_parse_fraction(word) for word in text.split(",")]
     except (ValueError, ZeroDivisionError):
-        found = []
-    if len(found) not in (1, 2):
+        numbers = []
+    if len(numbers) not in (1, 2):
         raise UsageFault(f"{flag} takes a number such as {example}, got '{text}'")
-    return found
+    return numbers
 
 
 def _parse_fraction(text: str) -> float:
@@ -75,7 +75,7 @@ def parse_place(flag: str, text: str) -> list[float]:
 
 
 def parse_place_of_field(flag: str, text: str) -> tuple[float, ...]:
-    """Return a latitude and a longitude, deg, of which the model of the earth's field is asked."""
+    """Return a latitude and a longitude, deg, for the model of the earth's field."""
     place = parse_place(flag, text)
     if abs(place[0]) > 90.0 or abs(place[1]) > 360.0:
         raise UsageFault(f"{flag} takes deg, latitude within 90 first, got '{text}'")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from zerorate.cli.errors import UsageFault, require
 from zerorate.cli.parameters import option
-from zerorate.cli.process import tell
+from zerorate.cli.process import notify
 from zerorate.tasks.live.view import View, Watcher
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class Watched:
         with ExitStack() as opened:
             if self.serve is not None:
                 page = opened.enter_context(_page(self.serve))
-                tell(f"watch at {page.address}")
+                notify(f"watch at {page.address}")
                 puts.append(page.put)
             if self.show:
                 puts.append(opened.enter_context(_terminal()).put)
