@@ -1,14 +1,11 @@
 """``zerorate navigate``: the track of a vehicle, from its inertial sensors and its receiver."""
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple
-
-import numpy as np
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 from zerorate.cli.errors import UsageFault
 from zerorate.cli.filter_options import TableOptions
@@ -24,26 +21,19 @@ from zerorate.cli.outputs import LogAndPanels, check_outputs, print_result, run_
 from zerorate.cli.parameters import Argument, Option, option
 from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.values import parse_numbers
-from zerorate.io.mounting import read_mounting
+from zerorate.io.mounting import mounting_of
 from zerorate.navigation.options import NAVIGATION_OPTIONS
+from zerorate.record.mounting import Mounting
 from zerorate.tasks.navigate import navigate as find_track
-from zerorate.types import Floats
 
 _FILTER: Final = "Navigation"
 """The panel of help with what is of the filter."""
 _COURSE: Final = "course"
 _AUTO: Final = "auto"
 _NONE: Final = "none"
+_BY_METADATA: Final = Mounting()
 _MAPS: Final = ("geojson", "gpx")
 _MAX_HEADING_DEG: Final = 360.0
-
-
-class Stated(NamedTuple):
-    """What ``--mount`` says: of `zerorate.navigate`, with what else a file's metadata state."""
-
-    mount: Floats | str
-    antenna: Floats | None = None
-    time_offset: float | str = _AUTO
 
 
 def _parse_lengths(flag: str, text: str) -> list[float]:
@@ -73,31 +63,9 @@ def _parse_span(flag: str, text: str) -> tuple[float, float]:
 _PARSE_VECTOR: Final = partial(parse_numbers, count=3, expected="three numbers")
 
 
-def _parse_mount(flag: str, text: str) -> Stated:
-    """Return what nine numbers say, a file with them or with metadata, or none."""
-    if text == _NONE:
-        return Stated(_NONE)
-    path = Path(text)
-    if path.is_file():
-        stated = read_mounting(path)
-        if stated.body_from_sensor is not None:
-            offset = _AUTO if stated.time_offset is None else stated.time_offset
-            return Stated(stated.body_from_sensor, stated.antenna, offset)
-    words = filter(None, re.split(r"[\s,\[\]]+", _content(path) if path.is_file() else text))
-    numbers = [_number(word) for word in words]
-    if len(numbers) != 9 or any(map(math.isnan, numbers)):
-        raise UsageFault(
-            f"{flag} takes nine numbers of a rotation with commas between, a file with them, or "
-            f"'none', got '{text}'"
-        )
-    return Stated(np.reshape(numbers, (3, 3)))
-
-
-def _content(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        return ""
+def _parse_mount(_: str, text: str) -> Mounting | None:
+    """Return what is stated of the mounting; None for nothing, also not by the recording."""
+    return None if text == _NONE else mounting_of(text)
 
 
 def _parse_offset(flag: str, text: str) -> float | str:
@@ -204,12 +172,13 @@ class _Body:
         metavar="X,Y,Z",
         parse=_PARSE_VECTOR,
     )
-    mount: Stated | None = option(
-        None,
+    mount: Mounting | None = option(
+        _BY_METADATA,
         "Rotation from the axes of the sensors to forward, right, down: nine numbers row "
         "by row, with commas, or a file with them or with metadata that say it; 'none' for "
         "none. By default as the file's metadata say.",
         metavar="MATRIX",
+        shown="",
         parse=_parse_mount,
     )
     time_offset: float | str | None = option(
@@ -222,12 +191,14 @@ class _Body:
 
     def arguments(self) -> dict[str, Any]:
         """Return those of `zerorate.navigate`; a file of --mount may state antenna and clock."""
-        stated, typed = self.mount or Stated(_AUTO), vars(self)
+        stated = self.mount or _BY_METADATA
+        matrix, antenna, offset = stated.body_from_sensor, stated.antenna, stated.time_offset
+        mount = _NONE if self.mount is None else _AUTO if matrix is None else matrix
         return {
-            **typed,
-            "mount": stated.mount,
-            "antenna": stated.antenna if self.antenna is None else self.antenna,
-            "time_offset": stated.time_offset if self.time_offset is None else self.time_offset,
+            **vars(self),
+            "mount": mount,
+            "antenna": antenna if self.antenna is None else self.antenna,
+            "time_offset": next((t for t in (self.time_offset, offset) if t is not None), _AUTO),
         }
 
 
