@@ -1,12 +1,12 @@
 """The directive ``commands``: every command of the program, with what its help says."""
 
+import inspect
 from collections import defaultdict
 
 from sphinx.util.docutils import SphinxDirective
-from typer.main import get_command
 
-from zerorate.cli.app import function_of, program
-from zerorate.cli.help import taken_by
+from zerorate.cli.app import COMMANDS, taker_of
+from zerorate.cli.parameters import Argument
 
 
 class Commands(SphinxDirective):
@@ -14,8 +14,7 @@ class Commands(SphinxDirective):
 
     def run(self):
         """Return the sections."""
-        group = get_command(program())
-        text = "\n\n".join(_section(group, name) for name in group.commands)
+        text = "\n\n".join(map(_section, COMMANDS))
         return self.parse_text_to_nodes(text, allow_section_headings=True)
 
 
@@ -25,20 +24,21 @@ def setup(app):
     return {"parallel_read_safe": True}
 
 
-def _section(group, name):
-    command = group.commands[name]
-    takes = taken_by(command, function_of(name))
-    usage = " ".join((*(one.typed for one in takes if one.is_argument), "[OPTIONS]"))
+def _section(name):
+    taker = taker_of(name)
+    options = [*taker.options()]
+    usage = [one.typed for one in options if isinstance(one, Argument)]
     panels = defaultdict(list)
-    for one in takes:
-        panels[one.panel].append((one.typed, one.meaning))
-    parts = [f"## {name}", f"```sh\nzerorate {name} {usage}\n```", _prose(command.help)]
+    for one in options:
+        title = "Arguments" if isinstance(one, Argument) else one.panel or "Options"
+        panels[title].append((one.typed, one.meaning))
+    typed = " ".join(("zerorate", name, *usage, "[OPTIONS]"))
+    parts = [f"## {name}", f"```sh\n{typed}\n```", _prose(inspect.getdoc(taker.takes))]
     for title, rows in panels.items():
         lines = [f"| {title} | |", "| --- | --- |"]
         lines += [f"| {_options(first)} | {_cell(second)} |" for first, second in rows]
         parts.append("\n".join(lines))
-    if command.epilog:
-        parts.append(f"```console\n{command.epilog}\n```")
+    parts.append(f"```console\nExample: {COMMANDS[name].examples[0]}\n```")
     return "\n\n".join(parts)
 
 

@@ -6,14 +6,13 @@ import subprocess
 import sys
 
 import pytest
-import typer
 
 from support.commands import check_line
 from support.logs import write_gyros
 from zerorate import __version__
 from zerorate.cli import app, run
-from zerorate.cli.flags import FLAGS, wrong_option
-from zerorate.cli.help import MORE
+from zerorate.cli.errors import UsageFault
+from zerorate.cli.parameters import Hint, parse
 from zerorate.texts import extra_needed
 
 MISTYPED = {
@@ -41,16 +40,6 @@ def test_what_was_mistyped_is_told_in_plain_words(call, tmp_path, monkeypatch, t
     assert call(*typed.split()) == (2, "", f"zerorate: {MISTYPED[typed]}\n")
 
 
-@pytest.mark.parametrize("name", app._COMMANDS)
-def test_options_that_are_known_before_a_command_is_imported_are_its_own(name):
-    parameters = typer.main.get_group(app.program(name)).commands[name].params
-    kinds = {False: [], True: []}
-    for one in parameters:
-        names = [*one.opts, *one.secondary_opts]
-        kinds[getattr(one, "is_flag", False)] += [name for name in names if name.startswith("-")]
-    assert FLAGS[name] == (" ".join(kinds[False]), " ".join(kinds[True]))
-
-
 @pytest.mark.parametrize(
     ("typed", "wrong"),
     [
@@ -64,19 +53,21 @@ def test_options_that_are_known_before_a_command_is_imported_are_its_own(name):
     ],
 )
 def test_a_wrong_option_is_no_value_of_another(typed, wrong):
-    assert wrong_option("replay", typed.split()) == wrong
+    options = [*app.taker_of("replay").options()]
+    try:
+        parse(options, typed.split(), Hint("help", "example"))
+    except UsageFault as fault:
+        found = str(fault)
+    else:
+        found = ""
+    assert ("there is no option" in found) == (wrong is not None)
+    assert (wrong or "") in found
 
 
-def test_a_wrong_option_imports_no_command():
-    code = "import sys; from zerorate.cli import run; run(['replay', '--foo']); "
-    code += "sys.exit('zerorate.io' in sys.modules or 'zerorate.cli.replay' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], stderr=subprocess.DEVNULL).returncode == 0
-
-
-@pytest.mark.parametrize("name", app._COMMANDS)
+@pytest.mark.parametrize("name", app.COMMANDS)
 def test_help_is_a_screen_with_an_example_that_is_right(call, name):
     """The list has a line a command; a short help has ten options, a long one has all."""
-    about, example = app._COMMANDS[name]
+    about, (example, *more) = app.COMMANDS[name].about, app.COMMANDS[name].examples
     assert about in " ".join(call("--help")[1].split())
     short, whole = call(name, "--help")[1], call(name, "--help-all")[1]
     lines = short.splitlines()
@@ -85,7 +76,7 @@ def test_help_is_a_screen_with_an_example_that_is_right(call, name):
     for text in (short, whole):
         assert max(map(len, text.splitlines())) <= 100
         assert not any(word in text for word in ("<", "TEXT", "BOOL", "…", "e.g.\n\n"))
-    options = re.findall(r"(?<![\w-])--?[a-z][\w-]*", " ".join((example, *MORE.get(name, ()))))
+    options = re.findall(r"(?<![\w-])--?[a-z][\w-]*", " ".join((example, *more)))
     assert all(f" {one} " in f"{whole} ".replace(",", " ") for one in options)
 
 
@@ -95,11 +86,19 @@ def test_options_of_the_filter_stand_by_the_methods_that_use_them(call):
         assert panel in text
 
 
-def test_missing_typer(call, monkeypatch):
-    monkeypatch.setitem(sys.modules, "typer", None)
-    code, _, errors = call("--version")
+def test_a_command_without_rich_draws_no_bar(call, monkeypatch, tmp_path):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    monkeypatch.setattr("zerorate.cli.outputs.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "rich", None)
+    log = write_gyros(tmp_path / "run.csv")
+    assert call("replay", log, "-o", tmp_path, "--no-figure")[0] == 0
+
+
+def test_missing_rich(call, monkeypatch):
+    monkeypatch.setattr("zerorate.cli.errors.find_spec", lambda name: None)
+    code, _, errors = call("stream", "--rate", "100", "--show")
     assert code == 2
-    check_line(errors, extra_needed("typer", "cli"))
+    check_line(errors, extra_needed("rich", "cli"))
 
 
 def test_an_interrupt_that_an_import_has_wrapped(monkeypatch, capsys):

@@ -52,7 +52,7 @@ def test_no_command_reads_the_sentence_of_an_error(source):
             looks = isinstance(node, ast.Compare) and any(isinstance(op, ast.In) for op in node.ops)
             if reads or looks:
                 assert not _names(node) & texts, f"{source.name}: {ast.unparse(node)}"
-    if source.stem in ("errors", "typed"):
+    if source.stem in ("errors", "parameters"):
         imports = (one for one in ast.walk(tree) if isinstance(one, ast.Import))
         assert "re" not in {name.name for one in imports for name in one.names}
 

@@ -11,7 +11,7 @@ import pytest
 from support.commands import check_line
 from support.inside import called
 from support.logs import write_gyros, write_table
-from zerorate.cli.standard import prepare
+from zerorate.cli.process import prepare
 
 posix = pytest.mark.skipif(
     sys.platform == "win32", reason="names are bytes, and shells sh, on POSIX"

@@ -6,9 +6,8 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from typer.main import get_command
 
-from zerorate.cli.app import program
+from zerorate.cli.app import COMMANDS, taker_of
 
 ROOT = Path(__file__).parents[2]
 PAGES = [
@@ -35,13 +34,10 @@ OTHERS = {
 @cache
 def of_commands():
     """Return the options of each command."""
-    group, found = get_command(program()), {}
-    for name, command in group.commands.items():
-        with group.make_context("zerorate", [], resilient_parsing=True) as parent:
-            context = command.context_class(command, info_name=name, parent=parent)
-            parameters = command.get_params(context)
-        found[name] = {one for each in parameters for one in (*each.opts, *each.secondary_opts)}
-    return found
+    return {
+        name: {flag for one in taker_of(name).options() for flag in one.all_flags} | {"--help"}
+        for name in COMMANDS
+    }
 
 
 @cache

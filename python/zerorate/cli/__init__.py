@@ -9,15 +9,14 @@ import traceback
 from collections.abc import Sequence
 from typing import Final
 
-from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, prepare, tell
-from zerorate.texts import extra_needed
+from zerorate.cli.process import BROKEN_PIPE, drop_stdout, notify, prepare
 
 __all__ = ["main", "run"]
 
-_BY_SIGNAL: Final = 128
+_SIGNAL_CODE: Final = 128
 _OWN_FAULT: Final = 70
 _TRACEBACK: Final = "ZERORATE_TRACEBACK"
-_SHOWN: Final = 300
+_MAX_SHOWN_LETTERS: Final = 300
 
 
 def main() -> None:
@@ -27,9 +26,9 @@ def main() -> None:
     try:
         _flush()
     except OSError:
-        # It was told already; the interpreter's end would try again.
+        # It was reported already; the interpreter's end would try again.
         drop_stdout()
-    if code > _BY_SIGNAL:
+    if code > _SIGNAL_CODE:
         # At once: a library's thread may be inside native code still, where the interpreter's own
         # end would fail. Files are whole or gone by now.
         os._exit(code)
@@ -48,47 +47,33 @@ def run(arguments: Sequence[str]) -> int:
     -------
     int
         0, 1 for a fault of the data, 2 for one of usage, 70 for one of zerorate, and as a shell
-        has it 128 plus the number of the signal that ended the command. A fault is told in one
+        has it 128 plus the number of the signal that ended the command. A fault is one
         line on stderr.
     """
-    try:
-        import typer  # noqa: F401
-    except ImportError:
-        return _fail(extra_needed("typer", "cli"), 2)
     from zerorate.cli.app import invoke
-    from zerorate.tasks.interrupts import INTERRUPT, Ending
+    from zerorate.tasks.interrupts import Ending
 
     with Ending() as ending:
         try:
             code = invoke(list(arguments) or ["--help"])
             _flush()
+        except SystemExit as ended:
+            return ended.code if isinstance(ended.code, int) else _OWN_FAULT
         # A panic of the native code is no Exception.
         except BaseException as error:
-            if _is_interrupt(error):
+            # Python 3.11 wraps an interrupt while a class is made, as of an import.
+            if isinstance(error, KeyboardInterrupt) or isinstance(
+                error.__cause__, KeyboardInterrupt
+            ):
                 return _interrupted(ending.number)
-            return _told(error)
-        # Some versions of typer turn an interrupt into this code by themselves.
-        return _interrupted(ending.number) if code == _BY_SIGNAL + INTERRUPT else code
+            return _exit_code(error)
+        return code
 
 
-def _is_interrupt(error: BaseException) -> bool:
-    from typer import Abort
-
-    # Python 3.11 wraps an interrupt while a class is made, as of an import.
-    return isinstance(error, KeyboardInterrupt | Abort) or isinstance(
-        error.__cause__, KeyboardInterrupt
-    )
-
-
-def _told(error: BaseException) -> int:
-    """Tell what ended a command, and return its exit code."""
+def _exit_code(error: BaseException) -> int:
+    """Print what ended a command, and return its exit code."""
     from zerorate.cli.errors import Fault
 
-    if isinstance(error, SystemExit):
-        # What typer makes of a reader that is gone.
-        if not isinstance(error.__context__, BrokenPipeError):
-            raise error
-        return _of_the_system(error.__context__)
     if isinstance(error, Fault):
         if os.environ.get(_TRACEBACK):
             traceback.print_exception(error)
@@ -109,8 +94,8 @@ def _flush() -> None:
 def _interrupted(number: int) -> int:
     from zerorate.tasks.interrupts import INTERRUPT
 
-    told = "interrupted" if number == INTERRUPT else "terminated"
-    return _fail(told, _BY_SIGNAL + number)
+    word = "interrupted" if number == INTERRUPT else "terminated"
+    return _fail(word, _SIGNAL_CODE + number)
 
 
 def _of_the_system(error: OSError) -> int:
@@ -131,7 +116,7 @@ def _own_fault(error: BaseException) -> int:
         hint = "with the lines above"
     else:
         hint = f"with what {_TRACEBACK}=1 adds to it"
-    text = str(error)[:_SHOWN]
+    text = str(error)[:_MAX_SHOWN_LETTERS]
     return _fail(
         f"{type(error).__name__}: {text}; this is a fault of zerorate, please report it {hint}",
         _OWN_FAULT,
@@ -139,5 +124,5 @@ def _own_fault(error: BaseException) -> int:
 
 
 def _fail(message: str, code: int) -> int:
-    tell(message)
+    notify(message)
     return code

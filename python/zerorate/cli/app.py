@@ -1,79 +1,161 @@
-"""The commands of the program."""
+"""The commands of the program: what help says of each, and how each is called."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib import import_module
 from shutil import get_terminal_size
-from typing import Annotated, Final
-
-import typer
+from typing import Final
 
 from zerorate._native import __version__
 from zerorate.cli import help
 from zerorate.cli.errors import UsageFault, faults
-from zerorate.cli.flags import FLAGS, wrong_option
-from zerorate.cli.typed import Hint, flags_of, in_plain_words, unknown
+from zerorate.cli.parameters import Hint, Option, Taker, parse, unknown
 from zerorate.faults import naming
 from zerorate.texts import WIDTH, within
 
-_COMMANDS: Final = {
-    "demo": (
+
+@dataclass(frozen=True)
+class Command:
+    """A command of the program.
+
+    Parameters
+    ----------
+    about : str
+        What it does, in the list of help.
+    examples : sequence of str
+        Lines to type.
+    usual : str
+        Options that a short help lists, with blanks between; all if empty.
+    renamed : mapping of str to str
+        Arguments of the package that have another name as options.
+    """
+
+    about: str
+    examples: Sequence[str]
+    usual: str = ""
+    renamed: Mapping[str, str] = field(default_factory=dict)
+
+
+COMMANDS: Final = {
+    "demo": Command(
         "Try it without a sensor: simulate a gyro, remove its bias, draw a figure.",
-        "zerorate demo --device MPU-6050 -o demo",
+        ("zerorate demo --device MPU-6050 -o demo",),
     ),
-    "report": (
+    "report": Command(
         "Tell what is the matter with an IMU: a page of findings, with numbers and limits.",
-        "zerorate report flight.ulg -o out",
+        ("zerorate report flight.ulg -o out",),
     ),
-    "replay": (
+    "replay": Command(
         "Remove the bias from one log: table, filtered log and figure.",
-        "zerorate replay imu.csv --unit deg/s -o out",
+        (
+            "zerorate replay imu.csv --unit deg/s -o out",
+            "zerorate replay counts.csv --device MPU-6050 --range 250",
+            "zerorate replay imu.csv --methods all",
+        ),
+        usual="-o --unit --columns --rate --device --range --calibration --methods --no-figure "
+        "--force",
+        renamed={"data_scale": "--scale"},
     ),
-    "allan": (
+    "allan": Command(
         "Measure the noise of gyros and accelerometers from a log at rest.",
-        "zerorate allan static.csv --unit deg/s,g --export kalibr -o out",
+        (
+            "zerorate allan static.csv --unit deg/s,g --export kalibr -o out",
+            "zerorate allan first.csv second.csv --unit deg/s --deviation mdev",
+        ),
+        usual="-o --unit --columns --rate --start --stop --deviation --export --no-figure --force",
     ),
-    "stream": (
+    "stream": Command(
         "Remove the bias live: a line of samples in, the compensated rate out.",
-        "cat /dev/ttyUSB0 | zerorate stream --rate 200 --unit deg/s",
+        (
+            "cat /dev/ttyUSB0 | zerorate stream --rate 200 --unit deg/s",
+            "cat lines.csv | zerorate stream --rate 200 --attitude --unit deg/s,g",
+            "zerorate stream --rate 100 --from serial:/dev/ttyUSB0@115200 --form xsens",
+        ),
+        usual="--unit --columns --rate --device --range --with --attitude --sequence --from "
+        "--form --checkpoint",
+        renamed={
+            "beside": "--with",
+            "data_scale": "--scale",
+            "gyro_scale": "--scale",
+            "accel_scale": "--scale",
+            "gyro_unit": "--unit",
+            "accel_unit": "--unit",
+            "mag": "--no-mag",
+        },
     ),
-    "batch": (
+    "batch": Command(
         "Remove the bias from many logs, or find their noise; a summary tells which stand out.",
-        "zerorate batch logs -o out",
+        (
+            "zerorate batch logs -o out",
+            "zerorate batch 'logs/**/*.parquet' --command allan -o noise",
+        ),
+        usual="-o --command --unit --columns --rate --calibration --method --workers --force",
     ),
-    "compare": (
+    "compare": Command(
         "Compare filters on your logs, by what their errors cost.",
-        "zerorate compare imu.csv --unit deg/s --methods auto,kf,ema",
+        (
+            "zerorate compare imu.csv --unit deg/s --methods auto,kf,ema",
+            "zerorate compare --simulated --methods auto,kf,mine=my.py:bias",
+        ),
+        usual="-o --unit --columns --rate --methods --reference --quaternion --simulated "
+        "--per-axis --force",
     ),
-    "identify": (
+    "identify": Command(
         "Find ARMA models of the drift from a log at rest, and test them.",
-        "zerorate identify static.csv --unit deg/s -o out",
+        ("zerorate identify static.csv --unit deg/s -o out",),
+        usual="-o --unit --columns --rate --start --stop --order --criterion --no-figure --force",
     ),
-    "calibrate": (
+    "calibrate": Command(
         "Calibrate an IMU from a log of hand turns: scale, misalignment, bias, with errors.",
-        "zerorate calibrate turns.csv --unit deg/s,g --export kalibr -o out",
+        (
+            "zerorate calibrate turns.csv --unit deg/s,g --export kalibr -o out",
+            "zerorate calibrate imu.csv --apply turns-zerorate-calibration.json -o out",
+        ),
+        usual="-o --unit --columns --rate --accel-columns --apply --compare --temperature "
+        "--export --force",
     ),
-    "attitude": (
+    "attitude": Command(
         "Find which way a body points, from gyro, accelerometer and magnetometer.",
-        "zerorate attitude imu.csv --unit deg/s,g --frame ned -o out",
+        (
+            "zerorate attitude imu.csv --unit deg/s,g --frame ned -o out",
+            "zerorate attitude imu.csv --unit deg/s,g --reference truth.tum",
+        ),
+        usual="-o --unit --rate --frame --offline --no-mag --calibration --reference "
+        "--no-figure --force",
     ),
-    "navigate": (
+    "navigate": Command(
         "Find the track of a vehicle from its gyro, accelerometer and satellite receiver.",
-        "zerorate navigate imu.parquet gnss.parquet --outages 10,30 --smooth -o out",
+        (
+            "zerorate navigate imu.parquet gnss.parquet --outages 10,30 --smooth -o out",
+            "zerorate navigate imu.csv fixes.csv --vehicle wheeled --wheel-speed speed",
+        ),
+        usual="-o --smooth --outages --heading --vehicle --wheel-speed --mount --antenna "
+        "--reference --force",
+        renamed={"span": "--rest", "seconds": "--outages", "fixes": "their file after the log"},
     ),
-    "walk": (
+    "walk": Command(
         "Find where a sensor on a foot went, and its strides; no receiver is needed.",
-        "zerorate walk foot.csv --unit deg/s,g --floor level -o out",
+        (
+            "zerorate walk foot.csv --unit deg/s,g --floor level -o out",
+            "zerorate walk foot.csv --smooth --at 48.137,11.575 --heading 90",
+        ),
+        usual="-o --unit --columns --rate --floor --smooth --at --heading --calibration "
+        "--no-figure --force",
     ),
-    "formats": (
+    "formats": Command(
         "List the formats that are read and written, or tell how a file is understood.",
-        "zerorate formats imu.csv",
+        ("zerorate formats imu.csv",),
     ),
-    "simulate": (
+    "simulate": Command(
         "Write a log of a simulated gyro and its true drift, or of an IMU to calibrate.",
-        "zerorate simulate MPU-6050 -o gyro.csv --duration 600",
+        (
+            "zerorate simulate MPU-6050 -o gyro.csv --duration 600",
+            "zerorate simulate --poses 12 -o turns.csv",
+            "zerorate simulate --list",
+        ),
     ),
 }
-"""What help says of each command, and an example of it; first comes what a newcomer needs."""
+"""What a newcomer needs comes first."""
 
 _ABOUT: Final = (
     "Removes the bias of MEMS gyros, live or from a log, measures their noise, calibrates them; "
@@ -82,90 +164,48 @@ _ABOUT: Final = (
 _EPILOG: Final = (
     "Begin with: zerorate demo. Options of a command: zerorate replay --help, or --help-all."
 )
+_VERSION: Final = Option("Print the version and end.", name="version", kind=bool, default=False)
 
-
-def _print_version(wanted: bool) -> None:
-    if wanted:
-        print(f"zerorate {__version__}")
-        raise typer.Exit
-
-
-def _root(
-    version: Annotated[
-        bool,
-        typer.Option(
-            "--version", callback=_print_version, is_eager=True, help="Print the version and end."
-        ),
-    ] = False,
-) -> None:
-    """Only for what comes before a command."""
-
-
-def program(called: str | None = None) -> typer.Typer:
-    """Return the program with the command that is called; None: with all of them."""
-    app = typer.Typer(
-        name="zerorate",
-        help=_ABOUT,
-        epilog=_EPILOG,
-        add_completion=False,
-        pretty_exceptions_enable=False,
-    )
-    app.callback()(_root)
-    # Each command imports what it works with: all of them take longer than many a log.
-    names = [called] if called is not None and called in _COMMANDS else [*_COMMANDS]
-    for name in names:
-        about, example = _COMMANDS[name]
-        command = function_of(name) if called in (name, None) else _not_called
-        app.command(name, short_help=about, epilog=f"Example: {example}")(command)
-    return app
-
-
-def function_of(name: str) -> Callable[..., None]:
-    """Return what a command runs, which is imported for it."""
-    command: Callable[..., None] = getattr(import_module(f"zerorate.cli.{name}"), name)
-    return command
-
-
-def _not_called() -> None:
-    """Only for the list in help."""
-
-
-_OTHERWISE: Final[Mapping[str, Mapping[str, str]]] = {
-    "attitude": {"mag": "--no-mag"},
-    "replay": {"data_scale": "--scale"},
-    "navigate": {
-        "span": "--rest",
-        "seconds": "--outages",
-        "fixes": "their file after the log",
-    },
-    "stream": {
-        "beside": "--with",
-        "data_scale": "--scale",
-        "gyro_scale": "--scale",
-        "accel_scale": "--scale",
-        "gyro_unit": "--unit",
-        "accel_unit": "--unit",
-        "mag": "--no-mag",
-    },
-}
-"""Arguments of the package that a command has under another name."""
-
-
-_ALWAYS: Final[Mapping[str, str]] = {"destination": "-o"}
+_ALWAYS_RENAMED: Final[Mapping[str, str]] = {"destination": "-o"}
 """Arguments that have another name in every command."""
 
 
-def _hint(called: str) -> Hint:
-    """Return what helps on with a command, or with the program."""
-    if called not in _COMMANDS:
-        return Hint("zerorate --help", _COMMANDS["demo"][1])
-    return Hint(f"zerorate {called} --help", _COMMANDS[called][1])
+def taker_of(name: str) -> Taker:
+    """Return what a command takes and runs, which is imported for it."""
+    return Taker(getattr(import_module(f"zerorate.cli.{name}"), name))
 
 
 def invoke(arguments: list[str]) -> int:
     """Run a command and return its exit code; faults are raised."""
     with within(columns()):
-        return _invoked(arguments)
+        name, *words = arguments
+        if name not in COMMANDS:
+            return _without_command(arguments)
+        # Each command imports what it works with: all of them take longer than many a log.
+        taker, command = taker_of(name), COMMANDS[name]
+        if help.is_wanted(words):
+            everything = help.ALL in words
+            print(help.of_command(name, taker, command.examples, command.usual, everything))
+            return 0
+        options = [*taker.options()]
+        flags = {one.flag[2:].replace("-", "_"): one.flag for one in options if one.all_flags}
+        with naming({**flags, **command.renamed, **_ALWAYS_RENAMED}), faults():
+            taker.value(parse(options, words, _hint(name)))
+        return 0
+
+
+def _without_command(arguments: Sequence[str]) -> int:
+    """Print the version or what the program does; a usage fault for anything else."""
+    called = next((word for word in arguments if not word.startswith("-")), "")
+    if called == arguments[0]:
+        raise UsageFault(unknown("command", called, [*COMMANDS], _hint("")))
+    options = arguments[: arguments.index(called)] if called else arguments
+    if help.is_wanted(options) or not parse([_VERSION], options, _hint(called)):
+        about = {name: command.about for name, command in COMMANDS.items()}
+        print(help.overview(about, _ABOUT, _EPILOG))
+    else:
+        print(f"zerorate {__version__}")
+    return 0
 
 
 def columns() -> int:
@@ -173,37 +213,8 @@ def columns() -> int:
     return get_terminal_size((WIDTH, 24)).columns
 
 
-def _invoked(arguments: list[str]) -> int:
-    # What stands before a command takes no values.
-    called = next((word for word in arguments if not word.startswith("-")), "")
-    if not called and help.asked(arguments):
-        about = {name: what for name, (what, _) in _COMMANDS.items()}
-        print(help.overview(about, _ABOUT, _EPILOG))
-        return 0
-    if called in FLAGS and arguments[0] == called and not help.asked(arguments[1:]):
-        wrong = wrong_option(called, arguments[1:])
-        if wrong is not None:
-            known = " ".join(FLAGS[called]).split()
-            raise UsageFault(unknown("option", wrong, known, _hint(called)))
-    group = typer.main.get_group(program(called))
-    if called in _COMMANDS and arguments[0] == called:
-        # At once: for options of its own the program would import what checks values.
-        command, name, words = group.commands[called], f"zerorate {called}", arguments[1:]
-        if help.asked(words):
-            example, everything = _COMMANDS[called][1], help.ALL in words
-            print(help.of_command(command, function_of(called), called, example, everything))
-            return 0
-        taken, flags = function_of(called), flags_of(command, _OTHERWISE.get(called, {}))
-    elif arguments[0] == called:
-        raise UsageFault(unknown("command", called, [*_COMMANDS], _hint("")))
-    else:
-        command, name, words, taken, flags = group, "zerorate", arguments, None, {}
-    try:
-        with naming({**flags, **_ALWAYS}), faults():
-            return int(command.main(args=words, prog_name=name, standalone_mode=False) or 0)
-    except Exception as error:
-        # The base class of usage errors has no public name that is the same in every typer.
-        if hasattr(error, "format_message"):
-            told = in_plain_words(error, taken, words, _hint(called))
-            raise UsageFault(told) from None
-        raise
+def _hint(name: str) -> Hint:
+    """Return what helps on with a command, or with the program."""
+    if name not in COMMANDS:
+        return Hint("zerorate --help", COMMANDS["demo"].examples[0])
+    return Hint(f"zerorate {name} --help", COMMANDS[name].examples[0])

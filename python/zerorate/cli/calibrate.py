@@ -1,133 +1,110 @@
 """``zerorate calibrate``: scale, misalignment and bias of an IMU from a log of hand turns."""
 
 from collections.abc import Mapping, Sequence
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-import typer
-
 from zerorate.calibration.calibration import Calibration
 from zerorate.calibration.options import CALIBRATION_OPTIONS
-from zerorate.cli.correct import correct
-from zerorate.cli.errors import DataFault, UsageFault, print_alarms, require
-from zerorate.cli.magnetometer import OPTIONS as WITH_MAGNETOMETER
-from zerorate.cli.magnetometer import PANEL as COMPASS
+from zerorate.cli.errors import DataFault, UsageFault
+from zerorate.cli.filter_options import TableOptions, own_flag
+from zerorate.cli.magnetometer import OPTIONS as OF_MAGNETOMETER
 from zerorate.cli.magnetometer import Magnetometer, calibrate_compass
 from zerorate.cli.options import (
-    OF_IMU,
-    READING,
     AccelName,
     FigureFormat,
-    FigureFormatOption,
     FigurePanels,
     Fix,
     ForceExports,
     GyroName,
     LogArgument,
-    LogFormat,
     NoFigure,
     Output,
-    PanelsOption,
-    Reading,
-    parse_choices,
-    with_group,
-    with_options,
-    with_reading_options,
 )
 from zerorate.cli.outputs import (
-    all_panels,
     check_outputs,
+    check_panels,
+    figure_ending,
+    log_ending,
+    parts_of,
     preload_figure,
-    print_written,
+    print_result,
     progress_bar,
 )
-from zerorate.cli.records import print_title, records
+from zerorate.cli.parameters import AsTyped, Option, Typed
+from zerorate.cli.reading import OF_IMU, READING, Reading, ReadingOptions
+from zerorate.cli.values import parse_choices
 from zerorate.show.calibration_table import verdict
 from zerorate.tasks.calibrate import EXPORTS, moved_since
 from zerorate.tasks.calibrate import calibrate as calibrate_imu
+from zerorate.tasks.calibrate import correct as correct_log
 from zerorate.tasks.corrections import calibration_of
-from zerorate.tasks.interrupts import in_background
-from zerorate.tasks.saving import FIGURE_FORMATS, Destination, files_of
-
-
-class Export(StrEnum):
-    """Programs whose files can be written."""
-
-    kalibr = "kalibr"
-    imu_tk = "imu_tk"
-    px4 = "px4"
-    ardupilot = "ardupilot"
-    json = "json"
-
+from zerorate.tasks.saving import FIGURE_FORMATS, LOG_FORMATS, Destination, files_of
 
 _FIT: Final = "Calibration"
-_EXPORTS: Final = "Exports for other programs"
 _APPLY: Final = "Instead of a calibration"
 """Panels of help."""
 
-
-@with_options(CALIBRATION_OPTIONS, "choices", panel=_FIT)
-@with_group(Magnetometer, "compass", COMPASS)
-@with_reading_options(
-    imu=True,
-    help={"unit": f"{OF_IMU['unit']} Values are not converted."},
+_OF_APPLY: Final = ("log", "apply", "output", "format", "force", "gyro", "accel", *READING)
+_READING: Final = ReadingOptions(
+    imu=True, help={"unit": f"{OF_IMU['unit']} Values are not converted."}
 )
+
+
 def calibrate(
     *,
     log: LogArgument,
-    reading: Reading,
+    reading: Annotated[Reading, _READING],
     output: Output = ".",
-    choices: Mapping[str, Any],
+    choices: Annotated[Mapping[str, Any], TableOptions(CALIBRATION_OPTIONS, _FIT)],
     compass: Magnetometer,
     temperature: Annotated[
         bool,
-        typer.Option(
-            "--temperature",
-            help="Add a model of the gyro's bias by temperature, from the rests of the same log.",
-            rich_help_panel=_FIT,
+        Option(
+            "Add a model of the gyro's bias by temperature, from the rests of the same log.",
+            panel=_FIT,
         ),
     ] = False,
     gyro: GyroName = None,
     accel: AccelName = None,
     compare: Annotated[
         Path | None,
-        typer.Option(
+        Option(
+            "An earlier calibration (JSON): how far each parameter has moved.",
             metavar="OLD",
-            help="An earlier calibration (JSON): how far each parameter has moved.",
-            rich_help_panel=_FIT,
+            panel=_FIT,
         ),
     ] = None,
     export: Annotated[
-        str | None,
-        typer.Option(
-            help="Files for other programs: some of kalibr,imu_tk,px4,ardupilot. The JSON is "
+        Sequence[str],
+        Option(
+            "Files for other programs: some of kalibr,imu_tk,px4,ardupilot. The JSON is "
             "always written.",
-            rich_help_panel=_EXPORTS,
+            panel="Exports for other programs",
+            parse=partial(parse_choices, choices=tuple(EXPORTS)),
         ),
-    ] = None,
+    ] = (),
     apply: Annotated[
         Path | None,
-        typer.Option(
-            metavar="CAL",
-            help="Correct the log by this calibration (JSON), and write it.",
-            rich_help_panel=_APPLY,
+        Option(
+            "Correct the log by this calibration (JSON), and write it.", metavar="CAL", panel=_APPLY
         ),
     ] = None,
     fix: Fix = False,
     format: Annotated[
-        LogFormat | None,
-        typer.Option(
-            help="File format of the corrected log; else the suffix of -o, or parquet.",
-            rich_help_panel=_APPLY,
+        str | None,
+        Option(
+            "File format of the corrected log; else the suffix of -o, or parquet.",
+            choices=LOG_FORMATS,
+            panel=_APPLY,
         ),
     ] = None,
-    figure_format: FigureFormatOption = None,
-    figure: PanelsOption = FigurePanels.usual,
+    figure_format: FigureFormat = None,
+    figure: FigurePanels = "usual",
     no_figure: NoFigure = False,
     force: ForceExports = False,
-    context: typer.Context,
+    typed: Annotated[Typed, AsTyped()],
 ) -> None:
     """Calibrate an IMU from one log of hand turns: rests in a dozen poses, and turns between them.
 
@@ -135,77 +112,84 @@ def calibrate(
     it as JSON, a figure, and what is exported. With --apply, corrects a log instead; with
     --magnetometer, calibrates a compass from any motion.
     """
-    exports = parse_choices("--export", export, Export)
     if compass.magnetometer:
-        _check_alone(context, "--magnetometer", WITH_MAGNETOMETER)
-        outline = (output, figure_format, not no_figure, force)
-        calibrate_compass(log, reading, compass, gyro, exports, *outline)
+        _check_alone(typed, "--magnetometer", OF_MAGNETOMETER)
+        outline = (output, figure_format, no_figure, force)
+        calibrate_compass(log, reading, compass, gyro, export, *outline)
         return
     compass.check_unused()
     if apply is not None:
-        _check_alone(context, "--apply", _OF_APPLY)
-        correct(log, reading, gyro, accel, apply, output, format, force)
+        _check_alone(typed, "--apply", _OF_APPLY)
+        _correct(log, reading, gyro, accel, apply, output, format, force)
         return
     if format is not None:
         raise UsageFault("--format is that of the corrected log: it acts with --apply")
     old = calibration_of(compare)
-    saved = {"exports": exports, "doubtful": force}
-    saved["panels"] = "all" if all_panels(figure, not no_figure) else "usual"
-    place, figures = _place(log, output, figure_format, not no_figure, temperature)
-    found = records(log, reading.group_by)
-    endings = [ending for one in exports for ending in EXPORTS[one]]
-    parts = [place.of_part(one.ending) for one in found]
-    outputs = [part.files(".json", endings, figures, force) for part in parts]
-    check_outputs([path for files in outputs for path in files.paths], force, log, compare)
-    asked = {**choices, "gyro": gyro, "accel": accel, "temperature": temperature, "fix": fix}
+    panels = check_panels(figure, no_figure)
+    suffixes = ["json", *(() if no_figure else FIGURE_FORMATS)]
+    place = Destination.of(output, f"{log.stem}-zerorate-calibration", suffixes)
+    figures = figure_ending(place, figure_format, no_figure)
+    if figures:
+        preload_figure("calibration_figure")
+    figures += [f"-temperature{one}" for one in figures if temperature]
+    endings = [ending for one in export for ending in EXPORTS[one]]
+    files = partial(Destination.files, first=".json", others=endings, figures=figures, force=force)
+    task = partial(
+        calibrate_imu, gyro=gyro, accel=accel, temperature=temperature, fix=fix,
+        **choices, **reading.arguments,
+    )  # fmt: skip
     invalid = []
-    for one, files in zip(found, outputs, strict=True):
-        with progress_bar() as progress:
-            work = partial(calibrate_imu, one.source, progress=progress)
-            calibration = in_background(partial(work, **asked, **reading.arguments))
-            written = files.save(files_of(calibration, **saved), progress, 0.7)
-        print_title(one, first=one is found[0])
-        print_alarms(calibration.alarms)
-        print(calibration)
-        _print_moved(calibration, old)
-        print_written(written)
-        if not calibration.valid:
-            without = "" if force else _unwritten(exports)
-            invalid.append(f"{one.title or log}: {verdict(calibration)}{without}")
+    for part in parts_of([(log, place)], reading, files, compare):
+        saved = {"exports": export, "doubtful": force, "panels": panels}
+        result, paths = part.run(task, 0.7, **saved)
+        print_result(result, paths, _moved(result, old))
+        if not result.valid:
+            without = "" if force else _unwritten(export)
+            invalid.append(f"{part.name}: {verdict(result)}{without}")
     if invalid:
         raise DataFault("; ".join(invalid))
 
 
-def _place(
-    log: Path, output: str, figure_format: FigureFormat | None, draws: bool, temperature: bool
-) -> tuple[Destination, list[str]]:
-    """Return where the files go, and how the names of the figures end."""
-    suffixes = ["json", *(FigureFormat if draws else ())]
-    place = Destination.of(output, f"{log.stem}-zerorate-calibration", suffixes)
-    if not draws:
-        return place, []
-    require("matplotlib", "plot")
-    suffix = place.choose("figure_format", figure_format, FIGURE_FORMATS)
-    preload_figure("calibration_figure")
-    return place, [f".{suffix}", *([f"-temperature.{suffix}"] if temperature else [])]
+def _correct(
+    log: Path,
+    reading: Reading,
+    gyro: str | None,
+    accel: str | None,
+    calibration: Path,
+    output: str,
+    format: str | None,
+    force: bool,
+) -> None:
+    """Write a log without what a calibration has found."""
+    known = calibration_of(calibration)
+    place = Destination.of(output, f"{log.stem}-zerorate-calibrated", LOG_FORMATS)
+    suffix = log_ending(place, format)
+    files = partial(Destination.files, first=f".{suffix}", others=(), figures=(), force=force)
+    for part in parts_of([(log, place)], reading, files, calibration):
+        with progress_bar() as progress:
+            source = part.record.source
+            result = correct_log(source, known, gyro=gyro, accel=accel, **reading.arguments)
+            saved = files_of(result).in_format(suffix)
+            of_part = place.of_part(part.record.ending)
+            outputs = of_part.files(f".{suffix}", saved.others, (), force)
+            check_outputs(outputs.paths, force, log, calibration)
+            outputs.save(saved, progress, 0.5)
+        part.print_title()
+        print_result(result, outputs.paths)
 
 
-_OF_APPLY: Final = ("log", "apply", "output", "format", "force", "gyro", "accel", *READING)
+def _check_alone(typed: Typed, context: str, used: Sequence[str]) -> None:
+    """Raise a usage fault for an option that means nothing with what is asked for."""
+    for name in typed:
+        if name not in used:
+            raise UsageFault(f"{own_flag(name)} has no effect with {context}")
 
 
-def _check_alone(context: typer.Context, asked: str, used: Sequence[str]) -> None:
-    """Raise a usage fault for an option that means nothing beside what is asked for."""
-    for parameter in context.command.params:
-        name = str(parameter.name)
-        source = context.get_parameter_source(name)
-        if name not in used and source is not None and source.name == "COMMANDLINE":
-            raise UsageFault(f"{parameter.opts[0]} has no effect with {asked}")
-
-
-def _print_moved(calibration: Calibration, old: Calibration | None) -> None:
-    if old is not None:
-        moved = moved_since(calibration, old)
-        print(f"\nCompared with the earlier one, which is first\n{moved}")
+def _moved(calibration: Calibration, old: Calibration | None) -> str:
+    """Return how far each parameter has moved since an earlier calibration, if there is one."""
+    if old is None:
+        return ""
+    return f"\nCompared with the earlier one, which is first\n{moved_since(calibration, old)}"
 
 
 def _unwritten(exports: Sequence[str]) -> str:

@@ -2,114 +2,79 @@
 
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final
-
-import typer
+from typing import Annotated, ClassVar, Final
 
 from zerorate.cli.errors import DataFault, UsageFault, print_alarms, require
-from zerorate.cli.options import (
-    OUTPUT,
-    RECORDING,
-    FigureFormat,
-    FigureFormatOption,
-    Fix,
-    Force,
-    NoFigure,
-    Reading,
-    parse_words,
-    with_group,
-    with_reading_options,
-)
+from zerorate.cli.options import OUTPUT, RECORDING, FigureFormat, Fix, Force, NoFigure
 from zerorate.cli.outputs import check_outputs, print_written, progress_bar
-from zerorate.cli.records import records
+from zerorate.cli.parameters import Argument, Option, option
+from zerorate.cli.reading import Reading, ReadingOptions, records
+from zerorate.cli.values import parse_words
 from zerorate.tasks.compare import ATTITUDE_METHODS, METHODS, MethodError
 from zerorate.tasks.compare import compare as compare_filters
 from zerorate.tasks.compare.trial import KINDS
 from zerorate.tasks.saving import FIGURE_FORMATS, Destination, Outputs, files_of
 
+_NAME: Final = "zerorate-compare"
+
+
+def _parse_attitude(flag: str, text: str) -> list[str]:
+    return [] if text == "none" else parse_words(flag, text)
+
 
 @dataclass(frozen=True)
-class _Asked:
-    """What is typed of what is compared, and against what."""
+class _Compared:
+    """Options of what is compared, and against what, named as arguments of `zerorate.compare`."""
 
-    simulated: Annotated[
-        bool, typer.Option(help="Also simulated gyros, whose best filter is known.")
-    ] = False
-    reference: Annotated[
-        str | None, typer.Option(help="Column of an encoder's angle or of a true rate.")
-    ] = None
-    quaternion: Annotated[
-        str | None, typer.Option(help="Columns w,x,y,z of the true orientation.")
-    ] = None
-    seeds: Annotated[int, typer.Option(help="Simulated records of each gyro.")] = 12
-    methods: Annotated[
-        str,
-        typer.Option(
-            metavar="NAMES",
-            help="With commas between. NAME=MODULE:FUNCTION adds a method of your own, from a "
-            "Python file in this folder: FUNCTION(z, rate) returns the bias after each sample. "
-            "After a name +hold learns at rest only, +reject rejects outliers.",
-        ),
-    ] = ",".join(METHODS)
-    contaminate: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="FAULTS",
-            help="Also with faults in the records, e.g. share=0.01,size=100,one-sided "
-            "(in deviations), burst=20,size=30 (a minute) or stuck=10,at-zero (s); repeatable.",
-        ),
-    ] = None
-    attitude: Annotated[
-        str,
-        typer.Option(
-            metavar="NAMES",
-            help="Filters of attitude, for logs with an accelerometer and the true orientation; "
-            "those of other packages where they are installed. none: no table of them.",
-        ),
-    ] = ",".join(ATTITUDE_METHODS)
-    frame: Annotated[str, typer.Option(help="Of the true orientation: enu, ned or nwu.")] = "enu"
-
-    def arguments(self) -> dict[str, Any]:
-        """Return those of `zerorate.compare`."""
-        # A method of one's own is looked for in the working folder, too.
-        if os.getcwd() not in sys.path:
-            sys.path.insert(0, os.getcwd())
-        columns, none = self.quaternion, self.attitude == "none"
-        return {
-            "methods": parse_words("--methods", self.methods),
-            "contaminate": self.contaminate or (),
-            "attitude": () if none else parse_words("--attitude", self.attitude),
-            "frame": self.frame,
-            "reference": self.reference,
-            "quaternion": None if columns is None else parse_words("--quaternion", columns),
-            "simulated": self.simulated,
-            "seeds": self.seeds,
-        }
+    simulated: bool = option(False, "Also simulated gyros, whose best filter is known.")
+    reference: str | None = option(None, "Column of an encoder's angle or of a true rate.")
+    quaternion: Sequence[str] | None = option(
+        None, "Columns w,x,y,z of the true orientation.", parse=parse_words
+    )
+    seeds: int = option(12, "Simulated records of each gyro.")
+    methods: Sequence[str] = option(
+        METHODS,
+        "With commas between. NAME=MODULE:FUNCTION adds a method of your own, from a "
+        "Python file in this folder: FUNCTION(z, rate) returns the bias after each sample. "
+        "After a name +hold learns at rest only, +reject rejects outliers.",
+        metavar="NAMES",
+        parse=parse_words,
+    )
+    contaminate: list[str] | None = option(
+        None,
+        "Also with faults in the records, e.g. share=0.01,size=100,one-sided "
+        "(in deviations), burst=20,size=30 (a minute) or stuck=10,at-zero (s); repeatable.",
+        metavar="FAULTS",
+    )
+    attitude: Sequence[str] = option(
+        ATTITUDE_METHODS,
+        "Filters of attitude, for logs with an accelerometer and the true orientation; "
+        "those of other packages where they are installed. none: no table of them.",
+        metavar="NAMES",
+        parse=_parse_attitude,
+    )
+    frame: str = option("enu", "Of the true orientation: enu, ned or nwu.")
 
 
 @dataclass(frozen=True)
 class _Written:
-    """What is typed of what is written."""
+    """Options of the files."""
 
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="PATH",
-            help="Folder for all numbers (JSON) and a figure of each table, or the name of one of "
-            "them; without it nothing is written.",
-        ),
-    ] = None
-    figure_format: FigureFormatOption = None
+    panel: ClassVar = OUTPUT
+
+    output: str | None = option(
+        None,
+        "Folder for all numbers (JSON) and a figure of each table, or the name of one of "
+        "them; without it nothing is written.",
+        "-o --output",
+        metavar="PATH",
+    )
+    figure_format: FigureFormat = None
     no_figure: NoFigure = False
-    json: Annotated[
-        Path | None,
-        typer.Option("--json", metavar="FILE", help="Write all numbers into this file."),
-    ] = None
+    json: Path | None = option(None, "Write all numbers into this file.", metavar="FILE")
     force: Force = False
 
     def place(self) -> Destination | None:
@@ -117,7 +82,7 @@ class _Written:
         if self.output is not None:
             if not self.no_figure:
                 require("matplotlib", "plot")
-            suffixes = ["json", *(() if self.no_figure else FigureFormat)]
+            suffixes = ["json", *(() if self.no_figure else FIGURE_FORMATS)]
             return Destination.of(self.output, _NAME, suffixes)
         if self.figure_format is not None or self.no_figure:
             option = "--no-figure" if self.figure_format is None else "--figure-format"
@@ -134,39 +99,37 @@ class _Written:
         return Outputs(place.file(".json"), figures, self.force, own)
 
 
-_NAME: Final = "zerorate-compare"
-
-
-@with_group(_Asked, "asked")
-@with_group(_Written, "written", OUTPUT)
-@with_reading_options()
 def compare(
     *,
-    logs: Annotated[list[Path] | None, typer.Argument(help=RECORDING, show_default=False)] = None,
-    asked: _Asked,
-    reading: Reading,
+    logs: Annotated[list[Path] | None, Argument(RECORDING)] = None,
+    compared: _Compared,
+    reading: Annotated[Reading, ReadingOptions()],
     fix: Fix = False,
-    per_axis: Annotated[bool, typer.Option("--per-axis", help="A table of every axis.")] = False,
+    per_axis: Annotated[bool, Option("A table of every axis.")] = False,
     written: _Written,
 ) -> None:
     """Compare filters on logs by what they cost their user, at rest and in motion."""
-    if not logs and not asked.simulated:
+    if not logs and not compared.simulated:
         raise UsageFault("give at least one log, or --simulated")
-    arguments = {**asked.arguments(), "fix": fix, **reading.arguments}
+    # A method of one's own is looked for in the working folder, too.
+    if os.getcwd() not in sys.path:
+        sys.path.insert(0, os.getcwd())
     possible = written.outputs(KINDS)
     check_outputs([] if possible is None else possible.paths, written.force, None, *(logs or []))
+    arguments = {**vars(compared), "fix": fix, **reading.arguments}
+    arguments["contaminate"] = compared.contaminate or ()
     with progress_bar() as progress:
         sources = [one.source for log in logs or [] for one in records(log, reading.group_by)]
         try:
-            found = compare_filters(sources, progress=progress, **arguments)
+            result = compare_filters(sources, progress=progress, **arguments)
         except MethodError as error:
             raise DataFault(str(error)) from None
-        files = files_of(found)
+        files = files_of(result)
         outputs = written.outputs(end[1:] for end in files.figures)
         if outputs is not None:
             writers = [*files.data] * (1 + len(outputs.others))
             outputs.save(files._replace(data=writers), progress, done=0.95)
-    print_alarms(found.alarms)
-    print(found.table(per_axis=per_axis))
+    print_alarms(result.alarms)
+    print(result.table(per_axis=per_axis))
     if outputs is not None:
         print_written(outputs.paths)

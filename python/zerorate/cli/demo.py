@@ -3,25 +3,24 @@
 from typing import Annotated
 
 import numpy as np
-import typer
 
 from zerorate.cli.options import Force, Output
 from zerorate.cli.outputs import LogAndFigure, check_outputs, print_written, progress_bar
-from zerorate.cli.simulate import AXES, Duration, Seed, SimulatedRate, simulated
-from zerorate.record import Log
+from zerorate.cli.parameters import Option
+from zerorate.cli.simulate import Duration, Seed, SimulatedRate
 from zerorate.show.tables import prose
 from zerorate.simulation.devices import device as find_device
 from zerorate.tasks.replay import Replay
 from zerorate.tasks.replay import replay as remove_bias
 from zerorate.tasks.saving import Outputs, files_of
-from zerorate.units import convert
+from zerorate.tasks.simulate import DURATION_S, simulated_demo
 
 
 def demo(
     device: Annotated[
-        str, typer.Option(help="Gyro to simulate; zerorate simulate --list shows all.")
+        str, Option("Gyro to simulate; zerorate simulate --list shows all.")
     ] = "MPU-6050",
-    duration: Duration = 600.0,
+    duration: Duration = DURATION_S,
     rate: SimulatedRate = 100.0,
     seed: Seed = 1,
     output: Output = "demo",
@@ -37,22 +36,16 @@ def demo(
     check_outputs(outputs.paths, force)
     with progress_bar() as progress:
         progress("simulating", 0.0)
-        signal, truth = (
-            convert(values, "rad/s", "deg/s")
-            for values in simulated(gyro, rate, duration, seed, len(AXES))
-        )
-        names = tuple(f"gyro_{axis}_dps" for axis in AXES)
-        meta = {"source": f"simulated {gyro.name}", "sensor": f"simulated {gyro.name}"}
-        log = Log(np.arange(len(signal)) / rate, rate, signal, names, "deg/s", meta)
+        log, truth = simulated_demo(gyro, rate, duration, seed)
         result = remove_bias(log, methods="all", truth=truth, progress=progress)
         outputs.save(files_of(result), progress)
     print(f"{gyro.name}, simulated at rest: {duration:g} s at {rate:g} Hz, seed {seed}\n")
     print(result)
     print_written(outputs.paths)
-    print(f"\n{_told(result, outputs)}")
+    print(f"\n{_guide(result, outputs)}")
 
 
-def _told(result: Replay, outputs: Outputs) -> str:
+def _guide(result: Replay, outputs: Outputs) -> str:
     """Return what was written and what to look at, as a reader of the first run needs it."""
     errors = [score.error for score in result.scores if score.method == result.method]
     biases = np.abs([score.mean for score in result.scores if score.method == "raw"])

@@ -3,24 +3,22 @@
 from pathlib import Path
 from typing import Annotated, Final
 
-import typer
-
 from zerorate.cli.errors import faults
-from zerorate.cli.options import READING
+from zerorate.cli.filter_options import own_flag
+from zerorate.cli.parameters import Argument
+from zerorate.cli.reading import READING
 from zerorate.faults import naming
 from zerorate.io.explaining import explain, known_formats
 from zerorate.io.fixes import RECEIVERS
 from zerorate.io.packets import PACKETS
 from zerorate.show.formats_table import format_explanation, format_formats
 
-_OPTIONS: Final = {name: f"--{name.replace('_', '-')}" for name in READING}
+_OPTIONS: Final = {name: own_flag(name) for name in READING}
 """What the commands call arguments that read the file."""
 
 
 def formats(
-    log: Annotated[
-        Path | None, typer.Argument(help="A recording, to tell what it is taken for.")
-    ] = None,
+    log: Annotated[Path | None, Argument("A recording, to tell what it is taken for.")] = None,
 ) -> None:
     """List the formats that are read and written, or tell how a file is understood.
 
@@ -32,5 +30,5 @@ def formats(
         print(format_formats(known_formats(), fixes, PACKETS.values()))
         return
     with naming(_OPTIONS), faults():
-        told = explain(log)
-    print(format_explanation(told))
+        result = explain(log)
+    print(format_explanation(result))

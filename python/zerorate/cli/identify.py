@@ -1,211 +1,110 @@
 """``zerorate identify``: drift models of the gyros of one log."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import partial
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, ClassVar, Literal
 
-import typer
-
-from zerorate.cli.errors import UsageFault, print_alarms, require
-from zerorate.cli.options import (
-    FigurePanels,
-    Fix,
-    Force,
-    LogArgument,
-    NoFigure,
-    Output,
-    PanelsOption,
-    Reading,
-    parse_order,
-    with_group,
-    with_reading_options,
-)
-from zerorate.cli.outputs import (
-    all_panels,
-    check_outputs,
-    preload_figure,
-    print_written,
-    progress_bar,
-)
-from zerorate.cli.records import print_title, records
+from zerorate.cli.errors import UsageFault, require
+from zerorate.cli.options import FigurePanels, Fix, Force, LogArgument, NoFigure, Output
+from zerorate.cli.outputs import check_panels, parts_of, preload_figure, print_result
+from zerorate.cli.parameters import option
+from zerorate.cli.reading import Reading, ReadingOptions
+from zerorate.cli.values import parse_order
 from zerorate.identification.arma import MAX_ORDER
+from zerorate.identification.order import Criterion
 from zerorate.tasks.identify import identify as find_models
-from zerorate.tasks.interrupts import in_background
-from zerorate.tasks.saving import Destination, files_of
+from zerorate.tasks.saving import Destination
 
 
-class Criterion(StrEnum):
-    """Criteria of order."""
-
-    fpe = "fpe"
-    aic = "aic"
-    aicc = "aicc"
-    bic = "bic"
-    hq = "hq"
+def _parse_order(flag: str, text: str) -> tuple[int, int]:
+    order = parse_order(flag, text)
+    if max(order) > MAX_ORDER:
+        raise UsageFault(f"{flag} takes p and q from 0 to {MAX_ORDER}, got '{text}'")
+    return order
 
 
-class Estimator(StrEnum):
-    """Estimates of an ARMA model."""
-
-    css = "css"
-    exact = "exact"
-
-
-class Outliers(StrEnum):
-    """Ways to replace outliers."""
-
-    none = "none"
-    hampel = "hampel"
-    moving_average = "moving-average"
-
-
-class Trend(StrEnum):
-    """What is taken off a record."""
-
-    none = "none"
-    mean = "mean"
-    linear = "linear"
-
-
-_OUTLIERS: Final[dict[Outliers, Literal["hampel", "moving-average"] | None]] = {
-    Outliers.none: None,
-    Outliers.hampel: "hampel",
-    Outliers.moving_average: "moving-average",
-}
-_TRENDS: Final[dict[Trend, Literal["mean", "linear"] | None]] = {
-    Trend.none: None,
-    Trend.mean: "mean",
-    Trend.linear: "linear",
-}
-
-
-_MODEL: Final = "Model"
-_PREPARE: Final = "Before the model: what is done to the record"
-"""Panels of help."""
+def _parse_none(_: str, text: str) -> str | None:
+    return None if text == "none" else text
 
 
 @dataclass(frozen=True)
-class _OfModel:
-    """What is typed of the model."""
+class _Model:
+    """Options of the model, named as arguments of `zerorate.identify`."""
 
-    order: Annotated[
-        str | None,
-        typer.Option(
-            metavar="P,Q",
-            help="Take this order of the ARMA model, p autoregressive and q moving-average terms, "
-            "instead of choosing one.",
-        ),
-    ] = None
-    criterion: Annotated[Criterion, typer.Option(help="Criterion that chooses the order.")] = (
-        Criterion.aic
-    )
-    max_order: Annotated[int, typer.Option(metavar="P", help="Largest AR order that is tried.")] = (
-        10
-    )
-    estimator: Annotated[
-        Estimator,
-        typer.Option(
-            help="How the ARMA model is estimated: css, the conditional sum of squares, is fast; "
-            "exact, the likelihood, bridges missing samples. On long records they differ little."
-        ),
-    ] = Estimator.css
-    segments: Annotated[
-        int,
-        typer.Option(
-            metavar="N", help="Parts of the record that the tests of stationarity compare."
-        ),
-    ] = 100
+    panel: ClassVar = "Model"
 
-    def arguments(self) -> dict[str, Any]:
-        """Return those of `zerorate.identify`."""
-        return {
-            "order": None if self.order is None else _order(self.order),
-            "criterion": self.criterion.value,
-            "max_order": self.max_order,
-            "estimator": self.estimator.value,
-            "segments": self.segments,
-        }
+    order: tuple[int, int] | None = option(
+        None,
+        "Take this order of the ARMA model, p autoregressive and q moving-average terms, "
+        "instead of choosing one.",
+        metavar="P,Q",
+        parse=_parse_order,
+    )
+    criterion: Criterion = option("aic", "Criterion that chooses the order.")
+    max_order: int = option(10, "Largest AR order that is tried.", metavar="P")
+    estimator: Literal["css", "exact"] = option(
+        "css",
+        "How the ARMA model is estimated: css, the conditional sum of squares, is fast; "
+        "exact, the likelihood, bridges missing samples. On long records they differ little.",
+    )
+    segments: int = option(
+        100, "Parts of the record that the tests of stationarity compare.", metavar="N"
+    )
 
 
 @dataclass(frozen=True)
 class _Before:
-    """What is typed of what is done to the record first."""
+    """Options of what is done to the record first, named as arguments of `zerorate.identify`."""
 
-    outliers: Annotated[
-        Outliers,
-        typer.Option(
-            help="How outliers are replaced: by the median of their neighbours (hampel), or by a "
-            "moving average."
-        ),
-    ] = Outliers.none
-    smooth: Annotated[
-        int,
-        typer.Option(
-            metavar="N",
-            help="Moving average over so many samples first, as some papers do; it changes the "
-            "model.",
-        ),
-    ] = 1
-    decimate: Annotated[
-        int, typer.Option(metavar="N", help="Keep every N-th sample, after a low-pass.")
-    ] = 1
-    trend: Annotated[Trend, typer.Option(help="Subtract the mean or a straight line first.")] = (
-        Trend.none
+    panel: ClassVar = "Before the model: what is done to the record"
+
+    outliers: Literal["hampel", "moving-average"] | None = option(
+        None,
+        "How outliers are replaced: by the median of their neighbours (hampel), or by a "
+        "moving average.",
+        shown="none",
+        choices=("none", "hampel", "moving-average"),
+        parse=_parse_none,
+    )
+    smooth: int = option(
+        1,
+        "Moving average over so many samples first, as some papers do; it changes the model.",
+        metavar="N",
+    )
+    decimate: int = option(1, "Keep every N-th sample, after a low-pass.", metavar="N")
+    trend: Literal["mean", "linear"] | None = option(
+        None,
+        "Subtract the mean or a straight line first.",
+        shown="none",
+        choices=("none", "mean", "linear"),
+        parse=_parse_none,
     )
 
-    def arguments(self) -> dict[str, Any]:
-        """Return those of `zerorate.identify`."""
-        return {
-            "outliers": _OUTLIERS[self.outliers],
-            "smooth": self.smooth,
-            "decimate": self.decimate,
-            "trend": _TRENDS[self.trend],
-        }
 
-
-@with_group(_OfModel, "model", _MODEL)
-@with_group(_Before, "before", _PREPARE)
-@with_reading_options()
 def identify(
     *,
     log: LogArgument,
-    reading: Reading,
+    reading: Annotated[Reading, ReadingOptions()],
     fix: Fix = False,
     output: Output = ".",
-    figure: PanelsOption = FigurePanels.usual,
+    figure: FigurePanels = "usual",
     no_figure: NoFigure = False,
     force: Force = False,
-    model: _OfModel,
+    model: _Model,
     before: _Before,
 ) -> None:
     """Find an ARMA model of the drift of each gyro from a log at rest, and test it.
 
     Writes a page (HTML) with tables and figures, and all numbers as JSON.
     """
-    asked = {**model.arguments(), **before.arguments(), "fix": fix, **reading.arguments}
-    panels = "all" if all_panels(figure, not no_figure) else "usual"
-    parts = records(log, reading.group_by)
-    place = Destination.of(output, f"{log.stem}-zerorate-identify", ("html", "json"))
+    panels = check_panels(figure, no_figure)
     if not no_figure:
         require("matplotlib", "plot")
-    outputs = [place.of_part(one.ending).files(".html", [".json"], (), force) for one in parts]
-    check_outputs([path for files in outputs for path in files.paths], force, log)
+    place = Destination.of(output, f"{log.stem}-zerorate-identify", ("html", "json"))
+    files = partial(Destination.files, first=".html", others=[".json"], figures=(), force=force)
+    parts = parts_of([(log, place)], reading, files)
     if not no_figure:
         preload_figure("identify_figure", svg=True)
-    for one, files in zip(parts, outputs, strict=True):
-        with progress_bar() as progress:
-            found = in_background(partial(find_models, one.source, progress=progress, **asked))
-            progress("drawing", 0.9)
-            files.save(files_of(found, drawn=not no_figure, panels=panels), progress)
-        print_title(one, first=one is parts[0])
-        print_alarms(found.alarms)
-        print(found)
-        print_written(files.paths)
-
-
-def _order(text: str) -> tuple[int, int]:
-    order = parse_order(text)
-    if max(order) > MAX_ORDER:
-        raise UsageFault(f"--order takes p and q from 0 to {MAX_ORDER}, got '{text}'")
-    return order
+    task = partial(find_models, **vars(model), **vars(before), fix=fix, **reading.arguments)
+    for part in parts:
+        print_result(*part.run(task, 0.9, drawn=not no_figure, panels=panels))

@@ -1,220 +1,235 @@
 """``zerorate navigate``: the track of a vehicle, from its inertial sensors and its receiver."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, ClassVar, Final, Literal
 
-import typer
-
-from zerorate.cli.clipping import Clipped, ClippedOption
-from zerorate.cli.errors import UsageFault, print_alarms
-from zerorate.cli.mounts import antenna_of, mounting_of, numbers, offset_of
+from zerorate.cli.errors import UsageFault
+from zerorate.cli.filter_options import TableOptions
 from zerorate.cli.options import (
-    PANEL,
     CalibrationOption,
+    ClippedOption,
     Fix,
     LogArgument,
-    Reading,
-    with_group,
-    with_options,
-    with_reading_options,
+    ReferenceOffset,
+    Tum,
 )
-from zerorate.cli.outputs import LogAndPanels, check_outputs, print_written, progress_bar
-from zerorate.cli.references import ReferenceOffset, Tum, existing
+from zerorate.cli.outputs import LogAndPanels, check_outputs, print_result, run_and_save
+from zerorate.cli.parameters import Argument, Option, option
+from zerorate.cli.reading import PANEL, Reading, ReadingOptions
+from zerorate.cli.values import parse_numbers
+from zerorate.io.mounting import mounting_of
 from zerorate.navigation.options import NAVIGATION_OPTIONS
-from zerorate.tasks.interrupts import in_background
+from zerorate.record.mounting import Mounting
 from zerorate.tasks.navigate import navigate as find_track
-from zerorate.tasks.saving import files_of
 
 _FILTER: Final = "Navigation"
-_VEHICLE: Final = "The vehicle"
+"""The panel of help with what is of the filter."""
 _COURSE: Final = "course"
+_AUTO: Final = "auto"
+_NONE: Final = "none"
+_BY_METADATA: Final = Mounting()
 _MAPS: Final = ("geojson", "gpx")
+_MAX_HEADING_DEG: Final = 360.0
 
 
-class _Vehicle(StrEnum):
-    wheeled = "wheeled"
+def _parse_lengths(flag: str, text: str) -> list[float]:
+    expected = "lengths in s, such as 10,30,60,"
+    lengths = parse_numbers(flag, text, text.count(",") + 1, expected)
+    if min(lengths) <= 0.0:
+        raise UsageFault(f"{flag} takes lengths above 0 s, got '{text}'")
+    return lengths
+
+
+def _parse_heading(flag: str, text: str) -> float | str:
+    if text == _COURSE:
+        return text
+    degrees = _number(text)
+    if not abs(degrees) <= _MAX_HEADING_DEG:
+        raise UsageFault(f"{flag} takes deg within 360, or 'course', got '{text}'")
+    return math.radians(degrees)
+
+
+def _parse_span(flag: str, text: str) -> tuple[float, float]:
+    start, stop = parse_numbers(flag, text, 2, "two times, such as 0,20,")
+    if not stop > start:
+        raise UsageFault(f"{flag} must end after it begins, got '{text}'")
+    return start, stop
+
+
+_PARSE_VECTOR: Final = partial(parse_numbers, count=3, expected="three numbers")
+
+
+def _parse_mount(_: str, text: str) -> Mounting | None:
+    """Return what is stated of the mounting; None for nothing, also not by the recording."""
+    return None if text == _NONE else mounting_of(text)
+
+
+def _parse_offset(flag: str, text: str) -> float | str:
+    if text == _AUTO:
+        return text
+    offset = _number(text)
+    if not math.isfinite(offset):
+        raise UsageFault(f"{flag} takes seconds, or 'auto', got '{text}'")
+    return offset
+
+
+def _number(text: str) -> float:
+    """Return a number, NaN for any other text."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _parse_file(flag: str, text: str) -> Path:
+    if not Path(text).is_file():
+        raise UsageFault(f"{flag} names {text}, which does not exist")
+    return Path(text)
 
 
 @dataclass(frozen=True)
 class _Run:
-    """What is typed of a run of the filter."""
+    """Options of the filter's run, named as arguments of `zerorate.navigate`."""
 
-    lengths: Annotated[
-        str | None,
-        typer.Option(
-            "--outages",
-            metavar="S,S",
-            help="Withhold fixes for so many seconds at a time, e.g. 10,30,60, and tell the error.",
-        ),
-    ] = None
-    smooth: Annotated[
-        bool,
-        typer.Option(
-            help="See each sample in the light of all fixes, also of those that come later."
-        ),
-    ] = False
-    heading: Annotated[
-        str | None,
-        typer.Option(
-            metavar="DEG",
-            help="Heading at the start, deg from north over east; or 'course': the direction in "
-            "which the vehicle first moves. By default the motion tells it.",
-        ),
-    ] = None
-    rest: Annotated[
-        str | None,
-        typer.Option(
-            metavar="START,STOP",
-            help="When the vehicle rests at the start, s after the first sample. By default before "
-            "the receiver moves, if it rests for 3 s; else it starts in motion.",
-        ),
-    ] = None
-    gyro_noise: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="MODEL",
-            help="Noise of the gyro (JSON of NoiseModel, or of zerorate allan --export json). By "
-            "default that of a consumer sensor.",
-        ),
-    ] = None
-    accel_noise: Annotated[
-        Path | None, typer.Option(metavar="MODEL", help="Noise of the accelerometer, likewise.")
-    ] = None
+    panel: ClassVar = _FILTER
 
-    def arguments(self) -> dict[str, Any]:
-        """Return those of `zerorate.navigate`."""
-        return {
-            "outages": _lengths(self.lengths),
-            "smooth": self.smooth,
-            "heading": _heading(self.heading),
-            "rest": _span(self.rest),
-            "gyro_noise": self.gyro_noise,
-            "accel_noise": self.accel_noise,
-        }
+    outages: Sequence[float] = option(
+        (),
+        "Withhold fixes for so many seconds at a time, e.g. 10,30,60, and tell the error.",
+        metavar="S,S",
+        parse=_parse_lengths,
+    )
+    smooth: bool = option(
+        False, "See each sample in the light of all fixes, also of those that come later."
+    )
+    heading: float | str | None = option(
+        None,
+        "Heading at the start, deg from north over east; or 'course': the direction in "
+        "which the vehicle first moves. By default the motion tells it.",
+        metavar="DEG",
+        parse=_parse_heading,
+    )
+    rest: tuple[float, float] | None = option(
+        None,
+        "When the vehicle rests at the start, s after the first sample. By default before "
+        "the receiver moves, if it rests for 3 s; else it starts in motion.",
+        metavar="START,STOP",
+        parse=_parse_span,
+    )
+    gyro_noise: Path | None = option(
+        None,
+        "Noise of the gyro (JSON of NoiseModel, or of zerorate allan --export json). By "
+        "default that of a consumer sensor.",
+        metavar="MODEL",
+    )
+    accel_noise: Path | None = option(
+        None, "Noise of the accelerometer, likewise.", metavar="MODEL"
+    )
 
 
 @dataclass(frozen=True)
 class _Body:
-    """What is typed of the vehicle, and of what it carries where."""
+    """Options of the vehicle, and of what it carries where."""
 
-    vehicle: Annotated[
-        _Vehicle | None,
-        typer.Option(help="Wheeled: it neither slips sideways nor leaves the ground."),
-    ] = None
-    axle: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X,Y,Z",
-            help="Of a wheeled vehicle: from the sensors to the axle that does not steer, m "
-            "forward, right, down.",
-        ),
-    ] = None
-    wheel_speed: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN",
-            help="Column of the log with the speed of the wheels, m/s: of a vehicle on wheels, "
-            "whose scale and mounting are estimated.",
-        ),
-    ] = None
-    wheel_ticks: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN",
-            help="Column of the log with the ticks of a wheel so far, instead of its speed.",
-        ),
-    ] = None
-    tick: Annotated[
-        float | None,
-        typer.Option(
-            metavar="M",
-            help="Of --wheel-ticks: metres a tick, to some percent. By default as the receiver's "
-            "speed tells it.",
-        ),
-    ] = None
-    antenna: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X,Y,Z",
-            help="From the sensors to the antenna, m forward, right, down. By default as the "
-            "file's metadata say, or about 0,0,0. It is estimated: within --antenna-sigma, by "
-            "default 0.05 m where it is told and 1 m where it is not.",
-        ),
-    ] = None
-    mount: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MATRIX",
-            help="Rotation from the axes of the sensors to forward, right, down: nine numbers row "
-            "by row, with commas, or a file with them or with metadata that say it; 'none' for "
-            "none. By default as the file's metadata say.",
-        ),
-    ] = None
-    time_offset: Annotated[
-        str | None,
-        typer.Option(
-            metavar="S",
-            help="Added to the times of the fixes; or 'auto': as sensors and fixes fit best. By "
-            "default auto, searched from what the file's metadata say.",
-        ),
-    ] = None
+    panel: ClassVar = "The vehicle"
+
+    vehicle: Literal["wheeled"] | None = option(
+        None, "Wheeled: it neither slips sideways nor leaves the ground."
+    )
+    axle: Sequence[float] | None = option(
+        None,
+        "Of a wheeled vehicle: from the sensors to the axle that does not steer, m "
+        "forward, right, down.",
+        metavar="X,Y,Z",
+        parse=_PARSE_VECTOR,
+    )
+    wheel_speed: str | None = option(
+        None,
+        "Column of the log with the speed of the wheels, m/s: of a vehicle on wheels, "
+        "whose scale and mounting are estimated.",
+        metavar="COLUMN",
+    )
+    wheel_ticks: str | None = option(
+        None,
+        "Column of the log with the ticks of a wheel so far, instead of its speed.",
+        metavar="COLUMN",
+    )
+    tick: float | None = option(
+        None,
+        "Of --wheel-ticks: metres a tick, to some percent. By default as the receiver's "
+        "speed tells it.",
+        metavar="M",
+    )
+    antenna: Sequence[float] | None = option(
+        None,
+        "From the sensors to the antenna, m forward, right, down. By default as the "
+        "file's metadata say, or about 0,0,0. It is estimated: within --antenna-sigma, by "
+        "default 0.05 m where it is told and 1 m where it is not.",
+        metavar="X,Y,Z",
+        parse=_PARSE_VECTOR,
+    )
+    mount: Mounting | None = option(
+        _BY_METADATA,
+        "Rotation from the axes of the sensors to forward, right, down: nine numbers row "
+        "by row, with commas, or a file with them or with metadata that say it; 'none' for "
+        "none. By default as the file's metadata say.",
+        metavar="MATRIX",
+        shown="",
+        parse=_parse_mount,
+    )
+    time_offset: float | str | None = option(
+        None,
+        "Added to the times of the fixes; or 'auto': as sensors and fixes fit best. By "
+        "default auto, searched from what the file's metadata say.",
+        metavar="S",
+        parse=_parse_offset,
+    )
 
     def arguments(self) -> dict[str, Any]:
         """Return those of `zerorate.navigate`; a file of --mount may state antenna and clock."""
-        stated = mounting_of(self.mount)
-        axle = None if self.axle is None else numbers("--axle", self.axle, 3, "three numbers")
+        stated = self.mount or _BY_METADATA
+        matrix, antenna, offset = stated.body_from_sensor, stated.antenna, stated.time_offset
+        mount = _NONE if self.mount is None else _AUTO if matrix is None else matrix
         return {
-            "vehicle": None if self.vehicle is None else str(self.vehicle),
-            "axle": axle,
-            "wheel_speed": self.wheel_speed,
-            "wheel_ticks": self.wheel_ticks,
-            "tick": self.tick,
-            "antenna": antenna_of(self.antenna, stated),
-            "mount": stated.mount,
-            "time_offset": offset_of(self.time_offset, stated),
+            **vars(self),
+            "mount": mount,
+            "antenna": antenna if self.antenna is None else self.antenna,
+            "time_offset": next((t for t in (self.time_offset, offset) if t is not None), _AUTO),
         }
 
 
-@with_group(LogAndPanels, "written")
-@with_group(_Run, "run", _FILTER)
-@with_group(_Body, "body", _VEHICLE)
-@with_options(NAVIGATION_OPTIONS, "constants", panel=_FILTER)
-@with_reading_options(
-    imu=True,
-    without=("group_by",),
-)
 def navigate(
     *,
     log: LogArgument,
     gnss: Annotated[
         Path | None,
-        typer.Argument(
-            help="Fixes of the receiver: NMEA, RTKLIB, NavSatFix or a table. By default they are "
-            "in the recording.",
-            show_default=False,
+        Argument(
+            "Fixes of the receiver: NMEA, RTKLIB, NavSatFix or a table. By default they are "
+            "in the recording."
         ),
     ] = None,
-    reading: Reading,
+    reading: Annotated[Reading, ReadingOptions(imu=True, without=("group_by",))],
     run: _Run,
-    constants: Mapping[str, Any],
+    constants: Annotated[Mapping[str, Any], TableOptions(NAVIGATION_OPTIONS, _FILTER)],
     body: _Body,
     reference: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="Ground truth to compare with: a TUM or EuRoC trajectory (same clock as the log, "
+        Path | None,
+        Option(
+            "Ground truth to compare with: a TUM or EuRoC trajectory (same clock as the log, "
             "z up, any origin and heading), or the fixes of a better receiver.",
-            rich_help_panel=PANEL,
+            metavar="FILE",
+            parse=_parse_file,
+            panel=PANEL,
         ),
     ] = None,
     reference_offset: ReferenceOffset = 0.0,
     tum: Tum = False,
     calibration: CalibrationOption = None,
-    clipped: ClippedOption = Clipped.auto,
+    clipped: ClippedOption = "auto",
     fix: Fix = False,
     written: LogAndPanels,
 ) -> None:
@@ -224,52 +239,15 @@ def navigate(
     maps as GeoJSON and GPX, and a figure. Prints what became of the fixes, and with --outages how
     far the track is off without them, next to a position and a velocity that are held.
     """
-    asked = {**run.arguments(), **body.arguments()}
-    truth = existing(reference)
     place = written.place(f"{log.stem}-zerorate-navigate", *_MAPS)
-    outputs = written.at(place, (*_MAPS, *(("tum",) if tum else ())))
+    others = [f".{one}" for one in (*_MAPS, *(("tum",) if tum else ()))]
+    outputs = written.at(place, others)
     check_outputs(outputs.paths, written.force, log, gnss, calibration)
-    panels = "all" if written.everything else "usual"
+    panels = written.panels
     written.preload("navigation_figure")
-    with progress_bar() as progress:
-        found = in_background(
-            lambda: find_track(
-                log, gnss, calibration=calibration, clipped=clipped.value, fix=fix,
-                reference=truth, reference_offset=reference_offset, progress=progress, **constants,
-                **asked, **reading.arguments,
-            )
-        )  # fmt: skip
-        outputs.save(files_of(found, tum=tum, panels=panels), progress, done=0.8)
-    print_alarms(found.alarms)
-    print(found)
-    print_written(outputs.paths)
-
-
-def _lengths(text: str | None) -> list[float]:
-    if text is None:
-        return []
-    found = numbers("--outages", text, text.count(",") + 1, "lengths in s, such as 10,30,60,")
-    if min(found) <= 0.0:
-        raise UsageFault(f"--outages takes lengths above 0 s, got '{text}'")
-    return found
-
-
-def _heading(text: str | None) -> float | str | None:
-    if text is None or text == _COURSE:
-        return text
-    try:
-        degrees = float(text)
-    except ValueError:
-        degrees = math.nan
-    if not abs(degrees) <= 360.0:
-        raise UsageFault(f"--heading takes deg within 360, or 'course', got '{text}'")
-    return math.radians(degrees)
-
-
-def _span(text: str | None) -> tuple[float, float] | None:
-    if text is None:
-        return None
-    start, stop = numbers("--rest", text, 2, "two times, such as 0,20,")
-    if not stop > start:
-        raise UsageFault(f"--rest must end after it begins, got '{text}'")
-    return start, stop
+    task = partial(
+        find_track, log, gnss, reference=reference, reference_offset=reference_offset,
+        calibration=calibration, clipped=clipped, fix=fix,
+        **constants, **vars(run), **body.arguments(), **reading.arguments,
+    )  # fmt: skip
+    print_result(*run_and_save(task, outputs, 0.8, tum=tum, panels=panels))

@@ -1,37 +1,34 @@
-"""Output that commands share: progress bars, and files that are all whole or none."""
+"""What a command prints and writes: progress, results, and files that are all whole or none."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
+from typing import Any, TypeVar
 
-from zerorate.cli.errors import UsageFault, as_usage, require
-from zerorate.cli.options import (
-    FigureFormatOption,
-    FigurePanels,
-    Force,
-    LogFormatOption,
-    NoFigure,
-    Output,
-    PanelsOption,
-)
+from zerorate.cli.errors import UsageFault, as_usage, print_alarms, require
+from zerorate.cli.options import FigureFormat, FigurePanels, Force, LogFormat, NoFigure, Output
+from zerorate.cli.reading import Reading, Record, records
 from zerorate.progress import Progress, silent
+from zerorate.tasks.interrupts import in_background
 from zerorate.tasks.saving import (
     FIGURE_FORMATS,
     LOG_FORMATS,
     Destination,
     Outputs,
     check_paths,
+    figure_writer,
+    files_of,
+    together,
 )
-from zerorate.tasks.source import own_names as names_of
+from zerorate.tasks.source import own_names
 
-
-def own_names(logs: Sequence[Path]) -> list[str]:
-    """Return what the files of each log begin with; a usage fault where two would be the same."""
-    return names_of([str(log) for log in logs])
+T = TypeVar("T")
 
 
 def check_outputs(
@@ -42,13 +39,152 @@ def check_outputs(
         check_paths(paths, force, log, *read)
 
 
-def all_panels(panels: FigurePanels, draws: bool) -> bool:
-    """Return whether a figure has all its panels; a usage fault where none is drawn."""
-    if panels is FigurePanels.usual:
-        return False
-    if not draws:
+def check_panels(panels: FigurePanels, no_figure: bool) -> FigurePanels:
+    """Return which panels a figure has; a usage fault for all of them where none is drawn."""
+    if panels == "all" and no_figure:
         raise UsageFault("--figure all has no effect with --no-figure")
-    return True
+    return panels
+
+
+def figure_ending(place: Destination, format: str | None, no_figure: bool) -> list[str]:
+    """Return how the name of the figure ends, if there is one; a usage fault without matplotlib."""
+    if no_figure:
+        return []
+    require("matplotlib", "plot")
+    return [f".{place.choose('figure_format', format, FIGURE_FORMATS)}"]
+
+
+def log_ending(place: Destination, format: str | None) -> str:
+    """Return the format of a log, by its suffix; a usage fault without what writes it."""
+    suffix = place.choose("format", format, LOG_FORMATS)
+    if suffix == "parquet":
+        require("pyarrow", "io")
+    return suffix
+
+
+def run_and_save(
+    task: Callable[..., T],
+    outputs: Outputs,
+    done: float = 0.0,
+    **choices: Any,  # noqa: ANN401
+) -> tuple[T, list[Path]]:
+    """Run a task with a progress bar, and save its result.
+
+    Parameters
+    ----------
+    task : callable
+        Takes `progress` and returns the result; an interrupt leaves it behind.
+    outputs : Outputs
+        The files.
+    done : float
+        Fraction of the work that is done before saving.
+    **choices
+        Of `zerorate.tasks.saving.files_of`.
+
+    Returns
+    -------
+    result : object
+        What the task returns.
+    paths : list of Path
+        The files that were written.
+    """
+    with progress_bar() as progress:
+        result = in_background(partial(task, progress=progress))
+        return result, outputs.save(files_of(result, **choices), progress, done)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A record of a log, and the files that it becomes."""
+
+    log: Path
+    record: Record
+    files: Outputs
+    first: bool
+
+    @property
+    def name(self) -> str:
+        """Title of a part of a log, or name of the whole log."""
+        return self.record.title or str(self.log)
+
+    def title(self, several: bool) -> str:
+        """Name of the record, and of its log where there are several."""
+        return " ".join(filter(None, (str(self.log) if several else "", self.record.title)))
+
+    def run(
+        self,
+        task: Callable[..., T],
+        done: float = 0.0,
+        **choices: Any,  # noqa: ANN401
+    ) -> tuple[T, list[Path]]:
+        """Run a task of the record, save its result as `run_and_save` does, and print the title."""
+        result = run_and_save(partial(task, self.record.source), self.files, done, **choices)
+        self.print_title()
+        return result
+
+    def print_title(self) -> None:
+        """Print what the results that follow are of, where there are several."""
+        if self.record.title:
+            print(self.record.title if self.first else f"\n{self.record.title}")
+
+
+def parts_of(
+    places: Sequence[tuple[Path, Destination]],
+    reading: Reading,
+    files: Callable[[Destination], Outputs],
+    *read: Path | None,
+) -> list[Part]:
+    """Return the records of logs with their files, after checking that these can be written.
+
+    Parameters
+    ----------
+    places : sequence of (Path, Destination)
+        The logs, and where the files of each go.
+    reading : Reading
+        What is read of a log.
+    files : callable
+        Returns the files of a record, given where they go.
+    *read : Path, optional
+        Further files that are read, and so not replaced.
+    """
+    parts: list[Part] = []
+    for log, place in places:
+        for record in records(log, reading.group_by):
+            parts.append(Part(log, record, files(place.of_part(record.ending)), not parts))
+    paths = [path for part in parts for path in part.files.paths]
+    for log, _ in places:
+        check_outputs(paths, parts[0].files.force, log, *read)
+    return parts
+
+
+def places_of_logs(
+    logs: Sequence[Path], output: str, ending: str, suffixes: Sequence[str]
+) -> list[tuple[Path, Destination]]:
+    """Return each log with the destination of its files; a usage fault for one name of several.
+
+    Their names end so in a folder, and have these suffixes, without dots.
+    """
+    names = own_names([str(log) for log in logs])
+    places = [Destination.of(output, name + ending, suffixes) for name in names]
+    if len(places) > 1 and places[0].named:
+        raise UsageFault(f"-o takes a folder where there are several logs, got '{output}'")
+    return list(zip(logs, places, strict=True))
+
+
+def draw_overlay(results: Any, paths: Sequence[Path], force: bool) -> None:  # noqa: ANN401
+    """Draw the results of several logs over each other."""
+    with together(paths, force) as temporary:
+        for path in temporary:
+            figure_writer(results.plot)(path)
+
+
+def print_result(result: Any, paths: Sequence[Path], further: str = "") -> None:  # noqa: ANN401
+    """Print alarms, a result and what else is said of it, and which files were written."""
+    print_alarms(result.alarms)
+    print(result)
+    if further:
+        print(further)
+    print_written(paths)
 
 
 def print_written(paths: Sequence[Path]) -> None:
@@ -58,10 +194,15 @@ def print_written(paths: Sequence[Path]) -> None:
         print(f"wrote {path}")
 
 
+def _has_terminal() -> bool:
+    """Return True if progress can be drawn on stderr."""
+    return sys.stderr.isatty() and find_spec("rich") is not None
+
+
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
     """Yield a function of the step's name and the fraction of it that is done."""
-    if not sys.stderr.isatty():
+    if not _has_terminal():
         yield silent
         return
     from rich.console import Console
@@ -76,7 +217,7 @@ def progress_bar() -> Iterator[Progress]:
 @contextmanager
 def counting_bar(things: str) -> Iterator[Callable[[int, int], None]]:
     """Yield a function of how many things are through and how many there are to do."""
-    if not sys.stderr.isatty():
+    if not _has_terminal():
         yield lambda through, all_of_them: None
         return
     from rich.console import Console
@@ -128,33 +269,30 @@ class LogAndFigure:
     """Where a command puts a log and its figure, as it is typed: a group of options."""
 
     output: Output = "."
-    format: LogFormatOption = None
-    figure_format: FigureFormatOption = None
+    format: LogFormat = None
+    figure_format: FigureFormat = None
     no_figure: NoFigure = False
     force: Force = False
+
+    def suffixes(self, *further: str) -> list[str]:
+        """Return the suffixes of the files, without dots."""
+        return [*LOG_FORMATS, *further, *(() if self.no_figure else FIGURE_FORMATS)]
 
     def place(self, usual: str, *further: str) -> Destination:
         """Return the destination of files that are usually called so, some with further suffixes.
 
         Raises a usage fault for a file that the command does not write.
         """
-        figures = () if self.no_figure else FIGURE_FORMATS
-        return Destination.of(self.output, usual, [*LOG_FORMATS, *further, *figures])
+        return Destination.of(self.output, usual, self.suffixes(*further))
 
     def at(self, place: Destination, others: Sequence[str] = ()) -> Outputs:
         """Return the files, after checking that what they need is there.
 
-        Others than the log and its figure are given by their suffixes, without dots.
+        Others than the log and its figure are given by how their names end.
         """
-        chosen = place.choose("format", self.format, LOG_FORMATS)
-        if chosen == "parquet":
-            require("pyarrow", "io")
-        drawn = []
-        if not self.no_figure:
-            require("matplotlib", "plot")
-            drawn = [place.choose("figure_format", self.figure_format, FIGURE_FORMATS)]
-        further, figures = ([f".{one}" for one in some] for some in (others, drawn))
-        return place.files(f".{chosen}", further, figures, self.force)
+        log = log_ending(place, self.format)
+        figures = figure_ending(place, self.figure_format, self.no_figure)
+        return place.files(f".{log}", others, figures, self.force)
 
     def preload(self, module: str) -> None:
         """Begin to import what draws the figure, if there is one."""
@@ -166,9 +304,9 @@ class LogAndFigure:
 class LogAndPanels(LogAndFigure):
     """The same where the figure may have all its panels."""
 
-    figure: PanelsOption = FigurePanels.usual
+    figure: FigurePanels = "usual"
 
     @property
-    def everything(self) -> bool:
-        """Whether it has all of them; a usage fault where none is drawn."""
-        return all_panels(self.figure, not self.no_figure)
+    def panels(self) -> FigurePanels:
+        """Which panels it has; a usage fault where none is drawn."""
+        return check_panels(self.figure, self.no_figure)

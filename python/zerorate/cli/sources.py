@@ -6,12 +6,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO, TextIO
-
-import typer
+from typing import Any, BinaryIO, TextIO
 
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
-from zerorate.cli.standard import tell
+from zerorate.cli.parameters import option
+from zerorate.cli.process import notify
 from zerorate.io.packets import PACKETS, PacketForm
 from zerorate.tasks.interrupts import Interrupts
 from zerorate.tasks.live.serving import Line, datagrams, lines_of, loopback, packets_of
@@ -20,29 +19,22 @@ from zerorate.tasks.live.sources import SOURCES, AddressError, live_source
 
 @dataclass(frozen=True)
 class Origin:
-    """What is typed of where samples come from, beside a file."""
+    """Options of where samples come from, besides a file."""
 
-    udp: Annotated[
-        str | None,
-        typer.Option(
-            metavar="HOST:PORT", help="Take datagrams of this machine, answer to their sender."
-        ),
-    ] = None
-    address: Annotated[
-        str | None,
-        typer.Option(
-            "--from",
-            metavar="KIND:ADDRESS",
-            help="Live device: " + ", ".join(kind.address for kind in SOURCES.values()) + ".",
-        ),
-    ] = None
-    form: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FORM",
-            help=f"Packets in place of lines: {', '.join(PACKETS)}; zerorate formats lists them.",
-        ),
-    ] = None
+    udp: str | None = option(
+        None, "Take datagrams of this machine, answer to their sender.", metavar="HOST:PORT"
+    )
+    address: str | None = option(
+        None,
+        "Live device: " + ", ".join(kind.address for kind in SOURCES.values()) + ".",
+        "--from",
+        metavar="KIND:ADDRESS",
+    )
+    form: str | None = option(
+        None,
+        f"Packets in place of lines: {', '.join(PACKETS)}; zerorate formats lists them.",
+        metavar="FORM",
+    )
 
     def packets(self) -> PacketForm | None:
         """Return the form of packets that was asked for."""
@@ -78,7 +70,7 @@ class Origin:
             with as_usage():
                 port = loopback(self.udp)
             with port:
-                tell("listening on {}:{}".format(*port.getsockname()[:2]))
+                notify("listening on {}:{}".format(*port.getsockname()[:2]))
                 yield datagrams(port, interrupts)
             return
         with self._bytes(source, form, interrupts) as file, _answers(hidden) as answers:

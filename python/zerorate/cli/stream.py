@@ -2,33 +2,23 @@
 
 import math
 import signal
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final
-
-import typer
+from typing import Annotated, Any, ClassVar, Final
 
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
-from zerorate.cli.options import (
-    PANEL,
-    FrameName,
-    NoAccel,
-    Reading,
-    check_filter_options,
-    flag,
-    parse_choices,
-    parse_columns,
-    with_filter_options,
-    with_group,
-    with_reading_options,
-)
+from zerorate.cli.filter_options import FilterOptions, check_filter_options, flag, own_flag
+from zerorate.cli.options import NoAccel
+from zerorate.cli.parameters import Argument, AsTyped, Option, Typed, option
+from zerorate.cli.process import BROKEN_PIPE, drop_stdout, notify
+from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.sources import Origin
-from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, tell
+from zerorate.cli.values import parse_choices, parse_column, parse_columns
 from zerorate.cli.watching import Watched
 from zerorate.faults import naming, told
-from zerorate.io.counts import Scaling
+from zerorate.geometry.frames import Frame
 from zerorate.options import FILTER_OPTIONS
 from zerorate.record import check_writable
 from zerorate.tasks.interrupts import Interrupted, Interrupts
@@ -45,141 +35,125 @@ from zerorate.tasks.live import (
 from zerorate.tasks.live.sequence import MOST_BITS
 from zerorate.tasks.live.serving import Saver, Server
 from zerorate.tasks.saving import make_folders
-from zerorate.tasks.source import units_of_sensors
 
-_BY_SIGNAL: Final = 128
+_SIGNAL_CODE: Final = 128
+"""Exit code of a program that a signal ended, less the signal's number."""
 _OF_BOTH: Final = ("bias_limit", "limit")
 """Options of the drift filter that attitudes have too."""
-_PANEL: Final = "Attitude"
-"""The panel of help with what is of attitudes alone."""
+_OF_ATTITUDE: Final = ("frame", "no_mag", "learn_magnetometer")
+"""Options that act on attitudes alone."""
+
+_READING: Final = ReadingOptions(
+    without=("topic", "group_by", "start", "stop", "sensor"),
+    help={
+        "rate": "Samples per second; required.",
+        "time": "Column of the timestamps, by name or position: samples that its gaps show are "
+        "missing, blocks of equal stamps are spread. Default: samples are 1/--rate s apart.",
+        "columns": "Columns to filter: names, or positions counted from 0 over all columns, e.g. "
+        "gx,gy,gz. Default: those that the header line names like a gyro; without a header line "
+        "all. The others pass through.",
+        "unit": "Unit of the gyro columns if the header line does not say: rad/s, deg/s or deg/h. "
+        "With it auto knows what rest can be. Values are not converted. With --attitude "
+        "that of the accelerometer follows, with a comma between: deg/s,g.",
+    },
+)
 
 
 @dataclass(frozen=True)
 class _Numbers:
-    """What is typed of the numbers in a line."""
+    """Options of the numbers in a line."""
 
-    sequence: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN",
-            help="Sequence number, by name or position: what the source lost is taken as missing "
-            "and counted. Without it a lost sample cannot be seen.",
-        ),
-    ] = None
-    sequence_bits: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            max=MOST_BITS,
-            help="Width of the counter that --sequence shows; learned where it is not given.",
-        ),
-    ] = None
-    fields: Annotated[
-        int | None, typer.Option(min=1, help="Numbers in a line, if the first may not be whole.")
-    ] = None
+    sequence: str | int | None = option(
+        None,
+        "Sequence number, by name or position: what the source lost is taken as missing "
+        "and counted. Without it a lost sample cannot be seen.",
+        metavar="COLUMN",
+        parse=parse_column,
+    )
+    sequence_bits: int | None = option(
+        None,
+        "Width of the counter that --sequence shows; learned where it is not given.",
+        min=1,
+        max=MOST_BITS,
+    )
+    fields: int | None = option(None, "Numbers in a line, if the first may not be whole.", min=1)
 
     def arguments(self) -> dict[str, Any]:
         """Return those of the settings of a stream."""
         if self.sequence_bits is not None and self.sequence is None:
             raise UsageFault("--sequence-bits needs --sequence")
-        column = _column("--sequence", self.sequence)
-        return {"sequence": column, "sequence_bits": self.sequence_bits}
+        return {"sequence": self.sequence, "sequence_bits": self.sequence_bits}
 
 
 @dataclass(frozen=True)
 class _Accelerometer:
-    """What is typed of the accelerometer that tells of motion."""
+    """Options of the accelerometer that tells of motion."""
 
-    accel_columns: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAMES",
-            help="Columns x,y,z of the accelerometer that tells of motion, by name or position. "
-            "Default: those that the header line names like the one of the gyro.",
-        ),
-    ] = None
+    panel: ClassVar = PANEL
+
+    accel_columns: Sequence[str | int] | None = option(
+        None,
+        "Columns x,y,z of the accelerometer that tells of motion, by name or position. "
+        "Default: those that the header line names like the one of the gyro.",
+        metavar="NAMES",
+        parse=parse_columns,
+    )
     no_accel: NoAccel = False
 
     def columns(self) -> tuple[str | int, ...] | None:
         """Return the columns that were asked for, none of them where it is left alone."""
         if not self.no_accel:
-            found = parse_columns(self.accel_columns, "--accel-columns")
-            return None if found is None else tuple(found)
+            return None if self.accel_columns is None else tuple(self.accel_columns)
         if self.accel_columns is not None:
             raise UsageFault("give either --accel-columns or --no-accel, not both")
         return ()
 
-    def refuse(self) -> None:
-        """Raise a usage fault if anything was typed of it."""
-        if self.columns() is not None:
-            option = "--no-accel" if self.no_accel else "--accel-columns"
-            raise UsageFault(
-                f"{option} has no effect with --attitude: --columns takes those of all sensors"
-            )
-
 
 @dataclass(frozen=True)
-class _OfEarth:
-    """What is typed of attitudes."""
+class _Attitude:
+    """Options of attitudes."""
 
-    attitude: Annotated[
-        bool,
-        typer.Option(
-            help="Answer with the orientation: lines hold gyro, accelerometer and maybe "
-            "magnetometer, x, y, z each."
-        ),
-    ] = False
-    frame: Annotated[
-        FrameName | None,
-        typer.Option(
-            help="Axes of the earth: east, north, up (the default); north, east, down; or north, "
-            "west, up."
-        ),
-    ] = None
-    no_mag: Annotated[bool, typer.Option(help="Leave out the magnetometer of the lines.")] = False
-    learn_magnetometer: Annotated[
-        bool, typer.Option(help="Learn the magnetometer's hard iron from the motion.")
-    ] = False
+    panel: ClassVar = "Attitude"
+
+    attitude: bool = option(
+        False,
+        "Answer with the orientation: lines hold gyro, accelerometer and maybe "
+        "magnetometer, x, y, z each.",
+    )
+    frame: Frame = option(
+        "enu",
+        "Axes of the earth: east, north, up (the default); north, east, down; or north, west, up.",
+        shown="",
+    )
+    no_mag: bool = option(False, "Leave out the magnetometer of the lines.")
+    learn_magnetometer: bool = option(False, "Learn the magnetometer's hard iron from the motion.")
 
     def arguments(self) -> dict[str, Any]:
         """Return those of `AttitudeSettings`."""
         return {
-            "frame": str(self.frame or FrameName.enu),
+            "frame": self.frame,
             "mag": not self.no_mag,
             "learn_magnetometer": self.learn_magnetometer,
         }
 
-    def refuse(self) -> None:
-        """Raise a usage fault if anything was typed that acts on attitudes alone."""
-        given = {"--frame": self.frame, "--no-mag": self.no_mag or None}
-        given["--learn-magnetometer"] = self.learn_magnetometer or None
-        alone = [name for name, value in given.items() if value is not None]
-        if alone:
-            raise UsageFault(f"{alone[0]} needs --attitude")
-
 
 @dataclass(frozen=True)
 class _Saves:
-    """What is typed of the state that is saved."""
+    """Options of the state that is saved."""
 
-    checkpoint: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Save the state, and go on from it at the next start."),
-    ] = None
-    every: Annotated[float, typer.Option(help="Seconds of samples between two saves.")] = 1.0
-    position: Annotated[
-        bool, typer.Option(help="Print the sample that the checkpoint goes on with.")
-    ] = False
-    force: Annotated[bool, typer.Option(help="Begin anew if the checkpoint cannot be used.")] = (
-        False
+    checkpoint: Path | None = option(
+        None, "Save the state, and go on from it at the next start.", metavar="FILE"
     )
+    every: float = option(1.0, "Seconds of samples between two saves.")
+    position: bool = option(False, "Print the sample that the checkpoint goes on with.")
+    force: bool = option(False, "Begin anew if the checkpoint cannot be used.")
 
     def printed_position(self) -> int:
         """Return the sample that the checkpoint goes on with."""
         if self.checkpoint is None:
             raise UsageFault("--position needs --checkpoint")
-        found = _read(self.checkpoint)
-        return 0 if found is None else found.position
+        saved = _read(self.checkpoint)
+        return 0 if saved is None else saved.position
 
     def saver(self, rate: float) -> Saver | None:
         """Return what saves the state, None where nothing is saved."""
@@ -191,7 +165,7 @@ class _Saves:
         with as_usage():
             check_writable(self.checkpoint, force=True, make_folders=True)
             make_folders([self.checkpoint])
-        return Saver(self.checkpoint, max(1, round(count)), tell)
+        return Saver(self.checkpoint, max(1, round(count)), notify)
 
     def resumed(self, settings: Settings | AttitudeSettings, cells: int | None) -> LineStream:
         """Return the stream in the checkpoint, or a new one if there is none, or none of use."""
@@ -206,48 +180,25 @@ class _Saves:
             raise type(fault)(f"{fault}; --force begins anew") from None
 
 
-@with_group(_Numbers, "numbers")
-@with_group(_Accelerometer, "accelerometer", PANEL)
-@with_group(_OfEarth, "of_earth", _PANEL)
-@with_group(Origin, "origin")
-@with_group(_Saves, "saves")
-@with_group(Watched, "watched")
-@with_filter_options
-@with_reading_options(
-    without=["topic", "group_by", "start", "stop", "sensor"],
-    help={
-        "rate": "Samples per second; required.",
-        "time": "Column of the timestamps, by name or position: samples that its gaps show are "
-        "missing, blocks of equal stamps are spread. Default: samples are 1/--rate s apart.",
-        "columns": "Columns to filter: names, or positions counted from 0 over all columns, e.g. "
-        "gx,gy,gz. Default: those that the header line names like a gyro; without a header line "
-        "all. The others pass through.",
-        "unit": "Unit of the gyro columns if the header line does not say: rad/s, deg/s or deg/h. "
-        "With it auto knows what rest can be. Values are not converted. With --attitude "
-        "that of the accelerometer follows, with a comma between: deg/s,g.",
-    },
-)
 def stream(
     *,
-    source: Annotated[
-        Path | None,
-        typer.Argument(help="Device, FIFO or file; stdin without it.", show_default=False),
-    ] = None,
-    reading: Reading,
+    source: Annotated[Path | None, Argument("Device, FIFO or file; stdin without it.")] = None,
+    reading: Annotated[Reading, _READING],
     numbers: _Numbers,
-    options: Mapping[str, Any],
+    options: FilterOptions,
     accelerometer: _Accelerometer,
     beside: Annotated[
         str | None,
-        typer.Option(
+        Option(
+            f"More columns: {','.join(Beside)}; with --attitude: {','.join(WithAttitude)}.",
             "--with",
-            help=f"More columns: {','.join(Beside)}; with --attitude: {','.join(WithAttitude)}.",
         ),
     ] = None,
-    of_earth: _OfEarth,
+    of_earth: _Attitude,
     origin: Origin,
     saves: _Saves,
     watched: Watched,
+    typed: Annotated[Typed, AsTyped()],
 ) -> None:
     """Answer each line of samples at once with the compensated rate.
 
@@ -263,29 +214,27 @@ def stream(
     rate = reading.arguments["rate"]
     if rate is None:
         raise UsageFault("--rate is required: samples per second")
-    asked = numbers.arguments()
-    if asked["sequence"] is None:
-        asked |= origin.numbers()
-    asked |= _timing(reading)
-    settings: Settings | AttitudeSettings
+    arguments = numbers.arguments()
+    if arguments["sequence"] is None:
+        arguments |= origin.numbers()
+    arguments |= _timing(reading)
     if of_earth.attitude:
-        _check_none_of_filter(options)
-        accelerometer.refuse()
-        asked |= {**of_earth.arguments(), **{name: options.get(name) for name in _OF_BOTH}}
-        settings = _attitude_settings(reading, beside, asked)
+        _check_attitude_alone(options, accelerometer)
+        arguments |= {**of_earth.arguments(), **{name: options.get(name) for name in _OF_BOTH}}
     else:
-        of_earth.refuse()
-        asked |= {"accel_columns": accelerometer.columns(), **options}
-        settings = _settings(reading, beside, asked)
+        _check_filter_alone(options, typed)
+        arguments |= {"accel_columns": accelerometer.columns(), **options}
+    settings = _settings(reading, beside, of_earth.attitude, arguments)
     saver = saves.saver(rate)
     lines = saves.resumed(settings, numbers.fields)
     patient = numbers.fields is not None
     with watched.watcher() as watcher:
-        server = Server(lines, saver, lambda text: tell(told(text)), patient, watcher)
+        server = Server(lines, saver, lambda text: notify(told(text)), patient, watcher)
         try:
             _run(server, source, origin, watched.hides_answers)
         finally:
-            _report(server, asked["sequence"] is not None)
+            for one in server.sentences(numbered=arguments["sequence"] is not None):
+                notify(one)
 
 
 def _timing(reading: Reading) -> dict[str, Any]:
@@ -296,59 +245,44 @@ def _timing(reading: Reading) -> dict[str, Any]:
     return {"time": None if time is False else time, "time_unit": unit}
 
 
-def _settings(reading: Reading, beside: str | None, asked: Mapping[str, Any]) -> Settings:
-    options = {name: value for name, value in asked.items() if name in FILTER_OPTIONS}
-    check_filter_options(options, [options["method"]])
+def _settings(
+    reading: Reading, beside: str | None, attitude: bool, arguments: Mapping[str, Any]
+) -> Settings | AttitudeSettings:
+    kind = AttitudeSettings if attitude else Settings
+    known = WithAttitude if attitude else Beside
+    words = [] if beside is None else parse_choices("--with", beside, [*map(str, known)])
+    rate, unit, scale, columns = (
+        reading.arguments[name] for name in ("rate", "unit", "scale", "columns")
+    )
+    more = tuple(words) if attitude else tuple(map(Beside, words))
     with as_usage():
-        scaling = Scaling.of(reading.arguments["scale"])
-        return Settings(
-            reading.arguments["rate"],
-            beside=tuple(parse_choices("--with", beside, Beside)),
-            columns=reading.arguments["columns"],
-            unit=scaling.unit("gyro", reading.arguments["unit"]),
-            data_scale=scaling.of_kind("gyro", first=True),
-            **asked,
-        )
+        return kind.of_reading(rate, unit, scale, beside=more, columns=columns, **arguments)
 
 
-def _check_none_of_filter(options: Mapping[str, Any]) -> None:
+def _check_filter_alone(options: Mapping[str, Any], typed: Typed) -> None:
+    """Raise a usage fault for options that act on attitudes alone, or that no method uses."""
+    for name in typed:
+        if name in _OF_ATTITUDE:
+            raise UsageFault(f"{own_flag(name)} needs --attitude")
+    check_filter_options(options, [options["method"]])
+
+
+def _check_attitude_alone(options: Mapping[str, Any], accelerometer: _Accelerometer) -> None:
+    """Raise a usage fault for options that do not act on attitudes."""
     default = {"method": FILTER_OPTIONS["method"].default}
     default |= {name: options.get(name) for name in _OF_BOTH}
     others = [name for name, value in options.items() if default.get(name) != value]
     if others:
         raise UsageFault(f"{flag(others[0])} has no effect with --attitude")
-
-
-def _attitude_settings(
-    reading: Reading, beside: str | None, asked: Mapping[str, Any]
-) -> AttitudeSettings:
-    unit = reading.arguments["unit"]
-    units = units_of_sensors(unit) or {}
-    with as_usage():
-        scaling = Scaling.of(reading.arguments["scale"])
-        return AttitudeSettings(
-            reading.arguments["rate"],
-            beside=tuple(map(str, parse_choices("--with", beside, WithAttitude))),
-            columns=reading.arguments["columns"],
-            gyro_unit=scaling.unit("gyro", units.get("gyro")),
-            accel_unit=scaling.unit("accel", units.get("accel")),
-            gyro_scale=scaling.of_kind("gyro", first=True),
-            accel_scale=scaling.of_kind("accel", first=False),
-            **asked,
+    if accelerometer.columns() is not None:
+        option = "--no-accel" if accelerometer.no_accel else "--accel-columns"
+        raise UsageFault(
+            f"{option} has no effect with --attitude: --columns takes those of all sensors"
         )
 
 
-def _column(option: str, text: str | None) -> str | int | None:
-    found = parse_columns(text, option)
-    if found is not None and len(found) != 1:
-        raise UsageFault(f"{option} takes one column, got '{text}'")
-    return None if found is None else found[0]
-
-
 def _read(
-    path: Path,
-    settings: Settings | AttitudeSettings | None = None,
-    fields: int | None = None,
+    path: Path, settings: Settings | AttitudeSettings | None = None, fields: int | None = None
 ) -> LineStream | None:
     try:
         return LineStream.from_bytes(path.read_bytes(), settings, fields)
@@ -377,23 +311,7 @@ def _run(server: Server, source: Path | None, origin: Origin, hidden: bool) -> N
     except Interrupted as interrupted:
         if interrupted.args[0] == signal.SIGINT:
             raise KeyboardInterrupt from None
-        raise typer.Exit(_BY_SIGNAL + interrupted.args[0]) from None
-
-
-def _report(server: Server, numbered: bool) -> None:
-    """Tell what was lost, if samples were numbered, garbled, or left out by the filter."""
-    for one in server.stream.sentences():
-        tell(one)
-    count = server.stream.sequence
-    if server.stream.open and numbered:
-        wrap = f"; they wrap after {count.turn[1]}" if count.wraps and count.turn else ""
-        tell(
-            f"{server.stream.samples} samples, {count.lost_count} of them lost; "
-            f"{count.late_count} came late or again; "
-            f"the numbers began anew {count.restart_count} times{wrap}"
-        )
-    if server.garbled_count:
-        tell(f"garbled lines: {server.garbled_count}")
+        raise SystemExit(_SIGNAL_CODE + interrupted.args[0]) from None
 
 
 @contextmanager
@@ -416,6 +334,6 @@ def _faults() -> Iterator[None]:
         raise DataFault(sentence(error)) from None
     except BrokenPipeError:
         drop_stdout()
-        raise typer.Exit(BROKEN_PIPE) from None
+        raise SystemExit(BROKEN_PIPE) from None
     except OSError as error:
         raise DataFault(f"a sample could not be read, or not answered: {error}") from None

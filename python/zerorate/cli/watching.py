@@ -1,15 +1,14 @@
-"""Those who watch ``zerorate stream`` while it runs: what is typed of them, and what draws."""
+"""Those who watch ``zerorate stream`` while it runs: the options, and what draws."""
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from zerorate.cli.errors import UsageFault
-from zerorate.cli.standard import tell
+from zerorate.cli.errors import UsageFault, require
+from zerorate.cli.parameters import option
+from zerorate.cli.process import notify
 from zerorate.tasks.live.view import View, Watcher
 
 if TYPE_CHECKING:
@@ -19,25 +18,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Watched:
-    """What is typed of those who watch."""
+    """Options of those who watch."""
 
-    show: Annotated[
-        bool,
-        typer.Option(
-            help="Draw rates, biases and attitude in the terminal (on stderr). Answers are printed "
-            "only where stdout is none."
-        ),
-    ] = False
-    serve: Annotated[
-        int | None,
-        typer.Option(
-            metavar="PORT",
-            min=0,
-            max=65535,
-            help="Show rolling plots and the attitude on a page for a browser of this machine; 0 "
-            "takes any free port.",
-        ),
-    ] = None
+    show: bool = option(
+        False,
+        "Draw rates, biases and attitude in the terminal (on stderr). Answers are printed "
+        "only where stdout is none.",
+    )
+    serve: int | None = option(
+        None,
+        "Show rolling plots and the attitude on a page for a browser of this machine; 0 "
+        "takes any free port.",
+        metavar="PORT",
+        min=0,
+        max=65535,
+    )
 
     @contextmanager
     def watcher(self) -> Iterator[Watcher | None]:
@@ -46,7 +41,7 @@ class Watched:
         with ExitStack() as opened:
             if self.serve is not None:
                 page = opened.enter_context(_page(self.serve))
-                tell(f"watch at {page.address}")
+                notify(f"watch at {page.address}")
                 puts.append(page.put)
             if self.show:
                 puts.append(opened.enter_context(_terminal()).put)
@@ -76,6 +71,7 @@ def _page(port: int) -> "LivePage":
 
 
 def _terminal() -> "LiveTerminal":
+    require("rich", "cli")
     from rich.console import Console
 
     from zerorate.show.live_terminal import LiveTerminal

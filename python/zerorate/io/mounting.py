@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from zerorate.faults import ArgumentError
 from zerorate.record.log import LogError
 from zerorate.record.mounting import Mounting, rotation
 from zerorate.types import Floats
@@ -45,6 +48,50 @@ def read_mounting(path: str | os.PathLike[str]) -> Mounting:
             f"{os.fspath(path)}: its metadata on the mounting is wrong: {error}"
         ) from None
     return Mounting(matrix, antenna, offset)
+
+
+def mounting_of(text: str) -> Mounting:
+    """Return what a text states: nine numbers of a rotation row by row, or a file.
+
+    A file has the numbers in its text, or states the mounting in its metadata.
+
+    Raises
+    ------
+    ArgumentError
+        If these are not nine numbers.
+    LogError
+        As of `read_mounting`.
+
+    Examples
+    --------
+    >>> from zerorate.io.mounting import mounting_of
+    >>> mounting_of("0,1,0, 1,0,0, 0,0,-1").body_from_sensor.shape
+    (3, 3)
+    """
+    path, content = Path(text), text
+    if path.is_file():
+        stated = read_mounting(path)
+        if stated.body_from_sensor is not None:
+            return stated
+        content = _content(path)
+    try:
+        numbers = [float(word) for word in re.split(r"[\s,\[\]]+", content) if word]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 9:
+        raise ArgumentError(
+            "mount",
+            "takes nine numbers of a rotation with commas between, a file with them, or 'none', "
+            f"got '{text}'",
+        )
+    return Mounting(np.reshape(numbers, (3, 3)))
+
+
+def _content(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""
 
 
 def _metadata(path: str | os.PathLike[str]) -> dict[str, Any]:

@@ -441,6 +441,16 @@ def check_exports(exports: Sequence[str], known: Sequence[str]) -> None:
             raise ValueError(said(bare("export"), f" is one of {', '.join(known)}, got {one}"))
 
 
+def unusable(found: MagnetometerCalibration) -> Sequence[str]:
+    """Return why nothing can be done with a calibration of a magnetometer, if so."""
+    if found.problems:
+        return found.problems[:1]
+    if not found.applied and not any(one.identifiable for one in found.hard_iron):
+        advice = "; ".join(found.advice) or "turn the sensor about two axes that differ"
+        return (f"the log does not show the hard iron: {advice}",)
+    return ()
+
+
 def _texts(found: Calibration, export: str, doubtful: bool) -> Sequence[str]:
     """Return the texts of an export's files."""
     if export == "json":

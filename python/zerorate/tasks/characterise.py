@@ -386,9 +386,14 @@ def files_of(found: Characterised, **exports: Any) -> Files:  # noqa: ANN401
     texts, refused = exported(found, exports.pop("export", ()), **exports)
     if refused:
         raise ValueError(said(*[part for why in refused for part in ("; ", why)][1:]))
+    return files_with(found, texts)
+
+
+def files_with(found: Characterised, exports: Mapping[str, str]) -> Files:
+    """Return what a characterisation is saved as, with these texts of exports by their names."""
     curves = [one.curve for one in found.sensors]
     writers: list[Writer] = [lambda path: write_curves(curves, path)]
-    writers += map(text_writer, texts.values())
-    endings = [EXPORTS[name] for name in texts]
+    writers += map(text_writer, exports.values())
+    endings = [EXPORTS[name] for name in exports]
     figure = figure_writer(found.plot)
     return Files("-zerorate-allan", "", writers, endings, {"": figure}, formats=CURVE_FORMATS)

@@ -13,6 +13,7 @@ from zerorate.checks.impossible import ImpossibleRates
 from zerorate.faults import ArgumentError, given, said
 from zerorate.io.clocks.causal import Step
 from zerorate.io.clocks.units import checked_time_unit
+from zerorate.io.counts import Scale, Scaling
 from zerorate.io.triads import places_of
 from zerorate.record.names import Meaning, canonical_unit, meaning_of
 from zerorate.tasks.live.checkpoint import as_lists, as_tuples, filter_of, whole
@@ -27,6 +28,7 @@ from zerorate.tasks.live.lines import (
 )
 from zerorate.tasks.live.timed import Clocked, ClockedEngine, clocked_in
 from zerorate.tasks.live.view import View
+from zerorate.tasks.source import units_of_sensors
 from zerorate.units import UNITS, convert
 
 _APART: Final = 30.0
@@ -150,6 +152,19 @@ class AttitudeSettings:
     learn_magnetometer: bool = False
     time_unit: str | None = None
     limit: float | None = None
+
+    @classmethod
+    def of_reading(cls, rate: float, unit: str | None, scale: Scale, **asked: Any) -> Self:  # noqa: ANN401
+        """Return settings of lines with this unit and scale, as `zerorate.read_log` takes them."""
+        units, scaling = units_of_sensors(unit) or {}, Scaling.of(scale)
+        return cls(
+            rate,
+            gyro_unit=scaling.unit("gyro", units.get("gyro")),
+            accel_unit=scaling.unit("accel", units.get("accel")),
+            gyro_scale=scaling.of_kind("gyro", first=True),
+            accel_scale=scaling.of_kind("accel", first=False),
+            **asked,
+        )
 
     def __post_init__(self) -> None:
         """Check all that does not depend on the lines."""

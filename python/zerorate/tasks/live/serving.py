@@ -221,6 +221,20 @@ class Server:
         if self.watcher is not None:
             self.watcher.finish(self.stream)
 
+    def sentences(self, numbered: bool) -> Iterator[str]:
+        """Yield what was lost, if samples are numbered, garbled, or left out by the filter."""
+        yield from self.stream.sentences()
+        count = self.stream.sequence
+        if self.stream.open and numbered:
+            wrap = f"; they wrap after {count.turn[1]}" if count.wraps and count.turn else ""
+            yield (
+                f"{self.stream.samples} samples, {count.lost_count} of them lost; "
+                f"{count.late_count} came late or again; "
+                f"the numbers began anew {count.restart_count} times{wrap}"
+            )
+        if self.garbled_count:
+            yield f"garbled lines: {self.garbled_count}"
+
     def _tell_opening(self) -> None:
         sentence = self.stream.opening
         if sentence is not None:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Final, Self, Unpack
 from zerorate._native import DriftFilter, MotionDetector
 from zerorate.faults import ArgumentError, given, said
 from zerorate.io.clocks.units import checked_time_unit
-from zerorate.io.counts import Scaling
+from zerorate.io.counts import Scale, Scaling
 from zerorate.io.triads import accelerometer_of
 from zerorate.options import FILTER_OPTIONS, LIMITS, StreamOptions, checked_options, with_limits
 from zerorate.record.names import canonical_unit
@@ -135,6 +135,13 @@ class Settings:
             time_unit=checked_time_unit(time_unit),
             options=known,
         )
+
+    @classmethod
+    def of_reading(cls, rate: float, unit: str | None, scale: Scale, **asked: Any) -> Self:  # noqa: ANN401
+        """Return settings of lines with this unit and scale, as `zerorate.read_log` takes them."""
+        scaling = Scaling.of(scale)
+        factor = scaling.of_kind("gyro", first=True)
+        return cls(rate, unit=scaling.unit("gyro", unit), data_scale=factor, **asked)
 
     def filter(self, channels: int, unit: str | None = None) -> DriftFilter:
         """Return a new filter of samples of some unit; of one channel it takes floats."""

@@ -1,0 +1,348 @@
+"""Options and arguments of a command: each is declared once, and all else is made of that.
+
+A command is a function, and what it takes is said by the annotations of its parameters: an `Option`
+or an `Argument` is one of what is typed; a dataclass, or another `Group`, is several of them.
+"""
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from functools import cached_property
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import (
+    Annotated,
+    Any,
+    Final,
+    Literal,
+    Protocol,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
+
+from zerorate.cli.errors import UsageFault
+
+REQUIRED: Final = inspect.Parameter.empty
+_MIN_SIMILARITY: Final = 0.8
+_MAX_SHOWN_CHOICES: Final = 30
+"""Letters of the choices of an option that are shown next to its name."""
+_OFF: Final = "--no-"
+"""How a flag begins that turns off what is on by default."""
+_NUMBERS: Final = {float: "a number", int: "a whole number"}
+_OPTION: Final = "option"
+"""The metadata of a field that is an option."""
+_METAVARS: Final = {float: "NUMBER", int: "N", Path: "FILE"}
+
+T = TypeVar("T")
+Typed = Mapping[str, Any]
+"""Values of what was typed, by the parameters' names."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """What may be typed, and what help says of it.
+
+    Parameters
+    ----------
+    help : str
+        What to type and what it does.
+    flags : str
+        How it is typed, with blanks between; by default two hyphens and its name.
+    metavar : str
+        What stands for its value in help; by default its choices, or a word for its type.
+    panel : str
+        The panel of help.
+    shown : str, optional
+        Its default as help shows it, "" for not at all.
+    choices : sequence of str
+        The values that are allowed; all if empty.
+    parse : callable, optional
+        Returns the value, given how the option is typed and its text.
+    convert : callable, optional
+        Returns the value, given the number that was typed: in another unit.
+    min, max : float, optional
+        Bounds of a number.
+    name, kind, default, many
+        The parameter: its name, its type, its default, True for a list. Read from the annotation.
+    """
+
+    help: str
+    flags: str = ""
+    metavar: str = ""
+    panel: str = ""
+    shown: str | None = None
+    choices: Sequence[str] = ()
+    parse: Callable[[str, str], Any] | None = None
+    convert: Callable[[float], float] | None = None
+    min: float | None = None
+    max: float | None = None
+    name: str = ""
+    kind: Any = str
+    default: Any = REQUIRED
+    many: bool = False
+
+    def of(self, name: str, hint: Any, default: object, panel: str) -> "Option":  # noqa: ANN401
+        """Return the option that a parameter is."""
+        kind = _without_none(hint)
+        many = get_origin(kind) is list
+        kind = get_args(kind)[0] if many else kind
+        choices = self.choices
+        if get_origin(kind) is Literal:
+            # What parses the text may take more than words.
+            kind, choices = str, choices or (() if self.parse else get_args(kind))
+        return replace(
+            self,
+            name=name,
+            kind=kind,
+            default=default,
+            many=many,
+            choices=choices,
+            panel=self.panel or panel,
+        )
+
+    @property
+    def is_flag(self) -> bool:
+        """True if it takes no value."""
+        return self.kind is bool
+
+    @property
+    def on(self) -> list[str]:
+        """The flags, without those that turn it off."""
+        flags = self.flags.split() or [f"--{self.name.rstrip('_').replace('_', '-')}"]
+        return [one for one in flags if self.default is not True or not one.startswith(_OFF)]
+
+    @property
+    def off(self) -> list[str]:
+        """The flags that turn off what is on by default."""
+        if self.default is not True:
+            return []
+        return [f"{_OFF}{one[2:]}" for one in self.on] or self.flags.split()
+
+    @property
+    def all_flags(self) -> list[str]:
+        """The flags, those that turn it off last."""
+        return [*self.on, *self.off]
+
+    @property
+    def flag(self) -> str:
+        """The flag that messages name: the first that is written out."""
+        return next((one for one in self.all_flags if one.startswith("--")), self.all_flags[0])
+
+    def value(self, text: str) -> Any:  # noqa: ANN401
+        """Return the value of a text; a usage fault if it has none."""
+        if self.choices and text not in self.choices:
+            *most, last = self.choices
+            listed = f"{', '.join(most)} or {last}" if most else last
+            raise UsageFault(f"{self.flag} takes {listed}, got {text!r}")
+        if self.parse is not None:
+            return self.parse(self.flag, text)
+        if self.kind not in _NUMBERS:
+            return self.kind(text)
+        try:
+            number = self.kind(text)
+        except ValueError:
+            raise UsageFault(f"{self.flag} takes {_NUMBERS[self.kind]}") from None
+        if self.min is not None and number < self.min:
+            raise UsageFault(f"{self.flag} must be greater than or equal to {self.min}")
+        if self.max is not None and number > self.max:
+            raise UsageFault(f"{self.flag} must be less than or equal to {self.max}")
+        return number if self.convert is None else self.convert(number)
+
+    @property
+    def typed(self) -> str:
+        """How it is typed, with what it takes."""
+        names = ", ".join(sorted(self.off or self.on, key=len))
+        return names if self.is_flag else f"{names} {self._takes}"
+
+    @property
+    def meaning(self) -> str:
+        """What is said of it, with its choices and its default."""
+        listed = f" One of {', '.join(self.choices)}." if self._has_many_choices else ""
+        default = f" Default: {self._default}." if self._default else ""
+        return f"{self.help}{listed}{default}"
+
+    @property
+    def _has_many_choices(self) -> bool:
+        return len("|".join(self.choices)) > _MAX_SHOWN_CHOICES
+
+    @property
+    def _takes(self) -> str:
+        if self.metavar or not self.choices:
+            return self.metavar or _METAVARS.get(self.kind, "NAME")
+        return "WORD" if self._has_many_choices else "|".join(self.choices)
+
+    @property
+    def _default(self) -> str:
+        value = self.default
+        if self.shown is not None:
+            return self.shown
+        if self.is_flag or value in (REQUIRED, None, "", ()):
+            return ""
+        if value == ".":
+            return "this folder"
+        text = ",".join(value) if isinstance(value, tuple) else str(value)
+        text = f"{value:g}" if isinstance(value, float) else text
+        return text.replace(",", ", ") if len(text) > _MAX_SHOWN_CHOICES else text
+
+
+class Argument(Option):
+    """What is typed without a flag."""
+
+    @property
+    def on(self) -> list[str]:
+        """None."""
+        return []
+
+    @property
+    def typed(self) -> str:
+        """Its name, in brackets if it may be left out."""
+        name = self.name.upper() + ("..." if self.many else "")
+        return name if self.default is REQUIRED else f"[{name}]"
+
+
+def option(default: T, help: str, flags: str = "", **about: Any) -> T:  # noqa: ANN401
+    """Return the field of a dataclass that is an `Option`."""
+    return field(default=default, metadata={_OPTION: Option(help, flags, **about)})
+
+
+class Group(Protocol):
+    """Several options that a command takes as one object."""
+
+    def options(self) -> Iterator[Option]:
+        """Yield the options."""
+
+    def value(self, typed: Typed) -> Any:  # noqa: ANN401
+        """Return the object; `typed` holds what was typed, without defaults."""
+
+
+@dataclass(frozen=True)
+class Taker:
+    """A command, or a dataclass: what takes options as keywords.
+
+    Those that name no panel of help stand in the class's `panel`.
+    """
+
+    takes: Callable[..., Any]
+
+    @cached_property
+    def members(self) -> dict[str, "Option | Group"]:
+        """The options and groups, by the keywords that take them."""
+        parameters = inspect.signature(self.takes).parameters
+        hints = get_type_hints(self.takes, include_extras=True)
+        return {name: self._member(one, hints[name]) for name, one in parameters.items()}
+
+    def _member(self, parameter: inspect.Parameter, hint: Any) -> "Option | Group":  # noqa: ANN401
+        kind, *about = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+        own = getattr(self.takes, "__dataclass_fields__", {}).get(parameter.name)
+        if own is not None and _OPTION in own.metadata:
+            about = [own.metadata[_OPTION]]
+        if not about:
+            return Taker(kind)
+        if not isinstance(about[0], Option):
+            group: Group = about[0]
+            return group
+        panel = getattr(self.takes, "panel", "")
+        return about[0].of(parameter.name, kind, parameter.default, panel)
+
+    def options(self) -> Iterator[Option]:
+        """Yield the options, those of groups among them."""
+        for one in self.members.values():
+            yield from (one,) if isinstance(one, Option) else one.options()
+
+    def value(self, typed: Typed) -> Any:  # noqa: ANN401
+        """Return what is made of what was typed."""
+        return self.takes(
+            **{
+                name: typed.get(name, one.default) if isinstance(one, Option) else one.value(typed)
+                for name, one in self.members.items()
+            }
+        )
+
+
+def _without_none(hint: Any) -> Any:  # noqa: ANN401
+    """Return the type that a parameter takes besides None."""
+    kinds = [one for one in get_args(hint) if one is not NoneType]
+    return kinds[0] if get_origin(hint) in (Union, UnionType) else hint
+
+
+class AsTyped:
+    """What was typed itself, for a command that refuses some of it."""
+
+    def options(self) -> Iterator[Option]:
+        """Yield nothing."""
+        return iter(())
+
+    def value(self, typed: Typed) -> Typed:
+        """Return what was typed."""
+        return typed
+
+
+@dataclass(frozen=True)
+class Hint:
+    """What helps on with a command that was mistyped: a way to its help, and an example."""
+
+    help: str
+    example: str
+
+
+def parse(options: Sequence[Option], words: Sequence[str], hint: Hint) -> dict[str, Any]:
+    """Return the values of what was typed, by name; a usage fault if something is wrong with it."""
+    texts, rest = _texts(options, words, hint)
+    for one in options:
+        if isinstance(one, Argument) and rest:
+            texts[one.name] = [rest.pop(0)] if not one.many else rest
+            rest = [] if one.many else rest
+    known = {one.name: one for one in options}
+    values: dict[str, Any] = {}
+    for name, given in texts.items():
+        taken = known[name]
+        value = bool if taken.is_flag else taken.value
+        values[name] = [*map(value, given)] if taken.many else value(given[-1])
+    for one in options:
+        if one.default is REQUIRED and one.name not in values:
+            called = one.name if isinstance(one, Argument) else one.on[0]
+            raise UsageFault(f"missing: {called}; for example: {hint.example}")
+    if rest:
+        raise UsageFault(f"unexpected: {' '.join(rest)}; for example: {hint.example}")
+    return {name: values[name] for name in known if name in values}
+
+
+def _texts(
+    options: Sequence[Option], words: Sequence[str], hint: Hint
+) -> tuple[dict[str, list[Any]], list[str]]:
+    """Return what was typed after each flag, in the order of typing, and the other words."""
+    flags = {flag: one for one in options for flag in one.all_flags}
+    texts: dict[str, list[Any]] = {}
+    rest: list[str] = []
+    left = iter(words)
+    for word in left:
+        if word == "--":
+            return texts, [*rest, *left]
+        if word == "-" or not word.startswith("-"):
+            rest.append(word)
+            continue
+        flag, attached, text = word.partition("=")
+        if not word.startswith("--"):
+            flag, attached, text = word[:2], word[2:], word[2:]
+        if flag not in flags:
+            raise UsageFault(unknown("option", flag, [*flags], hint))
+        one, given = flags[flag], text if attached else None
+        if one.is_flag and attached:
+            raise UsageFault(f"Option '{flag}' does not take a value.")
+        if not one.is_flag and given is None and (given := next(left, None)) is None:
+            raise UsageFault(f"Option '{flag}' requires an argument.")
+        texts.setdefault(one.name, []).append(flag in one.on if one.is_flag else given)
+    return texts, rest
+
+
+def unknown(what: str, got: str, known: Sequence[str], hint: Hint) -> str:
+    """Return a sentence on a word that is not known, with one that may have been meant."""
+    shown = got if what == "option" else f"'{got}'"
+    meant = get_close_matches(got, known, n=1, cutoff=_MIN_SIMILARITY)
+    return f"there is no {what} {shown}; " + (
+        f"did you mean {meant[0]}?" if meant else f"{hint.help} lists all"
+    )
