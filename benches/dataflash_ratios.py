@@ -20,7 +20,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 import zerorate as zr
 from support.dataflash import KINDS, flight, write_dataflash, write_text
 from zerorate._native import dataflash_index
-from zerorate.io.readers.dataflash import binary
+from zerorate.io.readers.dataflash import parse_binary
 
 ROUNDS = 5
 STEPS = 20_000
@@ -87,7 +87,7 @@ def main():
         piece = Path(name) / "first.bin"
         piece.write_bytes(log.read_bytes()[:PIECE])
         print(f"{log.name}: {1e-6 * log.stat().st_size:.1f} MB")
-        print(f"index                {rate(log, lambda: binary(log)):8.1f} MB/s")
+        print(f"index                {rate(log, lambda: parse_binary(log)):8.1f} MB/s")
         ours = rate(log, lambda: zr.read_recording(log))
         print(f"read_recording       {ours:8.1f} MB/s")
         print(f"read_log             {rate(log, lambda: zr.read_log(log)):8.1f} MB/s")

@@ -21,11 +21,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from zerorate.io import open_log
-from zerorate.io.readers.parquet import RowGroups
+from zerorate.io.readers.parquet import RowGroupWriter
 from zerorate.tasks.replay.filters import Filters
 from zerorate.tasks.replay.measures import Measures
-from zerorate.tasks.replay.run import ROWS
-from zerorate.tasks.workers import on_threads, workers
+from zerorate.tasks.replay.run import BLOCK_ROWS
+from zerorate.tasks.workers import limit_threads, thread_pool
 
 RATE = 100.0
 PART = 1 << 18
@@ -98,9 +98,13 @@ def stages(path, target, method) -> dict[str, float]:
     header = recording.header
     filters = Filters(header, [method], "estimate", {})
     measures = Measures(header, [method], (10.0, 60.0), filters.holds)
-    with on_threads(1), workers() as executor, RowGroups(target, ["time", *AXES], {}) as file:
-        raws = watch.each("read", recording.blocks(ROWS))
-        for block in watch.each("read and filter", filters.through(raws, executor)):
+    with (
+        limit_threads(1),
+        thread_pool() as executor,
+        RowGroupWriter(target, ["time", *AXES], {}) as file,
+    ):
+        raws = watch.each("read", recording.blocks(BLOCK_ROWS))
+        for block in watch.each("read and filter", filters.process_blocks(raws, executor)):
             with watch("measure"):
                 measures.take(block)
             with watch("write"):

@@ -14,7 +14,7 @@ import peers
 import zerorate as zr
 from ratios import least, print_table
 from zerorate.geometry.rotations import inverse, product
-from zerorate.navigation.events import rows_of
+from zerorate.navigation.events import pack_fixes
 
 CALLS = 10_000
 FIXES = 2_000
@@ -48,7 +48,7 @@ class InC:
 
 def main():
     drive = zr.simulate_drive(duration=400.0)
-    n, rows = len(drive.time), rows_of(drive.fixes)
+    n, rows = len(drive.time), pack_fixes(drive.fixes)
     begin = zr.align(drive.recording(), latitude=48.0, heading="course")
     fresh, wheeled = zr.NavigationFilter(begin), zr.NavigationFilter(begin, vehicle="wheeled")
     samples = drive.time, drive.gyro, drive.accel

@@ -11,7 +11,7 @@ from scipy.stats import kendalltau
 
 import peers
 from zerorate._native import reversals
-from zerorate.identification.arrangements import reverse_arrangements
+from zerorate.identification.reverse_arrangements import reverse_arrangements
 
 ROUNDS = 7
 SOURCE = peers.SOURCE.with_name("reversals.c")

@@ -20,7 +20,7 @@ from zerorate import metrics
 from zerorate.simulation import Contamination
 from zerorate.tasks.compare import compare_methods, read_trial
 from zerorate.tasks.compare.methods import filter_arguments
-from zerorate.tasks.compare.rest import HORIZONS, scored_from
+from zerorate.tasks.compare.rest import HORIZONS, scoring_start
 from zerorate.tasks.compare.simulated import run
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
@@ -83,7 +83,7 @@ def estimate(method, z):
 
 def coasting(clean, held):
     """Error at each horizon, judged on the clean record."""
-    start = round(scored_from(clean.size / RATE) * RATE)
+    start = round(scoring_start(clean.size / RATE) * RATE)
     z, x = clean[start:], held[start:]
     return np.array([metrics.coasting_error(z, x, RATE, h) for h in HORIZONS])
 
@@ -192,7 +192,9 @@ def regret(folder, methods, whole, before):
     was = before.get("regret", {})
     for model, row in zip(found.models, found.regret, strict=True):
         print(f"{model.name:32}" + cells([*row, was.get(model.name, math.nan)]))
-    names = [model.name for model, kept in zip(found.models, found.lasting, strict=True) if kept]
+    names = [
+        model.name for model, kept in zip(found.models, found.lasting_mask, strict=True) if kept
+    ]
     known = [was[name] for name in names if name in was]
     print(f"{'mean':32}" + cells([*found.mean, np.mean(known) if known else math.nan]))
     print(f"{'worst':32}" + cells([*found.worst, max(known, default=math.nan)]))

@@ -23,7 +23,7 @@ from zerorate.array.virtual_gyro import (
     drift_freedom,
     drift_weights,
     fit_noise,
-    shrunk,
+    shrink_covariance,
     time_shrinkage,
 )
 from zerorate.types import Floats
@@ -107,7 +107,7 @@ def gains(drift: Floats, z: Floats) -> dict[str, float]:
 
 def least(covariance: Floats) -> Floats:
     """Return the weights of least variance."""
-    weights = np.linalg.solve(shrunk(covariance, 0.0), np.ones(len(covariance)))
+    weights = np.linalg.solve(shrink_covariance(covariance, 0.0), np.ones(len(covariance)))
     return weights / weights.sum()
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.show.attitude_figure import heading_and_tilt_errors
-from zerorate.show.scales import parts
-from zerorate.show.stack import shade, spans_of
+from zerorate.show.scales import split_into_parts
+from zerorate.show.stack import find_spans, shade
 from zerorate.show.style import (
     AXIS_COLOURS,
     BLACK,
@@ -87,11 +87,13 @@ def draw_magnet(axes: Axes, curves: Mapping[str, AttitudeEstimate]) -> None:
 
 
 def _few(estimate: AttitudeEstimate) -> Integers:
-    return parts(estimate.n, _MOST)
+    return split_into_parts(estimate.n, _MOST)
 
 
 def _shade(axes: Axes, times: Floats, there: Booleans, colour: str) -> None:
-    begins, ends = (times[edges.astype(int).clip(max=times.size - 1)] for edges in spans_of(there))
+    begins, ends = (
+        times[edges.astype(int).clip(max=times.size - 1)] for edges in find_spans(there)
+    )
     shade(axes, begins, ends, colour)
 
 

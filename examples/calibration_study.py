@@ -17,7 +17,7 @@ from zerorate.calibration import Turn
 from zerorate.calibration.calibration import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
 from zerorate.show import save_figure
 from zerorate.show.calibration_panels import draw_poses
-from zerorate.show.style import FONT, new_figure
+from zerorate.show.style import FONT_PT, new_figure
 
 Floats = npt.NDArray[np.float64]
 
@@ -107,7 +107,7 @@ def poses() -> None:
     named = {"twenty poses": good, "without the poses that have −z up": gap}
     for axes, (name, session) in zip(panels, named.items(), strict=True):
         draw_poses(axes, zr.calibrate(session.recording, gravity=9.80665))
-        axes.set_title(name, fontsize=FONT, loc="left")
+        axes.set_title(name, fontsize=FONT_PT, loc="left")
     save_figure(figure, FOLDER / "calibration_poses.png")
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import zerorate as zr
 from recordings import BESIDE
 from tables import table as aligned
-from zerorate.checks.senses import SENSES, typed
+from zerorate.checks.axis_permutations import SENSES, format_sense
 
 RATE, DURATION = 100.0, 120.0
 KINDS = ("hand", "circle", "arm", "spinning pendulum", "pendulum", "vehicle")
@@ -89,11 +89,11 @@ def outcome(found, sense):
         return "silent"
     if found.factor != 1.0 or found.status == "unit only":
         return "wrong"
-    if typed(sense) not in found.alternatives:
+    if format_sense(sense) not in found.alternatives:
         return "wrong"
     if found.exact:
         return "exact"
-    return "likely, right" if found.likely == typed(sense) else "likely, another first"
+    return "likely, right" if found.likely == format_sense(sense) else "likely, another first"
 
 
 def axes(recordings):
@@ -126,7 +126,7 @@ def fields(recordings):
     for recording, sense in product(recordings, SENSES[1:24]):
         wrong = changed(recording, "mag", recording["mag"].data @ sense)
         found = zr.check(wrong, scale_errors=False).magnetometer
-        there = typed(sense) in found.alternatives
+        there = format_sense(sense) in found.alternatives
         exact = "exact" if len(found.alternatives) == 2 else "several left"
         said["silent" if not found.alarm else exact if there else "wrong"] += 1
     return said

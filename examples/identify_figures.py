@@ -14,7 +14,7 @@ from zerorate.show import plot_identification, save_figure
 from zerorate.show.style import (
     BLACK,
     BLUE,
-    FONT,
+    FONT_PT,
     GREEN,
     GREY_TEXT,
     ORANGE,
@@ -73,7 +73,7 @@ def smoothing() -> None:
     axes.set_xlabel("width w of the moving average [samples]")
     axes.set_ylabel("φ₁ of AR(1)")
     axes.set_title("white noise, smoothed")
-    axes.legend(fontsize=FONT, frameon=False, loc="lower right")
+    axes.legend(fontsize=FONT_PT, frameon=False, loc="lower right")
     style_panels([axes])
     axes.set_xticks((1, 5, 10, 15))
     axes.set_yticks((0.0, 0.2, 0.4, 0.6, 0.8, 1.0))
@@ -119,12 +119,17 @@ def draw_online(axes: "Axes", model: identification.ArmaModel, from_circle: bool
     # Below the lines, which it would cut as a gap otherwise.
     axes.axvline(120.0, color=GREY_TEXT, lw=0.6, ls=(0, (4, 3)), zorder=0)
     axes.text(
-        128.0, 0.02, "120 s", transform=axes.get_xaxis_transform(), size=FONT - 0.5, color=GREY_TEXT
+        128.0,
+        0.02,
+        "120 s",
+        transform=axes.get_xaxis_transform(),
+        size=FONT_PT - 0.5,
+        color=GREY_TEXT,
     )
     axes.set_xscale("log")
     axes.set_xlim(ends[0] / RATE, ends[-1] / RATE)
     axes.set_xlabel("time [s]")
-    axes.legend(fontsize=FONT, frameon=False, loc="best")
+    axes.legend(fontsize=FONT_PT, frameon=False, loc="best")
 
 
 def save(figure: object, name: str) -> None:

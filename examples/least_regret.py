@@ -13,8 +13,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.simulation.models import GyroModel, records
-from zerorate.simulation.optimum import Optimum, optimum
+from zerorate.simulation.models import GyroModel, simulate_records
+from zerorate.simulation.optimal_filter import Optimum, optimum
 from zerorate.tasks.compare.simulated import scored_span
 from zerorate.types import Floats
 
@@ -155,7 +155,7 @@ def filtered_by_all(
     """
     n, chosen = int(times[-1]) + 1, list(seeds)
     filters = [optimum(model, rate, n) for model in models]
-    signals = [records(model, rate, n, chosen)[0] for model in models]
+    signals = [simulate_records(model, rate, n, chosen)[0] for model in models]
     pairs = np.array([[_filtered(one, signal, times) for signal in signals] for one in filters])
     estimates, likelihood = np.moveaxis(pairs, (2, 3), (0, 1))
     return Filtered(

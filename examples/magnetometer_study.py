@@ -18,7 +18,7 @@ import numpy as np
 import zerorate as zr
 from recordings import BESIDE, BROAD_RATE
 from tables import table
-from zerorate.calibration.magnet.sphere import sphere
+from zerorate.calibration.magnet.sphere import fit_sphere
 from zerorate.metrics.orientation import orientation_errors
 from zerorate.record.samples import Samples
 from zerorate.show import save_figure
@@ -43,7 +43,7 @@ def with_mag(recording, data):
 def by_sphere(recording):
     """Return the recording without the centre of a sphere through its field."""
     log = recording.mag
-    found = sphere(log.data[np.isfinite(log.data).all(axis=1)], len(log.data) / log.rate)
+    found = fit_sphere(log.data[np.isfinite(log.data).all(axis=1)], len(log.data) / log.rate)
     return with_mag(recording, log.data - found.iron * found.norm)
 
 
@@ -57,7 +57,7 @@ def heading(recording, where=None):
 def estimated(recording, **arguments):
     """Return orientations, those of the reference, and where these are known."""
     samples = Samples.of(recording)
-    truth = samples.aligned(recording["reference"])
+    truth = samples.align(recording["reference"])
     attitude = zr.Attitude(samples.log.rate, **arguments)
     found = attitude.process(samples.gyro, samples.accel, samples.mag, samples.dt)
     return found, truth, np.isfinite(truth).all(axis=1)

@@ -19,7 +19,7 @@ import zerorate as zr
 from navigation_tables import GNSS, IMU, speeds
 from recordings import BESIDE
 from tables import table
-from zerorate.geometry.earth import moved
+from zerorate.geometry.earth import offset_position
 from zerorate.navigation import find_start, find_time_offset
 from zerorate.navigation.heading import heading_of
 from zerorate.record import TimeOffset
@@ -473,7 +473,7 @@ def returned(imu, fixes, mounting, wrong):
         kept &= (fixes.time <= begin) | (fixes.time > begin + 30.0)
         first = int(np.searchsorted(fixes.time, begin + 30.0, side="right"))
         off[first : first + wrong] = 100.0 * np.array([[1.0, 0, 0], [0, -1.0, 0]])[:wrong]
-    some = replace(fixes, position=moved(fixes.position, off)).chosen(kept)
+    some = replace(fixes, position=offset_position(fixes.position, off)).chosen(kept)
     track = zr.NavigationFilter(start, antenna=lever).process(
         imu, some, time_offset=offset, keep="track"
     )

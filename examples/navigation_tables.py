@@ -15,7 +15,7 @@ import numpy as np
 import zerorate as zr
 from recordings import BESIDE
 from tables import table
-from zerorate.geometry.earth import moved
+from zerorate.geometry.earth import offset_position
 
 IMU, GNSS = "drive_imu_100hz.parquet", "drive_gnss_4hz.parquet"
 RESTED = (0.0, 36.0)
@@ -175,7 +175,7 @@ def spikes(fixes, random):
     which = random.random(len(fixes)) < 0.05
     off = random.standard_normal((len(fixes), 3))
     off *= 30.0 / np.linalg.norm(off, axis=1, keepdims=True)
-    return replace(fixes, position=moved(fixes.position, which[:, np.newaxis] * off))
+    return replace(fixes, position=offset_position(fixes.position, which[:, np.newaxis] * off))
 
 
 def louder(fixes, random):
@@ -184,7 +184,7 @@ def louder(fixes, random):
     more = np.sqrt(24.0) * which * random.standard_normal((2, len(fixes), 3))
     return replace(
         fixes,
-        position=moved(fixes.position, 2.0 * more[0]),
+        position=offset_position(fixes.position, 2.0 * more[0]),
         velocity=fixes.velocity + 0.1 * more[1],
     )
 

@@ -21,7 +21,7 @@ from recordings import BESIDE, Floats, Recording, check_folder, sensors_alone
 from tables import table
 from zerorate import identification
 from zerorate.show import save_figure
-from zerorate.show.style import BLUE, FONT, GREY_TEXT, VERMILION, new_figure, style_panels
+from zerorate.show.style import BLUE, FONT_PT, GREY_TEXT, VERMILION, new_figure, style_panels
 
 FIGURES = Path(__file__).parents[1] / "docs" / "figures"
 RATE, HORIZON = 100.0, 60.0
@@ -126,7 +126,7 @@ def draw(recording: Recording) -> None:
     held.set_title("filters built on them")
     style_panels([alone, held])
     for axes in (alone, held):
-        axes.legend(fontsize=FONT, frameon=False, loc="upper right")
+        axes.legend(fontsize=FONT_PT, frameon=False, loc="upper right")
     save_figure(figure, FIGURES / "network_oscillates.png")
 
 

@@ -26,7 +26,7 @@ from zerorate.show import save_figure
 from zerorate.show.style import (
     BLACK,
     BLUE,
-    FONT,
+    FONT_PT,
     GREY_TEXT,
     ORANGE,
     VERMILION,
@@ -200,7 +200,7 @@ def draw(drive: Drive, fixes: Fixes) -> None:
     error.set_title("standing, driving, standing")
     error.set_ylim(0.0, 14.0)
     style_panels([path, error])
-    path.legend(fontsize=FONT, frameon=False, loc="best")
+    path.legend(fontsize=FONT_PT, frameon=False, loc="best")
     save_figure(figure, FIGURES / "position_standing.png")
 
 
@@ -208,7 +208,7 @@ def draw_spells(axes: "Axes") -> None:
     """Mark weak signals."""
     for first in SPELLS:
         axes.axvspan(first, first + SPELL, color=BLACK, alpha=0.08, lw=0.0)
-    axes.text(SPELLS[2] + SPELL / 2, 13.4, "weak signals", fontsize=FONT, ha="center", va="top")
+    axes.text(SPELLS[2] + SPELL / 2, 13.4, "weak signals", fontsize=FONT_PT, ha="center", va="top")
 
 
 def main() -> None:

@@ -14,7 +14,7 @@ from published_tables import METHODS, Method, best_average, published
 from recordings import Floats, Recording, check_folder, parser, sensors_alone
 from tables import table
 from zerorate import metrics
-from zerorate.show.style import BLACK, DPI, FONT, GREY_TEXT, MM, SKY, VERMILION
+from zerorate.show.style import BLACK, FONT_PT, GREY_TEXT, INCHES_PER_MM, SKY, VERMILION, WIDE_DPI
 
 Scores = dict[Method, Floats]
 
@@ -61,7 +61,7 @@ def crossing(values: Scores) -> str:
 
 def draw(results: dict[str, Scores]) -> Figure:
     """Return the figure: a column for each recording, deviation above coasting error."""
-    figure = Figure(figsize=(170 * MM, 118 * MM), dpi=DPI)
+    figure = Figure(figsize=(170 * INCHES_PER_MM, 118 * INCHES_PER_MM), dpi=WIDE_DPI)
     panels = figure.subplots(
         2,
         len(results),
@@ -78,14 +78,14 @@ def draw(results: dict[str, Scores]) -> Figure:
         },
     )
     for column, (name, values) in zip(panels.T, results.items(), strict=True):
-        column[0].set_title(name, size=FONT + 1.5, pad=4)
+        column[0].set_title(name, size=FONT_PT + 1.5, pad=4)
         for row, panel in enumerate(column):
             draw_panel(panel, {m: values[m][row] for m in METHODS})
         column[0].axhline(1.0, color=BLACK, lw=0.6, ls=":")
         column[1].axhline(1.0, color=BLACK, lw=0.6, ls=":")
-        column[1].set_xlabel("initial process noise $G_0$ / start-up variance", size=FONT + 0.5)
-    panels[0, 0].set_ylabel("deviation / raw", size=FONT + 0.5)
-    panels[1, 0].set_ylabel("10 s coasting error / best average", size=FONT + 0.5)
+        column[1].set_xlabel("initial process noise $G_0$ / start-up variance", size=FONT_PT + 0.5)
+    panels[0, 0].set_ylabel("deviation / raw", size=FONT_PT + 0.5)
+    panels[1, 0].set_ylabel("10 s coasting error / best average", size=FONT_PT + 0.5)
     panels[0, 0].set_ylim(0.018, 1.25)
     panels[1, 0].set_ylim(0.72, 30.0)
     figure.align_ylabels(panels[:, 0])
@@ -95,7 +95,7 @@ def draw(results: dict[str, Scores]) -> Figure:
         loc="upper center",
         ncols=5,
         frameon=False,
-        fontsize=FONT + 0.5,
+        fontsize=FONT_PT + 0.5,
         bbox_to_anchor=(0.53, 1.0),
         handlelength=2.4,
     )
@@ -120,14 +120,14 @@ def draw_panel(panel: Any, values: Scores) -> None:
     panel.yaxis.set_minor_formatter(NullFormatter())
     panel.grid(which="major", color="0.92", lw=0.5)
     panel.set_axisbelow(True)
-    panel.tick_params(labelsize=FONT, width=0.5, length=2.5)
+    panel.tick_params(labelsize=FONT_PT, width=0.5, length=2.5)
     panel.tick_params(which="minor", width=0.4, length=1.5)
     panel.spines[:].set_linewidth(0.5)
 
 
 def annotate(panels: Any) -> None:
     """Say in the first column what the auxiliary lines are."""
-    grey = {"size": FONT, "color": GREY_TEXT}
+    grey = {"size": FONT_PT, "color": GREY_TEXT}
     top, bottom = panels[0, 0], panels[1, 0]
     top.text(START[0], 0.97, "raw", va="top", **grey)
     bottom.text(START[-1], 0.96, "best average in hindsight", va="top", ha="right", **grey)

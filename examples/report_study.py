@@ -16,8 +16,8 @@ import numpy as np
 
 import zerorate as zr
 from tables import table as aligned
-from zerorate.findings.against import against
-from zerorate.findings.imus import imus
+from zerorate.findings.gyro_comparison import compare_gyros
+from zerorate.findings.imus import find_imus
 
 GRAVITY = 9.80665
 DURATION = 120.0
@@ -413,8 +413,8 @@ def of_pair(job):
             columns |= {f"gyro_{axis}_dps": turn, f"accel_{axis}_mps2": push}
         for name, log in zr.read_recording(columns).items():
             logs[f"{name}_1" if k else name] = log
-    first, second = imus(zr.Recording(logs))
-    found = against(first.gyro, second.gyro)
+    first, second = find_imus(zr.Recording(logs))
+    found = compare_gyros(first.gyro, second.gyro)
     off = found.matrix @ rotation(TURN).T
     turns = np.degrees(0.5 * (off - off.T)[[2, 0, 1], [1, 2, 0]])
     errors = [1e3 * (found.delay - DELAY), *turns, *(found.scale - SCALES)]

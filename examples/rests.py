@@ -21,9 +21,9 @@ from rest_accel import DRIVE, LIMITS, MIMU, bodies, car, told
 from tables import table
 from zerorate.calibration.calibration import ACCEL_BIAS
 from zerorate.linear.run import LinearRun
-from zerorate.navigation import start
+from zerorate.navigation import coarse_start
 from zerorate.navigation.processing import processed
-from zerorate.options import LIMITS as COMMANDS
+from zerorate.options import REST_LIMITS as COMMANDS
 from zerorate.record.missing import without_masks
 from zerorate.record.samples import Samples
 from zerorate.units import convert
@@ -169,16 +169,19 @@ def of_navigation():
         for seed in range(10):
             recording, fixes, bias = idling(seed, engine)
             samples = Samples.of(recording, mag=False, what="navigation")
-            moves = start._Moves.of(fixes)
+            moves = coarse_start._ReceiverMotion.of(fixes)
             for seconds, found in errors.items():
-                start._TICK, limits = seconds, start._STEADY
+                coarse_start._TICK_S, limits = seconds, coarse_start._STEADY_LIMITS
                 if seconds == 0.1:
-                    start._STEADY = (0.5 * DEG, 0.15, 0.12)
-                rest = start._rest(samples, moves)
-                start._TICK, start._STEADY = 0.5, limits
+                    coarse_start._STEADY_LIMITS = (0.5 * DEG, 0.15, 0.12)
+                rest = coarse_start._find_rest(samples, moves)
+                coarse_start._TICK_S, coarse_start._STEADY_LIMITS = 0.5, limits
                 if rest is not None:
                     first, last = np.searchsorted(samples.time, rest)
-                    found.append(np.abs(start._mean(samples, first, last)[:3] - bias).max() / DEG)
+                    found.append(
+                        np.abs(coarse_start._mean_sample(samples, first, last)[:3] - bias).max()
+                        / DEG
+                    )
         cells = [
             f"{len(found)}, {np.mean(found):.3f}" if found else "0" for found in errors.values()
         ]

@@ -19,7 +19,7 @@ from zerorate.options import METHODS
 from zerorate.show.style import (
     BLACK,
     BLUE,
-    FONT,
+    FONT_PT,
     GREEN,
     GREY,
     GREY_TEXT,
@@ -33,7 +33,7 @@ from zerorate.show.style import (
     write_caption,
 )
 from zerorate.tasks.compare.methods import filter_arguments
-from zerorate.tasks.compare.rest import scored_from
+from zerorate.tasks.compare.rest import scoring_start
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -96,7 +96,7 @@ def contamination(recordings: list[Recording]) -> "Figure":
     for axes in (left, right):
         # The same scale, with room for the legend.
         axes.set_ylim(0.7, 4000.0)
-    left.legend(loc="upper left", ncols=2, fontsize=FONT - 0.5, frameon=False)
+    left.legend(loc="upper left", ncols=2, fontsize=FONT_PT - 0.5, frameon=False)
     style_panels([left, right])
     for axes in (left, right):
         style_decades(axes)
@@ -157,7 +157,7 @@ def _held(method: str, z: Floats) -> Floats:
 
 
 def _error(z: Floats, held: Floats) -> float:
-    start = round(scored_from(z.size / RATE) * RATE)
+    start = round(scoring_start(z.size / RATE) * RATE)
     return float(coasting_error(z[start:], held[start:], RATE, HORIZON))
 
 
@@ -249,7 +249,7 @@ def burst() -> "Figure":
     axes.set_ylim(-0.95, 1.5)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("rate [deg/s]")
-    axes.legend(handles=handles, loc="upper left", ncols=3, fontsize=FONT - 0.5, frameon=False)
+    axes.legend(handles=handles, loc="upper left", ncols=3, fontsize=FONT_PT - 0.5, frameon=False)
     style_panels([axes])
     write_caption(
         figure,
@@ -282,7 +282,7 @@ def _draw_tick(axes: "Axes", tick: Tick, begin: float, end: float) -> None:
     axes.plot((begin, end), (tick.level, tick.level), color=BLACK, lw=1.3)
     axes.axvline(end, color="0.7", lw=0.4)
     if tick.exits:
-        axes.text((begin + end) / 2, -0.85, "exit: all count", ha="center", size=FONT - 0.5)
+        axes.text((begin + end) / 2, -0.85, "exit: all count", ha="center", size=FONT_PT - 0.5)
 
 
 def _legend() -> list[object]:

@@ -25,18 +25,18 @@ from recordings import (
 from tables import table
 from zerorate._native import exponential_mean
 from zerorate.show import save_figure
-from zerorate.show.scales import COLUMNS, band, parts
+from zerorate.show.scales import MAX_COLUMNS, column_quantiles, split_into_parts
 from zerorate.show.stack import (
     Stack,
-    draw_known,
-    draw_scatter,
-    head,
-    names,
-    over_time,
+    draw_band,
+    draw_with_sigma,
+    find_spans,
     shade,
-    spans_of,
+    share_time_axis,
+    write_head,
+    write_names,
 )
-from zerorate.show.style import AXIS_COLOURS, BLACK, BLUE, FONT, new_figure, style_panels
+from zerorate.show.style import AXIS_COLOURS, BLACK, BLUE, FONT_PT, new_figure, style_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -122,14 +122,14 @@ def _drift(axes: "Axes", t: Floats, truth: Floats, bias: Floats, sigma: Floats) 
     axes.set_xlabel("time [s]")
     axes.set_ylabel("rate [deg/s]")
     axes.set_title("the bias, found under white noise of 0.1 deg/s (not shown)")
-    axes.legend(fontsize=FONT, frameon=False, loc="lower right")
+    axes.legend(fontsize=FONT_PT, frameon=False, loc="lower right")
 
 
 def _learned(axes: "Axes", t: Floats, found: Floats, true: float, label: str) -> None:
     axes.plot(t, found, color=BLUE, lw=0.9, label="learned")
     axes.axhline(true, color=BLACK, lw=0.6, ls="--", label="true")
     axes.set_ylabel(label)
-    axes.legend(fontsize=FONT - 0.5, frameon=False, loc="upper right", ncols=2)
+    axes.legend(fontsize=FONT_PT - 0.5, frameon=False, loc="upper right", ncols=2)
 
 
 def starting(recording: Recording) -> None:
@@ -247,7 +247,7 @@ def motion_figure(log: zr.Log) -> None:
     z = np.degrees(log.data[:, 2])
     trace = learner(log.rate, **LIMITS).trace(z)
     t = np.arange(z.size) / log.rate
-    few = parts(z.size, COLUMNS)
+    few = split_into_parts(z.size, MAX_COLUMNS)
     few = few[t[few] > FIRST_REST / RATE]
     bias, sigma = trace.bias[few], trace.bias_sigma[few]
     caption = (
@@ -256,20 +256,20 @@ def motion_figure(log: zr.Log) -> None:
     answer = "It is learned at rest and held in motion; what is not known of it grows."
     stack = Stack("Does a moving gyro's bias stay known?", answer, caption, [22.0, 26.0])
     above, below = stack.add(), stack.add()
-    drawn = band(z)
-    draw_scatter(above, drawn.middle / log.rate, drawn, AXIS_COLOURS[0], "")
-    head(above, "rate about z [deg/s]")
-    draw_known(below, t[few], bias, sigma, AXIS_COLOURS[1], "bias ± 2σ")
+    drawn = column_quantiles(z)
+    draw_band(above, drawn.middle / log.rate, drawn, AXIS_COLOURS[0], "")
+    write_head(above, "rate about z [deg/s]")
+    draw_with_sigma(below, t[few], bias, sigma, AXIS_COLOURS[1], "bias ± 2σ")
     dots = {"color": BLACK, "ls": "", "marker": "o", "ms": 1.3, "mew": 0.0}
     below.plot(*_means(t, z, log.rate), label="means of 1 s, raw", **dots)
     middle, reach = float(np.median(bias)), 5.0 * float(sigma.max())
     below.set_ylim(middle - reach, middle + reach)
-    head(below, "the same, magnified [deg/s]")
-    names(below)
+    write_head(below, "the same, magnified [deg/s]")
+    write_names(below)
     for axes in (above, below):
-        begins, ends = spans_of(~trace.at_rest)
+        begins, ends = find_spans(~trace.at_rest)
         shade(axes, begins / log.rate, ends / log.rate)
-    over_time(stack.panels, 0.0, float(t[-1]), "s")
+    share_time_axis(stack.panels, 0.0, float(t[-1]), "s")
     save_figure(stack.finish("BROAD, trial 5", log.rate, log.duration), FIGURES / "auto_motion.png")
 
 

@@ -164,7 +164,7 @@ def slope_errors(name, seeds):
 @contextmanager
 def flat_in_logarithm():
     """Take all walks for equally likely, however weak."""
-    with mock.patch.object(fitting, "_PRIOR", np.ones_like(fitting._PRIOR)):
+    with mock.patch.object(fitting, "_WALK_PRIOR", np.ones_like(fitting._WALK_PRIOR)):
         yield
 
 

@@ -41,7 +41,7 @@ def started(method: Method, process_noise: float) -> Judged:
 
 def rows(found: Regret) -> list[Sequence[str]]:
     """Return a row for each start, then that of the best start of each gyro."""
-    kept = found.regret[found.lasting, :-1].reshape(-1, len(METHODS), len(STARTS))
+    kept = found.regret[found.lasting_mask, :-1].reshape(-1, len(METHODS), len(STARTS))
     listed = [(f"{start:.0e}", kept[:, :, i]) for i, start in enumerate(STARTS)]
     listed.append(("the best of each gyro", kept.min(axis=2)))
     return [(label, *_summary(values)) for label, values in listed]
@@ -62,7 +62,7 @@ def main() -> None:
     judged = [started(method, start) for method in METHODS for start in STARTS]
     found = run([*judged, "auto"], seeds=given.seeds)
     auto = f"{found.mean[-1]:.2f}, worst {found.worst[-1]:.2f}"
-    title = f"Regret on {found.lasting.sum()} simulated gyros at rest; auto: mean {auto}"
+    title = f"Regret on {found.lasting_mask.sum()} simulated gyros at rest; auto: mean {auto}"
     print(table(title, HEAD, rows(found), given.markdown))
 
 

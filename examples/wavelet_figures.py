@@ -17,7 +17,7 @@ from zerorate.show import save_figure
 from zerorate.show.style import (
     BLACK,
     BLUE,
-    FONT,
+    FONT_PT,
     GREEN,
     GREY_TEXT,
     ORANGE,
@@ -145,8 +145,8 @@ def levels() -> None:
         axes.set(title=title, xlabel="samples in the record", ylim=(0.0, 14.5))
         panels.append(axes)
     panels[0].set_ylabel("last level thresholded")
-    panels[0].legend(fontsize=FONT - 0.5, frameon=False, loc="upper left")
-    panels[2].text(1.2e5, 1.4, "auto, psr-normalised: 1", ha="right", size=FONT - 0.5)
+    panels[0].legend(fontsize=FONT_PT - 0.5, frameon=False, loc="upper left")
+    panels[2].text(1.2e5, 1.4, "auto, psr-normalised: 1", ha="right", size=FONT_PT - 0.5)
     style_panels(panels)
     save_figure(figure, FOLDER / "wavelet_levels.png")
 
@@ -245,10 +245,10 @@ def _draw_streams(
         axes.set(title=titles[name], xlabel="delay [ms]")
         panels.append(axes)
     panels[0].set_ylabel("error over that of raw, delay removed")
-    panels[2].legend(fontsize=FONT - 0.5, frameon=False, loc=(0.3, 0.52))
+    panels[2].legend(fontsize=FONT_PT - 0.5, frameon=False, loc=(0.3, 0.52))
     style_panels(panels)
     for axes in panels:
-        style_decades(axes, fewest=2)
+        style_decades(axes, min_decades=2)
     save_figure(figure, FOLDER / "wavelet_streams.png")
 
 

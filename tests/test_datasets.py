@@ -34,7 +34,7 @@ def published(tmp_path, monkeypatch):
         ("127.0.0.1", 0), functools.partial(Quiet, directory=root)
     ) as server:
         threading.Thread(target=server.serve_forever).start()
-        monkeypatch.setattr(datasets, "_HOST", "http://{}:{}".format(*server.server_address))
+        monkeypatch.setattr(datasets, "_HOST_URL", "http://{}:{}".format(*server.server_address))
         monkeypatch.setitem(DATASETS, NAME, one)
         yield file
         server.shutdown()

@@ -10,74 +10,90 @@ import zerorate as zr
 from zerorate.faults import (
     ArgumentError,
     Sentence,
-    bare,
-    given,
-    naming,
-    packed,
-    said,
+    bare_argument,
+    keyword_argument,
+    make_sentence,
+    pack_text,
+    render_text,
     sentence_of,
-    told,
-    unpacked,
-    without,
+    strip_prefix,
+    unpack_text,
+    use_argument_names,
 )
 from zerorate.record import LogError
 
 FLAGS = {"rate": "--rate", "time_unit": "--time-unit", "device": "--device", "range": "--range"}
 
 SPOKEN = [
-    (said("give ", given("rate"), " in Hz"), "give rate= in Hz", "give --rate in Hz"),
-    (said(given("rate", "100")), "rate=100", "--rate 100"),
-    (said(bare("rate"), " must be 1"), "rate must be 1", "--rate must be 1"),
-    (said(given("time_unit", "ms", "time_unit='ms'")), "time_unit='ms'", "--time-unit ms"),
     (
-        said("by ", given("device", "A", "scale=f('A', 2)", given("range", "2"))),
+        make_sentence("give ", keyword_argument("rate"), " in Hz"),
+        "give rate= in Hz",
+        "give --rate in Hz",
+    ),
+    (make_sentence(keyword_argument("rate", "100")), "rate=100", "--rate 100"),
+    (make_sentence(bare_argument("rate"), " must be 1"), "rate must be 1", "--rate must be 1"),
+    (
+        make_sentence(keyword_argument("time_unit", "ms", "time_unit='ms'")),
+        "time_unit='ms'",
+        "--time-unit ms",
+    ),
+    (
+        make_sentence(
+            "by ",
+            keyword_argument("device", "A", "scale=f('A', 2)", keyword_argument("range", "2")),
+        ),
         "by scale=f('A', 2)",
         "by --device A --range 2",
     ),
     # A command that has no such option says what Python has.
-    (said(given("bridge"), " fills"), "bridge= fills", "bridge= fills"),
+    (make_sentence(keyword_argument("bridge"), " fills"), "bridge= fills", "bridge= fills"),
 ]
 
 
 @pytest.mark.parametrize(("sentence", "python", "shell"), SPOKEN)
 def test_a_sentence_is_text_and_can_be_said_otherwise(sentence, python, shell):
     assert sentence == python
-    assert sentence.named(FLAGS) == shell
-    assert told(sentence) == python
-    with naming(FLAGS):
-        assert told(sentence) == shell
-        assert told(said("a: ", sentence, "; b")) == f"a: {shell}; b"
+    assert sentence.with_names(FLAGS) == shell
+    assert render_text(sentence) == python
+    with use_argument_names(FLAGS):
+        assert render_text(sentence) == shell
+        assert render_text(make_sentence("a: ", sentence, "; b")) == f"a: {shell}; b"
     for other in (pickle.loads(pickle.dumps(sentence)), copy.copy(sentence)):
         assert (other, other.parts) == (sentence, sentence.parts)
-    assert unpacked(json.loads(json.dumps(packed(sentence)))).parts == sentence.parts
+    assert unpack_text(json.loads(json.dumps(pack_text(sentence)))).parts == sentence.parts
 
 
 def test_names_add_to_those_before_and_end_with_them():
-    with naming({"rate": "--rate"}), naming({"unit": "--unit"}):
-        assert told(said(given("rate"), given("unit"))) == "--rate--unit"
-    assert told(said(given("rate"))) == "rate="
+    with use_argument_names({"rate": "--rate"}), use_argument_names({"unit": "--unit"}):
+        assert (
+            render_text(make_sentence(keyword_argument("rate"), keyword_argument("unit")))
+            == "--rate--unit"
+        )
+    assert render_text(make_sentence(keyword_argument("rate"))) == "rate="
 
 
 def test_what_is_plain_stays_so():
-    assert told("rate= is no argument here") == "rate= is no argument here"
-    assert (packed("a"), unpacked("a"), without("a: b", "a: ")) == ("a", "a", "b")
-    cut = without(said("log: give ", given("rate")), "log: ")
-    assert (cut, cut.named(FLAGS)) == ("give rate=", "give --rate")
+    assert render_text("rate= is no argument here") == "rate= is no argument here"
+    assert (pack_text("a"), unpack_text("a"), strip_prefix("a: b", "a: ")) == ("a", "a", "b")
+    cut = strip_prefix(make_sentence("log: give ", keyword_argument("rate")), "log: ")
+    assert (cut, cut.with_names(FLAGS)) == ("give rate=", "give --rate")
 
 
 def test_an_error_of_an_argument_says_which_one_it_is():
     error = ArgumentError("rate", "must be positive, got -1")
     for one in (error, pickle.loads(pickle.dumps(error))):
         assert (str(one), one.argument) == ("rate must be positive, got -1", "rate")
-        assert sentence_of(one).named(FLAGS) == "--rate must be positive, got -1"
+        assert sentence_of(one).with_names(FLAGS) == "--rate must be positive, got -1"
     assert isinstance(error, ValueError)
 
 
 def test_an_error_of_a_log_keeps_its_argument_and_one_line():
-    error = LogError(said("no\nrow; give ", given("rate")), "rate").around("log: ", " (now)")
+    error = LogError(
+        make_sentence("no\nrow; give ", keyword_argument("rate")), "rate"
+    ).with_context("log: ", " (now)")
     for one in (error, pickle.loads(pickle.dumps(error))):
         assert (str(one), one.argument) == ("log: no\\nrow; give rate= (now)", "rate")
-        assert sentence_of(one).named(FLAGS) == "log: no\\nrow; give --rate (now)"
+        assert sentence_of(one).with_names(FLAGS) == "log: no\\nrow; give --rate (now)"
     assert LogError("damaged").argument is None
 
 
@@ -98,4 +114,6 @@ def test_an_error_of_the_compiled_module_does_so_too(argument):
     assert caught.value.argument == argument
     said_otherwise = sentence_of(caught.value)
     assert isinstance(said_otherwise, Sentence)
-    assert said_otherwise.named({argument: "--it"}) == "--it" + str(caught.value)[len(argument) :]
+    assert (
+        said_otherwise.with_names({argument: "--it"}) == "--it" + str(caught.value)[len(argument) :]
+    )

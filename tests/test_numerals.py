@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from zerorate.numerals import or_dash, with_error
+from zerorate.numerals import format_or_dash, format_with_error
 
 
 @pytest.mark.parametrize(
@@ -20,11 +20,11 @@ from zerorate.numerals import or_dash, with_error
     ],
 )
 def test_a_number_ends_where_its_error_does(value, sigma, text):
-    assert with_error(value, sigma) == text
+    assert format_with_error(value, sigma) == text
 
 
 @pytest.mark.parametrize(
     ("value", "text"), [(0.12345, "0.123"), (1e5, "100000"), (math.nan, "-"), (-math.inf, "-")]
 )
 def test_what_is_no_number_is_a_dash(value, text):
-    assert or_dash(value) == text
+    assert format_or_dash(value) == text

@@ -9,10 +9,10 @@ from zerorate import DriftFilter
 from zerorate.options import (
     FILTER_OPTIONS,
     METHODS,
-    PUBLISHED,
+    PUBLISHED_METHODS,
+    add_rest_limits,
+    check_options,
     check_used,
-    checked_options,
-    with_limits,
 )
 from zerorate.units import convert
 
@@ -71,10 +71,10 @@ def test_a_method_takes_what_it_uses_and_refuses_the_rest(name, method):
     users = FILTER_OPTIONS[name].methods
     options = {"method": method, name: OTHER[name]}
     if method in users:
-        assert checked_options(options)[name] == OTHER[name]
+        assert check_options(options)[name] == OTHER[name]
         return
     with pytest.raises(ValueError, match=f"{name} has no effect on method '{method}', only on "):
-        checked_options(options)
+        check_options(options)
     check_used([name], [method, users[0]])
     with pytest.raises(ValueError, match=f"{name} has no effect on ") as told:
         check_used([name], [method])
@@ -88,33 +88,33 @@ def test_a_sentence_names_who_uses_it():
         check_used(["startup", "fading"], ["kf", "auto"])
     with pytest.raises(ValueError, match="order has no effect on method 'auto', only on 'kf', "):
         check_used(["order"], ["auto"])
-    assert PUBLISHED == ("kf", "akf", "fading", "robust")
+    assert PUBLISHED_METHODS == ("kf", "akf", "fading", "robust")
 
 
 @pytest.mark.parametrize("unit", ["deg/s", "dps", "rad/s", "deg/h"])
 def test_limits_of_rest_are_known_where_the_unit_is(unit):
-    found = with_limits({"startup": 2.0}, ["kf", "auto"], unit)
+    found = add_rest_limits({"startup": 2.0}, ["kf", "auto"], unit)
     assert found == {
         "rest_limit": pytest.approx(convert(10.0, "deg/s", unit)),
         "bias_limit": pytest.approx(convert(20.0, "deg/s", unit)),
         "startup": 2.0,
     }
-    assert with_limits({}, ["auto"], unit, ["rest_limit"]).keys() == {"rest_limit"}
+    assert add_rest_limits({}, ["auto"], unit, ["rest_limit"]).keys() == {"rest_limit"}
 
 
 @pytest.mark.parametrize("unit", [None, "unit", "g", "deg", "deg/s, rad/s"])
 def test_there_are_none_for_what_is_no_rate(unit):
-    assert with_limits({"startup": 2.0}, ["auto"], unit) == {"startup": 2.0}
+    assert add_rest_limits({"startup": 2.0}, ["auto"], unit) == {"startup": 2.0}
 
 
 def test_there_are_none_where_they_have_no_effect():
-    assert with_limits({}, ["kf", "fading"], "deg/s") == {}
-    assert with_limits({"motion": "ignore"}, ["auto"], "deg/s") == {"motion": "ignore"}
+    assert add_rest_limits({}, ["kf", "fading"], "deg/s") == {}
+    assert add_rest_limits({"motion": "ignore"}, ["auto"], "deg/s") == {"motion": "ignore"}
 
 
 def test_what_is_given_stands():
     given = {"rest_limit": None, "bias_limit": 5.0, "motion": "hold"}
-    assert with_limits(given, ["auto"], "deg/s") == given
+    assert add_rest_limits(given, ["auto"], "deg/s") == given
 
 
 @pytest.mark.parametrize("name", ["rest_limit", "bias_limit"])

@@ -40,7 +40,7 @@ def notebook(monkeypatch):
 
 
 def test_a_bar_is_shown_and_taken_away(notebook):
-    report = progress.reported(None)
+    report = progress.choose_reporter(None)
     report("filtering", 0.25)
     report("measuring <all>", 1.0)
     assert 'value="0.250"' in notebook.texts[0]
@@ -52,19 +52,19 @@ def test_a_bar_is_shown_and_taken_away(notebook):
 
 def test_short_work_shows_none(notebook, monkeypatch):
     monkeypatch.setattr(progress, "monotonic", lambda: 0.0)
-    progress.reported(None)("filtering", 1.0)
+    progress.choose_reporter(None)("filtering", 1.0)
     assert notebook.texts == []
 
 
 def test_things_are_counted(notebook):
-    progress.counted(None)(3, 12)
+    progress.choose_counter(None)(3, 12)
     assert notebook.texts[0].endswith("3 of 12 25 %")
 
 
 def test_what_is_asked_for_is_used(notebook):
     seen = []
-    progress.reported(lambda *said: seen.append(said))("step", 0.5)
-    progress.counted(lambda *said: seen.append(said))(1, 2)
+    progress.choose_reporter(lambda *said: seen.append(said))("step", 0.5)
+    progress.choose_counter(lambda *said: seen.append(said))(1, 2)
     assert seen == [("step", 0.5), (1, 2)]
     assert notebook.texts == []
 
@@ -72,9 +72,9 @@ def test_what_is_asked_for_is_used(notebook):
 @pytest.mark.parametrize("shell", [None, SimpleNamespace()])
 def test_outside_of_a_notebook_nothing_is_shown(notebook, monkeypatch, shell):
     sys.modules["IPython"].get_ipython = lambda: shell
-    assert progress.reported(None) is progress.silent
+    assert progress.choose_reporter(None) is progress.report_nothing
     monkeypatch.delitem(sys.modules, "IPython")
-    assert progress.reported(None) is progress.silent
+    assert progress.choose_reporter(None) is progress.report_nothing
 
 
 def test_long_work_of_the_package_is_shown(notebook):

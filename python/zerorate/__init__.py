@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from zerorate._native import __version__ as __version__
 from zerorate._native import register
-from zerorate.lazy import by_name, later
-from zerorate.views import shown_by
+from zerorate.lazy import lazy_exports, modules_by_name
+from zerorate.views import add_registrar
 
 if TYPE_CHECKING:
     from zerorate import array as array
@@ -140,12 +140,12 @@ _PLACES: Final = {
 }
 """Names by the module that is imported when one is first asked for; packages of the root first."""
 
-__all__ = sorted(["__version__", *by_name(_PLACES)])
+__all__ = sorted(["__version__", *modules_by_name(_PLACES)])
 
-shown_by("zerorate.show.registry")
+add_registrar("zerorate.show.registry")
 
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = later(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)
 
 
 def _rule(module: str, name: str) -> Callable[..., Any]:

@@ -15,11 +15,11 @@ from typing import Final
 from urllib.parse import quote
 
 from zerorate.faults import ArgumentError
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 
 __all__ = ["DATASETS", "Dataset", "fetch"]
 
-_HOST: Final = "https://raw.githubusercontent.com"
+_HOST_URL: Final = "https://raw.githubusercontent.com"
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Dataset:
     @property
     def url(self) -> str:
         """The address from which it is downloaded."""
-        return f"{_HOST}/{self.repository}/{self.commit}/{quote(self.path)}"
+        return f"{_HOST_URL}/{self.repository}/{self.commit}/{quote(self.path)}"
 
 
 def _broad(number: int, title: str) -> Dataset:
@@ -106,7 +106,7 @@ _BROAD: Final = {
     36: "disturbed_attached_magnet_5cm",
 }
 
-_OTHERS: Final = (
+_OTHER_DATASETS: Final = (
     Dataset(
         "px4/sample",
         "six seconds of a PX4 autopilot's log with three IMUs and a receiver",
@@ -145,7 +145,9 @@ _OTHERS: Final = (
     ),
 )
 
-DATASETS: Final = {one.name: one for one in (*(_broad(*item) for item in _BROAD.items()), *_OTHERS)}
+DATASETS: Final = {
+    one.name: one for one in (*(_broad(*item) for item in _BROAD.items()), *_OTHER_DATASETS)
+}
 """The public recordings by name: `Dataset` says what each is and under which licence."""
 
 
@@ -182,19 +184,24 @@ def fetch(name: str, folder: str | Path | None = None) -> Path:
     >>> recording = zr.read_recording(path)  # doctest: +SKIP
     """
     if name not in DATASETS:
-        near = get_close_matches(name, DATASETS, 3) or sorted(DATASETS)[-4:]
-        raise ArgumentError("name", f"is no public recording: '{name}'; such as {', '.join(near)}")
+        matches = get_close_matches(name, DATASETS, 3) or sorted(DATASETS)[-4:]
+        raise ArgumentError(
+            "name", f"is no public recording: '{name}'; such as {', '.join(matches)}"
+        )
     if find_spec("pooch") is None:
-        raise ImportError(extra_needed("pooch", "data", "a public recording"))
+        raise ImportError(describe_missing_extra("pooch", "data", "a public recording"))
     import pooch
 
-    one = DATASETS[name]
-    place = Path(pooch.os_cache("zerorate") if folder is None else folder).expanduser()
-    file = name.replace("/", "-") + Path(one.path).suffix
-    if not (place / file).exists():
-        known = "" if one.sha256 else "; pinned by its commit, no checksum is known"
-        print(f"{name}: {one.about}. {one.licence}, {one.url}{known}", file=sys.stderr)
-    return Path(pooch.retrieve(one.url, one.sha256, file, place, progressbar=False))
+    dataset = DATASETS[name]
+    directory = Path(pooch.os_cache("zerorate") if folder is None else folder).expanduser()
+    file = name.replace("/", "-") + Path(dataset.path).suffix
+    if not (directory / file).exists():
+        checksum_note = "" if dataset.sha256 else "; pinned by its commit, no checksum is known"
+        print(
+            f"{name}: {dataset.about}. {dataset.licence}, {dataset.url}{checksum_note}",
+            file=sys.stderr,
+        )
+    return Path(pooch.retrieve(dataset.url, dataset.sha256, file, directory, progressbar=False))
 
 
 def __dir__() -> list[str]:

@@ -1,8 +1,8 @@
 """Sentences and errors that know which arguments they are about, however these are written.
 
 Python writes ``rate=100`` where a shell has ``--rate 100``. A `Sentence` is the text as Python
-writes it, and keeps its parts, so that `told` can write the arguments in another way. Nobody reads
-a sentence to find out what it is about: an error has an ``argument`` for that.
+writes it, and keeps its parts, so that `render_text` can write the arguments in another way. Nobody
+reads a sentence to find out what it is about: an error has an ``argument`` for that.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -14,15 +14,15 @@ __all__ = [
     "Argument",
     "ArgumentError",
     "Sentence",
-    "bare",
-    "given",
-    "naming",
-    "packed",
-    "said",
+    "bare_argument",
+    "keyword_argument",
+    "make_sentence",
+    "pack_text",
+    "render_text",
     "sentence_of",
-    "told",
-    "unpacked",
-    "without",
+    "strip_prefix",
+    "unpack_text",
+    "use_argument_names",
 ]
 
 
@@ -37,22 +37,24 @@ class Argument(NamedTuple):
         What a shell would have after it; "" for the name alone.
     python : str
         How Python writes both.
-    beside : tuple of Argument
+    shell_only : tuple of Argument
         Further ones that only a shell needs.
     """
 
     name: str
     value: str
     python: str
-    beside: "tuple[Argument, ...]" = ()
+    shell_only: "tuple[Argument, ...]" = ()
 
 
-def given(name: str, value: str = "", python: str | None = None, *beside: Argument) -> Argument:
+def keyword_argument(
+    name: str, value: str = "", python: str | None = None, *shell_only: Argument
+) -> Argument:
     """Return an argument as it is given: ``rate=`` or ``rate=100``, or as `python` says."""
-    return Argument(name, value, f"{name}={value}" if python is None else python, beside)
+    return Argument(name, value, f"{name}={value}" if python is None else python, shell_only)
 
 
-def bare(name: str) -> Argument:
+def bare_argument(name: str) -> Argument:
     """Return an argument of which the name alone is said, as in 'rate must be positive'."""
     return Argument(name, "", name)
 
@@ -81,7 +83,7 @@ class Sentence(str):
         flat: list[str | Argument] = []
         for part in parts:
             flat.extend(part.parts if isinstance(part, Sentence) else (part,))
-        made = cls("".join(one.python if isinstance(one, Argument) else one for one in flat))
+        made = cls("".join(item.python if isinstance(item, Argument) else item for item in flat))
         made.parts = tuple(flat)
         return made
 
@@ -89,25 +91,27 @@ class Sentence(str):
         """Let the parts come along to another process."""
         return type(self).of, self.parts
 
-    def each(self, change: Callable[[str], str]) -> Self:
+    def map_texts(self, change: Callable[[str], str]) -> Self:
         """Return the sentence with its texts changed, and its arguments as they are."""
-        return self.of(*(one if isinstance(one, Argument) else change(one) for one in self.parts))
+        return self.of(
+            *(part if isinstance(part, Argument) else change(part) for part in self.parts)
+        )
 
-    def named(self, naming: Naming) -> str:
+    def with_names(self, naming: Naming) -> str:
         """Return the text with the arguments called otherwise, as they are typed in a shell."""
         return "".join(
-            _typed(one, naming) if isinstance(one, Argument) else one for one in self.parts
+            _shell_text(part, naming) if isinstance(part, Argument) else part for part in self.parts
         )
 
 
-def _typed(argument: Argument, naming: Naming) -> str:
+def _shell_text(argument: Argument, naming: Naming) -> str:
     if argument.name not in naming:
         return argument.python
     own = f"{naming[argument.name]} {argument.value}".rstrip()
-    return " ".join((own, *(_typed(one, naming) for one in argument.beside)))
+    return " ".join((own, *(_shell_text(extra, naming) for extra in argument.shell_only)))
 
 
-said = Sentence.of
+make_sentence = Sentence.of
 
 
 class ArgumentError(ValueError):
@@ -123,7 +127,7 @@ class ArgumentError(ValueError):
 
     def __init__(self, argument: str, fault: str) -> None:
         """Make the sentence."""
-        super().__init__(said(bare(argument), " ", fault))
+        super().__init__(make_sentence(bare_argument(argument), " ", fault))
         self.argument = argument
         self._fault = fault
 
@@ -142,45 +146,47 @@ def sentence_of(error: BaseException) -> str:
         return text
     text, argument = str(error), getattr(error, "argument", None)
     if argument and text.startswith(argument):
-        return said(bare(argument), text.removeprefix(argument))
+        return make_sentence(bare_argument(argument), text.removeprefix(argument))
     return text
 
 
-def without(text: str, prefix: str) -> str:
+def strip_prefix(text: str, prefix: str) -> str:
     """Return a text, which may be a sentence, without what it begins with."""
     if not isinstance(text, Sentence):
         return text.removeprefix(prefix)
     first, *rest = text.parts
-    return said(first if isinstance(first, Argument) else first.removeprefix(prefix), *rest)
+    return make_sentence(
+        first if isinstance(first, Argument) else first.removeprefix(prefix), *rest
+    )
 
 
-def packed(text: str) -> object:
+def pack_text(text: str) -> object:
     """Return a text, which may be a sentence, as JSON keeps it."""
     return text.parts if isinstance(text, Sentence) else text
 
 
-def unpacked(kept: Any) -> str:  # noqa: ANN401
-    """Return the text that `packed` gave."""
-    return kept if isinstance(kept, str) else said(*map(_part, kept))
+def unpack_text(content: Any) -> str:  # noqa: ANN401
+    """Return the text that `pack_text` gave."""
+    return content if isinstance(content, str) else make_sentence(*map(_part, content))
 
 
-def _part(kept: Any) -> str | Argument:  # noqa: ANN401
-    if isinstance(kept, str):
-        return kept
-    return _argument(kept)
+def _part(content: Any) -> str | Argument:  # noqa: ANN401
+    if isinstance(content, str):
+        return content
+    return _argument(content)
 
 
-def _argument(kept: Any) -> Argument:  # noqa: ANN401
-    name, value, python, beside = kept
-    return Argument(name, value, python, tuple(map(_argument, beside)))
+def _argument(content: Any) -> Argument:  # noqa: ANN401
+    name, value, python, shell_only = content
+    return Argument(name, value, python, tuple(map(_argument, shell_only)))
 
 
 _NAMING: ContextVar[Naming | None] = ContextVar("naming", default=None)
 
 
 @contextmanager
-def naming(names: Naming) -> Iterator[None]:
-    """Let `told`, and with it all tables, call arguments by these names, others as before."""
+def use_argument_names(names: Naming) -> Iterator[None]:
+    """Let `render_text`, and with it all tables, call arguments by these names."""
     before = _NAMING.set({**(_NAMING.get() or {}), **names})
     try:
         yield
@@ -188,7 +194,7 @@ def naming(names: Naming) -> Iterator[None]:
         _NAMING.reset(before)
 
 
-def told(text: str) -> str:
-    """Return a text as it is shown: by Python's names, unless `naming` says others."""
+def render_text(text: str) -> str:
+    """Return a text as it is shown: by Python's names, unless `use_argument_names` says others."""
     names = _NAMING.get()
-    return text.named(names) if isinstance(text, Sentence) and names is not None else text
+    return text.with_names(names) if isinstance(text, Sentence) and names is not None else text

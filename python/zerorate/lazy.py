@@ -4,27 +4,27 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
-__all__ = ["by_name", "later"]
+__all__ = ["lazy_exports", "modules_by_name"]
 
 
-def later(
-    package: str, places: Mapping[str, str]
+def lazy_exports(
+    package: str, exports: Mapping[str, str]
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """Return ``__getattr__`` and ``__dir__`` of a package, given its names by module.
 
     Those of a module stand in one string, a blank between; at "" stand names of modules. A type
     checker must not see the former, to which any name would be right.
     """
-    modules = by_name(places)
+    modules = modules_by_name(exports)
 
     def get(name: str) -> Any:  # noqa: ANN401
         if name not in modules:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        found = import_module(f"{package}.{modules[name] or name}")
+        attribute = import_module(f"{package}.{modules[name] or name}")
         if modules[name]:
-            found = getattr(found, name)
-        setattr(import_module(package), name, found)
-        return found
+            attribute = getattr(attribute, name)
+        setattr(import_module(package), name, attribute)
+        return attribute
 
     def names() -> list[str]:
         listed: list[str] = import_module(package).__all__
@@ -33,6 +33,6 @@ def later(
     return get, names
 
 
-def by_name(places: Mapping[str, str]) -> dict[str, str]:
+def modules_by_name(exports: Mapping[str, str]) -> dict[str, str]:
     """Return the module of each name."""
-    return {name: module for module, names in places.items() for name in names.split()}
+    return {name: module for module, names in exports.items() for name in names.split()}

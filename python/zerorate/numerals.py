@@ -3,32 +3,32 @@
 import math
 from typing import Final
 
-__all__ = ["NOTHING", "or_dash", "significant", "with_error"]
+__all__ = ["DASH", "format_or_dash", "format_significant", "format_with_error"]
 
-NOTHING: Final = "-"
+DASH: Final = "-"
 """Stands where a number means nothing."""
 
 
-def with_error(value: float, sigma: float) -> str:
+def format_with_error(value: float, sigma: float) -> str:
     """Return a number and its standard error, both down to the error's last significant digit."""
     if not sigma > 0.0:
-        return significant(value, 4)
+        return format_significant(value, 4)
     if not 1e-4 <= max(abs(value), sigma) < 1e6:
         return f"{value:.3g} ± {sigma:.1g}"
     # The second digit of an error matters only after a small first one.
     digits = 2 if f"{sigma:e}"[0] in "12" else 1
     last = digits - 1 - math.floor(math.log10(sigma))
     # No minus before what rounds to zero.
-    shown = (round(number, last) + 0.0 for number in (value, sigma))
-    return " ± ".join(f"{number:.{max(last, 0)}f}" for number in shown)
+    rounded = (round(number, last) + 0.0 for number in (value, sigma))
+    return " ± ".join(f"{number:.{max(last, 0)}f}" for number in rounded)
 
 
-def significant(value: float, digits: int = 3) -> str:
+def format_significant(value: float, digits: int = 3) -> str:
     """Return a number of so many digits, without an exponent if it is of moderate size."""
     text = f"{value:#.{digits}g}".rstrip(".")
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text
 
 
-def or_dash(value: float) -> str:
+def format_or_dash(value: float) -> str:
     """Return a number of three digits, or a dash where it is not finite."""
-    return significant(value) if math.isfinite(value) else NOTHING
+    return format_significant(value) if math.isfinite(value) else DASH

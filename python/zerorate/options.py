@@ -25,18 +25,18 @@ else:
 
 __all__ = [
     "FILTER_OPTIONS",
-    "LIMITS",
     "METHODS",
-    "PUBLISHED",
+    "PUBLISHED_METHODS",
+    "REST_LIMITS",
     "FilterOptions",
     "Option",
     "StreamOptions",
-    "by_name",
+    "add_rest_limits",
+    "check_options",
     "check_used",
-    "checked_options",
-    "table",
-    "used_by",
-    "with_limits",
+    "index_by_name",
+    "read_options",
+    "select_options",
 ]
 
 Kind = Literal[
@@ -44,7 +44,7 @@ Kind = Literal[
 ]
 
 
-def _listed(words: Sequence[str], last: str = "and") -> str:
+def _join_words(words: Sequence[str], last: str = "and") -> str:
     *most, end = (f"'{word}'" for word in words)
     return f"{', '.join(most)} {last} {end}" if most else end
 
@@ -87,10 +87,10 @@ class Option:
     @classmethod
     def choice(cls, name: str, choices: tuple[str, ...], meaning: str) -> Option:
         """Return one of some words, of which the first is the default."""
-        return cls(name, "choice", choices[0], meaning, _listed(choices, "or"), choices=choices)
+        return cls(name, "choice", choices[0], meaning, _join_words(choices, "or"), choices=choices)
 
 
-def table(rows: Iterable[_Option]) -> Iterator[Option]:
+def read_options(rows: Iterable[_Option]) -> Iterator[Option]:
     """Yield the rows of one of the core's tables, in the order in which help shows them."""
     for row in rows:
         parts: dict[str, Any] = dict(row)
@@ -98,21 +98,21 @@ def table(rows: Iterable[_Option]) -> Iterator[Option]:
         yield Option(**(parts | words))
 
 
-def by_name(rows: Iterable[Option]) -> Mapping[str, Option]:
+def index_by_name(rows: Iterable[Option]) -> Mapping[str, Option]:
     """Return a table by the names of its options."""
     return MappingProxyType({option.name: option for option in rows})
 
 
-FILTER_OPTIONS: Final = by_name(table(filter_options()))
+FILTER_OPTIONS: Final = index_by_name(read_options(filter_options()))
 
 METHODS: Final = FILTER_OPTIONS["method"].choices
 """All methods: the published ones, then the one that tunes itself."""
 
-PUBLISHED: Final = FILTER_OPTIONS["order"].methods
+PUBLISHED_METHODS: Final = FILTER_OPTIONS["order"].methods
 """The methods that have an ARMA model of the drift."""
 
 
-LIMITS: Final = MappingProxyType(
+REST_LIMITS: Final = MappingProxyType(
     {
         # Motors that run shake a sensor at rest by 2 to 5 deg/s; a hand moves its mean as well, by
         # more than the three tenths of this that a rest may.
@@ -124,11 +124,11 @@ LIMITS: Final = MappingProxyType(
 """deg/s: what rest can be for a MEMS gyro, where the unit of the samples is known."""
 
 
-def with_limits(
+def add_rest_limits(
     options: Mapping[str, Any],
     methods: Sequence[str],
     unit: str | None,
-    names: Iterable[str] = tuple(LIMITS),
+    names: Iterable[str] = tuple(REST_LIMITS),
 ) -> dict[str, Any]:
     """Return options of filters with the limits of what rest can be, where the unit is known.
 
@@ -141,7 +141,7 @@ def with_limits(
     unit : str or None
         Of the samples.
     names : iterable of str
-        Which of `LIMITS`; default all.
+        Which of `REST_LIMITS`; default all.
 
     Returns
     -------
@@ -151,16 +151,16 @@ def with_limits(
     """
     if unit is None or not _is_rate(unit) or options.get("motion") == "ignore":
         return dict(options)
-    known = {
-        name: convert(LIMITS[name], "deg/s", unit)
+    limits = {
+        name: convert(REST_LIMITS[name], "deg/s", unit)
         for name in names
-        if set(_option(name).methods) & set(methods)
+        if set(_find_option(name).methods) & set(methods)
     }
-    return known | dict(options)
+    return limits | dict(options)
 
 
 def check_used(
-    given: Iterable[str],
+    names: Iterable[str],
     methods: Sequence[str],
     options: Mapping[str, Option] = FILTER_OPTIONS,
 ) -> None:
@@ -168,7 +168,7 @@ def check_used(
 
     Parameters
     ----------
-    given : iterable of str
+    names : iterable of str
         Names of options.
     methods : sequence of str
         The methods that run.
@@ -180,19 +180,19 @@ def check_used(
     ValueError
         If there is such an option: it is named with the methods, and with those that use it.
     """
-    for name in given:
-        users = _option(name, options).methods
+    for name in names:
+        users = _find_option(name, options).methods
         if not set(users) & set(methods):
-            running = f"method{'s' if len(methods) > 1 else ''} {_listed(methods)}"
-            raise ArgumentError(name, f"has no effect on {running}, only on {_listed(users)}")
+            running = f"method{'s' if len(methods) > 1 else ''} {_join_words(methods)}"
+            raise ArgumentError(name, f"has no effect on {running}, only on {_join_words(users)}")
 
 
-def used_by(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
+def select_options(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options that a method uses, of those given for several methods."""
-    return {name: value for name, value in options.items() if method in _option(name).methods}
+    return {name: value for name, value in options.items() if method in _find_option(name).methods}
 
 
-def checked_options(options: Mapping[str, Any]) -> dict[str, Any]:
+def check_options(options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of one filter, after checking them as the filter itself does.
 
     Returns
@@ -209,7 +209,7 @@ def checked_options(options: Mapping[str, Any]) -> dict[str, Any]:
     """
     method = options.get("method", FILTER_OPTIONS["method"].default)
     # The filter says what a method may be.
-    DriftFilter(1.0, **{"method": method, **used_by(method, options)})
+    DriftFilter(1.0, **{"method": method, **select_options(method, options)})
     check_used(options, [method])
     return {"method": method, **options}
 
@@ -221,7 +221,7 @@ def _is_rate(unit: str) -> bool:
         return False
 
 
-def _option(name: str, options: Mapping[str, Option] = FILTER_OPTIONS) -> Option:
+def _find_option(name: str, options: Mapping[str, Option] = FILTER_OPTIONS) -> Option:
     if name not in options:
         raise TypeError(f"unknown option '{name}', expected some of {', '.join(options)}")
     return options[name]

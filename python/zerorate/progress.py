@@ -8,7 +8,7 @@ from html import escape
 from time import monotonic
 from typing import Any, Final
 
-__all__ = ["Counter", "Progress", "counted", "reported", "silent"]
+__all__ = ["Counter", "Progress", "choose_counter", "choose_reporter", "report_nothing"]
 
 Progress = Callable[[str, float], None]
 """Called with the step's name and the fraction of it that is done."""
@@ -16,28 +16,28 @@ Progress = Callable[[str, float], None]
 Counter = Callable[[int, int], None]
 """Called with how many things are through, and how many there are."""
 
-_PATIENCE: Final = 1.0
+_BAR_DELAY_S: Final = 1.0
 """Seconds of work that need no bar."""
-_EVERY: Final = 0.2
+_REDRAW_INTERVAL_S: Final = 0.2
 """Seconds between two drawings of it."""
 
 
-def silent(step: str, fraction: float) -> None:
+def report_nothing(step: str, fraction: float) -> None:
     """Report nothing."""
 
 
-def reported(progress: Progress | None) -> Progress:
+def choose_reporter(progress: Progress | None) -> Progress:
     """Return what reports: what was given, or else a bar in a notebook, or nothing."""
     if progress is not None:
         return progress
-    return _Bar() if _in_notebook() else silent
+    return _Bar() if _in_notebook() else report_nothing
 
 
-def counted(progress: Counter | None) -> Counter:
+def choose_counter(progress: Counter | None) -> Counter:
     """Return what counts: what was given, or else a bar in a notebook, or nothing."""
     if progress is not None:
         return progress
-    report = reported(None)
+    report = choose_reporter(None)
     return lambda through, all_of_them: report(
         f"{through} of {all_of_them}", through / max(all_of_them, 1)
     )
@@ -54,14 +54,16 @@ class _Bar:
     """A bar in a notebook, shown of work that lasts, and taken away when it is done."""
 
     def __init__(self) -> None:
-        self._begun = self._drawn = monotonic()
-        self._shown: Any = None
+        self._start_time = self._last_draw_time = monotonic()
+        self._handle: Any = None
 
     def __call__(self, step: str, fraction: float) -> None:
         now = monotonic()
-        if now - self._begun < _PATIENCE or (now - self._drawn < _EVERY and fraction < 1.0):
+        if now - self._start_time < _BAR_DELAY_S or (
+            now - self._last_draw_time < _REDRAW_INTERVAL_S and fraction < 1.0
+        ):
             return
-        self._drawn = now
+        self._last_draw_time = now
         self._show(
             f'<progress max="1" value="{fraction:.3f}"></progress> {escape(step)}'
             f" {100.0 * fraction:.0f} %"
@@ -70,12 +72,12 @@ class _Bar:
     def _show(self, text: str) -> None:
         from IPython.display import HTML, display  # type: ignore[import-not-found]
 
-        if self._shown is None:
-            self._shown = display(HTML(text), display_id=True)
+        if self._handle is None:
+            self._handle = display(HTML(text), display_id=True)
         else:
-            self._shown.update(HTML(text))
+            self._handle.update(HTML(text))
 
     def __del__(self) -> None:
         """Take the bar away: whoever reported to it has returned."""
-        if self._shown is not None:
+        if self._handle is not None:
             self._show("")

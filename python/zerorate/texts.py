@@ -5,12 +5,19 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Final
 
-__all__ = ["WIDTH", "extra_needed", "one_line", "printable", "width", "within"]
+__all__ = [
+    "WIDTH",
+    "describe_missing_extra",
+    "escape_line",
+    "make_printable",
+    "use_line_width",
+    "width",
+]
 
 WIDTH: Final = 100
-"""Most letters in a line, unless `within` says otherwise."""
+"""Most letters in a line, unless `use_line_width` says otherwise."""
 
-_LEAST: Final = 60
+_MIN_WIDTH: Final = 60
 _WIDTH: ContextVar[int] = ContextVar("width", default=WIDTH)
 
 
@@ -20,16 +27,16 @@ def width() -> int:
 
 
 @contextmanager
-def within(letters: int) -> Iterator[None]:
+def use_line_width(letters: int) -> Iterator[None]:
     """Let lines of tables have so many letters, 60 at least."""
-    before = _WIDTH.set(max(letters, _LEAST))
+    token = _WIDTH.set(max(letters, _MIN_WIDTH))
     try:
         yield
     finally:
-        _WIDTH.reset(before)
+        _WIDTH.reset(token)
 
 
-def printable(text: str) -> str:
+def make_printable(text: str) -> str:
     r"""Return a text that UTF-8 can hold: a byte of a name that is no UTF-8 becomes ``\xe9``.
 
     Python keeps such bytes as lone surrogates, which no file, figure or table takes.
@@ -41,13 +48,13 @@ def printable(text: str) -> str:
     return raw.decode("utf-8", "backslashreplace")
 
 
-def one_line(text: str) -> str:
+def escape_line(text: str) -> str:
     """Return a text with all that cannot be printed, or breaks a line, as Python escapes it."""
-    text = printable(text)
+    text = make_printable(text)
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-def extra_needed(module: str, extra: str, what: str = "this") -> str:
+def describe_missing_extra(module: str, extra: str, what: str = "this") -> str:
     """Return a sentence on a package that is not installed, and how to install it.
 
     No index has zerorate, so the extra is installed where zerorate itself was: in its checkout.

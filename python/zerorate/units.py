@@ -46,7 +46,7 @@ _METRE: Final = 1.0
 _G: Final = 9.80665
 """Standard gravity, exact by definition."""
 
-_MANY: Final = 2.0**62
+_MAX_SAMPLES: Final = 2.0**62
 """Samples that no record has."""
 
 UNITS: Final[dict[str, Unit]] = {
@@ -245,10 +245,10 @@ def convert(
 def _factor(from_unit: str, to_unit: str) -> float:
     source, target = UNITS[from_unit], UNITS[to_unit]
     if source.kind != target.kind:
-        alike = ", ".join(name for name, unit in UNITS.items() if unit.kind == source.kind)
+        same_kind = ", ".join(name for name, unit in UNITS.items() if unit.kind == source.kind)
         raise ValueError(
             f"cannot convert {from_unit} ({source.kind}) to {to_unit} ({target.kind}): "
-            f"units of {source.kind} are {alike}"
+            f"units of {source.kind} are {same_kind}"
         )
     return (source.amount / target.amount) * (target.time / source.time)
 
@@ -263,4 +263,4 @@ def whole_samples(seconds: float, rate: float) -> int:
     100
     """
     # The product of two floats may be infinite, which is no whole number.
-    return round(min(max(seconds * rate, -_MANY), _MANY))
+    return round(min(max(seconds * rate, -_MAX_SAMPLES), _MAX_SAMPLES))

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 __all__ = [
     "Result",
     "View",
+    "add_registrar",
     "figure_of",
     "html_of",
     "page_of",
     "register",
     "save_figure",
-    "shown_by",
     "table_of",
 ]
 
@@ -38,21 +38,21 @@ class View(NamedTuple):
     page: str = ""
 
 
-_SMALL: Final = 380.0
+_FIGURE_WIDTH_PX: Final = 380.0
 """Width at which a figure is shown, pixels."""
-_TALL: Final = 0.55
+_HEIGHT_WEIGHT: Final = 0.55
 """How much of its height counts as its width: a tall one is made narrower."""
-_TABLE: Final = "line-height: 1.25; margin: 0; overflow-x: auto"
-_FIGURE: Final = "max-width: 100%; height: auto; background: white"
-_BESIDE: Final = "display: flex; flex-wrap: wrap; gap: 1.5em; align-items: flex-start"
+_TABLE_STYLE: Final = "line-height: 1.25; margin: 0; overflow-x: auto"
+_FIGURE_STYLE: Final = "max-width: 100%; height: auto; background: white"
+_ROW_STYLE: Final = "display: flex; flex-wrap: wrap; gap: 1.5em; align-items: flex-start"
 
 _VIEWS: dict[str, View] = {}
-_SHOWN_BY: list[str] = []
+_REGISTRARS: list[str] = []
 
 
-def shown_by(module: str) -> None:
+def add_registrar(module: str) -> None:
     """Say which module registers views; it is imported when the first one is asked for."""
-    _SHOWN_BY.append(module)
+    _REGISTRARS.append(module)
 
 
 def register(package: str, views: Mapping[str, View]) -> None:
@@ -65,7 +65,7 @@ def register(package: str, views: Mapping[str, View]) -> None:
 
 def table_of(result: object, *arguments: object) -> str:
     """Return the table of a result as text; TypeError if there is none for its class."""
-    return str(_called(_view_of(result).table)(result, *arguments))
+    return str(_load_function(_view_of(result).table)(result, *arguments))
 
 
 def figure_of(result: object, *arguments: object) -> Figure:
@@ -78,31 +78,31 @@ def figure_of(result: object, *arguments: object) -> Figure:
     TypeError
         If there is none for its class.
     """
-    figure: Figure = _called(_view_of(result).figure)(result, *arguments)
+    figure: Figure = _load_function(_view_of(result).figure)(result, *arguments)
     return figure
 
 
 def page_of(result: object, *arguments: object) -> str:
     """Return the page of a result as HTML; TypeError if there is none for its class."""
-    return str(_called(_view_of(result).page)(result, *arguments))
+    return str(_load_function(_view_of(result).page)(result, *arguments))
 
 
 def html_of(result: object) -> str:
     """Return the table of a result, and its small figure where there is matplotlib."""
-    table = f'<pre style="{_TABLE}">{escape(table_of(result))}</pre>'
+    table = f'<pre style="{_TABLE_STYLE}">{escape(table_of(result))}</pre>'
     try:
         figure = figure_of(result)
     except ImportError:
         return f"<div>{table}</div>"
-    written = BytesIO()
+    buffer = BytesIO()
     # More pixels than are shown, for screens of high resolution.
-    wide, tall = figure.get_size_inches()
-    scale = _SMALL / max(wide, tall * _TALL)
-    figure.savefig(written, format="png", dpi=1.5 * scale)
-    data = b64encode(written.getvalue()).decode("ascii")
-    size = f'width="{wide * scale:.0f}" style="{_FIGURE}"'
-    shown = f'<img src="data:image/png;base64,{data}" {size} alt="figure">'
-    return f'<div style="{_BESIDE}">{table}{shown}</div>'
+    width, height = figure.get_size_inches()
+    scale = _FIGURE_WIDTH_PX / max(width, height * _HEIGHT_WEIGHT)
+    figure.savefig(buffer, format="png", dpi=1.5 * scale)
+    data = b64encode(buffer.getvalue()).decode("ascii")
+    size = f'width="{width * scale:.0f}" style="{_FIGURE_STYLE}"'
+    image = f'<img src="data:image/png;base64,{data}" {size} alt="figure">'
+    return f'<div style="{_ROW_STYLE}">{table}{image}</div>'
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
@@ -118,17 +118,17 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
 
 
 def _view_of(result: object) -> View:
-    while _SHOWN_BY:
-        import_module(_SHOWN_BY.pop())
-    for one in type(result).__mro__:
-        view = _VIEWS.get(f"{one.__module__}.{one.__qualname__}")
+    while _REGISTRARS:
+        import_module(_REGISTRARS.pop())
+    for base in type(result).__mro__:
+        view = _VIEWS.get(f"{base.__module__}.{base.__qualname__}")
         if view is not None:
             return view
     raise TypeError(f"nothing is registered that shows a {type(result).__name__}")
 
 
-def _called(place: str) -> Any:  # noqa: ANN401
-    module, _, name = place.partition(":")
+def _load_function(target: str) -> Any:  # noqa: ANN401
+    module, _, name = target.partition(":")
     return getattr(import_module(module), name)
 
 
@@ -187,7 +187,7 @@ class Result:
         TypeError
             If a result of this class is not saved in files.
         """
-        written: list[Path] = _called("zerorate.tasks.saving:save")(
+        paths: list[Path] = _load_function("zerorate.tasks.saving:save")(
             self,
             output,
             force=force,
@@ -196,7 +196,7 @@ class Result:
             figure_format=figure_format,
             **choices,
         )
-        return written
+        return paths
 
     def __str__(self) -> str:
         """Return the table."""

@@ -206,7 +206,7 @@ class TestInvariance:
         z[1300:1700, 4] += 6.0
         z[2100:2200, 1] = np.nan
         whole = body.fuse(z, positions=positions)
-        monkeypatch.setattr(accelerometers, "_ROWS", 1)
+        monkeypatch.setattr(accelerometers, "_CHUNK_ROWS", 1)
         parts = body.fuse(z, positions=positions)
         for name in ("accel", "weights", "excluded", "angular_acceleration"):
             np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))

@@ -7,7 +7,7 @@ import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.array.logs import ArrayLog, array_log
 from zerorate.array.rotations import find_rotations
-from zerorate.tasks.array import OUT, replay_array
+from zerorate.tasks.array import SAMPLE_FATES, replay_array
 
 RATE = 100.0
 N = 6000
@@ -71,9 +71,12 @@ class TestFates:
         z[1000:1500, 1, 2] = np.nan
         z[2000:2300, 3, 0] = -60.0
         found = replay_array(with_data(log, z), limit=50.0)
-        counts = [[(found.fate[:, k] == OUT.index(kind)).sum() for kind in OUT] for k in range(4)]
-        assert counts[1][OUT.index("missing")] == 500
-        assert counts[3][OUT.index("saturated")] == 300
+        counts = [
+            [(found.fate[:, k] == SAMPLE_FATES.index(kind)).sum() for kind in SAMPLE_FATES]
+            for k in range(4)
+        ]
+        assert counts[1][SAMPLE_FATES.index("missing")] == 500
+        assert counts[3][SAMPLE_FATES.index("saturated")] == 300
         assert counts[0][1:4] == [0, 0, 0]
         assert found.health == ("good",) * 4
 
@@ -88,7 +91,7 @@ class TestFates:
         assert end == N / RATE
         assert found.health[2] == "excluded"
         assert found.excluded_spans(0) == []
-        assert (found.weights[found.fate[:, 2] == OUT.index("excluded"), 2] == 0.0).all()
+        assert (found.weights[found.fate[:, 2] == SAMPLE_FATES.index("excluded"), 2] == 0.0).all()
         assert found.to_log().extra["excluded_c"].sum() == round((end - start) * RATE)
 
 
@@ -162,9 +165,11 @@ class TestBoardOfEight:
     """Ten minutes of eight IMUs on a board, in twenty poses and in fast motion."""
 
     def test_nobody_is_excluded(self, replayed):
-        assert not replayed.shares[:, OUT.index("excluded")].any()
+        assert not replayed.shares[:, SAMPLE_FATES.index("excluded")].any()
         # In the fast turns a fortieth of the samples is at the end of the range.
-        kept = replayed.shares[:, [OUT.index("used"), OUT.index("saturated")]].sum(axis=1)
+        kept = replayed.shares[
+            :, [SAMPLE_FATES.index("used"), SAMPLE_FATES.index("saturated")]
+        ].sum(axis=1)
         assert kept.min() > 0.999
         assert not replayed.disputed.any()
 

@@ -108,7 +108,7 @@ class TestEstimate:
 
     def test_blocks_make_no_difference(self, monkeypatch):
         whole = zr.estimate_attitude(RECORDING)
-        monkeypatch.setattr("zerorate.attitude.estimate._BLOCK", 170)
+        monkeypatch.setattr("zerorate.attitude.estimate._BLOCK_SAMPLES", 170)
         said = []
         parts = zr.estimate_attitude(RECORDING, progress=lambda step, part: said.append(part))
         np.testing.assert_array_equal(parts.quaternion, whole.quaternion)

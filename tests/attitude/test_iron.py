@@ -22,7 +22,7 @@ def moved(kind="hand", duration=60.0, seed=100):
     errors = zr.simulation.MotionErrors(field_wander=math.radians(4.5))
     recording = zr.simulate_motion(kind, RATE, duration, seed=seed, errors=errors).recording()
     samples = Samples.of(recording)
-    return samples.gyro, samples.accel, samples.mag, samples.aligned(recording["reference"])
+    return samples.gyro, samples.accel, samples.mag, samples.align(recording["reference"])
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 
 import zerorate as zr
 from zerorate.calibration.magnet.fit import fit
-from zerorate.calibration.magnet.spans import spans_of
+from zerorate.calibration.magnet.spans import partition_spans
 from zerorate.calibration.magnet.ticks import Ticks
 
 IRON = np.array([9.0, -14.0, 6.0])
@@ -93,8 +93,8 @@ def test_a_magnet_that_comes_and_goes():
     assert {group.applied for group in mag.groups} == {True, False}
     assert any("something was attached" in sentence for sentence in mag.advice)
     # What is shown is what the magnet did, not the longer time without it.
-    assert mag.groups[mag.taken_off].applied
-    before, after = (mag.heading_error(raw, mag.taken_off) for raw in (True, False))
+    assert mag.groups[mag.longest_applied].applied
+    before, after = (mag.heading_error(raw, mag.longest_applied) for raw in (True, False))
     assert np.degrees(before).max() > 20.0
     assert np.degrees(after).max() < 4.0
     assert "deg where iron is taken off" in mag.table()
@@ -282,7 +282,7 @@ def turning(n=600, iron=(0.3, -0.2, 0.4), seed=0):
 
 def test_fit_of_exact_ticks():
     ticks = turning()
-    assert len(spans_of(ticks)) == 1
+    assert len(partition_spans(ticks)) == 1
     iron = fit(ticks, np.zeros(600, dtype=int)).iron[0]
     np.testing.assert_allclose(iron, [0.3, -0.2, 0.4], atol=0.003)
 

@@ -7,7 +7,7 @@ import re
 import pytest
 
 import zerorate as zr
-from zerorate.calibration.options import CALIBRATION_OPTIONS, GRAVITIES
+from zerorate.calibration.options import CALIBRATION_OPTIONS, GRAVITY_RANGE_M_S2
 
 DATA = {"recording", "gyro", "accel", "rate", "rests"}
 
@@ -33,7 +33,7 @@ def test_the_range_is_that_of_the_function(name):
     option = CALIBRATION_OPTIONS[name]
     taken = [*option.choices, option.default]
     taken += [True, False] if option.kind == "word or flag" else []
-    taken += {"gravity": GRAVITIES, "saturation": (5e-324, 1e300)}.get(name, ())
+    taken += {"gravity": GRAVITY_RANGE_M_S2, "saturation": (5e-324, 1e300)}.get(name, ())
     for value in taken:
         assert name not in made(name, value)
     for value in (-1.0, math.nan) if option.kind == "number" else ("pink", 2.0, None):

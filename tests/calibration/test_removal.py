@@ -9,7 +9,7 @@ import pytest
 from support.calibrations import COUNTS, INVALID, calibration, motion, raw_accel, raw_gyro, recorded
 from zerorate import Log, LogError, Recording
 from zerorate.calibration import Calibration, Origin
-from zerorate.calibration.choice import own_sensors
+from zerorate.calibration.choice import find_sensors
 from zerorate.calibration.temperature import TemperatureModel
 
 UNITS = {
@@ -233,8 +233,8 @@ class TestInvalid:
         other = replace(recording.gyro, names=("a", "b", "c"))
         both = Recording({"gyro": other, "gyro_1": recording.gyro, "accel": recording.accel})
         made = replace(calibration(), origin=Origin("", recording.gyro.names, ("x", "y", "z")))
-        assert own_sensors(both, made) == {"gyro": "gyro_1", "accel": "accel"}
-        assert own_sensors(both, calibration()) == {"gyro": "gyro", "accel": "accel"}
+        assert find_sensors(both, made) == {"gyro": "gyro_1", "accel": "accel"}
+        assert find_sensors(both, calibration()) == {"gyro": "gyro", "accel": "accel"}
 
     def test_an_array_warns(self):
         made = calibration(**INVALID)

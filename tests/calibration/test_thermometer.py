@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from zerorate.calibration.temperature.thermometer import between_steps, held, without_leaps
+from zerorate.calibration.temperature.thermometer import hold_last, interpolate_steps, remove_leaps
 
 TIME = np.arange(7200) / 4.0
 WARMING = 20.0 + 20.0 * (1.0 - np.exp(-TIME / 400.0))
@@ -11,7 +11,7 @@ WARMING = 20.0 + 20.0 * (1.0 - np.exp(-TIME / 400.0))
 
 def error(temperature, step=1.0):
     shown = np.round(temperature / step) * step
-    found, seen = between_steps(TIME, shown)
+    found, seen = interpolate_steps(TIME, shown)
     assert seen == pytest.approx(step)
     return found - temperature
 
@@ -37,7 +37,7 @@ def test_tenths_are_no_different():
 
 def test_noise_at_a_boundary_is_passed_over():
     noise = 0.1 * np.random.default_rng(0).standard_normal(TIME.size)
-    found, _ = between_steps(TIME, np.round(WARMING + noise))
+    found, _ = interpolate_steps(TIME, np.round(WARMING + noise))
     assert np.sqrt(np.mean((found - WARMING) ** 2)) < 0.29 / 1.5
 
 
@@ -51,14 +51,14 @@ def test_noise_at_a_boundary_is_passed_over():
     ids=["constant", "a jump", "fine"],
 )
 def test_others_are_left_as_they_are(temperature):
-    found, step = between_steps(TIME, temperature)
+    found, step = interpolate_steps(TIME, temperature)
     assert step == 0.0
     np.testing.assert_array_equal(found, temperature)
 
 
 def test_one_change_tells_one_moment():
     shown = np.where(TIME < 900.0, 25.0, 26.0)
-    found, step = between_steps(TIME, shown)
+    found, step = interpolate_steps(TIME, shown)
     assert (step, found[0], found[-1]) == (1.0, 25.0, 26.0)
     assert np.interp(900.0, TIME, found) == pytest.approx(25.5, abs=0.01)
 
@@ -66,8 +66,8 @@ def test_one_change_tells_one_moment():
 def test_missing_temperatures_are_held():
     nan = np.nan
     shown = np.array([nan, nan, 20.0, nan, 21.0, np.inf, 1e30, -1e5])
-    np.testing.assert_array_equal(held(shown), [20, 20, 20, 20, 21, 21, 21, 21])
-    assert np.isnan(held(np.array([nan, 1e6]))).all()
+    np.testing.assert_array_equal(hold_last(shown), [20, 20, 20, 20, 21, 21, 21, 21])
+    assert np.isnan(hold_last(np.array([nan, 1e6]))).all()
 
 
 @pytest.mark.parametrize("bad", [85.0, -127.0, 0.0])
@@ -76,7 +76,7 @@ def test_what_a_thermometer_cannot_have_shown_is_missing(places, bad):
     wild = np.zeros(TIME.size, bool)
     wild[places] = True
     shown = np.where(wild, bad, WARMING)
-    found, count = without_leaps(TIME, shown)
+    found, count = remove_leaps(TIME, shown)
     assert count == wild.sum()
     np.testing.assert_array_equal(found, np.where(wild, np.nan, WARMING))
 
@@ -95,6 +95,6 @@ def test_what_a_thermometer_cannot_have_shown_is_missing(places, bad):
     ],
 )
 def test_what_it_may_have_shown_stays(temperature):
-    found, count = without_leaps(TIME, temperature)
+    found, count = remove_leaps(TIME, temperature)
     assert count == 0
     np.testing.assert_array_equal(found, temperature)

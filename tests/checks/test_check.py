@@ -9,7 +9,7 @@ import pytest
 
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.checks.senses import SENSES, changes, typed
+from zerorate.checks.axis_permutations import SENSES, count_mistakes, format_sense
 
 DEGREE = np.pi / 180
 
@@ -37,7 +37,7 @@ def mistaken(recording, sense, factor=1.0):
 def test_axes_are_named_where_the_motion_shows_all(kind, place):
     recording = moved(kind, 1 + place % 3, 120.0)
     found = zr.check(mistaken(recording, SENSES[place]), scale_errors=False).gyro
-    assert (found.status, found.likely) == ("mistake", typed(SENSES[place]))
+    assert (found.status, found.likely) == ("mistake", format_sense(SENSES[place]))
     np.testing.assert_array_equal(found.matrix, SENSES[place])
     assert found.alarm
     assert found.exact
@@ -74,7 +74,7 @@ def test_both_mistakes_at_once_are_put_right():
     wrong = mistaken(recording, SENSES[20], 1 / DEGREE)
     checks = zr.check(wrong)
     assert "deg/s" in checks.gyro.text
-    assert checks.gyro.likely == typed(SENSES[20])
+    assert checks.gyro.likely == format_sense(SENSES[20])
     right = checks.apply(wrong)
     rates = zr.units.convert(right.gyro.data, right.gyro.unit, "rad/s")
     np.testing.assert_allclose(rates, recording.gyro.data, rtol=1e-12, atol=1e-15)
@@ -96,7 +96,7 @@ def test_no_alarm_of_what_is_right(kind, seed):
 @pytest.mark.parametrize("kind", ["arm", "spinning pendulum", "pendulum", "vehicle"])
 def test_no_wrong_name_where_the_motion_shows_less(kind, place):
     found = zr.check(mistaken(moved(kind, 2), SENSES[place]), scale_errors=False).gyro
-    assert not found.alarm or typed(SENSES[place]) in found.alternatives
+    assert not found.alarm or format_sense(SENSES[place]) in found.alternatives
     assert kind != "pendulum" or not found.alarm
 
 
@@ -162,7 +162,7 @@ def test_axes_of_a_magnetometer(place):
     found = zr.check(wrong, scale_errors=False)
     assert not found.gyro.alarm
     # No motion tells a sense from its negative.
-    both = {typed(SENSES[place]), typed(-SENSES[place])}
+    both = {format_sense(SENSES[place]), format_sense(-SENSES[place])}
     assert found.magnetometer.status == "mistake"
     assert set(found.magnetometer.alternatives) == both
     assert found.apply(wrong) is wrong
@@ -231,8 +231,8 @@ def test_a_result_as_text_json_and_figure():
 
 
 def test_changes_count_mistakes():
-    assert [changes(SENSES[k]) for k in (0, 24)] == [0, 1]
-    assert sorted({changes(sense) for sense in SENSES}) == [0, 1, 2, 3, 4]
+    assert [count_mistakes(SENSES[k]) for k in (0, 24)] == [0, 1]
+    assert sorted({count_mistakes(sense) for sense in SENSES}) == [0, 1, 2, 3, 4]
 
 
 RECORDED = {
@@ -265,7 +265,7 @@ def test_recordings_are_right(name):
 @pytest.mark.parametrize("name", RECORDED)
 def test_recordings_with_mistakes(name, place):
     found = zr.check(mistaken(recorded(name), SENSES[place]), scale_errors=False).gyro
-    assert not found.alarm or typed(SENSES[place]) in found.alternatives
+    assert not found.alarm or format_sense(SENSES[place]) in found.alternatives
     if name.startswith("broad"):
         np.testing.assert_array_equal(found.matrix, SENSES[place])
 

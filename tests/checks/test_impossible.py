@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from zerorate.checks.impossible import GYRO_RANGE_DPS, ImpossibleRates, impossible_rates
+from zerorate.checks.impossible import GYRO_RANGE_DPS, ImpossibleRateDetector, find_impossible_rates
 
 
 def as_it_comes(rates, **given):
     """What a stream leaves out once the sample after has come."""
-    check, found = ImpossibleRates(**given), []
+    check, found = ImpossibleRateDetector(**given), []
     for row in rates.tolist():
         found.append(check.take(row))
         if check.revised:
@@ -26,7 +26,7 @@ def test_a_stream_decides_as_the_batch(seed):
     rates[rng.choice(1999, 100)] = np.nan
     for given in ({}, {"rate": 100.0}, {"rate": 20.0}, {"limit": 30.0}):
         np.testing.assert_array_equal(
-            as_it_comes(rates, **given)[:-1], impossible_rates(rates, **given)[:-1]
+            as_it_comes(rates, **given)[:-1], find_impossible_rates(rates, **given)[:-1]
         )
 
 
@@ -44,12 +44,12 @@ def test_fast_motion_within_the_range_is_kept(seed, rate):
         rates += np.outer(pulse, np.radians(rng.uniform(-2000.0, 2000.0, size=3)))
     size = np.abs(rates).max()
     assert size < np.radians(GYRO_RANGE_DPS)
-    assert not impossible_rates(rates, rate=rate).any()
+    assert not find_impossible_rates(rates, rate=rate).any()
 
 
 def test_clipped_turns_and_steps_are_kept():
     rates = np.zeros((300, 3))
     rates[100:102, 0] = np.radians(2000.0)
     rates[200:, 1] = np.radians(1500.0)
-    assert not impossible_rates(rates).any()
+    assert not find_impossible_rates(rates).any()
     assert not as_it_comes(rates).any()

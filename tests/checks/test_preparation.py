@@ -8,7 +8,7 @@ import pytest
 
 import zerorate as zr
 from zerorate.checks.gravity import lacks_gravity
-from zerorate.checks.held import without_held
+from zerorate.checks.held import drop_held_fixes
 from zerorate.checks.preparation import Choices, prepare
 from zerorate.geometry.rotations import rotate
 
@@ -50,7 +50,7 @@ def test_right_walks_and_drives_stay_as_they_are(seed):
     drive = zr.simulate_drive(duration=60.0, seed=seed)
     for recording in (walk, drive.recording()):
         assert prepare(recording).alarms == ()
-    assert without_held(drive.fixes) == (drive.fixes, ())
+    assert drop_held_fixes(drive.fixes) == (drive.fixes, ())
 
 
 class TestGravity:
@@ -148,7 +148,7 @@ class TestHeld:
         time = np.arange(fixes.time[0], fixes.time[-1], 1.0 / rate)
         rows = np.searchsorted(fixes.time, time, side="right") - 1
         velocity = None if seed % 2 else fixes.velocity[rows]
-        new, (note,) = without_held(zr.Fixes(time, fixes.position[rows], velocity))
+        new, (note,) = drop_held_fixes(zr.Fixes(time, fixes.position[rows], velocity))
         assert len(new) == len(np.unique(rows))
         assert note in new.notes
 
@@ -157,13 +157,13 @@ class TestHeld:
         position = fixes.position.copy()
         position[:20] = position[0]
         standing = replace(fixes, position=position, velocity=None)
-        assert without_held(standing) == (standing, ())
+        assert drop_held_fixes(standing) == (standing, ())
 
     def test_a_fix_that_is_sent_twice_counts_once(self):
         fixes = zr.simulate_drive(duration=80.0, seed=1).fixes
         time = np.sort(np.concatenate((fixes.time, fixes.time[::7] + 0.01)))
         rows = np.searchsorted(fixes.time, time, side="right") - 1
-        new, _ = without_held(zr.Fixes(time, fixes.position[rows], fixes.velocity[rows]))
+        new, _ = drop_held_fixes(zr.Fixes(time, fixes.position[rows], fixes.velocity[rows]))
         np.testing.assert_array_equal(new.time, fixes.time)
 
 

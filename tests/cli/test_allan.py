@@ -16,9 +16,9 @@ from zerorate import Log, NoiseModel, write_log
 from zerorate.io.reading import read_sensors
 from zerorate.noise.characterise import characterise_log
 from zerorate.noise.kinds import KINDS
-from zerorate.numerals import significant, with_error
+from zerorate.numerals import format_significant, format_with_error
 from zerorate.show import WIDTH
-from zerorate.tasks.characterise import Characterised, exported
+from zerorate.tasks.characterise import Characterised, export_texts
 
 RATE = 100.0
 STEM = "run-zerorate-allan"
@@ -64,8 +64,8 @@ class TestTable:
         model = zr.allan(zr.read_log(log, columns=["gyro_x_radps"])).fit()
         found = model.in_units("deg/sqrt(h)")
         row = next(line for line in text.split("\n") if line.startswith("angle random walk"))
-        assert row.split("deg/sqrt(h)")[1].strip() == with_error(found.value, found.sigma)
-        assert f"< {significant(model.in_units('arcsec').upper_bound)}" in text
+        assert row.split("deg/sqrt(h)")[1].strip() == format_with_error(found.value, found.sigma)
+        assert f"< {format_significant(model.in_units('arcsec').upper_bound)}" in text
         assert "worst axis" not in text
 
     def test_without_a_second_opinion(self, cli, log, out):
@@ -235,7 +235,7 @@ class TestFiles:
         for sensor, topic in (("/imu/data", "/imu/data"), ("ADIS", "/imu0")):
             named = Log(time, RATE, z, ["gx"], "rad/s", {"sensor": sensor})
             found = characterise_log(named, second_opinion=False)
-            texts, _ = exported(Characterised((found,)), "kalibr", forced=True)
+            texts, _ = export_texts(Characterised((found,)), "kalibr", forced=True)
             assert yaml.safe_load(texts["kalibr"])["rostopic"] == topic
 
     def test_models_of_every_axis(self, cli, log, out):

@@ -13,7 +13,7 @@ from zerorate import __version__
 from zerorate.cli import app, run
 from zerorate.cli.errors import UsageFault
 from zerorate.cli.parameters import Hint, parse
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 
 MISTYPED = {
     "fly": "there is no command 'fly'; zerorate --help lists all",
@@ -98,7 +98,7 @@ def test_missing_rich(call, monkeypatch):
     monkeypatch.setattr("zerorate.cli.errors.find_spec", lambda name: None)
     code, _, errors = call("stream", "--rate", "100", "--show")
     assert code == 2
-    check_line(errors, extra_needed("rich", "cli"))
+    check_line(errors, describe_missing_extra("rich", "cli"))
 
 
 def test_an_interrupt_that_an_import_has_wrapped(monkeypatch, capsys):

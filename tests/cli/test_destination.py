@@ -103,7 +103,7 @@ def test_simulations_and_comparisons_make_folders_as_well(call, log, tmp_path):
 def test_other_names_are_folders(tmp_path, monkeypatch, output):
     monkeypatch.chdir(tmp_path)
     place = Destination.of(output, "usual", ["csv"])
-    assert (place.base.name, place.named) == ("usual", "")
+    assert (place.base.name, place.named_suffix) == ("usual", "")
 
 
 def test_a_foreign_suffix_is_no_folder(tmp_path):

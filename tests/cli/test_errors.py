@@ -10,7 +10,7 @@ import zerorate.cli
 from support.commands import check_line
 from support.logs import write_gyros
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, faults, sentence
-from zerorate.faults import ArgumentError, given, naming, said
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence, use_argument_names
 from zerorate.record import LogError
 
 SOURCES = sorted(Path(zerorate.cli.__file__).parent.glob("*.py"))
@@ -81,9 +81,11 @@ def test_the_exit_code_does_not_hang_on_words(error, fault, code, word):
 
 def test_an_option_is_named_as_the_command_has_it():
     error = ArgumentError("span", "must be long")
-    with naming({"span": "--rest", "force": "--force"}):
+    with use_argument_names({"span": "--rest", "force": "--force"}):
         assert sentence(error) == "--rest must be long"
-        exists = FileExistsError(said("pass ", given("force", "", "force=True")))
+        exists = FileExistsError(
+            make_sentence("pass ", keyword_argument("force", "", "force=True"))
+        )
         with pytest.raises(UsageFault, match="pass --force"), as_usage():
             raise exists
     assert sentence(error) == "span must be long"

@@ -15,7 +15,7 @@ from support.tables import miscounted
 from support.ulogs import flight, write_ulog
 from zerorate import read_log
 from zerorate.cli import run
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 
 N = 4000
 TIME = np.arange(N) / 100
@@ -87,7 +87,7 @@ def test_faults_of_usage(cli, tmp_path, monkeypatch):
     code, _, errors = cli("replay", log)
     assert (code, errors) == (
         2,
-        f"zerorate: {extra_needed('rosbags', 'ros', 'a ROS recording')}\n",
+        f"zerorate: {describe_missing_extra('rosbags', 'ros', 'a ROS recording')}\n",
     )
 
 

@@ -10,7 +10,7 @@ import pytest
 from support.commands import check_line, names, one_line
 from support.logs import write_gyros, write_table
 from zerorate import DriftFilter, read_log
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 
 LIMITS = {"rest_limit": 10.0, "bias_limit": 20.0}
 """What the command takes where the data are in deg/s."""
@@ -341,7 +341,7 @@ class TestFaults:
         options = () if module == "pyarrow" else ("--format", "csv")
         code, _, errors = cli(log, "-o", out, *options)
         assert code == 2
-        check_line(errors, extra_needed(module, extra))
+        check_line(errors, describe_missing_extra(module, extra))
 
 
 def test_all_panels_of_the_figure(cli, log, out):

@@ -19,7 +19,7 @@ import zerorate as zr
 from support.killed import left_by_a_kill
 from support.streams import Asked, lines_of, streamed
 from zerorate.cli import run
-from zerorate.tasks.left_out import LeftOut
+from zerorate.tasks.exclusion_counts import ExclusionCounts
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="FIFOs and signals are of POSIX")
 
@@ -38,7 +38,7 @@ def told_of(z, names=("column 0", "column 1"), opening=ALL, **options):
     """Return what stderr says: what is filtered, and at the end what the filter has left out."""
     filter_ = zr.DriftFilter(100.0, channels=len(names), **options)
     filter_.process(z)
-    sentences = LeftOut.of(filter_).sentences(names, len(z), options.get("limit"))
+    sentences = ExclusionCounts.of(filter_).sentences(names, len(z), options.get("limit"))
     return "".join(f"zerorate: {sentence}\n" for sentence in filter(None, [opening, *sentences]))
 
 

@@ -5,8 +5,8 @@ import pytest
 
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.findings.against import against
-from zerorate.findings.imus import imus
+from zerorate.findings.gyro_comparison import compare_gyros
+from zerorate.findings.imus import find_imus
 
 DELAY = 0.008
 SCALE = np.array([1.02, 0.99, 1.0])
@@ -86,8 +86,8 @@ def recording(logs):
 
 
 def compared(logs):
-    first, second = imus(recording(logs))
-    return against(first.gyro, second.gyro)
+    first, second = find_imus(recording(logs))
+    return compare_gyros(first.gyro, second.gyro)
 
 
 def errors_of(found):
@@ -128,8 +128,8 @@ def test_an_axis_that_does_not_turn_has_an_error_that_says_so():
 def test_what_does_not_turn_or_is_too_short_tells_nothing():
     still = zr.report(recording(table(1, size=0.0)))
     assert not {one.kind for one in still.findings} & {"delay", "scales differ", "rotation"}
-    first, second = imus(recording(table(1, seconds=5.0)))
-    assert against(first.gyro, second.gyro) is None
+    first, second = find_imus(recording(table(1, seconds=5.0)))
+    assert compare_gyros(first.gyro, second.gyro) is None
 
 
 def test_gyros_of_two_bodies_are_not_compared():

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.findings.attitude import up
+from zerorate.findings.attitude import up_direction
 from zerorate.geometry.rotations import product
 
 
@@ -65,7 +65,7 @@ def test_a_gyro_of_a_wrong_scale_is_off_as_a_rest_begins(scale, severity):
 def test_up_is_the_third_row_of_the_rotation():
     q = np.random.default_rng(1).standard_normal((20, 4))
     expected = Rotation.from_quat(q, scalar_first=True).as_matrix()[:, 2]
-    np.testing.assert_allclose(up(q), expected, atol=1e-12)
+    np.testing.assert_allclose(up_direction(q), expected, atol=1e-12)
 
 
 @needs_recordings

@@ -38,7 +38,7 @@ def log(bias=0.1, seed=1, repeated=False):
 )
 def test_a_change_has_its_verdict(before, after, kind, verdict):
     found = before_after(log(**before), log(**after))
-    (one, *_) = [one for one in found.changes if one.one.kind == kind]
+    (one, *_) = [one for one in found.changes if one.finding.kind == kind]
     assert one.verdict == verdict
     if verdict == "worse":
         assert found.changes[0] is one

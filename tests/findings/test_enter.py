@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from zerorate.findings.enter import SECTION as ENTER
-from zerorate.findings.record import SECTION as RECORD
+from zerorate.findings.external_settings import SECTION as ENTER
+from zerorate.findings.next_recording import SECTION as RECORD
 
 
 @pytest.fixture(scope="module")

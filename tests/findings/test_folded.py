@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from zerorate.findings.folded import folded_of
+from zerorate.findings.aliasing import find_aliased_harmonic
 
 SECONDS = 60
 
@@ -32,14 +32,14 @@ def windows(forces, rate):
 def test_a_folded_harmonic_is_told_with_its_amplitude(rate, order, start):
     for seed in range(4):
         forces = shaken(rate, 3.0, seed, order=order, start=start)
-        seen = folded_of(windows(forces, rate), rate)
+        seen = find_aliased_harmonic(windows(forces, rate), rate)
         assert (seen.order, seen.fold) == (order, 1)
         assert seen.amplitude == pytest.approx(3.0, rel=0.05)
         assert seen.sigma < 0.15
         hertz = (start + 0.005 * seed) * rate
         assert 0.935 * hertz < seen.peak[0] < seen.peak[1] < 1.065 * hertz
         folded = rate - order * hertz
-        assert abs(np.array(seen.seen) - folded).max() < 0.065 * order * hertz
+        assert abs(np.array(seen.alias) - folded).max() < 0.065 * order * hertz
 
 
 @pytest.mark.parametrize("rate", [100.0, 250.0])
@@ -47,21 +47,23 @@ def test_a_folded_harmonic_is_told_with_its_amplitude(rate, order, start):
 def test_without_a_harmonic_none_is_told(rate, tone):
     """A steady tone too, which the place of a folded harmonic crosses."""
     for seed in range(10):
-        assert folded_of(windows(shaken(rate, 0.0, seed, tone=tone), rate), rate) is None
+        assert (
+            find_aliased_harmonic(windows(shaken(rate, 0.0, seed, tone=tone), rate), rate) is None
+        )
 
 
 def test_a_harmonic_that_is_not_folded_is_none():
-    assert folded_of(windows(shaken(250.0, 3.0, 1, start=0.2), 250.0), 250.0) is None
+    assert find_aliased_harmonic(windows(shaken(250.0, 3.0, 1, start=0.2), 250.0), 250.0) is None
 
 
 def test_where_the_peak_stands_nothing_is_told():
-    assert folded_of(windows(shaken(250.0, 3.0, 1, wander=0.0), 250.0), 250.0) is None
+    assert find_aliased_harmonic(windows(shaken(250.0, 3.0, 1, wander=0.0), 250.0), 250.0) is None
 
 
 def test_too_few_windows_tell_nothing():
-    assert folded_of(windows(shaken(250.0, 3.0, 1), 250.0)[:11], 250.0) is None
-    assert folded_of(np.zeros((0, 250, 3)), 250.0) is None
-    assert folded_of(np.zeros((50, 250, 3)), 250.0) is None
+    assert find_aliased_harmonic(windows(shaken(250.0, 3.0, 1), 250.0)[:11], 250.0) is None
+    assert find_aliased_harmonic(np.zeros((0, 250, 3)), 250.0) is None
+    assert find_aliased_harmonic(np.zeros((50, 250, 3)), 250.0) is None
 
 
 def test_a_report_judges_it_by_its_limit():

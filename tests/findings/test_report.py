@@ -177,7 +177,7 @@ def test_a_px4_log_says_what_the_autopilot_wrote():
 @needs_recordings
 def test_samples_that_the_clock_lost_are_no_samples_without_a_number():
     found = zr.report(zr.read_recording(RECORDINGS / "px4_motor_failure.ulg"))
-    assert {one.kind for one in found.urgent} == {"estimator vibration", "slow", "gaps"}
+    assert {one.kind for one in found.urgent_findings} == {"estimator vibration", "slow", "gaps"}
 
 
 @needs_recordings

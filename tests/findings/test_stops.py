@@ -5,8 +5,8 @@ import pytest
 
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.findings.samples import step_of
-from zerorate.findings.stops import stop_of
+from zerorate.findings.samples import quantization_step
+from zerorate.findings.saturation import find_saturation
 
 RATE = 100.0
 N = 12_000
@@ -37,7 +37,7 @@ def found(data):
     for axis in range(3):
         column, others = data[:, axis], np.delete(data, axis, axis=1)
         for side in (1, -1):
-            stop = stop_of(side * column, others, RATE, step_of(column))
+            stop = find_saturation(side * column, others, RATE, quantization_step(column))
             if stop is not None:
                 stops[axis, side] = stop
     return stops

@@ -35,10 +35,12 @@ class TestRates:
     def test_the_earth_turns_about_its_axis(self):
         rates = earth.earth_rate(np.radians([0.0, 45.0, -90.0]))
         # Its norm does not depend on the place, and at the south pole the axis points down.
-        np.testing.assert_allclose(np.linalg.norm(rates, axis=1), earth.ROTATION, rtol=1e-15)
-        assert rates[0, 0] == earth.ROTATION
+        np.testing.assert_allclose(
+            np.linalg.norm(rates, axis=1), earth.EARTH_RATE_RAD_S, rtol=1e-15
+        )
+        assert rates[0, 0] == earth.EARTH_RATE_RAD_S
         assert rates[1, 0] == pytest.approx(-rates[1, 2])
-        assert rates[2, 2] == earth.ROTATION
+        assert rates[2, 2] == earth.EARTH_RATE_RAD_S
 
     def test_a_way_round_a_parallel_turns_once(self):
         # At 60 deg north a full circle to the east: 2 pi about the axis of the earth.
@@ -70,7 +72,7 @@ class TestLocal:
         rng = np.random.default_rng(1)
         ned = rng.normal(scale=300.0, size=(50, 3))
         for origin in ([-33.0, 151.0, 20.0], [60.0, 179.9999, 0.0], [0.0, -180.0, 5000.0]):
-            there = earth.moved(origin, ned)
+            there = earth.offset_position(origin, ned)
             assert (np.abs(there[:, 1]) <= 180.0).all()
             # A degree is rounded at 3e-14, that is 3 nm.
             np.testing.assert_allclose(earth.local_ned(there, origin), ned, atol=1e-8)
@@ -81,5 +83,7 @@ class TestLocal:
 
     def test_angles_within_stay(self):
         angles = np.array([-180.0, 179.9999999999, 180.0, 0.1])
-        np.testing.assert_array_equal(earth.wrapped(angles), angles)
-        np.testing.assert_allclose(earth.wrapped([181.0, -181.0, 540.5]), [-179.0, 179.0, -179.5])
+        np.testing.assert_array_equal(earth.wrap_degrees(angles), angles)
+        np.testing.assert_allclose(
+            earth.wrap_degrees([181.0, -181.0, 540.5]), [-179.0, 179.0, -179.5]
+        )

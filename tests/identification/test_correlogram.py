@@ -9,7 +9,12 @@ from statsmodels.stats.diagnostic import acorr_ljungbox
 from statsmodels.tsa.stattools import acf, pacf
 
 from zerorate._native import chi_squared_survival
-from zerorate.identification.correlogram import autocorrelation, ljung_box, partial, whiteness
+from zerorate.identification.correlogram import (
+    autocorrelation,
+    ljung_box,
+    partial_autocorrelations,
+    whiteness,
+)
 
 NOISE = np.random.default_rng(1).standard_normal(3000)
 COLOURED = np.convolve(NOISE, [1.0, 0.6, -0.3, 0.2], mode="valid")
@@ -66,7 +71,7 @@ def test_an_ar_model_ends_after_its_order():
 
 
 def test_where_nothing_is_left_partial_correlation_ends():
-    found = partial(np.array([1.0, 1.0, 1.0]))
+    found = partial_autocorrelations(np.array([1.0, 1.0, 1.0]))
     assert found[0] == 1.0
     assert np.isnan(found[1:]).all()
 

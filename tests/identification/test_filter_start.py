@@ -14,7 +14,7 @@ from support.models import FU_HAN, arma_models
 from support.settings import RATE
 from zerorate import identification
 from zerorate.identification import ArmaModel
-from zerorate.identification.filter_start import split
+from zerorate.identification.filter_start import split_noise
 
 # A drift of time constant 10 s under white noise, as one ARMA(1, 1).
 MODEL = ArmaModel.of([0.999], [-0.95])
@@ -99,13 +99,13 @@ class TestSplit:
         phi, theta, _, sigma2 = drift.to_state_space(measurement_noise=noise).to_arma()
         if len(phi) < len(drift.phi) or np.abs(drift.phi).max() < 1e-2:
             return
-        found = split(phi, theta, sigma2)
+        found = split_noise(phi, theta, sigma2)
         # theta comes from a Riccati equation, good to some 1e-10 of the sum of both.
         assert pytest.approx(noise, rel=1e-6) == found.R
         assert found.g == pytest.approx(drift.sigma2, rel=1e-5)
 
     def test_closed_form_of_first_order(self):
-        found = split(np.array([0.9]), np.array([-0.5]), 4.0)
+        found = split_noise(np.array([0.9]), np.array([-0.5]), 4.0)
         # Two products and a sum.
         assert pytest.approx(0.5 * 4.0 / 0.9, rel=1e-14) == found.R
         assert found.g == pytest.approx(4.0 * 1.25 - found.R * 1.81, rel=1e-14)
@@ -114,20 +114,20 @@ class TestSplit:
     def test_an_autoregression_has_the_allan_variance_as_noise(self, phi):
         model = ArmaModel.of(phi, [], sigma2=2.0)
         gamma = model.autocovariance(1)
-        found = split(model.phi, model.theta, 2.0)
+        found = split_noise(model.phi, model.theta, 2.0)
         assert pytest.approx(gamma[0] - gamma[1], rel=1e-12) == found.R
         # The likelihood's frequencies are a sum in the place of an integral.
         assert found.g == pytest.approx(2.0, rel=1e-6)
 
     def test_a_walk_too(self):
-        assert pytest.approx(1.0, rel=1e-15) == split(np.ones(1), np.zeros(0), 2.0).R
+        assert pytest.approx(1.0, rel=1e-15) == split_noise(np.ones(1), np.zeros(0), 2.0).R
         # Its difference is AR(1) of 0.3.
-        found = split(np.array([1.3, -0.3]), np.zeros(0), 2.0).R
+        found = split_noise(np.array([1.3, -0.3]), np.zeros(0), 2.0).R
         assert found == pytest.approx(1.0 / (1.0 - 0.09), rel=1e-14)
 
     def test_fu_han_has_no_drift(self):
         """Their ARMA(2, 1) is white noise to 0.1 %, with less of it at low frequencies."""
-        found = split(FU_HAN.phi, FU_HAN.theta, 1.0)
+        found = split_noise(FU_HAN.phi, FU_HAN.theta, 1.0)
         assert found.g == 0.0
         assert pytest.approx(FU_HAN.autocovariance(0)[0], rel=1e-3) == found.R
         power = FU_HAN.spectrum([0.0, 0.2, 0.5], 1.0)
@@ -136,13 +136,13 @@ class TestSplit:
     @pytest.mark.parametrize("theta", [[], [0.4], [-0.7, 0.2]])
     def test_without_an_autoregression_all_is_noise(self, theta):
         model = ArmaModel.of([], theta, sigma2=3.0)
-        found = split(model.phi, model.theta, 3.0)
+        found = split_noise(model.phi, model.theta, 3.0)
         # The same sum, by products in another order on some processors.
         assert found == pytest.approx((0.0, model.autocovariance(0)[0]), rel=1e-15)
 
     def test_an_explosive_model_needs_its_noise(self):
         with pytest.raises(ValueError, match="explosive model"):
-            split(np.array([1.5]), np.zeros(0), 1.0)
+            split_noise(np.array([1.5]), np.zeros(0), 1.0)
 
 
 def fitted(z, p):

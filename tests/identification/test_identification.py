@@ -8,8 +8,8 @@ import pytest
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.identification import ArmaModel, identify
 from zerorate.identification.as_json import as_json
-from zerorate.identification.conclusions import is_fit, listed, model_name, per_cent
-from zerorate.identification.record_tests import summarised
+from zerorate.identification.conclusions import format_percent, is_fit, join_words, model_name
+from zerorate.identification.record_tests import summarise_record
 from zerorate.io import read_log
 from zerorate.show.identify_tables import format_identify
 from zerorate.show.tables import WIDTH
@@ -215,7 +215,7 @@ class TestNumbers:
 
     def test_summary_of_a_record(self):
         z = np.array([np.nan, 1.0, 2.0, np.nan, np.nan, 3.0, np.nan])
-        record = summarised(z, 2.0)
+        record = summarise_record(z, 2.0)
         assert (record.sample_count, record.missing_count, record.stretch_count) == (7, 4, 2)
         assert (record.mean, record.duration, record.step) == (2.0, 3.5, 0.0)
         assert record.deviation == pytest.approx(np.sqrt(2.0 / 3.0), rel=1e-15)
@@ -223,7 +223,9 @@ class TestNumbers:
     def test_a_summary_does_not_lose_noise_under_an_offset(self):
         noise = np.round(white(2000) * 1024.0) / 1024.0
         # Multiples of 1/1024 under 2^30 are exact.
-        assert summarised(noise + 2.0**30, RATE).deviation == pytest.approx(noise.std(), rel=1e-12)
+        assert summarise_record(noise + 2.0**30, RATE).deviation == pytest.approx(
+            noise.std(), rel=1e-12
+        )
 
 
 class TestFaults:
@@ -284,10 +286,10 @@ def test_one_sample_beyond_all_sense_is_named(spike):
 
 
 def test_phrases():
-    assert listed(["a"]) == "a"
-    assert listed(["a", "b", "c"]) == "a, b and c"
-    assert per_cent(0.1234) == "12 %"
-    assert per_cent(1e-6) == "less than 0.01 %"
+    assert join_words(["a"]) == "a"
+    assert join_words(["a", "b", "c"]) == "a, b and c"
+    assert format_percent(0.1234) == "12 %"
+    assert format_percent(1e-6) == "less than 0.01 %"
 
 
 @needs_recordings

@@ -121,8 +121,8 @@ def test_the_longest_training():
     z = np.random.default_rng(1).standard_normal(60_000)
     found = identification.fit_network(z, inputs=1, hidden=1)
     assert (found.n, found.held_out) == (
-        network.MOST_TRAINED - 1,
-        60_000 - network.MOST_TRAINED - 1,
+        network.MAX_TRAINING_SAMPLES - 1,
+        60_000 - network.MAX_TRAINING_SAMPLES - 1,
     )
 
 

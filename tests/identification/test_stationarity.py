@@ -13,8 +13,7 @@ from statsmodels.tsa.stattools import kpss as statsmodels_kpss
 
 import zerorate as zr
 from zerorate._native import reversals
-from zerorate.identification import arrangements
-from zerorate.identification.arrangements import reverse_arrangements
+from zerorate.identification import arrangements, reverse_arrangements
 from zerorate.identification.stationarity import adf, kpss
 
 # J. S. Bendat, A. G. Piersol, Random Data, section 4.5.2: example and table A.6.
@@ -81,20 +80,20 @@ def test_probabilities_are_those_of_all_orders():
         fewest = min(count, counts.size - 1 - count)
         expected = min(2.0 * counts[: fewest + 1].sum() / counts.sum(), 1.0)
         # A few roundings.
-        assert arrangements.two_sided(7, count) == pytest.approx(expected, rel=1e-14)
+        assert arrangements.two_sided_probability(7, count) == pytest.approx(expected, rel=1e-14)
 
 
 def test_probabilities_keep_their_digits_in_the_tail():
     # No reversal of 100 values is one order of 100!, two times for the other side.
     exact = 2.0 / float(np.prod(np.arange(1.0, 101.0)))
     # 99 divisions.
-    assert arrangements.two_sided(100, 0) == pytest.approx(exact, rel=1e-13)
+    assert arrangements.two_sided_probability(100, 0) == pytest.approx(exact, rel=1e-13)
 
 
 def test_the_normal_approximation_joins_the_exact_distribution():
-    m = arrangements.LARGEST + 1
+    m = arrangements.MAX_EXACT_VALUES + 1
     for count in (1900, 2200, 2525, 2900):
-        exact = arrangements.two_sided(m, count)
+        exact = arrangements.two_sided_probability(m, count)
         found = reverse_arrangements(permutation(m, count), segments=None).p_value
         # The approximation lacks half a step of 0.003 deviations, and the fourth moment.
         assert found == pytest.approx(exact, rel=0.02, abs=0.002)

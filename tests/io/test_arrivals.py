@@ -31,7 +31,7 @@ def test_arrivals_stand_on_the_clock_that_made_them(host, drift, seed):
     rng = np.random.default_rng(seed)
     log = arrived(rng, HOSTS[host](rng), rate=RATE, drift=drift)
     grid = grid_of(log)
-    np.testing.assert_array_equal(grid.place, np.arange(len(log.stamps)))
+    np.testing.assert_array_equal(grid.indices, np.arange(len(log.stamps)))
     # The mean rate of a drifting sensor is RATE / (1 - drift / 2) at first.
     assert grid.rate == pytest.approx(RATE, rel=1e-4 + drift)
     assert grid.report.gap_count == 0
@@ -47,19 +47,19 @@ def test_true_gaps_survive(host, seed):
     grid = grid_of(log)
     assert grid.rate == pytest.approx(RATE, rel=1e-4)
     # Each place to within the delay of the sample, which is all that its stamp can tell.
-    assert (np.abs(grid.place - log.made) <= np.maximum(3, log.delays * RATE)).all()
-    assert (np.diff(grid.place) > 0).all()
+    assert (np.abs(grid.indices - log.made) <= np.maximum(3, log.delays * RATE)).all()
+    assert (np.diff(grid.indices) > 0).all()
     assert grid.length == pytest.approx(log.made[-1] + 1, abs=5)
     for row, lost in GAPS:
         near = slice(row - 150, row + 150)
-        assert np.ptp(grid.place[near]) - 299 == pytest.approx(lost, abs=5)
+        assert np.ptp(grid.indices[near]) - 299 == pytest.approx(lost, abs=5)
     assert grid.report.longest_gap > 300 / RATE
 
 
 def test_short_arrivals_with_the_rate_stated():
     rng = np.random.default_rng(4)
     log = arrived(rng, polls(rng), n=400, rate=RATE)
-    np.testing.assert_array_equal(grid_of(log, rate=RATE).place, np.arange(400))
+    np.testing.assert_array_equal(grid_of(log, rate=RATE).indices, np.arange(400))
     # Twelve bursts are too few to tell.
     assert grid_of(log).report.burst_count == 0
 

@@ -9,7 +9,7 @@ import pytest
 from support.killed import temporary_of
 from zerorate.io import write_log
 from zerorate.record import Log, atomic_path, check_writable
-from zerorate.record.atomic import sweep
+from zerorate.record.atomic import remove_leftovers
 
 
 def test_success_leaves_one_file(tmp_path):
@@ -141,10 +141,10 @@ def test_what_this_process_is_writing_stays(tmp_path):
         # Numbers of processes come again, after a restart of a container above all.
         left = temporary_of(target, os.getpid())
         left.write_text("left")
-        sweep([target, tmp_path / "b.csv"])
+        remove_leftovers([target, tmp_path / "b.csv"])
         assert (temporary.exists(), left.exists()) == (True, False)
 
 
 def test_sweeping_a_folder_that_is_not_there(tmp_path):
-    sweep([tmp_path / "none" / "a.csv"])
+    remove_leftovers([tmp_path / "none" / "a.csv"])
     assert list(tmp_path.iterdir()) == []

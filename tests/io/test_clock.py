@@ -56,7 +56,7 @@ REGULAR = {
 def test_bad_stamps_add_and_drop_no_rows(kind):
     stamps = REGULAR[kind](np.random.default_rng(1))
     grid = fit_grid(stamps - stamps[0], stamps[0])
-    np.testing.assert_array_equal(grid.place, ROWS)
+    np.testing.assert_array_equal(grid.indices, ROWS)
     assert grid.rate == pytest.approx(100, rel=1e-3)
     assert grid.report.gap_count == 0
 
@@ -64,7 +64,7 @@ def test_bad_stamps_add_and_drop_no_rows(kind):
 @pytest.mark.parametrize("rate", [50.0, 62.5, 128.0, 300.0, 800.0, 2000 / 7])
 def test_stamps_in_whole_milliseconds(rate):
     grid = fit_grid(np.floor(ROWS / rate * 1e3) / 1e3)
-    np.testing.assert_array_equal(grid.place, ROWS)
+    np.testing.assert_array_equal(grid.indices, ROWS)
     assert grid.rate == pytest.approx(rate, rel=2e-5)
 
 
@@ -82,7 +82,7 @@ def test_lost_rows_come_back_at_their_place(seed, loss, jitter, rate):
     stamps = (kept + jitter * rng.normal(size=len(kept))) / rate
     grid = fit_grid(stamps - stamps[0])
     # At 10 % jitter the step over a lost row stays below 1.5 periods once in some 4000 times.
-    assert np.abs(grid.place - kept).max() <= (1 if jitter > 0.05 else 0)
+    assert np.abs(grid.indices - kept).max() <= (1 if jitter > 0.05 else 0)
     assert grid.report.missing_count == grid.length - len(kept)
     assert grid.rate == pytest.approx(rate, rel=1e-4)
 
@@ -103,7 +103,7 @@ def test_gap_becomes_missing_rows(tmp_path):
 def test_a_clock_that_is_set_back_goes_on_in_file_order():
     stamps = np.where(ROWS < 7000, ROWS, ROWS - 80) * 0.01
     grid = fit_grid(stamps)
-    np.testing.assert_array_equal(grid.place, ROWS)
+    np.testing.assert_array_equal(grid.indices, ROWS)
     assert (grid.report.backward_count, grid.report.restart_count) == (1, 0)
     assert grid.report.jitter_max < 1e-9
 
@@ -111,7 +111,7 @@ def test_a_clock_that_is_set_back_goes_on_in_file_order():
 def test_a_clock_that_begins_anew_leaves_a_gap():
     stamps = np.where(ROWS < 7000, ROWS, ROWS - 7000) * 0.01
     grid = fit_grid(stamps)
-    np.testing.assert_array_equal(grid.place, np.where(ROWS < 7000, ROWS, ROWS + 1000))
+    np.testing.assert_array_equal(grid.indices, np.where(ROWS < 7000, ROWS, ROWS + 1000))
     report = grid.report
     assert (report.backward_count, report.restart_count, report.longest_gap) == (1, 1, 10.0)
     assert "1 new beginning, before which samples are missing" in report.summary()
@@ -122,7 +122,7 @@ def test_swapped_rows_are_counted_and_kept():
     stamps = ROWS * 0.01
     stamps[[500, 501]] = stamps[[501, 500]]
     grid = fit_grid(stamps)
-    np.testing.assert_array_equal(grid.place, ROWS)
+    np.testing.assert_array_equal(grid.indices, ROWS)
     assert grid.report.backward_count == 1
 
 

@@ -17,7 +17,7 @@ from scipy.io import savemat
 from support.formats import FORMATS, damaged, written
 from zerorate.io import open_log, read_log, read_recording
 from zerorate.record import LogError
-from zerorate.record.log import checked_rate
+from zerorate.record.log import check_rate
 
 ROUNDS = {"a.h5": 5, "a.mp4": 12, "stored.mat": 3, "deflated.mat": 3}
 """Behind each damaged one a process is begun anew."""
@@ -284,7 +284,7 @@ def test_hostile_metadata_of_parquet(tmp_path, rate):
 @pytest.mark.parametrize("rate", [10**400, -1, 0, True, None, "1", float("nan"), 1j])
 def test_rates_that_are_none(rate):
     with pytest.raises(ValueError, match="rate must be a positive finite number of Hz"):
-        checked_rate(rate)
+        check_rate(rate)
 
 
 # What is no file.

@@ -6,7 +6,7 @@ import pytest
 import zerorate as zr
 from support.dataflash import KINDS, SCALES, batch, flight, write_dataflash, write_text
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.io.readers.dataflash import binary
+from zerorate.io.readers.dataflash import parse_binary
 from zerorate.record import LogError
 
 N = 100
@@ -157,7 +157,7 @@ def assert_as_pymavlink(path):
     while (message := reader.recv_msg()) is not None:
         expected.setdefault(message.get_type(), []).append(message)
     reader.close()
-    log = binary(path)
+    log = parse_binary(path)
     found = {name: message for name, message in log.messages.items() if message.rows}
     assert set(found) == set(expected)
     for name, message in found.items():
@@ -179,7 +179,7 @@ def test_every_field_is_as_pymavlink_reads_it(tmp_path):
 def test_a_real_log():
     path = RECORDINGS / "formats" / "ardupilot_test.BIN"
     log = assert_as_pymavlink(path)
-    assert (log.lost, log.messages["IMU"].rows, log.messages["PARM"].rows) == (0, 45, 809)
+    assert (log.lost_count, log.messages["IMU"].rows, log.messages["PARM"].rows) == (0, 45, 809)
     recording = zr.read_recording(path)
     lengths = np.linalg.norm(recording.accel.data, axis=1)
     np.testing.assert_allclose(np.nanmean(lengths), 9.8, atol=0.2)

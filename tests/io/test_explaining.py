@@ -4,7 +4,7 @@ import numpy as np
 
 from support.dataflash import flight, write_dataflash, write_text
 from zerorate.io import explain
-from zerorate.io.explaining import known_formats
+from zerorate.io.explaining import list_formats
 from zerorate.io.formats import FORMATS
 
 
@@ -51,9 +51,9 @@ def test_topics_that_are_read_and_others(tmp_path):
 
 
 def test_formats_are_those_that_are_read():
-    known = known_formats()
+    known = list_formats()
     assert len(known) == len(FORMATS)
     written = {suffix for one in known for suffix in one.written}
     assert written == {".csv", ".tsv", ".npz", ".parquet", ".mcap", ".gcsv"}
     assert {one.extra for one in known} == {"", "io", "hdf5", "mat", "ros", "camera"}
-    assert all(one.there for one in known if not one.extra)
+    assert all(one.is_installed for one in known if not one.extra)

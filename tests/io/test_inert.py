@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 import zerorate as zr
 from zerorate.io import read_log, write_log
-from zerorate.io.readers.cells import from_inert, inert
+from zerorate.io.readers.cells import make_inert, undo_inert
 from zerorate.record import Log
 from zerorate.tasks.curve_files import write_curves
-from zerorate.tasks.live import Beside, LineStream, Settings
+from zerorate.tasks.live import DriftColumn, LineStream, Settings
 
 STARTERS = "=+-@\t\r\n＝＋－＠"
 NAMES = ["=cmd|' /C calc'!A0", "+1", "-x", "@SUM(1)", "'=x", "＝a", "a,=b", 'q"=c', "a;-b", "wx"]
@@ -64,12 +64,12 @@ def test_curves(tmp_path):
 
 
 def test_a_stream():
-    settings = Settings(100.0, sequence="@n", beside=(Beside.bias,))
+    settings = Settings(100.0, sequence="@n", beside=(DriftColumn.bias,))
     for names in ("@n,=cmd,wx", "'@n,'=cmd,wx"):
         assert LineStream(settings).take(names) == "'@n,'=cmd,wx,bias_wx"
 
 
 @given(st.text())
 def test_any_text_comes_back(text):
-    assert from_inert(inert(text)) == text
-    assert not inert(text).startswith(tuple(STARTERS))
+    assert undo_inert(make_inert(text)) == text
+    assert not make_inert(text).startswith(tuple(STARTERS))

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from zerorate.io import read_log
-from zerorate.io.clocks.iso8601 import dates, is_date
+from zerorate.io.clocks.iso8601 import is_date, parse_dates
 from zerorate.io.readers import parsers
 from zerorate.record import LogError
 
@@ -30,8 +30,8 @@ def test_texts_are_what_numpy_reads(stamps, mark):
     cells = [written(*stamp, mark) for stamp in stamps]
     expected = np.array(cells, "datetime64[ns]")
     assert all(map(is_date, cells))
-    np.testing.assert_array_equal(dates(cells), expected)
-    np.testing.assert_array_equal(dates([f"{cell}Z" for cell in cells]), expected)
+    np.testing.assert_array_equal(parse_dates(cells), expected)
+    np.testing.assert_array_equal(parse_dates([f"{cell}Z" for cell in cells]), expected)
 
 
 @given(st.datetimes(dt.datetime(1700, 1, 2), dt.datetime(2199, 12, 30)), OFFSETS)
@@ -40,12 +40,12 @@ def test_texts_are_what_python_reads(local, minutes):
     expected = np.datetime64(zoned.astimezone(dt.UTC).replace(tzinfo=None), "ns")
     offset = zoned.isoformat()[-6:]
     for cell in (zoned.isoformat(), str(zoned), local.isoformat() + offset.replace(":", "")):
-        assert dates([cell]) == [expected]
+        assert parse_dates([cell]) == [expected]
 
 
 @given(st.text(st.sampled_from("0123456789-:.,TZ+ a"), max_size=30) | st.text(max_size=30))
 def test_hostile_texts_are_refused_or_dates(cell):
-    found = dates([cell])
+    found = parse_dates([cell])
     if found is not None:
         day = dt.date.fromisoformat(cell[:10])
         assert abs(found.astype("M8[D]")[0].item() - day) <= dt.timedelta(days=1)

@@ -15,7 +15,7 @@ from scipy.io import savemat
 
 from support.formats import written
 from zerorate.io import limits, read_log, read_recording
-from zerorate.io.readers import apart
+from zerorate.io.readers import isolated
 from zerorate.record import LogError
 
 N = 3_000_000
@@ -67,10 +67,10 @@ def test_limits_follow_the_size(tmp_path):
     small.write_bytes(b"")
     with large.open("wb") as file:
         file.truncate(10**9)
-    assert limits.most_bytes(large) - limits.most_bytes(small) == 20 * 10**9
-    assert limits.most_seconds(large) <= 5 + 1000
+    assert limits.max_bytes(large) - limits.max_bytes(small) == 20 * 10**9
+    assert limits.max_seconds(large) <= 5 + 1000
     # A folder costs as much as what is in it.
-    assert limits.most_seconds(tmp_path) == limits.most_seconds(large)
+    assert limits.max_seconds(tmp_path) == limits.max_seconds(large)
 
 
 @pytest.mark.every(3)
@@ -90,7 +90,7 @@ def test_an_npz_that_declares_more_than_it_can_hold(tmp_path):
         read_log(tmp_path / "a.npz", rate=100)
 
 
-# The process apart.
+# The process isolated.
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the signals are those of POSIX")
@@ -102,9 +102,9 @@ def test_a_library_that_never_comes_back_is_ended(tmp_path, monkeypatch, asleep)
         f"import time\ndef File(path):\n    while True: time.sleep(0.01) if {asleep} else None\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(limits, "_SECONDS", 0.2)
-    monkeypatch.setattr(apart, "_PATIENCE", 2.0 if asleep else 100.0)
-    apart._kept.end()
+    monkeypatch.setattr(limits, "_BASE_SECONDS", 0.2)
+    monkeypatch.setattr(isolated, "_CLOCK_S_PER_CPU_S", 2.0 if asleep else 100.0)
+    isolated._worker.end()
     with pytest.raises(LogError, match="would take more than 0 s, as in no sound file"):
         read_log(path)
     monkeypatch.undo()
@@ -115,21 +115,21 @@ def test_a_library_that_never_comes_back_is_ended(tmp_path, monkeypatch, asleep)
 def test_a_process_that_was_killed_is_begun_anew(tmp_path):
     path = written(tmp_path, "a.h5")
     read_log(path)
-    apart._kept._process.send_signal(signal.SIGKILL)
-    apart._kept._process.wait()
+    isolated._worker._process.send_signal(signal.SIGKILL)
+    isolated._worker._process.wait()
     assert read_log(path).n == 40
 
 
 def test_a_damaged_file_leaves_no_process_to_the_next(tmp_path):
     path = written(tmp_path, "a.h5")
     read_log(path)
-    before = apart._kept._process
+    before = isolated._worker._process
     assert read_log(path).n == 40
-    assert apart._kept._process is before
+    assert isolated._worker._process is before
     (tmp_path / "b.h5").write_bytes(path.read_bytes()[:900])
     with pytest.raises(LogError, match="truncated, damaged"):
         read_log(tmp_path / "b.h5")
-    assert apart._kept._process is None
+    assert isolated._worker._process is None
 
 
 FORKED = """

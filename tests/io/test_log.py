@@ -7,7 +7,7 @@ import pytest
 
 from support.logs import make_log
 from zerorate.record import Log, LogError
-from zerorate.record.log import present_axes
+from zerorate.record.log import drop_empty_channels
 from zerorate.record.span import Span
 
 
@@ -93,7 +93,7 @@ class TestExtra:
 
     def test_they_stay_with_other_data_and_without_empty_channels(self):
         data = np.column_stack([np.ones(5), np.full(5, np.nan)])
-        kept = present_axes(self.log.with_data(data))
+        kept = drop_empty_channels(self.log.with_data(data))
         assert kept.names == ("gyro_x",)
         assert kept.extra == self.log.extra
 

@@ -51,7 +51,7 @@ def test_pieces_of_a_column_are_what_the_whole_is(tmp_path, monkeypatch, rows):
     }  # fmt: skip
     path = written(tmp_path, columns, rows)
     whole = zr.read_log(path, unit="deg/s")
-    monkeypatch.setattr(arrow, "_AT_ONCE", 10)
+    monkeypatch.setattr(arrow, "_MAX_ROWS_AT_ONCE", 10)
     parts = zr.read_log(path, unit="deg/s")
     np.testing.assert_array_equal(parts.data, whole.data)
     np.testing.assert_array_equal(parts.time, whole.time)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import zerorate as zr
-from zerorate.io.clocks.names import looks_like_time, may_be_time, named_like_time, time_unit
+from zerorate.io.clocks.names import find_time_unit, has_time_name, looks_like_time, may_be_time
 from zerorate.record.names import canonical_unit, looks_like_gyro, split_unit
 
 GYROS = """
@@ -43,14 +43,14 @@ def test_time_names():
     ]:
         assert looks_like_time(name), name
     for name in ["x_t", "temperature", "timeout", "gyro_x", "ms"]:
-        assert not named_like_time(name), name
+        assert not has_time_name(name), name
 
 
 def test_names_that_may_be_of_the_time():
     names = "millis micros Seconds ts ts_us elapsed elapsedMs date datetime nanoseconds"
     for name in names.split():
         assert may_be_time(name) != looks_like_time(name), name
-    units = [time_unit(name) for name in names.split()]
+    units = [find_time_unit(name) for name in names.split()]
     assert units == ["ms", "us", "s", None, "us", None, "ms", None, None, "ns"]
 
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from support.packets import mtdata2, sensor_logger, sensor_server, wit, wit_bluetooth, ximu3
-from zerorate.io.packets import PACKETS, Damaged
+from zerorate.io.packets import PACKETS, Damage
 from zerorate.record.names import meaning_of
 
 GYRO, ACCEL, MAG = (0.5, -0.25, 2.0), (0.125, 0.5, 9.75), (0.5, -1.0, 0.25)
@@ -25,8 +25,8 @@ def fed(name, *pieces):
     """Return the rows of pieces, and what is told of damage."""
     decoder = PACKETS[name].decoder()
     found = [row for piece in pieces for row in decoder.feed(piece)]
-    rows = [tuple(row) for row in found if not isinstance(row, Damaged)]
-    return rows, [row.reason for row in found if isinstance(row, Damaged)]
+    rows = [tuple(row) for row in found if not isinstance(row, Damage)]
+    return rows, [row.reason for row in found if isinstance(row, Damage)]
 
 
 def counts(numbers, unit):

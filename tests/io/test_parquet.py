@@ -9,7 +9,7 @@ import pytest
 
 from support.tables import TIME, miscounted, parquet, two_sensors
 from zerorate.io import read_log
-from zerorate.io.readers.parquet import RowGroups
+from zerorate.io.readers.parquet import RowGroupWriter
 from zerorate.record import LogError
 
 
@@ -71,7 +71,7 @@ def test_written_bytes_do_not_depend_on_the_pieces(tmp_path):
     written = []
     for piece in (n, 32_768, 7_001):
         path = tmp_path / f"{piece}.parquet"
-        with RowGroups(path, ["time_s", "gyro_x", "at_rest"], {"rate": "100"}) as file:
+        with RowGroupWriter(path, ["time_s", "gyro_x", "at_rest"], {"rate": "100"}) as file:
             for first in range(0, n, piece):
                 file.write([column[first : first + piece] for column in columns])
         written.append(path.read_bytes())

@@ -8,8 +8,13 @@ from support.recordings import RECORDINGS, needs_recordings
 from support.slow_sensors import held, quantised
 from zerorate.cli import run
 from zerorate.io import open_log, read_log, read_recording, write_log
-from zerorate.io.clocks.grid import unstamped
-from zerorate.io.clocks.repeats import HEAD, repeated, rows_held, slower
+from zerorate.io.clocks.grid import make_unstamped_grid
+from zerorate.io.clocks.repeats import (
+    HEAD_ROWS,
+    find_repeats,
+    find_rows_per_sample,
+    make_sensor_grid,
+)
 from zerorate.record import Log, LogError
 
 RATE = 100.0
@@ -17,7 +22,7 @@ N = 6000
 
 
 def recognised(rows):
-    return rows_held(rows[:HEAD], np.arange(min(HEAD, len(rows))))
+    return find_rows_per_sample(rows[:HEAD_ROWS], np.arange(min(HEAD_ROWS, len(rows))))
 
 
 def log_of(ratio, late=0.0, axes=3, n=N, sigma=10.0):
@@ -39,17 +44,19 @@ def test_a_slower_sensor_is_put_on_its_own_clock(axes, ratio, late):
     log = log_of(ratio, late, axes)
     found = recognised(log.rows)
     assert found == pytest.approx(ratio, rel=5e-3)
-    grid = slower(unstamped(len(log.rows), ratio * RATE), repeated(log.rows), found)
+    grid = make_sensor_grid(
+        make_unstamped_grid(len(log.rows), ratio * RATE), find_repeats(log.rows), found
+    )
     # Half of the samples tell the rate, one place more or less.
     assert grid.rate == pytest.approx(RATE, rel=2 / N)
     # Counted from whichever sample was read first. One that is read late may be taken for the
     # next; without that only a sample equal to the one before may come a place too late.
-    off = grid.place - log.which[grid.used]
+    off = grid.indices - log.which[grid.used_rows]
     off -= int(np.median(off))
     assert np.abs(off).max() <= 1
     assert late or np.mean(off != 0) < 0.01
     samples = len(np.unique(log.which))
-    assert len(grid.used) == pytest.approx(samples, rel=0.06 if late else 1e-3)
+    assert len(grid.used_rows) == pytest.approx(samples, rel=0.06 if late else 1e-3)
 
 
 def random_repeats(rng):
@@ -117,9 +124,11 @@ def test_a_sensor_that_rests_and_repeats_itself_keeps_its_samples():
     samples[20::20] = samples[19:-1:20]
     samples[3000:3100] = samples[3000]
     log = held(rng, samples, RATE, 1.5 * RATE)
-    grid = slower(unstamped(len(log.rows), 150.0), repeated(log.rows), recognised(log.rows))
+    grid = make_sensor_grid(
+        make_unstamped_grid(len(log.rows), 150.0), find_repeats(log.rows), recognised(log.rows)
+    )
     assert grid.report.missing_count == 0
-    np.testing.assert_array_equal(log.rows[grid.used], samples[: grid.length])
+    np.testing.assert_array_equal(log.rows[grid.used_rows], samples[: grid.length])
 
 
 def test_gaps_of_the_log_are_gaps_of_the_sensor():

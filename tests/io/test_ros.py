@@ -8,7 +8,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from support.bags import EPOCH, IMU, KINDS, WIND, imu_message, values, write_own, write_recording
 from zerorate.io import read_fixes, read_log, read_recording
-from zerorate.io.readers.ros import imu_of_cdr
+from zerorate.io.readers.ros import decode_cdr_imu
 from zerorate.io.reading import read_sensors
 from zerorate.record import LogError
 
@@ -76,7 +76,7 @@ def test_either_order_of_bytes():
     message = imu_message(store, EPOCH, row, frame="imu")
     for little in (True, False):
         raw = bytes(store.serialize_cdr(message, IMU, little_endian=little))
-        assert imu_of_cdr(raw) == (*divmod(EPOCH, 1_000_000_000), *row)
+        assert decode_cdr_imu(raw) == (*divmod(EPOCH, 1_000_000_000), *row)
 
 
 def test_a_bag_folder_without_its_file(tmp_path):

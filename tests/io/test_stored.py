@@ -8,7 +8,7 @@ import pytest
 
 from zerorate.io import read_log, read_recording
 from zerorate.io.readers import hdf5 as hdf5_reader
-from zerorate.io.readers.apart import asked
+from zerorate.io.readers.isolated import run_isolated
 from zerorate.record import LogError
 
 N = 100
@@ -49,9 +49,9 @@ def readings(monkeypatch):
     def watched(work, path, *arguments):
         if work == "hdf5_values":
             opened.append(arguments[:2])
-        return asked(work, path, *arguments)
+        return run_isolated(work, path, *arguments)
 
-    monkeypatch.setattr(hdf5_reader, "asked", watched)
+    monkeypatch.setattr(hdf5_reader, "run_isolated", watched)
     return opened
 
 

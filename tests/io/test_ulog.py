@@ -10,7 +10,7 @@ from pyulog import ULog
 
 from support.recordings import RECORDINGS, needs_recordings
 from support.ulogs import MAGIC, flight, message, stamps, write_ulog
-from zerorate.io.readers.ulog import parsed
+from zerorate.io.readers.ulog import parse_log
 
 HEADER = MAGIC + b"\x01" + bytes(8)
 SYNC = message("S", b"\x2f\x73\x13\x20\x25\x0c\xbb\x12")
@@ -46,7 +46,7 @@ def rows(begin, end, number=3):
 def equals_pyulog(path):
     """Assert that both give the same topics with the same fields, and return ours."""
     theirs = ULog(str(path))
-    ours = parsed(path.read_bytes())
+    ours = parse_log(path.read_bytes())
     expected = {(d.name, d.multi_id): d.data for d in theirs.data_list}
     found = {(t.name, t.instance): t.fields for t in ours.topics}
     assert found.keys() == expected.keys()
@@ -55,9 +55,9 @@ def equals_pyulog(path):
         for name, values in fields.items():
             assert found[topic][name].dtype == values.dtype
             np.testing.assert_array_equal(found[topic][name], values)
-    assert (ours.lost, ours.cut) == (0, 0)
+    assert (ours.lost_bytes, ours.cut_bytes) == (0, 0)
     assert ours.dropouts == len(theirs.dropouts)
-    assert ours.dropped == sum(dropout.duration for dropout in theirs.dropouts)
+    assert ours.dropped_ms == sum(dropout.duration for dropout in theirs.dropouts)
     return ours
 
 
@@ -94,55 +94,55 @@ def test_nested_formats_arrays_and_what_pads_a_row(tmp_path):
     assert not any(name.startswith("_padding") for name in topic.fields)
     # pyulog takes no row whose padding was written.
     padded = row(9, 3, inner[2] + inner[2] + b"\x01abc" + bytes(5))
-    assert len(parsed(path.read_bytes() + padded).topics[0].fields["timestamp"]) == 4
+    assert len(parse_log(path.read_bytes() + padded).topics[0].fields["timestamp"]) == 4
 
 
 def test_what_was_appended_to_a_log_that_ends_within_a_message():
     begin = b"".join([*PLAIN, *rows(0, 5)])[:-4]
-    log = parsed(begin.replace(flags(), flags(1, len(begin))) + b"".join(rows(5, 9)))
+    log = parse_log(begin.replace(flags(), flags(1, len(begin))) + b"".join(rows(5, 9)))
     assert log.topics[0].fields["x"].tolist() == [0, 1, 2, 3, 5, 6, 7, 8]
-    assert (log.lost, log.cut) == (0, 0)
+    assert (log.lost_bytes, log.cut_bytes) == (0, 0)
 
 
 def test_kinds_of_messages_that_are_not_known_yet_are_passed_over():
-    log = parsed(b"".join([*PLAIN, *rows(0, 4), message("Z", b"D" * 50), *rows(4, 8)]))
+    log = parse_log(b"".join([*PLAIN, *rows(0, 4), message("Z", b"D" * 50), *rows(4, 8)]))
     assert log.topics[0].fields["x"].tolist() == list(range(8))
-    assert (log.lost, log.cut) == (53, 0)
+    assert (log.lost_bytes, log.cut_bytes) == (53, 0)
 
 
 @pytest.mark.parametrize(
     "damage", [b"\xff" * 500, bytes(77), b"D" * 300, b"\x0b\x00D\x03", SYNC[:7]]
 )
 def test_all_before_and_behind_damage_is_read(damage):
-    log = parsed(b"".join([*PLAIN, *rows(0, 50), damage, SYNC, *rows(50, 100)]))
+    log = parse_log(b"".join([*PLAIN, *rows(0, 50), damage, SYNC, *rows(50, 100)]))
     values = log.topics[0].fields["x"]
     # A message before or behind may be taken for a part of the damage.
     assert set(values) <= set(range(100))
     assert len(values) >= 98
-    assert len(damage) <= log.lost <= len(damage) + 30
+    assert len(damage) <= log.lost_bytes <= len(damage) + 30
 
 
 def test_a_message_whose_length_is_damaged_costs_no_other():
     text = message("L", b"6" + bytes(8) + b"words")
     for low, high in ((0xFF, 0x00), (0x00, 0x02), (0x41, 0x01)):
         damaged = bytes([low, high]) + text[2:]
-        log = parsed(b"".join([*PLAIN, *rows(0, 50), damaged, *rows(50, 100)]))
+        log = parse_log(b"".join([*PLAIN, *rows(0, 50), damaged, *rows(50, 100)]))
         assert log.topics[0].fields["x"].tolist() == list(range(100))
-        assert log.lost == len(text)
+        assert log.lost_bytes == len(text)
 
 
 def test_rows_of_a_topic_that_is_not_known_are_counted():
-    log = parsed(b"".join([*PLAIN, *rows(0, 9), *rows(0, 5, number=4), *rows(9, 12)]))
+    log = parse_log(b"".join([*PLAIN, *rows(0, 9), *rows(0, 5, number=4), *rows(9, 12)]))
     assert log.topics[0].fields["x"].tolist() == list(range(12))
-    assert log.lost == 5 * len(rows(0, 1)[0])
+    assert log.lost_bytes == 5 * len(rows(0, 1)[0])
 
 
 @pytest.mark.parametrize("cut", range(1, 17))
 def test_a_last_message_that_is_cut(cut):
     raw = b"".join([*PLAIN, *rows(0, 9)])[:-cut]
-    log = parsed(raw)
+    log = parse_log(raw)
     assert log.topics[0].fields["x"].tolist() == list(range(8))
-    assert (log.lost, log.cut) == (0, 17 - cut)
+    assert (log.lost_bytes, log.cut_bytes) == (0, 17 - cut)
 
 
 @pytest.mark.parametrize(
@@ -168,9 +168,9 @@ def test_a_topic_whose_format_is_damaged_is_left_out(definition):
         *rows(0, 9, number=4),
         *rows(0, 5),
     ]
-    log = parsed(b"".join(damaged + known))
+    log = parse_log(b"".join(damaged + known))
     assert [(topic.name, len(topic.fields["x"])) for topic in log.topics] == [("b", 9)]
-    assert log.lost >= 10 * 17
+    assert log.lost_bytes >= 10 * 17
 
 
 def nested(levels, times):
@@ -184,8 +184,8 @@ def nested(levels, times):
 
 def test_names_that_would_fill_the_memory_are_refused():
     with pytest.raises(ValueError, match="more fields than a log of its size can hold"):
-        parsed(nested(4, 15))
-    assert len(parsed(nested(2, 9)).topics[0].fields) == 82
+        parse_log(nested(4, 15))
+    assert len(parse_log(nested(2, 9)).topics[0].fields) == 82
 
 
 HOSTILE = {
@@ -208,7 +208,7 @@ def test_no_bytes_hold_the_reader_up(name):
     raw = b"".join([*PLAIN, *rows(0, 5), HOSTILE[name], SYNC, *rows(5, 9)])
     tracemalloc.start()
     begin = time.process_time()
-    log = parsed(raw)
+    log = parse_log(raw)
     took, most = time.process_time() - begin, tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert len(log.topics[0].fields["x"]) >= 5

@@ -50,7 +50,7 @@ STEADY = {
 def test_late_stamps_of_a_steady_clock_are_put_on_it(kind, seed):
     stamps = STEADY[kind](np.random.default_rng(seed))
     grid = fit_grid(stamps - stamps[0], stamps[0])
-    assert grid.kept is None
+    assert grid.stamp_times is None
     assert grid.report.wander == 0.0
 
 
@@ -68,9 +68,11 @@ def test_stamps_of_a_clock_that_wanders_are_kept(seed, part, seconds, jitter):
     grid = fit_grid(stamps - stamps[0])
     # Jitter on top of a rate that changes may look like a lost row where both add up.
     assert grid.report.missing_count <= 2
-    assert np.abs(grid.kept - (stamps - stamps[0])).max() <= (1.5 * PERIOD if jitter else 1e-9)
-    even = grid.place / grid.rate
-    assert grid.report.wander == pytest.approx(np.abs(grid.kept - even).max())
+    assert np.abs(grid.stamp_times - (stamps - stamps[0])).max() <= (
+        1.5 * PERIOD if jitter else 1e-9
+    )
+    even = grid.indices / grid.rate
+    assert grid.report.wander == pytest.approx(np.abs(grid.stamp_times - even).max())
     assert grid.report.slowest == pytest.approx(100 * (1 - part), rel=0.01)
     assert grid.report.fastest == pytest.approx(100 * (1 + part), rel=0.01)
 
@@ -81,10 +83,10 @@ def test_gaps_of_a_clock_that_wanders():
     grid = fit_grid(taken[kept])
     # The rate may be 3 % from that of the grid, and each gap is of whole rows.
     assert abs(grid.report.missing_count - 111) <= 6
-    np.testing.assert_allclose(grid.kept, taken[kept], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(grid.stamp_times, taken[kept], rtol=0, atol=1e-9)
     inside = grid.times(range(grid.length))
     assert (np.diff(inside) > 0).all()
-    np.testing.assert_array_equal(inside[grid.place], grid.kept)
+    np.testing.assert_array_equal(inside[grid.indices], grid.stamp_times)
 
 
 def test_samples_that_arrived_from_a_clock_that_wanders():
@@ -94,7 +96,7 @@ def test_samples_that_arrived_from_a_clock_that_wanders():
     stamps = np.maximum.accumulate(np.repeat(come, 20) + np.tile(np.arange(20) * 1e-4, n // 20))
     grid = fit_grid(stamps - stamps[0])
     assert grid.report.burst_count > 1000
-    error = grid.kept - taken[:n]
+    error = grid.stamp_times - taken[:n]
     # To the delays of the bursts, 20 ms, where the even clock is 0.3 s off.
     assert np.abs(error - np.median(error)).max() < 0.04
 

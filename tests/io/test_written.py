@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from zerorate.io import read_log
-from zerorate.io.clocks.iso8601 import dates, is_date
+from zerorate.io.clocks.iso8601 import is_date, parse_dates
 from zerorate.io.clocks.stamps import to_seconds
-from zerorate.io.clocks.written import unpacked_times
+from zerorate.io.clocks.written import unpack_times
 from zerorate.record import LogError
 
 N = 300
@@ -54,11 +54,11 @@ def test_times_of_day_go_on_at_noon_and_at_midnight(form, start, tmp_path):
 
 
 def test_a_date_that_may_be_two_is_none():
-    assert dates(["5/1/2024 1:02:03", "5/1/2024 1:02:04"]).dtype.kind == "m"
-    assert dates(["5/13/2024 1:02:03"])[0] == np.datetime64("2024-05-13T01:02:03")
-    assert dates(["13/5/2024 1:02:03"])[0] == np.datetime64("2024-05-13T01:02:03")
-    assert dates(["1.5.2024 1:02:03"])[0] == np.datetime64("2024-05-01T01:02:03")
-    assert dates(["53:10.2"])[0] == np.timedelta64(53 * 60_000 + 10_200, "ms")
+    assert parse_dates(["5/1/2024 1:02:03", "5/1/2024 1:02:04"]).dtype.kind == "m"
+    assert parse_dates(["5/13/2024 1:02:03"])[0] == np.datetime64("2024-05-13T01:02:03")
+    assert parse_dates(["13/5/2024 1:02:03"])[0] == np.datetime64("2024-05-13T01:02:03")
+    assert parse_dates(["1.5.2024 1:02:03"])[0] == np.datetime64("2024-05-01T01:02:03")
+    assert parse_dates(["53:10.2"])[0] == np.timedelta64(53 * 60_000 + 10_200, "ms")
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_a_date_that_may_be_two_is_none():
     ["25:00:00", "1:60:00", "31-Feb-2024 1:00:00", "1-Foo-2024 1:00:00", "1:2", "13:00:00 PM"],
 )
 def test_what_is_no_time(cell):
-    assert not is_date(cell) or dates([cell]) is None
+    assert not is_date(cell) or parse_dates([cell]) is None
 
 
 def test_rows_are_written_alike(tmp_path):
@@ -117,4 +117,4 @@ def test_hours_minutes_and_seconds_in_one_number(start, per_second, kind):
 @pytest.mark.parametrize("step", [1, 10, 1000, 10_000])
 def test_a_count_is_no_time_of_day(step):
     counts = 123_456 + step * np.arange(30_000)
-    assert unpacked_times(counts) is None
+    assert unpack_times(counts) is None

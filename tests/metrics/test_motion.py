@@ -7,7 +7,7 @@ import pytest
 
 from support.signals import RATE, motion, white
 from zerorate import metrics
-from zerorate.metrics.motion import moved
+from zerorate.metrics.motion import shift_samples
 
 T = np.arange(0.0, 60.0, 1.0 / RATE)
 
@@ -208,7 +208,7 @@ class TestMotionError:
     @pytest.mark.parametrize("samples", [-2.7, -1.0, 0.0, 0.25, 3.0])
     def test_a_cubic_is_moved_exactly(self, samples):
         t = np.arange(20.0)
-        later = moved(t**3 - 5.0 * t, samples)
+        later = shift_samples(t**3 - 5.0 * t, samples)
         inside = np.isfinite(later)
         assert inside.sum() >= 14
         expected = (t - samples) ** 3 - 5.0 * (t - samples)

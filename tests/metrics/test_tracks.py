@@ -174,7 +174,7 @@ class TestPoses:
     def test_between_two(self):
         attitudes = [[1, 0, 0, 0], [0, 0, 0, 1], [0, 0, 0, 1]]
         turned = zr.record.Poses([0.0, 1.0, 3.0], np.eye(3), attitudes)
-        found = turned.at(np.array([-1.0, 0.25, 1.0, 2.0]), most_gap=1.5)
+        found = turned.at(np.array([-1.0, 0.25, 1.0, 2.0]), max_gap=1.5)
         assert np.isnan(found.quaternion[[0, 3]]).all()
         half = np.pi / 8.0
         assert found.quaternion[1] == pytest.approx([np.cos(half), 0, 0, np.sin(half)])

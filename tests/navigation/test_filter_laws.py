@@ -15,9 +15,9 @@ from support.checkpoints import CHECKSUM, CONTENT, sealed
 from support.checks import assert_same_bits, assert_symmetric
 from support.drives import MODELS, NAMES, at_rest, drive, rotation, start_of
 from support.wild import forged
-from zerorate.geometry.earth import local_ned, moved
+from zerorate.geometry.earth import local_ned, offset_position
 from zerorate.navigation import STATUSES
-from zerorate.navigation.events import rows_of
+from zerorate.navigation.events import pack_fixes
 
 LEVER = (0.4, -0.3, -1.2)
 SETTINGS = {
@@ -36,7 +36,7 @@ def record():
     one = drive(45.0, seed=6, antenna=LEVER)
     gyro, accel = one.gyro.copy(), one.accel.copy()
     gyro[700:704], accel[900:960], gyro[940:980, 1] = np.nan, np.inf, np.nan
-    fixes = rows_of(one.fixes)
+    fixes = pack_fixes(one.fixes)
     fixes[:, 0] += np.random.default_rng(1).uniform(-0.4, 0.05, len(fixes))
     fixes[20, 1:3] += 0.01
     fixes[22, 4:7], fixes[25, 6], fixes[27, 3], fixes[30, 1] = np.nan, np.nan, np.nan, np.nan
@@ -101,7 +101,7 @@ def test_a_recording_is_its_arrays():
     one = drive(30.0)
     track = made(start_of(one)).process(one.recording(), one.fixes)
     nav = made(start_of(one))
-    found, _ = nav.process_arrays(one.time, one.gyro, one.accel, rows_of(one.fixes))
+    found, _ = nav.process_arrays(one.time, one.gyro, one.accel, pack_fixes(one.fixes))
     for name in NAMES:
         assert_same_bits(getattr(track, name), found[name])
     assert track.fix_count == nav.fix_count
@@ -197,7 +197,7 @@ def test_hostile_samples(name, settings, fixes):
     values = np.hstack([one.gyro, one.accel]) / (one.rate if settings == "increments" else 1.0)
     wild = (one.time > 20.0) & (one.time < 40.0)
     values[wild] = HOSTILE[name](np.random.default_rng(1), np.count_nonzero(wild))
-    rows = rows_of(one.fixes)
+    rows = pack_fixes(one.fixes)
     if fixes == "without fixes":
         rows = rows[~((rows[:, 0] > 20.0) & (rows[:, 0] < 40.0))]
     for first in range(0, one.time.size, 10):
@@ -219,7 +219,7 @@ def test_it_finds_back_after_wrong_samples(name):
     values = np.hstack([one.gyro, one.accel])
     wild = (one.time > 20.0) & (one.time < 40.0)
     values[wild] = HOSTILE[name](np.random.default_rng(1), np.count_nonzero(wild))
-    found, _ = nav.process_arrays(one.time, values[:, :3], values[:, 3:], rows_of(one.fixes))
+    found, _ = nav.process_arrays(one.time, values[:, :3], values[:, 3:], pack_fixes(one.fixes))
     off = np.linalg.norm(local_ned(found["position"], one.truth_position), axis=1)
     # It is hundreds of metres off while they last.
     assert off[wild].max() > 100.0
@@ -238,7 +238,9 @@ def test_it_finds_back_after_missing_samples(name, seconds):
             if name in (sensor, "both"):
                 values[missing] = np.nan
         nav = made(start_of(one))
-        found, _ = nav.process_arrays(one.time, given["gyro"], given["accel"], rows_of(one.fixes))
+        found, _ = nav.process_arrays(
+            one.time, given["gyro"], given["accel"], pack_fixes(one.fixes)
+        )
         off = np.linalg.norm(local_ned(found["position"], one.truth_position), axis=1)
         assert off[one.time > 50.0 + seconds].max() < 6.0
 
@@ -249,7 +251,7 @@ def test_it_finds_back_after_missing_samples(name, seconds):
 def test_a_first_fix_that_says_little(change, sigma):
     """What follows is a covariance however much better it is."""
     one = drive(position_sigma=sigma, seed=2)
-    rows = rows_of(one.fixes)[12:]
+    rows = pack_fixes(one.fixes)[12:]
     if change == "null island":
         rows[0, 1:4] = 0.0
     else:
@@ -276,7 +278,7 @@ def test_missing_samples_before_the_start_are_saved():
 
 def test_a_receiver_without_vertical_velocity_starts_it():
     one = drive()
-    rows = rows_of(one.fixes)
+    rows = pack_fixes(one.fixes)
     rows[:, 6] = np.nan
     nav = made(start_of(one))
     found, _ = nav.process_arrays(one.time, one.gyro, one.accel, rows)
@@ -285,7 +287,7 @@ def test_a_receiver_without_vertical_velocity_starts_it():
 
 def test_a_receiver_without_velocities_tells_the_heading():
     one = drive(position_sigma=0.1)
-    rows = rows_of(one.fixes)
+    rows = pack_fixes(one.fixes)
     rows[:, 4:7] = np.nan
     nav = made(start_of(one, heading_known=False, course=True, heading_sigma=1.6))
     nav.process_arrays(one.time, one.gyro, one.accel, rows)
@@ -319,7 +321,7 @@ def started(seconds=20.0, **arguments):
     one = drive(30.0)
     nav = made(start_of(one), **arguments)
     n = round(seconds * one.rate)
-    nav.process_arrays(one.time[:n], one.gyro[:n], one.accel[:n], rows_of(one.fixes))
+    nav.process_arrays(one.time[:n], one.gyro[:n], one.accel[:n], pack_fixes(one.fixes))
     assert nav.status == "navigating"
     return nav, one, n
 
@@ -436,7 +438,7 @@ def fixes_at(place, times, sigma=2.0, seed=1):
     rng = np.random.default_rng(seed)
     rows = np.empty((len(times), 13))
     rows[:, 0] = times
-    rows[:, 1:4] = moved(place, rng.normal(0.0, sigma, (len(times), 3)))
+    rows[:, 1:4] = offset_position(place, rng.normal(0.0, sigma, (len(times), 3)))
     rows[:, 4:7] = rng.normal(0.0, 0.1, (len(times), 3))
     rows[:, 7:10], rows[:, 10:13] = sigma, 0.1
     return rows
@@ -504,8 +506,8 @@ def horizontal(found, one, first, last):
 def test_it_finds_back_from_200_m(adapt, seed):
     """From a first fix that is said to be good to 2 m; 0.6 to 1.1 m are seen after 120 s."""
     one = drive(150.0, seed)
-    rows = rows_of(one.fixes)[20:]
-    rows[0, 1:4] = moved(rows[0, 1:4], [150.0, -130.0, 0.0])
+    rows = pack_fixes(one.fixes)[20:]
+    rows[0, 1:4] = offset_position(rows[0, 1:4], [150.0, -130.0, 0.0])
     nav = made(start_of(one), adapt=adapt)
     found, _ = nav.process_arrays(one.time, one.gyro, one.accel, rows)
     assert horizontal(found, one, 20.0, 30.0) > 150.0
@@ -516,7 +518,7 @@ def test_it_finds_back_from_200_m(adapt, seed):
 def test_a_receiver_that_is_too_sure(seed):
     """It tells a hundredth of its variances: what that costs in an outage of 10 s, m."""
     one = drive(112.0, seed)
-    rows = rows_of(one.fixes)
+    rows = pack_fixes(one.fixes)
     rows[:, 7:] *= 0.1
     rows = rows[rows[:, 0] < 100.0]
     off = {}
@@ -534,7 +536,7 @@ def mean_nis(offset):
     found = []
     for seed in range(4):
         one = drive(150.0, seed)
-        rows = rows_of(one.fixes)
+        rows = pack_fixes(one.fixes)
         rows[:, 0] += offset
         nav = made(start_of(one), adapt="fixed", gate=1e9)
         found += [nis for t, _, nis in fix_by_fix(nav, one, rows) if t > 30.0]
@@ -592,7 +594,7 @@ def normalised_errors(seed):
     )
     nav = made(start, adapt="fixed")
     found, told = [], []
-    for _, k, nis in fix_by_fix(nav, one, rows_of(one.fixes)):
+    for _, k, nis in fix_by_fix(nav, one, pack_fixes(one.fixes)):
         e, P = errors_of(nav, one, k), nav.covariance
         parts = [e[b] @ np.linalg.solve(P[b, b], e[b]) / 3.0 for b in BLOCKS]
         found.append([e @ np.linalg.solve(P, e) / 15.0, *parts])

@@ -226,13 +226,13 @@ def test_faults():
 
 def test_a_track_on_the_earth():
     track = replace(walked(WALK), position=np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 2.0]]))
-    place = track.placed(48.0, 11.0, heading=90.0, height=500.0).position
+    place = track.georeference(48.0, 11.0, heading=90.0, height=500.0).position
     assert np.allclose(place[0], [48.0, 11.0, 500.0])
     assert abs(place[1, 0] - 48.0) < 1e-6
     assert abs(place[1, 1] - 11.0 - 100.0 / 74_629.0) < 1e-6
     assert place[1, 2] == pytest.approx(502.0)
     with pytest.raises(ValueError, match=r"latitude must be within 89.5 deg"):
-        track.placed(90.0, 0.0)
+        track.georeference(90.0, 0.0)
 
 
 def test_a_log_of_the_track():

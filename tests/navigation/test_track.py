@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from zerorate.geometry.earth import moved
+from zerorate.geometry.earth import offset_position
 from zerorate.geometry.rotations import from_rotation_vectors, inverse, product
 from zerorate.navigation import STATUSES, VERDICTS
 
@@ -42,7 +42,7 @@ def test_errors_are_what_was_added():
 
     known = replace(
         track,
-        position=moved(truth, shift),
+        position=offset_position(truth, shift),
         velocity=shift + 1.0,
         quaternion=product(inverse(from_rotation_vectors(turn)), quaternion),
     )
@@ -149,12 +149,12 @@ def test_a_gap_divides_the_smoother():
     rows = nav.copy()
     rows.reset()
     from zerorate.navigation.events import Events
-    from zerorate.navigation.track import Inputs, track_of
+    from zerorate.navigation.track import Inputs, run_navigation
 
     inputs = Inputs(
         imu["time_s"], imu["gyro_radps"], imu["accel_mps2"], Events.of(drive.fixes), None
     )
-    track = track_of(rows, inputs, source="a drive with a gap")
+    track = run_navigation(rows, inputs, source="a drive with a gap")
     best = track.smooth()
     truth = drive.truth_position[keep]
     errors = np.hypot(*best.errors(truth)[best.navigating, :2].T)

@@ -138,7 +138,7 @@ def test_the_same_in_pieces_and_without_pyarrow(tmp_path, monkeypatch, write, ep
     place[4, 2] = np.nan
     place[6, 1] -= 330.0
     write(tmp_path / "whole", track(place), epoch=epoch)
-    monkeypatch.setattr("zerorate.navigation.tracks._PIECE", 2)
+    monkeypatch.setattr("zerorate.navigation.tracks._PIECE_ROWS", 2)
     write(tmp_path / "pieces", track(place), epoch=epoch)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     write(tmp_path / "without", track(place), epoch=epoch)

@@ -8,9 +8,9 @@ from scipy.optimize import nnls
 from scipy.stats import chi2
 
 from zerorate.noise.least_squares import (
-    _non_negative,
-    bound_by_one,
-    left_over,
+    _solve_non_negative,
+    bound_by_single,
+    residual_chi_squared,
     solve,
     upper_bound,
 )
@@ -31,7 +31,7 @@ def problems(draw):
 @given(problems())
 def test_equals_scipy(problem):
     matrix, target = problem
-    strengths = _non_negative(matrix, target)
+    strengths = _solve_non_negative(matrix, target)
     assert np.all(strengths >= 0.0)
     lengths = np.linalg.norm(matrix, axis=0)
     # SciPy's is for columns of a like size.
@@ -48,7 +48,7 @@ def test_equals_scipy(problem):
 def test_no_strength_can_be_changed_for_the_better(problem):
     """Kuhn and Tucker: the slope is zero where a strength is free and not upwards elsewhere."""
     matrix, target = problem
-    strengths = _non_negative(matrix, target)
+    strengths = _solve_non_negative(matrix, target)
     slopes = (matrix / np.linalg.norm(matrix, axis=0)).T @ (target - matrix @ strengths)
     # The tolerance of the search, and roundings of a least squares solution.
     least = 1e-10 * np.linalg.norm(target)
@@ -57,7 +57,7 @@ def test_no_strength_can_be_changed_for_the_better(problem):
 
 
 def test_columns_of_zeros_take_no_strength():
-    strengths = _non_negative(np.array([[1.0, 0.0], [1.0, 0.0]]), np.array([2.0, 4.0]))
+    strengths = _solve_non_negative(np.array([[1.0, 0.0], [1.0, 0.0]]), np.array([2.0, 4.0]))
     np.testing.assert_allclose(strengths, [3.0, 0.0], rtol=1e-15)
 
 
@@ -75,7 +75,7 @@ def test_known_weights_give_weighted_least_squares():
     np.testing.assert_allclose(found.sigmas, np.sqrt(np.diag(normal)), rtol=1e-12)
     residual = (data - BASIS @ found.strengths) ** 2 / scatter
     assert found.chi_squared == pytest.approx(residual.sum(), rel=1e-12)
-    assert found.chi_squared == pytest.approx(left_over(BASIS, data, scatter), rel=1e-12)
+    assert found.chi_squared == pytest.approx(residual_chi_squared(BASIS, data, scatter), rel=1e-12)
     assert found.degrees_of_freedom == 10
 
 
@@ -117,4 +117,4 @@ def test_the_most_telling_estimate_bounds_a_strength():
     column = np.array([1.0, 0.0, 2.0])
     limits = data * edf / chi2.ppf(0.05, edf) / np.array([1.0, np.inf, 2.0])
     # Both invert chi-squared, see test_chi_squared.
-    assert bound_by_one(column, data, edf) == pytest.approx(min(limits[[0, 2]]), rel=1e-8)
+    assert bound_by_single(column, data, edf) == pytest.approx(min(limits[[0, 2]]), rel=1e-8)

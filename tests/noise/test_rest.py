@@ -8,7 +8,7 @@ from support.recordings import RECORDINGS, needs_recordings
 from zerorate import NoiseModel
 from zerorate.identification.window_filters import moving_average
 from zerorate.io.reading import read_sensors
-from zerorate.noise.rest import MOVED, Span, largest_step, moving_spans
+from zerorate.noise.motion_check import MOTION_SIGMAS, Span, largest_step, moving_spans
 
 RATE = 100.0
 NOISE = np.random.default_rng(1).standard_normal(60_000)
@@ -137,13 +137,13 @@ class TestLargestStep:
         z = np.random.default_rng(1).standard_normal(200_000)
         for _ in range(exponent):
             z = np.cumsum(z) / 1000.0
-        assert largest_step(z, RATE).size < MOVED
+        assert largest_step(z, RATE).size < MOTION_SIGMAS
 
     def test_a_turn_is_found_and_timed(self):
         z = simulated()
         z[12_000:12_300] += 0.5
         step = largest_step(z, RATE)
-        assert step.size > MOVED
+        assert step.size > MOTION_SIGMAS
         # The turn lasts from 120 to 123 s, and a step lies between two seconds.
         assert step.time in (120.0, 123.0)
 
@@ -154,7 +154,7 @@ class TestLargestStep:
     def test_missing_samples_do_not_count(self):
         z = simulated()
         z[1000:9950] = np.nan
-        assert 0.0 < largest_step(z, RATE).size < MOVED
+        assert 0.0 < largest_step(z, RATE).size < MOTION_SIGMAS
 
     @needs_recordings
     @pytest.mark.parametrize(
@@ -169,4 +169,4 @@ class TestLargestStep:
     def test_recordings(self, name, rate, moved):
         for log in read_sensors(RECORDINGS / f"{name}.parquet", rate=rate):
             steps = [largest_step(z, log.rate).size for z in log.data.T]
-            assert [size > MOVED for size in steps] == [moved] * log.channels
+            assert [size > MOTION_SIGMAS for size in steps] == [moved] * log.channels

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import zerorate as zr
 from oracle.navigation import Navigation
 from support.drives import ACCEL, GYRO, drive, matrix, noises, start_of
-from zerorate.geometry.earth import moved, radii
+from zerorate.geometry.earth import offset_position, radii
 
 # Covariances differ by 1e-11, places and velocities by 1e-13; orientations by 3e-11, by which their
 # matrices are stretched between steps of the covariance, and quaternions are not.
@@ -274,7 +274,7 @@ def test_outliers():
     rng = np.random.default_rng(2)
 
     def spoilt(fix):
-        return moved(fix["position"], rng.normal(0.0, 100.0, 3) * (rng.random() < 0.2))
+        return offset_position(fix["position"], rng.normal(0.0, 100.0, 3) * (rng.random() < 0.2))
 
     def wild(fix):
         return fix["velocity"] + rng.normal(0.0, 10.0, 3) * (rng.random() < 0.2)
@@ -296,7 +296,7 @@ def test_a_filter_that_starts_wrong(kind):
 
     def far(fix):
         off = 200.0 * (fix["measured"] == first and kind != "velocity")
-        return moved(fix["position"], [off, -off, 0.0])
+        return offset_position(fix["position"], [off, -off, 0.0])
 
     def fast(fix):
         return fix["velocity"] + 30.0 * (fix["measured"] == first and kind != "position")
@@ -330,7 +330,7 @@ def test_wrong_fixes_after_an_outage(wrong, velocities):
 
     def spoilt(fix):
         k = round(fix["measured"]) - 50
-        return moved(fix["position"], off[k] * (0 <= k < wrong))
+        return offset_position(fix["position"], off[k] * (0 <= k < wrong))
 
     kept = [*between(fixes_of(one), 0.0, 30.0), *between(fixes_of(one), 50.0, 99.0)]
     kept = changed(kept, position=spoilt, **({} if velocities else {"velocity": nothing}))
@@ -466,7 +466,9 @@ def test_a_first_fix_that_is_far_away(adapt):
     one = drive(position_sigma=30.0)
     fixes = changed(
         between(fixes_of(one), 15.0, 99.0),
-        position=lambda fix: moved(fix["position"], [4e3 * (fix["measured"] == 15.0), 0.0, 0.0]),
+        position=lambda fix: offset_position(
+            fix["position"], [4e3 * (fix["measured"] == 15.0), 0.0, 0.0]
+        ),
         position_sigma=lambda fix: 30.0,
     )
     run(Pair(start_of(one), adapt=adapt), one, fixes)

@@ -12,7 +12,7 @@ import zerorate as zr
 from support.figures import check_layout
 from zerorate import Log, NoiseModel
 from zerorate.noise.characterise import characterise_log
-from zerorate.noise.quantities import shown_unit
+from zerorate.noise.quantities import choose_display_unit
 from zerorate.show import (
     format_allan,
     plot_allan,
@@ -20,7 +20,7 @@ from zerorate.show import (
     plot_dynamic,
     save_figure,
 )
-from zerorate.show.allan_terms import drawn_terms
+from zerorate.show.allan_terms import select_terms
 from zerorate.units import convert
 
 RATE = 100.0
@@ -152,8 +152,8 @@ def test_large_deviations_are_in_the_coarse_unit(unit, shown):
 
 def test_marks_stand_where_the_standard_reads_them():
     result = result_of("one axis")
-    shown = shown_unit(result)
-    terms = {term.symbol: term for term in drawn_terms(TRUE, result.axis(0), shown)}
+    shown = choose_display_unit(result)
+    terms = {term.symbol: term for term in select_terms(TRUE, result.axis(0), shown)}
     values = {
         "N": (1.0, TRUE.angle_random_walk),
         "K": (3.0, TRUE.rate_random_walk),
@@ -173,7 +173,7 @@ def test_marks_stand_where_the_standard_reads_them():
 
 def test_a_mark_outside_the_record_is_hollow():
     result = result_of("short")
-    terms = drawn_terms(TRUE, result.axis(0), shown_unit(result))
+    terms = select_terms(TRUE, result.axis(0), choose_display_unit(result))
     assert {term.symbol: term.inside for term in terms} == {
         "Q": False, "N": False, "B": True, "K": False, "R": False,
     }  # fmt: skip

@@ -10,7 +10,7 @@ from support.calibrations import COUNTS, INVALID, calibration
 from support.figures import check_contrast, check_layout
 from zerorate import Log, Recording
 from zerorate.show import plot_calibration, save_figure
-from zerorate.show.calibration_panels import _projected, _raw_norms
+from zerorate.show.calibration_panels import _project, _raw_norm_errors
 
 UNKNOWN = np.ones(33, dtype=bool)
 UNKNOWN[[12, 13, 7]] = False
@@ -92,14 +92,14 @@ def test_carry_errors_before_and_after():
 
 
 def test_counts_have_norms_in_gravities():
-    assert np.abs(_raw_norms(MADE["counts"])).max() < 0.1
+    assert np.abs(_raw_norm_errors(MADE["counts"])).max() < 0.1
 
 
 def test_the_projection_keeps_areas():
     """Lambert: a cap of height h has the area of a disc of radius sqrt(2 h)."""
     angle = np.linspace(0.0, np.pi / 2, 9)
     up = np.stack((np.sin(angle), 0 * angle, np.cos(angle)), axis=1)
-    x, y = _projected(up, 1.0)
+    x, y = _project(up, 1.0)
     np.testing.assert_allclose(x**2 + y**2, 2.0 * (1.0 - np.cos(angle)), atol=1e-15)
 
 

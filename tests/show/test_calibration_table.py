@@ -8,7 +8,7 @@ import pytest
 
 from support.calibrations import COUNTS, INVALID, calibration
 from zerorate.calibration.parameters import PARAMETERS
-from zerorate.show.calibration_table import format_calibration, verdict
+from zerorate.show.calibration_table import describe_verdict, format_calibration
 from zerorate.show.tables import WIDTH
 
 MADE = {
@@ -43,8 +43,8 @@ def test_whether_it_is_valid_comes_before_any_number():
     assert [line.removeprefix("- ") for line in lines[2:4]] == list(INVALID["problems"])
     assert "mean nothing" in str(MADE["invalid"])
     assert "mean nothing" not in str(MADE["usual"])
-    assert verdict(MADE["usual"]) == "the calibration is valid"
-    assert verdict(MADE["invalid"]).endswith("x axis is not identifiable (and 1 more)")
+    assert describe_verdict(MADE["usual"]) == "the calibration is valid"
+    assert describe_verdict(MADE["invalid"]).endswith("x axis is not identifiable (and 1 more)")
 
 
 def test_numbers_are_in_the_units_of_people_with_their_errors():

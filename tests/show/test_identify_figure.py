@@ -9,7 +9,7 @@ from support.figures import check_colours, check_contrast, check_layout
 from zerorate.identification import identify
 from zerorate.noise.spectrum import Spectrum
 from zerorate.show import plot_identification, save_figure
-from zerorate.show.identify_panels import _one_sided
+from zerorate.show.identify_panels import _one_sided_density
 
 RATE = 100.0
 
@@ -144,7 +144,7 @@ class TestPanels:
 
 def test_the_density_of_white_noise():
     z = 3.0 * np.random.default_rng(1).standard_normal(100_000)
-    frequencies, density = _one_sided(Spectrum.of(z, RATE), RATE)
+    frequencies, density = _one_sided_density(Spectrum.of(z, RATE), RATE)
     assert 0.0 < frequencies[0] < frequencies[-1] <= RATE / 2.0
     # 2 sigma^2 / rate; the upper half holds 50 000 lines, which average to 0.5 %: three times it.
     assert density[frequencies > RATE / 8.0].mean() == pytest.approx(18.0 / RATE, rel=0.015)
@@ -153,7 +153,7 @@ def test_the_density_of_white_noise():
 def test_a_sine_stands_at_its_frequency():
     z = np.sin(2.0 * np.pi * 12.5 * np.arange(100_000) / RATE)
     z += 1e-3 * np.random.default_rng(1).standard_normal(z.size)
-    frequencies, density = _one_sided(Spectrum.of(z, RATE), RATE)
+    frequencies, density = _one_sided_density(Spectrum.of(z, RATE), RATE)
     # A band is an eighth of an octave.
     assert frequencies[np.argmax(density)] == pytest.approx(12.5, rel=0.09)
 

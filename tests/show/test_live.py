@@ -13,7 +13,7 @@ from rich.console import Console
 import zerorate as zr
 from support.browser import CHROMIUM, Browser
 from zerorate.show.live_page import LivePage
-from zerorate.show.live_terminal import LiveTerminal, bars
+from zerorate.show.live_terminal import LiveTerminal, format_bars
 from zerorate.tasks.live import AttitudeSettings, LineStream, Settings
 from zerorate.tasks.live.view import View, Watcher
 
@@ -85,11 +85,11 @@ def test_a_watcher_looks_now_and_then(monkeypatch):
     monkeypatch.setattr("zerorate.tasks.live.view.monotonic", lambda: now[0])
     seen = []
     stream, watcher = drift(), Watcher(seen.append)
-    watcher.answered(stream)
+    watcher.after_answer(stream)
     assert seen == []
     for _ in range(100):
         stream.take("0.0,0.5,0.5")
-        watcher.answered(stream)
+        watcher.after_answer(stream)
         now[0] += 0.01
     assert 18 <= len(seen) <= 22
 
@@ -109,9 +109,9 @@ def test_what_a_terminal_shows():
 
 
 def test_bars():
-    assert bars([0, 7, math.nan, 3.5]) == "▁█ ▅"
-    assert bars([2.0, 2.0]) == "▁▁"
-    assert bars([math.nan]) == " "
+    assert format_bars([0, 7, math.nan, 3.5]) == "▁█ ▅"
+    assert format_bars([2.0, 2.0]) == "▁▁"
+    assert format_bars([math.nan]) == " "
 
 
 def asked(page, path, host=None):

@@ -44,11 +44,11 @@ def test_the_simulation_confuses_what_people_confuse():
 
 
 def test_a_path_is_shortened_in_its_middle():
-    name = style.shortened("/data/" + "a" * 40 + "b" * 40 + ".csv", 20)
+    name = style.shorten_source("/data/" + "a" * 40 + "b" * 40 + ".csv", 20)
     assert len(name) == 21
     assert name.startswith("aaaa")
     assert name.endswith(".csv")
-    assert style.shortened("/data/imu.csv") == "imu.csv"
+    assert style.shorten_source("/data/imu.csv") == "imu.csv"
 
 
 def test_pyplot_is_not_touched():

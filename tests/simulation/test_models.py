@@ -12,7 +12,7 @@ from zerorate.simulation.models import (
     Resonance,
     WarmUp,
     flicker,
-    record,
+    simulate_record,
 )
 
 RATE = 100.0
@@ -95,20 +95,20 @@ def test_models_are_told_apart_and_the_transient_one_is_marked():
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 def test_records_depend_on_their_seed_alone(model):
-    first, again, other = (record(model, RATE, 500, seed) for seed in (4, 4, 5))
+    first, again, other = (simulate_record(model, RATE, 500, seed) for seed in (4, 4, 5))
     np.testing.assert_array_equal(first, again)
     assert not np.any(first[1] == other[1])
 
 
 def test_models_that_differ_in_name_alone_draw_from_other_streams():
-    one, other = (record(GyroModel(name), RATE, 500, 1)[0] for name in ("one", "other"))
+    one, other = (simulate_record(GyroModel(name), RATE, 500, 1)[0] for name in ("one", "other"))
     # Independent: the correlation of 500 pairs has deviation 1/sqrt(500), five of them.
     assert abs(np.corrcoef(one, other)[0, 1]) < 5.0 / math.sqrt(500)
 
 
 def test_only_what_is_drift_is_in_the_truth():
     model = GyroModel("loud", 0.0, disturbances=(GaussMarkov(1.0, 0.1),), turn_on_bias=2.0)
-    signal, truth = record(model, RATE, 5000, 1)
+    signal, truth = simulate_record(model, RATE, 5000, 1)
     assert np.ptp(truth) == 0.0
     assert abs(truth[0]) < 10.0  # five turn-on deviations
     # 50 s hold 250 independent values of it: the deviation is within 5/sqrt(500) of 1.
@@ -117,7 +117,7 @@ def test_only_what_is_drift_is_in_the_truth():
 
 def test_a_rounded_output_stands_on_its_steps():
     model = next(model for model in MODELS if model.resolution > 0.0)
-    signal, _ = record(model, RATE, 500, 1)
+    signal, _ = simulate_record(model, RATE, 500, 1)
     steps = signal / model.resolution
     # Multiples of the step are rounded once each.
     np.testing.assert_allclose(steps, np.round(steps), rtol=1e-15)

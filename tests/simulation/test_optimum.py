@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from zerorate.simulation.models import MODELS, GyroModel, records
-from zerorate.simulation.optimum import optimum
+from zerorate.simulation.models import MODELS, GyroModel, simulate_records
+from zerorate.simulation.optimal_filter import optimum
 
 RATE = 100.0
 every_model = pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
@@ -55,7 +55,7 @@ def best_prediction(model, signal):
 @every_model
 def test_it_is_the_best_linear_unbiased_predictor(model):
     for n in (1, 2, 3, 30):
-        signal, _ = records(model, RATE, n, [7])
+        signal, _ = simulate_records(model, RATE, n, [7])
         best = optimum(model, RATE, n)
         estimate, variance = best_prediction(model, signal[:, 0])
         # Solving 30 equations of condition up to 1e4 (the hump's density) loses four digits or
@@ -87,7 +87,7 @@ def test_the_gain_for_a_walk_settles_at_the_closed_form(walk):
 @every_model
 def test_its_errors_have_the_variance_that_it_claims(model):
     n, gyros, instants = 2000, 150, [0, 49, 499, 1999]
-    signal, truth = records(model, RATE, n, range(gyros))
+    signal, truth = simulate_records(model, RATE, n, range(gyros))
     best = optimum(model, RATE, n)
     error = (best.filtered(signal)[0] - truth)[instants]
     scaled = np.sum(error**2, axis=1) / best.variance[instants]
@@ -101,7 +101,7 @@ def test_its_errors_have_the_variance_that_it_claims(model):
 @every_model
 def test_its_innovations_are_white_and_of_the_variance_that_it_claims(model):
     n, gyros = 400, 100
-    signal, _ = records(model, RATE, n, range(gyros))
+    signal, _ = simulate_records(model, RATE, n, range(gyros))
     best = optimum(model, RATE, n)
     scaled = best.filtered(signal)[1][1:] / np.sqrt(best.innovation_variance[1:, np.newaxis])
     # Independent innovations: the sum of squares is chi-squared, and the mean product of
@@ -115,7 +115,7 @@ def test_its_innovations_are_white_and_of_the_variance_that_it_claims(model):
 
 def test_the_bias_is_no_matter():
     model = next(model for model in MODELS if model.name == "flicker + walk")
-    signal, _ = records(model, RATE, 300, [1])
+    signal, _ = simulate_records(model, RATE, 300, [1])
     best = optimum(model, RATE, 300)
     # 1000 deg/s leave 13 digits of 1e-3 below them, and a hundred steps are rounded.
     np.testing.assert_allclose(

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from zerorate import Log, write_log
-from zerorate.tasks.batch.engines import Finished, Processes
+from zerorate.tasks.batch.engines import Processes, TaskResult
 
 
 class Here(Processes):
@@ -20,7 +20,7 @@ class Here(Processes):
     def run(self, work, tasks, at_once=None):
         for task in tasks:
             function, given = pickle.loads(pickle.dumps((work, task)))
-            yield Finished(task, pickle.loads(pickle.dumps(function(given))))
+            yield TaskResult(task, pickle.loads(pickle.dumps(function(given))))
 
 
 def note_and_answer(task):

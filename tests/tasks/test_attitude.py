@@ -10,7 +10,7 @@ from rosbags.typesys import Stores, get_typestore
 import zerorate as zr
 from support.bags import EPOCH, imu_message
 from support.commands import one_line
-from zerorate.findings.attitude import up
+from zerorate.findings.attitude import up_direction
 from zerorate.record import LogError
 
 MOTION = zr.simulate_motion("hand", duration=25.0, seed=4)
@@ -94,7 +94,7 @@ class TestGravity:
 
     def parts(self):
         """Return specific force, and what of it is gravity's: up at rest."""
-        felt = G * up(MOTION.quaternion)
+        felt = G * up_direction(MOTION.quaternion)
         return MOTION.accel - felt, felt
 
     def test_it_is_missed(self):

@@ -13,7 +13,7 @@ from zerorate.tasks.batch import Settings, batch
 from zerorate.tasks.batch.fleet import fleet_of
 from zerorate.tasks.batch.task import COMMANDS
 
-COMPARED = COMMANDS["allan"].compared
+COMPARED = COMMANDS["allan"].quantities
 
 
 def rows_of(count, seed, axes=("x", "y", "z"), unit="deg/s"):
@@ -32,7 +32,7 @@ class TestComparison:
     def test_units_that_are_alike_raise_an_alarm_in_one_fleet_of_ten_at_most(self, count):
         fleets = [fleet_of(rows_of(count, seed), COMPARED) for seed in range(50)]
         # The mean is 0.1: more than 11 of 50 are less likely than 1 in 100.
-        assert sum(len(one.outlying) for one in fleets) <= 11
+        assert sum(len(one.outliers) for one in fleets) <= 11
 
     def test_a_unit_of_three_times_the_noise_is_found(self):
         logs = rows_of(30, 1)
@@ -42,12 +42,12 @@ class TestComparison:
         logs["unit9"][0] |= {"angle_random_walk": 9.0, "angle_random_walk_sigma": 9.0}
         logs["unit9"][2] |= {"angle_random_walk": 9.0, "moved": True}
         found = fleet_of(logs, COMPARED)
-        said = [(one.log, one.axis, one.quantity, one.unit) for one in found.outlying]
+        said = [(one.log, one.axis, one.quantity, one.unit) for one in found.outliers]
         assert said == [
             ("unit8", "x", "mean", "deg/s"),
             ("unit7", "y", "angle_random_walk", "deg/s/sqrt(Hz)"),
         ]
-        noise = found.outlying[1]
+        noise = found.outliers[1]
         assert noise.times == pytest.approx(noise.value / noise.median)
         assert found.of("unit7", "y") == ["angle_random_walk"]
         assert found.of("unit7", "x") == []
@@ -58,12 +58,12 @@ class TestComparison:
         logs["unit1"] = rows_of(1, 3, "xyz", "rad/s")["unit0"]
         logs["unit0"][0]["mean"] = 1e9
         found = fleet_of(logs, COMPARED)
-        assert found.unjudged == {("unit0", "w"), *(("unit1", axis) for axis in "xyz")}
+        assert found.untested_axes == {("unit0", "w"), *(("unit1", axis) for axis in "xyz")}
         assert [found.of("unit0", axis) for axis in "wxy"] == [None, ["mean"], []]
 
     def test_equal_logs_have_no_spread_and_none_stands_out(self):
         logs = {f"unit{i}": rows_of(1, 1)["unit0"] for i in range(10)}
-        assert fleet_of(logs, COMPARED).outlying == ()
+        assert fleet_of(logs, COMPARED).outliers == ()
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from zerorate.cli import run
-from zerorate.show.overview_page import judged, overview_page
+from zerorate.show.overview_page import overview_page, summarise_logs
 from zerorate.tasks.batch import batch
 
 RATE, N = 100.0, 3000
@@ -45,7 +45,7 @@ def test_every_finding_is_a_row_of_the_summary(done):
 
 
 def test_what_needs_a_person_comes_first(done):
-    logs = judged(done.outcomes)
+    logs = summarise_logs(done.outcomes)
     assert [one.outcome.name[-9] for one in logs] == list("eadbc")
     assert [one.device for one in logs[1:3]] == ["unit1", "unit2"]
 

@@ -9,7 +9,7 @@ import pytest
 
 from support.killed import left_in
 from support.logs import write_gyros
-from zerorate.tasks.interrupts import Ending
+from zerorate.tasks.interrupts import TerminationHandler
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 
@@ -66,7 +66,7 @@ def test_within_the_machinery_of_imports_a_signal_waits(number):
     found = {"sys": sys}
     exec(code, found)
     begin = time.monotonic()
-    with Ending() as ending:
+    with TerminationHandler() as ending:
         ending._end(number, found["frame"])
         with pytest.raises(KeyboardInterrupt):
             time.sleep(10.0)

@@ -11,9 +11,9 @@ from distributed import LocalCluster
 from support import batch_work
 from zerorate.tasks.batch import batch
 from zerorate.tasks.batch import cluster as clusters
-from zerorate.tasks.batch.cluster import local_cluster, scheduler_at
-from zerorate.tasks.batch.engines import Died, Finished, Processes, outlived
-from zerorate.tasks.workers import single_threaded
+from zerorate.tasks.batch.cluster import connect_scheduler, local_cluster
+from zerorate.tasks.batch.engines import Processes, TaskResult, WorkerDeath, run_with_retry
+from zerorate.tasks.workers import force_single_thread
 
 
 def tasks(folder, count=8):
@@ -42,16 +42,16 @@ def engine(request):
     if request.param == "processes":
         yield Processes(2)
         return
-    with scheduler_at(request.getfixturevalue("address")) as cluster:
+    with connect_scheduler(request.getfixturevalue("address")) as cluster:
         yield cluster
 
 
 @pytest.mark.every(2)
 def test_a_task_that_kills_its_workers_is_named_and_the_others_run_once(engine, tmp_path):
     listed = tasks(tmp_path)
-    ends = list(outlived(engine, batch_work.die_at_three, listed))
-    died = [end for end in ends if isinstance(end, Died)]
-    answers = {end.task[1]: end.answer for end in ends if isinstance(end, Finished)}
+    ends = list(run_with_retry(engine, batch_work.die_at_three, listed))
+    died = [end for end in ends if isinstance(end, WorkerDeath)]
+    answers = {end.task[1]: end.answer for end in ends if isinstance(end, TaskResult)}
     assert [end.task for end in died] == [listed[3]]
     assert "worker process" in died[0].reason
     assert answers == {number: 10 * number for number in range(8) if number != 3}
@@ -59,13 +59,13 @@ def test_a_task_that_kills_its_workers_is_named_and_the_others_run_once(engine, 
 
 
 def test_processes_name_the_signal_and_repeat_nothing(tmp_path):
-    *_, last = outlived(Processes(2), batch_work.die_at_three, tasks(tmp_path))
+    *_, last = run_with_retry(Processes(2), batch_work.die_at_three, tasks(tmp_path))
     assert last.reason == "its worker process was ended by SIGKILL"
     assert ran(tmp_path) == [0, 1, 2, 4, 5, 6, 7]
 
 
 def test_a_task_whose_worker_died_once_succeeds_alone(tmp_path):
-    *_, last = outlived(Processes(2), batch_work.die_once_at_three, tasks(tmp_path))
+    *_, last = run_with_retry(Processes(2), batch_work.die_once_at_three, tasks(tmp_path))
     assert last.answer == 30
     assert ran(tmp_path) == list(range(8))
 
@@ -90,7 +90,7 @@ def test_workers_have_one_thread_and_the_parent_its_own_setting(monkeypatch):
     (end,) = Processes(1).run(batch_work.environment, [names])
     assert end.answer == ["1", "1"]
     assert (os.environ[names[0]], names[1] in os.environ) == ("5", False)
-    with single_threaded():
+    with force_single_thread():
         assert os.environ[names[1]] == "1"
 
 
@@ -111,7 +111,7 @@ def test_a_batch_on_a_running_scheduler(address, tmp_path):
 
 
 def test_no_scheduler_at_an_address(monkeypatch):
-    monkeypatch.setattr(clusters, "_PATIENCE", 0.3)
+    monkeypatch.setattr(clusters, "_CONNECT_TIMEOUT_S", 0.3)
     expected = "no scheduler answers at 'tcp://127.0.0.1:9'"
-    with pytest.raises(ConnectionError, match=expected), scheduler_at("tcp://127.0.0.1:9"):
+    with pytest.raises(ConnectionError, match=expected), connect_scheduler("tcp://127.0.0.1:9"):
         pass

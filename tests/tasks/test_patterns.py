@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from support.batch_work import Here, make_logs
 from zerorate.cli import run
 from zerorate.tasks.batch import batch
-from zerorate.tasks.batch.patterns import find
+from zerorate.tasks.batch.patterns import find_files
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links and names of bytes are of POSIX")
 
@@ -35,7 +35,7 @@ def made(folder, *names):
 
 
 def found(pattern, folder):
-    return sorted(path.relative_to(folder).as_posix() for path in find(str(pattern)).files)
+    return sorted(path.relative_to(folder).as_posix() for path in find_files(str(pattern)).files)
 
 
 PARTS = st.sampled_from(["a", "b", "*", "?", "**", "[ab]", "a*", "*.csv", ".*", "[!a]*", "a.csv"])
@@ -55,14 +55,14 @@ def test_without_links_and_literal_brackets_it_is_glob(tree, parts):
     pattern = str(tree.joinpath(*parts))
     assume(not os.path.isdir(pattern))
     expected = {path for path in glob.glob(pattern, recursive=True) if os.path.isfile(path)}
-    assert {str(path) for path in find(pattern).files} == expected
+    assert {str(path) for path in find_files(pattern).files} == expected
 
 
 @pytest.mark.parametrize("name", ["log[1].csv", "[ab]", "a[", "a]b[c.csv", "log[!1].csv"])
 def test_brackets_that_are_in_a_name(tmp_path, name):
     made(tmp_path, name, "log1.csv", "a", "log2.csv")
     assert found(tmp_path / name, tmp_path) == [name]
-    assert find(str(tmp_path / name)).root == tmp_path
+    assert find_files(str(tmp_path / name)).root == tmp_path
 
 
 def test_a_folder_is_all_logs_in_it_and_below(tmp_path):
@@ -70,7 +70,7 @@ def test_a_folder_is_all_logs_in_it_and_below(tmp_path):
     made(tmp_path, "bag/metadata.yaml", "bag/bag_0.db3", "day/metadata.yaml", "day/d.csv")
     names = ["a.csv", "bag", "day/d.csv", "deep/er/b.PARQUET"]
     assert found(tmp_path, tmp_path) == names
-    assert find(str(tmp_path)).root == tmp_path
+    assert find_files(str(tmp_path)).root == tmp_path
     assert found(tmp_path / "bag", tmp_path) == ["bag"]
     assert "bag" in found(tmp_path / "*", tmp_path)
     assert "bag/bag_0.db3" not in found(tmp_path / "**" / "*", tmp_path)
@@ -116,7 +116,9 @@ class TestLinks:
         (tmp_path / "self.csv").symlink_to("self.csv")
         os.mkfifo(tmp_path / "pipe.csv")
         (tmp_path / "folder.csv").mkdir()
-        failed = {path.name: why for path, why in find(str(tmp_path / "*.csv")).failed.items()}
+        failed = {
+            path.name: why for path, why in find_files(str(tmp_path / "*.csv")).failed.items()
+        }
         assert failed.pop("pipe.csv") == "no regular file"
         assert failed.pop("dangling.csv") == "a link to nothing"
         assert list(failed) == ["self.csv"]
@@ -133,7 +135,7 @@ def test_a_folder_that_cannot_be_read_is_named(tmp_path, monkeypatch):
         return listed(folder)
 
     monkeypatch.setattr(os, "listdir", refusing)
-    result = find(str(tmp_path / "**" / "*.csv"))
+    result = find_files(str(tmp_path / "**" / "*.csv"))
     assert [path.name for path in result.files] == ["a.csv"]
     assert result.failed == {tmp_path / "shut": "Permission denied"}
 

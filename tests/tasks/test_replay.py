@@ -22,11 +22,11 @@ from zerorate.show import (
     format_table,
 )
 from zerorate.tasks.replay.filters import Block
-from zerorate.tasks.replay.history import last_known, moments
+from zerorate.tasks.replay.history import last_finite, moments
 from zerorate.tasks.replay.measures import Measures
 from zerorate.tasks.replay.result import Readings
 from zerorate.tasks.replay.run import run_filters
-from zerorate.texts import within
+from zerorate.texts import use_line_width
 from zerorate.units import convert
 
 PUBLISHED = ("kf", "akf", "fading")
@@ -154,7 +154,7 @@ def test_memory_is_the_time_of_a_step(result):
             newest, older, constant = predicted + k0 * e, newest + k1 * e, constant + kc * e
             responses.append(newest)
         first = 1 + int(np.argmax(np.array(responses) >= 1.0 - math.exp(-1.0)))
-        assert result.memory[i] == pytest.approx(first / RATE)
+        assert result.time_constant[i] == pytest.approx(first / RATE)
 
 
 def test_progress_rises():
@@ -256,7 +256,7 @@ class TestAuto:
 
     def test_memory_is_the_time_of_a_small_step(self):
         z = noise(9000, 64)
-        known = run_filters(make_log(z), methods=("auto",)).memory
+        known = run_filters(make_log(z), methods=("auto",)).time_constant
         filter_ = alone_of("auto", channels=64)
         filter_.process(z)
         np.testing.assert_allclose(known, 1.0 / (filter_.gain[:, 0] * RATE), rtol=1e-12)
@@ -272,12 +272,12 @@ class TestAuto:
         z = 0.5 + 0.1 * np.random.default_rng(3).standard_normal((60_000, 1))
         learned = run_filters(make_log(z), methods=("auto",)).history.angle_random_walk
         # It is learned from the last 240 ticks or so, whose Allan variance is known to 8 %.
-        assert last_known(learned)[0] == pytest.approx(0.1 / math.sqrt(RATE), rel=0.2)
+        assert last_finite(learned)[0] == pytest.approx(0.1 / math.sqrt(RATE), rel=0.2)
 
     def test_last_known_value(self):
         values = np.array([[1.0, np.nan], [2.0, 3.0], [np.nan, np.nan]])
-        np.testing.assert_array_equal(last_known(values), [2.0, 3.0])
-        assert np.isnan(last_known(np.full((2, 1), np.nan))).all()
+        np.testing.assert_array_equal(last_finite(values), [2.0, 3.0])
+        assert np.isnan(last_finite(np.full((2, 1), np.nan))).all()
 
     def test_measures_are_of_the_rest(self):
         log, rest = make_log(noise(3000, 1)), np.ones((3000, 1), dtype=bool)
@@ -291,7 +291,7 @@ class TestAuto:
         measures.take(Block(0, raw, {"auto": held}, held, np.ascontiguousarray(rest.T)))
         measured = measures.finish()
         raw, auto = measured.scores
-        assert measured.seen.at_rest_count == [2000]
+        assert measured.sample_counts.at_rest_count == [2000]
         # What is held in motion is not held through the rest that follows.
         known = np.where(rest[:, 0], 0.5, np.nan)
         # Where a motion began is known to half a second.
@@ -356,7 +356,9 @@ class TestLeftOut:
         np.testing.assert_array_equal(dirty.to_log().data, alone.process(dirty.log.data))
         assert np.isnan(dirty.to_log().data[6000:6050, 1]).all()
         assert (
-            dirty.seen.missing_count.tolist() == dirty.left_out.saturated_count.tolist() == [0, 50]
+            dirty.sample_counts.missing_count.tolist()
+            == dirty.left_out.saturated_count.tolist()
+            == [0, 50]
         )
 
     def test_counts_are_those_of_the_filter(self, dirty):
@@ -382,8 +384,8 @@ class TestLeftOut:
 
     def test_a_stuck_sensor_is_measured_as_little_as_one_in_motion(self, dirty):
         stuck = dirty.readings.stuck[:, 0]
-        assert dirty.seen.stuck_count.tolist() == [np.count_nonzero(stuck), 0]
-        assert dirty.seen.at_rest_count[0] == np.count_nonzero(
+        assert dirty.sample_counts.stuck_count.tolist() == [np.count_nonzero(stuck), 0]
+        assert dirty.sample_counts.at_rest_count[0] == np.count_nonzero(
             dirty.readings.at_rest[:, 0] & ~stuck
         )
         counted = dirty.readings.certain_rest(RATE)[:, 0]
@@ -504,7 +506,7 @@ class TestText:
 
     @pytest.mark.parametrize("letters", [60, 80, 200])
     def test_what_is_said_is_as_wide_as_the_terminal(self, auto, letters):
-        with within(letters):
+        with use_line_width(letters):
             texts = (format_replay(auto), format_biases({"a": auto, "b": auto}), format_notes(auto))
         widest = max(len(line) for text in texts for line in text.split("\n"))
         assert widest <= letters
@@ -543,9 +545,9 @@ class TestText:
 
 def moved(replay, status="in motion"):
     """Return a replay whose first axis moves in the second half of it."""
-    at_rest = replay.seen.at_rest_count - [replay.header.n // 2, 0]
-    seen = dataclasses.replace(replay.seen, at_rest_count=at_rest)
-    return dataclasses.replace(replay, seen=seen, status=(status, *replay.status[1:]))
+    at_rest = replay.sample_counts.at_rest_count - [replay.header.n // 2, 0]
+    seen = dataclasses.replace(replay.sample_counts, at_rest_count=at_rest)
+    return dataclasses.replace(replay, sample_counts=seen, status=(status, *replay.status[1:]))
 
 
 class TestTextOfAuto:
@@ -576,7 +578,7 @@ class TestTextOfAuto:
         assert "unit √s" in format_learned(run_filters(make_log(noise(500), unit="unit")))
 
     def test_a_memory_beyond_the_record(self, auto):
-        endless = dataclasses.replace(auto, memory=np.array([np.inf, 20.0]))
+        endless = dataclasses.replace(auto, time_constant=np.array([np.inf, 20.0]))
         cells = [row.split() for row in format_learned(endless).split("\n")[3:5]]
         assert cells[0][5:7] == [">", "90"]
         assert cells[1][5] == "20.0"

@@ -11,11 +11,11 @@ import pytest
 
 from zerorate.cli import run
 from zerorate.io import open_log, read_log, write_log
-from zerorate.io.readers.parquet import RowGroups
+from zerorate.io.readers.parquet import RowGroupWriter
 from zerorate.record import LogError
 from zerorate.show import format_learned, format_notes
 from zerorate.tasks.replay.run import filter_to_file, run_filters
-from zerorate.tasks.workers import on_threads
+from zerorate.tasks.workers import limit_threads
 
 RATE = 100.0
 BLOCKS = (1, 97, 1000, 1 << 15)
@@ -132,7 +132,7 @@ def test_one_thread_does_the_same(tmp_path):
     regular(tmp_path / "raw.parquet")
     recording = open_log(tmp_path / "raw.parquet")
     filter_to_file(recording, tmp_path / "two.parquet", rows=500)
-    with on_threads(1):
+    with limit_threads(1):
         filter_to_file(recording, tmp_path / "one.parquet", rows=500)
     assert (tmp_path / "one.parquet").read_bytes() == (tmp_path / "two.parquet").read_bytes()
 
@@ -172,7 +172,7 @@ class TestFaults:
         def full(self, columns):
             raise OSError(errno.ENOSPC, "No space left on device")
 
-        monkeypatch.setattr(RowGroups, "write", full)
+        monkeypatch.setattr(RowGroupWriter, "write", full)
         arguments = ["replay", str(tmp_path / "raw.parquet"), "-o", str(tmp_path), "--no-figure"]
         assert run(arguments) == 1
         told = f"zerorate: {tmp_path}: No space left on device\n"

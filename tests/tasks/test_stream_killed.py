@@ -9,13 +9,13 @@ import pytest
 
 from support.streams import Asked, lines_of, streamed_apart
 from zerorate.cli import run
-from zerorate.tasks.live import Beside, LineStream, Settings
+from zerorate.tasks.live import DriftColumn, LineStream, Settings
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 
 N = 6000
 KILLS = 4
-BESIDE = (Beside.bias, Beside.bias_sigma)
+BESIDE = (DriftColumn.bias, DriftColumn.bias_sigma)
 # A checkpoint every fifth sample, so that many a kill meets one that is being written.
 OPTIONS = ("--rate", "100", "--with", "bias,bias_sigma", "--every", "0.05")
 

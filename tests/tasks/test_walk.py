@@ -5,7 +5,7 @@ import pytest
 
 import zerorate as zr
 from support.commands import names
-from zerorate.findings.attitude import up
+from zerorate.findings.attitude import up_direction
 from zerorate.record import LogError
 
 WALK = zr.simulate_walk(strides=10, seed=1)
@@ -48,7 +48,7 @@ def test_clipping_is_no_fault_of_the_axes(gyro_range, seed):
 
 
 def test_acceleration_without_gravity_is_refused():
-    felt = 9.80665 * up(zr.walk(RECORDING, smooth=True).quaternion)
+    felt = 9.80665 * up_direction(zr.walk(RECORDING, smooth=True).quaternion)
     rows = {"time_s": WALK.time}
     for name, values in (("gyro", WALK.gyro), ("accel", WALK.accel - felt)):
         rows |= {f"{name}_{x}": values[:, i] for i, x in enumerate("xyz")}

@@ -9,10 +9,10 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.array.rotations import sensor_vectors
+from zerorate.array.rotations import parse_vectors
 from zerorate.faults import ArgumentError
 from zerorate.record.missing import floats
-from zerorate.record.named import in_unit, rate_of
+from zerorate.record.named import convert_to_unit, rate_of
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import canonical, convert, kind
 from zerorate.views import Result
@@ -20,40 +20,40 @@ from zerorate.views import Result
 AccelWeights: TypeAlias = Literal["auto", "mean", "white"]
 
 _G: Final = 9.80665
-_MOST_ACCEL: Final = 1e9
+_MAX_ACCEL_M_S2: Final = 1e9
 """m/s^2 that no sensor gives: beyond it a sample is missing."""
-_MOST_RATE: Final = 1e6
+_MAX_RATE_RAD_S: Final = 1e6
 """The same in rad/s."""
-_MOST_LEVER: Final = 1e3
+_MAX_LEVER_M: Final = 1e3
 """Metres to a sensor."""
-_ORTHONORMAL: Final = 1e-6
+_MAX_ORTHONORMAL_ERROR: Final = 1e-6
 
-_ROWS: Final = 1 << 13
+_CHUNK_ROWS: Final = 1 << 13
 """Samples at a time."""
-_TICK: Final = 0.25
+_TICK_S: Final = 0.25
 """Seconds over which sensors are compared."""
-_BACK: Final = 10.0
+_READMISSION_S: Final = 10.0
 """Seconds of agreement after which a sensor is back."""
-_VOTERS: Final = 3
+_MIN_VOTERS: Final = 3
 """Sensors of which one can be told to be wrong."""
-_TYPICAL: Final = 5.0
+_MAX_TYPICAL_RATIO: Final = 5.0
 """Times what half of the sensors differ by in the same tick: biases, motion without levers."""
-_SIGMAS: Final = 9.0
-_SAMPLE_SHARE, _TICK_SHARE = 0.5, 0.1
+_MAX_SIGMAS: Final = 9.0
+_SAMPLE_TOLERANCE, _TICK_TOLERANCE = 0.5, 0.1
 """Parts of the acceleration, gravity at least, by which a sample and the mean of a tick are off."""
 
-_DOUBTS: Final = 3.0
+_DERIVATIVE_SIGMAS: Final = 3.0
 """Deviations of the rate's derivative, times the lever arm."""
-_SOME_LEVER: Final = 0.05
+_UNKNOWN_LEVER_M: Final = 0.05
 """Metres between sensors whose positions are not given."""
 
-_QUIET: Final = 4
+_QUIET_DIVISOR: Final = 4
 """One in so many ticks, the quietest, tells the noise."""
-_FLOOR: Final = 1e-6 * _G
+_MIN_SIGMA_M_S2: Final = 1e-6 * _G
 """Least deviation of a sensor, m/s^2."""
-_STILL: Final = 1e-6
+_MIN_DERIVATIVE_SIGMA: Final = 1e-6
 """Least deviation of the rate's derivative, rad/s^2; and, of the derivative, the least part."""
-_FAST: Final = 35.0
+_FAST_RATE_RAD_S: Final = 35.0
 """rad/s, 2000 deg/s: rates beyond are what gyros miss."""
 _RIDGE: Final = 1e-12
 """Part of the spread of the positions that keeps equations solvable."""
@@ -193,44 +193,48 @@ def fuse_accelerometers(
     [0.   0.   9.81]
     """
     hertz, units = rate_of(rate, rate_fused), _Units.of(gyro_unit, accel_unit)
-    samples = sensor_vectors("accel", accel)
+    samples = parse_vectors("accel", accel)
     n, sensors, _ = samples.shape
-    matrices, levers = _rotations(rotations, sensors), _positions(positions, sensors)
-    given = _given(weights, sensors)
+    matrices, levers = _parse_rotations(rotations, sensors), _parse_positions(positions, sensors)
+    weighting = _parse_weights(weights, sensors)
     if not 0.0 <= scale_error <= 1.0:
         raise ArgumentError("scale_error", f"must be from 0 to 1, got {scale_error}")
-    omega = _rates(in_unit(rate_fused, gyro_unit, "rate_fused"), n) * units.rate
-    there = _present(samples, limit, units.accel)
-    force = _in_body(np.where(there[:, :, np.newaxis], samples * units.accel, np.nan), matrices)
+    omega = _parse_rates(convert_to_unit(rate_fused, gyro_unit, "rate_fused"), n) * units.rate
+    present = _find_present(samples, limit, units.accel)
+    force = _rotate_to_body(
+        np.where(present[:, :, np.newaxis], samples * units.accel, np.nan), matrices
+    )
     motion = None if levers is None else _Motion.of(omega, hertz, levers)
-    noise = _noise(force, hertz)
-    blocks = _blocks(n, hertz)
-    doubt = _without_levers(omega, hertz) if motion is None else None
-    votes = [_voted(force[here], motion, doubt, here, noise, hertz) for here in blocks]
-    excluded = _excluded(votes, hertz) & there
-    found = _Found(n, sensors)
-    for here in blocks:
-        variances = _variances(given, noise, scale_error * _size(force[here]))
-        usable = there[here] & ~excluded[here]
-        found.take(here, force[here], np.where(usable, 1.0 / variances, 0.0), motion)
+    noise = _estimate_noise(force, hertz)
+    blocks = _split_blocks(n, hertz)
+    lever_error = _unknown_lever_error(omega, hertz) if motion is None else None
+    votes = [
+        _vote_on_block(force[block], motion, lever_error, block, noise, hertz) for block in blocks
+    ]
+    excluded = _find_excluded(votes, hertz) & present
+    solution = _Solution(n, sensors)
+    for block in blocks:
+        variances = _weight_variances(weighting, noise, scale_error * _median_force(force[block]))
+        usable = present[block] & ~excluded[block]
+        solution.add(block, force[block], np.where(usable, 1.0 / variances, 0.0), motion)
     return FusedAccelerometers(
-        accel=found.force / units.accel,
-        weights=found.weights,
+        accel=solution.force / units.accel,
+        weights=solution.weights,
         excluded=excluded,
-        residual=found.residual / units.accel,
-        angular_acceleration=None if motion is None else found.turns / units.rate,
+        residual=solution.residual / units.accel,
+        angular_acceleration=None if motion is None else solution.angular_acceleration / units.rate,
         unit=units.name,
     )
 
 
-def _in_body(force: Floats, matrices: Floats | None) -> Floats:
-    turned: Floats = force if matrices is None else np.einsum("kij,nkj->nki", matrices, force)
-    return turned
+def _rotate_to_body(force: Floats, matrices: Floats | None) -> Floats:
+    rotated: Floats = force if matrices is None else np.einsum("kij,nkj->nki", matrices, force)
+    return rotated
 
 
-def _size(force: Floats) -> Floats:
+def _median_force(force: Floats) -> Floats:
     """Return the size that most sensors feel, (n,); gravity at least, also where nobody is left."""
-    size: Floats = _median(np.linalg.norm(force, axis=2)[:, :, np.newaxis])[:, 0]
+    size: Floats = _sensor_median(np.linalg.norm(force, axis=2)[:, :, np.newaxis])[:, 0]
     return np.fmax(size, _G)
 
 
@@ -277,43 +281,43 @@ class _Motion(NamedTuple):
         turns = np.where(known[:, np.newaxis], omega, 0.0)
         return cls(levers, turns, known, change, certainty * known)
 
-    def part(self, here: slice) -> _Motion:
+    def part(self, block: slice) -> _Motion:
         """Return the same of some samples."""
         return _Motion(
             self.levers,
-            self.omega[here],
-            self.known[here],
-            self.change[here],
-            self.certainty[here],
+            self.omega[block],
+            self.known[block],
+            self.change[block],
+            self.certainty[block],
         )
 
     @property
-    def turning(self) -> Floats:
+    def centripetal(self) -> Floats:
         """What turning alone does to the sensors, (n, N, 3)."""
         turn = self.omega[:, np.newaxis]
         return np.cross(turn, np.cross(turn, self.levers))
 
     @property
-    def felt(self) -> Floats:
+    def lever_acceleration(self) -> Floats:
         """What sensors feel for their lever arms, (n, N, 3), by the rate alone."""
-        return self.turning + np.cross(self.change[:, np.newaxis], self.levers)
+        return self.centripetal + np.cross(self.change[:, np.newaxis], self.levers)
 
     @property
-    def doubt(self) -> Floats:
+    def lever_error(self) -> Floats:
         """By how much that may be wrong against the mean place, (n, N); infinite without a rate."""
         sure = np.sqrt(self.certainty)[:, np.newaxis]
         arms = np.linalg.norm(self.levers - self.levers.mean(axis=0), axis=1)
         unknown = np.full((len(sure), len(arms)), np.inf)
-        doubt: Floats = np.divide(_DOUBTS * arms, sure, out=unknown, where=sure > 0.0)
+        doubt: Floats = np.divide(_DERIVATIVE_SIGMAS * arms, sure, out=unknown, where=sure > 0.0)
         return doubt
 
 
-def _without_levers(omega: Floats, rate: float) -> Floats:
+def _unknown_lever_error(omega: Floats, rate: float) -> Floats:
     """Return what lever arms that are not known may do, (n, 1)."""
     change, variance = _derivative(omega, rate)
     size = np.square(np.linalg.norm(omega, axis=1)) + np.linalg.norm(change, axis=1)
-    size += _DOUBTS * np.sqrt(variance)
-    doubt = np.where(np.isfinite(size) & (variance > 0.0), _SOME_LEVER * size, np.inf)
+    size += _DERIVATIVE_SIGMAS * np.sqrt(variance)
+    doubt = np.where(np.isfinite(size) & (variance > 0.0), _UNKNOWN_LEVER_M * size, np.inf)
     return doubt[:, np.newaxis]
 
 
@@ -327,31 +331,33 @@ def _derivative(omega: Floats, rate: float) -> tuple[Floats, Floats]:
     edge = np.full((1, 3), np.nan)
     before, after = np.concatenate((edge, slopes)), np.concatenate((slopes, edge))
     both = 0.5 * (before + after)
-    one = np.where(np.isfinite(before), before, after)
-    change = np.where(np.isfinite(both), both, one)
-    doubt = np.where(np.isfinite(both), after - before, one)
+    one_sided = np.where(np.isfinite(before), before, after)
+    change = np.where(np.isfinite(both), both, one_sided)
+    doubt = np.where(np.isfinite(both), after - before, one_sided)
     variance = np.mean(doubt**2, axis=1)
     # Of its neighbours too, for slopes may agree by chance.
     padded = np.pad(variance, 1, constant_values=np.nan)
     variance = np.fmax(np.fmax(padded[:-2], padded[2:]), variance)
     known = np.isfinite(change).all(axis=1) & np.isfinite(variance)
-    floor = (_STILL * np.linalg.norm(np.where(known[:, np.newaxis], change, 0.0), axis=1)) ** 2
+    floor = (
+        _MIN_DERIVATIVE_SIGMA * np.linalg.norm(np.where(known[:, np.newaxis], change, 0.0), axis=1)
+    ) ** 2
     return (
         np.where(known[:, np.newaxis], change, 0.0),
-        np.where(known, variance + floor + _STILL**2, 0.0),
+        np.where(known, variance + floor + _MIN_DERIVATIVE_SIGMA**2, 0.0),
     )
 
 
-def _rates(rate_fused: npt.ArrayLike, n: int) -> Floats:
+def _parse_rates(rate_fused: npt.ArrayLike, n: int) -> Floats:
     rates = floats(rate_fused, "rate_fused")
     if rates.shape != (n, 3):
         raise ArgumentError(
             "rate_fused", f"must have shape ({n}, 3), as accel has, got {rates.shape}"
         )
-    return np.where(np.abs(rates) <= _MOST_RATE, rates, np.nan)
+    return np.where(np.abs(rates) <= _MAX_RATE_RAD_S, rates, np.nan)
 
 
-def _rotations(rotations: npt.ArrayLike | None, sensors: int) -> Floats | None:
+def _parse_rotations(rotations: npt.ArrayLike | None, sensors: int) -> Floats | None:
     if rotations is None:
         return None
     matrices = floats(rotations, "rotations")
@@ -360,12 +366,12 @@ def _rotations(rotations: npt.ArrayLike | None, sensors: int) -> Floats | None:
     for k, matrix in enumerate(matrices):
         off = np.abs(matrix @ matrix.T - np.eye(3)).max()
         # Not so for NaN.
-        if not (off <= _ORTHONORMAL and np.linalg.det(matrix) > 0.0):
+        if not (off <= _MAX_ORTHONORMAL_ERROR and np.linalg.det(matrix) > 0.0):
             raise ValueError(f"the matrix of sensor {k + 1} is no rotation")
     return matrices
 
 
-def _positions(positions: npt.ArrayLike | None, sensors: int) -> Floats | None:
+def _parse_positions(positions: npt.ArrayLike | None, sensors: int) -> Floats | None:
     if positions is None:
         return None
     levers = floats(positions, "positions")
@@ -373,12 +379,12 @@ def _positions(positions: npt.ArrayLike | None, sensors: int) -> Floats | None:
         raise ArgumentError(
             "positions", f"must have shape ({sensors}, 3), in m, got {levers.shape}"
         )
-    if not (np.abs(levers) <= _MOST_LEVER).all():
-        raise ArgumentError("positions", f"must be finite, within {_MOST_LEVER:g} m")
+    if not (np.abs(levers) <= _MAX_LEVER_M).all():
+        raise ArgumentError("positions", f"must be finite, within {_MAX_LEVER_M:g} m")
     return levers
 
 
-def _given(weights: str | npt.ArrayLike, sensors: int) -> Floats | str:
+def _parse_weights(weights: str | npt.ArrayLike, sensors: int) -> Floats | str:
     """Return the word, or numbers of mean 1."""
     if isinstance(weights, str):
         if weights not in ("auto", "mean", "white"):
@@ -395,51 +401,53 @@ def _given(weights: str | npt.ArrayLike, sensors: int) -> Floats | str:
     return scaled
 
 
-def _present(samples: Floats, limit: float | None, factor: float) -> Booleans:
+def _find_present(samples: Floats, limit: float | None, factor: float) -> Booleans:
     """Return which samples (n, N) are there on all axes, and not at the end of the range."""
-    most = _MOST_ACCEL / factor
+    largest = _MAX_ACCEL_M_S2 / factor
     if limit is not None:
         if not limit > 0.0:
             raise ArgumentError("limit", f"must be positive, got {limit}")
-        most = min(most, np.nextafter(limit, 0.0))
-    there: Booleans = np.all(np.abs(samples) <= most, axis=2)
-    return there
+        largest = min(largest, np.nextafter(limit, 0.0))
+    present: Booleans = np.all(np.abs(samples) <= largest, axis=2)
+    return present
 
 
-def _starts(n: int, rate: float) -> Integers:
+def _tick_starts(n: int, rate: float) -> Integers:
     """Return where ticks begin."""
-    return np.arange(0, n, max(round(_TICK * rate), 1))
+    return np.arange(0, n, max(round(_TICK_S * rate), 1))
 
 
 def _tick_means(values: Floats, starts: Integers) -> tuple[Floats, Integers]:
     """Return the means over each tick of the values (n, N, 3) that are there, and their number."""
-    there = np.isfinite(values)
-    counts = np.add.reduceat(there, starts, axis=0, dtype=np.int64)
-    sums = np.add.reduceat(np.where(there, values, 0.0), starts, axis=0)
+    present = np.isfinite(values)
+    counts = np.add.reduceat(present, starts, axis=0, dtype=np.int64)
+    sums = np.add.reduceat(np.where(present, values, 0.0), starts, axis=0)
     means = np.divide(sums, counts, out=np.full(sums.shape, np.nan), where=counts > 0)
     return means, counts[:, :, 0]
 
 
-def _noise(force: Floats, rate: float) -> Floats:
+def _estimate_noise(force: Floats, rate: float) -> Floats:
     """Return the deviation of the samples of each sensor on an axis, shape (N,).
 
     It is that of steps from sample to sample, in the quarter of the ticks in which most sensors are
     quietest; for a sensor that is not there then it is the others'.
     """
     steps = 0.5 * np.diff(force, axis=0, prepend=force[:1]) ** 2
-    squares = _tick_means(steps, _starts(len(force), rate))[0].mean(axis=2)
-    loud = _median(squares[:, :, np.newaxis])[:, 0]
+    squares = _tick_means(steps, _tick_starts(len(force), rate))[0].mean(axis=2)
+    loud = _sensor_median(squares[:, :, np.newaxis])[:, 0]
     order = np.argsort(loud, kind="stable")
-    known = order[: max(int(np.isfinite(loud).sum()) // _QUIET, 1)]
+    known = order[: max(int(np.isfinite(loud).sum()) // _QUIET_DIVISOR, 1)]
     quiet = squares[known]
-    there = np.isfinite(quiet)
-    sums = np.where(there, quiet, 0.0).sum(axis=0)
-    means = np.divide(sums, there.sum(axis=0), out=np.full(sums.shape, np.nan), where=there.any(0))
-    usual = float(_median(means[np.newaxis, :, np.newaxis])[0, 0])
+    present = np.isfinite(quiet)
+    sums = np.where(present, quiet, 0.0).sum(axis=0)
+    means = np.divide(
+        sums, present.sum(axis=0), out=np.full(sums.shape, np.nan), where=present.any(0)
+    )
+    usual = float(_sensor_median(means[np.newaxis, :, np.newaxis])[0, 0])
     return np.sqrt(np.where(np.isfinite(means), means, usual if np.isfinite(usual) else 0.0))
 
 
-def _median(values: Floats) -> Floats:
+def _sensor_median(values: Floats) -> Floats:
     """Return the medians (n, k) over the sensors of values (n, N, k), of those that are there."""
     # NaN come last.
     ranked = np.sort(values, axis=1)
@@ -449,126 +457,143 @@ def _median(values: Floats) -> Floats:
     return 0.5 * (low + high)[:, 0]
 
 
-def _blocks(n: int, rate: float) -> list[slice]:
+def _split_blocks(n: int, rate: float) -> list[slice]:
     """Return parts of whole ticks, small enough for the memory."""
-    length = max(round(_TICK * rate), 1)
-    step = length * max(_ROWS // length, 1)
+    length = max(round(_TICK_S * rate), 1)
+    step = length * max(_CHUNK_ROWS // length, 1)
     return [slice(first, min(first + step, n)) for first in range(0, n, step)]
 
 
 class _Vote(NamedTuple):
     """Samples that are far (n, N); of each tick who is, how far, and how far nobody wonders."""
 
-    far: Booleans
-    out: Booleans
+    outliers: Booleans
+    outlier_ticks: Booleans
     sizes: Floats
     bounds: Floats
 
 
-def _voted(
+def _vote_on_block(
     force: Floats,
     motion: _Motion | None,
-    doubt: Floats | None,
-    here: slice,
+    lever_error: Floats | None,
+    block: slice,
     noise: Floats,
     rate: float,
 ) -> _Vote:
-    """Return the vote on some samples; `doubt` is that without lever arms."""
+    """Return the vote on some samples; `lever_error` is that without lever arms."""
     if motion is None:
-        assert doubt is not None
-        return _vote(force, np.broadcast_to(doubt[here], force.shape[:2]), noise, rate)
-    part = motion.part(here)
-    return _vote(force - part.felt, part.doubt, noise, rate)
+        assert lever_error is not None
+        return _vote_on_sensors(
+            force, np.broadcast_to(lever_error[block], force.shape[:2]), noise, rate
+        )
+    part = motion.part(block)
+    return _vote_on_sensors(force - part.lever_acceleration, part.lever_error, noise, rate)
 
 
-def _vote(alike: Floats, doubt: Floats, noise: Floats, rate: float) -> _Vote:
+def _vote_on_sensors(forces: Floats, lever_error: Floats, noise: Floats, rate: float) -> _Vote:
     """Return which sensors (n, N) are far from the middle of all.
 
-    They should be `alike` but for `doubt` (n, N), which is infinite where nothing can be said.
+    They should be `forces` but for `lever_error` (n, N), which is infinite where it is unknown.
     """
-    middle = _median(alike)
-    apart = alike - middle[:, np.newaxis]
+    middle = _sensor_median(forces)
+    differences = forces - middle[:, np.newaxis]
     size = np.maximum(np.linalg.norm(middle, axis=1), _G)[:, np.newaxis]
-    sizes, bounds = _compared(apart, noise, _SAMPLE_SHARE * size + doubt)
-    far: Booleans = sizes > bounds
-    starts = _starts(len(alike), rate)
-    judged = np.isfinite(doubt + size)
-    means, counts = _tick_means(np.where(judged[:, :, np.newaxis], apart, np.nan), starts)
-    tolerated, _ = _tick_means(
-        np.where(judged, _TICK_SHARE * size + doubt, np.nan)[:, :, np.newaxis], starts
+    sizes, bounds = _compare_sizes(differences, noise, _SAMPLE_TOLERANCE * size + lever_error)
+    outliers: Booleans = sizes > bounds
+    starts = _tick_starts(len(forces), rate)
+    comparable = np.isfinite(lever_error + size)
+    means, counts = _tick_means(np.where(comparable[:, :, np.newaxis], differences, np.nan), starts)
+    tolerance, _ = _tick_means(
+        np.where(comparable, _TICK_TOLERANCE * size + lever_error, np.nan)[:, :, np.newaxis], starts
     )
-    sizes, bounds = _compared(means, noise / np.sqrt(np.maximum(counts, 1)), tolerated[:, :, 0])
-    spikes = np.add.reduceat(far, starts, axis=0, dtype=np.int64)
-    out = (sizes > bounds) | ((2 * spikes > counts) & (counts > 0))
-    return _Vote(far, out, sizes, bounds)
+    sizes, bounds = _compare_sizes(
+        means, noise / np.sqrt(np.maximum(counts, 1)), tolerance[:, :, 0]
+    )
+    spikes = np.add.reduceat(outliers, starts, axis=0, dtype=np.int64)
+    outlier_ticks = (sizes > bounds) | ((2 * spikes > counts) & (counts > 0))
+    return _Vote(outliers, outlier_ticks, sizes, bounds)
 
 
-def _excluded(votes: list[_Vote], rate: float) -> Booleans:
+def _find_excluded(votes: list[_Vote], rate: float) -> Booleans:
     """Return which sensors (n, N) are left out."""
-    far, out, sizes, bounds = (np.concatenate(parts) for parts in zip(*votes, strict=True))
-    starts = _starts(len(far), rate)
-    lengths = np.diff(np.append(starts, len(far)))
-    held = _held(out, sizes, bounds, math.ceil(_BACK * rate / lengths[0]))
-    excluded: Booleans = far | np.repeat(held, lengths, axis=0)
+    outliers, outlier_ticks, sizes, bounds = (
+        np.concatenate(parts) for parts in zip(*votes, strict=True)
+    )
+    starts = _tick_starts(len(outliers), rate)
+    lengths = np.diff(np.append(starts, len(outliers)))
+    held = _find_held_out(
+        outlier_ticks, sizes, bounds, math.ceil(_READMISSION_S * rate / lengths[0])
+    )
+    excluded: Booleans = outliers | np.repeat(held, lengths, axis=0)
     return excluded
 
 
-def _compared(apart: Floats, noise: Floats, tolerated: Floats) -> tuple[Floats, Floats]:
+def _compare_sizes(differences: Floats, noise: Floats, tolerance: Floats) -> tuple[Floats, Floats]:
     """Return how far sensors are from the middle (m, N), and what the others explain of it.
 
     Both are NaN where a sensor is missing, and the bound is infinite where too few are there.
     """
-    sizes = np.linalg.norm(apart, axis=2)
-    typical = _median(sizes[:, :, np.newaxis])
-    several = np.isfinite(sizes).sum(axis=1, keepdims=True) >= _VOTERS
-    bounds: Floats = _TYPICAL * typical + _SIGMAS * noise + tolerated
+    sizes = np.linalg.norm(differences, axis=2)
+    typical = _sensor_median(sizes[:, :, np.newaxis])
+    several = np.isfinite(sizes).sum(axis=1, keepdims=True) >= _MIN_VOTERS
+    bounds: Floats = _MAX_TYPICAL_RATIO * typical + _MAX_SIGMAS * noise + tolerance
     return sizes, np.where(several, bounds, np.inf)
 
 
-def _held(out: Booleans, sizes: Floats, bounds: Floats, back: int) -> Booleans:
+def _find_held_out(
+    out: Booleans, sizes: Floats, bounds: Floats, readmission_ticks: int
+) -> Booleans:
     """Return in which ticks (m, N) a sensor is out.
 
     It is back after so many ticks in which it was not, and would have been by what it was last.
     """
     held = np.empty_like(out)
-    seen, agreed = np.zeros(out.shape[1]), np.full(out.shape[1], back)
+    last_size, agreed_ticks = np.zeros(out.shape[1]), np.full(out.shape[1], readmission_ticks)
     for t, now in enumerate(out):
-        seen = np.where(now, np.fmax(sizes[t], bounds[t]), seen)
-        agreed = np.where(now, 0, agreed + (np.isfinite(sizes[t]) & (bounds[t] < seen)))
-        held[t] = agreed < back
+        last_size = np.where(now, np.fmax(sizes[t], bounds[t]), last_size)
+        agreed_ticks = np.where(
+            now, 0, agreed_ticks + (np.isfinite(sizes[t]) & (bounds[t] < last_size))
+        )
+        held[t] = agreed_ticks < readmission_ticks
     return held
 
 
-def _variances(given: Floats | str, noise: Floats, scale: Floats) -> Floats:
+def _weight_variances(weighting: Floats | str, noise: Floats, scale: Floats) -> Floats:
     """Return the variances (n, N) by which sensors weigh; `scale` (n,) is that of scale errors."""
-    each = noise**2 + _FLOOR**2
-    alike = np.square(scale)[:, np.newaxis]
-    if isinstance(given, str):
-        if given == "white":
-            return np.broadcast_to(each, (len(scale), len(each)))
-        total: Floats = (each if given == "auto" else each.mean()) + alike
-        return np.broadcast_to(total, (len(scale), len(each)))
+    sensor_variance = noise**2 + _MIN_SIGMA_M_S2**2
+    common = np.square(scale)[:, np.newaxis]
+    if isinstance(weighting, str):
+        if weighting == "white":
+            return np.broadcast_to(sensor_variance, (len(scale), len(sensor_variance)))
+        total: Floats = (
+            sensor_variance if weighting == "auto" else sensor_variance.mean()
+        ) + common
+        return np.broadcast_to(total, (len(scale), len(sensor_variance)))
     with np.errstate(divide="ignore"):
-        divided: Floats = (each.mean() + alike) / given
+        divided: Floats = (sensor_variance.mean() + common) / weighting
     return divided
 
 
-class _Found:
+class _Solution:
     """What is found, part by part: force and turns (n, 3), weights (n, N), residual (N,)."""
 
     def __init__(self, n: int, sensors: int) -> None:
-        self.force, self.turns = np.empty((n, 3)), np.empty((n, 3))
+        self.force, self.angular_acceleration = np.empty((n, 3)), np.empty((n, 3))
         self.weights = np.empty((n, sensors))
         self._squares, self._counts = np.zeros(sensors), np.zeros(sensors)
 
-    def take(self, here: slice, force: Floats, information: Floats, motion: _Motion | None) -> None:
+    def add(self, block: slice, force: Floats, information: Floats, motion: _Motion | None) -> None:
         """Solve for some samples."""
-        solved = _solved(force, information, None if motion is None else motion.part(here))
-        self.force[here], self.turns[here] = solved.force, solved.turns
-        self.weights[here] = solved.weights
+        solved = _solve_block(force, information, None if motion is None else motion.part(block))
+        self.force[block], self.angular_acceleration[block] = (
+            solved.force,
+            solved.angular_acceleration,
+        )
+        self.weights[block] = solved.weights
         used = solved.weights > 0.0
         self._squares += np.sum(
-            np.where(used[:, :, np.newaxis], solved.left, 0.0) ** 2, axis=(0, 2)
+            np.where(used[:, :, np.newaxis], solved.residuals, 0.0) ** 2, axis=(0, 2)
         )
         self._counts += 3 * used.sum(axis=0)
 
@@ -580,43 +605,45 @@ class _Found:
         return np.sqrt(means)
 
 
-class _Solved(NamedTuple):
+class _BlockSolution(NamedTuple):
     """Force (n, 3), weights (n, N), angular acceleration (n, 3), differences left (n, N, 3)."""
 
     force: Floats
     weights: Floats
-    turns: Floats
-    left: Floats
+    angular_acceleration: Floats
+    residuals: Floats
 
 
-def _solved(force: Floats, information: Floats, motion: _Motion | None) -> _Solved:
+def _solve_block(force: Floats, information: Floats, motion: _Motion | None) -> _BlockSolution:
     """Return the force at the origin, by least squares.
 
     About their weighted mean place the sensors tell the angular acceleration alone, as a rigid body
     with their information for masses would: of inertia J, J alpha = sum of r x force.
     """
     if motion is not None:
-        force = force - motion.turning
-    held = np.where(information[:, :, np.newaxis] > 0.0, force, 0.0)
+        force = force - motion.centripetal
+    present_force = np.where(information[:, :, np.newaxis] > 0.0, force, 0.0)
     total = information.sum(axis=1)
-    nobody = total == 0.0
-    weights = information / np.where(nobody, 1.0, total)[:, np.newaxis]
-    mean = np.einsum("nk,nki->ni", weights, held)
-    left = np.where(information[:, :, np.newaxis] > 0.0, held - mean[:, np.newaxis], 0.0)
+    unobserved = total == 0.0
+    weights = information / np.where(unobserved, 1.0, total)[:, np.newaxis]
+    mean = np.einsum("nk,nki->ni", weights, present_force)
+    differences = np.where(
+        information[:, :, np.newaxis] > 0.0, present_force - mean[:, np.newaxis], 0.0
+    )
     turns = np.full(mean.shape, np.nan)
     if motion is not None:
-        place = weights @ motion.levers
-        arms = motion.levers - place[:, np.newaxis]
-        change = _changes(arms, left, information, motion)
-        mean = mean - np.einsum("nij,nj->ni", change, place)
-        left = left - np.einsum("nij,nkj->nki", change, arms)
+        centre = weights @ motion.levers
+        arms = motion.levers - centre[:, np.newaxis]
+        change = _force_gradient(arms, differences, information, motion)
+        mean = mean - np.einsum("nij,nj->ni", change, centre)
+        differences = differences - np.einsum("nij,nkj->nki", change, arms)
         turns = np.stack([change[:, 2, 1], change[:, 0, 2], change[:, 1, 0]], axis=1)
-        turns[nobody | ~motion.known] = np.nan
-    mean[nobody] = np.nan
-    return _Solved(mean, weights, turns, left)
+        turns[unobserved | ~motion.known] = np.nan
+    mean[unobserved] = np.nan
+    return _BlockSolution(mean, weights, turns, differences)
 
 
-def _changes(arms: Floats, left: Floats, u: Floats, motion: _Motion) -> Floats:
+def _force_gradient(arms: Floats, differences: Floats, u: Floats, motion: _Motion) -> Floats:
     """Return by how much the force changes with the place, (n, 3, 3): times an arm it is a force.
 
     Differences from the mean at arms (n, N, 3) tell it. Where the rate is known it is a cross
@@ -627,13 +654,13 @@ def _changes(arms: Floats, left: Floats, u: Floats, motion: _Motion) -> Floats:
     spread = np.trace(squares, axis1=1, axis2=2)
     ridge = np.maximum(_RIDGE * spread, np.finfo(float).tiny) + motion.certainty
     inertia = (spread + ridge)[:, np.newaxis, np.newaxis] * np.eye(3) - squares
-    moment = np.einsum("nk,nki->ni", u, np.cross(arms, left))
+    moment = np.einsum("nk,nki->ni", u, np.cross(arms, differences))
     moment += motion.certainty[:, np.newaxis] * motion.change
     x, y, z = np.linalg.solve(inertia, moment[:, :, np.newaxis])[:, :, 0].T
     zero = np.zeros_like(x)
     changes: Floats = np.stack([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
-    lost = np.flatnonzero(~motion.known)
-    across = np.einsum("nk,nki,nkj->nij", u[lost], arms[lost], left[lost])
-    free = np.linalg.solve(squares[lost] + np.eye(3) / _FAST**4, across)
-    changes[lost] = free.transpose(0, 2, 1)
+    unknown = np.flatnonzero(~motion.known)
+    across = np.einsum("nk,nki,nkj->nij", u[unknown], arms[unknown], differences[unknown])
+    free = np.linalg.solve(squares[unknown] + np.eye(3) / _FAST_RATE_RAD_S**4, across)
+    changes[unknown] = free.transpose(0, 2, 1)
     return changes

@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.array.virtual_gyro import Parts, VirtualGyro, WeightsName, weigh
-from zerorate.faults import ArgumentError, given, said
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.noise.freedom import freedoms
-from zerorate.noise.kinds import KINDS, TauGrid, factors, seconds
+from zerorate.noise.kinds import KINDS, TauGrid, averaging_factors, averaging_times
 from zerorate.noise.quantities import check_unit
 from zerorate.noise.records import size_of
 from zerorate.record import Log
@@ -23,9 +23,9 @@ from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
 
 _KIND: Final = KINDS["oadev"]
-_PARTS: Final = 8
+_PART_COUNT: Final = 8
 # Terms at a time, which the cache holds.
-_CHUNK: Final = 1 << 13
+_CHUNK_TERMS: Final = 1 << 13
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,18 +203,18 @@ def allan_covariance(
     >>> print(f"{r.correlation[10, 0, 1]:.2f} at {r.tau[10]:g} s")
     1.00 at 10.24 s
     """
-    hertz, unit, record = rate_of(rate, z), check_unit(unit_of(unit, z)), _checked(z, bridge)
+    hertz, unit, record = rate_of(rate, z), check_unit(unit_of(unit, z)), _parse_record(z, bridge)
     n, gyros = record.shape
-    labels = _names(names_of(z) if names is None else names, gyros)
-    m, said = factors(taus, _KIND, hertz, _longest(n, hertz))
+    labels = _gyro_names(names_of(z) if names is None else names, gyros)
+    m, factor_notes = averaging_factors(taus, _KIND, hertz, _longest_factor(n, hertz))
     missing = n - np.count_nonzero(np.isfinite(record), axis=0)
-    _bridge(record, bridge)
-    complete = _complete(record, labels)
-    edf = _edf(record, m)
-    phase, size = _phase(record, complete)
-    sums = _sums(phase, complete, m)
-    matrix, tau = _mean(sums.products, sums.terms), seconds(m, _KIND, hertz)
-    lost = n - int(np.count_nonzero(complete))
+    _bridge_gaps(record, bridge)
+    complete = _find_complete(record, labels)
+    edf = _median_edf(record, m)
+    phase, size = _integrate_phase(record, complete)
+    sums = _sum_products(phase, complete, m)
+    matrix, tau = _mean_products(sums.products, sums.terms), averaging_times(m, _KIND, hertz)
+    missing_count = n - int(np.count_nonzero(complete))
     with np.errstate(over="ignore"):
         scaled = matrix * size * size
     return AllanCovariance(
@@ -222,20 +222,20 @@ def allan_covariance(
         matrix=scaled,
         edf=edf,
         term_count=sums.terms,
-        seconds=(n - lost) / hertz,
+        seconds=(n - missing_count) / hertz,
         rate=hertz,
         unit=unit,
         names=labels,
         notes=(
-            *said,
-            *_on_gaps(n, lost, missing, bridge, labels),
-            *_on_terms(sums.terms, tau),
+            *factor_notes,
+            *_gap_notes(n, missing_count, missing, bridge, labels),
+            *_term_notes(sums.terms, tau),
         ),
-        _parts=_parts(sums, matrix, tau, edf),
+        _parts=_make_parts(sums, matrix, tau, edf),
     )
 
 
-def _checked(z: npt.ArrayLike | Log, bridge: int) -> Floats:
+def _parse_record(z: npt.ArrayLike | Log, bridge: int) -> Floats:
     """Return a copy of the record, NaN for all that is not finite."""
     record = np.asarray(columns_of(z, "z"), dtype=np.float64)
     if record.ndim == 3:
@@ -253,7 +253,7 @@ def _checked(z: npt.ArrayLike | Log, bridge: int) -> Floats:
     return np.where(np.isfinite(record), record, np.nan)
 
 
-def _longest(n: int, rate: float) -> int:
+def _longest_factor(n: int, rate: float) -> int:
     """Return the largest averaging factor of a record of n samples."""
     if n < 2:
         raise ValueError(
@@ -262,7 +262,7 @@ def _longest(n: int, rate: float) -> int:
     return _native.longest_factor(_KIND.name, n)
 
 
-def _names(names: Sequence[str] | None, gyros: int) -> tuple[str, ...]:
+def _gyro_names(names: Sequence[str] | None, gyros: int) -> tuple[str, ...]:
     if names is None:
         return tuple(f"gyro {i + 1}" for i in range(gyros))
     listed = (names,) if isinstance(names, str) else tuple(names)
@@ -271,19 +271,19 @@ def _names(names: Sequence[str] | None, gyros: int) -> tuple[str, ...]:
     return listed
 
 
-def _bridge(record: Floats, longest: int) -> None:
+def _bridge_gaps(record: Floats, max_gap: int) -> None:
     """Fill gaps of at most so many samples, each gyro's own, in a straight line, in place."""
-    if longest == 0:
+    if max_gap == 0:
         return
     for z in record.T:
         present = np.flatnonzero(np.isfinite(z))
         gaps = np.diff(present) - 1
-        for gap in np.flatnonzero((gaps > 0) & (gaps <= longest)):
+        for gap in np.flatnonzero((gaps > 0) & (gaps <= max_gap)):
             first, last = present[gap], present[gap + 1]
             z[first : last + 1] = np.linspace(z[first], z[last], last - first + 1)
 
 
-def _complete(record: Floats, names: tuple[str, ...]) -> Booleans:
+def _find_complete(record: Floats, names: tuple[str, ...]) -> Booleans:
     """Return at which samples every gyro is there, shape (n,); the record is NaN at the others."""
     finite = np.isfinite(record)
     empty = np.flatnonzero(~finite.any(axis=0))
@@ -296,16 +296,16 @@ def _complete(record: Floats, names: tuple[str, ...]) -> Booleans:
     return complete
 
 
-def _edf(record: Floats, m: Integers) -> Floats:
+def _median_edf(record: Floats, m: Integers) -> Floats:
     """Return the degrees of freedom at each averaging time, the median of those of the gyros."""
-    _, terms, found = _native.allan_deviations(record, m, _KIND.name, 0, None)
-    columns = zip(terms.reshape(m.size, -1).T, found.reshape(m.size, -1).T, strict=True)
+    _, terms, sample_edf = _native.allan_deviations(record, m, _KIND.name, 0, None)
+    columns = zip(terms.reshape(m.size, -1).T, sample_edf.reshape(m.size, -1).T, strict=True)
     each = [freedoms(_KIND, m, t, e, len(record)) for t, e in columns]
     edf: Floats = np.median(each, axis=0)
     return edf
 
 
-def _phase(record: Floats, complete: Booleans) -> tuple[Floats, float]:
+def _integrate_phase(record: Floats, complete: Booleans) -> tuple[Floats, float]:
     """Return running sums about the mean, shape (n + 1, N), and the unit that they are in.
 
     The record becomes zero where a gyro is missing. The mean is found about a sample, so that an
@@ -329,29 +329,31 @@ class _Sums(NamedTuple):
     terms: Integers
     octaves: Integers
     inside: Floats
-    beside: Floats
+    outside: Floats
     n_inside: Floats
-    n_beside: Floats
+    n_outside: Floats
 
 
-def _sums(phase: Floats, complete: Booleans, m: Integers) -> _Sums:
+def _sum_products(phase: Floats, complete: Booleans, m: Integers) -> _Sums:
     gaps = np.zeros(len(phase), dtype=np.int64)
     np.cumsum(~complete, out=gaps[1:])
-    edges = np.linspace(0, complete.size, _PARTS + 1).astype(np.int64)
+    edges = np.linspace(0, complete.size, _PART_COUNT + 1).astype(np.int64)
     gyros = phase.shape[1]
     products, terms = np.empty((m.size, gyros, gyros)), np.empty(m.size, dtype=np.int64)
     # One of each octave: more share nearly all of what they know.
     octaves = np.unique(np.frexp(m)[1], return_index=True)[1]
-    kept = []
+    by_part = []
     for i, factor in enumerate(m):
-        cuts, each, counts = _between_cuts(phase, gaps, int(factor), edges)
+        cuts, each, counts = _sum_between_cuts(phase, gaps, int(factor), edges)
         products[i], terms[i] = each.sum(axis=0), counts.sum()
         if i in octaves:
-            kept.append(_by_part(cuts, each, counts, edges, int(factor)))
-    return _Sums(products, terms, octaves, *(np.stack(found) for found in zip(*kept, strict=True)))
+            by_part.append(_sum_by_part(cuts, each, counts, edges, int(factor)))
+    return _Sums(
+        products, terms, octaves, *(np.stack(arrays) for arrays in zip(*by_part, strict=True))
+    )
 
 
-def _between_cuts(
+def _sum_between_cuts(
     phase: Floats, gaps: Integers, m: int, edges: Integers
 ) -> tuple[Integers, Floats, Integers]:
     """Return places among the terms, and sums and numbers of the terms between them.
@@ -364,15 +366,15 @@ def _between_cuts(
     each = np.zeros((cuts.size - 1, phase.shape[1], phase.shape[1]))
     counts = np.zeros(cuts.size - 1, dtype=np.int64)
     for k, (start, stop) in enumerate(pairwise(cuts)):
-        for first in range(start, stop, _CHUNK):
-            end = min(first + _CHUNK, stop)
-            terms = _terms(phase, gaps, m, first, end)
+        for first in range(start, stop, _CHUNK_TERMS):
+            end = min(first + _CHUNK_TERMS, stop)
+            terms = _difference_terms(phase, gaps, m, first, end)
             each[k] += terms.T @ terms
             counts[k] += len(terms)
     return cuts, each, counts
 
 
-def _terms(phase: Floats, gaps: Integers, m: int, first: int, end: int) -> Floats:
+def _difference_terms(phase: Floats, gaps: Integers, m: int, first: int, end: int) -> Floats:
     """Return the differences of neighbouring means, over the root of two, that cross no gap."""
     terms = phase[first + m : end + m] * -2.0
     terms += phase[first:end]
@@ -382,59 +384,59 @@ def _terms(phase: Floats, gaps: Integers, m: int, first: int, end: int) -> Float
     return terms if whole.all() else terms[whole]
 
 
-def _by_part(
+def _sum_by_part(
     cuts: Integers, each: Floats, counts: Integers, edges: Integers, m: int
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return sums over the terms within each part and over those that touch none of it."""
     starts, stops = cuts[:-1], cuts[1:]
     left, right = edges[:-1, None], edges[1:, None]
     inside = ((starts >= left) & (stops <= right - 2 * m + 1)).astype(np.float64)
-    beside = ((stops <= left - 2 * m + 1) | (starts >= right)).astype(np.float64)
-    within, apart = (np.tensordot(which, each, axes=1) for which in (inside, beside))
-    return within, apart, inside @ counts, beside @ counts
+    outside = ((stops <= left - 2 * m + 1) | (starts >= right)).astype(np.float64)
+    inside_sums, outside_sums = (np.tensordot(which, each, axes=1) for which in (inside, outside))
+    return inside_sums, outside_sums, inside @ counts, outside @ counts
 
 
-def _mean(products: Floats, terms: Integers) -> Floats:
+def _mean_products(products: Floats, terms: Integers) -> Floats:
     """Return means of products, NaN where there are none."""
     with np.errstate(invalid="ignore"):
         mean: Floats = products / terms[:, None, None]
     return mean
 
 
-def _parts(sums: _Sums, matrix: Floats, tau: Floats, edf: Floats) -> Parts:
+def _make_parts(sums: _Sums, matrix: Floats, tau: Floats, edf: Floats) -> Parts:
     """Return what a virtual gyro follows from: averaging times that have a term."""
-    seen = sums.terms[sums.octaves] > 0
-    which = sums.octaves[seen]
+    nonempty = sums.terms[sums.octaves] > 0
+    which = sums.octaves[nonempty]
     return Parts(
         tau[which],
         edf[which],
         sums.terms[which].astype(np.float64),
         matrix[which],
-        sums.inside[seen],
-        sums.beside[seen],
-        sums.n_inside[seen],
-        sums.n_beside[seen],
+        sums.inside[nonempty],
+        sums.outside[nonempty],
+        sums.n_inside[nonempty],
+        sums.n_outside[nonempty],
     )
 
 
-def _on_gaps(
-    n: int, lost: int, missing: Integers, bridge: int, names: tuple[str, ...]
+def _gap_notes(
+    n: int, missing_count: int, missing: Integers, bridge: int, names: tuple[str, ...]
 ) -> Iterator[str]:
     """Yield notes on samples that are missing."""
     filled = f"; gaps of up to {bridge} are bridged" if bridge else ""
     for name, lacking in zip(names, missing, strict=True):
         if lacking:
             yield f"{name}: {lacking} of {n} samples are missing{filled}"
-    if lost > missing.max():
-        yield f"at {lost} of {n} samples a gyro is missing"
+    if missing_count > missing.max():
+        yield f"at {missing_count} of {n} samples a gyro is missing"
 
 
-def _on_terms(terms: Integers, tau: Floats) -> Iterator[str]:
+def _term_notes(terms: Integers, tau: Floats) -> Iterator[str]:
     """Yield a note on the averaging times for which the gaps leave no term."""
     empty = np.flatnonzero(terms == 0)
     if empty.size:
-        yield said(
+        yield make_sentence(
             f"gaps leave no term from {tau[empty[0]]:g} s on: ",
-            given("bridge"),
+            keyword_argument("bridge"),
             " fills short ones",
         )

@@ -10,14 +10,14 @@ from typing import Any, Final, Literal, NamedTuple
 import numpy as np
 
 from zerorate.faults import ArgumentError
-from zerorate.record.log import Log, LogError, checked_rate
-from zerorate.record.names import looks_like_gyro, meaning_of, plain, split_unit
+from zerorate.record.log import Log, LogError, check_rate
+from zerorate.record.names import looks_like_gyro, meaning_of, split_unit, to_snake_case
 from zerorate.record.recording import Recording
 from zerorate.types import Floats
 from zerorate.units import UNITS
 
 _AXES: Final = ("x", "y", "z")
-_APART: Final = 0.5
+_MAX_OFFSET_PERIODS: Final = 0.5
 """Periods by which clocks may differ and still be one."""
 _KIND_WORDS: Final = re.compile(
     r"gyroscope|gyrometer|gyro|gyr|accelerometer|acceleration|accel|acc"
@@ -78,7 +78,7 @@ class ArrayLog:
 
     def __post_init__(self) -> None:
         """Check that the parts agree."""
-        object.__setattr__(self, "rate", checked_rate(self.rate))
+        object.__setattr__(self, "rate", check_rate(self.rate))
         n, sensors, axes = len(self.time), len(self.labels), len(self.axes)
         expected = (n, sensors, 3) if axes == 3 else (n, sensors)
         if self.data.shape != expected:
@@ -146,23 +146,25 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
     >>> zr.array.array_log(zr.read_recording(table))
     ArrayLog(2 gyros of 1 axis, 8 samples at 100 Hz, deg/s: a, b)
     """
-    found = _sensors(source, axes)
-    first = found[0]
-    for other in found[1:]:
-        _check_alike(first, other)
-    data = np.stack([sensor.log.data for sensor in found], axis=1)
-    letters = _letters(found)
-    told: list[str] = []
-    beside = _accelerometers(source, found, told) if isinstance(source, Recording) else {}
+    sensors = _find_sensors(source, axes)
+    first = sensors[0]
+    for other in sensors[1:]:
+        _check_compatible(first, other)
+    data = np.stack([sensor.log.data for sensor in sensors], axis=1)
+    letters = _common_axes(sensors)
+    notes: list[str] = []
+    accelerometers = (
+        _match_accelerometers(source, sensors, notes) if isinstance(source, Recording) else {}
+    )
     return ArrayLog(
         first.log.sampled,
         first.log.rate,
         np.ascontiguousarray(data if len(letters) == 3 else data[:, :, 0]),
-        _labels([sensor.label for sensor in found], [sensor.name for sensor in found]),
+        _choose_labels([sensor.label for sensor in sensors], [sensor.name for sensor in sensors]),
         first.log.unit,
         letters,
-        _meta([sensor.log for sensor in found], told),
-        **_stacked(beside, len(found)),
+        _merge_meta([sensor.log for sensor in sensors], notes),
+        **_stack_accelerometers(accelerometers, len(sensors)),
     )
 
 
@@ -174,170 +176,181 @@ class _Sensor(NamedTuple):
     log: Log
 
 
-def _sensors(source: Recording | Log, axes: int | None) -> list[_Sensor]:
+def _find_sensors(source: Recording | Log, axes: int | None) -> list[_Sensor]:
     if isinstance(source, Log):
-        return _taken_apart(source, axes)
+        return _split_sensors(source, axes)
     gyros = source.of_kind("gyro")
     logs = {name: log for name, log in source.items() if any(log is gyro for gyro in gyros)}
     if not logs:
         raise LogError(f"{source.source}: there is no gyro")
     if len(logs) == 1:
-        return _taken_apart(next(iter(logs.values())), axes)
-    return [_Sensor(name, _label(log.names[0]), log) for name, log in logs.items()]
+        return _split_sensors(next(iter(logs.values())), axes)
+    return [_Sensor(name, _sensor_label(log.names[0]), log) for name, log in logs.items()]
 
 
-def _taken_apart(log: Log, axes: int | None) -> list[_Sensor]:
+def _split_sensors(log: Log, axes: int | None) -> list[_Sensor]:
     """Return the sensors that share a log."""
-    size = axes or (3 if _in_threes(log.names) else 1)
+    size = axes or (3 if _has_triads(log.names) else 1)
     if size not in (1, 3):
         raise ArgumentError("axes", f"must be 1 or 3, got {size}")
     if log.channels % size:
         raise LogError(
             f"{log.channels} columns are no sensors of {size} axes each: {', '.join(log.names)}"
         )
-    return [_part(log, slice(i, i + size)) for i in range(0, log.channels, size)]
+    return [_select_channels(log, slice(i, i + size)) for i in range(0, log.channels, size)]
 
 
-def _part(log: Log, place: slice) -> _Sensor:
-    names, units = log.names[place], set(log.units[place])
+def _select_channels(log: Log, columns: slice) -> _Sensor:
+    names, units = log.names[columns], set(log.units[columns])
     if len(units) > 1:
         raise LogError(f"{', '.join(names)}: the axes differ in unit ({', '.join(sorted(units))})")
-    part = replace(log, data=log.data[:, place], names=names, unit=units.pop())
-    return _Sensor(split_unit(names[0])[0], _label(names[0]), part)
+    part = replace(log, data=log.data[:, columns], names=names, unit=units.pop())
+    return _Sensor(split_unit(names[0])[0], _sensor_label(names[0]), part)
 
 
-def _in_threes(names: Sequence[str]) -> bool:
+def _has_triads(names: Sequence[str]) -> bool:
     """Whether names tell of sensors with three axes, in the order x, y, z."""
-    letters = [_axis(name) for name in names]
+    letters = [_axis_letter(name) for name in names]
     return len(names) % 3 == 0 and letters == list(_AXES) * (len(names) // 3)
 
 
-def _axis(name: str) -> str:
+def _axis_letter(name: str) -> str:
     """Return the letter of a name's axis, nothing for none."""
-    last = plain(split_unit(name)[0])[-1:]
+    last = to_snake_case(split_unit(name)[0])[-1:]
     return last if last in _AXES else ""
 
 
-def _letters(found: Sequence[_Sensor]) -> tuple[str, ...]:
+def _common_axes(sensors: Sequence[_Sensor]) -> tuple[str, ...]:
     """Return the axes of sensors that agree in their number."""
-    if found[0].log.channels == 3:
+    if sensors[0].log.channels == 3:
         return _AXES
-    letters = {_axis(sensor.log.names[0]) for sensor in found}
+    letters = {_axis_letter(sensor.log.names[0]) for sensor in sensors}
     return (letters.pop() if len(letters) == 1 else "",)
 
 
-def _label(name: str) -> str:
+def _sensor_label(name: str) -> str:
     """Return what the name of a channel says of its sensor: ``imu1`` of ``imu1_gyro_x_dps``."""
     meaning = meaning_of(name)
-    stem = plain(split_unit(name)[0]) if meaning is None else meaning.sensor
-    words = [word for word in stem.split("_") if word and not _tells_kind(word)]
+    stem = to_snake_case(split_unit(name)[0]) if meaning is None else meaning.sensor
+    words = [word for word in stem.split("_") if word and not _is_kind_word(word)]
     return "_".join(words) or stem
 
 
-def _tells_kind(word: str) -> bool:
+def _is_kind_word(word: str) -> bool:
     """Whether a word says that it is of a gyro, and nothing else."""
     return word in ("w", "g", "rate") or (looks_like_gyro(word) and not word[-1].isdigit())
 
 
-def _labels(told: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
+def _choose_labels(sensor_labels: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
     """Return labels that differ: what names say, else the names, else numbers."""
-    for labels in (told, names):
+    for labels in (sensor_labels, names):
         if len(set(labels)) == len(labels) and all(labels):
             return tuple(labels)
     return tuple(str(i) for i in range(1, len(names) + 1))
 
 
-def _check_alike(first: _Sensor, other: _Sensor) -> None:
+def _check_compatible(first: _Sensor, other: _Sensor) -> None:
     """Raise LogError unless two sensors can stand side by side."""
-    for what, one, two in _compared(first.log, other.log):
-        if one != two:
+    for what, first_value, other_value in _compare_logs(first.log, other.log):
+        if first_value != other_value:
             raise LogError(
-                f"the gyros of an array must agree in {what}: {_called(first)} has {one}, "
-                f"{_called(other)} has {two}"
+                f"the gyros of an array must agree in {what}: {_describe_sensor(first)} "
+                f"has {first_value}, "
+                f"{_describe_sensor(other)} has {other_value}"
             )
-    apart = float(np.abs(first.log.sampled - other.log.sampled).max()) * first.log.rate
-    if apart > _APART:
+    offset = float(np.abs(first.log.sampled - other.log.sampled).max()) * first.log.rate
+    if offset > _MAX_OFFSET_PERIODS:
         raise LogError(
-            f"the gyros of an array must be on one clock: {_called(other)} is up to {apart:.3g} "
-            f"samples away from {_called(first)}"
+            f"the gyros of an array must be on one clock: {_describe_sensor(other)} is up "
+            f"to {offset:.3g} "
+            f"samples away from {_describe_sensor(first)}"
         )
 
 
-def _compared(one: Log, two: Log) -> Iterator[tuple[str, object, object]]:
+def _compare_logs(first: Log, second: Log) -> Iterator[tuple[str, object, object]]:
     """Yield what two logs of an array must have in common, and what each has."""
-    yield "unit", one.unit, two.unit
-    yield "axes", one.channels, two.channels
+    yield "unit", first.unit, second.unit
+    yield "axes", first.channels, second.channels
     # Rates that differ by less than half a sample over the record are of one clock.
-    drift = abs(one.rate - two.rate) * max(one.n, two.n) / one.rate
-    if drift > _APART:
-        yield "rate", f"{one.rate:.9g} Hz", f"{two.rate:.9g} Hz"
-    yield "length", f"{one.n} samples", f"{two.n} samples"
+    drift_samples = abs(first.rate - second.rate) * max(first.n, second.n) / first.rate
+    if drift_samples > _MAX_OFFSET_PERIODS:
+        yield "rate", f"{first.rate:.9g} Hz", f"{second.rate:.9g} Hz"
+    yield "length", f"{first.n} samples", f"{second.n} samples"
 
 
-def _called(sensor: _Sensor) -> str:
+def _describe_sensor(sensor: _Sensor) -> str:
     return f"'{sensor.name}' ({', '.join(sensor.log.names)})"
 
 
-def _accelerometers(source: Recording, found: Sequence[_Sensor], told: list[str]) -> dict[int, Log]:
+def _match_accelerometers(
+    source: Recording, sensors: Sequence[_Sensor], notes: list[str]
+) -> dict[int, Log]:
     """Return the accelerometers by the places of their gyros; none, and why, if they do not fit."""
-    first = found[0].log
-    logs = {name: log for name, log in source.items() if _is_of(source, log, "accel")}
+    first = sensors[0].log
+    logs = {name: log for name, log in source.items() if _is_of_kind(source, log, "accel")}
     if first.channels != 3 or not logs:
         return {}
-    gyros = _devices([(sensor.name, sensor.log) for sensor in found])
-    owners = dict(zip(gyros, range(len(found)), strict=True))
-    named = zip(_devices([*logs.items()]), logs.values(), strict=True)
-    beside = {owners[device]: log for device, log in named if device in owners}
-    faults = [fault for log in beside.values() if (fault := _why_not(first, log)) is not None]
-    if len({log.unit for log in beside.values()}) > 1:
+    gyros = _device_names([(sensor.name, sensor.log) for sensor in sensors])
+    owners = dict(zip(gyros, range(len(sensors)), strict=True))
+    named = zip(_device_names([*logs.items()]), logs.values(), strict=True)
+    accelerometers = {owners[device]: log for device, log in named if device in owners}
+    faults = [
+        fault
+        for log in accelerometers.values()
+        if (fault := _explain_mismatch(first, log)) is not None
+    ]
+    if len({log.unit for log in accelerometers.values()}) > 1:
         faults.append("they differ in unit")
     if faults:
-        told.append(f"the accelerometers are left out: {faults[0]}")
+        notes.append(f"the accelerometers are left out: {faults[0]}")
         return {}
-    return beside
+    return accelerometers
 
 
-def _is_of(source: Recording, log: Log, kind: str) -> bool:
+def _is_of_kind(source: Recording, log: Log, kind: str) -> bool:
     return any(log is other for other in source.of_kind(kind))
 
 
-def _devices(logs: Sequence[tuple[str, Log]]) -> list[str]:
+def _device_names(logs: Sequence[tuple[str, Log]]) -> list[str]:
     """Return what names of channels say of a log's device, else what the names of logs say."""
-    by_channel = [_device(plain(split_unit(log.names[0])[0])[:-1]) for _, log in logs]
+    by_channel = [_device_name(to_snake_case(split_unit(log.names[0])[0])[:-1]) for _, log in logs]
     if len(set(by_channel)) == len(logs):
         return by_channel
-    return [_device(name) for name, _ in logs]
+    return [_device_name(name) for name, _ in logs]
 
 
-def _device(name: str) -> str:
+def _device_name(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "_", _KIND_WORDS.sub("_", name.lower())).strip("_")
 
 
-def _why_not(gyro: Log, log: Log) -> str | None:
+def _explain_mismatch(gyro: Log, log: Log) -> str | None:
     """Return why an accelerometer cannot stand beside the gyros, None if it can."""
-    called = ", ".join(log.names)
+    channels = ", ".join(log.names)
     if log.channels != 3:
-        return f"{called} has not three axes"
+        return f"{channels} has not three axes"
     if log.unit not in UNITS or UNITS[log.unit].kind != "acceleration":
-        return f"the unit of {called} is not known"
-    if log.n != gyro.n or np.abs(log.sampled - gyro.sampled).max() * gyro.rate > _APART:
-        return f"{called} is not on the clock of the gyros"
+        return f"the unit of {channels} is not known"
+    if (
+        log.n != gyro.n
+        or np.abs(log.sampled - gyro.sampled).max() * gyro.rate > _MAX_OFFSET_PERIODS
+    ):
+        return f"{channels} is not on the clock of the gyros"
     return None
 
 
-def _stacked(beside: Mapping[int, Log], sensors: int) -> dict[str, Any]:
+def _stack_accelerometers(accelerometers: Mapping[int, Log], sensors: int) -> dict[str, Any]:
     """Return the arguments of an array's log for its accelerometers, NaN where there is none."""
-    if not beside:
+    if not accelerometers:
         return {}
-    one = next(iter(beside.values()))
-    accel = np.full((one.n, sensors, 3), np.nan)
-    for place, log in beside.items():
-        accel[:, place] = log.data
-    return {"accel": accel, "accel_unit": one.unit}
+    first = next(iter(accelerometers.values()))
+    accel = np.full((first.n, sensors, 3), np.nan)
+    for index, log in accelerometers.items():
+        accel[:, index] = log.data
+    return {"accel": accel, "accel_unit": first.unit}
 
 
-def _meta(logs: Sequence[Log], told: Sequence[str]) -> dict[str, Any]:
+def _merge_meta(logs: Sequence[Log], extra_notes: Sequence[str]) -> dict[str, Any]:
     """Return the metadata of the first log, with the notes of all."""
     each = (note for log in logs for note in log.meta.get("notes", ()))
-    notes = dict.fromkeys((*each, *told))
+    notes = dict.fromkeys((*each, *extra_notes))
     return {**logs[0].meta, "notes": tuple(notes)}

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from zerorate.options import FILTER_OPTIONS, Option, by_name
+from zerorate.options import FILTER_OPTIONS, Option, index_by_name
 
 _ROWS: Final = (
     Option.choice(
@@ -21,7 +21,7 @@ _ROWS: Final = (
     *(FILTER_OPTIONS[name] for name in ("limit", "rest_limit", "bias_limit")),
 )
 
-ARRAY_OPTIONS: Final = by_name(_ROWS)
+ARRAY_OPTIONS: Final = index_by_name(_ROWS)
 """Of `zerorate.GyroArray`: every constant that is one number or one of some words.
 
 The compiled class checks them, and a test holds the table to it.

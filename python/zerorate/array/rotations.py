@@ -13,11 +13,11 @@ import numpy.typing as npt
 from zerorate._native import DriftFilter
 from zerorate.faults import ArgumentError
 from zerorate.geometry import rotations as quaternions
-from zerorate.noise.exports import written
-from zerorate.options import with_limits
-from zerorate.record.log import LogError, checked_rate
+from zerorate.noise.exports import write_text
+from zerorate.options import add_rest_limits
+from zerorate.record.log import LogError, check_rate
 from zerorate.record.missing import floats
-from zerorate.record.saved import as_json, check_format, finite_numbers, part, restored
+from zerorate.record.saved import as_json, check_format, finite_numbers, read_key, restore
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
@@ -25,21 +25,21 @@ _FORMAT: Final = "zerorate rotations"
 _VERSION: Final = 1
 _MODEL: Final = "rate in the axes of the first sensor = matrix times rate in the sensor's own axes"
 
-_TICK: Final = 0.125
+_TICK_S: Final = 0.125
 """Seconds that are averaged: sensors do not sample at the same moment, and means mind that less."""
-_LEAST_SECONDS: Final = 3.0
-_MOVED: Final = 6.0
+_MIN_MOTION_S: Final = 3.0
+_MIN_MOTION_RATIO: Final = 6.0
 """Medians of the means at rest, above which a mean is motion."""
-_PARTS: Final = 10
+_PART_COUNT: Final = 10
 """Parts of the motion that are left out in turn."""
-_PLANAR: Final = 0.1
+_MIN_DIRECTION_RATIO: Final = 0.1
 """Least share that a second direction has in the motion, over the first."""
-_EVEN: Final = 0.04
+_MIN_EVEN_SHARE: Final = 0.04
 """Least mean square rate about a direction, over that about the first, that counts as much."""
-_STRANGE: Final = 0.5
+_MAX_RESIDUAL_SHARE: Final = 0.5
 """Share of the rate that may be left when a sensor is turned into the axes of the first."""
-_ORTHONORMAL: Final = 1e-6
-_UNIT_LENGTH: Final = 1e-3
+_MAX_ORTHONORMAL_ERROR: Final = 1e-6
+_MAX_LENGTH_ERROR: Final = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,14 +96,14 @@ class Rotations(Result):
     def part(self, labels: Sequence[str]) -> Rotations:
         """Return the rotations of some sensors, in this order; ValueError as of `of`."""
         self.of(labels)
-        at = [self.labels.index(label) for label in labels]
+        indices = [self.labels.index(label) for label in labels]
         return replace(
             self,
-            matrices=self.matrices[at],
-            sigma_deg=self.sigma_deg[at],
+            matrices=self.matrices[indices],
+            sigma_deg=self.sigma_deg[indices],
             labels=tuple(labels),
-            residuals=self.residuals[at],
-            positions=None if self.positions is None else self.positions[at],
+            residuals=self.residuals[indices],
+            positions=None if self.positions is None else self.positions[indices],
         )
 
     def to_json(self, path: str | os.PathLike[str] | None = None, *, force: bool = False) -> str:
@@ -129,7 +129,7 @@ class Rotations(Result):
             **({} if self.positions is None else {"positions": self._by_label(self.positions)}),
             "sigma_deg": self._by_label(self.sigma_deg),
         }
-        return written(as_json(content, indent=None), path, force)
+        return write_text(as_json(content, indent=None), path, force)
 
     def _by_label(self, values: Floats) -> dict[str, Floats]:
         return dict(zip(self.labels, values, strict=True))
@@ -205,12 +205,12 @@ def find_rotations(
     >>> bool(found.sigma_deg[1] < 0.05)
     True
     """
-    samples, hertz = sensor_vectors("z", z), checked_rate(rate)
-    names = _names(labels, samples.shape[1])
-    rates, rest = _without_bias(samples, hertz, unit, limit, names)
-    length = max(round(_TICK * hertz), 1)
-    means = _ticks(rates, length)
-    means = means[_moving(means, _ticks(rest, length) == 1.0)]
+    samples, hertz = parse_vectors("z", z), check_rate(rate)
+    names = _sensor_names(labels, samples.shape[1])
+    rates, rest = _remove_bias(samples, hertz, unit, limit, names)
+    length = max(round(_TICK_S * hertz), 1)
+    means = _tick_means(rates, length)
+    means = means[_find_moving(means, _tick_means(rest, length) == 1.0)]
     pairs = [_Pair.of(means, k, length / hertz) for k in range(len(names))]
     for name, pair in zip(names, pairs, strict=True):
         pair.check(name, names[0])
@@ -233,35 +233,37 @@ class _Pair(NamedTuple):
     @classmethod
     def of(cls, means: Floats, k: int, tick: float) -> _Pair:
         """Return those means of all sensors that both have, of so many seconds each."""
-        there = np.isfinite(means[:, (0, k)]).all(axis=(1, 2))
-        return cls(means[there, 0], means[there, k], float(there.sum() * tick))
+        present = np.isfinite(means[:, (0, k)]).all(axis=(1, 2))
+        return cls(means[present, 0], means[present, k], float(present.sum() * tick))
 
     @property
     def rotation(self) -> Floats:
         """The rotation that brings the other closest to the first."""
-        return _closest(self.other.T @ self.first, self.first.T @ self.first)
+        return _closest_rotation(self.other.T @ self.first, self.first.T @ self.first)
 
     @property
     def residual(self) -> float:
         """RMS of what is left, over that of the first."""
-        left = self.first - self.other @ self.rotation.T
-        return float(np.sqrt(np.sum(left**2) / np.sum(self.first**2)))
+        residuals = self.first - self.other @ self.rotation.T
+        return float(np.sqrt(np.sum(residuals**2) / np.sum(self.first**2)))
 
     @property
     def error(self) -> float:
         """Standard error of the rotation's angle, deg, by leaving out parts of the motion."""
         whole = self.rotation
-        across, squares = (_sums(one, self.first) for one in (self.other, self.first))
-        others = zip(across.sum(axis=0) - across, squares.sum(axis=0) - squares, strict=True)
-        turns = np.stack([_turn(_closest(*sums) @ whole.T) for sums in others])
+        across, squares = (_part_sums(rates, self.first) for rates in (self.other, self.first))
+        leave_one_out = zip(across.sum(axis=0) - across, squares.sum(axis=0) - squares, strict=True)
+        turns = np.stack(
+            [_rotation_vector(_closest_rotation(*sums) @ whole.T) for sums in leave_one_out]
+        )
         spread = np.sum((turns - turns.mean(axis=0)) ** 2)
-        return float(np.rad2deg(np.sqrt(spread * (_PARTS - 1) / _PARTS)))
+        return float(np.rad2deg(np.sqrt(spread * (_PART_COUNT - 1) / _PART_COUNT)))
 
     def check(self, name: str, first: str) -> None:
         """Raise LogError unless the two have moved enough, and as one body."""
-        if self.seconds < _LEAST_SECONDS:
+        if self.seconds < _MIN_MOTION_S:
             raise LogError(
-                f"rotations need {_LEAST_SECONDS:g} s of motion, and '{name}' moves together with "
+                f"rotations need {_MIN_MOTION_S:g} s of motion, and '{name}' moves together with "
                 f"'{first}' for {self.seconds:.3g} s"
             )
         for label, rates in ((first, self.first), (name, self.other)):
@@ -273,7 +275,7 @@ class _Pair(NamedTuple):
                 f"the axes of '{name}' are mirrored against those of '{first}': one has another "
                 "sign, or two are exchanged"
             )
-        if self.residual > _STRANGE:
+        if self.residual > _MAX_RESIDUAL_SHARE:
             raise LogError(
                 f"'{name}' does not turn as '{first}' does: however it is turned, "
                 f"{100.0 * self.residual:.0f} % of the rate are left"
@@ -287,7 +289,7 @@ class _Pair(NamedTuple):
         return bool(np.linalg.det(u @ v) < 0.0 and mirrored < 0.25 * own)
 
 
-def sensor_vectors(name: str, values: npt.ArrayLike) -> Floats:
+def parse_vectors(name: str, values: npt.ArrayLike) -> Floats:
     """Return an argument of vectors, shape (n, sensors, 3); ArgumentError for another shape."""
     vectors = floats(values, name)
     if vectors.ndim != 3 or vectors.shape[2] != 3 or 0 in vectors.shape:
@@ -295,35 +297,35 @@ def sensor_vectors(name: str, values: npt.ArrayLike) -> Floats:
     return vectors
 
 
-def _names(labels: Sequence[str] | None, sensors: int) -> tuple[str, ...]:
+def _sensor_names(labels: Sequence[str] | None, sensors: int) -> tuple[str, ...]:
     names = tuple(str(i + 1) for i in range(sensors)) if labels is None else tuple(labels)
     if len(names) != sensors or len(set(names)) < sensors:
         raise ArgumentError("labels", f"must be {sensors} different names, got {names}")
     return names
 
 
-def _without_bias(
+def _remove_bias(
     z: Floats, rate: float, unit: str | None, limit: float | None, names: Sequence[str]
 ) -> tuple[Floats, Booleans]:
     """Return the rates less their biases, and where each sensor rests, shape (n, N)."""
     n, sensors, _ = z.shape
-    limits = with_limits({}, ["auto"], unit)
+    limits = add_rest_limits({}, ["auto"], unit)
     filter_ = DriftFilter(rate, channels=3 * sensors, limit=limit, **limits)
     trace = filter_.trace(z.reshape(n, -1))
     rest = (trace.at_rest & ~trace.stuck).reshape(z.shape)
-    rested: Booleans = np.all(rest.any(axis=0), axis=1)
+    has_rest: Booleans = np.all(rest.any(axis=0), axis=1)
     for i, name in enumerate(names):
-        if not rested[i]:
+        if not has_rest[i]:
             lacks = "never rests" if np.isfinite(z[:, i]).any() else "holds no sample"
             raise LogError(f"'{name}' {lacks}, so its bias is not known")
     bias = np.where(rest, trace.bias.reshape(z.shape), np.nan)
-    bad = (trace.missing | trace.saturated | trace.stuck).reshape(z.shape)
-    rates = np.where(bad, np.nan, z - _filled(bias))
-    still: Booleans = np.all(rest, axis=2)
-    return rates, still
+    invalid = (trace.missing | trace.saturated | trace.stuck).reshape(z.shape)
+    rates = np.where(invalid, np.nan, z - _fill_bias(bias))
+    resting: Booleans = np.all(rest, axis=2)
+    return rates, resting
 
 
-def _filled(bias: Floats) -> Floats:
+def _fill_bias(bias: Floats) -> Floats:
     """Return biases that hold until the next rest; before the first rest they are that one's."""
     known = np.isfinite(bias)
     rows = np.arange(len(bias))[:, np.newaxis, np.newaxis]
@@ -332,7 +334,7 @@ def _filled(bias: Floats) -> Floats:
     return np.take_along_axis(bias, last, axis=0)
 
 
-def _ticks(series: npt.NDArray[np.float64 | np.bool_], length: int) -> Floats:
+def _tick_means(series: npt.NDArray[np.float64 | np.bool_], length: int) -> Floats:
     """Return the means of so many samples each, NaN where one is missing."""
     count = len(series) // length
     ticks = series[: count * length].reshape(count, length, *series.shape[1:])
@@ -340,22 +342,24 @@ def _ticks(series: npt.NDArray[np.float64 | np.bool_], length: int) -> Floats:
     return means
 
 
-def _moving(means: Floats, rest: Booleans) -> Booleans:
+def _find_moving(means: Floats, rest: Booleans) -> Booleans:
     """Return which means, shape (m,), are far larger than at rest, in most sensors."""
     sizes = np.linalg.norm(means, axis=2)
     known = np.isfinite(sizes)
-    still = [sizes[rest[:, k] & known[:, k], k] for k in range(sizes.shape[1])]
+    rest_sizes = [sizes[rest[:, k] & known[:, k], k] for k in range(sizes.shape[1])]
     # The onset of a motion passes for rest: no mean of squares.
-    usual = np.array([np.median(one) if one.size else 0.0 for one in still])
-    moves = np.sum(known & (sizes > _MOVED * usual), axis=1)
-    most: Booleans = 2 * moves > np.sum(known, axis=1)
-    return most
+    usual = np.array(
+        [np.median(sizes_at_rest) if sizes_at_rest.size else 0.0 for sizes_at_rest in rest_sizes]
+    )
+    moves = np.sum(known & (sizes > _MIN_MOTION_RATIO * usual), axis=1)
+    majority: Booleans = 2 * moves > np.sum(known, axis=1)
+    return majority
 
 
 def _check_directions(name: str, rates: Floats) -> None:
     """Raise LogError unless a sensor turns about two directions at least."""
     _, sizes, directions = np.linalg.svd(rates, full_matrices=False)
-    if sizes[1] < _PLANAR * sizes[0]:
+    if sizes[1] < _MIN_DIRECTION_RATIO * sizes[0]:
         x, y, z = directions[0]
         raise LogError(
             f"rotations need turns about two directions: '{name}' turns about ({x:.2f}, {y:.2f}, "
@@ -363,28 +367,28 @@ def _check_directions(name: str, rates: Floats) -> None:
         )
 
 
-def _sums(one: Floats, other: Floats) -> Floats:
+def _part_sums(first: Floats, second: Floats) -> Floats:
     """Return the sums of products of two series (m, 3) over each part, shape (parts, 3, 3)."""
-    products = one[:, :, np.newaxis] * other[:, np.newaxis]
-    starts = np.linspace(0, len(products), _PARTS, endpoint=False).astype(np.intp)
+    products = first[:, :, np.newaxis] * second[:, np.newaxis]
+    starts = np.linspace(0, len(products), _PART_COUNT, endpoint=False).astype(np.intp)
     sums: Floats = np.add.reduceat(products, starts, axis=0)
     return sums
 
 
-def _closest(across: Floats, squares: Floats) -> Floats:
+def _closest_rotation(across: Floats, squares: Floats) -> Floats:
     """Return the rotation R that brings v closest to u, of the sums of v u^T and of u u^T.
 
     Directions of u count alike, down to a share of motion in which noise would decide.
     """
     sizes, directions = np.linalg.eigh(squares)
-    even = directions / np.maximum(sizes, _EVEN * sizes[-1]) @ directions.T
+    even = directions / np.maximum(sizes, _MIN_EVEN_SHARE * sizes[-1]) @ directions.T
     v, _, u = np.linalg.svd(across @ even)
     sign = np.sign(np.linalg.det(v @ u))
     rotation: Floats = u.T @ np.diag([1.0, 1.0, sign]) @ v.T
     return rotation
 
 
-def _turn(rotation: Floats) -> Floats:
+def _rotation_vector(rotation: Floats) -> Floats:
     """Return the vector of a small rotation, rad."""
     across = rotation - rotation.T
     return 0.5 * np.array([across[2, 1], across[0, 2], across[1, 0]])
@@ -416,21 +420,21 @@ def read_rotations(source: str | os.PathLike[str]) -> Rotations:
     >>> zr.array.read_rotations(text + '"b": [[0, -1, 0], [-1, 0, 0], [0, 0, -1]]}}').angles
     array([  0., 180.])
     """
-    return restored(source, _FORMAT, _built)
+    return restore(source, _FORMAT, _parse_rotations)
 
 
-def _built(content: object) -> Rotations:
+def _parse_rotations(content: object) -> Rotations:
     check_format(content, _FORMAT, _VERSION)
-    listed: Mapping[str, object] = part(content, "rotations", dict)
+    listed: Mapping[str, object] = read_key(content, "rotations", dict)
     if not listed:
         raise ValueError("'rotations' must have an entry for each sensor, got none")
-    matrices = np.stack([_rotation(label, given) for label, given in listed.items()])
+    matrices = np.stack([_parse_rotation(label, value) for label, value in listed.items()])
     sigmas = dict.fromkeys(listed, np.nan)
     # "errors_deg" in files of before.
-    held = content if isinstance(content, dict) else {}
-    key = "errors_deg" if "errors_deg" in held else "sigma_deg"
-    if key in held:
-        known = part(content, key, dict)
+    mapping = content if isinstance(content, dict) else {}
+    key = "errors_deg" if "errors_deg" in mapping else "sigma_deg"
+    if key in mapping:
+        known = read_key(content, key, dict)
         sigmas |= {
             label: float(finite_numbers(label, known[label], ()))
             for label in listed
@@ -439,35 +443,37 @@ def _built(content: object) -> Rotations:
     unknown = np.full(len(matrices), np.nan)
     return Rotations(
         matrices, np.array([*sigmas.values()]), tuple(listed), unknown, np.nan,
-        _positions(content, tuple(listed)),
+        _parse_positions(content, tuple(listed)),
     )  # fmt: skip
 
 
-def _positions(content: object, labels: Sequence[str]) -> Floats | None:
+def _parse_positions(content: object, labels: Sequence[str]) -> Floats | None:
     """Return the positions of the sensors, if the content holds any."""
     if not isinstance(content, dict) or content.get("positions") is None:
         return None
-    known = part(content, "positions", dict)
+    known = read_key(content, "positions", dict)
     missing = [label for label in labels if label not in known]
     if missing:
         raise ValueError(f"there is no position of {', '.join(missing)}")
     return np.stack([finite_numbers(f"position of {k}", known[k], (3,)) for k in labels])
 
 
-def _rotation(label: str, given: object) -> Floats:
+def _parse_rotation(label: str, value: object) -> Floats:
     """Return the rotation of a sensor, given as a matrix or as a quaternion."""
-    if isinstance(given, list) and len(given) == 4:
-        return _of_quaternion(label, finite_numbers(label, given, (4,)))
-    matrix = finite_numbers(label, given, (3, 3))
+    if isinstance(value, list) and len(value) == 4:
+        return _matrix_from_quaternion(label, finite_numbers(label, value, (4,)))
+    matrix = finite_numbers(label, value, (3, 3))
     off = np.abs(matrix @ matrix.T - np.eye(3)).max()
-    if off > _ORTHONORMAL or np.linalg.det(matrix) < 0.0:
-        mirrored = "its determinant is -1" if off <= _ORTHONORMAL else f"it is off by {off:.2g}"
+    if off > _MAX_ORTHONORMAL_ERROR or np.linalg.det(matrix) < 0.0:
+        mirrored = (
+            "its determinant is -1" if off <= _MAX_ORTHONORMAL_ERROR else f"it is off by {off:.2g}"
+        )
         raise ValueError(f"the matrix of '{label}' is no rotation: {mirrored}")
     return matrix
 
 
-def _of_quaternion(label: str, q: Floats) -> Floats:
+def _matrix_from_quaternion(label: str, q: Floats) -> Floats:
     length = float(np.linalg.norm(q))
-    if abs(length - 1.0) > _UNIT_LENGTH:
+    if abs(length - 1.0) > _MAX_LENGTH_ERROR:
         raise ValueError(f"the quaternion of '{label}' must have length 1, got {length:.4g}")
     return quaternions.to_matrices(q / length)

@@ -15,21 +15,21 @@ from zerorate.types import Floats
 from zerorate.views import Result
 
 WeightsName: TypeAlias = Literal["drift", "white", "mean"]
-_NAMES: Final = ("drift", "white", "mean")
+_WEIGHTS_NAMES: Final = ("drift", "white", "mean")
 
 # Seconds of record that give the drift one degree of freedom, if drift and white noise are as
 # strong as each other at some 200 s.
-_PER_FREEDOM: Final = 256.0
-_LEAST_SECONDS: Final = 900.0
+_SECONDS_PER_FREEDOM: Final = 256.0
+_MIN_SECONDS_PER_GYRO: Final = 900.0
 """Record that drift weights need for each gyro."""
 # No gyro follows white noise and a walk closer than some ten per cent.
-_TRUSTED: Final = 200.0
+_MAX_FREEDOM: Final = 200.0
 # Deviations to a fifth.
-_WELL_KNOWN: Final = 12.0
-_ROUNDS: Final = 50
-_SETTLED: Final = 1e-10
-_NEXT_TO_NOTHING: Final = 1e-13
-_TOO_FEW: Final = (
+_MIN_KNOWN_FREEDOM: Final = 12.0
+_MAX_ITERATIONS: Final = 50
+_CONVERGENCE_TOLERANCE: Final = 1e-10
+_RIDGE: Final = 1e-13
+_TOO_FEW_TAUS: Final = (
     "a virtual gyro needs two averaging times, an octave apart, that fit twice into an eighth of "
     "the record"
 )
@@ -83,7 +83,7 @@ class Noise(NamedTuple):
 
     def at(self, horizon: float) -> Floats:
         """Return the covariance at an averaging time, times any number; at infinity the drift."""
-        white, drift = _shares(horizon)
+        white, drift = _noise_shares(horizon)
         return self.white * white + self.drift * drift
 
 
@@ -96,9 +96,9 @@ class Parts(NamedTuple):
         Averaging times in s, degrees of freedom and number of terms of the whole record.
     matrix : ndarray, shape (t, N, N)
         Covariances of the whole record.
-    inside, beside : ndarray, shape (t, parts, N, N)
+    inside, outside : ndarray, shape (t, parts, N, N)
         Sums over the terms within each part, and over those that touch none of it.
-    n_inside, n_beside : ndarray, shape (t, parts)
+    n_inside, n_outside : ndarray, shape (t, parts)
         How many these are.
     """
 
@@ -107,9 +107,9 @@ class Parts(NamedTuple):
     terms: Floats
     matrix: Floats
     inside: Floats
-    beside: Floats
+    outside: Floats
     n_inside: Floats
-    n_beside: Floats
+    n_outside: Floats
 
 
 def weigh(
@@ -128,7 +128,7 @@ def weigh(
     names : sequence of str, length N
         What messages call the gyros.
     """
-    _check(parts, seconds, horizon, weights, names)
+    _check_arguments(parts, seconds, horizon, weights, names)
     n = len(names)
     if weights == "mean":
         return VirtualGyro(np.full(n, 1.0 / n), 1.0, 0.0, 1.0, horizon)
@@ -139,26 +139,28 @@ def weigh(
     else:
         shrinkage = n / (n + float(parts.edf[0]))
         rule = partial(_white_weights, shrinkage=shrinkage)
-    found = rule(fit_noise(parts.tau, parts.matrix, parts.edf))
-    gain, error = _gain(parts, rule, horizon)
-    return VirtualGyro(found, gain, gain * error, shrinkage, horizon)
+    gyro_weights = rule(fit_noise(parts.tau, parts.matrix, parts.edf))
+    gain, error = _estimate_gain(parts, rule, horizon)
+    return VirtualGyro(gyro_weights, gain, gain * error, shrinkage, horizon)
 
 
 def time_shrinkage(n: int, seconds: float) -> float:
     """Return how far the drift of n gyros goes to its diagonal after so long a record."""
-    return n / (n + seconds / _PER_FREEDOM)
+    return n / (n + seconds / _SECONDS_PER_FREEDOM)
 
 
 def drift_weights(noise: Noise, shrinkage: float, horizon: float = math.inf) -> Floats:
     """Return the weights of least deviation at a horizon, the drift being shrunk, shape (N,)."""
-    return _least(Noise(noise.white, shrunk(noise.drift, shrinkage)).at(horizon))
+    return _min_variance_weights(
+        Noise(noise.white, shrink_covariance(noise.drift, shrinkage)).at(horizon)
+    )
 
 
 def _white_weights(noise: Noise, shrinkage: float) -> Floats:
-    return _least(shrunk(noise.white, shrinkage))
+    return _min_variance_weights(shrink_covariance(noise.white, shrinkage))
 
 
-def shrunk(covariance: Floats, shrinkage: float) -> Floats:
+def shrink_covariance(covariance: Floats, shrinkage: float) -> Floats:
     """Return a covariance whose elements off the diagonal are smaller by this share."""
     off = covariance * (1.0 - shrinkage)
     np.fill_diagonal(off, np.diag(covariance))
@@ -167,9 +169,9 @@ def shrunk(covariance: Floats, shrinkage: float) -> Floats:
 
 def drift_freedom(tau: Floats, matrix: Floats, edf: Floats) -> float:
     """Return how many degrees of freedom covariances leave for the drift: the median of gyros."""
-    strengths = _strengths(tau, np.einsum("tii->ti", matrix), edf)
-    variances = _basis(tau) @ strengths
-    _, errors = _least_squares(tau, variances, _trust(edf)[:, None] / (2.0 * variances**2))
+    strengths = _fit_strengths(tau, np.einsum("tii->ti", matrix), edf)
+    variances = _noise_basis(tau) @ strengths
+    _, errors = _least_squares(tau, variances, _limit_freedom(edf)[:, None] / (2.0 * variances**2))
     return float(np.median(2.0 * (strengths[1] / errors[1]) ** 2))
 
 
@@ -192,28 +194,29 @@ def fit_noise(tau: Floats, matrix: Floats, edf: Floats) -> Noise:
     that are too small to be seen are what would just have been seen: taken for nothing, they
     would draw all the weight.
     """
-    strengths = _strengths(tau, np.einsum("tii->ti", matrix), edf)
-    variances = _basis(tau) @ strengths
-    weights = _trust(edf)[:, None, None] / (variances[:, :, None] * variances[:, None, :])
+    strengths = _fit_strengths(tau, np.einsum("tii->ti", matrix), edf)
+    variances = _noise_basis(tau) @ strengths
+    weights = _limit_freedom(edf)[:, None, None] / (variances[:, :, None] * variances[:, None, :])
     elements, _ = _least_squares(tau, matrix, weights)
     white, drift = (
-        _semidefinite(element, strength)
+        _make_semidefinite(element, strength)
         for element, strength in zip(elements, strengths, strict=True)
     )
     return Noise(white, drift)
 
 
-def _check(
+def _check_arguments(
     parts: Parts, seconds: float, horizon: float, weights: str, names: Sequence[str]
 ) -> None:
     if not horizon > 0.0:
         raise ArgumentError("horizon", f"must be a positive time in s, or infinite, got {horizon}")
-    if weights not in _NAMES:
-        raise ValueError(f"unknown weights {weights!r}; known: {', '.join(_NAMES)}")
-    least = _LEAST_SECONDS * len(names)
-    if weights == "drift" and seconds < least:
+    if weights not in _WEIGHTS_NAMES:
+        raise ValueError(f"unknown weights {weights!r}; known: {', '.join(_WEIGHTS_NAMES)}")
+    min_seconds = _MIN_SECONDS_PER_GYRO * len(names)
+    if weights == "drift" and seconds < min_seconds:
         raise ValueError(
-            f"drift weights of {len(names)} gyros need {least / 3600.0:g} h at rest ({least:g} s), "
+            f"drift weights of {len(names)} gyros need {min_seconds / 3600.0:g} h at rest "
+            f"({min_seconds:g} s), "
             f"this record holds {seconds:g} s: drift is slow, so that a shorter record shows "
             "chance correlations, which cost more than the true ones bring; use weights='mean' or "
             "'white', or record for longer"
@@ -221,58 +224,58 @@ def _check(
     if weights == "mean":
         return
     if parts.tau.size < 2:
-        raise ValueError(_TOO_FEW)
-    still = np.flatnonzero(~np.any(np.einsum("tii->ti", parts.matrix) > 0.0, axis=0))
-    if still.size:
+        raise ValueError(_TOO_FEW_TAUS)
+    constant = np.flatnonzero(~np.any(np.einsum("tii->ti", parts.matrix) > 0.0, axis=0))
+    if constant.size:
         raise ValueError(
-            f"{names[still[0]]} does not vary, or by nothing beside the others: "
+            f"{names[constant[0]]} does not vary, or by nothing beside the others: "
             "leave it out of the array"
         )
 
 
-def _least(covariance: Floats) -> Floats:
+def _min_variance_weights(covariance: Floats) -> Floats:
     """Return the weights of sum 1 that have the least variance, shape (N,)."""
     sizes = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(sizes, sizes)
     # That of copies of one gyro is singular.
-    correlation[np.diag_indices_from(correlation)] += _NEXT_TO_NOTHING
-    solved = np.linalg.solve(correlation, sizes.min() / sizes) / sizes
-    weights: Floats = solved / solved.sum()
+    correlation[np.diag_indices_from(correlation)] += _RIDGE
+    unnormalised = np.linalg.solve(correlation, sizes.min() / sizes) / sizes
+    weights: Floats = unnormalised / unnormalised.sum()
     return weights
 
 
-def _shares(horizon: float) -> tuple[float, float]:
+def _noise_shares(horizon: float) -> tuple[float, float]:
     """Return what R and Q count for at an averaging time, up to a factor: neither is above 1."""
     return 1.0 / (1.0 + horizon * horizon / 3.0), 1.0 / (1.0 + 3.0 / horizon / horizon)
 
 
-def _basis(tau: Floats) -> Floats:
+def _noise_basis(tau: Floats) -> Floats:
     return np.column_stack((1.0 / tau, tau / 3.0))
 
 
-def _trust(edf: Floats) -> Floats:
-    return np.minimum(edf, _TRUSTED)
+def _limit_freedom(edf: Floats) -> Floats:
+    return np.minimum(edf, _MAX_FREEDOM)
 
 
-def _strengths(tau: Floats, variances: Floats, edf: Floats) -> Floats:
+def _fit_strengths(tau: Floats, variances: Floats, edf: Floats) -> Floats:
     """Return white noise and drift of Allan variances (t, k) by themselves, shape (2, k)."""
-    basis, trust = _basis(tau), _trust(edf)[:, None]
+    basis, trust = _noise_basis(tau), _limit_freedom(edf)[:, None]
     # Too large, so that no variance that chance made small counts for much.
     strengths = np.stack([np.max(variances / column[:, None], axis=0) for column in basis.T])
-    for _ in range(_ROUNDS):
-        before = strengths
+    for _ in range(_MAX_ITERATIONS):
+        previous = strengths
         # That of a chi-squared variable: 2 mean² / edf.
         weights = trust / (2.0 * (basis @ strengths) ** 2)
-        found, errors = _least_squares(tau, variances, weights)
-        strengths = np.maximum(found, errors)
-        if np.allclose(strengths, before, rtol=_SETTLED, atol=0.0):
+        fitted, errors = _least_squares(tau, variances, weights)
+        strengths = np.maximum(fitted, errors)
+        if np.allclose(strengths, previous, rtol=_CONVERGENCE_TOLERANCE, atol=0.0):
             break
     return strengths
 
 
 def _least_squares(tau: Floats, data: Floats, weights: Floats) -> tuple[Floats, Floats]:
     """Fit 1/tau and tau/3 to data (t, ...): strengths and their errors, both shape (2, ...)."""
-    first, second = (column.reshape(-1, *[1] * (data.ndim - 1)) for column in _basis(tau).T)
+    first, second = (column.reshape(-1, *[1] * (data.ndim - 1)) for column in _noise_basis(tau).T)
     a, b, c = (
         np.sum(weights * x * y, axis=0)
         for x, y in ((first, first), (first, second), (second, second))
@@ -283,7 +286,7 @@ def _least_squares(tau: Floats, data: Floats, weights: Floats) -> tuple[Floats, 
     return strengths, np.sqrt(np.stack((c, a)) / determinant)
 
 
-def _semidefinite(covariance: Floats, variances: Floats) -> Floats:
+def _make_semidefinite(covariance: Floats, variances: Floats) -> Floats:
     """Return the matrix of these variances without correlations that no variables can have."""
     sizes = np.sqrt(variances)
     correlation = covariance / np.outer(sizes, sizes)
@@ -296,53 +299,57 @@ def _semidefinite(covariance: Floats, variances: Floats) -> Floats:
     return product
 
 
-def _gain(parts: Parts, rule: Callable[[Noise], Floats], horizon: float) -> tuple[float, float]:
+def _estimate_gain(
+    parts: Parts, rule: Callable[[Noise], Floats], horizon: float
+) -> tuple[float, float]:
     """Return the gain over the mean, and the standard error of its logarithm.
 
     Each part of the record is weighed by what the rest of it gives. On the record that weights
     come from they look better than they are, the more so the more gyros there are. The error is
     that of the jackknife over the parts, which asks for no model.
     """
-    curves = _held_out(parts, rule)
-    everything = range(parts.n_inside.shape[1])
-    gain = _log_gain(parts, curves, list(everything), horizon)
-    fewer = [
-        _log_gain(parts, curves, [i for i in everything if i != left], horizon)
-        for left in everything
+    curves = _held_out_curves(parts, rule)
+    all_parts = range(parts.n_inside.shape[1])
+    gain = _log_gain(parts, curves, list(all_parts), horizon)
+    leave_one_out = [
+        _log_gain(parts, curves, [i for i in all_parts if i != omitted], horizon)
+        for omitted in all_parts
     ]
-    spread = np.sqrt((len(fewer) - 1) * np.var(fewer))
+    spread = np.sqrt((len(leave_one_out) - 1) * np.var(leave_one_out))
     return math.exp(gain), float(spread)
 
 
-def _held_out(parts: Parts, rule: Callable[[Noise], Floats]) -> Floats:
+def _held_out_curves(parts: Parts, rule: Callable[[Noise], Floats]) -> Floats:
     """Return sums of squares of the weighted and of the plain mean, shape (t, parts, 2)."""
     n = parts.matrix.shape[-1]
     curves = np.empty((*parts.n_inside.shape, 2))
     for i in range(parts.n_inside.shape[1]):
-        counts = parts.n_beside[:, i]
-        seen = counts > 0
-        if np.count_nonzero(seen) < 2:
-            raise ValueError(_TOO_FEW)
-        matrix = parts.beside[seen, i] / counts[seen, None, None]
-        edf = (parts.edf * counts / parts.terms)[seen]
-        both = np.column_stack((rule(fit_noise(parts.tau[seen], matrix, edf)), np.full(n, 1.0 / n)))
-        curves[:, i] = np.einsum("ik,tij,jk->tk", both, parts.inside[:, i], both)
+        counts = parts.n_outside[:, i]
+        nonempty = counts > 0
+        if np.count_nonzero(nonempty) < 2:
+            raise ValueError(_TOO_FEW_TAUS)
+        matrix = parts.outside[nonempty, i] / counts[nonempty, None, None]
+        edf = (parts.edf * counts / parts.terms)[nonempty]
+        weightings = np.column_stack(
+            (rule(fit_noise(parts.tau[nonempty], matrix, edf)), np.full(n, 1.0 / n))
+        )
+        curves[:, i] = np.einsum("ik,tij,jk->tk", weightings, parts.inside[:, i], weightings)
     return curves
 
 
 def _log_gain(parts: Parts, curves: Floats, which: list[int], horizon: float) -> float:
     """Return the logarithm of the gain on these parts of the record."""
     counts = parts.n_inside[:, which].sum(axis=1)
-    seen = counts > 0
-    if np.count_nonzero(seen) < 2:
-        raise ValueError(_TOO_FEW)
-    variances = curves[:, which].sum(axis=1)[seen] / counts[seen, None]
+    nonempty = counts > 0
+    if np.count_nonzero(nonempty) < 2:
+        raise ValueError(_TOO_FEW_TAUS)
+    variances = curves[:, which].sum(axis=1)[nonempty] / counts[nonempty, None]
     if not np.all(np.any(variances > 0.0, axis=0)):
         raise ValueError(
             "the mean of the gyros does not vary: some are others with the sign turned"
         )
-    edf = (parts.edf * counts / parts.terms)[seen]
-    weighted, mean = _variances_at(horizon, parts.tau[seen], variances, edf)
+    edf = (parts.edf * counts / parts.terms)[nonempty]
+    weighted, mean = _variances_at(horizon, parts.tau[nonempty], variances, edf)
     return 0.5 * math.log(mean / weighted)
 
 
@@ -352,10 +359,10 @@ def _variances_at(horizon: float, tau: Floats, variances: Floats, edf: Floats) -
     Between averaging times that are well known they need no model, which real noise may not
     follow. Beyond them it is that of white noise and a walk.
     """
-    known = tau[edf >= _WELL_KNOWN]
+    known = tau[edf >= _MIN_KNOWN_FREEDOM]
     if known.size and known[0] <= horizon <= known[-1] and np.all(variances > 0.0):
-        at = math.log(horizon)
-        between = [np.interp(at, np.log(tau), np.log(curve)) for curve in variances.T]
-        return np.exp(between)
-    found: Floats = np.array(_shares(horizon)) @ _strengths(tau, variances, edf)
-    return found
+        log_horizon = math.log(horizon)
+        interpolated = [np.interp(log_horizon, np.log(tau), np.log(curve)) for curve in variances.T]
+        return np.exp(interpolated)
+    variances_at: Floats = np.array(_noise_shares(horizon)) @ _fit_strengths(tau, variances, edf)
+    return variances_at

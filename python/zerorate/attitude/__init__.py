@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Final
 
-from zerorate.lazy import later
+from zerorate.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from zerorate.attitude.estimate import AttitudeEstimate, attitude_of
@@ -16,4 +16,4 @@ _PLACES: Final = {
     "estimate": "AttitudeEstimate attitude_of",
 }
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = later(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)

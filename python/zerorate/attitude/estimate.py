@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from zerorate._native import Attitude
 from zerorate.attitude.options import ATTITUDE_METHODS
-from zerorate.faults import ArgumentError, given, said
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.geometry.rotations import about_z, euler_angles, product
 from zerorate.metrics.orientation import (
@@ -22,7 +22,7 @@ from zerorate.metrics.orientation import (
     heading_offset,
     orientation_errors,
 )
-from zerorate.progress import Progress, reported
+from zerorate.progress import Progress, choose_reporter
 from zerorate.record import Log, LogError, Poses, Recording
 from zerorate.record.log import FORWARD_RIGHT_DOWN
 from zerorate.record.samples import Samples
@@ -32,9 +32,9 @@ from zerorate.views import Result
 METHODS: Final = ATTITUDE_METHODS
 """Methods of `zerorate.Attitude`."""
 
-_BLOCK: Final = 1 << 17
-_MOMENTS: Final = 1000
-_KEPT: Final = (
+_BLOCK_SAMPLES: Final = 1 << 17
+_MAX_MOMENTS: Final = 1000
+_SAMPLE_FIELDS: Final = (
     "quaternion",
     "bias",
     "bias_sigma",
@@ -44,7 +44,7 @@ _KEPT: Final = (
     "at_rest",
     "disturbed",
 )
-_THINNED: Final = ("gyro_matrix", "gyro_matrix_sigma")
+_MOMENT_FIELDS: Final = ("gyro_matrix", "gyro_matrix_sigma")
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,19 +320,22 @@ def attitude_of(
     """
     _check_frame(reference_frame)
     samples = Samples.of(recording, gyro, accel, mag)
-    given, frame = frame, frame or _frame_of(samples.log)
+    requested_frame, frame = frame, frame or _default_frame(samples.log)
     uses_mag = samples.mag is not None
     _check_declination(declination, uses_mag)
     # The filter refuses what it does not know.
     settings: Any = {"mag": uses_mag, "frame": frame, "method": method, **constants}
     filter_: Any = Attitude(samples.log.rate, **settings)
-    report = reported(progress)
-    run = _smoothed if offline else _traced
-    with warnings.catch_warnings(record=True) as warned:
+    report = choose_reporter(progress)
+    run = _smooth if offline else _trace
+    with warnings.catch_warnings(record=True) as messages:
         warnings.simplefilter("always")
-        found, moments, matrices = run(filter_, samples, report)
+        arrays, moments, matrices = run(filter_, samples, report)
     if declination:
-        found = {**found, "quaternion": _to_true_north(found["quaternion"], frame, declination)}
+        arrays = {
+            **arrays,
+            "quaternion": _rotate_to_true_north(arrays["quaternion"], frame, declination),
+        }
     return AttitudeEstimate(
         time=samples.time,
         rate=samples.log.rate,
@@ -343,20 +346,20 @@ def attitude_of(
         method=method,
         offline=offline,
         mag=uses_mag,
-        reference=_truth(recording, samples, reference, reference_frame, frame),
-        compared_heading=_compared(uses_mag, reference),
+        reference=_reference_orientation(recording, samples, reference, reference_frame, frame),
+        compared_heading=_default_heading(uses_mag, reference),
         source=recording.source,
         notes=(
-            *_told(warned),
-            *_on_axes(samples.log, given),
+            *_filter_warnings(messages),
+            *_axes_notes(samples.log, requested_frame),
             *samples.notes,
-            *_remarks(recording, mag, uses_mag),
+            *_recording_notes(recording, mag, uses_mag),
         ),
-        **cast(dict[str, Any], found),
+        **cast(dict[str, Any], arrays),
     )
 
 
-_Found: TypeAlias = tuple[Mapping[str, npt.NDArray[Any]], Integers, Mapping[str, Floats]]
+_FilterRun: TypeAlias = tuple[Mapping[str, npt.NDArray[Any]], Integers, Mapping[str, Floats]]
 
 
 def _check_frame(reference_frame: Frame | None) -> None:
@@ -373,114 +376,124 @@ def _check_declination(declination: float, uses_mag: bool) -> None:
         raise ArgumentError("declination", "is of no use: no magnetometer takes part")
 
 
-def _to_true_north(quaternion: Floats, frame: Frame, declination: float) -> Floats:
+def _rotate_to_true_north(quaternion: Floats, frame: Frame, declination: float) -> Floats:
     """Return orientations whose north is the true one, which lies west of the magnetic one."""
     return from_enu(product(about_z(-declination), in_enu(quaternion, frame)), frame)
 
 
-def _moments(n: int) -> Integers:
+def _choose_moments(n: int) -> Integers:
     """Return at most a thousand samples in even steps, the last one among them."""
-    return np.unique(np.linspace(0, n - 1, min(n, _MOMENTS)).round().astype(np.int64))
+    return np.unique(np.linspace(0, n - 1, min(n, _MAX_MOMENTS)).round().astype(np.int64))
 
 
-def _traced(filter_: Any, samples: Samples, progress: Progress) -> _Found:  # noqa: ANN401
+def _trace(filter_: Any, samples: Samples, progress: Progress) -> _FilterRun:  # noqa: ANN401
     """Filter block by block: matrices of each sample would take most of the memory."""
     n = samples.log.n
-    moments, found = _moments(n), {name: [] for name in (*_KEPT, *_THINNED)}  # type: ignore[var-annotated]
-    for first in range(0, n, _BLOCK):
-        part = slice(first, min(first + _BLOCK, n))
-        traced = filter_.trace(*_arguments(samples, part))
+    moments, blocks = _choose_moments(n), {name: [] for name in (*_SAMPLE_FIELDS, *_MOMENT_FIELDS)}  # type: ignore[var-annotated]
+    for first in range(0, n, _BLOCK_SAMPLES):
+        part = slice(first, min(first + _BLOCK_SAMPLES, n))
+        traced = filter_.trace(*_filter_arguments(samples, part))
         inside = moments[(moments >= part.start) & (moments < part.stop)] - first
-        for name in _KEPT:
-            found[name].append(traced[name])
-        for name in _THINNED:
-            found[name].append(traced[name][inside])
+        for name in _SAMPLE_FIELDS:
+            blocks[name].append(traced[name])
+        for name in _MOMENT_FIELDS:
+            blocks[name].append(traced[name][inside])
         progress("attitude", part.stop / n)
-    whole = {name: np.concatenate(parts) for name, parts in found.items()}
-    return {name: whole[name] for name in _KEPT}, moments, {name: whole[name] for name in _THINNED}
+    whole = {name: np.concatenate(parts) for name, parts in blocks.items()}
+    return (
+        {name: whole[name] for name in _SAMPLE_FIELDS},
+        moments,
+        {name: whole[name] for name in _MOMENT_FIELDS},
+    )
 
 
-def _smoothed(filter_: Any, samples: Samples, progress: Progress) -> _Found:  # noqa: ANN401
+def _smooth(filter_: Any, samples: Samples, progress: Progress) -> _FilterRun:  # noqa: ANN401
     # Forth and back: there is no half of it to report.
     progress("attitude", 0.1)
-    traced: Mapping[str, npt.NDArray[Any]] = filter_.smooth(*_arguments(samples, slice(None)))
+    traced: Mapping[str, npt.NDArray[Any]] = filter_.smooth(
+        *_filter_arguments(samples, slice(None))
+    )
     progress("attitude", 1.0)
-    moments = _moments(samples.log.n)
-    kept = {name: traced[name] for name in _KEPT}
-    return kept, moments, {name: traced[name][moments] for name in _THINNED}
+    moments = _choose_moments(samples.log.n)
+    arrays = {name: traced[name] for name in _SAMPLE_FIELDS}
+    return arrays, moments, {name: traced[name][moments] for name in _MOMENT_FIELDS}
 
 
-def _arguments(samples: Samples, part: slice) -> tuple[Floats | None, ...]:
+def _filter_arguments(samples: Samples, part: slice) -> tuple[Floats | None, ...]:
     listed = (samples.gyro, samples.accel, samples.mag, samples.dt)
     return tuple(None if values is None else values[part] for values in listed)
 
 
-def _truth(
+def _reference_orientation(
     recording: Recording,
     samples: Samples,
-    given: Poses | None,
-    given_frame: Frame | None,
+    poses: Poses | None,
+    poses_frame: Frame | None,
     frame: Frame,
 ) -> Floats | None:
     """Return the true orientation to a frame, the given one or the recording's own."""
-    found = _reference(recording, samples) if given is None else _of_poses(given, samples)
-    if found is None or given_frame is None:
-        return found
-    return from_enu(in_enu(found, given_frame), frame)
+    orientation = (
+        _recorded_reference(recording, samples)
+        if poses is None
+        else _interpolate_poses(poses, samples)
+    )
+    if orientation is None or poses_frame is None:
+        return orientation
+    return from_enu(in_enu(orientation, poses_frame), frame)
 
 
-def _reference(recording: Recording, samples: Samples) -> Floats | None:
+def _recorded_reference(recording: Recording, samples: Samples) -> Floats | None:
     """Return the true orientation, if there is one that belongs to this recording's clock."""
-    found = [log for log in recording.of_kind("reference") if log.channels == 4]
-    if len(found) != 1:
+    logs = [log for log in recording.of_kind("reference") if log.channels == 4]
+    if len(logs) != 1:
         return None
-    values = samples.aligned(found[0])
+    values = samples.align(logs[0])
     return values if np.isfinite(values).all(axis=1).any() else None
 
 
-def _of_poses(poses: Poses, samples: Samples) -> Floats:
+def _interpolate_poses(poses: Poses, samples: Samples) -> Floats:
     """Return the true orientation at the samples; LogError if it is of another time."""
-    found = poses.at(samples.time).quaternion
-    if not np.isfinite(found).all(axis=1).any():
+    quaternions = poses.at(samples.time).quaternion
+    if not np.isfinite(quaternions).all(axis=1).any():
         own, other = (f"{t[0]:.2f} to {t[-1]:.2f} s" for t in (samples.time, poses.time))
         raise LogError(
-            said(
+            make_sentence(
                 f"{poses.source} is of {other}, and the log of {own}: both must be on one clock, ",
-                given("reference_offset", "S", "so shift its time"),
+                keyword_argument("reference_offset", "S", "so shift its time"),
             )
         )
-    return found
+    return quaternions
 
 
-def _compared(mag: bool, reference: Poses | None) -> Heading:
+def _default_heading(mag: bool, reference: Poses | None) -> Heading:
     if reference is not None:
         return "aligned"
     return "absolute" if mag else "relative"
 
 
-def _told(warned: Iterable[warnings.WarningMessage]) -> Iterator[str]:
+def _filter_warnings(messages: Iterable[warnings.WarningMessage]) -> Iterator[str]:
     """Yield what the filter warned of: it knows no names of files."""
-    for one in warned:
-        yield str(one.message).replace("is accel_unit right", "is its unit right")
+    for message in messages:
+        yield str(message.message).replace("is accel_unit right", "is its unit right")
 
 
-def _frame_of(gyro: Log) -> Frame:
+def _default_frame(gyro: Log) -> Frame:
     return "ned" if gyro.meta.get("axes") == FORWARD_RIGHT_DOWN else "enu"
 
 
-def _on_axes(gyro: Log, given: Frame | None) -> Iterator[str]:
+def _axes_notes(gyro: Log, requested_frame: Frame | None) -> Iterator[str]:
     """Yield a sentence on known axes of a log that chose the frame, or that it goes against."""
-    if gyro.meta.get("axes") != FORWARD_RIGHT_DOWN or given == "ned":
+    if gyro.meta.get("axes") != FORWARD_RIGHT_DOWN or requested_frame == "ned":
         return
-    said = f"the log's axes point {FORWARD_RIGHT_DOWN}"
-    if given is None:
-        yield f"{said}: angles are to north, east, down"
+    text = f"the log's axes point {FORWARD_RIGHT_DOWN}"
+    if requested_frame is None:
+        yield f"{text}: angles are to north, east, down"
     else:
-        yield f"{said}: level, the roll is 180 deg in this frame, and 0 in north, east, down (ned)"
+        yield f"{text}: level, the roll is 180 deg in this frame, and 0 in north, east, down (ned)"
 
 
-def _remarks(recording: Recording, asked: bool, uses_mag: bool) -> Iterator[str]:
-    if asked and not uses_mag:
+def _recording_notes(recording: Recording, mag_requested: bool, uses_mag: bool) -> Iterator[str]:
+    if mag_requested and not uses_mag:
         yield "there is no magnetometer: the heading is against the start, and drifts"
     if len([log for log in recording.of_kind("reference") if log.channels == 4]) > 1:
         yield "there are several references of four columns: none is compared with"

@@ -3,12 +3,12 @@
 from typing import Final
 
 from zerorate._native import attitude_options, tilt_options
-from zerorate.options import by_name, table
+from zerorate.options import index_by_name, read_options
 
-ATTITUDE_OPTIONS: Final = by_name(table(attitude_options()))
+ATTITUDE_OPTIONS: Final = index_by_name(read_options(attitude_options()))
 """Of `zerorate.Attitude`: its method, then every constant, with the methods that use it."""
 
-TILT_OPTIONS: Final = by_name(table(tilt_options()))
+TILT_OPTIONS: Final = index_by_name(read_options(tilt_options()))
 """The same of `zerorate.Tilt`."""
 
 ATTITUDE_METHODS: Final = ATTITUDE_OPTIONS["method"].choices

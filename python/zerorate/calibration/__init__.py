@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Final
 
 from zerorate.calibration.calibrate import calibrate
-from zerorate.calibration.refusal import CalibrationError
-from zerorate.lazy import later
+from zerorate.calibration.errors import CalibrationError
+from zerorate.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration, SensorCalibration
@@ -63,4 +63,4 @@ _PLACES: Final = {
     "temperature": "TemperatureBias TemperatureModel",
 }
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = later(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)

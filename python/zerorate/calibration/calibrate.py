@@ -9,9 +9,9 @@ from zerorate.record.recording import Recording
 
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
+    from zerorate.calibration.fit.priors import PriorName
     from zerorate.calibration.fit.sensors import Source
     from zerorate.calibration.fit.solution import GSensitivity
-    from zerorate.calibration.fit.starts import PriorName
     from zerorate.calibration.parameters import Frame
     from zerorate.calibration.record import Rest
 
@@ -94,7 +94,7 @@ def calibrate(
     (True, True, ())
     """
     # All that it takes is imported when it is first asked for: its name is that of the package.
-    from zerorate.calibration.fit.steps import Choices, calibrated
+    from zerorate.calibration.fit.steps import Choices, run_calibration
 
     choices = Choices(gravity, g_sensitivity, frame, prior, saturation)
-    return calibrated(choices, recording, gyro=gyro, accel=accel, rate=rate, rests=rests)
+    return run_calibration(choices, recording, gyro=gyro, accel=accel, rate=rate, rests=rests)

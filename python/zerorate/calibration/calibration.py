@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, Self
 import numpy as np
 
 from zerorate.calibration.exports import to_ardupilot, to_imu_tk, to_kalibr, to_px4
-from zerorate.calibration.frames import gyro_to_accel, in_frame
+from zerorate.calibration.frames import convert_frame, gyro_to_accel
 from zerorate.calibration.gyro_prior import gyro_correction, gyro_prior
 from zerorate.calibration.json_text import from_json, to_json
 from zerorate.calibration.parameters import (
@@ -23,19 +23,19 @@ from zerorate.calibration.parameters import (
     Frame,
     Matrix,
     Vector,
-    estimated,
+    make_coefficient,
 )
 from zerorate.calibration.record import Origin, Rest, Turn
 from zerorate.calibration.removal import (
     apply,
     apply_accel,
     apply_gyro,
+    convert_units,
     corrector,
-    in_units,
     with_temperature,
 )
 from zerorate.noise.coefficient import Coefficient
-from zerorate.record.exporting import restores
+from zerorate.record.exporting import document_restore
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result, figure_of
 
@@ -192,7 +192,7 @@ class Calibration(Result):
     with_temperature = with_temperature
 
     @classmethod
-    @restores
+    @document_restore
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
         """Read a calibration that `to_json` wrote, equal to the last bit."""
         return from_json(source, cls)
@@ -222,7 +222,7 @@ class Calibration(Result):
         ValueError
             If there is no such frame, or the accelerometer's axes are left-handed.
         """
-        return in_frame(self, frame)
+        return convert_frame(self, frame)
 
     def in_units(self, *, gyro: str | None = None, accel: str | None = None) -> Calibration:
         """Return the same calibration for samples in other units, which correction keeps.
@@ -237,7 +237,7 @@ class Calibration(Result):
         ValueError
             If a unit is not of its sensor, or that of the raw samples is not known.
         """
-        return in_units(self, gyro or self.gyro_units[0], accel or self.accel_units[0])
+        return convert_units(self, gyro or self.gyro_units[0], accel or self.accel_units[0])
 
     def plot(
         self, recording: Recording | None = None, panels: Literal["usual", "all"] = "usual"
@@ -261,7 +261,9 @@ class Calibration(Result):
 
     def __repr__(self) -> str:
         """Return in one line whether it is valid, and what it was made of."""
-        rests, turns = (sum(one.used for one in many) for many in (self.rests, self.turns))
+        rests, turns = (
+            sum(entry.used for entry in entries) for entries in (self.rests, self.turns)
+        )
         state = "valid" if self.valid else "not valid"
         return f"Calibration({state}; {rests} rests and {turns} turns; frame {self.frame!r})"
 
@@ -305,46 +307,48 @@ class Calibration(Result):
     def _sensor(
         self, matrix: slice, bias: slice, sensitivity: slice | None, units: tuple[str, str]
     ) -> SensorCalibration:
-        known = self._coefficients(matrix)
-        scale = (known[0], known[4], known[8])
+        coefficients = self._coefficients(matrix)
+        scale = (coefficients[0], coefficients[4], coefficients[8])
         zeros = (Coefficient(0.0),) * 9
         return SensorCalibration(
-            matrix=_square(known),
+            matrix=_as_matrix(coefficients),
             scale=scale,
-            misalignment=_square(self._misalignment(matrix)),
-            bias=_three(self._coefficients(bias)),
-            g_sensitivity=_square(
+            misalignment=_as_matrix(self._misalignment(matrix)),
+            bias=_as_vector(self._coefficients(bias)),
+            g_sensitivity=_as_matrix(
                 zeros if sensitivity is None else self._coefficients(sensitivity)
             ),
             raw_unit=units[0],
             unit=units[1],
         )
 
-    def _coefficients(self, places: slice) -> tuple[Coefficient, ...]:
-        sigmas = np.sqrt(np.diagonal(self.covariance)[places])
-        known = zip(self.values[places], sigmas, self.identifiable[places], strict=True)
-        return tuple(estimated(v, s, bool(i)) for v, s, i in known)
+    def _coefficients(self, elements: slice) -> tuple[Coefficient, ...]:
+        sigmas = np.sqrt(np.diagonal(self.covariance)[elements])
+        known = zip(self.values[elements], sigmas, self.identifiable[elements], strict=True)
+        return tuple(make_coefficient(v, s, bool(i)) for v, s, i in known)
 
-    def _misalignment(self, places: slice) -> tuple[Coefficient, ...]:
+    def _misalignment(self, elements: slice) -> tuple[Coefficient, ...]:
         """Return each element over the diagonal of its row, and its error to first order."""
-        matrix, covariance = self.values[places], self.covariance[places, places]
-        found = []
+        matrix, covariance = self.values[elements], self.covariance[elements, elements]
+        ratios = []
         for i, j in product(range(3), range(3)):
             if i == j:
-                found.append(Coefficient(0.0))
+                ratios.append(Coefficient(0.0))
                 continue
             element, scale = 3 * i + j, 4 * i
             ratio = matrix[element] / matrix[scale]
             gradient = np.zeros(9)
             gradient[element], gradient[scale] = 1.0 / matrix[scale], -ratio / matrix[scale]
             sigma = float(np.sqrt(gradient @ covariance @ gradient))
-            found.append(estimated(ratio, sigma, bool(self.identifiable[places][element])))
-        return tuple(found)
+            ratios.append(
+                make_coefficient(ratio, sigma, bool(self.identifiable[elements][element]))
+            )
+        return tuple(ratios)
 
 
-def _three(known: tuple[Coefficient, ...]) -> Vector:
-    return known[0], known[1], known[2]
+def _as_vector(coefficients: tuple[Coefficient, ...]) -> Vector:
+    return coefficients[0], coefficients[1], coefficients[2]
 
 
-def _square(known: tuple[Coefficient, ...]) -> Matrix:
-    return _three(known[:3]), _three(known[3:6]), _three(known[6:])
+def _as_matrix(coefficients: tuple[Coefficient, ...]) -> Matrix:
+    return _as_vector(coefficients[:3]), _as_vector(coefficients[3:6]), _as_vector(coefficients[6:])

@@ -6,29 +6,31 @@ from typing import Final
 from zerorate.calibration.calibration import Calibration
 from zerorate.record import Log, LogError, Recording
 
-_AXES: Final = 3
+_AXIS_COUNT: Final = 3
 
 
-def own_sensors(recording: Recording, calibration: Calibration) -> dict[str, str]:
+def find_sensors(recording: Recording, calibration: Calibration) -> dict[str, str]:
     """Return the names of gyro and accelerometer that a calibration was made of.
 
     They are told by their channels; where none are so named it is the first of each kind.
     """
     channels = {"gyro": calibration.origin.gyro, "accel": calibration.origin.accel}
-    found = {}
-    for kind, own in channels.items():
-        alike = (name for name, log in recording.items() if own and log.names == own)
-        found[kind] = next(alike, kind)
-    return found
+    names = {}
+    for kind, channel_names in channels.items():
+        matches = (
+            name for name, log in recording.items() if channel_names and log.names == channel_names
+        )
+        names[kind] = next(matches, kind)
+    return names
 
 
-def own_accel(recording: Recording, calibration: Calibration) -> Log | None:
+def find_accel(recording: Recording, calibration: Calibration) -> Log | None:
     """Return the accelerometer that a calibration was made of, if it is there with three axes."""
-    log = recording.get(own_sensors(recording, calibration)["accel"])
-    return log if log is not None and log.channels == _AXES else None
+    log = recording.get(find_sensors(recording, calibration)["accel"])
+    return log if log is not None and log.channels == _AXIS_COUNT else None
 
 
-def corrected_gyro(recording: Recording, calibration: Calibration, *, asked: bool) -> Log:
+def correct_gyro(recording: Recording, calibration: Calibration, *, by_columns: bool) -> Log:
     """Return the gyro of a recording, corrected, whose notes say so.
 
     Parameters
@@ -37,7 +39,7 @@ def corrected_gyro(recording: Recording, calibration: Calibration, *, asked: boo
         All sensors of a log.
     calibration : Calibration
         What is taken off.
-    asked : bool
+    by_columns : bool
         Whether the gyro was chosen by its columns, so that it is the first; else it is the one
         that the calibration was made of, if it is there.
 
@@ -48,8 +50,8 @@ def corrected_gyro(recording: Recording, calibration: Calibration, *, asked: boo
     ValueError
         If its unit does not fit that of the calibration.
     """
-    names = own_sensors(recording, calibration)
-    if asked:
+    names = find_sensors(recording, calibration)
+    if by_columns:
         names["gyro"] = "gyro"
     if names["gyro"] not in recording:
         raise LogError("there is no gyro")
@@ -57,5 +59,5 @@ def corrected_gyro(recording: Recording, calibration: Calibration, *, asked: boo
     count = len(recording.of_kind("accel"))
     if count < 2:
         return gyro
-    chosen = f"of {count} accelerometers {names['accel']} is taken for the force on the gyro"
-    return replace(gyro, meta={**gyro.meta, "notes": (*gyro.meta["notes"], chosen)})
+    note = f"of {count} accelerometers {names['accel']} is taken for the force on the gyro"
+    return replace(gyro, meta={**gyro.meta, "notes": (*gyro.meta["notes"], note)})

@@ -17,13 +17,13 @@ from zerorate.types import Floats, Integers
 from zerorate.units import UNITS, convert
 from zerorate.views import Result
 
-_MOVED: Final = 3.0
+_MIN_MOVED_Z: Final = 3.0
 """Standard errors beyond which a parameter has moved."""
-_BETWEEN_SESSIONS: Final = 3e-3
+_SESSION_BIAS_G: Final = 3e-3
 """g by which the bias of an accelerometer may move from session to session: 1 mg is usual."""
-_WARMER: Final = 5.0
+_MIN_WARMING_K: Final = 5.0
 """K between two records above which temperature may be what moved a parameter."""
-_FEW: Final = 6
+_MAX_NAMES: Final = 6
 """Parameters that a note names."""
 
 
@@ -143,78 +143,83 @@ def compare_calibrations(first: Calibration, second: Calibration) -> Calibration
     >>> found.moved, found.degrees_of_freedom
     ((), 0)
     """
-    _check_alike(first, second)
+    _check_comparable(first, second)
     difference = second.values - first.values
     covariance = first.covariance + second.covariance
     variance = np.diagonal(covariance)
-    known = first.identifiable & second.identifiable & (variance > 0.0)
+    is_counted = first.identifiable & second.identifiable & (variance > 0.0)
     z = np.full(difference.size, np.nan)
-    z[known] = difference[known] / np.sqrt(variance[known])
+    z[is_counted] = difference[is_counted] / np.sqrt(variance[is_counted])
     unit = second.accel_units[0]
-    rows = tuple(_row(i, first, second, z[i], unit) for i in range(difference.size))
-    places = np.flatnonzero(known)
-    chi_squared = _chi_squared(difference, covariance, places)
+    rows = tuple(_compare_parameter(i, first, second, z[i], unit) for i in range(difference.size))
+    indices = np.flatnonzero(is_counted)
+    chi_squared = _chi_squared(difference, covariance, indices)
     probability = (
-        _native.chi_squared_survival(chi_squared, places.size) if places.size else math.nan
+        _native.chi_squared_survival(chi_squared, indices.size) if indices.size else math.nan
     )
-    notes = (*_notes(rows, first, second), *_validity(first, second))
+    notes = (*_notes(rows, first, second), *_validity_notes(first, second))
     return CalibrationComparison(
-        rows, chi_squared, places.size, probability, first.gyro_units[0], unit, notes
+        rows, chi_squared, indices.size, probability, first.gyro_units[0], unit, notes
     )
 
 
-def _check_alike(first: Calibration, second: Calibration) -> None:
+def _check_comparable(first: Calibration, second: Calibration) -> None:
     pairs = (
         ("units of the accelerometer", first.accel_units, second.accel_units),
         ("units of the gyro", first.gyro_units, second.gyro_units),
         ("frame", first.frame, second.frame),
     )
-    for name, one, other in pairs:
-        if one != other:
-            told = " and ".join(
-                " to ".join(x) if isinstance(x, tuple) else repr(x) for x in (one, other)
+    for name, first_value, second_value in pairs:
+        if first_value != second_value:
+            values = " and ".join(
+                " to ".join(x) if isinstance(x, tuple) else repr(x)
+                for x in (first_value, second_value)
             )
             advice = f": bring both into one by {'to_frame' if name == 'frame' else 'in_units'}"
-            raise ValueError(f"the {name} must be the same in both, got {told}{advice}")
+            raise ValueError(f"the {name} must be the same in both, got {values}{advice}")
 
 
-def _chi_squared(difference: Floats, covariance: Floats, places: Integers) -> float:
+def _chi_squared(difference: Floats, covariance: Floats, indices: Integers) -> float:
     """Return the differences' chi-squared, scaled first so that units do not matter."""
-    if not places.size:
+    if not indices.size:
         return 0.0
-    within = covariance[np.ix_(places, places)]
-    size = np.sqrt(np.diagonal(within))
-    correlation, z = within / np.outer(size, size), difference[places] / size
+    submatrix = covariance[np.ix_(indices, indices)]
+    size = np.sqrt(np.diagonal(submatrix))
+    correlation, z = submatrix / np.outer(size, size), difference[indices] / size
     # Parameters that are hardly told apart must not make a difference of rounding count.
     return float(z @ np.linalg.pinv(correlation, rcond=1e-12, hermitian=True) @ z)
 
 
-def _row(
-    place: int, first: Calibration, second: Calibration, z: float, accel_unit: str
+def _compare_parameter(
+    index: int, first: Calibration, second: Calibration, z: float, accel_unit: str
 ) -> MovedParameter:
-    name = PARAMETERS[place]
-    one, other = (_coefficient(c, place) for c in (first, second))
-    difference = Coefficient(other.value - one.value, math.hypot(one.sigma, other.sigma))
-    moved = bool(abs(z) > _MOVED)
+    name = PARAMETERS[index]
+    first_value, second_value = (_coefficient(c, index) for c in (first, second))
+    difference = Coefficient(
+        second_value.value - first_value.value, math.hypot(first_value.sigma, second_value.sigma)
+    )
+    moved = bool(abs(z) > _MIN_MOVED_Z)
     reason = (
-        _uncounted(first.identifiable[place], second.identifiable[place]) if math.isnan(z) else ""
+        _describe_exclusion(first.identifiable[index], second.identifiable[index])
+        if math.isnan(z)
+        else ""
     )
     if moved and name.startswith("accel.bias") and accel_unit in UNITS:
-        usual = abs(convert(difference.value, accel_unit, "g")) <= _BETWEEN_SESSIONS
+        usual = abs(convert(difference.value, accel_unit, "g")) <= _SESSION_BIAS_G
         reason = "as far as is usual between sessions" if usual else ""
-    return MovedParameter(name, one, other, difference, float(z), moved, reason)
+    return MovedParameter(name, first_value, second_value, difference, float(z), moved, reason)
 
 
-def _coefficient(calibration: Calibration, place: int) -> Coefficient:
-    value = float(calibration.values[place])
-    sigma = math.sqrt(float(calibration.covariance[place, place]))
+def _coefficient(calibration: Calibration, index: int) -> Coefficient:
+    value = float(calibration.values[index])
+    sigma = math.sqrt(float(calibration.covariance[index, index]))
     known = Coefficient(value, sigma)
-    if calibration.identifiable[place]:
+    if calibration.identifiable[index]:
         return known
     return Coefficient(value, sigma, identifiable=False, upper_bound=known.upper_bound)
 
 
-def _uncounted(first: bool, second: bool) -> str:
+def _describe_exclusion(first: bool, second: bool) -> str:
     if first and second:
         return "fixed"
     which = "either" if not (first or second) else "the second" if first else "the first"
@@ -230,11 +235,11 @@ def _notes(
         yield "no parameter counts: there is nothing to compare"
     elif moved:
         counted = sum(not math.isnan(row.z) for row in rows)
-        yield f"moved by more than {_MOVED:g} standard errors: {_listed(moved)}"
-        if len(moved) > max(0.5 * counted, _FEW):
+        yield f"moved by more than {_MIN_MOVED_Z:g} standard errors: {_list_names(moved)}"
+        if len(moved) > max(0.5 * counted, _MAX_NAMES):
             yield "most parameters have moved: is it the same sensor, mounted and read as before?"
     else:
-        yield f"no parameter has moved by more than {_MOVED:g} standard errors"
+        yield f"no parameter has moved by more than {_MIN_MOVED_Z:g} standard errors"
     if usual:
         yield (
             f"{', '.join(usual)}: the bias of an accelerometer moves by about 1 mg from session to "
@@ -244,7 +249,7 @@ def _notes(
         yield "the bias of a gyro moves with temperature and from start to start"
     if None not in (first.temperature, second.temperature):
         warmer = float(second.temperature or 0.0) - float(first.temperature or 0.0)
-        if abs(warmer) > _WARMER:
+        if abs(warmer) > _MIN_WARMING_K:
             yield f"the second record is {warmer:+.1f} K warmer: that alone may move bias and scale"
     if first.gravity != second.gravity:
         yield (
@@ -253,13 +258,13 @@ def _notes(
         )
 
 
-def _listed(names: list[str]) -> str:
+def _list_names(names: list[str]) -> str:
     """Return the first names, and how many more there are."""
-    more = len(names) - _FEW
-    return ", ".join(names[:_FEW]) + (f" and {more} more" if more > 0 else "")
+    more = len(names) - _MAX_NAMES
+    return ", ".join(names[:_MAX_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
-def _validity(first: Calibration, second: Calibration) -> Iterator[str]:
-    for name, one in (("first", first), ("second", second)):
-        if not one.valid:
-            yield f"the {name} calibration is not valid: {one.problems[0]}"
+def _validity_notes(first: Calibration, second: Calibration) -> Iterator[str]:
+    for name, calibration in (("first", first), ("second", second)):
+        if not calibration.valid:
+            yield f"the {name} calibration is not valid: {calibration.problems[0]}"

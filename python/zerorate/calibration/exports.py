@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from zerorate.calibration.frames import rotation_of
+from zerorate.calibration.frames import rotation_into_frame
 from zerorate.calibration.parameters import (
     ACCEL_BIAS,
     ACCEL_MATRIX,
@@ -20,10 +20,10 @@ from zerorate.calibration.parameters import (
     GYRO_MATRIX,
     PARAMETERS,
 )
-from zerorate.faults import given, said
-from zerorate.noise.exports import written
+from zerorate.faults import keyword_argument, make_sentence
+from zerorate.noise.exports import write_text
 from zerorate.record.atomic import atomic_path
-from zerorate.record.exporting import exports
+from zerorate.record.exporting import document_export
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
@@ -35,7 +35,7 @@ _AXES: Final = "XYZ"
 _SUFFIXES: Final = ("_acc.calib", "_gyro.calib")
 
 _writes = partial(
-    exports,
+    document_export,
     faults="""\
 ValueError
     If the calibration is not valid, without `force`; if the unit of the raw samples is not known,
@@ -67,29 +67,29 @@ def to_kalibr(
     ``IccScaledMisalignedImu``), so A is our G turned into the axes of the gyro.
     """
     _check_valid(calibration, force)
-    found = _in_si(calibration.to_frame("x"), "Kalibr")
-    gyro = found.values[GYRO_MATRIX].reshape(3, 3)
-    rotation = rotation_of(gyro, "x")
-    per_force = found.values[G_SENSITIVITY].reshape(3, 3) / convert(1.0, "g", "m/s^2")
+    converted = _convert_to_si(calibration.to_frame("x"), "Kalibr")
+    gyro = converted.values[GYRO_MATRIX].reshape(3, 3)
+    rotation = rotation_into_frame(gyro, "x")
+    per_force = converted.values[G_SENSITIVITY].reshape(3, 3) / convert(1.0, "g", "m/s^2")
     lines = [
-        *_head(calibration, "Kalibr: scale, misalignment and g-sensitivity of an IMU."),
-        *_KALIBR,
-        f"#   b_a = {_listed(found.values[ACCEL_BIAS])}  # m/s^2",
-        f"#   b_g = {_listed(found.values[GYRO_BIAS])}  # rad/s",
+        *_header_lines(calibration, "Kalibr: scale, misalignment and g-sensitivity of an IMU."),
+        *_KALIBR_COMMENTS,
+        f"#   b_a = {_format_row(converted.values[ACCEL_BIAS])}  # m/s^2",
+        f"#   b_g = {_format_row(converted.values[GYRO_BIAS])}  # rad/s",
         "imu0:",
         "  model: scale-misalignment",
         f"  update_rate: {calibration.rate:.10g}",
         "  accelerometers:",
-        *_yaml("M", found.values[ACCEL_MATRIX].reshape(3, 3)),
+        *_format_yaml("M", converted.values[ACCEL_MATRIX].reshape(3, 3)),
         "  gyroscopes:",
-        *_yaml("M", np.tril(gyro @ rotation.T)),
-        *_yaml("A", per_force @ rotation.T),
-        *_yaml("C_gyro_i", rotation),
+        *_format_yaml("M", np.tril(gyro @ rotation.T)),
+        *_format_yaml("A", per_force @ rotation.T),
+        *_format_yaml("C_gyro_i", rotation),
     ]
-    return written("\n".join(lines) + "\n", path, force)
+    return write_text("\n".join(lines) + "\n", path, force)
 
 
-_KALIBR: Final = (
+_KALIBR_COMMENTS: Final = (
     "# raw_a, raw_g: samples in m/s^2 and rad/s; a: specific force; w: angular rate.",
     "# What the sensors make of a motion:",
     "#   raw_a = accelerometers.M a + b_a",
@@ -154,12 +154,12 @@ def to_imu_tk(
     equipments", ICRA 2014, equations 6 to 10.
     """
     _check_valid(calibration, force)
-    found = calibration.to_frame("z")
+    converted = calibration.to_frame("z")
     sensors = (
-        (found.accel.correction, found.values[ACCEL_BIAS], found.accel_units, "m/s^2"),
-        (found.gyro.correction, found.values[GYRO_BIAS], found.gyro_units, "rad/s"),
+        (converted.accel.correction, converted.values[ACCEL_BIAS], converted.accel_units, "m/s^2"),
+        (converted.gyro.correction, converted.values[GYRO_BIAS], converted.gyro_units, "rad/s"),
     )
-    texts = ImuTk(*(_triad(calibration, *sensor) for sensor in sensors))
+    texts = ImuTk(*(_format_triad(calibration, *sensor) for sensor in sensors))
     if path is not None:
         with ExitStack() as stack:
             for text, suffix in zip(texts, _SUFFIXES, strict=True):
@@ -168,21 +168,21 @@ def to_imu_tk(
     return texts
 
 
-def _triad(
+def _format_triad(
     calibration: Calibration, correction: Floats, bias: Floats, units: tuple[str, str], si: str
 ) -> str:
     """Return the numbers of one sensor, and behind them, where imu_tk no longer reads, remarks."""
-    whole = correction * convert(1.0, units[1], si)
-    scale = np.diagonal(whole)
-    rows = [*(whole / scale), [], *np.diag(scale), [], *bias[:, np.newaxis], []]
+    si_correction = correction * convert(1.0, units[1], si)
+    scale = np.diagonal(si_correction)
+    rows = [*(si_correction / scale), [], *np.diag(scale), [], *bias[:, np.newaxis], []]
     raw = units[0] if units[0] in UNITS else "their own unit"
-    remarks = _head(calibration, "imu_tk: misalignment T, scale K and bias, in this order.")
-    used = f"# corrected = T K (raw - bias): raw samples in {raw}, corrected ones in {si}."
-    remarks = (*remarks, used)
+    remarks = _header_lines(calibration, "imu_tk: misalignment T, scale K and bias, in this order.")
+    usage = f"# corrected = T K (raw - bias): raw samples in {raw}, corrected ones in {si}."
+    remarks = (*remarks, usage)
     if si == "rad/s" and calibration.values[G_SENSITIVITY].any():
-        most = np.abs(calibration.values[G_SENSITIVITY]).max()
-        remarks += (f"# g-sensitivity has no place here: up to {most:.3g} {raw} a g is left.",)
-    return "\n".join((*(" ".join(map(_number, row)) for row in rows), *remarks)) + "\n"
+        largest = np.abs(calibration.values[G_SENSITIVITY]).max()
+        remarks += (f"# g-sensitivity has no place here: up to {largest:.3g} {raw} a g is left.",)
+    return "\n".join((*(" ".join(map(_format_number, row)) for row in rows), *remarks)) + "\n"
 
 
 @_writes(".params")
@@ -210,24 +210,24 @@ def to_px4(
         model, ``TC_G0`` hold the bias of the gyro, and its offsets are zero.
     """
     _check_valid(calibration, force)
-    found, names = _in_si(calibration.to_frame("symmetric"), "PX4"), _PX4
+    converted, names = _convert_to_si(calibration.to_frame("symmetric"), "PX4"), _PX4_NAMES
     lines = [
-        *_head(calibration, "PX4: offsets and scales of raw sensor_accel and sensor_gyro."),
-        *_left_out(found),
+        *_header_lines(calibration, "PX4: offsets and scales of raw sensor_accel and sensor_gyro."),
+        *_describe_remainder(converted),
         f"# PX4 uses them for the sensors in CAL_ACC{instance}_ID and CAL_GYRO{instance}_ID.",
         "# Vehicle-Id Component-Id Name Value Type",
         *(
-            f"1\t1\t{name.format(instance)}\t{_number(value)}\t9"
-            for name, value in _diagonal(found, names)
+            f"1\t1\t{name.format(instance)}\t{_format_number(value)}\t9"
+            for name, value in _offsets_and_scales(converted, names)
         ),
     ]
-    model = _temperature(calibration)
+    model = _significant_model(calibration)
     if model is not None:
         lines += [
             "# The bias of the gyro is all in these:",
             model.to_px4(instance=instance).rstrip(),
         ]
-    return written("\n".join(lines) + "\n", path, force)
+    return write_text("\n".join(lines) + "\n", path, force)
 
 
 @_writes(".param")
@@ -253,36 +253,41 @@ def to_ardupilot(
         gyro offsets at every start by default.
     """
     _check_valid(calibration, force)
-    found, names = _in_si(calibration.to_frame("symmetric"), "ArduPilot"), _ARDUPILOT
+    converted, names = (
+        _convert_to_si(calibration.to_frame("symmetric"), "ArduPilot"),
+        _ARDUPILOT_NAMES,
+    )
     number = "" if instance == 1 else instance
-    model = _temperature(calibration)
+    model = _significant_model(calibration)
     lines = [
-        *_head(calibration, "ArduPilot: offsets and scales of accelerometer and gyro."),
-        *_left_out(found),
+        *_header_lines(calibration, "ArduPilot: offsets and scales of accelerometer and gyro."),
+        *_describe_remainder(converted),
         *(
-            f"{name.format(number)},{_number(value)}"
-            for name, value in _diagonal(found, names if model is None else names[:2])
+            f"{name.format(number)},{_format_number(value)}"
+            for name, value in _offsets_and_scales(converted, names if model is None else names[:2])
         ),
     ]
     if model is not None:
         lines.append(model.to_ardupilot(instance=instance).rstrip())
-    return written("\n".join(lines) + "\n", path, force)
+    return write_text("\n".join(lines) + "\n", path, force)
 
 
-_PX4: Final = ("CAL_ACC{{}}_{}OFF", "CAL_ACC{{}}_{}SCALE", "CAL_GYRO{{}}_{}OFF")
-_ARDUPILOT: Final = ("INS_ACC{{}}OFFS_{}", "INS_ACC{{}}SCAL_{}", "INS_GYR{{}}OFFS_{}")
+_PX4_NAMES: Final = ("CAL_ACC{{}}_{}OFF", "CAL_ACC{{}}_{}SCALE", "CAL_GYRO{{}}_{}OFF")
+_ARDUPILOT_NAMES: Final = ("INS_ACC{{}}OFFS_{}", "INS_ACC{{}}SCAL_{}", "INS_GYR{{}}OFFS_{}")
 """Names of the offset and the scale of the accelerometer, and of the offset of the gyro."""
 
 
-def _diagonal(calibration: Calibration, names: Sequence[str]) -> Iterator[tuple[str, float]]:
+def _offsets_and_scales(
+    calibration: Calibration, names: Sequence[str]
+) -> Iterator[tuple[str, float]]:
     """Yield offsets and scales: (raw - offset) scale is the best that axes alone can do."""
-    zero = calibration.values[GYRO_BIAS] * (_temperature(calibration) is None)
+    zero = calibration.values[GYRO_BIAS] * (_significant_model(calibration) is None)
     scale = np.diagonal(calibration.accel.correction)
     for name, values in zip(names, (calibration.values[ACCEL_BIAS], scale, zero), strict=False):
         yield from zip(map(name.format, _AXES), values.tolist(), strict=True)
 
 
-def _left_out(calibration: Calibration) -> Iterator[str]:
+def _describe_remainder(calibration: Calibration) -> Iterator[str]:
     """Yield how large that is which offsets and scales alone leave."""
     accel = calibration.accel.correction
     cross = 1e3 * np.abs(accel - np.diag(np.diagonal(accel))).max()
@@ -293,19 +298,19 @@ def _left_out(calibration: Calibration) -> Iterator[str]:
     yield f"# its g-sensitivity, up to {force:.2g} deg/s a g."
 
 
-def _in_si(calibration: Calibration, program: str) -> Calibration:
+def _convert_to_si(calibration: Calibration, program: str) -> Calibration:
     for sensor, unit in (
         ("accelerometer", calibration.accel_units[0]),
         ("gyro", calibration.gyro_units[0]),
     ):
         if unit not in UNITS:
             raise ValueError(
-                said(
+                make_sentence(
                     f"{program} takes samples in rad/s and m/s^2, and the unit of the {sensor} is "
                     "not known: give ",
-                    given("unit"),
+                    keyword_argument("unit"),
                     " or ",
-                    given("scale"),
+                    keyword_argument("scale"),
                     " where the log is read",
                 )
             )
@@ -318,26 +323,26 @@ def _check_valid(calibration: Calibration, force: bool) -> None:
         return
     advice = "; ".join(calibration.advice) or "rest in a dozen poses, and turns between them"
     raise ValueError(
-        said(
+        make_sentence(
             f"the calibration is not valid, {calibration.problems[0]}: record {advice}; ",
-            given("force", "", "force=True"),
+            keyword_argument("force", "", "force=True"),
             " writes it with this warning",
         )
     )
 
 
-def _temperature(calibration: Calibration) -> TemperatureModel | None:
+def _significant_model(calibration: Calibration) -> TemperatureModel | None:
     """Return the model of temperature, if the record shows that the bias depends on it."""
     model = calibration.temperature_model
     return model if model is not None and any(model.degrees) else None
 
 
-def _head(calibration: Calibration, title: str) -> tuple[str, ...]:
+def _header_lines(calibration: Calibration, title: str) -> tuple[str, ...]:
     """Return the first lines of a file: what it is, and whether it can be trusted."""
     lines = [f"# {title}"]
     if not calibration.valid:
         lines.append(f"# WARNING, NOT VALID: {calibration.problems[0]}")
-    if calibration.temperature_model is not None and _temperature(calibration) is None:
+    if calibration.temperature_model is not None and _significant_model(calibration) is None:
         lines.append("# The record does not show that the bias depends on temperature.")
     unknown = [
         name for name, known in zip(PARAMETERS, calibration.identifiable, strict=True) if not known
@@ -347,14 +352,14 @@ def _head(calibration: Calibration, title: str) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _yaml(name: str, matrix: Floats) -> Iterator[str]:
+def _format_yaml(name: str, matrix: Floats) -> Iterator[str]:
     yield f"    {name}:"
-    yield from (f"    - {_listed(row)}" for row in matrix)
+    yield from (f"    - {_format_row(row)}" for row in matrix)
 
 
-def _listed(row: Floats) -> str:
-    return f"[{', '.join(map(_number, row))}]"
+def _format_row(row: Floats) -> str:
+    return f"[{', '.join(map(_format_number, row))}]"
 
 
-def _number(value: float) -> str:
+def _format_number(value: float) -> str:
     return repr(float(value))

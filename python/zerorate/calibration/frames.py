@@ -18,26 +18,26 @@ from zerorate.calibration.parameters import (
     GYRO_MATRIX,
     Frame,
     Vector,
-    estimated,
+    make_coefficient,
 )
 from zerorate.faults import ArgumentError
 from zerorate.geometry.rotations import cross_matrices, from_matrices, to_rotation_vectors
-from zerorate.noise.coefficient import NOTHING_KNOWN
+from zerorate.noise.coefficient import UNKNOWN_COEFFICIENT
 from zerorate.types import Booleans, Floats
 
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
 
 _MATRICES: Final = (ACCEL_MATRIX, GYRO_MATRIX, G_SENSITIVITY)
-_FIXED: Final = {"x": ((0, 1), (0, 2), (1, 2)), "z": ((1, 0), (2, 0), (2, 1))}
+_ZERO_ELEMENTS: Final = {"x": ((0, 1), (0, 2), (1, 2)), "z": ((1, 0), (2, 0), (2, 1))}
 """Elements of the accelerometer's matrix that are zero in a frame."""
 
-_PARTS: Final = ((0, 1), (0, 2), (1, 2))
-_DEPENDS: Final = 0.1
+_OFF_DIAGONAL: Final = ((0, 1), (0, 2), (1, 2))
+_MIN_DEPENDENCE: Final = 0.1
 """Part of a scale by which an element moves another one that counts as made of it."""
 
 
-def rotation_of(matrix: Floats, frame: Frame) -> Floats:
+def rotation_into_frame(matrix: Floats, frame: Frame) -> Floats:
     """Return the rotation into the axes of a frame, shape (3, 3), of an accelerometer's matrix.
 
     Raises
@@ -53,30 +53,30 @@ def rotation_of(matrix: Floats, frame: Frame) -> Floats:
     if frame == "symmetric":
         left, _, right = np.linalg.svd(matrix)
         return np.asarray(left @ right)
-    backwards = slice(None, None, 1 if frame == "x" else -1)
-    turned = matrix[backwards, backwards]
-    lower = np.linalg.cholesky(turned @ turned.T)
-    return np.asarray(np.linalg.solve(lower, turned)[backwards, backwards])
+    order = slice(None, None, 1 if frame == "x" else -1)
+    reordered = matrix[order, order]
+    lower = np.linalg.cholesky(reordered @ reordered.T)
+    return np.asarray(np.linalg.solve(lower, reordered)[order, order])
 
 
-def in_frame(calibration: Calibration, frame: Frame) -> Calibration:
+def convert_frame(calibration: Calibration, frame: Frame) -> Calibration:
     """Return a calibration in the axes of a frame; itself if it is in them."""
     if frame not in ("x", "z", "symmetric"):
         raise ArgumentError("frame", f"must be 'x', 'z' or 'symmetric', got {frame!r}")
     if frame == calibration.frame:
         return calibration
     values = calibration.values
-    rotation = rotation_of(values[ACCEL_MATRIX].reshape(3, 3), frame)
-    turned = _turned(values, rotation, frame)
-    jacobian = _jacobian(turned, rotation, frame)
+    rotation = rotation_into_frame(values[ACCEL_MATRIX].reshape(3, 3), frame)
+    rotated = _rotate_values(values, rotation, frame)
+    jacobian = _jacobian(rotated, rotation, frame)
     covariance = jacobian @ calibration.covariance @ jacobian.T
-    identifiable = _identifiable(jacobian, calibration)
-    for i, j in _FIXED.get(frame, ()):
+    identifiable = _find_identifiable(jacobian, calibration)
+    for i, j in _ZERO_ELEMENTS.get(frame, ()):
         covariance[3 * i + j] = covariance[:, 3 * i + j] = 0.0
         identifiable[3 * i + j] = True
     return replace(
         calibration,
-        values=turned,
+        values=rotated,
         covariance=0.5 * (covariance + covariance.T),
         identifiable=identifiable,
         frame=frame,
@@ -85,63 +85,63 @@ def in_frame(calibration: Calibration, frame: Frame) -> Calibration:
     )
 
 
-def _turned(values: Floats, rotation: Floats, frame: Frame) -> Floats:
-    turned = values.copy()
-    for place in _MATRICES:
-        turned[place] = (values[place].reshape(3, 3) @ rotation.T).ravel()
+def _rotate_values(values: Floats, rotation: Floats, frame: Frame) -> Floats:
+    rotated = values.copy()
+    for block in _MATRICES:
+        rotated[block] = (values[block].reshape(3, 3) @ rotation.T).ravel()
     if frame == "symmetric":
-        accel = turned[ACCEL_MATRIX].reshape(3, 3)
-        turned[ACCEL_MATRIX] = (0.5 * (accel + accel.T)).ravel()
-    for i, j in _FIXED.get(frame, ()):
-        turned[3 * i + j] = 0.0
-    return turned
+        accel = rotated[ACCEL_MATRIX].reshape(3, 3)
+        rotated[ACCEL_MATRIX] = (0.5 * (accel + accel.T)).ravel()
+    for i, j in _ZERO_ELEMENTS.get(frame, ()):
+        rotated[3 * i + j] = 0.0
+    return rotated
 
 
-def _jacobian(turned: Floats, rotation: Floats, frame: Frame) -> Floats:
+def _jacobian(rotated: Floats, rotation: Floats, frame: Frame) -> Floats:
     """Return the derivative of the turned parameters by those before, shape (33, 33)."""
     jacobian = np.eye(33)
-    angles = _angles(turned[ACCEL_MATRIX].reshape(3, 3), rotation, frame)
-    for place in _MATRICES:
-        jacobian[place, place] = np.kron(np.eye(3), rotation)
-        jacobian[place, ACCEL_MATRIX] -= _by_angles(turned[place].reshape(3, 3)) @ angles
+    angles = _angle_jacobian(rotated[ACCEL_MATRIX].reshape(3, 3), rotation, frame)
+    for block in _MATRICES:
+        jacobian[block, block] = np.kron(np.eye(3), rotation)
+        jacobian[block, ACCEL_MATRIX] -= _jacobian_by_angles(rotated[block].reshape(3, 3)) @ angles
     return jacobian
 
 
-def _angles(turned: Floats, rotation: Floats, frame: Frame) -> Floats:
+def _angle_jacobian(rotated: Floats, rotation: Floats, frame: Frame) -> Floats:
     """Return how the rotation into a frame follows the matrix before: d by dA, shape (3, 9).
 
     From dA' = dA R^T - A' [d]x, of which the frame demands three parts to vanish.
     """
     plain = np.kron(np.eye(3), rotation)
-    by_angles = _by_angles(turned)
+    by_angles = _jacobian_by_angles(rotated)
     if frame == "symmetric":
         parts = np.zeros((3, 9))
-        for row, (i, j) in enumerate(_PARTS):
+        for row, (i, j) in enumerate(_OFF_DIAGONAL):
             parts[row, 3 * i + j], parts[row, 3 * j + i] = 1.0, -1.0
     else:
-        parts = np.eye(9)[[3 * i + j for i, j in _FIXED[frame]]]
+        parts = np.eye(9)[[3 * i + j for i, j in _ZERO_ELEMENTS[frame]]]
     return np.asarray(np.linalg.solve(parts @ by_angles, parts @ plain))
 
 
-def _by_angles(matrix: Floats) -> Floats:
+def _jacobian_by_angles(matrix: Floats) -> Floats:
     """Return the derivative of M [d]x by d, row by row, shape (9, 3)."""
     return np.stack([(matrix @ cross).ravel() for cross in cross_matrices(np.eye(3))], axis=1)
 
 
-def _identifiable(jacobian: Floats, calibration: Calibration) -> Booleans:
+def _find_identifiable(jacobian: Floats, calibration: Calibration) -> Booleans:
     """Return which parameters are made of none that the record does not determine."""
-    sizes = _sizes(calibration.values)
-    made_of = np.abs(jacobian) * sizes[np.newaxis, :] > _DEPENDS * sizes[:, np.newaxis]
-    return np.asarray(~(made_of & ~calibration.identifiable[np.newaxis, :]).any(axis=1))
+    scales = _parameter_scales(calibration.values)
+    depends_on = np.abs(jacobian) * scales[np.newaxis, :] > _MIN_DEPENDENCE * scales[:, np.newaxis]
+    return np.asarray(~(depends_on & ~calibration.identifiable[np.newaxis, :]).any(axis=1))
 
 
-def _sizes(values: Floats) -> Floats:
+def _parameter_scales(values: Floats) -> Floats:
     """Return the scale of the sensor that each parameter is of; 1 for biases, which do not turn."""
-    sizes = np.ones(33)
-    for place in (ACCEL_MATRIX, GYRO_MATRIX):
-        sizes[place] = np.abs(np.linalg.det(values[place].reshape(3, 3))) ** (1.0 / 3.0)
-    sizes[G_SENSITIVITY] = sizes[GYRO_MATRIX]
-    return sizes
+    scales = np.ones(33)
+    for block in (ACCEL_MATRIX, GYRO_MATRIX):
+        scales[block] = np.abs(np.linalg.det(values[block].reshape(3, 3))) ** (1.0 / 3.0)
+    scales[G_SENSITIVITY] = scales[GYRO_MATRIX]
+    return scales
 
 
 def gyro_to_accel(calibration: Calibration) -> Vector:
@@ -150,20 +150,22 @@ def gyro_to_accel(calibration: Calibration) -> Vector:
     The axes of a sensor are those in which its matrix is lower triangular: A = L Q_a, W = L' Q_g,
     C = Q_a Q_g^T.
     """
-    first = in_frame(calibration, "x")
+    first = convert_frame(calibration, "x")
     matrix = first.values[GYRO_MATRIX].reshape(3, 3)
     if not np.linalg.det(matrix) > 0.0:
-        return NOTHING_KNOWN, NOTHING_KNOWN, NOTHING_KNOWN
-    rotation = rotation_of(matrix, "x")
+        return UNKNOWN_COEFFICIENT, UNKNOWN_COEFFICIENT, UNKNOWN_COEFFICIENT
+    rotation = rotation_into_frame(matrix, "x")
     vector = -to_rotation_vectors(from_matrices(rotation[np.newaxis]))[0]
     # C = Q^T, and Exp(d) Q has the transpose Q^T Exp(-d): the right Jacobian of the logarithm.
-    angles = _angles(matrix @ rotation.T, rotation, "x")
+    angles = _angle_jacobian(matrix @ rotation.T, rotation, "x")
     by_matrix = -_inverse_right_jacobian(vector) @ angles
     covariance = by_matrix @ first.covariance[GYRO_MATRIX, GYRO_MATRIX] @ by_matrix.T
-    made_of = np.abs(by_matrix) * _sizes(first.values)[GYRO_MATRIX] > _DEPENDS
-    known = np.asarray(~(made_of & ~first.identifiable[GYRO_MATRIX]).any(axis=1))
+    depends_on = np.abs(by_matrix) * _parameter_scales(first.values)[GYRO_MATRIX] > _MIN_DEPENDENCE
+    known = np.asarray(~(depends_on & ~first.identifiable[GYRO_MATRIX]).any(axis=1))
     sigmas = np.sqrt(np.diagonal(covariance))
-    x, y, z = (estimated(float(vector[i]), float(sigmas[i]), bool(known[i])) for i in range(3))
+    x, y, z = (
+        make_coefficient(float(vector[i]), float(sigmas[i]), bool(known[i])) for i in range(3)
+    )
     return x, y, z
 
 

@@ -12,7 +12,7 @@ from zerorate.units import convert
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
 
-_CALIBRATED_MATRIX = 1e-3
+_MATRIX_DRIFT_SIGMA = 1e-3
 """How far scale and misalignment may have moved since a calibration."""
 
 
@@ -35,11 +35,11 @@ def gyro_prior(calibration: Calibration, unit: str) -> tuple[Floats, Floats, Flo
             f"the calibration is for a gyro in {gyro.raw_unit}, this one is in {unit}: apply "
             "the calibration to the samples, and leave bias out"
         ) from error
-    deviations = np.array([[element.sigma for element in row] for row in gyro.matrix])
+    sigmas = np.array([[element.sigma for element in row] for row in gyro.matrix])
     return (
         np.array(gyro.bias) * scale,
         gyro.correction * output / scale,
-        np.hypot(np.minimum(deviations * scale / output, 0.1), _CALIBRATED_MATRIX),
+        np.hypot(np.minimum(sigmas * scale / output, 0.1), _MATRIX_DRIFT_SIGMA),
     )
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from zerorate.calibration.parameters import PARAMETERS, Frame
 from zerorate.calibration.record import Origin, Rest, Turn
-from zerorate.noise.exports import written
-from zerorate.record.exporting import exports
+from zerorate.noise.exports import write_text
+from zerorate.record.exporting import document_export
 from zerorate.record.saved import (
     as_json,
     check_format,
@@ -20,27 +20,27 @@ from zerorate.record.saved import (
     finite_numbers,
     from_fields,
     is_null,
-    number,
-    part,
-    restored,
-    sentences,
+    read_key,
+    read_number,
+    read_sentences,
+    restore,
 )
 from zerorate.types import Booleans, Floats
 
 if TYPE_CHECKING:
     from zerorate.calibration.calibration import Calibration
 
-Built = TypeVar("Built", bound="Calibration")
+CalibrationType = TypeVar("CalibrationType", bound="Calibration")
 
 _FORMAT: Final = "zerorate calibration"
 _VERSION: Final = 1
-_ERRORS: Final = ("norm_error", "norm_error_raw", "carry_error", "carry_error_raw")
-_SENTENCES: Final = ("problems", "advice", "notes")
-_ROUNDING: Final = 1e-9
+_ERROR_NAMES: Final = ("norm_error", "norm_error_raw", "carry_error", "carry_error_raw")
+_SENTENCE_NAMES: Final = ("problems", "advice", "notes")
+_MAX_ROUNDING: Final = 1e-9
 """Part of the larger variance by which a covariance may differ from a sound one."""
 
 
-@exports()
+@document_export()
 def to_json(
     calibration: Calibration, path: str | os.PathLike[str] | None = None, *, force: bool = False
 ) -> str:
@@ -72,16 +72,16 @@ def to_json(
         "rate": calibration.rate,
         "temperature": calibration.temperature,
         "errors": {
-            **{name: getattr(calibration, name) for name in _ERRORS},
+            **{name: getattr(calibration, name) for name in _ERROR_NAMES},
             "held_out": calibration.held_out,
         },
-        "parameters": _parameters(calibration),
+        "parameters": _encode_parameters(calibration),
         "covariance": calibration.covariance,
         "rests": [fields_of(rest) for rest in calibration.rests],
         "turns": [fields_of(turn) for turn in calibration.turns],
         "temperature_model": None if model is None else json.loads(model.to_json()),
     }
-    return written(as_json(content, indent=None), path, force)
+    return write_text(as_json(content, indent=None), path, force)
 
 
 _MODEL: Final = (
@@ -90,7 +90,7 @@ _MODEL: Final = (
 )
 
 
-def _parameters(calibration: Calibration) -> dict[str, dict[str, Any]]:
+def _encode_parameters(calibration: Calibration) -> dict[str, dict[str, Any]]:
     sigmas = np.sqrt(np.diagonal(calibration.covariance))
     known = zip(PARAMETERS, calibration.values, sigmas, calibration.identifiable, strict=True)
     return {
@@ -99,79 +99,79 @@ def _parameters(calibration: Calibration) -> dict[str, dict[str, Any]]:
     }
 
 
-def from_json(source: str | os.PathLike[str], build: type[Built]) -> Built:
+def from_json(source: str | os.PathLike[str], build: type[CalibrationType]) -> CalibrationType:
     """Return the calibration that a text or a file holds, as one of a class."""
-    return restored(source, _FORMAT, lambda content: build(**_arguments(content)))
+    return restore(source, _FORMAT, lambda content: build(**_parse_arguments(content)))
 
 
-def _arguments(content: object) -> dict[str, Any]:
+def _parse_arguments(content: object) -> dict[str, Any]:
     check_format(content, _FORMAT, _VERSION, "calibrate again from the log")
-    frame = part(content, "frame", str)
+    frame = read_key(content, "frame", str)
     if frame not in get_args(Frame):
         raise ValueError(f"frame is {frame!r}, expected one of {', '.join(get_args(Frame))}")
-    units, errors = (part(content, name, dict) for name in ("units", "errors"))
-    values, identifiable = _estimates(part(content, "parameters", dict))
-    rests = tuple(from_fields(one, Rest) for one in part(content, "rests", list))
-    turns = tuple(from_fields(one, Turn) for one in part(content, "turns", list))
+    units, errors = (read_key(content, name, dict) for name in ("units", "errors"))
+    values, identifiable = _parse_estimates(read_key(content, "parameters", dict))
+    rests = tuple(from_fields(entry, Rest) for entry in read_key(content, "rests", list))
+    turns = tuple(from_fields(entry, Turn) for entry in read_key(content, "turns", list))
     for turn in turns:
-        if not all(0 <= place < len(rests) for place in turn.rests):
+        if not all(0 <= index < len(rests) for index in turn.rests):
             raise ValueError(f"a turn lies between rests {turn.rests}, of which not both are there")
     return {
         "values": values,
-        "covariance": _covariance(part(content, "covariance", list)),
+        "covariance": _parse_covariance(read_key(content, "covariance", list)),
         "identifiable": identifiable,
-        "accel_units": _units(units, "accel"),
-        "gyro_units": _units(units, "gyro"),
-        "gravity": _positive(content, "gravity"),
-        "rate": _positive(content, "rate"),
+        "accel_units": _parse_units(units, "accel"),
+        "gyro_units": _parse_units(units, "gyro"),
+        "gravity": _parse_positive(content, "gravity"),
+        "rate": _parse_positive(content, "rate"),
         "frame": frame,
         "rests": rests,
         "turns": turns,
-        **{name: number(errors, name) for name in _ERRORS},
-        "held_out": part(errors, "held_out", bool),
-        **{name: sentences(content, name) for name in _SENTENCES},
+        **{name: read_number(errors, name) for name in _ERROR_NAMES},
+        "held_out": read_key(errors, "held_out", bool),
+        **{name: read_sentences(content, name) for name in _SENTENCE_NAMES},
         "temperature": None
         if is_null(content, "temperature")
-        else part(content, "temperature", float),
-        "temperature_model": _temperature_model(content),
-        "origin": from_fields(part(content, "origin", dict), Origin),
+        else read_key(content, "temperature", float),
+        "temperature_model": _parse_temperature_model(content),
+        "origin": from_fields(read_key(content, "origin", dict), Origin),
     }
 
 
-def _temperature_model(content: object) -> Any:  # noqa: ANN401
+def _parse_temperature_model(content: object) -> Any:  # noqa: ANN401
     if is_null(content, "temperature_model"):
         return None
     from zerorate.calibration.temperature import TemperatureModel
 
-    return TemperatureModel.from_json(json.dumps(part(content, "temperature_model", dict)))
+    return TemperatureModel.from_json(json.dumps(read_key(content, "temperature_model", dict)))
 
 
-def _estimates(parameters: dict[str, Any]) -> tuple[Floats, Booleans]:
-    entries = [part(parameters, name, dict) for name in PARAMETERS]
-    values = np.array([part(entry, "value", float) for entry in entries], dtype=np.float64)
-    return values, np.array([part(entry, "identifiable", bool) for entry in entries])
+def _parse_estimates(parameters: dict[str, Any]) -> tuple[Floats, Booleans]:
+    entries = [read_key(parameters, name, dict) for name in PARAMETERS]
+    values = np.array([read_key(entry, "value", float) for entry in entries], dtype=np.float64)
+    return values, np.array([read_key(entry, "identifiable", bool) for entry in entries])
 
 
-def _covariance(rows: list[Any]) -> Floats:
+def _parse_covariance(rows: list[Any]) -> Floats:
     size = len(PARAMETERS)
     covariance = finite_numbers("covariance", rows, (size, size))
-    most = np.sqrt(np.outer(np.diagonal(covariance), np.diagonal(covariance)).clip(min=0.0))
+    limits = np.sqrt(np.outer(np.diagonal(covariance), np.diagonal(covariance)).clip(min=0.0))
     if (
         (np.diagonal(covariance) < 0.0).any()
-        or (np.abs(covariance) > most * (1.0 + _ROUNDING)).any()
-        or not np.allclose(covariance, covariance.T, rtol=_ROUNDING, atol=0.0)
+        or (np.abs(covariance) > limits * (1.0 + _MAX_ROUNDING)).any()
+        or not np.allclose(covariance, covariance.T, rtol=_MAX_ROUNDING, atol=0.0)
     ):
         raise ValueError("'covariance' is not that of any numbers")
     return covariance
 
 
-def _units(units: object, sensor: str) -> tuple[str, str]:
-    pair = part(units, sensor, dict)
-    return part(pair, "raw", str), part(pair, "corrected", str)
+def _parse_units(units: object, sensor: str) -> tuple[str, str]:
+    pair = read_key(units, sensor, dict)
+    return read_key(pair, "raw", str), read_key(pair, "corrected", str)
 
 
-def _positive(content: object, name: str) -> float:
-    found = float(part(content, name, float))
-    if not 0.0 < found < math.inf:
-        raise ValueError(f"{name!r} must be a positive number, got {found}")
-    return found
+def _parse_positive(content: object, name: str) -> float:
+    value = float(read_key(content, name, float))
+    if not 0.0 < value < math.inf:
+        raise ValueError(f"{name!r} must be a positive number, got {value}")
+    return value

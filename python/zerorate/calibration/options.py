@@ -2,9 +2,9 @@
 
 from typing import Final
 
-from zerorate.options import Option, by_name
+from zerorate.options import Option, index_by_name
 
-GRAVITIES: Final = (9.7, 9.9)
+GRAVITY_RANGE_M_S2: Final = (9.7, 9.9)
 """Least and most gravity of places on Earth, m/s^2."""
 
 _ROWS: Final = (
@@ -13,7 +13,7 @@ _ROWS: Final = (
         kind="number",
         default=None,
         unit="m/s^2",
-        expected="that of a place on Earth in m/s^2, {} to {}".format(*GRAVITIES),
+        expected="that of a place on Earth in m/s^2, {} to {}".format(*GRAVITY_RANGE_M_S2),
         meaning="Local gravity; by default 9.80665, which may be wrong by 0.3 %: that moves the "
         "scale of the accelerometer alone",
     ),
@@ -49,5 +49,5 @@ _ROWS: Final = (
     ),
 )
 
-CALIBRATION_OPTIONS: Final = by_name(_ROWS)
+CALIBRATION_OPTIONS: Final = index_by_name(_ROWS)
 """Of `zerorate.calibrate`: every argument that is no data. Its refusals come from here."""

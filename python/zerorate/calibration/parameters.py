@@ -31,7 +31,7 @@ GYRO_BIAS: Final = slice(21, 24)
 G_SENSITIVITY: Final = slice(24, 33)
 
 
-def estimated(value: float, sigma: float, identifiable: bool) -> Coefficient:
+def make_coefficient(value: float, sigma: float, identifiable: bool) -> Coefficient:
     """Return an estimate; of one that is not identifiable the bound is that of its error."""
     known = Coefficient(value, sigma)
     return known if identifiable else Coefficient(value, sigma, False, known.upper_bound)

@@ -22,7 +22,7 @@ from zerorate.calibration.parameters import (
 from zerorate.faults import ArgumentError
 from zerorate.record import Log, LogError, Recording
 from zerorate.record.missing import floats
-from zerorate.record.names import UNKNOWN, looks_like_accelerometer, looks_like_gyro
+from zerorate.record.names import UNKNOWN_UNIT, looks_like_accelerometer, looks_like_gyro
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
 
 Sensor = Literal["gyro", "accel"]
 
-_KINDS: Final = {"gyro": "rate", "accel": "acceleration"}
-_SENSORS: Final = {"gyro": "a gyro", "accel": "an accelerometer"}
-_COLUMNS: Final = (3, 6, 7)
-_SAME: Final = 1e-3
+_QUANTITIES: Final = {"gyro": "rate", "accel": "acceleration"}
+_SENSOR_NAMES: Final = {"gyro": "a gyro", "accel": "an accelerometer"}
+_INPUT_COUNTS: Final = (3, 6, 7)
+_MAX_OFFSET_PERIODS: Final = 1e-3
 """Periods by which the samples of one clock may differ."""
 
-_NEAR: Final = 1.25
+_MAX_GAP_PERIODS: Final = 1.25
 """Periods from the nearest sample up to which one of another clock is interpolated."""
 
 
-def in_units(calibration: Calibration, gyro: str, accel: str) -> Calibration:
+def convert_units(calibration: Calibration, gyro: str, accel: str) -> Calibration:
     """Return a calibration for samples in other units, which the corrected ones have, too.
 
     Raises
@@ -50,8 +50,8 @@ def in_units(calibration: Calibration, gyro: str, accel: str) -> Calibration:
     ValueError
         If a unit is none of its sensor, or unknown on one side only.
     """
-    of_gyro = _known(calibration.gyro_units[0], gyro, "gyro")
-    of_accel = _known(calibration.accel_units[0], accel, "accel")
+    of_gyro = _unit_factor(calibration.gyro_units[0], gyro, "gyro")
+    of_accel = _unit_factor(calibration.accel_units[0], accel, "accel")
     if of_gyro == of_accel == 1.0:
         return calibration
     factors = np.ones(33)
@@ -66,24 +66,25 @@ def in_units(calibration: Calibration, gyro: str, accel: str) -> Calibration:
     )
 
 
-def _known(own: str, given: str, sensor: Sensor) -> float:
+def _unit_factor(own: str, wanted: str, sensor: Sensor) -> float:
     """Return what samples of the calibration's unit are multiplied by."""
-    if own == given:
+    if own == wanted:
         return 1.0
-    if given not in UNITS or own not in UNITS:
+    if wanted not in UNITS or own not in UNITS:
         advice = (
             "give their unit where they are read, as for the calibration"
             if own in UNITS
             else "read them as raw counts, as for the calibration, or calibrate with a unit"
         )
         raise ValueError(
-            f"the calibration is of {_SENSORS[sensor]} {_described(own)}, and these samples are "
-            f"{_described(given)}: {advice}"
+            f"the calibration is of {_SENSOR_NAMES[sensor]} {_describe_unit(own)}, and "
+            "these samples are "
+            f"{_describe_unit(wanted)}: {advice}"
         )
-    return convert(1.0, own, given)
+    return convert(1.0, own, wanted)
 
 
-def _described(unit: str) -> str:
+def _describe_unit(unit: str) -> str:
     return f"in {unit}" if unit in UNITS else "of unknown unit"
 
 
@@ -108,15 +109,15 @@ def with_temperature(
         If the recording lacks a gyro or a temperature.
     """
     if isinstance(model, Recording):
-        model = _temperature_of(calibration, model)
+        model = _fit_temperature_model(calibration, model)
     if model is not None:
         if model.axes != 3:
             raise ValueError(f"the temperature model must be of three axes, got {model.axes}")
-        _known(calibration.gyro_units[0], model.unit, "gyro")
+        _unit_factor(calibration.gyro_units[0], model.unit, "gyro")
     return replace(calibration, temperature_model=model)
 
 
-def _temperature_of(calibration: Calibration, recording: Recording) -> TemperatureModel:
+def _fit_temperature_model(calibration: Calibration, recording: Recording) -> TemperatureModel:
     from zerorate.calibration.temperature import TemperatureModel
 
     gyro, accel, temperature = recording.gyro, recording.accel, recording.temperature
@@ -124,13 +125,15 @@ def _temperature_of(calibration: Calibration, recording: Recording) -> Temperatu
         missing = "gyro" if gyro is None else "temperature"
         listed = ", ".join(recording)
         raise LogError(f"there is no {missing} to make a model of; the recording has: {listed}")
-    found = in_units(calibration, gyro.unit, calibration.accel_units[0])
-    data = _three(gyro, "gyro")
+    converted = convert_units(calibration, gyro.unit, calibration.accel_units[0])
+    data = _three_axis_data(gyro, "gyro")
     if accel is not None:
-        found = in_units(found, gyro.unit, accel.unit)
-        force = _at(gyro, accel, _forces(found, _three(accel, "accel")))
-        sensitivity = found.values[G_SENSITIVITY].reshape(3, 3)
-        data = data - convert(np.nan_to_num(force), found.accel.unit, "g") @ sensitivity.T
+        converted = convert_units(converted, gyro.unit, accel.unit)
+        force = _interpolate_at(
+            gyro, accel, _correct_forces(converted, _three_axis_data(accel, "accel"))
+        )
+        sensitivity = converted.values[G_SENSITIVITY].reshape(3, 3)
+        data = data - convert(np.nan_to_num(force), converted.accel.unit, "g") @ sensitivity.T
     rests = np.zeros(gyro.n, dtype=np.bool_)
     for rest in calibration.rests:
         rests[rest.first : rest.last] |= rest.used
@@ -175,7 +178,7 @@ def corrector(
     gyro = (calibration.gyro.correction, calibration.values[GYRO_BIAS])
     if inputs == 3:
         return ImuCorrector(*gyro, inputs=3, channels=channels)
-    if inputs not in _COLUMNS:
+    if inputs not in _INPUT_COUNTS:
         raise ArgumentError("inputs", f"must be 3, 6 or 7, got {inputs!r}")
     accel = calibration.accel
     per_g = convert(1.0, "g", accel.unit)
@@ -184,19 +187,19 @@ def corrector(
         accel_matrix=accel.correction,
         accel_bias=calibration.values[ACCEL_BIAS],
         g_sensitivity=calibration.values[G_SENSITIVITY].reshape(3, 3) / per_g,
-        temperature=_curve(calibration) if inputs == 7 else None,
+        temperature=_bias_curve(calibration) if inputs == 7 else None,
         inputs=inputs,
         channels=channels,
     )
 
 
-def _curve(calibration: Calibration) -> Any:  # noqa: ANN401
+def _bias_curve(calibration: Calibration) -> Any:  # noqa: ANN401
     """Return the bias by temperature as the stream takes it, in the raw unit of the gyro."""
     model = calibration.temperature_model
-    return None if model is None else _in_unit(model, calibration.gyro_units[0]).curve
+    return None if model is None else _convert_model(model, calibration.gyro_units[0]).curve
 
 
-def _in_unit(model: TemperatureModel, unit: str) -> TemperatureModel:
+def _convert_model(model: TemperatureModel, unit: str) -> TemperatureModel:
     return model if model.unit == unit else model.scaled(convert(1.0, model.unit, unit), unit)
 
 
@@ -246,11 +249,11 @@ def apply(
         If it is a data frame, whose columns have names and an order of their own.
     """
     if isinstance(samples, Recording):
-        return _of_recording(calibration, samples, gyro, accel)
+        return _apply_to_recording(calibration, samples, gyro, accel)
     if isinstance(samples, Log):
-        return _of_log(calibration, samples)
-    _warn(calibration)
-    return _of_array(calibration, samples)
+        return _apply_to_log(calibration, samples)
+    _warn_if_invalid(calibration)
+    return _apply_to_array(calibration, samples)
 
 
 def apply_gyro(
@@ -281,15 +284,15 @@ def apply_gyro(
     ValueError
         If the shapes do not fit.
     """
-    _warn(calibration)
-    rates = _axes(z, "z")
+    _warn_if_invalid(calibration)
+    rates = _parse_vectors(z, "z")
     n = len(np.atleast_2d(rates))
     parts = [np.atleast_2d(rates)]
     if accel is not None or temperature is not None:
-        parts.append(_like("accel", np.nan if accel is None else accel, (n, 3)))
+        parts.append(_broadcast_like("accel", np.nan if accel is None else accel, (n, 3)))
     if temperature is not None:
-        parts.append(_like("temperature", temperature, (n,))[:, np.newaxis])
-    return _rates(calibration, np.hstack(parts)).reshape(rates.shape)
+        parts.append(_broadcast_like("temperature", temperature, (n,))[:, np.newaxis])
+    return _correct_rates(calibration, np.hstack(parts)).reshape(rates.shape)
 
 
 def apply_accel(calibration: Calibration, z: npt.ArrayLike) -> Floats:
@@ -310,26 +313,26 @@ def apply_accel(calibration: Calibration, z: npt.ArrayLike) -> Floats:
     ValueError
         If the shape is another one.
     """
-    _warn(calibration)
-    forces = _axes(z, "z")
-    return _forces(calibration, np.atleast_2d(forces)).reshape(forces.shape)
+    _warn_if_invalid(calibration)
+    forces = _parse_vectors(z, "z")
+    return _correct_forces(calibration, np.atleast_2d(forces)).reshape(forces.shape)
 
 
-def _axes(z: npt.ArrayLike, name: str) -> Floats:
+def _parse_vectors(z: npt.ArrayLike, name: str) -> Floats:
     values = floats(z, name)
     if values.ndim not in (1, 2) or values.shape[-1] != 3:
         raise ArgumentError(name, f"must have shape (n, 3) or (3,), got {values.shape}")
     return values
 
 
-def _like(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
-    found = floats(values, name)
-    if found.ndim and found.shape != shape and found.shape != shape[1:]:
-        raise ArgumentError(name, f"must have shape {shape} as the gyro, got {found.shape}")
-    return np.broadcast_to(found, shape)
+def _broadcast_like(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
+    array = floats(values, name)
+    if array.ndim and array.shape != shape and array.shape != shape[1:]:
+        raise ArgumentError(name, f"must have shape {shape} as the gyro, got {array.shape}")
+    return np.broadcast_to(array, shape)
 
 
-def _of_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
+def _apply_to_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
     if hasattr(samples, "columns"):
         # Its columns have an order of their own: a time in front would be taken for a rate.
         raise TypeError(
@@ -337,7 +340,7 @@ def _of_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
             "zr.read_recording reads data frames"
         )
     values = floats(samples, "samples")
-    if values.ndim not in (1, 2) or values.shape[-1] not in _COLUMNS:
+    if values.ndim not in (1, 2) or values.shape[-1] not in _INPUT_COUNTS:
         raise ArgumentError(
             "samples",
             "must have shape (n, 3) of a gyro, (n, 6) of gyro and accelerometer or (n, 7) "
@@ -345,45 +348,53 @@ def _of_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
         )
     rows = np.atleast_2d(values)
     if rows.shape[1] == 3:
-        return _rates(calibration, rows).reshape(values.shape)
-    both = _both(calibration, rows)
+        return _correct_rates(calibration, rows).reshape(values.shape)
+    both = _correct_both(calibration, rows)
     return np.hstack((*both, rows[:, 6:])).reshape(values.shape)
 
 
-def _rates(calibration: Calibration, rows: Floats) -> Floats:
+def _correct_rates(calibration: Calibration, rows: Floats) -> Floats:
     """Return the corrected gyro of rows of 3, 6 or 7 numbers."""
     if rows.shape[1] == 3:
         return corrector(calibration, inputs=3).process(rows)
-    return _both(calibration, rows)[0]
+    return _correct_both(calibration, rows)[0]
 
 
-def _both(calibration: Calibration, rows: Floats) -> tuple[Floats, Floats]:
+def _correct_both(calibration: Calibration, rows: Floats) -> tuple[Floats, Floats]:
     """Return the corrected gyro and accelerometer of rows of 6 or 7 numbers."""
     inputs: Literal[6, 7] = 6 if rows.shape[1] == 6 else 7
     return corrector(calibration, inputs=inputs).process(rows)
 
 
-def _forces(calibration: Calibration, rows: Floats) -> Floats:
+def _correct_forces(calibration: Calibration, rows: Floats) -> Floats:
     """Return the corrected accelerometer alone, by the arithmetic that corrects a gyro."""
     accel = calibration.accel.correction
     return ImuCorrector(accel, calibration.values[ACCEL_BIAS], inputs=3).process(rows)
 
 
-def _of_log(calibration: Calibration, log: Log) -> Log:
-    if _sensor_of(log) == "gyro":
-        found = in_units(calibration, log.unit, calibration.accel_units[0])
-        return _noted(log, _rates(found, _three(log, "gyro")), "gyro", found, alone=True)
-    found = in_units(calibration, calibration.gyro_units[0], log.unit)
-    return _noted(log, _forces(found, _three(log, "accel")), "accel", found)
+def _apply_to_log(calibration: Calibration, log: Log) -> Log:
+    if _identify_sensor(log) == "gyro":
+        converted = convert_units(calibration, log.unit, calibration.accel_units[0])
+        return _make_corrected_log(
+            log,
+            _correct_rates(converted, _three_axis_data(log, "gyro")),
+            "gyro",
+            converted,
+            without_accel=True,
+        )
+    converted = convert_units(calibration, calibration.gyro_units[0], log.unit)
+    return _make_corrected_log(
+        log, _correct_forces(converted, _three_axis_data(log, "accel")), "accel", converted
+    )
 
 
-def _sensor_of(log: Log) -> Sensor:
+def _identify_sensor(log: Log) -> Sensor:
     """Return which sensor a log is of, by its unit or else its names."""
     unit = UNITS.get(log.units[0])
-    for sensor, kind in _KINDS.items():
+    for sensor, kind in _QUANTITIES.items():
         if unit is not None and unit.kind == kind:
             return cast(Sensor, sensor)
-    if unit is None and log.unit == UNKNOWN:
+    if unit is None and log.unit == UNKNOWN_UNIT:
         if all(map(looks_like_accelerometer, log.names)):
             return "accel"
         if all(map(looks_like_gyro, log.names)):
@@ -394,57 +405,66 @@ def _sensor_of(log: Log) -> Sensor:
     )
 
 
-def _of_recording(
+def _apply_to_recording(
     calibration: Calibration, recording: Recording, gyro_name: str, accel_name: str
 ) -> Recording:
     gyro, accel = (recording.logs.get(name) for name in (gyro_name, accel_name))
     if gyro is None and accel is None:
         listed = ", ".join(recording)
         raise LogError(f"there is no {gyro_name} and no {accel_name}; the recording has: {listed}")
-    found = in_units(
+    converted = convert_units(
         calibration,
         calibration.gyro_units[0] if gyro is None else gyro.unit,
         calibration.accel_units[0] if accel is None else accel.unit,
     )
     logs = dict(recording.logs)
     if gyro is not None:
-        rates = _rates(found, _together(gyro, accel, recording.temperature, found))
-        corrected = _noted(gyro, rates, "gyro", found, alone=accel is None)
-        logs[gyro_name] = _told(corrected, _on_temperature(found, recording.temperature))
+        rates = _correct_rates(
+            converted, _join_inputs(gyro, accel, recording.temperature, converted)
+        )
+        corrected = _make_corrected_log(gyro, rates, "gyro", converted, without_accel=accel is None)
+        logs[gyro_name] = _add_notes(
+            corrected, _temperature_notes(converted, recording.temperature)
+        )
     if accel is not None:
-        logs[accel_name] = _noted(accel, _forces(found, _three(accel, "accel")), "accel", found)
+        logs[accel_name] = _make_corrected_log(
+            accel, _correct_forces(converted, _three_axis_data(accel, "accel")), "accel", converted
+        )
     return replace(recording, logs=logs)
 
 
-def _together(
+def _join_inputs(
     gyro: Log, accel: Log | None, temperature: Log | None, calibration: Calibration
 ) -> Floats:
     """Return the samples of a gyro beside what acts on it, at the gyro's times."""
-    parts = [_three(gyro, "gyro")]
-    knows = calibration.temperature_model is not None and temperature is not None
+    parts = [_three_axis_data(gyro, "gyro")]
+    has_temperature = calibration.temperature_model is not None and temperature is not None
     if accel is not None:
-        parts.append(_at(gyro, accel, _three(accel, "accel")))
-    elif knows:
+        parts.append(_interpolate_at(gyro, accel, _three_axis_data(accel, "accel")))
+    elif has_temperature:
         parts.append(np.full((gyro.n, 3), np.nan))
-    if knows and temperature is not None:
-        parts.append(_at(gyro, temperature, temperature.data[:, :1]))
+    if has_temperature and temperature is not None:
+        parts.append(_interpolate_at(gyro, temperature, temperature.data[:, :1]))
     return np.hstack(parts)
 
 
-def _at(gyro: Log, log: Log, values: Floats) -> Floats:
+def _interpolate_at(gyro: Log, log: Log, values: Floats) -> Floats:
     """Return the values of a log at the times of the gyro, NaN where it has none nearby."""
-    if log.n == gyro.n and np.abs(log.sampled - gyro.sampled).max() * gyro.rate < _SAME:
+    if (
+        log.n == gyro.n
+        and np.abs(log.sampled - gyro.sampled).max() * gyro.rate < _MAX_OFFSET_PERIODS
+    ):
         return values
-    there = np.isfinite(values).all(axis=1)
-    if not there.any():
+    finite = np.isfinite(values).all(axis=1)
+    if not finite.any():
         return np.full((gyro.n, values.shape[1]), np.nan)
-    time, values = log.sampled[there], values[there]
-    found = np.stack([np.interp(gyro.sampled, time, column) for column in values.T], axis=1)
-    found[_nearest(gyro.sampled, time) * log.rate > _NEAR] = np.nan
-    return found
+    time, values = log.sampled[finite], values[finite]
+    interpolated = np.stack([np.interp(gyro.sampled, time, column) for column in values.T], axis=1)
+    interpolated[_distance_to_nearest(gyro.sampled, time) * log.rate > _MAX_GAP_PERIODS] = np.nan
+    return interpolated
 
 
-def _nearest(times: Floats, known: Floats) -> Floats:
+def _distance_to_nearest(times: Floats, known: Floats) -> Floats:
     """Return how far each time is from the nearest of the known ones, which rise."""
     after = np.searchsorted(known, times)
     return np.minimum(
@@ -453,16 +473,16 @@ def _nearest(times: Floats, known: Floats) -> Floats:
     )
 
 
-def _three(log: Log, sensor: Sensor) -> Floats:
+def _three_axis_data(log: Log, sensor: Sensor) -> Floats:
     if log.channels != 3:
         raise LogError(
-            f"a calibration needs three axes of {_SENSORS[sensor]}, got {log.channels}: "
+            f"a calibration needs three axes of {_SENSOR_NAMES[sensor]}, got {log.channels}: "
             f"{', '.join(log.names)}"
         )
     return log.data
 
 
-def _on_channels(log: Log, sensor: Sensor, calibration: Calibration) -> Iterator[str]:
+def _channel_notes(log: Log, sensor: Sensor, calibration: Calibration) -> Iterator[str]:
     """Yield a sentence if the channels are not those that the calibration was made of."""
     own = calibration.origin.gyro if sensor == "gyro" else calibration.origin.accel
     if own and own != log.names:
@@ -472,25 +492,25 @@ def _on_channels(log: Log, sensor: Sensor, calibration: Calibration) -> Iterator
         )
 
 
-def _noted(
-    log: Log, data: Floats, sensor: Sensor, calibration: Calibration, alone: bool = False
+def _make_corrected_log(
+    log: Log, data: Floats, sensor: Sensor, calibration: Calibration, without_accel: bool = False
 ) -> Log:
     """Return a log with corrected samples, whose notes say what was done."""
     unit = calibration.gyro_units[1] if sensor == "gyro" else calibration.accel_units[1]
-    said = (*_notes(calibration, sensor), *_on_channels(log, sensor, calibration))
-    corrected = _told(replace(log, data=data, unit=unit), said)
-    if alone and calibration.values[G_SENSITIVITY].any():
-        alone_said = "the log has no accelerometer, so the g-sensitivity of the gyro stays"
-        return _told(corrected, [alone_said])
+    sentences = (*_correction_notes(calibration, sensor), *_channel_notes(log, sensor, calibration))
+    corrected = _add_notes(replace(log, data=data, unit=unit), sentences)
+    if without_accel and calibration.values[G_SENSITIVITY].any():
+        note = "the log has no accelerometer, so the g-sensitivity of the gyro stays"
+        return _add_notes(corrected, [note])
     return corrected
 
 
-def _told(log: Log, sentences: Iterable[str]) -> Log:
+def _add_notes(log: Log, sentences: Iterable[str]) -> Log:
     """Return a log with further notes."""
     return replace(log, meta={**log.meta, "notes": (*log.meta.get("notes", ()), *sentences)})
 
 
-def _on_temperature(calibration: Calibration, temperature: Log | None) -> Iterator[str]:
+def _temperature_notes(calibration: Calibration, temperature: Log | None) -> Iterator[str]:
     """Yield which bias was taken off, and whether the model knows such temperatures."""
     model = calibration.temperature_model
     if model is None:
@@ -509,15 +529,15 @@ def _on_temperature(calibration: Calibration, temperature: Log | None) -> Iterat
         )
 
 
-def _notes(calibration: Calibration, sensor: Sensor) -> Iterator[str]:
+def _correction_notes(calibration: Calibration, sensor: Sensor) -> Iterator[str]:
     """Yield what was done, and why it should not have been."""
-    rests, turns = (sum(one.used for one in m) for m in (calibration.rests, calibration.turns))
+    rests, turns = (sum(entry.used for entry in m) for m in (calibration.rests, calibration.turns))
     yield f"{sensor}: corrected by a calibration of {rests} rests and {turns} turns"
     if not calibration.valid:
         yield f"the calibration that was applied is not valid: {calibration.problems[0]}"
 
 
-def _warn(calibration: Calibration) -> None:
+def _warn_if_invalid(calibration: Calibration) -> None:
     if not calibration.valid:
         warnings.warn(
             f"the calibration that is applied is not valid: {calibration.problems[0]}",

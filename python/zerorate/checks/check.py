@@ -11,26 +11,33 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import check_field, check_fit, check_gyro, check_ticks
+from zerorate.checks.axis_permutations import (
+    INVERSES,
+    SENSES,
+    count_mistakes,
+    format_sense,
+    format_senses,
+    shared_rows,
+)
 from zerorate.checks.decision import Costs, Decision, decide
 from zerorate.checks.result import Checks, Finding
-from zerorate.checks.senses import INVERSES, SENSES, changes, listed, shared_rows, typed
-from zerorate.checks.sentences import mistaken, on_axes, on_unit
-from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
+from zerorate.checks.sentences import describe_accel_axes, describe_axes, describe_unit
+from zerorate.noise.coefficient import UNKNOWN_COEFFICIENT, Coefficient
 from zerorate.record import Log, Recording
-from zerorate.record.clock import ClockReport, on_rate
-from zerorate.record.samples import partner
+from zerorate.record.clock import ClockReport, describe_rate_error
+from zerorate.record.samples import partner_name
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
 
-_TICK: Final = 0.02
-_LEAST: Final = 20.0
+_TICK_S: Final = 0.02
+_MIN_DURATION_S: Final = 20.0
 """Seconds without which nothing is told."""
-_SLOWEST: Final = 10.0
+_MIN_RATE_HZ: Final = 10.0
 """Hz of a sensor whose samples follow a motion."""
-_FLOOR, _FIELD_FLOOR = 0.01, 0.05
-_UNITS: Final = (1.0, math.pi / 180.0, 180.0 / math.pi)
-_SCALE_KNOWN, _DELAY_KNOWN = 0.03, 0.015
-_ROTATIONS: Final = 24
+_COST_FLOOR, _FIELD_COST_FLOOR = 0.01, 0.05
+_UNIT_FACTORS: Final = (1.0, math.pi / 180.0, 180.0 / math.pi)
+_MAX_SCALE_SIGMA, _MAX_DELAY_SIGMA_S = 0.03, 0.015
+_ROTATION_COUNT: Final = 24
 
 Counts = npt.NDArray[np.uint64]
 Scale = tuple[Coefficient, Coefficient, Coefficient]
@@ -69,23 +76,29 @@ def check(
     >>> print(zr.check(zr.Recording({**recording, "gyro": wrong})).gyro.text)
     the gyro's y axis has the sign other than the accelerometer's
     """
-    accel = accel or partner(recording, gyro, "accel")
-    mag = partner(recording, gyro, "mag")
-    notes = tuple(_on_sizes(recording, accel, mag))
-    clock = _on_clock(recording[gyro]) if gyro in recording else ""
+    accel = accel or partner_name(recording, gyro, "accel")
+    mag = partner_name(recording, gyro, "mag")
+    notes = tuple(_describe_sizes(recording, accel, mag))
+    clock = _describe_clock(recording[gyro]) if gyro in recording else ""
     known = {"source": recording.source, "notes": notes, "clock": clock}
-    if reason := _reason(recording, gyro, accel):
-        silent = Finding(gyro if gyro in recording else "", "cannot tell", reason)
-        return Checks(silent, _no_field(recording, mag, reason), *_no_scale(), None, **known)  # type: ignore[arg-type]
+    if reason := _find_obstacle(recording, gyro, accel):
+        undecided = Finding(gyro if gyro in recording else "", "cannot tell", reason)
+        return Checks(
+            undecided, _no_field_finding(recording, mag, reason), *_unknown_scale(), None, **known
+        )  # type: ignore[arg-type]
     ticks = _Ticks.of(recording[gyro], recording[accel], recording.get(mag))
-    judged = _judged(ticks, recording[gyro], gyro)
-    fitted = _scale(ticks, judged) if scale and _fits(judged.finding) else _no_scale()
-    field = _field(ticks, judged, recording, mag)
-    dip = None if ticks.fields is None else _dip(ticks)
-    return Checks(judged.finding, field, *fitted, dip, **known)  # type: ignore[arg-type]
+    gyro_check = _check_gyro(ticks, recording[gyro], gyro)
+    scale_and_delay = (
+        _estimate_scale(ticks, gyro_check)
+        if scale and _is_consistent(gyro_check.finding)
+        else _unknown_scale()
+    )
+    field = _check_field(ticks, gyro_check, recording, mag)
+    dip = None if ticks.fields is None else _median_dip(ticks)
+    return Checks(gyro_check.finding, field, *scale_and_delay, dip, **known)  # type: ignore[arg-type]
 
 
-def _reason(recording: Recording, gyro: str, accel: str) -> str:
+def _find_obstacle(recording: Recording, gyro: str, accel: str) -> str:
     """Return why nothing can be told, if so."""
     for name, kind in ((gyro, "rate"), (accel, "acceleration")):
         if name not in recording:
@@ -93,17 +106,17 @@ def _reason(recording: Recording, gyro: str, accel: str) -> str:
         log = recording[name]
         if log.channels != 3:
             return f"{name} has {log.channels} axes, not three"
-        if log.rate < _SLOWEST:
-            return f"{name} has {log.rate:.3g} Hz, less than {_SLOWEST:g} Hz"
+        if log.rate < _MIN_RATE_HZ:
+            return f"{name} has {log.rate:.3g} Hz, less than {_MIN_RATE_HZ:g} Hz"
         if kind == "rate" and (log.unit not in UNITS or UNITS[log.unit].kind != kind):
             return f"the unit of {name} is not known"
-    start, stop = _common(recording[gyro], recording[accel])
-    if stop - start < _LEAST:
-        return f"the recording is shorter than {_LEAST:g} s"
+    start, stop = _common_span(recording[gyro], recording[accel])
+    if stop - start < _MIN_DURATION_S:
+        return f"the recording is shorter than {_MIN_DURATION_S:g} s"
     return ""
 
 
-def _common(*logs: Log) -> tuple[float, float]:
+def _common_span(*logs: Log) -> tuple[float, float]:
     return max(float(log.sampled[0]) for log in logs), min(float(log.sampled[-1]) for log in logs)
 
 
@@ -118,46 +131,46 @@ class _Ticks:
 
     @classmethod
     def of(cls, gyro: Log, accel: Log, mag: Log | None) -> _Ticks:
-        start, stop = _common(gyro, accel)
-        count = int((stop - start) / _TICK)
+        start, stop = _common_span(gyro, accel)
+        count = int((stop - start) / _TICK_S)
 
         def ticked(log: Log) -> Floats:
             return check_ticks(log.sampled, log.data, start, count)
 
         rates = convert(ticked(gyro), gyro.unit, "rad/s")
-        has_field = mag is not None and mag.channels == 3 and mag.rate >= _SLOWEST
-        fields = _sized(ticked(mag)) if mag is not None and has_field else None
-        return cls(start, rates, _sized(ticked(accel)), fields)
+        has_field = mag is not None and mag.channels == 3 and mag.rate >= _MIN_RATE_HZ
+        fields = _normalise(ticked(mag)) if mag is not None and has_field else None
+        return cls(start, rates, _normalise(ticked(accel)), fields)
 
     def spans(
         self, starts: Counts, length: int, where: Booleans
     ) -> tuple[tuple[float, float], ...]:
         """Return the seconds of windows, those that overlap as one."""
-        found: list[tuple[float, float]] = []
+        spans: list[tuple[float, float]] = []
         for first in starts[where].tolist():
-            begin, end = self.start + first * _TICK, self.start + (first + length) * _TICK
-            if found and begin <= found[-1][1]:
-                begin = found.pop()[0]
-            found.append((round(begin, 6), round(end, 6)))
-        return tuple(found)
+            begin, end = self.start + first * _TICK_S, self.start + (first + length) * _TICK_S
+            if spans and begin <= spans[-1][1]:
+                begin = spans.pop()[0]
+            spans.append((round(begin, 6), round(end, 6)))
+        return tuple(spans)
 
 
 def _median_size(vectors: Floats) -> float:
     """Return the median length of vectors, 0 where there is none."""
     with np.errstate(over="ignore"):
         sizes = np.linalg.norm(vectors, axis=1)
-    there = sizes[np.isfinite(sizes)]
-    return float(np.median(there)) if there.size else 0.0
+    finite = sizes[np.isfinite(sizes)]
+    return float(np.median(finite)) if finite.size else 0.0
 
 
-def _sized(vectors: Floats) -> Floats:
+def _normalise(vectors: Floats) -> Floats:
     size = _median_size(vectors)
     # Without a size there is nothing to see.
     return vectors / size if size > 0.0 else np.full_like(vectors, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
-class _Judged:
+class _GyroCheck:
     finding: Finding
     starts: Counts
     length: int
@@ -166,7 +179,7 @@ class _Judged:
     sense: Floats
 
 
-def _judged(ticks: _Ticks, gyro: Log, name: str) -> _Judged:
+def _check_gyro(ticks: _Ticks, gyro: Log, name: str) -> _GyroCheck:
     costs, null, biases, starts, length = check_gyro(ticks.rates, ticks.forces)
 
     def refitted() -> Floats:
@@ -175,115 +188,120 @@ def _judged(ticks: _Ticks, gyro: Log, name: str) -> _Judged:
         # Numbers so wild that nothing fits are no ground for an alarm.
         return found if found.size else np.zeros(len(starts))
 
-    decision = decide(Costs(costs, null, _FLOOR), refitted=refitted)
-    spans = ticks.spans(starts, length, decision.telling)
+    decision = decide(Costs(costs, null, _COST_FLOOR), refit=refitted)
+    spans = ticks.spans(starts, length, decision.decisive)
     finding = _gyro_finding(decision, gyro, name, spans)
     sense = decision.likely if decision.status == "mistake" else 0
     bias = biases[decision.unit, sense]
-    return _Judged(finding, starts, length, bias, _UNITS[decision.unit], SENSES[sense])
+    return _GyroCheck(finding, starts, length, bias, _UNIT_FACTORS[decision.unit], SENSES[sense])
 
 
 def _gyro_finding(
     decision: Decision, gyro: Log, name: str, spans: tuple[tuple[float, float], ...]
 ) -> Finding:
-    unit, factor = _in_unit(gyro.unit, decision.unit)
-    alone = len(decision.left) == 1 and not decision.others
-    some = len(decision.left) < len(SENSES)
-    said = {
+    unit, factor = _resolve_unit(gyro.unit, decision.unit)
+    is_unique = len(decision.remaining) == 1 and not decision.other_units
+    is_partial = len(decision.remaining) < len(SENSES)
+    texts = {
         "agrees": "the gyro's unit and axes fit the accelerometer, and nothing else does",
         "partly seen": "the gyro fits the accelerometer; the motion shows not all of its axes",
         "cannot tell": "the motion does not show the gyro's unit and axes",
         "doubt": "the gyro does not fit the accelerometer well, nor does anything else for sure",
-        "unit only": on_unit("gyro", gyro.unit, unit, factor),
-        "mistake": _on_mistake(decision, gyro.unit, unit, factor),
+        "unit only": describe_unit("gyro", gyro.unit, unit, factor),
+        "mistake": _describe_mistake(decision, gyro.unit, unit, factor),
     }
-    named = decision.status == "mistake"
+    is_mistake = decision.status == "mistake"
     return Finding(
         name,
         decision.status,
-        said[decision.status],
+        texts[decision.status],
         unit,
         factor,
-        SENSES[decision.left[0]] if named and alone else None,
-        typed(SENSES[decision.likely]) if named else "",
-        listed(decision.left) if some else (),
-        shared_rows(decision.left),
+        SENSES[decision.remaining[0]] if is_mistake and is_unique else None,
+        format_sense(SENSES[decision.likely]) if is_mistake else "",
+        format_senses(decision.remaining) if is_partial else (),
+        shared_rows(decision.remaining),
         spans,
         decision.ratio,
     )
 
 
-def _in_unit(named: str, unit: int) -> tuple[str, float]:
+def _resolve_unit(stated_unit: str, unit: int) -> tuple[str, float]:
     """Return the unit in which values are, and what makes them so."""
-    other = {("rad/s", 1): "deg/s", ("deg/s", 2): "rad/s"}.get((named, unit))
-    return (other, 1.0) if other else (named, _UNITS[unit])
+    other = {("rad/s", 1): "deg/s", ("deg/s", 2): "rad/s"}.get((stated_unit, unit))
+    return (other, 1.0) if other else (stated_unit, _UNIT_FACTORS[unit])
 
 
-def _on_mistake(decision: Decision, named: str, unit: str, factor: float) -> str:
+def _describe_mistake(decision: Decision, stated_unit: str, unit: str, factor: float) -> str:
     sense = SENSES[decision.likely]
-    parts = [] if decision.unit == 0 else [on_unit("gyro", named, unit, factor)]
-    if changes(sense) > 0:
-        axes = on_axes("gyro", "accelerometer", sense)
-        alone = len(decision.left) == 1 and not decision.others
-        parts.append(axes if alone else _on_likely(decision, axes))
-        if np.linalg.det(sense) > 0.0 and alone:
-            parts[-1] += (
-                f", {mistaken(-sense.T if changes(-sense.T) < changes(sense) else sense.T)}"
-            )
+    parts = [] if decision.unit == 0 else [describe_unit("gyro", stated_unit, unit, factor)]
+    if count_mistakes(sense) > 0:
+        axes = describe_axes("gyro", "accelerometer", sense)
+        is_unique = len(decision.remaining) == 1 and not decision.other_units
+        parts.append(axes if is_unique else _describe_likely(decision, axes))
+        if np.linalg.det(sense) > 0.0 and is_unique:
+            parts[-1] += f", {describe_accel_axes(min(sense.T, -sense.T, key=count_mistakes))}"
     return ", and ".join(parts)
 
 
-def _on_likely(decision: Decision, axes: str) -> str:
-    others = [f"({one})" for one in listed(decision.left)[1:4]]
-    if decision.others:
+def _describe_likely(decision: Decision, axes: str) -> str:
+    others = [f"({sense})" for sense in format_senses(decision.remaining)[1:4]]
+    if decision.other_units:
         others.append("some in another unit")
     return f"{axes}; that is the likeliest of several that fit, beside {', '.join(others)}"
 
 
-def _fits(finding: Finding) -> bool:
+def _is_consistent(finding: Finding) -> bool:
     return finding.status in ("agrees", "partly seen")
 
 
-def _no_scale() -> tuple[Scale, Coefficient]:
-    return (NOTHING_KNOWN, NOTHING_KNOWN, NOTHING_KNOWN), NOTHING_KNOWN
+def _unknown_scale() -> tuple[Scale, Coefficient]:
+    return (UNKNOWN_COEFFICIENT, UNKNOWN_COEFFICIENT, UNKNOWN_COEFFICIENT), UNKNOWN_COEFFICIENT
 
 
-def _scale(ticks: _Ticks, judged: _Judged) -> tuple[Scale, Coefficient]:
+def _estimate_scale(ticks: _Ticks, gyro_check: _GyroCheck) -> tuple[Scale, Coefficient]:
     """Return what the motion shows of scale and delay of a gyro that fits."""
     _, numbers, sigmas = check_fit(
-        ticks.rates, ticks.forces, judged.starts, judged.length, judged.bias, fits=True
+        ticks.rates, ticks.forces, gyro_check.starts, gyro_check.length, gyro_check.bias, fits=True
     )
-    x, y, z = (_known(1.0 + numbers[place], sigmas[place], _SCALE_KNOWN) for place in (3, 7, 11))
-    return (x, y, z), _known(numbers[12], sigmas[12], _DELAY_KNOWN)
+    x, y, z = (
+        _make_coefficient(1.0 + numbers[index], sigmas[index], _MAX_SCALE_SIGMA)
+        for index in (3, 7, 11)
+    )
+    return (x, y, z), _make_coefficient(numbers[12], sigmas[12], _MAX_DELAY_SIGMA_S)
 
 
-def _known(value: float, sigma: float, limit: float) -> Coefficient:
-    return Coefficient(float(value), float(sigma)) if sigma < limit else NOTHING_KNOWN
+def _make_coefficient(value: float, sigma: float, limit: float) -> Coefficient:
+    return Coefficient(float(value), float(sigma)) if sigma < limit else UNKNOWN_COEFFICIENT
 
 
-def _no_field(recording: Recording, mag: str, reason: str) -> Finding:
+def _no_field_finding(recording: Recording, mag: str, reason: str) -> Finding:
     if mag not in recording:
         return Finding("", "cannot tell", "there is no magnetometer")
     return Finding(mag, "cannot tell", reason, recording[mag].unit)
 
 
-def _field(ticks: _Ticks, judged: _Judged, recording: Recording, mag: str) -> Finding:
+def _check_field(ticks: _Ticks, gyro_check: _GyroCheck, recording: Recording, mag: str) -> Finding:
     """Return what the gyro, as it is or put right, shows of the magnetometer."""
     if ticks.fields is None:
-        return _no_field(recording, mag, f"{mag} has not three axes, or less than {_SLOWEST:g} Hz")
-    gyro = judged.finding
+        return _no_field_finding(
+            recording, mag, f"{mag} has not three axes, or less than {_MIN_RATE_HZ:g} Hz"
+        )
+    gyro = gyro_check.finding
     if gyro.alarm and gyro.matrix is None:
-        return _no_field(recording, mag, "which way the gyro turns is not known")
-    rates = (judged.unit * ticks.rates - judged.bias) @ judged.sense.T
+        return _no_field_finding(recording, mag, "which way the gyro turns is not known")
+    rates = (gyro_check.unit * ticks.rates - gyro_check.bias) @ gyro_check.sense.T
     costs, null, starts, length = check_field(rates, ticks.fields)
     # They are of what turns the gyro's axes into the magnetometer's.
-    costs = costs[INVERSES[:_ROTATIONS]]
-    decision = decide(Costs(costs[np.newaxis], null, _FIELD_FLOOR))
-    spans = ticks.spans(starts, length, decision.telling)
-    return _field_finding(decision, recording[mag].unit, mag, spans, alone=_fits_alone(gyro))
+    costs = costs[INVERSES[:_ROTATION_COUNT]]
+    decision = decide(Costs(costs[np.newaxis], null, _FIELD_COST_FLOOR))
+    spans = ticks.spans(starts, length, decision.decisive)
+    return _field_finding(
+        decision, recording[mag].unit, mag, spans, axes_known=_has_known_axes(gyro)
+    )
 
 
-def _fits_alone(gyro: Finding) -> bool:
+def _has_known_axes(gyro: Finding) -> bool:
     """Whether the axes of a gyro, as it is or put right, are known."""
     return gyro.status == "agrees" or gyro.matrix is not None
 
@@ -294,67 +312,69 @@ def _field_finding(
     name: str,
     spans: tuple[tuple[float, float], ...],
     *,
-    alone: bool,
+    axes_known: bool,
 ) -> Finding:
     # No motion tells a sense from its negative.
-    both = np.concatenate([decision.left, decision.left + _ROTATIONS])
+    both = np.concatenate([decision.remaining, decision.remaining + _ROTATION_COUNT])
     both = both[both < len(SENSES)]
-    likely = min(both.tolist(), key=lambda place: (changes(SENSES[place]), place))
-    axes = on_axes("magnetometer", "gyro", SENSES[likely])
+    likely = min(both.tolist(), key=lambda place: (count_mistakes(SENSES[place]), place))
+    axes = describe_axes("magnetometer", "gyro", SENSES[likely])
     fits = "the magnetometer's axes fit the gyro's"
-    said = {
+    texts = {
         "agrees": f"{fits}, and nothing else does, but for the sign of all",
         "partly seen": f"{fits}; the motion shows not all of them",
         "cannot tell": "the motion does not show the magnetometer's axes",
         "doubt": "the magnetometer does not fit the gyro well, nor do other axes for sure",
-        "mistake": axes if alone else f"magnetometer and gyro disagree: {axes}, or the reverse",
+        "mistake": axes
+        if axes_known
+        else f"magnetometer and gyro disagree: {axes}, or the reverse",
     }
-    named, some = decision.status == "mistake", len(decision.left) < _ROTATIONS
+    is_mistake, is_partial = decision.status == "mistake", len(decision.remaining) < _ROTATION_COUNT
     return Finding(
         name,
         decision.status,
-        said[decision.status],
+        texts[decision.status],
         unit,
-        likely=typed(SENSES[likely]) if named else "",
-        alternatives=listed(both) if some else (),
+        likely=format_sense(SENSES[likely]) if is_mistake else "",
+        alternatives=format_senses(both) if is_partial else (),
         spans=spans,
         ratio=decision.ratio,
     )
 
 
-def _dip(ticks: _Ticks) -> float | None:
+def _median_dip(ticks: _Ticks) -> float | None:
     """Return the median angle by which the field points down: the force at rest points up."""
     assert ticks.fields is not None
     sizes = np.linalg.norm(ticks.forces, axis=1) * np.linalg.norm(ticks.fields, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         sines = -(ticks.forces * ticks.fields).sum(axis=1) / sizes
-    there = sines[np.isfinite(sines)]
-    return float(np.arcsin(np.median(there).clip(-1.0, 1.0))) if there.size else None
+    finite = sines[np.isfinite(sines)]
+    return float(np.arcsin(np.median(finite).clip(-1.0, 1.0))) if finite.size else None
 
 
-_SIZES: Final = {
+_USUAL_SIZES: Final = {
     "accel": {"m/s^2": (8.5, 11.0), "g": (0.85, 1.12)},
     "mag": {"uT": (20.0, 70.0), "gauss": (0.2, 0.7), "mG": (200.0, 700.0), "nT": (2e4, 7e4)},
 }
 """Median size of what an accelerometer and a magnetometer show, by unit."""
 
 
-def _on_clock(gyro: Log) -> str:
+def _describe_clock(gyro: Log) -> str:
     """Return a sentence where stamps contradict a rate: 1 % of it is 1 % of every turn."""
     report = gyro.meta.get("clock")
     if not isinstance(report, ClockReport) or not report.stamped:
         return ""
-    turned = on_rate(gyro.rate, report.rate)
-    if not turned:
+    effect = describe_rate_error(gyro.rate, report.rate)
+    if not effect:
         return ""
-    told = f"the gyro's rate is stated as {gyro.rate:g} Hz, its stamps run at {report.rate:g}"
-    return f"{told}: {turned}"
+    text = f"the gyro's rate is stated as {gyro.rate:g} Hz, its stamps run at {report.rate:g}"
+    return f"{text}: {effect}"
 
 
-def _on_sizes(recording: Recording, accel: str, mag: str) -> Iterator[str]:
+def _describe_sizes(recording: Recording, accel: str, mag: str) -> Iterator[str]:
     """Yield a sentence on each sensor whose size is that of another unit than the one named."""
     for name, kind in ((accel, "accel"), (mag, "mag")):
-        log, known = recording.get(name), _SIZES[kind]
+        log, known = recording.get(name), _USUAL_SIZES[kind]
         if log is None or log.channels != 3 or log.unit not in known:
             continue
         size = _median_size(log.data[:: max(log.n // 20_000, 1)])

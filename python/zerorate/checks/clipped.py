@@ -13,11 +13,11 @@ import numpy.typing as npt
 from zerorate._native import restore_clipped_rates
 from zerorate.faults import ArgumentError
 from zerorate.record import Recording
-from zerorate.record.named import in_unit, rate_of
+from zerorate.record.named import convert_to_unit, rate_of
 from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
 
-_AT: Final = 0.965
+_RANGE_SHARE: Final = 0.965
 """Part of the largest rate above which a sample is at the range, as the core has it."""
 
 
@@ -143,18 +143,18 @@ def restore_clipped(gyro: npt.ArrayLike, rate: float | None = None) -> RestoredG
     >>> bool(before > 2.9), bool(after < 0.6)
     (True, True)
     """
-    given, hertz = in_unit(gyro, "rad/s", "gyro"), rate_of(rate, gyro)
-    if given.ndim != 2 or given.shape[1] != 3:
-        raise ArgumentError("gyro", f"must have shape (n, 3), got {given.shape}")
-    known = np.isfinite(given).all(axis=1)
+    rates, hertz = convert_to_unit(gyro, "rad/s", "gyro"), rate_of(rate, gyro)
+    if rates.ndim != 2 or rates.shape[1] != 3:
+        raise ArgumentError("gyro", f"must have shape (n, 3), got {rates.shape}")
+    known = np.isfinite(rates).all(axis=1)
     if not known.any():
-        return RestoredGyro(given.copy(), np.zeros(len(given), bool), np.zeros(len(given)), ())
+        return RestoredGyro(rates.copy(), np.zeros(len(rates), bool), np.zeros(len(rates)), ())
     # The last known rate, the first one before that.
-    last = np.maximum.accumulate(np.where(known, np.arange(len(given)), np.argmax(known)))
-    values, sides, variance = restore_clipped_rates(given[last], 1.0 / hertz)
-    values[~known] = given[~known]
+    last = np.maximum.accumulate(np.where(known, np.arange(len(rates)), np.argmax(known)))
+    values, sides, variance = restore_clipped_rates(rates[last], 1.0 / hertz)
+    values[~known] = rates[~known]
     restored = (variance > 0.0) & known
-    return RestoredGyro(values, restored, variance, clipped_axes(sides, given))
+    return RestoredGyro(values, restored, variance, clipped_axes(sides, rates))
 
 
 def restore_recording(
@@ -189,13 +189,15 @@ def restore_recording(
     log = imu.logs.get(gyro)
     if log is None or log.channels != 3 or not _is_rate(log.unit):
         return imu, ()
-    found = restore_clipped(convert(log.data, log.unit, "rad/s"), log.rate)
-    if not found.clipped or (certain and not all(one.certain for one in found.clipped)):
-        return imu, found.clipped
-    data = np.where(found.restored[:, np.newaxis], convert(found.gyro, "rad/s", log.unit), log.data)
-    notes = (*log.meta.get("notes", ()), *map(str, found.clipped))
-    noted = replace(log, data=data, meta={**log.meta, "notes": notes})
-    return replace(imu, logs={**imu.logs, gyro: noted}), found.clipped
+    result = restore_clipped(convert(log.data, log.unit, "rad/s"), log.rate)
+    if not result.clipped or (certain and not all(axis.certain for axis in result.clipped)):
+        return imu, result.clipped
+    data = np.where(
+        result.restored[:, np.newaxis], convert(result.gyro, "rad/s", log.unit), log.data
+    )
+    notes = (*log.meta.get("notes", ()), *map(str, result.clipped))
+    corrected = replace(log, data=data, meta={**log.meta, "notes": notes})
+    return replace(imu, logs={**imu.logs, gyro: corrected}), result.clipped
 
 
 def _is_rate(unit: str | None) -> bool:
@@ -209,11 +211,11 @@ def clipped_axes(
     sides: Iterable[tuple[int, float, float, int]], gyro: Floats
 ) -> tuple[ClippedAxis, ...]:
     """Return what the core says of axes that were clipped, of the rates as they were."""
-    found = []
+    axes = []
     for axis, sign, limit, count in sides:
         rate = sign * gyro[:, axis]
-        at = rate[rate > _AT * limit]
-        certain = bool(2 * np.count_nonzero(at == limit) >= at.size > 0)
+        at_range = rate[rate > _RANGE_SHARE * limit]
+        certain = bool(2 * np.count_nonzero(at_range == limit) >= at_range.size > 0)
         share = count / max(len(gyro), 1)
-        found.append(ClippedAxis("xyz"[axis], int(sign), limit, count, share, certain))
-    return tuple(found)
+        axes.append(ClippedAxis("xyz"[axis], int(sign), limit, count, share, certain))
+    return tuple(axes)

@@ -17,12 +17,12 @@ from zerorate.units import UNITS, convert
 _MIN_SAMPLES: Final = 100
 """Samples below which a constant value is no evidence: a coarse sensor may repeat itself."""
 _MIN_FROZEN_S: Final = 3.0
-_MIN_TURN: Final = np.radians(5.0)
+_MIN_TURN_RAD: Final = np.radians(5.0)
 """Rotation during which a field sensor must change: a degree changes 50 uT by a microtesla."""
 _KINDS: Final = ("gyro", "accel", "mag")
 
 
-def without_absent(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
+def drop_absent_sensors(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
     """Leave out sensors that hold one value in every sample, where another of the kind measures.
 
     A message such as ``sensor_msgs/Imu`` always has places for a gyro and an accelerometer. A
@@ -34,20 +34,20 @@ def without_absent(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
         The recording, whose remaining sensors are named anew from the first on, and notes.
     """
     notes: list[str] = []
-    kept = dict(recording)
+    logs = dict(recording)
     for kind in _KINDS:
         names = [name for name in recording if _kind_of(name) == kind]
         absent = [name for name in names if _is_constant(recording[name])]
         if not absent or len(absent) == len(names):
             continue
-        notes += [_on_absent(recording[name]) for name in absent]
+        notes += [_describe_absent(recording[name]) for name in absent]
         measuring = [name for name in names if name not in absent]
         for name in names:
-            del kept[name]
-        kept |= {_numbered(kind, i): recording[name] for i, name in enumerate(measuring)}
+            del logs[name]
+        logs |= {_numbered_name(kind, i): recording[name] for i, name in enumerate(measuring)}
     if not notes:
         return recording, ()
-    return replace(recording, logs=kept), tuple(notes)
+    return replace(recording, logs=logs), tuple(notes)
 
 
 def _kind_of(name: str) -> str:
@@ -55,8 +55,8 @@ def _kind_of(name: str) -> str:
     return stem if number.isdigit() else name
 
 
-def _numbered(kind: str, place: int) -> str:
-    return f"{kind}_{place}" if place else kind
+def _numbered_name(kind: str, index: int) -> str:
+    return f"{kind}_{index}" if index else kind
 
 
 def _is_constant(log: Log) -> bool:
@@ -72,14 +72,14 @@ def constant_axes(log: Log) -> Booleans:
     return same
 
 
-def _on_absent(log: Log) -> str:
+def _describe_absent(log: Log) -> str:
     where = log.meta.get("sensor")
     named = f"{', '.join(log.names)} of {where}" if where else ", ".join(log.names)
     values = ", ".join(f"{x:g}" for x in log.data[0])
     return f"{named}: {values} in every sample, so it measures nothing there and is left out"
 
 
-def dead_axes(recording: Mapping[str, Log], names: tuple[str, ...]) -> Iterator[str]:
+def describe_dead_axes(recording: Mapping[str, Log], names: tuple[str, ...]) -> Iterator[str]:
     """Yield a sentence for each of some sensors with an axis that never changes while others do."""
     for name in names:
         log = recording.get(name)
@@ -92,7 +92,7 @@ def dead_axes(recording: Mapping[str, Log], names: tuple[str, ...]) -> Iterator[
             yield f"{which}: {value:g} in every sample while the other axes change: a dead axis"
 
 
-def without_frozen_field(
+def mask_frozen_field(
     recording: Recording, gyro: str, mag: str
 ) -> tuple[Recording, tuple[str, ...]]:
     """Mark the samples of a magnetometer missing while it repeats one value in a rotation.
@@ -112,24 +112,24 @@ def without_frozen_field(
     field, rates = recording.get(mag), recording.get(gyro)
     if field is None or rates is None or not _is_rate(rates):
         return recording, ()
-    turned = _turned(rates)
+    rotation = _cumulative_angle(rates)
     spans = [
         (first, last)
         for first, last in _equal_rows(field.data)
-        if _is_frozen(field, turned, first, last)
+        if _is_frozen(field, rotation, first, last)
     ]
     if not spans:
         return recording, ()
-    lost = np.zeros(field.n, dtype=np.bool_)
+    frozen = np.zeros(field.n, dtype=np.bool_)
     for first, last in spans:
-        lost[first:last] = True
-    seconds = lost.sum() / field.rate
+        frozen[first:last] = True
+    seconds = frozen.sum() / field.rate
     named = ", ".join(field.names)
-    if lost.mean() > 0.99:
-        left = {name: log for name, log in recording.items() if name != mag}
+    if frozen.mean() > 0.99:
+        logs = {name: log for name, log in recording.items() if name != mag}
         alarm = f"{named}: one value in every sample while the gyro turns: it is left out"
-        return replace(recording, logs=left), (alarm,)
-    data = np.where(lost[:, np.newaxis], np.nan, field.data)
+        return replace(recording, logs=logs), (alarm,)
+    data = np.where(frozen[:, np.newaxis], np.nan, field.data)
     alarm = f"{named}: one value for {seconds:.1f} s while the gyro turns: left out there"
     return replace(recording, logs={**recording, mag: replace(field, data=data)}), (alarm,)
 
@@ -138,7 +138,7 @@ def _is_rate(log: Log) -> bool:
     return log.channels == 3 and log.unit in UNITS and UNITS[log.unit].kind == "rate"
 
 
-def _turned(rates: Log) -> tuple[Floats, Floats]:
+def _cumulative_angle(rates: Log) -> tuple[Floats, Floats]:
     """Return times, and the angle through which a gyro has turned by then, less its median."""
     data = np.nan_to_num(
         convert(rates.data - np.nanmedian(rates.data, axis=0), rates.unit, "rad/s")
@@ -153,9 +153,9 @@ def _equal_rows(data: Floats) -> Iterator[tuple[int, int]]:
     yield from ((first - 1, last) for first, last in runs(same).tolist())
 
 
-def _is_frozen(field: Log, turned: tuple[Floats, Floats], first: int, last: int) -> bool:
+def _is_frozen(field: Log, rotation: tuple[Floats, Floats], first: int, last: int) -> bool:
     start, stop = field.sampled[first], field.sampled[last - 1]
     if stop - start < _MIN_FROZEN_S:
         return False
-    before, after = np.interp([start, stop], *turned)
-    return bool(after - before > _MIN_TURN)
+    before, after = np.interp([start, stop], *rotation)
+    return bool(after - before > _MIN_TURN_RAD)

@@ -12,15 +12,15 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from zerorate.checks.senses import GIVEN, SENSES, changes, shared_rows
+from zerorate.checks.axis_permutations import IDENTITY, SENSES, count_mistakes, shared_rows
 from zerorate.types import Booleans, Floats, Integers
 
 Status = Literal["agrees", "partly seen", "unit only", "cannot tell", "doubt", "mistake"]
 
-_GOOD: Final = 0.25
+_MAX_EXPLAINED_RMS: Final = 0.25
 """Root of the cost up to which a hypothesis explains a window."""
-_FEWEST: Final = 4
-_ALIKE: Final = 2.0
+_MIN_WINDOWS: Final = 4
+_TIE_RATIO: Final = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Costs:
 
     def telling(self) -> tuple[Costs, Booleans]:
         """Return the windows that some hypothesis explains, if half of them are left."""
-        explained = self.costs.min(axis=(0, 1)) < _GOOD**2
+        explained = self.costs.min(axis=(0, 1)) < _MAX_EXPLAINED_RMS**2
         if 2 * explained.sum() < len(explained):
             explained[:] = True
         return Costs(self.costs[..., explained], self.null[explained], self.floor), explained
@@ -59,25 +59,25 @@ class Decision:
         See `zerorate.checks.Finding`.
     unit : int
         Place of the unit that fits: 0 is the given one.
-    left : ndarray of int
+    remaining : ndarray of int
         Senses that the data do not tell from the best.
     likely : int
         The one of them that the fewest mistakes make, and of several such the one that fits best.
-    telling : ndarray of bool, shape (windows,)
+    decisive : ndarray of bool, shape (windows,)
         Windows in which the best is better than what was given, or than the rest, by a factor of 2.
     ratio : float
         Cost of what was given over that of the best.
-    others : bool
+    other_units : bool
         Whether hypotheses of other units are left, too.
     """
 
     status: Status
     unit: int
-    left: Integers
+    remaining: Integers
     likely: int
-    telling: Booleans
+    decisive: Booleans
     ratio: float
-    others: bool = False
+    other_units: bool = False
 
 
 class _Margin(NamedTuple):
@@ -87,7 +87,7 @@ class _Margin(NamedTuple):
     where: Booleans
 
 
-def _margin(worse: Floats, better: Floats, floor: float) -> _Margin:
+def _compare_costs(worse: Floats, better: Floats, floor: float) -> _Margin:
     """Return by how much one hypothesis is better than another, in how many windows."""
     high, low = worse + floor**2, better + floor**2
     d = np.log(high / low).clip(-3.0, 3.0)
@@ -97,133 +97,141 @@ def _margin(worse: Floats, better: Floats, floor: float) -> _Margin:
     return _Margin(float(high.sum() / low.sum()), share, int(where.sum()), where)
 
 
-def _beaten(costs: Costs, one: Floats, best: Floats) -> bool:
-    margin = _margin(one, best, costs.floor)
+def _is_beaten(costs: Costs, candidate: Floats, best: Floats) -> bool:
+    margin = _compare_costs(candidate, best, costs.floor)
     return margin.ratio >= 2.0 and margin.share >= 0.75 and margin.telling >= 3
 
 
-def _quiet(costs: Costs) -> Booleans:
+def _find_quiet_units(costs: Costs) -> Booleans:
     """Return the units whose senses are all alike, and good: so slow that no axis can be told."""
     means, null = costs.costs.mean(axis=2), float(costs.null.mean())
     floor = costs.floor**2
-    alike = means.max(axis=1) + floor <= _ALIKE * (means.min(axis=1) + floor)
-    return np.asarray(alike & (means.max(axis=1) < 2.0 * (null + floor)))
+    tied = means.max(axis=1) + floor <= _TIE_RATIO * (means.min(axis=1) + floor)
+    return np.asarray(tied & (means.max(axis=1) < 2.0 * (null + floor)))
 
 
-def decide(costs: Costs, *, refitted: Callable[[], Floats] | None = None) -> Decision:
+def decide(costs: Costs, *, refit: Callable[[], Floats] | None = None) -> Decision:
     """Return what the windows leave of the hypotheses.
 
     Parameters
     ----------
     costs : Costs
         Of all hypotheses.
-    refitted : callable, optional
+    refit : callable, optional
         Returns the costs of what was given, shape (windows,), with scale errors and a delay of
         its own, and is asked before an alarm.
     """
-    if costs.costs.shape[2] < _FEWEST:
-        return _silent("cannot tell", costs)
+    if costs.costs.shape[2] < _MIN_WINDOWS:
+        return _decide_nothing("cannot tell", costs)
     costs, explained = costs.telling()
-    quiet = _quiet(costs) if costs.costs.shape[0] > 1 else np.zeros(1, dtype=bool)
-    best = _best(costs, quiet)
-    tied = _tied(costs, best, quiet)
-    if tied[0, GIVEN]:
-        return _agreeing(costs, tied, explained)
-    unit_only = _unit_is_all(costs, best, quiet)
-    given = costs.costs[0, GIVEN]
-    if not _sure(costs, given, best, unit_only):
-        return _silent("doubt", costs, explained)
-    if refitted is not None:
-        given = np.minimum(given, refitted()[explained])
-        if not _sure(costs, given, best, unit_only):
-            return _silent("doubt", costs, explained)
-    margin = _margin(given, costs.costs[best], costs.floor)
-    where = _spread(margin.where, explained)
-    left = np.flatnonzero(tied[best[0]])
+    quiet = _find_quiet_units(costs) if costs.costs.shape[0] > 1 else np.zeros(1, dtype=bool)
+    best = _find_best(costs, quiet)
+    tied = _find_tied(costs, best, quiet)
+    if tied[0, IDENTITY]:
+        return _decide_agreement(costs, tied, explained)
+    unit_only = _is_unit_only(costs, best, quiet)
+    given_costs = costs.costs[0, IDENTITY]
+    if not _is_sure(costs, given_costs, best, unit_only):
+        return _decide_nothing("doubt", costs, explained)
+    if refit is not None:
+        given_costs = np.minimum(given_costs, refit()[explained])
+        if not _is_sure(costs, given_costs, best, unit_only):
+            return _decide_nothing("doubt", costs, explained)
+    margin = _compare_costs(given_costs, costs.costs[best], costs.floor)
+    where = _expand_windows(margin.where, explained)
+    remaining = np.flatnonzero(tied[best[0]])
     if unit_only:
-        return Decision("unit only", best[0], np.arange(48), GIVEN, where, margin.ratio)
-    others = int(tied.sum()) > len(left)
-    if others and best[0] != 0:
+        return Decision("unit only", best[0], np.arange(48), IDENTITY, where, margin.ratio)
+    other_units = int(tied.sum()) > len(remaining)
+    if other_units and best[0] != 0:
         # Units that cannot be told apart, of which the given one does not fit best: none is named.
-        return _silent("doubt", costs, explained)
+        return _decide_nothing("doubt", costs, explained)
     return Decision(
-        "mistake", best[0], left, _fewest(costs, best[0], left), where, margin.ratio, others
+        "mistake",
+        best[0],
+        remaining,
+        _simplest_sense(costs, best[0], remaining),
+        where,
+        margin.ratio,
+        other_units,
     )
 
 
-def _best(costs: Costs, quiet: Booleans) -> tuple[int, int]:
+def _find_best(costs: Costs, quiet: Booleans) -> tuple[int, int]:
     means = costs.costs.mean(axis=2) + costs.floor**2
     best = np.unravel_index(int(means.argmin()), means.shape)
     if quiet[best[0]] and not quiet.all():
         loud = np.where(quiet[:, np.newaxis], np.inf, means)
         other = np.unravel_index(int(loud.argmin()), means.shape)
-        if means[other] <= _ALIKE * means[best]:
+        if means[other] <= _TIE_RATIO * means[best]:
             best = other
     return int(best[0]), int(best[1])
 
 
-def _tied(costs: Costs, best: tuple[int, int], quiet: Booleans) -> Booleans:
+def _find_tied(costs: Costs, best: tuple[int, int], quiet: Booleans) -> Booleans:
     units, senses, _ = costs.costs.shape
     tied = np.zeros((units, senses), dtype=bool)
     for unit, sense in np.ndindex(units, senses):
-        tied[unit, sense] = not _beaten(costs, costs.costs[unit, sense], costs.costs[best])
+        tied[unit, sense] = not _is_beaten(costs, costs.costs[unit, sense], costs.costs[best])
     if not quiet[best[0]] and not quiet[0]:
         tied[quiet] = False
     return tied
 
 
-def _unit_is_all(costs: Costs, best: tuple[int, int], quiet: Booleans) -> bool:
+def _is_unit_only(costs: Costs, best: tuple[int, int], quiet: Booleans) -> bool:
     if quiet[best[0]]:
         return True
     low, null = float(costs.costs[best].mean()), float(costs.null.mean())
-    return best[0] != 0 and not null >= _ALIKE * low
+    return best[0] != 0 and not null >= _TIE_RATIO * low
 
 
-def _sure(costs: Costs, given: Floats, best: tuple[int, int], unit_only: bool) -> bool:
+def _is_sure(costs: Costs, given_costs: Floats, best: tuple[int, int], unit_only: bool) -> bool:
     """Whether what was given is worse than the best beyond doubt."""
     low, floor = costs.costs[best], costs.floor
-    margin = _margin(given, low, floor)
-    if margin.telling < _FEWEST or margin.share < 0.9:
+    margin = _compare_costs(given_costs, low, floor)
+    if margin.telling < _MIN_WINDOWS or margin.share < 0.9:
         return False
-    if _without_the_worst(given, low, floor) < 4.0:
+    if _robust_ratio(given_costs, low, floor) < 4.0:
         return False
-    if low.mean() >= _GOOD**2 or low.mean() > costs.null.mean() / 0.8 + floor**2:
+    if low.mean() >= _MAX_EXPLAINED_RMS**2 or low.mean() > costs.null.mean() / 0.8 + floor**2:
         return False
     if unit_only:
-        senses = (_margin(c, low, floor).ratio for c in costs.costs[0])
-        return min(_margin(given, low, floor).ratio, *senses) >= 16.0
-    if costs.null.mean() >= _ALIKE * low.mean():
+        senses = (_compare_costs(c, low, floor).ratio for c in costs.costs[0])
+        return min(_compare_costs(given_costs, low, floor).ratio, *senses) >= 16.0
+    if costs.null.mean() >= _TIE_RATIO * low.mean():
         return margin.ratio >= 4.0
-    return margin.ratio >= 6.0 and _margin(given, costs.null, floor).ratio >= 6.0
+    return margin.ratio >= 6.0 and _compare_costs(given_costs, costs.null, floor).ratio >= 6.0
 
 
-def _without_the_worst(given: Floats, low: Floats, floor: float) -> float:
+def _robust_ratio(given_costs: Floats, low: Floats, floor: float) -> float:
     """Return the ratio of costs without the window that speaks most: one knock shows nothing."""
-    others = np.arange(len(given)) != int(given.argmax())
-    return _margin(given[others], low[others], floor).ratio
+    others = np.arange(len(given_costs)) != int(given_costs.argmax())
+    return _compare_costs(given_costs[others], low[others], floor).ratio
 
 
-def _agreeing(costs: Costs, tied: Booleans, explained: Booleans) -> Decision:
+def _decide_agreement(costs: Costs, tied: Booleans, explained: Booleans) -> Decision:
     """Return what is seen of axes that nothing contradicts."""
-    left = np.flatnonzero(tied[0])
-    told = len(left) == tied.sum() and any(shared_rows(left))
-    status: Status = "agrees" if tied.sum() == 1 else "partly seen" if told else "cannot tell"
-    where = _spread(costs.costs[0].max(axis=0) > _ALIKE * costs.costs[0, GIVEN], explained)
-    return Decision(status, 0, left, GIVEN, where, 1.0)
+    remaining = np.flatnonzero(tied[0])
+    is_seen = len(remaining) == tied.sum() and any(shared_rows(remaining))
+    status: Status = "agrees" if tied.sum() == 1 else "partly seen" if is_seen else "cannot tell"
+    where = _expand_windows(
+        costs.costs[0].max(axis=0) > _TIE_RATIO * costs.costs[0, IDENTITY], explained
+    )
+    return Decision(status, 0, remaining, IDENTITY, where, 1.0)
 
 
-def _silent(status: Status, costs: Costs, explained: Booleans | None = None) -> Decision:
+def _decide_nothing(status: Status, costs: Costs, explained: Booleans | None = None) -> Decision:
     n = costs.costs.shape[2] if explained is None else len(explained)
-    return Decision(status, 0, np.arange(48), GIVEN, np.zeros(n, dtype=bool), 1.0)
+    return Decision(status, 0, np.arange(48), IDENTITY, np.zeros(n, dtype=bool), 1.0)
 
 
-def _spread(where: Booleans, explained: Booleans) -> Booleans:
-    found = np.zeros(len(explained), dtype=bool)
-    found[explained] = where
-    return found
+def _expand_windows(where: Booleans, explained: Booleans) -> Booleans:
+    expanded = np.zeros(len(explained), dtype=bool)
+    expanded[explained] = where
+    return expanded
 
 
-def _fewest(costs: Costs, unit: int, left: Integers) -> int:
+def _simplest_sense(costs: Costs, unit: int, remaining: Integers) -> int:
     """Return the sense that the fewest mistakes make, of several the one that fits best."""
     means = costs.costs[unit].mean(axis=1)
-    return int(min(left, key=lambda sense: (changes(SENSES[sense]), means[sense])))
+    return int(min(remaining, key=lambda sense: (count_mistakes(SENSES[sense]), means[sense])))

@@ -7,27 +7,27 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.record.log import Log, LogError
 from zerorate.record.recording import Recording
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
-_G: Final = 9.80665
+_G_M_S2: Final = 9.80665
 _WINDOW_S: Final = 0.25
 _MIN_WINDOWS: Final = 20
-_MAX_MEDIAN: Final = 0.9 * _G
+_MAX_MEDIAN_M_S2: Final = 0.9 * _G_M_S2
 """Median force below which gravity may be absent. With it, even a body that spins shows 1 g."""
-_SMALL: Final = 0.05
+_SMALL_QUANTILE: Final = 0.05
 """Part of the windows, those of the smallest mean force: motion to and fro passes through zero."""
-_MAX_SMALL: Final = 0.25 * _G
+_MAX_SMALL_M_S2: Final = 0.25 * _G_M_S2
 _MAX_RATIO: Final = 0.25
 """Their force over that of the largest tenth. With gravity, in whatever scale, it is 0.35 on a
 runner's foot and 0.8 elsewhere."""
 _APPLE_UNIT: Final = "g"
 """Unit of gravity and of acceleration without it on Apple's devices, where both have the sign of
 gravity. Android has m/s^2, and the sign of specific force."""
-_AT_REST: Final = 0.06 * _G
+_MAX_REST_FORCE_M_S2: Final = 0.06 * _G_M_S2
 """Force of the largest tenth of a body that rests, without gravity."""
 
 
@@ -46,14 +46,16 @@ def lacks_gravity(accel: Log) -> bool:
     if accel.channels != 3 or accel.unit not in UNITS or UNITS[accel.unit].kind != "acceleration":
         return False
     force = convert(accel.data, accel.unit, "m/s^2")
-    means = _means(force, max(int(_WINDOW_S * accel.rate), 2))
-    if len(means) < _MIN_WINDOWS or np.nanmedian(np.linalg.norm(force, axis=1)) > _MAX_MEDIAN:
+    means = _window_means(force, max(int(_WINDOW_S * accel.rate), 2))
+    if len(means) < _MIN_WINDOWS or np.nanmedian(np.linalg.norm(force, axis=1)) > _MAX_MEDIAN_M_S2:
         return False
-    small, large = np.quantile(means, (_SMALL, 0.9))
-    return bool(small < _MAX_SMALL and (small < _MAX_RATIO * large or large < _AT_REST))
+    small, large = np.quantile(means, (_SMALL_QUANTILE, 0.9))
+    return bool(
+        small < _MAX_SMALL_M_S2 and (small < _MAX_RATIO * large or large < _MAX_REST_FORCE_M_S2)
+    )
 
 
-def _means(force: Floats, length: int) -> Floats:
+def _window_means(force: Floats, length: int) -> Floats:
     """Return the size of the mean force of each whole window, m/s^2."""
     count = len(force) // length
     windows = force[: count * length].reshape(count, length, 3)
@@ -62,7 +64,7 @@ def _means(force: Floats, length: int) -> Floats:
     return sizes
 
 
-def with_gravity(
+def restore_gravity(
     recording: Recording, accel: str, needed: bool
 ) -> tuple[Recording, tuple[str, ...], tuple[str, ...]]:
     """Make the specific force whole where gravity is absent from it.
@@ -93,20 +95,20 @@ def with_gravity(
     gravity = recording.get("gravity")
     named = ", ".join(log.names)
     if gravity is not None and gravity.data.shape == log.data.shape:
-        whole, done = _sum(log, gravity)
-        note = f"{named}: acceleration without gravity; {done}"
-        return replace(recording, logs={**recording, accel: whole}), (), (note,)
-    sentence = said(
+        force, action = _add_gravity(log, gravity)
+        note = f"{named}: acceleration without gravity; {action}"
+        return replace(recording, logs={**recording, accel: force}), (), (note,)
+    sentence = make_sentence(
         f"{named}: gravity is absent, as from a phone's linear acceleration; record the "
         "accelerometer itself, or name its columns by ",
-        given("columns", "", "columns={'accel': ...}"),
+        keyword_argument("columns", "", "columns={'accel': ...}"),
     )
     if needed:
         raise LogError(sentence)
     return recording, (sentence,), ()
 
 
-def _sum(accel: Log, gravity: Log) -> tuple[Log, str]:
+def _add_gravity(accel: Log, gravity: Log) -> tuple[Log, str]:
     """Return the specific force, up where the body rests, and what was done."""
     unit = gravity.unit if gravity.unit in UNITS else accel.unit
     data = accel.data + convert(gravity.data, unit, accel.unit)

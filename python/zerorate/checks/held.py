@@ -10,14 +10,14 @@ import numpy as np
 from zerorate.record.fixes import Fixes
 from zerorate.types import Booleans, Floats
 
-_MIN_RUN: Final = 2.0
+_MIN_ROWS_PER_FIX: Final = 2.0
 """Median number of rows with one fix from which on a table holds them. A receiver's own record has
 1: it repeats itself at rest, but not more often than not."""
-_EARLY: Final = 0.5
+_MAX_EARLY_SHARE: Final = 0.5
 """Part of the usual interval before which a repeated fix was sent twice."""
 
 
-def without_held(fixes: Fixes) -> tuple[Fixes, tuple[str, ...]]:
+def drop_held_fixes(fixes: Fixes) -> tuple[Fixes, tuple[str, ...]]:
     """Leave out fixes that repeat the one before.
 
     Loggers of phones and boards write the receiver's last fix again in every row. There a fix is
@@ -37,48 +37,52 @@ def without_held(fixes: Fixes) -> tuple[Fixes, tuple[str, ...]]:
     Examples
     --------
     >>> import numpy as np, zerorate as zr
-    >>> from zerorate.checks.held import without_held
+    >>> from zerorate.checks.held import drop_held_fixes
     >>> east = np.repeat(np.arange(5.0), 10)
     >>> place = np.column_stack((np.full(50, 45.0), 7.0 + 1e-4 * east, np.zeros(50)))
-    >>> fixes, notes = without_held(zr.Fixes(np.arange(50) / 10.0, place))
+    >>> fixes, notes = drop_held_fixes(zr.Fixes(np.arange(50) / 10.0, place))
     >>> len(fixes), notes
     (5, ('45 of 50 fixes repeat the one before and are left out: a new one comes every 1 s',))
     """
-    repeats = _repeats(fixes)
+    repeats = _find_repeats(fixes)
     if not repeats.any():
         return fixes, ()
-    held = repeats if _rows_a_fix(repeats) >= _MIN_RUN else repeats & _early(fixes.time, repeats)
+    held = (
+        repeats
+        if _rows_per_fix(repeats) >= _MIN_ROWS_PER_FIX
+        else repeats & _find_early(fixes.time, repeats)
+    )
     if not held.any():
         return fixes, ()
     new = fixes.chosen(~held)
-    usual = f": a new one comes every {_interval(new.time):.3g} s" if len(new) > 1 else ""
+    usual = f": a new one comes every {_median_interval(new.time):.3g} s" if len(new) > 1 else ""
     note = f"{held.sum()} of {len(fixes)} fixes repeat the one before and are left out{usual}"
     return replace(new, notes=(*new.notes, note)), (note,)
 
 
-def _repeats(fixes: Fixes) -> Booleans:
+def _find_repeats(fixes: Fixes) -> Booleans:
     """Return the mask of fixes that say what the one before says, shape (n,)."""
-    same = _equal_to_last(fixes.position)
+    same = _equals_previous(fixes.position)
     if fixes.velocity is not None:
-        same &= _equal_to_last(fixes.velocity)
+        same &= _equals_previous(fixes.velocity)
     return same
 
 
-def _equal_to_last(values: Floats) -> Booleans:
+def _equals_previous(values: Floats) -> Booleans:
     now, before = values[1:], values[:-1]
     equal = (now == before) | (np.isnan(now) & np.isnan(before))
     return np.concatenate(([False], equal.all(axis=1)))[: len(values)]
 
 
-def _rows_a_fix(repeats: Booleans) -> float:
+def _rows_per_fix(repeats: Booleans) -> float:
     """Return the median number of rows of a fix: the one that is new, and its repetitions."""
     return float(np.median(np.diff(np.flatnonzero(~repeats), append=len(repeats))))
 
 
-def _early(time: Floats, repeats: Booleans) -> Booleans:
-    usual = _interval(time[~repeats])
-    return np.diff(time, prepend=-np.inf) < _EARLY * usual
+def _find_early(time: Floats, repeats: Booleans) -> Booleans:
+    usual = _median_interval(time[~repeats])
+    return np.diff(time, prepend=-np.inf) < _MAX_EARLY_SHARE * usual
 
 
-def _interval(time: Floats) -> float:
+def _median_interval(time: Floats) -> float:
     return float(np.median(np.diff(time))) if len(time) > 1 else 0.0

@@ -33,13 +33,13 @@ GYRO_RANGE_DPS: Final = 4000.0
 """Largest range that a MEMS gyro is sold with, deg/s."""
 SPIKES: Final = ((math.radians(1000.0), 8.0), (math.radians(300.0), 50.0))
 """Rates, rad/s, from which a sample so many times larger than both its neighbours is garbage."""
-_MAX_SHARE: Final = 0.01
+_MAX_IMPOSSIBLE_SHARE: Final = 0.01
 """Part of the samples above which they are not garbage: then the unit is another one."""
 MIN_RATE_HZ: Final = 50.0
 """Sampling rate below which a real gesture fits between two samples."""
 
 
-def impossible_rates(
+def find_impossible_rates(
     rate_rad_s: Floats, limit: float | None = None, rate: float | None = None
 ) -> Booleans:
     """Return the mask of samples that no gyro measured, shape (n,).
@@ -56,15 +56,15 @@ def impossible_rates(
     Examples
     --------
     >>> import numpy as np
-    >>> from zerorate.checks.impossible import impossible_rates
+    >>> from zerorate.checks.impossible import find_impossible_rates
     >>> rates = np.zeros((5, 3))
     >>> rates[1, 2], rates[3] = np.radians(20_000.0), np.radians([0.0, 500.0, 10.0])
-    >>> impossible_rates(rates, rate=100.0)
+    >>> find_impossible_rates(rates, rate=100.0)
     array([False,  True, False,  True, False])
     """
     with np.errstate(invalid="ignore"):
         size = np.abs(rate_rad_s.reshape(len(rate_rad_s), -1)).max(axis=1)
-        beyond: Booleans = size > _limit(limit)
+        beyond: Booleans = size > _resolve_limit(limit)
         if rate is not None and rate < MIN_RATE_HZ:
             return beyond
         known = np.where(beyond, np.nan, size)
@@ -75,11 +75,11 @@ def impossible_rates(
     return beyond | spike
 
 
-def _limit(limit: float | None) -> float:
+def _resolve_limit(limit: float | None) -> float:
     return math.radians(GYRO_RANGE_DPS) if limit is None else limit
 
 
-def without_impossible(recording: Recording, gyro: str) -> tuple[Recording, tuple[str, ...]]:
+def mask_impossible_rates(recording: Recording, gyro: str) -> tuple[Recording, tuple[str, ...]]:
     """Mark the samples of a gyro missing that no gyro measured.
 
     Parameters
@@ -97,10 +97,10 @@ def without_impossible(recording: Recording, gyro: str) -> tuple[Recording, tupl
     log = recording.get(gyro)
     if log is None or log.unit not in UNITS or UNITS[log.unit].kind != "rate":
         return recording, ()
-    mask = impossible_rates(convert(log.data, log.unit, "rad/s"), rate=log.rate)
+    mask = find_impossible_rates(convert(log.data, log.unit, "rad/s"), rate=log.rate)
     count = int(mask.sum())
     # So many are no garbage, but another unit.
-    if not count or count > max(_MAX_SHARE * log.n, 1.0):
+    if not count or count > max(_MAX_IMPOSSIBLE_SHARE * log.n, 1.0):
         return recording, ()
     largest = math.degrees(float(np.nanmax(np.abs(convert(log.data[mask], log.unit, "rad/s")))))
     alarm = (
@@ -111,8 +111,8 @@ def without_impossible(recording: Recording, gyro: str) -> tuple[Recording, tupl
     return replace(recording, logs={**recording, gyro: replace(log, data=data)}), (alarm,)
 
 
-class ImpossibleRates:
-    """Tells of each sample as it comes what `impossible_rates` says of the batch.
+class ImpossibleRateDetector:
+    """Tells of each sample as it comes what `find_impossible_rates` says of the batch.
 
     A sample beyond the range is told at once. One that may be a spike is taken for one until the
     next has come, and `revised` says then if it was motion.
@@ -120,7 +120,7 @@ class ImpossibleRates:
     Parameters
     ----------
     limit, rate
-        As of `impossible_rates`.
+        As of `find_impossible_rates`.
     scale
         What the rates are times to be in rad/s.
 
@@ -133,8 +133,8 @@ class ImpossibleRates:
 
     Examples
     --------
-    >>> from zerorate.checks.impossible import ImpossibleRates
-    >>> check = ImpossibleRates(rate=100.0)
+    >>> from zerorate.checks.impossible import ImpossibleRateDetector
+    >>> check = ImpossibleRateDetector(rate=100.0)
     >>> [check.take((0.0, 0.0, z)) for z in (0.0, 400.0, 0.1, 20.0, 0.1)]
     [False, True, False, True, False]
     >>> [check.take((0.0, 0.0, z)) for z in (0.0, 20.0, 19.0)], check.revised
@@ -146,10 +146,10 @@ class ImpossibleRates:
     ) -> None:
         self.beyond_count = self.spike_count = 0
         self.revised = False
-        self._limit = _limit(limit)
+        self._limit = _resolve_limit(limit)
         self._spikes = rate is None or rate >= MIN_RATE_HZ
         self._scale = scale
-        self._usual = _LEAST / scale
+        self._usual = _MIN_SPIKE_RATE_RAD_S / scale
         self._last: list[float] = [math.nan] * 3
         self._suspect: float | None = None
 
@@ -169,9 +169,9 @@ class ImpossibleRates:
         ):
             self.revised, self._last = False, rates[:3]  # type: ignore[assignment]
             return False
-        return self._with_care(list(rates[:3]))
+        return self._classify(list(rates[:3]))
 
-    def _with_care(self, rates: list[float]) -> bool:
+    def _classify(self, rates: list[float]) -> bool:
         size = self._size(rates)
         self.revised = self._suspect is not None and not _is_spike(self._suspect, size)
         self.spike_count -= self.revised
@@ -209,8 +209,8 @@ class ImpossibleRates:
         vars(self).update(state)
 
 
-_LEAST: Final = min(least for least, _ in SPIKES)
+_MIN_SPIKE_RATE_RAD_S: Final = min(least for least, _ in SPIKES)
 
 
-def _is_spike(size: float, beside: float) -> bool:
-    return any(size > least and size > ratio * beside for least, ratio in SPIKES)
+def _is_spike(size: float, neighbour: float) -> bool:
+    return any(size > least and size > ratio * neighbour for least, ratio in SPIKES)

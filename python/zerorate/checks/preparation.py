@@ -13,16 +13,16 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 
 from zerorate.checks.check import check
 from zerorate.checks.clipped import ClippedAxis, restore_recording
-from zerorate.checks.constant import dead_axes, without_absent, without_frozen_field
-from zerorate.checks.gravity import with_gravity
-from zerorate.checks.held import without_held
-from zerorate.checks.impossible import without_impossible
+from zerorate.checks.constant import describe_dead_axes, drop_absent_sensors, mask_frozen_field
+from zerorate.checks.gravity import restore_gravity
+from zerorate.checks.held import drop_held_fixes
+from zerorate.checks.impossible import mask_impossible_rates
 from zerorate.checks.result import Checks, Finding
-from zerorate.checks.stillness import SteadyRate, steady_rate
-from zerorate.faults import Argument, given, said
+from zerorate.checks.stillness import SteadyRate, detect_steady_rate
+from zerorate.faults import Argument, keyword_argument, make_sentence
 from zerorate.record.fixes import Fixes
 from zerorate.record.recording import Recording
-from zerorate.record.samples import partner
+from zerorate.record.samples import partner_name
 
 Clipped: TypeAlias = Literal["auto", "restore", "leave"]
 """What is done with rates that a gyro clipped at its range."""
@@ -47,7 +47,7 @@ class Remark(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedRecording:
     """A recording that is ready for a task.
 
     Attributes
@@ -56,26 +56,26 @@ class Prepared:
         With everything mended that could be; its notes say what was done.
     remarks : tuple of Remark
         What each check says, in the order of the table.
-    fixed : Finding or None
+    gyro_fix : Finding or None
         Unit and axes of the gyro that were put right: what else is read of it needs the same.
     """
 
     recording: Recording
     remarks: tuple[Remark, ...] = ()
-    fixed: Finding | None = None
+    gyro_fix: Finding | None = None
 
     @property
     def alarms(self) -> tuple[str, ...]:
         """What contradicts the recording, a sentence each, with what to type against it."""
-        return self.alarms_without()
+        return self.alarms_except()
 
-    def alarms_without(self, *checks: str) -> tuple[str, ...]:
+    def alarms_except(self, *checks: str) -> tuple[str, ...]:
         """Return the alarms of all checks but some."""
         source = self.recording.source
         return tuple(
-            said(f"{source}: ", one.text)
-            for one in self.remarks
-            if one.alarm and one.check not in checks
+            make_sentence(f"{source}: ", remark.text)
+            for remark in self.remarks
+            if remark.alarm and remark.check not in checks
         )
 
 
@@ -113,25 +113,25 @@ class Choices:
     correct: Callable[[Recording], Recording] | None = None
     skip: tuple[str, ...] = ()
 
-    def accel_in(self, recording: Recording) -> str:
+    def accel_name(self, recording: Recording) -> str:
         """Return the name of the accelerometer."""
-        return self.accel or partner(recording, self.gyro, "accel")
+        return self.accel or partner_name(recording, self.gyro, "accel")
 
-    def mag_in(self, recording: Recording) -> str:
+    def mag_name(self, recording: Recording) -> str:
         """Return the name of the magnetometer."""
-        return partner(recording, self.gyro, "mag")
+        return partner_name(recording, self.gyro, "mag")
 
 
 class Step(NamedTuple):
     """What a step makes of a recording: the recording, alarms, and notes on what was done.
 
-    `fixed` is what was put right of the gyro.
+    `gyro_fix` is what was put right of the gyro.
     """
 
     recording: Recording
     alarms: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-    fixed: Finding | None = None
+    gyro_fix: Finding | None = None
 
 
 class Preparation(NamedTuple):
@@ -146,7 +146,7 @@ class Preparation(NamedTuple):
     default, option : str
         What is done, and the argument that changes it.
     step : callable or None
-        What takes it; None for a check of fixes, which `prepared_fixes` takes.
+        What takes it; None for a check of fixes, which `prepare_fixes` takes.
     used_by : str
         Which tasks take it.
     """
@@ -160,7 +160,7 @@ class Preparation(NamedTuple):
     used_by: str = "all tasks"
 
 
-def prepare(recording: Recording, choices: Choices | None = None) -> Prepared:
+def prepare(recording: Recording, choices: Choices | None = None) -> PreparedRecording:
     """Make a recording ready for a task.
 
     Parameters
@@ -190,53 +190,55 @@ def prepare(recording: Recording, choices: Choices | None = None) -> Prepared:
     >>> made.alarms
     ("hand.csv: the gyro's y axis has the sign other than the accelerometer's: put right, by fix",)
     """
-    asked = choices or Choices()
+    selected = choices or Choices()
     remarks: list[Remark] = []
-    made, fixed = recording, None
+    prepared, gyro_fix = recording, None
     for row in PREPARATIONS:
-        if row.step is not None and row.name not in asked.skip:
-            done = row.step(made, asked)
-            made, fixed = done.recording, fixed or done.fixed
-            remarks += [Remark(row.name, one, alarm=True) for one in done.alarms]
-            remarks += [Remark(row.name, one, alarm=False) for one in done.notes]
-    notes = [one.text for one in remarks if not one.alarm]
-    noted = tuple(dict.fromkeys((*made.notes, *notes)))
-    return Prepared(replace(made, notes=noted) if notes else made, tuple(remarks), fixed)
+        if row.step is not None and row.name not in selected.skip:
+            result = row.step(prepared, selected)
+            prepared, gyro_fix = result.recording, gyro_fix or result.gyro_fix
+            remarks += [Remark(row.name, entry, alarm=True) for entry in result.alarms]
+            remarks += [Remark(row.name, entry, alarm=False) for entry in result.notes]
+    notes = [entry.text for entry in remarks if not entry.alarm]
+    all_notes = tuple(dict.fromkeys((*prepared.notes, *notes)))
+    return PreparedRecording(
+        replace(prepared, notes=all_notes) if notes else prepared, tuple(remarks), gyro_fix
+    )
 
 
-def prepared_fixes(fixes: Fixes) -> Fixes:
+def prepare_fixes(fixes: Fixes) -> Fixes:
     """Return the fixes that are new, with a note on those that repeat the one before."""
-    return without_held(fixes)[0]
+    return drop_held_fixes(fixes)[0]
 
 
-def _absent(recording: Recording, choices: Choices) -> Step:
-    made, notes = without_absent(recording)
-    return Step(made, (), notes)
+def _drop_absent(recording: Recording, choices: Choices) -> Step:
+    reduced, notes = drop_absent_sensors(recording)
+    return Step(reduced, (), notes)
 
 
-def _dead(recording: Recording, choices: Choices) -> Step:
-    names = (choices.gyro, choices.accel_in(recording), choices.mag_in(recording))
-    return Step(recording, tuple(dead_axes(recording, names)))
+def _report_dead_axes(recording: Recording, choices: Choices) -> Step:
+    names = (choices.gyro, choices.accel_name(recording), choices.mag_name(recording))
+    return Step(recording, tuple(describe_dead_axes(recording, names)))
 
 
-def _gravity(recording: Recording, choices: Choices) -> Step:
-    return Step(*with_gravity(recording, choices.accel_in(recording), choices.gravity))
+def _restore_gravity(recording: Recording, choices: Choices) -> Step:
+    return Step(*restore_gravity(recording, choices.accel_name(recording), choices.gravity))
 
 
-def _correction(recording: Recording, choices: Choices) -> Step:
+def _apply_correction(recording: Recording, choices: Choices) -> Step:
     return Step(recording if choices.correct is None else choices.correct(recording))
 
 
-def _axes(recording: Recording, choices: Choices) -> Step:
-    found = checked_axes(recording, choices.gyro, choices.accel, scale=False)
-    steady = steady_of(recording, choices.gyro, choices.accel_in(recording))
-    alarms = tuple(_contradictions(found, choices, steady))
-    if not (choices.fix and found.gyro.exact) or steady is not None:
+def _fix_axes(recording: Recording, choices: Choices) -> Step:
+    checks = check_axes(recording, choices.gyro, choices.accel, scale=False)
+    steady = find_steady_rate(recording, choices.gyro, choices.accel_name(recording))
+    alarms = tuple(_contradictions(checks, choices, steady))
+    if not (choices.fix and checks.gyro.exact) or steady is not None:
         return Step(recording, alarms)
-    return Step(found.apply(recording), alarms, fixed=found.gyro)
+    return Step(checks.apply(recording), alarms, gyro_fix=checks.gyro)
 
 
-def checked_axes(
+def check_axes(
     recording: Recording, gyro: str, accel: str | None = None, *, scale: bool = True
 ) -> Checks:
     """Return what motion shows of units and axes, of `zerorate.check`."""
@@ -245,69 +247,74 @@ def checked_axes(
     return check(whole, gyro=gyro, accel=accel, scale=scale)
 
 
-def steady_of(recording: Recording, gyro: str, accel: str) -> SteadyRate | None:
+def find_steady_rate(recording: Recording, gyro: str, accel: str) -> SteadyRate | None:
     """Return a steady rate of a gyro without any motion, None without one.
 
     It takes the place of what is said of the gyro's unit and axes, which only motion shows.
     """
     rates, forces = recording.get(gyro), recording.get(accel)
-    return None if rates is None or forces is None else steady_rate(rates, forces)
+    return None if rates is None or forces is None else detect_steady_rate(rates, forces)
 
 
-def _contradictions(found: Checks, choices: Choices, steady: SteadyRate | None) -> Iterator[str]:
+def _contradictions(checks: Checks, choices: Choices, steady: SteadyRate | None) -> Iterator[str]:
     if steady is not None:
         if choices.bias_limit is None or steady.size > choices.bias_limit:
             yield steady.text
-    elif found.gyro.alarm:
-        yield said(found.gyro.text, *_advice(found.gyro, choices.fix))
-    if found.magnetometer.alarm:
-        yield found.magnetometer.text
-    if found.clock:
-        yield found.clock
+    elif checks.gyro.alarm:
+        yield make_sentence(checks.gyro.text, *_fix_advice(checks.gyro, choices.fix))
+    if checks.magnetometer.alarm:
+        yield checks.magnetometer.text
+    if checks.clock:
+        yield checks.clock
 
 
-def _advice(finding: Finding, fix: bool) -> tuple[str | Argument, ...]:
-    option = given("fix", "", "fix" if fix else "fix=True")
+def _fix_advice(finding: Finding, fix: bool) -> tuple[str | Argument, ...]:
+    option = keyword_argument("fix", "", "fix" if fix else "fix=True")
     if finding.exact:
         return (": put right, by ", option) if fix else (": ", option, " puts it right")
     return (": ", option, " changes nothing, for it is not known which is right") if fix else ()
 
 
-def _frozen(recording: Recording, choices: Choices) -> Step:
-    return Step(*without_frozen_field(recording, choices.gyro, choices.mag_in(recording)))
+def _mask_frozen(recording: Recording, choices: Choices) -> Step:
+    return Step(*mask_frozen_field(recording, choices.gyro, choices.mag_name(recording)))
 
 
-def _impossible(recording: Recording, choices: Choices) -> Step:
-    return Step(*without_impossible(recording, choices.gyro))
+def _mask_impossible(recording: Recording, choices: Choices) -> Step:
+    return Step(*mask_impossible_rates(recording, choices.gyro))
 
 
-def _clipped(recording: Recording, choices: Choices) -> Step:
+def _restore_clipped(recording: Recording, choices: Choices) -> Step:
     if choices.clipped == "leave":
         return Step(recording)
     if choices.clipped == "tell":
         _, sides = restore_recording(recording, gyro=choices.gyro)
-        certainly = (one for one in sides if one.certain)
-        return Step(recording, tuple(f"{_place(one)}: no rate is known there" for one in certainly))
+        certain_axes = (axis for axis in sides if axis.certain)
+        return Step(
+            recording,
+            tuple(f"{_describe_clipped(axis)}: no rate is known there" for axis in certain_axes),
+        )
     certain = choices.clipped == "auto"
-    made, sides = restore_recording(recording, gyro=choices.gyro, certain=certain)
-    done = made is not recording
-    return Step(made, tuple(_on_clipped(one, done, certain) for one in sides))
+    restored, sides = restore_recording(recording, gyro=choices.gyro, certain=certain)
+    is_restored = restored is not recording
+    return Step(restored, tuple(_clipped_remark(axis, is_restored, certain) for axis in sides))
 
 
-def _place(one: ClippedAxis, verb: str = "is") -> str:
-    limit = math.degrees(one.sign * one.limit)
-    share = f"{100.0 * one.share:.2g} % of the samples"
-    return f"gyro {one.axis} {verb} clipped at {limit:.0f} deg/s in {share}"
+def _describe_clipped(axis: ClippedAxis, verb: str = "is") -> str:
+    limit = math.degrees(axis.sign * axis.limit)
+    share = f"{100.0 * axis.share:.2g} % of the samples"
+    return f"gyro {axis.axis} {verb} clipped at {limit:.0f} deg/s in {share}"
 
 
-def _on_clipped(one: ClippedAxis, done: bool, certain: bool) -> str:
+def _clipped_remark(axis: ClippedAxis, done: bool, certain: bool) -> str:
     if not done:
-        option = given("clipped", "restore", "clipped='restore'")
-        return said(_place(one, "may be"), ": ", option, " restores it")
-    text = f"{_place(one)}, and restored from its flanks"
+        option = keyword_argument("clipped", "restore", "clipped='restore'")
+        return make_sentence(_describe_clipped(axis, "may be"), ": ", option, " restores it")
+    text = f"{_describe_clipped(axis)}, and restored from its flanks"
     if not certain:
         return text
-    return said(text, ": ", given("clipped", "leave", "clipped='leave'"), " leaves it")
+    return make_sentence(
+        text, ": ", keyword_argument("clipped", "leave", "clipped='leave'"), " leaves it"
+    )
 
 
 IMPOSSIBLE: Final = "impossible rates"
@@ -319,10 +326,10 @@ AXES: Final = "units and axes"
 CLIPPED: Final = "clipped rates"
 """Names of checks that a task may take itself, or says in its own way."""
 
-AS_MEASURED: Final = Choices(clipped="tell", skip=(GRAVITY,))
+AS_MEASURED_CHOICES: Final = Choices(clipped="tell", skip=(GRAVITY,))
 """Choices of the tasks on noise and bias: clipped rates as they were, no use for gravity."""
 
-FILTERED: Final = replace(AS_MEASURED, skip=(GRAVITY, IMPOSSIBLE))
+FILTER_CHOICES: Final = replace(AS_MEASURED_CHOICES, skip=(GRAVITY, IMPOSSIBLE))
 """Choices of the tasks by a drift filter, which judges every rate itself, as live."""
 
 PREPARATIONS: Final = (
@@ -332,7 +339,7 @@ PREPARATIONS: Final = (
         "100 samples: fewer may repeat by chance",
         "the sensor is left out, and a note says so",
         "",
-        _absent,
+        _drop_absent,
     ),
     Preparation(
         DEAD,
@@ -340,7 +347,7 @@ PREPARATIONS: Final = (
         "100 samples: fewer may repeat by chance",
         "an alarm",
         "columns",
-        _dead,
+        _report_dead_axes,
     ),
     Preparation(
         GRAVITY,
@@ -348,7 +355,7 @@ PREPARATIONS: Final = (
         "below 0.25 g and a quarter of the largest tenth: with gravity 0.35 on a runner's foot",
         "gravity columns are added, if there are any; else tasks that need gravity refuse",
         "columns",
-        _gravity,
+        _restore_gravity,
         "all tasks but replay, allan and identify, which have no use for gravity",
     ),
     Preparation(
@@ -357,7 +364,7 @@ PREPARATIONS: Final = (
         "",
         "taken off",
         "calibration",
-        _correction,
+        _apply_correction,
         "tasks that take a calibration",
     ),
     Preparation(
@@ -366,7 +373,7 @@ PREPARATIONS: Final = (
         "3 s and 5 deg: no other magnetometer repeats itself for so long",
         "the samples are missing, and an alarm says so",
         "columns",
-        _frozen,
+        _mask_frozen,
     ),
     Preparation(
         AXES,
@@ -374,7 +381,7 @@ PREPARATIONS: Final = (
         "`zerorate.check` has them",
         "an alarm; a steady rate without motion is reported as a bias",
         "fix",
-        _axes,
+        _fix_axes,
     ),
     Preparation(
         IMPOSSIBLE,
@@ -383,7 +390,7 @@ PREPARATIONS: Final = (
         "on, 50 times from 300 deg/s on: a gyro's low-pass filter spreads motion over two samples",
         "the samples are missing, and an alarm says how many",
         "columns",
-        _impossible,
+        _mask_impossible,
         "all tasks but replay, whose filter judges every rate itself, as live",
     ),
     Preparation(
@@ -393,7 +400,7 @@ PREPARATIONS: Final = (
         "restored where nothing else explains them; replay, allan, identify and compare take rates "
         "as measured, and an alarm says so",
         "clipped",
-        _clipped,
+        _restore_clipped,
         "all tasks but calibrate, which leaves out turns at the end of the range; correct; and "
         "report, which says where",
     ),

@@ -15,7 +15,7 @@ from zerorate.record.saved import as_json
 from zerorate.types import Floats
 from zerorate.views import Result
 
-_ALARMS: Final = ("mistake", "unit only")
+_ALARM_STATUSES: Final = ("mistake", "unit only")
 _FORMAT: Final = "zerorate checks"
 _VERSION: Final = 1
 
@@ -78,7 +78,7 @@ class Finding:
     @property
     def alarm(self) -> bool:
         """Whether the sensor is not what its log says, beyond doubt."""
-        return self.status in _ALARMS
+        return self.status in _ALARM_STATUSES
 
     @property
     def exact(self) -> bool:
@@ -90,15 +90,15 @@ class Finding:
         if not self.exact:
             return log
         data = log.data * self.factor
-        done = []
+        changes = []
         if self.unit != log.unit:
-            done.append(f"taken to be in {self.unit}")
+            changes.append(f"taken to be in {self.unit}")
         if self.factor != 1.0:
-            done.append(f"multiplied by {self.factor:.6g}")
+            changes.append(f"multiplied by {self.factor:.6g}")
         if self.matrix is not None and not np.array_equal(self.matrix, np.eye(3)):
             data = data @ self.matrix.T
-            done.append(f"({self.likely}) taken for (x,y,z)")
-        note = f"{', '.join(log.names)}: {', '.join(done)}, as the motion shows"
+            changes.append(f"({self.likely}) taken for (x,y,z)")
+        note = f"{', '.join(log.names)}: {', '.join(changes)}, as the motion shows"
         notes = (*log.meta.get("notes", ()), note)
         return replace(log, data=data, unit=self.unit, meta={**log.meta, "notes": notes})
 
@@ -148,8 +148,8 @@ class Checks(Result):
     @property
     def alarms(self) -> tuple[str, ...]:
         """What is mistaken beyond doubt, a sentence each."""
-        found = (one.text for one in (self.gyro, self.magnetometer) if one.alarm)
-        return (*found, *filter(None, (self.clock,)))
+        texts = (finding.text for finding in (self.gyro, self.magnetometer) if finding.alarm)
+        return (*texts, *filter(None, (self.clock,)))
 
     def apply(self, recording: Recording) -> Recording:
         """Return the recording with its mistaken unit and axes put right, where that is exact.
@@ -170,8 +170,8 @@ class Checks(Result):
             "source": self.source,
             "gyro": _as_dict(self.gyro),
             "magnetometer": _as_dict(self.magnetometer),
-            "scale": [_number(one) for one in self.scale],
-            "delay": _number(self.delay),
+            "scale": [_encode_coefficient(coefficient) for coefficient in self.scale],
+            "delay": _encode_coefficient(self.delay),
             "dip": self.dip,
             "notes": self.notes,
             "clock": self.clock,
@@ -180,9 +180,9 @@ class Checks(Result):
 
     def __repr__(self) -> str:
         """Return what is said of each sensor."""
-        return f"Checks({', '.join(self._said())})"
+        return f"Checks({', '.join(self._statuses())})"
 
-    def _said(self) -> Iterator[str]:
+    def _statuses(self) -> Iterator[str]:
         for name, finding in (("gyro", self.gyro), ("magnetometer", self.magnetometer)):
             yield f"{name} {finding.status}" if finding.sensor else f"no {name}"
 
@@ -191,6 +191,6 @@ def _as_dict(finding: Finding) -> dict[str, Any]:
     return {**vars(finding), "alarm": finding.alarm}
 
 
-def _number(value: Coefficient) -> dict[str, Any] | None:
+def _encode_coefficient(value: Coefficient) -> dict[str, Any] | None:
     known = {"value": value.value, "sigma": value.sigma}
     return known if value.identifiable else None

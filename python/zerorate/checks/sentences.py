@@ -6,43 +6,43 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.checks.senses import changes, typed
+from zerorate.checks.axis_permutations import count_mistakes, format_sense
 from zerorate.types import Floats, Integers
 
 _AXES: Final = np.array(["x", "y", "z"])
 
 
-def on_unit(sensor: str, named: str, unit: str, factor: float) -> str:
+def describe_unit(sensor: str, stated_unit: str, unit: str, factor: float) -> str:
     """Return a sentence on a unit that is not the one named."""
-    if unit != named:
-        return f"the {sensor}'s values are in {unit}, not in {named}"
-    return f"the {sensor}'s values are {1.0 / factor:.4g} times what they are in {named}"
+    if unit != stated_unit:
+        return f"the {sensor}'s values are in {unit}, not in {stated_unit}"
+    return f"the {sensor}'s values are {1.0 / factor:.4g} times what they are in {stated_unit}"
 
 
-def on_axes(sensor: str, other: str, sense: Floats) -> str:
+def describe_axes(sensor: str, other: str, sense: Floats) -> str:
     """Return a sentence on a signed permutation that puts a sensor's axes right."""
-    places = np.abs(sense).argmax(axis=1)
+    columns = np.abs(sense).argmax(axis=1)
     negative = np.flatnonzero(sense.sum(axis=1) < 0.0)
-    if (places == np.arange(3)).all():
-        return _on_signs(sensor, other, negative)
-    if changes(sense) == 1:
-        first, second = _AXES[np.flatnonzero(places != np.arange(3))]
+    if (columns == np.arange(3)).all():
+        return _describe_signs(sensor, other, negative)
+    if count_mistakes(sense) == 1:
+        first, second = _AXES[np.flatnonzero(columns != np.arange(3))]
         return f"the {sensor}'s {first} and {second} axes are exchanged, against the {other}'s"
-    return f"the {sensor}'s ({typed(sense)}) are the {other}'s (x,y,z)"
+    return f"the {sensor}'s ({format_sense(sense)}) are the {other}'s (x,y,z)"
 
 
-def _on_signs(sensor: str, other: str, negative: Integers) -> str:
+def _describe_signs(sensor: str, other: str, negative: Integers) -> str:
     if len(negative) == 3:
         return f"all axes of the {sensor} have the sign other than the {other}'s"
-    named = " and ".join(_AXES[negative])
+    axis_names = " and ".join(_AXES[negative])
     axes = "axis has" if len(negative) == 1 else "axes have"
-    return f"the {sensor}'s {named} {axes} the sign other than the {other}'s"
+    return f"the {sensor}'s {axis_names} {axes} the sign other than the {other}'s"
 
 
-def mistaken(accel: Floats) -> str:
+def describe_accel_axes(accel: Floats) -> str:
     """Return what the accelerometer's axes are if it is they that are mistaken."""
-    places = np.abs(accel).argmax(axis=1)
+    columns = np.abs(accel).argmax(axis=1)
     negative = np.flatnonzero(accel.sum(axis=1) < 0.0)
-    if (places == np.arange(3)).all() and len(negative) == 1:
+    if (columns == np.arange(3)).all() and len(negative) == 1:
         return f"or it is the accelerometer's {_AXES[negative[0]]} axis that has the wrong sign"
-    return f"or it is the accelerometer whose ({typed(accel)}) are (x,y,z)"
+    return f"or it is the accelerometer whose ({format_sense(accel)}) are (x,y,z)"

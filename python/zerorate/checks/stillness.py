@@ -7,15 +7,15 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.faults import Argument, given, said
+from zerorate.faults import Argument, keyword_argument, make_sentence
 from zerorate.record.log import Log
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
-_MIN_RATE: Final = math.radians(10.0)
+_MIN_RATE_RAD_S: Final = math.radians(10.0)
 """Rate from which on it is more than filters take for a bias."""
-_MAX_RATE_CHANGE: Final = math.radians(1.0)
-_MAX_FORCE_CHANGE: Final = 0.15
+_MAX_RATE_CHANGE_RAD_S: Final = math.radians(1.0)
+_MAX_FORCE_CHANGE_M_S2: Final = 0.15
 """Change of the mean force of a second, m/s^2, of a body that does not tilt by a degree."""
 _MIN_SECONDS: Final = 5
 
@@ -27,7 +27,7 @@ class SteadyRate(NamedTuple):
     text: str
 
 
-def steady_rate(gyro: Log, accel: Log) -> SteadyRate | None:
+def detect_steady_rate(gyro: Log, accel: Log) -> SteadyRate | None:
     """Return a rate beyond 10 deg/s that nothing but the gyro shows; None without one.
 
     Either it is a bias, or the body turns about the vertical, which no accelerometer shows. It says
@@ -38,16 +38,19 @@ def steady_rate(gyro: Log, accel: Log) -> SteadyRate | None:
     gyro, accel : Log
         Of three axes and of known units; else None.
     """
-    rates, forces = _seconds(gyro, "rate", "rad/s"), _seconds(accel, "acceleration", "m/s^2")
+    rates, forces = (
+        _second_means(gyro, "rate", "rad/s"),
+        _second_means(accel, "acceleration", "m/s^2"),
+    )
     if min(len(rates), len(forces)) < _MIN_SECONDS:
         return None
     rate = np.median(rates, axis=0)
     size = float(np.linalg.norm(rate))
-    if size < _MIN_RATE or _largest_change(rates) > _MAX_RATE_CHANGE:
+    if size < _MIN_RATE_RAD_S or _largest_change(rates) > _MAX_RATE_CHANGE_RAD_S:
         return None
-    if _largest_change(forces) > _MAX_FORCE_CHANGE:
+    if _largest_change(forces) > _MAX_FORCE_CHANGE_M_S2:
         return None
-    text = said(
+    text = make_sentence(
         f"{', '.join(gyro.names)}: {math.degrees(size):.1f} deg/s throughout, while the "
         f"accelerometer shows no motion: {_cause(rate, forces)}",
         *_remedy(size),
@@ -59,17 +62,17 @@ def _cause(rate: Floats, forces: Floats) -> str:
     up = np.median(forces, axis=0)
     up = up / max(float(np.linalg.norm(up)), 1e-9)
     level = float(np.linalg.norm(rate - up * (rate @ up)))
-    return "a bias" if level > _MAX_RATE_CHANGE else "a bias, or a rate table"
+    return "a bias" if level > _MAX_RATE_CHANGE_RAD_S else "a bias, or a rate table"
 
 
 def _remedy(size: float) -> tuple[str, Argument]:
     limit = math.ceil(math.degrees(size) * 1.2 / 5.0) * 5
-    return "; for a bias give ", given(
+    return "; for a bias give ", keyword_argument(
         "bias_limit", str(limit), f"bias_limit=math.radians({limit})"
     )
 
 
-def _seconds(log: Log, kind: str, unit: str) -> Floats:
+def _second_means(log: Log, kind: str, unit: str) -> Floats:
     """Return the means of whole seconds, shape (k, 3), in SI; none for an unknown unit."""
     if log.channels != 3 or log.unit not in UNITS or UNITS[log.unit].kind != kind:
         return np.empty((0, 3))

@@ -51,9 +51,9 @@ def run(arguments: Sequence[str]) -> int:
         line on stderr.
     """
     from zerorate.cli.app import invoke
-    from zerorate.tasks.interrupts import Ending
+    from zerorate.tasks.interrupts import TerminationHandler
 
-    with Ending() as ending:
+    with TerminationHandler() as ending:
         try:
             code = invoke(list(arguments) or ["--help"])
             _flush()

@@ -30,21 +30,21 @@ from zerorate.cli.outputs import (
 )
 from zerorate.cli.parameters import Argument, option
 from zerorate.cli.reading import Reading, ReadingOptions
-from zerorate.faults import told
+from zerorate.faults import render_text
 from zerorate.noise.kinds import TauGrid
-from zerorate.show.tables import bulleted
+from zerorate.show.tables import bullet_list
 from zerorate.tasks.characterise import (
     EXPORTS,
     Characterisations,
     Characterised,
     characterise,
-    chosen_exports,
-    exported,
+    describe_missing_numbers,
+    export_texts,
     files_with,
-    left_out_of,
+    parse_exports,
 )
 from zerorate.tasks.curve_files import CURVE_FORMATS
-from zerorate.tasks.interrupts import in_background
+from zerorate.tasks.interrupts import run_in_background
 from zerorate.tasks.saving import FIGURE_FORMATS
 
 _OVERLAY: Final = "allan-zerorate-overlay"
@@ -130,7 +130,7 @@ class _Exports:
 
     def names(self) -> list[str]:
         """Return which are wanted; ValueError for options that act on none of them."""
-        return chosen_exports(self.export or (), self.inflate, self.per_sample)
+        return parse_exports(self.export or (), self.inflate, self.per_sample)
 
 
 @dataclass(frozen=True)
@@ -192,11 +192,11 @@ def allan(
     for part in parts:
         with progress_bar() as progress:
             task = partial(characterise, part.record.source, progress=progress, **arguments)
-            result = in_background(task)
-            texts, why = exported(result, names, **typed)
+            result = run_in_background(task)
+            texts, why = export_texts(result, names, **typed)
             files = part.files.save(files_with(result, texts), progress)
         paths += files
-        refused += [f"{part.name}: {told(one)}" for one in why]
+        refused += [f"{part.name}: {render_text(one)}" for one in why]
         results[_unique(part.title(len(logs) > 1), results)] = result
         if len(logs) == 1:
             part.print_title()
@@ -216,7 +216,7 @@ def _unique(title: str, taken: Mapping[str, object]) -> str:
 
 def _left_out(result: Characterised, exports: Sequence[str]) -> str:
     """Return which numbers the exports lack: after the notes, or a paragraph of its own."""
-    left_out = left_out_of(result, exports)
+    left_out = describe_missing_numbers(result, exports)
     if not left_out:
         return ""
-    return bulleted(left_out) if result.notes else f"\n{bulleted(left_out)}"
+    return bullet_list(left_out) if result.notes else f"\n{bullet_list(left_out)}"

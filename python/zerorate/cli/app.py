@@ -10,8 +10,8 @@ from zerorate._native import __version__
 from zerorate.cli import help
 from zerorate.cli.errors import UsageFault, faults
 from zerorate.cli.parameters import Hint, Option, Taker, parse, unknown
-from zerorate.faults import naming
-from zerorate.texts import WIDTH, within
+from zerorate.faults import use_argument_names
+from zerorate.texts import WIDTH, use_line_width
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,7 @@ def taker_of(name: str) -> Taker:
 
 def invoke(arguments: list[str]) -> int:
     """Run a command and return its exit code; faults are raised."""
-    with within(columns()):
+    with use_line_width(columns()):
         name, *words = arguments
         if name not in COMMANDS:
             return _without_command(arguments)
@@ -189,7 +189,7 @@ def invoke(arguments: list[str]) -> int:
             return 0
         options = [*taker.options()]
         flags = {one.flag[2:].replace("-", "_"): one.flag for one in options if one.all_flags}
-        with naming({**flags, **command.renamed, **_ALWAYS_RENAMED}), faults():
+        with use_argument_names({**flags, **command.renamed, **_ALWAYS_RENAMED}), faults():
             taker.value(parse(options, words, _hint(name)))
         return 0
 

@@ -35,8 +35,8 @@ from zerorate.cli.outputs import (
 from zerorate.cli.parameters import AsTyped, Option, Typed
 from zerorate.cli.reading import OF_IMU, READING, Reading, ReadingOptions
 from zerorate.cli.values import parse_choices
-from zerorate.show.calibration_table import verdict
-from zerorate.tasks.calibrate import EXPORTS, moved_since
+from zerorate.show.calibration_table import describe_verdict
+from zerorate.tasks.calibrate import EXPORTS, compare_with_earlier
 from zerorate.tasks.calibrate import calibrate as calibrate_imu
 from zerorate.tasks.calibrate import correct as correct_log
 from zerorate.tasks.corrections import calibration_of
@@ -145,7 +145,7 @@ def calibrate(
         print_result(result, paths, _moved(result, old))
         if not result.valid:
             without = "" if force else _unwritten(export)
-            invalid.append(f"{part.name}: {verdict(result)}{without}")
+            invalid.append(f"{part.name}: {describe_verdict(result)}{without}")
     if invalid:
         raise DataFault("; ".join(invalid))
 
@@ -189,7 +189,9 @@ def _moved(calibration: Calibration, old: Calibration | None) -> str:
     """Return how far each parameter has moved since an earlier calibration, if there is one."""
     if old is None:
         return ""
-    return f"\nCompared with the earlier one, which is first\n{moved_since(calibration, old)}"
+    return (
+        f"\nCompared with the earlier one, which is first\n{compare_with_earlier(calibration, old)}"
+    )
 
 
 def _unwritten(exports: Sequence[str]) -> str:

@@ -8,7 +8,7 @@ from zerorate.cli.options import Force, Output
 from zerorate.cli.outputs import LogAndFigure, check_outputs, print_written, progress_bar
 from zerorate.cli.parameters import Option
 from zerorate.cli.simulate import Duration, Seed, SimulatedRate
-from zerorate.show.tables import prose
+from zerorate.show.tables import wrap_prose
 from zerorate.simulation.devices import device as find_device
 from zerorate.tasks.replay import Replay
 from zerorate.tasks.replay import replay as remove_bias
@@ -58,4 +58,4 @@ def _guide(result: Replay, outputs: Outputs) -> str:
         f"{outputs.log} is the filtered log: raw minus bias, with the bias beside it.",
         "Next: zerorate replay LOG does the same with a log of yours.",
     )
-    return "\n".join(map(prose, sentences))
+    return "\n".join(map(wrap_prose, sentences))

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from zerorate.faults import sentence_of, told
-from zerorate.texts import extra_needed
+from zerorate.faults import render_text, sentence_of
+from zerorate.texts import describe_missing_extra
 
 if TYPE_CHECKING:
     from zerorate.record import LogError
@@ -32,7 +32,7 @@ class UsageFault(Fault):
 
 def sentence(error: BaseException) -> str:
     """Return what an error says, with the options of the command that runs for its arguments."""
-    return told(sentence_of(error))
+    return render_text(sentence_of(error))
 
 
 @contextmanager
@@ -66,7 +66,7 @@ def _log_errors() -> "tuple[type[LogError], ...]":
 def print_alarms(alarms: Sequence[str]) -> None:
     """Print what contradicts a recording, and an empty line; nothing if nothing does."""
     if alarms:
-        print("\n".join(map(told, alarms)), end="\n\n")
+        print("\n".join(map(render_text, alarms)), end="\n\n")
 
 
 @contextmanager
@@ -87,7 +87,7 @@ def as_usage() -> Iterator[None]:
 def require(module: str, extra: str) -> None:
     """Raise a usage fault if an optional dependency is not installed."""
     if find_spec(module) is None:
-        raise UsageFault(extra_needed(module, extra))
+        raise UsageFault(describe_missing_extra(module, extra))
 
 
 def of_a_file(error: OSError) -> str:

@@ -9,8 +9,8 @@ from zerorate._native import DriftFilter
 from zerorate.cli.errors import as_usage
 from zerorate.cli.parameters import Option, Typed
 from zerorate.cli.values import parse_number_or_word, parse_order, parse_pair_or_word
-from zerorate.faults import naming
-from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, check_used, used_by
+from zerorate.faults import use_argument_names
+from zerorate.options import FILTER_OPTIONS, METHODS, REST_LIMITS, check_used, select_options
 from zerorate.options import Option as Row
 
 _NONE_WORDS: Final = {"adapt_for": "always", "rest_limit": "none", "bias_limit": "none"}
@@ -21,7 +21,7 @@ _TAKEN: Final = {"order": "two numbers p,q: p from 1 to 3, q from 0 to 3"}
 
 _SHOWN: Final = {
     "order": "2,1; robust: 1,0",
-    **{name: f"{limit:g} deg/s, where the unit is known" for name, limit in LIMITS.items()},
+    **{name: f"{limit:g} deg/s, where the unit is known" for name, limit in REST_LIMITS.items()},
 }
 """Defaults that depend on the method or the unit, as help shows them."""
 
@@ -49,11 +49,11 @@ def flag(name: str) -> str:
 
 def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> None:
     """Raise a usage fault for an option that no method uses, or a value that is refused."""
-    with naming({name: flag(name) for name in FILTER_OPTIONS}), as_usage():
+    with use_argument_names({name: flag(name) for name in FILTER_OPTIONS}), as_usage():
         check_used(options, methods)
         for method in methods:
             # Of the rate no refusal depends.
-            DriftFilter(1.0, **{**used_by(method, options), "method": method})
+            DriftFilter(1.0, **{**select_options(method, options), "method": method})
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from zerorate.cli.errors import faults
 from zerorate.cli.filter_options import own_flag
 from zerorate.cli.parameters import Argument
 from zerorate.cli.reading import READING
-from zerorate.faults import naming
-from zerorate.io.explaining import explain, known_formats
+from zerorate.faults import use_argument_names
+from zerorate.io.explaining import explain, list_formats
 from zerorate.io.fixes import RECEIVERS
 from zerorate.io.packets import PACKETS
 from zerorate.show.formats_table import format_explanation, format_formats
@@ -26,9 +26,9 @@ def formats(
     read of it.
     """
     if log is None:
-        fixes = known_formats(RECEIVERS.values())
-        print(format_formats(known_formats(), fixes, PACKETS.values()))
+        fixes = list_formats(RECEIVERS.values())
+        print(format_formats(list_formats(), fixes, PACKETS.values()))
         return
-    with naming(_OPTIONS), faults():
+    with use_argument_names(_OPTIONS), faults():
         result = explain(log)
     print(format_explanation(result))

@@ -14,19 +14,19 @@ from typing import Any, TypeVar
 from zerorate.cli.errors import UsageFault, as_usage, print_alarms, require
 from zerorate.cli.options import FigureFormat, FigurePanels, Force, LogFormat, NoFigure, Output
 from zerorate.cli.reading import Reading, Record, records
-from zerorate.progress import Progress, silent
-from zerorate.tasks.interrupts import in_background
+from zerorate.progress import Progress, report_nothing
+from zerorate.tasks.interrupts import run_in_background
 from zerorate.tasks.saving import (
     FIGURE_FORMATS,
     LOG_FORMATS,
     Destination,
     Outputs,
+    atomic_paths,
     check_paths,
     figure_writer,
     files_of,
-    together,
 )
-from zerorate.tasks.source import own_names
+from zerorate.tasks.source import unique_stems
 
 T = TypeVar("T")
 
@@ -89,7 +89,7 @@ def run_and_save(
         The files that were written.
     """
     with progress_bar() as progress:
-        result = in_background(partial(task, progress=progress))
+        result = run_in_background(partial(task, progress=progress))
         return result, outputs.save(files_of(result, **choices), progress, done)
 
 
@@ -164,16 +164,16 @@ def places_of_logs(
 
     Their names end so in a folder, and have these suffixes, without dots.
     """
-    names = own_names([str(log) for log in logs])
+    names = unique_stems([str(log) for log in logs])
     places = [Destination.of(output, name + ending, suffixes) for name in names]
-    if len(places) > 1 and places[0].named:
+    if len(places) > 1 and places[0].named_suffix:
         raise UsageFault(f"-o takes a folder where there are several logs, got '{output}'")
     return list(zip(logs, places, strict=True))
 
 
 def draw_overlay(results: Any, paths: Sequence[Path], force: bool) -> None:  # noqa: ANN401
     """Draw the results of several logs over each other."""
-    with together(paths, force) as temporary:
+    with atomic_paths(paths, force) as temporary:
         for path in temporary:
             figure_writer(results.plot)(path)
 
@@ -203,7 +203,7 @@ def _has_terminal() -> bool:
 def progress_bar() -> Iterator[Progress]:
     """Yield a function of the step's name and the fraction of it that is done."""
     if not _has_terminal():
-        yield silent
+        yield report_nothing
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn

@@ -9,7 +9,7 @@ import warnings
 from contextlib import suppress
 from typing import Final, TextIO
 
-from zerorate.texts import printable
+from zerorate.texts import make_printable
 
 BROKEN_PIPE: Final = 128 + 13
 """Exit code of a program that SIGPIPE ended, as a shell shows it."""
@@ -130,4 +130,4 @@ def _substituted(error: UnicodeError) -> tuple[str | bytes, int]:
 
 
 def _escaped(letter: str) -> str:
-    return printable(letter).encode("ascii", "backslashreplace").decode("ascii")
+    return make_printable(letter).encode("ascii", "backslashreplace").decode("ascii")

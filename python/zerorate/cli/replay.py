@@ -25,7 +25,7 @@ from zerorate.cli.parameters import Argument, Option, option
 from zerorate.cli.process import keep_freed
 from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.values import parse_words
-from zerorate.options import METHODS, used_by
+from zerorate.options import METHODS, select_options
 from zerorate.tasks.array import replay_array
 from zerorate.tasks.replay import Replays, Summary, replay_to_file
 from zerorate.tasks.replay import replay as remove_bias
@@ -158,7 +158,7 @@ def _replay_arrays(parts: Sequence[Part], arguments: Mapping[str, Any]) -> None:
 
 def _print_unused(method: str, options: Mapping[str, Any]) -> None:
     """Print which options the method itself does not use, if there are any."""
-    used = used_by(method, options)
+    used = select_options(method, options)
     others = [flag(name) for name in options if name not in used and name != "method"]
     if others:
         verb = "has" if len(others) == 1 else "have"

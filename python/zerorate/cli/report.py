@@ -11,7 +11,7 @@ from zerorate.cli.parameters import Argument, Option
 from zerorate.cli.reading import Reading, ReadingOptions
 from zerorate.tasks.report import report as report_on
 from zerorate.tasks.saving import Destination
-from zerorate.tasks.source import own_names
+from zerorate.tasks.source import unique_stems
 
 _ENDING = "-zerorate-report"
 
@@ -43,7 +43,7 @@ def report(
     if after is not None and (gnss is not None or reading.group_by is not None):
         given = "--gnss" if gnss is not None else "--group-by"
         raise UsageFault(f"{given} goes with one log, got two")
-    name = log.stem if after is None else "-".join(own_names([str(log), str(after)]))
+    name = log.stem if after is None else "-".join(unique_stems([str(log), str(after)]))
     place = Destination.of(output, name + _ENDING, ("html", "json"))
     files = partial(Destination.files, first=".html", others=[".json"], figures=(), force=force)
     for part in parts_of([(log, place)], reading, files, after, gnss):

@@ -10,7 +10,7 @@ from zerorate.cli.parameters import Argument, Option
 from zerorate.io import write_log
 from zerorate.show.devices_table import format_devices
 from zerorate.simulation.devices import device as find_device
-from zerorate.tasks.saving import together
+from zerorate.tasks.saving import atomic_paths
 from zerorate.tasks.simulate import (
     DURATION_S,
     GYRO_FORMATS,
@@ -90,7 +90,7 @@ def simulate(
             progress("simulating", 0.0)
             session = simulated_session(device, poses, rate, seed, temperature)
             progress("writing", 0.5)
-            with together(paths, force) as temporary:
+            with atomic_paths(paths, force) as temporary:
                 write_session(session, *temporary)
     else:
         _check_unused("needs --poses", temperature=temperature)
@@ -105,7 +105,7 @@ def simulate(
             progress("simulating", 0.0)
             logs = simulated_gyro(gyro, rate, duration, seed, axes)
             progress("writing", 0.5)
-            with together(paths, force) as temporary:
+            with atomic_paths(paths, force) as temporary:
                 for log, path in zip(logs, temporary, strict=True):
                     write_log(log, path)
     print("\n".join(f"wrote {path}" for path in paths))

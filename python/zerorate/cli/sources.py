@@ -11,9 +11,9 @@ from typing import Any, BinaryIO, TextIO
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
 from zerorate.cli.parameters import option
 from zerorate.cli.process import notify
-from zerorate.io.packets import PACKETS, PacketForm
+from zerorate.io.packets import PACKETS, PacketProtocol
 from zerorate.tasks.interrupts import Interrupts
-from zerorate.tasks.live.serving import Line, datagrams, lines_of, loopback, packets_of
+from zerorate.tasks.live.serving import Line, bind_loopback, datagrams, lines_of, packets_of
 from zerorate.tasks.live.sources import SOURCES, AddressError, live_source
 
 
@@ -36,7 +36,7 @@ class Origin:
         metavar="FORM",
     )
 
-    def packets(self) -> PacketForm | None:
+    def packets(self) -> PacketProtocol | None:
         """Return the form of packets that was asked for."""
         if self.form is None:
             return None
@@ -68,7 +68,7 @@ class Origin:
         form = self.packets()
         if self.udp is not None:
             with as_usage():
-                port = loopback(self.udp)
+                port = bind_loopback(self.udp)
             with port:
                 notify("listening on {}:{}".format(*port.getsockname()[:2]))
                 yield datagrams(port, interrupts)
@@ -81,7 +81,7 @@ class Origin:
 
     @contextmanager
     def _bytes(
-        self, source: Path | None, form: PacketForm | None, interrupts: Interrupts
+        self, source: Path | None, form: PacketProtocol | None, interrupts: Interrupts
     ) -> Iterator[BinaryIO]:
         if self.address is not None:
             try:

@@ -17,22 +17,22 @@ from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.sources import Origin
 from zerorate.cli.values import parse_choices, parse_column, parse_columns
 from zerorate.cli.watching import Watched
-from zerorate.faults import naming, told
+from zerorate.faults import render_text, use_argument_names
 from zerorate.geometry.frames import Frame
 from zerorate.options import FILTER_OPTIONS
 from zerorate.record import check_writable
-from zerorate.tasks.interrupts import Interrupted, Interrupts
+from zerorate.tasks.interrupts import Interrupts, SignalInterrupt
 from zerorate.tasks.live import (
+    AttitudeColumn,
     AttitudeSettings,
-    Beside,
     CheckpointError,
+    DriftColumn,
     LineError,
     LineStream,
     Settings,
     SettingsError,
-    WithAttitude,
 )
-from zerorate.tasks.live.sequence import MOST_BITS
+from zerorate.tasks.live.sequence import MAX_BITS
 from zerorate.tasks.live.serving import Saver, Server
 from zerorate.tasks.saving import make_folders
 
@@ -74,7 +74,7 @@ class _Numbers:
         None,
         "Width of the counter that --sequence shows; learned where it is not given.",
         min=1,
-        max=MOST_BITS,
+        max=MAX_BITS,
     )
     fields: int | None = option(None, "Numbers in a line, if the first may not be whole.", min=1)
 
@@ -190,7 +190,7 @@ def stream(
     beside: Annotated[
         str | None,
         Option(
-            f"More columns: {','.join(Beside)}; with --attitude: {','.join(WithAttitude)}.",
+            f"More columns: {','.join(DriftColumn)}; with --attitude: {','.join(AttitudeColumn)}.",
             "--with",
         ),
     ] = None,
@@ -229,7 +229,7 @@ def stream(
     lines = saves.resumed(settings, numbers.fields)
     patient = numbers.fields is not None
     with watched.watcher() as watcher:
-        server = Server(lines, saver, lambda text: notify(told(text)), patient, watcher)
+        server = Server(lines, saver, lambda text: notify(render_text(text)), patient, watcher)
         try:
             _run(server, source, origin, watched.hides_answers)
         finally:
@@ -249,12 +249,12 @@ def _settings(
     reading: Reading, beside: str | None, attitude: bool, arguments: Mapping[str, Any]
 ) -> Settings | AttitudeSettings:
     kind = AttitudeSettings if attitude else Settings
-    known = WithAttitude if attitude else Beside
+    known = AttitudeColumn if attitude else DriftColumn
     words = [] if beside is None else parse_choices("--with", beside, [*map(str, known)])
     rate, unit, scale, columns = (
         reading.arguments[name] for name in ("rate", "unit", "scale", "columns")
     )
-    more = tuple(words) if attitude else tuple(map(Beside, words))
+    more = tuple(words) if attitude else tuple(map(DriftColumn, words))
     with as_usage():
         return kind.of_reading(rate, unit, scale, beside=more, columns=columns, **arguments)
 
@@ -291,7 +291,7 @@ def _read(
     except OSError as error:
         raise DataFault(of_a_file(error)) from None
     except SettingsError as error:
-        with naming({name: flag(name) for name in FILTER_OPTIONS}):
+        with use_argument_names({name: flag(name) for name in FILTER_OPTIONS}):
             raise UsageFault(f"{path}: {sentence(error)}") from None
     except CheckpointError as error:
         raise DataFault(f"{path}: {error}") from None
@@ -302,13 +302,13 @@ def _run(server: Server, source: Path | None, origin: Origin, hidden: bool) -> N
     interrupts = Interrupts()
     try:
         with (
-            interrupts.caught(),
+            interrupts.catch_signals(),
             _saved(server),
             origin.opened(source, interrupts, hidden) as taken,
             _faults(),
         ):
             server.serve(taken)
-    except Interrupted as interrupted:
+    except SignalInterrupt as interrupted:
         if interrupted.args[0] == signal.SIGINT:
             raise KeyboardInterrupt from None
         raise SystemExit(_SIGNAL_CODE + interrupted.args[0]) from None
@@ -321,7 +321,7 @@ def _saved(server: Server) -> Iterator[None]:
     finally:
         if server.saver is not None:
             try:
-                server.saver.finish(None if server.owing else server.stream)
+                server.saver.finish(None if server.answer_pending else server.stream)
             except OSError as error:
                 raise DataFault(f"the checkpoint cannot be written: {error}") from None
 

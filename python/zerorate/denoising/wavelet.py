@@ -126,5 +126,5 @@ def denoise(
     )
     if signal.ndim == 2:
         return Denoised(signal, levels, sigmas, thresholds, wavelet, mode, approximation)
-    one = int(levels[0]), float(sigmas[0]), float(thresholds[0])
-    return Denoised(signal, *one, wavelet, mode, approximation)
+    values = int(levels[0]), float(sigmas[0]), float(thresholds[0])
+    return Denoised(signal, *values, wavelet, mode, approximation)

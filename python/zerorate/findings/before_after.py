@@ -10,9 +10,9 @@ from functools import cached_property
 from typing import Final, Literal
 
 from zerorate.findings.contents import SECTION as CONTENTS
-from zerorate.findings.enter import SECTION as ENTER
+from zerorate.findings.external_settings import SECTION as ENTER
 from zerorate.findings.finding import RANKS, Finding
-from zerorate.findings.record import SECTION as RECORD
+from zerorate.findings.next_recording import SECTION as RECORD
 from zerorate.findings.report import SECTIONS, Report
 from zerorate.record.saved import as_json
 from zerorate.views import Result
@@ -24,9 +24,9 @@ VERDICTS: Final[tuple[Verdict, ...]] = (
 """In the order in which a person reads them."""
 _FORMAT: Final = "zerorate report comparison"
 _VERSION: Final = 1
-_SURE: Final = 3.0
+_SIGNIFICANCE_SIGMAS: Final = 3.0
 """Standard errors beyond which two numbers differ."""
-_APART: Final = (CONTENTS, ENTER, RECORD)
+_EXCLUDED_SECTIONS: Final = (CONTENTS, ENTER, RECORD)
 """Sections whose findings are of no state of the sensors."""
 
 
@@ -44,7 +44,7 @@ class Change:
     >>> import zerorate as zr
     >>> logs = [zr.simulate_motion("hand", duration=30.0, seed=k).recording() for k in (1, 2)]
     >>> change = zr.findings.before_after(*map(zr.report, logs)).changes[0]
-    >>> change.one.kind, change.verdict
+    >>> change.finding.kind, change.verdict
     ('gyro bias', 'differs')
     """
 
@@ -52,11 +52,11 @@ class Change:
     after: Finding | None
 
     @property
-    def one(self) -> Finding:
+    def finding(self) -> Finding:
         """The later of those that there are."""
-        found = self.after or self.before
-        assert found is not None
-        return found
+        finding = self.after or self.before
+        assert finding is not None
+        return finding
 
     @property
     def difference(self) -> tuple[float, float] | None:
@@ -75,13 +75,17 @@ class Change:
         """What became of it: by its severity first, then by its number beyond three sigma."""
         before, after = self.before, self.after
         if before is None:
-            return "only after" if self.one.severity == "good" else "new"
+            return "only after" if self.finding.severity == "good" else "new"
         if after is None:
-            return "only before" if self.one.severity == "good" else "gone"
+            return "only before" if self.finding.severity == "good" else "gone"
         if before.severity != after.severity:
             return "worse" if RANKS[after.severity] < RANKS[before.severity] else "better"
-        found = self.difference
-        return "differs" if found and abs(found[0]) > _SURE * found[1] else "alike"
+        difference = self.difference
+        return (
+            "differs"
+            if difference and abs(difference[0]) > _SIGNIFICANCE_SIGMAS * difference[1]
+            else "alike"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,20 +127,20 @@ class BeforeAfter(Result):
     @cached_property
     def changes(self) -> tuple[Change, ...]:
         """What is in either, what is new or worse first."""
-        found = sorted(_changes(self.before, self.after), key=_order)
-        return tuple(found)
+        ordered = sorted(_pair_findings(self.before, self.after), key=_sort_key)
+        return tuple(ordered)
 
     @property
     def summary(self) -> str:
         """One line: how many findings became what."""
-        counts = Counter(one.verdict for one in self.changes)
-        several = {"differs": "differ"}
-        told = [
-            f"{n} {several.get(name, name) if n > 1 else name}"
+        counts = Counter(change.verdict for change in self.changes)
+        plural_verdicts = {"differs": "differ"}
+        counts_text = [
+            f"{n} {plural_verdicts.get(name, name) if n > 1 else name}"
             for name in VERDICTS
             if (n := counts[name])
         ]
-        return f"{', '.join(told)}." if told else "Nothing to compare."
+        return f"{', '.join(counts_text)}." if counts_text else "Nothing to compare."
 
     def to_json(self) -> str:
         """Return all changes as JSON, null where a log has no such finding."""
@@ -147,7 +151,7 @@ class BeforeAfter(Result):
             "after": self.after.source,
             "summary": self.summary,
             "notes": list(self.notes),
-            "changes": [{"verdict": one.verdict, **asdict(one)} for one in self.changes],
+            "changes": [{"verdict": change.verdict, **asdict(change)} for change in self.changes],
         }
         return as_json(content, indent=1)
 
@@ -177,14 +181,14 @@ def before_after(before: Report, after: Report) -> BeforeAfter:
     >>> [one.verdict for one in found.changes if one.one.kind == "rests"]
     ['alike']
     """
-    for one in (before, after):
-        if not isinstance(one, Report):
-            raise TypeError(f"expected a Report, as zerorate.report returns it, got {type(one)}")
+    for report in (before, after):
+        if not isinstance(report, Report):
+            raise TypeError(f"expected a Report, as zerorate.report returns it, got {type(report)}")
     return BeforeAfter(before, after)
 
 
-def _changes(before: Report, after: Report) -> Iterator[Change]:
-    mine, its = _keyed(before), _keyed(after)
+def _pair_findings(before: Report, after: Report) -> Iterator[Change]:
+    mine, its = _index_findings(before), _index_findings(after)
     for key in dict.fromkeys((*mine, *its)):
         yield Change(mine.get(key), its.get(key))
 
@@ -192,19 +196,19 @@ def _changes(before: Report, after: Report) -> Iterator[Change]:
 _Key = tuple[str, str, str, int]
 
 
-def _keyed(report: Report) -> dict[_Key, Finding]:
+def _index_findings(report: Report) -> dict[_Key, Finding]:
     """Return findings by section, kind and sensor, and their number among those alike."""
-    found: dict[_Key, Finding] = {}
-    seen: Counter[tuple[str, str, str]] = Counter()
-    for one in report.findings:
-        if one.section not in _APART:
-            key = (one.section, one.kind, one.figure)
-            found[(*key, seen[key])] = one
-            seen[key] += 1
-    return found
+    index: dict[_Key, Finding] = {}
+    occurrences: Counter[tuple[str, str, str]] = Counter()
+    for finding in report.findings:
+        if finding.section not in _EXCLUDED_SECTIONS:
+            key = (finding.section, finding.kind, finding.figure)
+            index[(*key, occurrences[key])] = finding
+            occurrences[key] += 1
+    return index
 
 
-def _order(change: Change) -> tuple[int, int, int]:
-    one = change.one
+def _sort_key(change: Change) -> tuple[int, int, int]:
+    finding = change.finding
     sections = list(SECTIONS)
-    return VERDICTS.index(change.verdict), RANKS[one.severity], sections.index(one.section)
+    return VERDICTS.index(change.verdict), RANKS[finding.severity], sections.index(finding.section)

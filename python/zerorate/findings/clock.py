@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.findings.finding import Finding, Spans, counted
+from zerorate.findings.finding import Finding, Spans, count_noun
 from zerorate.findings.imus import Imu, Sensor
 from zerorate.findings.limits import LIMITS, Severity
 from zerorate.record.clock import ClockReport
@@ -16,57 +16,58 @@ from zerorate.record.runs import runs
 from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The clock"
-_PLACES: Final = 40
+_TRIALS_PER_GAP: Final = 40
 """Places near a gap that tell what one of its length costs."""
-_NEAR: Final = 4
+_TRIAL_RANGE_GAPS: Final = 4
 """Lengths of a gap within which such places lie."""
-_GAPS: Final = 500
+_MAX_GAPS: Final = 500
 """Gaps that are looked at, about, of very many."""
-_FEWEST: Final = 3
-_SLOW: Final = 50.0
+_MIN_LATE_STAMPS: Final = 3
+_SLOW_RATE_HZ: Final = 50.0
 
 
-def clock(found: Sequence[Imu]) -> Iterator[Finding]:
+def clock_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
     """Yield what is seen of each clock that differs from those before."""
-    seen: set[tuple[object, int]] = set()
-    for imu in found:
-        for one in imu.sensors:
-            report = one.log.meta.get("clock")
-            if (report, one.log.n) in seen:
+    reported: set[tuple[object, int]] = set()
+    for imu in imus:
+        for sensor in imu.sensors:
+            report = sensor.log.meta.get("clock")
+            if (report, sensor.log.n) in reported:
                 continue
-            seen.add((report, one.log.n))
-            yield from _rate(one, report)
-            yield from _missing(one)
+            reported.add((report, sensor.log.n))
+            yield from _check_rate(sensor, report)
+            yield from _check_missing(sensor)
 
 
-def _rate(one: Sensor, report: object) -> Iterator[Finding]:
+def _check_rate(sensor: Sensor, report: object) -> Iterator[Finding]:
     if not isinstance(report, ClockReport) or not report.stamped:
-        text = f"{one.name}: no stamps; its rate is taken as {one.log.rate:.6g} Hz."
-        yield Finding(SECTION, "no stamps", "good", text, one.log.rate, "Hz")
+        text = f"{sensor.name}: no stamps; its rate is taken as {sensor.log.rate:.6g} Hz."
+        yield Finding(SECTION, "no stamps", "good", text, sensor.log.rate, "Hz")
         return
-    text = f"{one.name}: {report.summary()}."
-    yield Finding(SECTION, "rate", "good", text, report.rate, "Hz", figure=one.figure)
+    text = f"{sensor.name}: {report.summary()}."
+    yield Finding(SECTION, "rate", "good", text, report.rate, "Hz", figure=sensor.figure)
     jitter = 100.0 * report.step_rms * report.rate
-    if (how := LIMITS["jitter"].severity(jitter)) != "good":
-        text = f"{one.name}: steps between stamps scatter by {jitter:.3g} % of a period."
-        yield _of(one, "jitter", how, text, jitter)
-    late = 100.0 * report.late_count / one.log.n
-    if report.late_count >= _FEWEST and LIMITS["late stamps"].severity(late) != "good":
+    if (severity := LIMITS["jitter"].severity(jitter)) != "good":
+        text = f"{sensor.name}: steps between stamps scatter by {jitter:.3g} % of a period."
+        yield _make_finding(sensor, "jitter", severity, text, jitter)
+    late = 100.0 * report.late_count / sensor.log.n
+    if report.late_count >= _MIN_LATE_STAMPS and LIMITS["late stamps"].severity(late) != "good":
         text = (
-            f"{one.name}: {report.late_count} stamps ({late:.2g} %) come more than half a period "
+            f"{sensor.name}: {report.late_count} stamps ({late:.2g} %) come more than half "
+            "a period "
             "late, with no sample lost."
         )
-        yield _of(one, "late stamps", "look", text, late)
+        yield _make_finding(sensor, "late stamps", "look", text, late)
     if report.repeated_count:
-        text = f"{one.name}: {report.repeated_count} stamps repeat the one before."
-        yield _of(one, "repeated stamps", "look", text, report.repeated_count)
+        text = f"{sensor.name}: {report.repeated_count} stamps repeat the one before."
+        yield _make_finding(sensor, "repeated stamps", "look", text, report.repeated_count)
 
 
-def _of(
-    one: Sensor, kind: str, how: Severity, text: str, value: float, spans: Spans = ()
+def _make_finding(
+    sensor: Sensor, kind: str, severity: Severity, text: str, value: float, spans: Spans = ()
 ) -> Finding:
     return Finding(
-        SECTION, kind, how, text, float(value), LIMITS[kind].unit, None, spans, one.figure,
+        SECTION, kind, severity, text, float(value), LIMITS[kind].unit, None, spans, sensor.figure,
         _ADVICE.get(kind, "Stamp samples where they are taken, not where they arrive."),
     )  # fmt: skip
 
@@ -77,69 +78,73 @@ _ADVICE: Final = {
 }
 
 
-def _missing(one: Sensor) -> Iterator[Finding]:
-    lost = np.asarray(np.isnan(one.log.data).all(axis=1))
+def _check_missing(sensor: Sensor) -> Iterator[Finding]:
+    lost = np.asarray(np.isnan(sensor.log.data).all(axis=1))
     if not lost.any():
         return
     firsts, stops = runs(lost).T
     lengths = stops - firsts
-    longest = max(1.0, 20.0 / one.log.rate)
-    long = lengths / one.log.rate > longest
-    yield from _breaks(one, firsts[long], lengths[long])
-    yield from _gaps(one, firsts[~long], lengths[~long], lost)
+    longest = max(1.0, 20.0 / sensor.log.rate)
+    long = lengths / sensor.log.rate > longest
+    yield from _check_breaks(sensor, firsts[long], lengths[long])
+    yield from _check_gaps(sensor, firsts[~long], lengths[~long], lost)
 
 
-def _breaks(one: Sensor, firsts: Integers, lengths: Integers) -> Iterator[Finding]:
+def _check_breaks(sensor: Sensor, firsts: Integers, lengths: Integers) -> Iterator[Finding]:
     if not firsts.size:
         return
-    most = float(lengths.max()) / one.log.rate
+    longest = float(lengths.max()) / sensor.log.rate
     spans = tuple(
-        s for a, n in zip(firsts, lengths, strict=True) for s in one.spans(np.arange(a, a + n))
+        s for a, n in zip(firsts, lengths, strict=True) for s in sensor.spans(np.arange(a, a + n))
     )
-    text = f"{one.name}: the log has {counted(firsts.size, 'break')}, {most:.3g} s at most."
-    yield _of(one, "break", LIMITS["break"].severity(most), text, most, spans)
+    text = (
+        f"{sensor.name}: the log has {count_noun(firsts.size, 'break')}, {longest:.3g} s at most."
+    )
+    yield _make_finding(sensor, "break", LIMITS["break"].severity(longest), text, longest, spans)
 
 
-def _gaps(one: Sensor, firsts: Integers, lengths: Integers, lost: Booleans) -> Iterator[Finding]:
+def _check_gaps(
+    sensor: Sensor, firsts: Integers, lengths: Integers, lost: Booleans
+) -> Iterator[Finding]:
     if not firsts.size:
         return
-    share = 100.0 * float(lengths.sum()) / one.log.n
-    longest = 1e3 * float(lengths.max()) / one.log.rate
-    told = (
-        f"{one.name}: {share:.2g} % of samples are lost in {counted(firsts.size, 'gap')}, "
+    share = 100.0 * float(lengths.sum()) / sensor.log.n
+    longest = 1e3 * float(lengths.max()) / sensor.log.rate
+    text_start = (
+        f"{sensor.name}: {share:.2g} % of samples are lost in {count_noun(firsts.size, 'gap')}, "
         f"the longest lost {longest:.4g} ms"
     )
-    spans = one.spans(np.flatnonzero(lost), 0.0)
-    if one.factor is None or not one.name.startswith("gyro"):
-        yield _of(one, "gaps", "good", f"{told}.", share, spans)
+    spans = sensor.spans(np.flatnonzero(lost), 0.0)
+    if sensor.factor is None or not sensor.name.startswith("gyro"):
+        yield _make_finding(sensor, "gaps", "good", f"{text_start}.", share, spans)
         return
-    cost = math.degrees(one.factor * _cost(one, firsts, lengths))
-    text = f"{told}; a straight line over them is wrong by about {cost:.2g} deg in all."
-    how = LIMITS["gaps"].severity(cost)
+    cost = math.degrees(sensor.factor * _gap_angle_error(sensor, firsts, lengths))
+    text = f"{text_start}; a straight line over them is wrong by about {cost:.2g} deg in all."
+    severity = LIMITS["gaps"].severity(cost)
     # So slow a log shows a part of the sensor's samples: what it lost says little of the sensor.
-    how = "look" if how == "act" and one.log.rate < _SLOW else how
-    yield _of(one, "gaps", how, text, cost, spans)
+    severity = "look" if severity == "act" and sensor.log.rate < _SLOW_RATE_HZ else severity
+    yield _make_finding(sensor, "gaps", severity, text, cost, spans)
 
 
-def _cost(one: Sensor, firsts: Integers, lengths: Integers) -> float:
+def _gap_angle_error(sensor: Sensor, firsts: Integers, lengths: Integers) -> float:
     """Return the error of the angle where gaps are bridged, by gaps of their length put near each.
 
     Squares are summed over the gaps; of very many a part tells of all.
     """
-    chosen = range(0, firsts.size, math.ceil(firsts.size / _GAPS))
-    known = [_errors(one, int(firsts[i]), int(lengths[i])) for i in chosen]
-    squares = [float(np.mean(errors**2)) for errors in known if errors.size]
+    sampled_gaps = range(0, firsts.size, math.ceil(firsts.size / _MAX_GAPS))
+    gap_errors = [_trial_errors(sensor, int(firsts[i]), int(lengths[i])) for i in sampled_gaps]
+    squares = [float(np.mean(errors**2)) for errors in gap_errors if errors.size]
     return math.sqrt(firsts.size * float(np.mean(squares))) if squares else 0.0
 
 
-def _errors(one: Sensor, first: int, length: int) -> Floats:
+def _trial_errors(sensor: Sensor, first: int, length: int) -> Floats:
     """Return what a straight line over gaps would cost that begin near one, in the log's unit."""
-    data, near = one.log.data, max(_NEAR * length, round(one.log.rate))
-    low, high = max(1, first - near), min(one.log.n - length - 1, first + near)
-    found = []
-    for begin in np.linspace(low, max(low, high), _PLACES).astype(np.int64).tolist():
+    data, reach = sensor.log.data, max(_TRIAL_RANGE_GAPS * length, round(sensor.log.rate))
+    low, high = max(1, first - reach), min(sensor.log.n - length - 1, first + reach)
+    errors = []
+    for begin in np.linspace(low, max(low, high), _TRIALS_PER_GAP).astype(np.int64).tolist():
         inside = data[begin - 1 : begin + length + 1]
         if len(inside) == length + 2 and np.isfinite(inside).all():
             line = 0.5 * (inside[0] + inside[-1]) * length
-            found.append(float(np.linalg.norm(line - inside[1:-1].sum(axis=0))) / one.log.rate)
-    return np.array(found)
+            errors.append(float(np.linalg.norm(line - inside[1:-1].sum(axis=0))) / sensor.log.rate)
+    return np.array(errors)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from zerorate.faults import said
+from zerorate.faults import make_sentence
 from zerorate.findings.limits import Severity
 
 Spans = tuple[tuple[float, float], ...]
@@ -63,12 +63,14 @@ class Finding:
     code: str = ""
 
 
-def counted(count: int, noun: str) -> str:
+def count_noun(count: int, noun: str) -> str:
     """Return a number with its noun, which is plural unless it is one."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
-def sentence(text: str) -> str:
+def as_sentence(text: str) -> str:
     """Return a text with a capital and a full stop; the arguments that it names stay arguments."""
     first, *rest = getattr(text, "parts", (text,))
-    return said(first[0].upper() + first[1:] if isinstance(first, str) else first, *rest, ".")
+    return make_sentence(
+        first[0].upper() + first[1:] if isinstance(first, str) else first, *rest, "."
+    )

@@ -17,16 +17,16 @@ from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import UNITS, convert
 
 Number = TypeVar("Number", np.float64, np.int32)
-GRAVITY: Final = 9.80665
-BLOCK: Final = 0.5
+GRAVITY_M_S2: Final = 9.80665
+BLOCK_S: Final = 0.5
 """Seconds of a block."""
-_SLOWEST: Final = 10.0
+_MIN_RATE_HZ: Final = 10.0
 """Hz of a sensor of which blocks tell whether it rests."""
-_STILL: Final = 4
+_MIN_REST_BLOCKS: Final = 4
 """Blocks of the shortest rest."""
 _AXES: Final = 3
-_SOME: Final = 100_000
-_PRESENT: Final = 0.5
+_MAX_MEDIAN_SAMPLES: Final = 100_000
+_MIN_PRESENT_SHARE: Final = 0.5
 """Share of a block's samples without which it tells nothing."""
 
 
@@ -36,11 +36,11 @@ class Blocks:
 
     mean: Floats
     scatter: Floats
-    there: Booleans
+    present: Booleans
 
 
 @dataclass(frozen=True)
-class Rest:
+class StaticInterval:
     """Blocks from one to before another in which an IMU rests."""
 
     first: int
@@ -49,7 +49,7 @@ class Rest:
     @property
     def seconds(self) -> float:
         """Its length."""
-        return BLOCK * (self.last - self.first)
+        return BLOCK_S * (self.last - self.first)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +67,9 @@ class Sensor:
         """The anchor of its figure."""
         return f"figure-{self.name}"
 
-    def spans(self, rows: Integers, joined: float = 0.0) -> tuple[tuple[float, float], ...]:
+    def spans(self, rows: Integers, max_gap: float = 0.0) -> tuple[tuple[float, float], ...]:
         """Return the seconds of some rows, those next to each other as one."""
-        pairs = runs_of_rows(rows, max(1, round(joined * self.log.rate))).tolist()
+        pairs = runs_of_rows(rows, max(1, round(max_gap * self.log.rate))).tolist()
         times, period = self.log.sampled, 1.0 / self.log.rate
         return tuple(
             (
@@ -88,24 +88,24 @@ class Sensor:
     def blocks(self) -> Blocks:
         """The blocks of the whole recording, from its beginning."""
         log, factor = self.log, self.factor or 1.0
-        edges = np.arange(0.0, float(log.sampled[-1]) - self.start + BLOCK, BLOCK) + self.start
+        edges = np.arange(0.0, float(log.sampled[-1]) - self.start + BLOCK_S, BLOCK_S) + self.start
         cuts = np.searchsorted(log.sampled, edges)
         count = np.diff(cuts)
         mean, scatter = np.full((2, len(count), _AXES), np.nan)
-        there = count > 1
+        present = count > 1
         for axis in range(_AXES):
-            mean[:, axis], scatter[:, axis], full = _of_axis(log.data[:, axis], cuts)
-            there = there & (full > _PRESENT * log.rate * BLOCK) & (full > 1)
-        return Blocks(factor * mean, factor * scatter, there)
+            mean[:, axis], scatter[:, axis], full = _block_statistics(log.data[:, axis], cuts)
+            present = present & (full > _MIN_PRESENT_SHARE * log.rate * BLOCK_S) & (full > 1)
+        return Blocks(factor * mean, factor * scatter, present)
 
 
-def _of_axis(column: Floats, cuts: Integers) -> tuple[Floats, Floats, Floats]:
+def _block_statistics(column: Floats, cuts: Integers) -> tuple[Floats, Floats, Floats]:
     """Return mean, scatter and number of the samples between cuts."""
     good = np.isfinite(column)
     # A value in their midst, so that squares keep their digits.
-    some = column[:: max(1, len(column) // _SOME)]
-    some = some[np.isfinite(some)]
-    middle = float(np.median(some)) if some.size else 0.0
+    subset = column[:: max(1, len(column) // _MAX_MEDIAN_SAMPLES)]
+    subset = subset[np.isfinite(subset)]
+    middle = float(np.median(subset)) if subset.size else 0.0
     values = column - middle
     values[~good] = 0.0
     full = _sums(good.astype(np.int32), cuts).astype(np.float64)
@@ -134,7 +134,7 @@ class Imu:
     @property
     def sensors(self) -> tuple[Sensor, ...]:
         """Those that there are."""
-        return tuple(one for one in (self.gyro, self.accel) if one is not None)
+        return tuple(sensor for sensor in (self.gyro, self.accel) if sensor is not None)
 
     @cached_property
     def still(self) -> Booleans:
@@ -142,35 +142,39 @@ class Imu:
         gyro, accel = self.gyro, self.accel
         if gyro is None or accel is None or None in (gyro.factor, accel.factor):
             return np.zeros(0, dtype=bool)
-        if min(gyro.log.rate, accel.log.rate) < _SLOWEST:
+        if min(gyro.log.rate, accel.log.rate) < _MIN_RATE_HZ:
             return np.zeros(0, dtype=bool)
         rates, forces = gyro.blocks, accel.blocks
-        count = min(len(rates.there), len(forces.there))
-        there = rates.there[:count] & forces.there[:count]
+        count = min(len(rates.present), len(forces.present))
+        present = rates.present[:count] & forces.present[:count]
         mean = forces.mean[:count]
         with np.errstate(invalid="ignore", over="ignore"):
-            quiet = _quiet(rates.scatter[:count], there, 0.05, 0.008)
-            quiet &= _quiet(forces.scatter[:count], there, 0.8, 0.06)
-            quiet &= np.abs(np.linalg.norm(mean, axis=1) - GRAVITY) < 1.0
+            quiet = _is_quiet(rates.scatter[:count], present, 0.05, 0.008)
+            quiet &= _is_quiet(forces.scatter[:count], present, 0.8, 0.06)
+            quiet &= np.abs(np.linalg.norm(mean, axis=1) - GRAVITY_M_S2) < 1.0
             steps = np.abs(np.diff(mean, axis=0)).max(axis=1, initial=0.0)
         steady = np.append(steps < 0.15, True) & np.append(True, steps < 0.15)
-        return np.asarray(quiet & steady & there)
+        return np.asarray(quiet & steady & present)
 
     @cached_property
-    def rests(self) -> tuple[Rest, ...]:
+    def rests(self) -> tuple[StaticInterval, ...]:
         """Its rests of two seconds and more."""
-        return tuple(Rest(a, b) for a, b in runs(self.still).tolist() if b - a >= _STILL)
+        return tuple(
+            StaticInterval(a, b) for a, b in runs(self.still).tolist() if b - a >= _MIN_REST_BLOCKS
+        )
 
 
-def _quiet(scatter: Floats, there: Booleans, most: float, least: float) -> Booleans:
+def _is_quiet(
+    scatter: Floats, present: Booleans, max_scatter: float, min_scatter: float
+) -> Booleans:
     """Return whether blocks scatter as little as the quietest twentieth of them, about."""
     worst = scatter.max(axis=1)
-    known = worst[there & np.isfinite(worst)]
-    floor = float(np.quantile(known, 0.05)) if known.size else 0.0
-    return np.asarray(worst < max(min(3.0 * floor, most), least))
+    present_scatter = worst[present & np.isfinite(worst)]
+    floor = float(np.quantile(present_scatter, 0.05)) if present_scatter.size else 0.0
+    return np.asarray(worst < max(min(3.0 * floor, max_scatter), min_scatter))
 
 
-def part(log: Log, begin: float, end: float) -> Log:
+def cut_log(log: Log, begin: float, end: float) -> Log:
     """Return the samples of a log between two times of its clock; LogError where there are none."""
     low, high = np.searchsorted(log.sampled, [begin, end]).tolist()
     if high - low < 2:
@@ -178,36 +182,36 @@ def part(log: Log, begin: float, end: float) -> Log:
     return log.part(slice(low, high))
 
 
-def beginning(recording: Recording) -> float:
+def start_time(recording: Recording) -> float:
     """Return the earliest time of all logs, s."""
     return min(float(log.sampled[0]) for log in recording.values())
 
 
-def imus(recording: Recording) -> tuple[Imu, ...]:
+def find_imus(recording: Recording) -> tuple[Imu, ...]:
     """Return the IMUs of a recording, those with both sensors of one name and number."""
-    start = beginning(recording)
-    numbers = dict.fromkeys(_numbers(recording))
-    found = []
+    start = start_time(recording)
+    numbers = dict.fromkeys(_list_imu_numbers(recording))
+    imu_list = []
     for number in numbers:
-        gyro = _sensor(recording, f"gyro{number}", "rad/s", start)
-        accel = _sensor(recording, f"accel{number}", "m/s^2", start)
+        gyro = _read_sensor(recording, f"gyro{number}", "rad/s", start)
+        accel = _read_sensor(recording, f"accel{number}", "m/s^2", start)
         if gyro is not None or accel is not None:
-            found.append(Imu(f"IMU {number.removeprefix('_') or '0'}", gyro, accel))
-    return tuple(found)
+            imu_list.append(Imu(f"IMU {number.removeprefix('_') or '0'}", gyro, accel))
+    return tuple(imu_list)
 
 
-def _numbers(recording: Recording) -> Iterator[str]:
+def _list_imu_numbers(recording: Recording) -> Iterator[str]:
     for name in recording:
         kind, _, number = name.partition("_")
         if kind in ("gyro", "accel") and (not number or number.isdigit()):
             yield f"_{number}" if number else ""
 
 
-def _sensor(recording: Recording, name: str, unit: str, start: float) -> Sensor | None:
+def _read_sensor(recording: Recording, name: str, unit: str, start: float) -> Sensor | None:
     log = recording.get(name)
     if log is None or log.channels != _AXES:
         return None
     if np.isinf(log.data).any():
         log = log.with_data(np.where(np.isinf(log.data), np.nan, log.data))
-    known = log.unit in UNITS and UNITS[log.unit].kind == UNITS[unit].kind
-    return Sensor(name, log, float(convert(1.0, log.unit, unit)) if known else None, start)
+    is_convertible = log.unit in UNITS and UNITS[log.unit].kind == UNITS[unit].kind
+    return Sensor(name, log, float(convert(1.0, log.unit, unit)) if is_convertible else None, start)

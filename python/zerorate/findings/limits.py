@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 Severity = Literal["good", "look", "act"]
-OWN: Final = "own"
+OWN_SOURCE: Final = "own"
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Limit:
     unit: str
     look: float
     act: float
-    source: str = OWN
+    source: str = OWN_SOURCE
 
     def severity(self, value: float, sigma: float = 0.0) -> Severity:
         """Return the severity of a value, which must pass ``act`` by two standard errors."""
@@ -47,14 +47,14 @@ class Limit:
         return "look" if value >= self.look else "good"
 
 
-_THIRD: Final = math.sqrt(3.0)
+_LOOK_DIVISOR: Final = math.sqrt(3.0)
 _ARMING: Final = "ArduPilot, arming check"
 _VIBRATION: Final = "ArduPilot wiki, Measuring Vibration"
 
 
-def _from_act(what: str, unit: str, act: float, source: str = OWN) -> Limit:
+def _limit_from_act(what: str, unit: str, act: float, source: str = OWN_SOURCE) -> Limit:
     """Return a limit without a lower one of its source: halfway, as factors go, to a third."""
-    return Limit(what, unit, act / _THIRD, act, source)
+    return Limit(what, unit, act / _LOOK_DIVISOR, act, source)
 
 
 LIMITS: Final[Mapping[str, Limit]] = {
@@ -62,14 +62,14 @@ LIMITS: Final[Mapping[str, Limit]] = {
     "late stamps": Limit("share of stamps more than half a period late", "%", 0.17, math.inf),
     "repeated stamps": Limit("stamps that repeat the one before", "", 1, math.inf),
     "break": Limit("longest break of the log", "s", 1.7, math.inf),
-    "gaps": _from_act("error of angle where lost samples are bridged", "deg", 1.0),
+    "gaps": _limit_from_act("error of angle where lost samples are bridged", "deg", 1.0),
     "missing samples": Limit("share of samples without a number", "%", 0.1, 10.0),
     # A tenth of a percent is six samples of a minute at 100 Hz; a hundredth of all is lost motion.
-    "at its limit": Limit("share of samples at their limit", "%", 0.1 / _THIRD, 1.0),
+    "at its limit": Limit("share of samples at their limit", "%", 0.1 / _LOOK_DIVISOR, 1.0),
     # Half a period of 2.5 Hz: what a hand or a foot does in it, the samples beside do not tell.
     "at its limit, longest": Limit("longest time at the limit", "s", math.inf, 0.2),
     "soft limit": Limit(
-        "share of samples at a limit that is not flat", "%", 0.1 / _THIRD, math.inf
+        "share of samples at a limit that is not flat", "%", 0.1 / _LOOK_DIVISOR, math.inf
     ),
     "equal samples": Limit(
         "equal samples one after the other", "", 58, 100, "PX4, VALUE_EQUAL_COUNT_DEFAULT"
@@ -77,16 +77,20 @@ LIMITS: Final[Mapping[str, Limit]] = {
     "spikes": Limit("single samples far from both neighbours", "", 7, math.inf),
     "spikes, share": Limit("share of such samples", "%", math.inf, 0.1),
     "coarse step": Limit("step of the numbers over their scatter at rest", "", 2.0, math.inf),
-    "gyro bias": _from_act("bias of the gyro at rest", "deg/s", 5.0),
+    "gyro bias": _limit_from_act("bias of the gyro at rest", "deg/s", 5.0),
     "bias moves": Limit("bias of the gyro between two rests", "deg/s", 0.1, math.inf),
     # A log that warms by ten kelvins moves the bias by three times what is looked at above.
     "bias by temperature": Limit("bias of the gyro by temperature", "deg/s/K", 0.03, math.inf),
-    "gravity": _from_act("norm at rest from 9.807 m/s²", "m/s²", 0.4, "PX4, EKF2_ABL_LIM"),
-    "gyro noise": Limit("noise of the gyro at rest", "deg/s/√Hz", 0.15 / _THIRD, math.inf),
-    "accel noise": Limit("noise of the accelerometer at rest", "µg/√Hz", 1500 / _THIRD, math.inf),
+    "gravity": _limit_from_act("norm at rest from 9.807 m/s²", "m/s²", 0.4, "PX4, EKF2_ABL_LIM"),
+    "gyro noise": Limit("noise of the gyro at rest", "deg/s/√Hz", 0.15 / _LOOK_DIVISOR, math.inf),
+    "accel noise": Limit(
+        "noise of the accelerometer at rest", "µg/√Hz", 1500 / _LOOK_DIVISOR, math.inf
+    ),
     "vibration": Limit("vibration by ArduPilot's rule, 95 %", "m/s²", 30.0, 60.0, _VIBRATION),
     # A third of gravity at a frequency that is not its own.
-    "folded peak": Limit("amplitude of a peak that sampling folds", "m/s²", 3 / _THIRD, math.inf),
+    "folded peak": Limit(
+        "amplitude of a peak that sampling folds", "m/s²", 3 / _LOOK_DIVISOR, math.inf
+    ),
     "vibration metric": Limit(
         "PX4's own vibration metric, 95 %", "m/s²", 4.905, 9.81, "PX4 flight_review's plot"
     ),
@@ -94,12 +98,12 @@ LIMITS: Final[Mapping[str, Limit]] = {
         "vibration in PX4's estimator (vibe[2]), 95 %", "m/s", 0.02, 0.04, "older flight_review"
     ),
     "clips": Limit("growth of the log's counters of clipped samples", "", 1, 100, _VIBRATION),
-    "gyros differ": _from_act("difference of two gyros at rest", "deg/s", 5.0, _ARMING),
-    "accels differ": _from_act(
+    "gyros differ": _limit_from_act("difference of two gyros at rest", "deg/s", 5.0, _ARMING),
+    "accels differ": _limit_from_act(
         "difference of two accelerometers at rest", "m/s²", 0.75, "ArduPilot, ARMING_ACCTHRESH"
     ),
     # At 100 deg/s two gyros that are 10 ms apart are a degree apart.
-    "delay": Limit("delay between two gyros", "ms", 10 / _THIRD, math.inf),
+    "delay": Limit("delay between two gyros", "ms", 10 / _LOOK_DIVISOR, math.inf),
     "scales differ": Limit(
         "scale between two gyros, from one", "%", 3.0, math.inf, "MPU-6050, sensitivity tolerance"
     ),
@@ -113,7 +117,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
     "trust": Limit(
         "share of time in which the inclination is known to worse than 5 deg", "%", 90.0, math.inf
     ),
-    "log inclination": _from_act(
+    "log inclination": _limit_from_act(
         "the log's own inclination from gravity at rest, median", "deg", 5.0, _ARMING
     ),
     "attitudes apart": Limit(
@@ -125,7 +129,7 @@ LIMITS: Final[Mapping[str, Limit]] = {
     ),
     "receiver's clock": Limit("offset of the receiver's clock", "s", 0.2, 1.0),
     "innovations": Limit("innovations over the deviations that fixes tell", "", 2.0, math.inf),
-    "heading error": _from_act("error of a level heading by hard iron", "deg", 10.0),
+    "heading error": _limit_from_act("error of a level heading by hard iron", "deg", 10.0),
     "iron changes": Limit("changes of the magnetometer's hard iron", "", 1, math.inf),
     "disturbed": Limit("share of time in which no hard iron fits", "%", 2.0, math.inf),
 }

@@ -7,24 +7,26 @@ from typing import Final
 import numpy as np
 
 from zerorate.findings.autopilot import rows_of
-from zerorate.findings.imus import beginning
+from zerorate.findings.imus import start_time
 from zerorate.record.recording import Recording
 
-_DATES: Final = (946_684_800.0, 4_102_444_800.0)
+_UNIX_TIME_RANGE_S: Final = (946_684_800.0, 4_102_444_800.0)
 """Seconds from 1970 to the years 2000 and 2100, between which numbers are dates."""
-_RECEIVERS: Final = ("vehicle_gps_position", "sensor_gps")
+_RECEIVER_TOPICS: Final = ("vehicle_gps_position", "sensor_gps")
 
 
-def began(recording: Recording) -> float | None:
+def find_start_date(recording: Recording) -> float | None:
     """Return the Unix time at which a log begins, s, None where neither clock nor receiver tell."""
-    start = beginning(recording)
-    if _DATES[0] < start < _DATES[1]:
+    start = start_time(recording)
+    if _UNIX_TIME_RANGE_S[0] < start < _UNIX_TIME_RANGE_S[1]:
         return start
-    for _, rows in rows_of(recording, _RECEIVERS):
+    for _, rows in rows_of(recording, _RECEIVER_TOPICS):
         utc = rows.columns.get("time_utc_usec")
         if utc is not None:
             seconds = 1e-6 * utc
-            dated = np.flatnonzero((seconds > _DATES[0]) & (seconds < _DATES[1]))
+            dated = np.flatnonzero(
+                (seconds > _UNIX_TIME_RANGE_S[0]) & (seconds < _UNIX_TIME_RANGE_S[1])
+            )
             if dated.size:
                 return float(seconds[dated[0]] - rows.times[dated[0]])
     return None

@@ -9,13 +9,13 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.checks.held import without_held
-from zerorate.findings.finding import Finding, sentence
-from zerorate.findings.imus import Imu, Sensor, part
+from zerorate.checks.held import drop_held_fixes
+from zerorate.findings.finding import Finding, as_sentence
+from zerorate.findings.imus import Imu, Sensor, cut_log
 from zerorate.findings.limits import LIMITS, Severity
 from zerorate.navigation.begin import Beginning, Vehicle, find_beginning
 from zerorate.navigation.selfcheck import NavigationChecks, NavigationFinding
-from zerorate.numerals import with_error
+from zerorate.numerals import format_with_error
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import LogError
 from zerorate.record.offset import TimeOffset
@@ -23,18 +23,18 @@ from zerorate.record.recording import Recording
 from zerorate.types import Floats
 
 SECTION: Final = "Receiver"
-_LONGEST: Final = 900.0
+_MAX_NAVIGATED_S: Final = 900.0
 """Seconds that are navigated."""
-_BEFORE: Final = 60.0
+_LEAD_S: Final = 60.0
 """Seconds of them before it first moves."""
-_FEWEST: Final = 30
+_MIN_FIXES: Final = 30
 """Fixes without which nothing is told."""
-_COARSE: Final = 1.0
-_MEDIAN: Final = 2.366
+_COARSE_OFFSET_S: Final = 1.0
+_CHI2_MEDIAN: Final = 2.366
 """Of chi squared of three degrees: of the innovations of a position, or of a velocity."""
 
 
-def _fixes_of(recording: Recording) -> Fixes | None:
+def _read_fixes(recording: Recording) -> Fixes | None:
     """Return the fixes of a recording, None if there are none that can be read."""
     try:
         return recording.fixes if "position" in recording else None
@@ -42,20 +42,22 @@ def _fixes_of(recording: Recording) -> Fixes | None:
         return None
 
 
-def receiver(recording: Recording, found: Sequence[Imu], fixes: Fixes | None) -> Iterator[Finding]:
+def receiver_findings(
+    recording: Recording, imus: Sequence[Imu], fixes: Fixes | None
+) -> Iterator[Finding]:
     """Yield what is seen of a receiver: contradictions, its clock, innovations."""
-    imu = next((one for one in found if one.still.size), None)
+    imu = next((candidate for candidate in imus if candidate.still.size), None)
     if imu is None or imu.gyro is None or imu.accel is None:
         return
-    given = _fixes_of(recording) if fixes is None else fixes
-    if given is None:
+    all_fixes = _read_fixes(recording) if fixes is None else fixes
+    if all_fixes is None:
         return
-    fixes, held = without_held(given)
-    if len(fixes) < _FEWEST:
+    fixes, held_notes = drop_held_fixes(all_fixes)
+    if len(fixes) < _MIN_FIXES:
         return
     gyro = imu.gyro
-    for note in held:
-        yield Finding(SECTION, "held fixes", "good", sentence(note), figure=gyro.figure)
+    for note in held_notes:
+        yield Finding(SECTION, "held fixes", "good", as_sentence(note), figure=gyro.figure)
     step = float(np.median(np.diff(fixes.time)))
     yield Finding(
         SECTION, "fixes", "good",
@@ -63,20 +65,20 @@ def receiver(recording: Recording, found: Sequence[Imu], fixes: Fixes | None) ->
         f"{'with' if fixes.velocity is not None else 'without'} velocities.",
         float(len(fixes)), figure=gyro.figure,
     )  # fmt: skip
-    sensors = _of_imu(recording, imu)
+    sensors = _select_imu(recording, imu)
     try:
         vehicle = Vehicle.of(sensors, "auto", None, "auto")
-        checks = vehicle.checked(sensors, fixes)
+        checks = vehicle.check(sensors, fixes)
         mistakes = vehicle.mistakes(checks)
-        yield from _mistakes(checks, mistakes, gyro)
-        if all(one.what == "clock" for one in mistakes):
-            yield from _navigated(sensors, fixes, checks, gyro)
+        yield from _describe_mistakes(checks, mistakes, gyro)
+        if all(candidate.what == "clock" for candidate in mistakes):
+            yield from _check_navigation(sensors, fixes, checks, gyro)
     except LogError:
         text = "The fixes lead no track in this log: neither their clock nor their errors are told."
         yield Finding(SECTION, "track", "good", text, figure=gyro.figure)
 
 
-def _of_imu(recording: Recording, imu: Imu) -> Recording:
+def _select_imu(recording: Recording, imu: Imu) -> Recording:
     """Return a recording of one IMU."""
     assert imu.gyro is not None
     assert imu.accel is not None
@@ -84,17 +86,17 @@ def _of_imu(recording: Recording, imu: Imu) -> Recording:
     return replace(recording, logs=logs)
 
 
-def _mistakes(
+def _describe_mistakes(
     checks: NavigationChecks, mistakes: Sequence[NavigationFinding], gyro: Sensor
 ) -> Iterator[Finding]:
-    doubts = [one for one in checks.findings if one.status != "mistake"]
-    for one in (*mistakes, *doubts):
-        known = math.isfinite(one.value)
-        how: Severity = "good" if one.status != "mistake" else "act" if known else "look"
+    doubts = [finding for finding in checks.findings if finding.status != "mistake"]
+    for finding in (*mistakes, *doubts):
+        known = math.isfinite(finding.value)
+        severity: Severity = "good" if finding.status != "mistake" else "act" if known else "look"
         yield Finding(
-            SECTION, f"receiver: {one.what}", how,
-            f"{one.text[0].upper()}{one.text[1:].rstrip('.')}.",
-            one.value if known else None, "", None, (), gyro.figure,
+            SECTION, f"receiver: {finding.what}", severity,
+            f"{finding.text[0].upper()}{finding.text[1:].rstrip('.')}.",
+            finding.value if known else None, "", None, (), gyro.figure,
             "Put it right where the log is written, or by the options of `zerorate navigate`.",
         )  # fmt: skip
     if not mistakes and not doubts:
@@ -102,91 +104,107 @@ def _mistakes(
         yield Finding(SECTION, "receiver", "good", text, figure=gyro.figure)
 
 
-def _navigated(
+def _check_navigation(
     sensors: Recording, fixes: Fixes, checks: NavigationChecks, gyro: Sensor
 ) -> Iterator[Finding]:
     """Yield clock and innovations of a part that is navigated, where nothing contradicts."""
-    about = checks.lag if abs(checks.lag) > _COARSE else 0.0
-    sensors, fixes = _navigable(sensors, fixes, about)
-    begun = find_beginning(sensors, fixes, checks=checks)
+    coarse_offset = checks.lag if abs(checks.lag) > _COARSE_OFFSET_S else 0.0
+    sensors, fixes = _select_navigable_part(sensors, fixes, coarse_offset)
+    start = find_beginning(sensors, fixes, checks=checks)
     if fixes.velocity is not None:
-        yield from _clock(begun.clock, gyro, known=bool(checks.mistakes))
-    yield from _innovations(begun, fixes, gyro)
+        yield from _describe_clock(start.clock, gyro, known=bool(checks.mistakes))
+    yield from _check_innovations(start, fixes, gyro)
 
 
-def _navigable(sensors: Recording, fixes: Fixes, about: float) -> tuple[Recording, Fixes]:
+def _select_navigable_part(
+    sensors: Recording, fixes: Fixes, coarse_offset: float
+) -> tuple[Recording, Fixes]:
     """Return at most a quarter of an hour of both: from a minute before it first moves."""
     log = sensors["gyro"]
-    if log.duration <= _LONGEST:
+    if log.duration <= _MAX_NAVIGATED_S:
         return sensors, fixes
-    first = _moving(fixes) - _BEFORE
-    last = first + _LONGEST
-    logs = {name: part(one, first + about, last + about) for name, one in sensors.items()}
+    first = _motion_start(fixes) - _LEAD_S
+    last = first + _MAX_NAVIGATED_S
+    logs = {
+        name: cut_log(one, first + coarse_offset, last + coarse_offset)
+        for name, one in sensors.items()
+    }
     return replace(sensors, logs=logs), fixes.between(first, last)
 
 
-def _moving(fixes: Fixes) -> float:
+def _motion_start(fixes: Fixes) -> float:
     """Return when the receiver first moves by metres, s."""
-    place = fixes.position[:, :2]
-    far = np.abs(place - np.nanmedian(place[:_FEWEST], axis=0)).max(axis=1) > 1e-4
-    moved = np.flatnonzero(far)
-    return float(fixes.time[moved[0]] if moved.size else fixes.time[0])
+    positions = fixes.position[:, :2]
+    is_displaced = (
+        np.abs(positions - np.nanmedian(positions[:_MIN_FIXES], axis=0)).max(axis=1) > 1e-4
+    )
+    displaced_rows = np.flatnonzero(is_displaced)
+    return float(fixes.time[displaced_rows[0]] if displaced_rows.size else fixes.time[0])
 
 
-def _clock(found: TimeOffset | None, gyro: Sensor, known: bool) -> Iterator[Finding]:
-    if found is None:
+def _describe_clock(offset: TimeOffset | None, gyro: Sensor, known: bool) -> Iterator[Finding]:
+    if offset is None:
         yield Finding(
             SECTION, "receiver's clock", "good",
             "The offset of the receiver's clock is not identifiable in this log.",
             figure=gyro.figure, advice="Speed up, brake and turn.",
         )  # fmt: skip
         return
-    size = abs(found.seconds)
-    told = f"Fixes are stamped {with_error(size, found.sigma)} s {_sense(found.seconds)}"
-    if math.isfinite(found.velocity_seconds):
-        late = found.velocity_seconds
-        told += f", their velocities {with_error(abs(late), found.velocity_sigma)} s {_sense(late)}"
-    told += ", against the sensors"
-    if found.rate:
-        drift = with_error(1e6 * found.rate, 1e6 * found.rate_sigma)
-        told += f"; the offset grows by {drift} microseconds a second"
+    size = abs(offset.seconds)
+    text = (
+        f"Fixes are stamped {format_with_error(size, offset.sigma)} s "
+        f"{_early_or_late(offset.seconds)}"
+    )
+    if math.isfinite(offset.velocity_seconds):
+        late = offset.velocity_seconds
+        text += (
+            f", their velocities {format_with_error(abs(late), offset.velocity_sigma)} s "
+            f"{_early_or_late(late)}"
+        )
+    text += ", against the sensors"
+    if offset.rate:
+        drift = format_with_error(1e6 * offset.rate, 1e6 * offset.rate_sigma)
+        text += f"; the offset grows by {drift} microseconds a second"
     # Clocks that are far apart have a finding of their own.
-    how = "good" if known else LIMITS["receiver's clock"].severity(size, found.sigma)
+    severity = "good" if known else LIMITS["receiver's clock"].severity(size, offset.sigma)
     yield Finding(
-        SECTION, "receiver's clock", how, f"{told}.",
-        size, "s", found.sigma, (), gyro.figure,
+        SECTION, "receiver's clock", severity, f"{text}.",
+        size, "s", offset.sigma, (), gyro.figure,
         "Give it to the filter: `--time-offset auto`; EKF2_GPS_DELAY of PX4, GPS1_DELAY_MS of "
         "ArduPilot.",
     )  # fmt: skip
 
 
-def _sense(seconds: float) -> str:
+def _early_or_late(seconds: float) -> str:
     return "late" if seconds < 0.0 else "early"
 
 
-def _innovations(begun: Beginning, fixes: Fixes, gyro: Sensor) -> Iterator[Finding]:
+def _check_innovations(start: Beginning, fixes: Fixes, gyro: Sensor) -> Iterator[Finding]:
     """Yield by how much innovations are larger than the receiver's deviations let expect."""
-    nav = begun.filter(adapt="fixed")
-    offset = begun.time_offset
-    track = nav.process(begun.recording, fixes, time_offset=offset, keep="track")
-    told = (fixes.position_sigma, fixes.velocity_sigma)
-    for what, values, sigma in zip(("positions", "velocities"), track.nis().T, told, strict=True):
-        known = values[np.isfinite(values)]
-        if len(known) < _FEWEST:
+    nav = start.filter(adapt="fixed")
+    offset = start.time_offset
+    track = nav.process(start.recording, fixes, time_offset=offset, keep="track")
+    stated_sigmas = (fixes.position_sigma, fixes.velocity_sigma)
+    for what, values, sigma in zip(
+        ("positions", "velocities"), track.nis().T, stated_sigmas, strict=True
+    ):
+        finite = values[np.isfinite(values)]
+        if len(finite) < _MIN_FIXES:
             continue
-        ratio, error = _ratio(known)
-        of = "the deviations that they tell" if sigma is not None else "usual ones"
+        ratio, error = _innovation_ratio(finite)
+        expectation = "the deviations that they tell" if sigma is not None else "usual ones"
         yield Finding(
             SECTION, "innovations", LIMITS["innovations"].severity(ratio),
-            f"Innovations of {what} are {with_error(ratio, error)} times as large as {of} let "
+            f"Innovations of {what} are {format_with_error(ratio, error)} times as large "
+            f"as {expectation} let "
             "expect.",
             ratio, "", error, (), gyro.figure,
             "Tell the filter larger ones, or let it adapt (`adapt='inflate'`).",
         )  # fmt: skip
 
 
-def _ratio(nis: Floats) -> tuple[float, float]:
+def _innovation_ratio(nis: Floats) -> tuple[float, float]:
     """Return the root of the median innovation squared over its expectation, by ten blocks."""
     parts = [float(np.median(one)) for one in (nis, *np.array_split(nis, 10))]
-    value, *tenths = np.sqrt(np.array(parts) / _MEDIAN).tolist()
+    value, *tenths = np.sqrt(np.array(parts) / _CHI2_MEDIAN).tolist()
     return value, float(np.std(tenths, ddof=1)) / math.sqrt(len(tenths))

@@ -12,34 +12,34 @@ import numpy as np
 
 from zerorate.checks.preparation import FROZEN, GRAVITY, IMPOSSIBLE, Remark
 from zerorate.findings.attitude import SECTION as ATTITUDE
-from zerorate.findings.attitude import attitude
+from zerorate.findings.attitude import attitude_findings
 from zerorate.findings.autopilot import SECTION as AUTOPILOT
-from zerorate.findings.autopilot import autopilot
+from zerorate.findings.autopilot import autopilot_findings
 from zerorate.findings.axes import SECTION as AXES
-from zerorate.findings.axes import axes
+from zerorate.findings.axes import axes_findings
 from zerorate.findings.clock import SECTION as CLOCK
-from zerorate.findings.clock import clock
+from zerorate.findings.clock import clock_findings
 from zerorate.findings.contents import SECTION as CONTENTS
-from zerorate.findings.contents import contents
-from zerorate.findings.enter import SECTION as ENTER
-from zerorate.findings.enter import Known, enter, known
-from zerorate.findings.finding import RANKS, Finding, sentence
-from zerorate.findings.imus import Imu, imus
+from zerorate.findings.contents import contents_findings
+from zerorate.findings.external_settings import SECTION as ENTER
+from zerorate.findings.external_settings import LogModels, fit_log_models, settings_findings
+from zerorate.findings.finding import RANKS, Finding, as_sentence
+from zerorate.findings.imus import Imu, find_imus
 from zerorate.findings.magnetometer import SECTION as MAGNETOMETER
-from zerorate.findings.magnetometer import magnetometer
+from zerorate.findings.magnetometer import magnetometer_findings
+from zerorate.findings.next_recording import SECTION as RECORD
+from zerorate.findings.next_recording import next_record_findings
 from zerorate.findings.pairs import SECTION as PAIRS
-from zerorate.findings.pairs import pairs
+from zerorate.findings.pairs import pair_findings
 from zerorate.findings.receiver import SECTION as RECEIVER
-from zerorate.findings.receiver import receiver
-from zerorate.findings.record import SECTION as RECORD
-from zerorate.findings.record import record
-from zerorate.findings.rests import NOISE, noise, rests
+from zerorate.findings.receiver import receiver_findings
+from zerorate.findings.rests import NOISE_SECTION, noise_findings, rest_findings
 from zerorate.findings.rests import SECTION as RESTS
 from zerorate.findings.samples import SECTION as SAMPLES
-from zerorate.findings.samples import samples
-from zerorate.findings.temperature import by_temperature
+from zerorate.findings.samples import sample_findings
+from zerorate.findings.temperature import temperature_findings
 from zerorate.findings.vibration import SECTION as VIBRATION
-from zerorate.findings.vibration import vibration
+from zerorate.findings.vibration import vibration_findings
 from zerorate.progress import Progress
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import LogError
@@ -52,7 +52,7 @@ _VERSION: Final = 1
 
 
 @dataclass(frozen=True)
-class _Given:
+class _ReportInput:
     """What is looked at: a recording, its IMUs, fixes, remarks, and the findings so far."""
 
     recording: Recording
@@ -62,45 +62,50 @@ class _Given:
     findings: list[Finding] = field(default_factory=list)
 
     @cached_property
-    def known(self) -> Known:
+    def models(self) -> LogModels:
         """What the first IMU tells for the settings of others."""
-        return known(self.recording, self.imus[0])
+        return fit_log_models(self.recording, self.imus[0])
 
-    def remarked(self, check: str, section: str, sensor: str) -> Iterator[Finding]:
+    def remark_findings(self, check: str, section: str, sensor: str) -> Iterator[Finding]:
         """Yield what the preparation says against the recording in one of its checks."""
         figure = next((s.figure for imu in self.imus for s in imu.sensors if s.name == sensor), "")
-        for one in self.remarks:
-            if one.check == check and one.alarm:
-                yield Finding(section, check, "act", sentence(one.text), figure=figure)
+        for remark in self.remarks:
+            if remark.check == check and remark.alarm:
+                yield Finding(section, check, "act", as_sentence(remark.text), figure=figure)
 
-    def entered(self) -> Iterator[Finding]:
+    def settings_findings(self) -> Iterator[Finding]:
         """Yield what to enter."""
-        return enter(self.imus[0], self.known)
+        return settings_findings(self.imus[0], self.models)
 
-    def recorded(self) -> Iterator[Finding]:
+    def next_record_findings(self) -> Iterator[Finding]:
         """Yield what to record next."""
-        return record(self.recording, self.imus[0], self.known, self.findings)
+        return next_record_findings(self.recording, self.imus[0], self.models, self.findings)
 
 
-SECTIONS: Final[dict[str, Callable[[_Given], Iterator[Finding]]]] = {
-    CONTENTS: lambda given: contents(given.recording, given.imus),
-    CLOCK: lambda given: clock(given.imus),
-    SAMPLES: lambda given: chain(given.remarked(IMPOSSIBLE, SAMPLES, "gyro"), samples(given.imus)),
-    RESTS: lambda given: chain(rests(given.imus), by_temperature(given.recording, given.imus)),
-    NOISE: lambda given: noise(given.imus),
-    VIBRATION: lambda given: vibration(given.imus),
-    AUTOPILOT: lambda given: autopilot(given.recording),
-    PAIRS: lambda given: pairs(given.imus),
+SECTIONS: Final[dict[str, Callable[[_ReportInput], Iterator[Finding]]]] = {
+    CONTENTS: lambda given: contents_findings(given.recording, given.imus),
+    CLOCK: lambda given: clock_findings(given.imus),
+    SAMPLES: lambda given: chain(
+        given.remark_findings(IMPOSSIBLE, SAMPLES, "gyro"), sample_findings(given.imus)
+    ),
+    RESTS: lambda given: chain(
+        rest_findings(given.imus), temperature_findings(given.recording, given.imus)
+    ),
+    NOISE_SECTION: lambda given: noise_findings(given.imus),
+    VIBRATION: lambda given: vibration_findings(given.imus),
+    AUTOPILOT: lambda given: autopilot_findings(given.recording),
+    PAIRS: lambda given: pair_findings(given.imus),
     AXES: lambda given: chain(
-        given.remarked(GRAVITY, AXES, "accel"), axes(given.recording, given.imus)
+        given.remark_findings(GRAVITY, AXES, "accel"), axes_findings(given.recording, given.imus)
     ),
     MAGNETOMETER: lambda given: chain(
-        given.remarked(FROZEN, MAGNETOMETER, "gyro"), magnetometer(given.recording, given.imus)
+        given.remark_findings(FROZEN, MAGNETOMETER, "gyro"),
+        magnetometer_findings(given.recording, given.imus),
     ),
-    ATTITUDE: lambda given: attitude(given.recording, given.imus),
-    RECEIVER: lambda given: receiver(given.recording, given.imus, given.fixes),
-    ENTER: lambda given: given.entered(),
-    RECORD: lambda given: given.recorded(),
+    ATTITUDE: lambda given: attitude_findings(given.recording, given.imus),
+    RECEIVER: lambda given: receiver_findings(given.recording, given.imus, given.fixes),
+    ENTER: lambda given: given.settings_findings(),
+    RECORD: lambda given: given.next_record_findings(),
 }
 """What finds the findings of each section, in the order of the page."""
 
@@ -133,22 +138,22 @@ class Report(Result):
     @property
     def alarms(self) -> tuple[str, ...]:
         """What to act on, a sentence each."""
-        return tuple(one.text for one in self.findings if one.severity == "act")
+        return tuple(finding.text for finding in self.findings if finding.severity == "act")
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What was assumed to read the log, and mended in it, a sentence each."""
-        return tuple(one.text for one in self.findings if one.kind == "reading")
+        return tuple(finding.text for finding in self.findings if finding.kind == "reading")
 
     def count(self, severity: str) -> int:
         """Return how many findings are of a severity: ``"good"``, ``"look"`` or ``"act"``."""
-        return sum(one.severity == severity for one in self.findings)
+        return sum(finding.severity == severity for finding in self.findings)
 
     @property
-    def urgent(self) -> tuple[Finding, ...]:
+    def urgent_findings(self) -> tuple[Finding, ...]:
         """Those to act on, then those to look at."""
-        worse = (one for one in self.findings if one.severity != "good")
-        return tuple(sorted(worse, key=lambda one: RANKS[one.severity]))
+        not_good = (one for one in self.findings if one.severity != "good")
+        return tuple(sorted(not_good, key=lambda one: RANKS[one.severity]))
 
     @property
     def empty(self) -> tuple[str, ...]:
@@ -161,8 +166,8 @@ class Report(Result):
         act, look = self.count("act"), self.count("look")
         if not act and not look:
             return "Nothing in this log passes a limit."
-        within = sum(o.severity == "good" and o.value is not None for o in self.findings)
-        return f"{act} to act on, {look} to look at; {within} within their limits."
+        good_count = sum(o.severity == "good" and o.value is not None for o in self.findings)
+        return f"{act} to act on, {look} to look at; {good_count} within their limits."
 
     def to_json(self) -> str:
         """Return all findings as JSON, null where a number is not known."""
@@ -171,7 +176,7 @@ class Report(Result):
             "version": _VERSION,
             "source": self.source,
             "summary": self.summary,
-            "findings": [asdict(one) for one in self.findings],
+            "findings": [asdict(finding) for finding in self.findings],
             "no_data": list(self.empty),
         }
         return as_json(content, indent=1)
@@ -218,17 +223,17 @@ def findings_of(
     >>> found.count("act")
     0
     """
-    found = imus(recording)
-    if not found:
+    imu_list = find_imus(recording)
+    if not imu_list:
         raise LogError(
             "a report needs a gyro or an accelerometer of three axes; the recording has: "
             f"{', '.join(recording)}"
         )
-    given = _Given(recording, found, fixes, tuple(remarks))
-    for number, (name, look) in enumerate(SECTIONS.items()):
+    report_input = _ReportInput(recording, imu_list, fixes, tuple(remarks))
+    for number, (name, find) in enumerate(SECTIONS.items()):
         if progress is not None:
             progress(name.lower(), number / len(SECTIONS))
         # Numbers so wild that they overflow pass no limit.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            given.findings.extend(look(given))
-    return Report(tuple(given.findings), recording.source, recording)
+            report_input.findings.extend(find(report_input))
+    return Report(tuple(report_input.findings), recording.source, recording)

@@ -8,87 +8,93 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.checks.constant import dead_axes
-from zerorate.findings.finding import RANKS, Finding, sentence
-from zerorate.findings.imus import BLOCK, Imu, Sensor
+from zerorate.checks.constant import describe_dead_axes
+from zerorate.findings.finding import RANKS, Finding, as_sentence
+from zerorate.findings.imus import BLOCK_S, Imu, Sensor
 from zerorate.findings.limits import LIMITS
-from zerorate.findings.stops import Stop, stop_of
+from zerorate.findings.saturation import Saturation, find_saturation
 from zerorate.record.clock import ClockReport
 from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
 
 SECTION: Final = "The samples"
 _AXES: Final = "xyz"
-_OTHERS: Final = (slice(1, 3), slice(0, 3, 2), slice(0, 2))
-_SLOW: Final = 50.0
-_RUN: Final = 58
-_UNIQUE: Final = 200_000
+_OTHER_AXES: Final = (slice(1, 3), slice(0, 3, 2), slice(0, 2))
+_MIN_RATE_HZ: Final = 50.0
+_MIN_EQUAL_RUN: Final = 58
+_MAX_STEP_SAMPLES: Final = 200_000
 """Samples that tell the step of a sensor."""
-_WINDOW: Final = 101
-_PIECE: Final = 1 << 18
+_SPIKE_WINDOW: Final = 101
+_CHUNK_ROWS: Final = 1 << 18
 
 
-def samples(found: Sequence[Imu]) -> Iterator[Finding]:
+def sample_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
     """Yield what is seen of the numbers of each sensor."""
-    for imu in found:
-        for one in imu.sensors:
-            findings = list(_of_sensor(imu, one))
-            yield from findings or [_nothing(one)]
+    for imu in imus:
+        for sensor in imu.sensors:
+            findings = list(_check_sensor(imu, sensor))
+            yield from findings or [_describe_clean(sensor)]
 
 
-def _of_sensor(imu: Imu, one: Sensor) -> Iterator[Finding]:
-    steps = [step_of(column) for column in one.log.data.T]
-    yield from _dead(one)
-    yield from _missing(one)
-    yield from _at_limit(one, steps)
-    yield from _equal(one, steps)
-    yield from _spikes(one, steps)
-    yield from _coarse(imu, one, steps)
+def _check_sensor(imu: Imu, sensor: Sensor) -> Iterator[Finding]:
+    steps = [quantization_step(column) for column in sensor.log.data.T]
+    yield from _check_dead_axes(sensor)
+    yield from _check_missing(sensor)
+    yield from _check_saturation(sensor, steps)
+    yield from _check_equal_samples(sensor, steps)
+    yield from _check_spikes(sensor, steps)
+    yield from _check_resolution(imu, sensor, steps)
 
 
-def _dead(one: Sensor) -> Iterator[Finding]:
-    for text in dead_axes({one.name: one.log}, (one.name,)):
+def _check_dead_axes(sensor: Sensor) -> Iterator[Finding]:
+    for text in describe_dead_axes({sensor.name: sensor.log}, (sensor.name,)):
         advice = "Look at the driver, or at the columns that were read."
-        yield Finding(SECTION, "dead axis", "act", sentence(text), figure=one.figure, advice=advice)
+        yield Finding(
+            SECTION, "dead axis", "act", as_sentence(text), figure=sensor.figure, advice=advice
+        )
 
 
-def _missing(one: Sensor) -> Iterator[Finding]:
-    rows = _without_number(one)
-    share = 100.0 * rows.size / one.log.n
-    how = LIMITS["missing samples"].severity(share)
-    if how == "good":
+def _check_missing(sensor: Sensor) -> Iterator[Finding]:
+    rows = _rows_without_number(sensor)
+    share = 100.0 * rows.size / sensor.log.n
+    severity = LIMITS["missing samples"].severity(share)
+    if severity == "good":
         return
-    spans = one.spans(rows, 0.5)
+    spans = sensor.spans(rows, 0.5)
     yield Finding(
-        SECTION, "missing samples", how,
-        f"{one.name}: {share:.2g} % of samples have no number, {_longest(rows)} in a row at most, "
+        SECTION, "missing samples", severity,
+        f"{sensor.name}: {share:.2g} % of samples have no number, {_longest_run(rows)} in "
+        "a row at most, "
         f"from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
-        share, "%", None, spans, one.figure,
+        share, "%", None, spans, sensor.figure,
         "Compare with what the sensor sent; leave these spans out of any integral.",
     )  # fmt: skip
 
 
-def _without_number(one: Sensor) -> Integers:
+def _rows_without_number(sensor: Sensor) -> Integers:
     """Return the rows without a number on some axis, less those that the clock found lost."""
-    known = np.isfinite(one.log.data)
-    report = one.log.meta.get("clock")
+    known = np.isfinite(sensor.log.data)
+    report = sensor.log.meta.get("clock")
     lost = report.missing_count if isinstance(report, ClockReport) else 0
-    nothing = ~known.any(axis=1)
-    some = ~known.all(axis=1)
+    no_axis = ~known.any(axis=1)
+    any_missing = ~known.all(axis=1)
     # The clock tells how many are lost, not which: what goes beyond came without a number.
-    return np.flatnonzero(some if np.count_nonzero(nothing) > lost else some & ~nothing)
-
-
-def _nothing(one: Sensor) -> Finding:
-    text = (
-        f"{one.name}: none at a limit, stuck, spiked or coarse, as far as {one.log.n} samples show."
+    return np.flatnonzero(
+        any_missing if np.count_nonzero(no_axis) > lost else any_missing & ~no_axis
     )
-    return Finding(SECTION, "samples", "good", text, float(one.log.n), "", figure=one.figure)
 
 
-def step_of(column: Floats) -> float:
+def _describe_clean(sensor: Sensor) -> Finding:
+    text = (
+        f"{sensor.name}: none at a limit, stuck, spiked or coarse, as far as {sensor.log.n} "
+        "samples show."
+    )
+    return Finding(SECTION, "samples", "good", text, float(sensor.log.n), "", figure=sensor.figure)
+
+
+def quantization_step(column: Floats) -> float:
     """Return the step of the numbers of an axis, 0 where they are on no grid."""
-    values = column[:_UNIQUE]
+    values = column[:_MAX_STEP_SAMPLES]
     values = values[np.isfinite(values)]
     unique = np.unique(values)
     if unique.size < 3 or unique.size >= 0.5 * values.size:
@@ -102,70 +108,76 @@ def step_of(column: Floats) -> float:
     return step if np.mean(np.abs(whole - np.round(whole)) < 0.1) >= 0.9 else 0.0
 
 
-def _at_limit(one: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
-    stops = {}
-    for axis, (column, step) in enumerate(zip(one.log.data.T, steps, strict=True)):
-        others = one.log.data[:, _OTHERS[axis]]
+def _check_saturation(sensor: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
+    saturations = {}
+    for axis, (column, step) in enumerate(zip(sensor.log.data.T, steps, strict=True)):
+        other_axes = sensor.log.data[:, _OTHER_AXES[axis]]
         for sign, mark in ((1.0, "+"), (-1.0, "-")):
-            if (stop := stop_of(sign * column, others, one.log.rate, step)) is not None:
-                stops[f"{mark}{_AXES[axis]}"] = stop
-    hard = {axis: stop for axis, stop in stops.items() if stop.hard}
+            if (
+                saturation := find_saturation(sign * column, other_axes, sensor.log.rate, step)
+            ) is not None:
+                saturations[f"{mark}{_AXES[axis]}"] = saturation
+    hard = {axis: saturation for axis, saturation in saturations.items() if saturation.hard}
     if hard:
-        yield _on_hard(one, hard)
-    soft = {axis: stop for axis, stop in stops.items() if not stop.hard}
+        yield _describe_hard_limit(sensor, hard)
+    soft = {axis: saturation for axis, saturation in saturations.items() if not saturation.hard}
     if soft:
-        yield _on_soft(one, soft)
+        yield _describe_soft_limit(sensor, soft)
 
 
-def _on_hard(one: Sensor, stops: Mapping[str, Stop]) -> Finding:
-    rows, share = _rows(one, stops)
-    longest = _longest(rows) / one.log.rate
-    how = min(
+def _describe_hard_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) -> Finding:
+    rows, share = _saturated_rows(sensor, saturations)
+    longest = _longest_run(rows) / sensor.log.rate
+    severity = min(
         LIMITS["at its limit"].severity(share),
         LIMITS["at its limit, longest"].severity(longest),
         key=RANKS.__getitem__,
     )
-    spans = one.spans(rows, 0.5)
+    spans = sensor.spans(rows, 0.5)
     return Finding(
-        SECTION, "at its limit", how,
-        f"{one.name} was at its limit for {share:.2g} % of samples, {longest:.2g} s on end at most "
-        f"({_places(one, stops)}), from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
-        share, "%", None, spans, one.figure,
+        SECTION, "at its limit", severity,
+        f"{sensor.name} was at its limit for {share:.2g} % of samples, {longest:.2g} s on "
+        "end at most "
+        f"({_list_limits(sensor, saturations)}), from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
+        share, "%", None, spans, sensor.figure,
         "Set a wider range, and leave these spans out of any integral.",
     )  # fmt: skip
 
 
-def _on_soft(one: Sensor, stops: Mapping[str, Stop]) -> Finding:
-    rows, share = _rows(one, stops)
-    spans = one.spans(rows, 0.5)
+def _describe_soft_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) -> Finding:
+    rows, share = _saturated_rows(sensor, saturations)
+    spans = sensor.spans(rows, 0.5)
     return Finding(
         SECTION, "soft limit", LIMITS["soft limit"].severity(share),
-        f"{one.name} bends just below its largest value where it comes near it "
-        f"({_places(one, stops)}): {share:.2g} % of samples, from {spans[0][0]:.1f} to "
+        f"{sensor.name} bends just below its largest value where it comes near it "
+        f"({_list_limits(sensor, saturations)}): {share:.2g} % of samples, from "
+        f"{spans[0][0]:.1f} to "
         f"{spans[-1][1]:.1f} s.",
-        share, "%", None, spans, one.figure,
+        share, "%", None, spans, sensor.figure,
         "Compare with the range of its data sheet, and set a wider one.",
     )  # fmt: skip
 
 
-def _rows(one: Sensor, stops: Mapping[str, Stop]) -> tuple[Integers, float]:
+def _saturated_rows(
+    sensor: Sensor, saturations: Mapping[str, Saturation]
+) -> tuple[Integers, float]:
     """Return the rows at any of the limits, and their share, %."""
-    rows = np.unique(np.concatenate([stop.rows for stop in stops.values()]))
-    return rows, 100.0 * rows.size / one.log.n
+    rows = np.unique(np.concatenate([stop.rows for stop in saturations.values()]))
+    return rows, 100.0 * rows.size / sensor.log.n
 
 
-def _places(one: Sensor, stops: Mapping[str, Stop]) -> str:
-    where = ", ".join(f"{axis} at {stop.value:.5g}" for axis, stop in stops.items())
-    return f"{where} {one.log.unit}"
+def _list_limits(sensor: Sensor, saturations: Mapping[str, Saturation]) -> str:
+    where = ", ".join(f"{axis} at {stop.value:.5g}" for axis, stop in saturations.items())
+    return f"{where} {sensor.log.unit}"
 
 
-def _longest(rows: Integers) -> int:
+def _longest_run(rows: Integers) -> int:
     """Return the longest run of rows next to each other."""
     first, stop = runs_of_rows(rows).T
     return int((stop - first).max(initial=0))
 
 
-def _longest_equal(same: Booleans) -> tuple[int, int]:
+def _longest_equal_run(same: Booleans) -> tuple[int, int]:
     """Return the first sample and the length of the longest run of equal samples."""
     first, stop = runs(same).T
     if not first.size:
@@ -174,77 +186,83 @@ def _longest_equal(same: Booleans) -> tuple[int, int]:
     return int(first[best]), int(stop[best] - first[best]) + 1
 
 
-def _equal(one: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
-    data = one.log.data
-    repeats = np.empty((one.log.n - 1, 3), dtype=bool)
+def _check_equal_samples(sensor: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
+    data = sensor.log.data
+    repeats = np.empty((sensor.log.n - 1, 3), dtype=bool)
     for axis in range(3):
         np.equal(data[1:, axis], data[:-1, axis], out=repeats[:, axis])
     together = np.asarray(repeats.all(axis=1))
-    first, length = _longest_equal(together)
+    first, length = _longest_equal_run(together)
     kind = LIMITS["equal samples"]
-    if length >= kind.look and _usual(together, first, length, one.log.rate) <= 0.3:
-        yield _stuck(one, "all axes", first, length)
+    if length >= kind.look and _usual_repeat_share(together, first, length, sensor.log.rate) <= 0.3:
+        yield _describe_stuck(sensor, "all axes", first, length)
         return
     for axis in range(3):
-        first, length = _longest_equal(repeats[:, axis])
-        if length >= _RUN and _is_stuck(one, repeats[:, axis], axis, first, length, steps):
-            yield _stuck(one, f"axis {_AXES[axis]}", first, length)
+        first, length = _longest_equal_run(repeats[:, axis])
+        if length >= _MIN_EQUAL_RUN and _is_stuck(
+            sensor, repeats[:, axis], axis, first, length, steps
+        ):
+            yield _describe_stuck(sensor, f"axis {_AXES[axis]}", first, length)
 
 
-def _usual(same: Booleans, first: int, length: int, rate: float) -> float:
+def _usual_repeat_share(same: Booleans, first: int, length: int, rate: float) -> float:
     """Return how often samples repeat outside a run: in the mean, or in the worst seconds."""
-    others = np.concatenate([same[:first], same[first + length - 1 :]])
+    outside = np.concatenate([same[:first], same[first + length - 1 :]])
     block = max(1, round(rate))
-    seconds = others[: len(others) // block * block].reshape(-1, block)
+    seconds = outside[: len(outside) // block * block].reshape(-1, block)
     worst = float(np.quantile(seconds.mean(axis=1), 0.95)) if len(seconds) else 0.0
-    return max(float(others.mean()) if others.size else 0.0, worst)
+    return max(float(outside.mean()) if outside.size else 0.0, worst)
 
 
 def _is_stuck(
-    one: Sensor, same: Booleans, axis: int, first: int, length: int, steps: Sequence[float]
+    sensor: Sensor, same: Booleans, axis: int, first: int, length: int, steps: Sequence[float]
 ) -> bool:
-    usual = _usual(same, first, length, one.log.rate)
-    if usual >= 0.5 or one.log.n * usual ** (length - 1) >= 1e-3:
+    repeat_share = _usual_repeat_share(same, first, length, sensor.log.rate)
+    if repeat_share >= 0.5 or sensor.log.n * repeat_share ** (length - 1) >= 1e-3:
         return False
-    part = one.log.data[first : first + length]
-    others = [a for a in range(3) if a != axis]
-    moving = all(np.nanstd(part[:, a]) > 3.0 * steps[a] for a in others)
-    column, value = one.log.data[:, axis], part[0, axis]
+    part = sensor.log.data[first : first + length]
+    other_axes = [a for a in range(3) if a != axis]
+    moving = all(np.nanstd(part[:, a]) > 3.0 * steps[a] for a in other_axes)
+    column, value = sensor.log.data[:, axis], part[0, axis]
     return moving and bool(np.nanmin(column) < value < np.nanmax(column))
 
 
-def _stuck(one: Sensor, what: str, first: int, length: int) -> Finding:
-    spans = one.spans(np.arange(first, first + length))
+def _describe_stuck(sensor: Sensor, what: str, first: int, length: int) -> Finding:
+    spans = sensor.spans(np.arange(first, first + length))
     return Finding(
         SECTION, "equal samples", LIMITS["equal samples"].severity(length),
-        f"{one.name}, {what}: {length} equal samples one after the other, from "
+        f"{sensor.name}, {what}: {length} equal samples one after the other, from "
         f"{spans[0][0]:.2f} to {spans[0][1]:.2f} s.",
-        float(length), "", None, spans, one.figure,
+        float(length), "", None, spans, sensor.figure,
         "Leave the span out, and look whether the next log has one.",
     )  # fmt: skip
 
 
-def _spikes(one: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
-    if one.log.rate < _SLOW:
+def _check_spikes(sensor: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
+    if sensor.log.rate < _MIN_RATE_HZ:
         return
-    pairs = zip(one.log.data.T, steps, strict=True)
-    rows = np.unique(np.concatenate([_spiked(column, step) for column, step in pairs]))
-    share = 100.0 * rows.size / one.log.n
-    how = LIMITS["spikes"].severity(rows.size)
-    how = "act" if how == "look" and LIMITS["spikes, share"].severity(share) == "act" else how
-    if how == "good":
+    pairs = zip(sensor.log.data.T, steps, strict=True)
+    rows = np.unique(np.concatenate([_find_spikes(column, step) for column, step in pairs]))
+    share = 100.0 * rows.size / sensor.log.n
+    severity = LIMITS["spikes"].severity(rows.size)
+    severity = (
+        "act"
+        if severity == "look" and LIMITS["spikes, share"].severity(share) == "act"
+        else severity
+    )
+    if severity == "good":
         return
     yield Finding(
-        SECTION, "spikes", how,
-        f"{one.name}: {rows.size} single samples ({share:.2g} %) lie far from both neighbours.",
-        float(rows.size), "", None, one.spans(rows), one.figure,
+        SECTION, "spikes", severity,
+        f"{sensor.name}: {rows.size} single samples ({share:.2g} %) lie far from both neighbours.",
+        float(rows.size), "", None, sensor.spans(rows), sensor.figure,
         "Remove them with `zerorate.denoise`, or a median of three, before any filter.",
     )  # fmt: skip
 
 
-def _spiked(column: Floats, step: float) -> Integers:
+def _find_spikes(column: Floats, step: float) -> Integers:
     """Return the rows of single samples that no motion makes."""
-    if len(column) < _WINDOW + 4:
+    if len(column) < _SPIKE_WINDOW + 4:
         return np.empty(0, dtype=np.int64)
     with np.errstate(invalid="ignore", over="ignore"):
         size = column[:-2] + column[2:]
@@ -254,39 +272,42 @@ def _spiked(column: Floats, step: float) -> Integers:
         known = size[np.isfinite(size)]
         if not known.size:
             return np.empty(0, dtype=np.int64)
-        least = 4.0 * float(np.quantile(known, 0.995, overwrite_input=True))
+        threshold = 4.0 * float(np.quantile(known, 0.995, overwrite_input=True))
         middle = float(np.median(known, overwrite_input=True))
-        places = np.flatnonzero(size > max(least, middle, 4.0 * step))
-        good = [at for at in places.tolist() if _is_single(column, at)]
-    return np.array(good, dtype=np.int64) + 1
+        candidates = np.flatnonzero(size > max(threshold, middle, 4.0 * step))
+        spikes = [at for at in candidates.tolist() if _is_single(column, at)]
+    return np.array(spikes, dtype=np.int64) + 1
 
 
-def _is_single(column: Floats, place: int) -> bool:
+def _is_single(column: Floats, index: int) -> bool:
     """Whether a sample alone is off: its neighbours lean half of it the other way, no others.
 
     The place is that of the sample before it.
     """
-    first = max(0, place - _WINDOW)
-    part = column[first : place + _WINDOW + 3]
-    off, at = part[1:-1] - 0.5 * (part[:-2] + part[2:]), place - first
-    if at < 3 or at + 3 >= len(off):
+    first = max(0, index - _SPIKE_WINDOW)
+    part = column[first : index + _SPIKE_WINDOW + 3]
+    deviations, at = part[1:-1] - 0.5 * (part[:-2] + part[2:]), index - first
+    if at < 3 or at + 3 >= len(deviations):
         return False
-    mine = off[at]
-    near, far = off[[at - 1, at + 1]] / mine, off[[at - 2, at + 2]] / mine
-    around = np.delete(off[max(0, at - _WINDOW // 2) : at + _WINDOW // 2], _WINDOW // 2 - 1)
+    deviation = deviations[at]
+    near, far = deviations[[at - 1, at + 1]] / deviation, deviations[[at - 2, at + 2]] / deviation
+    around = np.delete(
+        deviations[max(0, at - _SPIKE_WINDOW // 2) : at + _SPIKE_WINDOW // 2],
+        _SPIKE_WINDOW // 2 - 1,
+    )
     scatter = float(np.nanmedian(np.abs(around)))
     single = (np.abs(near + 0.5) < 0.1).all() and (np.abs(far) < 0.1).all()
-    return bool(single and abs(mine) > 20.0 * scatter)
+    return bool(single and abs(deviation) > 20.0 * scatter)
 
 
-def _coarse(imu: Imu, one: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
-    if not imu.rests or one.factor is None:
+def _check_resolution(imu: Imu, sensor: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
+    if not imu.rests or sensor.factor is None:
         return
     rows = np.concatenate([np.arange(rest.first, rest.last) for rest in imu.rests])
-    rows = rows[rows < len(one.blocks.there)]
-    scatter = np.median(one.blocks.scatter[rows], axis=0)
+    rows = rows[rows < len(sensor.blocks.present)]
+    scatter = np.median(sensor.blocks.scatter[rows], axis=0)
     ratios = [
-        one.factor * step / max(float(size), one.factor * step / math.sqrt(12.0) / 2.0)
+        sensor.factor * step / max(float(size), sensor.factor * step / math.sqrt(12.0) / 2.0)
         for step, size in zip(steps, scatter, strict=True)
         if step > 0.0
     ]
@@ -296,12 +317,13 @@ def _coarse(imu: Imu, one: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
     axis = int(np.argmax(steps))
     yield Finding(
         SECTION, "coarse step", "look",
-        f"{one.name}: numbers go in steps of {steps[axis]:.3g} {one.log.unit}, {worst:.2g} times "
+        f"{sensor.name}: numbers go in steps of {steps[axis]:.3g} {sensor.log.unit}, "
+        f"{worst:.2g} times "
         "their scatter at rest.",
-        worst, "", None, _spans(imu), one.figure,
+        worst, "", None, _spans(imu), sensor.figure,
         "Log more digits, or set a smaller range.",
     )  # fmt: skip
 
 
 def _spans(imu: Imu) -> tuple[tuple[float, float], ...]:
-    return tuple((BLOCK * rest.first, BLOCK * rest.last) for rest in imu.rests)
+    return tuple((BLOCK_S * rest.first, BLOCK_S * rest.last) for rest in imu.rests)

@@ -10,89 +10,95 @@ import numpy as np
 
 from zerorate.calibration.temperature import TemperatureModel
 from zerorate.findings.finding import Finding
-from zerorate.findings.imus import BLOCK, Imu
+from zerorate.findings.imus import BLOCK_S, Imu
 from zerorate.findings.limits import LIMITS
-from zerorate.findings.rests import SECTION, spans
-from zerorate.numerals import with_error
+from zerorate.findings.rests import SECTION, rest_spans
+from zerorate.numerals import format_with_error
 from zerorate.record.log import Log
 from zerorate.record.recording import Recording
 from zerorate.types import Floats
 
-_LEAST: Final = 60.0
+_MIN_REST_S: Final = 60.0
 """Seconds at rest, in all, without which no slope is looked for."""
-_FEWEST: Final = 2
+_MIN_READINGS: Final = 2
 _ADVICE: Final = (
     "Record it still from cold until it is warm, half an hour or more, and let it cool again: "
     "`zerorate calibrate --temperature`."
 )
 
 
-def by_temperature(recording: Recording, found: Sequence[Imu]) -> Iterator[Finding]:
+def temperature_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
     """Yield how the bias of each gyro that has a thermometer goes with its temperature."""
-    for imu in found:
+    for imu in imus:
         if imu.gyro is None or imu.gyro.factor is None or not imu.still.size:
             continue
         name = imu.gyro.name
         log = recording.get(name.replace("gyro", "temperature"))
         # Thermometers are counted by themselves: those beside every sample are of the same sensor.
         if log is not None and log.channels == 1 and (name == "gyro" or log.n == imu.gyro.log.n):
-            yield _of_imu(imu, log)
+            yield _check_imu(imu, log)
 
 
-def _of_imu(imu: Imu, thermometer: Log) -> Finding:
+def _check_imu(imu: Imu, thermometer: Log) -> Finding:
     gyro = imu.gyro
     assert gyro is not None
-    seconds = BLOCK * np.count_nonzero(imu.still)
-    if seconds < _LEAST:
-        return _unknown(imu, f"it rests for {seconds:.4g} s in all, and {_LEAST:g} s are needed")
-    temperature = _at_blocks(thermometer, gyro.start, len(imu.still))
+    seconds = BLOCK_S * np.count_nonzero(imu.still)
+    if seconds < _MIN_REST_S:
+        return _describe_unidentifiable(
+            imu, f"it rests for {seconds:.4g} s in all, and {_MIN_REST_S:g} s are needed"
+        )
+    temperature = _temperature_at_blocks(thermometer, gyro.start, len(imu.still))
     if temperature is None:
-        return _unknown(imu, "its thermometer shows nothing")
+        return _describe_unidentifiable(imu, "its thermometer shows nothing")
     rates = np.degrees(gyro.blocks.mean[: len(imu.still)])
     try:
-        model = TemperatureModel.fit(rates, temperature, 1.0 / BLOCK, rests=imu.still, unit="deg/s")
+        model = TemperatureModel.fit(
+            rates, temperature, 1.0 / BLOCK_S, rests=imu.still, unit="deg/s"
+        )
     except ValueError:  # fewer means than it needs
-        return _unknown(imu, "the rests are too few")
+        return _describe_unidentifiable(imu, "the rests are too few")
     low, high = model.range
-    known = [k for k, one in enumerate(model.slopes) if one.identifiable]
-    if not known:
-        return _unknown(imu, _why(model))
-    worst = max(known, key=lambda k: abs(model.slopes[k]))
+    known_axes = [k for k, slope_estimate in enumerate(model.slopes) if slope_estimate.identifiable]
+    if not known_axes:
+        return _describe_unidentifiable(imu, _explain_missing_slope(model))
+    worst = max(known_axes, key=lambda k: abs(model.slopes[k]))
     slope, kind = model.slopes[worst], LIMITS["bias by temperature"]
-    told = ", ".join(
-        f"{with_error(model.slopes[k], model.slopes[k].sigma)} about {'xyz'[k]}" for k in known
+    slopes_text = ", ".join(
+        f"{format_with_error(model.slopes[k], model.slopes[k].sigma)} about {'xyz'[k]}"
+        for k in known_axes
     )
-    others = "" if len(known) == 3 else "; of the other axes no slope is seen"
-    together = "" if model.time_apart else "; temperature and time went together"
+    other_axes_text = "" if len(known_axes) == 3 else "; of the other axes no slope is seen"
+    confounding_text = "" if model.time_separable else "; temperature and time went together"
     return Finding(
         SECTION, "bias by temperature", kind.severity(max(abs(slope) - 2.0 * slope.sigma, 0.0)),
-        f"{gyro.name}: the bias goes with temperature by {told} deg/s/K at "
-        f"{model.reference:.1f} degC, over {low:.1f} to {high:.1f} degC{others}{together}.",
-        float(abs(slope)), kind.unit, slope.sigma, spans(imu.rests), gyro.figure, _ADVICE,
+        f"{gyro.name}: the bias goes with temperature by {slopes_text} deg/s/K at "
+        f"{model.reference:.1f} degC, over {low:.1f} to {high:.1f} "
+        f"degC{other_axes_text}{confounding_text}.",
+        float(abs(slope)), kind.unit, slope.sigma, rest_spans(imu.rests), gyro.figure, _ADVICE,
     )  # fmt: skip
 
 
-def _at_blocks(thermometer: Log, start: float, count: int) -> Floats | None:
+def _temperature_at_blocks(thermometer: Log, start: float, count: int) -> Floats | None:
     """Return the temperature in the middle of each block, None where none is known."""
-    shown = thermometer.data[:, 0]
-    good = np.isfinite(shown)
-    if np.count_nonzero(good) < _FEWEST:
+    readings = thermometer.data[:, 0]
+    finite = np.isfinite(readings)
+    if np.count_nonzero(finite) < _MIN_READINGS:
         return None
-    middles = start + BLOCK * (np.arange(count) + 0.5)
-    return np.asarray(np.interp(middles, thermometer.sampled[good], shown[good]))
+    middles = start + BLOCK_S * (np.arange(count) + 0.5)
+    return np.asarray(np.interp(middles, thermometer.sampled[finite], readings[finite]))
 
 
-def _why(model: TemperatureModel) -> str:
+def _explain_missing_slope(model: TemperatureModel) -> str:
     """Return why no slope is identifiable."""
     if model.span < 1.0:
         return f"temperature moved by {model.span:.2g} K only"
-    bound = max(one.upper_bound for one in model.slopes)
+    bound = max(slope.upper_bound for slope in model.slopes)
     if not math.isfinite(bound):
         return "the rests are too few"
     return f"over {model.span:.3g} K no slope stands out, of {bound:.2g} deg/s/K or less"
 
 
-def _unknown(imu: Imu, why: str) -> Finding:
+def _describe_unidentifiable(imu: Imu, why: str) -> Finding:
     gyro = imu.gyro
     assert gyro is not None
     return Finding(

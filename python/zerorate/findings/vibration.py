@@ -7,103 +7,114 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.findings.aliasing import AliasedHarmonic, find_aliased_harmonic
 from zerorate.findings.finding import Finding
-from zerorate.findings.folded import Folded, folded_of
-from zerorate.findings.imus import BLOCK, Imu, Sensor
+from zerorate.findings.imus import BLOCK_S, Imu, Sensor
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import with_error
+from zerorate.numerals import format_with_error
 from zerorate.types import Booleans, Floats
 
 SECTION: Final = "Vibration in motion"
-_SLOW: Final = 90.0
+_MIN_RATE_HZ: Final = 90.0
 """Hz below which the samples show a small part of a vibration."""
-_LEAST: Final = 10
+_MIN_BLOCKS: Final = 10
 """Blocks in motion without which nothing is told."""
-_WINDOWS: Final = 400
+_MAX_WINDOWS: Final = 400
 """Windows of a second that tell the spectrum."""
-_BLOCKS: Final = 2000
+_CHUNK_BLOCKS: Final = 2000
 """Blocks whose vibration is computed at once."""
-_PEAK: Final = 4.0
+_MIN_PEAK_RATIO: Final = 4.0
 """Amplitude of a peak over what is around it: 12 dB."""
 
 
-def vibration(found: Sequence[Imu]) -> Iterator[Finding]:
+def vibration_findings(imus: Sequence[Imu]) -> Iterator[Finding]:
     """Yield how much each accelerometer shakes in motion, and at what frequency most."""
-    for imu in found:
-        one = imu.accel
-        if one is not None and one.factor is not None and one.log.rate >= _SLOW and imu.still.size:
-            yield from _level(imu, one)
+    for imu in imus:
+        accel = imu.accel
+        if (
+            accel is not None
+            and accel.factor is not None
+            and accel.log.rate >= _MIN_RATE_HZ
+            and imu.still.size
+        ):
+            yield from _check_level(imu, accel)
 
 
-def _level(imu: Imu, one: Sensor) -> Iterator[Finding]:
-    moving = ~imu.still & one.blocks.there[: len(imu.still)]
-    if np.count_nonzero(moving) < _LEAST:
+def _check_level(imu: Imu, sensor: Sensor) -> Iterator[Finding]:
+    moving = ~imu.still & sensor.blocks.present[: len(imu.still)]
+    if np.count_nonzero(moving) < _MIN_BLOCKS:
         return
-    sizes = _vibe(one, len(moving))[moving]
+    sizes = _vibration_rms(sensor, len(moving))[moving]
     level = float(np.quantile(sizes, 0.95))
     kind = LIMITS["vibration"]
     first = np.flatnonzero(moving)[sizes >= kind.look]
-    spans = tuple((BLOCK * b, BLOCK * (b + 1)) for b in first.tolist()[:50])
-    parts = _windows(one, moving)
-    peak = _peak(parts, one.log.rate)
-    told = "" if peak is None else f", most of it at {peak:.3g} Hz"
+    spans = tuple((BLOCK_S * b, BLOCK_S * (b + 1)) for b in first.tolist()[:50])
+    parts = _select_windows(sensor, moving)
+    peak = _find_peak(parts, sensor.log.rate)
+    peak_text = "" if peak is None else f", most of it at {peak:.3g} Hz"
     yield Finding(
         SECTION, "vibration", kind.severity(level),
-        f"{one.name}: vibration of {level:.3g} m/s² (95 % of motion) in the {one.log.rate:.4g} Hz "
-        f"samples{told}; what is faster than those does not count in it.",
-        level, "m/s²", None, spans, one.figure,
+        f"{sensor.name}: vibration of {level:.3g} m/s² (95 % of motion) in the "
+        f"{sensor.log.rate:.4g} Hz "
+        f"samples{peak_text}; what is faster than those does not count in it.",
+        level, "m/s²", None, spans, sensor.figure,
         "Compare with the autopilot's own metric, which runs at the sensor's rate; log raw samples "
         "of a hover.",
     )  # fmt: skip
-    seen = folded_of(parts, one.log.rate)
-    if seen is not None:
-        yield _on_folded(one, seen)
+    harmonic = find_aliased_harmonic(parts, sensor.log.rate)
+    if harmonic is not None:
+        yield _describe_aliased(sensor, harmonic)
 
 
-def _on_folded(one: Sensor, seen: Folded) -> Finding:
+def _describe_aliased(sensor: Sensor, harmonic: AliasedHarmonic) -> Finding:
     kind = LIMITS["folded peak"]
-    size, sigma = (one.factor or 0.0) * seen.amplitude, (one.factor or 0.0) * seen.sigma
-    rate = seen.fold * one.log.rate
+    size, sigma = (
+        (sensor.factor or 0.0) * harmonic.amplitude,
+        (sensor.factor or 0.0) * harmonic.sigma,
+    )
+    rate = harmonic.fold * sensor.log.rate
     return Finding(
         SECTION, "folded peak", kind.severity(size),
-        f"{one.name}: a peak at {_band(seen.seen)} Hz of {with_error(size, sigma)} m/s² moves as "
-        f"{seen.order} times the one at {_band(seen.peak)} Hz does where sampling folds it at "
+        f"{sensor.name}: a peak at {_format_band(harmonic.alias)} Hz of "
+        f"{format_with_error(size, sigma)} m/s² moves as "
+        f"{harmonic.order} times the one at {_format_band(harmonic.peak)} Hz does where "
+        "sampling folds it at "
         f"{rate:.4g} Hz.",
-        size, "m/s²", sigma, (), one.figure,
+        size, "m/s²", sigma, (), sensor.figure,
         "Log at a higher rate, or filter below half of this one before it is sampled.",
     )  # fmt: skip
 
 
-def _band(edges: tuple[float, float]) -> str:
+def _format_band(edges: tuple[float, float]) -> str:
     return f"{edges[0]:.3g} to {edges[1]:.3g}"
 
 
-def _vibe(one: Sensor, count: int) -> Floats:
+def _vibration_rms(sensor: Sensor, count: int) -> Floats:
     """Return the root mean square of what is faster than 5 Hz, all axes, block by block.
 
     ArduPilot's: the force less its low-pass of 5 Hz, squared, low-passed at 2 Hz, the root.
     """
-    gain = 1.0 / (1.0 + one.log.rate / (2.0 * np.pi * 5.0))
-    width, data = max(1, round(1.0 / gain)), one.log.data
+    gain = 1.0 / (1.0 + sensor.log.rate / (2.0 * np.pi * 5.0))
+    width, data = max(1, round(1.0 / gain)), sensor.log.data
     middles = [float(np.nanmedian(column)) for column in data.T]
-    edges = np.searchsorted(one.log.sampled, np.arange(count + 1) * BLOCK + one.start)
+    edges = np.searchsorted(sensor.log.sampled, np.arange(count + 1) * BLOCK_S + sensor.start)
     sums = np.zeros(count)
-    for first in range(0, count, _BLOCKS):
-        last = min(first + _BLOCKS, count)
+    for first in range(0, count, _CHUNK_BLOCKS):
+        last = min(first + _CHUNK_BLOCKS, count)
         begin, end = int(edges[first]), int(edges[last])
         before, after = max(begin - width, 0), min(end + width, len(data))
         square = np.zeros(end - begin)
         for column, middle in zip(data[before:after].T, middles, strict=True):
             values = np.where(np.isfinite(column), column, middle)
-            values -= _smoothed(values, width)
+            values -= _moving_mean(values, width)
             square += np.square(values[begin - before : end - before])
         parts = np.concatenate([[0.0], np.cumsum(square)])[edges[first : last + 1] - begin]
         sums[first:last] = np.diff(parts)
     full = np.maximum(np.diff(edges), 1)
-    return np.asarray((one.factor or 0.0) * np.sqrt(np.maximum(sums, 0.0) / full))
+    return np.asarray((sensor.factor or 0.0) * np.sqrt(np.maximum(sums, 0.0) / full))
 
 
-def _smoothed(values: Floats, width: int) -> Floats:
+def _moving_mean(values: Floats, width: int) -> Floats:
     """Return a moving mean, centred, twice as wide as a low-pass of so many samples remembers."""
     half = width
     sums = np.concatenate([[0.0], np.cumsum(values)])
@@ -112,20 +123,20 @@ def _smoothed(values: Floats, width: int) -> Floats:
     return np.asarray((sums[high] - sums[low]) / (high - low))
 
 
-def _windows(one: Sensor, moving: Booleans) -> Floats:
+def _select_windows(sensor: Sensor, moving: Booleans) -> Floats:
     """Return windows of a second in motion, shape (m, n, 3), spread evenly over it."""
-    length = round(one.log.rate)
-    starts = np.searchsorted(one.log.sampled, np.flatnonzero(moving) * BLOCK + one.start)
-    starts = starts[starts + length <= one.log.n]
-    chosen = starts[:: max(1, starts.size // _WINDOWS)]
-    parts = one.log.data[chosen[:, np.newaxis] + np.arange(length)]
+    length = round(sensor.log.rate)
+    starts = np.searchsorted(sensor.log.sampled, np.flatnonzero(moving) * BLOCK_S + sensor.start)
+    starts = starts[starts + length <= sensor.log.n]
+    sampled_starts = starts[:: max(1, starts.size // _MAX_WINDOWS)]
+    parts = sensor.log.data[sampled_starts[:, np.newaxis] + np.arange(length)]
     return np.asarray(parts[np.isfinite(parts).all(axis=(1, 2))])
 
 
-def _peak(parts: Floats, rate: float) -> float | None:
+def _find_peak(parts: Floats, rate: float) -> float | None:
     """Return the frequency that stands out most in motion, Hz, None if none does."""
     length = parts.shape[1]
-    if len(parts) < _LEAST:
+    if len(parts) < _MIN_BLOCKS:
         return None
     parts = (parts - parts.mean(axis=1, keepdims=True)) * np.hanning(length)[:, np.newaxis]
     power = (np.abs(np.fft.rfft(parts, axis=1)) ** 2).sum(axis=2)
@@ -133,5 +144,5 @@ def _peak(parts: Floats, rate: float) -> float | None:
     around = np.array([np.median(middle[max(1, i - 12) : i + 13]) for i in range(len(middle))])
     ratio = middle / np.maximum(around, np.finfo(float).tiny)
     ratio[:5] = 0.0
-    best = int(np.argmax(np.where(ratio > _PEAK, middle, 0.0)))
-    return float(best * rate / length) if ratio[best] > _PEAK else None
+    best = int(np.argmax(np.where(ratio > _MIN_PEAK_RATIO, middle, 0.0)))
+    return float(best * rate / length) if ratio[best] > _MIN_PEAK_RATIO else None

@@ -6,11 +6,11 @@ The filter itself is `zerorate.foot.FootFilter`, of the core.
 from typing import TYPE_CHECKING, Final
 
 from zerorate._native import FootFilter
-from zerorate.lazy import later
+from zerorate.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from zerorate.foot.feet import Asymmetry, Feet, join_feet
-    from zerorate.foot.foot import FootNavigation, FootTrack, Origin, PlacedTrack
+    from zerorate.foot.foot import FootNavigation, FootTrack, GeodeticTrack, Origin
     from zerorate.foot.strides import Strides
 
 __all__ = [
@@ -19,16 +19,16 @@ __all__ = [
     "FootFilter",
     "FootNavigation",
     "FootTrack",
+    "GeodeticTrack",
     "Origin",
-    "PlacedTrack",
     "Strides",
     "join_feet",
 ]
 
 _PLACES: Final = {
     "feet": "Asymmetry Feet join_feet",
-    "foot": "FootNavigation FootTrack Origin PlacedTrack",
+    "foot": "FootNavigation FootTrack Origin GeodeticTrack",
     "strides": "Strides",
 }
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = later(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)

@@ -17,19 +17,19 @@ from zerorate.views import Result
 if TYPE_CHECKING:
     from zerorate.types import Floats
 
-_ALIKE: Final = 20.0
+_ALIGNMENT_M: Final = 20.0
 """Metres of the way by which the frames of both feet are laid over each other."""
-_PRIOR: Final = (0.5, 0.1)
+_PRIOR_SIGMAS: Final = (0.5, 0.1)
 """Deviations of where the other foot is after that, m, and of its heading, rad."""
-_AWAY: Final = 0.1
+_BOUND_SIGMA_M: Final = 0.1
 """Deviation of the bound, m."""
-_SLIPS: Final = (0.005, 0.005)
+_STEP_SIGMAS: Final = (0.005, 0.005)
 """Deviation of each step besides that of its heading: m, and as a part of it."""
-_STEADY: Final = 1e-4
+_MIN_HEADING_SIGMA_RAD: Final = 1e-4
 """Least deviation by which a heading drifts from one stance to the next, rad."""
-_COMMON: Final = 5.0
+_MIN_COMMON_S: Final = 5.0
 """Seconds that both tracks must have in common."""
-_COMPARED: Final = (
+_COMPARED_QUANTITIES: Final = (
     "stride_length",
     "stride_time",
     "gait_velocity",
@@ -39,9 +39,9 @@ _COMPARED: Final = (
 )
 
 
-_BY_STEPS: Final = ("swing_time", "stance_time")
+_STANCE_QUANTITIES: Final = ("swing_time", "stance_time")
 """Those that end where a step is found to stand: all alike in a regular walk, and off alike."""
-_OF_A_STEP: Final = 0.02 / math.sqrt(12.0)
+_INSTANT_SIGMA_S: Final = 0.02 / math.sqrt(12.0)
 """Standard deviation of an instant within a step of the core, s."""
 
 
@@ -114,20 +114,22 @@ class Feet(Result):
         R. O. Robinson, W. Herzog, B. M. Nigg, *J. Manipulative and Physiological Therapeutics*
         10(4), 1987. What has under two strides of a foot is left out.
         """
-        of = {"left": self.left.strides(), "right": self.right.strides()}
-        found = {}
-        for name in _COMPARED:
-            values = [getattr(strides, name) for strides in of.values()]
-            known = [one[np.isfinite(one)] for one in values]
+        strides_by_side = {"left": self.left.strides(), "right": self.right.strides()}
+        asymmetries = {}
+        for name in _COMPARED_QUANTITIES:
+            values = [getattr(strides, name) for strides in strides_by_side.values()]
+            known = [values_known[np.isfinite(values_known)] for values_known in values]
             if min(map(len, known)) < 2:
                 continue
-            left, right = (float(one.mean()) for one in known)
-            errors = [one.std(ddof=1) / math.sqrt(len(one)) for one in known]
-            errors += [_OF_A_STEP] * len(known) if name in _BY_STEPS else []
+            left, right = (float(values_known.mean()) for values_known in known)
+            errors = [
+                values_known.std(ddof=1) / math.sqrt(len(values_known)) for values_known in known
+            ]
+            errors += [_INSTANT_SIGMA_S] * len(known) if name in _STANCE_QUANTITIES else []
             mean = 0.5 * (left + right)
             sigma = 100.0 * math.hypot(*errors) / mean
-            found[name] = Asymmetry(left, right, 100.0 * (left - right) / mean, sigma)
-        return found
+            asymmetries[name] = Asymmetry(left, right, 100.0 * (left - right) / mean, sigma)
+        return asymmetries
 
 
 def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Feet:
@@ -179,23 +181,26 @@ def join_feet(left: FootTrack, right: FootTrack, *, distance: float = 1.2) -> Fe
     first = max(foot.time[0] for foot in feet)
     last = min(foot.time[-1] for foot in feet)
     marks = [foot.stances(first, last) for foot in feet]
-    if last - first < _COMMON or min(map(len, marks)) < 4:
+    if last - first < _MIN_COMMON_S or min(map(len, marks)) < 4:
         raise ArgumentError(
             "right",
-            f"must have {_COMMON:g} s and four stances in common with left on one clock, got "
+            f"must have {_MIN_COMMON_S:g} s and four stances in common with left on one clock, got "
             f"{max(last - first, 0.0):.3g} s with {len(marks[0])} and {len(marks[1])}",
         )
     times = np.unique(np.concatenate([[first], *marks, [last]]))
-    places = np.array([foot.at(times) for foot in feet])
-    turn, shift = _laid_over(*places)
-    places[1] = places[1] * turn + shift
+    positions = np.array([foot.position_at(times) for foot in feet])
+    turn, shift = _align_tracks(*positions)
+    positions[1] = positions[1] * turn + shift
     wander = [np.diff(foot.variance(times)) for foot in feet]
-    states, covariances, count = _joined(places, np.array(wander), distance)
+    states, covariances, count = _smooth_feet(positions, np.array(wander), distance)
     tracks = []
     for i, foot in enumerate(feet):
-        own, p = states[:, 3 * i : 3 * i + 3], covariances[:, 3 * i : 3 * i + 3, 3 * i : 3 * i + 3]
-        begun = (turn, shift) if i else (1.0 + 0.0j, 0.0j)
-        tracks.append(foot.moved(times, places[i], own, p, begun))
+        foot_states, p = (
+            states[:, 3 * i : 3 * i + 3],
+            covariances[:, 3 * i : 3 * i + 3, 3 * i : 3 * i + 3],
+        )
+        alignment = (turn, shift) if i else (1.0 + 0.0j, 0.0j)
+        tracks.append(foot.apply_states(times, positions[i], foot_states, p, alignment))
     return Feet(tracks[0], replace(tracks[1], origin=left.origin), distance, count)
 
 
@@ -209,51 +214,57 @@ class _Foot:
         self.track = track
         self.known = known
         self.time = track.time[known]
-        self.place = track.position[known, :2] @ np.array([1.0, 1.0j])
+        self.position = track.position[known, :2] @ np.array([1.0, 1.0j])
 
     def stances(self, first: float, last: float) -> Floats:
         times = self.track.time[self.track.lowest]
         inside: Floats = times[(times >= first) & (times <= last)]
         return inside
 
-    def at(self, times: Floats) -> npt.NDArray[np.complex128]:
-        x, y = (np.interp(times, self.time, part) for part in (self.place.real, self.place.imag))
-        there: npt.NDArray[np.complex128] = x + 1j * y
-        return there
+    def position_at(self, times: Floats) -> npt.NDArray[np.complex128]:
+        x, y = (
+            np.interp(times, self.time, part) for part in (self.position.real, self.position.imag)
+        )
+        position: npt.NDArray[np.complex128] = x + 1j * y
+        return position
 
     def variance(self, times: Floats) -> Floats:
         sigma = self.track.sigma[self.known, 8]
         known: Floats = np.interp(times, self.time, sigma * sigma)
         return known
 
-    def moved(
+    def apply_states(
         self,
         times: Floats,
-        places: np.ndarray,
+        positions: np.ndarray,
         states: Floats,
         covariances: Floats,
-        begun: tuple[complex, complex],
+        alignment: tuple[complex, complex],
     ) -> FootTrack:
         """Return the track as the states at these times have it."""
-        track, (turn, shift) = self.track, begun
+        track, (turn, shift) = self.track, alignment
         own = (track.position[:, :2] @ np.array([1.0, 1.0j])) * turn + shift
-        turned = np.interp(track.time, times, states[:, 2])
+        heading_change = np.interp(track.time, times, states[:, 2])
         # Between two stances the way is turned, and what is left is spread over it.
         k = np.clip(np.searchsorted(times, track.time, side="right") - 1, 0, len(times) - 2)
-        found = states[:, 0] + 1j * states[:, 1]
-        steps = np.diff(places) * np.exp(1j * states[:-1, 2])
-        rest = np.diff(found) - steps
+        positions_smoothed = states[:, 0] + 1j * states[:, 1]
+        steps = np.diff(positions) * np.exp(1j * states[:-1, 2])
+        rest = np.diff(positions_smoothed) - steps
         part = np.clip((track.time - times[k]) / np.diff(times)[k], 0.0, 1.0)
-        z = found[k] + (own - places[k]) * np.exp(1j * states[k, 2]) + part * rest[k]
+        z = (
+            positions_smoothed[k]
+            + (own - positions[k]) * np.exp(1j * states[k, 2])
+            + part * rest[k]
+        )
         position, sigma = track.position.copy(), track.sigma.copy()
         position[:, 0], position[:, 1] = z.real, z.imag
-        about = np.zeros((track.n, 3))
-        about[:, 2] = turned + np.angle(turn)
-        spin = from_rotation_vectors(about)
+        rotation_vectors = np.zeros((track.n, 3))
+        rotation_vectors[:, 2] = heading_change + np.angle(turn)
+        rotation = from_rotation_vectors(rotation_vectors)
         for column, i in ((0, 0), (1, 1), (8, 2)):
-            told = np.sqrt(np.maximum(np.interp(track.time, times, covariances[:, i, i]), 0.0))
-            sigma[:, column] = np.where(self.known, told, sigma[:, column])
-        c, s = np.cos(about[:, 2]), np.sin(about[:, 2])
+            sigmas = np.sqrt(np.maximum(np.interp(track.time, times, covariances[:, i, i]), 0.0))
+            sigma[:, column] = np.where(self.known, sigmas, sigma[:, column])
+        c, s = np.cos(rotation_vectors[:, 2]), np.sin(rotation_vectors[:, 2])
         velocity = track.velocity.copy()
         velocity[:, 0] = c * track.velocity[:, 0] - s * track.velocity[:, 1]
         velocity[:, 1] = s * track.velocity[:, 0] + c * track.velocity[:, 1]
@@ -262,81 +273,93 @@ class _Foot:
             track,
             position=np.where(known, position, np.nan),
             velocity=velocity,
-            quaternion=np.where(known, product(spin, track.quaternion), track.quaternion),
+            quaternion=np.where(known, product(rotation, track.quaternion), track.quaternion),
             sigma=sigma,
             smoothed=True,
             _steps=None,
         )
 
 
-def _laid_over(left: np.ndarray, right: np.ndarray) -> tuple[complex, complex]:
+def _align_tracks(left: np.ndarray, right: np.ndarray) -> tuple[complex, complex]:
     """Return the rotation and the shift that lay the begin of the right track over the left one."""
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(left)))])
-    count = max(int(np.searchsorted(way, _ALIKE)), 4)
+    count = max(int(np.searchsorted(way, _ALIGNMENT_M)), 4)
     z, w = right[:count], left[:count]
     fit = np.vdot(z - z.mean(), w - w.mean())
     turn = fit / abs(fit) if abs(fit) > 0.0 else 1.0 + 0.0j
     return complex(turn), complex(w.mean() - turn * z.mean())
 
 
-def _joined(places: np.ndarray, wander: Floats, distance: float) -> tuple[Floats, Floats, int]:
+def _smooth_feet(
+    positions: np.ndarray, wander: Floats, distance: float
+) -> tuple[Floats, Floats, int]:
     """Return places and turns of both feet, smoothed, and how often they met the bound.
 
     The state is x, y and turn of either foot.
     """
-    n = places.shape[1]
-    x = np.array([places[0, 0].real, places[0, 0].imag, 0.0, *_parts(places[1, 0]), 0.0])
-    p = np.diag([1e-10, 1e-10, 1e-12, _PRIOR[0] ** 2, _PRIOR[0] ** 2, _PRIOR[1] ** 2])
+    n = positions.shape[1]
+    x = np.array(
+        [
+            positions[0, 0].real,
+            positions[0, 0].imag,
+            0.0,
+            *_real_and_imaginary(positions[1, 0]),
+            0.0,
+        ]
+    )
+    p = np.diag(
+        [1e-10, 1e-10, 1e-12, _PRIOR_SIGMAS[0] ** 2, _PRIOR_SIGMAS[0] ** 2, _PRIOR_SIGMAS[1] ** 2]
+    )
     before, after, moves = [], [], []
     count = 0
-    x, p, met = _bounded(x, p, distance)
-    count += met
+    x, p, at_bound = _apply_bound(x, p, distance)
+    count += at_bound
     after.append((x, p))
     for k in range(n - 1):
-        x, p, f = _stepped(x, p, places[:, k + 1] - places[:, k], wander[:, k])
+        x, p, f = _predict_step(x, p, positions[:, k + 1] - positions[:, k], wander[:, k])
         before.append((x, p))
         moves.append(f)
-        x, p, met = _bounded(x, p, distance)
-        count += met
+        x, p, at_bound = _apply_bound(x, p, distance)
+        count += at_bound
         after.append((x, p))
     states, covariances = [after[-1][0]], [after[-1][1]]
     for k in range(n - 2, -1, -1):
-        (x, p), (ahead, grown) = after[k], before[k]
-        gain = np.linalg.solve(grown, moves[k] @ p).T
-        states.append(x + gain @ (states[-1] - ahead))
-        covariances.append(p + gain @ (covariances[-1] - grown) @ gain.T)
+        (x, p), (predicted, predicted_covariance) = after[k], before[k]
+        gain = np.linalg.solve(predicted_covariance, moves[k] @ p).T
+        states.append(x + gain @ (states[-1] - predicted))
+        covariances.append(p + gain @ (covariances[-1] - predicted_covariance) @ gain.T)
     return np.array(states[::-1]), np.array(covariances[::-1]), count
 
 
-def _parts(z: complex) -> tuple[float, float]:
+def _real_and_imaginary(z: complex) -> tuple[float, float]:
     return z.real, z.imag
 
 
-def _stepped(
+def _predict_step(
     x: Floats, p: Floats, steps: np.ndarray, wander: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Return the state and its covariance after a step of either foot, and the Jacobian."""
     x, f, q = x.copy(), np.eye(6), np.zeros((6, 6))
     for i, step in enumerate(steps):
-        at = 3 * i
-        turned = step * np.exp(1j * x[at + 2])
-        x[at : at + 2] += turned.real, turned.imag
-        f[at : at + 2, at + 2] = -turned.imag, turned.real
-        slips = _SLIPS[0] ** 2 + (_SLIPS[1] * abs(step)) ** 2
-        q[at, at] = q[at + 1, at + 1] = slips
-        q[at + 2, at + 2] = max(float(wander[i]), _STEADY**2)
+        offset = 3 * i
+        rotated_step = step * np.exp(1j * x[offset + 2])
+        x[offset : offset + 2] += rotated_step.real, rotated_step.imag
+        f[offset : offset + 2, offset + 2] = -rotated_step.imag, rotated_step.real
+        slips = _STEP_SIGMAS[0] ** 2 + (_STEP_SIGMAS[1] * abs(step)) ** 2
+        q[offset, offset] = q[offset + 1, offset + 1] = slips
+        q[offset + 2, offset + 2] = max(float(wander[i]), _MIN_HEADING_SIGMA_RAD**2)
     return x, f @ p @ f.T + q, f
 
 
-def _bounded(x: Floats, p: Floats, distance: float) -> tuple[Floats, Floats, bool]:
+def _apply_bound(x: Floats, p: Floats, distance: float) -> tuple[Floats, Floats, bool]:
     """Return the state with both feet within their distance, and whether they were not."""
-    apart = x[:2] - x[3:5]
-    size = float(np.hypot(*apart))
+    separation = x[:2] - x[3:5]
+    size = float(np.hypot(*separation))
     if size <= distance:
         return x, p, False
     h = np.zeros(6)
-    h[:2], h[3:5] = apart / size, -apart / size
-    spread = h @ p @ h + _AWAY**2
+    h[:2], h[3:5] = separation / size, -separation / size
+    spread = h @ p @ h + _BOUND_SIGMA_M**2
     gain = p @ h / spread
     p = p - np.outer(gain, gain) * spread
     return x + gain * (distance - size), 0.5 * (p + p.T), True

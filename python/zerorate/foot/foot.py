@@ -12,27 +12,27 @@ import numpy.typing as npt
 from zerorate._native import NavigationRecord, foot_track
 from zerorate.checks.clipped import ClippedAxis, clipped_axes
 from zerorate.faults import ArgumentError
-from zerorate.foot.strides import Strides, strides_of
-from zerorate.geometry.earth import moved
+from zerorate.foot.strides import Strides, measure_strides
+from zerorate.geometry.earth import offset_position
 from zerorate.geometry.rotations import product
-from zerorate.navigation.track import Smoothable, Steps, between_steps, smoothed_steps
+from zerorate.navigation.track import SmoothableTrack, Steps, interpolate_steps, smooth_steps
 from zerorate.record import Log, LogError, Recording
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
-_FLIP: Final = np.array([1.0, -1.0, -1.0])
+_FRD_TO_FLU: Final = np.array([1.0, -1.0, -1.0])
 """From ahead, right, down to ahead, left, up."""
-_TURNED: Final = np.array([0.0, 1.0, 0.0, 0.0])
-_SWINGS: Final = math.radians(100.0)
+_HALF_TURN_ABOUT_X: Final = np.array([0.0, 1.0, 0.0, 0.0])
+_MIN_SWING_RATE_RAD_S: Final = math.radians(100.0)
 """A foot turns faster than that between its stances, rad/s."""
-_MOVES: Final = 0.5
+_MIN_SWING_S: Final = 0.5
 """Seconds off stances from which on a recording is not one of rest."""
-_SAME_RATE: Final = 0.01
+_MAX_RATE_DIFFERENCE: Final = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedTrack:
+class GeodeticTrack:
     """A track on the earth, as `zerorate.navigation.write_geojson` takes it.
 
     Parameters
@@ -85,7 +85,7 @@ class Origin(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FootTrack(Smoothable, Result):
+class FootTrack(SmoothableTrack, Result):
     """The track of a sensor on a foot over n samples, of `FootNavigation.process`.
 
     The frame is that of the start: x ahead, where the sensor's first axis looks, level, y to the
@@ -161,9 +161,9 @@ class FootTrack(Smoothable, Result):
     @property
     def distance(self) -> float:
         """Level way from stance to stance, m."""
-        places = self.position[self.lowest, :2]
-        places = places[np.isfinite(places[:, 0])]
-        return float(np.hypot(*np.diff(places, axis=0).T).sum())
+        positions = self.position[self.lowest, :2]
+        positions = positions[np.isfinite(positions[:, 0])]
+        return float(np.hypot(*np.diff(positions, axis=0).T).sum())
 
     def __repr__(self) -> str:
         """Return size, stances and distance."""
@@ -176,7 +176,7 @@ class FootTrack(Smoothable, Result):
 
     def strides(self) -> Strides:
         """Return the strides in numbers: length, duration, speed, height, turn, swing, stance."""
-        return strides_of(self)
+        return measure_strides(self)
 
     def smooth(self) -> FootTrack:
         """Return the best estimate: each sample in the light of all, before and after it.
@@ -190,15 +190,15 @@ class FootTrack(Smoothable, Result):
         MemoryError
             If there is none for what the smoother says.
         """
-        steps = smoothed_steps(self._steps, self.smoothed)
-        error, sigma = between_steps(self.time, steps)
-        error[:, :9] *= np.tile(_FLIP, 3)
+        steps = smooth_steps(self._steps, self.smoothed)
+        error, sigma = interpolate_steps(self.time, steps)
+        error[:, :9] *= np.tile(_FRD_TO_FLU, 3)
         position = self.position - error[:, :3]
-        return replace(self, position=position, **self._corrected(error, sigma))
+        return replace(self, position=position, **self._apply_errors(error, sigma))
 
-    def placed(
+    def georeference(
         self, latitude: float, longitude: float, *, heading: float = 0.0, height: float = 0.0
-    ) -> PlacedTrack:
+    ) -> GeodeticTrack:
         """Return the track on the earth.
 
         Parameters
@@ -224,8 +224,8 @@ class FootTrack(Smoothable, Result):
         c, s = math.cos(math.radians(heading)), math.sin(math.radians(heading))
         ahead, left, up = self.position.T
         ned = np.column_stack([c * ahead + s * left, s * ahead - c * left, -up])
-        place = moved(np.array([latitude, longitude, height]), ned)
-        return PlacedTrack(self.time, place, self.source)
+        geodetic = offset_position(np.array([latitude, longitude, height]), ned)
+        return GeodeticTrack(self.time, geodetic, self.source)
 
     def to_log(self) -> Log:
         """Return a log of x, y, z, m, for `zerorate.write_log`.
@@ -341,29 +341,36 @@ class FootNavigation:
         samples = Samples.of(imu, mag=False, what="navigation of a foot")
         time = samples.time
         self._check_rate(time)
-        found, steps = self._tracked(samples, keep == "all")
-        swings = _check_foot(time, samples.gyro, found)
-        clipped = clipped_axes(found["clipped"], samples.gyro)
+        outputs, steps = self._run_filter(samples, keep == "all")
+        swing_notes = _check_foot(time, samples.gyro, outputs)
+        clipped = clipped_axes(outputs["clipped"], samples.gyro)
         return FootTrack(
             time=time,
-            position=found["position"] * _FLIP,
-            velocity=found["velocity"] * _FLIP,
-            quaternion=product(np.broadcast_to(_TURNED, (len(time), 4)), found["quaternion"]),
-            gyro_bias=found["gyro_bias"],
-            accel_bias=found["accel_bias"],
-            sigma=found["sigma"],
-            stances=found["stances"][:, :2],
-            lowest=found["stances"][:, 2],
-            rests=found["rests"],
+            position=outputs["position"] * _FRD_TO_FLU,
+            velocity=outputs["velocity"] * _FRD_TO_FLU,
+            quaternion=product(
+                np.broadcast_to(_HALF_TURN_ABOUT_X, (len(time), 4)), outputs["quaternion"]
+            ),
+            gyro_bias=outputs["gyro_bias"],
+            accel_bias=outputs["accel_bias"],
+            sigma=outputs["sigma"],
+            stances=outputs["stances"][:, :2],
+            lowest=outputs["stances"][:, 2],
+            rests=outputs["rests"],
             clipped=clipped,
-            bound=found["bound"],
-            rejection_count=found["rejections"],
+            bound=outputs["bound"],
+            rejection_count=outputs["rejections"],
             source=imu.source,
-            notes=(*swings, *map(str, clipped), *_on_rests(found["rests"]), *samples.notes),
+            notes=(
+                *swing_notes,
+                *map(str, clipped),
+                *_rest_notes(outputs["rests"]),
+                *samples.notes,
+            ),
             _steps=steps,
         )
 
-    def _tracked(self, samples: Samples, keep: bool) -> Any:  # noqa: ANN401
+    def _run_filter(self, samples: Samples, keep: bool) -> Any:  # noqa: ANN401
         time, level = samples.time, self._floor == "level"
         try:
             return foot_track(time, samples.gyro, samples.accel, level, self._restore, keep)
@@ -377,13 +384,13 @@ class FootNavigation:
         if self._rate is None or len(time) < 2:
             return
         rate = (len(time) - 1) / float(time[-1] - time[0])
-        if abs(rate - self._rate) > _SAME_RATE * self._rate:
+        if abs(rate - self._rate) > _MAX_RATE_DIFFERENCE * self._rate:
             raise ArgumentError(
                 "rate", f"must be that of the recording, {rate:.6g} Hz, got {self._rate:.6g}"
             )
 
 
-def _on_rests(rests: npt.NDArray[np.int64]) -> tuple[str, ...]:
+def _rest_notes(rests: npt.NDArray[np.int64]) -> tuple[str, ...]:
     if len(rests):
         return ()
     return (
@@ -392,20 +399,20 @@ def _on_rests(rests: npt.NDArray[np.int64]) -> tuple[str, ...]:
     )
 
 
-def _check_foot(time: Floats, gyro: Floats, found: dict[str, Any]) -> tuple[str, ...]:
+def _check_foot(time: Floats, gyro: Floats, outputs: dict[str, Any]) -> tuple[str, ...]:
     """Refuse what is no foot; say so where nothing tells."""
     moving = np.ones(len(time), bool)
-    for first, end, _ in found["stances"]:
+    for first, end, _ in outputs["stances"]:
         moving[first:end] = False
     seconds = float(moving.mean() * (time[-1] - time[0]))
-    if seconds < _MOVES:
+    if seconds < _MIN_SWING_S:
         return (
             "it never swings, and counts as standing all the time: a machine that drives smoothly "
             "looks the same, and its way is not found",
         )
     with np.errstate(invalid="ignore"):
         fastest = float(np.nanmax(np.abs(gyro[moving]), initial=0.0))
-    if fastest < _SWINGS:
+    if fastest < _MIN_SWING_RATE_RAD_S:
         raise LogError(
             f"between its stances this sensor turns by {math.degrees(fastest):.0f} deg/s at most, "
             "and a foot by more than 100: what stops without swinging, as a cart does, cannot be "

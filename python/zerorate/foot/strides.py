@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from zerorate.foot.foot import FootTrack
     from zerorate.types import Floats
 
-_SHORTEST: Final = 0.15
+_MIN_STRIDE_M: Final = 0.15
 """Way of a stride at least, m: less is a foot that shifts."""
-_STANDS: Final = 1.5
+_MIN_STANDING_S: Final = 1.5
 """Seconds of a stance from which on a person stands."""
-_BEGINS: Final = 0.05
+_START_MARGIN_S: Final = 0.05
 """Seconds after the first sample within which a stance is one that began before."""
-_FEET: Final = 2.0
+_STEPS_PER_STRIDE: Final = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,38 +90,42 @@ class Strides:
     def cadence(self) -> float:
         """Steps of both feet a minute, of the median stride; NaN without one."""
         known = self.stride_time[np.isfinite(self.stride_time)]
-        return 60.0 * _FEET / float(np.median(known)) if known.size else float("nan")
+        return 60.0 * _STEPS_PER_STRIDE / float(np.median(known)) if known.size else float("nan")
 
 
-def strides_of(track: FootTrack) -> Strides:
+def measure_strides(track: FootTrack) -> Strides:
     """Return the strides of a track."""
-    rows = [_between(track, before, after) for before, after in pairwise(_with_lowest(track))]
-    kept = np.array([row for row in rows if row[9] >= _SHORTEST], dtype=np.float64)
-    kept = kept.reshape(-1, 12)
-    start, end = kept[:, :2].astype(np.intp).T
-    return Strides(start, end, *kept[:, 2:].T)
+    rows = [
+        _measure_stride(track, before, after) for before, after in pairwise(_stance_samples(track))
+    ]
+    strides = np.array([row for row in rows if row[9] >= _MIN_STRIDE_M], dtype=np.float64)
+    strides = strides.reshape(-1, 12)
+    start, end = strides[:, :2].astype(np.intp).T
+    return Strides(start, end, *strides[:, 2:].T)
 
 
-def _with_lowest(track: FootTrack) -> list[tuple[int, int, int]]:
+def _stance_samples(track: FootTrack) -> list[tuple[int, int, int]]:
     return [
         (int(first), int(end) - 1, int(lowest))
         for (first, end), lowest in zip(track.stances, track.lowest, strict=True)
     ]
 
 
-def _between(
+def _measure_stride(
     track: FootTrack, before: tuple[int, int, int], after: tuple[int, int, int]
 ) -> tuple[float, ...]:
-    time, place = track.time, track.position
+    time, position = track.time, track.position
     start, end = before[2], after[2]
     swing = float(time[after[0]] - time[before[1]])
     stance = float(time[before[1]] - time[before[0]])
-    if stance >= _STANDS or time[before[0]] - time[0] < _BEGINS:
+    if stance >= _MIN_STANDING_S or time[before[0]] - time[0] < _START_MARGIN_S:
         stance = float("nan")
-    way = place[start : end + 1]
-    moved = way[-1] - way[0]
-    length = float(np.hypot(moved[0], moved[1]))
-    aside = (way[:, 1] - way[0, 1]) * moved[0] - (way[:, 0] - way[0, 0]) * moved[1]
+    path = position[start : end + 1]
+    displacement = path[-1] - path[0]
+    length = float(np.hypot(displacement[0], displacement[1]))
+    aside = (path[:, 1] - path[0, 1]) * displacement[0] - (path[:, 0] - path[0, 0]) * displacement[
+        1
+    ]
     turn = product(track.quaternion[end], inverse(track.quaternion[start]))
     angle = 2.0 * np.arctan2(turn[..., 3], turn[..., 0])
     return (
@@ -131,10 +135,10 @@ def _between(
         swing,
         stance,
         length,
-        float(moved[2]),
+        float(displacement[2]),
         length / (swing + stance),
         float((angle + np.pi) % (2.0 * np.pi) - np.pi),
-        float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum()),
-        float((way[:, 2] - way[0, 2]).max()),
+        float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()),
+        float((path[:, 2] - path[0, 2]).max()),
         float(np.abs(aside).max() / length) if length > 0.0 else 0.0,
     )

@@ -18,15 +18,15 @@ SEMI_MAJOR_AXIS: Final = 6_378_137.0
 """a, m."""
 ECCENTRICITY_SQUARED: Final = 6.6943799901413e-3
 """e^2, the square of the first eccentricity."""
-ROTATION: Final = 7.292115e-5
+EARTH_RATE_RAD_S: Final = 7.292115e-5
 """Rate of the earth, rad/s."""
 EQUATORIAL_GRAVITY: Final = 9.7803253359
 POLAR_GRAVITY: Final = 9.8321849378
 """Normal gravity on the ellipsoid, m/s^2."""
 
-_AXES: Final = math.sqrt(1.0 - ECCENTRICITY_SQUARED)
+_AXIS_RATIO: Final = math.sqrt(1.0 - ECCENTRICITY_SQUARED)
 """Semi-minor axis over the semi-major one."""
-_SOMIGLIANA: Final = _AXES * POLAR_GRAVITY / EQUATORIAL_GRAVITY - 1.0
+_SOMIGLIANA: Final = _AXIS_RATIO * POLAR_GRAVITY / EQUATORIAL_GRAVITY - 1.0
 
 
 def radii(latitude: npt.ArrayLike) -> tuple[Floats, Floats]:
@@ -82,7 +82,7 @@ def earth_rate(latitude: npt.ArrayLike) -> Floats:
     """Return the earth's rate in north, east and down, rad/s, shape (..., 3); latitude in rad."""
     angle = np.asarray(latitude, dtype=np.float64)
     cosine, sine = np.cos(angle), np.sin(angle)
-    return ROTATION * np.stack([cosine, np.zeros_like(cosine), -sine], axis=-1)
+    return EARTH_RATE_RAD_S * np.stack([cosine, np.zeros_like(cosine), -sine], axis=-1)
 
 
 def transport_rate(
@@ -129,30 +129,34 @@ def local_ned(position: npt.ArrayLike, origin: npt.ArrayLike) -> Floats:
     >>> local_ned([[45.0, 180.0, 90.0]], [45.0, -179.999, 100.0]).round(3)
     array([[  0.   , -78.848,  10.   ]])
     """
-    there, start = np.asarray(position, dtype=np.float64), np.asarray(origin, dtype=np.float64)
+    target, start = np.asarray(position, dtype=np.float64), np.asarray(origin, dtype=np.float64)
     latitude, height = np.radians(start[..., 0]), start[..., 2]
     meridian, normal = radii(latitude)
-    way = np.radians(wrapped(there[..., 1] - start[..., 1]))
-    north = np.radians(there[..., 0] - start[..., 0]) * (meridian + height)
-    east = way * (normal + height) * np.cos(latitude)
-    return np.stack(np.broadcast_arrays(north, east, height - there[..., 2]), axis=-1)
+    longitude_change = np.radians(wrap_degrees(target[..., 1] - start[..., 1]))
+    north = np.radians(target[..., 0] - start[..., 0]) * (meridian + height)
+    east = longitude_change * (normal + height) * np.cos(latitude)
+    return np.stack(np.broadcast_arrays(north, east, height - target[..., 2]), axis=-1)
 
 
-def moved(position: npt.ArrayLike, ned: npt.ArrayLike) -> Floats:
+def offset_position(position: npt.ArrayLike, ned: npt.ArrayLike) -> Floats:
     """Return positions (deg, deg, m) by so many metres north, east and down of others.
 
     The inverse of `local_ned`, with the radii at `position`, and as exact.
     """
-    start, way = np.asarray(position, dtype=np.float64), np.asarray(ned, dtype=np.float64)
+    start, offset = np.asarray(position, dtype=np.float64), np.asarray(ned, dtype=np.float64)
     latitude, height = np.radians(start[..., 0]), start[..., 2]
     meridian, normal = radii(latitude)
-    north = start[..., 0] + np.degrees(way[..., 0] / (meridian + height))
-    east = start[..., 1] + np.degrees(way[..., 1] / ((normal + height) * np.cos(latitude)))
-    return np.stack(np.broadcast_arrays(north, wrapped(east), height - way[..., 2]), axis=-1)
+    north = start[..., 0] + np.degrees(offset[..., 0] / (meridian + height))
+    east = start[..., 1] + np.degrees(offset[..., 1] / ((normal + height) * np.cos(latitude)))
+    return np.stack(
+        np.broadcast_arrays(north, wrap_degrees(east), height - offset[..., 2]), axis=-1
+    )
 
 
-def wrapped(degrees: npt.ArrayLike) -> Floats:
+def wrap_degrees(degrees: npt.ArrayLike) -> Floats:
     """Return angles from -180 up to 180 deg; those within stay as they are, to the bit."""
     angles = np.asarray(degrees, dtype=np.float64)
-    within: Floats = np.where(np.abs(angles) <= 180.0, angles, (angles + 180.0) % 360.0 - 180.0)
-    return within
+    wrapped_angles: Floats = np.where(
+        np.abs(angles) <= 180.0, angles, (angles + 180.0) % 360.0 - 180.0
+    )
+    return wrapped_angles

@@ -12,11 +12,11 @@ from zerorate.types import Floats
 
 Frame: TypeAlias = Literal["enu", "ned", "nwu"]
 
-_HALF: Final = math.sqrt(0.5)
+_SQRT_HALF: Final = math.sqrt(0.5)
 FRAMES: Final[dict[Frame, tuple[float, float, float, float]]] = {
     "enu": (1.0, 0.0, 0.0, 0.0),
-    "ned": (0.0, _HALF, _HALF, 0.0),
-    "nwu": (_HALF, 0.0, 0.0, _HALF),
+    "ned": (0.0, _SQRT_HALF, _SQRT_HALF, 0.0),
+    "nwu": (_SQRT_HALF, 0.0, 0.0, _SQRT_HALF),
 }
 """The quaternion that turns vectors of each frame of the earth into east, north and up."""
 

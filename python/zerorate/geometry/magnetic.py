@@ -9,12 +9,12 @@ from importlib.util import find_spec
 from typing import Final
 
 from zerorate.faults import ArgumentError
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 
 FIRST_YEAR: Final = 2010.0
 LAST_YEAR: Final = 2030.0
 """Between which years there are coefficients, a set for every five."""
-_MICROTESLA: Final = 1e-3
+_UT_PER_NT: Final = 1e-3
 """Of a nanotesla."""
 
 
@@ -85,25 +85,27 @@ def earth_field(
             raise ArgumentError(name, f"must be within {limit:g} deg, got {value}")
     if not abs(height) <= 1e6:
         raise ArgumentError("height", f"must be in m, got {height}")
-    when = _now() if year is None else year
+    when = _current_year() if year is None else year
     if not FIRST_YEAR <= when < LAST_YEAR:
-        told = f"must be {FIRST_YEAR:g} to {LAST_YEAR:g}, for which there is a model, got {when:g}"
-        raise ArgumentError("year", told)
+        fault = f"must be {FIRST_YEAR:g} to {LAST_YEAR:g}, for which there is a model, got {when:g}"
+        raise ArgumentError("year", fault)
     if find_spec("pygeomag") is None:
-        raise ImportError(extra_needed("pygeomag", "magnetic", "a model of the earth's field"))
+        raise ImportError(
+            describe_missing_extra("pygeomag", "magnetic", "a model of the earth's field")
+        )
     from pygeomag import GeoMag
 
     base = 5 * int(when // 5)
-    found = GeoMag(base_year=base).calculate(latitude, longitude, height / 1000.0, when)
+    field = GeoMag(base_year=base).calculate(latitude, longitude, height / 1000.0, when)
     return EarthField(
-        found.f * _MICROTESLA,
-        math.radians(found.i),
-        math.radians(found.d),
+        field.f * _UT_PER_NT,
+        math.radians(field.i),
+        math.radians(field.d),
         f"World Magnetic Model {base}",
     )
 
 
-def _now() -> float:
+def _current_year() -> float:
     """Return today as a year with its fraction: all that is done on one day gives the same."""
     today = datetime.now(UTC).timetuple()
     return today.tm_year + (today.tm_yday - 1) / 365.2425

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from zerorate.types import Floats
 
-_BLOCK: Final = 256
+_BLOCK_ROWS: Final = 256
 _IDENTITY: Final = np.array([1.0, 0.0, 0.0, 0.0])
 
 
@@ -55,8 +55,8 @@ def to_rotation_vectors(q: Floats) -> Floats:
     """Return the rotation vectors of quaternions (..., 4), rad, shape (..., 3), at most pi long."""
     shortest = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.linalg.norm(shortest[..., 1:], axis=-1, keepdims=True)
-    turned = 2.0 * np.arctan2(sine, shortest[..., :1])
-    ratio = np.where(sine > 0.0, turned / np.where(sine > 0.0, sine, 1.0), 2.0)
+    angles = 2.0 * np.arctan2(sine, shortest[..., :1])
+    ratio = np.where(sine > 0.0, angles / np.where(sine > 0.0, sine, 1.0), 2.0)
     vectors: Floats = shortest[..., 1:] * ratio
     return vectors
 
@@ -110,8 +110,8 @@ def inverse(q: Floats) -> Floats:
 def angle(q: Floats) -> Floats:
     """Return the angles turned, 0 to pi, exact also for small ones."""
     vector = np.linalg.norm(q[..., 1:], axis=-1)
-    turned: Floats = 2.0 * np.arctan2(vector, np.abs(q[..., 0]))
-    return turned
+    angles: Floats = 2.0 * np.arctan2(vector, np.abs(q[..., 0]))
+    return angles
 
 
 def unit(q: Floats) -> Floats:
@@ -128,9 +128,9 @@ def cumulative_product(steps: Floats) -> Floats:
     Blocks side by side, then each after the whole of those before it.
     """
     n = len(steps)
-    filled = np.concatenate((steps, np.tile(_IDENTITY, (-n % _BLOCK, 1))))
-    blocks = filled.reshape(-1, _BLOCK, 4).copy()
-    for i in range(1, _BLOCK):
+    padded = np.concatenate((steps, np.tile(_IDENTITY, (-n % _BLOCK_ROWS, 1))))
+    blocks = padded.reshape(-1, _BLOCK_ROWS, 4).copy()
+    for i in range(1, _BLOCK_ROWS):
         blocks[:, i] = product(blocks[:, i - 1], blocks[:, i])
     starts = np.tile(_IDENTITY, (len(blocks), 1))
     for i in range(1, len(blocks)):

@@ -17,7 +17,7 @@ from zerorate.identification.identification import Identification, identify
 from zerorate.identification.network import NetworkModel, fit_network
 from zerorate.identification.normality import anderson_darling, jarque_bera
 from zerorate.identification.order import OrderSelection, select_order
-from zerorate.identification.preparation import Change, Prepared, detrend, prepare, segments
+from zerorate.identification.preparation import Change, PreparedRecord, detrend, prepare, segments
 from zerorate.identification.state_space import StateSpace
 from zerorate.identification.stationarity import adf, kpss
 from zerorate.identification.verdict import Verdict
@@ -27,7 +27,7 @@ from zerorate.identification.window_filters import (
     hampel,
     moving_average,
 )
-from zerorate.noise.rest import Span, moving_spans
+from zerorate.noise.motion_check import Span, moving_spans
 
 __all__ = [
     "ArmaGrid",
@@ -37,7 +37,7 @@ __all__ = [
     "Identification",
     "NetworkModel",
     "OrderSelection",
-    "Prepared",
+    "PreparedRecord",
     "RecursiveLeastSquares",
     "ReverseArrangements",
     "Span",

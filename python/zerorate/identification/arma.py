@@ -118,8 +118,8 @@ def fit_arma(
         raise ArgumentError("method", f"must be 'css' or 'exact', got {method!r}")
     record = as_record(z, 2 * (p + q + 1) + p, f"ARMA({p}, {q})")
     begin = None if start is None else np.asarray(start, dtype=np.float64).ravel()
-    found, numbers, search = _native.arma_fit(record, p, q, constant, method == "exact", begin)
-    phi, theta, offset, sigma2, covariance = found
+    estimate, numbers, search = _native.arma_fit(record, p, q, constant, method == "exact", begin)
+    phi, theta, offset, sigma2, covariance = estimate
     n, log_likelihood, condition, mean_sigma, record_mean, record_deviation = numbers
     return ArmaModel(
         phi=phi,
@@ -170,8 +170,8 @@ def arma_grid(z: npt.ArrayLike, max_p: int, max_q: int) -> ArmaGrid:
     """
     check_orders(max_p, max_q)
     record = as_record(z, 2 * (max_p + max_q + 1) + max_p, f"ARMA({max_p}, {max_q})")
-    sigma2, converged, evaluations, n, found = _native.arma_grid(record, max_p, max_q)
-    return ArmaGrid(sigma2, n, converged, evaluations, tuple(found))
+    sigma2, converged, evaluations, n, coefficients = _native.arma_grid(record, max_p, max_q)
+    return ArmaGrid(sigma2, n, converged, evaluations, tuple(coefficients))
 
 
 def check_orders(p: int, q: int) -> None:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from zerorate._native import arma_residuals
 from zerorate.faults import ArgumentError
 from zerorate.identification.arma_text import diagnosis, from_json, to_json
-from zerorate.identification.filter_start import filter_of
+from zerorate.identification.filter_start import make_filter
 from zerorate.identification.polynomials import (
     Mode,
     at_one,
@@ -26,9 +26,9 @@ from zerorate.identification.polynomials import (
     psi_weights,
     spectrum,
 )
-from zerorate.identification.state_space import of_model
+from zerorate.identification.state_space import make_state_space
 from zerorate.noise.records import as_record
-from zerorate.record.exporting import restores
+from zerorate.record.exporting import document_restore
 from zerorate.types import Floats
 from zerorate.views import Result
 
@@ -112,8 +112,8 @@ class ArmaModel(Result):
     mean_sigma: float = math.nan
 
     to_json = to_json
-    to_state_space = of_model
-    to_filter = filter_of
+    to_state_space = make_state_space
+    to_filter = make_filter
 
     def __post_init__(self) -> None:
         """Freeze the arrays and check them."""
@@ -121,7 +121,7 @@ class ArmaModel(Result):
             array = np.array(getattr(self, name), dtype=np.float64)
             array.flags.writeable = False
             object.__setattr__(self, name, array)
-        _check(self)
+        _check_model(self)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
@@ -173,7 +173,7 @@ class ArmaModel(Result):
         )
 
     @classmethod
-    @restores
+    @document_restore
     def from_json(cls, source: str | os.PathLike[str]) -> ArmaModel:
         """Read a model that `to_json` wrote, equal to the last bit.
 
@@ -315,12 +315,12 @@ class ArmaModel(Result):
         array([ nan,  1. , -0.5])
         """
         record = as_record(z)
-        centre = self._level(record)
+        centre = self._start_level(record)
         constant = math.fsum((self.constant, -centre * at_one(-self.phi)))
         phi, theta = self.phi.tolist(), self.theta.tolist()
         return arma_residuals(record, phi, theta, centre, constant)
 
-    def _level(self, record: Floats) -> float:
+    def _start_level(self, record: Floats) -> float:
         """Return where samples are taken to be before a record begins."""
         if math.isfinite(self.record_mean):
             return self.record_mean
@@ -361,7 +361,7 @@ def _roots(coefficients: Floats) -> Complexes:
     return np.asarray(1.0 / reciprocal[reciprocal != 0.0])
 
 
-def _check(model: ArmaModel) -> None:
+def _check_model(model: ArmaModel) -> None:
     size = len(model.phi) + len(model.theta) + 1
     if model.covariance.shape != (size, size):
         raise ArgumentError(

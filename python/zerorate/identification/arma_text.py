@@ -10,21 +10,21 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.identification.polynomials import inverse_roots
-from zerorate.noise.exports import written
-from zerorate.record.exporting import exports
-from zerorate.record.saved import as_json, check_format, restored
+from zerorate.noise.exports import write_text
+from zerorate.record.exporting import document_export
+from zerorate.record.saved import as_json, check_format, restore
 from zerorate.types import Floats
 
 if TYPE_CHECKING:
     from zerorate.identification.arma_model import ArmaModel
 
 # Half of the digits of the normal equations are gone.
-_ILL_CONDITIONED: Final = 1e8
+_MAX_CONDITION: Final = 1e8
 # Within so many standard errors two numbers are the same at 95 %.
-_SAME_AT_95: Final = 1.96
+_SAME_SIGMAS: Final = 1.96
 
 
-class Uncertain(NamedTuple):
+class UncertainRoot(NamedTuple):
     """A reciprocal root and how it moves with each of [phi, theta, c]."""
 
     value: complex
@@ -33,24 +33,26 @@ class Uncertain(NamedTuple):
     def sigma(self, covariance: Floats) -> float:
         """Return the standard error of its distance from the origin."""
         radial = np.real(self.gradient * np.conj(self.value)) / abs(self.value)
-        return _deviation(radial, covariance)
+        return _sigma_along(radial, covariance)
 
 
-def ar_uncertain(model: "ArmaModel") -> list[Uncertain]:
+def uncertain_ar_roots(model: "ArmaModel") -> list[UncertainRoot]:
     """Return the reciprocal roots of the autoregression that are not zero."""
-    return _uncertain(-model.phi, 0, -1.0, len(model.covariance))
+    return _differentiate_roots(-model.phi, 0, -1.0, len(model.covariance))
 
 
-def ma_uncertain(model: "ArmaModel") -> list[Uncertain]:
+def uncertain_ma_roots(model: "ArmaModel") -> list[UncertainRoot]:
     """Return the reciprocal roots of the moving average that are not zero."""
-    return _uncertain(model.theta, len(model.phi), 1.0, len(model.covariance))
+    return _differentiate_roots(model.theta, len(model.phi), 1.0, len(model.covariance))
 
 
-def _uncertain(coefficients: Floats, first: int, sign: float, size: int) -> list[Uncertain]:
+def _differentiate_roots(
+    coefficients: Floats, first: int, sign: float, size: int
+) -> list[UncertainRoot]:
     """Differentiate y^n + c_1 y^(n-1) + ... + c_n = 0: dy/dc_i = -y^(n-i) / slope."""
     n = coefficients.size
     slope = np.polyder(np.concatenate(([1.0], coefficients)))
-    found = []
+    roots = []
     for root in inverse_roots(coefficients):
         # A double root moves like a square root: its slope of zero is no standard error.
         steepness = complex(np.polyval(slope, root))
@@ -58,24 +60,24 @@ def _uncertain(coefficients: Floats, first: int, sign: float, size: int) -> list
             continue
         gradient = np.zeros(size, dtype=np.complex128)
         gradient[first : first + n] = -sign * root ** np.arange(n - 1, -1, -1) / steepness
-        found.append(Uncertain(complex(root), gradient))
-    return found
+        roots.append(UncertainRoot(complex(root), gradient))
+    return roots
 
 
 def undetermined_pairs(model: "ArmaModel") -> list[tuple[complex, complex]]:
     """Return the pairs of an AR and an MA root, reciprocal, that may be one common factor."""
-    pairs = ((ar, ma) for ar in ar_uncertain(model) for ma in ma_uncertain(model))
-    return [(ar.value, ma.value) for ar, ma in pairs if _same(ar, ma, model.covariance)]
+    pairs = ((ar, ma) for ar in uncertain_ar_roots(model) for ma in uncertain_ma_roots(model))
+    return [(ar.value, ma.value) for ar, ma in pairs if _is_common_factor(ar, ma, model.covariance)]
 
 
-def _same(ar: Uncertain, ma: Uncertain, covariance: Floats) -> bool:
+def _is_common_factor(ar: UncertainRoot, ma: UncertainRoot, covariance: Floats) -> bool:
     if ar.value.imag < 0.0 or ma.value.imag < 0.0:
         return False
-    sigma = _deviation(ar.gradient - ma.gradient, covariance)
-    return sigma > 0.0 and abs(ar.value - ma.value) <= _SAME_AT_95 * sigma
+    sigma = _sigma_along(ar.gradient - ma.gradient, covariance)
+    return sigma > 0.0 and abs(ar.value - ma.value) <= _SAME_SIGMAS * sigma
 
 
-def _deviation(gradient: npt.NDArray[Any], covariance: Floats) -> float:
+def _sigma_along(gradient: npt.NDArray[Any], covariance: Floats) -> float:
     """Return the standard deviation along a gradient; NaN where the covariance has infinities."""
     with np.errstate(invalid="ignore"):
         variance = float(np.real(np.conj(gradient) @ covariance @ gradient))
@@ -86,7 +88,7 @@ def diagnosis(model: "ArmaModel") -> Iterator[str]:
     """Yield a sentence for each rule that the model meets; NaN in the covariance meets none."""
     if not model.converged:
         yield "the search for the estimate did not come to its end"
-    if model.condition > _ILL_CONDITIONED:
+    if model.condition > _MAX_CONDITION:
         yield (
             f"the normal equations have condition {model.condition:.1g}: the record hardly tells "
             "the coefficients apart"
@@ -102,16 +104,16 @@ def diagnosis(model: "ArmaModel") -> Iterator[str]:
 def _root_notes(model: "ArmaModel") -> Iterator[str]:
     if not model.stationary:
         yield "not stationary: an AR root lies on or inside the unit circle"
-    elif any(_reaches_one(root, model.covariance) for root in ar_uncertain(model)):
+    elif any(_is_near_circle(root, model.covariance) for root in uncertain_ar_roots(model)):
         yield "an AR root is within two standard errors of the unit circle: the drift may be a walk"
     if not model.invertible:
         yield "not invertible: an MA root lies on or inside the unit circle"
-    elif any(_reaches_one(root, model.covariance) for root in ma_uncertain(model)):
+    elif any(_is_near_circle(root, model.covariance) for root in uncertain_ma_roots(model)):
         yield "an MA root is within two standard errors of the unit circle"
 
 
-def _reaches_one(root: Uncertain, covariance: Floats) -> bool:
-    return abs(1.0 - abs(root.value)) <= _SAME_AT_95 * root.sigma(covariance)
+def _is_near_circle(root: UncertainRoot, covariance: Floats) -> bool:
+    return abs(1.0 - abs(root.value)) <= _SAME_SIGMAS * root.sigma(covariance)
 
 
 def _root_text(root: complex) -> str:
@@ -122,7 +124,7 @@ _FORMAT: Final = "zerorate ARMA model"
 _VERSION: Final = 1
 
 
-@exports()
+@document_export()
 def to_json(
     model: "ArmaModel", path: str | os.PathLike[str] | None = None, *, force: bool = False
 ) -> str:
@@ -141,35 +143,35 @@ def to_json(
     [0.9]
     """
     content = {"format": _FORMAT, "version": _VERSION}
-    content |= {field.name: _encoded(getattr(model, field.name)) for field in fields(model)}
-    return written(as_json(content), path, force)
+    content |= {field.name: _encode(getattr(model, field.name)) for field in fields(model)}
+    return write_text(as_json(content), path, force)
 
 
 def from_json(source: str | os.PathLike[str], build: type["ArmaModel"]) -> "ArmaModel":
     """Return the model that a text or a file holds."""
-    return restored(source, _FORMAT, lambda content: build(**_fields(content, build)))
+    return restore(source, _FORMAT, lambda content: build(**_read_fields(content, build)))
 
 
-def _fields(content: Any, build: type["ArmaModel"]) -> dict[str, Any]:  # noqa: ANN401
+def _read_fields(content: Any, build: type["ArmaModel"]) -> dict[str, Any]:  # noqa: ANN401
     check_format(content, _FORMAT, _VERSION)
     names = [field.name for field in fields(build)]
     missing = [name for name in names if name not in content]
     if missing:
         raise ValueError(f"{missing[0]!r} is missing")
-    return {name: _decoded(name, content[name]) for name in names}
+    return {name: _decode(name, content[name]) for name in names}
 
 
-def _encoded(value: Any) -> Any:  # noqa: ANN401
+def _encode(value: Any) -> Any:  # noqa: ANN401
     if isinstance(value, np.ndarray):
-        return [_encoded(item) for item in value.tolist()]
+        return [_encode(item) for item in value.tolist()]
     if isinstance(value, list | tuple):
-        return [_encoded(item) for item in value]
+        return [_encode(item) for item in value]
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     return value
 
 
-def _decoded(name: str, value: Any) -> Any:  # noqa: ANN401
+def _decode(name: str, value: Any) -> Any:  # noqa: ANN401
     if name == "remarks":
         return tuple(value)
     if name in ("phi", "theta", "covariance"):

@@ -17,9 +17,9 @@ from zerorate.identification.verdict import TWO_SIDED_95, Verdict
 from zerorate.noise.records import as_record, size_of
 from zerorate.types import Booleans, Floats, Integers
 
-Of = Literal["mean", "variance"]
+SegmentStatistic = Literal["mean", "variance"]
 
-_LEAST: Final = 10
+_MIN_SEGMENTS: Final = 10
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ class ReverseArrangements(Verdict):
 
 
 def reverse_arrangements(
-    z: npt.ArrayLike, segments: int | None = 100, of: Of = "mean"
+    z: npt.ArrayLike, segments: int | None = 100, of: SegmentStatistic = "mean"
 ) -> ReverseArrangements:
     """Test whether a record has a trend, by the order of its segments' means or variances.
 
@@ -108,32 +108,33 @@ def reverse_arrangements(
     >>> drifting.accepted, drifting.z_score > 2.0
     (False, True)
     """
-    if of not in get_args(Of):
-        names = ", ".join(repr(name) for name in get_args(Of))
+    if of not in get_args(SegmentStatistic):
+        names = ", ".join(repr(name) for name in get_args(SegmentStatistic))
         raise ArgumentError("of", f"must be one of {names}, got {of!r}")
-    record = as_record(z, _LEAST, "the reverse-arrangements test")
+    record = as_record(z, _MIN_SEGMENTS, "the reverse-arrangements test")
     unit = size_of(record[np.isfinite(record)])
-    values, places, n = _values(record / unit, segments, of)
-    if values.size < _LEAST:
+    values, numbers, n = _segment_values(record / unit, segments, of)
+    if values.size < _MIN_SEGMENTS:
         raise ValueError(
-            f"the reverse-arrangements test needs at least {_LEAST} segments with more than half "
+            f"the reverse-arrangements test needs at least {_MIN_SEGMENTS} segments with "
+            "more than half "
             f"of their samples, got {values.size}"
         )
     what = "sample" if segments is None else of
     return ReverseArrangements(
-        **_verdict(values),
+        **_test_values(values),
         n=n,
         left_out_count=(segments or values.size) - values.size,
         of=what,
-        where=_where(values, places, what, unit * unit if what == "variance" else unit),
+        where=_describe_split(values, numbers, what, unit * unit if what == "variance" else unit),
     )
 
 
-def _verdict(values: Floats) -> dict[str, Any]:
+def _test_values(values: Floats) -> dict[str, Any]:
     """Return the verdict on values in order, by the names of its fields."""
     count, ties, tie_weight = _native.reversals(values)
     m = values.size
-    null = _expected(m, ties, tie_weight)
+    null = _null_distribution(m, ties, tie_weight)
     lower, upper = null.interval(m, ties)
     later = m * (m - 1) // 2 - ties - count
     return dict(
@@ -151,35 +152,35 @@ def _verdict(values: Floats) -> dict[str, Any]:
     )
 
 
-class _Expected(NamedTuple):
+class _NullDistribution(NamedTuple):
     """Mean and standard deviation of A without trend."""
 
     mean: float
     sigma: float
 
     def interval(self, m: int, ties: int) -> tuple[float, float]:
-        if m <= LARGEST:
+        if m <= MAX_EXACT_VALUES:
             lower, upper = critical_values(m)
             return lower - ties / 2, upper - ties / 2
         return self.mean - TWO_SIDED_95 * self.sigma, self.mean + TWO_SIDED_95 * self.sigma
 
     def p_value(self, m: int, reversals: float) -> float:
-        if m <= LARGEST:
-            return two_sided(m, reversals)
+        if m <= MAX_EXACT_VALUES:
+            return two_sided_probability(m, reversals)
         distance = abs(reversals - m * (m - 1) / 4)
         return math.erfc(distance / self.sigma / math.sqrt(2.0)) if self.sigma else 1.0
 
 
-def _expected(m: int, ties: int, tie_weight: float) -> _Expected:
+def _null_distribution(m: int, ties: int, tie_weight: float) -> _NullDistribution:
     variance = (m * (m - 1) * (2 * m + 5) - tie_weight) / 72
-    return _Expected((m * (m - 1) / 2 - ties) / 2, math.sqrt(max(variance, 0.0)))
+    return _NullDistribution((m * (m - 1) / 2 - ties) / 2, math.sqrt(max(variance, 0.0)))
 
 
-def _values(record: Floats, segments: int | None, of: str) -> tuple[Floats, Integers, int]:
+def _segment_values(record: Floats, segments: int | None, of: str) -> tuple[Floats, Integers, int]:
     """Return what is put in order, which segment each is of, from 1, and the samples used."""
     if segments is None:
-        places = np.flatnonzero(np.isfinite(record))
-        return record[places], places + 1, places.size
+        indices = np.flatnonzero(np.isfinite(record))
+        return record[indices], indices + 1, indices.size
     rows = cut(record, segments)
     there = np.isfinite(rows)
     counts = there.sum(axis=1)
@@ -187,12 +188,14 @@ def _values(record: Floats, segments: int | None, of: str) -> tuple[Floats, Inte
         raise ValueError(f"variances need segments of 2 samples, got {segments} of 1")
     used = 2 * counts > rows.shape[1]
     origin = record[int(np.argmax(np.isfinite(record)))]
-    values = _moments(np.where(there, rows - origin, 0.0)[used], there[used], counts[used], of)
+    values = _segment_moments(
+        np.where(there, rows - origin, 0.0)[used], there[used], counts[used], of
+    )
     # The level matters for nothing but `where`.
     return values, np.flatnonzero(used) + 1, int(counts[used].sum())
 
 
-def _moments(rows: Floats, there: Booleans, counts: Integers, of: str) -> Floats:
+def _segment_moments(rows: Floats, there: Booleans, counts: Integers, of: str) -> Floats:
     means = rows.sum(axis=1) / counts
     if of == "mean":
         return np.asarray(means)
@@ -200,7 +203,7 @@ def _moments(rows: Floats, there: Booleans, counts: Integers, of: str) -> Floats
     return np.asarray(np.einsum("ij,ij->i", distance, distance) / counts)
 
 
-def _where(values: Floats, places: Integers, of: str, unit: float) -> str:
+def _describe_split(values: Floats, numbers: Integers, of: str, unit: float) -> str:
     """Name the split whose two sides differ most, compared with chance at these lengths."""
     m = values.size
     before = np.arange(1, m)
@@ -210,18 +213,18 @@ def _where(values: Floats, places: Integers, of: str, unit: float) -> str:
     difference = float(sums[split] * m / (before[split] * (m - before[split])))
     side = "above" if difference > 0.0 else "below"
     noun = "samples" if of == "sample" else f"{of}s of segments"
-    first, last = f"{places[0]} to {places[split]}", f"{places[split + 1]} to {places[-1]}"
+    first, last = f"{numbers[0]} to {numbers[split]}", f"{numbers[split + 1]} to {numbers[-1]}"
     return f"{noun} {first} lie {abs(difference) * unit:.3g} {side} {last} in the mean"
 
 
-LARGEST: Final = 100
+MAX_EXACT_VALUES: Final = 100
 """Values up to which the exact distribution is used; the published table ends there, too."""
 
-_TAIL: Final = 0.025
+_TAIL_PROBABILITY: Final = 0.025
 
 
-@lru_cache(maxsize=LARGEST)
-def _below(m: int) -> Floats:
+@lru_cache(maxsize=MAX_EXACT_VALUES)
+def _cumulative_probability(m: int) -> Floats:
     """Return P(A <= a) for a = 0, ..., in the lower half of the distribution of m values.
 
     The k-th value comes before 0 to k - 1 of the lesser ones, each equally likely, so the
@@ -243,13 +246,13 @@ def critical_values(m: int) -> tuple[int, int]:
 
     J. S. Bendat, A. G. Piersol, Random Data, section 4.5.2 and table A.6.
     """
-    lower = int(np.searchsorted(_below(m), _TAIL, side="right")) - 1
+    lower = int(np.searchsorted(_cumulative_probability(m), _TAIL_PROBABILITY, side="right")) - 1
     return lower, m * (m - 1) // 2 - lower - 1
 
 
-def two_sided(m: int, reversals: float) -> float:
+def two_sided_probability(m: int, reversals: float) -> float:
     """Return the probability of as few reversals, or as many, or of more extreme numbers."""
     # Ties count half; a half is taken towards the middle.
     rank = int(np.ceil(min(reversals, m * (m - 1) / 2 - reversals)))
-    below = _below(m)
+    below = _cumulative_probability(m)
     return min(2.0 * float(below[min(rank, below.size - 1)]), 1.0)

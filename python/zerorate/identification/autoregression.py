@@ -17,7 +17,7 @@ from zerorate.noise.records import as_record
 
 ArMethod = Literal["least-squares", "burg", "yule-walker"]
 
-HIGHEST_ORDER = 64
+MAX_AR_ORDER = 64
 """Of an autoregression; more coefficients no gyro's drift determines."""
 
 
@@ -75,7 +75,7 @@ def fit_ar(
     >>> model.order, model.n, bool(abs(model.phi[0] - 0.9) < 3 * model.standard_errors[0])
     ((1, 0), 2999, True)
     """
-    order = checked_order("p", p)
+    order = check_order("p", p)
     phi, c, sigma2, covariance, n, condition = fit_autoregression(z, order, method, bool(constant))
     model = ArmaModel(
         phi=phi,
@@ -89,21 +89,21 @@ def fit_ar(
         method=method,
         has_constant=bool(constant),
     )
-    return with_moments(model, z)
+    return add_moments(model, z)
 
 
-def checked_order(name: str, value: SupportsIndex) -> int:
+def check_order(name: str, value: SupportsIndex) -> int:
     """Return an order of an autoregression as an int, once it is in range."""
     try:
         order = operator.index(value)
     except TypeError:
         raise TypeError(f"{name} must be a whole number, got {value!r}") from None
-    if not 0 <= order <= HIGHEST_ORDER:
-        raise ArgumentError(name, f"must be 0 to {HIGHEST_ORDER}, got {order}")
+    if not 0 <= order <= MAX_AR_ORDER:
+        raise ArgumentError(name, f"must be 0 to {MAX_AR_ORDER}, got {order}")
     return order
 
 
-def with_moments(model: ArmaModel, z: npt.ArrayLike) -> ArmaModel:
+def add_moments(model: ArmaModel, z: npt.ArrayLike) -> ArmaModel:
     """Return the model with mean and deviation of its record where it tells none itself."""
     if model.stationary:
         return model

@@ -8,32 +8,32 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.numerals import significant
+from zerorate.numerals import format_significant
 
 if TYPE_CHECKING:
     from zerorate.identification.arrangements import ReverseArrangements
     from zerorate.identification.identification import Identification
     from zerorate.identification.order import OrderSelection
     from zerorate.identification.record_tests import RecordTests
-    from zerorate.noise.rest import Span
+    from zerorate.noise.motion_check import Span
 
-_MATTERS: Final = 0.01
+_MIN_PREDICTABLE_SHARE: Final = 0.01
 """Predictable part of the residuals' variance from which on a model leaves something out."""
 
-_UNEXPLAINED: Final = 1.5
+_MAX_SLOW_RATIO: Final = 1.5
 """Slow variance over the model's from which on chance does not explain it: of 100 segments of a
 known model it scatters by a seventh."""
 
-_FAR: Final = 3.0
+_MAX_DISTANCE_SIGMAS: Final = 3.0
 """Standard errors between two estimates that chance does not explain."""
 
 
-def conclusions(found: Identification) -> tuple[str, ...]:
+def conclusions(result: Identification) -> tuple[str, ...]:
     """Return the verdict on a record and its model, a sentence each.
 
     Parameters
     ----------
-    found : Identification
+    result : Identification
         What was found out.
 
     Returns
@@ -42,23 +42,23 @@ def conclusions(found: Identification) -> tuple[str, ...]:
         On the record, the order, the residuals, the drift and the coefficients, in this turn.
     """
     parts = (
-        _on_fitness,
-        _on_distribution,
-        _on_smoothing,
-        _on_order,
-        _on_residuals,
-        _on_drift,
-        _on_coefficients,
-        _on_online,
+        _describe_fitness,
+        _describe_distribution,
+        _describe_smoothing,
+        _describe_order,
+        _describe_residuals,
+        _describe_drift,
+        _describe_coefficients,
+        _describe_online,
     )
-    return tuple(sentence for part in parts for sentence in part(found))
+    return tuple(sentence for part in parts for sentence in part(result))
 
 
-def _on_order(found: Identification) -> Iterator[str]:
-    orders, name = found.arma_orders, model_name(found.model.order)
+def _describe_order(result: Identification) -> Iterator[str]:
+    orders, name = result.arma_orders, model_name(result.model.order)
     rule = orders.criterion.upper()
     clear, least = model_name(orders.clear), model_name(orders.minimum)
-    if found.asked:
+    if result.order_given:
         yield f"{name} was asked for; the clear choice of {rule} is {clear}."
     elif orders.clear == orders.minimum:
         yield f"{rule} chooses {name}, which has the least of it."
@@ -67,26 +67,26 @@ def _on_order(found: Identification) -> Iterator[str]:
             f"{rule} chooses {name}: the fewest coefficients within {orders.margin:g} of the "
             f"least, which {least} has."
         )
-    if not found.asked and not found.moving and _at_an_end(orders):
+    if not result.order_given and not result.moving and _is_at_limit(orders):
         yield "That is at an end of the orders that were tried: a higher one may do better."
-    if sum(found.model.order) and not found.moving:
-        explained = max(0.0, 1.0 - found.model.sigma2 / float(np.nanvar(found.prepared.data)))
-        yield f"The model explains {per_cent(explained)} of the variance."
+    if sum(result.model.order) and not result.moving:
+        explained = max(0.0, 1.0 - result.model.sigma2 / float(np.nanvar(result.prepared.data)))
+        yield f"The model explains {format_percent(explained)} of the variance."
 
 
-def _at_an_end(orders: OrderSelection) -> bool:
+def _is_at_limit(orders: OrderSelection) -> bool:
     """Return whether the clear choice has one of the highest orders."""
     highest = [max(order[i] for order in orders.orders) for i in (0, 1)]
     return any(0 < most == own for most, own in zip(highest, orders.clear, strict=True))
 
 
-def _on_residuals(found: Identification) -> Iterator[str]:
-    white, test = found.whiteness, found.whiteness.ljung_box
+def _describe_residuals(result: Identification) -> Iterator[str]:
+    white, test = result.whiteness, result.whiteness.ljung_box
     if white.white:
-        yield f"The residuals are white (Ljung-Box, p = {significant(test.p_value, 2)})."
+        yield f"The residuals are white (Ljung-Box, p = {format_significant(test.p_value, 2)})."
         return
-    rest = per_cent(white.predictable)
-    if white.predictable < _MATTERS:
+    rest = format_percent(white.predictable)
+    if white.predictable < _MIN_PREDICTABLE_SHARE:
         yield (
             f"The residuals are not quite white (Ljung-Box); {rest} of their variance could still "
             "be predicted, which hardly matters."
@@ -94,69 +94,73 @@ def _on_residuals(found: Identification) -> Iterator[str]:
     else:
         yield (
             f"The residuals are not white: {rest} of their variance could still be predicted; a "
-            f"higher order would pay (the AR models ask for {model_name(found.ar_orders.clear)})."
+            f"higher order would pay (the AR models ask for {model_name(result.ar_orders.clear)})."
         )
 
 
-def _on_drift(found: Identification) -> Iterator[str]:
-    ratio = found.slow_ratio
-    if found.moving or not ratio > _UNEXPLAINED:
+def _describe_drift(result: Identification) -> Iterator[str]:
+    ratio = result.slow_ratio
+    if result.moving or not ratio > _MAX_SLOW_RATIO:
         return
     yield (
-        f"The means of segments of {significant(found.tests.segment)} s vary with "
-        f"{significant(ratio, 2)} times the variance that the model gives them: a slow drift is "
+        f"The means of segments of {format_significant(result.tests.segment)} s vary with "
+        f"{format_significant(ratio, 2)} times the variance that the model gives them: a "
+        "slow drift is "
         "there that it does not contain. Decimate the record to model it."
     )
 
 
-def _on_coefficients(found: Identification) -> Iterator[str]:
-    for note in found.model.notes:
+def _describe_coefficients(result: Identification) -> Iterator[str]:
+    for note in result.model.notes:
         yield f"{note[0].upper()}{note[1:]}."
 
 
-def _on_online(found: Identification) -> Iterator[str]:
-    if found.online is None or found.moving:
+def _describe_online(result: Identification) -> Iterator[str]:
+    if result.online is None or result.moving:
         return
-    distance = np.abs(found.online.distance)
+    distance = np.abs(result.online.distance)
     far = float(np.nanmax(distance)) if np.isfinite(distance).any() else 0.0
-    if far <= _FAR:
+    if far <= _MAX_DISTANCE_SIGMAS:
         yield (
-            f"Learned online, the coefficients end within {significant(max(far, 0.1), 2)} standard "
+            "Learned online, the coefficients end within "
+            f"{format_significant(max(far, 0.1), 2)} standard "
             "errors of these."
         )
     else:
         yield (
-            f"Learned online, the coefficients end up to {significant(far, 2)} standard errors "
+            f"Learned online, the coefficients end up to {format_significant(far, 2)} "
+            "standard errors "
             "from these: the recursion had not settled."
         )
 
 
-_SHOWN_SPANS: Final = 3
+_MAX_SHOWN_SPANS: Final = 3
 
-_WANDERING: Final = 0.1
+_MAX_SLOW_SHARE: Final = 0.1
 """Part of the variance between segments of a record that is not stationary, from which on it
 is more than noise with a little drift."""
 
-_COARSE: Final = 0.5
+_COARSE_STEP_SIGMAS: Final = 0.5
 """Steps over the deviation from which on quantisation alone fails tests of normality."""
 
-_ODD: Final = 0.1
+_MAX_ODDITY: Final = 0.1
 """Skewness, or half the excess kurtosis, below which a distribution is Gaussian in practice."""
 
 _REMEDY: Final = "take a linear trend off, or let the filter hold a random walk"
 
 
-def is_fit(found: Identification) -> bool:
+def is_fit(result: Identification) -> bool:
     """Return whether the record is at rest and does not wander off."""
-    return not found.moving and not found.tests.adf.accepted and not _wanders(found.tests)
+    return not result.moving and not result.tests.adf.accepted and not _is_wandering(result.tests)
 
 
-def _on_fitness(found: Identification) -> Iterator[str]:
+def _describe_fitness(result: Identification) -> Iterator[str]:
     """Yield whether the record is fit for a model, and why not."""
-    tests = found.tests
-    if found.moving:
+    tests = result.tests
+    if result.moving:
         yield (
-            f"Not fit for a drift model: it was not at rest {_where(found.moving)}. The numbers "
+            "Not fit for a drift model: it was not at rest "
+            f"{_describe_spans(result.moving)}. The numbers "
             "describe the motion; cut the record to where it rests."
         )
     elif tests.adf.accepted:
@@ -164,30 +168,32 @@ def _on_fitness(found: Identification) -> Iterator[str]:
     elif tests.stationary:
         yield "Fit for modelling: at rest, and no test of stationarity sees a trend."
     else:
-        trends = listed(list(_trends(tests)))
+        trends = join_words(list(_describe_trends(tests)))
         slow = (
-            f"{per_cent(tests.slow)} of the variance is slower than segments of "
-            f"{significant(tests.segment)} s"
+            f"{format_percent(tests.slow)} of the variance is slower than segments of "
+            f"{format_significant(tests.segment)} s"
         )
-        if _wanders(tests):
+        if _is_wandering(tests):
             yield f"Not fit as it is: {trends}; {slow}; {_REMEDY}."
         else:
             yield f"Fit for modelling: at rest, with a small drift: {trends}; {slow}."
 
 
-def _on_distribution(found: Identification) -> Iterator[str]:
+def _describe_distribution(result: Identification) -> Iterator[str]:
     """Yield why tests of normality reject, and whether that matters."""
-    tests, record = found.tests, found.record
+    tests, record = result.tests, result.record
     steps = record.step / record.deviation
-    if tests.gaussian or not is_fit(found):
+    if tests.gaussian or not is_fit(result):
         return
-    if steps >= _COARSE and found.smooth == 1:
+    if steps >= _COARSE_STEP_SIGMAS and result.smooth == 1:
         yield (
-            f"Quantised in steps of {significant(record.step)} {found.unit}, {significant(steps)} "
-            f"deviations: for that alone normality is rejected; it makes {per_cent(steps**2 / 12)} "
+            f"Quantised in steps of {format_significant(record.step)} {result.unit}, "
+            f"{format_significant(steps)} "
+            "deviations: for that alone normality is rejected; it makes "
+            f"{format_percent(steps**2 / 12)} "
             "of the variance."
         )
-    elif _oddity(tests) < _ODD:
+    elif _oddity(tests) < _MAX_ODDITY:
         yield (
             "Normality is rejected, but skewness and kurtosis are so near to the Gaussian ones "
             "that it does not matter."
@@ -199,9 +205,9 @@ def _on_distribution(found: Identification) -> Iterator[str]:
         )
 
 
-def _on_smoothing(found: Identification) -> Iterator[str]:
+def _describe_smoothing(result: Identification) -> Iterator[str]:
     """Yield what a moving average did to the correlation."""
-    width = found.smooth
+    width = result.smooth
     if width > 1:
         yield (
             f"Smoothed over {width} samples, which alone correlates white noise by "
@@ -209,20 +215,20 @@ def _on_smoothing(found: Identification) -> Iterator[str]:
         )
 
 
-def _wanders(tests: RecordTests) -> bool:
+def _is_wandering(tests: RecordTests) -> bool:
     # A stationary process of long memory has differing means, too, but no trend in them.
-    return not tests.stationary and tests.slow >= _WANDERING
+    return not tests.stationary and tests.slow >= _MAX_SLOW_SHARE
 
 
-def _trends(tests: RecordTests) -> Iterator[str]:
+def _describe_trends(tests: RecordTests) -> Iterator[str]:
     for test, what in ((tests.means, "means"), (tests.variances, "variances")):
         if not test.accepted:
-            yield _trend(test, what)
+            yield _describe_trend(test, what)
     if not tests.kpss.accepted:
         yield "KPSS sees the mean wander"
 
 
-def _trend(test: ReverseArrangements, what: str) -> str:
+def _describe_trend(test: ReverseArrangements, what: str) -> str:
     way = "rise" if test.z_score > 0.0 else "fall"
     bounds = f"{test.lower:.0f} to {test.upper:.0f}"
     of_segments = f"{what} of {test.segment_count} segments"
@@ -234,25 +240,25 @@ def _oddity(tests: RecordTests) -> float:
     return math.sqrt(6.0 * tests.jarque_bera.statistic / tests.jarque_bera.n)
 
 
-def _where(spans: Sequence[Span]) -> str:
+def _describe_spans(spans: Sequence[Span]) -> str:
     """Return up to three spans, the longest ones, and how many more there are."""
-    longest = sorted(spans, key=lambda span: span.start - span.end)[:_SHOWN_SPANS]
+    longest = sorted(spans, key=lambda span: span.start - span.end)[:_MAX_SHOWN_SPANS]
     ordered = sorted(longest, key=lambda span: span.start)
     shown = [f"{span.start:.1f} to {span.end:.1f} s" for span in ordered]
     more = len(spans) - len(shown)
     if more:
         shown.append(f"{more} shorter span{'s' if more > 1 else ''}")
-    return f"from {listed(shown)}"
+    return f"from {join_words(shown)}"
 
 
-def listed(parts: Sequence[str]) -> str:
+def join_words(parts: Sequence[str]) -> str:
     """Return "a, b and c"."""
     return " and ".join(filter(None, (", ".join(parts[:-1]), *parts[-1:])))
 
 
-def per_cent(part: float) -> str:
+def format_percent(part: float) -> str:
     """Return a part in per cent, to two digits."""
-    return f"{significant(100.0 * part, 2)} %" if part >= 1e-4 else "less than 0.01 %"
+    return f"{format_significant(100.0 * part, 2)} %" if part >= 1e-4 else "less than 0.01 %"
 
 
 def model_name(order: tuple[int, int]) -> str:

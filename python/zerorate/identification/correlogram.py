@@ -11,7 +11,7 @@ import numpy.typing as npt
 from zerorate import _native
 from zerorate.faults import ArgumentError
 from zerorate.identification.verdict import TWO_SIDED_95, Verdict
-from zerorate.noise.records import as_record, centred, checked_width
+from zerorate.noise.records import as_record, centre_record, check_width
 from zerorate.types import Floats, Integers
 
 
@@ -54,16 +54,16 @@ class Correlations(NamedTuple):
     pairs: Integers
     n: int
 
-    def up_to(self, lags: int) -> Correlations:
+    def truncate(self, lags: int) -> Correlations:
         """Return those of the first lags."""
         return Correlations(self.acf[:lags], self.pairs[:lags], self.n)
 
     def correlogram(self) -> Correlogram:
         """Return them with partial ones and the bound."""
         lags = np.arange(1, self.acf.size + 1)
-        fewest = int(np.min(self.pairs + lags))
-        bound = TWO_SIDED_95 / float(np.sqrt(fewest))
-        return Correlogram(lags, self.acf, partial(self.acf), bound, self.n)
+        min_length = int(np.min(self.pairs + lags))
+        bound = TWO_SIDED_95 / float(np.sqrt(min_length))
+        return Correlogram(lags, self.acf, partial_autocorrelations(self.acf), bound, self.n)
 
 
 def autocorrelation(z: npt.ArrayLike, lags: int) -> Correlogram:
@@ -100,20 +100,20 @@ def autocorrelation(z: npt.ArrayLike, lags: int) -> Correlogram:
     >>> autocorrelation(smoothed, 2).acf.round(1).tolist()
     [0.7, 0.3]
     """
-    return correlations(as_record(z, 2, "autocorrelation"), lags).correlogram()
+    return compute_correlations(as_record(z, 2, "autocorrelation"), lags).correlogram()
 
 
-def correlations(record: Floats, lags: int, welcome: int = 0) -> Correlations:
+def compute_correlations(record: Floats, lags: int, wanted_lags: int = 0) -> Correlations:
     """Return autocorrelations of a record whose samples differ.
 
-    At lags up to `lags`, or up to `welcome` as far as there are products so far apart.
+    At lags up to `lags`, or up to `wanted_lags` as far as there are products so far apart.
     """
-    checked_width(lags, "lags")
+    check_width(lags, "lags")
     if lags >= record.size:
         raise ArgumentError(
             "lags", f"must be less than the number of samples, {record.size}, got {lags}"
         )
-    sums, pairs = _native.lagged_products(centred(record), max(lags, welcome))
+    sums, pairs = _native.lagged_products(centre_record(record), max(lags, wanted_lags))
     longest = int(np.count_nonzero(pairs))
     if lags >= longest:
         raise ArgumentError("lags", f"must be less than the longest stretch, {longest}, got {lags}")
@@ -122,23 +122,23 @@ def correlations(record: Floats, lags: int, welcome: int = 0) -> Correlations:
     return Correlations(sums[1:longest] / sums[0] * ((n - lag) / pairs), pairs, n)
 
 
-def partial(acf: Floats) -> Floats:
+def partial_autocorrelations(acf: Floats) -> Floats:
     """Return the partial autocorrelations by the recursion of Durbin and Levinson.
 
     NaN from the lag on at which nothing is left to explain, which gaps or rounding may bring about.
     """
     pacf = np.full(acf.size, np.nan)
-    phi, left = np.empty(0), 1.0
+    phi, variance = np.empty(0), 1.0
     for k, r in enumerate(acf):
-        if not left > 0.0:
+        if not variance > 0.0:
             break
-        pacf[k] = (r - phi @ acf[:k][::-1]) / left
+        pacf[k] = (r - phi @ acf[:k][::-1]) / variance
         phi = np.append(phi - pacf[k] * phi[::-1], pacf[k])
-        left *= 1.0 - pacf[k] ** 2
+        variance *= 1.0 - pacf[k] ** 2
     return pacf
 
 
-_PREDICTOR: Final = 20
+_PREDICTOR_ORDER: Final = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +213,7 @@ def ljung_box(z: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Verdict:
     """
     record = as_record(z, 2, "the Ljung-Box test")
     _check_fitted(lags, fitted)
-    return _portmanteau(correlations(record, lags), fitted)
+    return _portmanteau(compute_correlations(record, lags), fitted)
 
 
 def whiteness(residuals: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Whiteness:
@@ -249,30 +249,30 @@ def whiteness(residuals: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Whit
     """
     record = as_record(residuals, 2, "the test of whiteness")
     _check_fitted(lags, fitted)
-    found = correlations(record, lags, welcome=_PREDICTOR)
-    correlogram = found.up_to(lags).correlogram()
-    verdict = _portmanteau(found.up_to(lags), fitted)
+    estimates = compute_correlations(record, lags, wanted_lags=_PREDICTOR_ORDER)
+    correlogram = estimates.truncate(lags).correlogram()
+    verdict = _portmanteau(estimates.truncate(lags), fitted)
     return Whiteness(
         ljung_box=verdict,
         correlogram=correlogram,
         outside_count=int(np.count_nonzero(np.abs(correlogram.acf) > correlogram.bound)),
-        predictable=_predictable(found.up_to(_PREDICTOR).acf),
+        predictable=_predictable_share(estimates.truncate(_PREDICTOR_ORDER).acf),
         white=verdict.accepted,
     )
 
 
 def _check_fitted(lags: int, fitted: int) -> None:
-    checked_width(lags, "lags")
+    check_width(lags, "lags")
     if not 0 <= fitted < lags:
         raise ArgumentError("fitted", f"must be from 0 to less than lags, {lags}, got {fitted}")
 
 
-def _portmanteau(found: Correlations, fitted: int) -> Verdict:
-    n, lag = found.n, np.arange(1, found.acf.size + 1)
+def _portmanteau(estimates: Correlations, fitted: int) -> Verdict:
+    n, lag = estimates.n, np.arange(1, estimates.acf.size + 1)
     # Of all n - l pairs this is r^2 / (n - l).
-    terms = (found.acf / (n - lag)) ** 2 * found.pairs
+    terms = (estimates.acf / (n - lag)) ** 2 * estimates.pairs
     statistic = n * (n + 2) * float(terms.sum())
-    freedom = found.acf.size - fitted
+    freedom = estimates.acf.size - fitted
     upper = float(_native.chi_squared_quantile(0.95, [freedom])[0])
     return Verdict(
         name="Ljung-Box",
@@ -286,7 +286,7 @@ def _portmanteau(found: Correlations, fitted: int) -> Verdict:
     )
 
 
-def _predictable(acf: Floats) -> float:
+def _predictable_share(acf: Floats) -> float:
     """Return 1 less the product of 1 - pacf^2, which is what each lag leaves of the variance."""
-    pacf = partial(acf)
+    pacf = partial_autocorrelations(acf)
     return 1.0 - float(np.prod(1.0 - pacf[np.isfinite(pacf)] ** 2))

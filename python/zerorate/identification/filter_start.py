@@ -18,20 +18,20 @@ if TYPE_CHECKING:
 Method = Literal["kf", "akf", "fading", "robust"]
 Parts = dict[str, Floats | float]
 
-_LARGEST: Final = 3
+_MAX_ORDER: Final = 3
 
 # Of the variance of phi(B) z: less than this is rounding.
-_ROUNDING: Final = 1e-9
+_ROUNDING_SHARE: Final = 1e-9
 
 
-class Split(NamedTuple):
+class NoiseSplit(NamedTuple):
     """An AR(p) drift driven by noise of variance g, and white measurement noise of variance R."""
 
     g: float
     R: float
 
 
-def filter_of(
+def make_filter(
     model: "ArmaModel",
     rate: float,
     method: Method = "fading",
@@ -96,9 +96,9 @@ def filter_of(
     >>> f.ready, round(f.measurement_noise, 3)
     (True, 3.636)
     """
-    order = _order([model])
-    start = _start(model, order, measurement_noise, process_noise, offset, scale)
-    return _made(start, order, rate, method, adapt_for, None, options)
+    order = _common_order([model])
+    start = _start_parts(model, order, measurement_noise, process_noise, offset, scale)
+    return _build_filter(start, order, rate, method, adapt_for, None, options)
 
 
 def to_filter(
@@ -132,17 +132,17 @@ def to_filter(
     """
     if not models:
         raise ValueError("to_filter needs at least one model, got none")
-    order = _order(models)
-    own = {name: options.pop(name, None) for name in _OWN}
-    starts = [_start(model, order, **own) for model in models]
+    order = _common_order(models)
+    own = {name: options.pop(name, None) for name in _MODEL_OPTIONS}
+    starts = [_start_parts(model, order, **own) for model in models]
     stacked: Parts = {name: np.stack([np.asarray(s[name]) for s in starts]) for name in starts[0]}
-    return _made(stacked, order, rate, method, adapt_for, len(models), options)
+    return _build_filter(stacked, order, rate, method, adapt_for, len(models), options)
 
 
-_OWN: Final = ("measurement_noise", "process_noise", "offset", "scale")
+_MODEL_OPTIONS: Final = ("measurement_noise", "process_noise", "offset", "scale")
 
 
-def _made(
+def _build_filter(
     start: Parts,
     order: tuple[int, int],
     rate: float,
@@ -151,9 +151,9 @@ def _made(
     channels: int | None,
     options: dict[str, Any],
 ) -> DriftFilter:
-    known: _Start = start  # type: ignore[assignment]
+    filter_state: _Start = start  # type: ignore[assignment]
     return DriftFilter.started(
-        known,
+        filter_state,
         rate=rate,
         order=order,
         method=method,
@@ -163,15 +163,15 @@ def _made(
     )
 
 
-def _order(models: "Sequence[ArmaModel]") -> tuple[int, int]:
+def _common_order(models: "Sequence[ArmaModel]") -> tuple[int, int]:
     """Return the orders that hold all models; the filter's p is at least 1."""
     p, q = (max(model.order[i] for model in models) for i in (0, 1))
-    if max(p, q) > _LARGEST:
+    if max(p, q) > _MAX_ORDER:
         raise ValueError(f"a filter has orders up to (3, 3), the model has ({p}, {q})")
     return max(p, 1), q
 
 
-def _start(
+def _start_parts(
     model: "ArmaModel",
     order: tuple[int, int],
     measurement_noise: float | None,
@@ -181,15 +181,15 @@ def _start(
 ) -> Parts:
     if not model.sigma2 > 0.0:
         raise ValueError("a model whose innovations have variance 0 makes no filter")
-    offset = _offset(model) if offset is None else offset
-    scale = _scale(model) if scale is None else scale
-    parts = _noises(model, measurement_noise, process_noise)
+    offset = _model_offset(model) if offset is None else offset
+    scale = _model_scale(model) if scale is None else scale
+    parts = _split_noises(model, measurement_noise, process_noise)
     p, q = order
     coefficients = np.zeros(p + q + 1)
-    places = _places(model, p)
-    coefficients[places] = np.concatenate((model.phi, model.theta, [model.constant]))
+    indices = _coefficient_indices(model, p)
+    coefficients[indices] = np.concatenate((model.phi, model.theta, [model.constant]))
     covariance = np.zeros((p + q + 1, p + q + 1))
-    covariance[np.ix_(places, places)] = _learned(model, scale)
+    covariance[np.ix_(indices, indices)] = _coefficient_covariance(model, scale)
     state = np.zeros((p + 1, p + 1))
     state[:p, :p] = _drift_covariance(coefficients[:p], parts.g, scale)
     state[p, p] = model.sigma2 * _constant_variance(model)
@@ -204,36 +204,36 @@ def _start(
     }
 
 
-def _places(model: "ArmaModel", p: int) -> list[int]:
+def _coefficient_indices(model: "ArmaModel", p: int) -> list[int]:
     """Return where [phi, theta, c] stand in a filter of orders (p, q)."""
     own_p, own_q = model.order
     return [*range(own_p), *range(p, p + own_q), -1]
 
 
-def _noises(
+def _split_noises(
     model: "ArmaModel", measurement_noise: float | None, process_noise: float | None
-) -> Split:
+) -> NoiseSplit:
     if measurement_noise is not None and process_noise is not None:
-        return Split(process_noise, measurement_noise)
-    parts = split(model.phi, model.theta, model.sigma2, measurement_noise)
+        return NoiseSplit(process_noise, measurement_noise)
+    parts = split_noise(model.phi, model.theta, model.sigma2, measurement_noise)
     return parts if process_noise is None else parts._replace(g=process_noise)
 
 
-def _offset(model: "ArmaModel") -> float:
+def _model_offset(model: "ArmaModel") -> float:
     if at_one(-model.phi):
         return model.mean
-    return _known("offset", model.record_mean)
+    return _require_finite("offset", model.record_mean)
 
 
-def _scale(model: "ArmaModel") -> float:
+def _model_scale(model: "ArmaModel") -> float:
     if math.isfinite(model.record_deviation) and model.record_deviation > 0.0:
         return model.record_deviation
     if not model.stationary:
-        return _known("scale", math.nan)
+        return _require_finite("scale", math.nan)
     return math.sqrt(float(model.autocovariance(0)[0]))
 
 
-def _known(name: str, value: float) -> float:
+def _require_finite(name: str, value: float) -> float:
     if math.isfinite(value):
         return value
     raise ValueError(
@@ -241,7 +241,7 @@ def _known(name: str, value: float) -> float:
     )
 
 
-def _learned(model: "ArmaModel", scale: float) -> Floats:
+def _coefficient_covariance(model: "ArmaModel", scale: float) -> Floats:
     """Return the covariance of [phi, theta, c / scale] over the innovation variance.
 
     Of centred and scaled samples, whose regressors are orthogonal to the constant. Together with
@@ -272,9 +272,9 @@ def _drift_covariance(phi: Floats, g: float, scale: float) -> Floats:
     return np.asarray(gamma[np.abs(np.subtract.outer(np.arange(p), np.arange(p)))])
 
 
-def split(
+def split_noise(
     phi: Floats, theta: Floats, sigma2: float, measurement_noise: float | None = None
-) -> Split:
+) -> NoiseSplit:
     """Return the drift and the white noise whose sum is the process, or comes closest to it.
 
     w = phi(B) z has the autocovariance of theta(B) a, and must have that of a white g and of
@@ -289,47 +289,49 @@ def split(
     """
     if not np.any(phi):
         white = float(sigma2 * (1.0 + theta @ theta))
-        return Split(0.0, white if measurement_noise is None else measurement_noise)
+        return NoiseSplit(0.0, white if measurement_noise is None else measurement_noise)
     auto, moving = np.concatenate(([1.0], -phi)), np.concatenate(([1.0], theta))
-    found = _exact(auto, moving) or _closest(auto, moving)
+    unit_split = _split_exactly(auto, moving) or _fit_split(auto, moving)
     if measurement_noise is not None:
-        return Split(found.g * sigma2, measurement_noise)
-    if found.R > _ROUNDING:
-        return Split(found.g * sigma2, found.R * sigma2)
-    return Split(found.g * sigma2, _first_difference(phi, theta, sigma2))
+        return NoiseSplit(unit_split.g * sigma2, measurement_noise)
+    if unit_split.R > _ROUNDING_SHARE:
+        return NoiseSplit(unit_split.g * sigma2, unit_split.R * sigma2)
+    return NoiseSplit(unit_split.g * sigma2, _first_difference(phi, theta, sigma2))
 
 
-def _exact(auto: Floats, moving: Floats) -> Split | None:
+def _split_exactly(auto: Floats, moving: Floats) -> NoiseSplit | None:
     lags = max(auto.size, moving.size)
-    moved = _products(moving, lags)
-    basis = np.column_stack((np.eye(lags)[0], _products(auto, lags)))
-    found = np.linalg.lstsq(basis, moved, rcond=None)[0]
-    if np.any(np.abs(basis @ found - moved) > _ROUNDING * moved[0]) or np.any(found < 0.0):
+    ma_products = _autocorrelate(moving, lags)
+    basis = np.column_stack((np.eye(lags)[0], _autocorrelate(auto, lags)))
+    solution = np.linalg.lstsq(basis, ma_products, rcond=None)[0]
+    if np.any(np.abs(basis @ solution - ma_products) > _ROUNDING_SHARE * ma_products[0]) or np.any(
+        solution < 0.0
+    ):
         return None
-    return Split(*found.tolist())
+    return NoiseSplit(*solution.tolist())
 
 
-def _products(coefficients: Floats, lags: int) -> Floats:
+def _autocorrelate(coefficients: Floats, lags: int) -> Floats:
     full = np.correlate(coefficients, coefficients, "full")[coefficients.size - 1 :]
     return np.concatenate((full, np.zeros(lags)))[:lags]
 
 
-def _closest(auto: Floats, moving: Floats) -> Split:
+def _fit_split(auto: Floats, moving: Floats) -> NoiseSplit:
     """Return the g + R |phi|^2 that is likeliest for |theta|^2, by Whittle's likelihood.
 
     Its maximum is least squares with each frequency weighed by the fit itself.
     """
     frequencies = np.union1d(np.linspace(0.0, np.pi, 4097)[1:], np.geomspace(1e-7, np.pi, 401))
     density = np.gradient(frequencies)
-    data, white = _power(moving, frequencies), _power(auto, frequencies)
+    data, white = _power_response(moving, frequencies), _power_response(auto, frequencies)
     basis = np.column_stack((np.ones_like(white), white))
     start = np.full_like(density, np.mean(data) ** 2) / density
-    return Split(
+    return NoiseSplit(
         *solve(basis, data, start, lambda s: (basis @ s) ** 2 / density).strengths.tolist()
     )
 
 
-def _power(coefficients: Floats, frequencies: Floats) -> Floats:
+def _power_response(coefficients: Floats, frequencies: Floats) -> Floats:
     return np.asarray(np.abs(np.polyval(coefficients[::-1], np.exp(-1j * frequencies))) ** 2)
 
 

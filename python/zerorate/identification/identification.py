@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import RecursiveLeastSquares
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.identification.arma import fit_arma
 from zerorate.identification.arma_model import ArmaModel
 from zerorate.identification.as_json import as_dict
@@ -20,13 +20,18 @@ from zerorate.identification.autoregression import fit_ar
 from zerorate.identification.conclusions import conclusions
 from zerorate.identification.correlogram import Correlogram, Whiteness, autocorrelation, whiteness
 from zerorate.identification.order import Criterion, OrderSelection, select_order
-from zerorate.identification.preparation import Prepared, prepare
-from zerorate.identification.record_tests import RecordSummary, RecordTests, summarised, tested
+from zerorate.identification.preparation import PreparedRecord, prepare
+from zerorate.identification.record_tests import (
+    RecordSummary,
+    RecordTests,
+    run_tests,
+    summarise_record,
+)
+from zerorate.noise.motion_check import Span, moving_spans
 from zerorate.noise.records import as_record
-from zerorate.noise.rest import Span, moving_spans
-from zerorate.progress import reported
+from zerorate.progress import choose_reporter
 from zerorate.record.named import names_of, rate_of, unit_of
-from zerorate.record.names import UNKNOWN
+from zerorate.record.names import UNKNOWN_UNIT
 from zerorate.types import Floats, Integers
 from zerorate.views import Result
 
@@ -60,7 +65,7 @@ class Identification(Result):
         Autoregressive model of the clear choice of order, by least squares.
     model : ArmaModel
         ARMA model of the clear choice, or of the order that was asked for.
-    asked : bool
+    order_given : bool
         Whether the order was asked for.
     whiteness : Whiteness
         Of the residuals of `model`.
@@ -83,16 +88,16 @@ class Identification(Result):
     record: RecordSummary
     moving: tuple[Span, ...]
     smooth: int
-    prepared: Prepared
+    prepared: PreparedRecord
     tests: RecordTests
     correlogram: Correlogram
     ar_orders: OrderSelection
     arma_orders: OrderSelection
     ar: ArmaModel
     model: ArmaModel
-    asked: bool
+    order_given: bool
     whiteness: Whiteness
-    online: Online | None
+    online: OnlineFit | None
 
     @property
     def rate(self) -> float:
@@ -107,7 +112,7 @@ class Identification(Result):
     @cached_property
     def slow_ratio(self) -> float:
         """Variance of the segments' means over what `model` says of it, about 1 at best."""
-        return slow_ratio(self)
+        return compute_slow_ratio(self)
 
     @property
     def verdict(self) -> tuple[str, ...]:
@@ -119,14 +124,14 @@ class Identification(Result):
         return as_dict(self)
 
 
-_STARTUP: Final = 100
-_MOMENTS: Final = 200
-_LARGEST: Final = 3
+_STARTUP_SAMPLES: Final = 100
+_CHECKPOINT_COUNT: Final = 200
+_MAX_ORDER: Final = 3
 """Order up to which the recursion is built."""
 
 
 @dataclass(frozen=True, eq=False)
-class Online:
+class OnlineFit:
     """Recursive extended least squares over a record.
 
     Attributes
@@ -149,7 +154,7 @@ class Online:
         return np.asarray(self.coefficients[-1])
 
 
-def learned_online(record: Floats, offline: ArmaModel) -> Online | None:
+def learn_online(record: Floats, offline: ArmaModel) -> OnlineFit | None:
     """Return what recursive least squares of the offline model's order makes of a record.
 
     Parameters
@@ -166,33 +171,35 @@ def learned_online(record: Floats, offline: ArmaModel) -> Online | None:
         than the start-up of 100 samples.
     """
     p, q = offline.order
-    if not 1 <= p <= _LARGEST or q > _LARGEST or record.size <= _STARTUP:
+    if not 1 <= p <= _MAX_ORDER or q > _MAX_ORDER or record.size <= _STARTUP_SAMPLES:
         return None
-    samples = np.unique(np.geomspace(_STARTUP, record.size, _MOMENTS).astype(np.int64))
-    filter_ = RecursiveLeastSquares((p, q), startup=_STARTUP)
+    samples = np.unique(
+        np.geomspace(_STARTUP_SAMPLES, record.size, _CHECKPOINT_COUNT).astype(np.int64)
+    )
+    filter_ = RecursiveLeastSquares((p, q), startup=_STARTUP_SAMPLES)
     history = []
     for start, end in zip((0, *samples[:-1]), samples, strict=True):
         filter_.process(record[start:end])
         history.append(filter_.coefficients if filter_.ready else np.full(p + q + 1, np.nan))
     coefficients = np.stack(history)
-    return Online(samples, coefficients, _distance(coefficients[-1], offline))
+    return OnlineFit(samples, coefficients, _sigma_distance(coefficients[-1], offline))
 
 
-def _distance(last: Floats, offline: ArmaModel) -> Floats:
+def _sigma_distance(last: Floats, offline: ArmaModel) -> Floats:
     known = np.concatenate((offline.phi, offline.theta))
     errors = offline.standard_errors[: known.size]
-    there = errors > 0.0
+    present = errors > 0.0
     distance = np.full(known.size, np.nan)
-    distance[there] = (last[: known.size] - known)[there] / errors[there]
+    distance[present] = (last[: known.size] - known)[present] / errors[present]
     return distance
 
 
 Method = Literal["css", "exact"]
 
-LEAST_SAMPLES: Final = 200
+MIN_SAMPLES: Final = 200
 """Fewer leave the tests without power."""
 
-_LAGS: Final = 40
+_CORRELOGRAM_LAGS: Final = 40
 _RESIDUAL_LAGS: Final = 20
 
 
@@ -281,57 +288,57 @@ def identify(
     >>> found.model.order, found.whiteness.white
     ((1, 0), True)
     """
-    tell = reported(progress)
-    tell("preparing", 0.0)
-    record = as_record(z, LEAST_SAMPLES, "identification")
+    report = choose_reporter(progress)
+    report("preparing", 0.0)
+    record = as_record(z, MIN_SAMPLES, "identification")
     rate, (own, *_) = rate_of(rate, z), names_of(z) or ("",)
-    summary = summarised(record, rate)
+    summary = summarise_record(record, rate)
     moving = moving_spans(record, rate)
-    prepared = _prepared(record, rate, preparation)
+    prepared = _prepare_record(record, rate, preparation)
     data = prepared.data
-    tell("tests", 0.1)
-    tests = tested(data, prepared.rate or rate, segments)
-    tell("orders", 0.3)
+    report("tests", 0.1)
+    tests = run_tests(data, prepared.rate or rate, segments)
+    report("orders", 0.3)
     ar_orders = select_order(data, "ar", criterion, max_order=max_order)
     arma_orders = select_order(data, "arma", criterion, max_p=max_p, max_q=max_q)
-    tell("models", 0.7)
-    model = _fitted(data, order, arma_orders, method)
+    report("models", 0.7)
+    model = _fit_model(data, order, arma_orders, method)
     return Identification(
         name=name or own,
-        unit=unit_of(unit, z) or UNKNOWN,
+        unit=unit_of(unit, z) or UNKNOWN_UNIT,
         record=summary,
         moving=moving,
         smooth=preparation.get("smooth", 1),
         prepared=prepared,
         tests=tests,
-        correlogram=autocorrelation(data, _LAGS),
+        correlogram=autocorrelation(data, _CORRELOGRAM_LAGS),
         ar_orders=ar_orders,
         arma_orders=arma_orders,
         ar=fit_ar(data, ar_orders.clear[0]),
         model=model,
-        asked=order is not None,
+        order_given=order is not None,
         whiteness=whiteness(model.residuals(data), _RESIDUAL_LAGS, sum(model.order)),
-        online=learned_online(data, model),
+        online=learn_online(data, model),
     )
 
 
-def _fitted(
-    data: Floats, order: tuple[int, int] | None, found: OrderSelection, method: Method
+def _fit_model(
+    data: Floats, order: tuple[int, int] | None, selection: OrderSelection, method: Method
 ) -> ArmaModel:
     """Return the model of an order, from where the comparison came to if it went there."""
-    p, q = order or found.clear
-    start = dict(zip(found.orders, found.coefficients, strict=True)).get((p, q))
+    p, q = order or selection.clear
+    start = dict(zip(selection.orders, selection.coefficients, strict=True)).get((p, q))
     return fit_arma(data, p, q, method=method, start=start)
 
 
-def _prepared(record: Floats, rate: float, preparation: Preparation) -> Prepared:
+def _prepare_record(record: Floats, rate: float, preparation: Preparation) -> PreparedRecord:
     options: Preparation = {"trend": None, **preparation}
     prepared = prepare(record, rate, **options)
-    _check_sizes(as_record(prepared.data, LEAST_SAMPLES, "identification after decimation"))
+    _check_sizes(as_record(prepared.data, MIN_SAMPLES, "identification after decimation"))
     return prepared
 
 
-_ONE_SIZE: Final = 1e8
+_MAX_SIZE_RATIO: Final = 1e8
 """Times the median distance from the median: beside such a square all others are rounding."""
 
 
@@ -339,22 +346,22 @@ def _check_sizes(data: Floats) -> None:
     middle = np.nanmedian(data)
     away = np.abs(data - middle)
     typical, farthest = np.nanmedian(away), int(np.nanargmax(away))
-    if 0.0 < _ONE_SIZE * typical < away[farthest]:
+    if 0.0 < _MAX_SIZE_RATIO * typical < away[farthest]:
         raise ValueError(
-            said(
+            make_sentence(
                 f"identification needs samples of one size: sample {farthest} is "
                 f"{data[farthest]:g}, and half of all lie within {typical:.3g} of {middle:.3g}; ",
-                given("outliers"),
+                keyword_argument("outliers"),
                 " can replace it",
             )
         )
 
 
-_LEAST_MEANS: Final = 30
+_MIN_MEANS: Final = 30
 """Fewer tell their variance no better than to a quarter."""
 
 
-def slow_ratio(found: Identification) -> float:
+def compute_slow_ratio(result: Identification) -> float:
     """Return the variance of the segments' means over what the model says of it.
 
     Orders are chosen by the next sample, to which a slow drift adds next to nothing: a model can
@@ -362,7 +369,7 @@ def slow_ratio(found: Identification) -> float:
 
     Parameters
     ----------
-    found : Identification
+    result : Identification
         Record and model.
 
     Returns
@@ -371,11 +378,11 @@ def slow_ratio(found: Identification) -> float:
         About 1 where the model knows all there is; NaN where fewer than 30 segments have samples
         or the model is not stationary.
     """
-    means = found.tests.segment_means[np.isfinite(found.tests.segment_means)]
-    if means.size < _LEAST_MEANS or not found.model.stationary:
+    means = result.tests.segment_means[np.isfinite(result.tests.segment_means)]
+    if means.size < _MIN_MEANS or not result.model.stationary:
         return math.nan
-    n = max(round(found.tests.segment * found.rate), 1)
-    return float(np.var(means, ddof=1)) / variance_of_mean(found.model, n)
+    n = max(round(result.tests.segment * result.rate), 1)
+    return float(np.var(means, ddof=1)) / variance_of_mean(result.model, n)
 
 
 def variance_of_mean(model: ArmaModel, n: int) -> float:

@@ -12,25 +12,25 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError
 from zerorate.identification.arma_model import ArmaModel
 from zerorate.identification.autoregression import fit_ar
-from zerorate.noise.records import as_record, with_gaps
+from zerorate.noise.records import as_record, mark_gaps
 from zerorate.types import Floats
 
 NetworkVerdict = Literal["gain", "no gain", "oscillates"]
 
-MOST_HIDDEN: Final = 8
-MOST_INPUTS: Final = 64
-MOST_TRAINED: Final = 20_000
-A_WEIGHT: Final = 50
+MAX_HIDDEN: Final = 8
+MAX_INPUTS: Final = 64
+MAX_TRAINING_SAMPLES: Final = 20_000
+SAMPLES_PER_WEIGHT: Final = 50
 """Samples: with fewer, what a weight gains on them is chance."""
 
-WORTHWHILE: Final = 0.01
-OSCILLATING: Final = 0.01
-LEFT_ALONE: Final = 3000
+MIN_GAIN: Final = 0.01
+MAX_LIMIT_CYCLE: Final = 0.01
+FREE_RUN_STEPS: Final = 3000
 """Steps; what the map still does in the last third of them it does for ever."""
 
-ROUNDS: Final = 200
-SETTLED: Final = 1e-10
-STIFFEST: Final = 1e12
+MAX_ROUNDS: Final = 200
+COST_TOLERANCE: Final = 1e-10
+MAX_DAMPING: Final = 1e12
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,13 +106,13 @@ class NetworkModel:
         It oscillates if the map left alone keeps more than 0.01 of the record's deviation, and
         below one per cent there is no gain.
         """
-        if self.limit_cycle > OSCILLATING:
+        if self.limit_cycle > MAX_LIMIT_CYCLE:
             return "oscillates"
-        return "gain" if self.gain_over_ar >= WORTHWHILE else "no gain"
+        return "gain" if self.gain_over_ar >= MIN_GAIN else "no gain"
 
     def step(self, past: npt.ArrayLike) -> Floats:
         """Return what comes next: (…, inputs), the newest first, to (…,), unit of the record."""
-        x = self._scaled(past)
+        x = self._scale_inputs(past)
         units = np.tanh(x @ self.weights.T + self.biases)
         return self.mean + self.scale * (units @ self.output + self.offset)
 
@@ -121,22 +121,22 @@ class NetworkModel:
 
         It is the first row of the transition matrix of an extended Kalman filter.
         """
-        slopes = 1.0 - np.tanh(self._scaled(past) @ self.weights.T + self.biases) ** 2
+        slopes = 1.0 - np.tanh(self._scale_inputs(past) @ self.weights.T + self.biases) ** 2
         return (slopes * self.output) @ self.weights
 
     def predict(self, z: npt.ArrayLike) -> Floats:
         """Return each sample as the ones before make it, shape (n,); NaN where one is missing."""
-        record = with_gaps(as_record(z))
+        record = mark_gaps(as_record(z))
         predicted = np.full(record.size, np.nan)
         if record.size > self.inputs:
-            predicted[self.inputs :] = self.step(_pasts(record, self.inputs))
+            predicted[self.inputs :] = self.step(_past_windows(record, self.inputs))
         return predicted
 
-    def _scaled(self, past: npt.ArrayLike) -> Floats:
-        given = np.asarray(past, dtype=float)
-        if given.shape[-1:] != (self.inputs,):
-            raise ArgumentError("past", f"must have shape (…, {self.inputs}), got {given.shape}")
-        return (given - self.mean) / self.scale
+    def _scale_inputs(self, past: npt.ArrayLike) -> Floats:
+        values = np.asarray(past, dtype=float)
+        if values.shape[-1:] != (self.inputs,):
+            raise ArgumentError("past", f"must have shape (…, {self.inputs}), got {values.shape}")
+        return (values - self.mean) / self.scale
 
 
 def fit_network(
@@ -188,65 +188,73 @@ def fit_network(
     >>> found.verdict, found.n, found.held_out
     ('no gain', 3995, 3995)
     """
-    inputs = _within("inputs", inputs, MOST_INPUTS)
-    hidden = _within("hidden", hidden, MOST_HIDDEN)
+    inputs = _check_range("inputs", inputs, MAX_INPUTS)
+    hidden = _check_range("hidden", hidden, MAX_HIDDEN)
     weights = hidden * (inputs + 2) + 1
-    record = with_gaps(as_record(z, 2 * A_WEIGHT * weights, f"a network of {weights} weights"))
-    part = min(MOST_TRAINED, record.size // 2)
-    x, y = _steps(record[:part], inputs)
-    past, then = _steps(record[part:], inputs)
+    record = mark_gaps(
+        as_record(z, 2 * SAMPLES_PER_WEIGHT * weights, f"a network of {weights} weights")
+    )
+    part = min(MAX_TRAINING_SAMPLES, record.size // 2)
+    x, y = _training_pairs(record[:part], inputs)
+    past, then = _training_pairs(record[part:], inputs)
     _check_enough(y.size, then.size, weights)
     ar = fit_ar(record[:part], inputs)
     mean, scale = float(np.nanmean(record[:part])), float(np.nanstd(record[:part]))
     x, y = (x - mean) / scale, (y - mean) / scale
-    start = _start(inputs, hidden, x, y, np.random.default_rng(seed))
-    w, b, v, c = _parts(_trained(start, x, y, inputs, hidden), inputs, hidden)
-    untried = NetworkModel(w, b, v, c, mean, scale, y.size, then.size, 0.0, 0.0, 0.0, ar)
+    start = _initial_weights(inputs, hidden, x, y, np.random.default_rng(seed))
+    w, b, v, c = _unpack_weights(_train(start, x, y, inputs, hidden), inputs, hidden)
+    model = NetworkModel(w, b, v, c, mean, scale, y.size, then.size, 0.0, 0.0, 0.0, ar)
     return replace(
-        untried,
-        rmse=_rms(then - untried.step(past)),
+        model,
+        rmse=_rms(then - model.step(past)),
         ar_rmse=_rms(then - (past @ ar.phi + ar.constant)),
-        limit_cycle=_limit_cycle(untried, x[-1]),
+        limit_cycle=_limit_cycle(model, x[-1]),
     )
 
 
-def _within(name: str, value: SupportsIndex, most: int) -> int:
+def _check_range(name: str, value: SupportsIndex, maximum: int) -> int:
     whole = operator.index(value)
-    if not 1 <= whole <= most:
-        raise ArgumentError(name, f"must be from 1 to {most}, got {whole}")
+    if not 1 <= whole <= maximum:
+        raise ArgumentError(name, f"must be from 1 to {maximum}, got {whole}")
     return whole
 
 
-def _check_enough(trained: int, judged: int, weights: int) -> None:
-    if trained < A_WEIGHT * weights:
+def _check_enough(training_count: int, test_count: int, weights: int) -> None:
+    if training_count < SAMPLES_PER_WEIGHT * weights:
         raise ValueError(
-            f"a network of {weights} weights needs {A_WEIGHT * weights} samples to be trained on, "
-            f"{A_WEIGHT} a weight, each with those before it; the first half of z has {trained}"
+            f"a network of {weights} weights needs {SAMPLES_PER_WEIGHT * weights} samples "
+            "to be trained on, "
+            f"{SAMPLES_PER_WEIGHT} a weight, each with those before it; the first half of "
+            f"z has {training_count}"
         )
-    if judged == 0:
+    if test_count == 0:
         raise ValueError("the second half of z has no step without a missing sample to judge by")
 
 
-def _pasts(record: Floats, inputs: int) -> Floats:
+def _past_windows(record: Floats, inputs: int) -> Floats:
     """Return the samples before each but the first ones, the newest first."""
     windows = np.lib.stride_tricks.sliding_window_view(record[:-1], inputs)
     return windows[:, ::-1]
 
 
-def _steps(record: Floats, inputs: int) -> tuple[Floats, Floats]:
+def _training_pairs(record: Floats, inputs: int) -> tuple[Floats, Floats]:
     """Return past and next of every step without a missing sample."""
-    past, then = _pasts(record, inputs), record[inputs:]
+    past, then = _past_windows(record, inputs), record[inputs:]
     there = np.isfinite(then) & np.isfinite(past).all(axis=1)
     return np.ascontiguousarray(past[there]), then[there]
 
 
-def _parts(theta: Floats, inputs: int, hidden: int) -> tuple[Floats, Floats, Floats, float]:
+def _unpack_weights(
+    theta: Floats, inputs: int, hidden: int
+) -> tuple[Floats, Floats, Floats, float]:
     """Return weights, biases, output and offset out of one vector."""
     w, b, v, c = np.split(theta, np.cumsum([hidden * inputs, hidden, hidden]))
     return w.reshape(hidden, inputs), b, v, float(c[0])
 
 
-def _start(inputs: int, hidden: int, x: Floats, y: Floats, rng: np.random.Generator) -> Floats:
+def _initial_weights(
+    inputs: int, hidden: int, x: Floats, y: Floats, rng: np.random.Generator
+) -> Floats:
     """Return random weights, small enough that no unit is saturated, with the best output."""
     w = rng.standard_normal((hidden, inputs)) / np.sqrt(inputs)
     b = 0.5 * rng.standard_normal(hidden)
@@ -254,35 +262,35 @@ def _start(inputs: int, hidden: int, x: Floats, y: Floats, rng: np.random.Genera
     return np.concatenate([w.ravel(), b, np.linalg.lstsq(units, y, rcond=None)[0]])
 
 
-def _trained(theta: Floats, x: Floats, y: Floats, inputs: int, hidden: int) -> Floats:
+def _train(theta: Floats, x: Floats, y: Floats, inputs: int, hidden: int) -> Floats:
     """Return the weights at the least sum of squares, by Levenberg and Marquardt's method."""
     damping, cost = 1e-3, _cost(theta, x, y, inputs, hidden)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         normal, slope = _normal_equations(theta, x, y, inputs, hidden)
         before = cost
-        while damping < STIFFEST:
+        while damping < MAX_DAMPING:
             # Marquardt's: each weight on a scale of its own.
             damped = normal + damping * np.diag(np.diag(normal) + 1e-12)
-            tried = theta + np.linalg.solve(damped, slope)
-            reached = _cost(tried, x, y, inputs, hidden)
-            if reached < cost:
-                theta, cost, damping = tried, reached, max(damping / 10.0, 1e-12)
+            candidate = theta + np.linalg.solve(damped, slope)
+            candidate_cost = _cost(candidate, x, y, inputs, hidden)
+            if candidate_cost < cost:
+                theta, cost, damping = candidate, candidate_cost, max(damping / 10.0, 1e-12)
                 break
             damping *= 10.0
-        if before - cost <= SETTLED * before:
+        if before - cost <= COST_TOLERANCE * before:
             break
     return theta
 
 
 def _cost(theta: Floats, x: Floats, y: Floats, inputs: int, hidden: int) -> float:
-    w, b, v, c = _parts(theta, inputs, hidden)
+    w, b, v, c = _unpack_weights(theta, inputs, hidden)
     return float(np.sum((y - np.tanh(x @ w.T + b) @ v - c) ** 2))
 
 
 def _normal_equations(
     theta: Floats, x: Floats, y: Floats, inputs: int, hidden: int
 ) -> tuple[Floats, Floats]:
-    w, b, v, c = _parts(theta, inputs, hidden)
+    w, b, v, c = _unpack_weights(theta, inputs, hidden)
     units = np.tanh(x @ w.T + b)
     slopes = (1.0 - units**2) * v
     products = slopes[:, :, np.newaxis] * x[:, np.newaxis, :]
@@ -296,8 +304,8 @@ def _rms(error: Floats) -> float:
 
 def _limit_cycle(model: NetworkModel, past: Floats) -> float:
     """Return the deviation of the last third of a run of the map, in that of the record."""
-    x, path = past.copy(), np.empty(LEFT_ALONE)
-    for k in range(LEFT_ALONE):
+    x, path = past.copy(), np.empty(FREE_RUN_STEPS)
+    for k in range(FREE_RUN_STEPS):
         path[k] = np.tanh(model.weights @ x + model.biases) @ model.output + model.offset
         x = np.concatenate([path[k : k + 1], x[:-1]])
-    return float(np.std(path[2 * LEFT_ALONE // 3 :]))
+    return float(np.std(path[2 * FREE_RUN_STEPS // 3 :]))

@@ -10,17 +10,17 @@ import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.identification.verdict import Verdict
-from zerorate.noise.records import as_record, centred
+from zerorate.noise.records import as_record, centre_record
 from zerorate.types import Floats
 
 _CHI_SQUARED_95: Final = 5.991464547107979
 """The 0.95 quantile with 2 degrees of freedom, -2 ln 0.05."""
 
 _ANDERSON_DARLING_95: Final = 0.752
-_LAST: Final = 13.0
+_MAX_STATISTIC: Final = 13.0
 """End of the published probabilities."""
 
-_PIECES: Final[tuple[tuple[float, bool, tuple[float, float, float]], ...]] = (
+_PROBABILITY_PIECES: Final[tuple[tuple[float, bool, tuple[float, float, float]], ...]] = (
     (0.2, True, (-13.436, 101.14, -223.73)),
     (0.34, True, (-8.318, 42.796, -59.938)),
     (0.6, False, (0.9177, -4.279, -1.38)),
@@ -28,7 +28,7 @@ _PIECES: Final[tuple[tuple[float, bool, tuple[float, float, float]], ...]] = (
 )
 """Upper end, whether the exponential is taken from 1, and the polynomial in its exponent."""
 
-_FEW: Final = 0.1
+_MIN_DISTINCT_SHARE: Final = 0.1
 """Different values in a sample's number from which on down a record is coarse."""
 
 
@@ -63,7 +63,7 @@ def jarque_bera(z: npt.ArrayLike) -> Verdict:
     >>> jarque_bera(np.random.default_rng(1).standard_normal(10_000)).accepted
     True
     """
-    x = _present(z, "the Jarque-Bera test")
+    x = _present_samples(z, "the Jarque-Bera test")
     squares = x * x
     second = float(squares.mean())
     skewness = float((squares @ x) / x.size) / second**1.5
@@ -113,7 +113,7 @@ def anderson_darling(z: npt.ArrayLike) -> Verdict:
     >>> anderson_darling(np.random.default_rng(1).standard_normal(10_000)).accepted
     True
     """
-    x = np.sort(_present(z, "the Anderson-Darling test"))
+    x = np.sort(_present_samples(z, "the Anderson-Darling test"))
     statistic = _squared_distance(x) * (1.0 + 0.75 / x.size + 2.25 / x.size**2)
     p_value, bound = _probability(statistic)
     return Verdict(
@@ -126,12 +126,12 @@ def anderson_darling(z: npt.ArrayLike) -> Verdict:
         accepted=statistic <= _ANDERSON_DARLING_95,
         n=x.size,
         p_bound="<" if bound else "",
-        note=_on_values(x),
+        note=_describe_values(x),
     )
 
 
-def _present(z: npt.ArrayLike, purpose: str) -> Floats:
-    x = centred(as_record(z, 8, purpose))
+def _present_samples(z: npt.ArrayLike, purpose: str) -> Floats:
+    x = centre_record(as_record(z, 8, purpose))
     missing = np.isnan(x)
     return x[~missing] if missing.any() else x
 
@@ -146,16 +146,16 @@ def _squared_distance(x: Floats) -> float:
 
 
 def _probability(statistic: float) -> tuple[float, bool]:
-    beyond = statistic > _LAST
-    a = min(statistic, _LAST)
-    from_one, (c, b, d) = next((f, p) for end, f, p in _PIECES if a < end)
+    beyond = statistic > _MAX_STATISTIC
+    a = min(statistic, _MAX_STATISTIC)
+    from_one, (c, b, d) = next((f, p) for end, f, p in _PROBABILITY_PIECES if a < end)
     value = math.exp(c + b * a + d * a * a)
     return (1.0 - value if from_one else value), beyond
 
 
-def _on_values(x: Floats) -> str:
+def _describe_values(x: Floats) -> str:
     values = 1 + int(np.count_nonzero(np.diff(x)))
-    if values > _FEW * x.size:
+    if values > _MIN_DISTINCT_SHARE * x.size:
         return ""
     return (
         f"only {values} different values among {x.size} samples: their steps alone may make the "

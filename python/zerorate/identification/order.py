@@ -14,7 +14,7 @@ import numpy.typing as npt
 from zerorate._native import autoregression_variances
 from zerorate.faults import ArgumentError
 from zerorate.identification.arma import arma_grid
-from zerorate.identification.autoregression import ArMethod, checked_order
+from zerorate.identification.autoregression import ArMethod, check_order
 from zerorate.types import Floats
 
 Order = tuple[int, int]
@@ -174,40 +174,40 @@ def select_order(
     >>> selection.n, len(selection.orders), selection.order
     (2990, 11, (3, 0))
     """
-    _check("criterion", criterion, CRITERIA)
+    _check_choice("criterion", criterion, CRITERIA)
     if not margin >= 0.0:
         raise ArgumentError("margin", f"must not be negative, got {margin!r}")
-    _check("kind", kind, _KINDS)
+    _check_choice("kind", kind, _KINDS)
     if kind == "ar":
-        compared = _autoregressions(z, checked_order("max_order", max_order), method)
+        comparison = _compare_autoregressions(z, check_order("max_order", max_order), method)
     else:
-        compared = _mixed(z, max_p, max_q)
-    orders, sigma2, n, found = compared
+        comparison = _compare_mixed(z, max_p, max_q)
+    orders, sigma2, n, coefficients = comparison
     sizes = np.array([p + q + 1.0 for p, q in orders])
-    return OrderSelection(kind, criterion, float(margin), n, orders, sigma2, sizes, found)
+    return OrderSelection(kind, criterion, float(margin), n, orders, sigma2, sizes, coefficients)
 
 
 _Comparison = tuple[tuple[Order, ...], Floats, int, tuple[Floats, ...]]
 
 
-def _autoregressions(z: npt.ArrayLike, highest: int, method: ArMethod) -> _Comparison:
+def _compare_autoregressions(z: npt.ArrayLike, highest: int, method: ArMethod) -> _Comparison:
     sigma2, n = autoregression_variances(z, highest, method, True)
     return tuple((p, 0) for p in range(highest + 1)), sigma2, n, ()
 
 
-def _mixed(z: npt.ArrayLike, max_p: int, max_q: int) -> _Comparison:
+def _compare_mixed(z: npt.ArrayLike, max_p: int, max_q: int) -> _Comparison:
     grid = arma_grid(z, max_p, max_q)
     orders = tuple((p, q) for p in range(max_p + 1) for q in range(max_q + 1))
     return orders, grid.sigma2.ravel(), grid.n, grid.coefficients
 
 
-def _check(name: str, value: str, known: Sequence[str]) -> None:
+def _check_choice(name: str, value: str, known: Sequence[str]) -> None:
     if value not in known:
         names = ", ".join(f"'{choice}'" for choice in known)
         raise ArgumentError(name, f"must be one of {names}, got {value!r}")
 
 
-def above_least(orders: OrderSelection, name: Criterion) -> Floats:
+def scores_above_minimum(orders: OrderSelection, name: Criterion) -> Floats:
     """Return how far a criterion is above its least for every order, on the scale of N ln.
 
     Parameters

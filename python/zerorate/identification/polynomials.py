@@ -14,7 +14,7 @@ from zerorate.types import Floats
 Complexes = npt.NDArray[np.complex128]
 
 # A double root is found to half of the digits: closer roots than this are the same.
-_SAME: Final = 1e-7
+_ROOT_TOLERANCE: Final = 1e-7
 _EPS: Final = float(np.finfo(np.float64).eps)
 
 
@@ -24,8 +24,8 @@ def inverse_roots(coefficients: Floats) -> Complexes:
     They stay finite where the last coefficients are zero, and inside the unit circle where the
     polynomial is stationary or invertible.
     """
-    found = np.roots(np.concatenate(([1.0], coefficients))).astype(np.complex128)
-    return np.asarray(found[np.argsort(-np.abs(found), kind="stable")])
+    roots = np.roots(np.concatenate(([1.0], coefficients))).astype(np.complex128)
+    return np.asarray(roots[np.argsort(-np.abs(roots), kind="stable")])
 
 
 def at_one(coefficients: Floats) -> float:
@@ -61,29 +61,29 @@ def ma_coefficients(phi: Floats, psi: Floats) -> Floats:
     return np.asarray(product[1:])
 
 
-def trimmed(coefficients: Floats, tolerance: float) -> Floats:
+def trim_zeros(coefficients: Floats, tolerance: float) -> Floats:
     """Return the coefficients without the last ones that are zero to a tolerance."""
     large = np.flatnonzero(np.abs(coefficients) > tolerance)
     return coefficients[: int(large[-1]) + 1 if large.size else 0]
 
 
-def cancelled(phi: Floats, theta: Floats) -> tuple[Floats, Floats]:
+def cancel_common_roots(phi: Floats, theta: Floats) -> tuple[Floats, Floats]:
     """Return phi and theta without the roots that both have."""
     poles, zeros = list(inverse_roots(-phi)), list(inverse_roots(theta))
     common = 0
     for pole in tuple(poles):
-        near = [zero for zero in zeros if abs(zero - pole) <= _SAME]
+        near = [zero for zero in zeros if abs(zero - pole) <= _ROOT_TOLERANCE]
         if near:
             poles.remove(pole)
             zeros.remove(near[0])
             common += 1
     if not common:
         return phi, theta
-    return -_of_inverse_roots(poles), _of_inverse_roots(zeros)
+    return -_from_inverse_roots(poles), _from_inverse_roots(zeros)
 
 
-def _of_inverse_roots(found: list[np.complex128]) -> Floats:
-    return np.asarray(np.real(np.atleast_1d(np.poly(found)))[1:])
+def _from_inverse_roots(roots: list[np.complex128]) -> Floats:
+    return np.asarray(np.real(np.atleast_1d(np.poly(roots)))[1:])
 
 
 class Mode(NamedTuple):
@@ -136,14 +136,14 @@ def autocovariance(phi: Floats, theta: Floats, sigma2: float, lags: int) -> Floa
     moments = sigma2 * _cross_moments(phi, theta)[:n]
     driven[: moments.size] = moments
     gamma = np.zeros(n)
-    solution = refined(_equations(phi), driven[: p + 1].astype(np.longdouble))
+    solution = solve_refined(_equations(phi), driven[: p + 1].astype(np.longdouble))
     gamma[: p + 1] = solution[0] - np.concatenate(([0.0], solution[1:]))
     for k in range(p + 1, n):
         gamma[k] = phi @ gamma[k - p : k][::-1] + driven[k]
     return gamma[: lags + 1]
 
 
-def refined(matrix: _Long, target: _Long) -> Floats:
+def solve_refined(matrix: _Long, target: _Long) -> Floats:
     """Solve a small linear system to the last digits, where double precision would lose some.
 
     Close to a unit root the matrix is nearly singular although its elements are exact: residuals

@@ -9,16 +9,21 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.identification.window_filters import Cleaned, far_from_average, hampel, moving_average
+from zerorate.identification.window_filters import (
+    CleanedRecord,
+    far_from_average,
+    hampel,
+    moving_average,
+)
 from zerorate.identification.window_filters import decimate as _decimated
-from zerorate.noise.records import as_record, checked_width, with_gaps
+from zerorate.noise.records import as_record, check_width, mark_gaps
 from zerorate.record import Log
 from zerorate.record.named import rate_of
 from zerorate.types import Floats
 
 Trend = Literal["mean", "linear"]
 
-_LEAST: Final[dict[str, int]] = {"mean": 1, "linear": 2}
+_MIN_SAMPLES: Final[dict[str, int]] = {"mean": 1, "linear": 2}
 
 
 def detrend(z: npt.ArrayLike, kind: Trend = "mean") -> Floats:
@@ -48,18 +53,18 @@ def detrend(z: npt.ArrayLike, kind: Trend = "mean") -> Floats:
     >>> detrend([1.0, 3.0, float("nan"), 7.0], "linear").tolist()
     [0.0, 0.0, nan, 0.0]
     """
-    if kind not in _LEAST:
-        raise ArgumentError("kind", f"must be one of {_names()}, got {kind!r}")
-    record = with_gaps(as_record(z))
-    there = np.isfinite(record)
-    if np.count_nonzero(there) < _LEAST[kind]:
-        raise ValueError(f"a {kind} trend needs at least {_LEAST[kind]} samples, got 1")
+    if kind not in _MIN_SAMPLES:
+        raise ArgumentError("kind", f"must be one of {_trend_names()}, got {kind!r}")
+    record = mark_gaps(as_record(z))
+    present = np.isfinite(record)
+    if np.count_nonzero(present) < _MIN_SAMPLES[kind]:
+        raise ValueError(f"a {kind} trend needs at least {_MIN_SAMPLES[kind]} samples, got 1")
     # About one of the samples first: an offset costs no precision then.
-    level = record - record[int(np.argmax(there))]
-    level -= level[there].mean()
+    level = record - record[int(np.argmax(present))]
+    level -= level[present].mean()
     if kind == "linear":
-        time = np.arange(record.size) - np.flatnonzero(there).mean()
-        level -= time * (time[there] @ level[there] / (time[there] @ time[there]))
+        time = np.arange(record.size) - np.flatnonzero(present).mean()
+        level -= time * (time[present] @ level[present] / (time[present] @ time[present]))
     return np.asarray(level)
 
 
@@ -91,8 +96,8 @@ def segments(z: npt.ArrayLike, count: int) -> Floats:
     >>> segments([1, 2, 3, 4, 5], 2).tolist()
     [[1.0, 2.0], [3.0, 4.0]]
     """
-    record = with_gaps(as_record(z))
-    if checked_width(count, "segments") > record.size:
+    record = mark_gaps(as_record(z))
+    if check_width(count, "segments") > record.size:
         raise ArgumentError(
             "segments", f"must be at most the number of samples, {record.size}, got {count}"
         )
@@ -100,7 +105,7 @@ def segments(z: npt.ArrayLike, count: int) -> Floats:
     return record[: count * length].reshape(count, length)
 
 
-def _names() -> str:
+def _trend_names() -> str:
     return ", ".join(repr(name) for name in get_args(Trend))
 
 
@@ -123,7 +128,7 @@ class Change:
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
+class PreparedRecord:
     """A record ready for identification.
 
     Attributes
@@ -159,7 +164,7 @@ def prepare(
     threshold: float = 4.0,
     trend: Trend | None = "mean",
     decimate: int = 1,
-) -> Prepared:
+) -> PreparedRecord:
     """Return a record without outliers, smoothed, decimated and without its trend, in that order.
 
     Parameters
@@ -208,24 +213,24 @@ def prepare(
     ['2 outliers replaced by the median of 101 samples', 'the mean was taken off']
     """
     hertz = rate_of(rate, z) if rate is not None or isinstance(z, Log) else None
-    data, changes = with_gaps(as_record(z)), []
+    data, changes = mark_gaps(as_record(z)), []
     if outliers is not None:
-        data, found = _cleaned(data, outliers, window, threshold)
-        changes.append(_on_outliers(int(found.sum()), outliers, window))
-    if checked_width(smooth, "smooth") > 1:
+        data, outlier_mask = _clean_outliers(data, outliers, window, threshold)
+        changes.append(_describe_outliers(int(outlier_mask.sum()), outliers, window))
+    if check_width(smooth, "smooth") > 1:
         data = moving_average(data, smooth)
-        changes.append(_on_smoothing(smooth, _count(data)))
-    if checked_width(decimate, "decimate") > 1:
+        changes.append(_describe_smoothing(smooth, _count_present(data)))
+    if check_width(decimate, "decimate") > 1:
         before, data = data.size, _decimated(data, decimate)
-        changes.append(_on_decimation(decimate, before - data.size))
+        changes.append(_describe_decimation(decimate, before - data.size))
     if trend is not None:
         data = detrend(data, trend)
         what = {"mean": "the mean was taken off", "linear": "a straight line was taken off"}[trend]
-        changes.append(Change(what, _count(data)))
-    return Prepared(data, hertz and hertz / decimate, tuple(changes))
+        changes.append(Change(what, _count_present(data)))
+    return PreparedRecord(data, hertz and hertz / decimate, tuple(changes))
 
 
-def _cleaned(data: Floats, outliers: str, window: int, threshold: float) -> Cleaned:
+def _clean_outliers(data: Floats, outliers: str, window: int, threshold: float) -> CleanedRecord:
     if outliers not in get_args(Outliers):
         names = ", ".join(repr(name) for name in get_args(Outliers))
         raise ArgumentError("outliers", f"must be one of {names} or None, got {outliers!r}")
@@ -233,13 +238,13 @@ def _cleaned(data: Floats, outliers: str, window: int, threshold: float) -> Clea
     return clean(data, window, threshold)
 
 
-def _on_outliers(count: int, outliers: str, window: int) -> Change:
+def _describe_outliers(count: int, outliers: str, window: int) -> Change:
     by = "median" if outliers == "hampel" else "mean"
     noun = "outlier" if count == 1 else "outliers"
     return Change(f"{count} {noun} replaced by the {by} of {window} samples", count)
 
 
-def _on_smoothing(width: int, count: int) -> Change:
+def _describe_smoothing(width: int, count: int) -> Change:
     return Change(
         f"smoothed by a moving average of {width} samples, which alone gives white noise a "
         f"correlation of {(width - 1) / width:.3g} at lag 1",
@@ -247,9 +252,9 @@ def _on_smoothing(width: int, count: int) -> Change:
     )
 
 
-def _on_decimation(factor: int, count: int) -> Change:
+def _describe_decimation(factor: int, count: int) -> Change:
     return Change(f"one sample of {factor} kept after a low-pass against aliasing", count)
 
 
-def _count(data: Floats) -> int:
+def _count_present(data: Floats) -> int:
     return int(np.count_nonzero(np.isfinite(data)))

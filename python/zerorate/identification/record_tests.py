@@ -12,8 +12,8 @@ from zerorate.identification.stationarity import adf, kpss
 from zerorate.identification.verdict import Verdict
 from zerorate.types import Floats
 
-_GLANCE: Final = 10_000
-_COARSE: Final = 4
+_GLANCE_SAMPLES: Final = 10_000
+_MIN_REPEATS: Final = 4
 """Samples for each distinct value from which on a record counts as quantised."""
 
 
@@ -51,7 +51,7 @@ class RecordSummary:
         return self.sample_count / self.rate
 
 
-def summarised(record: Floats, rate: float) -> RecordSummary:
+def summarise_record(record: Floats, rate: float) -> RecordSummary:
     """Return what a record of shape (n,) holds; at least one sample must be there."""
     present = np.isfinite(record)
     there = record if present.all() else record[present]
@@ -66,19 +66,19 @@ def summarised(record: Floats, rate: float) -> RecordSummary:
         rate=rate,
         mean=float(first + rest.mean()),
         deviation=float(rest.std()),
-        step=_step(there[:_GLANCE]),
+        step=_quantisation_step(there[:_GLANCE_SAMPLES]),
     )
 
 
-def _step(values: Floats) -> float:
+def _quantisation_step(values: Floats) -> float:
     """Return the usual distance between neighbouring values where these are few."""
     distinct = np.unique(values)
-    if distinct.size < 2 or distinct.size * _COARSE > values.size:
+    if distinct.size < 2 or distinct.size * _MIN_REPEATS > values.size:
         return 0.0
     return float(np.median(np.diff(distinct)))
 
 
-_LEAST_SEGMENT: Final = 10
+_MIN_SEGMENT_SAMPLES: Final = 10
 """Samples whose mean is worth comparing."""
 
 
@@ -135,13 +135,13 @@ class RecordTests:
         return self.jarque_bera.accepted and self.anderson_darling.accepted
 
 
-def tested(record: Floats, rate: float, count: int) -> RecordTests:
+def run_tests(record: Floats, rate: float, count: int) -> RecordTests:
     """Return the tests of a record, those of stationarity over so many segments.
 
     There are fewer where a segment would have less than 10 samples.
     """
-    count = min(count, record.size // _LEAST_SEGMENT)
-    means = np.array([_mean(part) for part in segments(record, count)])
+    count = min(count, record.size // _MIN_SEGMENT_SAMPLES)
+    means = np.array([_finite_mean(part) for part in segments(record, count)])
     return RecordTests(
         means=reverse_arrangements(record, count, "mean"),
         variances=reverse_arrangements(record, count, "variance"),
@@ -155,6 +155,6 @@ def tested(record: Floats, rate: float, count: int) -> RecordTests:
     )
 
 
-def _mean(values: Floats) -> float:
+def _finite_mean(values: Floats) -> float:
     there = values[np.isfinite(values)]
     return float(there.mean()) if there.size else np.nan

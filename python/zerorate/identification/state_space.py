@@ -13,11 +13,11 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError
 from zerorate.identification.polynomials import (
     at_one,
-    cancelled,
+    cancel_common_roots,
     ma_coefficients,
     psi_weights,
-    refined,
-    trimmed,
+    solve_refined,
+    trim_zeros,
 )
 from zerorate.types import Booleans, Floats
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 # Digits that forms of at most ten states lose in their characteristic polynomials.
 _ROUNDING = 1e-13
 # An observability matrix worse than this tells no coordinates.
-_SINGULAR = 1e12
+_MAX_CONDITION = 1e12
 
 
-def _none() -> Floats:
+def _empty_array() -> Floats:
     return np.zeros(0)
 
 
@@ -87,8 +87,8 @@ class StateSpace:
     sigma2: float
     R: float = 0.0
     offset: float = 0.0
-    constant: Floats = field(default_factory=_none)
-    start: Floats = field(default_factory=_none)
+    constant: Floats = field(default_factory=_empty_array)
+    start: Floats = field(default_factory=_empty_array)
 
     def __post_init__(self) -> None:
         """Convert, check the shapes and fill in zeros."""
@@ -134,7 +134,7 @@ class StateSpace:
         """
         if lags < 0:
             raise ArgumentError("lags", f"must not be negative, got {lags}")
-        gamma = self._seen(self.covariance() @ self.H, lags + 1)
+        gamma = self._output_series(self.covariance() @ self.H, lags + 1)
         gamma[0] += self.R
         return gamma
 
@@ -143,7 +143,7 @@ class StateSpace:
 
         psi_0 ... psi_(n-1) of the ARMA model for a form with a single noise.
         """
-        return self._seen(self.G[:, 0], n)
+        return self._output_series(self.G[:, 0], n)
 
     def transfer(self, frequencies: npt.ArrayLike, rate: float) -> npt.NDArray[np.complex128]:
         """Return H (I - F e^(-i w))^-1 G, from the first noise to the samples.
@@ -172,8 +172,8 @@ class StateSpace:
         ValueError
             If that filter has no steady state.
         """
-        one = self if self.R == 0.0 and self.G.shape[1] == 1 else self.innovations_form()
-        return one._numbers()
+        model = self if self.R == 0.0 and self.G.shape[1] == 1 else self.innovations_form()
+        return model._arma_numbers()
 
     def to(self, form: Form) -> StateSpace:
         """Return the same drift, with the same R, in another form; see `ArmaModel.to_state_space`.
@@ -185,7 +185,7 @@ class StateSpace:
         """
         if self.G.shape[1] != 1:
             raise ValueError(f"only a model of a single noise has forms, got {self.G.shape[1]}")
-        return build(self._numbers(), form, self.R)
+        return build_form(self._arma_numbers(), form, self.R)
 
     def transformation(self, other: StateSpace) -> Floats:
         """Return T with x' = T x, F' T = T F, G' = T G and H = H' T, shape (n, n).
@@ -198,7 +198,7 @@ class StateSpace:
         if self.size != other.size:
             raise ValueError(f"the models have {self.size} and {other.size} states")
         ours, theirs = self._observability(), other._observability()
-        if np.linalg.cond(theirs) > _SINGULAR or np.linalg.cond(ours) > _SINGULAR:
+        if np.linalg.cond(theirs) > _MAX_CONDITION or np.linalg.cond(ours) > _MAX_CONDITION:
             raise ValueError("a model with states that no sample shows has no such transformation")
         T = np.asarray(np.linalg.solve(theirs, ours))
         if not np.allclose(other.F @ T, T @ self.F, rtol=0.0, atol=1e-8 * float(np.abs(T).max())):
@@ -215,22 +215,24 @@ class StateSpace:
         ValueError
             If the filter has no steady state.
         """
-        one = self._moving()
-        gain, variance = steady_state(one.F, one.sigma2 * one.G @ one.G.T, one.H, one.R)
+        reduced = self._without_constants()
+        gain, variance = steady_state(
+            reduced.F, reduced.sigma2 * reduced.G @ reduced.G.T, reduced.H, reduced.R
+        )
         # The sample, its prediction and its innovation, is one more state.
-        F = np.block([[one.F, np.zeros((one.size, 1))], [one.H @ one.F, 0.0]])
+        F = np.block([[reduced.F, np.zeros((reduced.size, 1))], [reduced.H @ reduced.F, 0.0]])
         G = np.concatenate((gain, [1.0]))[:, np.newaxis]
-        H = np.concatenate((np.zeros(one.size), [1.0]))
-        d = np.concatenate((one.constant, [one.H @ one.constant]))
-        return StateSpace(F, G, H, variance, 0.0, one.offset, d)
+        H = np.concatenate((np.zeros(reduced.size), [1.0]))
+        d = np.concatenate((reduced.constant, [reduced.H @ reduced.constant]))
+        return StateSpace(F, G, H, variance, 0.0, reduced.offset, d)
 
-    def _seen(self, x: Floats, n: int) -> Floats:
+    def _output_series(self, x: Floats, n: int) -> Floats:
         """Return H F^k x for k below n."""
-        seen = np.empty(n)
+        outputs = np.empty(n)
         for k in range(n):
-            seen[k] = self.H @ x
+            outputs[k] = self.H @ x
             x = self.F @ x
-        return seen
+        return outputs
 
     def _observability(self) -> Floats:
         rows = [self.H]
@@ -238,23 +240,23 @@ class StateSpace:
             rows.append(rows[-1] @ self.F)
         return np.array(rows)
 
-    def _numbers(self) -> ArmaNumbers:
-        one = self._moving()
-        auto = _characteristic(one.F)
-        psi = one.impulse_response(len(auto))
+    def _arma_numbers(self) -> ArmaNumbers:
+        reduced = self._without_constants()
+        auto = _characteristic(reduced.F)
+        psi = reduced.impulse_response(len(auto))
         theta = ma_coefficients(-auto[1:], psi)
         # What a unit of drive adds up to in the numerator at B = 1.
-        driven = np.convolve(auto, one._seen(one.constant, len(auto)))[: len(auto)]
-        constant = one.offset * at_one(auto[1:]) + float(driven.sum())
+        driven = np.convolve(auto, reduced._output_series(reduced.constant, len(auto)))[: len(auto)]
+        constant = reduced.offset * at_one(auto[1:]) + float(driven.sum())
         size = float(np.abs(auto).max()) * _ROUNDING
-        phi, theta = trimmed(-auto[1:], size), trimmed(theta, size * float(np.abs(psi).max()))
+        phi, theta = trim_zeros(-auto[1:], size), trim_zeros(theta, size * float(np.abs(psi).max()))
         rest = at_one(-phi)
-        phi, theta = cancelled(phi, theta)
+        phi, theta = cancel_common_roots(phi, theta)
         if rest:
             constant *= at_one(-phi) / rest
         return ArmaNumbers(phi, theta, float(constant), self.sigma2)
 
-    def _moving(self) -> StateSpace:
+    def _without_constants(self) -> StateSpace:
         """Return the same model with the states that never change in its constants."""
         still, moving = self.constants, ~self.constants
         values = self.start[still]
@@ -299,7 +301,9 @@ def _characteristic(F: Floats) -> Floats:
 Form = Literal["fu-han", "fu-han-literal", "harvey", "controllable", "observable"]
 
 
-def of_model(model: ArmaModel, form: Form = "harvey", measurement_noise: float = 0.0) -> StateSpace:
+def make_state_space(
+    model: ArmaModel, form: Form = "harvey", measurement_noise: float = 0.0
+) -> StateSpace:
     """Return the model as x_(k+1) = F x_k + G a_(k+1), z_k = H x_k.
 
     Parameters
@@ -337,10 +341,10 @@ def of_model(model: ArmaModel, form: Form = "harvey", measurement_noise: float =
     [1.2, -0.3, 0.5, 1.0]
     """
     numbers = ArmaNumbers(model.phi, model.theta, model.constant, model.sigma2)
-    return build(numbers, form, measurement_noise)
+    return build_form(numbers, form, measurement_noise)
 
 
-def build(numbers: ArmaNumbers, form: Form, R: float) -> StateSpace:
+def build_form(numbers: ArmaNumbers, form: Form, R: float) -> StateSpace:
     """Return a model in a form by its name."""
     if form not in _FORMS:
         known = ", ".join(repr(name) for name in _FORMS)
@@ -348,7 +352,7 @@ def build(numbers: ArmaNumbers, form: Form, R: float) -> StateSpace:
     return _FORMS[form](numbers, R)
 
 
-def _padded(numbers: ArmaNumbers) -> tuple[Floats, Floats]:
+def _pad_polynomials(numbers: ArmaNumbers) -> tuple[Floats, Floats]:
     """Return phi and [1, theta], both of r elements."""
     r = max(numbers.phi.size, numbers.theta.size + 1)
     phi, moving = np.zeros(r), np.zeros(r)
@@ -357,16 +361,16 @@ def _padded(numbers: ArmaNumbers) -> tuple[Floats, Floats]:
     return phi, moving
 
 
-def _assembled(numbers: ArmaNumbers, F: Floats, G: Floats, H: Floats, R: float) -> StateSpace:
+def _assemble(numbers: ArmaNumbers, F: Floats, G: Floats, H: Floats, R: float) -> StateSpace:
     """Return a minimal form; a constant is an offset where there is a mean, else a drive."""
     rest = at_one(-numbers.phi)
     if rest:
         offset = numbers.constant / rest
         return StateSpace(F, G[:, np.newaxis], H, numbers.sigma2, R, offset)
-    return StateSpace(F, G[:, np.newaxis], H, numbers.sigma2, R, 0.0, G * _push(numbers))
+    return StateSpace(F, G[:, np.newaxis], H, numbers.sigma2, R, 0.0, G * _constant_drive(numbers))
 
 
-def _push(numbers: ArmaNumbers) -> float:
+def _constant_drive(numbers: ArmaNumbers) -> float:
     """Return the constant innovation that acts like c."""
     gain = at_one(numbers.theta)
     if not numbers.constant:
@@ -377,25 +381,25 @@ def _push(numbers: ArmaNumbers) -> float:
 
 
 def _harvey(numbers: ArmaNumbers, R: float) -> StateSpace:
-    phi, moving = _padded(numbers)
+    phi, moving = _pad_polynomials(numbers)
     F = np.eye(phi.size, k=1)
     F[:, 0] = phi
-    return _assembled(numbers, F, moving, np.eye(phi.size)[0], R)
+    return _assemble(numbers, F, moving, np.eye(phi.size)[0], R)
 
 
 def _controllable(numbers: ArmaNumbers, R: float) -> StateSpace:
-    phi, moving = _padded(numbers)
+    phi, moving = _pad_polynomials(numbers)
     F = np.eye(phi.size, k=-1)
     F[0] = phi
-    return _assembled(numbers, F, np.eye(phi.size)[0], moving, R)
+    return _assemble(numbers, F, np.eye(phi.size)[0], moving, R)
 
 
 def _observable(numbers: ArmaNumbers, R: float) -> StateSpace:
-    phi, _ = _padded(numbers)
+    phi, _ = _pad_polynomials(numbers)
     F = np.eye(phi.size, k=1)
     F[-1] = phi[::-1]
     psi = psi_weights(numbers.phi, numbers.theta, phi.size)
-    return _assembled(numbers, F, psi, np.eye(phi.size)[0], R)
+    return _assemble(numbers, F, psi, np.eye(phi.size)[0], R)
 
 
 def _fu_han(numbers: ArmaNumbers, R: float) -> StateSpace:
@@ -466,12 +470,12 @@ def stationary_covariance(F: Floats, G: Floats) -> Floats:
         )
     wide, noise = F.astype(np.longdouble), G.astype(np.longdouble)
     equations = np.eye(n * n, dtype=np.longdouble) - np.kron(wide, wide)
-    P = refined(equations, (noise @ noise.T).ravel()).reshape(n, n)
+    P = solve_refined(equations, (noise @ noise.T).ravel()).reshape(n, n)
     return np.asarray((P + P.T) / 2.0)
 
 
 # Each round squares the number of samples seen: 2^40 are steady.
-_ROUNDS: Final = 40
+_MAX_ROUNDS: Final = 40
 
 
 def steady_state(F: Floats, Q: Floats, H: Floats, R: float) -> tuple[Floats, float]:
@@ -488,11 +492,11 @@ def steady_state(F: Floats, Q: Floats, H: Floats, R: float) -> tuple[Floats, flo
     if not R > 0.0:
         raise ValueError(f"several noises need a measurement noise R above 0, got {R}")
     identity, A, information, P = np.eye(len(F)), F.T, np.outer(H, H) / R, Q
-    for _ in range(_ROUNDS):
-        known = np.linalg.solve(identity + information @ P, np.column_stack((A, information)))
-        left, gained = np.hsplit(known, 2)
-        before, P = P, P + A.T @ P @ left
-        A, information = A @ left, information + A @ gained @ A.T
+    for _ in range(_MAX_ROUNDS):
+        solution = np.linalg.solve(identity + information @ P, np.column_stack((A, information)))
+        gain_factor, gained = np.hsplit(solution, 2)
+        before, P = P, P + A.T @ P @ gain_factor
+        A, information = A @ gain_factor, information + A @ gained @ A.T
         if np.allclose(P, before, rtol=1e-15, atol=0.0):
             break
     variance = float(H @ P @ H + R)

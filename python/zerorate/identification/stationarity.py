@@ -10,10 +10,10 @@ import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.faults import ArgumentError
-from zerorate.identification.autoregression import HIGHEST_ORDER, fit_ar
+from zerorate.identification.autoregression import MAX_AR_ORDER, fit_ar
 from zerorate.identification.preparation import detrend
 from zerorate.identification.verdict import Verdict
-from zerorate.noise.records import as_record, centred, longest_stretch
+from zerorate.noise.records import as_record, centre_record, longest_stretch
 from zerorate.types import Floats
 
 Level = Literal["constant", "linear"]
@@ -23,7 +23,7 @@ _KPSS_CRITICAL: Final[dict[str, tuple[float, float, float, float]]] = {
     "constant": (0.347, 0.463, 0.574, 0.739),
     "linear": (0.119, 0.146, 0.176, 0.216),
 }
-_KPSS_LEAST: Final = 10
+_KPSS_MIN_SAMPLES: Final = 10
 _KPSS_ROUNDING: Final = 1e-12
 """What a straight line of samples up to 1 is off by, at most."""
 
@@ -73,22 +73,22 @@ def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -
     """
     if trend not in _KPSS_CRITICAL:
         raise ArgumentError("trend", f"must be one of 'constant', 'linear', got {trend!r}")
-    residuals = centred(as_record(z, _KPSS_LEAST, "the KPSS test"))
+    residuals = centre_record(as_record(z, _KPSS_MIN_SAMPLES, "the KPSS test"))
     if trend == "linear":
-        residuals = _without_line(residuals)
+        residuals = _remove_line(residuals)
     present = residuals[np.isfinite(residuals)]
     n = present.size
     sums = np.cumsum(present)
-    used = _lags_by_rule(residuals, n) if lags is None else _kpss_lags(lags, n)
+    used = _lags_by_rule(residuals, n) if lags is None else _check_kpss_lags(lags, n)
     statistic = float(sums @ sums) / n**2 / _long_run_variance(residuals, used, n)
     return _kpss_verdict(statistic, trend, n)
 
 
-def _without_line(record: Floats) -> Floats:
+def _remove_line(record: Floats) -> Floats:
     residuals = detrend(record, "linear")
     if not np.any(np.abs(residuals) > _KPSS_ROUNDING):
         raise ValueError("the KPSS test needs samples that differ from a straight line")
-    return centred(residuals)
+    return centre_record(residuals)
 
 
 def _kpss_verdict(statistic: float, trend: Level, n: int) -> Verdict:
@@ -102,11 +102,11 @@ def _kpss_verdict(statistic: float, trend: Level, n: int) -> Verdict:
         upper=table[1],
         accepted=statistic <= table[1],
         n=n,
-        p_bound=_beyond(statistic, table),
+        p_bound=_p_bound(statistic, table),
     )
 
 
-def _beyond(statistic: float, table: tuple[float, ...]) -> Literal["", "<", ">"]:
+def _p_bound(statistic: float, table: tuple[float, ...]) -> Literal["", "<", ">"]:
     if statistic > table[-1]:
         return "<"
     return ">" if statistic < table[0] else ""
@@ -133,19 +133,19 @@ def _lags_by_rule(residuals: Floats, n: int) -> int:
     return min(int(1.1447 * ((slope / total) ** 2) ** (1 / 3) * n ** (1 / 3)), n - 1)
 
 
-def _kpss_lags(lags: int, n: int) -> int:
+def _check_kpss_lags(lags: int, n: int) -> int:
     if lags not in range(n):
         raise ArgumentError("lags", f"must be a whole number from 0 to {n - 1}, got {lags!r}")
     return int(lags)
 
 
-_ADF_LEAST: Final = 20
+_ADF_MIN_SAMPLES: Final = 20
 
-_ADF_LARGEST: Final = 2.74
-_ADF_SMALLEST: Final = -18.83
-_ADF_BETWEEN: Final = -1.61
-_ADF_BELOW: Final = (2.1659, 1.4412, 0.038269)
-_ADF_ABOVE: Final = (1.7339, 0.93202, -0.12745, -0.010368)
+_ADF_MAX_STATISTIC: Final = 2.74
+_ADF_MIN_STATISTIC: Final = -18.83
+_ADF_SURFACE_SPLIT: Final = -1.61
+_ADF_LOWER_SURFACE: Final = (2.1659, 1.4412, 0.038269)
+_ADF_UPPER_SURFACE: Final = (1.7339, 0.93202, -0.12745, -0.010368)
 """Response surface of the normal quantile, in powers of the statistic."""
 
 _ADF_CRITICAL: Final = (-2.86154, -2.8903, -4.234, -40.04)
@@ -196,9 +196,9 @@ def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
     >>> adf(noise).accepted, adf(np.cumsum(noise)).accepted
     (False, True)
     """
-    record = as_record(z, _ADF_LEAST, "the Dickey-Fuller test")
+    record = as_record(z, _ADF_MIN_SAMPLES, "the Dickey-Fuller test")
     n = longest_stretch(record).size
-    k = _least_aic(record, _schwert(n)) if lags is None else _adf_lags(lags, n)
+    k = _choose_aic_lags(record, _schwert_lags(n)) if lags is None else _check_adf_lags(lags, n)
     statistic, used = _adf_statistic(record, k + 1)
     lower = sum(b / used**power for power, b in enumerate(_ADF_CRITICAL))
     p_value = _adf_probability(statistic)
@@ -224,33 +224,33 @@ def _adf_statistic(record: Floats, order: int) -> tuple[float, int]:
     return (float(model.phi.sum()) - 1.0) / math.sqrt(variance / freedom), model.n
 
 
-def _least_aic(record: Floats, highest: int) -> int:
+def _choose_aic_lags(record: Floats, highest: int) -> int:
     sigma2, n = _native.autoregression_variances(record, highest + 1, "least-squares", True)
     orders = np.arange(1, highest + 2)
     return int(np.argmin(n * np.log(sigma2[1:]) + 2.0 * orders))
 
 
-def _schwert(n: int) -> int:
-    return max(min(math.ceil(12.0 * math.sqrt(math.sqrt(n / 100.0))), _most_lags(n)), 0)
+def _schwert_lags(n: int) -> int:
+    return max(min(math.ceil(12.0 * math.sqrt(math.sqrt(n / 100.0))), _max_lags(n)), 0)
 
 
 def _adf_probability(statistic: float) -> float:
-    if statistic > _ADF_LARGEST:
+    if statistic > _ADF_MAX_STATISTIC:
         return 1.0
-    if statistic < _ADF_SMALLEST:
+    if statistic < _ADF_MIN_STATISTIC:
         return 0.0
-    surface = _ADF_BELOW if statistic <= _ADF_BETWEEN else _ADF_ABOVE
+    surface = _ADF_LOWER_SURFACE if statistic <= _ADF_SURFACE_SPLIT else _ADF_UPPER_SURFACE
     quantile = sum(b * statistic**power for power, b in enumerate(surface))
     return 0.5 * math.erfc(-quantile / math.sqrt(2.0))
 
 
-def _most_lags(n: int) -> int:
+def _max_lags(n: int) -> int:
     """Return the most lags that a stretch of n samples bears."""
-    return min(n // 2 - 2, HIGHEST_ORDER - 1)
+    return min(n // 2 - 2, MAX_AR_ORDER - 1)
 
 
-def _adf_lags(lags: int, n: int) -> int:
-    most = max(_most_lags(n), 0)
-    if lags not in range(most + 1):
-        raise ArgumentError("lags", f"must be a whole number from 0 to {most}, got {lags!r}")
+def _check_adf_lags(lags: int, n: int) -> int:
+    max_lags = max(_max_lags(n), 0)
+    if lags not in range(max_lags + 1):
+        raise ArgumentError("lags", f"must be a whole number from 0 to {max_lags}, got {lags!r}")
     return int(lags)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.faults import ArgumentError
-from zerorate.noise.records import as_record, checked_width, resolution, with_gaps
+from zerorate.noise.records import as_record, check_width, mark_gaps, resolution
 from zerorate.types import Booleans, Floats
 
 
@@ -51,18 +51,18 @@ def moving_average(z: npt.ArrayLike, width: int) -> Floats:
     >>> moving_average([0.0, 3.0, 0.0, 0.0], width=3).tolist()
     [1.5, 1.0, 1.0, 0.0]
     """
-    checked_width(width)
-    return running_mean(with_gaps(as_record(z)), width)
+    check_width(width)
+    return running_mean(mark_gaps(as_record(z)), width)
 
 
 def running_mean(record: Floats, width: int) -> Floats:
     """Return `moving_average` of a record with NaN where a sample is missing."""
-    there = np.isfinite(record)
+    present = np.isfinite(record)
     width = min(width, 2 * record.size)
-    origin = record[int(np.argmax(there))]
-    sums = _window_sums(np.where(there, record - origin, 0.0), width)
-    counts = _window_sums(there.astype(np.float64), width)
-    return np.where(there, origin + sums / np.maximum(counts, 1.0), np.nan)
+    origin = record[int(np.argmax(present))]
+    sums = _window_sums(np.where(present, record - origin, 0.0), width)
+    counts = _window_sums(present.astype(np.float64), width)
+    return np.where(present, origin + sums / np.maximum(counts, 1.0), np.nan)
 
 
 def _window_sums(values: Floats, width: int) -> Floats:
@@ -76,14 +76,14 @@ def _window_sums(values: Floats, width: int) -> Floats:
     return np.where(whole, ends, ends + beginnings)
 
 
-class Cleaned(NamedTuple):
+class CleanedRecord(NamedTuple):
     """A record without its outliers, shape (n,), and which samples they were."""
 
     data: Floats
     outliers: Booleans
 
 
-def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> Cleaned:
+def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> CleanedRecord:
     """Replace samples far from the median of their window by that median.
 
     Parameters
@@ -126,16 +126,16 @@ def hampel(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> Cleaned
     >>> data.tolist(), int(outliers.sum())
     ([0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0], 1)
     """
-    checked_width(width)
+    check_width(width)
     _check_threshold(threshold)
-    record = with_gaps(as_record(z))
-    data, places = _native.without_outliers(record, width, threshold, resolution(record))
+    record = mark_gaps(as_record(z))
+    data, indices = _native.without_outliers(record, width, threshold, resolution(record))
     outliers = np.zeros(record.size, dtype=np.bool_)
-    outliers[places] = True
-    return Cleaned(data, outliers)
+    outliers[indices] = True
+    return CleanedRecord(data, outliers)
 
 
-def far_from_average(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> Cleaned:
+def far_from_average(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) -> CleanedRecord:
     """Replace samples far from the moving average by it, as Bao and Yuan do.
 
     Beware: an outlier raises the average round it and the deviation of them all, so `hampel` finds
@@ -172,13 +172,13 @@ def far_from_average(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) 
     >>> data[20:22].tolist(), outliers.nonzero()[0].tolist()
     ([18.0, 0.0], [20])
     """
-    checked_width(width)
+    check_width(width)
     _check_threshold(threshold)
-    record = with_gaps(as_record(z))
+    record = mark_gaps(as_record(z))
     average = running_mean(record, width)
     distance = record - average
     outliers = np.abs(distance) > threshold * float(np.nanstd(distance))
-    return Cleaned(np.where(outliers, average, record), outliers)
+    return CleanedRecord(np.where(outliers, average, record), outliers)
 
 
 def _check_threshold(threshold: float) -> None:
@@ -186,13 +186,13 @@ def _check_threshold(threshold: float) -> None:
         raise ArgumentError("threshold", f"must be finite and not negative, got {threshold!r}")
 
 
-_STOP_BAND: Final = 80.0
+_STOP_BAND_DB: Final = 80.0
 """Attenuation in dB; the ripple of the pass band is the same 1e-4."""
 
-_PASS: Final = 0.8
+_PASS_BAND: Final = 0.8
 """End of the pass band, in the new Nyquist frequency, which is where the stop band begins."""
 
-_BLOCK: Final = 1 << 17
+_BLOCK_SAMPLES: Final = 1 << 17
 """Samples that are gathered at a time, so that they stay in the cache."""
 
 
@@ -233,12 +233,12 @@ def decimate(z: npt.ArrayLike, factor: int) -> Floats:
     >>> slow.shape, round(float(slow[50]), 12)
     ((100,), 2.0)
     """
-    record = with_gaps(as_record(z))
-    if checked_width(factor, "factor") == 1:
+    record = mark_gaps(as_record(z))
+    if check_width(factor, "factor") == 1:
         return record.copy()
     taps = _low_pass(factor)
     origin = record[int(np.argmax(np.isfinite(record)))]
-    slow = origin + _filtered(record - origin, taps, factor)
+    slow = origin + _filter_decimated(record - origin, taps, factor)
     if not np.isfinite(slow).any():
         raise ValueError(
             f"decimation by {factor} needs {taps.size} samples in a row, and z nowhere has them"
@@ -249,21 +249,21 @@ def decimate(z: npt.ArrayLike, factor: int) -> Floats:
 @lru_cache(maxsize=16)
 def _low_pass(factor: int) -> Floats:
     """Return a symmetric filter of gain 1 with its 6 dB point amid the transition."""
-    transition = math.pi * (1.0 - _PASS) / factor
-    half = math.ceil((_STOP_BAND - 7.95) / (2.285 * transition) / 2.0)
-    beta = 0.1102 * (_STOP_BAND - 8.7)
-    cutoff = 0.5 * (1.0 + _PASS) / factor
+    transition = math.pi * (1.0 - _PASS_BAND) / factor
+    half = math.ceil((_STOP_BAND_DB - 7.95) / (2.285 * transition) / 2.0)
+    beta = 0.1102 * (_STOP_BAND_DB - 8.7)
+    cutoff = 0.5 * (1.0 + _PASS_BAND) / factor
     taps = np.sinc(cutoff * np.arange(-half, half + 1)) * np.kaiser(2 * half + 1, beta)
     taps /= taps.sum()
     taps.flags.writeable = False
     return np.asarray(taps)
 
 
-def _filtered(record: Floats, taps: Floats, factor: int) -> Floats:
+def _filter_decimated(record: Floats, taps: Floats, factor: int) -> Floats:
     """Convolve where a sample is kept only; beyond its ends the record is missing."""
     half = taps.size // 2
     padded = np.pad(record, half, constant_values=np.nan)
     windows = np.lib.stride_tricks.sliding_window_view(padded, taps.size)[::factor]
-    rows = max(_BLOCK // taps.size, 1)
+    rows = max(_BLOCK_SAMPLES // taps.size, 1)
     parts = [windows[i : i + rows].copy() @ taps for i in range(0, len(windows), rows)]
     return np.concatenate(parts)

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Final
 
-from zerorate.lazy import later
+from zerorate.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from zerorate.io.counts import RawCounts, raw_counts
@@ -47,4 +47,4 @@ _PLACES: Final = {
 }
 
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = later(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)

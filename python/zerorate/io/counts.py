@@ -11,9 +11,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.record.names import (
-    UNKNOWN,
+    UNKNOWN_UNIT,
     canonical_unit,
     looks_like_accelerometer,
     looks_like_gyro,
@@ -29,7 +29,7 @@ class Sensitivities(NamedTuple):
     accel: Mapping[float, float]
 
 
-def _st(*ranges: float) -> dict[float, float]:
+def _st_gyro_counts(*ranges: float) -> dict[float, float]:
     """Return the table of a gyro of STMicroelectronics: 8.75 mdeg/s a count at 245 or 250."""
     steps: dict[float, float] = {
         125: 4.375,
@@ -43,9 +43,9 @@ def _st(*ranges: float) -> dict[float, float]:
     return {end: 1000.0 / steps[end] for end in ranges}
 
 
-_16_BIT: Final = {2.0: 16384.0, 4.0: 8192.0, 8.0: 4096.0, 16.0: 2048.0}
-_ST: Final = {2.0: 1000 / 0.061, 4.0: 1000 / 0.122, 8.0: 1000 / 0.244, 16.0: 1000 / 0.488}
-_MPU: Final = Sensitivities({250: 131.0, 500: 65.5, 1000: 32.8, 2000: 16.4}, _16_BIT)
+_ACCEL_16_BIT: Final = {2.0: 16384.0, 4.0: 8192.0, 8.0: 4096.0, 16.0: 2048.0}
+_ACCEL_ST: Final = {2.0: 1000 / 0.061, 4.0: 1000 / 0.122, 8.0: 1000 / 0.244, 16.0: 1000 / 0.488}
+_MPU: Final = Sensitivities({250: 131.0, 500: 65.5, 1000: 32.8, 2000: 16.4}, _ACCEL_16_BIT)
 
 SENSITIVITIES: Final[Mapping[str, Sensitivities]] = MappingProxyType(
     {
@@ -56,11 +56,11 @@ SENSITIVITIES: Final[Mapping[str, Sensitivities]] = MappingProxyType(
         "MPU-9150": _MPU,
         "MPU-9250": _MPU,
         "ICM-20948": _MPU,
-        "ICM-42688-P": Sensitivities({125: 262.0, 62.5: 524.3, **_MPU.gyro}, _16_BIT),
+        "ICM-42688-P": Sensitivities({125: 262.0, 62.5: 524.3, **_MPU.gyro}, _ACCEL_16_BIT),
         "ITG-3200": Sensitivities({2000: 14.375}, {}),
         # Bosch, "Sensitivity": 16.4 LSB/(deg/s) at 2000 deg/s, and 16.384 of the BMI088.
         "BMI160": Sensitivities(
-            {125: 262.4, 250: 131.2, 500: 65.6, 1000: 32.8, 2000: 16.4}, _16_BIT
+            {125: 262.4, 250: 131.2, 500: 65.6, 1000: 32.8, 2000: 16.4}, _ACCEL_16_BIT
         ),
         "BMI088": Sensitivities(
             {end: 32768.0 / end for end in (125, 250, 500, 1000, 2000)},
@@ -68,13 +68,13 @@ SENSITIVITIES: Final[Mapping[str, Sensitivities]] = MappingProxyType(
         ),
         # STMicroelectronics, "Angular rate sensitivity": 8.75 mdps/LSB at 250 deg/s, and "Linear
         # acceleration sensitivity": 0.061 mg/LSB at 2 g.
-        "L3G4200D": Sensitivities(_st(250, 500, 2000), {}),
-        "L3GD20": Sensitivities(_st(250, 500, 2000), {}),
-        "L3GD20H": Sensitivities(_st(245, 500, 2000), {}),
-        "LSM9DS1": Sensitivities(_st(245, 500, 2000), _ST | {16.0: 1000 / 0.732}),
-        "LSM6DS3": Sensitivities(_st(125, 245, 500, 1000, 2000), _ST),
-        "LSM6DSO": Sensitivities(_st(125, 250, 500, 1000, 2000), _ST),
-        "ISM330DHCX": Sensitivities(_st(125, 250, 500, 1000, 2000, 4000), _ST),
+        "L3G4200D": Sensitivities(_st_gyro_counts(250, 500, 2000), {}),
+        "L3GD20": Sensitivities(_st_gyro_counts(250, 500, 2000), {}),
+        "L3GD20H": Sensitivities(_st_gyro_counts(245, 500, 2000), {}),
+        "LSM9DS1": Sensitivities(_st_gyro_counts(245, 500, 2000), _ACCEL_ST | {16.0: 1000 / 0.732}),
+        "LSM6DS3": Sensitivities(_st_gyro_counts(125, 245, 500, 1000, 2000), _ACCEL_ST),
+        "LSM6DSO": Sensitivities(_st_gyro_counts(125, 250, 500, 1000, 2000), _ACCEL_ST),
+        "ISM330DHCX": Sensitivities(_st_gyro_counts(125, 250, 500, 1000, 2000, 4000), _ACCEL_ST),
     }
 )
 """By device, from the electrical characteristics of its data sheet."""
@@ -128,32 +128,36 @@ def raw_counts(device: str, gyro: float, accel: float | None = None) -> RawCount
     >>> zr.read_log(log, scale=zr.raw_counts("MPU-6050", 250)).data[:, 0]
     array([1., 2., 0.])
     """
-    wanted = _plain(device)
-    name = next((known for known in SENSITIVITIES if _plain(known) == wanted), None)
+    normalized = _normalize_device(device)
+    name = next((known for known in SENSITIVITIES if _normalize_device(known) == normalized), None)
     if name is None:
         known = ", ".join(SENSITIVITIES)
         raise ValueError(
-            said(
-                given("device"), f" is '{device}', which has no entry in the table; known: {known}"
+            make_sentence(
+                keyword_argument("device"),
+                f" is '{device}', which has no entry in the table; known: {known}",
             )
         )
     table = SENSITIVITIES[name]
-    per_degree = _at(table.gyro, gyro, f"the gyro of the {name}", "deg/s")
+    per_degree = _look_up_range(table.gyro, gyro, f"the gyro of the {name}", "deg/s")
     if accel is None:
         return RawCounts(name, 1.0 / per_degree)
-    per_g = _at(table.accel, accel, f"the accelerometer of the {name}", "g")
+    per_g = _look_up_range(table.accel, accel, f"the accelerometer of the {name}", "g")
     return RawCounts(name, 1.0 / per_degree, 1.0 / per_g)
 
 
-def _plain(device: str) -> str:
+def _normalize_device(device: str) -> str:
     return "".join(letter for letter in device.lower() if letter.isalnum())
 
 
-def _at(table: Mapping[float, float], end: float, what: str, unit: str) -> float:
+def _look_up_range(table: Mapping[float, float], end: float, what: str, unit: str) -> float:
     if end not in table:
-        known = ", ".join(f"{one:g}" for one in sorted(table)) or "none"
+        known = ", ".join(f"{known_end:g}" for known_end in sorted(table)) or "none"
         raise ValueError(
-            said(given("range"), f" is {end:g} {unit}, but {what} has these ranges: {known} {unit}")
+            make_sentence(
+                keyword_argument("range"),
+                f" is {end:g} {unit}, but {what} has these ranges: {known} {unit}",
+            )
         )
     return table[end]
 
@@ -162,7 +166,7 @@ Scale = float | Mapping[str, float] | RawCounts | None
 """A factor, factors of kinds of sensors, or those of a device."""
 
 _KINDS: Final = {"gyro": "angular rate", "accel": "acceleration"}
-_OF_DEVICE: Final = {"gyro": "deg/s", "accel": "g"}
+_DEVICE_UNITS: Final = {"gyro": "deg/s", "accel": "g"}
 
 
 @dataclass(frozen=True)
@@ -191,23 +195,26 @@ class Scaling:
         if isinstance(scale, RawCounts):
             both = {"gyro": scale.gyro, "accel": scale.accel}
             factors = {kind: factor for kind, factor in both.items() if factor is not None}
-            return cls(factors=factors, units={kind: _OF_DEVICE[kind] for kind in factors})
+            return cls(factors=factors, units={kind: _DEVICE_UNITS[kind] for kind in factors})
         if isinstance(scale, Mapping):
             unknown = sorted(map(str, scale.keys() - _KINDS.keys()))
             if unknown:
                 raise ValueError(
-                    said(given("scale"), f" is of {' or '.join(_KINDS)}, got one of '{unknown[0]}'")
+                    make_sentence(
+                        keyword_argument("scale"),
+                        f" is of {' or '.join(_KINDS)}, got one of '{unknown[0]}'",
+                    )
                 )
-            return cls(factors={kind: _checked(factor) for kind, factor in scale.items()})
-        return cls(number=_checked(scale))
+            return cls(factors={kind: _check_factor(factor) for kind, factor in scale.items()})
+        return cls(number=_check_factor(scale))
 
-    def of_kind(self, kind: str | None, first: bool) -> float | None:
+    def factor_for(self, kind: str | None, first: bool) -> float | None:
         """Return the factor of a kind of sensor, which may be the first; None for none."""
         if first and self.number is not None:
             return self.number
         return None if kind is None else self.factors.get(kind)
 
-    def unit(self, kind: str, asked: str | None) -> str | None:
+    def unit(self, kind: str, stated: str | None) -> str | None:
         """Return the unit of a kind of sensor, of which the caller may have given one.
 
         Raises
@@ -216,35 +223,40 @@ class Scaling:
             If the device's is another.
         """
         own = self.units.get(kind)
-        if own is not None and asked is not None and canonical_unit(asked) != own:
+        if own is not None and stated is not None and canonical_unit(stated) != own:
             raise ValueError(
-                said(given("unit"), f" is {asked}, but the counts of that device become {own}")
+                make_sentence(
+                    keyword_argument("unit"),
+                    f" is {stated}, but the counts of that device become {own}",
+                )
             )
-        return own or asked
+        return own or stated
 
 
-def _checked(scale: object) -> float:
+def _check_factor(scale: object) -> float:
     number = float(scale) if isinstance(scale, Real) and not isinstance(scale, bool) else math.nan
     if not math.isfinite(number) or number == 0.0:
         raise ValueError(
-            said(given("scale"), f" must be a finite number other than 0, got {scale!r}")
+            make_sentence(
+                keyword_argument("scale"), f" must be a finite number other than 0, got {scale!r}"
+            )
         )
     return number
 
 
-def kind_of(names: Sequence[str]) -> str:
+def guess_kind(names: Sequence[str]) -> str:
     """Return what columns of these names are read as: accelerometers if all are, else gyros."""
     of_gyros = (looks_like_gyro(name) or not looks_like_accelerometer(name) for name in names)
     return "gyro" if any(of_gyros) else "accel"
 
 
-_PLAUSIBLE: Final = {"deg/s": 100.0, "rad/s": 10.0, "g": 16.0, "m/s^2": 160.0}
+_MAX_PLAUSIBLE: Final = {"deg/s": 100.0, "rad/s": 10.0, "g": 16.0, "m/s^2": 160.0}
 """Whole numbers up to this may be what a sensor of that unit rounds to."""
-_FEWEST: Final = 16
+_MIN_SAMPLES: Final = 16
 """Samples of which chance hardly makes whole numbers."""
 
 
-def note_on_counts(names: Sequence[str], kind: str, unit: str, head: Floats) -> str | None:
+def describe_counts(names: Sequence[str], kind: str, unit: str, head: Floats) -> str | None:
     """Return a sentence on columns that look like raw counts though they are not scaled.
 
     Parameters
@@ -256,25 +268,27 @@ def note_on_counts(names: Sequence[str], kind: str, unit: str, head: Floats) -> 
     head
         Values at the beginning of the columns, shape (n, k).
     """
-    there = head[np.isfinite(head)]
-    if any(split_unit(name)[1] for name in names) or there.size < _FEWEST:
+    finite_values = head[np.isfinite(head)]
+    if any(split_unit(name)[1] for name in names) or finite_values.size < _MIN_SAMPLES:
         return None
-    if np.ptp(there) == 0.0:
+    if np.ptp(finite_values) == 0.0:
         return None
-    most = float(np.abs(there).max())
-    if most <= _PLAUSIBLE.get(unit, 0.0 if unit == UNKNOWN else np.inf):
+    largest = float(np.abs(finite_values).max())
+    if largest <= _MAX_PLAUSIBLE.get(unit, 0.0 if unit == UNKNOWN_UNIT else np.inf):
         return None
-    if not np.array_equal(there, np.rint(there)):
+    if not np.array_equal(finite_values, np.rint(finite_values)):
         return None
-    without = "without a unit" if unit == UNKNOWN else f"up to {most:g} {unit}"
+    unit_text = "without a unit" if unit == UNKNOWN_UNIT else f"up to {largest:g} {unit}"
     ranges = "250, 2" if kind == "accel" else "250"
     python = f'scale=zr.raw_counts("MPU-6050", {ranges})'
-    return said(
-        f"{', '.join(names)} are whole numbers {without}, as raw counts are: for an MPU-6050 ",
-        given("device", "MPU-6050", python, given("range", ranges.replace(" ", ""))),
+    return make_sentence(
+        f"{', '.join(names)} are whole numbers {unit_text}, as raw counts are: for an MPU-6050 ",
+        keyword_argument(
+            "device", "MPU-6050", python, keyword_argument("range", ranges.replace(" ", ""))
+        ),
         ", or ",
-        given("scale"),
+        keyword_argument("scale"),
         " and ",
-        given("unit"),
-        f", make {_OF_DEVICE[kind]} of them",
+        keyword_argument("unit"),
+        f", make {_DEVICE_UNITS[kind]} of them",
     )

@@ -12,13 +12,13 @@ from typing import Final
 from zerorate.io.limits import check_columns
 from zerorate.io.table import Column, Content, Format, Table
 from zerorate.record.log import LogError
-from zerorate.texts import one_line
+from zerorate.texts import escape_line
 
-_OF_BYTES: Final = (None, errno.EINVAL)
+_DATA_ERRNOS: Final = (None, errno.EINVAL)
 """Numbers of OSError with which libraries speak of bytes; others speak of disks and rights."""
 
 
-def guarded_content(form: Format, file: Path) -> Content:
+def read_guarded(form: Format, file: Path) -> Content:
     """Return the content of a file whose reading, now and later, fails in one sentence alone.
 
     Raises
@@ -26,16 +26,18 @@ def guarded_content(form: Format, file: Path) -> Content:
     LogError
         If the reader raises anything but this, ImportError, or OSError for a fault of the system.
     """
-    with _one_sentence(form.called):
+    with _translate_errors(form.description):
         content = form.read(file)
         for table in content.tables.values():
             check_columns(table.width)
-        tables = {topic: _guarded(table, form.called) for topic, table in content.tables.items()}
+        tables = {
+            topic: _guard_table(table, form.description) for topic, table in content.tables.items()
+        }
         return replace(content, tables=tables)
 
 
 @contextmanager
-def _one_sentence(called: str) -> Iterator[None]:
+def _translate_errors(called: str) -> Iterator[None]:
     try:
         yield
     except (LogError, ImportError):
@@ -45,29 +47,29 @@ def _one_sentence(called: str) -> Iterator[None]:
             f"cannot be read as {called}: it asks for more memory than there is"
         ) from None
     except Exception as error:  # what damaged bytes raise has no common base
-        if isinstance(error, OSError) and error.errno not in _OF_BYTES:
+        if isinstance(error, OSError) and error.errno not in _DATA_ERRNOS:
             raise
-        why = f"truncated, damaged or of a foreign kind ({_reason(error)})"
+        why = f"truncated, damaged or of a foreign kind ({_describe_error(error)})"
         raise LogError(f"cannot be read as {called}: {why}") from error
 
 
-def _reason(error: Exception) -> str:
+def _describe_error(error: Exception) -> str:
     text = str(error).strip().partition("\n")[0].rstrip(".")
-    text = one_line(text) or type(error).__name__
+    text = escape_line(text) or type(error).__name__
     return text if len(text) <= 120 else text[:117] + "..."
 
 
-def _guarded(table: Table, called: str) -> Table:
-    names = None if table.names is None else tuple(map(one_line, table.names))
+def _guard_table(table: Table, called: str) -> Table:
+    names = None if table.names is None else tuple(map(escape_line, table.names))
     rows = table.rows
-    pieces = None if table.pieces is None else _guarded_pieces(table.pieces, rows, called)
+    pieces = None if table.pieces is None else _guard_pieces(table.pieces, rows, called)
 
     def labels(index: int) -> Column:
-        with _one_sentence(called):
+        with _translate_errors(called):
             return (table.labels or (lambda i: table.load([i])[0]))(index)
 
     def load(wanted: Sequence[int]) -> list[Column]:
-        with _one_sentence(called):
+        with _translate_errors(called):
             columns = table.load(wanted)
             if table.pieces is not None:
                 _check_rows(len(columns[0]) if columns else rows, rows)
@@ -79,22 +81,22 @@ def _guarded(table: Table, called: str) -> Table:
 _Pieces = Callable[[Sequence[int], int], Iterator[list[Column]]]
 
 
-def _guarded_pieces(pieces: _Pieces, rows: int, called: str) -> _Pieces:
+def _guard_pieces(pieces: _Pieces, rows: int, called: str) -> _Pieces:
     def guarded(wanted: Sequence[int], most: int) -> Iterator[list[Column]]:
-        with _one_sentence(called):
-            seen = 0
+        with _translate_errors(called):
+            row_count = 0
             for columns in pieces(wanted, most):
-                seen += len(columns[0]) if columns else 0
-                if seen > rows:
-                    _check_rows(seen, rows)
+                row_count += len(columns[0]) if columns else 0
+                if row_count > rows:
+                    _check_rows(row_count, rows)
                 yield columns
-            _check_rows(seen if wanted else rows, rows)
+            _check_rows(row_count if wanted else rows, rows)
 
     return guarded
 
 
-def _check_rows(seen: int, rows: int) -> None:
+def _check_rows(read_rows: int, rows: int) -> None:
     """Refuse a file of another number of rows than it says, for which whoever asks makes room."""
-    if seen != rows:
-        most = "more" if seen > rows else seen
-        raise ValueError(f"it says that it has {rows} rows and holds {most}")
+    if read_rows != rows:
+        row_text = "more" if read_rows > rows else read_rows
+        raise ValueError(f"it says that it has {rows} rows and holds {row_text}")

@@ -12,37 +12,37 @@ from typing import Final, Literal, get_args
 import numpy as np
 
 from zerorate.faults import ArgumentError
-from zerorate.io.beginnings import is_text_log
-from zerorate.io.clocks.names import looks_like_time, may_be_time, time_unit
-from zerorate.io.clocks.stamps import to_seconds, without_texts
+from zerorate.io.clocks.names import find_time_unit, looks_like_time, may_be_time
+from zerorate.io.clocks.stamps import convert_texts, to_seconds
 from zerorate.io.columns import Timing
-from zerorate.io.damage import guarded_content
+from zerorate.io.damage import read_guarded
 from zerorate.io.formats import (
     FORMATS,
     TEXT,
     LogSource,
-    binary_format,
     check_readable,
+    find_binary_format,
     label_of,
-    opened,
+    open_source,
 )
 from zerorate.io.readers import navsatfix, nmea, rtklib
-from zerorate.io.table import Column, Content, Format, Table, as_numbers
+from zerorate.io.signatures import is_dataflash_text
+from zerorate.io.table import Column, Content, Format, Table, to_numbers
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import LogError
-from zerorate.record.names import plain
+from zerorate.record.names import to_snake_case
 from zerorate.types import Booleans, Floats, Integers
 
 FixFormat = Literal["nmea", "rtklib", "navsatfix", "table"]
 
-_HEAD: Final = 1 << 16
-_DATES: Final = (946_684_800.0, 4_102_444_800.0)
+_HEAD_BYTES: Final = 1 << 16
+_DATE_RANGE_S: Final = (946_684_800.0, 4_102_444_800.0)
 """Seconds from 1970 to the years 2000 and 2100, between which numbers are dates."""
-_SLOWEST: Final = 60.0
+_MAX_FIX_STEP_S: Final = 60.0
 """Seconds from fix to fix from which on the unit of the time must be another one."""
-_DISORDER: Final = 0.1
+_MAX_DISORDER_PART: Final = 0.1
 """Share of the rows whose time may not be later than those before."""
-_LEAPS: Final = np.array(
+_LEAP_SECOND_DAYS: Final = np.array(
     [
         "1981-07-01", "1982-07-01", "1983-07-01", "1985-07-01", "1988-01-01", "1990-01-01",
         "1991-01-01", "1992-07-01", "1993-07-01", "1994-07-01", "1996-01-01", "1997-07-01",
@@ -52,30 +52,34 @@ _LEAPS: Final = np.array(
 )  # fmt: skip
 """Days that began after a leap second, since GPS has its time."""
 
-_WAYS: Final = ("north", "east", "down")
-_WAY: Final = {"north": "north|n", "east": "east|e", "down": "down|d", "up": "up|u"}
-_OTHERS: Final = (
+_DIRECTIONS: Final = ("north", "east", "down")
+_DIRECTION_PATTERNS: Final = {"north": "north|n", "east": "east|e", "down": "down|d", "up": "up|u"}
+_OTHER_SOURCES: Final = (
     r"(?:truth|true|ground_?truth|gt|ref|reference|base|home|origin|target|setpoint|waypoint)"
 )
-_OWN: Final = rf"^(?!.*(?:sigma|std|cov|bias|(?:^|_)sd))(?!(?:.*_)?{_OTHERS}_)(?:.*_)?"
+_NAME_START: Final = (
+    rf"^(?!.*(?:sigma|std|cov|bias|(?:^|_)sd))(?!(?:.*_)?{_OTHER_SOURCES}_)(?:.*_)?"
+)
 """Before the name of a quantity itself, not of its standard deviation nor of something else's."""
-_LATITUDE: Final = re.compile(_OWN + r"lat(itude)?(_(deg|degrees|rad))?$")
-_LONGITUDE: Final = re.compile(_OWN + r"(lon|lng|long|longitude)(_(deg|degrees|rad))?$")
-_HEIGHT: Final = re.compile(_OWN + r"(height|altitude|alt|hgt)(_(ellipsoid(al)?|hae|msl))?(_m)?$")
-_PLACE: Final = re.compile(r"_?(lat|lon|lng)[a-z]*(_(deg|degrees|rad))?$")
-_VELOCITY: Final = _OWN + r"(velocity|vel|v)_?({way})(_(mps|m_s))?$"
-_IN_OTHER_UNITS: Final = re.compile(
-    _OWN + r"(velocity|vel|v)_?(north|east|down|up|n|e|d|u)_(?!mps$|m_s$)\w+$"
+_LATITUDE: Final = re.compile(_NAME_START + r"lat(itude)?(_(deg|degrees|rad))?$")
+_LONGITUDE: Final = re.compile(_NAME_START + r"(lon|lng|long|longitude)(_(deg|degrees|rad))?$")
+_HEIGHT: Final = re.compile(
+    _NAME_START + r"(height|altitude|alt|hgt)(_(ellipsoid(al)?|hae|msl))?(_m)?$"
 )
-_DEVIATION: Final = r"(sigma|std|sd)"
-_OF_POSITION: Final = (
-    rf"(?<!velocity)(?<!vel)(^|_)((position|pos)_{_DEVIATION}|{_DEVIATION}(_?(position|pos))?)"
+_COORDINATE_END: Final = re.compile(r"_?(lat|lon|lng)[a-z]*(_(deg|degrees|rad))?$")
+_VELOCITY: Final = _NAME_START + r"(velocity|vel|v)_?({way})(_(mps|m_s))?$"
+_FOREIGN_VELOCITY: Final = re.compile(
+    _NAME_START + r"(velocity|vel|v)_?(north|east|down|up|n|e|d|u)_(?!mps$|m_s$)\w+$"
 )
-_OF_VELOCITY: Final = rf"(^|_)((velocity|vel|v)_{_DEVIATION}|{_DEVIATION}_?(velocity|vel|v))"
-_SIGMA: Final = rf"{_OF_POSITION}_?({{way}})(_m)?$"
-_SIGMA_VELOCITY: Final = rf"{_OF_VELOCITY}_?({{way}})(_(mps|m_s))?$"
-_ONE_SIGMA: Final = re.compile(rf"{_OF_POSITION}(_m)?$")
-_ONE_SIGMA_VELOCITY: Final = re.compile(rf"{_OF_VELOCITY}(_(mps|m_s))?$")
+_SIGMA_WORD: Final = r"(sigma|std|sd)"
+_POSITION_SIGMA: Final = (
+    rf"(?<!velocity)(?<!vel)(^|_)((position|pos)_{_SIGMA_WORD}|{_SIGMA_WORD}(_?(position|pos))?)"
+)
+_VELOCITY_SIGMA: Final = rf"(^|_)((velocity|vel|v)_{_SIGMA_WORD}|{_SIGMA_WORD}_?(velocity|vel|v))"
+_AXIS_POSITION_SIGMA: Final = rf"{_POSITION_SIGMA}_?({{way}})(_m)?$"
+_AXIS_VELOCITY_SIGMA: Final = rf"{_VELOCITY_SIGMA}_?({{way}})(_(mps|m_s))?$"
+_SINGLE_POSITION_SIGMA: Final = re.compile(rf"{_POSITION_SIGMA}(_m)?$")
+_SINGLE_VELOCITY_SIGMA: Final = re.compile(rf"{_VELOCITY_SIGMA}(_(mps|m_s))?$")
 _VARIANCE: Final = r"(^|_)position_covariance_?{index}$"
 _COVARIANCE_TYPE: Final = re.compile(r"(^|_)position_covariance_type$")
 _STATUS: Final = re.compile(r"(^|_)status_status$")
@@ -142,26 +146,26 @@ def read_fixes(
         raise ArgumentError("format", f"must be one of {known}, got {format!r}")
     label = label_of(source)
     try:
-        return _fixes(_chosen(_content(source, format), topic), label)
+        return _make_fixes(_choose_table(_read_content(source, format), topic), label)
     except LogError as error:
-        raise error.around(f"{label}: ") from None
+        raise error.with_context(f"{label}: ") from None
 
 
-def fixes_among(source: LogSource, timing: Timing, content: Content | None = None) -> Fixes | None:
+def find_fixes(source: LogSource, timing: Timing, content: Content | None = None) -> Fixes | None:
     """Return the fixes in a source of sensors, None if it has no places; faults of `read_fixes`.
 
     The content is that of a source that was opened already; a file is opened again without it.
     """
     label = label_of(source)
     try:
-        content = _content(source, None) if content is None else content
-        if _with_places(content.tables.values()) is None:
+        content = _read_content(source, None) if content is None else content
+        if _find_fix_table(content.tables.values()) is None:
             return None
-        table = _with_places(timing.told_of_all([*content.tables.values()]))
+        table = _find_fix_table(timing.apply_to_all([*content.tables.values()]))
         assert table is not None
-        return _fixes(table, label)
+        return _make_fixes(table, label)
     except LogError as error:
-        raise error.around(f"{label}: ") from None
+        raise error.with_context(f"{label}: ") from None
 
 
 RECEIVERS: Final[Mapping[str, Format]] = {
@@ -169,48 +173,48 @@ RECEIVERS: Final[Mapping[str, Format]] = {
 }
 
 
-def _content(source: LogSource, format: FixFormat | None) -> Content:
+def _read_content(source: LogSource, format: FixFormat | None) -> Content:
     if not isinstance(source, (str, os.PathLike)):
-        return opened(source)[1]
+        return open_source(source)[1]
     file = Path(source)
     check_readable(file)
-    form = _format_of(file, format)
-    return opened(source)[1] if form is None else guarded_content(form, file)
+    form = _find_format(file, format)
+    return open_source(source)[1] if form is None else read_guarded(form, file)
 
 
-def _format_of(file: Path, format: FixFormat | None) -> Format | None:
+def _find_format(file: Path, format: FixFormat | None) -> Format | None:
     """Return the format of a text, None for a file that is as its suffix tells."""
     if file.is_dir():
         return None
     with file.open("rb") as opened_file:
-        head = opened_file.read(_HEAD)
+        head = opened_file.read(_HEAD_BYTES)
     if not head:
         raise LogError("the file is empty, expected fixes")
     if format in ("nmea", "rtklib"):
         return RECEIVERS[format]
-    if binary_format(head) is not None or is_text_log(head):
+    if find_binary_format(head) is not None or is_dataflash_text(head):
         return None
     suffix = file.suffix.lower()
-    table = None if any(suffix in form.suffixes for form in FORMATS) else TEXT
+    table_format = None if any(suffix in form.suffixes for form in FORMATS) else TEXT
     if format == "table":
-        return table
+        return table_format
     if navsatfix.looks_like_json(head):
         return navsatfix.FORMAT
     if format == "navsatfix":
-        return table
+        return table_format
     if nmea.looks_like_nmea(head):
         return nmea.FORMAT
     if rtklib.looks_like_rtklib(head):
         return rtklib.FORMAT
-    return next((form for form in RECEIVERS.values() if suffix in form.suffixes), table)
+    return next((form for form in RECEIVERS.values() if suffix in form.suffixes), table_format)
 
 
-def _chosen(content: Content, topic: str | None) -> Table:
+def _choose_table(content: Content, topic: str | None) -> Table:
     """Return the table of the topic asked for, or the first that has places."""
     if topic is not None:
-        return content.chosen(topic)
+        return content.choose_table(topic)
     tables = content.tables.values()
-    table = _with_places(tables)
+    table = _find_fix_table(tables)
     if table is None:
         names = [table.label(i) for table in tables for i in range(table.width)]
         shown = ", ".join(names[:40]) or "none"
@@ -218,17 +222,17 @@ def _chosen(content: Content, topic: str | None) -> Table:
     return table
 
 
-def _with_places(tables: Iterable[Table]) -> Table | None:
-    return next((table for table in tables if _index(table, _LATITUDE) is not None), None)
+def _find_fix_table(tables: Iterable[Table]) -> Table | None:
+    return next((table for table in tables if _find_column(table, _LATITUDE) is not None), None)
 
 
-def _index(table: Table, wanted: re.Pattern[str]) -> int | None:
+def _find_column(table: Table, wanted: re.Pattern[str]) -> int | None:
     names = table.names or ()
-    return next((i for i, name in enumerate(names) if wanted.search(plain(name))), None)
+    return next((i for i, name in enumerate(names) if wanted.search(to_snake_case(name))), None)
 
 
 @dataclass
-class _Columns:
+class _FixColumns:
     """Columns of a table by what their names mean, and what was noted about them."""
 
     table: Table
@@ -236,154 +240,166 @@ class _Columns:
 
     def numbers(self, wanted: re.Pattern[str]) -> Floats | None:
         """Return the column of such a name, None if there is none."""
-        index = _index(self.table, wanted)
-        return None if index is None else self.at(index)
+        index = _find_column(self.table, wanted)
+        return None if index is None else self.load_numbers(index)
 
-    def at(self, index: int) -> Floats:
+    def load_numbers(self, index: int) -> Floats:
         (column,) = self.table.load([index])
-        return np.asarray(as_numbers(column, self.table.label(index)), dtype=np.float64)
+        return np.asarray(to_numbers(column, self.table.label(index)), dtype=np.float64)
 
-    def places(self) -> list[Floats]:
+    def load_coordinates(self) -> list[Floats]:
         """Return latitudes and longitudes, deg, of one receiver: the first two that belong."""
-        latitudes = self._prefixes(_LATITUDE, "latitude")
-        longitudes = self._prefixes(_LONGITUDE, "longitude")
+        latitudes = self._columns_by_prefix(_LATITUDE, "latitude")
+        longitudes = self._columns_by_prefix(_LONGITUDE, "longitude")
         pairs = [(i, j) for p, i in latitudes.items() for q, j in longitudes.items() if p == q]
         if not pairs:
             label = self.table.label(next(iter(latitudes.values())))
             others = ", ".join(map(self.table.label, longitudes.values()))
             raise LogError(f"no longitude belongs to '{label}': there is {others}")
-        return [self._angle(index) for index in pairs[0]]
+        return [self._load_degrees(index) for index in pairs[0]]
 
-    def _prefixes(self, wanted: re.Pattern[str], what: str) -> dict[str, int]:
+    def _columns_by_prefix(self, wanted: re.Pattern[str], what: str) -> dict[str, int]:
         """Return the columns of such a name by what stands before it."""
-        found: dict[str, int] = {}
-        for index, name in enumerate(map(plain, self.table.names or ())):
+        columns: dict[str, int] = {}
+        for index, name in enumerate(map(to_snake_case, self.table.names or ())):
             if wanted.search(name):
-                found.setdefault(
+                columns.setdefault(
                     re.sub(r"_?(lat|lon|lng)[a-z]*(_(deg|degrees|rad))?$", "", name), index
                 )
-        if not found:
+        if not columns:
             raise LogError(f"no column is a {what}, such as {what}_deg")
-        return found
+        return columns
 
-    def _angle(self, index: int) -> Floats:
-        values = self.at(index)
-        return np.degrees(values) if plain(self.table.label(index)).endswith("_rad") else values
+    def _load_degrees(self, index: int) -> Floats:
+        values = self.load_numbers(index)
+        return (
+            np.degrees(values)
+            if to_snake_case(self.table.label(index)).endswith("_rad")
+            else values
+        )
 
     def vector(self, pattern: str) -> Floats | None:
         """Return north, east and down from columns of a name with these ways, NaN where none is.
 
         A column of the way up is down with the other sign.
         """
-        found = {
+        components = {
             way: self.numbers(re.compile(pattern.format(way=spelled)))
-            for way, spelled in _WAY.items()
+            for way, spelled in _DIRECTION_PATTERNS.items()
         }
-        up = found.pop("up")
-        if found["down"] is None and up is not None:
-            found["down"] = -up
-        there = [column for column in found.values() if column is not None]
-        if not there:
+        up = components.pop("up")
+        if components["down"] is None and up is not None:
+            components["down"] = -up
+        present = [column for column in components.values() if column is not None]
+        if not present:
             return None
-        unknown = np.full(len(there[0]), np.nan)
-        return np.column_stack([unknown if c is None else c for c in found.values()])
+        unknown = np.full(len(present[0]), np.nan)
+        return np.column_stack([unknown if c is None else c for c in components.values()])
 
     def note_on_units(self) -> None:
         """Note the velocities that are left out because they are in another unit."""
         names = self.table.names or ()
-        others = [name for name in names if _IN_OTHER_UNITS.search(plain(name))]
+        others = [name for name in names if _FOREIGN_VELOCITY.search(to_snake_case(name))]
         if others:
             self.notes.append(f"{', '.join(others)}: left out, for velocities are read in m/s")
 
     def time(self) -> tuple[Floats, float | None]:
         """Return the times, s, and the Unix time at which they are zero."""
-        of_pair = [_index(self.table, pattern) for pattern in (_SECONDS, _NANOSECONDS)]
+        of_pair = [_find_column(self.table, pattern) for pattern in (_SECONDS, _NANOSECONDS)]
         if self.table.time is None and None not in of_pair:
-            seconds, nanoseconds = (self.at(i) for i in of_pair if i is not None)
-            return seconds + 1e-9 * nanoseconds, _epoch_of_numbers(seconds)
+            seconds, nanoseconds = (self.load_numbers(i) for i in of_pair if i is not None)
+            return seconds + 1e-9 * nanoseconds, _find_unix_epoch(seconds)
         index = self._time_column()
         name = self.table.label(index)
         (column,) = self.table.load([index])
-        column = without_texts(column, name)
+        column = convert_texts(column, name)
         unit = self.table.time_unit
-        told = name if unit is not None else _with_unit(name, column)
-        stamps = to_seconds(column, told, None, unit)
+        name_with_unit = name if unit is not None else _add_unit(name, column)
+        stamps = to_seconds(column, name_with_unit, None, unit)
         if stamps.note is not None:
             self.notes.append(stamps.note)
         time = stamps.start + stamps.seconds
-        return time, _epoch(time, name, dated=column.dtype.kind == "M")
+        return time, _find_epoch(time, name, dated=column.dtype.kind == "M")
 
     def _time_column(self) -> int:
         if self.table.time is not None:
             return self.table.time
         names = self.table.names or ()
-        of_header = _index(self.table, _STAMP)
+        of_header = _find_column(self.table, _STAMP)
         if of_header is not None:
             return of_header
         for wanted in (looks_like_time, may_be_time):
-            found = next((i for i, name in enumerate(names) if wanted(name)), None)
-            if found is not None:
-                return found
+            index = next((i for i, name in enumerate(names) if wanted(name)), None)
+            if index is not None:
+                return index
         raise LogError("no column is the time, such as time_s or timestamp_ns")
 
 
-def _with_unit(name: str, column: Column) -> str:
+def _add_unit(name: str, column: Column) -> str:
     """Return the name of a time with its unit, where neither it nor its numbers tell that.
 
     Fixes come every few milliseconds at most and every minute at least; logs of inertial sensors,
     for which `to_seconds` judges, are faster.
     """
-    if column.dtype.kind not in "fiu" or len(column) < 2 or time_unit(name) is not None:
+    if column.dtype.kind not in "fiu" or len(column) < 2 or find_time_unit(name) is not None:
         return name
     numbers = column.astype(np.float64)
     scales = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
-    if any(_DATES[0] < numbers[0] / scale < _DATES[1] for scale in scales.values()):
+    if any(_DATE_RANGE_S[0] < numbers[0] / scale < _DATE_RANGE_S[1] for scale in scales.values()):
         return name
     with np.errstate(invalid="ignore"):
         step = float(np.median(np.diff(numbers)))
-    unit = next((unit for unit, scale in scales.items() if step < _SLOWEST * scale), "ns")
+    unit = next((unit for unit, scale in scales.items() if step < _MAX_FIX_STEP_S * scale), "ns")
     return f"{name}_{unit}"
 
 
-def _epoch(time: Floats, name: str, dated: bool) -> float | None:
+def _find_epoch(time: Floats, name: str, dated: bool) -> float | None:
     if name == "time_gps":
-        return -float(np.count_nonzero(_LEAPS.astype(np.int64) < time[0])) if time.size else None
+        return (
+            -float(np.count_nonzero(_LEAP_SECOND_DAYS.astype(np.int64) < time[0]))
+            if time.size
+            else None
+        )
     if name == "time_jst":
         return -9.0 * 3600.0
-    return 0.0 if dated else _epoch_of_numbers(time)
+    return 0.0 if dated else _find_unix_epoch(time)
 
 
-def _epoch_of_numbers(time: Floats) -> float | None:
-    inside = time.size and _DATES[0] < time[0] < _DATES[1]
+def _find_unix_epoch(time: Floats) -> float | None:
+    inside = time.size and _DATE_RANGE_S[0] < time[0] < _DATE_RANGE_S[1]
     return 0.0 if inside else None
 
 
-def _fixes(table: Table, label: str) -> Fixes:
-    columns = _Columns(table, list(table.meta.notes))
+def _make_fixes(table: Table, label: str) -> Fixes:
+    columns = _FixColumns(table, list(table.meta.notes))
     time, epoch = columns.time()
-    place = columns.places()
+    coordinates = columns.load_coordinates()
     height = columns.numbers(_HEIGHT)
-    index = _index(table, _HEIGHT)
-    if index is not None and "msl" in plain(table.label(index)).split("_"):
+    index = _find_column(table, _HEIGHT)
+    if index is not None and "msl" in to_snake_case(table.label(index)).split("_"):
         columns.notes.append("heights are above mean sea level, as their column says")
     if height is None:
         columns.notes.append("no column is a height, such as height_m: it is missing")
-    position = np.column_stack([*place, np.full(len(time), np.nan) if height is None else height])
-    kept = _kept(columns, time, position)
+    position = np.column_stack(
+        [*coordinates, np.full(len(time), np.nan) if height is None else height]
+    )
+    is_fix = _select_fixes(columns, time, position)
     columns.note_on_units()
     arrays = {
         "velocity": columns.vector(_VELOCITY),
-        "position_sigma": _sigma_position(columns),
-        "velocity_sigma": _sigmas(columns, _SIGMA_VELOCITY, _ONE_SIGMA_VELOCITY),
+        "position_sigma": _find_position_sigmas(columns),
+        "velocity_sigma": _find_sigmas(columns, _AXIS_VELOCITY_SIGMA, _SINGLE_VELOCITY_SIGMA),
     }
-    chosen = {name: None if a is None else _known(a[kept]) for name, a in arrays.items()}
+    chosen = {
+        name: None if a is None else _none_if_unknown(a[is_fix]) for name, a in arrays.items()
+    }
     try:
         return Fixes(
-            time[kept],
-            position[kept],
+            time[is_fix],
+            position[is_fix],
             **chosen,
-            quality=_whole(columns, _QUALITY, kept),
-            satellites=_whole(columns, _SATELLITES, kept),
+            quality=_load_whole_numbers(columns, _QUALITY, is_fix),
+            satellites=_load_whole_numbers(columns, _SATELLITES, is_fix),
             epoch=epoch,
             source=label,
             notes=tuple(dict.fromkeys(columns.notes)),
@@ -392,36 +408,40 @@ def _fixes(table: Table, label: str) -> Fixes:
         raise LogError(str(error)) from None
 
 
-def _kept(columns: _Columns, time: Floats, position: Floats) -> Booleans:
+def _select_fixes(columns: _FixColumns, time: Floats, position: Floats) -> Booleans:
     """Return which rows are fixes, later than those before."""
     latitude, longitude = position[:, 0], position[:, 1]
     # Loggers write zeros before the first fix.
-    there = np.isfinite(latitude) & np.isfinite(longitude) & ~((latitude == 0) & (longitude == 0))
+    has_position = (
+        np.isfinite(latitude) & np.isfinite(longitude) & ~((latitude == 0) & (longitude == 0))
+    )
     status = columns.numbers(_STATUS)
     if status is not None:
-        there &= ~(status < 0.0)
-    if not there.any():
+        has_position &= ~(status < 0.0)
+    if not has_position.any():
         raise LogError("there is no fix: no row has a position")
-    if not there.all():
-        columns.notes.append(f"left out: {_rows(~there)} without a fix")
-    rising: Booleans = there.copy()
-    before = np.maximum.accumulate(np.where(there, time, -np.inf))
-    rising[1:] &= time[1:] > before[:-1]
-    late = there & ~rising
-    if np.count_nonzero(late) > _DISORDER * np.count_nonzero(there):
-        raise LogError(f"{_rows(late)} of {len(time)} do not come later than those before")
+    if not has_position.all():
+        columns.notes.append(f"left out: {_count_rows(~has_position)} without a fix")
+    is_fix: Booleans = has_position.copy()
+    before = np.maximum.accumulate(np.where(has_position, time, -np.inf))
+    is_fix[1:] &= time[1:] > before[:-1]
+    late = has_position & ~is_fix
+    if np.count_nonzero(late) > _MAX_DISORDER_PART * np.count_nonzero(has_position):
+        raise LogError(f"{_count_rows(late)} of {len(time)} do not come later than those before")
     if late.any():
-        columns.notes.append(f"left out: {_rows(late)} that do not come later than those before")
-    return rising
+        columns.notes.append(
+            f"left out: {_count_rows(late)} that do not come later than those before"
+        )
+    return is_fix
 
 
-def _rows(which: Booleans) -> str:
-    count = np.count_nonzero(which)
+def _count_rows(mask: Booleans) -> str:
+    count = np.count_nonzero(mask)
     return f"{count} row{'' if count == 1 else 's'}"
 
 
-def _sigma_position(columns: _Columns) -> Floats | None:
-    sigmas = _sigmas(columns, _SIGMA, _ONE_SIGMA)
+def _find_position_sigmas(columns: _FixColumns) -> Floats | None:
+    sigmas = _find_sigmas(columns, _AXIS_POSITION_SIGMA, _SINGLE_POSITION_SIGMA)
     if sigmas is not None:
         return sigmas
     # Row by row, in east, north and up.
@@ -432,14 +452,16 @@ def _sigma_position(columns: _Columns) -> Floats | None:
         return None
     kind = columns.numbers(_COVARIANCE_TYPE)
     variances = np.column_stack([north, east, up])
-    known = (variances > 0.0) & (True if kind is None else (kind != 0.0)[:, None])
-    return np.sqrt(np.where(known, variances, np.nan))
+    is_known = (variances > 0.0) & (True if kind is None else (kind != 0.0)[:, None])
+    return np.sqrt(np.where(is_known, variances, np.nan))
 
 
-def _sigmas(columns: _Columns, pattern: str, one: re.Pattern[str]) -> Floats | None:
+def _find_sigmas(
+    columns: _FixColumns, pattern: str, single_pattern: re.Pattern[str]
+) -> Floats | None:
     sigmas = columns.vector(pattern)
     if sigmas is None:
-        single = columns.numbers(one)
+        single = columns.numbers(single_pattern)
         sigmas = None if single is None else np.repeat(single[:, None], 3, axis=1)
     if sigmas is None:
         return None
@@ -451,16 +473,18 @@ def _sigmas(columns: _Columns, pattern: str, one: re.Pattern[str]) -> Floats | N
     return np.where(zero, np.nan, sigmas)
 
 
-def _known(values: Floats) -> Floats | None:
+def _none_if_unknown(values: Floats) -> Floats | None:
     return None if np.isnan(values).all() else values
 
 
-def _whole(columns: _Columns, wanted: re.Pattern[str], kept: Booleans) -> Integers | None:
+def _load_whole_numbers(
+    columns: _FixColumns, wanted: re.Pattern[str], is_fix: Booleans
+) -> Integers | None:
     try:
         values = columns.numbers(wanted)
     except LogError as error:  # texts such as "RTK"
         columns.notes.append(f"not read: {error}")
         return None
-    if values is None or np.isnan(values[kept]).all():
+    if values is None or np.isnan(values[is_fix]).all():
         return None
-    return np.where(np.isnan(values[kept]), -1.0, values[kept]).astype(np.int64)
+    return np.where(np.isnan(values[is_fix]), -1.0, values[is_fix]).astype(np.int64)

@@ -17,10 +17,10 @@ _HEADER: Final = (
     "GYROFLOW IMU LOG\nversion,1.3\nid,zerorate\norientation,XYZ\n"
     "tscale,0.000001\ngscale,1\nascale,1\n"
 )
-_ROWS: Final = 100_000
+_CHUNK_ROWS: Final = 100_000
 
 
-def triad_in(columns: Mapping[str, Column], kind: str, unit: str) -> dict[str, Column] | None:
+def find_triad(columns: Mapping[str, Column], kind: str, unit: str) -> dict[str, Column] | None:
     """Return the three axes of a sensor in some unit, by the names of their columns."""
     axes: dict[int, str] = {}
     for name in columns:
@@ -45,21 +45,23 @@ def write_gcsv(log: Log, path: Path, names: Sequence[str]) -> None:
         If the log is not of a gyro with three axes.
     """
     columns = {**dict(zip(names, log.data.T, strict=True)), **log.extra}
-    gyro = triad_in(columns, "gyro", "rad/s")
+    gyro = find_triad(columns, "gyro", "rad/s")
     if gyro is None:
         raise LogError(
             f"Gyroflow takes a gyro of three axes with a unit, got the columns {', '.join(names)}"
         )
-    accel = triad_in(columns, "accel", "g") or {}
+    accel = find_triad(columns, "accel", "g") or {}
     times = np.rint(1e6 * (log.sampled - log.sampled[0])).astype(np.int64)
     values = np.column_stack([*gyro.values(), *accel.values()])
-    there = np.isfinite(values).all(axis=1)
+    is_complete = np.isfinite(values).all(axis=1)
     heads = ["t", "gx", "gy", "gz", *(["ax", "ay", "az"] if accel else [])]
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write(_HEADER + ",".join(heads) + "\n")
-        for first in range(0, len(values), _ROWS):
-            part = slice(first, first + _ROWS)
+        for first in range(0, len(values), _CHUNK_ROWS):
+            part = slice(first, first + _CHUNK_ROWS)
             rows = zip(
-                times[part][there[part]].tolist(), values[part][there[part]].tolist(), strict=True
+                times[part][is_complete[part]].tolist(),
+                values[part][is_complete[part]].tolist(),
+                strict=True,
             )
             file.writelines(f"{time},{','.join(map(repr, row))}\n" for time, row in rows)

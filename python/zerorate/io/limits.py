@@ -7,40 +7,41 @@ from typing import Final
 
 from zerorate.record.log import LogError
 
-_BYTES: Final = 64 << 20
-_TIMES_THE_FILE: Final = 20
-_SECONDS: Final = 3.0
-_SECONDS_OF_A_MB: Final = 0.8
-_COLUMNS: Final = 16_384
+_BASE_BYTES: Final = 64 << 20
+_BYTES_PER_FILE_BYTE: Final = 20
+_BASE_SECONDS: Final = 3.0
+_SECONDS_PER_MB: Final = 0.8
+_MAX_COLUMNS: Final = 16_384
 """As many as a spreadsheet has."""
 
 
-def most_bytes(path: Path) -> int:
+def max_bytes(path: Path) -> int:
     """Return how much memory the content of a file, or of a folder, may take."""
-    return _BYTES + _TIMES_THE_FILE * _size(path)
+    return _BASE_BYTES + _BYTES_PER_FILE_BYTE * _file_size(path)
 
 
-def most_seconds(path: Path) -> float:
+def max_seconds(path: Path) -> float:
     """Return how long a process may compute to read a file."""
-    return _SECONDS + _SECONDS_OF_A_MB * 1e-6 * _size(path)
+    return _BASE_SECONDS + _SECONDS_PER_MB * 1e-6 * _file_size(path)
 
 
 def check_bytes(path: Path, declared: int, what: str) -> None:
     """Refuse content that is far larger than its file, as only zeros or damage can be packed."""
-    if declared > most_bytes(path):
+    if declared > max_bytes(path):
         raise LogError(
-            f"{what} would take {1e-6 * declared:.3g} MB of memory, more than {_TIMES_THE_FILE} "
-            f"times the file of {1e-6 * _size(path):.3g} MB: it is damaged, or holds hardly "
+            f"{what} would take {1e-6 * declared:.3g} MB of memory, more than "
+            f"{_BYTES_PER_FILE_BYTE} "
+            f"times the file of {1e-6 * _file_size(path):.3g} MB: it is damaged, or holds hardly "
             "anything but repetitions"
         )
 
 
 def check_columns(width: int) -> None:
     """Refuse a table of more columns than any recording has."""
-    if width > _COLUMNS:
-        raise LogError(f"the table has {width} columns, expected at most {_COLUMNS}")
+    if width > _MAX_COLUMNS:
+        raise LogError(f"the table has {width} columns, expected at most {_MAX_COLUMNS}")
 
 
-def _size(path: Path) -> int:
+def _file_size(path: Path) -> int:
     files = path.iterdir() if path.is_dir() else [path]
     return sum(file.stat().st_size for file in files)

@@ -8,33 +8,33 @@ from typing import Final, Unpack
 
 import numpy as np
 
-from zerorate.io.clocks.repeats import HEAD, repeated
+from zerorate.io.clocks.repeats import HEAD_ROWS, find_repeats
 from zerorate.io.clocks.sensor_clock import Clock
 from zerorate.io.counts import Scaling
-from zerorate.io.formats import LogSource, label_of, opened
+from zerorate.io.formats import LogSource, label_of, open_source
 from zerorate.io.reading import (
-    Asked,
     ReadArguments,
+    ReadOptions,
     Selection,
-    all_within,
-    loaded_of,
-    logs_of,
-    notes_on,
-    notes_on_missing,
-    one_group,
-    row_clock,
-    scaled,
-    selected,
+    cut_logs,
+    describe_assumptions,
+    describe_missing,
+    group_all,
+    load_columns,
+    make_logs,
+    make_row_clock,
+    scale_values,
+    select_columns,
 )
-from zerorate.io.table import Column, Table, as_numbers
-from zerorate.io.triads import accelerometer_of
+from zerorate.io.table import Column, Table, to_numbers
+from zerorate.io.triads import find_accelerometer
 from zerorate.record.log import Header, Log, LogError
 from zerorate.record.span import Span
 from zerorate.types import Booleans, Floats, Integers
 
 
 @dataclass(frozen=True)
-class Places:
+class GridRuns:
     """Where rows stand on a grid of some length: runs without gaps, each by its first row.
 
     A grid without gaps is one run, however long.
@@ -43,52 +43,56 @@ class Places:
     rows: int
     length: int
     first: Integers
-    place: Integers
+    indices: Integers
 
     @classmethod
-    def of(cls, place: Integers | None, length: int) -> Places:
+    def of(cls, indices: Integers | None, length: int) -> GridRuns:
         """Return the runs in the rising places of all rows, shape (n,), None for no gaps."""
-        if place is None:
+        if indices is None:
             none = np.zeros(1, np.int64)
             return cls(length, length, none, none)
-        first = np.concatenate(([0], np.flatnonzero(np.diff(place) != 1) + 1))
-        return cls(len(place), length, first, place[first])
+        first = np.concatenate(([0], np.flatnonzero(np.diff(indices) != 1) + 1))
+        return cls(len(indices), length, first, indices[first])
 
-    def within(self, low: int, high: int) -> Iterator[tuple[int, int]]:
+    def runs_between(self, low: int, high: int) -> Iterator[tuple[int, int]]:
         """Yield the place and the number of rows of each run in a part of the grid, in order."""
-        ends = self.place + np.diff(np.append(self.first, self.rows))
-        inside = range(np.searchsorted(ends, low, "right"), np.searchsorted(self.place, high))
+        ends = self.indices + np.diff(np.append(self.first, self.rows))
+        inside = range(np.searchsorted(ends, low, "right"), np.searchsorted(self.indices, high))
         for run in inside:
-            begin = max(low, int(self.place[run]))
+            begin = max(low, int(self.indices[run]))
             yield begin, min(high, int(ends[run])) - begin
 
 
-def placed(
+def fill_grid(
     pieces: Iterator[list[Column]],
-    places: Places,
+    runs: GridRuns,
     rows: int,
     channels: int,
     part: range | None = None,
 ) -> Iterator[Floats]:
     """Yield arrays (k, rows) of the grid or a part of it, the last one shorter, NaN in gaps."""
-    part = range(places.length) if part is None else part
-    source = _Rows(pieces)
-    source.skip(sum(count for _, count in places.within(0, part.start)))
+    part = range(runs.length) if part is None else part
+    source = _RowReader(pieces)
+    source.skip(sum(count for _, count in runs.runs_between(0, part.start)))
     for low in range(part.start, part.stop, rows):
         high = min(part.stop, low + rows)
-        parts = list(places.within(low, high))
-        whole = sum(count for _, count in parts) == high - low
-        block = np.empty((channels, high - low)) if whole else _missing(channels, high - low)
-        for place, count in parts:
-            source.fill(block[:, place - low : place - low + count])
+        parts = list(runs.runs_between(low, high))
+        is_complete = sum(count for _, count in parts) == high - low
+        block = (
+            np.empty((channels, high - low))
+            if is_complete
+            else _missing_block(channels, high - low)
+        )
+        for index, count in parts:
+            source.fill(block[:, index - low : index - low + count])
         yield block
 
 
-def _missing(channels: int, rows: int) -> Floats:
+def _missing_block(channels: int, rows: int) -> Floats:
     return np.full((channels, rows), np.nan)
 
 
-class _Rows:
+class _RowReader:
     """Rows of pieces of any length, taken in order."""
 
     def __init__(self, pieces: Iterator[list[Column]]) -> None:
@@ -98,36 +102,36 @@ class _Rows:
 
     def fill(self, out: Floats) -> None:
         """Copy the next rows into an array (k, rows)."""
-        done = 0
-        while done < out.shape[1]:
+        filled = 0
+        while filled < out.shape[1]:
             left = len(self._piece[0]) - self._at if self._piece else 0
             if left == 0:
-                self._next()
+                self._read_next()
                 continue
-            count = min(left, out.shape[1] - done)
+            count = min(left, out.shape[1] - filled)
             for row, column in zip(out, self._piece, strict=True):
-                row[done : done + count] = column[self._at : self._at + count]
+                row[filled : filled + count] = column[self._at : self._at + count]
             self._at += count
-            done += count
+            filled += count
 
     def skip(self, count: int) -> None:
         """Leave out the next rows."""
         while count > 0:
             left = len(self._piece[0]) - self._at if self._piece else 0
             if left == 0:
-                self._next()
+                self._read_next()
                 continue
             self._at += min(left, count)
             count -= left
 
-    def _next(self) -> None:
+    def _read_next(self) -> None:
         try:
             self._piece, self._at = next(self._pieces), 0
         except StopIteration:
             raise LogError("there are fewer rows than the file says: it is damaged") from None
 
 
-_ROWS: Final = 1 << 17
+_PIECE_ROWS: Final = 1 << 17
 _AXES: Final = 3
 
 
@@ -165,8 +169,8 @@ class LogFile:
             for first in range(0, log.n, rows):
                 yield np.ascontiguousarray(log.data[first : first + rows].T)
 
-        kept = log.stamps
-        stamps = None if kept is None else lambda first, end: kept[first:end]
+        log_stamps = log.stamps
+        stamps = None if log_stamps is None else lambda first, end: log_stamps[first:end]
         return cls(Header.of(log), lambda first, end: log.time[first:end], blocks, log, stamps)
 
     def sampled(self, first: int, end: int) -> Floats:
@@ -180,7 +184,7 @@ class LogFile:
         header = self.header
         data = next(self.blocks(header.n)).T
         missing = [bool(np.isnan(column).all()) for column in data.T]
-        header = header.noting(notes_on_missing(header.names, missing))
+        header = header.with_notes(describe_missing(header.names, missing))
         time = self.time(0, header.n)
         stamps = None if self.stamps is None else self.stamps(0, header.n)
         return Log(time, header.rate, data, header.names, header.unit, header.meta, stamps)
@@ -193,7 +197,7 @@ def open_log(
 
     Of a Parquet file the time column alone is read here; any other format is loaded whole.
     """
-    return _opened(path, Asked.of(**arguments), unit, accel=False)[0]
+    return _open_logs(path, ReadOptions.of(**arguments), unit, accel=False)[0]
 
 
 def open_imu(
@@ -205,34 +209,40 @@ def open_imu(
     is None if there is none, if it has not three axes or cannot be read, and where a log is of
     several gyros.
     """
-    return _opened(path, Asked.of(**arguments), unit, accel=True)
+    return _open_logs(path, ReadOptions.of(**arguments), unit, accel=True)
 
 
-def _opened(
-    path: LogSource, asked: Asked, unit: str | None, *, accel: bool
+def _open_logs(
+    path: LogSource, options: ReadOptions, unit: str | None, *, accel: bool
 ) -> tuple[LogFile, LogFile | None]:
     label = label_of(path)
     try:
-        kind, content = opened(path)
-        table = asked.timing.told(content.chosen(asked.topic))
-        told = {"source": label, "format": kind}
-        grouped = one_group(unit, asked.scaling)
-        chosen = selected(table, asked.rate, asked.columns, grouped, sensor=asked.sensor)
-        beside = accelerometer_of(chosen.table.names or (), chosen.data) if accel else ()
-        chosen = replace(chosen, table=_loaded_once(chosen, beside))
-        rows = _row_clock(chosen)
-        gyro = _of_selection(chosen, told, label, asked.span, rows)
-        return gyro, _accelerometer(chosen, beside, told, label, asked, rows)
+        kind, content = open_source(path)
+        table = options.timing.apply(content.choose_table(options.topic))
+        source_meta = {"source": label, "format": kind}
+        grouping = group_all(unit, options.scaling)
+        selection = select_columns(
+            table, options.rate, options.columns, grouping, sensor=options.sensor
+        )
+        accel_columns = (
+            find_accelerometer(selection.table.names or (), selection.data) if accel else ()
+        )
+        selection = replace(selection, table=_load_once(selection, accel_columns))
+        rows = _make_row_clock(selection)
+        gyro = _make_log_file(selection, source_meta, label, options.span, rows)
+        return gyro, _find_accelerometer(
+            selection, accel_columns, source_meta, label, options, rows
+        )
     except LogError as error:
-        raise error.around(f"{label}: ") from None
+        raise error.with_context(f"{label}: ") from None
 
 
-def _loaded_once(chosen: Selection, beside: Sequence[int]) -> Table:
+def _load_once(selection: Selection, accel_columns: Sequence[int]) -> Table:
     """Return the table with the columns of both sensors and the time in memory, if any are."""
-    table, time = chosen.table, () if chosen.time is None else (chosen.time,)
+    table, time = selection.table, () if selection.time is None else (selection.time,)
     if table.pieces is not None:
         return table
-    wanted = tuple(dict.fromkeys((*chosen.data, *beside, *time)))
+    wanted = tuple(dict.fromkeys((*selection.data, *accel_columns, *time)))
     try:
         columns = dict(zip(wanted, table.load(wanted), strict=True))
     except LogError:
@@ -245,143 +255,146 @@ def _loaded_once(chosen: Selection, beside: Sequence[int]) -> Table:
     return replace(table, load=load)
 
 
-def _row_clock(chosen: Selection) -> Clock:
+def _make_row_clock(selection: Selection) -> Clock:
     """Return the clock of a table's rows."""
-    table = chosen.table
+    table = selection.table
     if table.pieces is None:
-        columns, time = loaded_of(chosen)
-        return row_clock(chosen, time, len(columns[0]))
-    column = None if chosen.time is None else _whole(table, chosen.time)
+        columns, time = load_columns(selection)
+        return make_row_clock(selection, time, len(columns[0]))
+    column = None if selection.time is None else _load_column(table, selection.time)
     if table.rows == 0:
         raise LogError("there are columns but no rows")
-    return row_clock(chosen, column, table.rows)
+    return make_row_clock(selection, column, table.rows)
 
 
-def _of_selection(
-    chosen: Selection, told: dict[str, str], label: str, span: Span, rows: Clock
+def _make_log_file(
+    selection: Selection, source_meta: dict[str, str], label: str, span: Span, rows: Clock
 ) -> LogFile:
-    if chosen.table.pieces is None:
-        return LogFile.of(*all_within(span, logs_of(chosen, told, rows)))
-    return _in_pieces(chosen, told, label, span, rows)
+    if selection.table.pieces is None:
+        return LogFile.of(*cut_logs(span, make_logs(selection, source_meta, rows)))
+    return _make_pieced_log(selection, source_meta, label, span, rows)
 
 
-def _accelerometer(
+def _find_accelerometer(
     gyro: Selection,
-    places: tuple[int, ...],
-    told: dict[str, str],
+    columns: tuple[int, ...],
+    source_meta: dict[str, str],
     label: str,
-    asked: Asked,
+    options: ReadOptions,
     rows: Clock,
 ) -> LogFile | None:
-    if len(places) != _AXES:
+    if len(columns) != _AXES:
         return None
-    grouped = one_group(None, Scaling())
+    grouping = group_all(None, Scaling())
     try:
-        chosen = selected(gyro.table, asked.rate, places, grouped)
-        same = (chosen.time, chosen.rate) == (gyro.time, gyro.rate)
-        own = rows if same else _row_clock(chosen)
-        return _of_selection(chosen, told, label, asked.span, own)
+        selection = select_columns(gyro.table, options.rate, columns, grouping)
+        has_same_clock = (selection.time, selection.rate) == (gyro.time, gyro.rate)
+        own_clock = rows if has_same_clock else _make_row_clock(selection)
+        return _make_log_file(selection, source_meta, label, options.span, own_clock)
     except LogError:
         return None
 
 
-def _in_pieces(
-    chosen: Selection, told: dict[str, str], label: str, span: Span, rows: Clock
+def _make_pieced_log(
+    selection: Selection, source_meta: dict[str, str], label: str, span: Span, rows: Clock
 ) -> LogFile:
-    (group,) = chosen.groups
-    head = _head(chosen)
-    clock = _clock(chosen, rows, head)
+    (group,) = selection.groups
+    head = _load_head(selection)
+    clock = _make_sensor_clock(selection, rows, head)
     grid, start = clock.grid, clock.start
-    part = span.places(grid.length, grid.rate)
-    meta = {**chosen.meta(told, grid), "notes": tuple(notes_on(chosen, group, head, clock))}
-    header = Header(len(part), grid.rate, tuple(chosen.names), group.unit, meta)
+    part = span.row_range(grid.length, grid.rate)
+    meta = {
+        **selection.meta(source_meta, grid),
+        "notes": tuple(describe_assumptions(selection, group, head, clock)),
+    }
+    header = Header(len(part), grid.rate, tuple(selection.names), group.unit, meta)
     if not span.whole:
         span.check(grid.length / grid.rate, grid.rate)
-        header = header.noting([span.note(grid.length / grid.rate)])
+        header = header.with_notes([span.note(grid.length / grid.rate)])
     if not part:
-        raise span.missed()
-    places = Places.of(grid.spread, grid.length)
+        raise span.empty_error()
+    runs = GridRuns.of(grid.gapped_indices, grid.length)
 
     def times(first: int, end: int) -> Floats:
         return start + np.arange(part.start + first, part.start + end) / grid.rate
 
     def blocks(rows: int) -> Iterator[Floats]:
         try:
-            pieces = _numbers(chosen, rows)
-            pieces = pieces if grid.used is None else _only(grid.used, pieces)
-            for block in placed(pieces, places, rows, len(chosen.names), part):
-                yield scaled(block, group.factor)
+            pieces = _read_numbers(selection, rows)
+            pieces = pieces if grid.used_rows is None else _select_rows(grid.used_rows, pieces)
+            for block in fill_grid(pieces, runs, rows, len(selection.names), part):
+                yield scale_values(block, group.factor)
         except LogError as error:
-            raise error.around(f"{label}: ") from None
+            raise error.with_context(f"{label}: ") from None
 
     def stamps(first: int, end: int) -> Floats:
-        kept = grid.times(range(part.start + first, part.start + end))
-        assert kept is not None
-        return start + kept
+        stamp_times = grid.times(range(part.start + first, part.start + end))
+        assert stamp_times is not None
+        return start + stamp_times
 
-    return LogFile(header, times, blocks, stamps=None if grid.kept is None else stamps)
+    return LogFile(header, times, blocks, stamps=None if grid.stamp_times is None else stamps)
 
 
-def _whole(table: Table, index: int) -> Column:
+def _load_column(table: Table, index: int) -> Column:
     """Return one column, without a second copy of it."""
     assert table.pieces is not None
     column = None
-    done = 0
-    for (piece,) in table.pieces([index], _ROWS):
+    filled = 0
+    for (piece,) in table.pieces([index], _PIECE_ROWS):
         column = np.empty(table.rows, piece.dtype) if column is None else column
         if piece.dtype != column.dtype:
             break
-        column[done : done + len(piece)] = piece
-        done += len(piece)
+        column[filled : filled + len(piece)] = piece
+        filled += len(piece)
     # Missing values turn whole numbers into floats, in some of the pieces only.
-    return table.load([index])[0] if column is None or done < table.rows else column
+    return table.load([index])[0] if column is None or filled < table.rows else column
 
 
-def _head(chosen: Selection) -> Floats:
+def _load_head(selection: Selection) -> Floats:
     """Return the first `HEAD` rows of the values, or all if there are fewer."""
-    beginning = [_together(piece) for piece in _beginning(chosen)]
+    beginning = [_stack_columns(piece) for piece in _read_beginning(selection)]
     if not beginning:
         raise LogError("truncated or damaged: it says that it has rows, and has none")
-    return np.concatenate(beginning)[:HEAD]
+    return np.concatenate(beginning)[:HEAD_ROWS]
 
 
-def _clock(chosen: Selection, rows: Clock, head: Floats) -> Clock:
+def _make_sensor_clock(selection: Selection, rows: Clock, head: Floats) -> Clock:
     """Return the clock of a sensor, of whose values only those at the beginning are looked at."""
 
     def again() -> Booleans:
         parts, last = [], None
-        for piece in map(_together, _numbers(chosen, _ROWS)):
-            parts.append(repeated(piece, last))
+        for piece in map(_stack_columns, _read_numbers(selection, _PIECE_ROWS)):
+            parts.append(find_repeats(piece, last))
             last = piece[-1]
         return np.concatenate(parts)
 
-    return rows.of_sensor(head, again)
+    return rows.for_sensor(head, again)
 
 
-def _together(piece: list[Column]) -> Floats:
+def _stack_columns(piece: list[Column]) -> Floats:
     return np.column_stack(piece).astype(np.float64, copy=False)
 
 
-def _beginning(chosen: Selection) -> Iterator[list[Column]]:
+def _read_beginning(selection: Selection) -> Iterator[list[Column]]:
     rows = 0
-    for piece in _numbers(chosen, HEAD):
+    for piece in _read_numbers(selection, HEAD_ROWS):
         yield piece
         rows += len(piece[0])
-        if rows >= HEAD:
+        if rows >= HEAD_ROWS:
             return
 
 
-def _only(used: Integers, pieces: Iterator[list[Column]]) -> Iterator[list[Column]]:
+def _select_rows(used_rows: Integers, pieces: Iterator[list[Column]]) -> Iterator[list[Column]]:
     """Yield the rows of pieces that are used."""
     begin = 0
     for piece in pieces:
         end = begin + len(piece[0])
-        low, high = np.searchsorted(used, (begin, end))
-        yield [column[used[low:high] - begin] for column in piece]
+        low, high = np.searchsorted(used_rows, (begin, end))
+        yield [column[used_rows[low:high] - begin] for column in piece]
         begin = end
 
 
-def _numbers(chosen: Selection, rows: int) -> Iterator[list[Column]]:
-    assert chosen.table.pieces is not None
-    for columns in chosen.table.pieces(chosen.data, rows):
-        yield [as_numbers(c, name) for c, name in zip(columns, chosen.names, strict=True)]
+def _read_numbers(selection: Selection, rows: int) -> Iterator[list[Column]]:
+    assert selection.table.pieces is not None
+    for columns in selection.table.pieces(selection.data, rows):
+        yield [to_numbers(c, name) for c, name in zip(columns, selection.names, strict=True)]

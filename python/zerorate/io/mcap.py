@@ -18,18 +18,18 @@ from typing import IO, Any, Final
 
 import numpy as np
 
-from zerorate.io.gyroflow import triad_in
+from zerorate.io.gyroflow import find_triad
 from zerorate.io.table import Column
 from zerorate.record.log import Log, LogError
-from zerorate.record.names import is_quaternion, plain
+from zerorate.record.names import is_quaternion, to_snake_case
 from zerorate.types import Integers
 from zerorate.units import convert
 
 _MAGIC: Final = b"\x89MCAP0\r\n"
-_ROWS: Final = 8192
+_CHUNK_ROWS: Final = 8192
 """Rows of a chunk, which readers hold in memory."""
 _CDR: Final = b"\x00\x01\x00\x00"
-_FRAMES: Final = {"/pose": b"global\0"}
+_TOPIC_FRAMES: Final = {"/pose": b"global\0"}
 _FRAME: Final = b"sensor\0"
 """Of what the axes are; as long for all topics, so that what follows stands alike."""
 _STAMP: Final = "builtin_interfaces/Time"
@@ -97,30 +97,32 @@ def write_mcap(log: Log, path: Path, names: Sequence[str]) -> None:
     step = 1 if log.sampled.max(initial=0.0) < 1e-9 * 2**53 else 1000
     stamps = np.rint(log.sampled * (1e9 / step)).astype(np.int64) * step
     columns = {**dict(zip(names, log.data.T, strict=True)), **log.extra}
-    topics = _topics(columns)
+    topics = _make_topics(columns)
     with path.open("wb") as file:
-        _File(file, topics, stamps).write()
+        _McapWriter(file, topics, stamps).write()
 
 
-def _topics(columns: dict[str, Column]) -> list[_Topic]:
+def _make_topics(columns: dict[str, Column]) -> list[_Topic]:
     """Return the topics of columns, each column in one of them."""
-    left = dict(columns)
-    found = []
-    for make in (_imu, _pose, _fix, _bias):
-        topic = make(left)
+    remaining = dict(columns)
+    topics = []
+    for make in (_make_imu, _make_pose, _make_fix, _make_bias):
+        topic = make(remaining)
         if topic is not None:
-            found.append(topic)
-            left = {name: values for name, values in left.items() if name not in topic.values}
-    if left:
-        found.append(_status(left))
-    return found
+            topics.append(topic)
+            remaining = {
+                name: values for name, values in remaining.items() if name not in topic.values
+            }
+    if remaining:
+        topics.append(_make_status(remaining))
+    return topics
 
 
-def _imu(columns: dict[str, Column]) -> _Topic | None:
-    gyro = triad_in(columns, "gyro", "rad/s")
+def _make_imu(columns: dict[str, Column]) -> _Topic | None:
+    gyro = find_triad(columns, "gyro", "rad/s")
     if gyro is None:
         return None
-    accel = triad_in(columns, "accel", "m/s^2") or {}
+    accel = find_triad(columns, "accel", "m/s^2") or {}
     fields = [("", "f8")] * 13 + [(name, "f8") for name in gyro] + [("", "f8")] * 9
     fields += [(name, "f8") for name in accel] or [("", "f8")] * 3
     fields += [("", "f8")] * 9
@@ -130,119 +132,129 @@ def _imu(columns: dict[str, Column]) -> _Topic | None:
     return _Topic("/imu", name, _SCHEMAS[name], fields, {**gyro, **accel}, constants)
 
 
-def _pose(columns: dict[str, Column]) -> _Topic | None:
-    found = {name[-1]: name for name in columns if is_quaternion(name)}
-    if set(found) != set("wxyz"):
+def _make_pose(columns: dict[str, Column]) -> _Topic | None:
+    columns_by_axis = {name[-1]: name for name in columns if is_quaternion(name)}
+    if set(columns_by_axis) != set("wxyz"):
         return None
-    fields = [("", "f8")] * 3 + [(found[axis], "f8") for axis in "xyzw"]
-    values = {name: columns[name] for name in found.values()}
+    fields = [("", "f8")] * 3 + [(columns_by_axis[axis], "f8") for axis in "xyzw"]
+    values = {name: columns[name] for name in columns_by_axis.values()}
     name = "geometry_msgs/msg/PoseStamped"
     return _Topic("/pose", name, _SCHEMAS[name], fields, values, {})
 
 
-def _fix(columns: dict[str, Column]) -> _Topic | None:
+def _make_fix(columns: dict[str, Column]) -> _Topic | None:
     wanted = ("latitude_deg", "longitude_deg", "height_m")
     if not set(wanted) <= set(columns):
         return None
-    fields = [("", "i1"), ("", "u2"), ("", "V2"), *((one, "f8") for one in wanted)]
+    fields = [("", "i1"), ("", "u2"), ("", "V2"), *((column, "f8") for column in wanted)]
     fields += [("", "f8")] * 9 + [("", "u1")]
     name = "sensor_msgs/msg/NavSatFix"
-    values = {one: columns[one] for one in wanted}
+    values = {column: columns[column] for column in wanted}
     return _Topic("/fix", name, _SCHEMAS[name], fields, values, {1: 1})
 
 
-def _bias(columns: dict[str, Column]) -> _Topic | None:
-    found = {one[1]: (name, one[2]) for name in columns if (one := _BIAS.match(name))}
-    if set(found) != set("xyz"):
+def _make_bias(columns: dict[str, Column]) -> _Topic | None:
+    columns_by_axis = {
+        match[1]: (name, match[2]) for name in columns if (match := _BIAS.match(name))
+    }
+    if set(columns_by_axis) != set("xyz"):
         return None
     values = {
         name: convert(columns[name], _UNITS[unit], "rad/s")
-        for name, unit in (found[axis] for axis in "xyz")
+        for name, unit in (columns_by_axis[axis] for axis in "xyz")
     }
     fields = [(name, "f8") for name in values]
     name = "geometry_msgs/msg/Vector3Stamped"
     return _Topic("/bias", name, _SCHEMAS[name], fields, values, {})
 
 
-def _status(columns: dict[str, Column]) -> _Topic:
+def _make_status(columns: dict[str, Column]) -> _Topic:
     """Return the messages of a kind of our own, with a number for each column."""
     fields = [(name, "f8") for name, v in columns.items() if v.dtype.kind != "b"]
     fields += [(name, "u1") for name, v in columns.items() if v.dtype.kind == "b"]
-    called = {"f8": "float64", "u1": "bool"}
-    lines = [f"{called[kind]} {_field(name, i)}" for i, (name, kind) in enumerate(fields)]
+    ros_types = {"f8": "float64", "u1": "bool"}
+    lines = [f"{ros_types[kind]} {_field_name(name, i)}" for i, (name, kind) in enumerate(fields)]
     text = "\n".join(["std_msgs/Header header", *lines]) + _HEADER
     return _Topic("/status", "zerorate_msgs/msg/Status", text, fields, columns, {})
 
 
-def _field(name: str, index: int) -> str:
+def _field_name(name: str, index: int) -> str:
     """Return a column's name as ROS allows it, unlike that of another column."""
-    bare = re.sub(r"_+", "_", re.sub(r"[^a-z0-9_]", "_", plain(name))).strip("_")
+    bare = re.sub(r"_+", "_", re.sub(r"[^a-z0-9_]", "_", to_snake_case(name))).strip("_")
     return bare if re.match(r"[a-z]", bare) and bare == name else f"c{index}_{bare}".rstrip("_")
 
 
-class _File:
+class _McapWriter:
     """The records of a file, as they are written."""
 
     def __init__(self, file: IO[bytes], topics: Sequence[_Topic], stamps: Integers) -> None:
         self._file, self._topics, self._stamps = file, topics, stamps
         self._chunks: list[bytes] = []
-        self._row = _row_type(topics)
-        self._rows = np.zeros(min(_ROWS, len(stamps)), self._row)
+        self._row = _make_row_type(topics)
+        self._rows = np.zeros(min(_CHUNK_ROWS, len(stamps)), self._row)
         for number, topic in enumerate(topics, 1):
-            _fill_once(self._rows[f"m{number}"], number, topic)
+            _fill_constants(self._rows[f"m{number}"], number, topic)
 
     def write(self) -> None:
         """Write all of them."""
-        self._file.write(_MAGIC + _record(0x01, _text("ros2") + _text("zerorate")))
+        self._file.write(
+            _MAGIC + _encode_record(0x01, _encode_text("ros2") + _encode_text("zerorate"))
+        )
         declared = b"".join(self._declarations())
         self._file.write(declared)
-        for first in range(0, len(self._stamps), _ROWS):
-            self._chunk(slice(first, first + _ROWS))
-        self._file.write(_record(0x0F, struct.pack("<I", 0)))
+        for first in range(0, len(self._stamps), _CHUNK_ROWS):
+            self._chunk(slice(first, first + _CHUNK_ROWS))
+        self._file.write(_encode_record(0x0F, struct.pack("<I", 0)))
         begins = self._file.tell()
-        summary = declared + _record(0x0B, self._statistics()) + b"".join(self._chunks)
+        summary = declared + _encode_record(0x0B, self._statistics()) + b"".join(self._chunks)
         footer = struct.pack("<QQ", begins, 0)
         # The checksum covers the footer as well, up to itself.
         checked = summary + b"\x02" + struct.pack("<Q", 20) + footer
         footer += struct.pack("<I", zlib.crc32(checked))
-        self._file.write(summary + _record(0x02, footer) + _MAGIC)
+        self._file.write(summary + _encode_record(0x02, footer) + _MAGIC)
 
     def _declarations(self) -> list[bytes]:
         records = []
         for number, topic in enumerate(self._topics, 1):
-            text = _text(topic.schema) + _text("ros2msg") + _bytes(topic.text.encode())
-            records.append(_record(0x03, struct.pack("<H", number) + text))
-            text = _text(topic.name) + _text("cdr") + _bytes(b"")
-            records.append(_record(0x04, struct.pack("<HH", number, number) + text))
+            text = (
+                _encode_text(topic.schema)
+                + _encode_text("ros2msg")
+                + _encode_bytes(topic.text.encode())
+            )
+            records.append(_encode_record(0x03, struct.pack("<H", number) + text))
+            text = _encode_text(topic.name) + _encode_text("cdr") + _encode_bytes(b"")
+            records.append(_encode_record(0x04, struct.pack("<HH", number, number) + text))
         return records
 
     def _chunk(self, part: slice) -> None:
         stamps = self._stamps[part]
         rows = self._rows[: len(stamps)]
         for number, topic in enumerate(self._topics, 1):
-            _fill(rows[f"m{number}"], topic, stamps, part)
+            _fill_values(rows[f"m{number}"], topic, stamps, part)
         raw = rows.view(np.uint8).data
         span = struct.pack("<QQ", stamps.min(), stamps.max())
         at = self._file.tell()
-        head = span + struct.pack("<QI", len(raw), zlib.crc32(raw)) + _text("")
+        head = span + struct.pack("<QI", len(raw), zlib.crc32(raw)) + _encode_text("")
         head += struct.pack("<Q", len(raw))
         self._file.write(b"\x06" + struct.pack("<Q", len(head) + len(raw)) + head)
         self._file.write(raw)
-        places, indexed = b"", self._file.tell()
+        index_offsets, indexed = b"", self._file.tell()
         for number in range(1, len(self._topics) + 1):
-            places += struct.pack("<HQ", number, self._file.tell())
+            index_offsets += struct.pack("<HQ", number, self._file.tell())
             begins = np.arange(len(stamps)) * self._row.itemsize
             offset = self._row.fields[f"m{number}"][1] if self._row.fields else 0
             entries = np.column_stack([stamps, begins + offset]).astype("<u8").tobytes()
-            self._file.write(_record(0x07, struct.pack("<H", number) + _bytes(entries)))
+            self._file.write(
+                _encode_record(0x07, struct.pack("<H", number) + _encode_bytes(entries))
+            )
         self._chunks.append(
-            _record(
+            _encode_record(
                 0x08,
                 span
                 + struct.pack("<QQ", at, indexed - at)
-                + _bytes(places)
+                + _encode_bytes(index_offsets)
                 + struct.pack("<Q", self._file.tell() - indexed)
-                + _text("")
+                + _encode_text("")
                 + struct.pack("<QQ", len(raw), len(raw)),
             )
         )
@@ -252,35 +264,42 @@ class _File:
         first, last = (self._stamps.min(), self._stamps.max()) if rows else (0, 0)
         counts = b"".join(struct.pack("<HQ", i, rows) for i in range(1, topics + 1))
         head = struct.pack("<QHIIII", topics * rows, topics, topics, 0, 0, len(self._chunks))
-        return head + struct.pack("<QQ", first, last) + _bytes(counts)
+        return head + struct.pack("<QQ", first, last) + _encode_bytes(counts)
 
 
-def _row_type(topics: Sequence[_Topic]) -> np.dtype[Any]:
+def _make_row_type(topics: Sequence[_Topic]) -> np.dtype[Any]:
     """Return the bytes of a row: a record of a message of each topic."""
     fields = []
     for number, topic in enumerate(topics, 1):
-        own = [("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4")]
-        own += [("logged", "<u8"), ("published", "<u8"), ("cdr", "V4")]
-        own += [("seconds", "<i4"), ("nanoseconds", "<u4"), ("size", "<u4"), ("frame", "V7")]
+        message_fields = [("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4")]
+        message_fields += [("logged", "<u8"), ("published", "<u8"), ("cdr", "V4")]
+        message_fields += [
+            ("seconds", "<i4"),
+            ("nanoseconds", "<u4"),
+            ("size", "<u4"),
+            ("frame", "V7"),
+        ]
         # Numbers of eight bytes align: behind 12 of the stamp and the size, 7 of the frame.
         fill = [("fill", "V5")] if topic.fields[0][1] == "f8" else []
-        own += fill + [(f"f{i}", f"<{k}") for i, (_, k) in enumerate(topic.fields)]
-        fields.append((f"m{number}", np.dtype(own)))
+        message_fields += fill + [(f"f{i}", f"<{k}") for i, (_, k) in enumerate(topic.fields)]
+        fields.append((f"m{number}", np.dtype(message_fields)))
     return np.dtype(fields)
 
 
-def _fill_once(messages: np.ndarray[Any, Any], number: int, topic: _Topic) -> None:
+def _fill_constants(messages: np.ndarray[Any, Any], number: int, topic: _Topic) -> None:
     """Fill in what is the same in all messages of a topic."""
     messages["op"], messages["channel"] = 0x05, number
     messages["length"] = messages.dtype.itemsize - 9
     messages["cdr"] = np.void(_CDR)
     messages["size"] = len(_FRAME)
-    messages["frame"] = np.void(_FRAMES.get(topic.name, _FRAME))
+    messages["frame"] = np.void(_TOPIC_FRAMES.get(topic.name, _FRAME))
     for i, value in topic.constants.items():
         messages[f"f{i}"] = value
 
 
-def _fill(messages: np.ndarray[Any, Any], topic: _Topic, stamps: Integers, part: slice) -> None:
+def _fill_values(
+    messages: np.ndarray[Any, Any], topic: _Topic, stamps: Integers, part: slice
+) -> None:
     messages["sequence"] = np.arange(part.start, part.start + len(stamps))
     messages["logged"] = messages["published"] = stamps
     messages["seconds"], messages["nanoseconds"] = np.divmod(stamps, 1_000_000_000)
@@ -289,13 +308,13 @@ def _fill(messages: np.ndarray[Any, Any], topic: _Topic, stamps: Integers, part:
             messages[f"f{i}"] = topic.values[name][part]
 
 
-def _record(kind: int, raw: bytes) -> bytes:
+def _encode_record(kind: int, raw: bytes) -> bytes:
     return struct.pack("<BQ", kind, len(raw)) + raw
 
 
-def _text(text: str) -> bytes:
-    return _bytes(text.encode())
+def _encode_text(text: str) -> bytes:
+    return _encode_bytes(text.encode())
 
 
-def _bytes(raw: bytes) -> bytes:
+def _encode_bytes(raw: bytes) -> bytes:
     return struct.pack("<I", len(raw)) + raw

@@ -12,7 +12,7 @@ import numpy as np
 
 from zerorate.faults import ArgumentError
 from zerorate.record.log import LogError
-from zerorate.record.mounting import Mounting, rotation
+from zerorate.record.mounting import Mounting, check_rotation
 from zerorate.types import Floats
 
 _KEYS = ("body_from_sensor", "antenna_from_imu_m", "time_offset_s", "imu_time_offset_s")
@@ -36,13 +36,13 @@ def read_mounting(path: str | os.PathLike[str]) -> Mounting:
     >>> zr.io.read_mounting("drive.csv")
     Mounting(body_from_sensor=None, antenna=None, time_offset=None)
     """
-    said = _metadata(path)
+    metadata = _read_metadata(path)
     try:
-        matrix = rotation(json.loads(said[_KEYS[0]])) if _KEYS[0] in said else None
-        antenna = _vector(said[_KEYS[1]]) if _KEYS[1] in said else None
-        offset = float(said[_KEYS[2]]) if _KEYS[2] in said else None
-        if offset is None and _KEYS[3] in said:
-            offset = 0.0 - float(said[_KEYS[3]])
+        matrix = check_rotation(json.loads(metadata[_KEYS[0]])) if _KEYS[0] in metadata else None
+        antenna = _parse_vector(metadata[_KEYS[1]]) if _KEYS[1] in metadata else None
+        offset = float(metadata[_KEYS[2]]) if _KEYS[2] in metadata else None
+        if offset is None and _KEYS[3] in metadata:
+            offset = 0.0 - float(metadata[_KEYS[3]])
     except ValueError as error:
         raise LogError(
             f"{os.fspath(path)}: its metadata on the mounting is wrong: {error}"
@@ -94,19 +94,21 @@ def _content(path: Path) -> str:
         return ""
 
 
-def _metadata(path: str | os.PathLike[str]) -> dict[str, Any]:
+def _read_metadata(path: str | os.PathLike[str]) -> dict[str, Any]:
     try:
         from pyarrow import ArrowException, parquet
     except ImportError:
         return {}
     try:
-        found = parquet.read_schema(os.fspath(path)).metadata or {}
+        raw_metadata = parquet.read_schema(os.fspath(path)).metadata or {}
     except (ArrowException, OSError):
         return {}
-    return {key.decode(): value.decode() for key, value in found.items() if key.decode() in _KEYS}
+    return {
+        key.decode(): value.decode() for key, value in raw_metadata.items() if key.decode() in _KEYS
+    }
 
 
-def _vector(text: str) -> Floats:
+def _parse_vector(text: str) -> Floats:
     numbers = np.array([float(x) for x in text.strip("[]() ").split(",")])
     if numbers.shape != (3,):
         raise ValueError(f"expected three numbers, got {text!r}")

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.clocks.names import looks_like_time
 from zerorate.io.table import Column, Content, Table
 from zerorate.record.log import LogError
 from zerorate.record.names import meaning_of
-from zerorate.texts import one_line
+from zerorate.texts import escape_line
 from zerorate.types import Integers
 
 
@@ -36,7 +36,7 @@ class Part:
     content: Content
 
 
-def parts_of(table: Table, by: int) -> dict[str, Table]:
+def split_table(table: Table, column: int) -> dict[str, Table]:
     """Return the rows of each value in a column, in the order in which the values first appear.
 
     Raises
@@ -44,20 +44,23 @@ def parts_of(table: Table, by: int) -> dict[str, Table]:
     LogError
         If a row has no value there, or hardly any value comes twice.
     """
-    names, which = _values(_labels(table, by), table.label(by))
-    return {name: _rows_of(table, np.flatnonzero(which == i)) for i, name in enumerate(names)}
+    names, value_numbers = _number_values(_load_labels(table, column), table.label(column))
+    return {
+        name: _select_rows(table, np.flatnonzero(value_numbers == i))
+        for i, name in enumerate(names)
+    }
 
 
-def _labels(table: Table, index: int) -> Column:
+def _load_labels(table: Table, index: int) -> Column:
     return table.load([index])[0] if table.labels is None else table.labels(index)
 
 
-def _values(labels: Column, column: str) -> tuple[list[str], Integers]:
+def _number_values(labels: Column, column: str) -> tuple[list[str], Integers]:
     """Return the different values as texts, and of each row which one it has, shape (n,)."""
-    texts = [_text(value) for value in labels.tolist()]
+    texts = [_format_value(value) for value in labels.tolist()]
     if None in texts:
         raise LogError(f"column '{column}' has no value in row {texts.index(None)}")
-    names = [one_line(str(text)) for text in dict.fromkeys(texts)]
+    names = [escape_line(str(text)) for text in dict.fromkeys(texts)]
     if 2 * len(names) > len(texts):
         raise LogError(
             f"column '{column}' has {len(names)} different values in {len(texts)} rows, "
@@ -67,7 +70,7 @@ def _values(labels: Column, column: str) -> tuple[list[str], Integers]:
     return names, np.array([numbers[text] for text in texts])
 
 
-def _text(value: object) -> str | None:
+def _format_value(value: object) -> str | None:
     """Return a value as a person writes it, None where it is missing."""
     if value is None or value != value or str(value).strip() in ("", "NaT", "<NA>"):
         return None
@@ -76,42 +79,42 @@ def _text(value: object) -> str | None:
     return str(value).strip()
 
 
-def _rows_of(table: Table, rows: Integers) -> Table:
+def _select_rows(table: Table, rows: Integers) -> Table:
     def load(wanted: Sequence[int]) -> list[Column]:
         return [column[rows] for column in table.load(wanted)]
 
     return replace(table, load=load, lengths=None, pieces=None, rows=0, labels=None)
 
 
-def advice(table: Table, time: int | None, stamps: Column | None) -> str | None:
+def suggest_grouping(table: Table, time: int | None, stamps: Column | None) -> str | None:
     """Return a sentence on the column that makes several records of one with a broken clock.
 
     That is one within each of whose values the stamps rise, though in the file they do not.
     """
     if time is None or stamps is None or table.names is None or len(stamps) < 2:
         return None
-    back, same = stamps[1:] < stamps[:-1], stamps[1:] == stamps[:-1]
-    if not back.any() and 2 * np.count_nonzero(same) < len(stamps) - 1:
+    is_backward, is_equal = stamps[1:] < stamps[:-1], stamps[1:] == stamps[:-1]
+    if not is_backward.any() and 2 * np.count_nonzero(is_equal) < len(stamps) - 1:
         return None
     for index, name in enumerate(table.names):
         if index == time or looks_like_time(name) or meaning_of(name) is not None:
             continue
-        if _explains(table, index, stamps):
-            return said(
+        if _separates_clocks(table, index, stamps):
+            return make_sentence(
                 f"column '{name}' seems to tell several records apart; ",
-                given("group_by"),
+                keyword_argument("group_by"),
                 " reads each",
             )
     return None
 
 
-def _explains(table: Table, index: int, stamps: Column) -> bool:
+def _separates_clocks(table: Table, index: int, stamps: Column) -> bool:
     try:
-        names, which = _values(_labels(table, index), table.label(index))
+        names, value_numbers = _number_values(_load_labels(table, index), table.label(index))
     except LogError:
         return False
-    if len(names) < 2 or len(which) != len(stamps):
+    if len(names) < 2 or len(value_numbers) != len(stamps):
         return False
-    order = np.argsort(which, kind="stable")
-    inside = np.diff(which[order]) == 0
-    return bool((stamps[order][1:] > stamps[order][:-1])[inside].all())
+    order = np.argsort(value_numbers, kind="stable")
+    is_same_value = np.diff(value_numbers[order]) == 0
+    return bool((stamps[order][1:] > stamps[order][:-1])[is_same_value].all())

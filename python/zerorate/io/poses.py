@@ -12,8 +12,8 @@ import numpy as np
 from zerorate.record.log import LogError
 from zerorate.record.poses import Poses
 
-_COLUMNS: Final = 8
-_NANOSECONDS: Final = 1e14
+_COLUMN_COUNT: Final = 8
+_MAX_SECONDS: Final = 1e14
 """Times from here on are no seconds: these would be three million years."""
 _EXPECTED: Final = (
     "expected TUM's text, 'time x y z qx qy qz qw' with blanks between, or EuRoC's table, "
@@ -52,23 +52,23 @@ def read_poses(path: str | os.PathLike[str]) -> Poses:
     lines = [line.strip() for line in text.splitlines()]
     rows = [line for line in lines if line and not line.startswith("#")]
     commas = bool(rows) and "," in rows[0]
-    split = [line.split(",") if commas else line.split() for line in rows]
-    if split and not _is_number(split[0][0]):
-        split = split[1:]  # a line of names
-    if not split:
+    cells_of_rows = [line.split(",") if commas else line.split() for line in rows]
+    if cells_of_rows and not _is_number(cells_of_rows[0][0]):
+        cells_of_rows = cells_of_rows[1:]  # a line of names
+    if not cells_of_rows:
         raise LogError(f"{name}: it holds no pose; {_EXPECTED}")
-    found = np.array([_numbers(cells, name, commas) for cells in split])
-    time = found[:, 0] * (1e-9 if abs(found[0, 0]) > _NANOSECONDS else 1.0)
-    turned = found[:, 4:8] if commas else found[:, (7, 4, 5, 6)]
-    later = np.concatenate(([True], time[1:] > np.maximum.accumulate(time)[:-1]))
-    return Poses(time[later], found[later, 1:4], turned[later], str(path))
+    values = np.array([_parse_numbers(cells, name, commas) for cells in cells_of_rows])
+    time = values[:, 0] * (1e-9 if abs(values[0, 0]) > _MAX_SECONDS else 1.0)
+    quaternions = values[:, 4:8] if commas else values[:, (7, 4, 5, 6)]
+    is_later = np.concatenate(([True], time[1:] > np.maximum.accumulate(time)[:-1]))
+    return Poses(time[is_later], values[is_later, 1:4], quaternions[is_later], str(path))
 
 
-def _numbers(cells: Sequence[str], name: str, commas: bool) -> list[float]:
-    fits = len(cells) >= _COLUMNS if commas else len(cells) == _COLUMNS
+def _parse_numbers(cells: Sequence[str], name: str, commas: bool) -> list[float]:
+    fits = len(cells) >= _COLUMN_COUNT if commas else len(cells) == _COLUMN_COUNT
     try:
         if fits:
-            return [float(cell) for cell in cells[:_COLUMNS]]
+            return [float(cell) for cell in cells[:_COLUMN_COUNT]]
     except ValueError:
         pass
     shown = " ".join(cells)[:60]

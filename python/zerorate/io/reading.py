@@ -8,31 +8,31 @@ from typing import Final, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.clocks.grid import Grid
-from zerorate.io.clocks.repeats import HEAD
-from zerorate.io.clocks.sensor_clock import Clock, clock_of
-from zerorate.io.clocks.stamps import Stamps, to_seconds, without_texts
+from zerorate.io.clocks.repeats import HEAD_ROWS
+from zerorate.io.clocks.sensor_clock import Clock, make_clock
+from zerorate.io.clocks.stamps import Stamps, convert_texts, to_seconds
 from zerorate.io.columns import (
     NOT_TIME,
     Columns,
     TimeColumn,
     Timing,
+    add_time_column,
     check_samples,
-    choose,
-    clock_beside,
-    with_time,
+    choose_columns,
+    make_unit_hint,
 )
-from zerorate.io.counts import Scale, Scaling, kind_of, note_on_counts
-from zerorate.io.formats import LogSource, label_of, opened
-from zerorate.io.parts import advice
-from zerorate.io.table import Column, Table, as_numbers
-from zerorate.io.triads import ALL
-from zerorate.record.clock import on_rate
-from zerorate.record.log import Log, LogError, checked_rate
+from zerorate.io.counts import Scale, Scaling, describe_counts, guess_kind
+from zerorate.io.formats import LogSource, label_of, open_source
+from zerorate.io.parts import suggest_grouping
+from zerorate.io.table import Column, Table, to_numbers
+from zerorate.io.triads import ALL_SENSORS
+from zerorate.record.clock import describe_rate_error
+from zerorate.record.log import Log, LogError, check_rate
 from zerorate.record.names import (
     KIND_OF_UNIT,
-    UNKNOWN,
+    UNKNOWN_UNIT,
     canonical_unit,
     check_foreign,
     common_unit,
@@ -53,7 +53,7 @@ class Group(NamedTuple):
     None for none.
     """
 
-    places: tuple[int, ...]
+    indices: tuple[int, ...]
     unit: str
     kind: str | None
     factor: float | None = None
@@ -78,7 +78,7 @@ class ReadArguments(TypedDict, total=False):
 
 
 @dataclass(frozen=True)
-class Asked:
+class ReadOptions:
     """What a caller asks of a source, beside which of its columns make a log.
 
     Parameters
@@ -114,11 +114,11 @@ class Asked:
         stop: float | None = None,
         time: TimeColumn = None,
         time_unit: str | None = None,
-    ) -> Asked:
+    ) -> ReadOptions:
         """Return the arguments of a reader after checking them; ValueError if one is not valid."""
-        given = None if rate is None else checked_rate(rate)
+        checked = None if rate is None else check_rate(rate)
         span, timing = Span(start, stop), Timing(time, time_unit)
-        return cls(given, columns, topic, Scaling.of(scale), span, timing, sensor)
+        return cls(checked, columns, topic, Scaling.of(scale), span, timing, sensor)
 
 
 @dataclass(frozen=True)
@@ -132,9 +132,9 @@ class Selection:
     groups: list[Group]
     rate: float | None
 
-    def meta(self, told: dict[str, str], grid: Grid) -> dict[str, object]:
+    def meta(self, source_meta: dict[str, str], grid: Grid) -> dict[str, object]:
         """Return the metadata of every group, to what is told of the source."""
-        meta: dict[str, object] = {**told, "clock": grid.report}
+        meta: dict[str, object] = {**source_meta, "clock": grid.report}
         if self.table.meta.sensor is not None:
             meta["sensor"] = self.table.meta.sensor
         if self.table.meta.axes is not None:
@@ -253,33 +253,33 @@ def read_log(
     >>> read_log({"gyro_x": [0.1, 0.2, 0.1]}, rate=100, unit="deg/s")
     Log(3 samples at 100 Hz, 0.03 s, deg/s: gyro_x)
     """
-    asked = Asked.of(
+    options = ReadOptions.of(
         rate=rate, columns=columns, topic=topic, sensor=sensor, scale=scale,
         start=start, stop=stop, time=time, time_unit=time_unit,
     )  # fmt: skip
-    return read_groups(source, asked, one_group(unit, asked.scaling), ("gyro",))[0]
+    return read_groups(source, options, group_all(unit, options.scaling), ("gyro",))[0]
 
 
-def one_group(unit: str | None, scaling: Scaling) -> Grouping:
+def group_all(unit: str | None, scaling: Scaling) -> Grouping:
     """Return what makes one group of all columns, in the unit given or in their own."""
-    given = None if unit is None else canonical_unit(unit)
+    stated_unit = None if unit is None else canonical_unit(unit)
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
-        kind = kind_of(names)
-        factor = scaling.of_kind(kind, first=True)
-        check_foreign(names, given, factor)
-        if KIND_OF_UNIT.get(given or "") == "accel" and all(map(looks_like_gyro, names)):
+        kind = guess_kind(names)
+        factor = scaling.factor_for(kind, first=True)
+        check_foreign(names, stated_unit, factor)
+        if KIND_OF_UNIT.get(stated_unit or "") == "accel" and all(map(looks_like_gyro, names)):
             raise LogError(
-                f"unit '{given}' was given, but {', '.join(names)} are named like a gyro"
+                f"unit '{stated_unit}' was given, but {', '.join(names)} are named like a gyro"
             )
-        found = common_unit(names, scaling.unit(kind, given), file_unit)
-        return [Group(tuple(range(len(names))), found, kind, factor)]
+        group_unit = common_unit(names, scaling.unit(kind, stated_unit), file_unit)
+        return [Group(tuple(range(len(names))), group_unit, kind, factor)]
 
     return grouped
 
 
 def read_groups(
-    source: LogSource, asked: Asked, grouped: Grouping, kinds: Sequence[str]
+    source: LogSource, options: ReadOptions, grouping: Grouping, kinds: Sequence[str]
 ) -> list[Log]:
     """Return a log for each group of a source's columns, all from one reading.
 
@@ -288,167 +288,173 @@ def read_groups(
     """
     label = label_of(source)
     try:
-        kind, content = opened(source)
-        table = asked.timing.told(content.chosen(asked.topic))
-        chosen = selected(table, asked.rate, asked.columns, grouped, kinds, asked.sensor)
-        logs = logs_of(chosen, {"source": label, "format": kind})
-        return list(all_within(asked.span, logs))
+        kind, content = open_source(source)
+        table = options.timing.apply(content.choose_table(options.topic))
+        selection = select_columns(
+            table, options.rate, options.columns, grouping, kinds, options.sensor
+        )
+        logs = make_logs(selection, {"source": label, "format": kind})
+        return list(cut_logs(options.span, logs))
     except LogError as error:
-        raise error.around(f"{label}: ") from None
+        raise error.with_context(f"{label}: ") from None
 
 
-def all_within(span: Span, logs: Sequence[Log]) -> Iterator[Log]:
+def cut_logs(span: Span, logs: Sequence[Log]) -> Iterator[Log]:
     """Yield the parts of logs that lie in a span; LogError if one has none."""
     for part in span.of(logs):
         if part is None:
-            raise span.missed()
+            raise span.empty_error()
         yield part
 
 
-def selected(
+def select_columns(
     table: Table,
     rate: float | None,
     columns: Columns,
-    grouped: Grouping,
+    grouping: Grouping,
     kinds: Sequence[str] = ("gyro",),
     sensor: str | None = None,
 ) -> Selection:
     """Return what is to be read of a table, of which only a table without names is loaded."""
-    table = table.loaded() if table.names is None else with_time(table)
+    table = table.load_all() if table.names is None else add_time_column(table)
     check_samples(table, columns)
-    choice = choose(table, columns, kinds, sensor)
+    choice = choose_columns(table, columns, kinds, sensor)
     if choice.notes:
         meta = replace(table.meta, notes=(*table.meta.notes, *choice.notes))
         table = replace(table, meta=meta)
     names = [table.label(i) for i in choice.data]
-    groups = grouped(names, table.meta.unit)
-    stated = _stated_rate(rate, table)
-    if choice.time is None and stated is None:
-        hints = "".join(f"; {note}" for note in table.meta.notes if NOT_TIME in note)
+    groups = grouping(names, table.meta.unit)
+    stated_rate = _find_rate(rate, table)
+    if choice.time is None and stated_rate is None:
+        hint_text = "".join(f"; {note}" for note in table.meta.notes if NOT_TIME in note)
         lacking = "there are no timestamps to tell the sampling rate; give "
-        raise LogError(said(lacking, given("rate"), f" in Hz{hints}"))
-    return Selection(table, choice.data, choice.time, names, groups, stated)
+        raise LogError(make_sentence(lacking, keyword_argument("rate"), f" in Hz{hint_text}"))
+    return Selection(table, choice.data, choice.time, names, groups, stated_rate)
 
 
-def row_clock(chosen: Selection, column: Column | None, rows: int) -> Clock:
+def make_row_clock(selection: Selection, column: Column | None, rows: int) -> Clock:
     """Return the clock of a table's rows, by a column of timestamps or by the rate stated."""
-    if chosen.time is not None and column is not None:
-        column = without_texts(column, chosen.table.label(chosen.time))
-    hint = advice(chosen.table, chosen.time, column)
+    if selection.time is not None and column is not None:
+        column = convert_texts(column, selection.table.label(selection.time))
+    hint = suggest_grouping(selection.table, selection.time, column)
     try:
-        clock = clock_of(_stamps_of(chosen, column), chosen.rate, rows)
+        clock = make_clock(_read_stamps(selection, column), selection.rate, rows)
     except LogError as error:
-        raise error.around("", said("; ", hint) if hint else "") from None
+        raise error.with_context("", make_sentence("; ", hint) if hint else "") from None
     return replace(clock, notes=(*clock.notes, hint)) if hint else clock
 
 
-def _stamps_of(chosen: Selection, column: Column | None) -> Stamps | None:
+def _read_stamps(selection: Selection, column: Column | None) -> Stamps | None:
     """Return the timestamps in a column, None where there is none."""
-    if chosen.time is None or column is None:
+    if selection.time is None or column is None:
         return None
     if len(column) == 0:
         raise LogError("there are columns but no rows")
-    table = chosen.table
-    beside = clock_beside(table, chosen.time)
-    return to_seconds(column, table.label(chosen.time), chosen.rate, table.time_unit, beside)
+    table = selection.table
+    unit_hint = make_unit_hint(table, selection.time)
+    return to_seconds(
+        column, table.label(selection.time), selection.rate, table.time_unit, unit_hint
+    )
 
 
-def loaded_of(chosen: Selection) -> tuple[list[Column], Column | None]:
+def load_columns(selection: Selection) -> tuple[list[Column], Column | None]:
     """Return the columns of data, and that of the time where there is one."""
-    if chosen.time is None:
-        return chosen.table.load(chosen.data), None
-    *columns, time = chosen.table.load((*chosen.data, chosen.time))
+    if selection.time is None:
+        return selection.table.load(selection.data), None
+    *columns, time = selection.table.load((*selection.data, selection.time))
     return columns, time
 
 
-def logs_of(chosen: Selection, told: dict[str, str], rows: Clock | None = None) -> list[Log]:
-    """Return a log for each group, all from one reading; ``told`` is said of the source.
+def make_logs(
+    selection: Selection, source_meta: dict[str, str], rows: Clock | None = None
+) -> list[Log]:
+    """Return a log for each group, all from one reading; ``source_meta`` is said of the source.
 
     ``rows`` is the clock of the rows where that is known.
     """
-    columns, time = loaded_of(chosen)
-    rows = rows or row_clock(chosen, time, len(columns[0]))
+    columns, time = load_columns(selection)
+    rows = rows or make_row_clock(selection, time, len(columns[0]))
     logs: list[Log] = []
-    for group, values in values_of(chosen, columns):
-        logs.append(log_of(chosen, group, values, rows.of_sensor(values), told, logs))
+    for group, values in iter_values(selection, columns):
+        logs.append(make_log(selection, group, values, rows.for_sensor(values), source_meta, logs))
     return logs
 
 
-def values_of(chosen: Selection, columns: list[Column]) -> Iterator[tuple[Group, Floats]]:
+def iter_values(selection: Selection, columns: list[Column]) -> Iterator[tuple[Group, Floats]]:
     """Yield each group with its values, shape (n, k); columns are forgotten once they are copied.
 
     A long log would else be in memory twice.
     """
-    last = {i: k for k, group in enumerate(chosen.groups) for i in group.places}
-    for k, group in enumerate(chosen.groups):
-        if len(columns[group.places[0]]) == 0:
+    last_group = {i: k for k, group in enumerate(selection.groups) for i in group.indices}
+    for k, group in enumerate(selection.groups):
+        if len(columns[group.indices[0]]) == 0:
             raise LogError("there are columns but no rows")
-        values = np.empty((len(columns[group.places[0]]), len(group.places)))
+        values = np.empty((len(columns[group.indices[0]]), len(group.indices)))
         # Some bits are a NaN that warns when it becomes a double.
         with np.errstate(invalid="ignore"):
-            for axis, i in enumerate(group.places):
-                values[:, axis] = as_numbers(columns[i], chosen.names[i])
-                if last[i] == k:
+            for axis, i in enumerate(group.indices):
+                values[:, axis] = to_numbers(columns[i], selection.names[i])
+                if last_group[i] == k:
                     columns[i] = columns[i][:0].copy()
         yield group, values
 
 
-def log_of(
-    chosen: Selection,
+def make_log(
+    selection: Selection,
     group: Group,
     values: Floats,
     clock: Clock,
-    told: dict[str, str],
+    source_meta: dict[str, str],
     others: Iterable[Log] = (),
 ) -> Log:
     """Return the log of one group of columns, whose rows are those of a clock.
 
     Its times are those of another log that has the same.
     """
-    names, grid = [chosen.names[i] for i in group.places], clock.grid
-    data = scaled(_on_grid(values, grid), group.factor)
-    time = _even(clock, others)
-    empty = notes_on_missing(names, [bool(np.isnan(column).all()) for column in data.T])
-    notes = (*notes_on(chosen, group, values[:HEAD], clock), *empty)
-    meta = {**chosen.meta(told, grid), "notes": notes}
-    kept = grid.times(range(grid.length))
-    stamps = None if kept is None else clock.start + kept
+    names, grid = [selection.names[i] for i in group.indices], clock.grid
+    data = scale_values(_put_on_grid(values, grid), group.factor)
+    time = _even_times(clock, others)
+    missing_notes = describe_missing(names, [bool(np.isnan(column).all()) for column in data.T])
+    notes = (*describe_assumptions(selection, group, values[:HEAD_ROWS], clock), *missing_notes)
+    meta = {**selection.meta(source_meta, grid), "notes": notes}
+    stamp_times = grid.times(range(grid.length))
+    stamps = None if stamp_times is None else clock.start + stamp_times
     return Log(time, grid.rate, data, tuple(names), group.unit, meta, stamps)
 
 
-def _even(clock: Clock, others: Iterable[Log]) -> Floats:
+def _even_times(clock: Clock, others: Iterable[Log]) -> Floats:
     """Return the times of a clock's even grid, those of another log where they are the same."""
     grid = clock.grid
-    for one in others:
-        if (one.n, one.rate, one.time[0]) == (grid.length, grid.rate, clock.start):
-            return one.time
+    for log in others:
+        if (log.n, log.rate, log.time[0]) == (grid.length, grid.rate, clock.start):
+            return log.time
     return clock.start + np.arange(grid.length) / grid.rate
 
 
-def _stated_rate(rate: float | None, table: Table) -> float | None:
+def _find_rate(rate: float | None, table: Table) -> float | None:
     if rate is not None or table.meta.rate is None:
         return rate
     try:
-        return checked_rate(table.meta.rate)
+        return check_rate(table.meta.rate)
     except ValueError as error:
         raise LogError(f"in the metadata, {error}") from None
 
 
-_NAMED: Final = 3
+_MAX_NAMED: Final = 3
 """Columns that a sentence names."""
 
 
-def _on_grid(values: Floats, grid: Grid) -> Floats:
-    if grid.used is not None:
-        values = values[grid.used]
-    if grid.spread is None:
+def _put_on_grid(values: Floats, grid: Grid) -> Floats:
+    if grid.used_rows is not None:
+        values = values[grid.used_rows]
+    if grid.gapped_indices is None:
         return values
     data = np.full((grid.length, values.shape[1]), np.nan)
-    data[grid.spread] = values
+    data[grid.gapped_indices] = values
     return data
 
 
-def scaled(values: Floats, factor: float | None) -> Floats:
+def scale_values(values: Floats, factor: float | None) -> Floats:
     """Return values of any shape times a factor, if there is one."""
     if factor is None:
         return values
@@ -456,72 +462,74 @@ def scaled(values: Floats, factor: float | None) -> Floats:
         return values * factor
 
 
-def notes_on(chosen: Selection, group: Group, head: Floats, clock: Clock) -> list[str]:
+def describe_assumptions(
+    selection: Selection, group: Group, head: Floats, clock: Clock
+) -> list[str]:
     """Return the sentences on what was assumed of a group: its unit, by its head, and its clock."""
-    notes, grid = list(chosen.table.meta.notes), clock.grid
-    names = [chosen.names[i] for i in group.places]
+    notes, grid = list(selection.table.meta.notes), clock.grid
+    names = [selection.names[i] for i in group.indices]
     counts = None
-    if group.kind is not None and group.factor is None and chosen.table.meta.unit is None:
-        counts = note_on_counts(names, group.kind, group.unit, head)
+    if group.kind is not None and group.factor is None and selection.table.meta.unit is None:
+        counts = describe_counts(names, group.kind, group.unit, head)
     if counts is not None:
         notes.append(counts)
-    elif group.unit == UNKNOWN and _unit_counts(names):
-        notes.append(_on_unit(names, group))
-    notes.extend((*clock.notes, *_on_bursts(grid)))
+    elif group.unit == UNKNOWN_UNIT and _needs_unit(names):
+        notes.append(_describe_unit(names, group))
+    notes.extend((*clock.notes, *_describe_bursts(grid)))
     if abs(grid.report.rate / grid.rate - 1) > 1e-5:
-        told = f"rate {grid.rate:g} Hz as stated; the timestamps run at {grid.report.rate:g}"
-        turned = on_rate(grid.rate, grid.report.rate)
-        notes.append(f"{told}: {turned}" if turned else told)
+        note = f"rate {grid.rate:g} Hz as stated; the timestamps run at {grid.report.rate:g}"
+        rate_note = describe_rate_error(grid.rate, grid.report.rate)
+        notes.append(f"{note}: {rate_note}" if rate_note else note)
     return notes
 
 
-def _unit_counts(names: Sequence[str]) -> bool:
+def _needs_unit(names: Sequence[str]) -> bool:
     """Return whether anybody asks for the unit: of a magnetometer only the direction counts."""
-    found = [meaning_of(name) for name in names]
-    return any(one is None or one.kind in ("gyro", "accel") for one in found)
+    meanings = [meaning_of(name) for name in names]
+    return any(meaning is None or meaning.kind in ("gyro", "accel") for meaning in meanings)
 
 
-def _on_unit(names: Sequence[str], group: Group) -> str:
+def _describe_unit(names: Sequence[str], group: Group) -> str:
     """Return the sentence on a unit that is not known, or not computed with."""
-    found = foreign_unit(names)
-    if found is None:
-        listed = ", ".join(names[:_NAMED]) + (" and so on" if len(names) > _NAMED else "")
-        return said(f"the unit of {listed} is not known; give ", given("unit"))
+    foreign = foreign_unit(names)
+    if foreign is None:
+        listed = ", ".join(names[:_MAX_NAMED]) + (" and so on" if len(names) > _MAX_NAMED else "")
+        return make_sentence(f"the unit of {listed} is not known; give ", keyword_argument("unit"))
     if group.factor is not None:
-        times = f"the data are those in {found.name} times {group.factor:g}; give "
-        return said(times, given("unit"))
-    return said(
-        f"the data are in {found.name}, a unit that is not computed with; ",
-        given("unit", found.unit),
+        times = f"the data are those in {foreign.name} times {group.factor:g}; give "
+        return make_sentence(times, keyword_argument("unit"))
+    return make_sentence(
+        f"the data are in {foreign.name}, a unit that is not computed with; ",
+        keyword_argument("unit", foreign.unit),
         " with ",
-        given("scale", f"{found.factor:.9g}"),
-        f" makes {found.unit} of them",
+        keyword_argument("scale", f"{foreign.factor:.9g}"),
+        f" makes {foreign.unit} of them",
     )
 
 
-def _on_bursts(grid: Grid) -> Iterator[str]:
+def _describe_bursts(grid: Grid) -> Iterator[str]:
     report = grid.report
     if report.burst_count:
         yield (
             f"the samples arrived in {report.burst_count} bursts and were stamped then; they were "
             f"put on the regular clock of {report.rate:.7g} Hz that made them"
         )
-    elif report.missing_count and report.missing_count > len(grid.place):
-        yield said(
+    elif report.missing_count and report.missing_count > len(grid.indices):
+        yield make_sentence(
             "more samples are missing than there are; if they were stamped as they arrived, in "
             "bursts, ",
-            given("rate"),
+            keyword_argument("rate"),
             " tells so",
         )
 
 
-def notes_on_missing(names: Iterable[str], missing: Iterable[bool]) -> list[str]:
+def describe_missing(names: Iterable[str], missing: Iterable[bool]) -> list[str]:
     """Return the sentences on columns without a sample."""
     pairs = zip(names, missing, strict=True)
     return [f"column '{name}' is all missing" for name, empty in pairs if empty]
 
 
-_KIND: Final = {
+_QUANTITY_OF_UNIT: Final = {
     "rad/s": "angular rate",
     "deg/s": "angular rate",
     "deg/h": "angular rate",
@@ -529,8 +537,8 @@ _KIND: Final = {
     "m/s^2": "acceleration",
 }
 
-_KINDS: Final = tuple(dict.fromkeys(_KIND.values()))
-_SENSOR: Final = dict(zip(_KINDS, ("gyro", "accel"), strict=True))
+_QUANTITIES: Final = tuple(dict.fromkeys(_QUANTITY_OF_UNIT.values()))
+_SENSOR_OF_QUANTITY: Final = dict(zip(_QUANTITIES, ("gyro", "accel"), strict=True))
 
 
 def read_sensors(
@@ -565,52 +573,56 @@ def read_sensors(
         As `read_log`, and if two units of one kind, or of a kind without columns, are given.
     """
     listed = unit.split(",") if isinstance(unit, str) else unit or ()
-    given = _by_kind([canonical_unit(one) for one in listed])
-    arguments["sensor"] = arguments.get("sensor") or ALL
-    asked = Asked.of(**arguments)
+    stated_units = _sort_units([canonical_unit(unit_name) for unit_name in listed])
+    arguments["sensor"] = arguments.get("sensor") or ALL_SENSORS
+    options = ReadOptions.of(**arguments)
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
-        return _groups(names, file_unit, given, asked.scaling)
+        return _make_groups(names, file_unit, stated_units, options.scaling)
 
-    return tuple(read_groups(source, asked, grouped, ("gyro", "accel")))
+    return tuple(read_groups(source, options, grouped, ("gyro", "accel")))
 
 
-def _by_kind(units: list[str]) -> dict[str, str]:
-    of_kinds = {_KIND[unit]: unit for unit in units}
+def _sort_units(units: list[str]) -> dict[str, str]:
+    of_kinds = {_QUANTITY_OF_UNIT[unit]: unit for unit in units}
     if len(of_kinds) < len(units):
         raise ValueError(
-            said(given("unit"), f" takes one unit of each kind, got {', '.join(units)}")
+            make_sentence(
+                keyword_argument("unit"), f" takes one unit of each kind, got {', '.join(units)}"
+            )
         )
     return of_kinds
 
 
-def _groups(
-    names: list[str], file_unit: str | None, given: dict[str, str], scaling: Scaling
+def _make_groups(
+    names: list[str], file_unit: str | None, stated_units: dict[str, str], scaling: Scaling
 ) -> list[Group]:
-    fallback = next(iter(given), _KIND.get(file_unit or "", "angular rate"))
-    kinds = [_kind(name, fallback) for name in names]
-    for kind, unit in given.items():
+    fallback = next(iter(stated_units), _QUANTITY_OF_UNIT.get(file_unit or "", "angular rate"))
+    kinds = [_find_quantity(name, fallback) for name in names]
+    for kind, unit in stated_units.items():
         if kind not in kinds:
             raise LogError(f"unit '{unit}' was given, but no column holds an {kind}")
     groups: list[Group] = []
-    for kind in (kind for kind in _KINDS if kind in kinds):
-        places = tuple(i for i, own in enumerate(kinds) if own == kind)
+    for kind in (kind for kind in _QUANTITIES if kind in kinds):
+        indices = tuple(i for i, own in enumerate(kinds) if own == kind)
         # What the file says of its unit is of no help to the other kind.
-        stated = file_unit if _KIND.get(file_unit or "", kind) == kind else None
-        sensor = _SENSOR[kind]
-        wanted = scaling.unit(sensor, given.get(kind))
-        factor = scaling.of_kind(sensor, first=not groups)
-        check_foreign([names[i] for i in places], wanted, factor)
-        unit = common_unit([names[i] for i in places], wanted, stated)
-        groups.append(Group(places, unit, sensor, factor))
+        file_unit_of_kind = (
+            file_unit if _QUANTITY_OF_UNIT.get(file_unit or "", kind) == kind else None
+        )
+        sensor = _SENSOR_OF_QUANTITY[kind]
+        stated_unit = scaling.unit(sensor, stated_units.get(kind))
+        factor = scaling.factor_for(sensor, first=not groups)
+        check_foreign([names[i] for i in indices], stated_unit, factor)
+        unit = common_unit([names[i] for i in indices], stated_unit, file_unit_of_kind)
+        groups.append(Group(indices, unit, sensor, factor))
     return groups
 
 
-def _kind(name: str, fallback: str) -> str:
+def _find_quantity(name: str, fallback: str) -> str:
     unit = split_unit(name)[1]
     if unit is None:
-        tests = zip(_KINDS, (looks_like_gyro, looks_like_accelerometer), strict=True)
+        tests = zip(_QUANTITIES, (looks_like_gyro, looks_like_accelerometer), strict=True)
         return next((kind for kind, looks_like in tests if looks_like(name)), fallback)
-    if unit not in _KIND:
+    if unit not in _QUANTITY_OF_UNIT:
         raise LogError(f"column '{name}' is in {unit}, expected an angular rate or an acceleration")
-    return _KIND[unit]
+    return _QUANTITY_OF_UNIT[unit]

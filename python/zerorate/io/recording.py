@@ -8,28 +8,35 @@ from typing import Final, NamedTuple, Unpack, cast
 
 import numpy as np
 
-from zerorate.faults import given, said, sentence_of
+from zerorate.faults import keyword_argument, make_sentence, sentence_of
 from zerorate.io.clocks.names import looks_like_time
 from zerorate.io.clocks.sensor_clock import Clock
-from zerorate.io.columns import Columns, TimeColumn, Timing, check_samples, choose, with_time
+from zerorate.io.columns import (
+    Columns,
+    TimeColumn,
+    Timing,
+    add_time_column,
+    check_samples,
+    choose_columns,
+)
 from zerorate.io.counts import Scale, Scaling
-from zerorate.io.formats import LogSource, label_of, opened
+from zerorate.io.formats import LogSource, label_of, open_source
 from zerorate.io.reading import (
-    Asked,
     Group,
     ReadArguments,
-    loaded_of,
-    log_of,
-    row_clock,
-    selected,
-    values_of,
+    ReadOptions,
+    iter_values,
+    load_columns,
+    make_log,
+    make_row_clock,
+    select_columns,
 )
-from zerorate.io.supplement import Opened, supplement_of
+from zerorate.io.supplement import SourceContent, make_supplement
 from zerorate.io.table import Content, Table
-from zerorate.io.triads import Triad, named, note_on_axes, triads_in, without_worse
+from zerorate.io.triads import Triad, describe_axes, find_triads, keep_best_stage, select_triads
 from zerorate.record.log import Log, LogError, units_of
 from zerorate.record.names import (
-    UNKNOWN,
+    UNKNOWN_UNIT,
     Meaning,
     canonical_unit,
     check_foreign,
@@ -54,11 +61,11 @@ KINDS: Final = (
     "position_sigma",
     "velocity_sigma",
 )
-_ASKED: Final = ("gyro", "accel", "mag")
+_NAMEABLE_KINDS: Final = ("gyro", "accel", "mag")
 """Kinds whose columns may be named."""
-_ACCELERATIONS: Final = ("g", "m/s^2")
-_ONE: Final = "1"
-_UNSTEADY: Final = 0.25
+_ACCEL_UNITS: Final = ("g", "m/s^2")
+_UNITLESS: Final = "1"
+_MAX_JITTER_PERIODS: Final = 0.25
 """Periods by which stamps leave a clock that is not the sensor's own."""
 
 
@@ -143,16 +150,16 @@ def read_recording(
     >>> recording.gyro.rate, recording.accel.unit
     (100.0, 'g')
     """
-    several = isinstance(source, (list, tuple))
-    sources = list(cast(Sequence[LogSource], source)) if several else [cast(LogSource, source)]
+    is_list = isinstance(source, (list, tuple))
+    sources = list(cast(Sequence[LogSource], source)) if is_list else [cast(LogSource, source)]
     if not sources:
         raise LogError("there is no source to read")
     of_kinds = columns if isinstance(columns, Mapping) else {"gyro": columns}
-    asked = Asked.of(
+    options = ReadOptions.of(
         rate=rate, topic=topic, sensor=sensor, scale=scale,
         start=start, stop=stop, time=time, time_unit=time_unit,
     )  # fmt: skip
-    return _recording(sources, _request(asked, of_kinds, reference, unit, only))
+    return _read_sources(sources, _make_request(options, of_kinds, reference, unit, only))
 
 
 def read_topic(
@@ -168,84 +175,97 @@ def read_topic(
     Arguments and faults are those of `read_recording` and, of several topics to choose from, those
     of `read_log`.
     """
-    asked = Asked.of(**arguments)
-    request = _request(asked, {"gyro": asked.columns}, reference, unit, only)
-    return _recording([source], replace(request, alone=True))
+    options = ReadOptions.of(**arguments)
+    request = _make_request(options, {"gyro": options.columns}, reference, unit, only)
+    return _read_sources([source], replace(request, is_single_topic=True))
 
 
-def _request(
-    asked: Asked,
+def _make_request(
+    options: ReadOptions,
     columns: Mapping[str, Columns],
     reference: Columns,
     unit: str | Mapping[str, str] | None,
     only: Iterable[str] | None,
 ) -> _Request:
-    unknown = [kind for kind in columns if kind not in _ASKED]
+    unknown = [kind for kind in columns if kind not in _NAMEABLE_KINDS]
     if unknown:
         raise ValueError(
-            said(given("columns"), f" takes those of {', '.join(_ASKED)}, got '{unknown[0]}'")
+            make_sentence(
+                keyword_argument("columns"),
+                f" takes those of {', '.join(_NAMEABLE_KINDS)}, got '{unknown[0]}'",
+            )
         )
     known = {**columns, "reference": reference}
     chosen = {kind: names for kind, names in known.items() if names is not None}
     return _Request(
-        chosen, _units(unit), asked.topic, _kinds(only), False,
-        asked.sensor, asked.rate, asked.scaling, asked.span, asked.timing,
+        chosen, _check_units(unit), options.topic, _check_kinds(only), False,
+        options.sensor, options.rate, options.scaling, options.span, options.timing,
     )  # fmt: skip
 
 
-def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
+def _read_sources(sources: Sequence[LogSource], request: _Request) -> Recording:
     label = ", ".join(map(label_of, sources))
-    found: list[_Found] = []
+    logs: list[_SensorLog] = []
     notes: list[str] = []
-    offered: list[str] = []
-    sensed: list[Opened] = []
-    for one in sources:
+    column_names: list[str] = []
+    opened_sources: list[SourceContent] = []
+    for source in sources:
         try:
-            kind, content = opened(one)
-            sensed.append(Opened(one, kind, content))
-            told = {"source": label_of(one), "format": kind}
-            found.extend(_within(_logs_in(content, told, request, notes, offered), request, notes))
+            kind, content = open_source(source)
+            opened_sources.append(SourceContent(source, kind, content))
+            source_meta = {"source": label_of(source), "format": kind}
+            logs.extend(
+                _cut_to_span(
+                    _read_source(content, source_meta, request, notes, column_names), request, notes
+                )
+            )
         except LogError as error:
-            raise error.around(f"{label_of(one)}: ") from None
+            raise error.with_context(f"{label_of(source)}: ") from None
         request = replace(request, columns={}, topic=None)
-    if not found:
-        sought = "a sensor" if request.only == KINDS else f"a {request.only[0]}"
+    if not logs:
+        wanted = "a sensor" if request.only == KINDS else f"a {request.only[0]}"
         raise LogError(
-            said(
-                f"{label}: no column looks like {sought}; choose with ",
-                given("columns"),
-                f" from: {', '.join(offered)}",
+            make_sentence(
+                f"{label}: no column looks like {wanted}; choose with ",
+                keyword_argument("columns"),
+                f" from: {', '.join(column_names)}",
             )
         )
-    supplement = supplement_of(sensed, request.timing)
-    return Recording(_named(found), label, notes=tuple(dict.fromkeys(notes)), supplement=supplement)
+    supplement = make_supplement(opened_sources, request.timing)
+    return Recording(
+        _name_logs(logs), label, notes=tuple(dict.fromkeys(notes)), supplement=supplement
+    )
 
 
-class _Found(NamedTuple):
+class _SensorLog(NamedTuple):
     kind: str
     log: Log
 
 
-def _within(found: Iterable[_Found], request: _Request, notes: list[str]) -> Iterator[_Found]:
+def _cut_to_span(
+    logs: Iterable[_SensorLog], request: _Request, notes: list[str]
+) -> Iterator[_SensorLog]:
     """Yield the parts of a source's logs that lie in the span asked for."""
-    whole = list(found)
-    if not whole:
+    all_logs = list(logs)
+    if not all_logs:
         return
-    for (kind, log), part in zip(whole, request.span.of([one.log for one in whole]), strict=True):
+    for (kind, log), part in zip(
+        all_logs, request.span.of([sensor_log.log for sensor_log in all_logs]), strict=True
+    ):
         if part is not None:
-            yield _Found(kind, part)
+            yield _SensorLog(kind, part)
             continue
         if kind == "gyro":
-            raise request.span.missed().around(f"{', '.join(log.names)}: ")
-        missed = sentence_of(request.span.missed())
-        notes.append(said(f"{', '.join(log.names)}: left out, for ", missed))
+            raise request.span.empty_error().with_context(f"{', '.join(log.names)}: ")
+        missed = sentence_of(request.span.empty_error())
+        notes.append(make_sentence(f"{', '.join(log.names)}: left out, for ", missed))
 
 
 class _Sensor(NamedTuple):
     """Columns of a table, by their indices, that are the axes of one sensor."""
 
     kind: str
-    places: tuple[int, ...]
+    indices: tuple[int, ...]
     unit: str
     factor: float | None = None
 
@@ -256,7 +276,7 @@ class _Request:
     unit: Mapping[str, str]
     topic: str | None
     only: tuple[str, ...]
-    alone: bool = False
+    is_single_topic: bool = False
     sensor: str | None = None
     rate: float | None = None
     scaling: Scaling = field(default_factory=Scaling)
@@ -269,14 +289,14 @@ class _Request:
         return any(sensor.kind in asked for sensor in sensors)
 
 
-def _units(unit: str | Mapping[str, str] | None) -> dict[str, str]:
-    given = {"gyro": unit} if isinstance(unit, str) else dict(unit or {})
-    _kinds(given)
+def _check_units(unit: str | Mapping[str, str] | None) -> dict[str, str]:
+    stated = {"gyro": unit} if isinstance(unit, str) else dict(unit or {})
+    _check_kinds(stated)
     known = ("gyro", "accel")
-    return {kind: canonical_unit(u) if kind in known else str(u) for kind, u in given.items()}
+    return {kind: canonical_unit(u) if kind in known else str(u) for kind, u in stated.items()}
 
 
-def _kinds(only: Iterable[str] | None) -> tuple[str, ...]:
+def _check_kinds(only: Iterable[str] | None) -> tuple[str, ...]:
     kinds = KINDS if only is None else tuple(only)
     unknown = [kind for kind in kinds if kind not in KINDS]
     if unknown:
@@ -284,98 +304,104 @@ def _kinds(only: Iterable[str] | None) -> tuple[str, ...]:
     return kinds
 
 
-def _named(found: Sequence[_Found]) -> dict[str, Log]:
+def _name_logs(sensor_logs: Sequence[_SensorLog]) -> dict[str, Log]:
     """Return logs by name: the kind, and from the second of a kind on its number."""
     counts = dict.fromkeys(KINDS, 0)
     logs = {}
-    for kind, log in found:
+    for kind, log in sensor_logs:
         logs[f"{kind}_{counts[kind]}" if counts[kind] else kind] = log
         counts[kind] += 1
     return logs
 
 
-def _logs_in(
+def _read_source(
     content: Content,
-    told: dict[str, str],
+    source_meta: dict[str, str],
     request: _Request,
     notes: list[str],
-    offered: list[str],
-) -> Iterator[_Found]:
+    column_names: list[str],
+) -> Iterator[_SensorLog]:
     """Yield the logs of one source; add what was left out, and the columns that there are."""
-    tables = [] if request.alone else _tables(content, request.topic)
+    tables = [] if request.is_single_topic else _choose_tables(content, request.topic)
     if not tables:
-        tables = [content.chosen(request.topic)]
-    for table in map(with_time, request.timing.told_of_all(tables)):
-        offered.extend(table.label(index) for index in range(table.width))
-        sensors = _sensors(table, request, notes)
+        tables = [content.choose_table(request.topic)]
+    for table in map(add_time_column, request.timing.apply_to_all(tables)):
+        column_names.extend(table.label(index) for index in range(table.width))
+        sensors = _choose_sensors(table, request, notes)
         if "" in content.tables and request.only == KINDS:
-            notes.extend(_on_others(table, sensors))
+            notes.extend(_describe_unread(table, sensors))
         wanted = [sensor for sensor in sensors if sensor.kind in request.only]
-        for shared in _by_clock(table, wanted):
-            yield from _readable(table, shared, request, told, notes)
+        for shared in _group_by_clock(table, wanted):
+            yield from _read_readable(table, shared, request, source_meta, notes)
         if any(sensor.kind == "reference" for sensor in wanted):
             notes.extend(table.meta.notes)  # of what others are judged by
         request = replace(request, columns={})
 
 
-def _tables(content: Content, topic: str | None) -> list[Table]:
-    first = [] if topic is None else [content.chosen(topic)]
+def _choose_tables(content: Content, topic: str | None) -> list[Table]:
+    first = [] if topic is None else [content.choose_table(topic)]
     topics = content.tables if content.sensors is None else content.sensors
     return [*first, *(content.tables[t] for t in topics if content.tables[t] not in first)]
 
 
-def _sensors(table: Table, request: _Request, notes: list[str]) -> list[_Sensor]:
+def _choose_sensors(table: Table, request: _Request, notes: list[str]) -> list[_Sensor]:
     """Return the sensors of a table: those asked for, and those found by name."""
     for columns in request.columns.values():
         check_samples(table, columns)
-    taken = {kind: choose(table, columns).data for kind, columns in request.columns.items()}
-    used = {index for places in taken.values() for index in places}
-    groups: dict[tuple[str, str], list[int]] = {(k, ""): list(p) for k, p in taken.items()}
+    stated_columns = {
+        kind: choose_columns(table, columns).data for kind, columns in request.columns.items()
+    }
+    used = {index for places in stated_columns.values() for index in places}
+    groups: dict[tuple[str, str], list[int]] = {(k, ""): list(p) for k, p in stated_columns.items()}
     # Without names nothing is found beside what is asked for.
-    told = table.names is None and "gyro" in taken
-    named_so = {} if told else _found(table, request, used, notes)
-    for (kind, sensor), places in named_so.items():
-        if kind not in taken:
+    is_decided = table.names is None and "gyro" in stated_columns
+    named_groups = {} if is_decided else _find_sensors(table, request, used, notes)
+    for (kind, sensor), places in named_groups.items():
+        if kind not in stated_columns:
             groups[kind, sensor] = places
-    return [_sensor(table, kind, places, request) for (kind, _), places in groups.items()]
+    return [_make_sensor(table, kind, places, request) for (kind, _), places in groups.items()]
 
 
-def _found(
+def _find_sensors(
     table: Table, request: _Request, used: set[int], notes: list[str]
 ) -> dict[tuple[str, str], list[int]]:
     """Return the columns of the sensors found by name, in the order of the file."""
-    meanings = {i: one for i, one in _meanings(table).items() if i not in used}
+    meanings = {i: one for i, one in _find_meanings(table).items() if i not in used}
     named_words = {i: table.label(i) for i, one in meanings.items() if one.words is not None}
     groups: dict[tuple[str, str], list[int]] = {}
     for index, meaning in meanings.items():
         if index not in named_words:
             groups.setdefault((meaning.kind, meaning.sensor), []).append(index)
-    found = triads_in(named_words)
-    chosen = _meant(found, request.sensor, notes)
+    triads = find_triads(named_words)
+    chosen = _choose_triads(triads, request.sensor, notes)
     for number, triad in enumerate(chosen):
-        groups[triad.kind, f"{triad.stem} {number}"] = list(triad.places)
-        notes.extend(note_on_axes(triad, [table.label(i) for i in triad.places]))
+        groups[triad.kind, f"{triad.stem} {number}"] = list(triad.indices)
+        notes.extend(describe_axes(triad, [table.label(i) for i in triad.indices]))
     return dict(sorted(groups.items(), key=lambda item: min(item[1])))
 
 
-def _meant(found: list[Triad], sensor: str | None, notes: list[str]) -> list[Triad]:
+def _choose_triads(triads: list[Triad], sensor: str | None, notes: list[str]) -> list[Triad]:
     """Return the sensors that are read, by their kind: all devices in their best stage."""
-    pool = found if sensor is None else [one for one in found if one in named(found, sensor)]
-    kinds = {one.kind for one in pool}
-    kept, left = without_worse([*pool, *(one for one in found if one.kind not in kinds)])
-    if left:
-        stems = ", ".join(dict.fromkeys(one.stem for one in left))
+    pool = (
+        triads
+        if sensor is None
+        else [triad for triad in triads if triad in select_triads(triads, sensor)]
+    )
+    kinds = {triad.kind for triad in pool}
+    best, others = keep_best_stage([*pool, *(triad for triad in triads if triad.kind not in kinds)])
+    if others:
+        stems = ", ".join(dict.fromkeys(triad.stem for triad in others))
         notes.append(f"of several stages of one sensor the best is read; left out: {stems}")
-    return kept
+    return best
 
 
-def _meanings(table: Table) -> dict[int, Meaning]:
+def _find_meanings(table: Table) -> dict[int, Meaning]:
     """Return what columns are of sensors; the file may list those of one without a known name."""
-    kind = "accel" if table.meta.unit in _ACCELERATIONS else "gyro"
+    kind = "accel" if table.meta.unit in _ACCEL_UNITS else "gyro"
     listed = Meaning(kind, "", None)
     if table.names is None:
-        return dict.fromkeys(choose(table, None).data, listed)
-    found = {}
+        return dict.fromkeys(choose_columns(table, None).data, listed)
+    meanings = {}
     for index, name in enumerate(table.names):
         if index == table.time or looks_like_time(name):
             continue
@@ -383,38 +409,38 @@ def _meanings(table: Table) -> dict[int, Meaning]:
         if meaning is None and table.data is not None and index in table.data:
             meaning = listed
         if meaning is not None:
-            found[index] = meaning
-    return found
+            meanings[index] = meaning
+    return meanings
 
 
-def _sensor(table: Table, kind: str, places: list[int], request: _Request) -> _Sensor:
-    names = [table.label(index) for index in places]
-    given = request.unit.get("accel" if kind == "gravity" else kind)
-    stated_units = _stated_units(table)
+def _make_sensor(table: Table, kind: str, indices: list[int], request: _Request) -> _Sensor:
+    names = [table.label(index) for index in indices]
+    stated_unit = request.unit.get("accel" if kind == "gravity" else kind)
+    stated_units = _find_stated_units(table)
     if kind in ("gyro", "accel"):
-        given = request.scaling.unit(kind, given)
-        factor = request.scaling.of_kind(kind, first=kind == "gyro")
-        check_foreign(names, given, factor)
-        stated = _of_one(kind, {stated_units.get(i, table.meta.unit) for i in places})
-        return _Sensor(kind, tuple(places), common_unit(names, given, stated), factor)
+        stated_unit = request.scaling.unit(kind, stated_unit)
+        factor = request.scaling.factor_for(kind, first=kind == "gyro")
+        check_foreign(names, stated_unit, factor)
+        file_unit = _single_unit(kind, {stated_units.get(i, table.meta.unit) for i in indices})
+        return _Sensor(kind, tuple(indices), common_unit(names, stated_unit, file_unit), factor)
     if all(map(is_quaternion, names)):
         # Components may stand in any order, w last for instance.
         order = sorted(range(len(names)), key=lambda i: names[i][-1].lower())
-        return _Sensor(kind, tuple(places[i] for i in order), given or _ONE)
+        return _Sensor(kind, tuple(indices[i] for i in order), stated_unit or _UNITLESS)
     units = [
-        _unit_of(name) or given or stated_units.get(index, UNKNOWN)
-        for index, name in zip(places, names, strict=True)
+        _find_unit(name) or stated_unit or stated_units.get(index, UNKNOWN_UNIT)
+        for index, name in zip(indices, names, strict=True)
     ]
-    return _Sensor(kind, tuple(places), units[0] if len(set(units)) == 1 else ", ".join(units))
+    return _Sensor(kind, tuple(indices), units[0] if len(set(units)) == 1 else ", ".join(units))
 
 
-def _of_one(kind: str, units: set[str | None]) -> str | None:
+def _single_unit(kind: str, units: set[str | None]) -> str | None:
     """Return the one unit that a file states for a gyro or an accelerometer, if it is of that."""
     unit = units.pop() if len(units) == 1 else None
-    return unit if (unit in _ACCELERATIONS) == (kind == "accel") else None
+    return unit if (unit in _ACCEL_UNITS) == (kind == "accel") else None
 
 
-def _stated_units(table: Table) -> dict[int, str]:
+def _find_stated_units(table: Table) -> dict[int, str]:
     """Return the units that a file states for the columns that it lists as data."""
     if table.data is None or table.meta.unit is None:
         return {}
@@ -422,69 +448,73 @@ def _stated_units(table: Table) -> dict[int, str]:
     return dict(zip(table.data, units, strict=True))
 
 
-def _unit_of(name: str) -> str | None:
+def _find_unit(name: str) -> str | None:
     meaning = meaning_of(name)
     return split_unit(name)[1] if meaning is None else meaning.unit
 
 
-def _on_others(table: Table, sensors: Sequence[_Sensor]) -> Iterator[str]:
-    used = {index for sensor in sensors for index in sensor.places}
-    others = [
+def _describe_unread(table: Table, sensors: Sequence[_Sensor]) -> Iterator[str]:
+    used = {index for sensor in sensors for index in sensor.indices}
+    unread = [
         name
         for index, name in enumerate(table.names or ())
         if index not in used and index != table.time and not looks_like_time(name)
     ]
-    if others:
-        yield f"no sensor is known by the name of: {', '.join(others)}"
+    if unread:
+        yield f"no sensor is known by the name of: {', '.join(unread)}"
 
 
-def _listed(table: Table, sensors: Iterable[_Sensor]) -> str:
-    return ", ".join(table.label(index) for sensor in sensors for index in sensor.places)
+def _list_columns(table: Table, sensors: Iterable[_Sensor]) -> str:
+    return ", ".join(table.label(index) for sensor in sensors for index in sensor.indices)
 
 
-def _by_clock(table: Table, sensors: Sequence[_Sensor]) -> list[list[_Sensor]]:
+def _group_by_clock(table: Table, sensors: Sequence[_Sensor]) -> list[list[_Sensor]]:
     """Return the sensors in groups that share the column of timestamps and its length."""
     groups: dict[tuple[int | None, int], list[_Sensor]] = {}
     for sensor in sensors:
-        time = choose(table, sensor.places).time
-        rows = 0 if table.lengths is None else table.lengths[sensor.places[0]]
+        time = choose_columns(table, sensor.indices).time
+        rows = 0 if table.lengths is None else table.lengths[sensor.indices[0]]
         groups.setdefault((time, rows), []).append(sensor)
     return list(groups.values())
 
 
-def _readable(
+def _read_readable(
     table: Table,
     sensors: Sequence[_Sensor],
     request: _Request,
-    told: dict[str, str],
+    source_meta: dict[str, str],
     notes: list[str],
-) -> list[_Found]:
+) -> list[_SensorLog]:
     """Return the logs of sensors on one clock, without those that cannot be read."""
     try:
-        return list(_logs(table, sensors, request, told, notes))
+        return list(_make_logs(table, sensors, request, source_meta, notes))
     except LogError as error:
         if len(sensors) > 1:
-            alone = (_readable(table, [sensor], request, told, notes) for sensor in sensors)
-            return [found for each in alone for found in each]
+            alone = (
+                _read_readable(table, [sensor], request, source_meta, notes) for sensor in sensors
+            )
+            return [log for each in alone for log in each]
         if request.requires(sensors):
             raise
-        notes.append(said(f"{_listed(table, sensors)}: left out, for ", sentence_of(error)))
+        notes.append(
+            make_sentence(f"{_list_columns(table, sensors)}: left out, for ", sentence_of(error))
+        )
         return []
 
 
-def _logs(
+def _make_logs(
     table: Table,
     sensors: Sequence[_Sensor],
     request: _Request,
-    told: dict[str, str],
+    source_meta: dict[str, str],
     notes: list[str],
-) -> Iterator[_Found]:
-    places = [index for sensor in sensors for index in sensor.places]
+) -> Iterator[_SensorLog]:
+    indices = [index for sensor in sensors for index in sensor.indices]
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
         return [
             Group(
-                tuple(places.index(index) for index in sensor.places),
+                tuple(indices.index(index) for index in sensor.indices),
                 sensor.unit,
                 sensor.kind if sensor.kind in ("gyro", "accel") else None,
                 sensor.factor,
@@ -492,39 +522,39 @@ def _logs(
             for sensor in sensors
         ]
 
-    stamped = choose(table, places).time is not None
-    concerned = not stamped or any(sensor.kind == "gyro" for sensor in sensors)
-    chosen = selected(table, request.rate if concerned else None, places, grouped)
-    columns, time = loaded_of(chosen)
-    rows = row_clock(chosen, time, len(columns[0]))
+    has_stamps = choose_columns(table, indices).time is not None
+    needs_rate = not has_stamps or any(sensor.kind == "gyro" for sensor in sensors)
+    selection = select_columns(table, request.rate if needs_rate else None, indices, grouped)
+    columns, time = load_columns(selection)
+    rows = make_row_clock(selection, time, len(columns[0]))
     logs: list[Log] = []
-    for sensor, (group, values) in zip(sensors, values_of(chosen, columns), strict=True):
-        names = [chosen.names[i] for i in group.places]
-        values, clock = _with_values(values, rows) or (values, rows)
-        log = log_of(chosen, group, values, clock.of_sensor(values), told, logs)
+    for sensor, (group, values) in zip(sensors, iter_values(selection, columns), strict=True):
+        names = [selection.names[i] for i in group.indices]
+        values, clock = _drop_empty_rows(values, rows) or (values, rows)
+        log = make_log(selection, group, values, clock.for_sensor(values), source_meta, logs)
         logs.append(log)
         if np.isnan(log.data).all() and not request.requires([sensor]):
             notes.append(f"{', '.join(names)}: left out, for all samples are missing")
             continue
-        yield _Found(sensor.kind, log)
+        yield _SensorLog(sensor.kind, log)
 
 
-def _with_values(values: Floats, rows: Clock) -> tuple[Floats, Clock] | None:
+def _drop_empty_rows(values: Floats, rows: Clock) -> tuple[Floats, Clock] | None:
     """Return the values that are there, and their clock; None if it is that of all rows.
 
     It is another one if the sensor has a value in every second row or fewer, or if the rows of
     several sensors stand between each other so that together they are no clock.
     """
-    known = np.isfinite(values).any(axis=1)
-    if known.all():
+    is_known = np.isfinite(values).any(axis=1)
+    if is_known.all():
         return None
-    there = np.flatnonzero(known)
-    if len(there) in (0, 1):
+    known_rows = np.flatnonzero(is_known)
+    if len(known_rows) in (0, 1):
         return None
-    unsteady = rows.grid.report.jitter_max * rows.grid.rate > _UNSTEADY
-    if np.median(np.diff(there)) < 2 and not unsteady:
+    is_unsteady = rows.grid.report.jitter_max * rows.grid.rate > _MAX_JITTER_PERIODS
+    if np.median(np.diff(known_rows)) < 2 and not is_unsteady:
         return None
     try:
-        return values[there], rows.among(there)
+        return values[known_rows], rows.for_rows(known_rows)
     except LogError:
         return None

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from zerorate.faults import given, said
-from zerorate.io.columns import choose
-from zerorate.io.formats import LogSource, label_of, opened
-from zerorate.io.parts import Part, parts_of
+from zerorate.faults import keyword_argument, make_sentence
+from zerorate.io.columns import choose_columns
+from zerorate.io.formats import LogSource, label_of, open_source
+from zerorate.io.parts import Part, split_table
 from zerorate.io.table import Content
 from zerorate.record.log import LogError
 
@@ -44,23 +44,29 @@ def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:
     """
     label = label_of(source)
     try:
-        kind, content = opened(source)
+        kind, content = open_source(source)
         if "" not in content.tables:
             raise LogError(
-                said(given("group_by"), " is for tables, and this is a recording of topics"),
+                make_sentence(
+                    keyword_argument("group_by"),
+                    " is for tables, and this is a recording of topics",
+                ),
                 "group_by",
             )
-        table = content.chosen(None)
+        table = content.choose_table(None)
         if table.names is None:
             raise LogError(
-                said("a table without names has no column for ", given("group_by")), "group_by"
+                make_sentence(
+                    "a table without names has no column for ", keyword_argument("group_by")
+                ),
+                "group_by",
             )
-        (index,) = choose(table, group_by).data
-        found = parts_of(table, index)
+        (index,) = choose_columns(table, group_by).data
+        tables = split_table(table, index)
     except LogError as error:
-        raise error.around(f"{label}: ") from None
+        raise error.with_context(f"{label}: ") from None
     column = table.label(index)
     return {
         name: Part(name, f"{label} ({column} {name})", kind, Content.of(part))
-        for name, part in found.items()
+        for name, part in tables.items()
     }

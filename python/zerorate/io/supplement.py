@@ -12,22 +12,22 @@ from typing import Final, NamedTuple, NoReturn, TypeGuard
 import numpy as np
 
 from zerorate.io.columns import Timing
-from zerorate.io.fixes import fixes_among
-from zerorate.io.formats import LogSource, opened
+from zerorate.io.fixes import find_fixes
+from zerorate.io.formats import LogSource, open_source
 from zerorate.io.mounting import read_mounting
 from zerorate.io.table import Content
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import LogError
 from zerorate.record.mounting import Mounting
-from zerorate.record.supplement import Supplement, TableColumns, nothing
+from zerorate.record.supplement import Supplement, TableColumns, return_none
 
 _PARQUET, _ULOG = "parquet", "ulog"
-_HEAD: Final = 1 << 18
+_HEAD_BYTES: Final = 1 << 18
 _UUID: Final = re.compile(rb"I.char\[(\d{1,3})\] sys_uuid", re.DOTALL)
 """The message of a ULog with the number of the board."""
 
 
-class Opened(NamedTuple):
+class SourceContent(NamedTuple):
     """A source, its format, and its content."""
 
     source: LogSource
@@ -35,68 +35,77 @@ class Opened(NamedTuple):
     content: Content
 
 
-def supplement_of(opened_sources: Sequence[Opened], timing: Timing) -> Supplement:
+def make_supplement(opened_sources: Sequence[SourceContent], timing: Timing) -> Supplement:
     """Return what sources hold.
 
     Files are opened again for it, so that the recording keeps only their paths; the fixes of
     objects are read here. Tables and device are those of a single file.
     """
-    fixes = partial(_first, [_fixes_of(one, timing) for one in opened_sources])
-    files = [(Path(one.source), one.format) for one in opened_sources if _is_file(one.source)]
-    mounting = partial(_mounting, [path for path, form in files if form == _PARQUET])
+    fixes = partial(
+        _first_fixes,
+        [_make_fixes_reader(opened_source, timing) for opened_source in opened_sources],
+    )
+    files = [
+        (Path(opened_source.source), opened_source.format)
+        for opened_source in opened_sources
+        if _is_file(opened_source.source)
+    ]
+    mounting = partial(_first_mounting, [path for path, form in files if form == _PARQUET])
     if len(opened_sources) > 1 or not files:
         return Supplement(fixes, mounting)
     ((path, form),) = files
-    device = partial(_device, path) if form == _ULOG else nothing
-    return Supplement(fixes, mounting, device, partial(_tables, path))
+    device = partial(_read_device, path) if form == _ULOG else return_none
+    return Supplement(fixes, mounting, device, partial(_read_tables, path))
 
 
 def _is_file(source: LogSource) -> TypeGuard[str | os.PathLike[str]]:
     return isinstance(source, (str, os.PathLike))
 
 
-def _fixes_of(one: Opened, timing: Timing) -> Callable[[], Fixes | None]:
+def _make_fixes_reader(opened_source: SourceContent, timing: Timing) -> Callable[[], Fixes | None]:
     """Return what gives the fixes of a source: a file that is opened later, or what is known."""
     if timing.column is False:
-        return nothing
-    if _is_file(one.source):
-        return partial(fixes_among, one.source, timing)
+        return return_none
+    if _is_file(opened_source.source):
+        return partial(find_fixes, opened_source.source, timing)
     try:
-        return partial(_known, fixes_among(one.source, timing, one.content))
+        return partial(
+            _return_fixes, find_fixes(opened_source.source, timing, opened_source.content)
+        )
     except LogError as error:
-        return partial(_fault, error)
+        return partial(_raise_error, error)
 
 
-def _known(fixes: Fixes | None) -> Fixes | None:
+def _return_fixes(fixes: Fixes | None) -> Fixes | None:
     return fixes
 
 
-def _fault(error: LogError) -> NoReturn:
+def _raise_error(error: LogError) -> NoReturn:
     raise error
 
 
-def _first(readers: Sequence[Callable[[], Fixes | None]]) -> Fixes | None:
-    found = (read() for read in readers)
-    return next((fixes for fixes in found if fixes is not None), None)
+def _first_fixes(readers: Sequence[Callable[[], Fixes | None]]) -> Fixes | None:
+    all_fixes = (read() for read in readers)
+    return next((fixes for fixes in all_fixes if fixes is not None), None)
 
 
-def _mounting(paths: Sequence[Path]) -> Mounting | None:
+def _first_mounting(paths: Sequence[Path]) -> Mounting | None:
     """Return what the first file that says anything of it says of the mounting."""
-    return next((told for told in map(read_mounting, paths) if told.stated), None)
+    return next((mounting for mounting in map(read_mounting, paths) if mounting.has_content), None)
 
 
-def _device(path: Path) -> str | None:
+def _read_device(path: Path) -> str | None:
     with path.open("rb") as file:
-        head = file.read(_HEAD)
-    found = _UUID.search(head)
-    if found is None:
+        head = file.read(_HEAD_BYTES)
+    match = _UUID.search(head)
+    if match is None:
         return None
-    text = head[found.end() : found.end() + int(found[1])]
+    text = head[match.end() : match.end() + int(match[1])]
     return text.decode("ascii", "replace").strip("\0 ") or None
 
 
-def _tables(path: Path, prefixes: tuple[str, ...]) -> Iterator[tuple[str, TableColumns]]:
-    tables = opened(path)[1].tables
+def _read_tables(path: Path, prefixes: tuple[str, ...]) -> Iterator[tuple[str, TableColumns]]:
+    tables = open_source(path)[1].tables
     for name in sorted(tables):
         if name.startswith(prefixes):
             table = tables[name]

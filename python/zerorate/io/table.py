@@ -15,15 +15,15 @@ from typing import Any, Final, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.record.log import LogError
 from zerorate.record.missing import without_masks
-from zerorate.texts import one_line
+from zerorate.texts import escape_line
 
 Column = npt.NDArray[Any]
 
-NO_TOPICS: Final = said(
-    given("topic"),
+NO_TOPICS: Final = make_sentence(
+    keyword_argument("topic"),
     " chooses among the topics of a ROS recording or an autopilot's log; this is neither",
 )
 
@@ -48,19 +48,19 @@ class Metadata:
         """Refuse what is no text; the rate is looked at where it is needed."""
         for key, value in (("unit", self.unit), ("sensor", self.sensor), ("axes", self.axes)):
             if value is not None:
-                object.__setattr__(self, key, _text(key, value))
+                object.__setattr__(self, key, _check_text(key, value))
         if self.names is not None:
             if not isinstance(self.names, (list, tuple)):
                 raise LogError(
                     f"in the metadata, names must be a list, got {reprlib.repr(self.names)}"
                 )
-            object.__setattr__(self, "names", tuple(_text("a name", n) for n in self.names))
+            object.__setattr__(self, "names", tuple(_check_text("a name", n) for n in self.names))
 
 
-def _text(key: str, value: object) -> str:
+def _check_text(key: str, value: object) -> str:
     if not isinstance(value, str):
         raise LogError(f"in the metadata, {key} must be text, got {reprlib.repr(value)}")
-    return one_line(value)
+    return escape_line(value)
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Table:
         """Return the column's name, or one made from its index."""
         return self.names[index] if self.names is not None else f"column_{index}"
 
-    def loaded(self) -> Table:
+    def load_all(self) -> Table:
         """Return the table with all columns in memory."""
         columns = self.load(range(self.width))
         return replace(self, load=lambda wanted: [columns[i] for i in wanted])
@@ -108,12 +108,12 @@ class Content:
     """
 
     tables: Mapping[str, Table]
-    topic: Callable[[str | None], str]
+    find_topic: Callable[[str | None], str]
     sensors: tuple[str, ...] | None = None
 
-    def chosen(self, asked: str | None) -> Table:
+    def choose_table(self, topic: str | None) -> Table:
         """Return the table of the topic asked for, None for the one that goes without saying."""
-        return self.tables[self.topic(asked)]
+        return self.tables[self.find_topic(topic)]
 
     @classmethod
     def of(cls, table: Table) -> Content:
@@ -145,24 +145,26 @@ class Needs(NamedTuple):
 class Format:
     """A format of files.
 
-    ``called`` is its name in a sentence, ``marks`` are the beginnings a file of it may have, none
-    for text; ``looks`` tells of other beginnings whether they are of it.
+    ``description`` is its name in a sentence, ``signatures`` are the beginnings a file of it may
+    have, none for text; ``matches_head`` tells of other beginnings whether they are of it.
     """
 
     kind: str
-    called: str
+    description: str
     suffixes: tuple[str, ...]
-    marks: tuple[bytes, ...]
+    signatures: tuple[bytes, ...]
     read: Reader
     needs: Needs | None = None
-    looks: Callable[[bytes], bool] | None = None
+    matches_head: Callable[[bytes], bool] | None = None
 
     def fits(self, head: bytes) -> bool:
         """Whether a file of this format may begin so; False for text, which any bytes may be."""
-        return head.startswith(self.marks) or (self.looks is not None and self.looks(head))
+        return head.startswith(self.signatures) or (
+            self.matches_head is not None and self.matches_head(head)
+        )
 
 
-def listed_names(table: Table) -> Table:
+def apply_listed_names(table: Table) -> Table:
     """Return the table with the names its metadata lists for the columns after the time.
 
     Columns after those are no data, but can be asked for.
@@ -182,7 +184,7 @@ def _begins_with(columns: Sequence[str], listed: Sequence[str]) -> bool:
     return all(column.startswith(name) for column, name in zip(columns, listed, strict=False))
 
 
-def as_numbers(column: Column, label: str) -> Column:
+def to_numbers(column: Column, label: str) -> Column:
     """Return a one-dimensional column of numbers as it is, NaN where a value is missing.
 
     What is missing is NaN, masked, None, or the NA of pandas; nulls of Arrow and polars are NaN

@@ -9,16 +9,18 @@ from typing import Final
 import numpy as np
 
 from zerorate.io.clocks.names import UNITS, looks_like_time
-from zerorate.io.table import Column, Table, as_numbers
+from zerorate.io.table import Column, Table, to_numbers
 from zerorate.record.log import LogError
-from zerorate.record.names import plain
+from zerorate.record.names import to_snake_case
 
-_NANOSECONDS: Final = {"h": 3600 * 10**9, "min": 60 * 10**9, "s": 10**9, "ms": 10**6, "us": 10**3}
-_WORDS: Final = {word: unit for unit, words in UNITS.items() for word in words if unit != "days"}
-_WORDS.update(hour="h", minute="min", nanosec="ns")
+_NS_PER_UNIT: Final = {"h": 3600 * 10**9, "min": 60 * 10**9, "s": 10**9, "ms": 10**6, "us": 10**3}
+_UNIT_OF_WORD: Final = {
+    word: unit for unit, words in UNITS.items() for word in words if unit != "days"
+}
+_UNIT_OF_WORD.update(hour="h", minute="min", nanosec="ns")
 
 
-def with_one_time(table: Table) -> Table:
+def join_time_columns(table: Table) -> Table:
     """Return a table with one more column for a time that stands in several, if it does.
 
     That is hours, minutes and seconds, with or without a finer one, where no column is named like
@@ -27,19 +29,21 @@ def with_one_time(table: Table) -> Table:
     names = table.names
     if table.time is not None or table.timeless or names is None:
         return table
-    pair = _of_pair(names)
-    places = _of_day(names) or (pair if pair and _are_parts(table, pair) else None)
-    if places is None or (table.lengths is not None and len(set(table.lengths)) > 1):
+    pair = _find_seconds_pair(names)
+    time_columns = _find_time_of_day(names) or (pair if pair and _are_parts(table, pair) else None)
+    if time_columns is None or (table.lengths is not None and len(set(table.lengths)) > 1):
         return table
-    label = " and ".join(names[i] for i in places.values())
+    label = " and ".join(names[i] for i in time_columns.values())
 
     def load(wanted: Sequence[int]) -> list[Column]:
         own = [i for i in wanted if i != table.width]
-        parts = list(places.values()) if len(own) < len(wanted) else []
+        parts = list(time_columns.values()) if len(own) < len(wanted) else []
         loaded = table.load([*own, *parts])
         columns = dict(zip(own, loaded, strict=False))
         if parts:
-            columns[table.width] = _joined(dict(zip(places, loaded[len(own) :], strict=True)))
+            columns[table.width] = _join_parts(
+                dict(zip(time_columns, loaded[len(own) :], strict=True))
+            )
         return [columns[i] for i in wanted]
 
     return replace(
@@ -53,24 +57,24 @@ def with_one_time(table: Table) -> Table:
     )
 
 
-def _of_day(names: Sequence[str]) -> dict[str, int] | None:
+def _find_time_of_day(names: Sequence[str]) -> dict[str, int] | None:
     """Return the columns of hours, minutes, seconds and maybe milliseconds, by their units."""
     if any(map(looks_like_time, names)):
         return None
-    found: dict[str, int] = {}
+    columns: dict[str, int] = {}
     for index, name in enumerate(names):
-        unit = _WORDS.get(plain(name))
-        if unit in _NANOSECONDS:
-            found.setdefault(unit, index)
-    return found if {"h", "min", "s"} <= found.keys() else None
+        unit = _UNIT_OF_WORD.get(to_snake_case(name))
+        if unit in _NS_PER_UNIT:
+            columns.setdefault(unit, index)
+    return columns if {"h", "min", "s"} <= columns.keys() else None
 
 
-def _of_pair(names: Sequence[str]) -> dict[str, int] | None:
+def _find_seconds_pair(names: Sequence[str]) -> dict[str, int] | None:
     """Return the columns of seconds and of their nanoseconds, of one name but for the unit."""
     stems: dict[tuple[str, str], int] = {}
     for index, name in enumerate(names):
-        before, _, word = plain(name).rpartition("_")
-        unit = _WORDS.get(word)
+        before, _, word = to_snake_case(name).rpartition("_")
+        unit = _UNIT_OF_WORD.get(word)
         if unit is not None:
             stems.setdefault((before, unit), index)
     for (stem, unit), index in stems.items():
@@ -86,21 +90,21 @@ def _is_time(stem: str) -> bool:
 def _are_parts(table: Table, pair: dict[str, int]) -> bool:
     """Whether seconds are whole and nanoseconds less than one: else each tells all of the time."""
     try:
-        seconds, rest = (as_numbers(c, "") for c in table.load(list(pair.values())))
+        seconds, rest = (to_numbers(c, "") for c in table.load(list(pair.values())))
     except LogError:
         return False
     return bool((np.rint(seconds) == seconds).all() and ((rest >= 0) & (rest < 1e9)).all())
 
 
-def _joined(parts: dict[str, Column]) -> Column:
+def _join_parts(parts: dict[str, Column]) -> Column:
     """Return whole nanoseconds as durations, which have a unit."""
     total = None
     for unit, column in parts.items():
-        numbers = as_numbers(column, unit)
+        numbers = to_numbers(column, unit)
         if numbers.dtype.kind == "f" and not np.isfinite(numbers).all():
             row = int(np.flatnonzero(~np.isfinite(numbers))[0])
             raise LogError(f"the {unit} of the time are not finite in row {row} (counting from 0)")
-        scale = _NANOSECONDS.get(unit, 1)
+        scale = _NS_PER_UNIT.get(unit, 1)
         # Seconds since 1970 times a thousand million are no double.
         whole = np.floor(numbers).astype(np.int64)
         counts = whole * scale + np.rint((numbers - whole) * scale).astype(np.int64)

@@ -7,31 +7,31 @@ from typing import Final, NamedTuple
 
 from zerorate.record.log import LogError
 from zerorate.record.names import Meaning, meaning_of
-from zerorate.record.words import ROLES, STAGES, Parsed, words_of
+from zerorate.record.words import ROLES, STAGES, ParsedName, words_of
 
-ALL: Final = "all"
+ALL_SENSORS: Final = "all"
 _AXES: Final = 3
-_LISTED: Final = 8
+_MAX_LISTED: Final = 8
 
 
 class Triad(NamedTuple):
     """Columns of one sensor by their indices, in the order x, y, z whatever that of the file.
 
-    ``told`` says whether the names tell the axes; there are fewer than three where the sensor has
-    fewer, and more where names only count.
+    ``has_named_axes`` says whether the names tell the axes; there are fewer than three where the
+    sensor has fewer, and more where names only count.
     """
 
     kind: str
-    places: tuple[int, ...]
+    indices: tuple[int, ...]
     stem: str
     stage: str
     device: str
-    told: bool
+    has_named_axes: bool
 
     @property
-    def whole(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether there are three axes."""
-        return len(self.places) == _AXES
+        return len(self.indices) == _AXES
 
     def matches(self, wanted: Sequence[str]) -> bool:
         """Whether words name this sensor: its device, its stage, or words of its columns."""
@@ -40,23 +40,27 @@ class Triad(NamedTuple):
 
 
 class _Column(NamedTuple):
-    place: int
+    position: int
     meaning: Meaning
-    words: Parsed
+    words: ParsedName
 
 
-def triads_in(names: Mapping[int, str]) -> list[Triad]:
+def find_triads(names: Mapping[int, str]) -> list[Triad]:
     """Return the gyros, accelerometers and magnetometers that columns are of, by their names."""
     columns = [
         _Column(index, meaning, meaning.words)
         for index, meaning in ((index, meaning_of(name)) for index, name in names.items())
         if meaning is not None and meaning.words is not None
     ]
-    found = [triad for group in _groups(columns) for triad in _triads_of(group)]
-    return [triad for triad in _in_order(found) if triad.stage != "linear" or _whole(triad, found)]
+    triads = [triad for group in _group_columns(columns) for triad in _split_triads(group)]
+    return [
+        triad
+        for triad in _order_triads(triads)
+        if triad.stage != "linear" or _includes_gravity(triad, triads)
+    ]
 
 
-def _groups(columns: Iterable[_Column]) -> list[list[_Column]]:
+def _group_columns(columns: Iterable[_Column]) -> list[list[_Column]]:
     """Return columns whose names differ in their axis or number alone."""
     groups: dict[tuple[str, str, bool], list[_Column]] = {}
     for column in columns:
@@ -66,43 +70,47 @@ def _groups(columns: Iterable[_Column]) -> list[list[_Column]]:
     return list(groups.values())
 
 
-def _triads_of(group: list[_Column]) -> Iterator[Triad]:
+def _split_triads(group: list[_Column]) -> Iterator[Triad]:
     """Yield the sensor of a group of columns, or the first, second, ... of a table that repeats."""
     axes: dict[int | None, list[_Column]] = {}
     for column in group:
-        own = column.words
-        axes.setdefault(own.counted if own.axis is None else own.axis, []).append(column)
+        words_of_column = column.words
+        axes.setdefault(
+            words_of_column.number if words_of_column.axis is None else words_of_column.axis, []
+        ).append(column)
     order = sorted(axes, key=lambda axis: -1 if axis is None else axis)
-    told = group[0].words.axis is not None or order in ([0], [0, 1], [0, 1, 2])
+    has_named_axes = group[0].words.axis is not None or order in ([0], [0, 1], [0, 1, 2])
     for copy in range(max(map(len, axes.values()))):
         part = [axes[axis][copy] for axis in order if copy < len(axes[axis])]
         words = part[0].words
         device = f"{words.device}_{copy + 1}".lstrip("_") if copy else words.device
         stem = f"{words.stem}_{copy + 1}" if copy else words.stem
-        places = tuple(column.place for column in part)
-        yield Triad(part[0].meaning.kind, places, stem, words.stage, device, told)
+        indices = tuple(column.position for column in part)
+        yield Triad(part[0].meaning.kind, indices, stem, words.stage, device, has_named_axes)
 
 
-def _in_order(found: list[Triad]) -> list[Triad]:
+def _order_triads(triads: list[Triad]) -> list[Triad]:
     """Return the sensors, three columns without axes and with names of their own being one."""
-    result = list(found)
-    for kind in dict.fromkeys(triad.kind for triad in found):
-        own = [triad for triad in found if triad.kind == kind]
-        places = tuple(index for triad in own for index in triad.places)
-        if not any(triad.told for triad in own) and len(own) == len(places) == _AXES:
-            one = own[0]._replace(places=tuple(sorted(places)), device="", told=False)
-            result = [triad for triad in result if triad.kind != kind] + [one]
-    return sorted(result, key=lambda triad: min(triad.places))
+    result = list(triads)
+    for kind in dict.fromkeys(triad.kind for triad in triads):
+        own = [triad for triad in triads if triad.kind == kind]
+        indices = tuple(index for triad in own for index in triad.indices)
+        if not any(triad.has_named_axes for triad in own) and len(own) == len(indices) == _AXES:
+            merged = own[0]._replace(
+                indices=tuple(sorted(indices)), device="", has_named_axes=False
+            )
+            result = [triad for triad in result if triad.kind != kind] + [merged]
+    return sorted(result, key=lambda triad: min(triad.indices))
 
 
-def _whole(linear: Triad, found: list[Triad]) -> bool:
+def _includes_gravity(linear: Triad, triads: list[Triad]) -> bool:
     """Whether a linear acceleration has gravity in it, as in a message of ROS.
 
     That has an angular velocity beside it, where phones have a gyro.
     """
-    others = [triad for triad in found if triad.kind == "accel" and triad.stage != "linear"]
+    others = [triad for triad in triads if triad.kind == "accel" and triad.stage != "linear"]
     return not others and any(
-        ROLES.get(word) == "angular" for triad in found for word in triad.stem.split("_")
+        ROLES.get(word) == "angular" for triad in triads for word in triad.stem.split("_")
     )
 
 
@@ -110,27 +118,27 @@ def _rank(triad: Triad) -> tuple[bool, int, int]:
     """Return what orders sensors: three axes, a good stage, a low number."""
     stage = triad.stage if triad.stage in STAGES else ""
     numbers = [int(word) for word in triad.device.split("_") if word.isdigit()]
-    return not triad.whole, STAGES.index(stage), numbers[-1] if numbers else -1
+    return not triad.is_complete, STAGES.index(stage), numbers[-1] if numbers else -1
 
 
-def places_of(names: Sequence[str], kind: str) -> tuple[int, ...]:
+def find_sensor_columns(names: Sequence[str], kind: str) -> tuple[int, ...]:
     """Return the columns of the sensor of a kind that is read where none is named."""
-    found = triads_in(dict(enumerate(names)))
-    chosen, _ = chosen_of([triad for triad in found if triad.kind == kind], None)
-    return tuple(index for triad in chosen for index in triad.places)
+    triads = find_triads(dict(enumerate(names)))
+    chosen, _ = choose_triads([triad for triad in triads if triad.kind == kind], None)
+    return tuple(index for triad in chosen for index in triad.indices)
 
 
-def without_worse(triads: Sequence[Triad]) -> tuple[list[Triad], list[Triad]]:
+def keep_best_stage(triads: Sequence[Triad]) -> tuple[list[Triad], list[Triad]]:
     """Return the best stage of each device, as `STAGES` orders them, and what is left of it."""
     best: dict[tuple[str, str], int] = {}
     for triad in triads:
         key, rank = (triad.kind, triad.device), _rank(triad)[1]
         best[key] = min(best.get(key, rank), rank)
-    kept = [one for one in triads if _rank(one)[1] == best[one.kind, one.device]]
-    return kept, [one for one in triads if one not in kept]
+    best_triads = [other for other in triads if _rank(other)[1] == best[other.kind, other.device]]
+    return best_triads, [other for other in triads if other not in best_triads]
 
 
-def chosen_of(triads: Sequence[Triad], sensor: str | None) -> tuple[list[Triad], list[Triad]]:
+def choose_triads(triads: Sequence[Triad], sensor: str | None) -> tuple[list[Triad], list[Triad]]:
     """Return the sensors of one kind that are meant, and the others.
 
     One is meant: of those that ``sensor`` names, with three axes if any has, of the best stage, the
@@ -141,50 +149,54 @@ def chosen_of(triads: Sequence[Triad], sensor: str | None) -> tuple[list[Triad],
     LogError
         If there is no sensor of that name.
     """
-    if sensor == ALL:
-        return without_worse(triads)
-    pool = named(triads, sensor)
+    if sensor == ALL_SENSORS:
+        return keep_best_stage(triads)
+    pool = select_triads(triads, sensor)
     best = min(pool, key=_rank, default=None)
-    return ([] if best is None else [best]), [one for one in triads if one is not best]
+    return ([] if best is None else [best]), [triad for triad in triads if triad is not best]
 
 
-def named(triads: Sequence[Triad], sensor: str | None) -> list[Triad]:
+def select_triads(triads: Sequence[Triad], sensor: str | None) -> list[Triad]:
     """Return the sensors that a name means, all for None; LogError if it means none."""
-    if sensor is None or sensor == ALL or not triads:
+    if sensor is None or sensor == ALL_SENSORS or not triads:
         return list(triads)
     wanted = words_of(sensor)
     pool = [triad for triad in triads if wanted and triad.matches(wanted)]
     if not pool:
-        raise LogError(f"sensor= names '{sensor}', which is none of: {_listed(triads)}")
+        raise LogError(f"sensor= names '{sensor}', which is none of: {_list_stems(triads)}")
     return pool
 
 
-def note_on_others(chosen: Sequence[Triad], left: Sequence[Triad], label: str) -> Iterator[str]:
+def describe_others(chosen: Sequence[Triad], others: Sequence[Triad], label: str) -> Iterator[str]:
     """Yield the sentence on the sensors of a kind that are not read, if there are any."""
-    if chosen and left:
-        yield f"of several sensors {label} is read; sensor= chooses another: {_listed(left)}"
+    if chosen and others:
+        yield f"of several sensors {label} is read; sensor= chooses another: {_list_stems(others)}"
 
 
-def note_on_axes(triad: Triad, names: Sequence[str]) -> Iterator[str]:
+def describe_axes(triad: Triad, names: Sequence[str]) -> Iterator[str]:
     """Yield the sentence on three columns whose order alone makes axes of them."""
-    if triad.whole and not triad.told:
+    if triad.is_complete and not triad.has_named_axes:
         yield f"the names {', '.join(names)} tell no axes, so they are x, y, z in this order"
 
 
-def _listed(triads: Sequence[Triad]) -> str:
+def _list_stems(triads: Sequence[Triad]) -> str:
     stems = list(dict.fromkeys(triad.stem for triad in triads))
-    more = [f"... ({len(stems)} in all)"] if len(stems) > _LISTED else []
-    return ", ".join([*stems[:_LISTED], *more])
+    more = [f"... ({len(stems)} in all)"] if len(stems) > _MAX_LISTED else []
+    return ", ".join([*stems[:_MAX_LISTED], *more])
 
 
-def accelerometer_of(names: Sequence[str], gyro: Sequence[int]) -> tuple[int, ...]:
+def find_accelerometer(names: Sequence[str], gyro: Sequence[int]) -> tuple[int, ...]:
     """Return the columns of the accelerometer of a gyro: of its device, or the only one."""
-    found = triads_in(dict(enumerate(names)))
-    accels, _ = without_worse([one for one in found if one.kind == "accel" and one.whole])
+    triads = find_triads(dict(enumerate(names)))
+    accels, _ = keep_best_stage(
+        [triad for triad in triads if triad.kind == "accel" and triad.is_complete]
+    )
     chosen = set(gyro)
-    devices = {one.device for one in found if one.kind == "gyro" and chosen & set(one.places)}
+    devices = {
+        triad.device for triad in triads if triad.kind == "gyro" and chosen & set(triad.indices)
+    }
     if len(devices) > 1:
         return ()
-    same = [one.places for one in accels if one.device in devices]
-    only = [one.places for one in accels] if len(accels) == 1 else []
-    return next(iter(same or only), ())
+    same_device = [triad.indices for triad in accels if triad.device in devices]
+    only = [triad.indices for triad in accels] if len(accels) == 1 else []
+    return next(iter(same_device or only), ())

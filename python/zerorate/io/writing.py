@@ -12,21 +12,21 @@ from typing import Final
 import numpy as np
 
 from zerorate.io.clocks.clock import fit_grid
-from zerorate.io.clocks.repeats import HEAD, rows_held
+from zerorate.io.clocks.repeats import HEAD_ROWS, find_rows_per_sample
 from zerorate.io.gyroflow import write_gcsv
 from zerorate.io.mcap import write_mcap
 from zerorate.io.readers.arrow import to_arrow
 from zerorate.io.readers.layouts import META_MARK
 from zerorate.io.readers.parquet import TIME_NAME, write_parquet
-from zerorate.io.readers.text import text_header
+from zerorate.io.readers.text import make_text_header
 from zerorate.io.table import Column
 from zerorate.record.atomic import atomic_path, check_writable
 from zerorate.record.log import Log, LogError, units_of
-from zerorate.record.names import UNKNOWN, looks_like_gyro, split_unit, with_suffix
+from zerorate.record.names import UNKNOWN_UNIT, add_unit_suffix, looks_like_gyro, split_unit
 
 _Writer = Callable[[Log, Path, Sequence[str]], None]
 
-_ROWS_AT_ONCE = 100_000
+_CHUNK_ROWS = 100_000
 
 
 def write_log(
@@ -78,28 +78,30 @@ def write_log(
     Log(3 samples at 100 Hz, 0.03 s, deg/s: gyro_z_dps)
     """
     target = Path(path)
-    write = _writer(target.suffix.lower())
+    write = _find_writer(target.suffix.lower())
     check_writable(target, force)
-    names = column_names(log.names, log.unit, log.extra)
+    names = make_column_names(log.names, log.unit, log.extra)
     with atomic_path(target, force) as temporary:
         write(log, temporary, names)
 
 
-def column_names(channels: Iterable[str], unit: str, extra: Iterable[str]) -> list[str]:
+def make_column_names(channels: Iterable[str], unit: str, extra: Iterable[str]) -> list[str]:
     """Return what the channels of a log are called in a file; LogError if two would be alike."""
-    names, given = [], list(channels)
-    for name, one in zip(given, units_of(unit, len(given)), strict=True):
-        own = split_unit(name)[1]
-        if own not in (None, one):
-            raise LogError(f"channel '{name}' is named in {own}, but the log's unit is {one}")
-        names.append(with_suffix(name, one))
+    names, channel_names = [], list(channels)
+    for name, channel_unit in zip(channel_names, units_of(unit, len(channel_names)), strict=True):
+        own_unit = split_unit(name)[1]
+        if own_unit not in (None, channel_unit):
+            raise LogError(
+                f"channel '{name}' is named in {own_unit}, but the log's unit is {channel_unit}"
+            )
+        names.append(add_unit_suffix(name, channel_unit))
     listed = [TIME_NAME, *names, *extra]
     if len(set(listed)) != len(listed):
         raise LogError(f"columns would share a name: {', '.join(listed)}")
     return names
 
 
-def _writer(suffix: str) -> _Writer:
+def _find_writer(suffix: str) -> _Writer:
     if suffix not in _WRITERS:
         raise ValueError(f"cannot write a log as '{suffix}'; known: {', '.join(_WRITERS)}")
     return _WRITERS[suffix]
@@ -115,39 +117,41 @@ def _write_npz(log: Log, path: Path, names: Sequence[str]) -> None:
     }
     if "sensor" in log.meta:
         arrays["sensor"] = np.array(str(log.meta["sensor"]))
-    taken = sorted(arrays.keys() & log.extra.keys())
-    if taken:
-        raise LogError(f"an .npz has a place of its own for: {', '.join(taken)}")
+    reserved = sorted(arrays.keys() & log.extra.keys())
+    if reserved:
+        raise LogError(f"an .npz has a place of its own for: {', '.join(reserved)}")
     np.savez(path, **arrays, **log.extra)  # type: ignore[arg-type]
 
 
 def _write_text(log: Log, path: Path, names: Sequence[str]) -> None:
     delimiter = "\t" if path.suffix.lower() == ".tsv" else ","
-    alone = _says_all(log, names) and not any(map(looks_like_gyro, log.extra))
-    head = "" if alone else f"# {META_MARK} {_as_json(log)}\n"
-    head += text_header([TIME_NAME, *names, *log.extra], delimiter) + "\n"
+    is_self_describing = _is_self_describing(log, names) and not any(
+        map(looks_like_gyro, log.extra)
+    )
+    head = "" if is_self_describing else f"# {META_MARK} {_format_metadata(log)}\n"
+    head += make_text_header([TIME_NAME, *names, *log.extra], delimiter) + "\n"
     with path.open("wb") as file:
         file.write(head.encode())
         columns: list[Column] = [log.sampled, log.data, *log.extra.values()]
         rows = np.column_stack(columns)
-        for first in range(0, log.n, _ROWS_AT_ONCE):
-            file.write(_as_text(rows[first : first + _ROWS_AT_ONCE], delimiter))
+        for first in range(0, log.n, _CHUNK_ROWS):
+            file.write(_format_rows(rows[first : first + _CHUNK_ROWS], delimiter))
 
 
-def _says_all(log: Log, names: Sequence[str]) -> bool:
+def _is_self_describing(log: Log, names: Sequence[str]) -> bool:
     """Whether the columns alone give back the rate, the unit and the names."""
     plain = tuple(names) == log.names and all(looks_like_gyro(name) for name in names)
-    units = {split_unit(name)[1] or UNKNOWN for name in names}
+    units = {split_unit(name)[1] or UNKNOWN_UNIT for name in names}
     if not plain or units != {log.unit} or "sensor" in log.meta or log.n < 2:
         return False
     # Rows that repeat are a sample each only where the rate is stated.
-    if rows_held(log.data[:HEAD], np.arange(min(log.n, HEAD))) is not None:
+    if find_rows_per_sample(log.data[:HEAD_ROWS], np.arange(min(log.n, HEAD_ROWS))) is not None:
         return False
     grid = fit_grid(log.sampled - log.sampled[0], float(log.sampled[0]))
     return grid.rate == log.rate and grid.length == log.n
 
 
-def _as_json(log: Log) -> str:
+def _format_metadata(log: Log) -> str:
     fields: dict[str, object] = {"rate": log.rate, "unit": log.unit, "names": log.names}
     if "sensor" in log.meta:
         fields["sensor"] = str(log.meta["sensor"])
@@ -156,7 +160,7 @@ def _as_json(log: Log) -> str:
     return re.sub(r"[,;](?=[^ ])", lambda mark: f"\\u{ord(mark[0]):04x}", text)
 
 
-def _as_text(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]], delimiter: str) -> bytes:
+def _format_rows(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]], delimiter: str) -> bytes:
     try:
         import pyarrow as pa
         from pyarrow import csv as arrow_csv
@@ -182,5 +186,5 @@ _WRITERS: Final[dict[str, _Writer]] = {
     ".mcap": write_mcap,
     ".gcsv": write_gcsv,
 }
-WRITTEN: Final = (*_WRITERS,)
+WRITTEN_SUFFIXES: Final = (*_WRITERS,)
 """Suffixes of logs that are written."""

@@ -46,30 +46,30 @@ class LinearRun(Result):
     True
     """
 
-    def __init__(self, *, state: Floats, **kept: Floats) -> None:
+    def __init__(self, *, state: Floats, **arrays: Floats) -> None:
         self.state = state
         """(n, N)."""
-        self._kept = kept
+        self._arrays = arrays
 
     @property
     def complete(self) -> bool:
         """Whether more was kept than the states."""
-        return "covariance" in self._kept
+        return "covariance" in self._arrays
 
-    def _known(self, name: str) -> Floats:
-        if name not in self._kept:
+    def _require(self, name: str) -> Floats:
+        if name not in self._arrays:
             raise ValueError("only the state of this run was kept: process(..., keep='all')")
-        return self._kept[name]
+        return self._arrays[name]
 
     @property
     def covariance(self) -> Floats:
         """Covariance of the state: (n, N, N)."""
-        return self._known("covariance")
+        return self._require("covariance")
 
     @property
     def innovation(self) -> Floats:
         """Each measurement less what was predicted for it, NaN where it is missing: (n, m)."""
-        return self._known("innovation")
+        return self._require("innovation")
 
     @property
     def nis(self) -> Floats:
@@ -78,7 +78,7 @@ class LinearRun(Result):
         As large as there are measurements in the mean where the model is right; NaN where all
         are missing.
         """
-        return self._known("nis")
+        return self._require("nis")
 
     @property
     def log_likelihood(self) -> Floats:
@@ -86,7 +86,7 @@ class LinearRun(Result):
 
         The sum is that of the record. It is 0 where all measurements are missing.
         """
-        return self._known("log_likelihood")
+        return self._require("log_likelihood")
 
     @property
     def missing(self) -> Booleans:
@@ -105,21 +105,21 @@ class LinearRun(Result):
         ----------
         H. E. Rauch, F. Tung, C. T. Striebel, *AIAA Journal* 3(8), 1445-1450, 1965.
         """
-        state, covariance = self.state, self._known("covariance")
-        alone = state.ndim == 2
+        state, covariance = self.state, self._require("covariance")
+        is_single = state.ndim == 2
         # One matrix that all channels share.
-        shared = not alone and covariance.strides[1] == 0
-        together = covariance[:, :1] if shared else covariance
-        B, u = self._kept.get("B"), self._kept.get("u")
+        shared = not is_single and covariance.strides[1] == 0
+        joint = covariance[:, :1] if shared else covariance
+        B, u = self._arrays.get("B"), self._arrays.get("u")
         smoothed, covariances = smooth_linear(
-            state[:, None] if alone else state,
-            together[:, None] if alone else together,
-            self._known("F"),
-            self._known("Q"),
+            state[:, None] if is_single else state,
+            joint[:, None] if is_single else joint,
+            self._require("F"),
+            self._require("Q"),
             B,
-            u[:, None] if u is not None and alone else u,
+            u[:, None] if u is not None and is_single else u,
         )
-        if alone:
+        if is_single:
             return SmoothedRun(smoothed[:, 0], covariances[:, 0])
         return SmoothedRun(smoothed, np.broadcast_to(covariances, covariance.shape))
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from zerorate._native import exponential_mean
 from zerorate.faults import ArgumentError
-from zerorate.metrics.channels import columns, is_single, per_channel, same_shape
+from zerorate.metrics.channels import check_same_shape, columns, is_single, per_channel
 from zerorate.metrics.rest import coasting_error
 from zerorate.metrics.truth import rmse
 from zerorate.record.named import rate_of
@@ -20,7 +20,7 @@ from zerorate.types import Floats
 
 Error = Callable[[Floats], float]
 
-_GAINS: Final = 25
+_GAIN_COUNT: Final = 25
 """On a grid: from the running mean of the record to the samples, four a decade at a million."""
 
 
@@ -75,7 +75,7 @@ def running_mean(raw: npt.ArrayLike) -> Floats:
     >>> running_mean([1.0, 3.0, 5.0]).tolist()
     [1.0, 2.0, 3.0]
     """
-    return _shaped([exponential_mean(z, 0.0) for z in columns("raw", raw)], raw)
+    return _restore_shape([exponential_mean(z, 0.0) for z in columns("raw", raw)], raw)
 
 
 def best_ema(
@@ -124,36 +124,36 @@ def best_ema(
     """
     z = columns("raw", raw)
     hertz = rate_of(rate, raw, truth)
-    begin = _first(start, hertz, z.shape[1])
+    begin = _first_sample(start, hertz, z.shape[1])
     if truth is not None and horizon is None:
         known = columns("truth", truth)
-        same_shape("raw", z, "truth", known)
-        errors = [partial(_to_truth, row, begin) for row in known]
+        check_same_shape("raw", z, "truth", known)
+        errors = [partial(_truth_error, row, begin) for row in known]
     elif horizon is not None and truth is None:
-        errors = [partial(_coasting, row, begin, hertz, horizon) for row in z]
+        errors = [partial(_coasting_error_of, row, begin, hertz, horizon) for row in z]
     else:
         raise ValueError("best_ema takes either a horizon or a truth")
-    found = [_best(row, error) for row, error in zip(z, errors, strict=True)]
-    estimates, gains, least = zip(*found, strict=True)
-    return BestEma(_shaped(estimates, raw), per_channel(gains, raw), per_channel(least, raw))
+    searches = [_search_gain(row, error) for row, error in zip(z, errors, strict=True)]
+    estimates, gains, least = zip(*searches, strict=True)
+    return BestEma(_restore_shape(estimates, raw), per_channel(gains, raw), per_channel(least, raw))
 
 
-def _best(z: Floats, error: Error) -> tuple[Floats, float, float]:
-    gains = np.minimum(np.geomspace(1.0 / z.size, 1.0, _GAINS), 1.0).tolist()
+def _search_gain(z: Floats, error: Error) -> tuple[Floats, float, float]:
+    gains = np.minimum(np.geomspace(1.0 / z.size, 1.0, _GAIN_COUNT), 1.0).tolist()
     errors = [error(exponential_mean(z, gain)) for gain in gains]
     least = int(np.argmin(errors))
     return exponential_mean(z, gains[least]), gains[least], errors[least]
 
 
-def _coasting(z: Floats, begin: int, rate: float, horizon: float, x: Floats) -> float:
+def _coasting_error_of(z: Floats, begin: int, rate: float, horizon: float, x: Floats) -> float:
     return float(coasting_error(z[begin:], x[begin:], rate, horizon))
 
 
-def _to_truth(truth: Floats, begin: int, x: Floats) -> float:
+def _truth_error(truth: Floats, begin: int, x: Floats) -> float:
     return float(rmse(truth[begin:], x[begin:]))
 
 
-def _first(start: float, rate: float, n: int) -> int:
+def _first_sample(start: float, rate: float, n: int) -> int:
     if not 0.0 <= start * rate < n:
         raise ArgumentError(
             "start", f"must be 0 or more and less than the record's {n / rate:g} s, got {start}"
@@ -161,7 +161,7 @@ def _first(start: float, rate: float, n: int) -> int:
     return round(start * rate)
 
 
-def _shaped(rows: Sequence[Floats], like: npt.ArrayLike) -> Floats:
+def _restore_shape(rows: Sequence[Floats], like: npt.ArrayLike) -> Floats:
     """Return rows as channels of the shape of the data."""
     return rows[0] if is_single(like) else np.column_stack(rows)
 

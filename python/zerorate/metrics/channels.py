@@ -28,7 +28,7 @@ def is_single(data: npt.ArrayLike) -> bool:
     return floats(data, "data").ndim == 1
 
 
-def same_shape(first: str, x: Floats, second: str, y: Floats) -> None:
+def check_same_shape(first: str, x: Floats, second: str, y: Floats) -> None:
     """Raise ValueError unless two series have one shape."""
     if x.shape != y.shape:
         raise ValueError(
@@ -37,22 +37,22 @@ def same_shape(first: str, x: Floats, second: str, y: Floats) -> None:
         )
 
 
-def pairs(
+def present_pairs(
     first: str, a: npt.ArrayLike, second: str, b: npt.ArrayLike
 ) -> list[tuple[Floats, Floats]]:
     """Return the samples present in both, channel by channel."""
     x, y = columns(first, a), columns(second, b)
-    same_shape(first, x, second, y)
-    return [_common(u, v) for u, v in zip(x, y, strict=True)]
+    check_same_shape(first, x, second, y)
+    return [_drop_missing(u, v) for u, v in zip(x, y, strict=True)]
 
 
-def _common(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+def _drop_missing(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Return both series where both are there."""
-    there = present(x, y)
+    there = present_mask(x, y)
     return (x, y) if there.all() else (x[there], y[there])
 
 
-def present(*series: Floats) -> Booleans:
+def present_mask(*series: Floats) -> Booleans:
     """Return where all series are there."""
     there = np.isfinite(series[0])
     for other in series[1:]:
@@ -75,7 +75,7 @@ def rms(x: Floats) -> float:
     return math.sqrt(float(np.dot(x, x)) / x.size)
 
 
-def positive(name: str, value: float) -> float:
+def check_positive(name: str, value: float) -> float:
     """Return a number that must be positive and finite."""
     if not (math.isfinite(value) and value > 0.0):
         raise ArgumentError(name, f"must be positive and finite, got {value}")

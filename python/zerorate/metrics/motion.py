@@ -10,7 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.metrics.channels import columns, is_single, per_channel, positive, same_shape
+from zerorate.metrics.channels import (
+    check_positive,
+    check_same_shape,
+    columns,
+    is_single,
+    per_channel,
+)
 from zerorate.metrics.truth import rmse
 from zerorate.record.named import rate_of
 from zerorate.types import Floats
@@ -97,37 +103,40 @@ def motion_error(
     (0.125, True, True)
     """
     x, y = columns("reference", reference), columns("estimate", estimate)
-    same_shape("reference", x, "estimate", y)
+    check_same_shape("reference", x, "estimate", y)
     z = None if raw is None else columns("raw", raw)
     if z is not None:
-        same_shape("reference", x, "raw", z)
+        check_same_shape("reference", x, "raw", z)
     hertz = rate_of(rate, reference, estimate, raw)
-    rows = [_one(x[i], y[i], None if z is None else z[i], hertz, max_delay) for i in range(len(x))]
+    rows = [
+        _channel_errors(x[i], y[i], None if z is None else z[i], hertz, max_delay)
+        for i in range(len(x))
+    ]
     return MotionError(*(per_channel(values, reference) for values in zip(*rows, strict=True)))
 
 
-def _one(
+def _channel_errors(
     x: Floats, y: Floats, z: Floats | None, rate: float, max_delay: float
 ) -> tuple[float, float, float, float]:
-    whole = float(rmse(x, y))
+    total = float(rmse(x, y))
     try:
-        late = float(delay(x, y, rate, max_delay))
-    except UnseenDelay:
-        return whole, math.nan, math.nan, math.nan
+        lag = float(delay(x, y, rate, max_delay))
+    except UndeterminedDelayError:
+        return total, math.nan, math.nan, math.nan
     lowpass = math.nan
     if z is not None:
-        smooth = equal_delay_lowpass(z, rate, max(late, 0.0))
+        smooth = equal_delay_lowpass(z, rate, max(lag, 0.0))
         # What it holds through a gap is no measurement.
         lowpass = float(rmse(x, np.where(np.isfinite(z), smooth, np.nan)))
-    return whole, late, float(rmse(moved(x, late * rate), y)), lowpass
+    return total, lag, float(rmse(shift_samples(x, lag * rate), y)), lowpass
 
 
-class UnseenDelay(ValueError):
+class UndeterminedDelayError(ValueError):
     """No delay can be seen in series that are valid otherwise."""
 
 
-_NOTHING: Final = 1e-24
-_BLOCK: Final = 8192
+_VARIANCE_FLOOR: Final = 1e-24
+_BLOCK_SAMPLES: Final = 8192
 
 
 def delay(
@@ -173,36 +182,38 @@ def delay(
     0.125
     """
     x, y = columns("reference", reference), columns("estimate", estimate)
-    same_shape("reference", x, "estimate", y)
+    check_same_shape("reference", x, "estimate", y)
     hertz = rate_of(rate, reference, estimate)
-    most = whole_samples(positive("max_delay", max_delay), hertz)
-    if not 1 <= most <= (x.shape[1] - 3) // 2:
+    max_lag = whole_samples(check_positive("max_delay", max_delay), hertz)
+    if not 1 <= max_lag <= (x.shape[1] - 3) // 2:
         raise ValueError(
-            f"a max_delay of {max_delay} s is {most} samples: it must be at least 1, and less "
+            f"a max_delay of {max_delay} s is {max_lag} samples: it must be at least 1, and less "
             f"than half the record's {x.shape[1]}"
         )
-    return per_channel([_best_lag(x[i], y[i], most) / hertz for i in range(len(x))], reference)
+    return per_channel([_find_lag(x[i], y[i], max_lag) / hertz for i in range(len(x))], reference)
 
 
-def _best_lag(x: Floats, y: Floats, most: int) -> float:
-    inner = _centred("reference", x[most:-most])
-    y = _centred("estimate", y)
-    best = int(np.argmax(_correlations(inner, y, most)))
-    if best in (0, 2 * most):
-        raise UnseenDelay("the best lag lies at the end of the range: raise max_delay")
+def _find_lag(x: Floats, y: Floats, max_lag: int) -> float:
+    inner = _normalise("reference", x[max_lag:-max_lag])
+    y = _normalise("estimate", y)
+    best = int(np.argmax(_lag_correlations(inner, y, max_lag)))
+    if best in (0, 2 * max_lag):
+        raise UndeterminedDelayError("the best lag lies at the end of the range: raise max_delay")
     before, least, after = (_misfit(inner, y, lag) for lag in (best - 1, best, best + 1))
     curvature = before - 2.0 * least + after
     if not curvature > 0.0:
-        raise UnseenDelay("no lag fits clearly better than its neighbours, so no delay can be seen")
-    return best - most + 0.5 * (before - after) / curvature
+        raise UndeterminedDelayError(
+            "no lag fits clearly better than its neighbours, so no delay can be seen"
+        )
+    return best - max_lag + 0.5 * (before - after) / curvature
 
 
-def _centred(name: str, x: Floats) -> Floats:
+def _normalise(name: str, x: Floats) -> Floats:
     present = x[np.isfinite(x)]
     if present.size == 0:
-        raise UnseenDelay(f"no sample is present in {name}")
+        raise UndeterminedDelayError(f"no sample is present in {name}")
     if present.max() == present.min():
-        raise UnseenDelay(f"{name} is constant, so no delay can be seen")
+        raise UndeterminedDelayError(f"{name} is constant, so no delay can be seen")
     # Offset and gain do not count, and numbers of order 1 neither overflow nor vanish when squared.
     mean = float(present.mean())
     scaled: Floats = (x - mean) / max(present.max() - mean, mean - present.min())
@@ -224,10 +235,10 @@ def _misfit(inner: Floats, y: Floats, start: int) -> float:
     return float(np.dot(rest, rest)) / total
 
 
-def _correlations(inner: Floats, y: Floats, most: int) -> Floats:
+def _lag_correlations(inner: Floats, y: Floats, max_lag: int) -> Floats:
     """Return the correlation coefficient at each lag, its sums made by transforms of blocks."""
-    span = 2 * most
-    size = max(_BLOCK, 1 << (4 * span).bit_length())
+    span = 2 * max_lag
+    size = max(_BLOCK_SAMPLES, 1 << (4 * span).bit_length())
     block = size - span
     spectra = np.zeros((6, size // 2 + 1), dtype=np.complex128)
     for start in range(0, inner.size, block):
@@ -237,7 +248,7 @@ def _correlations(inner: Floats, y: Floats, most: int) -> Floats:
     count, x, z, xz, xx, zz = np.fft.irfft(spectra, size)[:, : span + 1]
     n = np.maximum(np.rint(count), 1.0)
     # Where one series does not vary at a lag, rounding must not look like correlation.
-    floor = max(_NOTHING * abs(xx).max() * abs(zz).max(), np.finfo(np.float64).tiny)
+    floor = max(_VARIANCE_FLOOR * abs(xx).max() * abs(zz).max(), np.finfo(np.float64).tiny)
     variances = np.maximum((xx - x * x / n) * (zz - z * z / n), floor)
     correlations: Floats = (xz - x * z / n) / np.sqrt(variances)
     return correlations
@@ -250,7 +261,7 @@ def _spectra(x: Floats, size: int) -> npt.NDArray[np.complex128]:
     return np.fft.rfft(np.stack((there, values, values * values)), size)
 
 
-_NEGLIGIBLE: Final = 1e-20
+_MIN_WEIGHT: Final = 1e-20
 
 
 def equal_delay_lowpass(raw: npt.ArrayLike, rate: float | None, delay: float) -> Floats:
@@ -290,11 +301,11 @@ def equal_delay_lowpass(raw: npt.ArrayLike, rate: float | None, delay: float) ->
     if not (math.isfinite(delay) and delay >= 0.0):
         raise ArgumentError("delay", f"must be finite and not negative, got {delay}")
     lag = delay * rate_of(rate, raw)
-    y = np.stack([_lowpass_present(column, lag / (1.0 + lag)) for column in z])
+    y = np.stack([_lowpass_with_gaps(column, lag / (1.0 + lag)) for column in z])
     return y[0] if is_single(raw) else np.ascontiguousarray(y.T)
 
 
-def _lowpass_present(z: Floats, a: float) -> Floats:
+def _lowpass_with_gaps(z: Floats, a: float) -> Floats:
     there = np.isfinite(z)
     if there.all():
         return _lowpass(z, a)
@@ -309,25 +320,25 @@ def _lowpass(z: Floats, a: float) -> Floats:
         return z
     y: Floats = (1.0 - a) * (z - z[0])
     shift, weight = 1, a
-    while shift < z.size and weight > _NEGLIGIBLE:
+    while shift < z.size and weight > _MIN_WEIGHT:
         y[shift:] += weight * y[:-shift]
         shift, weight = 2 * shift, weight * weight
     y += z[0]
     return y
 
 
-_NODES: Final = (-1.0, 0.0, 1.0, 2.0)
+_CUBIC_NODES: Final = (-1.0, 0.0, 1.0, 2.0)
 
 
-def moved(x: Floats, samples: float) -> Floats:
+def shift_samples(x: Floats, samples: float) -> Floats:
     """Return one row so many samples later, by a cubic through four samples.
 
     NaN where that needs samples that are missing or beyond the ends.
     """
-    whole = math.floor(-samples)
-    weights = _cubic_weights(-samples - whole)
-    first = np.arange(x.size) + whole - 1
-    inside = (first >= 0) & (first + len(_NODES) <= x.size)
+    offset = math.floor(-samples)
+    weights = _cubic_weights(-samples - offset)
+    first = np.arange(x.size) + offset - 1
+    inside = (first >= 0) & (first + len(_CUBIC_NODES) <= x.size)
     start = first[inside]
     known = np.where(np.isfinite(x), x, np.nan)
     shifted = np.full(x.size, np.nan)
@@ -337,6 +348,6 @@ def moved(x: Floats, samples: float) -> Floats:
 
 def _cubic_weights(part: float) -> list[float]:
     return [
-        math.prod((part - other) / (node - other) for other in _NODES if other != node)
-        for node in _NODES
+        math.prod((part - other) / (node - other) for other in _CUBIC_NODES if other != node)
+        for node in _CUBIC_NODES
     ]

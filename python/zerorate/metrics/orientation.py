@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
 from zerorate.geometry import rotations
-from zerorate.metrics.channels import positive, rms
+from zerorate.metrics.channels import check_positive, rms
 from zerorate.record.missing import floats
-from zerorate.record.named import in_unit, rate_of
+from zerorate.record.named import convert_to_unit, rate_of
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import whole_samples
 
@@ -112,15 +112,15 @@ def orientation_errors(
     >>> round(found.total, 12), round(found.heading, 12), found.inclination, found.sample_count
     (0.1, 0.1, 0.0, 100)
     """
-    q, true = _both(quaternions, reference)
+    q, true = _check_pair(quaternions, reference)
     if heading not in _HEADINGS:
         known = ", ".join(map(repr, _HEADINGS))
         raise ArgumentError("heading", f"must be one of {known}, got {heading!r}")
-    error = _errors(q, true, where)
+    error = _error_rotations(q, true, where)
     if heading == "aligned":
-        error = rotations.product(rotations.inverse(_best_turn(error)), error)
+        error = rotations.product(rotations.inverse(_fit_heading_rotation(error)), error)
     if heading == "relative":
-        error = rotations.product(rotations.inverse(_turn_about_vertical(error[0])), error)
+        error = rotations.product(rotations.inverse(_heading_rotation(error[0])), error)
     w, x, y, z = np.abs(error.T)
     return OrientationErrors(
         total=rms(rotations.angle(error)),
@@ -158,11 +158,11 @@ def heading_offset(
     >>> round(heading_offset(turned, np.tile([1.0, 0.0, 0.0, 0.0], (100, 1))), 12)
     0.1
     """
-    turn = _best_turn(_errors(*_both(quaternions, reference), where))
+    turn = _fit_heading_rotation(_error_rotations(*_check_pair(quaternions, reference), where))
     return float(np.arctan2(np.sin(angle := 2.0 * np.arctan2(turn[3], turn[0])), np.cos(angle)))
 
 
-def _both(quaternions: Orientations, reference: Orientations) -> tuple[Floats, Floats]:
+def _check_pair(quaternions: Orientations, reference: Orientations) -> tuple[Floats, Floats]:
     q, true = _as_quaternions("quaternions", quaternions), _as_quaternions("reference", reference)
     if len(q) != len(true):
         raise ValueError(
@@ -171,29 +171,29 @@ def _both(quaternions: Orientations, reference: Orientations) -> tuple[Floats, F
     return q, true
 
 
-def _errors(q: Floats, true: Floats, where: npt.ArrayLike | None) -> Floats:
+def _error_rotations(q: Floats, true: Floats, where: npt.ArrayLike | None) -> Floats:
     """Return the rotations from the true orientations to the others, of the samples that count."""
     error = rotations.product(rotations.unit(q), rotations.inverse(rotations.unit(true)))
-    error = error[np.isfinite(error).all(axis=1) & _judged(where, len(q))]
+    error = error[np.isfinite(error).all(axis=1) & _check_mask(where, len(q))]
     if not len(error):
         raise ValueError("no sample that counts is present in both quaternions and reference")
     return error
 
 
-def _best_turn(error: Floats) -> Floats:
+def _fit_heading_rotation(error: Floats) -> Floats:
     """Return the rotation about z that is nearest to all, shape (4,)."""
     w, z = error[:, 0], error[:, 3]
     return rotations.about_z(np.arctan2(2.0 * np.sum(w * z), np.sum(w * w) - np.sum(z * z)))
 
 
-def _as_quaternions(name: str, given: Orientations) -> Floats:
+def _as_quaternions(name: str, orientations: Orientations) -> Floats:
     """Return quaternions w first of an array, or of a Rotation of scipy."""
-    if isinstance(given, _Rotation):
-        return _of_width(name, given.as_quat(scalar_first=True), 4)
-    return _of_width(name, given, 4)
+    if isinstance(orientations, _Rotation):
+        return _check_width(name, orientations.as_quat(scalar_first=True), 4)
+    return _check_width(name, orientations, 4)
 
 
-def _judged(where: npt.ArrayLike | None, n: int) -> Booleans:
+def _check_mask(where: npt.ArrayLike | None, n: int) -> Booleans:
     if where is None:
         return np.ones(n, dtype=np.bool_)
     mask = np.asarray(where)
@@ -204,7 +204,7 @@ def _judged(where: npt.ArrayLike | None, n: int) -> Booleans:
     return mask
 
 
-def _turn_about_vertical(q: Floats) -> Floats:
+def _heading_rotation(q: Floats) -> Floats:
     """Return the part of one rotation that is about z, after one about a level axis."""
     turn = np.array([q[0], 0.0, 0.0, q[3]])
     return rotations.unit(turn) if turn.any() else np.array([1.0, 0.0, 0.0, 0.0])
@@ -257,51 +257,57 @@ def orientation_error_growth(
     >>> orientation_error_growth(wrong, still, rate=10.0, horizons=(1.0, 60.0)).round(12).tolist()
     [0.01, 0.6]
     """
-    w = _of_width("rates", in_unit(rates, "rad/s", "rates"), 3)
-    reference = _of_width("quaternions", quaternions, 4)
+    w = _check_width("rates", convert_to_unit(rates, "rad/s", "rates"), 3)
+    reference = _check_width("quaternions", quaternions, 4)
     if len(w) != len(reference):
         raise ValueError(
             f"rates and quaternions must be of one length, got {len(w)} and {len(reference)}"
         )
     hertz = rate_of(rate, rates, quaternions)
-    step = max(1, whole_samples(positive("every", every), hertz))
+    step = max(1, whole_samples(check_positive("every", every), hertz))
     missing = np.any(~np.isfinite(w), axis=1)
     vectors = np.where(missing[:, np.newaxis], 0.0, w / hertz)
-    turned = rotations.cumulative_product(rotations.from_rotation_vectors(vectors))
-    wrong = _Integrated(turned, rotations.unit(reference), np.cumsum(missing))
-    return np.array([wrong.after(_samples(h, hertz, len(w)), h, step) for h in horizons])
+    integrated = rotations.cumulative_product(rotations.from_rotation_vectors(vectors))
+    integration = _RateIntegration(integrated, rotations.unit(reference), np.cumsum(missing))
+    return np.array(
+        [integration.mean_angle(_horizon_samples(h, hertz, len(w)), h, step) for h in horizons]
+    )
 
 
-class _Integrated:
+class _RateIntegration:
     """Orientations made of rates, the reference, and how many rates were missing so far."""
 
-    def __init__(self, turned: Floats, reference: Floats, gaps: Integers) -> None:
-        self._turned, self._reference, self._gaps = turned, reference, gaps
+    def __init__(self, integrated: Floats, reference: Floats, gaps: Integers) -> None:
+        self._integrated, self._reference, self._gaps = integrated, reference, gaps
 
-    def after(self, m: int, horizon: float, step: int) -> float:
+    def mean_angle(self, m: int, horizon: float, step: int) -> float:
         """Return the mean angle after m samples, of starts so many samples apart."""
-        now = np.arange(0, len(self._turned) - m, step)
-        gyro, true = (_between(q, now, now + m) for q in (self._turned, self._reference))
+        now = np.arange(0, len(self._integrated) - m, step)
+        gyro, true = (
+            _relative_rotations(q, now, now + m) for q in (self._integrated, self._reference)
+        )
         angles = rotations.angle(rotations.product(rotations.inverse(true), gyro))
-        whole = np.isfinite(angles) & (self._gaps[now] == self._gaps[now + m])
-        if not whole.any():
+        valid = np.isfinite(angles) & (self._gaps[now] == self._gaps[now + m])
+        if not valid.any():
             raise ValueError(f"no window of {horizon:g} s has its reference and all its rates")
-        return float(angles[whole].mean())
+        return float(angles[valid].mean())
 
 
-def _between(q: Floats, start: npt.NDArray[np.intp], end: npt.NDArray[np.intp]) -> Floats:
+def _relative_rotations(
+    q: Floats, start: npt.NDArray[np.intp], end: npt.NDArray[np.intp]
+) -> Floats:
     return rotations.product(rotations.inverse(q[start]), q[end])
 
 
-def _of_width(name: str, data: npt.ArrayLike, width: int) -> Floats:
+def _check_width(name: str, data: npt.ArrayLike, width: int) -> Floats:
     array = floats(data, name)
     if array.ndim != 2 or array.shape[1] != width or array.size == 0:
         raise ArgumentError(name, f"must have shape (n, {width}), got {array.shape}")
     return array
 
 
-def _samples(horizon: float, rate: float, n: int) -> int:
-    m = whole_samples(positive("horizon", horizon), rate)
+def _horizon_samples(horizon: float, rate: float, n: int) -> int:
+    m = whole_samples(check_positive("horizon", horizon), rate)
     if not 1 <= m < n:
         raise ValueError(
             f"a horizon of {horizon} s is {m} samples: it must be at least 1 and less than the "

@@ -12,12 +12,12 @@ import numpy.typing as npt
 from zerorate._native import allan_deviations, longest_factor
 from zerorate.faults import ArgumentError
 from zerorate.metrics.channels import (
+    check_positive,
+    check_same_shape,
     columns,
     is_single,
-    pairs,
     per_channel,
-    positive,
-    same_shape,
+    present_pairs,
     spread,
 )
 from zerorate.record.named import rate_of
@@ -51,7 +51,7 @@ def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
     >>> reduction([1.0, -1.0, 1.0, -1.0], [0.5, -0.5, 0.5, -0.5])
     0.5
     """
-    both = pairs("raw", raw, "filtered", filtered)
+    both = present_pairs("raw", raw, "filtered", filtered)
     return per_channel([y.std() / spread(z) for z, y in both], raw)
 
 
@@ -81,11 +81,11 @@ def mean_shift(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
     >>> mean_shift([1.0, -1.0, 1.0, -1.0], [0.5, 0.5, 0.5, 0.5])
     0.5
     """
-    both = pairs("raw", raw, "filtered", filtered)
+    both = present_pairs("raw", raw, "filtered", filtered)
     return per_channel([(y - z).mean() / spread(z) for z, y in both], raw)
 
 
-_BLOCK: Final = 8192
+_BLOCK_SAMPLES: Final = 8192
 
 
 def coasting_error(
@@ -125,18 +125,18 @@ def coasting_error(
     1.0
     """
     z, x = columns("raw", raw), columns("estimate", estimate)
-    same_shape("raw", z, "estimate", x)
+    check_same_shape("raw", z, "estimate", x)
     hertz = rate_of(rate, raw, estimate)
-    m = whole_samples(positive("horizon", horizon), hertz)
+    m = whole_samples(check_positive("horizon", horizon), hertz)
     if not 1 <= m < z.shape[1]:
         raise ValueError(
             f"a horizon of {horizon} s is {m} samples: it must be at least 1 and less than the "
             f"record's {z.shape[1]}"
         )
-    return per_channel([_coast(z[i], x[i], m) / hertz for i in range(len(z))], raw)
+    return per_channel([_coasting_rms(z[i], x[i], m) / hertz for i in range(len(z))], raw)
 
 
-def _coast(z: Floats, x: Floats, m: int) -> float:
+def _coasting_rms(z: Floats, x: Floats, m: int) -> float:
     """Return the RMS over t of sum(z[t+1..t+m]) - m x[t], through one cumulative sum."""
     sums = np.array(z)
     missing = ~np.isfinite(sums)
@@ -148,8 +148,8 @@ def _coast(z: Floats, x: Floats, m: int) -> float:
     sums[missing] = 0.0
     np.cumsum(sums, out=sums)
     square, count = 0.0, 0
-    for start in range(0, z.size - m, _BLOCK):
-        now = slice(start, min(start + _BLOCK, z.size - m))
+    for start in range(0, z.size - m, _BLOCK_SAMPLES):
+        now = slice(start, min(start + _BLOCK_SAMPLES, z.size - m))
         then = slice(now.start + m, now.stop + m)
         angle = sums[then] - sums[now] - m * (x[now] - level)
         usable = np.isfinite(angle)
@@ -188,7 +188,7 @@ class AllanRatio:
 
 
 def allan_ratio(
-    raw: npt.ArrayLike, filtered: npt.ArrayLike, rate: float | None, memory: float
+    raw: npt.ArrayLike, filtered: npt.ArrayLike, rate: float | None, time_constant: float
 ) -> AllanRatio:
     """Return Allan deviations after over before at ten times the filter's memory and beyond.
 
@@ -204,7 +204,7 @@ def allan_ratio(
         Gyro output at rest, and an estimate or the compensated rate, in any one unit.
     rate : float or None
         Samples per second, Hz; None for that of a `Log`.
-    memory : float
+    time_constant : float
         Time in which the filter makes 63 % of a step, s; 0 for none.
 
     Returns
@@ -216,19 +216,19 @@ def allan_ratio(
     Raises
     ------
     ValueError
-        If the shapes differ, `rate` is not positive and finite, `memory` negative or NaN, or ten
-        times the memory exceed a quarter of the record.
+        If the shapes differ, `rate` is not positive and finite, `time_constant` negative or NaN, or
+        ten time constants exceed a quarter of the record.
 
     Examples
     --------
     >>> z = np.random.default_rng(1).standard_normal(4000)
-    >>> allan_ratio(z, 0.5 * z, rate=100.0, memory=0.5).ratio.tolist()
+    >>> allan_ratio(z, 0.5 * z, rate=100.0, time_constant=0.5).ratio.tolist()
     [0.5]
     """
     z, y = columns("raw", raw), columns("filtered", filtered)
-    same_shape("raw", z, "filtered", y)
+    check_same_shape("raw", z, "filtered", y)
     hertz = rate_of(rate, raw, filtered)
-    factors = _factors(z.shape[1], hertz, memory)
+    factors = _octave_factors(z.shape[1], hertz, time_constant)
     there = np.isfinite(z) & np.isfinite(y)
     before, after = (_deviations(np.where(there, x, np.nan), factors) for x in (z, y))
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -236,15 +236,15 @@ def allan_ratio(
     return AllanRatio(np.array(factors) / hertz, ratio[:, 0] if is_single(raw) else ratio)
 
 
-def _factors(n: int, rate: float, memory: float) -> list[int]:
-    if not memory >= 0.0:
-        raise ArgumentError("memory", f"must not be negative, got {memory}")
+def _octave_factors(n: int, rate: float, time_constant: float) -> list[int]:
+    if not time_constant >= 0.0:
+        raise ArgumentError("memory", f"must not be negative, got {time_constant}")
     octaves = (1 << i for i in range(max(1, (n // 4).bit_length())))
-    most = min(n // 4, longest_factor("oadev", n))
-    factors = [m for m in octaves if 10.0 * memory * rate <= m <= most]
+    max_factor = min(n // 4, longest_factor("oadev", n))
+    factors = [m for m in octaves if 10.0 * time_constant * rate <= m <= max_factor]
     if not factors:
         raise ValueError(
-            f"ten times a memory of {memory:g} s must not exceed a quarter of the record's "
+            f"ten times a memory of {time_constant:g} s must not exceed a quarter of the record's "
             f"{n / rate:g} s"
         )
     return factors

@@ -10,13 +10,13 @@ import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
 from zerorate.geometry import rotations
-from zerorate.metrics.channels import positive
+from zerorate.metrics.channels import check_positive
 from zerorate.record.poses import Poses
 from zerorate.types import Floats
 
 Alignment: TypeAlias = Literal["rigid", "yaw", "similar", "origin", "none"]
 _ALIGNMENTS: Final = ("rigid", "yaw", "similar", "origin", "none")
-_Places: TypeAlias = npt.NDArray[np.intp]
+_Indices: TypeAlias = npt.NDArray[np.intp]
 
 
 class Statistics(NamedTuple):
@@ -92,8 +92,8 @@ class TrackErrors:
 
     def __repr__(self) -> str:
         """Return how many there are, and their root mean squares."""
-        turned = self.degrees
-        angle = f", {turned.rmse:.4g} deg" if turned.of else ""
+        rotation = self.degrees
+        angle = f", {rotation.rmse:.4g} deg" if rotation.of else ""
         return f"TrackErrors({len(self.time)}: RMS {self.metres.rmse:.4g} m{angle})"
 
 
@@ -102,7 +102,7 @@ def ate(
     reference: Poses,
     *,
     align: Alignment = "rigid",
-    most_apart: float = 0.01,
+    max_time_difference: float = 0.01,
 ) -> TrackErrors:
     """Return how far a track is from the true one, pose by pose: the absolute trajectory error.
 
@@ -116,7 +116,7 @@ def ate(
         What may be chosen so that positions fit best: a rotation and a shift; a rotation about the
         vertical and a shift, for a track that knows the vertical; also a scale, for one camera; the
         first pose; nothing. evo's ``-a``, none, ``-as``, ``--align_origin``, its default.
-    most_apart : float
+    max_time_difference : float
         Seconds between two poses that belong together, at most; default 0.01, evo's
         ``--t_max_diff``.
 
@@ -150,14 +150,16 @@ def ate(
     if align not in _ALIGNMENTS:
         known = ", ".join(map(repr, _ALIGNMENTS))
         raise ArgumentError("align", f"must be one of {known}, got {align!r}")
-    first, second = _matched(estimate, reference, positive("most_apart", most_apart))
-    found, true = _taken(estimate, first), _taken(reference, second)
-    turn, shift, scale = _fitted(found, true, align)
-    place = rotations.rotate(turn, scale * found.position) + shift
-    turned = rotations.product(turn, found.quaternion)
-    apart = rotations.angle(rotations.product(rotations.inverse(true.quaternion), turned))
-    distance = np.linalg.norm(place - true.position, axis=1)
-    return TrackErrors(true.time, distance, apart, turn, shift, scale)
+    first, second = _match_poses(
+        estimate, reference, check_positive("most_apart", max_time_difference)
+    )
+    track, true = _select_poses(estimate, first), _select_poses(reference, second)
+    turn, shift, scale = _fit_alignment(track, true, align)
+    position = rotations.rotate(turn, scale * track.position) + shift
+    orientation = rotations.product(turn, track.quaternion)
+    angle = rotations.angle(rotations.product(rotations.inverse(true.quaternion), orientation))
+    distance = np.linalg.norm(position - true.position, axis=1)
+    return TrackErrors(true.time, distance, angle, turn, shift, scale)
 
 
 def rpe(
@@ -167,7 +169,7 @@ def rpe(
     delta: float = 1.0,
     unit: Literal["poses", "m", "s"] = "poses",
     every: bool = False,
-    most_apart: float = 0.01,
+    max_time_difference: float = 0.01,
 ) -> TrackErrors:
     """Return how far steps of a track are from the true ones: the relative pose error.
 
@@ -184,7 +186,7 @@ def rpe(
     every : bool
         Whether a step begins at every pose; else at the end of the one before. By metres a step is
         then the one that is nearest to `delta`, within a tenth of it (evo's ``--all_pairs``).
-    most_apart : float
+    max_time_difference : float
         As of `ate`.
 
     Returns
@@ -212,18 +214,20 @@ def rpe(
     >>> found.translation.round(9).tolist()
     [0.1, 0.1, 0.1]
     """
-    first, second = _matched(estimate, reference, positive("most_apart", most_apart))
-    found, true = _taken(estimate, first), _taken(reference, second)
-    begin, end = _steps(found, positive("delta", delta), unit, every)
+    first, second = _match_poses(
+        estimate, reference, check_positive("most_apart", max_time_difference)
+    )
+    track, true = _select_poses(estimate, first), _select_poses(reference, second)
+    begin, end = _find_steps(track, check_positive("delta", delta), unit, every)
     if not begin.size:
         raise ValueError(f"the track has no step of {delta:g} {unit}")
-    place, turned = _step(found, begin, end)
-    true_place, true_turned = _step(true, begin, end)
+    shift, rotation = _relative_poses(track, begin, end)
+    true_shift, true_rotation = _relative_poses(true, begin, end)
     # E = (Q_i^-1 Q_j)^-1 (P_i^-1 P_j): its translation is turned, which keeps its length.
-    distance = np.linalg.norm(place - true_place, axis=1)
-    apart = rotations.angle(rotations.product(rotations.inverse(true_turned), turned))
+    distance = np.linalg.norm(shift - true_shift, axis=1)
+    angle = rotations.angle(rotations.product(rotations.inverse(true_rotation), rotation))
     identity = np.array([1.0, 0.0, 0.0, 0.0])
-    return TrackErrors(true.time[end], distance, apart, identity, np.zeros(3), 1.0)
+    return TrackErrors(true.time[end], distance, angle, identity, np.zeros(3), 1.0)
 
 
 def _statistics(values: Floats) -> Statistics:
@@ -241,7 +245,9 @@ def _statistics(values: Floats) -> Statistics:
     )
 
 
-def _matched(estimate: Poses, reference: Poses, most: float) -> tuple[_Places, _Places]:
+def _match_poses(
+    estimate: Poses, reference: Poses, max_difference: float
+) -> tuple[_Indices, _Indices]:
     """Return which poses belong together: of the fewer each with the nearest of the others."""
     more = len(estimate) > len(reference)
     few, many = (reference, estimate) if more else (estimate, reference)
@@ -251,36 +257,39 @@ def _matched(estimate: Poses, reference: Poses, most: float) -> tuple[_Places, _
     before = np.maximum(after - 1, 0)
     earlier = np.abs(many.time[before] - few.time) <= np.abs(many.time[after] - few.time)
     nearest = np.where(earlier, before, after)
-    there = np.abs(many.time[nearest] - few.time) <= most
-    own, others = np.flatnonzero(there), nearest[there]
+    is_near = np.abs(many.time[nearest] - few.time) <= max_difference
+    own, matches = np.flatnonzero(is_near), nearest[is_near]
     if not own.size:
-        spans = [f"{one.time[0]:.3f} to {one.time[-1]:.3f} s" for one in (estimate, reference)]
+        spans = [
+            f"{poses.time[0]:.3f} to {poses.time[-1]:.3f} s" for poses in (estimate, reference)
+        ]
         raise ValueError(
-            f"no poses are within {most:g} s of each other: the track's are of {spans[0]}, the "
+            f"no poses are within {max_difference:g} s of each other: the track's are of "
+            f"{spans[0]}, the "
             f"reference's of {spans[1]}"
         )
-    return (others, own) if more else (own, others)
+    return (matches, own) if more else (own, matches)
 
 
-def _taken(poses: Poses, places: _Places) -> Poses:
+def _select_poses(poses: Poses, indices: _Indices) -> Poses:
     # A pose may be the nearest of several: their times do not increase, so that none is checked.
-    taken = object.__new__(Poses)
+    selected = object.__new__(Poses)
     for name in ("time", "position", "quaternion"):
-        object.__setattr__(taken, name, getattr(poses, name)[places])
-    object.__setattr__(taken, "source", poses.source)
-    return taken
+        object.__setattr__(selected, name, getattr(poses, name)[indices])
+    object.__setattr__(selected, "source", poses.source)
+    return selected
 
 
-def _fitted(found: Poses, true: Poses, align: Alignment) -> tuple[Floats, Floats, float]:
+def _fit_alignment(track: Poses, true: Poses, align: Alignment) -> tuple[Floats, Floats, float]:
     """Return rotation, shift and scale that bring positions together best."""
     identity = np.array([1.0, 0.0, 0.0, 0.0])
     if align == "none":
         return identity, np.zeros(3), 1.0
     if align == "origin":
-        turn = rotations.product(true.quaternion[0], rotations.inverse(found.quaternion[0]))
-        return turn, true.position[0] - rotations.rotate(turn, found.position[0]), 1.0
-    there = np.isfinite(found.position).all(axis=1) & np.isfinite(true.position).all(axis=1)
-    x, y = found.position[there], true.position[there]
+        turn = rotations.product(true.quaternion[0], rotations.inverse(track.quaternion[0]))
+        return turn, true.position[0] - rotations.rotate(turn, track.position[0]), 1.0
+    present = np.isfinite(track.position).all(axis=1) & np.isfinite(true.position).all(axis=1)
+    x, y = track.position[present], true.position[present]
     if not len(x):
         raise ValueError("no pair of poses has both positions")
     a, b = x - x.mean(axis=0), y - y.mean(axis=0)
@@ -302,9 +311,9 @@ def _fitted(found: Poses, true: Poses, align: Alignment) -> tuple[Floats, Floats
     return turn, y.mean(axis=0) - rotations.rotate(turn, scale * x.mean(axis=0)), scale
 
 
-def _steps(found: Poses, delta: float, unit: str, every: bool) -> tuple[_Places, _Places]:
+def _find_steps(track: Poses, delta: float, unit: str, every: bool) -> tuple[_Indices, _Indices]:
     """Return where steps begin and end."""
-    n = len(found.time)
+    n = len(track.time)
     if unit == "poses":
         step = int(delta)
         if step != delta:
@@ -313,12 +322,12 @@ def _steps(found: Poses, delta: float, unit: str, every: bool) -> tuple[_Places,
         return begin, begin + step
     if unit not in ("m", "s"):
         raise ArgumentError("unit", f"must be 'poses', 'm' or 's', got {unit!r}")
-    moved = np.linalg.norm(np.diff(found.position, axis=0), axis=1) if unit == "m" else None
-    course = found.time - found.time[0] if moved is None else np.concatenate(([0], moved.cumsum()))
-    return _nearest(course, delta) if every else _in_turn(course, delta)
+    moved = np.linalg.norm(np.diff(track.position, axis=0), axis=1) if unit == "m" else None
+    course = track.time - track.time[0] if moved is None else np.concatenate(([0], moved.cumsum()))
+    return _nearest_steps(course, delta) if every else _consecutive_steps(course, delta)
 
 
-def _in_turn(course: Floats, delta: float) -> tuple[_Places, _Places]:
+def _consecutive_steps(course: Floats, delta: float) -> tuple[_Indices, _Indices]:
     """Return steps of which each begins at the end of the one before, as evo has those of paths."""
     ends = [0]
     last = course[0]
@@ -326,23 +335,23 @@ def _in_turn(course: Floats, delta: float) -> tuple[_Places, _Places]:
         if value - last >= delta:
             ends.append(i)
             last = value
-    places = np.array(ends, dtype=np.intp)
-    return places[:-1], places[1:]
+    indices = np.array(ends, dtype=np.intp)
+    return indices[:-1], indices[1:]
 
 
-def _nearest(course: Floats, delta: float) -> tuple[_Places, _Places]:
+def _nearest_steps(course: Floats, delta: float) -> tuple[_Indices, _Indices]:
     """Return from each pose the step that is nearest to a length, within a tenth of it."""
     begin = np.arange(len(course) - 1)
     after = np.clip(np.searchsorted(course, course[:-1] + delta), begin + 1, len(course) - 1)
     before = np.maximum(after - 1, begin + 1)
-    miss = [np.abs(course[place] - course[:-1] - delta) for place in (before, after)]
+    miss = [np.abs(course[candidate] - course[:-1] - delta) for candidate in (before, after)]
     end = np.where(miss[0] <= miss[1], before, after)
     near = np.minimum(*miss) <= 0.1 * delta
     return begin[near], end[near]
 
 
-def _step(poses: Poses, begin: _Places, end: _Places) -> tuple[Floats, Floats]:
+def _relative_poses(poses: Poses, begin: _Indices, end: _Indices) -> tuple[Floats, Floats]:
     """Return translation and rotation of steps, in the axes of the body at their beginning."""
     back = rotations.inverse(poses.quaternion[begin])
-    place = rotations.rotate(back, poses.position[end] - poses.position[begin])
-    return place, rotations.product(back, poses.quaternion[end])
+    translation = rotations.rotate(back, poses.position[end] - poses.position[begin])
+    return translation, rotations.product(back, poses.quaternion[end])

@@ -9,14 +9,14 @@ import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
 from zerorate.metrics.channels import (
+    check_positive,
+    check_same_shape,
     columns,
     is_single,
-    pairs,
     per_channel,
-    positive,
-    present,
+    present_mask,
+    present_pairs,
     rms,
-    same_shape,
 )
 from zerorate.record.missing import floats
 from zerorate.record.named import rate_of
@@ -49,7 +49,7 @@ def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
     >>> rmse([0.0, 0.0], [3.0, -3.0])
     3.0
     """
-    both = pairs("reference", reference, "estimate", estimate)
+    both = present_pairs("reference", reference, "estimate", estimate)
     return per_channel([rms(y - x) for x, y in both], reference)
 
 
@@ -87,11 +87,11 @@ def regret(estimate: npt.ArrayLike, truth: npt.ArrayLike, optimal: npt.ArrayLike
         columns("estimate", estimate),
         columns("optimal", optimal),
     )
-    same_shape("truth", x, "estimate", y)
-    same_shape("truth", x, "optimal", best)
+    check_same_shape("truth", x, "estimate", y)
+    check_same_shape("truth", x, "optimal", best)
     ratios = []
     for i in range(len(x)):
-        both = present(x[i], y[i], best[i])
+        both = present_mask(x[i], y[i], best[i])
         least = rms(best[i][both] - x[i][both])
         if least == 0.0:
             raise ValueError("optimal equals truth, so there is no error to compare with")
@@ -136,25 +136,27 @@ def settling_time(
     """
     x = columns("estimate", estimate)
     try:
-        wanted = np.broadcast_to(floats(target, "target"), floats(estimate, "estimate").shape)
+        targets = np.broadcast_to(floats(target, "target"), floats(estimate, "estimate").shape)
     except ValueError:
         raise ValueError(
             f"target of shape {np.shape(target)} does not fit estimate of shape "
             f"{np.shape(estimate)}"
         ) from None
-    y = columns("target", wanted)
-    widest, hertz = positive("tolerance", tolerance), rate_of(rate, estimate, target)
-    return per_channel([_settled(x[i], y[i], widest) / hertz for i in range(len(x))], estimate)
+    y = columns("target", targets)
+    widest, hertz = check_positive("tolerance", tolerance), rate_of(rate, estimate, target)
+    return per_channel(
+        [_settling_samples(x[i], y[i], widest) / hertz for i in range(len(x))], estimate
+    )
 
 
-def _settled(x: Floats, y: Floats, widest: float) -> float:
+def _settling_samples(x: Floats, y: Floats, widest: float) -> float:
     """Return the number of samples up to the first present one after the last one outside."""
-    places = np.flatnonzero(present(x, y))
-    outside = np.flatnonzero(np.abs(x[places] - y[places]) > widest)
+    indices = np.flatnonzero(present_mask(x, y))
+    outside = np.flatnonzero(np.abs(x[indices] - y[indices]) > widest)
     if outside.size == 0:
-        return float(places[0])
+        return float(indices[0])
     last = int(outside[-1])
-    return math.inf if last + 1 == places.size else float(places[last + 1])
+    return math.inf if last + 1 == indices.size else float(indices[last + 1])
 
 
 def nis(
@@ -195,11 +197,11 @@ def nis(
     >>> nis([1.0, -1.0, 3.0, -3.0], 5.0, where=[False, False, True, True])
     1.8
     """
-    variance = _spread_over(innovation, innovation_variance)
+    variance = _broadcast_variance(innovation, innovation_variance)
     if np.any(variance <= 0.0):
         raise ArgumentError("innovation_variance", "must be positive")
-    chosen = innovation if where is None else _only(innovation, where)
-    both = pairs("innovation", chosen, "innovation_variance", variance)
+    selected = innovation if where is None else _mask_innovations(innovation, where)
+    both = present_pairs("innovation", selected, "innovation_variance", variance)
     return per_channel([float(np.mean(e * e / s)) for e, s in both], innovation)
 
 
@@ -232,13 +234,13 @@ def coverage(error: npt.ArrayLike, sigma: npt.ArrayLike) -> float | Floats:
     >>> coverage([0.5, -0.5, 2.0, -0.1], [1.0, 1.0, 1.0, 1.0])
     0.75
     """
-    both = pairs("error", error, "sigma", sigma)
+    both = present_pairs("error", error, "sigma", sigma)
     if any((s < 0.0).any() for _, s in both):
         raise ArgumentError("sigma", "must not be negative")
     return per_channel([float(np.mean(np.abs(e) <= s)) for e, s in both], error)
 
 
-def _spread_over(innovation: npt.ArrayLike, variance: npt.ArrayLike) -> Floats:
+def _broadcast_variance(innovation: npt.ArrayLike, variance: npt.ArrayLike) -> Floats:
     try:
         return np.broadcast_to(
             floats(variance, "innovation_variance"), floats(innovation, "innovation").shape
@@ -250,7 +252,7 @@ def _spread_over(innovation: npt.ArrayLike, variance: npt.ArrayLike) -> Floats:
         ) from None
 
 
-def _only(innovation: npt.ArrayLike, where: npt.ArrayLike) -> Floats:
+def _mask_innovations(innovation: npt.ArrayLike, where: npt.ArrayLike) -> Floats:
     """Return the innovations, missing where they do not count."""
     e, mask = columns("innovation", innovation), np.asanyarray(where)
     if mask.dtype != np.bool_:
@@ -258,6 +260,6 @@ def _only(innovation: npt.ArrayLike, where: npt.ArrayLike) -> Floats:
     flags = columns("where", where)
     if len(flags) == 1:
         flags = np.repeat(flags, len(e), axis=0)
-    same_shape("innovation", e, "where", flags)
-    chosen = np.where(flags > 0.0, e, np.nan).T
-    return chosen[:, 0] if is_single(innovation) else chosen
+    check_same_shape("innovation", e, "where", flags)
+    selected = np.where(flags > 0.0, e, np.nan).T
+    return selected[:, 0] if is_single(innovation) else selected

@@ -5,20 +5,20 @@ The filter itself is `zerorate.NavigationFilter`, of the core.
 
 from typing import TYPE_CHECKING, Final
 
-from zerorate.lazy import later
+from zerorate.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from zerorate.navigation.alignment import Alignment, align
     from zerorate.navigation.axes import Axes
     from zerorate.navigation.begin import Beginning, find_beginning
     from zerorate.navigation.clock import find_time_offset
+    from zerorate.navigation.coarse_start import find_start
     from zerorate.navigation.outage import Outages, outages
     from zerorate.navigation.selfcheck import (
         NavigationChecks,
         NavigationFinding,
         check_navigation,
     )
-    from zerorate.navigation.start import find_start
     from zerorate.navigation.track import STATUSES, VERDICTS, Track
     from zerorate.navigation.tracks import write_geojson, write_gpx
     from zerorate.navigation.wheels import Wheels
@@ -51,10 +51,10 @@ _PLACES: Final = {
     "clock": "find_time_offset",
     "outage": "Outages outages",
     "selfcheck": "NavigationChecks NavigationFinding check_navigation",
-    "start": "find_start",
+    "coarse_start": "find_start",
     "track": "STATUSES VERDICTS Track",
     "tracks": "write_geojson write_gpx",
     "wheels": "Wheels",
 }
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = later(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)

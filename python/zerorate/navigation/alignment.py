@@ -9,7 +9,7 @@ from typing import Final, Literal
 import numpy as np
 
 from zerorate.calibration import find_rests
-from zerorate.faults import ArgumentError, given, said
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.geometry.earth import earth_rate
 from zerorate.geometry.rotations import from_euler_angles, inverse, rotate
 from zerorate.record import LogError, Recording
@@ -18,17 +18,17 @@ from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
-_REST: Final = 10.0
+_MIN_REST_S: Final = 10.0
 """Seconds at rest that an alignment needs."""
-_SHORTEST: Final = 1.0
+_MIN_SPAN_S: Final = 1.0
 """Seconds of a span that is given."""
 _GRAVITY: Final = 9.80665
-_STEADY: Final = 6.0
-_OF_MEDIAN: Final = 1.4826
+_STEADY_SIGMAS: Final = 6.0
+_SIGMA_PER_MAD: Final = 1.4826
 """Standard deviation over the median distance from the median, of normal deviates."""
-_SMALL: Final = np.array([math.radians(0.05)] * 3 + [0.02] * 3)
+_MIN_SHIFT: Final = np.array([math.radians(0.05)] * 3 + [0.02] * 3)
 """What means of a second may move in any case, rad/s and m/s^2."""
-_TOLERANCE: Final = 0.1
+_GRAVITY_TOLERANCE: Final = 0.1
 """Part of gravity that the force at rest may be off."""
 
 
@@ -134,7 +134,7 @@ def align(
     >>> bool(abs(start.gyro_bias - drive.gyro_bias[0]).max() < 5 * start.gyro_bias_sigma)
     True
     """
-    _within("latitude", latitude, 89.5, "deg")
+    _check_bound("latitude", latitude, 89.5, "deg")
     for name, sigma in (("heading_sigma", heading_sigma), ("accel_bias_sigma", accel_bias_sigma)):
         if not 0.0 < sigma <= 10.0:
             raise ArgumentError(name, f"must be above 0 and at most 10, got {sigma}")
@@ -144,13 +144,13 @@ def align(
             "heading", f"must be an angle in rad, 'course' or None, got {heading!r}"
         )
     yaw = float(heading) if known else 0.0  # type: ignore[arg-type]
-    _within("heading", yaw, 4.0 * math.pi, "rad")
+    _check_bound("heading", yaw, 4.0 * math.pi, "rad")
     samples = Samples.of(imu, mag=False, what="an alignment")
-    first, last = _rest(imu, samples) if span is None else _given(span)
-    gyro, accel = _between(samples, first, last)
+    first, last = _find_rest(imu, samples) if span is None else _check_span(span)
+    gyro, accel = _select_samples(samples, first, last)
     force, rate = accel.mean(axis=0), gyro.mean(axis=0)
     _check_force(force, first, last)
-    attitude = leveled(force, yaw)
+    attitude = level_attitude(force, yaw)
     earth = earth_rate(math.radians(latitude))
     unknown = 0.0
     if not known:
@@ -163,37 +163,40 @@ def align(
         course=heading == "course",
         gyro_bias=rate - rotate(inverse(attitude), earth),
         accel_bias=np.zeros(3),
-        level_sigma=math.hypot(accel_bias_sigma / _GRAVITY, _of_mean(accel, samples) / _GRAVITY),
+        level_sigma=math.hypot(
+            accel_bias_sigma / _GRAVITY, _sigma_of_mean(accel, samples) / _GRAVITY
+        ),
         heading_sigma=heading_sigma if known else math.pi / 2.0,
-        gyro_bias_sigma=math.hypot(_of_mean(gyro, samples), unknown),
+        gyro_bias_sigma=math.hypot(_sigma_of_mean(gyro, samples), unknown),
         accel_bias_sigma=accel_bias_sigma,
     )
 
 
-def _within(name: str, value: float, bound: float, unit: str) -> None:
+def _check_bound(name: str, value: float, bound: float, unit: str) -> None:
     if not abs(value) <= bound:
         raise ArgumentError(name, f"must be within {bound:.4g} {unit}, got {value}")
 
 
-def _rest(imu: Recording, samples: Samples) -> tuple[float, float]:
+def _find_rest(imu: Recording, samples: Samples) -> tuple[float, float]:
     for rest in find_rests(imu):
-        first, last = _steady(samples, rest.start, rest.stop)
-        if last - first < _REST:
+        first, last = _find_steady_span(samples, rest.start, rest.stop)
+        if last - first < _MIN_REST_S:
             continue
         # Of one that lasts to the end some is left to navigate.
         ends = float(samples.time[-1]) - last < 1.0
-        return first, first + max(_REST, 0.5 * (last - first)) if ends else last
+        return first, first + max(_MIN_REST_S, 0.5 * (last - first)) if ends else last
     raise LogError(
-        said(
-            f"{imu.source}: the vehicle does not rest for {_REST:g} s, which an alignment needs: "
+        make_sentence(
+            f"{imu.source}: the vehicle does not rest for {_MIN_REST_S:g} s, which an "
+            "alignment needs: "
             "say with ",
-            given("span"),
+            keyword_argument("span"),
             " when it rests",
         )
     )
 
 
-def _steady(samples: Samples, first: float, last: float) -> tuple[float, float]:
+def _find_steady_span(samples: Samples, first: float, last: float) -> tuple[float, float]:
     """Return the first long part of a rest whose means of a second stay what they are.
 
     A car that moves off gently does not vary more than a noisy sensor, by which rests are found.
@@ -201,22 +204,24 @@ def _steady(samples: Samples, first: float, last: float) -> tuple[float, float]:
     time, width = samples.time, max(1, round(samples.log.rate))
     begin, end = np.searchsorted(time, [first, last])
     seconds = (end - begin) // width
-    if seconds < _REST - 1.0:
+    if seconds < _MIN_REST_S - 1.0:
         return first, last
     values = np.concatenate((samples.gyro, samples.accel), axis=1)[begin : begin + seconds * width]
     blocks = values.reshape(seconds, width, 6)
-    there: Booleans = np.isfinite(blocks.sum(axis=2))
-    counts = there.sum(axis=1)[:, np.newaxis]
-    means = np.where(there[:, :, np.newaxis], blocks, 0.0).sum(axis=1) / np.maximum(counts, 1)
-    known = counts[:, 0] > 0
-    if not known.any():
+    present: Booleans = np.isfinite(blocks.sum(axis=2))
+    counts = present.sum(axis=1)[:, np.newaxis]
+    means = np.where(present[:, :, np.newaxis], blocks, 0.0).sum(axis=1) / np.maximum(counts, 1)
+    has_samples = counts[:, 0] > 0
+    if not has_samples.any():
         return first, last
-    off = np.abs(means - np.median(means[known], axis=0))
-    off[~known] = 0.0
-    limit = np.maximum(_STEADY * _OF_MEDIAN * np.median(off[known], axis=0), _SMALL)
-    steady = runs((off <= limit).all(axis=1))
+    distance = np.abs(means - np.median(means[has_samples], axis=0))
+    distance[~has_samples] = 0.0
+    limit = np.maximum(
+        _STEADY_SIGMAS * _SIGMA_PER_MAD * np.median(distance[has_samples], axis=0), _MIN_SHIFT
+    )
+    steady = runs((distance <= limit).all(axis=1))
     # A cruise with a slow turn is steady too, and longer: the vehicle rests before it moves.
-    long = steady[steady[:, 1] - steady[:, 0] >= _REST]
+    long = steady[steady[:, 1] - steady[:, 0] >= _MIN_REST_S]
     a, b = long[0] if len(long) else (0, 0)
     if (a, b) == (0, seconds):
         return first, last
@@ -226,43 +231,43 @@ def _steady(samples: Samples, first: float, last: float) -> tuple[float, float]:
     return start, float(time[min(begin + b * width, len(time) - 1)])
 
 
-def _given(span: tuple[float, float]) -> tuple[float, float]:
+def _check_span(span: tuple[float, float]) -> tuple[float, float]:
     first, last = (float(x) for x in span)
-    if not last - first >= _SHORTEST:
+    if not last - first >= _MIN_SPAN_S:
         raise ArgumentError(
-            "span", f"must be at least {_SHORTEST:g} s long, got {first:g} to {last:g} s"
+            "span", f"must be at least {_MIN_SPAN_S:g} s long, got {first:g} to {last:g} s"
         )
     return first, last
 
 
-def _between(samples: Samples, first: float, last: float) -> tuple[Floats, Floats]:
-    inside = (samples.time >= first) & (samples.time <= last)
-    inside &= np.isfinite(samples.gyro).all(axis=1) & np.isfinite(samples.accel).all(axis=1)
-    if inside.sum() < max(10.0, 0.5 * samples.log.rate * (last - first)):
+def _select_samples(samples: Samples, first: float, last: float) -> tuple[Floats, Floats]:
+    mask = (samples.time >= first) & (samples.time <= last)
+    mask &= np.isfinite(samples.gyro).all(axis=1) & np.isfinite(samples.accel).all(axis=1)
+    if mask.sum() < max(10.0, 0.5 * samples.log.rate * (last - first)):
         raise LogError(
-            f"there are {int(inside.sum())} samples from {first:g} to {last:g} s, too few for an "
+            f"there are {int(mask.sum())} samples from {first:g} to {last:g} s, too few for an "
             "alignment"
         )
-    return samples.gyro[inside], samples.accel[inside]
+    return samples.gyro[mask], samples.accel[mask]
 
 
 def _check_force(force: Floats, first: float, last: float) -> None:
     size = float(np.linalg.norm(force))
-    if abs(size / _GRAVITY - 1.0) > _TOLERANCE:
+    if abs(size / _GRAVITY - 1.0) > _GRAVITY_TOLERANCE:
         raise LogError(
             f"the force from {first:g} to {last:g} s is {size:.2f} m/s^2, expected that of "
             "gravity: the accelerometer has another unit, or the vehicle moves"
         )
 
 
-def leveled(force: Floats, yaw: float) -> Floats:
+def level_attitude(force: Floats, yaw: float) -> Floats:
     """Return the orientation, w, x, y, z, of a body that rests on such a force."""
     fx, fy, fz = (float(x) for x in force)
     roll, pitch = math.atan2(-fy, -fz), math.atan2(fx, math.hypot(fy, fz))
     return from_euler_angles(roll, pitch, yaw)
 
 
-def _of_mean(values: Floats, samples: Samples) -> float:
+def _sigma_of_mean(values: Floats, samples: Samples) -> float:
     """Return the deviation of a mean, by those of seconds: noise of samples is not white."""
     width = max(1, round(samples.log.rate))
     count = len(values) // width

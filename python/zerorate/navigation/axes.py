@@ -8,19 +8,19 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.navigation.windows import GRAVITY, Means, Windows
+from zerorate.navigation.windows import GRAVITY_M_S2, Means, Windows
 from zerorate.types import Floats
 
-_ROAD: Final = 0.3
+_ROAD_NOISE_M_S2: Final = 0.3
 """Deviation of a mean force by what a receiver does not see, m/s^2."""
-_HUBER: Final = 2.5
-_BLOCK: Final = 10.0
-_FEWEST: Final = 20
-_YAW_SURE: Final = math.radians(2.0)
-_ROUND: Final = 1.15
+_HUBER_LIMIT: Final = 2.5
+_BLOCK_S: Final = 10.0
+_MIN_WINDOWS: Final = 20
+_MAX_YAW_SIGMA_RAD: Final = math.radians(2.0)
+_JACKKNIFE_FACTOR: Final = 1.15
 """By how much the jackknife is too small: two thirds of 40 drives are within it so."""
-_SIZE: Final = (0.7, 1.3)
-_CORRELATION: Final = 0.6
+_GAIN_RANGE: Final = (0.7, 1.3)
+_MIN_CORRELATION: Final = 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +35,9 @@ class Axes:
         Angle of forward from its x axis about down, rad.
     yaw_sigma : float
         Its deviation, rad.
-    apart : float
+    skew : float
         Of the right from where it should be beside forward, rad; about pi in mirrored axes.
-    apart_sigma : float
+    skew_sigma : float
         Its deviation, rad.
     certain : bool
         Whether the axes may be used without being asked.
@@ -47,21 +47,21 @@ class Axes:
     >>> import zerorate as zr
     >>> drive = zr.simulate_drive(duration=200.0, seed=1)
     >>> axes = zr.navigation.check_navigation(drive.recording(), drive.fixes).axes
-    >>> axes.certain, axes.handed, bool(abs(axes.yaw) < 4 * axes.yaw_sigma)
+    >>> axes.certain, axes.handedness, bool(abs(axes.yaw) < 4 * axes.yaw_sigma)
     (True, 'right', True)
     """
 
     body_from_sensor: Floats
     yaw: float
     yaw_sigma: float
-    apart: float
-    apart_sigma: float
+    skew: float
+    skew_sigma: float
     certain: bool
 
     @property
-    def handed(self) -> str:
+    def handedness(self) -> str:
         """Handedness: "right", "left", or "" where it is not known."""
-        size, sigma = abs(self.apart), self.apart_sigma
+        size, sigma = abs(self.skew), self.skew_sigma
         if sigma > math.radians(30.0):
             return ""
         if size <= math.radians(60.0) and math.pi - size > 4.0 * sigma:
@@ -75,7 +75,7 @@ class Axes:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rows:
+class _ForceSamples:
     """Mean forces with what they should be, and weights."""
 
     force: Floats
@@ -83,9 +83,11 @@ class _Rows:
     weight: Floats
     block: Floats
 
-    def without(self, block: float) -> _Rows:
-        kept = self.block != block
-        return _Rows(self.force[kept], self.motion[kept], self.weight[kept], self.block[kept])
+    def drop_block(self, block: float) -> _ForceSamples:
+        mask = self.block != block
+        return _ForceSamples(
+            self.force[mask], self.motion[mask], self.weight[mask], self.block[mask]
+        )
 
 
 def find_axes(means: Means, windows: Windows, lag: float) -> Axes | None:
@@ -97,54 +99,54 @@ def find_axes(means: Means, windows: Windows, lag: float) -> Axes | None:
     slope of the way, and that across: its coefficients are up, forward and right in the sensor's
     axes. Deviations are by leaving out blocks of ten seconds.
     """
-    rows = _rows(means, windows, lag)
-    if len(rows.force) < _FEWEST:
+    rows = _pair_forces(means, windows, lag)
+    if len(rows.force) < _MIN_WINDOWS:
         return None
-    found = _coefficients(rows)
-    if found is None:
+    fit = _fit_coefficients(rows)
+    if fit is None:
         return None
-    coefficients, rows = found
+    coefficients, rows = fit
     up, forward, right = coefficients
     down = -up / max(float(np.linalg.norm(up)), 1e-9)
-    first, second = _level(down)
-    yaw, apart, procrustes = _angles(rows, coefficients, first, second)
+    first, second = _level_axes(down)
+    yaw, skew, procrustes = _fit_angles(rows, coefficients, first, second)
     blocks = np.unique(rows.block)
-    others = []
+    replicates = []
     for block in blocks:
-        kept = rows.without(float(block))
-        less = _solved(kept)
-        if less is not None:
-            others.append(_angles(kept, less, first, second))
-    if len(others) < 3:
+        subset = rows.drop_block(float(block))
+        estimate = _solve(subset)
+        if estimate is not None:
+            replicates.append(_fit_angles(subset, estimate, first, second))
+    if len(replicates) < 3:
         return None
-    _, apart_sigma, sigma = (
-        _jackknife(np.array(values), own)
-        for values, own in zip(zip(*others, strict=True), (yaw, apart, procrustes), strict=True)
+    _, skew_sigma, sigma = (
+        _jackknife_sigma(np.array(values), own)
+        for values, own in zip(zip(*replicates, strict=True), (yaw, skew, procrustes), strict=True)
     )
-    sizes = [float(np.linalg.norm(one)) for one in (forward, right)]
+    sizes = [float(np.linalg.norm(vector)) for vector in (forward, right)]
     certain = (
-        sigma <= _YAW_SURE
-        and abs(apart) <= max(math.radians(5.0), 4.0 * apart_sigma)
-        and all(_SIZE[0] <= size <= _SIZE[1] for size in sizes)
-        and _correlation(rows, coefficients) >= _CORRELATION
+        sigma <= _MAX_YAW_SIGMA_RAD
+        and abs(skew) <= max(math.radians(5.0), 4.0 * skew_sigma)
+        and all(_GAIN_RANGE[0] <= size <= _GAIN_RANGE[1] for size in sizes)
+        and _correlation(rows, coefficients) >= _MIN_CORRELATION
     )
     ahead = math.cos(procrustes) * first + math.sin(procrustes) * second
     matrix = np.array([ahead, np.cross(down, ahead), down])
-    return Axes(matrix, procrustes, _ROUND * sigma, apart, apart_sigma, certain)
+    return Axes(matrix, procrustes, _JACKKNIFE_FACTOR * sigma, skew, skew_sigma, certain)
 
 
-def _rows(means: Means, windows: Windows, lag: float) -> _Rows:
+def _pair_forces(means: Means, windows: Windows, lag: float) -> _ForceSamples:
     force = means.between(windows.start + lag, windows.stop + lag)[:, 3:]
     motion = np.column_stack(
-        [np.ones(len(force)), windows.along + GRAVITY * windows.climb, windows.across]
+        [np.ones(len(force)), windows.along + GRAVITY_M_S2 * windows.climb, windows.across]
     )
-    there = np.isfinite(force.sum(axis=1) + motion.sum(axis=1))
-    weight = 1.0 / (_ROAD**2 + windows.sigma**2)
-    block = np.floor((windows.start - windows.start.min(initial=0.0)) / _BLOCK)
-    return _Rows(force[there], motion[there], weight[there], block[there])
+    present = np.isfinite(force.sum(axis=1) + motion.sum(axis=1))
+    weight = 1.0 / (_ROAD_NOISE_M_S2**2 + windows.sigma**2)
+    block = np.floor((windows.start - windows.start.min(initial=0.0)) / _BLOCK_S)
+    return _ForceSamples(force[present], motion[present], weight[present], block[present])
 
 
-def _solved(rows: _Rows) -> Floats | None:
+def _solve(rows: _ForceSamples) -> Floats | None:
     """Return up, forward and right in the sensor's axes, the rows of a matrix."""
     normal = rows.motion.T @ (rows.weight[:, np.newaxis] * rows.motion)
     if len(rows.force) < 3 or np.linalg.cond(normal) > 1e10:
@@ -152,22 +154,22 @@ def _solved(rows: _Rows) -> Floats | None:
     return np.asarray(np.linalg.solve(normal, rows.motion.T @ (rows.weight[:, None] * rows.force)))
 
 
-def _coefficients(rows: _Rows) -> tuple[Floats, _Rows] | None:
+def _fit_coefficients(rows: _ForceSamples) -> tuple[Floats, _ForceSamples] | None:
     """Return them with weights that outliers have lost (Huber)."""
     own = rows
     for _ in range(5):
-        found = _solved(own)
-        if found is None:
+        solution = _solve(own)
+        if solution is None:
             return None
-        off = np.linalg.norm(rows.force - rows.motion @ found, axis=1)
-        limit = _HUBER * max(float(np.median(off)), 1e-9)
+        off = np.linalg.norm(rows.force - rows.motion @ solution, axis=1)
+        limit = _HUBER_LIMIT * max(float(np.median(off)), 1e-9)
         factor = np.minimum(1.0, limit / np.maximum(off, 1e-12))
-        own = _Rows(rows.force, rows.motion, rows.weight * factor, rows.block)
-    found = _solved(own)
-    return None if found is None else (found, own)
+        own = _ForceSamples(rows.force, rows.motion, rows.weight * factor, rows.block)
+    solution = _solve(own)
+    return None if solution is None else (solution, own)
 
 
-def _level(down: Floats) -> tuple[Floats, Floats]:
+def _level_axes(down: Floats) -> tuple[Floats, Floats]:
     """Return level axes: the first is the sensor's x where it is level, the second right of it."""
     x = np.eye(3)[0 if abs(down[0]) < 0.9 else 1]
     first = x - (x @ down) * down
@@ -175,8 +177,8 @@ def _level(down: Floats) -> tuple[Floats, Floats]:
     return first, np.cross(down, first)
 
 
-def _angles(
-    rows: _Rows, coefficients: Floats, first: Floats, second: Floats
+def _fit_angles(
+    rows: _ForceSamples, coefficients: Floats, first: Floats, second: Floats
 ) -> tuple[float, float, float]:
     """Return the angle of forward, how far the right is from where it should be, and the yaw."""
     _, forward, right = coefficients
@@ -187,16 +189,16 @@ def _angles(
     force = rows.force - centre @ rows.force
     y = np.column_stack([force @ first, force @ second])
     m = x.T @ (rows.weight[:, np.newaxis] * y)
-    return ahead, _wrapped(ahead - aside), math.atan2(m[0, 1] - m[1, 0], m[0, 0] + m[1, 1])
+    return ahead, _wrap(ahead - aside), math.atan2(m[0, 1] - m[1, 0], m[0, 0] + m[1, 1])
 
 
-def _jackknife(values: Floats, own: float) -> float:
+def _jackknife_sigma(values: Floats, own: float) -> float:
     n = len(values)
     off = np.remainder(values - own + math.pi, 2.0 * math.pi) - math.pi
     return math.sqrt((n - 1.0) / n * float(((off - off.mean()) ** 2).sum()))
 
 
-def _correlation(rows: _Rows, coefficients: Floats) -> float:
+def _correlation(rows: _ForceSamples, coefficients: Floats) -> float:
     level = rows.force - (rows.weight / rows.weight.sum()) @ rows.force
     fitted = rows.motion[:, 1:] @ coefficients[1:]
     fitted -= (rows.weight / rows.weight.sum()) @ fitted
@@ -206,5 +208,5 @@ def _correlation(rows: _Rows, coefficients: Floats) -> float:
     return both / size if size > 0.0 else 0.0
 
 
-def _wrapped(angle: float) -> float:
+def _wrap(angle: float) -> float:
     return math.remainder(angle, 2.0 * math.pi)

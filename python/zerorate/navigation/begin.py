@@ -15,18 +15,18 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import NavigationFilter
-from zerorate.faults import ArgumentError, Sentence, given, said
+from zerorate.faults import ArgumentError, Sentence, keyword_argument, make_sentence
 from zerorate.navigation.alignment import Alignment, align
 from zerorate.navigation.axes import Axes
 from zerorate.navigation.clock import find_time_offset
+from zerorate.navigation.coarse_start import find_start
 from zerorate.navigation.selfcheck import (
     NavigationChecks,
     NavigationFinding,
     check_navigation,
 )
-from zerorate.navigation.start import find_start
 from zerorate.record.fixes import Fixes
-from zerorate.record.mounting import Mounting, body_axes, rotation
+from zerorate.record.mounting import Mounting, body_axes, check_rotation
 from zerorate.record.offset import TimeOffset
 from zerorate.record.recording import Recording
 from zerorate.types import Floats
@@ -41,9 +41,9 @@ Heading: TypeAlias = float | Literal["course"] | None
 _STATED_SIGMA_M: Final = 0.05
 _UNKNOWN_SIGMA_M: Final = 1.0
 """Standard deviation of an antenna's place that is stated, and of one that is not."""
-_COARSE_S: Final = 1.0
+_SEPARATE_CLOCK_S: Final = 1.0
 """Difference of two clocks from which on they were never meant to be one."""
-_MIN_TURN: Final = math.radians(3.0)
+_MIN_MOUNT_ANGLE_RAD: Final = math.radians(3.0)
 """Rotation below which found axes are left alone: a road slopes by as much."""
 _MIN_OFFSET_S: Final = 0.02
 """Offset of a clock below which it is left alone."""
@@ -57,7 +57,7 @@ class Vehicle:
     ----------
     matrix : ndarray, shape (3, 3), or None
         Rotation from the sensors' axes to forward, right, down; None where nothing states it.
-    plain : bool
+    axes_are_body : bool
         The axes of the sensors are said to be those of the body.
     antenna : ndarray, shape (3,)
         From the sensors to the antenna, m; zero where nothing states it.
@@ -65,18 +65,18 @@ class Vehicle:
         Its standard deviation, m.
     time_offset : float or TimeOffset
         To be added to the times of fixes, s; zero where nothing states it.
-    offset_from : {"argument", "metadata", ""}
+    offset_source : {"argument", "metadata", ""}
         Who states it.
     note : str
         A sentence on what the metadata state.
     """
 
     matrix: Floats | None
-    plain: bool
+    axes_are_body: bool
     antenna: Floats
     antenna_sigma: float
     time_offset: float | TimeOffset
-    offset_from: Literal["argument", "metadata", ""]
+    offset_source: Literal["argument", "metadata", ""]
     note: str
 
     @classmethod
@@ -90,8 +90,8 @@ class Vehicle:
         """Return what arguments state, and metadata where these state nothing."""
         stated = recording.mounting or Mounting()
         automatic = isinstance(mount, str) and mount == "auto"
-        matrix = stated.body_from_sensor if automatic else _matrix(mount)
-        arm = stated.antenna if antenna is None else _arm(antenna)
+        matrix = stated.body_from_sensor if automatic else _check_mount(mount)
+        arm = stated.antenna if antenna is None else _check_antenna(antenna)
         typed = not isinstance(time_offset, str)
         own = stated.time_offset
         offset = time_offset if not isinstance(time_offset, str) else (own or 0.0)
@@ -108,26 +108,32 @@ class Vehicle:
             _UNKNOWN_SIGMA_M if arm is None else _STATED_SIGMA_M,
             offset,
             "argument" if typed else "" if own is None else "metadata",
-            _on_metadata(recording, used, lever, own),
+            _describe_metadata(recording, used, lever, own),
         )
 
-    def checked(self, recording: Recording, fixes: Fixes) -> NavigationChecks:
+    def check(self, recording: Recording, fixes: Fixes) -> NavigationChecks:
         """Return what sensors and fixes say of each other, in the axes that are stated."""
         body = recording if self.matrix is None else body_axes(recording, self.matrix)
         offset = TimeOffset.of(self.time_offset)
         return check_navigation(body, fixes, time_offset=offset.seconds)
 
-    def turned(self, checks: NavigationChecks) -> Floats | None:
+    def estimate_mount(self, checks: NavigationChecks) -> Floats | None:
         """Return the axes that the motion shows, where nothing states them and they are certain."""
         axes = checks.axes
-        if self.matrix is not None or self.plain or axes is None or not axes.certain:
+        if self.matrix is not None or self.axes_are_body or axes is None or not axes.certain:
             return None
-        return axes.body_from_sensor if axes.turn > max(_MIN_TURN, 3.0 * axes.yaw_sigma) else None
+        return (
+            axes.body_from_sensor
+            if axes.turn > max(_MIN_MOUNT_ANGLE_RAD, 3.0 * axes.yaw_sigma)
+            else None
+        )
 
     def mistakes(self, checks: NavigationChecks) -> tuple[NavigationFinding, ...]:
         """Return the mistakes, without axes that `find_beginning` turns as the motion shows."""
-        found = self.turned(checks) is not None
-        return tuple(one for one in checks.mistakes if one.what != "mount" or not found)
+        has_mount = self.estimate_mount(checks) is not None
+        return tuple(
+            finding for finding in checks.mistakes if finding.what != "mount" or not has_mount
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,16 +239,18 @@ def find_beginning(
     -0.3
     """
     vehicle = Vehicle.of(recording, mount, antenna, time_offset)
-    found = checks or vehicle.checked(recording, fixes)
-    said_first = tuple(_alarms(found, vehicle))
+    nav_checks = checks or vehicle.check(recording, fixes)
+    first_alarms = tuple(_describe_mistakes(nav_checks, vehicle))
     if alarms is not None:
-        alarms.extend(said_first)
-    matrix = vehicle.turned(found) if vehicle.matrix is None else vehicle.matrix
+        alarms.extend(first_alarms)
+    matrix = vehicle.estimate_mount(nav_checks) if vehicle.matrix is None else vehicle.matrix
     body = recording if matrix is None else body_axes(recording, matrix)
     search = _Search(body, fixes, vehicle, heading, rest, options)
-    start, offset, clock, sentence = search.begun(found)
-    on_axes = "" if vehicle.matrix is not None or matrix is None else _on_axes(found.axes)
-    doubts = (one.text for one in found.findings if one.status == "cannot tell")
+    start, offset, clock, sentence = search.find_start_and_clock(nav_checks)
+    on_axes = (
+        "" if vehicle.matrix is not None or matrix is None else _describe_axes(nav_checks.axes)
+    )
+    doubts = (finding.text for finding in nav_checks.findings if finding.status == "cannot tell")
     notes = (vehicle.note, on_axes, *doubts, sentence)
     return Beginning(
         body,
@@ -251,23 +259,25 @@ def find_beginning(
         clock,
         vehicle.antenna,
         vehicle.antenna_sigma,
-        found,
-        said_first,
+        nav_checks,
+        first_alarms,
         tuple(filter(None, notes)),
     )
 
 
-def _alarms(checks: NavigationChecks, vehicle: Vehicle) -> Iterator[str]:
+def _describe_mistakes(checks: NavigationChecks, vehicle: Vehicle) -> Iterator[str]:
     """Yield a line for each mistake, with what is done about it or may be typed."""
-    for one in vehicle.mistakes(checks):
+    for finding in vehicle.mistakes(checks):
         advice: str | Sentence = ""
-        if one.what == "mount":
-            advice = said(": ", given("mount", "", "mount"), " says how")
-        elif one.what == "clock" and not vehicle.offset_from:
+        if finding.what == "mount":
+            advice = make_sentence(": ", keyword_argument("mount", "", "mount"), " says how")
+        elif finding.what == "clock" and not vehicle.offset_source:
             advice = ": they are moved by that"
-        elif one.what == "clock":
-            advice = said(": ", given("time_offset", "auto", "time_offset='auto'"), " moves them")
-        yield said(f"{checks.source}: {one.text}", advice)
+        elif finding.what == "clock":
+            advice = make_sentence(
+                ": ", keyword_argument("time_offset", "auto", "time_offset='auto'"), " moves them"
+            )
+        yield make_sentence(f"{checks.source}: {finding.text}", advice)
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,34 +291,34 @@ class _Search:
     rest: tuple[float, float] | None
     options: dict[str, Any]
 
-    def begun(
+    def find_start_and_clock(
         self, checks: NavigationChecks
     ) -> tuple[Alignment, float | TimeOffset, TimeOffset | None, str]:
         """Return where the filter begins, on which clock, which fits best, and a sentence on it."""
         vehicle = self.vehicle
         stated = vehicle.time_offset
         if isinstance(stated, TimeOffset):
-            return self._start(stated), stated, None, ""
-        about = stated
-        if not vehicle.offset_from and abs(checks.lag) > _COARSE_S:
-            about = checks.lag
-        start = self._start(about)
-        found = self._clock(start, about)
-        if found is None or not found.differs(about, _MIN_OFFSET_S):
-            return start, about, found, ""
-        values = ", ".join(f"{name} {x:.3g} (sigma {s:.1g})" for name, x, s in found.parts)
-        if vehicle.offset_from == "argument":
-            automatic = given("time_offset", "auto", "time_offset='auto'")
+            return self._find_start(stated), stated, None, ""
+        initial_offset = stated
+        if not vehicle.offset_source and abs(checks.lag) > _SEPARATE_CLOCK_S:
+            initial_offset = checks.lag
+        start = self._find_start(initial_offset)
+        clock = self._find_clock(start, initial_offset)
+        if clock is None or not clock.differs(initial_offset, _MIN_OFFSET_S):
+            return start, initial_offset, clock, ""
+        values = ", ".join(f"{name} {x:.3g} (sigma {s:.1g})" for name, x, s in clock.parts)
+        if vehicle.offset_source == "argument":
+            automatic = keyword_argument("time_offset", "auto", "time_offset='auto'")
             fit = f"the fixes fit best with {values}, not {stated:g} s: "
-            return start, about, found, said(fit, automatic)
+            return start, initial_offset, clock, make_sentence(fit, automatic)
         sentence: str = f"the clock is as sensors and fixes fit best: {values}"
-        if vehicle.offset_from:
-            typed = given("time_offset", f"{stated:g}")
+        if vehicle.offset_source:
+            typed = keyword_argument("time_offset", f"{stated:g}")
             not_it = f"{sentence}; not {stated:g} s, as the metadata say: "
-            sentence = said(not_it, typed, " takes that")
-        return self._start(found), found, found, sentence
+            sentence = make_sentence(not_it, typed, " takes that")
+        return self._find_start(clock), clock, clock, sentence
 
-    def _start(self, offset: float | TimeOffset) -> Alignment:
+    def _find_start(self, offset: float | TimeOffset) -> Alignment:
         if self.rest is None:
             return find_start(
                 self.recording,
@@ -316,7 +326,7 @@ class _Search:
                 heading=self.heading,
                 time_offset=offset,
                 antenna=self.vehicle.antenna,
-                **self._without("antenna_sigma"),
+                **self._options_without("antenna_sigma"),
             )
         gyro = self.recording.gyro
         first = 0.0 if gyro is None else float(gyro.time[0])
@@ -327,37 +337,37 @@ class _Search:
             span=(first + self.rest[0], first + self.rest[1]),
         )
 
-    def _clock(self, start: Alignment, about: float) -> TimeOffset | None:
+    def _find_clock(self, start: Alignment, initial_offset: float) -> TimeOffset | None:
         """Return the clock of the fixes, None where it is not identifiable."""
-        options = self._without("gate", "adapt", "antenna_sigma")
+        options = self._options_without("gate", "adapt", "antenna_sigma")
         try:
-            found = find_time_offset(
+            offset = find_time_offset(
                 self.recording,
                 self.fixes,
                 start,
-                time_offset=about,
+                time_offset=initial_offset,
                 antenna=self.vehicle.antenna,
                 **options,
             )
         except ValueError:
             # A receiver without velocities does not show it.
             return None
-        return found if found.identifiable else None
+        return offset if offset.identifiable else None
 
-    def _without(self, *names: str) -> dict[str, Any]:
+    def _options_without(self, *names: str) -> dict[str, Any]:
         return {name: value for name, value in self.options.items() if name not in names}
 
 
-def _matrix(mount: Mount) -> Floats | None:
+def _check_mount(mount: Mount) -> Floats | None:
     if isinstance(mount, str):
         if mount != "none":
             text = f"must be a rotation, 'auto' or 'none', got {mount!r}"
             raise ArgumentError("mount", text)
         return None
-    return rotation(mount)
+    return check_rotation(mount)
 
 
-def _arm(antenna: npt.ArrayLike) -> Floats:
+def _check_antenna(antenna: npt.ArrayLike) -> Floats:
     try:
         arm = np.asarray(antenna, dtype=np.float64)
     except (TypeError, ValueError):
@@ -367,27 +377,27 @@ def _arm(antenna: npt.ArrayLike) -> Floats:
     return arm
 
 
-def _on_metadata(
-    recording: Recording, used: dict[str, bool], arm: Floats, offset: float | None
+def _describe_metadata(
+    recording: Recording, used: dict[str, bool], lever: Floats, offset: float | None
 ) -> str:
     named = [name for name, there in used.items() if there]
     if not named:
         return ""
-    values = f"antenna {', '.join(f'{x:g}' for x in arm)} m"
+    values = f"antenna {', '.join(f'{x:g}' for x in lever)} m"
     if offset is not None:
         values += f", time offset {offset:g} s"
     listed = " and ".join(filter(None, (", ".join(named[:-1]), named[-1])))
     return f"{listed} by the metadata of {PurePath(recording.source).name} ({values})"
 
 
-def _on_axes(axes: Axes | None) -> str:
+def _describe_axes(axes: Axes | None) -> str:
     if axes is None:
         return ""
     forward = f"{math.degrees(axes.yaw):.1f} deg (sigma {math.degrees(axes.yaw_sigma):.1f})"
     tilt = math.degrees(math.acos(max(-1.0, min(1.0, float(axes.body_from_sensor[2, 2])))))
-    plain = given("mount", "none", "mount='none'")
-    found = (
+    option = keyword_argument("mount", "none", "mount='none'")
+    text = (
         f"axes by the motion, for nothing states them: forward is {forward} to the right of the "
         f"sensors' x, down {tilt:.1f} deg from their z; "
     )
-    return said(found, plain, " leaves them")
+    return make_sentence(text, option, " leaves them")

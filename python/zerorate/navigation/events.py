@@ -10,15 +10,15 @@ import numpy as np
 from zerorate.record.fixes import Fixes
 from zerorate.types import Floats, Integers
 
-SIGMA_POSITION: Final = 2.0
-SIGMA_VELOCITY: Final = 0.1
+DEFAULT_POSITION_SIGMA_M: Final = 2.0
+DEFAULT_VELOCITY_SIGMA_M_S: Final = 0.1
 """What is taken for the deviations of a receiver that tells none, m and m/s."""
 
 _POSITION: Final = slice(1, 4)
 _VELOCITY: Final = slice(4, 7)
 
 
-def rows_of(fixes: Fixes | None) -> Floats:
+def pack_fixes(fixes: Fixes | None) -> Floats:
     """Return fixes as ``NavigationFilter.process_arrays`` takes them, shape (m, 13).
 
     Where a receiver tells no deviation it is 2 m and 0.1 m/s.
@@ -28,18 +28,18 @@ def rows_of(fixes: Fixes | None) -> Floats:
     rows = np.full((len(fixes), 13), np.nan)
     rows[:, 0] = fixes.time
     rows[:, _POSITION] = fixes.position
-    rows[:, 7:10] = _told(fixes.position_sigma, SIGMA_POSITION)
-    rows[:, 10:13] = _told(fixes.velocity_sigma, SIGMA_VELOCITY)
+    rows[:, 7:10] = _fill_sigma(fixes.position_sigma, DEFAULT_POSITION_SIGMA_M)
+    rows[:, 10:13] = _fill_sigma(fixes.velocity_sigma, DEFAULT_VELOCITY_SIGMA_M_S)
     if fixes.velocity is not None:
         rows[:, _VELOCITY] = fixes.velocity
     return rows
 
 
-def _told(sigma: Floats | None, usual: float) -> Floats | float:
+def _fill_sigma(sigma: Floats | None, default: float) -> Floats | float:
     if sigma is None:
-        return usual
-    told: Floats = np.where(np.isnan(sigma), usual, sigma)
-    return told
+        return default
+    filled: Floats = np.where(np.isnan(sigma), default, sigma)
+    return filled
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class Events:
     @classmethod
     def of(cls, fixes: Fixes | None) -> Events:
         """Return the events of some fixes."""
-        rows = rows_of(fixes)
+        rows = pack_fixes(fixes)
         each = np.arange(len(rows))
         if fixes is None or fixes.velocity is None or fixes.velocity_time is None:
             return cls(rows, each, each)
@@ -76,27 +76,30 @@ class Events:
         both[:m, _VELOCITY], both[m:, _POSITION] = np.nan, np.nan
         both[:m, 0], both[m:, 0] = position, velocity
         order = np.argsort(both[:, 0], kind="stable")
-        place = np.empty(2 * m, dtype=np.int64)
-        place[order] = np.arange(2 * m)
-        return cls(both[order], place[:m], place[m:])
+        index = np.empty(2 * m, dtype=np.int64)
+        index[order] = np.arange(2 * m)
+        return cls(both[order], index[:m], index[m:])
 
     @property
-    def together(self) -> bool:
+    def is_joint(self) -> bool:
         """Whether a fix is one event."""
         return self.position is self.velocity
 
-    def whole(self) -> Floats:
+    def to_rows(self) -> Floats:
         """Return a row a fix, at the time of its position."""
         rows = self.rows[self.position].copy()
         rows[:, _VELOCITY] = self.rows[self.velocity, _VELOCITY]
         return rows
 
-    def merged(self, found: dict[str, Any]) -> dict[str, Any]:
+    def merge(self, outputs: dict[str, Any]) -> dict[str, Any]:
         """Return what a filter says of each event as of each fix, whose position counts."""
-        if self.together:
-            return found
-        own = {name: found[name][self.position] for name in ("verdict", "taken")}
+        if self.is_joint:
+            return outputs
+        own = {name: outputs[name][self.position] for name in ("verdict", "taken")}
         for name, width in (("nis", 1), ("innovation", 3), ("innovation_sigma", 3)):
-            one, other = found[name][self.position], found[name][self.velocity]
-            own[name] = np.hstack([one[:, :width], other[:, width:]])
-        return {**found, **own}
+            from_position, from_velocity = (
+                outputs[name][self.position],
+                outputs[name][self.velocity],
+            )
+            own[name] = np.hstack([from_position[:, :width], from_velocity[:, width:]])
+        return {**outputs, **own}

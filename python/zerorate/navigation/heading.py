@@ -13,32 +13,32 @@ from zerorate._native import NavigationFilter
 from zerorate.geometry.earth import local_ned
 from zerorate.geometry.rotations import about_z, cumulative_product, from_rotation_vectors, product
 from zerorate.navigation.alignment import Alignment
-from zerorate.navigation.events import SIGMA_POSITION, SIGMA_VELOCITY, Events
+from zerorate.navigation.events import DEFAULT_POSITION_SIGMA_M, DEFAULT_VELOCITY_SIGMA_M_S, Events
 from zerorate.navigation.windows import Epochs, sigma_of_position
 from zerorate.record.fixes import Fixes
 from zerorate.record.samples import Samples
 from zerorate.types import Floats, Integers
 
-_MEMBERS: Final = 8
-_OF_MEMBER: Final = math.radians(27.0)
+_MEMBER_COUNT: Final = 8
+_MEMBER_SIGMA_RAD: Final = math.radians(27.0)
 """Deviation of the heading of a member, of which eight are 45 deg apart."""
-_SHORTEST: Final = 2.0
-LONGEST: Final = 60.0
+_MIN_DECISION_S: Final = 2.0
+MAX_DECISION_S: Final = 60.0
 """Seconds after which a bank has decided, at least and at most."""
-_LEAD: Final = 15.0
+_MIN_LIKELIHOOD_LEAD: Final = 15.0
 """Logarithm of the likelihood by which the best leads all that look elsewhere."""
-_ELSEWHERE: Final = math.radians(15.0)
-_SQUARE: Final = 25.0
+_DISTINCT_HEADING_RAD: Final = math.radians(15.0)
+_MAX_NIS: Final = 25.0
 """Normalised innovation squared of a scalar that counts at most."""
-_OPEN: Final = 1e12
-_CLOCK: Final = 0.2
+_OPEN_GATE: Final = 1e12
+_CLOCK_ERROR_S: Final = 0.2
 """Seconds by which the clock of a receiver may be off."""
-_CHORD: Final = 1.0
-_CHORDS: Final = 10.0
-_COURSE_WAY: Final = 0.5
+_CHORD_S: Final = 1.0
+_CHORD_WINDOW_S: Final = 10.0
+_MIN_COURSE_M: Final = 0.5
 """Metres that a course needs, and how much of them may be noise, rad."""
-_COURSE_NOISE: Final = math.tan(math.radians(10.0))
-_COURSE_SIGMA: Final = math.radians(5.0)
+_MAX_COURSE_NOISE: Final = math.tan(math.radians(10.0))
+_COURSE_SIGMA_RAD: Final = math.radians(5.0)
 
 
 @dataclass(frozen=True)
@@ -47,21 +47,21 @@ class Heading:
 
     Parameters
     ----------
-    begun : float
+    start_heading : float
         Of the body at the first fix, rad, as the member that won began.
-    begun_sigma : float
+    start_sigma : float
         Its deviation there.
     time : float
         When it was decided, s.
-    decided, decided_sigma : float
+    heading, sigma : float
         Of the body at that time, rad.
     """
 
-    begun: float
-    begun_sigma: float
+    start_heading: float
+    start_sigma: float
     time: float
-    decided: float
-    decided_sigma: float
+    heading: float
+    sigma: float
 
 
 def find_heading(
@@ -84,36 +84,36 @@ def find_heading(
     options : mapping
         Of `NavigationFilter`.
     """
-    first, last = np.searchsorted(samples.time, [start.time, start.time + LONGEST])
+    first, last = np.searchsorted(samples.time, [start.time, start.time + MAX_DECISION_S])
     piece = slice(max(int(first) - 1, 0), int(last))
-    used = _as_late(fixes.between(start.time, start.time + LONGEST))
+    used = _inflate_for_clock(fixes.between(start.time, start.time + MAX_DECISION_S))
     if len(used) < 2 or piece.stop - piece.start < 2:
         return None
-    turned = _turned(samples, start, piece)
-    yaws = 2.0 * math.pi / _MEMBERS * np.arange(_MEMBERS)
-    members = [(float(yaw), _OF_MEMBER, used.time[0]) for yaw in yaws]
-    course = _course(samples.time[piece], turned, used)
+    yaw_change = _integrate_yaw(samples, start, piece)
+    yaws = 2.0 * math.pi / _MEMBER_COUNT * np.arange(_MEMBER_COUNT)
+    members = [(float(yaw), _MEMBER_SIGMA_RAD, used.time[0]) for yaw in yaws]
+    course = _fit_course(samples.time[piece], yaw_change, used)
     if course is not None:
         members.append(course)
-    runs = [_run(samples, piece, used, start, member, options) for member in members]
-    known = np.array([since for *_, since in members])
+    runs = [_run_member(samples, piece, used, start, member, options) for member in members]
+    since_times = np.array([since for *_, since in members])
     for k in range(1, len(used)):
-        if used.time[k] - used.time[0] < _SHORTEST:
+        if used.time[k] - used.time[0] < _MIN_DECISION_S:
             continue
-        counted = np.flatnonzero(known <= used.time[k])
-        likely = np.array([runs[i].likelihood[k] for i in counted])
-        headings = np.array([runs[i].heading[k] for i in counted])
+        active = np.flatnonzero(since_times <= used.time[k])
+        likely = np.array([runs[i].likelihood[k] for i in active])
+        headings = np.array([runs[i].heading[k] for i in active])
         best = int(np.argmax(likely))
-        others = np.abs(_wrapped(headings - headings[best])) > _ELSEWHERE
-        if (likely[best] - likely[others] >= _LEAD).all():
-            won = runs[counted[best]]
-            yaw, sigma, _ = members[counted[best]]
+        elsewhere = np.abs(_wrap(headings - headings[best])) > _DISTINCT_HEADING_RAD
+        if (likely[best] - likely[elsewhere] >= _MIN_LIKELIHOOD_LEAD).all():
+            winner = runs[active[best]]
+            yaw, sigma, _ = members[active[best]]
             time = float(used.time[k])
-            return Heading(yaw, sigma, time, float(headings[best]), float(won.sigma[k]))
+            return Heading(yaw, sigma, time, float(headings[best]), float(winner.sigma[k]))
     return None
 
 
-def _as_late(fixes: Fixes) -> Fixes:
+def _inflate_for_clock(fixes: Fixes) -> Fixes:
     """Return fixes with the deviations that they have where their clock is off.
 
     A position that is a tenth of a second late is off by what the body moves in it: a fine receiver
@@ -122,24 +122,32 @@ def _as_late(fixes: Fixes) -> Fixes:
     epochs = Epochs.of(fixes)
     if len(epochs.time) < 3:
         return fixes
-    moved = epochs.velocity[:, :2]
-    step = max(1, round(_CHORD / max(epochs.interval, 1e-3)))
-    changed = moved[step:] - moved[:-step] if len(moved) > step else moved[1:] - moved[:-1]
-    speed, change = (_CLOCK * math.sqrt(np.nanmean(x**2)) for x in (moved, changed))
+    velocity = epochs.velocity[:, :2]
+    step = max(1, round(_CHORD_S / max(epochs.interval, 1e-3)))
+    velocity_change = (
+        velocity[step:] - velocity[:-step] if len(velocity) > step else velocity[1:] - velocity[:-1]
+    )
+    speed, change = (
+        _CLOCK_ERROR_S * math.sqrt(np.nanmean(x**2)) for x in (velocity, velocity_change)
+    )
     return replace(
         fixes,
-        position_sigma=np.hypot(_known(fixes.position_sigma, SIGMA_POSITION, fixes), speed),
-        velocity_sigma=np.hypot(_known(fixes.velocity_sigma, SIGMA_VELOCITY, fixes), change),
+        position_sigma=np.hypot(
+            _fill_sigma(fixes.position_sigma, DEFAULT_POSITION_SIGMA_M, fixes), speed
+        ),
+        velocity_sigma=np.hypot(
+            _fill_sigma(fixes.velocity_sigma, DEFAULT_VELOCITY_SIGMA_M_S, fixes), change
+        ),
     )
 
 
-def _known(sigma: Floats | None, usual: float, fixes: Fixes) -> Floats:
-    told = np.full((len(fixes), 3), np.nan) if sigma is None else sigma
-    return np.where(np.isnan(told), usual, told)
+def _fill_sigma(sigma: Floats | None, default: float, fixes: Fixes) -> Floats:
+    stated = np.full((len(fixes), 3), np.nan) if sigma is None else sigma
+    return np.where(np.isnan(stated), default, stated)
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
+class _MemberRun:
     """What a member has shown up to each fix: log-likelihood, heading and its deviation."""
 
     likelihood: Floats
@@ -147,37 +155,37 @@ class _Run:
     sigma: Floats
 
 
-def _run(
+def _run_member(
     samples: Samples,
     piece: slice,
     fixes: Fixes,
     start: Alignment,
     member: tuple[float, float, float],
     options: Mapping[str, Any],
-) -> _Run:
+) -> _MemberRun:
     yaw, sigma, _ = member
-    own = replace(
+    member_start = replace(
         start,
-        quaternion=looking(start.quaternion, yaw),
+        quaternion=turn_to_heading(start.quaternion, yaw),
         heading_known=True,
         course=False,
         heading_sigma=sigma,
     )
-    nav = NavigationFilter(own, **{**options, "adapt": "fixed", "gate": _OPEN})
+    nav = NavigationFilter(member_start, **{**options, "adapt": "fixed", "gate": _OPEN_GATE})
     time = samples.time[piece]
     events = Events.of(fixes)
-    found, _ = nav.process_arrays(time, samples.gyro[piece], samples.accel[piece], events.rows)
-    found = events.merged(found)
-    size = found["innovation_sigma"]
+    output, _ = nav.process_arrays(time, samples.gyro[piece], samples.accel[piece], events.rows)
+    output = events.merge(output)
+    size = output["innovation_sigma"]
     with np.errstate(invalid="ignore", divide="ignore"):
-        square = np.minimum((found["innovation"] / size) ** 2, _SQUARE)
+        square = np.minimum((output["innovation"] / size) ** 2, _MAX_NIS)
         terms = np.nan_to_num(square + 2.0 * np.log(size))
     at = np.clip(np.searchsorted(time, fixes.time), 0, len(time) - 1)
-    heading = heading_of(found["quaternion"][at])
-    return _Run(-0.5 * np.cumsum(terms.sum(axis=1)), heading, found["sigma"][at, 8])
+    heading = heading_of(output["quaternion"][at])
+    return _MemberRun(-0.5 * np.cumsum(terms.sum(axis=1)), heading, output["sigma"][at, 8])
 
 
-def looking(quaternion: Floats, yaw: float) -> Floats:
+def turn_to_heading(quaternion: Floats, yaw: float) -> Floats:
     """Return an orientation of heading zero turned to a heading."""
     return product(about_z(yaw), quaternion)
 
@@ -185,16 +193,16 @@ def looking(quaternion: Floats, yaw: float) -> Floats:
 def heading_of(q: Floats) -> Floats:
     """Return the headings of orientations, rad."""
     w, x, y, z = np.moveaxis(q, -1, 0)
-    found: Floats = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return found
+    heading: Floats = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return heading
 
 
-def compass(heading: float, digits: int) -> str:
+def format_heading(heading: float, digits: int) -> str:
     """Return a heading, rad, in deg from 0 to below 360, as it is printed everywhere."""
     return f"{round(math.degrees(heading), digits) % 360.0:.{digits}f}"
 
 
-def _turned(samples: Samples, start: Alignment, piece: slice) -> Floats:
+def _integrate_yaw(samples: Samples, start: Alignment, piece: slice) -> Floats:
     """Return by how much the body has turned since the start, by its gyro, rad."""
     time = samples.time[piece]
     rate = np.nan_to_num(samples.gyro[piece]) - start.gyro_bias
@@ -204,42 +212,46 @@ def _turned(samples: Samples, start: Alignment, piece: slice) -> Floats:
     return np.asarray(yaw - yaw[0])
 
 
-def _course(time: Floats, turned: Floats, fixes: Fixes) -> tuple[float, float, float] | None:
+def _fit_course(
+    time: Floats, yaw_change: Floats, fixes: Fixes
+) -> tuple[float, float, float] | None:
     """Return heading and deviation at the first fix of a body that moves along its course.
 
     The third number is when that is known. Chords of a second are turned back by the gyro and
     summed: what does not move forward, or has its axes elsewhere, has chords that go apart.
     """
-    there = np.isfinite(fixes.position[:, :2].sum(axis=1))
-    used = fixes.chosen(there)
+    present = np.isfinite(fixes.position[:, :2].sum(axis=1))
+    used = fixes.chosen(present)
     if len(used) < 2:
         return None
-    step = max(1, round(_CHORD / max(float(np.median(np.diff(used.time))), 1e-3)))
+    step = max(1, round(_CHORD_S / max(float(np.median(np.diff(used.time))), 1e-3)))
     from_, to = np.arange(0, len(used) - step), np.arange(step, len(used))
-    place = np.nan_to_num(used.position)
-    way = local_ned(place[to], place[from_])
+    position = np.nan_to_num(used.position)
+    displacement = local_ned(position[to], position[from_])
     middle = 0.5 * (used.time[from_] + used.time[to])
-    chords = (way[:, 0] + 1j * way[:, 1]) * np.exp(-1j * np.interp(middle, time, turned))
+    chords = (displacement[:, 0] + 1j * displacement[:, 1]) * np.exp(
+        -1j * np.interp(middle, time, yaw_change)
+    )
     sigma = np.sqrt(2.0) * sigma_of_position(used)
     for k in range(len(chords)):
-        chosen = _apart(k, step, used.time[to])
-        total = chords[chosen].sum()
-        if abs(total) <= max(_COURSE_WAY, sigma[to[k]] / _COURSE_NOISE):
+        selected = _select_chords(k, step, used.time[to])
+        total = chords[selected].sum()
+        if abs(total) <= max(_MIN_COURSE_M, sigma[to[k]] / _MAX_COURSE_NOISE):
             continue
-        angles = np.angle(chords[chosen] / total)
+        angles = np.angle(chords[selected] / total)
         spread = float((angles**2).sum()) / max(len(angles) - 1, 1) if len(angles) > 1 else 0.0
-        noise = (sigma[to[k]] / abs(total)) ** 2 + _COURSE_SIGMA**2
+        noise = (sigma[to[k]] / abs(total)) ** 2 + _COURSE_SIGMA_RAD**2
         deviation = math.sqrt(noise + spread)
         return float(np.angle(total)), deviation, float(used.time[to[k]])
     return None
 
 
-def _apart(k: int, step: int, ends: Floats) -> Integers:
+def _select_chords(k: int, step: int, ends: Floats) -> Integers:
     """Return the chords that do not overlap, from the k-th back to ten seconds before."""
-    chosen = np.arange(k, -1, -step)
-    recent: Integers = chosen[ends[k] - ends[chosen] <= _CHORDS]
+    indices = np.arange(k, -1, -step)
+    recent: Integers = indices[ends[k] - ends[indices] <= _CHORD_WINDOW_S]
     return recent
 
 
-def _wrapped(angle: Floats) -> Floats:
+def _wrap(angle: Floats) -> Floats:
     return np.asarray(np.remainder(angle + math.pi, 2.0 * math.pi) - math.pi)

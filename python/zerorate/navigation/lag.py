@@ -8,22 +8,22 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.navigation.windows import Means, Turned, Windows
+from zerorate.navigation.windows import Means, RotationAngle, Windows
 from zerorate.types import Floats
 
-_STEP: Final = 0.25
-_FINE: Final = 0.01
-NEAR: Final = 10.0
+_GRID_STEP_S: Final = 0.25
+_FINE_STEP_S: Final = 0.01
+NEAR_LAG_S: Final = 10.0
 """Seconds by which clocks are off that are meant to be one."""
-_OVERLAP: Final = 30.0
-_WINDOWS: Final = 20
-_FLOOR: Final = 0.05
+_MIN_OVERLAP_S: Final = 30.0
+_MIN_WINDOWS: Final = 20
+_RATE_FLOOR_RAD_S: Final = 0.05
 """Rate, rad/s, by which a course leads a heading, as the antenna does."""
-_BELIEVED: Final = (0.5, 0.8)
+_MIN_CORRELATIONS: Final = (0.5, 0.8)
 """Correlation that suffices for clocks that are nearly one, and for any."""
-_LEAD: Final = 1.5
-_BESIDE: Final = 5.0
-_DEGREES: Final = 180.0 / np.pi
+_MIN_PEAK_RATIO: Final = 1.5
+_PEAK_WIDTH_S: Final = 5.0
+_DEG_PER_RAD: Final = 180.0 / np.pi
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Lag:
 
 def is_rate(slope: float) -> bool:
     """Whether a slope is that of a rate in some unit."""
-    return any(0.7 < abs(slope) * unit < 1.4 for unit in (1.0, _DEGREES, 1.0 / _DEGREES))
+    return any(0.7 < abs(slope) * unit < 1.4 for unit in (1.0, _DEG_PER_RAD, 1.0 / _DEG_PER_RAD))
 
 
 def find_lag(means: Means, windows: Windows, down: Floats) -> Lag | None:
@@ -58,25 +58,27 @@ def find_lag(means: Means, windows: Windows, down: Floats) -> Lag | None:
 
     None if nowhere half a minute and twenty windows overlap.
     """
-    turned = means.about(down)
-    grid = _Grid.of(turned, windows)
+    rotation = means.about(down)
+    grid = _ScoreGrid.of(rotation, windows)
     if grid is None:
         return None
-    for reach, least in ((NEAR, _BELIEVED[0]), (np.inf, _BELIEVED[1])):
-        found = grid.best(reach)
-        if found is None:
+    for reach, least in ((NEAR_LAG_S, _MIN_CORRELATIONS[0]), (np.inf, _MIN_CORRELATIONS[1])):
+        candidate = grid.find_best(reach)
+        if candidate is None:
             continue
-        at, lead = found
-        seconds, r, slope = _refined(turned, windows, at)
+        at, ratio = candidate
+        seconds, r, slope = _refine_lag(rotation, windows, at)
         # What fits less well has to lead wherever clocks may be.
-        leads = lead > _LEAD and (abs(r) >= _BELIEVED[1] or grid.lead(at) > _LEAD)
+        leads = ratio > _MIN_PEAK_RATIO and (
+            abs(r) >= _MIN_CORRELATIONS[1] or grid.peak_ratio(at) > _MIN_PEAK_RATIO
+        )
         certain = abs(r) >= least and leads and is_rate(slope)
         if certain or (reach == np.inf):
             return Lag(seconds, r, slope, certain)
     return None
 
 
-def lag_of_pieces(
+def find_piecewise_lags(
     means: Means, windows: Windows, down: Floats, about: float
 ) -> tuple[Floats, Floats]:
     """Return times of pieces of a minute, and the lag of each that is believed.
@@ -86,35 +88,35 @@ def lag_of_pieces(
     first, last = windows.start[0], windows.stop[-1]
     count = int(np.clip((last - first) // 60.0, 2, 20))
     edges = np.linspace(first, last + 1e-6, count + 1)
-    lags = about + np.arange(-8.0, 8.0 + 0.5 * _STEP, _STEP)
-    turned = means.about(down)
-    times, found = [], []
+    lags = about + np.arange(-8.0, 8.0 + 0.5 * _GRID_STEP_S, _GRID_STEP_S)
+    rotation = means.about(down)
+    times, piece_lags = [], []
     for a, b in pairwise(edges.tolist()):
-        own = windows.chosen((windows.start >= a) & (windows.stop <= b))
-        scores = np.array([abs(_fit(turned, own, lag)[0]) for lag in lags])
+        own = windows.select((windows.start >= a) & (windows.stop <= b))
+        scores = np.array([abs(_correlate(rotation, own, lag)[0]) for lag in lags])
         scores = np.nan_to_num(scores)
         best = int(np.argmax(scores))
-        rest = scores[np.abs(lags - lags[best]) > 2.0].max()
-        if scores[best] > _BELIEVED[1] and scores[best] > 1.3 * rest:
+        second_best = scores[np.abs(lags - lags[best]) > 2.0].max()
+        if scores[best] > _MIN_CORRELATIONS[1] and scores[best] > 1.3 * second_best:
             times.append(0.5 * (a + b))
-            found.append(float(lags[best]))
-    return np.array(times), np.array(found)
+            piece_lags.append(float(lags[best]))
+    return np.array(times), np.array(piece_lags)
 
 
-def weights(windows: Windows) -> Floats:
+def course_weights(windows: Windows) -> Floats:
     """Return the weight of each rate of the course, 0 where it is not known."""
-    known = 1.0 / (windows.course_sigma**2 + _FLOOR**2)
-    return np.asarray(np.where(windows.turning, known, 0.0))
+    known = 1.0 / (windows.course_sigma**2 + _RATE_FLOOR_RAD_S**2)
+    return np.asarray(np.where(windows.course_known, known, 0.0))
 
 
-def _fit(turned: Turned, windows: Windows, lag: float) -> tuple[float, float]:
+def _correlate(rotation: RotationAngle, windows: Windows, lag: float) -> tuple[float, float]:
     """Return correlation and slope of the course's rate on the gyro's at a lag."""
-    c, w = windows.course_rate, weights(windows)
-    g = turned.rate(windows.start + lag, windows.stop + lag)
-    there = np.isfinite(g) & (w > 0.0)
-    if there.sum() < _WINDOWS // 2:
+    c, w = windows.course_rate, course_weights(windows)
+    g = rotation.rate(windows.start + lag, windows.stop + lag)
+    present = np.isfinite(g) & (w > 0.0)
+    if present.sum() < _MIN_WINDOWS // 2:
         return 0.0, np.nan
-    c, g, w = c[there], g[there], w[there] / w[there].sum()
+    c, g, w = c[present], g[present], w[present] / w[present].sum()
     c, g = c - w @ c, g - w @ g
     cg, cc, gg = w @ (c * g), w @ (c * c), w @ (g * g)
     if not (cc > 0.0 and gg > 0.0):
@@ -122,50 +124,50 @@ def _fit(turned: Turned, windows: Windows, lag: float) -> tuple[float, float]:
     return float(cg / np.sqrt(cc * gg)), float(cg / gg)
 
 
-def _refined(turned: Turned, windows: Windows, at: float) -> tuple[float, float, float]:
+def _refine_lag(rotation: RotationAngle, windows: Windows, at: float) -> tuple[float, float, float]:
     """Return lag, correlation and slope at the peak next to a lag, by a parabola."""
-    lags = at + np.arange(-_STEP, _STEP + 0.5 * _FINE, _FINE)
-    found = [_fit(turned, windows, lag) for lag in lags]
-    sizes = np.abs([r for r, _ in found])
+    lags = at + np.arange(-_GRID_STEP_S, _GRID_STEP_S + 0.5 * _FINE_STEP_S, _FINE_STEP_S)
+    fits = [_correlate(rotation, windows, lag) for lag in lags]
+    sizes = np.abs([r for r, _ in fits])
     k = int(np.argmax(sizes))
     seconds = float(lags[k])
     if 0 < k < len(lags) - 1:
         a, b, c = sizes[k - 1 : k + 2]
         bend = a - 2.0 * b + c
-        seconds += float(0.5 * _FINE * (a - c) / bend) if bend < 0.0 else 0.0
-    return seconds, *found[k]
+        seconds += float(0.5 * _FINE_STEP_S * (a - c) / bend) if bend < 0.0 else 0.0
+    return seconds, *fits[k]
 
 
 @dataclass(frozen=True, eq=False)
-class _Grid:
+class _ScoreGrid:
     """Scores of all lags, a quarter of a second apart."""
 
     lags: Floats
     scores: Floats
 
     @classmethod
-    def of(cls, turned: Turned, windows: Windows) -> _Grid | None:
+    def of(cls, rotation: RotationAngle, windows: Windows) -> _ScoreGrid | None:
         """Return them by sums over what overlaps, all at once by Fourier transforms."""
-        w = weights(windows)
+        w = course_weights(windows)
         known = w > 0.0
-        if known.sum() < _WINDOWS:
+        if known.sum() < _MIN_WINDOWS:
             return None
         middle = 0.5 * (windows.start + windows.stop)[known]
         width = float(np.median((windows.stop - windows.start)[known]))
-        start = turned.time[0] + 0.5 * width
-        at = np.arange(start, turned.time[-1] - 0.5 * width, _STEP)
-        if len(at) * _STEP < _OVERLAP:
+        start = rotation.time[0] + 0.5 * width
+        at = np.arange(start, rotation.time[-1] - 0.5 * width, _GRID_STEP_S)
+        if len(at) * _GRID_STEP_S < _MIN_OVERLAP_S:
             return None
-        g = turned.rate(at - 0.5 * width, at + 0.5 * width)
+        g = rotation.rate(at - 0.5 * width, at + 0.5 * width)
         there = np.isfinite(g).astype(np.float64)
         g = np.nan_to_num(g) * there
-        place = np.rint((middle - middle[0]) / _STEP).astype(np.int64)
-        n = len(g) + int(place[-1])
+        slot = np.rint((middle - middle[0]) / _GRID_STEP_S).astype(np.int64)
+        n = len(g) + int(slot[-1])
         size = 1 << int(n).bit_length()
         c, w = windows.course_rate[known], w[known]
 
         def summed(of_windows: Floats, of_gyro: Floats) -> Floats:
-            spread = np.bincount(place, of_windows, minlength=size)
+            spread = np.bincount(slot, of_windows, minlength=size)
             product = np.fft.rfft(of_gyro, size) * np.conj(np.fft.rfft(spread))
             return np.asarray(np.fft.irfft(product, size))
 
@@ -175,8 +177,8 @@ class _Grid:
         cc = summed(w * c * c, there) / total - mean_c**2
         gg = summed(w, g * g) / total - mean_g**2
         cg = summed(w * c, g) / total - mean_c * mean_g
-        good = (count >= _WINDOWS - 0.5) & (cc > 1e-12) & (gg > 1e-15)
-        good &= count * 0.5 * width >= _OVERLAP - 1.0
+        good = (count >= _MIN_WINDOWS - 0.5) & (cc > 1e-12) & (gg > 1e-15)
+        good &= count * 0.5 * width >= _MIN_OVERLAP_S - 1.0
         # Indices beyond the gyro's are those of lags below zero.
         index = np.arange(size)
         index = np.where(index < len(g), index, index - size)
@@ -187,9 +189,9 @@ class _Grid:
             return None
         order = np.argsort(index)
         scores = np.minimum(r, 1.0) * energy / energy.max()
-        return cls(at[0] - middle[0] + _STEP * index[order], scores[order])
+        return cls(at[0] - middle[0] + _GRID_STEP_S * index[order], scores[order])
 
-    def best(self, reach: float) -> tuple[float, float] | None:
+    def find_best(self, reach: float) -> tuple[float, float] | None:
         """Return the best lag within a reach, and by how much it leads those beside it."""
         near = np.abs(self.lags) <= reach
         if not near.any():
@@ -197,11 +199,11 @@ class _Grid:
         k = int(np.argmax(np.where(near, self.scores, -1.0)))
         if not self.scores[k] > 0.0:
             return None
-        return float(self.lags[k]), self.lead(float(self.lags[k]), reach)
+        return float(self.lags[k]), self.peak_ratio(float(self.lags[k]), reach)
 
-    def lead(self, lag: float, reach: float = np.inf) -> float:
+    def peak_ratio(self, lag: float, reach: float = np.inf) -> float:
         """Return by how much a lag leads all within a reach that are not beside it."""
-        others = (np.abs(self.lags) <= reach) & (np.abs(self.lags - lag) > _BESIDE)
-        second = float(self.scores[others].max()) if others.any() else 0.0
+        elsewhere = (np.abs(self.lags) <= reach) & (np.abs(self.lags - lag) > _PEAK_WIDTH_S)
+        second = float(self.scores[elsewhere].max()) if elsewhere.any() else 0.0
         own = float(self.scores[int(np.argmin(np.abs(self.lags - lag)))])
         return own / max(second, 1e-9)

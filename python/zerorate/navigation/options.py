@@ -3,7 +3,7 @@
 from typing import Final
 
 from zerorate._native import position_options
-from zerorate.options import Option, by_name, table
+from zerorate.options import Option, index_by_name, read_options
 
 _WHEELED: Final = ("wheeled",)
 
@@ -63,14 +63,14 @@ _ROWS: Final = (
     ),
 )
 
-NAVIGATION_OPTIONS: Final = by_name(_ROWS)
+NAVIGATION_OPTIONS: Final = index_by_name(_ROWS)
 """Of `zerorate.NavigationFilter`: every constant that is one number or one of some words.
 
 The compiled class checks them, and a test holds the table to it. What has methods is used only with
 a ``vehicle`` among them.
 """
 
-FOOT_OPTIONS: Final = by_name(
+FOOT_OPTIONS: Final = index_by_name(
     (
         Option(
             name="floor",
@@ -85,7 +85,7 @@ FOOT_OPTIONS: Final = by_name(
 )
 """Of `zerorate.FootNavigation`: every constant that is one of some words."""
 
-POSITION_OPTIONS: Final = by_name(table(position_options()))
+POSITION_OPTIONS: Final = index_by_name(read_options(position_options()))
 """Of `zerorate.PositionFilter`: its method, then every constant, with the methods that use it."""
 
 POSITION_METHODS: Final = POSITION_OPTIONS["method"].choices

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.faults import ArgumentError, said
+from zerorate.faults import ArgumentError, make_sentence
 from zerorate.geometry.rotations import rotate
-from zerorate.metrics.channels import positive
+from zerorate.metrics.channels import check_positive
 from zerorate.navigation.begin import Offset, find_beginning
-from zerorate.navigation.track import SmoothedPlaces, Track, not_begun
-from zerorate.progress import Progress, reported
+from zerorate.navigation.track import SmoothedPoses, Track, explain_no_start
+from zerorate.progress import Progress, choose_reporter
 from zerorate.record import LogError
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
@@ -36,9 +36,9 @@ FILTER: Final = "filter"
 SMOOTHED: Final = "smoothed"
 """Names of what is compared."""
 
-_SAME: Final = 1e-6
+_TIME_TOLERANCE_S: Final = 1e-6
 """Seconds by which times are one: those of fixes add up with rounding."""
-_LATE: Final = 0.1
+_MAX_END_GAP_SHARE: Final = 0.1
 """Part of an outage that its last fix may come before its end."""
 
 
@@ -84,20 +84,20 @@ class OutageErrors:
 
     def rms(self, name: str = FILTER) -> float:
         """Return the root mean square of `end`, m, of the outages in which it is known."""
-        return math.sqrt(float(np.mean(self._known(name) ** 2)))
+        return math.sqrt(float(np.mean(self._known_ends(name) ** 2)))
 
     def median(self, name: str = FILTER) -> float:
         """Return the median of `end`, m."""
-        return float(np.median(self._known(name)))
+        return float(np.median(self._known_ends(name)))
 
     def largest(self, name: str = FILTER) -> float:
         """Return the largest of `end`, m."""
-        return float(np.max(self._known(name)))
+        return float(np.max(self._known_ends(name)))
 
-    def _known(self, name: str) -> Floats:
+    def _known_ends(self, name: str) -> Floats:
         ends = self.end[name]
-        there = np.isfinite(ends)
-        return ends[there] if there.any() else np.array([np.nan])
+        known = np.isfinite(ends)
+        return ends[known] if known.any() else np.array([np.nan])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -128,15 +128,18 @@ class Outages(Result):
 
     def __getitem__(self, seconds: float) -> OutageErrors:
         """Return the errors of one length; KeyError if it was not asked for."""
-        for one in self.lengths:
-            if one.seconds == seconds:
-                return one
+        for errors in self.lengths:
+            if errors.seconds == seconds:
+                return errors
         raise KeyError(seconds)
 
     def __repr__(self) -> str:
         """Say how many there are of each length, and what the filter's errors are."""
-        said = (f"{one.n} of {one.seconds:g} s: {one.rms():.3g} m rms" for one in self.lengths)
-        return f"Outages({', '.join(said)})"
+        parts = (
+            f"{errors.n} of {errors.seconds:g} s: {errors.rms():.3g} m rms"
+            for errors in self.lengths
+        )
+        return f"Outages({', '.join(parts)})"
 
 
 def outages(
@@ -221,29 +224,29 @@ def outages(
     (2, True)
     """
     _check_fixes(gnss)
-    asked = _lengths(seconds)
-    _at_least("first", first)
-    positive("between", between)
-    at_once = _threads(threads)
+    lengths = _check_lengths(seconds)
+    _check_not_negative("first", first)
+    check_positive("between", between)
+    thread_count = _thread_count(threads)
     if nav is not None and antenna is not None:
         raise ValueError("antenna cannot be combined with nav; set it on the NavigationFilter")
-    report = reported(progress)
+    report = choose_reporter(progress)
     report("navigating", 0.0)
     notes: tuple[str, ...] = ()
     if nav is None:
-        begun = find_beginning(imu, gnss, antenna=antenna, time_offset=time_offset)
-        imu, time_offset, notes = begun.recording, begun.time_offset, begun.notes
-    template = begun.filter() if nav is None else _unused(nav)
+        beginning = find_beginning(imu, gnss, antenna=antenna, time_offset=time_offset)
+        imu, time_offset, notes = beginning.recording, beginning.time_offset, beginning.notes
+    template = beginning.filter() if nav is None else _check_unused(nav)
     offset = 0.0 if isinstance(time_offset, str) else time_offset
-    known: dict[str, Any] = {"rest": rest, "wheel_speed": wheel_speed, "time_offset": offset}
-    undisturbed = template.copy().process(imu, gnss, keep="track", **known)
-    gaps = Gaps(asked, smooth, first, between)
-    found = gaps.run(imu, gnss, template, undisturbed, known, at_once, report)
-    return replace(found, notes=(*notes, *found.notes))
+    inputs: dict[str, Any] = {"rest": rest, "wheel_speed": wheel_speed, "time_offset": offset}
+    undisturbed = template.copy().process(imu, gnss, keep="track", **inputs)
+    gaps = OutagePlan(lengths, smooth, first, between)
+    result = gaps.run(imu, gnss, template, undisturbed, inputs, thread_count, report)
+    return replace(result, notes=(*notes, *result.notes))
 
 
 @dataclass(frozen=True)
-class Gaps:
+class OutagePlan:
     """Lengths of outages, whether to smooth, seconds before the first and between them."""
 
     lengths: Sequence[float]
@@ -257,52 +260,54 @@ class Gaps:
         gnss: Fixes,
         nav: NavigationFilter,
         undisturbed: Track,
-        known: dict[str, Any],
+        inputs: dict[str, Any],
         threads: int,
         report: Progress,
     ) -> Outages:
         """Return the errors of a filter, by what it made of all fixes and what it is given."""
         from zerorate.record.offset import TimeOffset
 
-        fixes = _Within.of(undisturbed, TimeOffset.of(known["time_offset"]).applied(gnss))
-        withheld = [fixes.withheld(one, self.first, self.between) for one in self.lengths]
+        fixes = _FixSpan.of(undisturbed, TimeOffset.of(inputs["time_offset"]).applied(gnss))
+        withheld = [fixes.withhold(one, self.first, self.between) for one in self.lengths]
 
-        def errors(length: float, withheld: _Withheld) -> tuple[OutageErrors, list[str]]:
-            used = gnss.chosen(~withheld.all_of(len(gnss)))
+        def errors(length: float, withheld: _WithheldFixes) -> tuple[OutageErrors, list[str]]:
+            used = gnss.chosen(~withheld.mask(len(gnss)))
             run = nav.copy()
-            track = run.process(imu, used, keep="all" if self.smooth else "track", **known)
-            places: dict[str, _Places] = {FILTER: _places_of(track)}
+            track = run.process(imu, used, keep="all" if self.smooth else "track", **inputs)
+            poses: dict[str, _PoseGetter] = {FILTER: _pose_getter(track)}
             if self.smooth:
-                places[SMOOTHED] = SmoothedPlaces(track)
+                poses[SMOOTHED] = SmoothedPoses(track)
             notes: list[str] = []
-            return _errors(length, withheld, fixes.gnss, track, places, run.antenna, notes), notes
+            return _compute_errors(
+                length, withheld, fixes.gnss, track, poses, run.antenna, notes
+            ), notes
 
         work = [
             partial(copy_context().run, errors, length, one)
             for length, one in zip(self.lengths, withheld, strict=True)
         ]
-        found: list[OutageErrors] = []
+        results: list[OutageErrors] = []
         notes: list[str] = []
         with ThreadPoolExecutor(min(threads, len(work))) as pool:
             jobs = [pool.submit(one) for one in work]
             try:
                 for i, job in enumerate(jobs):
                     report(f"{self.lengths[i]:g} s", (1 + i) / (1 + len(jobs)))
-                    one, told = job.result()
-                    found.append(one)
-                    notes += told
+                    one, job_notes = job.result()
+                    results.append(one)
+                    notes += job_notes
             finally:
                 for job in jobs:
                     job.cancel()
-        return Outages(tuple(found), imu.source, tuple(dict.fromkeys(notes)))
+        return Outages(tuple(results), imu.source, tuple(dict.fromkeys(notes)))
 
 
-def _threads(given: int | None) -> int:
-    if given is None:
+def _thread_count(threads: int | None) -> int:
+    if threads is None:
         return os.cpu_count() or 1
-    if not isinstance(given, (int, np.integer)) or given < 1:
-        raise ArgumentError("threads", f"must be a whole number from 1, got {given!r}")
-    return int(given)
+    if not isinstance(threads, (int, np.integer)) or threads < 1:
+        raise ArgumentError("threads", f"must be a whole number from 1, got {threads!r}")
+    return int(threads)
 
 
 def _check_fixes(gnss: Fixes) -> None:
@@ -316,7 +321,7 @@ def _check_fixes(gnss: Fixes) -> None:
         raise LogError(f"{gnss.source}: there are no fixes to withhold")
 
 
-def _unused(nav: NavigationFilter) -> NavigationFilter:
+def _check_unused(nav: NavigationFilter) -> NavigationFilter:
     if nav.samples_seen:
         raise ArgumentError(
             "nav", f"must be a filter that has seen no sample, this one has {nav.samples_seen}"
@@ -324,70 +329,78 @@ def _unused(nav: NavigationFilter) -> NavigationFilter:
     return nav
 
 
-def _lengths(seconds: float | Sequence[float]) -> list[float]:
-    given = np.atleast_1d(np.asarray(seconds, dtype=np.float64))
-    if given.ndim != 1 or not given.size:
+def _check_lengths(seconds: float | Sequence[float]) -> list[float]:
+    lengths = np.atleast_1d(np.asarray(seconds, dtype=np.float64))
+    if lengths.ndim != 1 or not lengths.size:
         raise ArgumentError("seconds", "must be a number or several, such as (10, 30, 60)")
-    return list(dict.fromkeys(positive("seconds", float(one)) for one in given))
+    return list(dict.fromkeys(check_positive("seconds", float(length)) for length in lengths))
 
 
-def _at_least(name: str, value: float) -> None:
+def _check_not_negative(name: str, value: float) -> None:
     if not 0.0 <= value < math.inf:
         raise ArgumentError(name, f"must be a number from 0, got {value}")
 
 
 @dataclass(frozen=True, eq=False)
-class _Withheld:
+class _WithheldFixes:
     """Indices of fixes that are withheld, of the last before each outage, and of each outage.
 
-    `followed` says after which outages two fixes are there: the filter believes none alone.
+    `smoothable` says after which outages two fixes are there: the filter believes none alone.
     """
 
     fixes: Integers
     outage: Integers
     before: Integers
-    followed: Booleans
-    dropped: int
+    smoothable: Booleans
+    skipped_count: int
 
-    def all_of(self, n: int) -> Booleans:
+    def mask(self, n: int) -> Booleans:
         """Return which of n fixes are withheld."""
-        which = np.zeros(n, dtype=np.bool_)
-        which[self.fixes] = True
-        return which
+        mask = np.zeros(n, dtype=np.bool_)
+        mask[self.fixes] = True
+        return mask
 
 
 @dataclass(frozen=True, eq=False)
-class _Within:
+class _FixSpan:
     """Fixes on the clock of a track, and from which time to which they can be withheld."""
 
     gnss: Fixes
-    began: float
+    begin: float
     last: float
 
     @classmethod
-    def of(cls, track: Track, gnss: Fixes) -> _Within:
+    def of(cls, track: Track, gnss: Fixes) -> _FixSpan:
         there = np.flatnonzero(track.navigating)
         if not there.size:
-            raise LogError(said(f"{track.source}: the filter did not begin: ", not_begun(track)))
+            raise LogError(
+                make_sentence(
+                    f"{track.source}: the filter did not begin: ", explain_no_start(track)
+                )
+            )
         start = track.time[there[0]]
-        until = np.flatnonzero(gnss.time <= start + _SAME)
+        until = np.flatnonzero(gnss.time <= start + _TIME_TOLERANCE_S)
         inside = np.flatnonzero(gnss.time <= track.time[-1])
         return cls(gnss, float(gnss.time[until[-1]]), float(gnss.time[inside[-1]]))
 
-    def withheld(self, length: float, first: float, between: float) -> _Withheld:
+    def withhold(self, length: float, first: float, between: float) -> _WithheldFixes:
         """Return what is withheld in outages of a length."""
-        time, begin = self.gnss.time, self.began + first
-        count = math.floor((self.last + _SAME - begin - length) / (length + between)) + 1
+        time, begin = self.gnss.time, self.begin + first
+        count = (
+            math.floor((self.last + _TIME_TOLERANCE_S - begin - length) / (length + between)) + 1
+        )
         if count < 1:
             raise ValueError(
                 f"there is no room for an outage of {length:g} s: the filter began at "
-                f"{self.began:g} s, and {first:g} s later there are "
+                f"{self.begin:g} s, and {first:g} s later there are "
                 f"{max(self.last - begin, 0.0):.4g} s of fixes left"
             )
         starts = begin + (length + between) * np.arange(count)
-        edges = np.searchsorted(time, [starts + _SAME, starts + length + _SAME])
+        edges = np.searchsorted(
+            time, [starts + _TIME_TOLERANCE_S, starts + length + _TIME_TOLERANCE_S]
+        )
         usual = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-        slack = max(_LATE * length, 1.5 * usual)
+        slack = max(_MAX_END_GAP_SHARE * length, 1.5 * usual)
         ends = [
             (int(a), int(b))
             for start, a, b in zip(starts, *edges, strict=True)
@@ -401,21 +414,23 @@ class _Within:
         afters = np.array([b for _, b in ends])
         if np.isin(befores, afters - 1).any():
             raise ArgumentError("between", f"must leave a fix between outages, got {between:g} s")
-        return _Withheld(
+        return _WithheldFixes(
             np.concatenate([np.arange(a, b) for a, b in ends]),
             np.repeat(np.arange(len(ends)), [b - a for a, b in ends]),
             befores,
-            np.append(befores[1:] + 1, np.searchsorted(time, self.last + _SAME)) - afters >= 2,
+            np.append(befores[1:] + 1, np.searchsorted(time, self.last + _TIME_TOLERANCE_S))
+            - afters
+            >= 2,
             count - len(ends),
         )
 
 
-def _errors(
+def _compute_errors(
     length: float,
-    withheld: _Withheld,
+    withheld: _WithheldFixes,
     gnss: Fixes,
     track: Track,
-    places: dict[str, _Places],
+    poses: dict[str, _PoseGetter],
     lever: Floats,
     notes: list[str],
 ) -> OutageErrors:
@@ -424,28 +439,30 @@ def _errors(
     time, truth = gnss.time[chosen], gnss.position[chosen]
     since = (time - gnss.time[before])[:, np.newaxis]
     errors = {
-        POSITION_HELD: -_way(gnss.position[before], truth),
-        VELOCITY_HELD: _held(gnss, withheld.before, notes)[withheld.outage] * since
-        - _way(gnss.position[before], truth),
+        POSITION_HELD: -_displacement(gnss.position[before], truth),
+        VELOCITY_HELD: _held_velocity(gnss, withheld.before, notes)[withheld.outage] * since
+        - _displacement(gnss.position[before], truth),
     }
-    errors |= {name: _off(track.time, of, time, truth, lever) for name, of in places.items()}
+    errors |= {
+        name: _antenna_errors(track.time, of, time, truth, lever) for name, of in poses.items()
+    }
     last = np.flatnonzero(np.diff(withheld.outage, append=-1))
     distance = {name: np.hypot(*error.T) for name, error in errors.items()}
     end = {name: values[last] for name, values in distance.items()}
-    if SMOOTHED in places:
+    if SMOOTHED in poses:
         largest = np.maximum.reduceat(distance[SMOOTHED], np.r_[0, last[:-1] + 1])
-        end[SMOOTHED] = np.where(withheld.followed, largest, np.nan)
-        alone = int((~withheld.followed).sum())
-        if alone:
+        end[SMOOTHED] = np.where(withheld.smoothable, largest, np.nan)
+        unfollowed = int((~withheld.smoothable).sum())
+        if unfollowed:
             notes.append(
                 f"outages of {length:g} s after which there are not two fixes, so that a smoother "
-                f"has none to go by, and which are not in its row: {alone} of {len(last)}"
+                f"has none to go by, and which are not in its row: {unfollowed} of {len(last)}"
             )
     spans = np.column_stack([gnss.time[withheld.before], time[last]])
-    if withheld.dropped:
+    if withheld.skipped_count:
         notes.append(
             f"outages of {length:g} s left out where the receiver has gaps itself: "
-            f"{withheld.dropped}"
+            f"{withheld.skipped_count}"
         )
     lost = int((~np.isfinite(end[FILTER])).sum())
     if lost:
@@ -459,7 +476,7 @@ def _errors(
     return OutageErrors(length, spans, time, withheld.outage, truth, errors, sigma, end)
 
 
-def _way(start: Floats, stop: Floats) -> Floats:
+def _displacement(start: Floats, stop: Floats) -> Floats:
     """Return metres north and east from places to others; heights may be missing."""
     from zerorate.geometry.earth import local_ned
 
@@ -468,37 +485,41 @@ def _way(start: Floats, stop: Floats) -> Floats:
     return local_ned(stop, level)[:, :2]
 
 
-def _held(gnss: Fixes, before: Integers, notes: list[str]) -> Floats:
+def _held_velocity(gnss: Fixes, before: Integers, notes: list[str]) -> Floats:
     """Return the velocity north and east that is known at fixes."""
-    told = np.full((len(before), 2), np.nan)
+    velocity = np.full((len(before), 2), np.nan)
     if gnss.velocity is not None:
-        told = gnss.velocity[before, :2].copy()
-    missing = ~np.isfinite(told).all(axis=1)
+        velocity = gnss.velocity[before, :2].copy()
+    missing = ~np.isfinite(velocity).all(axis=1)
     if missing.any():
         now = before[missing]
         earlier = np.maximum(now - 1, 0)
         passed = (gnss.time[now] - gnss.time[earlier])[:, np.newaxis]
-        way = _way(gnss.position[earlier], gnss.position[now])
-        told[missing] = np.where(passed > 0.0, way / np.where(passed > 0.0, passed, 1.0), 0.0)
+        displacement = _displacement(gnss.position[earlier], gnss.position[now])
+        velocity[missing] = np.where(
+            passed > 0.0, displacement / np.where(passed > 0.0, passed, 1.0), 0.0
+        )
         notes.append("velocity held: the receiver tells none, it is of the last two positions")
-    return told
+    return velocity
 
 
-_Places = Callable[[Integers], tuple[Floats, Floats]]
+_PoseGetter = Callable[[Integers], tuple[Floats, Floats]]
 """Positions and quaternions at some samples."""
 
 
-def _places_of(track: Track) -> _Places:
+def _pose_getter(track: Track) -> _PoseGetter:
     return lambda samples: (track.position[samples], track.quaternion[samples])
 
 
-def _off(clock: Floats, places: _Places, time: Floats, truth: Floats, lever: Floats) -> Floats:
+def _antenna_errors(
+    clock: Floats, poses: _PoseGetter, time: Floats, truth: Floats, lever: Floats
+) -> Floats:
     """Return how far north and east of the truth an antenna is at some times."""
     after = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
     before = after - 1
     part = ((time - clock[before]) / (clock[after] - clock[before]))[:, np.newaxis]
     ends = []
     for samples in (before, after):
-        position, quaternion = places(samples)
-        ends.append(rotate(quaternion, lever)[:, :2] - _way(position, truth))
+        position, quaternion = poses(samples)
+        ends.append(rotate(quaternion, lever)[:, :2] - _displacement(position, truth))
     return (1.0 - part) * ends[0] + part * ends[1]

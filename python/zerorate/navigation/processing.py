@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import NavigationFilter
-from zerorate.faults import ArgumentError, given, said
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.navigation.events import Events
-from zerorate.navigation.track import Inputs, Track, track_of
+from zerorate.navigation.track import Inputs, Track, run_navigation
 from zerorate.navigation.wheels import Wheels
 from zerorate.record import Recording
 from zerorate.record.fixes import Fixes
@@ -33,7 +33,9 @@ def processed(
     rest, speed = known
     samples = Samples.of(imu, mag=False, what="navigation")
     if gnss is not None and not isinstance(gnss, Fixes):
-        raise TypeError(f"gnss must be Fixes, as zr.read_fixes returns them, got {_type(gnss)}")
+        raise TypeError(
+            f"gnss must be Fixes, as zr.read_fixes returns them, got {_type_name(gnss)}"
+        )
     offset = TimeOffset.of(0.0 if time_offset is None else time_offset)
     fixes = None if gnss is None else offset.applied(gnss)
     time = samples.time
@@ -42,33 +44,35 @@ def processed(
         samples.gyro,
         samples.accel,
         Events.of(fixes),
-        None if rest is None else _flags(rest, len(time)),
-        _speeds(speed),
+        None if rest is None else _check_flags(rest, len(time)),
+        _wheel_rows(speed),
     )
     notes = [*samples.notes, *(() if gnss is None else gnss.notes)]
     epoch = None if fixes is None else fixes.epoch
     if fixes is not None and len(fixes) and len(time) and not len(fixes.between(time[0], time[-1])):
         notes.insert(
             0,
-            said(
+            make_sentence(
                 f"none of the fixes is used: they are from {fixes.time[0]:.6g} to "
                 f"{fixes.time[-1]:.6g} s and the samples from {time[0]:.6g} to {time[-1]:.6g} s, "
                 "as on another clock; ",
-                given("time_offset"),
+                keyword_argument("time_offset"),
                 " moves them",
             ),
         )
-    told = tuple(dict.fromkeys(notes))
-    return track_of(nav, inputs, source=imu.source, epoch=epoch, notes=told, keep=keep)
+    all_notes = tuple(dict.fromkeys(notes))
+    return run_navigation(nav, inputs, source=imu.source, epoch=epoch, notes=all_notes, keep=keep)
 
 
-def _speeds(given: npt.ArrayLike | Wheels | None) -> Floats | None:
-    if given is None:
+def _wheel_rows(wheel_speed: npt.ArrayLike | Wheels | None) -> Floats | None:
+    if wheel_speed is None:
         return None
-    return given.rows if isinstance(given, Wheels) else floats(given, "wheel_speed")
+    return (
+        wheel_speed.rows if isinstance(wheel_speed, Wheels) else floats(wheel_speed, "wheel_speed")
+    )
 
 
-def _flags(rest: npt.ArrayLike, n: int) -> npt.NDArray[np.bool_]:
+def _check_flags(rest: npt.ArrayLike, n: int) -> npt.NDArray[np.bool_]:
     flags = np.asarray(rest)
     if flags.shape != (n,) or flags.dtype != np.bool_:
         raise ArgumentError(
@@ -78,5 +82,5 @@ def _flags(rest: npt.ArrayLike, n: int) -> npt.NDArray[np.bool_]:
     return flags
 
 
-def _type(given: object) -> str:
+def _type_name(given: object) -> str:
     return type(given).__name__

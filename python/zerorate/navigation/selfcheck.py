@@ -11,28 +11,28 @@ import numpy as np
 
 from zerorate.geometry.earth import local_ned
 from zerorate.navigation.axes import Axes, find_axes
-from zerorate.navigation.frozen import frozen_spans
-from zerorate.navigation.lag import Lag, find_lag, is_rate, lag_of_pieces
+from zerorate.navigation.frozen_sensors import frozen_spans
+from zerorate.navigation.lag import Lag, find_lag, find_piecewise_lags, is_rate
 from zerorate.navigation.windows import Epochs, Means, Windows
 from zerorate.record import Recording
 from zerorate.record.fixes import Fixes
 from zerorate.record.samples import Samples
 from zerorate.types import Floats
 
-_LAG: Final = 1.0
+_MIN_LAG_S: Final = 1.0
 """Seconds by which clocks are off that are told here; less is found by innovations."""
-_DEGREES: Final = 180.0 / math.pi
-_UNITS: Final = (
+_DEG_PER_RAD: Final = 180.0 / math.pi
+_SPEED_UNITS: Final = (
     (0.24, 0.32, 1.0 / 3.6, "km/h"),
     (0.46, 0.57, 0.514444, "knots"),
 )
-_SCALE: Final = (0.85, 1.18)
-_GYRO_SCALE: Final = (0.8, 1.25)
-_TOLD: Final = 0.5
+_SPEED_SCALE_RANGE: Final = (0.85, 1.18)
+_GYRO_SCALE_RANGE: Final = (0.8, 1.25)
+_MIN_CORRELATION: Final = 0.5
 """Correlation below which nothing is told."""
-_MOUNT: Final = math.radians(15.0)
-_BACKWARD: Final = math.radians(150.0)
-_MOUNT_SIGMA: Final = math.radians(10.0)
+_MIN_MOUNT_ANGLE_RAD: Final = math.radians(15.0)
+_BACKWARD_ANGLE_RAD: Final = math.radians(150.0)
+_MAX_MOUNT_SIGMA_RAD: Final = math.radians(10.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,11 +102,11 @@ class NavigationChecks:
     @property
     def mistakes(self) -> tuple[NavigationFinding, ...]:
         """What is wrong beyond doubt."""
-        return tuple(one for one in self.findings if one.status == "mistake")
+        return tuple(finding for finding in self.findings if finding.status == "mistake")
 
     def __str__(self) -> str:
         """Return a line a finding."""
-        lines = [f"{one.what}: {one.text}" for one in self.findings]
+        lines = [f"{finding.what}: {finding.text}" for finding in self.findings]
         return "\n".join(lines) or "sensors and fixes agree"
 
     def __repr__(self) -> str:
@@ -156,35 +156,47 @@ def check_navigation(
     >>> [one.what for one in zr.navigation.check_navigation(drive.recording(), late).findings]
     ['clock']
     """
-    work = _Work(Samples.of(imu, mag=False, what="navigation"), gnss.shifted(time_offset))
-    steps = (_velocities, _clock, _gyro, _exchange, _hands, _mount if mounted else None, _frozen)
-    found = [one for step in steps if step is not None for one in step(work)]
-    lag = work.lag
+    state = _CheckState(Samples.of(imu, mag=False, what="navigation"), gnss.shifted(time_offset))
+    steps = (
+        _check_velocities,
+        _check_clock,
+        _check_gyro,
+        _check_swap,
+        _check_handedness,
+        _check_mount if mounted else None,
+        _check_frozen,
+    )
+    findings = [finding for step in steps if step is not None for finding in step(state)]
+    lag = state.lag
     return NavigationChecks(
-        tuple(found),
+        tuple(findings),
         math.nan if lag is None or not lag.certain else lag.seconds,
         math.nan if lag is None else lag.correlation,
-        work.axes,
+        state.axes,
         imu.source,
     )
 
 
 @dataclass(eq=False)
-class _Work:
+class _CheckState:
     """Sensors and fixes, of which each step puts right what it names."""
 
     samples: Samples
     fixes: Fixes
     lag: Lag | None = None
     axes: Axes | None = None
-    exchanged: bool = False
+    is_swapped: bool = False
     means: Means = field(init=False)
     down: Floats = field(init=False)
 
     def __post_init__(self) -> None:
         self.means = Means.of(self.samples)
-        there = np.isfinite(self.samples.accel.sum(axis=1))
-        mean = self.samples.accel[there].mean(axis=0) if there.any() else np.array([0.0, 0.0, -1.0])
+        present = np.isfinite(self.samples.accel.sum(axis=1))
+        mean = (
+            self.samples.accel[present].mean(axis=0)
+            if present.any()
+            else np.array([0.0, 0.0, -1.0])
+        )
         self.down = -mean / max(float(np.linalg.norm(mean)), 1e-9)
 
     def windows(self, positions: bool = False) -> Windows:
@@ -193,7 +205,7 @@ class _Work:
         return Windows.of(between(self.fixes))
 
 
-_Found = Iterator[NavigationFinding]
+_Findings = Iterator[NavigationFinding]
 
 
 def _mistake(what: str, text: str, value: float = math.nan) -> NavigationFinding:
@@ -204,7 +216,7 @@ def _doubt(what: str, text: str) -> NavigationFinding:
     return NavigationFinding(what, "cannot tell", text)
 
 
-def _frozen(work: _Work) -> _Found:
+def _check_frozen(work: _CheckState) -> _Findings:
     lag = work.lag.seconds if work.lag is not None and work.lag.certain else 0.0
     for sensor in ("gyro", "accel"):
         spans = frozen_spans(work.samples, sensor, Epochs.of(work.fixes).shifted(lag))
@@ -220,70 +232,72 @@ def _frozen(work: _Work) -> _Found:
             )
 
 
-def _velocities(work: _Work) -> _Found:
+def _check_velocities(work: _CheckState) -> _Findings:
     """Positions on velocities: units, exchanged columns, the sign of the vertical."""
-    told = Epochs.of(work.fixes)
-    ways = _ways(work.fixes, told) if told.told else None
-    if ways is None:
+    epochs = Epochs.of(work.fixes)
+    velocities = _mean_velocities(work.fixes, epochs) if epochs.is_reported else None
+    if velocities is None:
         return
-    way, mean = ways
-    k, r = _regression(way[:, :2], mean[:, :2])
+    way, mean = velocities
+    k, r = _regress(way[:, :2], mean[:, :2])
     own, other = np.abs(np.diag(k)).sum(), abs(k[0, 1]) + abs(k[1, 0])
-    work.exchanged = bool(other > 2.0 * own and max(abs(r[0, 1]), abs(r[1, 0])) >= _TOLD)
-    pair = (k[0, 1], k[1, 0]) if work.exchanged else (k[0, 0], k[1, 1])
-    seen = (r[0, 1], r[1, 0]) if work.exchanged else (r[0, 0], r[1, 1])
-    if min(abs(one) for one in seen) >= _TOLD:
-        yield from _scale(work, math.sqrt(abs(pair[0] * pair[1])))
+    work.is_swapped = bool(
+        other > 2.0 * own and max(abs(r[0, 1]), abs(r[1, 0])) >= _MIN_CORRELATION
+    )
+    pair = (k[0, 1], k[1, 0]) if work.is_swapped else (k[0, 0], k[1, 1])
+    correlations = (r[0, 1], r[1, 0]) if work.is_swapped else (r[0, 0], r[1, 1])
+    if min(abs(correlation) for correlation in correlations) >= _MIN_CORRELATION:
+        yield from _check_scale(work, math.sqrt(abs(pair[0] * pair[1])))
     vertical = np.isfinite(way[:, 2] + mean[:, 2])
     if vertical.sum() > 20 and float(np.sqrt(np.mean(mean[vertical, 2] ** 2))) >= 0.1:
-        slope, r_down = _regression(way[vertical, 2:], mean[vertical, 2:])
+        slope, r_down = _regress(way[vertical, 2:], mean[vertical, 2:])
         if slope[0, 0] < -0.5 and r_down[0, 0] < -0.5:
             yield _mistake("velocity", "the vertical velocity of the fixes is up, not down", -1.0)
-            _turn_velocity(work, np.diag([1.0, 1.0, -1.0]))
+            _transform_velocity(work, np.diag([1.0, 1.0, -1.0]))
 
 
-def _scale(work: _Work, k: float) -> _Found:
-    for low, high, factor, unit in _UNITS:
+def _check_scale(work: _CheckState, k: float) -> _Findings:
+    for low, high, factor, unit in _SPEED_UNITS:
         if low < k < high:
             text = f"the velocities of the fixes are in {unit}: positions move {k:.3g} times as far"
             yield _mistake("velocity", text, factor)
-            _turn_velocity(work, factor * np.eye(3))
+            _transform_velocity(work, factor * np.eye(3))
             return
     if 0.011 < k < 0.028:
-        yield _mistake("position", "latitude and longitude are in rad, not in deg", _DEGREES)
-        position = work.fixes.position * [_DEGREES, _DEGREES, 1.0]
+        yield _mistake("position", "latitude and longitude are in rad, not in deg", _DEG_PER_RAD)
+        position = work.fixes.position * [_DEG_PER_RAD, _DEG_PER_RAD, 1.0]
         if np.nanmax(np.abs(position[:, 0])) <= 90.0:
             work.fixes = replace(work.fixes, position=position)
         return
     # With latitude for longitude the way to the east has another scale.
-    if not work.exchanged and not _SCALE[0] < k < _SCALE[1]:
+    if not work.is_swapped and not _SPEED_SCALE_RANGE[0] < k < _SPEED_SCALE_RANGE[1]:
         text = f"positions of the fixes move {k:.3g} times as far as their velocities say"
         yield _mistake("velocity", text, k)
 
 
-def _turn_velocity(work: _Work, matrix: Floats) -> None:
+def _transform_velocity(work: _CheckState, matrix: Floats) -> None:
     if work.fixes.velocity is not None:
         work.fixes = replace(work.fixes, velocity=work.fixes.velocity @ matrix.T)
 
 
-def _ways(fixes: Fixes, told: Epochs) -> tuple[Floats, Floats] | None:
+def _mean_velocities(fixes: Fixes, epochs: Epochs) -> tuple[Floats, Floats] | None:
     """Return displacements over a second, and the mean velocities over them, m/s."""
-    there = np.isfinite(fixes.position[:, :2].sum(axis=1))
-    used = fixes.chosen(there)
-    if len(used) < 20 or len(told.time) < 20:
+    present = np.isfinite(fixes.position[:, :2].sum(axis=1))
+    used = fixes.chosen(present)
+    if len(used) < 20 or len(epochs.time) < 20:
         return None
     step = max(1, round(1.0 / max(float(np.median(np.diff(used.time))), 1e-3)))
     if len(used) <= step:
         return None
-    place = used.position
-    level = np.column_stack([place[:, :2], np.nan_to_num(place[:, 2])])
+    position = used.position
+    level = np.column_stack([position[:, :2], np.nan_to_num(position[:, 2])])
     seconds = used.time[step:] - used.time[:-step]
     way = local_ned(level[step:], level[:-step]) / seconds[:, np.newaxis]
-    way[~np.isfinite(place[step:, 2] + place[:-step, 2]), 2] = np.nan
-    velocity = told.velocity
-    steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(told.time)[:, np.newaxis]
+    way[~np.isfinite(position[step:, 2] + position[:-step, 2]), 2] = np.nan
+    velocity = epochs.velocity
+    steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(epochs.time)[:, np.newaxis]
     integral = np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0)))
-    moved = np.column_stack([np.interp(used.time, told.time, column) for column in integral.T])
+    moved = np.column_stack([np.interp(used.time, epochs.time, column) for column in integral.T])
     mean = (moved[step:] - moved[:-step]) / seconds[:, np.newaxis]
     near = seconds < 3.0 * max(float(np.median(seconds)), 1e-3)
     near &= np.isfinite(mean[:, :2].sum(axis=1))
@@ -292,25 +306,25 @@ def _ways(fixes: Fixes, told: Epochs) -> tuple[Floats, Floats] | None:
     return way[near], mean[near]
 
 
-def _regression(y: Floats, x: Floats) -> tuple[Floats, Floats]:
+def _regress(y: Floats, x: Floats) -> tuple[Floats, Floats]:
     """Return slopes and correlations of columns on columns, outliers left out."""
     size = np.linalg.norm(y, axis=1)
-    kept = size <= 5.0 * np.percentile(size, 90) + 1e-9
-    y, x = y[kept] - y[kept].mean(axis=0), x[kept] - x[kept].mean(axis=0)
+    inliers = size <= 5.0 * np.percentile(size, 90) + 1e-9
+    y, x = y[inliers] - y[inliers].mean(axis=0), x[inliers] - x[inliers].mean(axis=0)
     slope = np.asarray(np.linalg.lstsq(x, y, rcond=None)[0].T, dtype=np.float64)
     spread = np.outer(np.linalg.norm(y, axis=0), np.linalg.norm(x, axis=0))
     return slope, np.asarray((y.T @ x) / np.maximum(spread, 1e-30))
 
 
-def _clock(work: _Work) -> _Found:
+def _check_clock(work: _CheckState) -> _Findings:
     windows = work.windows()
     work.lag = lag = find_lag(work.means, windows, work.down)
     if len(windows.start) == 0:
         yield _doubt("clock", "there are too few fixes to tell their clock")
         return
     about = lag.seconds if lag is not None and lag.certain else 0.0
-    times, lags = lag_of_pieces(work.means, windows, work.down, about)
-    jumps = np.flatnonzero(np.abs(np.diff(lags)) > _LAG)
+    times, lags = find_piecewise_lags(work.means, windows, work.down, about)
+    jumps = np.flatnonzero(np.abs(np.diff(lags)) > _MIN_LAG_S)
     if not (lag is not None and lag.certain) and not _is_one_jump(lags):
         jumps = jumps[:0]
     if jumps.size:
@@ -327,7 +341,7 @@ def _clock(work: _Work) -> _Found:
             "whether sensors and fixes are on one clock is not told: the course hardly turns while "
             "both are there, or they are not of one vehicle",
         )
-    elif abs(lag.seconds) > _LAG:
+    elif abs(lag.seconds) > _MIN_LAG_S:
         yield _mistake(
             "clock", f"the fixes are on another clock, {-lag.seconds:.2f} s ahead", lag.seconds
         )
@@ -335,27 +349,32 @@ def _clock(work: _Work) -> _Found:
 
 def _is_one_jump(lags: Floats) -> bool:
     """Whether two pieces or more have one lag, and all that follow another."""
-    jumps = np.flatnonzero(np.abs(np.diff(lags)) > _LAG)
+    jumps = np.flatnonzero(np.abs(np.diff(lags)) > _MIN_LAG_S)
     return jumps.size == 1 and 1 <= jumps[0] <= len(lags) - 3
 
 
-def _gyro(work: _Work) -> _Found:
+def _check_gyro(work: _CheckState) -> _Findings:
     """Compare the rate of the course with the gyro's, but for its sign."""
     lag = work.lag
-    if lag is None or not lag.certain or abs(lag.correlation) < _TOLD or not is_rate(lag.slope):
+    if (
+        lag is None
+        or not lag.certain
+        or abs(lag.correlation) < _MIN_CORRELATION
+        or not is_rate(lag.slope)
+    ):
         return
     size = abs(lag.slope)
     if 30.0 < size < 110.0:
-        yield _mistake("gyro", "the gyro is in rad/s, not in deg/s", _DEGREES)
+        yield _mistake("gyro", "the gyro is in rad/s, not in deg/s", _DEG_PER_RAD)
     elif 30.0 < 1.0 / size < 110.0:
-        yield _mistake("gyro", "the gyro is in deg/s, not in rad/s", 1.0 / _DEGREES)
-    elif not _GYRO_SCALE[0] < size < _GYRO_SCALE[1] and abs(lag.correlation) > 0.9:
+        yield _mistake("gyro", "the gyro is in deg/s, not in rad/s", 1.0 / _DEG_PER_RAD)
+    elif not _GYRO_SCALE_RANGE[0] < size < _GYRO_SCALE_RANGE[1] and abs(lag.correlation) > 0.9:
         yield _mistake("gyro", f"the vehicle turns {size:.3g} times as fast as its gyro says", size)
 
 
-def _exchange(work: _Work) -> _Found:
+def _check_swap(work: _CheckState) -> _Findings:
     """Which is exchanged, the velocities or the positions: the right one turns as the gyro does."""
-    if not work.exchanged:
+    if not work.is_swapped:
         return
     lag = work.lag
     positive = lag is not None and lag.certain and lag.slope > 0.0
@@ -366,42 +385,42 @@ def _exchange(work: _Work) -> _Found:
         yield _mistake("position", "latitude and longitude are exchanged")
         return
     yield _mistake("velocity", "the velocities north and east are exchanged")
-    _turn_velocity(work, np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
+    _transform_velocity(work, np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
     work.lag = replace(lag, slope=-lag.slope, correlation=-lag.correlation)
 
 
-def _hands(work: _Work) -> _Found:
+def _check_handedness(work: _CheckState) -> _Findings:
     """Whether axes are right-handed, and the signs of gyro and force."""
     lag = work.lag
     if lag is None or not lag.certain:
         return
     work.axes = axes = find_axes(work.means, work.windows(), lag.seconds)
-    hand = "" if axes is None else axes.handed
-    if not hand:
+    handedness = "" if axes is None else axes.handedness
+    if not handedness:
         yield _doubt(
             "axes", "whether signs and axes are right is not told: it hardly speeds up or turns"
         )
-    elif lag.slope < 0.0 and hand == "right":
+    elif lag.slope < 0.0 and handedness == "right":
         yield _mistake("gyro", "the gyro has the other sign", -1.0)
     elif lag.slope < 0.0:
-        beside = (
+        alternative = (
             "" if work.fixes.velocity is not None else (", or latitude and longitude are exchanged")
         )
-        yield _mistake("force", f"the accelerometer has the other sign{beside}", -1.0)
+        yield _mistake("force", f"the accelerometer has the other sign{alternative}", -1.0)
         work.axes = None
-    elif hand == "left":
+    elif handedness == "left":
         yield _mistake("axes", "the axes of the sensors are left-handed: one of them is mirrored")
         work.axes = None
 
 
-def _mount(work: _Work) -> _Found:
+def _check_mount(work: _CheckState) -> _Findings:
     axes = work.axes
-    if axes is None or axes.yaw_sigma > _MOUNT_SIGMA or axes.handed != "right":
+    if axes is None or axes.yaw_sigma > _MAX_MOUNT_SIGMA_RAD or axes.handedness != "right":
         return
-    if abs(axes.yaw) <= max(_MOUNT, 4.0 * axes.yaw_sigma):
+    if abs(axes.yaw) <= max(_MIN_MOUNT_ANGLE_RAD, 4.0 * axes.yaw_sigma):
         return
     angle = f"{abs(math.degrees(axes.yaw)):.0f} deg (sigma {math.degrees(axes.yaw_sigma):.1f})"
-    if abs(axes.yaw) > _BACKWARD:
+    if abs(axes.yaw) > _BACKWARD_ANGLE_RAD:
         yield _mistake("mount", f"the sensors are mounted backward: x looks {angle} off", axes.yaw)
     else:
         side = "right" if axes.yaw > 0.0 else "left"

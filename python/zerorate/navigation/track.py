@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import NavigationFilter, NavigationRecord
-from zerorate.faults import given, said
-from zerorate.geometry.earth import local_ned, moved
+from zerorate.faults import keyword_argument, make_sentence
+from zerorate.geometry.earth import local_ned, offset_position
 from zerorate.geometry.frames import in_enu
 from zerorate.geometry.rotations import (
     from_rotation_vectors,
@@ -21,7 +21,7 @@ from zerorate.geometry.rotations import (
     to_rotation_vectors,
 )
 from zerorate.navigation.events import Events
-from zerorate.numerals import with_error
+from zerorate.numerals import format_with_error
 from zerorate.record import Log, Poses
 from zerorate.record.missing import floats
 from zerorate.types import Booleans, Floats, Integers
@@ -38,12 +38,12 @@ STATUSES: Final = ("waiting", "no heading", "navigating", "coasting", "missing")
 VERDICTS: Final = ("used", "rejected", "refused", "not reached")
 """Words for `Track.verdict`, in the order of its numbers."""
 
-_SURE: Final = 3.0
+_ANTENNA_SIGMAS: Final = 3.0
 """Deviations beyond which an antenna is not where it is told to be."""
-_OF_WHEELS: Final = np.array([100.0, 180.0 / np.pi, 180.0 / np.pi])
+_WHEEL_UNIT_FACTORS: Final = np.array([100.0, 180.0 / np.pi, 180.0 / np.pi])
 """Of scale, yaw and pitch: percent and degrees."""
 
-_BIASES: Final = {"gyro": "radps", "accel": "mps2"}
+_BIAS_UNITS: Final = {"gyro": "radps", "accel": "mps2"}
 
 
 Steps = dict[str, npt.NDArray[Any]]
@@ -62,7 +62,7 @@ class Inputs:
     speed: Floats | None = None
 
 
-class Smoothable:
+class SmoothableTrack:
     """What every track has: places over time, and the steps that a smoother goes back over."""
 
     time: Floats
@@ -85,7 +85,7 @@ class Smoothable:
         known: Booleans = np.isfinite(self.position[:, 0])
         return known
 
-    def _corrected(self, error: Floats, sigma: Floats) -> dict[str, Any]:
+    def _apply_errors(self, error: Floats, sigma: Floats) -> dict[str, Any]:
         """Return the fields of the smoothed track but the position, from errors (n, 15)."""
         turn = from_rotation_vectors(error[:, 6:9])
         known = self.navigating[:, np.newaxis]
@@ -102,12 +102,12 @@ class Smoothable:
     def __getstate__(self) -> dict[str, Any]:
         """Return all of it; of the steps what the smoother makes of them, which is a tenth."""
         steps = self._steps
-        told = steps.smoothed() if isinstance(steps, NavigationRecord) else steps
-        return {**vars(self), "_steps": told}
+        smoothed = steps.smoothed() if isinstance(steps, NavigationRecord) else steps
+        return {**vars(self), "_steps": smoothed}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Track(Smoothable, Result):
+class Track(SmoothableTrack, Result):
     """The track of a vehicle over n samples of its sensors, of ``NavigationFilter.process``.
 
     Parameters
@@ -233,13 +233,15 @@ class Track(Smoothable, Result):
         ValueError
             If the filter never navigated.
         """
-        there = self.navigating
-        if not there.any():
+        navigating = self.navigating
+        if not navigating.any():
             raise ValueError("the filter never navigated: there is no pose")
-        begin = self.position[there][0] if origin is None else floats(origin, "origin")
-        ned = local_ned(self.position[there], begin)
-        place = ned[:, (1, 0, 2)] * (1.0, 1.0, -1.0)
-        return Poses(self.time[there], place, in_enu(self.quaternion[there], "ned"), self.source)
+        begin = self.position[navigating][0] if origin is None else floats(origin, "origin")
+        ned = local_ned(self.position[navigating], begin)
+        position = ned[:, (1, 0, 2)] * (1.0, 1.0, -1.0)
+        return Poses(
+            self.time[navigating], position, in_enu(self.quaternion[navigating], "ned"), self.source
+        )
 
     def nis(self) -> Floats:
         """Return the normalised innovations squared of each fix, shape (m, 2).
@@ -270,12 +272,12 @@ class Track(Smoothable, Result):
         MemoryError
             If there is none for what the smoother says.
         """
-        steps = smoothed_steps(self._steps, self.smoothed)
+        steps = smooth_steps(self._steps, self.smoothed)
         if not len(steps["sample"]):
             return replace(self, smoothed=True, _nis=None, _steps=None)
-        error, sigma = between_steps(self.time, steps)
-        position = moved(self.position, -error[:, :3])
-        return replace(self, position=position, _nis=None, **self._corrected(error, sigma))
+        error, sigma = interpolate_steps(self.time, steps)
+        position = offset_position(self.position, -error[:, :3])
+        return replace(self, position=position, _nis=None, **self._apply_errors(error, sigma))
 
     def to_log(self) -> Log:
         """Return a log of latitude, longitude and height, for `zerorate.write_log`.
@@ -292,7 +294,7 @@ class Track(Smoothable, Result):
             extra[f"velocity_{axis}_mps"] = values
         for axis, values in zip("wxyz", self.quaternion.T, strict=True):
             extra[f"quat_{axis}"] = values
-        for kind, unit in _BIASES.items():
+        for kind, unit in _BIAS_UNITS.items():
             for axis, values in zip("xyz", getattr(self, f"{kind}_bias").T, strict=True):
                 extra[f"{kind}_bias_{axis}_{unit}"] = values
         units = (("position", "m"), ("velocity", "mps"), ("tilt", "rad"))
@@ -310,7 +312,7 @@ class Track(Smoothable, Result):
         return figure_of(self, outages)
 
 
-def track_of(
+def run_navigation(
     nav: NavigationFilter,
     inputs: Inputs,
     *,
@@ -321,7 +323,7 @@ def track_of(
 ) -> Track:
     """Run a filter over arrays and return its track; with `keep` it can be smoothed."""
     before = nav.copy()
-    found, steps = nav.process_arrays(
+    output, steps = nav.process_arrays(
         inputs.time,
         inputs.gyro,
         inputs.accel,
@@ -330,63 +332,63 @@ def track_of(
         record=keep,
         wheel_speed=inputs.speed,
     )
-    counts = _since(before.fix_count, nav.fix_count)
-    if not inputs.fixes.together:
-        found = inputs.fixes.merged(found)
-        verdicts = np.bincount(found["verdict"], minlength=len(VERDICTS))
+    counts = _count_since(before.fix_count, nav.fix_count)
+    if not inputs.fixes.is_joint:
+        output = inputs.fixes.merge(output)
+        verdicts = np.bincount(output["verdict"], minlength=len(VERDICTS))
         counts = dict(zip(counts, verdicts.tolist(), strict=False))
     for name in ("innovation", "innovation_sigma"):
-        del found[name]
+        del output[name]
     return Track(
         time=inputs.time,
-        fixes=inputs.fixes.whole(),
+        fixes=inputs.fixes.to_rows(),
         fix_count=counts,
-        rejected_count=_since(before.rejected_count, nav.rejected_count),
+        rejected_count=_count_since(before.rejected_count, nav.rejected_count),
         epoch=epoch,
         source=source,
-        notes=(*_on_moves(before, nav), *_on_constants(before, nav), *notes),
-        _nis=found.pop("nis"),
+        notes=(*_describe_moves(before, nav), *_describe_constants(before, nav), *notes),
+        _nis=output.pop("nis"),
         _steps=steps,
-        **found,
+        **output,
     )
 
 
-def _since(before: dict[str, int], now: dict[str, int]) -> dict[str, int]:
+def _count_since(before: dict[str, int], now: dict[str, int]) -> dict[str, int]:
     return {name: count - before[name] for name, count in now.items()}
 
 
-def _on_moves(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
+def _describe_moves(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
     """Say that the filter has given way to positions that it had rejected."""
     moves = nav.move_count - before.move_count
     if not moves or nav.last_move is None:
         return
-    time, far = nav.last_move
-    size = f"{far:.0f} m" if far < 10_000.0 else f"{far / 1000.0:.0f} km"
-    often = "" if moves == 1 else f", the last of {moves} times"
+    time, distance = nav.last_move
+    size = f"{distance:.0f} m" if distance < 10_000.0 else f"{distance / 1000.0:.0f} km"
+    count = "" if moves == 1 else f", the last of {moves} times"
     yield (
         f"at {time:.2f} s ten positions in a row had been rejected, and the filter went where they "
-        f"are, {size} away{often}: either they are wrong or it was"
+        f"are, {size} away{count}: either they are wrong or it was"
     )
 
 
-def _on_constants(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
+def _describe_constants(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
     """Say where the antenna is and what the wheels are like, where that was estimated."""
     if before.antenna_sigma.any():
-        found = ", ".join(map(with_error, nav.antenna, nav.antenna_sigma))
-        told = ", ".join(f"{x:g}" for x in before.antenna)
-        off = np.abs(nav.antenna - before.antenna) > _SURE * before.antenna_sigma
-        if off.any():
+        fitted = ", ".join(map(format_with_error, nav.antenna, nav.antenna_sigma))
+        stated = ", ".join(f"{x:g}" for x in before.antenna)
+        displaced = np.abs(nav.antenna - before.antenna) > _ANTENNA_SIGMAS * before.antenna_sigma
+        if displaced.any():
             yield (
-                f"the antenna is not where it is told to be: {found} m forward, right and down of "
-                f"the sensors fit best, not {told}"
+                f"the antenna is not where it is told to be: {fitted} m forward, right and down of "
+                f"the sensors fit best, not {stated}"
             )
         else:
-            yield f"the antenna is {found} m forward, right and down of the sensors"
+            yield f"the antenna is {fitted} m forward, right and down of the sensors"
     if np.isfinite(nav.wheel_constants[0]):
         scale, yaw, pitch = map(
-            with_error,
-            nav.wheel_constants * _OF_WHEELS,
-            nav.wheel_constants_sigma * _OF_WHEELS,
+            format_with_error,
+            nav.wheel_constants * _WHEEL_UNIT_FACTORS,
+            nav.wheel_constants_sigma * _WHEEL_UNIT_FACTORS,
         )
         yield (
             f"the wheels roll {scale} % faster than they tell, along an axis {yaw} deg right of "
@@ -394,28 +396,28 @@ def _on_constants(before: NavigationFilter, nav: NavigationFilter) -> Iterator[s
         )
 
 
-def not_begun(track: Track) -> str:
+def explain_no_start(track: Track) -> str:
     """Return why a filter did not begin to navigate."""
     fixes, time = track.fixes[:, 0], track.time
     if not len(fixes) or not len(time):
         return "there are no fixes" if len(time) else "there are no samples"
     if not ((fixes >= time[0]) & (fixes <= time[-1])).any():
-        return said(
+        return make_sentence(
             f"its samples are from {time[0]:.6g} to {time[-1]:.6g} s and the fixes from "
             f"{fixes[0]:.6g} to {fixes[-1]:.6g} s: ",
-            given("time_offset"),
+            keyword_argument("time_offset"),
             " moves these",
         )
     if STATUSES[int(track.status[-1])] == "no heading":
-        return said(
+        return make_sentence(
             "the heading is not known, and the vehicle not above 1 m/s: ",
-            given("heading"),
+            keyword_argument("heading"),
             " says it",
         )
     return "no fix was used after the vehicle was aligned"
 
 
-def smoothed_steps(
+def smooth_steps(
     steps: NavigationRecord | Steps | None, smoothed: bool, deviations: bool = True
 ) -> Steps:
     """Return what the smoother says of the steps of a track; ValueError if there are none."""
@@ -426,15 +428,17 @@ def smoothed_steps(
     return steps if isinstance(steps, dict) else steps.smoothed(deviations)
 
 
-def between_steps(time: Floats, steps: Steps) -> tuple[Floats, Floats]:
+def interpolate_steps(time: Floats, steps: Steps) -> tuple[Floats, Floats]:
     """Return error and deviation at each sample, from those of the steps round it."""
-    last, following, part = _round(time, steps, np.arange(len(time)))
+    last, following, part = _bracket_steps(time, steps, np.arange(len(time)))
     error = (1.0 - part) * steps["after"][last] + part * steps["before"][following]
     sigma = (1.0 - part) * steps["sigma"][last] + part * steps["sigma"][following]
     return error, sigma
 
 
-def _round(time: Floats, steps: Steps, samples: Integers) -> tuple[Integers, Integers, Floats]:
+def _bracket_steps(
+    time: Floats, steps: Steps, samples: Integers
+) -> tuple[Integers, Integers, Floats]:
     """Return the steps round some samples, and the part of the way between them, shape (m, 1)."""
     at = steps["sample"].astype(np.intp)
     last = np.clip(np.searchsorted(at, samples, side="right") - 1, 0, len(at) - 1)
@@ -446,7 +450,7 @@ def _round(time: Floats, steps: Steps, samples: Integers) -> tuple[Integers, Int
     return last, following, np.clip(part, 0.0, 1.0)[:, np.newaxis]
 
 
-class SmoothedPlaces:
+class SmoothedPoses:
     """Positions and orientations of a track as ``Track.smooth`` has them, at some samples alone.
 
     No deviations are found and most samples left out, which is many times as fast.
@@ -454,7 +458,7 @@ class SmoothedPlaces:
 
     def __init__(self, track: Track) -> None:
         self._track = track
-        self._steps = smoothed_steps(track._steps, track.smoothed, deviations=False)
+        self._steps = smooth_steps(track._steps, track.smoothed, deviations=False)
 
     def __call__(self, samples: Integers) -> tuple[Floats, Floats]:
         """Return positions, shape (m, 3), and quaternions, shape (m, 4), at the samples."""
@@ -462,11 +466,11 @@ class SmoothedPlaces:
         position, quaternion = track.position[samples], track.quaternion[samples]
         if not len(steps["sample"]):
             return position, quaternion
-        last, following, part = _round(track.time, steps, samples)
+        last, following, part = _bracket_steps(track.time, steps, samples)
         error = (1.0 - part) * steps["after"][last] + part * steps["before"][following]
         turn = from_rotation_vectors(error[:, 6:9])
         known = track.navigating[samples, np.newaxis]
         return (
-            moved(position, -error[:, :3]),
+            offset_position(position, -error[:, :3]),
             np.where(known, product(turn, quaternion), quaternion),
         )

@@ -16,14 +16,14 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.geometry.earth import wrapped
+from zerorate.geometry.earth import wrap_degrees
 from zerorate.record.atomic import atomic_path
 from zerorate.record.runs import runs
-from zerorate.texts import one_line
+from zerorate.texts import escape_line
 from zerorate.types import Floats
 
 
-class Track(Protocol):
+class TrackLike(Protocol):
     """What has times, s, shape (n,), and positions, deg, deg and m, shape (n, 3)."""
 
     @property
@@ -41,7 +41,7 @@ _GPX_HEAD: Final = (
 )
 
 _FEATURE: Final = '{"type": "FeatureCollection", "features": [{"type": "Feature", '
-_PIECE: Final = 1 << 16
+_PIECE_ROWS: Final = 1 << 16
 """Rows that are put into words at a time."""
 
 _Values: TypeAlias = Floats | npt.NDArray[np.datetime64]
@@ -51,7 +51,7 @@ _Column: TypeAlias = tuple[str, _Values, str]
 
 def write_geojson(
     path: str | os.PathLike[str],
-    track: Track,
+    track: TrackLike,
     *,
     epoch: float | None = None,
     name: str | None = None,
@@ -100,23 +100,23 @@ def write_geojson(
     >>> whole["features"][0]["geometry"]["coordinates"]
     [[[179.5, 0.0, 10.0], [180.0, 0.5, 15.0]], [[-180.0, 0.5, 15.0], [-179.5, 1.0, 20.0]]]
     """
-    rows = _checked(track, epoch, name)
-    lines = [part for line in rows.lines() for part in _cut(line)]
+    rows = _check_track(track, epoch, name)
+    lines = [part for line in rows.lines() for part in _split_at_antimeridian(line)]
     kind = "MultiLineString" if len(lines) > 1 else "LineString"
     properties = f'"name": {json.dumps(rows.name)}'
     with atomic_path(path, force) as temporary, temporary.open("w", encoding="utf-8") as file:
         file.write(f'{_FEATURE}"properties": {{{properties}')
         if rows.epoch is not None:
             file.write(', "coordTimes": ')
-            file.writelines(_nested(lines, partial(_json_times, epoch=rows.epoch)))
+            file.writelines(_nest_json(lines, partial(_json_times, epoch=rows.epoch)))
         file.write(f'}}, "geometry": {{"type": "{kind}", "coordinates": ')
-        file.writelines(_nested(lines, _coordinates))
+        file.writelines(_nest_json(lines, _json_coordinates))
         file.write("}}]}\n")
 
 
 def write_gpx(
     path: str | os.PathLike[str],
-    track: Track,
+    track: TrackLike,
     *,
     epoch: float | None = None,
     name: str | None = None,
@@ -138,18 +138,18 @@ def write_gpx(
     >>> print(path.read_text().splitlines()[4])
     <trkpt lat="45.5" lon="7.5"><ele>10.5</ele><time>2023-11-14T22:13:20.000Z</time></trkpt>
     """
-    rows = _checked(track, epoch, name)
+    rows = _check_track(track, epoch, name)
     with atomic_path(path, force) as temporary, temporary.open("w", encoding="utf-8") as file:
         file.write(f"{_GPX_HEAD}<trk><name>{escape(rows.name)}</name>\n")
         for line in rows.lines():
             file.write("<trkseg>\n")
-            file.writelines(_points(part, rows.epoch) for part in _pieces(line))
+            file.writelines(_gpx_points(part, rows.epoch) for part in _split_pieces(line))
             file.write("</trkseg>\n")
         file.write("</trk></gpx>\n")
 
 
 @dataclass(frozen=True)
-class _Rows:
+class _TrackRows:
     """Time, latitude, longitude and height, shape (n, 4), and what is told of them."""
 
     rows: Floats
@@ -158,12 +158,12 @@ class _Rows:
 
     def lines(self) -> Iterator[Floats]:
         """Yield the rows between those without a place."""
-        there = np.isfinite(self.rows[:, 1:3]).all(axis=1)
-        for first, last in runs(np.asarray(there)):
+        present = np.isfinite(self.rows[:, 1:3]).all(axis=1)
+        for first, last in runs(np.asarray(present)):
             yield self.rows[first:last]
 
 
-def _checked(track: Track, epoch: float | None, name: str | None) -> _Rows:
+def _check_track(track: TrackLike, epoch: float | None, name: str | None) -> _TrackRows:
     try:
         time = np.asarray(track.time, dtype=np.float64)
         position = np.asarray(track.position, dtype=np.float64)
@@ -175,10 +175,10 @@ def _checked(track: Track, epoch: float | None, name: str | None) -> _Rows:
             f"time and position must be of shapes (n,) and (n, 3), got {time.shape} and "
             f"{position.shape}"
         )
-    there = np.isfinite(position[:, :2]).all(axis=1)
-    if not there.any():
+    present = np.isfinite(position[:, :2]).all(axis=1)
+    if not present.any():
         raise ValueError("no row of the track has a latitude and longitude")
-    if (np.abs(position[there, 0]) > 90.0).any():
+    if (np.abs(position[present, 0]) > 90.0).any():
         raise ArgumentError("latitudes", "must be within 90 deg: are they in rad or scaled?")
     if epoch is None:
         epoch = getattr(track, "epoch", None)
@@ -186,39 +186,39 @@ def _checked(track: Track, epoch: float | None, name: str | None) -> _Rows:
         raise ArgumentError(
             "times", "must be finite where the epoch is known, and so must the epoch"
         )
-    rows = np.column_stack([time, position[:, 0], wrapped(position[:, 1]), position[:, 2]])
-    return _Rows(rows, epoch, one_line(name or str(getattr(track, "source", "track"))))
+    rows = np.column_stack([time, position[:, 0], wrap_degrees(position[:, 1]), position[:, 2]])
+    return _TrackRows(rows, epoch, escape_line(name or str(getattr(track, "source", "track"))))
 
 
-def _cut(line: Floats) -> Iterator[Floats]:
+def _split_at_antimeridian(line: Floats) -> Iterator[Floats]:
     """Yield the parts of a line on either side of the meridian of 180 deg, of two rows or more."""
     begin, first = line[:0], 0
     for last in np.flatnonzero(np.abs(np.diff(line[:, 2])) > 180.0).tolist():
         before, row = line[last], line[last + 1]
         side = math.copysign(180.0, before[2])
-        onward = wrapped(row[2] - before[2])
+        onward = wrap_degrees(row[2] - before[2])
         share = (side - before[2]) / onward if onward else 0.0
         meeting = before + share * (row - before)
-        yield np.vstack((begin, line[first : last + 1], _at(meeting, side)))
-        begin, first = _at(meeting, -side)[np.newaxis], last + 1
+        yield np.vstack((begin, line[first : last + 1], _with_longitude(meeting, side)))
+        begin, first = _with_longitude(meeting, -side)[np.newaxis], last + 1
     part = np.concatenate((begin, line[first:]))
     # A line of GeoJSON has two positions or more.
     yield part if len(part) > 1 else np.repeat(part, 2, axis=0)
 
 
-def _at(row: Floats, longitude: float) -> Floats:
-    moved = row.copy()
-    moved[2] = longitude
-    return moved
+def _with_longitude(row: Floats, longitude: float) -> Floats:
+    row_copy = row.copy()
+    row_copy[2] = longitude
+    return row_copy
 
 
-def _pieces(line: Floats) -> Iterator[Floats]:
+def _split_pieces(line: Floats) -> Iterator[Floats]:
     """Yield a line in parts whose texts fit into memory, and pyarrow's into an array."""
-    for first in range(0, len(line), _PIECE):
-        yield line[first : first + _PIECE]
+    for first in range(0, len(line), _PIECE_ROWS):
+        yield line[first : first + _PIECE_ROWS]
 
 
-def _nested(lines: Sequence[Floats], text: Callable[[Floats], str]) -> Iterator[str]:
+def _nest_json(lines: Sequence[Floats], text: Callable[[Floats], str]) -> Iterator[str]:
     """Yield the parts of a list of JSON with a list a line, or of that list if there is one only.
 
     `text`: of some rows, where ", " stands before each.
@@ -226,22 +226,22 @@ def _nested(lines: Sequence[Floats], text: Callable[[Floats], str]) -> Iterator[
     many = len(lines) > 1
     for i, line in enumerate(lines):
         yield ", [" if i else "[[" if many else "["
-        for k, piece in enumerate(_pieces(line)):
+        for k, piece in enumerate(_split_pieces(line)):
             yield text(piece) if k else text(piece)[2:]
         yield "]"
     yield "]" if many else ""
 
 
-def _coordinates(rows: Floats) -> str:
+def _json_coordinates(rows: Floats) -> str:
     _, latitude, longitude, height = rows.T
-    return _joined((", [", longitude, ""), (", ", latitude, ""), (", ", height, ""), "]")
+    return _join_columns((", [", longitude, ""), (", ", latitude, ""), (", ", height, ""), "]")
 
 
 def _json_times(rows: Floats, epoch: float) -> str:
-    return _joined((', "', _dates(rows[:, 0], epoch), 'Z"'))
+    return _join_columns((', "', _utc_dates(rows[:, 0], epoch), 'Z"'))
 
 
-def _points(rows: Floats, epoch: float | None) -> str:
+def _gpx_points(rows: Floats, epoch: float | None) -> str:
     time, latitude, longitude, height = rows.T
     # GPX has no longitude of 180.
     east = np.where(longitude == 180.0, -180.0, longitude)
@@ -251,32 +251,38 @@ def _points(rows: Floats, epoch: float | None) -> str:
         ("<ele>", height, "</ele>"),
     ]
     if epoch is not None:
-        columns.append(("<time>", _dates(time, epoch), "Z</time>"))
-    return _joined(*columns, "</trkpt>\n")
+        columns.append(("<time>", _utc_dates(time, epoch), "Z</time>"))
+    return _join_columns(*columns, "</trkpt>\n")
 
 
-def _joined(*columns: _Column | str) -> str:
+def _join_columns(*columns: _Column | str) -> str:
     """Return the texts of all rows, one after the other; a number that is none has no text."""
     try:
         import pyarrow  # noqa: F401
     except ImportError:
-        texts = [repeat(one) if isinstance(one, str) else _words(*one) for one in columns]
+        texts = [
+            repeat(column) if isinstance(column, str) else _format_values(*column)
+            for column in columns
+        ]
         return "".join(map("".join, zip(*texts, strict=False)))
     from pyarrow.compute import binary_join_element_wise
 
-    parts: list[Any] = [_constant(one) if isinstance(one, str) else _arrow(*one) for one in columns]
+    parts: list[Any] = [
+        _constant(column) if isinstance(column, str) else _format_arrow(*column)
+        for column in columns
+    ]
     whole: Any = binary_join_element_wise(*parts, _constant(""))
     return str(memoryview(whole.buffers()[2]), "utf-8")
 
 
-def _words(before: str, values: _Values, after: str) -> list[str]:
+def _format_values(before: str, values: _Values, after: str) -> list[str]:
     if values.dtype.kind == "M":
         dates: Any = values
         return [f"{before}{x}{after}" for x in np.datetime_as_string(dates).tolist()]
     return [f"{before}{x}{after}" if math.isfinite(x) else "" for x in values.tolist()]
 
 
-def _arrow(before: str, values: _Values, after: str) -> Any:  # noqa: ANN401
+def _format_arrow(before: str, values: _Values, after: str) -> Any:  # noqa: ANN401
     """Return the same as an array of Arrow, made of buffers: others would import pandas."""
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -303,6 +309,6 @@ def _constant(text: str) -> Any:  # noqa: ANN401
     return pa.Array.from_buffers(pa.string(), 1, buffers)[0]
 
 
-def _dates(time: Floats, epoch: float) -> npt.NDArray[np.datetime64]:
+def _utc_dates(time: Floats, epoch: float) -> npt.NDArray[np.datetime64]:
     """Return times in UTC, to the millisecond."""
     return np.rint(1e3 * (time + epoch)).astype(np.int64).view("datetime64[ms]")

@@ -9,22 +9,22 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.faults import ArgumentError, given, said
-from zerorate.metrics.channels import positive
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
+from zerorate.metrics.channels import check_positive
 from zerorate.navigation.windows import Epochs
 from zerorate.record import LogError
 from zerorate.record.fixes import Fixes
 from zerorate.record.missing import floats
 from zerorate.types import Booleans, Floats
 
-_EVERY: Final = 0.1
+_COUNT_INTERVAL_S: Final = 0.1
 """Seconds over which ticks are counted: over less they round the speed too much."""
-_LONGEST: Final = 0.5
+_MAX_INTERVAL_S: Final = 0.5
 """Seconds above which the mean speed is not that of the middle."""
-_JUMP: Final = 10.0
+_JUMP_FACTOR: Final = 10.0
 """Times a speed that is hardly exceeded, beyond which a counter has jumped."""
-_FAST: Final = 3.0
-_ENOUGH: Final = 20
+_MIN_SPEED_M_S: Final = 3.0
+_MIN_COUNTS: Final = 20
 """Speed of the receiver, m/s, and counts at such speeds, that tell how long a tick is."""
 
 
@@ -132,12 +132,14 @@ class Wheels:
             raise ArgumentError("count", f"must have shape {t.shape}, got {ticks.shape}")
         if not (np.isfinite(t).all() and (np.diff(t) >= 0.0).all()):
             raise ArgumentError("time", "must be finite and in order")
-        spread = positive("sigma", sigma)
-        there = np.isfinite(ticks)
-        middle, rate, dt = _rates(t[there], ticks[there])
+        spread = check_positive("sigma", sigma)
+        present = np.isfinite(ticks)
+        middle, rate, dt = _tick_rates(t[present], ticks[present])
         if tick is None and fixes is None:
             raise ArgumentError("tick", "must be given, or fixes, whose speed tells it")
-        length = positive("tick", tick) if tick is not None else _learned(middle, rate, fixes)
+        length = (
+            check_positive("tick", tick) if tick is not None else _learn_tick(middle, rate, fixes)
+        )
         noise = np.sqrt(spread**2 + (length / dt) ** 2 / 6.0)
         return cls(middle, length * rate, noise, length)
 
@@ -147,41 +149,41 @@ class Wheels:
         return np.column_stack([self.time, self.speed, self.sigma])  # type: ignore[list-item]
 
 
-def _rates(time: Floats, count: Floats) -> tuple[Floats, Floats, Floats]:
+def _tick_rates(time: Floats, count: Floats) -> tuple[Floats, Floats, Floats]:
     """Return middles of a tenth of a second or an interval, ticks a second there, and seconds."""
     if len(time) < 2:
         empty = np.empty(0)
         return empty, empty, empty
     # Half an interval of a thousandth less, so that the tenth at 10 Hz is not the next.
-    steps = np.floor((time - time[0]) / _EVERY + 1e-3)
+    steps = np.floor((time - time[0]) / _COUNT_INTERVAL_S + 1e-3)
     first = np.concatenate([[True], np.diff(steps) > 0.0])
     t, n = time[first], count[first]
     dt, ticks = np.diff(t), np.diff(n)
     with np.errstate(invalid="ignore", divide="ignore"):
         rate = ticks / dt
-    kept: Booleans = (dt > 0.0) & (dt <= _LONGEST)
-    if kept.any():
-        usual = float(np.quantile(np.abs(rate[kept]), 0.9))
-        kept &= np.abs(rate) <= max(_JUMP * usual, 10.0 / _EVERY)
-    return 0.5 * (t[1:] + t[:-1])[kept], rate[kept], dt[kept]
+    valid: Booleans = (dt > 0.0) & (dt <= _MAX_INTERVAL_S)
+    if valid.any():
+        usual = float(np.quantile(np.abs(rate[valid]), 0.9))
+        valid &= np.abs(rate) <= max(_JUMP_FACTOR * usual, 10.0 / _COUNT_INTERVAL_S)
+    return 0.5 * (t[1:] + t[:-1])[valid], rate[valid], dt[valid]
 
 
-def _learned(middle: Floats, rate: Floats, fixes: Fixes | None) -> float:
+def _learn_tick(middle: Floats, rate: Floats, fixes: Fixes | None) -> float:
     """Return the metres a tick by the speed of a receiver."""
     assert fixes is not None
     epochs = Epochs.of(fixes)
-    found = np.empty(0)
+    tick_lengths = np.empty(0)
     if len(epochs.time) > 1 and len(middle):
         speed = np.interp(middle, epochs.time, epochs.speed, left=np.nan, right=np.nan)
-        moves = (speed > max(_FAST, 5.0 * float(np.median(epochs.sigma)))) & (rate != 0.0)
-        found = speed[moves] / np.abs(rate[moves])
-    if len(found) < _ENOUGH or not math.isfinite(float(np.median(found))):
+        moves = (speed > max(_MIN_SPEED_M_S, 5.0 * float(np.median(epochs.sigma)))) & (rate != 0.0)
+        tick_lengths = speed[moves] / np.abs(rate[moves])
+    if len(tick_lengths) < _MIN_COUNTS or not math.isfinite(float(np.median(tick_lengths))):
         raise LogError(
-            said(
+            make_sentence(
                 f"{fixes.source}: the receiver does not tell how long a tick of the wheels is: it "
-                f"is faster than {_FAST:g} m/s at {len(found)} counts only; ",
-                given("tick"),
+                f"is faster than {_MIN_SPEED_M_S:g} m/s at {len(tick_lengths)} counts only; ",
+                keyword_argument("tick"),
                 " says it, in m",
             )
         )
-    return float(np.median(found))
+    return float(np.median(tick_lengths))

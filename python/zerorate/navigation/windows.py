@@ -8,34 +8,34 @@ from typing import Final
 import numpy as np
 
 from zerorate.geometry.earth import local_ned
-from zerorate.navigation.events import SIGMA_POSITION, SIGMA_VELOCITY
+from zerorate.navigation.events import DEFAULT_POSITION_SIGMA_M, DEFAULT_VELOCITY_SIGMA_M_S
 from zerorate.record.fixes import Fixes
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats, Integers
 
-GRAVITY: Final = 9.81
-_WIDTH: Final = 1.0
+GRAVITY_M_S2: Final = 9.81
+_WIDTH_S: Final = 1.0
 """Seconds of a window."""
-_APART: Final = 2.5
+_GAP_WIDTHS: Final = 2.5
 """Widths, or intervals, from which on two fixes leave a gap."""
-_TURN: Final = 0.35
+_MAX_TURN_SIGMA_RAD: Final = 0.35
 """Deviation of a change of course, rad, from which on the course is not known."""
 
 
 def sigma_of_position(fixes: Fixes) -> Floats:
     """Return the deviation of each position in the plane, an axis, m."""
-    return _level(fixes.position_sigma, SIGMA_POSITION, len(fixes))
+    return _horizontal_sigma(fixes.position_sigma, DEFAULT_POSITION_SIGMA_M, len(fixes))
 
 
 def sigma_of_velocity(fixes: Fixes) -> Floats:
     """Return the deviation of each velocity in the plane, an axis, m/s."""
-    return _level(fixes.velocity_sigma, SIGMA_VELOCITY, len(fixes))
+    return _horizontal_sigma(fixes.velocity_sigma, DEFAULT_VELOCITY_SIGMA_M_S, len(fixes))
 
 
-def _level(told: Floats | None, usual: float, n: int) -> Floats:
-    if told is None:
-        return np.full(n, usual)
-    squares = np.where(np.isnan(told[:, :2]), usual, told[:, :2]) ** 2
+def _horizontal_sigma(stated: Floats | None, default: float, n: int) -> Floats:
+    if stated is None:
+        return np.full(n, default)
+    squares = np.where(np.isnan(stated[:, :2]), default, stated[:, :2]) ** 2
     sigma: Floats = np.sqrt(squares.mean(axis=1))
     return sigma
 
@@ -52,14 +52,14 @@ class Epochs:
         m/s; the vertical one NaN where it is not known.
     sigma : ndarray, shape (m,)
         Of the horizontal ones, m/s.
-    told : bool
+    is_reported : bool
         Whether the receiver tells them; else they are differences of positions.
     """
 
     time: Floats
     velocity: Floats
     sigma: Floats
-    told: bool
+    is_reported: bool
 
     @classmethod
     def of(cls, fixes: Fixes) -> Epochs:
@@ -68,7 +68,7 @@ class Epochs:
             there = np.isfinite(fixes.velocity[:, :2]).all(axis=1)
             if there.sum() > max(2.0, 0.2 * len(fixes)):
                 sigma = sigma_of_velocity(fixes)[there]
-                return cls(fixes.time[there], fixes.velocity[there], sigma, told=True)
+                return cls(fixes.time[there], fixes.velocity[there], sigma, is_reported=True)
         return cls.between_positions(fixes)
 
     @classmethod
@@ -84,12 +84,12 @@ class Epochs:
         velocity = way / dt[:, np.newaxis]
         velocity[~(height[1:] & height[:-1]), 2] = np.nan
         spread = np.hypot(sigma[1:], sigma[:-1]) / dt
-        return cls(0.5 * (time[1:] + time[:-1]), velocity, spread, told=False)
+        return cls(0.5 * (time[1:] + time[:-1]), velocity, spread, is_reported=False)
 
     @property
     def interval(self) -> float:
         """Usual seconds from one to the next."""
-        return float(np.median(np.diff(self.time))) if len(self.time) > 1 else _WIDTH
+        return float(np.median(np.diff(self.time))) if len(self.time) > 1 else _WIDTH_S
 
     @property
     def speed(self) -> Floats:
@@ -98,7 +98,7 @@ class Epochs:
 
     def shifted(self, seconds: float) -> Epochs:
         """Return them on a clock that shows so many seconds more."""
-        return Epochs(self.time + seconds, self.velocity, self.sigma, self.told)
+        return Epochs(self.time + seconds, self.velocity, self.sigma, self.is_reported)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,15 +135,15 @@ class Windows:
     def of(cls, epochs: Epochs) -> Windows:
         """Return the windows of some velocities."""
         time = epochs.time
-        width = max(_WIDTH, 1.0 if epochs.told else 2.0 * epochs.interval)
-        first, last = _pairs(time, width, epochs.interval)
+        width = max(_WIDTH_S, 1.0 if epochs.is_reported else 2.0 * epochs.interval)
+        first, last = _pair_epochs(time, width, epochs.interval)
         v, s = epochs.velocity, epochs.sigma
         seconds = time[last] - time[first]
         speed = np.maximum(epochs.speed, 1e-9)
         course = np.arctan2(v[:, 1], v[:, 0])
         turn = np.remainder(course[last] - course[first] + np.pi, 2.0 * np.pi) - np.pi
         sigma_turn = np.hypot(s[first] / speed[first], s[last] / speed[last])
-        known = sigma_turn < _TURN
+        known = sigma_turn < _MAX_TURN_SIGMA_RAD
         both = v[first] + v[last]
         size = np.maximum(np.hypot(both[:, 0], both[:, 1]), 1e-9)
         north, east = both[:, 0] / size, both[:, 1] / size
@@ -161,18 +161,18 @@ class Windows:
             np.hypot(s[first], s[last]) / seconds,
         )
 
-    def chosen(self, which: Booleans) -> Windows:
+    def select(self, mask: Booleans) -> Windows:
         """Return some of them."""
-        return Windows(*(getattr(self, one.name)[which] for one in fields(self)))
+        return Windows(*(getattr(self, column.name)[mask] for column in fields(self)))
 
     @property
-    def turning(self) -> Booleans:
+    def course_known(self) -> Booleans:
         """Where the course is known."""
-        known: Booleans = np.isfinite(self.course_rate)
-        return known
+        mask: Booleans = np.isfinite(self.course_rate)
+        return mask
 
 
-def _pairs(time: Floats, width: float, interval: float) -> tuple[Integers, Integers]:
+def _pair_epochs(time: Floats, width: float, interval: float) -> tuple[Integers, Integers]:
     """Return first and last epochs of the windows."""
     if len(time) < 2:
         return np.empty(0, np.int64), np.empty(0, np.int64)
@@ -182,7 +182,7 @@ def _pairs(time: Floats, width: float, interval: float) -> tuple[Integers, Integ
     last = np.maximum(np.searchsorted(time, time[first] + width - slack), first + 1)
     pairs = np.unique(np.column_stack([first, last])[last < len(time)], axis=0)
     first, last = pairs.T.astype(np.int64)
-    near = time[last] - time[first] <= _APART * max(width, interval)
+    near = time[last] - time[first] <= _GAP_WIDTHS * max(width, interval)
     return first[near], last[near]
 
 
@@ -207,22 +207,22 @@ class Means:
 
     def between(self, start: Floats, stop: Floats) -> Floats:
         """Return the means from some times to others, shape (m, 6); NaN where samples lack."""
-        found = np.empty((len(start), 6))
+        means = np.empty((len(start), 6))
         seconds = stop - start
         for i, column in enumerate(self.integral.T):
-            found[:, i] = np.interp(stop, self.time, column) - np.interp(start, self.time, column)
+            means[:, i] = np.interp(stop, self.time, column) - np.interp(start, self.time, column)
         inside = (start >= self.time[0]) & (stop <= self.time[-1])
         lost = np.interp(stop, self.time, self.missing) - np.interp(start, self.time, self.missing)
-        found[~inside | (lost > 0.0)] = np.nan
-        return found / seconds[:, np.newaxis]
+        means[~inside | (lost > 0.0)] = np.nan
+        return means / seconds[:, np.newaxis]
 
-    def about(self, axis: Floats) -> Turned:
+    def about(self, axis: Floats) -> RotationAngle:
         """Return the angle about an axis of the sensor."""
-        return Turned(self.time, self.integral[:, :3] @ axis)
+        return RotationAngle(self.time, self.integral[:, :3] @ axis)
 
 
 @dataclass(frozen=True, eq=False)
-class Turned:
+class RotationAngle:
     """The angle about an axis since the first sample, rad."""
 
     time: Floats

@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
-from zerorate.faults import ArgumentError, given, said
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.noise.freedom import bounds, freedoms
-from zerorate.noise.kinds import Kind, KindName, TauGrid, factors, seconds
+from zerorate.noise.kinds import Kind, KindName, TauGrid, averaging_factors, averaging_times
 from zerorate.noise.kinds import kind as find_kind
+from zerorate.noise.motion_check import find_doubts
 from zerorate.noise.quantities import check_unit
 from zerorate.noise.records import is_constant
-from zerorate.noise.rest import doubts_of_rest
 from zerorate.noise.result import AllanResult
 from zerorate.record import Log
 from zerorate.record.named import columns_of, names_of, rate_of, unit_of
@@ -94,25 +94,25 @@ def allan(
     True
     """
     hertz, family, unit = rate_of(rate, z), find_kind(kind), check_unit(unit_of(unit, z))
-    _check(confidence, exponent, bridge)
-    record = _record(z)
-    n, missing = len(record), _missing(record)
-    m, said = factors(taus, family, hertz, _longest(family, n, hertz))
-    deviation, terms, found = _native.allan_deviations(record, m, kind, bridge, threads)
+    _check_arguments(confidence, exponent, bridge)
+    record = _check_record(z)
+    n, missing = len(record), _count_missing(record)
+    m, grid_notes = averaging_factors(taus, family, hertz, _longest_factor(family, n, hertz))
+    deviation, terms, exponents = _native.allan_deviations(record, m, kind, bridge, threads)
     if exponent is not None:
-        found = np.full_like(found, exponent)
-    edf = _edf(family, m, terms, found, n)
+        exponents = np.full_like(exponents, exponent)
+    edf = _edf_by_axis(family, m, terms, exponents, n)
     lower, upper = bounds(deviation, edf, confidence)
     time = 1.0 / hertz if family.time else 1.0
-    labels = _names(names_of(z) if names is None else names, deviation)
+    labels = _label_axes(names_of(z) if names is None else names, deviation)
     return AllanResult(
         kind=kind,
-        taus=seconds(m, family, hertz),
+        taus=averaging_times(m, family, hertz),
         deviation=deviation * time,
         lower=lower * time,
         upper=upper * time,
         edf=edf,
-        exponent=found,
+        exponent=exponents,
         term_count=terms,
         factors=m,
         rate=hertz,
@@ -120,16 +120,16 @@ def allan(
         unit=unit,
         names=labels,
         confidence=confidence,
-        doubts=doubts_of_rest(record, hertz, unit, labels),
+        doubts=find_doubts(record, hertz, unit, labels),
         notes=(
-            *said,
-            *_on_record(record, missing, bridge, labels),
-            *_on_gaps(terms, seconds(m, family, hertz), labels),
+            *grid_notes,
+            *_describe_record(record, missing, bridge, labels),
+            *_describe_gaps(terms, averaging_times(m, family, hertz), labels),
         ),
     )
 
 
-def _check(confidence: float, exponent: int | None, bridge: int) -> None:
+def _check_arguments(confidence: float, exponent: int | None, bridge: int) -> None:
     if not 0.0 < confidence < 1.0:
         raise ArgumentError("confidence", f"must lie between 0 and 1, got {confidence}")
     if exponent is not None and exponent not in range(-4, 3):
@@ -138,7 +138,7 @@ def _check(confidence: float, exponent: int | None, bridge: int) -> None:
         raise ArgumentError("bridge", f"must not be negative, got {bridge}")
 
 
-def _record(z: npt.ArrayLike | Log) -> npt.NDArray[np.generic]:
+def _check_record(z: npt.ArrayLike | Log) -> npt.NDArray[np.generic]:
     """Return the record as an array, as it is in memory."""
     record = columns_of(z, "z")
     if record.ndim not in (1, 2) or 0 in record.shape:
@@ -148,7 +148,7 @@ def _record(z: npt.ArrayLike | Log) -> npt.NDArray[np.generic]:
     return record
 
 
-def _missing(record: npt.NDArray[np.generic]) -> Integers:
+def _count_missing(record: npt.NDArray[np.generic]) -> Integers:
     """Return how many samples each axis lacks, shape (k,), if none lacks all of them."""
     present = np.isfinite(record).reshape(len(record), -1)
     if present.all():
@@ -161,7 +161,7 @@ def _missing(record: npt.NDArray[np.generic]) -> Integers:
     return np.asarray(missing, dtype=np.int64)
 
 
-def _longest(family: Kind, n: int, rate: float) -> int:
+def _longest_factor(family: Kind, n: int, rate: float) -> int:
     """Return the largest averaging factor of a record of n samples."""
     longest = _native.longest_factor(family.name, n)
     least = 10 if family.name == "theo1" else 1
@@ -175,7 +175,7 @@ def _longest(family: Kind, n: int, rate: float) -> int:
     return longest
 
 
-def _edf(family: Kind, m: Integers, terms: Integers, exponents: Integers, n: int) -> Floats:
+def _edf_by_axis(family: Kind, m: Integers, terms: Integers, exponents: Integers, n: int) -> Floats:
     """Return the degrees of freedom, axis by axis."""
     if terms.ndim == 1:
         return freedoms(family, m, terms, exponents, n)
@@ -183,7 +183,7 @@ def _edf(family: Kind, m: Integers, terms: Integers, exponents: Integers, n: int
     return np.column_stack([freedoms(family, m, t, e, n) for t, e in columns])
 
 
-def _names(names: Sequence[str] | None, deviation: Floats) -> tuple[str, ...]:
+def _label_axes(names: Sequence[str] | None, deviation: Floats) -> tuple[str, ...]:
     channels = 1 if deviation.ndim == 1 else deviation.shape[1]
     if names is None:
         return ("",) if channels == 1 else tuple(f"axis {i + 1}" for i in range(channels))
@@ -193,7 +193,7 @@ def _names(names: Sequence[str] | None, deviation: Floats) -> tuple[str, ...]:
     return listed
 
 
-def _on_record(
+def _describe_record(
     record: npt.NDArray[np.generic], missing: Integers, bridge: int, names: tuple[str, ...]
 ) -> Iterator[str]:
     """Yield notes on gaps and on axes without noise."""
@@ -206,14 +206,14 @@ def _on_record(
             yield f"{label}all samples are equal: the deviation is 0, and there is nothing to fit"
 
 
-def _on_gaps(terms: Integers, taus: Floats, names: tuple[str, ...]) -> Iterator[str]:
+def _describe_gaps(terms: Integers, taus: Floats, names: tuple[str, ...]) -> Iterator[str]:
     """Yield notes on the averaging times for which the gaps leave no term."""
     for name, counts in zip(names, terms.reshape(taus.size, -1).T, strict=True):
         lost = np.flatnonzero(counts == 0)
         if lost.size:
             label = f"{name}: " if name else ""
-            yield said(
+            yield make_sentence(
                 f"{label}gaps leave no term from {taus[lost[0]]:g} s on: ",
-                given("bridge"),
+                keyword_argument("bridge"),
                 " fills short ones",
             )

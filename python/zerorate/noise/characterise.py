@@ -8,19 +8,19 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.noise import AllanResult, FittedModel, NoiseModel, allan, worst_axis
 from zerorate.noise.exports import check_doubts
 from zerorate.noise.kinds import KindName, TauGrid
 from zerorate.noise.spectrum import Spectrum, fit_spectrum
-from zerorate.progress import Progress, reported
+from zerorate.progress import Progress, choose_reporter
 from zerorate.record import Log, LogError
 from zerorate.record.log import notes_of
 from zerorate.types import Floats
 
 # Every kind has an averaging time from here on.
-_LEAST_SAMPLES: Final = 20
-_TELLING: Final = 0.1
+_MIN_SAMPLES: Final = 20
+_NOTABLE_MISFIT: Final = 0.1
 """Misfit of deviations that is worth a word; standard errors include any."""
 
 
@@ -78,26 +78,26 @@ class Characterisation:
     @property
     def moved(self) -> tuple[bool, ...]:
         """Whether each axis looks as if the sensor moved: all do where most do."""
-        return tuple(one.moved for one in self.curve.doubts)
+        return tuple(doubt.moved for doubt in self.curve.doubts)
 
     @property
     def notes(self) -> Iterator[str]:
         """What to beware of, a sentence each."""
-        yield from (one.why for one in self.curve.doubts if one.why)
+        yield from (doubt_entry.why for doubt_entry in self.curve.doubts if doubt_entry.why)
         yield from self.curve.notes
         yield from dict.fromkeys(doubt for axis in self.axes for doubt in axis.doubts)
-        yield from self._on_misfit()
+        yield from self._describe_misfit()
 
-    def _on_misfit(self) -> Iterator[str]:
+    def _describe_misfit(self) -> Iterator[str]:
         models = ((axis.name, axis.model) for axis in self.axes if axis.model is not None)
-        off = {name: 0.5 * one.misfit for name, one in models if not one.markov}
-        told = {name: part for name, part in off.items() if part > _TELLING}
-        if told:
-            listed = ", ".join(f"{name} by {100.0 * part:.0f} %" for name, part in told.items())
-            yield said(
+        misfits = {name: 0.5 * model.misfit for name, model in models if not model.markov}
+        notable = {name: part for name, part in misfits.items() if part > _NOTABLE_MISFIT}
+        if notable:
+            listed = ", ".join(f"{name} by {100.0 * part:.0f} %" for name, part in notable.items())
+            yield make_sentence(
                 f"the model misses the curve: {listed}; noise that is correlated over one time may "
                 "explain it, ",
-                given("markov", "1"),
+                keyword_argument("markov", "1"),
             )
 
 
@@ -141,57 +141,60 @@ def characterise_log(
         If an argument is not as described.
     """
     _check_samples(log, kind)
-    tell = reported(progress)
-    tell("deviations", 0.0)
+    report = choose_reporter(progress)
+    report("deviations", 0.0)
     curve = allan(log, kind=kind, taus=taus, bridge=bridge, confidence=confidence)
 
     axes = []
     # Transforms need no interpreter lock: they run during the fits.
     with ThreadPoolExecutor(1) as executor:
         columns = [np.ascontiguousarray(z) for z in log.data.T]
-        asked = columns if second_opinion else []
-        spectra = [executor.submit(Spectrum.of, z, log.rate) for z in asked]
+        spectrum_columns = columns if second_opinion else []
+        spectra = [executor.submit(Spectrum.of, z, log.rate) for z in spectrum_columns]
         for i, z in enumerate(columns):
-            tell("models", i / log.channels)
+            report("models", i / log.channels)
             spectrum = spectra[i] if second_opinion else None
-            axes.append(_examined(log, curve.axis(i), z, markov, spectrum))
+            axes.append(_characterise_axis(log, curve.axis(i), z, markov, spectrum))
     return Characterisation(log, curve, tuple(axes))
 
 
-def models_json(found: Sequence[Characterisation], *, force: bool = True) -> str:
+def models_json(sensors: Sequence[Characterisation], *, force: bool = True) -> str:
     """Return the models of all axes of a log as JSON, null for an axis without one.
 
     Without `force` one that has a doubt is an error, as in other exports: ValueError.
     """
-    models = [axis.model for one in found for axis in one.axes if axis.model is not None]
+    models = [axis.model for sensor in sensors for axis in sensor.axes if axis.model is not None]
     if not force:
         check_doubts(models)
     texts = {
         axis.name: None if axis.model is None else json.loads(axis.model.to_json())
-        for one in found
-        for axis in one.axes
+        for sensor in sensors
+        for axis in sensor.axes
     }
     return json.dumps({"axes": texts}, indent=2) + "\n"
 
 
-def notes_on(found: Sequence[Characterisation]) -> tuple[str, ...]:
+def collect_notes(sensors: Sequence[Characterisation]) -> tuple[str, ...]:
     """Return the sentences on the sensors of a log, and on the log, each once."""
-    notes = [note for one in found for note in one.notes]
-    notes += [note for one in found for note in notes_of(one.log, even=True)]
+    notes = [note for sensor in sensors for note in sensor.notes]
+    notes += [note for sensor in sensors for note in notes_of(sensor.log, evenly_spaced=True)]
     return tuple(dict.fromkeys(notes))
 
 
 def _check_samples(log: Log, kind: KindName) -> None:
-    if log.n < _LEAST_SAMPLES:
-        raise LogError(f"{kind} needs at least {_LEAST_SAMPLES} samples, the log has {log.n}")
+    if log.n < _MIN_SAMPLES:
+        raise LogError(f"{kind} needs at least {_MIN_SAMPLES} samples, the log has {log.n}")
     for name, column in zip(log.names, log.data.T, strict=True):
         if not np.isfinite(column).any():
             raise LogError(
-                said(f"column '{name}' holds no sample: choose others with ", given("columns"))
+                make_sentence(
+                    f"column '{name}' holds no sample: choose others with ",
+                    keyword_argument("columns"),
+                )
             )
 
 
-def _examined(
+def _characterise_axis(
     log: Log,
     curve: AllanResult,
     z: Floats,
@@ -201,14 +204,14 @@ def _examined(
     (name,) = curve.names
     if not np.any(curve.deviation > 0.0):
         return Axis(name, None, None)
-    model, doubt = _tried(lambda: curve.fit(markov=markov))
+    model, doubt = _try_fit(lambda: curve.fit(markov=markov))
     second = None
     if spectrum is not None:
-        second, _ = _tried(lambda: fit_spectrum(spectrum.result(), log.rate, log.unit))
+        second, _ = _try_fit(lambda: fit_spectrum(spectrum.result(), log.rate, log.unit))
     return Axis(name, model, second, (doubt,) if doubt else ())
 
 
-def _tried(
+def _try_fit(
     fit: Callable[[], FittedModel | tuple[FittedModel, ...]],
 ) -> tuple[FittedModel | None, str]:
     """Return a model, or why there is none."""

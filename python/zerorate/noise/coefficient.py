@@ -60,8 +60,8 @@ class Coefficient(float):
         upper_bound: float | None = None,
     ) -> Self:
         """Check the numbers and keep them as plain floats."""
-        self = super().__new__(cls, _finite("value", value))
-        self._sigma = _finite("sigma", sigma)
+        self = super().__new__(cls, _check_finite("value", value))
+        self._sigma = _check_finite("sigma", sigma)
         self._identifiable = bool(identifiable)
         if self._sigma < 0.0:
             raise ArgumentError("sigma", f"must not be negative, got {self._sigma}")
@@ -71,7 +71,7 @@ class Coefficient(float):
             upper_bound = self.value + _ONE_SIDED_95 * self._sigma
         bound = float(upper_bound)
         unbounded = bound == math.inf and not identifiable
-        self._upper_bound = bound if unbounded else _finite("upper_bound", bound)
+        self._upper_bound = bound if unbounded else _check_finite("upper_bound", bound)
         if self._upper_bound < self.value:
             raise ArgumentError(
                 "upper_bound", f"must not be below the value {self.value}, got {self._upper_bound}"
@@ -148,21 +148,21 @@ class Coefficient(float):
     __str__ = float.__repr__
 
 
-def positive(name: str, value: float) -> float:
+def check_positive(name: str, value: float) -> float:
     """Return a number as a float; ValueError if it is not positive and finite."""
     if not (math.isfinite(value) and value > 0.0):
         raise ArgumentError(name, f"must be positive and finite, got {value}")
     return float(value)
 
 
-def _finite(name: str, value: float) -> float:
+def _check_finite(name: str, value: float) -> float:
     number = float(value)
     if not math.isfinite(number):
         raise ArgumentError(name, f"must be finite, got {number}")
     return number
 
 
-NOTHING_KNOWN: Final = Coefficient(0.0, identifiable=False, upper_bound=math.inf)
+UNKNOWN_COEFFICIENT: Final = Coefficient(0.0, identifiable=False, upper_bound=math.inf)
 """A coefficient that nobody measured or stated: it counts as absent where a value is needed."""
 
 
@@ -202,17 +202,17 @@ class CoefficientField:
             if self._required:
                 # A dataclass takes this for a field without a default.
                 raise AttributeError(self._name)
-            return NOTHING_KNOWN
+            return UNKNOWN_COEFFICIENT
         value: Coefficient = instance.__dict__[self._name]
         return value
 
     def __set__(self, instance: object, value: float | None) -> None:
         """Check the number and keep it as a coefficient."""
-        instance.__dict__[self._name] = self._checked(value)
+        instance.__dict__[self._name] = self._check_value(value)
 
-    def _checked(self, value: Any) -> Coefficient:  # noqa: ANN401
+    def _check_value(self, value: Any) -> Coefficient:  # noqa: ANN401
         if value is None and not self._required:
-            return NOTHING_KNOWN
+            return UNKNOWN_COEFFICIENT
         try:
             number = float(value)
         except (TypeError, ValueError):

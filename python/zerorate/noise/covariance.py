@@ -19,8 +19,8 @@ from zerorate.types import Floats, Integers
 
 # C(k) bends where a point of the shorter difference meets one of the longer: so many points lie
 # to each side of these, a sixteenth of the shorter averaging time apart, so many over the whole.
-_NEAR: Final = 40
-_FAR: Final = 128
+_NEAR_LAGS: Final = 40
+_FAR_LAGS: Final = 128
 
 
 class CurveStatistics:
@@ -53,10 +53,12 @@ class CurveStatistics:
         a, b = taus[first, None], taus[second, None]
         spans = terms * _stride(kind, m)
         step = _step(kind, a, spans[first, None])
-        lags, widths = _lags(_reach(kind), a, b, step)
-        pairs = _overlap(spans[first, None], spans[second, None], lags)
+        lags, widths = _lag_grid(_reach(kind), a, b, step)
+        pairs = _count_overlap(spans[first, None], spans[second, None], lags)
         weights = pairs * widths / (spans[first] * spans[second])[:, None]
-        cross = np.stack([_cross(kind, process, a, b, lags, step) for process in processes], axis=1)
+        cross = np.stack(
+            [_cross_covariance(kind, process, a, b, lags, step) for process in processes], axis=1
+        )
         weighted = cross * weights[:, None, :]
         self._squares = weighted @ np.swapaxes(cross, 1, 2)
         self._sums = weighted.sum(axis=-1)
@@ -84,7 +86,7 @@ class CurveStatistics:
 def variances(kind: Kind, m: Integers, process: Process) -> Floats:
     """Return the expected squared deviation of a process of unit strength, shape (t,)."""
     taus = m.astype(np.float64)[:, None]
-    variances: Floats = _cross(kind, process, taus, taus, np.zeros_like(taus), 1.0)[:, 0]
+    variances: Floats = _cross_covariance(kind, process, taus, taus, np.zeros_like(taus), 1.0)[:, 0]
     return variances
 
 
@@ -96,9 +98,9 @@ def degrees_of_freedom(kind: Kind, m: Integers, terms: Integers, process: Proces
     taus = m.astype(np.float64)[:, None]
     span = (terms * _stride(kind, m))[:, None]
     step = _step(kind, taus, span)
-    lags, widths = _lags(_reach(kind), taus, taus, step)
-    shares = _overlap(span, span, lags) * widths / span**2
-    squares = _cross(kind, process, taus, taus, lags, step) ** 2
+    lags, widths = _lag_grid(_reach(kind), taus, taus, step)
+    shares = _count_overlap(span, span, lags) * widths / span**2
+    squares = _cross_covariance(kind, process, taus, taus, lags, step) ** 2
     freedoms: Floats = variances(kind, m, process) ** 2 / np.sum(squares * shares, axis=-1)
     return freedoms
 
@@ -120,26 +122,26 @@ def _reach(kind: Kind) -> int:
     return kind.order + int(kind.modified)
 
 
-def _lags(reach: int, a: Floats, b: Floats, step: Floats) -> tuple[Floats, Floats]:
+def _lag_grid(reach: int, a: Floats, b: Floats, step: Floats) -> tuple[Floats, Floats]:
     """Return distances k and the share of the axis that each stands for, (pairs, lags)."""
-    near = step * np.arange(-_NEAR, _NEAR + 16 * reach + 1.0)
+    near = step * np.arange(-_NEAR_LAGS, _NEAR_LAGS + 16 * reach + 1.0)
     kinks = [near - i * b for i in range(reach + 1)]
     margin = 2.0 * (a + b)
     left, right = -reach * b - margin, reach * a + margin
-    far = step * np.round((left + (right - left) * np.linspace(0.0, 1.0, _FAR)) / step)
+    far = step * np.round((left + (right - left) * np.linspace(0.0, 1.0, _FAR_LAGS)) / step)
     lags = np.sort(np.concatenate([*kinks, far], axis=1), axis=1)
     gaps = np.diff(lags, axis=1) / 2.0
     nothing = np.zeros_like(a)
     return lags, np.hstack((nothing, gaps)) + np.hstack((gaps, nothing))
 
 
-def _overlap(first: Floats, second: Floats, lags: Floats) -> Floats:
+def _count_overlap(first: Floats, second: Floats, lags: Floats) -> Floats:
     """Return how many places t there are with t in the first span and t + k in the second."""
     pairs: Floats = np.minimum(first, second - lags) - np.maximum(0.0, -lags)
     return np.maximum(pairs, 0.0)
 
 
-def _cross(
+def _cross_covariance(
     kind: Kind, process: Process, a: Floats, b: Floats, lags: Floats, step: Floats | float
 ) -> Floats:
     """Return C(k) of the differences at `a` and `b` samples."""
@@ -149,14 +151,14 @@ def _cross(
     for i in orders:
         for j in orders:
             distance = lags + j * b - i * a
-            total += signs[i] * signs[j] * _averaged(kind, process, a, b, distance)
+            total += signs[i] * signs[j] * _average_phase(kind, process, a, b, distance)
     total /= math.factorial(kind.order) * a * b
     # A covariance at single points would count as often as its neighbours are far.
     alone = process.is_point and kind.overlapping and not kind.modified
     return total / np.sqrt(step) if alone else total
 
 
-def _averaged(kind: Kind, process: Process, a: Floats, b: Floats, k: Floats) -> Floats:
+def _average_phase(kind: Kind, process: Process, a: Floats, b: Floats, k: Floats) -> Floats:
     """Return s(k) of the phase, averaged over `a` and `b` samples where the kind does so."""
     if not kind.modified:
         return process.phase(k)

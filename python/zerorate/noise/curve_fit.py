@@ -9,9 +9,9 @@ import numpy as np
 
 from zerorate.noise.coefficient import Coefficient
 from zerorate.noise.covariance import CurveStatistics, variances
-from zerorate.noise.fit import Component, FittedModel, Problem, fitted
+from zerorate.noise.fit import Component, FittedModel, Problem, fit_components
 from zerorate.noise.kinds import KINDS, Kind
-from zerorate.noise.least_squares import left_over
+from zerorate.noise.least_squares import residual_chi_squared
 from zerorate.noise.model import NoiseModel
 from zerorate.noise.processes import COLOURED, markov, ramp_variance, sinusoid_variance, strength
 from zerorate.noise.processes import markov as markov_process
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _TIMES_PER_DECADE: Final = 8
 # Keeps what has no scatter of its own, a ramp or a sine, from an infinite weight.
-_EXACT: Final = 1e-12
+_MIN_RELATIVE_VARIANCE: Final = 1e-12
 
 _POWERS: Final = {
     "quantization": -2,
@@ -33,7 +33,7 @@ _POWERS: Final = {
     "rate_random_walk": 1,
     "rate_ramp": 2,
 }
-_LEAST: Final = len(_POWERS) + 1
+_MIN_TAUS: Final = len(_POWERS) + 1
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Curve:
 
     Parameters
     ----------
-    estimated : Kind
+    estimator : Kind
         What was estimated.
     kind : Kind
         The same without reflection; what reflection changes is in the numbers.
@@ -54,7 +54,7 @@ class Curve:
         Estimates, and the degrees of freedom they have.
     """
 
-    estimated: Kind
+    estimator: Kind
     kind: Kind
     rate: float
     m: Integers
@@ -93,9 +93,9 @@ def curve_fit(
     if not times and not set(terms) & set(COLOURED):
         raise ValueError(f"a fit needs a noise: name a Markov term or one of {', '.join(COLOURED)}")
     if isinstance(times, int):
-        times = _best_times(curve, terms, times, frequencies)
+        times = _find_times(curve, terms, times, frequencies)
     design = _Design(curve, terms, times, frequencies)
-    return fitted(design.problem(), design.components, curve.estimated.name, unit)
+    return fit_components(design.problem(), design.components, curve.estimator.name, unit)
 
 
 class _Design:
@@ -114,17 +114,17 @@ class _Design:
         periods = tuple(time * rate for time in times)
         counts = (tuple(m.tolist()), tuple(curve.terms.tolist()))
         self.curve, self.n_noises = curve, len(noises) + len(periods)
-        self.statistics = _statistics(kind, *counts, tuple(noises), periods)
+        self.statistics = _curve_statistics(kind, *counts, tuple(noises), periods)
         columns = [self.statistics.variances]
         components = [Component(term, strength(term, rate)) for term in noises]
-        components += [_markov(time) for time in times]
+        components += [_markov_component(time) for time in times]
         self.has_ramp = "rate_ramp" in terms and kind.order == 2
         if self.has_ramp:
             columns.append(ramp_variance(kind, samples)[:, None])
             components.append(Component("rate_ramp", strength("rate_ramp", rate)))
         for frequency in frequencies:
             columns.append(sinusoid_variance(kind, samples, frequency / rate)[:, None])
-            components.append(_sinusoid(frequency))
+            components.append(_sinusoid_component(frequency))
         self.basis = np.hstack(columns)
         self.components = components
 
@@ -137,14 +137,14 @@ class _Design:
         slope = float(np.sqrt(strengths[self.n_noises])) if self.has_ramp else 0.0
         matrix = self.statistics.covariance(strengths[: self.n_noises], slope)
         expected = self.basis @ strengths
-        if self.curve.estimated.total:
+        if self.curve.estimator.total:
             gain = expected * np.sqrt(2.0 / self.curve.edf / np.diag(matrix))
             matrix = matrix * np.outer(gain, gain)
-        return matrix + np.diag(_EXACT * expected**2)
+        return matrix + np.diag(_MIN_RELATIVE_VARIANCE * expected**2)
 
 
 @lru_cache(maxsize=8)
-def _statistics(
+def _curve_statistics(
     kind: Kind,
     m: tuple[int, ...],
     terms: tuple[int, ...],
@@ -157,15 +157,15 @@ def _statistics(
     return CurveStatistics(kind, np.array(m), np.array(terms), processes)
 
 
-def _markov(time: float) -> Component:
+def _markov_component(time: float) -> Component:
     return Component("markov", time / 2.0, lambda amplitude: Markov(amplitude, time))
 
 
-def _sinusoid(frequency: float) -> Component:
+def _sinusoid_component(frequency: float) -> Component:
     return Component("sinusoid", 1.0, lambda amplitude: Sinusoid(amplitude, frequency))
 
 
-def _best_times(
+def _find_times(
     curve: Curve, terms: Sequence[str], count: int, frequencies: Sequence[float]
 ) -> list[float]:
     """Return correlation times, found one after the other, each where chi-squared is least.
@@ -182,11 +182,11 @@ def _best_times(
         scatter = weighting(solution.strengths)
         trials = [float(t) for t in np.geomspace(first, last, steps + 1) if t not in times]
         columns = (variances(curve.kind, curve.m, markov_process(t * curve.rate)) for t in trials)
-        left = [
-            left_over(np.column_stack((problem.basis, column)), problem.data, scatter)
+        misfits = [
+            residual_chi_squared(np.column_stack((problem.basis, column)), problem.data, scatter)
             for column in columns
         ]
-        times.append(trials[int(np.argmin(left))])
+        times.append(trials[int(np.argmin(misfits))])
     return times
 
 
@@ -212,7 +212,7 @@ def expected_terms(model: NoiseModel, curve: "AllanResult") -> tuple[ExpectedTer
     tuple of ExpectedTerm
         Of a sampled record, as `AllanResult.fit` compares them, not of a continuous one.
     """
-    return tuple(term for term in _terms(model, curve) if np.any(term.deviation > 0.0))
+    return tuple(term for term in _yield_terms(model, curve) if np.any(term.deviation > 0.0))
 
 
 def expected_deviation(model: NoiseModel, curve: "AllanResult") -> Floats:
@@ -221,7 +221,7 @@ def expected_deviation(model: NoiseModel, curve: "AllanResult") -> Floats:
     return reduce(np.hypot, terms, np.zeros(curve.taus.size))
 
 
-def _terms(model: NoiseModel, curve: "AllanResult") -> Iterator[ExpectedTerm]:
+def _yield_terms(model: NoiseModel, curve: "AllanResult") -> Iterator[ExpectedTerm]:
     kind, m, rate = KINDS[curve.kind], curve.factors, curve.rate
     for field in (term.field for term in TERMS[model.quantity]):
         if field in COLOURED:
@@ -253,18 +253,18 @@ def polynomial_fit(taus: Floats, deviation: Floats, unit: tuple[float, Quantity]
     unit : tuple
         Unit of the deviation in SI, and what it measures.
     """
-    if taus.size < _LEAST:
-        raise ValueError(f"the polynomial fit needs {_LEAST} averaging times, has {taus.size}")
+    if taus.size < _MIN_TAUS:
+        raise ValueError(f"the polynomial fit needs {_MIN_TAUS} averaging times, has {taus.size}")
     variance = deviation**2
     basis = taus[:, None] ** np.array(list(_POWERS.values())) / variance[:, None]
     lengths = np.linalg.norm(basis, axis=0)
-    scaled, left, _, _ = np.linalg.lstsq(basis / lengths, np.ones(taus.size), rcond=None)
-    residual = float(left[0]) if left.size else 0.0
+    scaled, residuals, _, _ = np.linalg.lstsq(basis / lengths, np.ones(taus.size), rcond=None)
+    residual = float(residuals[0]) if residuals.size else 0.0
     freedom = taus.size - len(_POWERS)
     spread = np.sqrt(np.diag(np.linalg.pinv((basis / lengths).T @ (basis / lengths))))
     sigmas = spread * np.sqrt(residual / freedom) / lengths
     coefficients = {
-        name: _coefficient(name, a, sigma).scaled(unit[0])
+        name: _make_coefficient(name, a, sigma).scaled(unit[0])
         for name, a, sigma in zip(_POWERS, scaled / lengths, sigmas, strict=True)
     }
     return FittedModel(
@@ -277,7 +277,7 @@ def polynomial_fit(taus: Floats, deviation: Floats, unit: tuple[float, Quantity]
     )
 
 
-def _coefficient(name: str, a: float, sigma: float) -> Coefficient:
+def _make_coefficient(name: str, a: float, sigma: float) -> Coefficient:
     model = NoiseModel(**{name: 1.0})  # type: ignore[arg-type]
     unit = float(model.allan_deviation(1.0)) ** 2
     bound = float(np.sqrt(max(a, 0.0) + 1.645 * sigma) / np.sqrt(unit))

@@ -10,10 +10,10 @@ if TYPE_CHECKING:
 
 _QUANTITY: Final = {"gyro": "angular rate", "accel": "acceleration"}
 
-_FLAT: Final = 0.664
+_FLICKER_FLOOR: Final = 0.664
 """The flat part of an Allan deviation over the bias instability."""
 
-_HORIZON: Final = 100.0
+_HORIZON_S: Final = 100.0
 """Seconds of flicker noise that a walk is to cover."""
 
 
@@ -47,5 +47,5 @@ def densities(model: NoiseModel, sensor: str) -> tuple[float, float | None]:
     if model.rate_random_walk.known:
         walks.append(float(model.rate_random_walk))
     if model.bias_instability.known:
-        walks.append(_FLAT * float(model.bias_instability) * math.sqrt(3.0 / _HORIZON))
+        walks.append(_FLICKER_FLOOR * float(model.bias_instability) * math.sqrt(3.0 / _HORIZON_S))
     return float(model.angle_random_walk), max(walks, default=None)

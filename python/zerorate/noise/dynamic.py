@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.faults import ArgumentError
-from zerorate.noise.kinds import KindName, TauGrid, factors, seconds
+from zerorate.noise.kinds import KindName, TauGrid, averaging_factors, averaging_times
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.noise.quantities import check_unit
-from zerorate.noise.records import samples
+from zerorate.noise.records import check_record
 from zerorate.record.named import rate_of, unit_of
 
 if TYPE_CHECKING:
@@ -25,11 +25,11 @@ from zerorate.types import Floats
 from zerorate.units import whole_samples
 from zerorate.views import Result
 
-_WINDOWS: Final = 50
+_DEFAULT_WINDOW_COUNT: Final = 50
 _TAUS_PER_WINDOW: Final = 10
-_LEAST_SAMPLES: Final = 20
+_MIN_SAMPLES: Final = 20
 # Windows at a time, so that the copies stay small compared with the record.
-_BATCH: Final = 16
+_BATCH_WINDOWS: Final = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,40 +123,42 @@ def dynamic_allan(
     True
     """
     rate, family = rate_of(rate, z), find_kind(kind)
-    record = samples(z, rate)
-    size, stride = _sizes(record.size, rate, window, step)
+    record = check_record(z, rate)
+    size, stride = _window_sizes(record.size, rate, window, step)
     longest = max(_native.longest_factor(kind, size) * 2 // _TAUS_PER_WINDOW, 1)
-    m, _ = factors(taus, family, rate, longest)
+    m, _ = averaging_factors(taus, family, rate, longest)
     if m.size == 0:
         raise ValueError(f"a window of {size / rate:g} s is too short for {kind}")
     windows = np.lib.stride_tricks.sliding_window_view(record, size)[::stride]
     deviations = [
-        _native.allan_deviations(windows[i : i + _BATCH].T, m, kind, 0, threads)[0].T
-        for i in range(0, len(windows), _BATCH)
+        _native.allan_deviations(windows[i : i + _BATCH_WINDOWS].T, m, kind, 0, threads)[0].T
+        for i in range(0, len(windows), _BATCH_WINDOWS)
     ]
     time = 1.0 / rate if family.time else 1.0
     return DynamicAllan(
         kind=kind,
         times=(np.arange(len(windows), dtype=np.float64) * stride + size / 2.0) / rate,
-        taus=seconds(m, family, rate),
+        taus=averaging_times(m, family, rate),
         deviation=np.concatenate(deviations) * time,
         window=size / rate,
         unit=check_unit(unit_of(unit, z)),
     )
 
 
-def _sizes(n: int, rate: float, window: float | None, step: float | None) -> tuple[int, int]:
+def _window_sizes(n: int, rate: float, window: float | None, step: float | None) -> tuple[int, int]:
     """Return the length of a window and the step to the next, in samples."""
     for name, time in (("window", window), ("step", step)):
         if time is not None and not math.isfinite(time):
             raise ArgumentError(name, f"must be a finite time in s, got {time}")
     size = n // 10 if window is None else whole_samples(window, rate)
-    if not _LEAST_SAMPLES <= size <= n:
+    if not _MIN_SAMPLES <= size <= n:
         raise ValueError(
-            f"a window must hold {_LEAST_SAMPLES} to {n} samples (the record), "
+            f"a window must hold {_MIN_SAMPLES} to {n} samples (the record), "
             f"{size / rate:g} s hold {size}"
         )
-    stride = max((n - size) // _WINDOWS, 1) if step is None else whole_samples(step, rate)
+    stride = (
+        max((n - size) // _DEFAULT_WINDOW_COUNT, 1) if step is None else whole_samples(step, rate)
+    )
     if stride < 1:
         raise ArgumentError("step", f"must be at least one sample, {1.0 / rate:g} s, got {step}")
     return size, stride

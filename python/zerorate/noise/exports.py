@@ -8,30 +8,32 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from zerorate.faults import given, said
-from zerorate.noise.coefficient import Coefficient, positive
-from zerorate.noise.quantities import WITHOUT_UNIT, Quantity, term_of
+from zerorate.faults import keyword_argument, make_sentence
+from zerorate.noise.coefficient import Coefficient, check_positive
+from zerorate.noise.quantities import UNKNOWN_UNIT_REASON, Quantity, term_of
 from zerorate.record.atomic import atomic_path
-from zerorate.record.exporting import exports
+from zerorate.record.exporting import document_export
 
 if TYPE_CHECKING:
     from zerorate.noise.model import NoiseModel
 
-_CONTINUOUS: Final = "noise of an IMU, densities of continuous time."
+_CONTINUOUS_TITLE: Final = "noise of an IMU, densities of continuous time."
 
 
 _FIELDS: Final = ("angle_random_walk", "rate_random_walk")
 
-_WHY_UNKNOWN: Final = {
+_UNKNOWN_REASONS: Final = {
     "angle_random_walk": "ten minutes at rest determine it",
     "rate_random_walk": "data sheets seldom state it, hours at rest determine it",
 }
-_RECORD: Final = {
+_RECORDING_ADVICE: Final = {
     "angle_random_walk": "record ten minutes at rest",
     "rate_random_walk": "record ten hours at rest",
 }
 """What to do where a record does not determine a coefficient."""
-_AT_REST: Final = "record the sensor at rest, ten minutes for white noise, ten hours for its walk"
+_REST_ADVICE: Final = (
+    "record the sensor at rest, ten minutes for white noise, ten hours for its walk"
+)
 
 
 class _Setting(NamedTuple):
@@ -54,7 +56,7 @@ class _Setting(NamedTuple):
 
 
 def _yaml_line(setting: _Setting) -> Iterator[str]:
-    yield f"{setting.name}: {_number(setting.value)}  # {setting.remark}"
+    yield f"{setting.name}: {_format_number(setting.value)}  # {setting.remark}"
 
 
 @dataclass(frozen=True)
@@ -82,10 +84,13 @@ class _Estimator:
         rate: float | None = None,
     ) -> list[str]:
         """Return the lines of all numbers: densities, or deviations per step at a rate in Hz."""
-        factor = positive("inflate", inflate)
+        factor = check_positive("inflate", inflate)
         if rate is not None:
-            factor *= math.sqrt(positive("rate", rate))
-        models = (_of(gyro, "angular rate"), _of(accelerometer, "acceleration"))
+            factor *= math.sqrt(check_positive("rate", rate))
+        models = (
+            _check_quantity(gyro, "angular rate"),
+            _check_quantity(accelerometer, "acceleration"),
+        )
         if not force:
             check_doubts(model for model in models if model is not None)
         wanted = [
@@ -95,13 +100,13 @@ class _Estimator:
             for name, field in zip(names, _FIELDS, strict=False)
         ]
         if not force:
-            _check_any([getattr(model, field) for _, model, field in wanted])
+            _check_determined([getattr(model, field) for _, model, field in wanted])
         lines = (
             line
             for name, model, field in wanted
             for line in self._lines(name, model, field, factor, rate, force)
         )
-        return [*_warnings(models), *lines]
+        return [*_warning_lines(models), *lines]
 
     def _lines(
         self,
@@ -115,19 +120,19 @@ class _Estimator:
         """Yield the lines of one number, or one that says why there is none."""
         coefficient = getattr(model, field)
         if not coefficient.known:
-            return iter([f"# {name}: unknown, so not written; {_WHY_UNKNOWN[field]}"])
+            return iter([f"# {name}: unknown, so not written; {_UNKNOWN_REASONS[field]}"])
         if not (coefficient.identifiable or force):
             why = "the record does not determine it, so not written"
-            return iter([f"# {name}: {why}; {_RECORD[field]}, or force its upper bound"])
-        return self.lines(_setting(name, model, field, factor, rate))
+            return iter([f"# {name}: {why}; {_RECORDING_ADVICE[field]}, or force its upper bound"])
+        return self.lines(_make_setting(name, model, field, factor, rate))
 
 
-def left_out(model: "NoiseModel", walk: bool = True) -> tuple[str, ...]:
+def list_undetermined(model: "NoiseModel", walk: bool = True) -> tuple[str, ...]:
     """Return which coefficients of estimators a record does not determine, and what to record."""
     return tuple(
-        f"{term_of(model.quantity, field).name}: {_RECORD[field]}"
+        f"{term_of(model.quantity, field).name}: {_RECORDING_ADVICE[field]}"
         for field in (_FIELDS if walk else _FIELDS[:1])
-        if (one := getattr(model, field)).known and not one.identifiable
+        if (coefficient := getattr(model, field)).known and not coefficient.identifiable
     )
 
 
@@ -139,28 +144,32 @@ def check_doubts(models: Iterable["NoiseModel"]) -> None:
     doubt = next((model.doubt for model in models if model.doubt), "")
     if doubt:
         writes = " writes the numbers with this warning"
-        raise ValueError(said(f"{doubt}: {_AT_REST}; ", given("force", "", "force=True"), writes))
+        raise ValueError(
+            make_sentence(
+                f"{doubt}: {_REST_ADVICE}; ", keyword_argument("force", "", "force=True"), writes
+            )
+        )
 
 
-def _warnings(models: Iterable["NoiseModel | None"]) -> list[str]:
+def _warning_lines(models: Iterable["NoiseModel | None"]) -> list[str]:
     doubts = (model.doubt for model in models if model is not None and model.doubt)
     return [f"# WARNING: {doubt}" for doubt in dict.fromkeys(doubts)]
 
 
-def _check_any(coefficients: Sequence[Coefficient]) -> None:
+def _check_determined(coefficients: Sequence[Coefficient]) -> None:
     """Refuse a file without any number, where a record determines none."""
-    known = [one for one in coefficients if one.known]
-    if known and not any(one.identifiable for one in known):
+    stated = [coefficient for coefficient in coefficients if coefficient.known]
+    if stated and not any(coefficient.identifiable for coefficient in stated):
         raise ValueError(
-            said(
-                f"the record determines none of the numbers: {_AT_REST}; ",
-                given("force", "", "force=True"),
+            make_sentence(
+                f"the record determines none of the numbers: {_REST_ADVICE}; ",
+                keyword_argument("force", "", "force=True"),
                 " writes their upper bounds",
             )
         )
 
 
-def written(text: str, path: str | os.PathLike[str] | None, force: bool) -> str:
+def write_text(text: str, path: str | os.PathLike[str] | None, force: bool) -> str:
     """Return the text, after writing it, whole or not at all, where a path is given."""
     if path is not None:
         with atomic_path(path, force) as temporary:
@@ -168,7 +177,7 @@ def written(text: str, path: str | os.PathLike[str] | None, force: bool) -> str:
     return text
 
 
-def _setting(
+def _make_setting(
     name: str, model: "NoiseModel", field: str, factor: float, rate: float | None
 ) -> _Setting:
     coefficient = getattr(model, field)
@@ -178,9 +187,9 @@ def _setting(
     return _Setting(name, coefficient.conservative * factor, unit, coefficient.identifiable)
 
 
-def _of(model: "NoiseModel | None", quantity: Quantity) -> "NoiseModel | None":
+def _check_quantity(model: "NoiseModel | None", quantity: Quantity) -> "NoiseModel | None":
     if model is not None and model.quantity == "unknown":
-        raise ValueError(f"a configuration cannot be written because {WITHOUT_UNIT}")
+        raise ValueError(f"a configuration cannot be written because {UNKNOWN_UNIT_REASON}")
     if model is not None and model.quantity != quantity:
         raise ValueError(
             f"a model of {model.quantity} was given where one of {quantity} was expected: exports "
@@ -189,7 +198,7 @@ def _of(model: "NoiseModel | None", quantity: Quantity) -> "NoiseModel | None":
     return model
 
 
-def _text(
+def _compose_file(
     title: str,
     accelerometer: object | None,
     inflate: float,
@@ -205,7 +214,7 @@ def _text(
     return "\n".join([*head, *lines]) + "\n"
 
 
-def _number(value: float) -> str:
+def _format_number(value: float) -> str:
     """Return six digits, always with a point.
 
     Without one PyYAML reads 1e-05 as a string, and ORB-SLAM3 refuses 0 as not real.
@@ -217,11 +226,11 @@ def _px4_lines(setting: _Setting) -> Iterator[str]:
     low, high = _PX4_RANGES[setting.name]
     outside = "" if low <= setting.value <= high else f"; outside PX4's range {low:g} to {high:g}"
     yield f"# {setting.name}: {setting.remark}{outside}"
-    yield f"1\t1\t{setting.name}\t{_number(setting.value)}\t{_PX4_FLOAT}"
+    yield f"1\t1\t{setting.name}\t{_format_number(setting.value)}\t{_PX4_FLOAT}"
 
 
 def _ros_lines(setting: _Setting) -> Iterator[str]:
-    variance = _number(setting.value**2)
+    variance = _format_number(setting.value**2)
     numbers = ", ".join(variance if i in (0, 4, 8) else "0.0" for i in range(9))
     yield f"{setting.name}: [{numbers}]  # ({setting.unit})^2{setting.doubt}"
 
@@ -250,12 +259,14 @@ _PX4_RANGES: Final = {
     "EKF2_ACC_NOISE": (0.01, 1.0),
     "EKF2_ACC_B_NOISE": (0.0, 0.01),
 }
-_SQUARED: Final = "Deviations are {:g} times the measured ones, so covariances {:g} times."
+_INFLATED_VARIANCES: Final = (
+    "Deviations are {:g} times the measured ones, so covariances {:g} times."
+)
 _PX4_FLOAT: Final = 9
 """MAV_PARAM_TYPE_REAL32."""
 
-_configures = partial(
-    exports,
+_configuration_export = partial(
+    document_export,
     returned="""\
     One that is unknown, or that the record does not determine, has a comment in place of its
     number; with `force` the latter has its upper bound, and says so.""",
@@ -268,7 +279,7 @@ ValueError
 )
 
 
-@_configures()
+@_configuration_export()
 def to_kalibr(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -321,11 +332,13 @@ def to_kalibr(
     # A JSON string is a YAML one in double quotes: nothing in it can end the line or begin a key.
     lines.append(f"rostopic: {json.dumps(rostopic)}")
     if rate is not None:
-        lines.append(f"update_rate: {_number(positive('rate', rate))}  # Hz")
-    return written(_text(f"Kalibr: {_CONTINUOUS}", accelerometer, inflate, lines), path, force)
+        lines.append(f"update_rate: {_format_number(check_positive('rate', rate))}  # Hz")
+    return write_text(
+        _compose_file(f"Kalibr: {_CONTINUOUS_TITLE}", accelerometer, inflate, lines), path, force
+    )
 
 
-@_configures()
+@_configuration_export()
 def to_vins(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -375,13 +388,13 @@ def to_vins(
     <BLANKLINE>
     """
     lines = _VINS.settings(model, accelerometer, inflate, force, rate)
-    title = f"VINS: {_CONTINUOUS}"
+    title = f"VINS: {_CONTINUOUS_TITLE}"
     if rate is not None:
         title = f"VINS: noise of an IMU at {rate:g} Hz, deviations per sample."
-    return written(_text(title, accelerometer, inflate, lines), path, force)
+    return write_text(_compose_file(title, accelerometer, inflate, lines), path, force)
 
 
-@_configures()
+@_configuration_export()
 def to_orbslam3(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -428,11 +441,13 @@ def to_orbslam3(
     """
     lines = _ORBSLAM3.settings(model, accelerometer, inflate, force)
     if rate is not None:
-        lines.append(f"IMU.Frequency: {_number(positive('rate', rate))}  # Hz")
-    return written(_text(f"ORB-SLAM3: {_CONTINUOUS}", accelerometer, inflate, lines), path, force)
+        lines.append(f"IMU.Frequency: {_format_number(check_positive('rate', rate))}  # Hz")
+    return write_text(
+        _compose_file(f"ORB-SLAM3: {_CONTINUOUS_TITLE}", accelerometer, inflate, lines), path, force
+    )
 
 
-@_configures(".params")
+@_configuration_export(".params")
 def to_px4(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -484,10 +499,10 @@ def to_px4(
     lines = _PX4.settings(model, accelerometer, inflate, force, rate)
     title = f"PX4 EKF2: noise of an IMU, deviations per filter step at {rate:g} Hz."
     lines.insert(0, "# Vehicle-Id Component-Id Name Value Type")
-    return written(_text(title, accelerometer, inflate, lines), path, force)
+    return write_text(_compose_file(title, accelerometer, inflate, lines), path, force)
 
 
-@_configures()
+@_configuration_export()
 def to_ros(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -544,4 +559,6 @@ def to_ros(
             "The -1 says that the message holds no orientation.",
         )
     )
-    return written(_text(title, accelerometer, inflate, lines, _SQUARED), path, force)
+    return write_text(
+        _compose_file(title, accelerometer, inflate, lines, _INFLATED_VARIANCES), path, force
+    )

@@ -8,7 +8,7 @@ import numpy as np
 
 from zerorate._native import chi_squared_quantile
 from zerorate.noise.coefficient import Coefficient
-from zerorate.noise.least_squares import Solution, Weighting, bound_by_one, solve, upper_bound
+from zerorate.noise.least_squares import Solution, Weighting, bound_by_single, solve, upper_bound
 from zerorate.noise.model import NoiseModel
 from zerorate.noise.quantities import Quantity
 from zerorate.noise.terms import Markov, Sinusoid
@@ -16,11 +16,11 @@ from zerorate.types import Floats
 
 # A coefficient is identifiable if its square is above twice its standard error: the record then
 # gives the coefficient to better than a quarter.
-_SIGMAS: Final = 2.0
-_PROBABILITY: Final = 0.99
-_MOST_MISFIT: Final = 4.0
-_PRECISION: Final = 5e-3
-_STEPS: Final = 100
+_IDENTIFIABLE_SIGMAS: Final = 2.0
+_MISFIT_PROBABILITY: Final = 0.99
+_MAX_MISFIT: Final = 4.0
+_MISFIT_PRECISION: Final = 5e-3
+_MAX_STEPS: Final = 100
 
 
 @dataclass(frozen=True)
@@ -98,29 +98,29 @@ class Problem:
         start = 2.0 * self.data**2 / self.edf
         plain = solve(self.basis, self.data, start, self.weighting)
         freedom = max(plain.degrees_of_freedom, 1)
-        if plain.chi_squared <= float(chi_squared_quantile(_PROBABILITY, [freedom])[0]):
+        if plain.chi_squared <= float(chi_squared_quantile(_MISFIT_PROBABILITY, [freedom])[0]):
             return plain, self.weighting, 0.0, plain.chi_squared
-        misfit = self._misfit(plain.strengths, freedom)
-        weighting = self._with_misfit(misfit)
+        misfit = self._find_misfit(plain.strengths, freedom)
+        weighting = self._weight_with_misfit(misfit)
         solution = solve(self.basis, self.data, weighting(plain.strengths), weighting)
         return solution, weighting, misfit, plain.chi_squared
 
-    def _misfit(self, strengths: Floats, freedom: int) -> float:
+    def _find_misfit(self, strengths: Floats, freedom: int) -> float:
         """Return the relative model error that brings chi-squared down to its expectation.
 
         Where that error rules, chi-squared goes with the inverse of its square.
         """
         misfit = float(np.sqrt(np.mean((self.data / (self.basis @ strengths) - 1.0) ** 2)))
-        for _ in range(_STEPS):
-            weighting = self._with_misfit(misfit)
+        for _ in range(_MAX_STEPS):
+            weighting = self._weight_with_misfit(misfit)
             solution = solve(self.basis, self.data, weighting(strengths), weighting)
             strengths, ratio = solution.strengths, np.sqrt(solution.chi_squared / freedom)
-            misfit = min(misfit * float(ratio), _MOST_MISFIT)
-            if abs(ratio - 1.0) < _PRECISION or misfit == _MOST_MISFIT:
+            misfit = min(misfit * float(ratio), _MAX_MISFIT)
+            if abs(ratio - 1.0) < _MISFIT_PRECISION or misfit == _MAX_MISFIT:
                 break
         return misfit
 
-    def _with_misfit(self, misfit: float) -> Weighting:
+    def _weight_with_misfit(self, misfit: float) -> Weighting:
         def weighting(strengths: Floats) -> Floats:
             expected = self.basis @ strengths
             scatter, error = self.weighting(strengths), (misfit * expected) ** 2
@@ -129,7 +129,7 @@ class Problem:
         return weighting
 
 
-def fitted(
+def fit_components(
     problem: Problem, components: Sequence[Component], method: str, unit: tuple[float, Quantity]
 ) -> FittedModel:
     """Solve the problem and return its model; `unit` is that of the data, in SI, and of what."""
@@ -138,8 +138,8 @@ def fitted(
     for i, component in enumerate(components):
         bound = upper_bound(problem.basis, solution, i, weighting)
         if not np.isfinite(bound):
-            bound = bound_by_one(problem.basis[:, i], problem.data, problem.edf)
-        value = _coefficient(solution, i, bound, component.scale).scaled(unit[0])
+            bound = bound_by_single(problem.basis[:, i], problem.data, problem.edf)
+        value = _make_coefficient(solution, i, bound, component.scale).scaled(unit[0])
         if component.make is None:
             coefficients[component.name] = value
         else:
@@ -155,12 +155,12 @@ def fitted(
     )
 
 
-def _coefficient(solution: Solution, i: int, bound: float, scale: float) -> Coefficient:
+def _make_coefficient(solution: Solution, i: int, bound: float, scale: float) -> Coefficient:
     """Return the root of a strength; errors go the same way, to first order."""
     strength, sigma = solution.strengths[i] / scale, solution.sigmas[i] / scale
     largest = float(np.sqrt(bound / scale))
     if not strength > 0.0:
         return Coefficient(0.0, largest / 1.645, False, largest)
     value = float(np.sqrt(strength))
-    identifiable = strength > _SIGMAS * sigma
+    identifiable = strength > _IDENTIFIABLE_SIGMAS * sigma
     return Coefficient(value, float(sigma / (2.0 * value)), bool(identifiable), max(largest, value))

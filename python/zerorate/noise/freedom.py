@@ -12,13 +12,13 @@ from zerorate.noise.processes import BY_EXPONENT
 from zerorate.types import Floats, Integers
 
 # Degrees of freedom change slowly with the averaging time: dense grids are filled in.
-_MOST: Final = 256
+_MAX_EXACT_FACTORS: Final = 256
 # The fits pass below what one square has where tau nears the record's length.
-_LEAST: Final = 0.5
+_MIN_EDF: Final = 0.5
 
 # SP 1065, section 5.4: edf = b T/tau - c of each exponent.
-_TOTAL: Final = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
-_MODIFIED_TOTAL: Final = {
+_TOTAL_EDF: Final = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
+_MODIFIED_TOTAL_EDF: Final = {
     2: (1.90, 2.10),
     1: (1.20, 1.40),
     0: (1.10, 1.20),
@@ -26,7 +26,7 @@ _MODIFIED_TOTAL: Final = {
     -2: (0.75, 0.31),
 }
 # edf = (T/tau) / (b + c tau/T).
-_HADAMARD_TOTAL: Final = {
+_HADAMARD_TOTAL_EDF: Final = {
     0: (0.559, 1.004),
     -1: (0.868, 1.140),
     -2: (0.938, 1.696),
@@ -80,8 +80,8 @@ def freedoms(kind: Kind, m: Integers, terms: Integers, exponents: Integers, n: i
     for exponent in np.unique(_nearest_exponent(kind, exponents)):
         there = (_nearest_exponent(kind, exponents) == exponent) & (terms > 0)
         if there.any():
-            result[there] = _of_one_noise(kind, m[there], terms[there], int(exponent), n)
-    return np.maximum(result, _LEAST)
+            result[there] = _freedoms_of_noise(kind, m[there], terms[there], int(exponent), n)
+    return np.maximum(result, _MIN_EDF)
 
 
 def bounds(deviation: Floats, edf: Floats, confidence: float) -> tuple[Floats, Floats]:
@@ -101,11 +101,11 @@ def total_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Floats:
     """
     exponents = _nearest_exponent(kind, exponents)
     if kind.name == "totdev":
-        return 1.0 - _pick(_TOTAL_BIAS, exponents, 0.0) * m / n
+        return 1.0 - _look_up(_TOTAL_BIAS, exponents, 0.0) * m / n
     if kind.name == "htotdev":
-        return 1.0 + _pick(_HADAMARD_TOTAL_BIAS, exponents, 0.0) * (m > 1)
+        return 1.0 + _look_up(_HADAMARD_TOTAL_BIAS, exponents, 0.0) * (m > 1)
     if kind.name in ("mtotdev", "ttotdev"):
-        return _pick(_MODIFIED_TOTAL_BIAS, exponents, 1.0)
+        return _look_up(_MODIFIED_TOTAL_BIAS, exponents, 1.0)
     return np.ones(m.size)
 
 
@@ -118,51 +118,51 @@ def reflection_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Flo
     return np.where(m == 1, 0.5, limits[:, 0] + limits[:, 1] / m**2)
 
 
-def _pick(table: dict[int, float], exponents: Integers, other: float) -> Floats:
+def _look_up(table: dict[int, float], exponents: Integers, other: float) -> Floats:
     return np.array([table.get(int(exponent), other) for exponent in exponents])
 
 
-def _of_one_noise(kind: Kind, m: Integers, terms: Integers, exponent: int, n: int) -> Floats:
+def _freedoms_of_noise(kind: Kind, m: Integers, terms: Integers, exponent: int, n: int) -> Floats:
     if kind.name == "pdev":
         return np.full(m.size, np.nan)
     if kind.total:
-        reflected = _REFLECTED[kind.name](exponent, n / m.astype(np.float64), m)
+        reflected = _REFLECTED_EDF[kind.name](exponent, n / m.astype(np.float64), m)
         if kind.name != "htotdev":
             return reflected
         # One sample leaves nothing to reflect: there it is the overlapping Hadamard deviation.
-        plain = _of_one_noise(KINDS["ohdev"], m, terms, exponent, n)
+        plain = _freedoms_of_noise(KINDS["ohdev"], m, terms, exponent, n)
         reflected[m == 1] = plain[m == 1]
         return reflected
-    if m.size <= _MOST:
+    if m.size <= _MAX_EXACT_FACTORS:
         return degrees_of_freedom(kind, m, terms, BY_EXPONENT[exponent])
-    few = np.unique(np.rint(np.geomspace(1, m.size, _MOST)).astype(np.int64)) - 1
-    known = degrees_of_freedom(kind, m[few], terms[few], BY_EXPONENT[exponent])
-    filled: Floats = np.exp(np.interp(np.log(m), np.log(m[few]), np.log(known)))
+    grid = np.unique(np.rint(np.geomspace(1, m.size, _MAX_EXACT_FACTORS)).astype(np.int64)) - 1
+    known = degrees_of_freedom(kind, m[grid], terms[grid], BY_EXPONENT[exponent])
+    filled: Floats = np.exp(np.interp(np.log(m), np.log(m[grid]), np.log(known)))
     return filled
 
 
-def _total(exponent: int, ratio: Floats, m: Integers) -> Floats:
-    b, c = _TOTAL[exponent]
+def _total_edf(exponent: int, ratio: Floats, m: Integers) -> Floats:
+    b, c = _TOTAL_EDF[exponent]
     return b * ratio - c
 
 
-def _modified_total(exponent: int, ratio: Floats, m: Integers) -> Floats:
-    b, c = _MODIFIED_TOTAL[exponent]
+def _modified_total_edf(exponent: int, ratio: Floats, m: Integers) -> Floats:
+    b, c = _MODIFIED_TOTAL_EDF[exponent]
     return b * ratio - c
 
 
-def _hadamard_total(exponent: int, ratio: Floats, m: Integers) -> Floats:
-    b, c = _HADAMARD_TOTAL[exponent]
+def _hadamard_total_edf(exponent: int, ratio: Floats, m: Integers) -> Floats:
+    b, c = _HADAMARD_TOTAL_EDF[exponent]
     return ratio / (b + c / ratio)
 
 
-def _theo1(exponent: int, ratio: Floats, m: Integers) -> Floats:
+def _theo1_edf(exponent: int, ratio: Floats, m: Integers) -> Floats:
     samples = m.astype(np.float64)
-    return _THEO1[exponent](ratio * samples + 1.0, 0.75 * samples)
+    return _THEO1_EDF[exponent](ratio * samples + 1.0, 0.75 * samples)
 
 
 # NIST SP 1065, table 8: of N phase points, at averaging times of r samples.
-_THEO1: Final[dict[int, Callable[[Floats, Floats], Floats]]] = {
+_THEO1_EDF: Final[dict[int, Callable[[Floats, Floats], Floats]]] = {
     2: lambda n, r: 0.86 * (n + 1.0) * (n - 4.0 * r / 3.0) / (n - r) * r / (r + 1.14),
     1: lambda n, r: (
         (4.798 * n**2 - 6.374 * n * r + 12.387 * r)
@@ -180,10 +180,10 @@ _THEO1: Final[dict[int, Callable[[Floats, Floats], Floats]]] = {
 }
 
 
-_REFLECTED: Final[dict[str, Callable[[int, Floats, Integers], Floats]]] = {
-    "totdev": _total,
-    "mtotdev": _modified_total,
-    "ttotdev": _modified_total,
-    "htotdev": _hadamard_total,
-    "theo1": _theo1,
+_REFLECTED_EDF: Final[dict[str, Callable[[int, Floats, Integers], Floats]]] = {
+    "totdev": _total_edf,
+    "mtotdev": _modified_total_edf,
+    "ttotdev": _modified_total_edf,
+    "htotdev": _hadamard_total_edf,
+    "theo1": _theo1_edf,
 }

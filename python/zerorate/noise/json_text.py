@@ -4,12 +4,12 @@ import dataclasses
 import os
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
-from zerorate.noise.exports import written
+from zerorate.noise.coefficient import UNKNOWN_COEFFICIENT, Coefficient
+from zerorate.noise.exports import write_text
 from zerorate.noise.quantities import TERMS, Quantity, term_of
 from zerorate.noise.terms import Markov, Sinusoid
-from zerorate.record.exporting import exports
-from zerorate.record.saved import as_json, check_format, part, restored
+from zerorate.record.exporting import document_export
+from zerorate.record.saved import as_json, check_format, read_key, restore
 
 if TYPE_CHECKING:
     from zerorate.noise.model import NoiseModel
@@ -18,11 +18,16 @@ Model = TypeVar("Model", bound="NoiseModel")
 
 _FORMAT: Final = "zerorate noise model"
 _VERSION: Final = 1
-_FIT: Final = {"method": str, "chi_squared": float, "degrees_of_freedom": int, "misfit": float}
+_FIT_FIELDS: Final = {
+    "method": str,
+    "chi_squared": float,
+    "degrees_of_freedom": int,
+    "misfit": float,
+}
 """What a `FittedModel` has beside the coefficients."""
 
 
-@exports()
+@document_export()
 def to_json(
     model: "NoiseModel", path: str | os.PathLike[str] | None = None, *, force: bool = False
 ) -> str:
@@ -48,55 +53,61 @@ def to_json(
         "version": _VERSION,
         "quantity": quantity,
         "coefficients": {
-            term.field: _encoded(getattr(model, term.field), term.unit) for term in TERMS[quantity]
+            term.field: _encode_with_unit(getattr(model, term.field), term.unit)
+            for term in TERMS[quantity]
         },
-        "markov": [_all_encoded(term, _markov_units(quantity)) for term in model.markov],
-        "sinusoid": [_all_encoded(term, _sinusoid_units(quantity)) for term in model.sinusoid],
+        "markov": [_encode_term(term, _markov_units(quantity)) for term in model.markov],
+        "sinusoid": [_encode_term(term, _sinusoid_units(quantity)) for term in model.sinusoid],
     }
     if model.doubt:
         content["doubt"] = model.doubt
-    fit = {name: getattr(model, name) for name in _FIT if hasattr(model, name)}
+    fit = {name: getattr(model, name) for name in _FIT_FIELDS if hasattr(model, name)}
     if fit:
         content["fit"] = fit
-    return written(as_json(content), path, force)
+    return write_text(as_json(content), path, force)
 
 
 def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
     """Return the model that a text or a file holds, as one of a class."""
-    return restored(
-        source, _FORMAT, lambda content: build(**_fields(content), **_fit(content, build))
+    return restore(
+        source, _FORMAT, lambda content: build(**_read_fields(content), **_read_fit(content, build))
     )
 
 
-def _fields(content: object) -> dict[str, Any]:
+def _read_fields(content: object) -> dict[str, Any]:
     check_format(content, _FORMAT, _VERSION)
-    quantity = part(content, "quantity", str)
+    quantity = read_key(content, "quantity", str)
     if quantity not in TERMS:
         raise ValueError(f"quantity is {quantity!r}, expected one of {', '.join(TERMS)}")
-    coefficients = part(content, "coefficients", dict)
-    fields = {term.field: _decoded(coefficients, term.field, term.unit) for term in TERMS[quantity]}
-    markov, sinusoid = (part(content, name, list) for name in ("markov", "sinusoid"))
+    coefficients = read_key(content, "coefficients", dict)
+    fields = {
+        term.field: _decode_with_unit(coefficients, term.field, term.unit)
+        for term in TERMS[quantity]
+    }
+    markov, sinusoid = (read_key(content, name, list) for name in ("markov", "sinusoid"))
     return fields | {
-        "markov": [Markov(**_all_decoded(term, _markov_units(quantity))) for term in markov],
+        "markov": [Markov(**_decode_term(term, _markov_units(quantity))) for term in markov],
         "sinusoid": [
-            Sinusoid(**_all_decoded(term, _sinusoid_units(quantity))) for term in sinusoid
+            Sinusoid(**_decode_term(term, _sinusoid_units(quantity))) for term in sinusoid
         ],
         "quantity": quantity,
-        "doubt": part(content, "doubt", str) if _has(content, "doubt") else "",
+        "doubt": read_key(content, "doubt", str) if _has_key(content, "doubt") else "",
     }
 
 
-def _has(content: object, key: str) -> bool:
+def _has_key(content: object, key: str) -> bool:
     return isinstance(content, dict) and key in content
 
 
-def _fit(content: object, build: type[Model]) -> dict[str, Any]:
+def _read_fit(content: object, build: type[Model]) -> dict[str, Any]:
     """Return how well a model fitted, where the text says so and the class keeps it."""
     fit = content.get("fit") if isinstance(content, dict) else None
-    kept = {field.name for field in dataclasses.fields(build)}
+    field_names = {field.name for field in dataclasses.fields(build)}
     if fit is None:
         return {}
-    return {name: part(fit, name, kind) for name, kind in _FIT.items() if name in kept}
+    return {
+        name: read_key(fit, name, kind) for name, kind in _FIT_FIELDS.items() if name in field_names
+    }
 
 
 def _markov_units(quantity: Quantity) -> dict[str, str]:
@@ -107,15 +118,15 @@ def _sinusoid_units(quantity: Quantity) -> dict[str, str]:
     return {"amplitude": term_of(quantity, "bias_instability").unit, "frequency": "Hz"}
 
 
-def _all_encoded(term: Markov | Sinusoid, units: dict[str, str]) -> dict[str, Any]:
-    return {name: _encoded(getattr(term, name), unit) for name, unit in units.items()}
+def _encode_term(term: Markov | Sinusoid, units: dict[str, str]) -> dict[str, Any]:
+    return {name: _encode_with_unit(getattr(term, name), unit) for name, unit in units.items()}
 
 
-def _all_decoded(entry: object, units: dict[str, str]) -> dict[str, Any]:
-    return {name: _decoded(entry, name, unit) for name, unit in units.items()}
+def _decode_term(entry: object, units: dict[str, str]) -> dict[str, Any]:
+    return {name: _decode_with_unit(entry, name, unit) for name, unit in units.items()}
 
 
-def encoded(coefficient: Coefficient) -> dict[str, Any]:
+def encode_coefficient(coefficient: Coefficient) -> dict[str, Any]:
     """Return the parts of a coefficient, None for the numbers of one that is unknown."""
     numbers = ("value", "sigma", "identifiable", "upper_bound")
     if not coefficient.known:
@@ -123,21 +134,21 @@ def encoded(coefficient: Coefficient) -> dict[str, Any]:
     return {name: getattr(coefficient, name) for name in numbers}
 
 
-def _encoded(coefficient: Coefficient, unit: str) -> dict[str, Any]:
-    return {**encoded(coefficient), "unit": unit}
+def _encode_with_unit(coefficient: Coefficient, unit: str) -> dict[str, Any]:
+    return {**encode_coefficient(coefficient), "unit": unit}
 
 
-def decoded(entry: object) -> Coefficient:
+def decode_coefficient(entry: object) -> Coefficient:
     """Return the coefficient of its parts; ValueError if one is not there."""
     parts = (("value", float), ("sigma", float), ("identifiable", bool), ("upper_bound", float))
-    return Coefficient(*(part(entry, name, kind) for name, kind in parts))
+    return Coefficient(*(read_key(entry, name, kind) for name, kind in parts))
 
 
-def _decoded(content: object, name: str, unit: str) -> Coefficient:
-    entry = part(content, name, dict)
-    found = part(entry, "unit", str)
-    if found != unit:
-        raise ValueError(f"the unit of {name!r} is {found!r}, expected {unit!r}")
+def _decode_with_unit(content: object, name: str, unit: str) -> Coefficient:
+    entry = read_key(content, name, dict)
+    stored_unit = read_key(entry, "unit", str)
+    if stored_unit != unit:
+        raise ValueError(f"the unit of {name!r} is {stored_unit!r}, expected {unit!r}")
     if entry.get("value", 0.0) is None and entry.get("upper_bound", 0.0) is None:
-        return NOTHING_KNOWN
-    return decoded(entry)
+        return UNKNOWN_COEFFICIENT
+    return decode_coefficient(entry)

@@ -29,10 +29,10 @@ KindName = Literal[
 
 TauGrid = Literal["octave", "decade", "all"]
 _GRIDS = ("octave", "decade", "all")
-_PER_DECADE = 10
+_FACTORS_PER_DECADE = 10
 
 # Thêo1 takes half of the factor, and is defined from here on.
-_LEAST_THEO1 = 10
+_MIN_THEO1_FACTOR = 10
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def kind(name: str) -> Kind:
     return KINDS[name]
 
 
-def factors(
+def averaging_factors(
     taus: TauGrid | Sequence[float] | npt.ArrayLike, kind: Kind, rate: float, longest: int
 ) -> tuple[Integers, tuple[str, ...]]:
     """Return averaging factors, rising, and notes on how they were rounded.
@@ -114,7 +114,7 @@ def factors(
         For an unknown grid, and for times that are not positive and finite or beyond the record.
     """
     if isinstance(taus, str):
-        return _grid(taus, kind, longest), ()
+        return _make_grid(taus, kind, longest), ()
     wanted = np.atleast_1d(np.asarray(taus, dtype=np.float64))
     if wanted.ndim != 1 or wanted.size == 0 or not np.all(np.isfinite(wanted) & (wanted > 0.0)):
         raise ArgumentError(
@@ -122,18 +122,18 @@ def factors(
         )
     with np.errstate(over="ignore"):
         exact = wanted * rate / _time_of_factor(kind)
-    found = _whole(exact, kind)
+    rounded = _round_factors(exact, kind)
     # As floats: a factor beyond all integers would become a small one.
-    if found.max() > longest:
+    if rounded.max() > longest:
         limit = longest * _time_of_factor(kind) / rate
         raise ValueError(
             f"tau {wanted.max():g} s is beyond this record: its {kind.name} goes up to {limit:g} s"
         )
-    factors = found.astype(np.int64)
-    return _different(factors), tuple(_rounded(wanted, exact, factors, kind, rate))
+    factors = rounded.astype(np.int64)
+    return _unique_sorted(factors), tuple(_describe_rounding(wanted, exact, factors, kind, rate))
 
 
-def seconds(m: Integers, kind: Kind, rate: float) -> Floats:
+def averaging_times(m: Integers, kind: Kind, rate: float) -> Floats:
     """Return the averaging times of factors."""
     return m.astype(np.float64) * _time_of_factor(kind) / rate
 
@@ -143,48 +143,48 @@ def _time_of_factor(kind: Kind) -> float:
     return 0.75 if kind.name == "theo1" else 1.0
 
 
-def _whole(exact: Floats, kind: Kind) -> Floats:
+def _round_factors(exact: Floats, kind: Kind) -> Floats:
     if kind.name == "theo1":
-        return np.maximum(2.0 * np.rint(exact / 2.0), _LEAST_THEO1)
+        return np.maximum(2.0 * np.rint(exact / 2.0), _MIN_THEO1_FACTOR)
     return np.maximum(np.rint(exact), 1.0)
 
 
-def _rounded(
+def _describe_rounding(
     wanted: Floats,
     exact: Floats,
-    found: Integers,
+    rounded: Integers,
     kind: Kind,
     rate: float,
 ) -> list[str]:
-    off = np.abs(exact - found) > 1e-6 * found
+    off = np.abs(exact - rounded) > 1e-6 * rounded
     if not off.any():
         return []
     first = int(np.argmax(off))
-    used = found[first] * _time_of_factor(kind) / rate
+    used = rounded[first] * _time_of_factor(kind) / rate
     return [
         f"{int(off.sum())} of {wanted.size} averaging times are no whole numbers of samples and "
         f"were rounded, {wanted[first]:g} s to {used:g} s"
     ]
 
 
-def _grid(name: str, kind: Kind, longest: int) -> Integers:
+def _make_grid(name: str, kind: Kind, longest: int) -> Integers:
     if name not in _GRIDS:
         raise ValueError(f"unknown grid of taus {name!r}; known: {', '.join(_GRIDS)}, or seconds")
     if name == "octave":
-        first = _LEAST_THEO1 if kind.name == "theo1" else 1
+        first = _MIN_THEO1_FACTOR if kind.name == "theo1" else 1
         grid = first * 2 ** np.arange(int(longest // first).bit_length())
     elif name == "all":
         grid = np.arange(1, longest + 1)
     else:
-        steps = np.arange(np.floor(_PER_DECADE * np.log10(longest) + 1e-9) + 1)
-        grid = np.rint(10.0 ** (steps / _PER_DECADE))
+        steps = np.arange(np.floor(_FACTORS_PER_DECADE * np.log10(longest) + 1e-9) + 1)
+        grid = np.rint(10.0 ** (steps / _FACTORS_PER_DECADE))
     if kind.name == "theo1":
         grid = 2 * (grid // 2)
-        grid = grid[grid >= _LEAST_THEO1]
-    return _different(grid)
+        grid = grid[grid >= _MIN_THEO1_FACTOR]
+    return _unique_sorted(grid)
 
 
-def _different(values: Floats | Integers) -> Integers:
+def _unique_sorted(values: Floats | Integers) -> Integers:
     """Return the different factors, rising, in a fraction of the time that np.unique takes."""
     factors: Integers = np.sort(values).astype(np.int64)
     return factors[np.diff(factors, prepend=0) > 0]

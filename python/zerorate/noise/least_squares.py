@@ -12,13 +12,13 @@ from zerorate.types import Booleans, Floats
 Weighting = Callable[[Floats], Floats]
 """Covariance of the data, shape (t, t), or (t,) if independent, given the strengths (p,)."""
 
-_ROUNDS: Final = 12
-_SETTLED: Final = 1e-7
+_MAX_ROUNDS: Final = 12
+_STRENGTH_TOLERANCE: Final = 1e-7
 # Of a bound: finer than it is printed.
-_NEAR: Final = 1e-3
+_BOUND_TOLERANCE: Final = 1e-3
 # Least eigenvalue of a correlation matrix that is trusted: those computed of neighbouring
 # averaging times are good to about this.
-_LEAST: Final = 1e-4
+_MIN_EIGENVALUE: Final = 1e-4
 _ONE_SIDED_95: Final = 1.6448536269514722
 
 
@@ -59,22 +59,22 @@ def solve(basis: Floats, data: Floats, start: Floats, weighting: Weighting) -> S
         Covariance for the next rounds.
     """
     both = np.column_stack((basis, data))
-    strengths = _fit(_whitened(start, both))
-    for _ in range(_ROUNDS):
-        before, white = strengths, _whitened(weighting(strengths), both)
-        strengths = _fit(white, strengths > 0.0)
-        if np.allclose(strengths, before, rtol=_SETTLED, atol=0.0):
+    strengths = _fit_whitened(_whiten(start, both))
+    for _ in range(_MAX_ROUNDS):
+        before, white = strengths, _whiten(weighting(strengths), both)
+        strengths = _fit_whitened(white, strengths > 0.0)
+        if np.allclose(strengths, before, rtol=_STRENGTH_TOLERANCE, atol=0.0):
             break
     sigmas, active = np.full(strengths.size, np.nan), strengths > 0.0
-    sigmas[active] = np.sqrt(np.diag(_inverse(white[:, :-1][:, active])))
+    sigmas[active] = np.sqrt(np.diag(_inverse_gram(white[:, :-1][:, active])))
     residual = white[:, -1] - white[:, :-1] @ strengths
     return Solution(strengths, sigmas, float(residual @ residual), data.size - int(active.sum()))
 
 
-def left_over(basis: Floats, data: Floats, scatter: Floats) -> float:
+def residual_chi_squared(basis: Floats, data: Floats, scatter: Floats) -> float:
     """Return the chi-squared of the best fit where the covariance of the data is given."""
-    white = _whitened(scatter, np.column_stack((basis, data)))
-    residual = white[:, -1] - white[:, :-1] @ _fit(white)
+    white = _whiten(scatter, np.column_stack((basis, data)))
+    residual = white[:, -1] - white[:, :-1] @ _fit_whitened(white)
     return float(residual @ residual)
 
 
@@ -87,27 +87,27 @@ def upper_bound(basis: Floats, solution: Solution, i: int, weighting: Weighting)
     estimate, bound = solution.strengths[i], solution.strengths.copy()
     active = solution.strengths > 0.0
     active[i] = True
-    place, seen = int(active[:i].sum()), basis[:, i] > 0.0
-    bound[i] = max(estimate, np.min((basis @ bound)[seen] / basis[seen, i]))
-    for _ in range(4 * _ROUNDS):
-        white = _whitened(weighting(bound), basis[:, active])
-        sigma = np.sqrt(_inverse(white)[place, place])
+    index, visible = int(active[:i].sum()), basis[:, i] > 0.0
+    bound[i] = max(estimate, np.min((basis @ bound)[visible] / basis[visible, i]))
+    for _ in range(4 * _MAX_ROUNDS):
+        white = _whiten(weighting(bound), basis[:, active])
+        sigma = np.sqrt(_inverse_gram(white)[index, index])
         before, bound[i] = bound[i], estimate + _ONE_SIDED_95 * sigma
         if not np.isfinite(bound[i]):
             break
-        if abs(bound[i] - before) <= _NEAR * bound[i]:
+        if abs(bound[i] - before) <= _BOUND_TOLERANCE * bound[i]:
             return float(bound[i])
     return float("inf")
 
 
-def bound_by_one(column: Floats, data: Floats, edf: Floats) -> float:
+def bound_by_single(column: Floats, data: Floats, edf: Floats) -> float:
     """Return the strength at which the clearest single estimate would be too low at 95 %."""
-    seen = column > 0.0
+    visible = column > 0.0
     largest = data * edf / chi_squared_quantile(0.05, edf)
-    return float(np.min(largest[seen] / column[seen]))
+    return float(np.min(largest[visible] / column[visible]))
 
 
-def _inverse(factor: Floats) -> Floats:
+def _inverse_gram(factor: Floats) -> Floats:
     """Return the inverse of factorᵀ factor, columns scaled to unit length on the way."""
     lengths = np.linalg.norm(factor, axis=0)
     inverse = np.linalg.pinv(factor / lengths)
@@ -115,23 +115,23 @@ def _inverse(factor: Floats) -> Floats:
     return product
 
 
-def _whitened(covariance: Floats, columns: Floats) -> Floats:
+def _whiten(covariance: Floats, columns: Floats) -> Floats:
     """Return columns times a square root of the inverse of a covariance."""
     if covariance.ndim == 1:
         return columns / np.sqrt(covariance)[:, None]
     sigmas = np.sqrt(np.diag(covariance))
     values, vectors = np.linalg.eigh(covariance / np.outer(sigmas, sigmas))
-    turned = vectors.T @ (columns / sigmas[:, None])
-    scaled: Floats = turned / np.sqrt(np.maximum(values, _LEAST))[:, None]
+    rotated = vectors.T @ (columns / sigmas[:, None])
+    scaled: Floats = rotated / np.sqrt(np.maximum(values, _MIN_EIGENVALUE))[:, None]
     return scaled
 
 
-def _fit(white: Floats, guess: Booleans | None = None) -> Floats:
+def _fit_whitened(white: Floats, guess: Booleans | None = None) -> Floats:
     """Return the strengths for whitened columns, the last of them the data."""
-    return _non_negative(white[:, :-1], white[:, -1], guess)
+    return _solve_non_negative(white[:, :-1], white[:, -1], guess)
 
 
-def _non_negative(matrix: Floats, target: Floats, guess: Booleans | None = None) -> Floats:
+def _solve_non_negative(matrix: Floats, target: Floats, guess: Booleans | None = None) -> Floats:
     """Return the x >= 0 that brings ``matrix @ x`` closest to the target.
 
     C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23, begun with the
@@ -141,7 +141,7 @@ def _non_negative(matrix: Floats, target: Floats, guess: Booleans | None = None)
     lengths[lengths == 0.0] = 1.0
     free = np.zeros(lengths.size, dtype=bool) if guess is None else guess.copy()
     matrix = matrix / lengths
-    x = _feasible(matrix, target, np.zeros(free.size), free)
+    x = _move_to_feasible(matrix, target, np.zeros(free.size), free)
     tolerance = 1e-12 * float(np.linalg.norm(target))
     for _ in range(3 * x.size):
         slope = np.where(free, -np.inf, matrix.T @ (target - matrix @ x))
@@ -149,12 +149,12 @@ def _non_negative(matrix: Floats, target: Floats, guess: Booleans | None = None)
         if not slope[best] > tolerance:
             break
         free[best] = True
-        x = _feasible(matrix, target, x, free)
+        x = _move_to_feasible(matrix, target, x, free)
     strengths: Floats = x / lengths
     return strengths
 
 
-def _feasible(matrix: Floats, target: Floats, x: Floats, free: Booleans) -> Floats:
+def _move_to_feasible(matrix: Floats, target: Floats, x: Floats, free: Booleans) -> Floats:
     """Move x towards the least squares of its free part, fixing at zero what would pass it."""
     while free.any():
         goal = np.zeros_like(x)

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple, Self, TypeVar, get_args
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.noise.coefficient import Coefficient, CoefficientField, positive
+from zerorate.noise.coefficient import Coefficient, CoefficientField, check_positive
 from zerorate.noise.densities import densities
 from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_ros, to_vins
 from zerorate.noise.json_text import from_json, to_json
-from zerorate.noise.quantities import TERMS, WITHOUT_UNIT, Quantity, Term
+from zerorate.noise.quantities import TERMS, UNKNOWN_UNIT_REASON, Quantity, Term
 from zerorate.noise.terms import ALLAN, HADAMARD, Markov, Sinusoid, deviation
-from zerorate.record.exporting import restores
+from zerorate.record.exporting import document_restore
 from zerorate.types import Floats
 from zerorate.units import canonical, convert, kind
 from zerorate.views import Result
@@ -129,8 +129,8 @@ class NoiseModel(Result):
 
     def __post_init__(self) -> None:
         """Refuse what is no sequence of terms, or no known quantity."""
-        object.__setattr__(self, "markov", _terms("markov", self.markov, Markov))
-        object.__setattr__(self, "sinusoid", _terms("sinusoid", self.sinusoid, Sinusoid))
+        object.__setattr__(self, "markov", _check_terms("markov", self.markov, Markov))
+        object.__setattr__(self, "sinusoid", _check_terms("sinusoid", self.sinusoid, Sinusoid))
         if self.quantity not in get_args(Quantity):
             known = ", ".join(repr(name) for name in get_args(Quantity))
             raise ArgumentError("quantity", f"must be one of {known}, got {self.quantity!r}")
@@ -138,7 +138,7 @@ class NoiseModel(Result):
             raise ArgumentError("doubt", f"must be a sentence, got {self.doubt!r}")
 
     @classmethod
-    @restores
+    @document_restore
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
         """Read a model that `to_json` wrote, equal to the last bit.
 
@@ -243,7 +243,7 @@ class NoiseModel(Result):
         """
         if self.quantity == "unknown":
             raise ValueError(
-                f"a coefficient in {canonical(unit)} cannot be given because {WITHOUT_UNIT}"
+                f"a coefficient in {canonical(unit)} cannot be given because {UNKNOWN_UNIT_REASON}"
             )
         for term, coefficient in self._coefficients():
             if kind(term.unit) == kind(unit):
@@ -280,7 +280,7 @@ class NoiseModel(Result):
         >>> NoiseModel(angle_random_walk=1e-4, rate_random_walk=1e-6).discrete_sigmas(100.0)
         DiscreteSigmas(white=0.001, walk_step=1e-07)
         """
-        root = math.sqrt(positive("rate", rate))
+        root = math.sqrt(check_positive("rate", rate))
         white, walk = self.angle_random_walk, self.rate_random_walk
         return DiscreteSigmas(white.conservative * root, walk.conservative / root)
 
@@ -292,10 +292,10 @@ class NoiseModel(Result):
         return ((term, getattr(self, term.field)) for term in TERMS[self.quantity])
 
 
-def _terms(name: str, given: object, kind_: type) -> tuple[Any, ...]:
-    terms = tuple(given) if isinstance(given, Iterable) else (None,)
+def _check_terms(name: str, values: object, kind_: type) -> tuple[Any, ...]:
+    terms = tuple(values) if isinstance(values, Iterable) else (None,)
     if not all(isinstance(term, kind_) for term in terms):
-        raise ArgumentError(name, f"must be a sequence of {kind_.__name__}, got {given!r}")
+        raise ArgumentError(name, f"must be a sequence of {kind_.__name__}, got {values!r}")
     return terms
 
 
@@ -337,23 +337,25 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
         raise ValueError(f"the axes must be models of one quantity, got {listed}")
     quantity = quantities.pop()
     largest = {
-        term.field: max((getattr(axis, term.field) for axis in axes), key=_size)
+        term.field: max((getattr(axis, term.field) for axis in axes), key=_conservative_size)
         for term in TERMS[quantity]
     }
     return NoiseModel(
         **largest,
-        markov=_largest((axis.markov for axis in axes), _markov_deviation),
-        sinusoid=_largest((axis.sinusoid for axis in axes), _sinusoid_deviation),
+        markov=_choose_largest((axis.markov for axis in axes), _markov_deviation),
+        sinusoid=_choose_largest((axis.sinusoid for axis in axes), _sinusoid_deviation),
         quantity=quantity,
         doubt=next((axis.doubt for axis in axes if axis.doubt), ""),
     )
 
 
-def _size(coefficient: Coefficient) -> float:
+def _conservative_size(coefficient: Coefficient) -> float:
     return abs(coefficient.conservative)
 
 
-def _largest(choices: Iterable[tuple[T, ...]], deviation: Callable[[T], float]) -> tuple[T, ...]:
+def _choose_largest(
+    choices: Iterable[tuple[T, ...]], deviation: Callable[[T], float]
+) -> tuple[T, ...]:
     return max(choices, key=lambda terms: math.hypot(*map(deviation, terms)))
 
 

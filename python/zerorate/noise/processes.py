@@ -17,7 +17,7 @@ from zerorate.faults import ArgumentError
 from zerorate.noise.kinds import Kind
 from zerorate.types import Floats
 
-_SERIES: Final = 20
+_SERIES_TERMS: Final = 20
 _ZETA_3: Final = 1.2020569031595942
 
 
@@ -122,7 +122,7 @@ def _exponential_tail(r: Floats, first: int) -> Floats:
     """
     small = np.minimum(r, 1.0)
     series = np.zeros_like(r)
-    for j in range(first + _SERIES, first - 1, -1):
+    for j in range(first + _SERIES_TERMS, first - 1, -1):
         series = series * -small / (j + 1) + 1.0
     series *= (-small) ** first / math.factorial(first)
     direct = np.exp(-r) - sum((-r) ** j / math.factorial(j) for j in range(first))
@@ -156,13 +156,13 @@ def strength(term: str, rate: float) -> float:
 
 def check_terms(terms: Sequence[str]) -> tuple[str, ...]:
     """Return the terms in their order; ValueError for an unknown, repeated or missing one."""
-    given = (terms,) if isinstance(terms, str) else tuple(terms)
-    for term in given:
+    names = (terms,) if isinstance(terms, str) else tuple(terms)
+    for term in names:
         if term not in TERMS:
             raise ValueError(f"unknown term {term!r}; known: {', '.join(TERMS)}")
-    if not given:
+    if not names:
         raise ValueError(f"terms is empty; name at least one of {', '.join(TERMS)}")
-    return tuple(term for term in TERMS if term in given)
+    return tuple(term for term in TERMS if term in names)
 
 
 def check_times(markov: Sequence[float] | int) -> tuple[float, ...] | int:

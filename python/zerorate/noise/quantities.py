@@ -17,7 +17,7 @@ Quantity = Literal["angular rate", "acceleration", "unknown"]
 UNKNOWN: Final = "unit"
 """What a log says whose unit is not known."""
 
-WITHOUT_UNIT: Final = (
+UNKNOWN_UNIT_REASON: Final = (
     'the unit of the samples is not known: give unit="deg/s", or whatever it is, where the noise '
     "is estimated"
 )
@@ -29,7 +29,7 @@ _QUANTITIES: Final[dict[str, tuple[Quantity, str]]] = {
 }
 
 # Fine and coarse unit of each kind, and from which least deviation on the coarse one reads better.
-_CHOICES: Final = {
+_DISPLAY_UNITS: Final = {
     "rate": ("deg/h", "deg/s", 1000.0),
     "acceleration": ("ug", "m/s^2", 1e5),
 }
@@ -74,7 +74,7 @@ TERMS: Final[dict[Quantity, tuple[Term, ...]]] = {
 }
 
 
-class Shown(NamedTuple):
+class DisplayUnit(NamedTuple):
     """A unit, and what a deviation is multiplied by to be in it."""
 
     unit: str
@@ -90,7 +90,7 @@ def check_unit(unit: str | None) -> str:
     """Return a unit that records may be in, or the word for an unknown one."""
     if unit is None or unit == UNKNOWN:
         return UNKNOWN
-    _quantity(unit)
+    _find_quantity(unit)
     return unit
 
 
@@ -98,22 +98,22 @@ def si_unit(unit: str) -> tuple[float, Quantity]:
     """Return what one of a unit is in SI, 1 if it is unknown, and which quantity it measures."""
     if unit == UNKNOWN:
         return 1.0, "unknown"
-    quantity, si = _quantity(unit)
+    quantity, si = _find_quantity(unit)
     return convert(1.0, unit, si), quantity
 
 
-def _quantity(unit: str) -> tuple[Quantity, str]:
-    found = _QUANTITIES.get(kind(unit))
-    if found is None:
+def _find_quantity(unit: str) -> tuple[Quantity, str]:
+    entry = _QUANTITIES.get(kind(unit))
+    if entry is None:
         raise ArgumentError(
             "unit",
             f"must be one of an angular rate or an acceleration, got {unit!r}, "
             f"which is one of {kind(unit)}",
         )
-    return found
+    return entry
 
 
-def shown_unit(*curves: "AllanResult | DynamicAllan") -> Shown:
+def choose_display_unit(*curves: "AllanResult | DynamicAllan") -> DisplayUnit:
     """Return the data-sheet unit in which curves of one unit and kind, all axes of them, read well.
 
     Angular rates in deg/h, in deg/s where none is below 1000 deg/h; accelerations in ug, in
@@ -122,9 +122,9 @@ def shown_unit(*curves: "AllanResult | DynamicAllan") -> Shown:
     """
     own, time = curves[0].unit, KINDS[curves[0].kind].time
     if own == UNKNOWN or time:
-        return Shown(f"{own}·s" if time else own, 1.0)
-    fine, coarse, limit = _CHOICES[kind(own)]
+        return DisplayUnit(f"{own}·s" if time else own, 1.0)
+    fine, coarse, limit = _DISPLAY_UNITS[kind(own)]
     positive = [curve.deviation[curve.deviation > 0.0] for curve in curves]
     least = convert(float(np.min(np.concatenate(positive), initial=np.inf)), own, fine)
     unit = coarse if limit <= least < np.inf else fine
-    return Shown(unit, convert(1.0, own, unit))
+    return DisplayUnit(unit, convert(1.0, own, unit))

@@ -10,21 +10,21 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.record.log import checked_rate
+from zerorate.record.log import check_rate
 from zerorate.record.missing import floats
 from zerorate.types import Floats
 
-_GLANCE: Final = 1000
+_GLANCE_SAMPLES: Final = 1000
 
 
-def as_record(z: npt.ArrayLike, least: int = 1, purpose: str = "this") -> Floats:
+def as_record(z: npt.ArrayLike, min_samples: int = 1, purpose: str = "this") -> Floats:
     """Return one axis as contiguous float64, NaN where missing, once it can be worked on.
 
     Parameters
     ----------
     z : array_like, shape (n,)
         Samples; those that are not finite or masked are missing.
-    least : int
+    min_samples : int
         How many samples must be there.
     purpose : str
         What needs them, for the message.
@@ -43,17 +43,17 @@ def as_record(z: npt.ArrayLike, least: int = 1, purpose: str = "this") -> Floats
     count = int(np.count_nonzero(present))
     if count == 0:
         raise ValueError("z holds no finite sample")
-    if count < least:
-        raise ValueError(f"{purpose} needs at least {least} samples, got {count}")
+    if count < min_samples:
+        raise ValueError(f"{purpose} needs at least {min_samples} samples, got {count}")
     first = float(record[int(np.argmax(present))])
-    if least > 1 and is_constant(record, first):
+    if min_samples > 1 and is_constant(record, first):
         raise ValueError(f"{purpose} needs samples that differ, all {count} are {first:g}")
     return record
 
 
-def samples(z: npt.ArrayLike, rate: float) -> Floats:
+def check_record(z: npt.ArrayLike, rate: float) -> Floats:
     """Return a record as floats, shape (n,), after checking it and its rate."""
-    checked_rate(rate)
+    check_rate(rate)
     record = floats(z, "z")
     if record.ndim != 1:
         raise ArgumentError("z", f"must have shape (n,), got {record.shape}")
@@ -63,7 +63,7 @@ def samples(z: npt.ArrayLike, rate: float) -> Floats:
 def is_constant(record: npt.NDArray[Any], value: float) -> bool:
     """Return whether all samples that are there are equal to a value."""
     # The beginning nearly always settles it.
-    parts = (record[:_GLANCE], record[_GLANCE:])
+    parts = (record[:_GLANCE_SAMPLES], record[_GLANCE_SAMPLES:])
     return all(bool(np.all((part == value) | ~np.isfinite(part))) for part in parts)
 
 
@@ -81,21 +81,21 @@ def longest_stretch(record: Floats) -> Floats:
     return record[ends[longest] + 1 : ends[longest + 1]]
 
 
-def checked_width(width: int, name: str = "width") -> int:
+def check_width(width: int, name: str = "width") -> int:
     """Return a number of samples; ValueError unless it is a whole number from 1 on."""
-    whole = isinstance(width, numbers.Integral) and not isinstance(width, bool)
-    if not whole or width < 1:
+    is_whole = isinstance(width, numbers.Integral) and not isinstance(width, bool)
+    if not is_whole or width < 1:
         raise ArgumentError(name, f"must be a whole number from 1 on, got {width!r}")
     return int(width)
 
 
-def with_gaps(record: Floats) -> Floats:
+def mark_gaps(record: Floats) -> Floats:
     """Return the record with NaN for all that is not finite; itself if nothing is."""
     finite = np.isfinite(record)
     return record if finite.all() else np.where(finite, record, np.nan)
 
 
-def centred(record: Floats) -> Floats:
+def centre_record(record: Floats) -> Floats:
     """Return the samples that are there less their mean, at most about 1 in size.
 
     For what does not depend on the unit. The mean is found about one of the samples, so that an
@@ -110,9 +110,9 @@ def centred(record: Floats) -> Floats:
     scaled /= size_of(scaled)
     if present is record:
         return scaled
-    whole = np.full(record.size, np.nan)
-    whole[finite] = scaled
-    return whole
+    result = np.full(record.size, np.nan)
+    result[finite] = scaled
+    return result
 
 
 def size_of(values: Floats) -> float:

@@ -13,10 +13,10 @@ from zerorate.noise.curve_fit import Curve, curve_fit, polynomial_fit
 from zerorate.noise.fit import FittedModel
 from zerorate.noise.freedom import reflection_bias
 from zerorate.noise.kinds import KINDS, Kind
+from zerorate.noise.motion_check import Doubt
 from zerorate.noise.processes import TERMS, check_frequencies, check_terms, check_times
 from zerorate.noise.quantities import UNKNOWN, si_unit
 from zerorate.noise.records import power_of_two
-from zerorate.noise.rest import Doubt
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,10 +25,10 @@ from zerorate.types import Floats, Integers
 from zerorate.views import Result, figure_of
 
 # More averaging times to an octave share nearly all of what they know.
-_PER_OCTAVE: Final = 4
-_LEAST_TAUS: Final = 5
-_PLAIN: Final = {"totdev": "oadev", "mtotdev": "mdev", "ttotdev": "mdev", "htotdev": "ohdev"}
-_WITHOUT_MODEL: Final = ("theo1", "pdev")
+_TAUS_PER_OCTAVE: Final = 4
+_MIN_TAUS: Final = 5
+_PLAIN_KINDS: Final = {"totdev": "oadev", "mtotdev": "mdev", "ttotdev": "mdev", "htotdev": "ohdev"}
+_KINDS_WITHOUT_MODEL: Final = ("theo1", "pdev")
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,11 +178,11 @@ class AllanResult(Result):
         by the relative `misfit` that can, and the errors grow with it.
         """
         if len(self.names) > 1:
-            found = (
+            models = (
                 axis.fit(method, terms=terms, markov=markov, sinusoid=sinusoid)
                 for axis in self.axes
             )
-            return tuple(model for model in found if isinstance(model, FittedModel))
+            return tuple(model for model in models if isinstance(model, FittedModel))
         factor, quantity = si_unit(self.unit)
         axis = self.axis(0)
         axis._check_fit()
@@ -190,15 +190,15 @@ class AllanResult(Result):
         # Squares of any record shall neither overflow nor vanish.
         scale = power_of_two(deviation[np.isfinite(deviation)])
         unit = factor * scale, quantity
-        doubt = "".join(one.why for one in self.doubts)
+        doubt = "".join(entry.why for entry in self.doubts)
         if method == "polynomial":
-            used = axis._used(_PER_OCTAVE * 16)
+            used = axis._select_taus(_TAUS_PER_OCTAVE * 16)
             model = polynomial_fit(self.taus[used], deviation[used] / scale, unit)
             return replace(model, doubt=doubt)
         if method != "curve":
             raise ValueError(f"unknown method {method!r}; known: curve, polynomial")
         times, frequencies = check_times(markov), check_frequencies(sinusoid, self.rate)
-        model = curve_fit(axis._curve(scale), check_terms(terms), times, frequencies, unit)
+        model = curve_fit(axis._make_curve(scale), check_terms(terms), times, frequencies, unit)
         return replace(model, doubt=doubt)
 
     def plot(self, models: Sequence[FittedModel] | FittedModel | None = None) -> Figure:
@@ -225,39 +225,39 @@ class AllanResult(Result):
 
     def _check_fit(self) -> None:
         where = f" of {self.names[0]}" if self.names[0] else ""
-        if self.kind in _WITHOUT_MODEL:
+        if self.kind in _KINDS_WITHOUT_MODEL:
             raise ValueError(f"{self.kind} has no model to fit; use oadev, mdev, ohdev or totdev")
         if not np.any(self.deviation > 0.0):
             raise ValueError(f"the record{where} is constant: there is no noise to fit")
-        count = self._used(_PER_OCTAVE).size
-        if count < _LEAST_TAUS:
+        count = self._select_taus(_TAUS_PER_OCTAVE).size
+        if count < _MIN_TAUS:
             raise ValueError(
-                f"a fit needs {_LEAST_TAUS} averaging times with a deviation, the record{where} "
+                f"a fit needs {_MIN_TAUS} averaging times with a deviation, the record{where} "
                 f"has {count}: it must be longer or have fewer gaps"
             )
 
-    def _used(self, per_octave: int) -> npt.NDArray[np.intp]:
+    def _select_taus(self, per_octave: int) -> npt.NDArray[np.intp]:
         """Return the places of the averaging times that a fit looks at."""
         usable = np.flatnonzero((self.deviation > 0.0) & np.isfinite(self.edf))
-        chosen: list[int] = []
+        indices: list[int] = []
         least, step = 0.0, 2.0 ** (0.999 / per_octave)
         for i in usable:
             if self.factors[i] >= least:
-                chosen.append(int(i))
+                indices.append(int(i))
                 least = self.factors[i] * step
-        return np.array(chosen, dtype=np.intp)
+        return np.array(indices, dtype=np.intp)
 
-    def _curve(self, scale: float) -> Curve:
+    def _make_curve(self, scale: float) -> Curve:
         """Return what a fit needs to know, deviations in units of `scale`, without reflection."""
-        used, kind = self._used(_PER_OCTAVE), KINDS[self.kind]
+        used, kind = self._select_taus(_TAUS_PER_OCTAVE), KINDS[self.kind]
         m, edf = self.factors[used], self.edf[used]
         variance = (self.rate_deviation[used] / scale) ** 2
         if not kind.total:
             return Curve(kind, kind, self.rate, m, self.term_count[used], variance, edf)
         variance /= reflection_bias(kind, m, self.exponent[used], self.n)
-        plain = KINDS[_PLAIN[self.kind]]
-        return Curve(kind, plain, self.rate, m, _plain_terms(plain, m, self.n), variance, edf)
+        plain = KINDS[_PLAIN_KINDS[self.kind]]
+        return Curve(kind, plain, self.rate, m, _count_plain_terms(plain, m, self.n), variance, edf)
 
 
-def _plain_terms(kind: Kind, m: Integers, n: int) -> Integers:
+def _count_plain_terms(kind: Kind, m: Integers, n: int) -> Integers:
     return np.maximum(n + 1 - (kind.order + int(kind.modified)) * m, 1)

@@ -12,21 +12,21 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.noise.fit import Component, FittedModel, Problem, fitted
+from zerorate.noise.fit import Component, FittedModel, Problem, fit_components
+from zerorate.noise.motion_check import find_doubts
 from zerorate.noise.processes import TERMS, check_terms, strength
 from zerorate.noise.quantities import check_unit, si_unit
-from zerorate.noise.records import longest_stretch, power_of_two, samples
-from zerorate.noise.rest import doubts_of_rest
+from zerorate.noise.records import check_record, longest_stretch, power_of_two
 from zerorate.record.missing import floats
 from zerorate.record.named import rate_of, unit_of
 from zerorate.types import Floats
 
 # More average better but smear the lowest frequencies, where drift is.
-_TAPERS: Final = 5
-_PER_OCTAVE: Final = 8
+_TAPER_COUNT: Final = 5
+_BANDS_PER_OCTAVE: Final = 8
 # Lines at a time: what is worked on stays in the cache.
-_BLOCK: Final = 1 << 13
-_LEAST_SAMPLES: Final = 64
+_BLOCK_LINES: Final = 1 << 13
+_MIN_SAMPLES: Final = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,12 +50,12 @@ class Spectrum:
     @classmethod
     def of(cls, z: npt.ArrayLike, rate: float) -> Self:
         """Return the spectrum of the longest stretch of a record, shape (n,), without a gap."""
-        record = longest_stretch(samples(z, rate))
-        if record.size < _LEAST_SAMPLES:
+        record = longest_stretch(check_record(z, rate))
+        if record.size < _MIN_SAMPLES:
             raise ArgumentError(
-                "z", f"must have at least {_LEAST_SAMPLES} samples without a gap, has {record.size}"
+                "z", f"must have at least {_MIN_SAMPLES} samples without a gap, has {record.size}"
             )
-        record = record[: _quick(record.size)]
+        record = record[: _fast_length(record.size)]
         if np.all(record == record[0]):
             raise ValueError("z is constant: there is no noise to fit")
         bands, scale = Bands.of(record.size), power_of_two(record)
@@ -67,10 +67,10 @@ class Bands:
 
     def __init__(self, n: int) -> None:
         self.n = n
-        self.lines = range(_TAPERS, (n + 1 - _TAPERS) // 2)
-        self.edges = _edges(len(self.lines))
+        self.lines = range(_TAPER_COUNT, (n + 1 - _TAPER_COUNT) // 2)
+        self.edges = _band_edges(len(self.lines))
         # Sums over many lines vary more by the ends of the record that the tapers leave out.
-        self.counts = np.diff(self.edges) / (1.0 + 0.5 / _TAPERS)
+        self.counts = np.diff(self.edges) / (1.0 + 0.5 / _TAPER_COUNT)
 
     @classmethod
     @lru_cache(maxsize=4)
@@ -87,11 +87,11 @@ class Bands:
         padded = np.zeros(2 * (self.n + 1))
         np.subtract(record, record.mean(), out=padded[1 : self.n + 1])
         spectrum = np.fft.rfft(padded)
-        blocks = (self.lines[i : i + _BLOCK] for i in range(0, len(self.lines), _BLOCK))
+        blocks = (self.lines[i : i + _BLOCK_LINES] for i in range(0, len(self.lines), _BLOCK_LINES))
         ordinates = np.concatenate(
-            [_tapered(spectrum, 2 * lines[0], len(lines)) for lines in blocks]
+            [_sum_tapers(spectrum, 2 * lines[0], len(lines)) for lines in blocks]
         )
-        return self.mean(ordinates) / (2.0 * _TAPERS * (self.n + 1))
+        return self.mean(ordinates) / (2.0 * _TAPER_COUNT * (self.n + 1))
 
     def mean(self, ordinates: Floats) -> Floats:
         """Return the means over each band."""
@@ -106,28 +106,28 @@ class Bands:
         return angles
 
 
-def _tapered(spectrum: npt.NDArray[np.complex128], first: int, count: int) -> Floats:
+def _sum_tapers(spectrum: npt.NDArray[np.complex128], first: int, count: int) -> Floats:
     """Return the sum of the tapers' squares at every second line of the double spectrum."""
     total = np.zeros(count)
     last = first + 2 * count - 1
-    for k in range(1, _TAPERS + 1):
+    for k in range(1, _TAPER_COUNT + 1):
         difference = spectrum[first + k : last + k : 2] - spectrum[first - k : last - k : 2]
         total += difference.real**2 + difference.imag**2
     return total
 
 
-def _edges(lines: int) -> npt.NDArray[np.intp]:
+def _band_edges(lines: int) -> npt.NDArray[np.intp]:
     """Return where bands begin and the last ends: none narrower than what the tapers smear."""
-    steps = int(_PER_OCTAVE * math.log2(lines / _TAPERS + 1.0))
-    grid = _TAPERS * (2.0 ** (np.arange(steps + 1) / _PER_OCTAVE) - 1.0)
+    steps = int(_BANDS_PER_OCTAVE * math.log2(lines / _TAPER_COUNT + 1.0))
+    grid = _TAPER_COUNT * (2.0 ** (np.arange(steps + 1) / _BANDS_PER_OCTAVE) - 1.0)
     edges = [0]
     for edge in np.append(np.rint(grid), lines).astype(np.intp):
-        if edge - edges[-1] >= _TAPERS:
+        if edge - edges[-1] >= _TAPER_COUNT:
             edges.append(int(edge))
     return np.array(edges)
 
 
-def _quick(n: int) -> int:
+def _fast_length(n: int) -> int:
     """Return the largest length up to n whose padded transform is quick."""
     best = 1
     for fives in (5**i for i in range(20) if 5**i <= n + 1):
@@ -138,7 +138,7 @@ def _quick(n: int) -> int:
 
 
 # Densities of the sampled noises over x = 2 sin(pi f), f in cycles a sample.
-_SHAPES: Final[dict[str, Callable[[Floats], Floats]]] = {
+_DENSITY_SHAPES: Final[dict[str, Callable[[Floats], Floats]]] = {
     "quantization": lambda x: x * x,
     "angle_random_walk": lambda x: np.ones_like(x),
     "bias_instability": lambda x: 1.0 / x,
@@ -197,10 +197,10 @@ def whittle(
     True
     """
     check_terms(terms)
-    hertz, known = rate_of(rate, z), check_unit(unit_of(unit, z))
-    found = Spectrum.of(z, hertz)
-    (doubt,) = doubts_of_rest(floats(z, "z"), hertz, known, ("",))
-    return replace(fit_spectrum(found, hertz, known, terms), doubt=doubt.why)
+    hertz, record_unit = rate_of(rate, z), check_unit(unit_of(unit, z))
+    spectrum = Spectrum.of(z, hertz)
+    (doubt,) = find_doubts(floats(z, "z"), hertz, record_unit, ("",))
+    return replace(fit_spectrum(spectrum, hertz, record_unit, terms), doubt=doubt.why)
 
 
 def fit_spectrum(
@@ -214,7 +214,7 @@ def fit_spectrum(
         basis, spectrum.density, 2.0 * bands.counts, lambda c: (basis @ c) ** 2 / bands.counts
     )
     components = [Component(term, strength(term, rate)) for term in wanted]
-    return fitted(problem, components, "whittle", (factor * spectrum.scale, quantity))
+    return fit_components(problem, components, "whittle", (factor * spectrum.scale, quantity))
 
 
 @lru_cache(maxsize=4)
@@ -222,6 +222,7 @@ def _basis(bands: Bands, terms: tuple[str, ...]) -> Floats:
     """Return the mean density of each band for terms of unit strength; axes share them."""
     x, ramp = bands.half_angles, np.arange(bands.n, dtype=np.float64)
     columns = (
-        bands.mean(_SHAPES[term](x)) if term in _SHAPES else bands.density(ramp) for term in terms
+        bands.mean(_DENSITY_SHAPES[term](x)) if term in _DENSITY_SHAPES else bands.density(ramp)
+        for term in terms
     )
     return np.column_stack(list(columns))

@@ -129,20 +129,20 @@ def deviation(model: NoiseModel, taus: npt.ArrayLike, statistic: Statistic) -> F
         np.full_like(tau, statistic.flicker * model.bias_instability),
         statistic.walk * model.rate_random_walk * np.sqrt(tau),
         statistic.ramp * abs(model.rate_ramp) * tau,
-        *(_markov(term, tau, statistic) for term in model.markov),
-        *(_sinusoid(term, tau, statistic) for term in model.sinusoid),
+        *(_markov_deviation(term, tau, statistic) for term in model.markov),
+        *(_sinusoid_deviation(term, tau, statistic) for term in model.sinusoid),
     )
     # hypot, not the root of a sum of squares: coefficients of any size keep from overflow.
     return reduce(np.hypot, terms)
 
 
-def _sinusoid(term: Sinusoid, tau: Floats, statistic: Statistic) -> Floats:
+def _sinusoid_deviation(term: Sinusoid, tau: Floats, statistic: Statistic) -> Floats:
     phase = math.pi * term.frequency * tau
     size: Floats = np.abs(np.sin(phase)) ** statistic.order / phase
     return statistic.sinusoid * term.amplitude * size
 
 
-def _markov(term: Markov, tau: Floats, statistic: Statistic) -> Floats:
+def _markov_deviation(term: Markov, tau: Floats, statistic: Statistic) -> Floats:
     """Return q_c T_c / sqrt(tau) times the root of `_growth` over x, x = tau / T_c.
 
     Over a time t the angle gains a mean square of q_c^2 T_c^3 (u - 1 + exp(-u)), u = t / T_c:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Final
 
-from zerorate.lazy import later
+from zerorate.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from zerorate.record.atomic import atomic_path, check_writable
@@ -28,7 +28,7 @@ __all__ = [
     "check_writable",
 ]
 
-_PLACES: Final = {
+_LAZY_EXPORTS: Final = {
     "atomic": "atomic_path check_writable",
     "clock": "ClockReport",
     "fixes": "Fixes",
@@ -40,4 +40,4 @@ _PLACES: Final = {
 }
 
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = later(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _LAZY_EXPORTS)

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 
 
 def check_writable(
@@ -47,7 +47,7 @@ def check_writable(
     target = Path(path)
     folder = target.parent
     if make_folders:
-        folder = next(one for one in target.absolute().parents if one.exists())
+        folder = next(parent for parent in target.absolute().parents if parent.exists())
     if not folder.exists():
         raise FileNotFoundError(f"cannot write {target}: the folder {folder} does not exist")
     if not folder.is_dir():
@@ -97,7 +97,7 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
     # A link keeps pointing where it did: the file behind it is replaced.
     target = Path(os.path.realpath(path))
     temporary = target.with_name(_temporary_name(target))
-    _BEING_WRITTEN.add(temporary.name)
+    _ACTIVE_NAMES.add(temporary.name)
     try:
         yield temporary
         _flush(temporary)
@@ -110,7 +110,7 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
             error.filename = os.fspath(target.parent)
         raise
     finally:
-        _BEING_WRITTEN.discard(temporary.name)
+        _ACTIVE_NAMES.discard(temporary.name)
     _flush_folder(target.parent)
 
 
@@ -118,7 +118,11 @@ def _check_free(target: Path, force: bool) -> None:
     if target.exists() and not force:
         python = "force=True"
         raise FileExistsError(
-            said(f"{target} exists already; pass ", given("force", "", python), " to replace it")
+            make_sentence(
+                f"{target} exists already; pass ",
+                keyword_argument("force", "", python),
+                " to replace it",
+            )
         )
 
 
@@ -137,11 +141,11 @@ def _flush_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-_TEMPORARY: Final = re.compile(
+_TEMPORARY_PATTERN: Final = re.compile(
     r"\.zerorate-(?P<target>[0-9a-f]{8})-(?P<machine>[0-9a-f]{8})-(?P<process>[0-9a-f]{1,8})-.*"
 )
-_LONGEST_SUFFIX: Final = 16
-_BEING_WRITTEN: Final[set[str]] = set()
+_MAX_SUFFIX_LENGTH: Final = 16
+_ACTIVE_NAMES: Final[set[str]] = set()
 
 
 def _temporary_name(target: Path) -> str:
@@ -152,8 +156,8 @@ def _temporary_name(target: Path) -> str:
     suffix = target.suffix if target.suffix.isascii() else ""
     process, chance = f"{os.getpid():x}", os.urandom(4).hex()
     return (
-        f".zerorate-{_digest(target.name)}-{_machine()}-{process}-{chance}"
-        f"{suffix if len(suffix) <= _LONGEST_SUFFIX else ''}"
+        f".zerorate-{_digest(target.name)}-{_machine_id()}-{process}-{chance}"
+        f"{suffix if len(suffix) <= _MAX_SUFFIX_LENGTH else ''}"
     )
 
 
@@ -165,7 +169,7 @@ def _digest(text: str) -> str:
 
 
 @cache
-def _machine() -> str:
+def _machine_id() -> str:
     """Return what tells apart machines that share a folder, containers of one machine among them.
 
     A process is known by its number only where the same numbers are given.
@@ -177,7 +181,7 @@ def _machine() -> str:
     return _digest(f"{platform.node()} {numbers}")
 
 
-def sweep(targets: Iterable[Path]) -> None:
+def remove_leftovers(targets: Iterable[Path]) -> None:
     """Remove what `atomic_path` began in these files' folders and a kill left behind.
 
     That is what a process of this machine began that is no more, and what one of another machine
@@ -189,25 +193,25 @@ def sweep(targets: Iterable[Path]) -> None:
         # A link's temporary file lies next to the file behind it.
         path = Path(os.path.realpath(target))
         folders.setdefault(path.parent, set()).add(_digest(path.name))
-    for folder, known in folders.items():
+    for folder, digests in folders.items():
         with suppress(OSError):
             for name in os.listdir(folder):
-                if _is_left(name, known):
+                if _is_leftover(name, digests):
                     with suppress(OSError):
                         (folder / name).unlink()
 
 
-def _is_left(name: str, known: set[str]) -> bool:
+def _is_leftover(name: str, digests: set[str]) -> bool:
     """Return whether a name is that of a file which nobody will finish."""
-    found = _TEMPORARY.fullmatch(name)
-    if found is None or name in _BEING_WRITTEN:
+    match = _TEMPORARY_PATTERN.fullmatch(name)
+    if match is None or name in _ACTIVE_NAMES:
         return False
-    if found["machine"] != _machine():
-        return found["target"] in known
-    return not _runs_elsewhere(int(found["process"], 16))
+    if match["machine"] != _machine_id():
+        return match["target"] in digests
+    return not _is_running_elsewhere(int(match["process"], 16))
 
 
-def _runs_elsewhere(process: int) -> bool:
+def _is_running_elsewhere(process: int) -> bool:
     """Return whether there is such a process, and it is not this one."""
     # There no signal can ask, and a file that is open cannot be removed anyway.
     if os.name != "posix" or process in (0, os.getpid()):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-ALIKE: Final = 0.01
+RATE_TOLERANCE: Final = 0.01
 """Part by which a rate may differ from one that is stated, and stamps from their grid."""
 
-_TURNS: Final = 1e-3
+_SCALE_TOLERANCE: Final = 1e-3
 """Part by which a rate may be wrong before turns are: no gyro's scale is known better."""
 
 
@@ -79,7 +79,7 @@ class ClockReport:
         return self.stamped and not self._faults()
 
     @property
-    def as_told(self) -> bool:
+    def as_stated(self) -> bool:
         """Whether the rate is that which somebody has stated, and nothing contradicts it."""
         return not self.stamped and not self._faults()
 
@@ -106,48 +106,48 @@ class ClockReport:
                 f"a rate that runs from {self.slowest:.4g} to {self.fastest:.4g} Hz, so that an "
                 f"even clock is up to {self.wander:.3g} s from the stamps, which are kept"
             )
-        rms, most = 1e3 * self.jitter_rms, 1e3 * self.jitter_max
+        rms, max_jitter = 1e3 * self.jitter_rms, 1e3 * self.jitter_max
         if self.burst_count:
-            late = f"late by {rms:.3g} ms rms, {most:.3g} ms at most"
-            faults.append(f"stamps of arrival in {counted(self.burst_count, 'burst')} ({late})")
-        elif self.jitter_max * self.rate > ALIKE:
-            faults.append(f"jitter of {rms:.3g} ms rms ({most:.3g} ms at most)")
+            late = f"late by {rms:.3g} ms rms, {max_jitter:.3g} ms at most"
+            faults.append(f"stamps of arrival in {count_noun(self.burst_count, 'burst')} ({late})")
+        elif self.jitter_max * self.rate > RATE_TOLERANCE:
+            faults.append(f"jitter of {rms:.3g} ms rms ({max_jitter:.3g} ms at most)")
         if self.repeated_count:
-            faults.append(counted(self.repeated_count, "repeated stamp"))
+            faults.append(count_noun(self.repeated_count, "repeated stamp"))
         if self.backward_count:
-            faults.append(counted(self.backward_count, "backward step"))
+            faults.append(count_noun(self.backward_count, "backward step"))
         if self.restart_count:
-            times = counted(self.restart_count, "new beginning")
+            times = count_noun(self.restart_count, "new beginning")
             faults.append(f"{times}, before which samples are missing for an unknown time")
         if self.repeat_count:
             faults.append(
-                f"{counted(self.repeat_count, 'row')} left out that repeat the one before"
+                f"{count_noun(self.repeat_count, 'row')} left out that repeat the one before"
             )
         if self.gap_count:
-            missing = counted(self.missing_count, "missing sample")
-            gaps = f"{missing} in {counted(self.gap_count, 'gap')}"
+            missing = count_noun(self.missing_count, "missing sample")
+            gaps = f"{missing} in {count_noun(self.gap_count, 'gap')}"
             faults.append(f"{gaps} (longest {self.longest_gap:.3g} s)")
         return faults
 
 
-def counted(count: int, noun: str) -> str:
+def count_noun(count: int, noun: str) -> str:
     """Return a count with its noun, in the plural unless it is one."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
-def on_rate(stated: float, stamped: float) -> str:
+def describe_rate_error(stated: float, stamped: float) -> str:
     """Return what becomes of turns where the rate stated is not that of the stamps, "" of nothing.
 
     Examples
     --------
-    >>> on_rate(100.0, 99.0)
+    >>> describe_rate_error(100.0, 99.0)
     'every turn comes out 1 % too small; leave the rate out, and the stamps count'
     """
-    off = stamped / stated - 1.0
-    if abs(off) <= _TURNS:
+    error = stamped / stated - 1.0
+    if abs(error) <= _SCALE_TOLERANCE:
         return ""
-    size = "small" if off < 0.0 else "large"
+    size = "small" if error < 0.0 else "large"
     return (
-        f"every turn comes out {100.0 * abs(off):.2g} % too {size}; leave the rate out, and the "
+        f"every turn comes out {100.0 * abs(error):.2g} % too {size}; leave the rate out, and the "
         "stamps count"
     )

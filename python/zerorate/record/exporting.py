@@ -8,22 +8,22 @@ from typing import Any, Final, TypeVar
 _Documented = TypeVar("_Documented", bound=Callable[..., Any])
 
 _SECTIONS: Final = ("Parameters", "Returns", "Raises", "Notes", "Examples")
-_HEAD: Final = re.compile(rf"\n\n({'|'.join(_SECTIONS)})\n-+\n")
-_PATH: Final = """path : str or path, optional
+_SECTION_HEAD: Final = re.compile(rf"\n\n({'|'.join(_SECTIONS)})\n-+\n")
+_PATH_DOC: Final = """path : str or path, optional
     A file to write as well{}. Default: none."""
-_FORCE: Final = """force : bool
+_FORCE_DOC: Final = """force : bool
     Whether to replace an existing file{}; default no."""
-_FAULT: Final = """OSError
+_FAULT_DOC: Final = """OSError
     If the file exists (without `force`) or cannot be written. Nothing is left half-written."""
-_SOURCE: Final = """source : str or path
+_SOURCE_DOC: Final = """source : str or path
     The text, beginning with ``{``, or the path of a file."""
-_NOT_IT: Final = """ValueError
+_RAISES_DOC: Final = """ValueError
     If it is not such a text, or of an unknown version.
 OSError
     If the file cannot be read."""
 
 
-def exports(
+def document_export(
     suffix: str = "", *, returned: str = "", faults: str = "", forced: str = ""
 ) -> Callable[[_Documented], _Documented]:
     """Return a decorator that adds to a docstring what it says of ``path`` and ``force``.
@@ -38,32 +38,34 @@ def exports(
     forced : str
         What ``force`` does beside replacing a file.
     """
-    path = _PATH.format(f", ``{suffix}`` by custom" if suffix else "")
+    path = _PATH_DOC.format(f", ``{suffix}`` by custom" if suffix else "")
 
     def documented(function: _Documented) -> _Documented:
-        parts = _parts_of(function)
-        parts["Parameters"] = _lines(path, parts.get("Parameters"), _FORCE.format(forced))
+        parts = _split_sections(function)
+        parts["Parameters"] = _lines(path, parts.get("Parameters"), _FORCE_DOC.format(forced))
         parts["Returns"] = _lines(parts.get("Returns"), returned)
-        parts["Raises"] = _lines(parts.get("Raises"), faults, _FAULT)
-        return _with_parts(function, parts)
+        parts["Raises"] = _lines(parts.get("Raises"), faults, _FAULT_DOC)
+        return _join_sections(function, parts)
 
     return documented
 
 
-def restores(function: _Documented) -> _Documented:
+def document_restore(function: _Documented) -> _Documented:
     """Add to a docstring what all say that read the text of a ``to_json``."""
-    return _with_parts(function, {**_parts_of(function), "Parameters": _SOURCE, "Raises": _NOT_IT})
+    return _join_sections(
+        function, {**_split_sections(function), "Parameters": _SOURCE_DOC, "Raises": _RAISES_DOC}
+    )
 
 
-def _parts_of(function: Callable[..., Any]) -> dict[str, str]:
+def _split_sections(function: Callable[..., Any]) -> dict[str, str]:
     """Return the sections of a docstring by their heads, and what stands before them."""
-    first, *rest = _HEAD.split(inspect.cleandoc(function.__doc__ or ""))
+    first, *rest = _SECTION_HEAD.split(inspect.cleandoc(function.__doc__ or ""))
     return {"": first, **dict(zip(rest[::2], rest[1::2], strict=True))}
 
 
-def _with_parts(function: _Documented, parts: dict[str, str]) -> _Documented:
-    there = (name for name in _SECTIONS if parts.get(name))
-    texts = (f"{name}\n{'-' * len(name)}\n{parts[name]}" for name in there)
+def _join_sections(function: _Documented, parts: dict[str, str]) -> _Documented:
+    present = (name for name in _SECTIONS if parts.get(name))
+    texts = (f"{name}\n{'-' * len(name)}\n{parts[name]}" for name in present)
     function.__doc__ = "\n\n".join((parts[""], *texts)) + "\n"
     return function
 

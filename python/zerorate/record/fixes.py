@@ -75,26 +75,30 @@ class Fixes:
 
     def __post_init__(self) -> None:
         """Check all arrays, and keep them as such."""
-        time = _numbers("time", self.time, ())
+        time = _check_numbers("time", self.time, ())
         object.__setattr__(self, "time", time)
         if not np.isfinite(time).all() or not (np.diff(time) > 0.0).all():
-            raise ArgumentError("time", f"must be finite and rise from fix to fix{_at_time(time)}")
+            raise ArgumentError(
+                "time", f"must be finite and rise from fix to fix{_describe_order_fault(time)}"
+            )
         object.__setattr__(
-            self, "position", _places(_numbers("position", self.position, (3,), time))
+            self,
+            "position",
+            _check_positions(_check_numbers("position", self.position, (3,), time)),
         )
         for name in ("velocity", "position_sigma", "velocity_sigma"):
-            given = getattr(self, name)
-            if given is not None:
-                object.__setattr__(self, name, _numbers(name, given, (3,), time))
+            values = getattr(self, name)
+            if values is not None:
+                object.__setattr__(self, name, _check_numbers(name, values, (3,), time))
         for name in ("position_sigma", "velocity_sigma"):
             _check_sigma(name, getattr(self, name))
         for name in ("quality", "satellites"):
-            given = getattr(self, name)
-            if given is not None:
-                object.__setattr__(self, name, _whole(name, given, time))
+            values = getattr(self, name)
+            if values is not None:
+                object.__setattr__(self, name, _check_whole_numbers(name, values, time))
         if self.velocity_time is not None:
-            own = _numbers("velocity_time", self.velocity_time, (), time)
-            object.__setattr__(self, "velocity_time", own)
+            velocity_time = _check_numbers("velocity_time", self.velocity_time, (), time)
+            object.__setattr__(self, "velocity_time", velocity_time)
         if self.epoch is not None and not math.isfinite(self.epoch):
             raise ArgumentError("epoch", f"must be a finite number of seconds, got {self.epoch}")
 
@@ -104,10 +108,10 @@ class Fixes:
 
     def __repr__(self) -> str:
         """Say how many there are, over what time, and what is known."""
-        known = ["positions"] + ["velocities"] * (self.velocity is not None)
-        known += ["sigmas"] * (self.position_sigma is not None)
+        contents = ["positions"] + ["velocities"] * (self.velocity is not None)
+        contents += ["sigmas"] * (self.position_sigma is not None)
         span = float(np.ptp(self.time)) if len(self) else 0.0
-        return f"Fixes({len(self)} in {span:.6g} s, {', '.join(known)})"
+        return f"Fixes({len(self)} in {span:.6g} s, {', '.join(contents)})"
 
     def between(self, start: float = -math.inf, stop: float = math.inf) -> Self:
         """Return the fixes from the time `start` to before the time `stop`, s."""
@@ -124,24 +128,24 @@ class Fixes:
     def shifted(self, seconds: float) -> Self:
         """Return the fixes on a clock that shows so many seconds more at the same moment."""
         epoch = None if self.epoch is None else self.epoch - seconds
-        own = None if self.velocity_time is None else self.velocity_time + seconds
-        return replace(self, time=self.time + seconds, velocity_time=own, epoch=epoch)
+        velocity_time = None if self.velocity_time is None else self.velocity_time + seconds
+        return replace(self, time=self.time + seconds, velocity_time=velocity_time, epoch=epoch)
 
     def poses(self, origin: npt.ArrayLike) -> Poses:
         """Return the positions in metres east, north and up of an origin (deg, deg, m)."""
-        there = np.isfinite(self.position).all(axis=1)
-        ned = local_ned(self.position[there], floats(origin, "origin"))
+        known = np.isfinite(self.position).all(axis=1)
+        ned = local_ned(self.position[known], floats(origin, "origin"))
         unknown = np.full((len(ned), 4), np.nan)
-        place = ned[:, (1, 0, 2)] * (1.0, 1.0, -1.0)
-        return Poses(self.time[there], place, unknown, self.source)
+        enu = ned[:, (1, 0, 2)] * (1.0, 1.0, -1.0)
+        return Poses(self.time[known], enu, unknown, self.source)
 
     def as_dict(self) -> dict[str, npt.NDArray[np.float64 | np.int64] | None]:
         """Return the arrays by name, None for what is not known."""
-        others = ("epoch", "source", "notes")
-        return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in others}
+        scalar_fields = ("epoch", "source", "notes")
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in scalar_fields}
 
 
-def _numbers(
+def _check_numbers(
     name: str, values: npt.ArrayLike, columns: tuple[int, ...], time: Floats | None = None
 ) -> Floats:
     try:
@@ -160,7 +164,7 @@ def _numbers(
     return array
 
 
-def _at_time(time: Floats) -> str:
+def _describe_order_fault(time: Floats) -> str:
     wrong = np.flatnonzero(~(np.diff(time) > 0.0))
     if not wrong.size:
         return ""
@@ -168,7 +172,7 @@ def _at_time(time: Floats) -> str:
     return f": fix {i + 1} is at {time[i + 1]} s after {time[i]} s"
 
 
-def _places(position: Floats) -> Floats:
+def _check_positions(position: Floats) -> Floats:
     latitude, longitude = position[:, 0], position[:, 1]
     wrong = ~((np.abs(latitude) <= 90.0) & (np.abs(longitude) <= 360.0))
     if wrong.any():
@@ -186,8 +190,8 @@ def _check_sigma(name: str, sigma: Floats | None) -> None:
         raise ArgumentError(name, f"must be positive, or NaN where it is not known; fix {i} is not")
 
 
-def _whole(name: str, values: npt.ArrayLike, time: Floats) -> Integers:
-    numbers = _numbers(name, values, (), time)
+def _check_whole_numbers(name: str, values: npt.ArrayLike, time: Floats) -> Integers:
+    numbers = _check_numbers(name, values, (), time)
     if (numbers != np.round(numbers)).any():
         raise ArgumentError(name, "must be whole numbers")
     whole = numbers.astype(np.int64)

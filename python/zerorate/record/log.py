@@ -12,18 +12,18 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.faults import ArgumentError, Sentence, said, sentence_of
+from zerorate.faults import ArgumentError, Sentence, make_sentence, sentence_of
 from zerorate.record.missing import floats, real_numbers
-from zerorate.texts import one_line
+from zerorate.texts import escape_line
 from zerorate.types import Booleans, Floats
 
 FORWARD_RIGHT_DOWN: Final = "forward, right, down"
 """Axes of a body's sensors, as autopilots have them."""
-_BETWEEN: Final = ", "
-_HALF: Final = 0.5
+_UNIT_SEPARATOR: Final = ", "
+_MAX_GRID_ERROR: Final = 0.5
 """Periods by which times of an even clock may be rounded."""
-_PIECE: Final = 1 << 18
-_EVEN: Final = 1e-3
+_CHUNK_ROWS: Final = 1 << 18
+_STEP_TOLERANCE: Final = 1e-3
 """Part of a period by which the steps of an even clock may differ."""
 
 
@@ -39,16 +39,20 @@ class LogError(ValueError):
 
     def __init__(self, message: str, argument: str | None = None) -> None:
         """Keep the message to one line, whatever names and cells are quoted in it."""
-        line = message.each(one_line) if isinstance(message, Sentence) else one_line(message)
+        line = (
+            message.map_texts(escape_line)
+            if isinstance(message, Sentence)
+            else escape_line(message)
+        )
         super().__init__(line)
         self.argument = argument
 
-    def around(self, before: str = "", after: str = "") -> LogError:
+    def with_context(self, before: str = "", after: str = "") -> LogError:
         """Return the error with more text, as the name of the log before."""
-        return LogError(said(before, sentence_of(self), after), self.argument)
+        return LogError(make_sentence(before, sentence_of(self), after), self.argument)
 
 
-def checked_rate(rate: object) -> float:
+def check_rate(rate: object) -> float:
     """Return the rate in Hz as a float; ValueError unless it is positive and finite."""
     try:
         value = float(rate) if isinstance(rate, Real) and not isinstance(rate, bool) else math.nan
@@ -117,16 +121,16 @@ class Log:
 
     def __post_init__(self) -> None:
         """Bring the fields to their types and check that they agree."""
-        object.__setattr__(self, "rate", checked_rate(self.rate))
-        object.__setattr__(self, "data", _channels(self.data))
-        object.__setattr__(self, "names", _checked_names(self.names, self.channels))
-        object.__setattr__(self, "time", _checked_time(self.time, self.n, self.rate))
+        object.__setattr__(self, "rate", check_rate(self.rate))
+        object.__setattr__(self, "data", _to_channels(self.data))
+        object.__setattr__(self, "names", _check_channel_names(self.names, self.channels))
+        object.__setattr__(self, "time", _check_time(self.time, self.n, self.rate))
         if self.stamps is not None:
-            object.__setattr__(self, "stamps", _checked_stamps(self.stamps, self.n))
+            object.__setattr__(self, "stamps", _check_stamps(self.stamps, self.n))
         if self.extra:
-            object.__setattr__(self, "extra", _checked_extra(self.extra, self.names, self.n))
+            object.__setattr__(self, "extra", _check_extra_columns(self.extra, self.names, self.n))
         if not isinstance(self.unit, str):
-            object.__setattr__(self, "unit", _joined(self.unit, self.channels))
+            object.__setattr__(self, "unit", _join_units(self.unit, self.channels))
         if not self.unit.strip():
             raise LogError(f"unit must be a non-empty string, got {self.unit!r}")
 
@@ -143,7 +147,7 @@ class Log:
     ) -> Log:
         """Return the log of samples taken at some times, shape (n,), even or not."""
         grid = times[0] + np.arange(len(times)) / rate
-        even = np.abs(times - grid).max() * rate <= _HALF
+        even = np.abs(times - grid).max() * rate <= _MAX_GRID_ERROR
         time, stamps = (times, None) if even else (grid, times)
         return cls(time, rate, data, tuple(names), unit, meta, stamps, extra or {})
 
@@ -185,8 +189,8 @@ class Log:
         """Seconds since the sample before, shape (n,), None where they are those of the rate."""
         steps = np.diff(self.sampled, prepend=self.sampled[0] - 1.0 / self.rate)
         # Stamps may be large numbers, of which the last bits are all that changes.
-        parts = (steps[a : a + _PIECE] for a in range(0, len(steps), _PIECE))
-        if max(float(np.abs(part * self.rate - 1.0).max()) for part in parts) <= _EVEN:
+        parts = (steps[a : a + _CHUNK_ROWS] for a in range(0, len(steps), _CHUNK_ROWS))
+        if max(float(np.abs(part * self.rate - 1.0).max()) for part in parts) <= _STEP_TOLERANCE:
             return None
         return np.maximum(steps, 0.0, out=steps)
 
@@ -215,7 +219,7 @@ class Log:
         LogError
             If the shape is not that of the log.
         """
-        values = _channels(data)
+        values = _to_channels(data)
         if values.shape != self.data.shape:
             raise LogError(f"data must have the log's shape {self.data.shape}, got {values.shape}")
         return replace(self, data=values)
@@ -231,36 +235,36 @@ class Log:
         )
 
 
-def present_axes(log: Log) -> Log:
+def drop_empty_channels(log: Log) -> Log:
     """Return the log without the channels that hold no sample; itself if none or all do."""
-    there = np.flatnonzero(np.isfinite(log.data).any(axis=0))
-    if there.size in (0, log.channels):
+    present = np.flatnonzero(np.isfinite(log.data).any(axis=0))
+    if present.size in (0, log.channels):
         return log
-    names, units = (tuple(given[i] for i in there) for given in (log.names, log.units))
-    return replace(log, data=log.data[:, there], names=names, unit=_joined(units, len(units)))
+    names, units = (tuple(values[i] for i in present) for values in (log.names, log.units))
+    return replace(log, data=log.data[:, present], names=names, unit=_join_units(units, len(units)))
 
 
-def present_logs(logs: Sequence[Log]) -> list[Log]:
+def drop_empty_logs(logs: Sequence[Log]) -> list[Log]:
     """Return the logs that hold samples, without empty channels; all of them if none does."""
-    present = [present_axes(log) for log in logs if np.isfinite(log.data).any()]
+    present = [drop_empty_channels(log) for log in logs if np.isfinite(log.data).any()]
     return present or list(logs)
 
 
 def units_of(unit: str, channels: int) -> tuple[str, ...]:
     """Return the unit of each channel of a log: what its one unit lists, or that for all."""
-    listed = tuple(unit.split(_BETWEEN))
+    listed = tuple(unit.split(_UNIT_SEPARATOR))
     return listed if len(listed) == channels else (unit,) * channels
 
 
-def _joined(units: object, channels: int) -> str:
+def _join_units(units: object, channels: int) -> str:
     """Return the one unit of all channels, or a list of them."""
     listed = tuple(units) if isinstance(units, Iterable) else (units,)
     if len(listed) != channels or not all(isinstance(unit, str) and unit for unit in listed):
         raise LogError(f"unit must be a non-empty string, or one a channel, got {units!r}")
-    return listed[0] if len(set(listed)) == 1 else _BETWEEN.join(listed)
+    return listed[0] if len(set(listed)) == 1 else _UNIT_SEPARATOR.join(listed)
 
 
-def _channels(data: npt.ArrayLike) -> Floats:
+def _to_channels(data: npt.ArrayLike) -> Floats:
     values = _numbers(data, "data")
     if values.ndim == 1:
         values = values[:, np.newaxis]
@@ -279,7 +283,7 @@ def _numbers(values: npt.ArrayLike, name: str) -> Floats:
         raise LogError(str(error)) from None
 
 
-def _checked_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]:
+def _check_channel_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]:
     listed = (names,) if isinstance(names, str) else tuple(names)
     for name in listed:
         _check_name(name, "a channel")
@@ -296,16 +300,16 @@ def _check_name(name: object, of: str) -> None:
         raise LogError(f"{of}'s name must be printable text, got {name!r}")
 
 
-def _checked_extra(
+def _check_extra_columns(
     extra: Mapping[str, npt.ArrayLike], names: Sequence[str], n: int
 ) -> dict[str, npt.NDArray[Any]]:
     columns = {}
-    for name, given in extra.items():
+    for name, values in extra.items():
         _check_name(name, "an extra column")
         if name in names:
             raise LogError(f"extra column '{name}' has the name of a channel")
         try:
-            column = real_numbers(given, f"extra column '{name}'")
+            column = real_numbers(values, f"extra column '{name}'")
         except (TypeError, ValueError) as error:
             raise LogError(str(error)) from None
         if column.shape != (n,):
@@ -314,30 +318,30 @@ def _checked_extra(
     return columns
 
 
-def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
+def _check_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
     seconds = np.ascontiguousarray(_numbers(time, "time"))
     if seconds.shape != (n,):
         raise LogError(f"time must have shape ({n},) as data has {n} samples, got {seconds.shape}")
     if not np.isfinite(seconds).all():
         raise LogError("time must be finite")
-    off = _off_grid(seconds, rate)
-    if off > _HALF:
+    error = _max_grid_error(seconds, rate)
+    if error > _MAX_GRID_ERROR:
         raise LogError(
-            f"time must be uniform at {rate:g} Hz, but leaves that grid by {off:.3g} samples"
+            f"time must be uniform at {rate:g} Hz, but leaves that grid by {error:.3g} samples"
         )
     return seconds
 
 
-def _off_grid(seconds: Floats, rate: float) -> float:
+def _max_grid_error(seconds: Floats, rate: float) -> float:
     """Return how far times are from an even grid at most, in samples; by pieces, for memory."""
-    starts = range(0, len(seconds), _PIECE)
+    starts = range(0, len(seconds), _CHUNK_ROWS)
     return max(
         float(np.abs(part - seconds[0] - np.arange(a, a + len(part)) / rate).max()) * rate
-        for a, part in ((a, seconds[a : a + _PIECE]) for a in starts)
+        for a, part in ((a, seconds[a : a + _CHUNK_ROWS]) for a in starts)
     )
 
 
-def _checked_stamps(stamps: npt.ArrayLike, n: int) -> Floats:
+def _check_stamps(stamps: npt.ArrayLike, n: int) -> Floats:
     seconds = np.ascontiguousarray(_numbers(stamps, "stamps"))
     if seconds.shape != (n,):
         raise LogError(
@@ -363,7 +367,7 @@ class Header:
         """Return what is known of a log in memory."""
         return cls(log.n, log.rate, log.names, log.unit, log.meta)
 
-    def noting(self, sentences: Iterable[str]) -> Header:
+    def with_notes(self, sentences: Iterable[str]) -> Header:
         """Return the header with further notes, none of them twice."""
         notes = dict.fromkeys((*self.meta.get("notes", ()), *sentences))
         return replace(self, meta={**self.meta, "notes": tuple(notes)}) if notes else self
@@ -379,18 +383,18 @@ class Header:
         return self.n / self.rate
 
 
-def notes_of(log: Log | Header, even: bool = False) -> tuple[str, ...]:
+def notes_of(log: Log | Header, evenly_spaced: bool = False) -> tuple[str, ...]:
     """Return the sentences on a log: its clock, unless that is regular, and what was assumed.
 
-    ``even`` says that samples are then taken as evenly spaced, which is noted of a clock that
-    wanders.
+    ``evenly_spaced`` says that samples are then taken as evenly spaced, which is noted of a clock
+    that wanders.
     """
     clock = log.meta.get("clock")
-    on_clock = [] if clock is None or clock.regular or clock.as_told else [clock.summary()]
-    if even and clock is not None and clock.wander:
-        off = max(clock.fastest / log.rate, log.rate / clock.slowest) - 1.0
-        on_clock.append(
+    clock_notes = [] if clock is None or clock.regular or clock.as_stated else [clock.summary()]
+    if evenly_spaced and clock is not None and clock.wander:
+        error = max(clock.fastest / log.rate, log.rate / clock.slowest) - 1.0
+        clock_notes.append(
             f"all samples are taken as 1/{log.rate:.6g} s apart here, which is up to "
-            f"{100.0 * off:.2g} % wrong for a while"
+            f"{100.0 * error:.2g} % wrong for a while"
         )
-    return (*on_clock, *log.meta.get("notes", ()))
+    return (*clock_notes, *log.meta.get("notes", ()))

@@ -59,7 +59,7 @@ def without_masks(values: npt.ArrayLike) -> npt.NDArray[Any]:
     if array.shape[1:] == (1,) and is_table(values):
         array = array[:, 0]
     if isinstance(array, np.ma.MaskedArray):
-        array = _unmasked(array)
+        array = _fill_masked(array)
     if array.dtype.kind == "O" and all(map(_is_number_or_missing, array.flat)):
         return _numbers(array)
     return np.asarray(array)
@@ -80,7 +80,7 @@ def _numbers(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return np.array(doubles).reshape(array.shape)
 
 
-def _unmasked(array: np.ma.MaskedArray[Any, Any]) -> npt.NDArray[Any]:
+def _fill_masked(array: np.ma.MaskedArray[Any, Any]) -> npt.NDArray[Any]:
     if not np.ma.is_masked(array):
         return np.asarray(array)
     kind = array.dtype.kind

@@ -11,7 +11,7 @@ from zerorate.faults import ArgumentError
 from zerorate.record import Recording
 from zerorate.types import Floats
 
-_ORTHOGONAL = 1e-3
+_ORTHOGONALITY_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Mounting:
     time_offset: float | None = None
 
     @property
-    def stated(self) -> bool:
+    def has_content(self) -> bool:
         """Whether the file says anything of it."""
         parts = (self.body_from_sensor, self.antenna, self.time_offset)
         return any(part is not None for part in parts)
@@ -70,24 +70,24 @@ def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recordin
     >>> zr.record.body_axes(drive.recording(), upside_down).accel.data[0].round() + 0.0
     array([ 0.,  0., 10.])
     """
-    matrix = rotation(body_from_sensor)
-    turned = {
+    matrix = check_rotation(body_from_sensor)
+    rotated = {
         name: replace(log, data=log.data @ matrix.T) if _is_vector(name, log.channels) else log
         for name, log in recording.items()
     }
-    return replace(recording, logs=turned, supplement=recording.supplement.in_body_axes())
+    return replace(recording, logs=rotated, supplement=recording.supplement.in_body_axes())
 
 
-def rotation(given: npt.ArrayLike) -> Floats:
+def check_rotation(values: npt.ArrayLike) -> Floats:
     """Return a rotation matrix, checked; ValueError if it is none."""
     try:
-        matrix = np.array(given, dtype=np.float64)
+        matrix = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
         matrix = np.empty(0)
     if matrix.shape != (3, 3):
         raise ArgumentError("body_from_sensor", "must be a matrix of shape (3, 3)")
-    off = np.abs(matrix @ matrix.T - np.eye(3)).max()
-    if not off < _ORTHOGONAL or np.linalg.det(matrix) < 0.0:
+    error = np.abs(matrix @ matrix.T - np.eye(3)).max()
+    if not error < _ORTHOGONALITY_TOLERANCE or np.linalg.det(matrix) < 0.0:
         raise ArgumentError(
             "body_from_sensor", "must be a rotation: rows of length 1 at right angles, not mirrored"
         )

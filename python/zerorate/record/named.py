@@ -9,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.record.clock import ALIKE
-from zerorate.record.log import Log, checked_rate
+from zerorate.record.clock import RATE_TOLERANCE
+from zerorate.record.log import Log, check_rate
 from zerorate.record.missing import floats, is_table, real_numbers
-from zerorate.record.names import UNKNOWN, split_unit
+from zerorate.record.names import UNKNOWN_UNIT, split_unit
 from zerorate.types import Floats
 from zerorate.units import UNITS, canonical, convert
 
-_SI: Final = {"gyro": "rad/s", "accel": "m/s^2"}
-_UNITS: Final[Mapping[str, Mapping[str, str]]] = {
-    "FootFilter": _SI,
-    "NavigationFilter": _SI,
+_SI_UNITS: Final = {"gyro": "rad/s", "accel": "m/s^2"}
+_ARGUMENT_UNITS: Final[Mapping[str, Mapping[str, str]]] = {
+    "FootFilter": _SI_UNITS,
+    "NavigationFilter": _SI_UNITS,
     "PositionFilter": {"position": "m", "speed": "m/s"},
     "TemperatureFilter": {"temperature": "degC"},
 }
@@ -37,9 +37,9 @@ def rate_of(rate: float | None, *records: object) -> float:
     logs = [record for record in records if isinstance(record, Log)]
     if rate is None and not logs:
         raise ArgumentError("rate", "must be given in Hz: only a Log has one of its own")
-    hertz = checked_rate(logs[0].rate if rate is None else rate)
+    hertz = check_rate(logs[0].rate if rate is None else rate)
     for log in logs:
-        if abs(log.rate - hertz) > ALIKE * hertz:
+        if abs(log.rate - hertz) > RATE_TOLERANCE * hertz:
             raise ArgumentError("rate", f"must be that of the log, {log.rate:g} Hz, got {hertz:g}")
     return hertz
 
@@ -52,11 +52,11 @@ def unit_of(unit: str | None, record: object) -> str | None:
     ValueError
         If the samples have another unit than the one given.
     """
-    own = _own_unit(record)
-    if unit is None or unit == UNKNOWN:
-        return own
-    if own is not None and not _alike(unit, own):
-        raise ArgumentError("unit", f"must be that of the samples, {own}, got {unit}")
+    own_unit = _stated_unit(record)
+    if unit is None or unit == UNKNOWN_UNIT:
+        return own_unit
+    if own_unit is not None and not _is_same_unit(unit, own_unit):
+        raise ArgumentError("unit", f"must be that of the samples, {own_unit}, got {unit}")
     return unit
 
 
@@ -65,12 +65,14 @@ def names_of(record: object) -> tuple[str, ...] | None:
     if isinstance(record, Log):
         return record.names
     if is_table(record):
-        found = getattr(record, "column_names", None)
-        labels = list(getattr(record, "columns", ())) if found is None else list(found)
+        column_names = getattr(record, "column_names", None)
+        labels = (
+            list(getattr(record, "columns", ())) if column_names is None else list(column_names)
+        )
     else:
         labels = [getattr(record, "name", None)]
-    named = bool(labels) and all(isinstance(label, str) and label for label in labels)
-    return tuple(map(str, labels)) if named else None
+    has_names = bool(labels) and all(isinstance(label, str) and label for label in labels)
+    return tuple(map(str, labels)) if has_names else None
 
 
 def columns_of(record: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
@@ -79,7 +81,7 @@ def columns_of(record: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
     return array[:, np.newaxis] if is_table(record) and array.ndim == 1 else array
 
 
-def in_unit(record: npt.ArrayLike, unit: str, name: str) -> Floats:
+def convert_to_unit(record: npt.ArrayLike, unit: str, name: str) -> Floats:
     """Return samples in a unit, converted where they say that they have another one.
 
     Raises
@@ -87,23 +89,23 @@ def in_unit(record: npt.ArrayLike, unit: str, name: str) -> Floats:
     ValueError
         If the record is a log of unknown unit, or has a unit that does not convert.
     """
-    array, own = floats(record, name), _own_unit(record)
+    array, own_unit = floats(record, name), _stated_unit(record)
     # Of what has several units; degrees Celsius go without saying.
-    if own is None and isinstance(record, Log) and unit in UNITS:
+    if own_unit is None and isinstance(record, Log) and unit in UNITS:
         raise ArgumentError(
             name,
             f"must be in {unit}, and the unit of the log ({', '.join(record.names)}) is not known: "
             "give read_log its unit=, or the log's data",
         )
-    if own is None or _alike(own, unit):
+    if own_unit is None or _is_same_unit(own_unit, unit):
         return array
     try:
-        return convert(array, own, unit)
+        return convert(array, own_unit, unit)
     except ValueError:
-        raise ArgumentError(name, f"must be in {unit}, got a log in {own}") from None
+        raise ArgumentError(name, f"must be in {unit}, got a log in {own_unit}") from None
 
 
-def for_stream(owner: object, names: Sequence[str], given: Sequence[Any]) -> list[Any]:
+def for_stream(owner: object, names: Sequence[str], values: Sequence[Any]) -> list[Any]:
     """Return arguments of a compiled object, those with names as arrays in its units.
 
     Times between samples that are not given are those of the log.
@@ -114,55 +116,55 @@ def for_stream(owner: object, names: Sequence[str], given: Sequence[Any]) -> lis
         If a log has another rate than the object, a unit that cannot be converted, or another
         clock than the first one.
     """
-    logs = {name: one for name, one in zip(names, given, strict=True) if isinstance(one, Log)}
+    logs = {name: one for name, one in zip(names, values, strict=True) if isinstance(one, Log)}
     rate = getattr(owner, "rate", None)
     if rate is not None:
         _check_clocks(type(owner).__name__, rate, logs)
-    taken = [_argument(owner, *one) for one in zip(names, given, strict=True)]
-    if logs and "dt" in names and taken[(place := list(names).index("dt"))] is None:
-        taken[place] = next(iter(logs.values())).steps
-    return taken
+    converted = [_convert_argument(owner, *one) for one in zip(names, values, strict=True)]
+    if logs and "dt" in names and converted[(dt_index := list(names).index("dt"))] is None:
+        converted[dt_index] = next(iter(logs.values())).steps
+    return converted
 
 
-def _argument(owner: object, name: str, given: Any) -> Any:  # noqa: ANN401
-    if names_of(given) is None and not is_table(given):
-        return given
-    own = _UNITS.get(type(owner).__name__, {}).get(name)
-    unit = getattr(owner, f"{name}_unit", own)
-    array = floats(given, name) if unit is None else in_unit(given, unit, name)
-    single = array.ndim == 1 and is_table(given) and getattr(owner, "channels", None) == 1
+def _convert_argument(owner: object, name: str, value: Any) -> Any:  # noqa: ANN401
+    if names_of(value) is None and not is_table(value):
+        return value
+    own_unit = _ARGUMENT_UNITS.get(type(owner).__name__, {}).get(name)
+    unit = getattr(owner, f"{name}_unit", own_unit)
+    array = floats(value, name) if unit is None else convert_to_unit(value, unit, name)
+    single = array.ndim == 1 and is_table(value) and getattr(owner, "channels", None) == 1
     return array[:, np.newaxis] if single else array
 
 
 def _check_clocks(kind: str, rate: float, logs: Mapping[str, Log]) -> None:
     first = next(iter(logs.values()), None)
     for name, log in logs.items():
-        if abs(log.rate - rate) > ALIKE * rate:
+        if abs(log.rate - rate) > RATE_TOLERANCE * rate:
             raise ArgumentError(name, f"must have the rate of the {kind}, {rate:g} Hz, got {log!r}")
         assert first is not None
-        if log.n == first.n and _apart(log, first) > 1.0:
+        if log.n == first.n and _max_clock_difference(log, first) > 1.0:
             raise ArgumentError(
                 name,
                 f"must be on the clock of {next(iter(logs))}, but is up to "
-                f"{_apart(log, first):.3g} samples from it",
+                f"{_max_clock_difference(log, first):.3g} samples from it",
             )
 
 
-def _apart(log: Log, other: Log) -> float:
+def _max_clock_difference(log: Log, other: Log) -> float:
     """Return how many samples two logs of one length are apart at most."""
     return float(np.abs(log.sampled - other.sampled).max()) * other.rate
 
 
-def _own_unit(record: object) -> str | None:
+def _stated_unit(record: object) -> str | None:
     """Return the unit that samples say they have, None for none."""
     if isinstance(record, Log):
-        return None if record.unit == UNKNOWN else record.unit
+        return None if record.unit == UNKNOWN_UNIT else record.unit
     units = {split_unit(name)[1] for name in names_of(record) or ()}
     return units.pop() if len(units) == 1 else None
 
 
-def _alike(one: str, other: str) -> bool:
+def _is_same_unit(unit: str, other: str) -> bool:
     try:
-        return canonical(one) == canonical(other)
+        return canonical(unit) == canonical(other)
     except ValueError:
-        return one == other
+        return unit == other

@@ -7,21 +7,21 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Final, NamedTuple
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.record.log import LogError
-from zerorate.record.words import Parsed, parsed_name
+from zerorate.record.words import ParsedName, parse_name
 
-UNKNOWN = "unit"
+UNKNOWN_UNIT = "unit"
 
-_SPELLINGS = {
+_UNIT_SPELLINGS = {
     "rad/s": ("rad/s", "radps", "rad_s", "rads", "rad/sec", "rad s^-1", "rad*s^-1"),
     "deg/s": ("deg/s", "dps", "degps", "deg_s", "degs", "deg/sec", "°/s", "deg s^-1"),
     "deg/h": ("deg/h", "degph", "dph", "deg_h", "deg/hr", "°/h", "deg h^-1"),
     "g": ("g",),
     "m/s^2": ("m/s^2", "mps2", "m/s2", "m/s²", "m s^-2", "m*s^-2", "m/(s^2)", "m/s/s", "m/sec^2"),
 }
-_ONLY_IN_NAMES = {"deg": ("deg", "°"), "rad": ("rad",), "uT": ("ut", "µt")}
-SUFFIXES = {
+_NAME_UNIT_SPELLINGS = {"deg": ("deg", "°"), "rad": ("rad",), "uT": ("ut", "µt")}
+UNIT_SUFFIXES = {
     "rad/s": "radps",
     "deg/s": "dps",
     "deg/h": "degph",
@@ -50,7 +50,7 @@ _FOREIGN_UNITS: Final = {
 """Units that are not computed with: what they become, by which factor, and their spellings."""
 
 
-class Foreign(NamedTuple):
+class ForeignUnit(NamedTuple):
     """A unit that is not computed with, and what makes one of it that is."""
 
     name: str
@@ -58,15 +58,17 @@ class Foreign(NamedTuple):
     factor: float
 
 
-_FOREIGN: Final = {
-    spelling: Foreign(name, unit, factor)
+_FOREIGN_BY_SPELLING: Final = {
+    spelling: ForeignUnit(name, unit, factor)
     for name, (unit, factor, spellings) in _FOREIGN_UNITS.items()
     for spelling in spellings.split()
 }
-_UNIT = {spelling: unit for unit, all_ in _SPELLINGS.items() for spelling in all_}
-_UNIT_IN_NAME = _UNIT | {s: unit for unit, all_ in _ONLY_IN_NAMES.items() for s in all_}
-_LONGEST_FIRST = sorted(_UNIT_IN_NAME, key=len, reverse=True)
-_BRACKET = re.compile(r"^(.*?)[\s_]*[\[(]\s*([^\[\]()]+?)\s*[\])]$")
+_UNIT_BY_SPELLING = {spelling: unit for unit, all_ in _UNIT_SPELLINGS.items() for spelling in all_}
+_NAME_UNIT_BY_SPELLING = _UNIT_BY_SPELLING | {
+    s: unit for unit, all_ in _NAME_UNIT_SPELLINGS.items() for s in all_
+}
+_SPELLINGS_LONGEST_FIRST = sorted(_NAME_UNIT_BY_SPELLING, key=len, reverse=True)
+_BRACKETED_UNIT = re.compile(r"^(.*?)[\s_]*[\[(]\s*([^\[\]()]+?)\s*[\])]$")
 
 
 _PX4_UNITS: Final = {
@@ -79,22 +81,22 @@ _PX4_UNITS: Final = {
     "mps2": "m/s^2",
 }
 """Units between a sensor and its axis, as PX4 has them: ``gyro_rad[0]`` is in rad/s."""
-_INSIDE: Final = re.compile(
+_PX4_UNIT_IN_NAME: Final = re.compile(
     rf"^(.*(?:gyro|accel|accelerometer))_({'|'.join(_PX4_UNITS)})(\[\d\]|_[xyz])$", re.IGNORECASE
 )
 
 
 def canonical_unit(text: object) -> str:
     """Return the unit in its one spelling; ValueError listing the known ones otherwise."""
-    unit = _UNIT.get(text.strip().lower()) if isinstance(text, str) else None
+    unit = _UNIT_BY_SPELLING.get(text.strip().lower()) if isinstance(text, str) else None
     if unit is None:
-        raise ValueError(f"unknown unit {text!r}; known: {', '.join(_SPELLINGS)}")
+        raise ValueError(f"unknown unit {text!r}; known: {', '.join(_UNIT_SPELLINGS)}")
     return unit
 
 
 def is_unit(text: str) -> bool:
     """Whether a text is a unit that is known, of a sensor or of what stands beside it."""
-    return text.strip().lower() in _UNITS
+    return text.strip().lower() in _ALL_UNIT_SPELLINGS
 
 
 @lru_cache(maxsize=4096)
@@ -104,55 +106,58 @@ def split_unit(name: str) -> tuple[str, str | None]:
     The unit stands at the end, after an underscore or blank or in brackets:
     ``gyro_x_dps``, ``wx [rad s^-1]``.
     """
-    bracket = _BRACKET.match(name.strip())
-    if bracket and bracket[2].lower() in _UNIT_IN_NAME:
-        return bracket[1], _UNIT_IN_NAME[bracket[2].lower()]
+    bracket = _BRACKETED_UNIT.match(name.strip())
+    if bracket and bracket[2].lower() in _NAME_UNIT_BY_SPELLING:
+        return bracket[1], _NAME_UNIT_BY_SPELLING[bracket[2].lower()]
     lower = name.lower()
-    for spelling in _LONGEST_FIRST:
+    for spelling in _SPELLINGS_LONGEST_FIRST:
         if lower.endswith(("_" + spelling, " " + spelling)):
-            return name[: -len(spelling) - 1], _UNIT_IN_NAME[spelling]
-    inside = _INSIDE.match(name)
-    if inside:
-        return inside[1] + inside[3], _PX4_UNITS[inside[2].lower()]
-    return _without_foreign(name)[0], None
+            return name[: -len(spelling) - 1], _NAME_UNIT_BY_SPELLING[spelling]
+    px4_match = _PX4_UNIT_IN_NAME.match(name)
+    if px4_match:
+        return px4_match[1] + px4_match[3], _PX4_UNITS[px4_match[2].lower()]
+    return _split_foreign_unit(name)[0], None
 
 
-def _without_foreign(name: str) -> tuple[str, Foreign | None]:
-    bracket = _BRACKET.match(name.strip())
-    if bracket and bracket[2].lower() in _FOREIGN:
-        return bracket[1], _FOREIGN[bracket[2].lower()]
+def _split_foreign_unit(name: str) -> tuple[str, ForeignUnit | None]:
+    bracket = _BRACKETED_UNIT.match(name.strip())
+    if bracket and bracket[2].lower() in _FOREIGN_BY_SPELLING:
+        return bracket[1], _FOREIGN_BY_SPELLING[bracket[2].lower()]
     stem, mark, last = name.rpartition("_" if "_" in name else " ")
-    found = _FOREIGN.get(last.lower()) if mark and stem else None
-    return (name, None) if found is None else (stem, found)
+    foreign = _FOREIGN_BY_SPELLING.get(last.lower()) if mark and stem else None
+    return (name, None) if foreign is None else (stem, foreign)
 
 
-def foreign_unit(names: Sequence[str]) -> Foreign | None:
+def foreign_unit(names: Sequence[str]) -> ForeignUnit | None:
     """Return the unit in which columns are by their names, if it is one not computed with."""
-    return next((found for _, found in map(_without_foreign, names) if found is not None), None)
+    return next(
+        (foreign for _, foreign in map(_split_foreign_unit, names) if foreign is not None), None
+    )
 
 
 def check_foreign(names: Sequence[str], unit: str | None, factor: float | None) -> None:
     """Raise LogError if a unit is given for columns of another one that nothing multiplies."""
-    found = foreign_unit(names)
-    if found is not None and unit is not None and factor is None:
+    foreign = foreign_unit(names)
+    if foreign is not None and unit is not None and factor is None:
         raise LogError(
-            said(
-                f"unit '{unit}' was given, but the columns {', '.join(names)} are in {found.name}",
+            make_sentence(
+                f"unit '{unit}' was given, but the columns {', '.join(names)} are in "
+                f"{foreign.name}",
                 "; ",
-                given("scale", f"{found.factor:.9g}"),
-                f" makes {found.unit} of them",
+                keyword_argument("scale", f"{foreign.factor:.9g}"),
+                f" makes {foreign.unit} of them",
             )
         )
 
 
-def with_suffix(name: str, unit: str) -> str:
+def add_unit_suffix(name: str, unit: str) -> str:
     """Return the name ending in the unit's suffix, unless it carries a unit or none is known."""
-    if unit not in SUFFIXES or split_unit(name)[1] is not None:
+    if unit not in UNIT_SUFFIXES or split_unit(name)[1] is not None:
         return name
-    return f"{name}_{SUFFIXES[unit]}"
+    return f"{name}_{UNIT_SUFFIXES[unit]}"
 
 
-def common_unit(names: list[str], given: str | None, file_unit: str | None) -> str:
+def common_unit(names: list[str], stated: str | None, file_unit: str | None) -> str:
     """Return the one unit of the columns: their suffix, else the given one, else the file's.
 
     Raises
@@ -162,34 +167,38 @@ def common_unit(names: list[str], given: str | None, file_unit: str | None) -> s
     """
     suffixes = {name: split_unit(name)[1] for name in names}
     for name, unit in suffixes.items():
-        if given is not None and unit is not None and unit != given:
-            raise LogError(f"unit '{given}' was given, but column '{name}' is in {unit}")
-    fallback = given or spelled(file_unit or "") or UNKNOWN
+        if stated is not None and unit is not None and unit != stated:
+            raise LogError(f"unit '{stated}' was given, but column '{name}' is in {unit}")
+    fallback = stated or canonical_spelling(file_unit or "") or UNKNOWN_UNIT
     units = {name: unit or fallback for name, unit in suffixes.items()}
     if len(set(units.values())) > 1:
-        listed = ", ".join(f"'{n}' {_described(u)}" for n, u in units.items())
+        listed = ", ".join(f"'{n}' {_describe_unit(u)}" for n, u in units.items())
         raise LogError(f"the columns differ in unit ({listed}); choose columns of one unit")
     return next(iter(units.values()))
 
 
-def spelled(unit: str) -> str:
+def canonical_spelling(unit: str) -> str:
     """Return the unit in its one spelling where it is known, else as it stands."""
-    return _UNIT.get(unit.strip().lower(), unit.strip())
+    return _UNIT_BY_SPELLING.get(unit.strip().lower(), unit.strip())
 
 
-def _described(unit: str) -> str:
-    return "of unknown unit" if unit == UNKNOWN else f"in {unit}"
+def _describe_unit(unit: str) -> str:
+    return "of unknown unit" if unit == UNKNOWN_UNIT else f"in {unit}"
 
 
 @lru_cache(maxsize=4096)
-def plain(name: str) -> str:
+def to_snake_case(name: str) -> str:
     """Return the name in lower case with single underscores: ``GyroX [dps]`` -> ``gyro_x_dps``."""
-    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
-    return re.sub(r"[^a-z0-9µ°]+", "_", split.lower()).strip("_")
+    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
+    return re.sub(r"[^a-z0-9µ°]+", "_", words.lower()).strip("_")
 
 
-_BESIDE: Final = ("°c", "c", "degc", "nt", "mt", "gauss", "m", "hz")
-_UNITS: Final = {*_UNIT_IN_NAME, *_FOREIGN, *_BESIDE}
+_OTHER_UNIT_SPELLINGS: Final = ("°c", "c", "degc", "nt", "mt", "gauss", "m", "hz")
+_ALL_UNIT_SPELLINGS: Final = {
+    *_NAME_UNIT_BY_SPELLING,
+    *_FOREIGN_BY_SPELLING,
+    *_OTHER_UNIT_SPELLINGS,
+}
 
 
 def looks_like_gyro(name: str) -> bool:
@@ -209,7 +218,7 @@ def looks_like_sensor(name: str) -> bool:
 
 def _kind_of_imu(stem: str, unit: str | None) -> str | None:
     """Return the kind of an inertial sensor; of an axis without one the unit tells it."""
-    kind = parsed_name(stem).kind
+    kind = parse_name(stem).kind
     return KIND_OF_UNIT.get(unit or "") if kind == "" else kind
 
 
@@ -218,7 +227,7 @@ _QUATERNION = re.compile(r"quat(ernion)?_?[wxyz]$")
 
 def is_quaternion(name: str) -> bool:
     """Whether a column of this name holds a component of a quaternion."""
-    return _QUATERNION.search(plain(name)) is not None
+    return _QUATERNION.search(to_snake_case(name)) is not None
 
 
 class Meaning(NamedTuple):
@@ -231,28 +240,30 @@ class Meaning(NamedTuple):
     kind: str
     sensor: str
     unit: str | None
-    words: Parsed | None = None
+    words: ParsedName | None = None
 
 
-class _Kind(NamedTuple):
+class _SensorKind(NamedTuple):
     """A kind of sensor: names that are of it and names that are not, its units, its axes."""
 
     names: re.Pattern[str]
-    others: re.Pattern[str]
+    excluded: re.Pattern[str]
     units: dict[str, str]
     axes: re.Pattern[str] | None
 
 
-_NO_SAMPLE = r"bias|cov|sigma|std|status|valid|flag"
-_XYZ = re.compile(r"(^|_|(?<=[a-z]))[xyz](?=(_?\d+)?$)|roll|pitch|yaw")
+_NO_SAMPLE_WORDS = r"bias|cov|sigma|std|status|valid|flag"
+_AXIS_LETTER = re.compile(r"(^|_|(?<=[a-z]))[xyz](?=(_?\d+)?$)|roll|pitch|yaw")
 _AXIS_LAST = re.compile(r"(.*)_([^_]+)(_[xyz])$")
-_COUNTED = re.compile(r"_?\d+$")
-_WXYZ = re.compile(r"(^|_|(?<=quat)|(?<=quaternion))[wxyz0-3]$")
-_PLACE = r"lat|latitude|lon|lng|long|longitude|alt|altitude|height"
-_WAY = r"north|east|down|up"
-_ON_EARTH = re.compile(rf"(^|_|(?<=v))({_PLACE}|{_WAY}|[xyzned])(_(msl|ellipsoid))?$")
-_GAUSS = {"gauss": "gauss", "ga": "gauss", "g": "gauss"}
-_OF_MAG = {"ut": "uT", "µt": "uT", "nt": "nT", "mt": "mT", **_GAUSS}
+_TRAILING_NUMBER = re.compile(r"_?\d+$")
+_QUATERNION_LETTER = re.compile(r"(^|_|(?<=quat)|(?<=quaternion))[wxyz0-3]$")
+_POSITION_WORDS = r"lat|latitude|lon|lng|long|longitude|alt|altitude|height"
+_DIRECTION_WORDS = r"north|east|down|up"
+_POSITION_AXIS = re.compile(
+    rf"(^|_|(?<=v))({_POSITION_WORDS}|{_DIRECTION_WORDS}|[xyzned])(_(msl|ellipsoid))?$"
+)
+_GAUSS_UNITS = {"gauss": "gauss", "ga": "gauss", "g": "gauss"}
+_MAG_UNITS = {"ut": "uT", "µt": "uT", "nt": "nT", "mt": "mT", **_GAUSS_UNITS}
 KIND_OF_UNIT: Final = {
     "rad/s": "gyro",
     "deg/s": "gyro",
@@ -261,45 +272,49 @@ KIND_OF_UNIT: Final = {
     "m/s^2": "accel",
     "uT": "mag",
 }
-_LENGTHS = {"m": "m", "km": "km", "cm": "cm", "mm": "mm", "deg": "deg", "rad": "rad"}
+_LENGTH_UNITS = {"m": "m", "km": "km", "cm": "cm", "mm": "mm", "deg": "deg", "rad": "rad"}
 
-_KINDS: Final = {
-    "temperature": _Kind(
+_SENSOR_KINDS: Final = {
+    "temperature": _SensorKind(
         re.compile(r"(^|_)temp(erature)?s?\d*(_|$)"),
-        re.compile(_NO_SAMPLE + r"|target|setpoint|coef"),
+        re.compile(_NO_SAMPLE_WORDS + r"|target|setpoint|coef"),
         {"degc": "degC", "°c": "degC", "c": "degC", "celsius": "degC", "k": "K", "degf": "degF"},
         None,
     ),
-    "velocity": _Kind(
-        re.compile(rf"(^|_)vel(ocity)?_({_WAY}|[xyzned])$|(^|_)v_?({_WAY}|[ned])$|^velocity$"),
-        re.compile(_NO_SAMPLE + r"|ang|wheel|delta"),
-        {"mps": "m/s", "m_s": "m/s", "m/s": "m/s", "kmph": "km/h", "km/h": "km/h"},
-        _ON_EARTH,
-    ),
-    "position": _Kind(
+    "velocity": _SensorKind(
         re.compile(
-            rf"(^|_)({_PLACE})(_(msl|ellipsoid))?$|(^|_)pos(ition)?_?({_WAY}|[xyzned])$|^({_WAY})$"
+            rf"(^|_)vel(ocity)?_({_DIRECTION_WORDS}|[xyzned])$|(^|_)v_?({_DIRECTION_WORDS}|[ned])$|^velocity$"
         ),
-        re.compile(_NO_SAMPLE + r"|vel|acc|gyr|baro|target|setpoint"),
-        _LENGTHS,
-        _ON_EARTH,
+        re.compile(_NO_SAMPLE_WORDS + r"|ang|wheel|delta"),
+        {"mps": "m/s", "m_s": "m/s", "m/s": "m/s", "kmph": "km/h", "km/h": "km/h"},
+        _POSITION_AXIS,
     ),
-    "gravity": _Kind(
+    "position": _SensorKind(
+        re.compile(
+            rf"(^|_)({_POSITION_WORDS})(_(msl|ellipsoid))?$|(^|_)pos(ition)?_?({_DIRECTION_WORDS}|[xyzned])$|^({_DIRECTION_WORDS})$"
+        ),
+        re.compile(_NO_SAMPLE_WORDS + r"|vel|acc|gyr|baro|target|setpoint"),
+        _LENGTH_UNITS,
+        _POSITION_AXIS,
+    ),
+    "gravity": _SensorKind(
         re.compile(r"(^|_)grav(ity)?_?[xyz]$"),
-        re.compile(_NO_SAMPLE + r"|acc|lin|user|free|comp|excl|minus|(^|_)(no|non|wo|without)_"),
+        re.compile(
+            _NO_SAMPLE_WORDS + r"|acc|lin|user|free|comp|excl|minus|(^|_)(no|non|wo|without)_"
+        ),
         {},
-        _XYZ,
+        _AXIS_LETTER,
     ),
-    "reference": _Kind(
+    "reference": _SensorKind(
         re.compile(
             r"quat(ernion)?_?[wxyz0-3]$|(^|_)(encoder|ref|reference|truth|ground_?truth|true)(_|$)"
         ),
-        re.compile(_NO_SAMPLE + r"|time|stamp"),
+        re.compile(_NO_SAMPLE_WORDS + r"|time|stamp"),
         {},
-        _WXYZ,
+        _QUATERNION_LETTER,
     ),
 }
-_SPREAD = re.compile(r"^(?:(position|velocity)_)?(?:sigma|std)_")
+_SIGMA_PREFIX = re.compile(r"^(?:(position|velocity)_)?(?:sigma|std)_")
 
 
 @lru_cache(maxsize=4096)
@@ -313,25 +328,25 @@ def meaning_of(name: str) -> Meaning | None:
     stem, unit = split_unit(name)
     kind = _kind_of_imu(stem, unit)
     if kind == "mag":
-        stem, unit = _split(name, _OF_MAG)
+        stem, unit = _split_unit_of_kind(name, _MAG_UNITS)
     if kind:
-        return Meaning(kind, _without_axis(plain(stem), _XYZ), unit, parsed_name(stem))
-    spread = _SPREAD.match(plain(name))
-    if spread is not None:
-        of = f"{spread[1]}_" if spread[1] else ""
-        found = meaning_of(of + name[spread.end() :])
-        known = found is not None and found.kind in ("velocity", "position")
-        return found._replace(kind=f"{found.kind}_sigma") if known and found is not None else None
-    for kind, row in _KINDS.items():
-        stem, unit = _split(name, row.units)
-        if row.names.search(plain(stem)) and not row.others.search(plain(stem)):
-            return Meaning(kind, _without_axis(plain(stem), row.axes), unit)
+        return Meaning(kind, _strip_axis(to_snake_case(stem), _AXIS_LETTER), unit, parse_name(stem))
+    match = _SIGMA_PREFIX.match(to_snake_case(name))
+    if match is not None:
+        prefix = f"{match[1]}_" if match[1] else ""
+        base = meaning_of(prefix + name[match.end() :])
+        known = base is not None and base.kind in ("velocity", "position")
+        return base._replace(kind=f"{base.kind}_sigma") if known and base is not None else None
+    for kind, row in _SENSOR_KINDS.items():
+        stem, unit = _split_unit_of_kind(name, row.units)
+        if row.names.search(to_snake_case(stem)) and not row.excluded.search(to_snake_case(stem)):
+            return Meaning(kind, _strip_axis(to_snake_case(stem), row.axes), unit)
     return None
 
 
-def _split(name: str, units: dict[str, str]) -> tuple[str, str | None]:
+def _split_unit_of_kind(name: str, units: dict[str, str]) -> tuple[str, str | None]:
     """Return what `split_unit` returns, the units of one kind of sensor being known, too."""
-    bracket = _BRACKET.match(name.strip())
+    bracket = _BRACKETED_UNIT.match(name.strip())
     if bracket and bracket[2].lower() in units:
         return bracket[1], units[bracket[2].lower()]
     lower = name.lower()
@@ -345,9 +360,9 @@ def _split(name: str, units: dict[str, str]) -> tuple[str, str | None]:
     return stem, unit
 
 
-def _without_axis(stem: str, axes: re.Pattern[str] | None) -> str:
+def _strip_axis(stem: str, axes: re.Pattern[str] | None) -> str:
     """Return a name without the letter of its axis, or else without its number."""
     if axes is None:
         return stem
     bare = axes.sub("", stem)
-    return bare if bare != stem else _COUNTED.sub("", stem)
+    return bare if bare != stem else _TRAILING_NUMBER.sub("", stem)

@@ -10,7 +10,7 @@ from zerorate.faults import ArgumentError
 from zerorate.record.fixes import Fixes
 from zerorate.views import Result
 
-_TOLD: Final = 3.0
+_SIGNIFICANCE_SIGMAS: Final = 3.0
 """Deviations beyond which something is told."""
 
 
@@ -59,7 +59,7 @@ class TimeOffset(Result):
     nis: float = math.nan
 
     @classmethod
-    def of(cls, given: float | TimeOffset) -> TimeOffset:
+    def of(cls, value: float | TimeOffset) -> TimeOffset:
         """Return an offset of one number as one that is known.
 
         Raises
@@ -67,7 +67,7 @@ class TimeOffset(Result):
         ValueError
             If it is not a finite number.
         """
-        offset = given if isinstance(given, TimeOffset) else cls(float(given), 0.0)
+        offset = value if isinstance(value, TimeOffset) else cls(float(value), 0.0)
         if not math.isfinite(offset.seconds):
             raise ArgumentError("time_offset", f"must be a number of seconds, got {offset.seconds}")
         return offset
@@ -80,12 +80,12 @@ class TimeOffset(Result):
     @property
     def parts(self) -> tuple[tuple[str, float, float], ...]:
         """Names, values and deviations of all that is told."""
-        found = [("time offset, s", self.seconds, self.sigma)]
+        rows = [("time offset, s", self.seconds, self.sigma)]
         if math.isfinite(self.velocity_seconds):
-            found.append(("of velocities, s", self.velocity_seconds, self.velocity_sigma))
+            rows.append(("of velocities, s", self.velocity_seconds, self.velocity_sigma))
         if self.rate:
-            found.append(("rate", self.rate, self.rate_sigma))
-        return tuple(found)
+            rows.append(("rate", self.rate, self.rate_sigma))
+        return tuple(rows)
 
     def applied(self, fixes: Fixes) -> Fixes:
         """Return fixes on the clock of the sensors."""
@@ -93,19 +93,28 @@ class TimeOffset(Result):
             return fixes.shifted(self.seconds)
         drift = self.rate * (fixes.time - self.middle)
         epoch = None if fixes.epoch is None else fixes.epoch - self.seconds
-        own = fixes.velocity_time
-        later = self.seconds if math.isnan(self.velocity_seconds) else self.velocity_seconds
-        velocity = (fixes.time if own is None else own) + later + drift
+        velocity_time = fixes.velocity_time
+        velocity_offset = (
+            self.seconds if math.isnan(self.velocity_seconds) else self.velocity_seconds
+        )
+        velocity = (
+            (fixes.time if velocity_time is None else velocity_time) + velocity_offset + drift
+        )
         time = fixes.time + self.seconds + drift
-        together = math.isnan(self.velocity_seconds) and own is None
-        return replace(fixes, time=time, velocity_time=None if together else velocity, epoch=epoch)
+        same_clock = math.isnan(self.velocity_seconds) and velocity_time is None
+        return replace(
+            fixes, time=time, velocity_time=None if same_clock else velocity, epoch=epoch
+        )
 
-    def differs(self, told: float, least: float) -> bool:
+    def differs(self, stated: float, min_difference: float) -> bool:
         """Whether it is surely another one than is told, by so much at least, s."""
         if not self.identifiable:
             return False
         offsets = [(self.seconds, self.sigma)]
         if math.isfinite(self.velocity_seconds):
             offsets.append((self.velocity_seconds, self.velocity_sigma))
-        apart = any(abs(x - told) > max(least, _TOLD * sigma) for x, sigma in offsets)
-        return apart or abs(self.rate) > _TOLD * self.rate_sigma
+        apart = any(
+            abs(x - stated) > max(min_difference, _SIGNIFICANCE_SIGMAS * sigma)
+            for x, sigma in offsets
+        )
+        return apart or abs(self.rate) > _SIGNIFICANCE_SIGMAS * self.rate_sigma

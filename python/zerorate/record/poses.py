@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from zerorate.record.atomic import atomic_path
-from zerorate.record.exporting import exports
+from zerorate.record.exporting import document_export
 from zerorate.types import Floats
 
 
@@ -51,15 +51,15 @@ class Poses:
             object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=np.float64))
         n = len(self.time) if self.time.ndim == 1 else 0
         for name, shape in shapes.items():
-            got = getattr(self, name).shape
-            if not n or got != (n, *shape):
-                raise ValueError(f"{name} must have shape {('n', *shape)}, got {got}")
+            actual = getattr(self, name).shape
+            if not n or actual != (n, *shape):
+                raise ValueError(f"{name} must have shape {('n', *shape)}, got {actual}")
         if not (np.isfinite(self.time).all() and (np.diff(self.time) > 0.0).all()):
             raise ValueError("time must be finite and increase from pose to pose")
         with np.errstate(invalid="ignore", divide="ignore"):
             length = np.linalg.norm(self.quaternion, axis=1, keepdims=True)
-            turned = np.where(length > 0.0, self.quaternion / length, np.nan)
-        object.__setattr__(self, "quaternion", turned)
+            normalised = np.where(length > 0.0, self.quaternion / length, np.nan)
+        object.__setattr__(self, "quaternion", normalised)
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -70,14 +70,14 @@ class Poses:
         first, last = self.time[[0, -1]]
         return f"Poses({len(self)} from {first:.3f} to {last:.3f} s)"
 
-    def at(self, times: Floats, most_gap: float = 0.5) -> Poses:
+    def at(self, times: Floats, max_gap: float = 0.5) -> Poses:
         """Return the poses at other times: between two on a line, and turned evenly.
 
         Parameters
         ----------
         times : ndarray, shape (m,)
             s, increasing, on the same clock.
-        most_gap : float
+        max_gap : float
             Seconds between two poses beyond which nothing is known; default 0.5.
 
         Returns
@@ -92,14 +92,14 @@ class Poses:
         first, last = self.time[before], self.time[after]
         gap = np.where(last > first, last - first, 1.0)
         part = ((times - first) / gap)[:, np.newaxis]
-        known = (times >= first) & (times <= last) & (gap <= most_gap)
+        known = (times >= first) & (times <= last) & (gap <= max_gap)
         known |= (times == first) | (times == last)
-        place = (1.0 - part) * self.position[before] + part * self.position[after]
-        turned = _between(self.quaternion[before], self.quaternion[after], part)
+        positions = (1.0 - part) * self.position[before] + part * self.position[after]
+        quaternions = _slerp(self.quaternion[before], self.quaternion[after], part)
         blank = np.where(known, 0.0, np.nan)[:, np.newaxis]
-        return Poses(np.asarray(times), place + blank, turned + blank, self.source)
+        return Poses(np.asarray(times), positions + blank, quaternions + blank, self.source)
 
-    @exports()
+    @document_export()
     def to_tum(self, path: str | os.PathLike[str] | None = None, *, force: bool = False) -> str:
         """Return the poses as TUM's text, which evo reads: a line ``time x y z qx qy qz qw`` each.
 
@@ -118,11 +118,13 @@ class Poses:
         <BLANKLINE>
         """
         known = np.isfinite(self.quaternion).all(axis=1)
-        place = np.where(np.isfinite(self.position), self.position, 0.0)[known]
-        rows = np.column_stack((place, self.quaternion[known][:, (1, 2, 3, 0)]))
-        form = " ".join(("%.6f",) * 4 + ("%.9f",) * 4)
+        positions = np.where(np.isfinite(self.position), self.position, 0.0)[known]
+        rows = np.column_stack((positions, self.quaternion[known][:, (1, 2, 3, 0)]))
+        line_format = " ".join(("%.6f",) * 4 + ("%.9f",) * 4)
         times = self.time[known]
-        lines = (form % (t, *row) for t, row in zip(times.tolist(), rows.tolist(), strict=True))
+        lines = (
+            line_format % (t, *row) for t, row in zip(times.tolist(), rows.tolist(), strict=True)
+        )
         text = "\n".join(("# time x y z qx qy qz qw", *lines)) + "\n"
         if path is not None:
             with atomic_path(path, force) as temporary:
@@ -130,7 +132,7 @@ class Poses:
         return text
 
 
-def _between(p: Floats, q: Floats, part: Floats) -> Floats:
+def _slerp(p: Floats, q: Floats, part: Floats) -> Floats:
     """Return quaternions on the shortest way from one to the other, evenly."""
     along = np.sum(p * q, axis=1, keepdims=True)
     q, cosine = np.where(along < 0.0, -q, q), np.clip(np.abs(along), 0.0, 1.0)
@@ -139,5 +141,5 @@ def _between(p: Floats, q: Floats, part: Floats) -> Floats:
     sine = np.where(small, 1.0, np.sin(angle))
     first = np.where(small, 1.0 - part, np.sin((1.0 - part) * angle) / sine)
     second = np.where(small, part, np.sin(part * angle) / sine)
-    found: Floats = first * p + second * q
-    return found
+    interpolated: Floats = first * p + second * q
+    return interpolated

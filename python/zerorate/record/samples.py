@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.record import Log, LogError, Recording
 from zerorate.record.log import notes_of
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
-_ON_TIME = 0.01
+_LATE_TOLERANCE = 0.01
 """Part of a period by which a sample may come after one of the gyro and still be of it."""
 
 
@@ -73,20 +73,24 @@ class Samples:
             If gyro or accelerometer are not there, not of three axes, without a sample, or not of
             a known unit.
         """
-        rates = _sensor(recording, gyro, "rate", "rad/s", what)
-        forces = _sensor(
-            recording, accel or partner(recording, gyro, "accel"), "acceleration", "m/s^2", what
+        rates = _select_sensor(recording, gyro, "rate", "rad/s", what)
+        forces = _select_sensor(
+            recording,
+            accel or partner_name(recording, gyro, "accel"),
+            "acceleration",
+            "m/s^2",
+            what,
         )
-        field = _magnetometer(recording, gyro) if mag else None
+        field = _select_magnetometer(recording, gyro) if mag else None
         logs = [forces] if field is None else [forces, field]
-        placed = [_placed(log, rates) for log in logs]
+        aligned = [_align_to_clock(log, rates) for log in logs]
         notes = [*recording.notes, *(note for log in (rates, *logs) for note in notes_of(log))]
-        for log, (_, lost) in zip(logs, placed, strict=True):
-            notes.extend(_on_clock(log, rates, lost))
+        for log, (_, lost) in zip(logs, aligned, strict=True):
+            notes.extend(_describe_clock(log, rates, lost))
         return cls(
             rates.data,
-            placed[0][0],
-            None if field is None else placed[1][0],
+            aligned[0][0],
+            None if field is None else aligned[1][0],
             rates,
             rates.steps,
             tuple(dict.fromkeys(notes)),
@@ -97,73 +101,73 @@ class Samples:
         """When each sample was taken, s, shape (n,)."""
         return self.log.sampled
 
-    def aligned(self, log: Log) -> Floats:
+    def align(self, log: Log) -> Floats:
         """Return a further log on the clock of the gyro, in its own unit."""
-        return _placed(log, self.log)[0]
+        return _align_to_clock(log, self.log)[0]
 
 
-def _sensor(recording: Recording, name: str, kind: str, unit: str, what: str) -> Log:
+def _select_sensor(recording: Recording, name: str, kind: str, unit: str, what: str) -> Log:
     """Return a log of three axes in SI."""
-    called = "a gyro" if kind == "rate" else "an accelerometer"
+    sensor = "a gyro" if kind == "rate" else "an accelerometer"
     if name not in recording:
         listed = ", ".join(recording) or "nothing"
-        raise LogError(f"{what} needs {called}; there is no {name}, the recording has: {listed}")
+        raise LogError(f"{what} needs {sensor}; there is no {name}, the recording has: {listed}")
     log = recording[name]
-    _check_axes(log, called, what)
+    _check_axes(log, sensor, what)
     if log.unit not in UNITS or UNITS[log.unit].kind != kind:
         raise LogError(
-            said(
-                f"{', '.join(log.names)}: {what} needs {called} of a known unit, got "
+            make_sentence(
+                f"{', '.join(log.names)}: {what} needs {sensor} of a known unit, got "
                 f"'{log.unit}'; give ",
-                given("unit"),
+                keyword_argument("unit"),
             )
         )
     data = convert(log.data, log.unit, unit)
     return replace(log, data=data, unit=unit)
 
 
-def partner(recording: Recording, gyro: str, kind: str) -> str:
+def partner_name(recording: Recording, gyro: str, kind: str) -> str:
     """Return the name of the sensor of a kind that has the number of the gyro, or of the first."""
-    own = gyro.replace("gyro", kind, 1)
-    return own if own in recording else kind
+    own_name = gyro.replace("gyro", kind, 1)
+    return own_name if own_name in recording else kind
 
 
-def _check_axes(log: Log, called: str, what: str = "an attitude") -> None:
+def _check_axes(log: Log, sensor: str, what: str = "an attitude") -> None:
     if log.channels != 3:
         raise LogError(
-            f"{', '.join(log.names)}: {what} needs {called} of three axes, got {log.channels}"
+            f"{', '.join(log.names)}: {what} needs {sensor} of three axes, got {log.channels}"
         )
     if not np.isfinite(log.data).all(axis=1).any():
         raise LogError(f"{', '.join(log.names)}: no sample has all three axes")
 
 
-def _magnetometer(recording: Recording, gyro: str) -> Log | None:
+def _select_magnetometer(recording: Recording, gyro: str) -> Log | None:
     """Return the magnetometer of the gyro's device, or the first; None if there is none."""
-    log = recording.get(partner(recording, gyro, "mag"))
+    log = recording.get(partner_name(recording, gyro, "mag"))
     if log is not None:
         _check_axes(log, "a magnetometer")
     return log
 
 
-def _same_clock(one: Log, other: Log) -> bool:
-    return one.n == other.n and bool(np.array_equal(one.sampled, other.sampled))
+def _is_same_clock(log: Log, other: Log) -> bool:
+    return log.n == other.n and bool(np.array_equal(log.sampled, other.sampled))
 
 
-def _placed(log: Log, clock: Log) -> tuple[Floats, int]:
+def _align_to_clock(log: Log, clock: Log) -> tuple[Floats, int]:
     """Return a log's samples at those of a clock, and how many found no place."""
-    if _same_clock(log, clock):
+    if _is_same_clock(log, clock):
         return log.data, 0
-    places = np.searchsorted(clock.sampled, log.sampled - _ON_TIME / clock.rate)
+    rows = np.searchsorted(clock.sampled, log.sampled - _LATE_TOLERANCE / clock.rate)
     late = log.sampled - clock.sampled[0] < -1.0 / clock.rate
-    there = (places < clock.n) & ~late & np.isfinite(log.data).all(axis=1)
+    valid = (rows < clock.n) & ~late & np.isfinite(log.data).all(axis=1)
     values = np.full((clock.n, log.channels), np.nan)
     # Of several at one place the last one is left there.
-    values[places[there]] = log.data[there]
-    return values, int(there.sum() - np.unique(places[there]).size)
+    values[rows[valid]] = log.data[valid]
+    return values, int(valid.sum() - np.unique(rows[valid]).size)
 
 
-def _on_clock(log: Log, clock: Log, lost: int) -> Iterator[str]:
-    if _same_clock(log, clock):
+def _describe_clock(log: Log, clock: Log, lost: int) -> Iterator[str]:
+    if _is_same_clock(log, clock):
         return
     yield (
         f"{', '.join(log.names)}: {log.rate:.4g} Hz on a clock of their own, each sample taken at "

@@ -15,7 +15,7 @@ from zerorate.types import Floats
 
 Built = TypeVar("Built")
 
-_NAMES: Final = {
+_TYPE_NAMES: Final = {
     bool: "true or false",
     dict: "an object",
     float: "a number",
@@ -30,7 +30,7 @@ def as_json(content: dict[str, Any], indent: int | None = 2) -> str:
 
     Without `indent` what is deep in it stands on one line each.
     """
-    plain_content = plain(content)
+    plain_content = to_jsonable(content)
     if indent is not None:
         return json.dumps(plain_content, indent=indent, allow_nan=False) + "\n"
     parts = (f"{json.dumps(key)}: {_lines(value)}" for key, value in plain_content.items())
@@ -41,28 +41,28 @@ def _lines(value: Any) -> str:  # noqa: ANN401
     if isinstance(value, list) and value:
         return "[\n    " + ",\n    ".join(map(json.dumps, value)) + "\n  ]"
     if isinstance(value, dict) and value:
-        listed = (f"{json.dumps(key)}: {json.dumps(one)}" for key, one in value.items())
+        listed = (f"{json.dumps(key)}: {json.dumps(item)}" for key, item in value.items())
         return "{\n    " + ",\n    ".join(listed) + "\n  }"
     return json.dumps(value)
 
 
-def plain(value: Any) -> Any:  # noqa: ANN401
+def to_jsonable(value: Any) -> Any:  # noqa: ANN401
     """Return a value with lists for arrays and None for what JSON has no number for."""
     if isinstance(value, dict):
-        return {key: plain(one) for key, one in value.items()}
+        return {key: to_jsonable(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
+        return to_jsonable(value.tolist())
     if isinstance(value, list | tuple):
-        return [plain(one) for one in value]
+        return [to_jsonable(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def fields_of(record: Any) -> dict[str, Any]:  # noqa: ANN401
+def fields_of(instance: Any) -> dict[str, Any]:  # noqa: ANN401
     """Return the fields of a dataclass by name."""
-    return {field.name: getattr(record, field.name) for field in fields(record)}
+    return {field.name: getattr(instance, field.name) for field in fields(instance)}
 
 
-def restored(source: str | os.PathLike[str], what: str, build: Callable[[object], Built]) -> Built:
+def restore(source: str | os.PathLike[str], what: str, build: Callable[[object], Built]) -> Built:
     """Return what is built of the content of a JSON text, which begins with a brace, or of a file.
 
     A fault of the text or of what it holds is a ValueError in one sentence, which names the file
@@ -80,46 +80,46 @@ def restored(source: str | os.PathLike[str], what: str, build: Callable[[object]
     raise ValueError(f"{where} is not a {what} in JSON: {reason}")
 
 
-def check_format(content: object, name: str, version: int, mend: str = "") -> None:
+def check_format(content: object, name: str, version: int, remedy: str = "") -> None:
     """Raise ValueError unless a content names this format and this version of it.
 
-    `mend` says what helps with another version.
+    `remedy` says what helps with another version.
     """
-    found = part(content, "format", str), part(content, "version", int)
-    if found[0] != name:
-        raise ValueError(f"its format is {found[0]!r}, expected {name!r}")
-    if found[1] != version:
-        helps = f": {mend}" if mend else ""
+    stated = read_key(content, "format", str), read_key(content, "version", int)
+    if stated[0] != name:
+        raise ValueError(f"its format is {stated[0]!r}, expected {name!r}")
+    if stated[1] != version:
+        advice = f": {remedy}" if remedy else ""
         raise ValueError(
-            f"it is of version {found[1]}, and this zerorate reads version {version}{helps}"
+            f"it is of version {stated[1]}, and this zerorate reads version {version}{advice}"
         )
 
 
-def part(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
+def read_key(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
     """Return what stands under a key, of a type; ValueError if it is another, or not there."""
-    return checked(key, content.get(key) if isinstance(content, dict) else None, kind)
+    return check_type(key, content.get(key) if isinstance(content, dict) else None, kind)
 
 
-def checked(key: str, found: object, kind: type) -> Any:  # noqa: ANN401
+def check_type(key: str, value: object, kind: type) -> Any:  # noqa: ANN401
     """Return what was found under a key, if it is of a type."""
     # JSON may write a whole number without a point, and true is a number to Python alone.
-    of_kind = isinstance(found, (int, float) if kind is float else kind)
-    if not of_kind or (isinstance(found, bool) and kind is not bool):
-        raise ValueError(f"{key!r} must be {_NAMES[kind]}, got {found!r:.60}")
-    if isinstance(found, float) and not math.isfinite(found):
-        raise ValueError(f"{key!r} must be finite, got {found}")
-    return found
+    of_kind = isinstance(value, (int, float) if kind is float else kind)
+    if not of_kind or (isinstance(value, bool) and kind is not bool):
+        raise ValueError(f"{key!r} must be {_TYPE_NAMES[kind]}, got {value!r:.60}")
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ValueError(f"{key!r} must be finite, got {value}")
+    return value
 
 
-def finite_numbers(key: str, listed: object, shape: tuple[int, ...]) -> Floats:
+def finite_numbers(key: str, values: object, shape: tuple[int, ...]) -> Floats:
     """Return a nested list as an array of this shape; ValueError if it is another."""
     try:
-        found = np.array(listed, dtype=np.float64)
+        array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
-        found = np.empty(0)
-    if found.shape != shape or not np.isfinite(found).all():
+        array = np.empty(0)
+    if array.shape != shape or not np.isfinite(array).all():
         raise ValueError(f"{key!r} must hold finite numbers of shape {shape}")
-    return found
+    return array
 
 
 def is_null(content: object, key: str) -> bool:
@@ -127,14 +127,14 @@ def is_null(content: object, key: str) -> bool:
     return isinstance(content, dict) and key in content and content[key] is None
 
 
-def number(content: object, key: str) -> float:
+def read_number(content: object, key: str) -> float:
     """Return the number under a key, NaN for null."""
-    return math.nan if is_null(content, key) else float(part(content, key, float))
+    return math.nan if is_null(content, key) else float(read_key(content, key, float))
 
 
-def sentences(content: object, key: str) -> tuple[str, ...]:
+def read_sentences(content: object, key: str) -> tuple[str, ...]:
     """Return the strings listed under a key."""
-    return tuple(str(checked(key, one, str)) for one in part(content, key, list))
+    return tuple(str(check_type(key, item, str)) for item in read_key(content, key, list))
 
 
 def from_fields(content: object, build: type[Built]) -> Built:
@@ -143,25 +143,25 @@ def from_fields(content: object, build: type[Built]) -> Built:
     return build(**{name: _READERS[kind](content, name) for name, kind in hints})
 
 
-def _vector(content: object, key: str) -> Floats:
-    listed = part(content, key, list)
+def _read_vector(content: object, key: str) -> Floats:
+    listed = read_key(content, key, list)
     if len(listed) != 3:
         raise ValueError(f"{key!r} must have three numbers, got {listed!r}")
-    return np.array([np.nan if one is None else checked(key, one, float) for one in listed])
+    return np.array([np.nan if item is None else check_type(key, item, float) for item in listed])
 
 
-def _pair(content: object, key: str) -> tuple[int, int]:
-    listed = part(content, key, list)
+def _read_pair(content: object, key: str) -> tuple[int, int]:
+    listed = read_key(content, key, list)
     if len(listed) != 2:
         raise ValueError(f"{key!r} must be two whole numbers, got {listed!r}")
-    first, second = (int(checked(key, one, int)) for one in listed)
+    first, second = (int(check_type(key, item, int)) for item in listed)
     return first, second
 
 
 _READERS: Final[Mapping[Any, Callable[[object, str], Any]]] = {
-    **{kind: partial(part, kind=kind) for kind in (bool, int, str)},
-    float: number,
-    Floats: _vector,
-    tuple[int, int]: _pair,
-    tuple[str, ...]: sentences,
+    **{kind: partial(read_key, kind=kind) for kind in (bool, int, str)},
+    float: read_number,
+    Floats: _read_vector,
+    tuple[int, int]: _read_pair,
+    tuple[str, ...]: read_sentences,
 }

@@ -9,10 +9,10 @@ from numbers import Real
 
 import numpy as np
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.record.log import Log, LogError
 
-_NEARLY = 1e-6
+_ROUNDING_SAMPLES = 1e-6
 """Samples by which a time may miss the one that it names."""
 
 
@@ -35,14 +35,16 @@ class Span:
             number = value if isinstance(value, Real) and not isinstance(value, bool) else math.nan
             if value is not None and not 0.0 <= float(number) < math.inf:
                 raise ValueError(
-                    said(given(name), f" is seconds from the first sample, got {value!r}")
+                    make_sentence(
+                        keyword_argument(name), f" is seconds from the first sample, got {value!r}"
+                    )
                 )
         if self.stop is not None and self.stop <= (self.start or 0.0):
             raise ValueError(
-                said(
-                    given("stop"),
+                make_sentence(
+                    keyword_argument("stop"),
                     f" at {self.stop:g} s is not after ",
-                    given("start"),
+                    keyword_argument("start"),
                     f" at {self.start or 0:g} s",
                 )
             )
@@ -52,18 +54,18 @@ class Span:
         """Whether it is all of a log."""
         return self.start is None and self.stop is None
 
-    def places(self, samples: int, rate: float, late: float = 0.0) -> range:
+    def row_range(self, samples: int, rate: float, first_time: float = 0.0) -> range:
         """Return which of the samples of a log lie in it.
 
         Parameters
         ----------
         samples, rate
             Of the log.
-        late
+        first_time
             Time of the log's first sample, s from which the span is counted.
         """
-        low = 0 if self.start is None else _at_or_after((self.start - late) * rate)
-        high = samples if self.stop is None else _at_or_after((self.stop - late) * rate)
+        low = 0 if self.start is None else _first_row_at((self.start - first_time) * rate)
+        high = samples if self.stop is None else _first_row_at((self.stop - first_time) * rate)
         return range(min(max(low, 0), samples), min(max(high, 0), samples))
 
     def check(self, duration: float, rate: float) -> None:
@@ -73,7 +75,10 @@ class Span:
             beyond = value is not None and value > duration + (1 / rate if name == "stop" else 0)
             if beyond or (name == "start" and value == duration):
                 raise LogError(
-                    said(given(name), f" is at {value:g} s, but the log is {duration:.6g} s long"),
+                    make_sentence(
+                        keyword_argument(name),
+                        f" is at {value:g} s, but the log is {duration:.6g} s long",
+                    ),
                     name,
                 )
 
@@ -95,32 +100,32 @@ class Span:
         first = min(float(log.time[0]) for log in logs)
         duration = max(float(log.time[0]) - first + log.duration for log in logs)
         self.check(duration, max(log.rate for log in logs))
-        return [self._of_one(log, float(log.time[0]) - first, duration) for log in logs]
+        return [self._cut_log(log, float(log.time[0]) - first, duration) for log in logs]
 
-    def _of_one(self, log: Log, late: float, duration: float) -> Log | None:
-        inside = self.places(log.n, log.rate, late)
+    def _cut_log(self, log: Log, first_time: float, duration: float) -> Log | None:
+        inside = self.row_range(log.n, log.rate, first_time)
         if not inside:
             return None
         part = slice(inside.start, inside.stop)
-        notes = (*log.meta.get("notes", ()), self.note(duration), *_on_emptied(log, part))
+        notes = (*log.meta.get("notes", ()), self.note(duration), *_note_empty_columns(log, part))
         return replace(log.part(part), meta={**log.meta, "notes": notes})
 
-    def missed(self) -> LogError:
+    def empty_error(self) -> LogError:
         """Return the error of a log without a sample in it."""
         last = math.inf if self.stop is None else self.stop
         return LogError(
-            said(
+            make_sentence(
                 "there is no sample between ",
-                given("start"),
+                keyword_argument("start"),
                 f" at {self.start or 0.0:g} s and ",
-                given("stop"),
+                keyword_argument("stop"),
                 f" at {last:g} s",
             ),
             "start",
         )
 
 
-def _on_emptied(log: Log, part: slice) -> list[str]:
+def _note_empty_columns(log: Log, part: slice) -> list[str]:
     return [
         f"column '{name}' is all missing there"
         for name, column in zip(log.names, log.data.T, strict=True)
@@ -128,5 +133,5 @@ def _on_emptied(log: Log, part: slice) -> list[str]:
     ]
 
 
-def _at_or_after(samples: float) -> int:
-    return math.ceil(samples - _NEARLY)
+def _first_row_at(samples: float) -> int:
+    return math.ceil(samples - _ROUNDING_SAMPLES)

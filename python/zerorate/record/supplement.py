@@ -19,7 +19,7 @@ Tables = Iterable[tuple[str, TableColumns]]
 _T = TypeVar("_T")
 
 
-def nothing() -> None:
+def return_none() -> None:
     """Return None, for a part that a source does not hold."""
 
 
@@ -40,15 +40,15 @@ class Supplement:
         Reads the tables whose names begin with one of some texts, with all their columns.
     """
 
-    read_fixes: Callable[[], Fixes | None] = nothing
-    read_mounting: Callable[[], Mounting | None] = nothing
-    read_device: Callable[[], str | None] = nothing
+    read_fixes: Callable[[], Fixes | None] = return_none
+    read_mounting: Callable[[], Mounting | None] = return_none
+    read_device: Callable[[], str | None] = return_none
     read_tables: Callable[[tuple[str, ...]], Tables] = no_tables
 
     @classmethod
     def of(cls, *, fixes: Fixes | None = None, mounting: Mounting | None = None) -> Supplement:
         """Return the supplement of what is in memory."""
-        return cls(partial(_same, fixes), partial(_same, mounting))
+        return cls(partial(_identity, fixes), partial(_identity, mounting))
 
     @cached_property
     def fixes(self) -> Fixes | None:
@@ -65,7 +65,7 @@ class Supplement:
         return replace(self, read_mounting=partial(_without_rotation, self))
 
 
-def _same(value: _T) -> _T:
+def _identity(value: _T) -> _T:
     return value
 
 

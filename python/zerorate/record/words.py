@@ -11,7 +11,7 @@ import unicodedata
 from functools import lru_cache
 from typing import Final, NamedTuple
 
-_OF: Final = {
+_WORDS_BY_ROLE: Final = {
     "gyro": "gyr gyro gyros gyroscope gyroscopes gyrometer gyroskop giroscopio omega drehrate"
     " winkelgeschwindigkeit angvel angrate",
     "accel": "acc accs accel accels accelero accelerometer accelerometers acceleration"
@@ -45,18 +45,22 @@ STAGES: Final = ("unfiltered", "calibrated", "", "uncalibrated", "raw", "filtere
 
 Raw values stand behind calibrated ones, which have a unit, and before filtered ones.
 """
-ROLES: Final = {word: role for role, words in _OF.items() for word in words.split()}
-_PARTS: Final = frozenset(word for word in ROLES if len(word) > 2) | {"axis", "sensor", "field"}
+ROLES: Final = {word: role for role, words in _WORDS_BY_ROLE.items() for word in words.split()}
+_DICTIONARY: Final = frozenset(word for word in ROLES if len(word) > 2) | {
+    "axis",
+    "sensor",
+    "field",
+}
 _WORD: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-zµ°]+|\d+")
-_LETTERS: Final = {"x": 0, "y": 1, "z": 2}
-_TURNS: Final = {"roll": 0, "pitch": 1, "yaw": 2}
-_SHORT: Final = {"w": "gyro", "g": "gyro", "a": "accel"}
+_AXIS_LETTERS: Final = {"x": 0, "y": 1, "z": 2}
+_ROTATION_AXES: Final = {"roll": 0, "pitch": 1, "yaw": 2}
+_SENSOR_LETTERS: Final = {"w": "gyro", "g": "gyro", "a": "accel"}
 """Letters that are a sensor's before that of an axis: ``wx``, ``g_y``, ``a_RS_S_z``."""
-_COUNTED: Final = ("w", "g", "a")
+_NUMBERED_LETTERS: Final = ("w", "g", "a")
 """Those that are one before a number, too: ``g1``; ``m1`` is a motor."""
 
 
-class Parsed(NamedTuple):
+class ParsedName(NamedTuple):
     """What the words of a column's name say, without its unit.
 
     Parameters
@@ -65,7 +69,7 @@ class Parsed(NamedTuple):
         ``"gyro"``, ``"accel"``, ``"mag"``, ``""`` for an axis of a sensor that is not named, None
         for what is no component of a sensor.
     axis
-        0, 1, 2 for x, y, z, and None where none is told; ``counted`` the last number.
+        0, 1, 2 for x, y, z, and None where none is told; ``number`` the last number.
     stage
         One of `STAGES`, or ``"linear"`` for accelerations that may be without gravity.
     device
@@ -76,7 +80,7 @@ class Parsed(NamedTuple):
 
     kind: str | None
     axis: int | None
-    counted: int | None
+    number: int | None
     stage: str
     device: str
     stem: str
@@ -85,101 +89,109 @@ class Parsed(NamedTuple):
 def words_of(name: str) -> tuple[str, ...]:
     """Return the words of a name in small letters."""
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
-    return tuple(part for word in _WORD.findall(plain) for part in _parts(word.lower()))
+    return tuple(part for word in _WORD.findall(plain) for part in _split_word(word.lower()))
 
 
-def _parts(word: str) -> tuple[str, ...]:
+def _split_word(word: str) -> tuple[str, ...]:
     """Return the words of the dictionary that a run of letters is made of, or the run itself."""
     if word in ROLES or len(word) < 2 or not word.isalpha():
         return (word,)
-    if len(word) == 2 and word[1] in _LETTERS and word[0] in _SHORT:
+    if len(word) == 2 and word[1] in _AXIS_LETTERS and word[0] in _SENSOR_LETTERS:
         return (word[0], word[1])
-    if len(word) == 2 and word[1] in _LETTERS and word[0] == "m":
+    if len(word) == 2 and word[1] in _AXIS_LETTERS and word[0] == "m":
         return ("mag", word[1])  # where m_x is something in metres
-    return _taken_apart(word) or (word,)
+    return _split_compound(word) or (word,)
 
 
 @lru_cache(maxsize=4096)
-def _taken_apart(word: str) -> tuple[str, ...] | None:
-    if word[0] in _LETTERS and word[1:] in _PARTS:
+def _split_compound(word: str) -> tuple[str, ...] | None:
+    if word[0] in _AXIS_LETTERS and word[1:] in _DICTIONARY:
         return (word[0], word[1:])
     for end in range(len(word), 2, -1):
-        if word[:end] not in _PARTS:
+        if word[:end] not in _DICTIONARY:
             continue
         rest = word[end:]
-        if not rest or rest in _LETTERS:
+        if not rest or rest in _AXIS_LETTERS:
             return (word[:end], rest) if rest else (word[:end],)
-        others = _taken_apart(rest) if len(rest) > 2 else None
-        if others is not None:
-            return (word[:end], *others)
+        tail = _split_compound(rest) if len(rest) > 2 else None
+        if tail is not None:
+            return (word[:end], *tail)
     return None
 
 
 @lru_cache(maxsize=4096)
-def parsed_name(stem: str) -> Parsed:
+def parse_name(stem: str) -> ParsedName:
     """Return what the words of a name without its unit say."""
     words = list(words_of(stem))
-    axis, counted, rest = _axis(words)
-    roles = {ROLES.get(word) for word in rest}
-    kind, used = _kind(words, rest, roles, axis, counted)
+    axis, number, other_words = _find_axis(words)
+    roles = {ROLES.get(word) for word in other_words}
+    kind, kind_words = _find_kind(words, other_words, roles, axis, number)
     stages = [stage for stage in STAGES if stage in roles]
     stage = "linear" if kind == "accel" and "linear" in roles else next(iter(stages), "")
-    device = [word for word in rest if word not in used and ROLES.get(word) not in STAGES]
-    return Parsed(kind, axis, counted, stage, "_".join(device), "_".join(rest))
+    device = [
+        word for word in other_words if word not in kind_words and ROLES.get(word) not in STAGES
+    ]
+    return ParsedName(kind, axis, number, stage, "_".join(device), "_".join(other_words))
 
 
-def _axis(words: list[str]) -> tuple[int | None, int | None, list[str]]:
+def _find_axis(words: list[str]) -> tuple[int | None, int | None, list[str]]:
     """Return the axis that words tell, a number at their end, and the other words."""
-    for letters in (_LETTERS, _TURNS):
-        places = [i for i, word in enumerate(words) if word in letters]
-        if len(places) == 1 or (places and letters is _LETTERS):
-            at = places[-1]
-            return letters[words[at]], None, words[:at] + words[at + 1 :]
+    for letters in (_AXIS_LETTERS, _ROTATION_AXES):
+        positions = [i for i, word in enumerate(words) if word in letters]
+        if len(positions) == 1 or (positions and letters is _AXIS_LETTERS):
+            position = positions[-1]
+            return letters[words[position]], None, words[:position] + words[position + 1 :]
     if len(words) > 1 and words[-1].isdigit():
         return None, int(words[-1]), words[:-1]
     return None, None, words
 
 
-def _kind(
+def _find_kind(
     words: list[str],
-    rest: list[str],
+    other_words: list[str],
     roles: set[str | None],
     axis: int | None,
-    counted: int | None,
+    number: int | None,
 ) -> tuple[str | None, set[str]]:
     """Return the kind of a sensor and the words that tell it."""
     if roles & {"no", "free"} or ("label" in roles and axis is None):
         return None, set()
     kinds = [kind for kind in ("gyro", "accel", "mag") if kind in roles]
-    turns = roles & {"angular", "turning"} or any(word in _TURNS for word in words)
+    turns = roles & {"angular", "turning"} or any(word in _ROTATION_AXES for word in words)
     if turns and "rate" in roles and not kinds:
         kinds = ["gyro"]
-    if not kinds and rest in (["rate"], ["rates"]):
+    if not kinds and other_words in (["rate"], ["rates"]):
         kinds = ["gyro"]
-    if not kinds and {"specific", "force"} <= set(rest):
+    if not kinds and {"specific", "force"} <= set(other_words):
         return "accel", {"specific", "force"}
-    if not kinds and counted is not None and rest and rest[-1] in _COUNTED:
-        return _SHORT[rest[-1]], {rest[-1]}
-    if not kinds and axis is not None and rest:
-        return _short(words, rest)
-    if not kinds and axis is not None and not any(word in _TURNS for word in words):
+    if not kinds and number is not None and other_words and other_words[-1] in _NUMBERED_LETTERS:
+        return _SENSOR_LETTERS[other_words[-1]], {other_words[-1]}
+    if not kinds and axis is not None and other_words:
+        return _find_letter_kind(words, other_words)
+    if not kinds and axis is not None and not any(word in _ROTATION_AXES for word in words):
         return "", set()
     if len(kinds) != 1 or (kinds == ["accel"] and "angular" in roles):
         return None, set()
-    told = {"gyro", "accel", "mag", "angular", "turning", "rate", "turn", "linear"}
-    telling = {w for w in rest if ROLES.get(w) in told} | {"axis", "field", "sensor"}
-    return kinds[0], telling
+    kind_roles = {"gyro", "accel", "mag", "angular", "turning", "rate", "turn", "linear"}
+    kind_words = {w for w in other_words if ROLES.get(w) in kind_roles} | {
+        "axis",
+        "field",
+        "sensor",
+    }
+    return kinds[0], kind_words
 
 
-def _short(words: list[str], rest: list[str]) -> tuple[str | None, set[str]]:
+def _find_letter_kind(words: list[str], rest: list[str]) -> tuple[str | None, set[str]]:
     """Return the kind that a letter before an axis tells, maybe with frames between them."""
-    before = words[: max(i for i, word in enumerate(words) if word in {**_LETTERS, **_TURNS})]
+    before = words[
+        : max(i for i, word in enumerate(words) if word in {**_AXIS_LETTERS, **_ROTATION_AXES})
+    ]
     frames = {"rs", "s", "m", "b", "i", "imu"}
-    while len(before) > 1 and before[-1] in frames and before[-2] in {*_SHORT, "rs", "s"}:
+    while len(before) > 1 and before[-1] in frames and before[-2] in {*_SENSOR_LETTERS, "rs", "s"}:
         before = before[:-1]
-    if before and before[-1] in _SHORT and words[-1] in _LETTERS:
-        return _SHORT[before[-1]], {before[-1], *frames} - {"imu"}
-    if rest and rest[-1] == "rate" and words[-1] in _LETTERS and len(rest) == 1:
+    if before and before[-1] in _SENSOR_LETTERS and words[-1] in _AXIS_LETTERS:
+        return _SENSOR_LETTERS[before[-1]], {before[-1], *frames} - {"imu"}
+    if rest and rest[-1] == "rate" and words[-1] in _AXIS_LETTERS and len(rest) == 1:
         return "gyro", {"rate"}
-    bare = all(ROLES.get(word) == "value" for word in rest)
-    return ("", set()) if bare else (None, set())
+    is_plain = all(ROLES.get(word) == "value" for word in rest)
+    return ("", set()) if is_plain else (None, set())

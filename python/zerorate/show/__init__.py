@@ -7,7 +7,7 @@ end.
 
 from typing import TYPE_CHECKING, Final
 
-from zerorate.lazy import later
+from zerorate.lazy import lazy_exports
 from zerorate.views import save_figure
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ __all__ = [
     "save_figure",
 ]
 
-_PLACES: Final = {
+_LAZY_EXPORTS: Final = {
     "allan_figure": "plot_allan plot_characterisation",
     "allan_table": "format_allan format_allan_notes",
     "array_figure": "plot_array",
@@ -100,4 +100,4 @@ _PLACES: Final = {
     "tables": "WIDTH",
 }
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = later(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _LAZY_EXPORTS)

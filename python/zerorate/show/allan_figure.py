@@ -13,23 +13,23 @@ import numpy as np
 from zerorate.faults import ArgumentError
 from zerorate.noise import AllanResult, NoiseModel
 from zerorate.noise.kinds import KINDS
-from zerorate.noise.quantities import UNKNOWN, Shown, shown_unit
+from zerorate.noise.quantities import UNKNOWN, DisplayUnit, choose_display_unit
 from zerorate.show.allan_terms import (
     DrawnTerm,
-    drawn_terms,
+    draw_other_terms,
     fitted_curve,
-    other_terms,
+    select_terms,
     write_list,
 )
 from zerorate.show.style import (
     BLACK,
     BLUE,
-    FONT,
+    FONT_PT,
     GREY_TEXT,
-    MM,
+    INCHES_PER_MM,
     add_panel,
     new_figure,
-    shortened,
+    shorten_source,
     style_decades,
     style_panels,
     text_colour,
@@ -49,32 +49,32 @@ if TYPE_CHECKING:
 
 Style = dict[str, Any]
 
-_MOST_COLUMNS: Final = 4
+_MAX_COLUMNS: Final = 4
 """Axes side by side."""
 
 # Millimetres.
-_SINGLE: Final = (110.0, 72.0)
-_PANEL: Final = (52.0, 50.0)
+_SINGLE_PANEL_MM: Final = (110.0, 72.0)
+_PANEL_MM: Final = (52.0, 50.0)
 _LEFT, _RIGHT, _TOP = 15.0, 3.0, 6.0
 _TITLE, _X_LABEL, _CAPTION = 5.0, 8.5, 5.5
 _BETWEEN_COLUMNS: Final = 4.0
 _LIST_LINE, _LIST_COLUMN, _KEY_LINE, _KEY_LETTER, _KEY_SAMPLE = 2.7, 50.0, 3.1, 1.05, 10.0
 
-_LEAST_FREEDOM: Final = 5.0
+_MIN_FREEDOM: Final = 5.0
 """Degrees of freedom below which a deviation says little."""
 
-_MARGIN: Final = 0.06
+_MARGIN_EXPONENT: Final = 0.06
 
-_DEPTH: Final = 3.0
+_DEPTH_FACTOR: Final = 3.0
 """How far below a curve marks are shown, as a factor: the floor, and what is near it."""
 
-_DEPTH_ALONE: Final = 500.0
+_SINGLE_DEPTH_FACTOR: Final = 500.0
 """The same of a figure of one axis, which has room for the marks of walk and ramp."""
 
-_FAR: Final = 5.0
+_MAX_BOUND_FACTOR: Final = 5.0
 """How far over a deviation its upper bound is shown; beyond, the frame cuts it."""
 
-_BEYOND: Final = 4.0
+_SHADE_FACTOR: Final = 4.0
 """How much further than a curve a panel reaches before the part beyond is shaded, as a factor."""
 
 
@@ -95,44 +95,47 @@ def plot_allan(
     ValueError if there is not one model an axis, or results differ in kind or unit.
     """
     results = [result] if isinstance(result, AllanResult) else list(result)
-    if len({(one.kind, one.unit) for one in results}) != 1:
-        listed = ", ".join(f"{one.kind} in {one.unit}" for one in results) or "none"
+    if len({(result_part.kind, result_part.unit) for result_part in results}) != 1:
+        listed = (
+            ", ".join(f"{result_part.kind} in {result_part.unit}" for result_part in results)
+            or "none"
+        )
         raise ArgumentError("results", f"must be of one kind and unit, got {listed}")
-    axes = [axis for one in results for axis in one]
+    axes = [axis for result_part in results for axis in result_part]
     listed_models: Sequence[NoiseModel | None] = (
         [models] if isinstance(models, NoiseModel) else models or [None] * len(axes)
     )
     if len(listed_models) != len(axes):
         raise ArgumentError("models", f"must be one an axis: {len(axes)}, got {len(listed_models)}")
-    shown = shown_unit(*results)
+    shown = choose_display_unit(*results)
     pairs = zip(axes, listed_models, strict=True)
     panels = [_Panel.of(axis, model, shown) for axis, model in pairs]
-    rows = [panels[i : i + _MOST_COLUMNS] for i in range(0, len(panels), _MOST_COLUMNS)]
-    return _figure(rows, title)
+    rows = [panels[i : i + _MAX_COLUMNS] for i in range(0, len(panels), _MAX_COLUMNS)]
+    return _draw_figure(rows, title)
 
 
-def plot_characterised(found: Characterised) -> Figure:
+def plot_characterised(result: Characterised) -> Figure:
     """Return the figure of all sensors of a recording."""
-    return plot_characterisation(found.sensors)
+    return plot_characterisation(result.sensors)
 
 
-def plot_characterisation(found: Sequence[Characterisation]) -> Figure:
+def plot_characterisation(sensors: Sequence[Characterisation]) -> Figure:
     """Return a figure of all sensors of one log: gyros above, accelerometers below.
 
     A panel an axis, as of `plot_allan`, of the first four axes of each. All panels of one sensor
     have the same unit.
     """
-    rows = [list(_panels(one)) for one in found]
-    meta = found[0].log.meta
+    rows = [list(_make_panels(sensor)) for sensor in sensors]
+    meta = sensors[0].log.meta
     name = meta.get("sensor") or Path(meta.get("source", "")).name
     axes = max(map(len, rows))
-    title = f"How noisy is it? {shortened(name, 24 if axes == 1 else 44)}"
-    return _figure([row[:_MOST_COLUMNS] for row in rows], title, axes)
+    title = f"How noisy is it? {shorten_source(name, 24 if axes == 1 else 44)}"
+    return _draw_figure([row[:_MAX_COLUMNS] for row in rows], title, axes)
 
 
-def _panels(found: Characterisation) -> Iterator[_Panel]:
-    shown = shown_unit(found.curve)
-    for curve, axis, moved in zip(found.curve, found.axes, found.moved, strict=True):
+def _make_panels(result: Characterisation) -> Iterator[_Panel]:
+    shown = choose_display_unit(result.curve)
+    for curve, axis, moved in zip(result.curve, result.axes, result.moved, strict=True):
         title = f"{axis.name} (moved?)" if moved else axis.name
         yield _Panel.of(replace(curve, names=(title,)), axis.model, shown)
 
@@ -142,15 +145,15 @@ class _Panel(NamedTuple):
 
     curve: AllanResult
     model: NoiseModel | None
-    shown: Shown
+    shown: DisplayUnit
     terms: list[DrawnTerm]
 
     @classmethod
-    def of(cls, curve: AllanResult, model: NoiseModel | None, shown: Shown) -> _Panel:
+    def of(cls, curve: AllanResult, model: NoiseModel | None, shown: DisplayUnit) -> _Panel:
         """Return the panel of one axis."""
-        curve = _positive_part(curve)
+        curve = _select_positive(curve)
         drawn = model is not None and bool(np.any(curve.deviation > 0.0))
-        terms = drawn_terms(model, curve, shown) if model is not None and drawn else []
+        terms = select_terms(model, curve, shown) if model is not None and drawn else []
         return cls(curve, model, shown, terms)
 
     @property
@@ -168,18 +171,18 @@ class _Panel(NamedTuple):
         curve, factor = self.curve, self.shown.factor
         lowest = np.where(curve.lower > 0.0, curve.lower, np.inf)
         low = float(factor * np.fmin(curve.deviation, lowest).min())
-        high = float(factor * np.fmin(curve.upper, _FAR * curve.deviation).max())
+        high = float(factor * np.fmin(curve.upper, _MAX_BOUND_FACTOR * curve.deviation).max())
         marks = [t.height for t in self.terms if t.identifiable and t.height > low / depth]
         return min([low, *marks]), high
 
 
-def _positive_part(curve: AllanResult) -> AllanResult:
+def _select_positive(curve: AllanResult) -> AllanResult:
     """Return the part of a curve of one axis that has a place on a logarithmic scale."""
-    seen = curve.deviation > 0.0
-    if seen.all() or not seen.any():
+    positive = curve.deviation > 0.0
+    if positive.all() or not positive.any():
         return curve
     names = ("taus", "factors", "deviation", "lower", "upper", "edf", "exponent", "term_count")
-    return replace(curve, **{name: getattr(curve, name)[seen] for name in names})
+    return replace(curve, **{name: getattr(curve, name)[positive] for name in names})
 
 
 class _Window(NamedTuple):
@@ -194,11 +197,11 @@ class _Window(NamedTuple):
     def of(cls, row: list[_Panel]) -> _Window:
         """Return the limits that panels side by side share."""
         times = np.concatenate([panel.times for panel in row])
-        depth = _DEPTH if len(row) > 1 else _DEPTH_ALONE
+        depth = _DEPTH_FACTOR if len(row) > 1 else _SINGLE_DEPTH_FACTOR
         spans = [panel.span(depth) for panel in row if not panel.empty]
         low = min((span[0] for span in spans), default=0.1)
         high = max((span[1] for span in spans), default=1.0)
-        margin = max(high / low, 10.0) ** _MARGIN
+        margin = max(high / low, 10.0) ** _MARGIN_EXPONENT
         right = max(times.max(), 10.0 * times.min()) * 1.6
         return cls(times.min() / 1.6, right, low / margin, high * margin)
 
@@ -207,17 +210,17 @@ class _Window(NamedTuple):
         return self.low < term.height < self.high
 
 
-def _figure(rows: list[list[_Panel]], title: str, axes_of_log: int = 0) -> Figure:
+def _draw_figure(rows: list[list[_Panel]], title: str, axes_of_log: int = 0) -> Figure:
     """Return the figure: panels, each under its list, then the key and the caption."""
     columns = max(map(len, rows))
-    panel = _SINGLE if len(rows) == columns == 1 else _PANEL
-    in_list = max(1, floor(panel[0] / _LIST_COLUMN))
-    lists = [ceil(max(len(p.terms) for p in row) / in_list) for row in rows]
+    panel = _SINGLE_PANEL_MM if len(rows) == columns == 1 else _PANEL_MM
+    list_columns = max(1, floor(panel[0] / _LIST_COLUMN))
+    lists = [ceil(max(len(p.terms) for p in row) / list_columns) for row in rows]
     width = _LEFT + _RIGHT + columns * panel[0] + (columns - 1) * _BETWEEN_COLUMNS
     windows = [_Window.of(row) for row in rows]
-    key = _key(rows, windows)
-    in_key = _key_columns(key, width)
-    bottom = _CAPTION + _KEY_LINE * ceil(len(key) / in_key)
+    key = _make_key(rows, windows)
+    key_columns = _count_key_columns(key, width)
+    bottom = _CAPTION + _KEY_LINE * ceil(len(key) / key_columns)
     heights = [_TOP + _LIST_LINE * lines + panel[1] + _X_LABEL for lines in lists]
     height = bottom + sum(heights) + (_TITLE if title else 0.0)
     figure = new_figure(width, height)
@@ -225,10 +228,10 @@ def _figure(rows: list[list[_Panel]], title: str, axes_of_log: int = 0) -> Figur
         low = bottom + sum(heights[i + 1 :]) + _X_LABEL
         lefts = [_LEFT + j * (panel[0] + _BETWEEN_COLUMNS) for j in range(len(row))]
         panels = [add_panel(figure, left, low, *panel) for left in lefts]
-        _draw_row(panels, row, window, in_list, lists[i])
+        _draw_row(panels, row, window, list_columns, lists[i])
     if title:
         write_title(figure, title)
-    _write_key(figure, key, in_key, (_CAPTION - 0.5) / height)
+    _write_key(figure, key, key_columns, (_CAPTION - 0.5) / height)
     write_caption(figure, _caption(rows, axes_of_log))
     return figure
 
@@ -237,9 +240,9 @@ def _draw_row(
     row: list[Axes], panels: list[_Panel], window: _Window, columns: int, lines: int
 ) -> None:
     for axes, panel in zip(row, panels, strict=True):
-        _draw(axes, panel, window)
+        _draw_panel(axes, panel, window)
         write_list(axes, panel.terms, columns, lines, _LIST_LINE)
-        axes.set_title(panel.curve.names[0], pad=(_LIST_LINE * lines + 2.0) * MM * 72.0)
+        axes.set_title(panel.curve.names[0], pad=(_LIST_LINE * lines + 2.0) * INCHES_PER_MM * 72.0)
     first, shown = panels[0].curve, panels[0].shown
     unit = shown.unit.replace("ug", "µg").replace("^2", "²")
     if first.unit == UNKNOWN:
@@ -264,7 +267,7 @@ def _caption(rows: list[list[_Panel]], axes_of_log: int) -> str:
     return sentence
 
 
-def _draw(axes: Axes, panel: _Panel, window: _Window) -> None:
+def _draw_panel(axes: Axes, panel: _Panel, window: _Window) -> None:
     """Draw one axis."""
     curve = panel.curve
     axes.set_xscale("log")
@@ -279,40 +282,40 @@ def _draw(axes: Axes, panel: _Panel, window: _Window) -> None:
     y, low, high = (factor * values for values in (curve.deviation, curve.lower, curve.upper))
     if np.isfinite(low).any():
         axes.fill_between(curve.taus, low, high, color=BLUE, alpha=0.22, lw=0.0)
-    axes.plot(curve.taus, y, **_MEASURED)
+    axes.plot(curve.taus, y, **_MEASURED_STYLE)
     if panel.model is not None:
         _draw_model(axes, panel, panel.model, window)
-    edge = _last_sure(curve)
+    edge = _last_certain_tau(curve)
     if edge is not None:
-        axes.axvline(edge, **_EDGE)
-    if _ends_early(panel, window):
-        axes.axvspan(1.2 * curve.taus[-1], window.right, **_SHADE)
+        axes.axvline(edge, **_EDGE_STYLE)
+    if _is_record_short(panel, window):
+        axes.axvspan(1.2 * curve.taus[-1], window.right, **_SHADE_STYLE)
 
 
-_MEASURED: Final[Style] = {"color": BLUE, "lw": 0.6, "marker": "o", "ms": 2.2, "mew": 0.0}
-_MODEL: Final[Style] = {"color": BLACK, "lw": 0.9, "ls": (0, (4, 2))}
-_OTHER: Final[Style] = {"color": BLACK, "lw": 0.5, "ls": ":"}
-_TERM: Final[Style] = {"lw": 0.7}
-_BOUND: Final[Style] = {"lw": 0.6, "ls": (0, (1, 2))}
-_EDGE: Final[Style] = {"color": "0.5", "lw": 0.6, "ls": ":"}
-_SHADE: Final[Style] = {"color": "0.93", "lw": 0.0}
-_MARK: Final[Style] = {"mew": 0.7, "ls": "none"}
+_MEASURED_STYLE: Final[Style] = {"color": BLUE, "lw": 0.6, "marker": "o", "ms": 2.2, "mew": 0.0}
+_MODEL_STYLE: Final[Style] = {"color": BLACK, "lw": 0.9, "ls": (0, (4, 2))}
+_OTHER_STYLE: Final[Style] = {"color": BLACK, "lw": 0.5, "ls": ":"}
+_TERM_STYLE: Final[Style] = {"lw": 0.7}
+_BOUND_STYLE: Final[Style] = {"lw": 0.6, "ls": (0, (1, 2))}
+_EDGE_STYLE: Final[Style] = {"color": "0.5", "lw": 0.6, "ls": ":"}
+_SHADE_STYLE: Final[Style] = {"color": "0.93", "lw": 0.0}
+_MARK_STYLE: Final[Style] = {"mew": 0.7, "ls": "none"}
 
 
 def _draw_model(axes: Axes, panel: _Panel, model: NoiseModel, window: _Window) -> None:
     curve, shown = panel.curve, panel.shown
-    axes.plot(curve.taus, fitted_curve(model, curve, shown), **_MODEL)
-    for line in other_terms(model, curve, shown):
-        axes.plot(curve.taus, line, **_OTHER)
+    axes.plot(curve.taus, fitted_curve(model, curve, shown), **_MODEL_STYLE)
+    for line in draw_other_terms(model, curve, shown):
+        axes.plot(curve.taus, line, **_OTHER_STYLE)
     for term in panel.terms:
-        axes.plot(curve.taus, term.line, color=term.colour, **_style(term))
+        axes.plot(curve.taus, term.line, color=term.colour, **_line_style(term))
         if window.shows(term):
-            axes.plot([term.read_at], [term.height], **_shape(term, term.colour))
+            axes.plot([term.read_at], [term.height], **_mark_style(term, term.colour))
         _write_letter(axes, term, panel.curve.taus, window)
 
 
-def _style(term: DrawnTerm) -> Style:
-    return _TERM if term.identifiable else _BOUND
+def _line_style(term: DrawnTerm) -> Style:
+    return _TERM_STYLE if term.identifiable else _BOUND_STYLE
 
 
 def _write_letter(axes: Axes, term: DrawnTerm, taus: Floats, window: _Window) -> None:
@@ -322,7 +325,7 @@ def _write_letter(axes: Axes, term: DrawnTerm, taus: Floats, window: _Window) ->
     """
     from matplotlib.patheffects import withStroke
 
-    place = (term.read_at, term.height)
+    position = (term.read_at, term.height)
     if not window.shows(term):
         # Two lines rise, and may end at one height: one letter stands earlier.
         until = taus[-1] / (4.0 if term.symbol == "K" else 1.0)
@@ -330,43 +333,43 @@ def _write_letter(axes: Axes, term: DrawnTerm, taus: Floats, window: _Window) ->
         if not inside.size or term.line[inside].max() < window.low:
             return
         highest = inside[np.argmax(term.line[inside])]
-        place = (taus[highest], term.line[highest])
+        position = (taus[highest], term.line[highest])
     # A line that rises is the curve's right flank or a bound above it: the letter stands outside.
     walk = term.symbol == "K" and not window.shows(term)
     below = np.ptp(np.log(term.line)) < 1.0 or (walk and term.identifiable)
-    left = place[0] >= taus[-1] or (walk and not term.identifiable)
+    left = position[0] >= taus[-1] or (walk and not term.identifiable)
     axes.annotate(
         term.symbol,
-        place,
+        position,
         (-2.5 if left else 2.5, -7.0 if below else 2.0),
         textcoords="offset points",
         ha="right" if left else "left",
-        size=FONT - 0.8,
+        size=FONT_PT - 0.8,
         color=text_colour(term.colour),
         path_effects=[withStroke(linewidth=1.5, foreground="white")],
     )
 
 
-def _shape(term: DrawnTerm, colour: str) -> Style:
+def _mark_style(term: DrawnTerm, colour: str) -> Style:
     face = colour if term.inside else "white"
     if term.identifiable:
-        return {"marker": "D", "ms": 3.0, "color": colour, "mfc": face, **_MARK}
-    return {"marker": "v", "ms": 3.6, "color": colour, "mfc": face, **_MARK}
+        return {"marker": "D", "ms": 3.0, "color": colour, "mfc": face, **_MARK_STYLE}
+    return {"marker": "v", "ms": 3.6, "color": colour, "mfc": face, **_MARK_STYLE}
 
 
-def _last_sure(curve: AllanResult) -> float | None:
+def _last_certain_tau(curve: AllanResult) -> float | None:
     """Return the averaging time beyond which there are too few degrees of freedom."""
-    few = np.flatnonzero(~(curve.edf >= _LEAST_FREEDOM))
-    if few.size == 0 or few[0] == 0:
+    uncertain = np.flatnonzero(~(curve.edf >= _MIN_FREEDOM))
+    if uncertain.size == 0 or uncertain[0] == 0:
         return None
-    return float(np.sqrt(curve.taus[few[0] - 1] * curve.taus[few[0]]))
+    return float(np.sqrt(curve.taus[uncertain[0] - 1] * curve.taus[uncertain[0]]))
 
 
-def _ends_early(panel: _Panel, window: _Window) -> bool:
-    return not panel.empty and bool(_BEYOND * panel.curve.taus[-1] < window.right)
+def _is_record_short(panel: _Panel, window: _Window) -> bool:
+    return not panel.empty and bool(_SHADE_FACTOR * panel.curve.taus[-1] < window.right)
 
 
-def _key(rows: list[list[_Panel]], windows: list[_Window]) -> list[tuple[Artist, str]]:
+def _make_key(rows: list[list[_Panel]], windows: list[_Window]) -> list[tuple[Artist, str]]:
     """Return samples of what is drawn, and of nothing else, with what they mean."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -380,18 +383,18 @@ def _key(rows: list[list[_Panel]], windows: list[_Window]) -> list[tuple[Artist,
         key.append((Line2D([], [], **{"color": GREY_TEXT, **style}), label))
 
     if pairs:
-        add("measured", _MEASURED)
+        add("measured", _MEASURED_STYLE)
     if any(np.isfinite(panel.curve.lower).any() for panel, _ in pairs):
-        sure = 100.0 * pairs[0][0].curve.confidence
-        key.append((Patch(color=BLUE, alpha=0.22, lw=0.0), f"{sure:.0f} % bounds"))
+        confidence = 100.0 * pairs[0][0].curve.confidence
+        key.append((Patch(color=BLUE, alpha=0.22, lw=0.0), f"{confidence:.0f} % bounds"))
     if any(panel.model is not None for panel, _ in pairs):
-        add("model", _MODEL)
+        add("model", _MODEL_STYLE)
     if any(term.identifiable for term in terms):
-        add("one term of the model", _TERM)
+        add("one term of the model", _TERM_STYLE)
     if any(not term.identifiable for term in terms):
-        add("not identifiable: 95 % bound", _BOUND)
-    if any(panel.model is not None and _has_others(panel.model) for panel, _ in pairs):
-        add("Markov noise or sine", _OTHER)
+        add("not identifiable: 95 % bound", _BOUND_STYLE)
+    if any(panel.model is not None and _has_other_terms(panel.model) for panel, _ in pairs):
+        add("Markov noise or sine", _OTHER_STYLE)
     labels = {
         (True, True): "read here (IEEE Std 952)",
         (True, False): "read here, outside the record",
@@ -399,19 +402,19 @@ def _key(rows: list[list[_Panel]], windows: list[_Window]) -> list[tuple[Artist,
         (False, False): "bound, read outside the record",
     }
     for mark in {(term.identifiable, term.inside): term for term in marks}.values():
-        add(labels[mark.identifiable, mark.inside], _shape(mark, GREY_TEXT))
-    if any(_last_sure(panel.curve) is not None for panel, _ in pairs):
-        add(f"right of it: below {_LEAST_FREEDOM:g} degrees of freedom", _EDGE)
-    if any(_ends_early(panel, window) for panel, window in pairs):
-        key.append((Patch(**_SHADE), "record too short"))
+        add(labels[mark.identifiable, mark.inside], _mark_style(mark, GREY_TEXT))
+    if any(_last_certain_tau(panel.curve) is not None for panel, _ in pairs):
+        add(f"right of it: below {_MIN_FREEDOM:g} degrees of freedom", _EDGE_STYLE)
+    if any(_is_record_short(panel, window) for panel, window in pairs):
+        key.append((Patch(**_SHADE_STYLE), "record too short"))
     return key
 
 
-def _has_others(model: NoiseModel) -> bool:
+def _has_other_terms(model: NoiseModel) -> bool:
     return bool(model.markov or model.sinusoid)
 
 
-def _key_columns(key: list[tuple[Artist, str]], width: float) -> int:
+def _count_key_columns(key: list[tuple[Artist, str]], width: float) -> int:
     """Return how many entries of the key fit side by side into so many millimetres."""
     longest = max((len(label) for _, label in key), default=1)
     return max(1, min(len(key), floor(width / (_KEY_LETTER * longest + _KEY_SAMPLE))))
@@ -427,7 +430,7 @@ def _write_key(figure: Figure, key: list[tuple[Artist, str]], columns: int, bott
         loc="lower center",
         bbox_to_anchor=(0.5, bottom),
         ncols=columns,
-        fontsize=FONT - 0.8,
+        fontsize=FONT_PT - 0.8,
         frameon=False,
         handlelength=2.2,
         labelspacing=0.25,

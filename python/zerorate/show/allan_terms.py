@@ -10,13 +10,13 @@ import numpy as np
 from zerorate.noise import AllanResult, Coefficient, NoiseModel
 from zerorate.noise.curve_fit import expected_deviation, expected_terms
 from zerorate.noise.kinds import KINDS
-from zerorate.noise.quantities import TERMS, Shown, Term, si_unit
-from zerorate.numerals import significant, with_error
+from zerorate.noise.quantities import TERMS, DisplayUnit, Term, si_unit
+from zerorate.numerals import format_significant, format_with_error
 from zerorate.show.style import (
     BROWN,
-    FONT,
+    FONT_PT,
     GREEN,
-    MM,
+    INCHES_PER_MM,
     ORANGE,
     PURPLE,
     VERMILION,
@@ -35,7 +35,7 @@ COLOURS: Final = {
     "rate_ramp": BROWN,
 }
 _SYMBOLS: Final = dict(zip(COLOURS, "QNBKR", strict=True))
-_READ_AT: Final = {
+_READING_TAU_S: Final = {
     "quantization": math.sqrt(3.0),
     "angle_random_walk": 1.0,
     "rate_random_walk": 3.0,
@@ -78,59 +78,59 @@ class DrawnTerm:
     text: str
 
 
-def fitted_curve(model: NoiseModel, curve: AllanResult, shown: Shown) -> Floats:
+def fitted_curve(model: NoiseModel, curve: AllanResult, shown: DisplayUnit) -> Floats:
     """Return the deviation that the model expects at the curve's averaging times."""
-    return expected_deviation(model, curve) * _scale(curve, shown)
+    return expected_deviation(model, curve) * _unit_scale(curve, shown)
 
 
-def other_terms(model: NoiseModel, curve: AllanResult, shown: Shown) -> Iterator[Floats]:
+def draw_other_terms(model: NoiseModel, curve: AllanResult, shown: DisplayUnit) -> Iterator[Floats]:
     """Yield the lines of Markov terms and sinusoids."""
     for field, deviation in expected_terms(model, curve):
         if field not in COLOURS:
-            yield deviation * _scale(curve, shown)
+            yield deviation * _unit_scale(curve, shown)
 
 
-def drawn_terms(model: NoiseModel, curve: AllanResult, shown: Shown) -> list[DrawnTerm]:
+def select_terms(model: NoiseModel, curve: AllanResult, shown: DisplayUnit) -> list[DrawnTerm]:
     """Return the coefficients of a model of which something is known but that they are zero."""
     ones = NoiseModel(**dict.fromkeys(COLOURS, 1.0), quantity=model.quantity)  # type: ignore[arg-type]
     lines = dict(expected_terms(ones, curve))
     lowest = float(curve.taus[np.argmin(expected_deviation(model, curve))])
-    drawn = []
+    terms = []
     for term in TERMS[model.quantity]:
         coefficient = getattr(model, term.field)
         size = abs(coefficient.conservative)
         if coefficient.known and size > 0.0 and term.field in lines:
-            line = size * lines[term.field] * _scale(curve, shown)
-            drawn.append(_drawn(term, coefficient, line, lowest, curve.taus))
-    return drawn
+            line = size * lines[term.field] * _unit_scale(curve, shown)
+            terms.append(_make_term(term, coefficient, line, lowest, curve.taus))
+    return terms
 
 
-def _drawn(
+def _make_term(
     term: Term, coefficient: Coefficient, line: Floats, lowest: float, taus: Floats
 ) -> DrawnTerm:
-    read_at, symbol = _READ_AT.get(term.field, lowest), _SYMBOLS[term.field]
+    reading_tau, symbol = _READING_TAU_S.get(term.field, lowest), _SYMBOLS[term.field]
     return DrawnTerm(
         symbol=symbol,
         colour=COLOURS[term.field],
         line=line,
-        read_at=read_at,
-        height=_at(read_at, taus, line),
-        inside=bool(taus[0] <= read_at <= taus[-1]),
+        read_at=reading_tau,
+        height=_interpolate(reading_tau, taus, line),
+        inside=bool(taus[0] <= reading_tau <= taus[-1]),
         identifiable=coefficient.identifiable,
-        text=f"{symbol} {_text(coefficient, term)}",
+        text=f"{symbol} {_format_term(coefficient, term)}",
     )
 
 
-def _text(coefficient: Coefficient, term: Term) -> str:
+def _format_term(coefficient: Coefficient, term: Term) -> str:
     shown = coefficient.scaled(term.factor)
     unit = term.shown.replace("sqrt(h)", "√h").replace("sqrt(Hz)", "√Hz")
     unit = unit.replace("^2", "²").replace("ug", "µg")
     if not shown.identifiable:
-        return f"< {significant(shown.upper_bound, 2)} {unit}"
-    return f"= {with_error(shown.value, shown.sigma)} {unit}"
+        return f"< {format_significant(shown.upper_bound, 2)} {unit}"
+    return f"= {format_with_error(shown.value, shown.sigma)} {unit}"
 
 
-def _at(tau: float, taus: Floats, line: Floats) -> float:
+def _interpolate(tau: float, taus: Floats, line: Floats) -> float:
     """Return the height of a line at a time, on its straight continuation beyond its ends."""
     if taus.size < 2:
         return float(line[0])
@@ -139,7 +139,7 @@ def _at(tau: float, taus: Floats, line: Floats) -> float:
     return float(np.exp(y[0] + (np.log(tau) - x[0]) * (y[1] - y[0]) / (x[1] - x[0])))
 
 
-def _scale(curve: AllanResult, shown: Shown) -> Floats:
+def _unit_scale(curve: AllanResult, shown: DisplayUnit) -> Floats:
     """Return what an SI deviation of the rate is multiplied by."""
     scale = shown.factor / si_unit(curve.unit)[0]
     time = curve.taus / math.sqrt(3.0) if KINDS[curve.kind].time else np.ones_like(curve.taus)
@@ -156,10 +156,10 @@ def write_list(axes: "Axes", terms: list[DrawnTerm], columns: int, rows: int, li
         axes.annotate(
             term.text,
             (column / columns, 1.0),
-            (0.0, (rows - row - 1 + 0.4) * line * MM * 72.0),
+            (0.0, (rows - row - 1 + 0.4) * line * INCHES_PER_MM * 72.0),
             xycoords="axes fraction",
             textcoords="offset points",
             va="bottom",
-            size=FONT - 0.8,
+            size=FONT_PT - 0.8,
             color=text_colour(term.colour),
         )

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from zerorate.identification.arma_model import ArmaModel
-from zerorate.show.tables import prose
+from zerorate.show.tables import wrap_prose
 
 Row = tuple[str, str, str]
 
@@ -16,14 +16,14 @@ def format_arma_model(model: ArmaModel) -> str:
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
-    return "\n".join([_head(model), *lines, *map(_note, model.notes)])
+    return "\n".join([_format_head(model), *lines, *map(_format_note, model.notes)])
 
 
-def _note(note: str) -> str:
-    return prose(f"note: {note}", hang="  ")
+def _format_note(note: str) -> str:
+    return wrap_prose(f"note: {note}", hang="  ")
 
 
-def _head(model: ArmaModel) -> str:
+def _format_head(model: ArmaModel) -> str:
     samples = f", {model.n} innovations" if model.n else ""
     return f"{arma_name(model)}{samples}"
 

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.show.array_table import title
-from zerorate.show.scales import limits, outline, parts
+from zerorate.show.array_table import array_title
+from zerorate.show.scales import robust_limits, split_into_parts, trace_outline
 from zerorate.show.style import (
     AXIS_COLOURS,
     BLACK,
-    FONT,
+    FONT_PT,
     GREY,
     SKY,
     VERMILION,
     YELLOW,
     add_panel,
     new_figure,
-    shortened,
+    shorten_source,
     style_decades,
     style_panels,
     time_unit,
@@ -29,7 +29,7 @@ from zerorate.show.style import (
     write_legend,
     write_title,
 )
-from zerorate.tasks.array import OUT, ArrayReplay
+from zerorate.tasks.array import SAMPLE_FATES, ArrayReplay
 from zerorate.types import Floats
 
 if TYPE_CHECKING:
@@ -37,23 +37,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Millimetres.
-_WIDTH: Final = 180.0
+_WIDTH_MM: Final = 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 15.0, 8.5, 19.0
-_ALLAN: Final = 62.0
+_ALLAN_WIDTH_MM: Final = 62.0
 _BETWEEN: Final = 20.0
-_APART: Final = 5.0
-_RATE: Final = 24.0
-_ROW: Final = 4.2
+_PANEL_GAP_MM: Final = 5.0
+_RATE_HEIGHT_MM: Final = 24.0
+_ROW_HEIGHT_MM: Final = 4.2
 """Height of a sensor's row."""
-_LEAST_ROWS: Final = 40.0
+_MIN_ROWS_MM: Final = 40.0
 _BAR, _BAR_GAP = 2.2, 2.0
-_LETTER: Final = 1.06
+_LETTER_WIDTH_MM: Final = 1.06
 
-_TIMES: Final = 200
-_MOST_WEIGHT: Final = 3.0
+_MAX_TIMES: Final = 200
+_MAX_WEIGHT_RATIO: Final = 3.0
 """Times the plain mean's weight, that is the deepest shade at most."""
 _GREY: Final = "#9A9A9A"
-_AXES: Final = AXIS_COLOURS
+_CURVE_COLOURS: Final = AXIS_COLOURS
 _MISSING, _SATURATED, _EXCLUDED, _LEFT_OUT = 1, 2, 3, 4
 
 
@@ -64,33 +64,35 @@ def plot_array(replay: ArrayReplay) -> Figure:
     rate, and a row for each sensor, shaded by its weight over that of a plain mean; where it was
     excluded the row is vermilion.
     """
-    rows = max(_ROW * replay.log.sensors, _LEAST_ROWS)
-    height = _BOTTOM + rows + _APART + _RATE + _TOP
-    figure = new_figure(_WIDTH, height)
-    right = _LEFT + _ALLAN + _BETWEEN
-    wide = _WIDTH - right - _RIGHT
-    allan = add_panel(figure, _LEFT, _BOTTOM, _ALLAN, rows + _APART + _RATE)
-    weights = add_panel(figure, right, _BOTTOM, wide, rows)
-    rate = add_panel(figure, right, _BOTTOM + rows + _APART, wide, _RATE)
-    bar = add_panel(figure, right + wide + _BAR_GAP, _BOTTOM, _BAR, rows)
+    rows = max(_ROW_HEIGHT_MM * replay.log.sensors, _MIN_ROWS_MM)
+    height = _BOTTOM + rows + _PANEL_GAP_MM + _RATE_HEIGHT_MM + _TOP
+    figure = new_figure(_WIDTH_MM, height)
+    right = _LEFT + _ALLAN_WIDTH_MM + _BETWEEN
+    panel_width = _WIDTH_MM - right - _RIGHT
+    allan = add_panel(
+        figure, _LEFT, _BOTTOM, _ALLAN_WIDTH_MM, rows + _PANEL_GAP_MM + _RATE_HEIGHT_MM
+    )
+    weights = add_panel(figure, right, _BOTTOM, panel_width, rows)
+    rate = add_panel(figure, right, _BOTTOM + rows + _PANEL_GAP_MM, panel_width, _RATE_HEIGHT_MM)
+    bar = add_panel(figure, right + panel_width + _BAR_GAP, _BOTTOM, _BAR, rows)
     _draw_allan(allan, replay)
     _draw_rate(rate, replay)
     _draw_weights(weights, bar, replay)
     style_panels([allan, rate])
     style_panels([weights])
-    bar.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
-    bar.yaxis.label.set_fontsize(FONT)
+    bar.tick_params(labelsize=FONT_PT - 0.5, width=0.5, length=2.0, pad=1.5)
+    bar.yaxis.label.set_fontsize(FONT_PT)
     _label_rows(weights, replay)
     if allan.get_yscale() == "log":
         style_decades(allan)
-    write_title(figure, _title(replay))
-    write_caption(figure, fill(_caption(replay), int(_WIDTH / _LETTER)))
+    write_title(figure, _make_title(replay))
+    write_caption(figure, fill(_make_caption(replay), int(_WIDTH_MM / _LETTER_WIDTH_MM)))
     return figure
 
 
-def _title(replay: ArrayReplay) -> str:
-    source = shortened(str(replay.log.meta.get("source", "array")))
-    return f"Is the array quieter than one gyro? {source}: {title(replay)}"
+def _make_title(replay: ArrayReplay) -> str:
+    source = shorten_source(str(replay.log.meta.get("source", "array")))
+    return f"Is the array quieter than one gyro? {source}: {array_title(replay)}"
 
 
 def _draw_allan(axes: Axes, replay: ArrayReplay) -> None:
@@ -107,16 +109,16 @@ def _draw_allan(axes: Axes, replay: ArrayReplay) -> None:
     axes.set_yscale("log")
     octaves = np.flatnonzero(np.isin(allan.taus, allan.taus[0] * 2.0 ** np.arange(allan.taus.size)))
     taus = allan.taus[octaves]
-    for k, one in enumerate(_over_axes(allan.sensors)[:, octaves]):
+    for k, deviation in enumerate(_rms_over_axes(allan.sensors)[:, octaves]):
         label = "each sensor" if k == 0 else f"_{k}"
-        axes.plot(taus, one, color=_GREY, lw=0.5, label=label)
+        axes.plot(taus, deviation, color=_GREY, lw=0.5, label=label)
     for curve, colour, label in ((allan.mean, SKY, "plain mean"), (allan.fused, BLACK, "array")):
-        axes.plot(taus, _over_axes(curve)[octaves], color=colour, lw=1.2, label=label)
+        axes.plot(taus, _rms_over_axes(curve)[octaves], color=colour, lw=1.2, label=label)
     axes.grid(which="major", color=GREY, lw=0.3)
     write_legend(axes, "lower left", 1, 1.6)
 
 
-def _over_axes(deviations: Floats) -> Floats:
+def _rms_over_axes(deviations: Floats) -> Floats:
     """Return the root mean squares over the axes, of deviations (..., axes, m)."""
     means: Floats = np.sqrt(np.mean(deviations**2, axis=-2))
     return np.where(means > 0.0, means, np.nan)
@@ -127,9 +129,9 @@ def _draw_rate(axes: Axes, replay: ArrayReplay) -> None:
     _, seconds = time_unit(log.n / log.rate)
     series = replay.rate.reshape(log.n, -1)
     for i, letter in enumerate(log.axes):
-        time, values = outline(series[:, i], log.rate)
-        axes.plot(time / seconds, values, color=_AXES[i], lw=0.5, label=letter or "rate")
-    axes.set_ylim(*limits(series.ravel(), 0.1, 0.35))
+        time, values = trace_outline(series[:, i], log.rate)
+        axes.plot(time / seconds, values, color=_CURVE_COLOURS[i], lw=0.5, label=letter or "rate")
+    axes.set_ylim(*robust_limits(series.ravel(), 0.1, 0.35))
     axes.set_xlim(0.0, log.n / log.rate / seconds)
     axes.set_ylabel(f"rate [{log.unit}]")
     axes.tick_params(labelbottom=False)
@@ -142,12 +144,12 @@ def _draw_weights(axes: Axes, bar: Axes, replay: ArrayReplay) -> None:
 
     log = replay.log
     name, seconds = time_unit(log.n / log.rate)
-    weights, fate = _by_time(replay)
+    weights, fate = _average_over_time(replay)
     duration = log.n / log.rate / seconds
     extent = (0.0, duration, log.sensors - 0.5, -0.5)
-    most = max(min(float(np.nanmax(weights, initial=1.0)), _MOST_WEIGHT), 1.5)
+    max_weight = max(min(float(np.nanmax(weights, initial=1.0)), _MAX_WEIGHT_RATIO), 1.5)
     image = axes.imshow(
-        weights.T, aspect="auto", extent=extent, cmap="Blues", vmin=0.0, vmax=most,
+        weights.T, aspect="auto", extent=extent, cmap="Blues", vmin=0.0, vmax=max_weight,
         interpolation="nearest",
     )  # fmt: skip
     cover = np.zeros((*fate.T.shape, 4))
@@ -157,7 +159,7 @@ def _draw_weights(axes: Axes, bar: Axes, replay: ArrayReplay) -> None:
     axes.set_xlim(0.0, duration)
     axes.set_xlabel(f"time [{name}]")
     scale = axes.figure.colorbar(
-        image, cax=bar, extend="max" if most == _MOST_WEIGHT else "neither"
+        image, cax=bar, extend="max" if max_weight == _MAX_WEIGHT_RATIO else "neither"
     )
     scale.set_label("weight over that in a plain mean")
     scale.outline.set_linewidth(0.5)
@@ -167,17 +169,17 @@ def _label_rows(axes: Axes, replay: ArrayReplay) -> None:
     """Name the rows, as many as there is room for."""
     log = replay.log
     axes.set_yticks(range(log.sensors), log.labels)
-    axes.tick_params(axis="y", labelsize=FONT - 0.5, length=0.0)
+    axes.tick_params(axis="y", labelsize=FONT_PT - 0.5, length=0.0)
 
 
-def _by_time(replay: ArrayReplay) -> tuple[Floats, npt.NDArray[np.int8]]:
+def _average_over_time(replay: ArrayReplay) -> tuple[Floats, npt.NDArray[np.int8]]:
     """Return of each while the mean weight where used, times N, and what most samples came to.
 
     Both have shape (whiles, N). A sensor that was excluded in a while at all is so shown.
     """
     log = replay.log
-    starts = parts(log.n, _TIMES)
-    used = replay.fate == OUT.index("used")
+    starts = split_into_parts(log.n, _MAX_TIMES)
+    used = replay.fate == SAMPLE_FATES.index("used")
     counts = np.add.reduceat(used, starts, axis=0, dtype=np.int64)
     sums = np.add.reduceat(np.where(used, replay.weights, 0.0), starts, axis=0)
     lengths = np.diff(np.append(starts, log.n))[:, np.newaxis]
@@ -189,19 +191,22 @@ def _by_time(replay: ArrayReplay) -> tuple[Floats, npt.NDArray[np.int8]]:
     return weights * log.sensors, fate
 
 
-def _caption(replay: ArrayReplay) -> str:
+def _make_caption(replay: ArrayReplay) -> str:
     sentences = [
         "Allan deviations: root mean squares over the axes, at rest, the bias taken off all alike."
         if len(replay.log.axes) == 3
         else "Allan deviations: at rest, the bias taken off all alike."
     ]
     if replay.allan is not None and replay.log.sensors > 1:
-        mean, one = (float(gain[-1, replay.allan.second]) for gain in replay.allan.gains())
+        mean_gain, sensor_gain = (
+            float(gain[-1, replay.allan.second]) for gain in replay.allan.gains()
+        )
         seconds = float(replay.allan.taus[replay.allan.second])
-        if np.isfinite(one):
+        if np.isfinite(sensor_gain):
             sentences.append(
-                f"At {seconds:.3g} s the plain mean has {mean:.2f} times the array's, one sensor "
-                f"{one:.2f} times."
+                f"At {seconds:.3g} s the plain mean has {mean_gain:.2f} times the array's, "
+                "one sensor "
+                f"{sensor_gain:.2f} times."
             )
     sentences.append(
         "Weights: at rest by noise, in motion by scale errors, which are alike. Vermilion: "

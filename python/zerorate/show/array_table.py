@@ -9,59 +9,63 @@ import numpy as np
 
 from zerorate.array.accelerometers import FusedAccelerometers
 from zerorate.array.rotations import Rotations
-from zerorate.numerals import or_dash, significant
-from zerorate.show.tables import Table, as_text, bulleted, prose
-from zerorate.tasks.array import OUT, ArrayReplay
+from zerorate.numerals import format_or_dash, format_significant
+from zerorate.show.tables import Table, as_text, bullet_list, wrap_prose
+from zerorate.tasks.array import SAMPLE_FATES, ArrayReplay
 from zerorate.types import Floats
 
-_GAINS: Final = ("mean over array", "sensor over array")
+_GAIN_LABELS: Final = ("mean over array", "sensor over array")
 
 
 def format_array(replay: ArrayReplay) -> str:
     """Return a table with a row a sensor, the plain mean and the array, and the gains."""
-    kinds = [i for i in range(len(OUT)) if i == 0 or replay.shares[:, i].any()]
-    head = ("", *(OUT[i] for i in kinds), "weight")
+    kinds = [i for i in range(len(SAMPLE_FATES)) if i == 0 or replay.shares[:, i].any()]
+    head = ("", *(SAMPLE_FATES[i] for i in kinds), "weight")
     rows = [*_sensor_rows(replay, kinds)]
     if replay.allan is None:
         note = "In % of the samples. The body never rested: no bias and no noise is known."
-        return as_text(Table(title(replay), head, tuple(rows), note=note))
+        return as_text(Table(array_title(replay), head, tuple(rows), note=note))
     at, axes = replay.allan.second, replay.log.axes
-    whole = [
+    totals = [
         ("plain mean", replay.allan.mean[:, at]),
         ("array", replay.allan.fused[:, at]),
         *(
             (name, gains[: len(axes), at])
-            for name, gains in zip(_GAINS, replay.allan.gains(), strict=True)
+            for name, gains in zip(_GAIN_LABELS, replay.allan.gains(), strict=True)
         ),
     ]
     empty = ("",) * (len(head) - 1)
     deviations = replay.allan.sensors[:, :, at]
-    listed = [(*row, *_numbers(one)) for row, one in zip(rows, deviations, strict=True)]
+    table_rows = [
+        (*row, *_format_numbers(deviation)) for row, deviation in zip(rows, deviations, strict=True)
+    ]
     if replay.log.sensors > 1:
-        listed += [(name, *empty, *_numbers(values)) for name, values in whole]
+        table_rows += [(name, *empty, *_format_numbers(values)) for name, values in totals]
     # The deviations are what was asked for.
     spare = tuple(range(1, len(head)))
-    columns = (*head, *_columns(axes))
-    table = Table(title(replay), columns, tuple(listed), note=_note(replay), spare=spare)
-    return "\n".join(filter(None, (prose(_gain(replay)), as_text(table))))
+    columns = (*head, *_axis_heads(axes))
+    table = Table(
+        array_title(replay), columns, tuple(table_rows), note=_make_note(replay), spare=spare
+    )
+    return "\n".join(filter(None, (wrap_prose(_describe_gain(replay)), as_text(table))))
 
 
-def _numbers(values: Floats) -> tuple[str, ...]:
-    return tuple(map(or_dash, values.tolist()))
+def _format_numbers(values: Floats) -> tuple[str, ...]:
+    return tuple(map(format_or_dash, values.tolist()))
 
 
-def _columns(axes: Sequence[str]) -> tuple[str, ...]:
+def _axis_heads(axes: Sequence[str]) -> tuple[str, ...]:
     return tuple(axes) if len(axes) > 1 else ("Allan",)
 
 
-def title(replay: ArrayReplay) -> str:
+def array_title(replay: ArrayReplay) -> str:
     """Return how many sensors and samples there are, and the rate."""
     log = replay.log
-    gyros, samples = _counted(log.sensors, "gyro"), _counted(log.n, "sample")
+    gyros, samples = _count_noun(log.sensors, "gyro"), _count_noun(log.n, "sample")
     return f"{gyros}, {samples} at {log.rate:.4g} Hz"
 
 
-def _counted(count: int, thing: str) -> str:
+def _count_noun(count: int, thing: str) -> str:
     return f"{count:,} {thing}" if count == 1 else f"{count:,} {thing}s"
 
 
@@ -69,37 +73,39 @@ def _sensor_rows(replay: ArrayReplay, kinds: Sequence[int]) -> Iterator[tuple[st
     """Yield the label of each sensor, what became of its samples, and its weight at rest."""
     weights = replay.mean_weights.tolist()
     for label, shares, weight in zip(replay.log.labels, replay.shares, weights, strict=True):
-        yield label, *map(_percent, shares[kinds].tolist()), f"{weight:.3f}"
+        yield label, *map(_format_percent, shares[kinds].tolist()), f"{weight:.3f}"
 
 
-def _percent(share: float) -> str:
+def _format_percent(share: float) -> str:
     """Return a share in per cent: zero is zero, and a little is not."""
     if share == 0.0:
         return "0"
     return f"{100.0 * share:.1f}" if share >= 5e-4 else "<0.1"
 
 
-def _note(replay: ArrayReplay) -> str:
+def _make_note(replay: ArrayReplay) -> str:
     """Return what the columns are."""
     assert replay.allan is not None
-    seconds = significant(float(replay.allan.taus[replay.allan.second]))
-    columns = ", ".join(_columns(replay.log.axes))
+    seconds = format_significant(float(replay.allan.taus[replay.allan.second]))
+    columns = ", ".join(_axis_heads(replay.log.axes))
     return (
-        f"{OUT[0]} and so on: % of the samples. weight: mean at rest. {columns}: Allan deviation "
+        f"{SAMPLE_FATES[0]} and so on: % of the samples. weight: mean at rest. {columns}: "
+        "Allan deviation "
         f"at rest and {seconds} s, {replay.log.unit}."
     )
 
 
-def _gain(replay: ArrayReplay) -> str:
+def _describe_gain(replay: ArrayReplay) -> str:
     """Return what the array gains over one sensor, and over the plain mean; empty for one alone."""
     assert replay.allan is not None
     sensors = replay.log.sensors
-    mean, one = (float(gain[-1, replay.allan.second]) for gain in replay.allan.gains())
-    if sensors == 1 or not np.isfinite(one):
+    mean_gain, sensor_gain = (float(gain[-1, replay.allan.second]) for gain in replay.allan.gains())
+    if sensors == 1 or not np.isfinite(sensor_gain):
         return ""
     return (
-        f"At rest one sensor has {one:.2f} times the deviation of the array on all axes, the "
-        f"plain mean {mean:.2f} times; sqrt({sensors}) is {np.sqrt(sensors):.2f}."
+        f"At rest one sensor has {sensor_gain:.2f} times the deviation of the array on all "
+        "axes, the "
+        f"plain mean {mean_gain:.2f} times; sqrt({sensors}) is {np.sqrt(sensors):.2f}."
     )
 
 
@@ -109,48 +115,49 @@ def format_accelerometers(replay: ArrayReplay) -> str:
     assert fused is not None
     used = fused.weights > 0.0
     shares = (used, ~used & ~fused.excluded, fused.excluded)
-    left = [or_dash(value) for value in fused.residual.tolist()]
+    residuals = [format_or_dash(value) for value in fused.residual.tolist()]
     rows = [
         (
             label,
-            *(_percent(float(kind[:, k].mean())) for kind in shares),
-            _weight(fused, k),
-            left[k],
+            *(_format_percent(float(kind[:, k].mean())) for kind in shares),
+            _format_weight(fused, k),
+            residuals[k],
         )
         for k, label in enumerate(replay.log.labels)
     ]
     head: tuple[str, ...] = ("", "used", "missing", "excluded", "weight", f"left, {fused.unit}")
-    place = (
+    reference_point = (
         "at the origin of the positions"
         if fused.angular_acceleration is not None
         else ("lever arms not known")
     )
-    title = f"Accelerometers as one, {place}"
+    title = f"Accelerometers as one, {reference_point}"
     allan = replay.accel_allan
     if allan is None:
         return as_text(Table(title, head, tuple(rows), note="In % of the samples."))
     at, empty = allan.second, ("",) * (len(head) - 1)
-    listed = [
-        (*row, *_numbers(one)) for row, one in zip(rows, allan.sensors[:, :, at], strict=True)
+    table_rows = [
+        (*row, *_format_numbers(one))
+        for row, one in zip(rows, allan.sensors[:, :, at], strict=True)
     ]
-    listed += [
-        (name, *empty, *_numbers(values))
+    table_rows += [
+        (name, *empty, *_format_numbers(values))
         for name, values in (
             ("plain mean", allan.mean[:, at]),
             ("array", allan.fused[:, at]),
-            *((name, g[:3, at]) for name, g in zip(_GAINS, allan.gains(), strict=True)),
+            *((name, g[:3, at]) for name, g in zip(_GAIN_LABELS, allan.gains(), strict=True)),
         )
     ]  # fmt: skip
     note = (
         "used and so on: % of the samples. left: RMS difference of the sensor from the array, "
         "lever arms taken off if they are known. x, y, z: Allan deviation at rest and "
-        f"{significant(float(allan.taus[at]))} s, {fused.unit}."
+        f"{format_significant(float(allan.taus[at]))} s, {fused.unit}."
     )
     spare = tuple(range(1, len(head)))
-    return as_text(Table(title, (*head, *"xyz"), tuple(listed), note=note, spare=spare))
+    return as_text(Table(title, (*head, *"xyz"), tuple(table_rows), note=note, spare=spare))
 
 
-def _weight(fused: FusedAccelerometers, sensor: int) -> str:
+def _format_weight(fused: FusedAccelerometers, sensor: int) -> str:
     """Return the mean weight of a sensor."""
     return f"{float(fused.weights[:, sensor].mean()):.3f}"
 
@@ -158,7 +165,13 @@ def _weight(fused: FusedAccelerometers, sensor: int) -> str:
 def format_rotations(rotations: Rotations) -> str:
     """Return a table of how sensors are turned against the first."""
     rows = [
-        (label, f"{angle:.2f}", or_dash(error), _percent(residual), _axes(matrix))
+        (
+            label,
+            f"{angle:.2f}",
+            format_or_dash(error),
+            _format_percent(residual),
+            _describe_axes(matrix),
+        )
         for label, angle, error, residual, matrix in zip(
             rotations.labels,
             rotations.angles,
@@ -173,7 +186,7 @@ def format_rotations(rotations: Rotations) -> str:
     return as_text(Table(title, head, tuple(rows)))
 
 
-def _axes(matrix: Floats) -> str:
+def _describe_axes(matrix: Floats) -> str:
     """Return which of a sensor's axes lie along those of the first: ``-y, -x, -z``."""
     nearest = np.argmax(np.abs(matrix), axis=1)
     signs = np.where(matrix[np.arange(3), nearest] < 0.0, "-", "")
@@ -183,5 +196,7 @@ def _axes(matrix: Floats) -> str:
 def format_array_replay(replay: ArrayReplay) -> str:
     """Return how each sensor did, its accelerometers and rotations if there are any, and notes."""
     accel = None if replay.accel is None else format_accelerometers(replay)
-    turned = None if replay.turned is None else format_rotations(replay.turned)
-    return "\n\n".join(filter(None, (format_array(replay), accel, turned, bulleted(replay.notes))))
+    rotations = None if replay.rotation_set is None else format_rotations(replay.rotation_set)
+    return "\n\n".join(
+        filter(None, (format_array(replay), accel, rotations, bullet_list(replay.notes)))
+    )

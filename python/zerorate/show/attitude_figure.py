@@ -8,18 +8,18 @@ import numpy as np
 
 from zerorate.geometry.rotations import inverse, product, unit
 from zerorate.show.attitude_table import attitude_title
-from zerorate.show.scales import COLUMNS, band, parts
+from zerorate.show.scales import MAX_COLUMNS, column_quantiles, split_into_parts
 from zerorate.show.stack import (
-    SIGMAS,
+    BAND_SIGMAS,
     Stack,
-    draw_known,
-    draw_scatter,
-    head,
-    names,
-    over_time,
-    room,
+    add_margin,
+    draw_band,
+    draw_with_sigma,
+    find_spans,
     shade,
-    spans_of,
+    share_time_axis,
+    write_head,
+    write_names,
 )
 from zerorate.show.style import (
     AXIS_COLOURS,
@@ -42,14 +42,14 @@ if TYPE_CHECKING:
     from zerorate.types import Booleans, Floats, Integers
 
 # Millimetres.
-_ANGLES, _PANEL = 22.0, 16.0
+_ANGLES_HEIGHT_MM, _PANEL_HEIGHT_MM = 22.0, 16.0
 _NAMES: Final = ("x", "y", "z")
 _Elements: TypeAlias = tuple[tuple[int, int], ...]
-_SCALE: Final[_Elements] = ((0, 0), (1, 1), (2, 2))
-_CROSS: Final[_Elements] = ((0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2, 1))
-_WAYS: Final = ("-", "--", ":")
+_SCALE_ELEMENTS: Final[_Elements] = ((0, 0), (1, 1), (2, 2))
+_CROSS_ELEMENTS: Final[_Elements] = ((0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2, 1))
+_LINE_STYLES: Final = ("-", "--", ":")
 _QUESTION: Final = "Which way does it point, and how sure is that?"
-_STEEP: Final = 300.0
+_WRAP_STEP_DEG: Final = 300.0
 """Degrees between neighbours from which on an angle has wrapped."""
 
 
@@ -63,19 +63,19 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
     """
     panels: list[Callable[[Axes, _Course], None]] = [_draw_angles]
     course = _Course(estimate)
-    if estimate.reference is not None or course.trusted:
+    if estimate.reference is not None or course.has_sigmas:
         panels += [_draw_heading, _draw_inclination]
     if np.isfinite(estimate.bias_sigma[-1]).all():
         panels.append(_draw_bias)
     if np.isfinite(estimate.gyro_matrix_sigma).all():
-        panels += [_draw_scale, *([_draw_misalignment] if _misaligned(estimate) else [])]
-    heights = [_ANGLES, *[_PANEL] * (len(panels) - 1)]
-    stack = Stack(_QUESTION, _answer(course), _caption(estimate), heights)
+        panels += [_draw_scale, *([_draw_misalignment] if _significant_elements(estimate) else [])]
+    heights = [_ANGLES_HEIGHT_MM, *[_PANEL_HEIGHT_MM] * (len(panels) - 1)]
+    stack = Stack(_QUESTION, _describe_end(course), _make_caption(estimate), heights)
     for draw in panels:
         panel = stack.add()
-        _shade(panel, course)
+        _shade_states(panel, course)
         draw(panel, course)
-    over_time(stack.panels, course.times[0], course.times[-1], course.unit)
+    share_time_axis(stack.panels, course.times[0], course.times[-1], course.unit)
     figure = stack.finish(estimate.source, estimate.rate, estimate.n / estimate.rate)
     stack.panels[0].set_yticks([-180.0, -90.0, 0.0, 90.0, 180.0])
     return figure
@@ -94,61 +94,61 @@ class _Course:
         self.estimate = estimate
         self.unit, length = time_unit(estimate.n / estimate.rate)
         self.times: Floats = (estimate.time - estimate.time[0]) / length
-        self.few: Integers = parts(estimate.n, COLUMNS)
-        self.errors = _errors(estimate)
+        self.rows: Integers = split_into_parts(estimate.n, MAX_COLUMNS)
+        self.errors = _reference_errors(estimate)
 
     @property
-    def trusted(self) -> bool:
+    def has_sigmas(self) -> bool:
         """Whether the method knows how far its angles are to be trusted."""
         return bool(np.isfinite(self.estimate.heading_sigma).all())
 
-    def at(self, places: Floats) -> Floats:
+    def at(self, indices: Floats) -> Floats:
         """Return the times of samples, whole or half."""
-        return np.interp(places, np.arange(self.times.size), self.times)
+        return np.interp(indices, np.arange(self.times.size), self.times)
 
 
-def _answer(course: _Course) -> str:
+def _describe_end(course: _Course) -> str:
     """Return where it points at the end, and how far it is off where that is known."""
     estimate = course.estimate
     roll, pitch, yaw = np.degrees(estimate.euler[-1])
     tilt, heading = np.degrees((estimate.tilt_sigma[-1], estimate.heading_sigma[-1]))
-    known = f" ± {SIGMAS * heading:.2g}" if course.trusted else ""
-    level = f" ± {SIGMAS * tilt:.2g}" if course.trusted else ""
-    said = (
+    known = f" ± {BAND_SIGMAS * heading:.2g}" if course.has_sigmas else ""
+    level = f" ± {BAND_SIGMAS * tilt:.2g}" if course.has_sigmas else ""
+    sentence = (
         f"At the end: yaw {yaw:.1f}{known}, pitch {pitch:.1f}{level}, roll {roll:.1f}{level} deg."
     )
     if not np.isfinite(course.errors).any():
-        return said
+        return sentence
     squares = np.nanmean(course.errors**2, axis=0)
     heading, tilt = np.sqrt((squares[0], squares[1] + squares[2]))
-    return f"{said} Off by {heading:.2g} in heading, {tilt:.2g} in inclination (RMS)."
+    return f"{sentence} Off by {heading:.2g} in heading, {tilt:.2g} in inclination (RMS)."
 
 
-def _caption(estimate: AttitudeEstimate) -> str:
-    way = attitude_title(estimate).rpartition(": ")[2]
-    said = [f"{way[0].upper()}{way[1:]}. Bands: ± 2σ."]
+def _make_caption(estimate: AttitudeEstimate) -> str:
+    method = attitude_title(estimate).rpartition(": ")[2]
+    sentences = [f"{method[0].upper()}{method[1:]}. Bands: ± 2σ."]
     if estimate.at_rest.any():
-        said.append("Grey: at rest.")
+        sentences.append("Grey: at rest.")
     if estimate.mag and estimate.disturbed.any():
-        said.append("Rose: another magnetic field than the one known, not used.")
+        sentences.append("Rose: another magnetic field than the one known, not used.")
     if not estimate.mag:
-        said.append("Without a magnetometer the heading is against the start.")
-    if np.isfinite(estimate.gyro_matrix_sigma).all() and not _misaligned(estimate):
-        said.append("No misalignment of the gyro is told from zero.")
+        sentences.append("Without a magnetometer the heading is against the start.")
+    if np.isfinite(estimate.gyro_matrix_sigma).all() and not _significant_elements(estimate):
+        sentences.append("No misalignment of the gyro is told from zero.")
     if estimate.reference is not None:
-        said.append("Errors: against the recording's reference.")
-    return " ".join(said)
+        sentences.append("Errors: against the recording's reference.")
+    return " ".join(sentences)
 
 
-def _shade(panel: Axes, course: _Course) -> None:
+def _shade_states(panel: Axes, course: _Course) -> None:
     estimate = course.estimate
     _shade_where(panel, course, estimate.at_rest, GREY)
     if estimate.mag:
         _shade_where(panel, course, estimate.disturbed, ROSE)
 
 
-def _shade_where(panel: Axes, course: _Course, there: Booleans, colour: str) -> None:
-    begins, ends = spans_of(there)
+def _shade_where(panel: Axes, course: _Course, mask: Booleans, colour: str) -> None:
+    begins, ends = find_spans(mask)
     shade(panel, course.at(begins), course.at(ends), colour)
 
 
@@ -156,36 +156,38 @@ def _draw_angles(panel: Axes, course: _Course) -> None:
     angles = np.degrees(course.estimate.euler)
     for values, name, colour in zip(angles.T, ("roll", "pitch", "yaw"), AXIS_COLOURS, strict=True):
         # Over a jump from 180 to -180 the middle of a part would be nowhere.
-        drawn = band(np.unwrap(values, period=360.0))
-        turns = 360.0 * np.round(drawn.median / 360.0)
-        low, median, high = (one - turns for one in (drawn.low, drawn.median, drawn.high))
-        broken = np.abs(np.diff(median, append=median[-1:])) > _STEEP
+        quantiles = column_quantiles(np.unwrap(values, period=360.0))
+        turns = 360.0 * np.round(quantiles.median / 360.0)
+        low, median, high = (
+            curve - turns for curve in (quantiles.low, quantiles.median, quantiles.high)
+        )
+        broken = np.abs(np.diff(median, append=median[-1:])) > _WRAP_STEP_DEG
         median = np.where(broken, np.nan, median)
-        draw_scatter(
+        draw_band(
             panel,
-            course.at(drawn.middle),
-            drawn._replace(low=low, median=median, high=high),
+            course.at(quantiles.middle),
+            quantiles._replace(low=low, median=median, high=high),
             colour,
             name,
         )
     panel.set_ylim(-190.0, 190.0)
-    head(panel, "angle [deg]")
-    names(panel, 3)
+    write_head(panel, "angle [deg]")
+    write_names(panel, 3)
 
 
 def _draw_heading(panel: Axes, course: _Course) -> None:
     errors = course.errors[:, :1]
-    _draw_trust(panel, course, course.estimate.heading_sigma, errors, ("error",))
-    head(panel, "error of heading [deg]" if errors.size else "heading known to [deg]")
+    _draw_uncertainty(panel, course, course.estimate.heading_sigma, errors, ("error",))
+    write_head(panel, "error of heading [deg]" if errors.size else "heading known to [deg]")
 
 
 def _draw_inclination(panel: Axes, course: _Course) -> None:
     errors = course.errors[:, 1:]
-    _draw_trust(panel, course, course.estimate.tilt_sigma, errors, ("about x", "about y"))
-    head(panel, "error of inclination [deg]" if errors.size else "inclination known to [deg]")
+    _draw_uncertainty(panel, course, course.estimate.tilt_sigma, errors, ("about x", "about y"))
+    write_head(panel, "error of inclination [deg]" if errors.size else "inclination known to [deg]")
 
 
-def _errors(estimate: AttitudeEstimate) -> Floats:
+def _reference_errors(estimate: AttitudeEstimate) -> Floats:
     """Return the errors of heading and of inclination about two level axes, deg, (n, 3) or (0, 3).
 
     Without a magnetometer the heading begins with none.
@@ -197,25 +199,25 @@ def _errors(estimate: AttitudeEstimate) -> Floats:
     )
 
 
-def _draw_trust(
-    panel: Axes, course: _Course, sigma: Floats, errors: Floats, own: tuple[str, ...]
+def _draw_uncertainty(
+    panel: Axes, course: _Course, sigma: Floats, errors: Floats, error_names: tuple[str, ...]
 ) -> None:
     """Draw two standard deviations to either side of zero, and the errors that lie in them."""
-    times, largest = course.times[course.few], 0.0
-    if course.trusted:
-        half = SIGMAS * np.degrees(sigma[course.few])
+    times, largest = course.times[course.rows], 0.0
+    if course.has_sigmas:
+        half = BAND_SIGMAS * np.degrees(sigma[course.rows])
         panel.fill_between(times, -half, half, color=ORANGE, alpha=0.35, lw=0.0, label="± 2σ")
         largest = float(np.median(half))
     panel.axhline(0.0, color=BLACK, lw=0.3)
     curves = errors.T if errors.size else ()
-    for values, name, colour in zip(curves, own, (BLUE, VERMILION), strict=False):
-        drawn = band(values)
-        draw_scatter(panel, course.at(drawn.middle), drawn, colour, name)
-        there = np.concatenate((drawn.low, drawn.high))
-        if np.isfinite(there).any():
-            largest = max(largest, float(np.nanquantile(np.abs(there), 0.99)))
+    for values, name, colour in zip(curves, error_names, (BLUE, VERMILION), strict=False):
+        quantiles = column_quantiles(values)
+        draw_band(panel, course.at(quantiles.middle), quantiles, colour, name)
+        extremes = np.concatenate((quantiles.low, quantiles.high))
+        if np.isfinite(extremes).any():
+            largest = max(largest, float(np.nanquantile(np.abs(extremes), 0.99)))
     panel.set_ylim(-1.3 * (largest or 1.0), 1.3 * (largest or 1.0))
-    names(panel, 3)
+    write_names(panel, 3)
 
 
 def heading_and_tilt_errors(
@@ -225,9 +227,9 @@ def heading_and_tilt_errors(
 
     Both are NaN where the reference is; a relative heading begins with no error.
     """
-    found = signed_errors(quaternions, reference, relative=relative)
-    tilt: Floats = np.hypot(found[:, 1], found[:, 2])
-    return found[:, 0], tilt
+    errors = signed_errors(quaternions, reference, relative=relative)
+    tilt: Floats = np.hypot(errors[:, 1], errors[:, 2])
+    return errors[:, 0], tilt
 
 
 def signed_errors(quaternions: Floats, reference: Floats, *, relative: bool = False) -> Floats:
@@ -247,61 +249,61 @@ def signed_errors(quaternions: Floats, reference: Floats, *, relative: bool = Fa
     size = np.linalg.norm(level, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         level = np.where(size[:, np.newaxis] > 0.0, level / size[:, np.newaxis], 0.0)
-    there = np.flatnonzero(np.isfinite(heading))
-    if relative and there.size:
-        heading = heading - heading[there[0]]
+    finite = np.flatnonzero(np.isfinite(heading))
+    if relative and finite.size:
+        heading = heading - heading[finite[0]]
     wrapped = np.remainder(heading + np.pi, 2.0 * np.pi) - np.pi
     return np.column_stack((wrapped, tilt[:, np.newaxis] * level))
 
 
 def _draw_bias(panel: Axes, course: _Course) -> None:
-    few = course.few
+    few = course.rows
     bias = np.degrees(course.estimate.bias[few])
     sigma = np.degrees(course.estimate.bias_sigma[few])
     for i, name in enumerate(_NAMES):
-        draw_known(panel, course.times[few], bias[:, i], sigma[:, i], AXIS_COLOURS[i], name)
-    _fit(panel, bias, sigma)
-    head(panel, "gyro's bias [deg/s]")
-    names(panel, 3)
+        draw_with_sigma(panel, course.times[few], bias[:, i], sigma[:, i], AXIS_COLOURS[i], name)
+    _fit_scale(panel, bias, sigma)
+    write_head(panel, "gyro's bias [deg/s]")
+    write_names(panel, 3)
 
 
 def _draw_scale(panel: Axes, course: _Course) -> None:
-    _draw_elements(panel, course, _SCALE, told=_SCALE)
-    head(panel, "correction of the gyro's scale [%]")
-    names(panel, 4)
+    _draw_elements(panel, course, _SCALE_ELEMENTS, drawn=_SCALE_ELEMENTS)
+    write_head(panel, "correction of the gyro's scale [%]")
+    write_names(panel, 4)
 
 
 def _draw_misalignment(panel: Axes, course: _Course) -> None:
     """Draw the elements that the end tells from zero: all six would lie over one another."""
-    _draw_elements(panel, course, _CROSS, _misaligned(course.estimate))
-    head(panel, "of its axes [%]")
-    names(panel, 7)
+    _draw_elements(panel, course, _CROSS_ELEMENTS, _significant_elements(course.estimate))
+    write_head(panel, "of its axes [%]")
+    write_names(panel, 7)
 
 
-def _misaligned(estimate: AttitudeEstimate) -> _Elements:
+def _significant_elements(estimate: AttitudeEstimate) -> _Elements:
     """Return the elements off the diagonal that the end tells from zero."""
     sizes = np.abs(estimate.gyro_matrix) / estimate.gyro_matrix_sigma
-    return tuple(at for at in _CROSS if sizes[at] > SIGMAS)
+    return tuple(at for at in _CROSS_ELEMENTS if sizes[at] > BAND_SIGMAS)
 
 
-def _draw_elements(panel: Axes, course: _Course, all_of_them: _Elements, told: _Elements) -> None:
+def _draw_elements(panel: Axes, course: _Course, elements: _Elements, drawn: _Elements) -> None:
     """Draw some elements of M - 1, and to either side of zero the largest deviation of all."""
     estimate = course.estimate
     times = course.times[estimate.moments]
     error = 100.0 * (estimate.gyro_matrices - np.eye(3))
-    rows, columns = np.array(all_of_them).T
-    half = SIGMAS * 100.0 * estimate.gyro_matrix_sigmas[:, rows, columns].max(axis=1)
+    rows, columns = np.array(elements).T
+    half = BAND_SIGMAS * 100.0 * estimate.gyro_matrix_sigmas[:, rows, columns].max(axis=1)
     panel.fill_between(times, -half, half, color=ORANGE, alpha=0.35, lw=0.0, label="± 2σ")
-    for row, column in told:
+    for row, column in drawn:
         name = _NAMES[row] + (_NAMES[column] if row != column else "")
-        style = "-" if row == column else _WAYS[column]
+        style = "-" if row == column else _LINE_STYLES[column]
         panel.plot(times, error[:, row, column], style, color=AXIS_COLOURS[row], lw=0.8, label=name)
-    _fit(panel, error[:, rows, columns], half[:, np.newaxis] / SIGMAS)
+    _fit_scale(panel, error[:, rows, columns], half[:, np.newaxis] / BAND_SIGMAS)
 
 
-def _fit(panel: Axes, values: Floats, sigmas: Floats) -> None:
+def _fit_scale(panel: Axes, values: Floats, sigmas: Floats) -> None:
     """Scale a panel to what is known after the first tenth."""
     late = slice(len(values) // 10, None)
-    low = float(np.nanmin((values - SIGMAS * sigmas)[late]))
-    high = float(np.nanmax((values + SIGMAS * sigmas)[late]))
-    panel.set_ylim(*room(low, high))
+    low = float(np.nanmin((values - BAND_SIGMAS * sigmas)[late]))
+    high = float(np.nanmax((values + BAND_SIGMAS * sigmas)[late]))
+    panel.set_ylim(*add_margin(low, high))

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import TYPE_CHECKING, Final
 
-from zerorate.faults import told
-from zerorate.numerals import significant
-from zerorate.show.overview_page import judged, summary
+from zerorate.faults import render_text
+from zerorate.numerals import format_significant
+from zerorate.show.overview_page import summarise_logs, summary_line
 from zerorate.show.style import (
     ORANGE,
     add_panel,
@@ -17,8 +17,8 @@ from zerorate.show.style import (
     write_in_middle,
     write_title,
 )
-from zerorate.show.tables import GAP, Table, as_text, prose
-from zerorate.tasks.batch.fleet import LEAST_LOGS
+from zerorate.show.tables import GAP, Table, as_text, wrap_prose
+from zerorate.tasks.batch.fleet import MIN_LOGS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,92 +26,100 @@ if TYPE_CHECKING:
     from zerorate.tasks.batch.fleet import Outlier
     from zerorate.tasks.batch.run import BatchResult
 
-_SHOWN: Final = 20
+_MAX_ROWS: Final = 20
 """Rows and notes that are shown; all stand in the summary."""
-_BARS: Final = 12
+_MAX_BARS: Final = 12
 
 
 def format_batch(result: BatchResult) -> str:
     """Return how many logs are done, why others failed, and what is seen in them."""
-    parts = (_counts, _reports) if result.command == "report" else (_counts, _fleet, _notes)
+    parts = (
+        (_format_counts, _format_reports)
+        if result.command == "report"
+        else (_format_counts, _format_fleet, _format_notes)
+    )
     return "\n".join(line for part in parts for line in part(result))
 
 
-def _counts(result: BatchResult) -> Iterator[str]:
+def _format_counts(result: BatchResult) -> Iterator[str]:
     counts = result.counts
-    yield _said(
+    yield _wrap_line(
         f"{counts['done']} logs done in {result.seconds:.1f} s, "
         f"{counts['skipped']} skipped, {counts['failed']} failed"
     )
     for alarm in result.alarms:
-        yield _said(f"failed: {told(alarm)}")
+        yield _wrap_line(f"failed: {render_text(alarm)}")
     if result.left_out:
         count = len(result.left_out)
-        yield _said(f"left out: {count} file{'s' if count > 1 else ''} that zerorate has written")
-
-
-def _reports(result: BatchResult) -> Iterator[str]:
-    """Yield a row for each log that needs a person, what needs one most first."""
-    logs = judged(result.outcomes)
-    urgent = [one for one in logs if one.act or one.look]
-    yield _said(summary(logs))
-    for one in urgent[:_SHOWN]:
-        yield _said(f"{one.outcome.name}: {one.act} to act on, {one.look} to look at. {one.first}")
-    if len(urgent) > _SHOWN:
-        yield f"{len(urgent) - _SHOWN} more are in the overview"
-
-
-def _notes(result: BatchResult) -> Iterator[str]:
-    notes = result.notes
-    for note in islice(notes, _SHOWN):
-        yield _said(f"note: {told(note)}")
-    if len(notes) > _SHOWN:
-        yield f"{len(notes) - _SHOWN} more notes are in the summary"
-
-
-def _fleet(result: BatchResult) -> Iterator[str]:
-    """Yield which logs stand out, and how many could not be compared."""
-    fleet, through = result.fleet, [one for one in result.outcomes if one.rows]
-    alone = {log for log, _ in fleet.unjudged}
-    if alone:
-        yield _said(
-            f"not compared with each other: {len(alone)} of {len(through)} logs; "
-            f"it takes {LEAST_LOGS} with the same axis and unit"
+        yield _wrap_line(
+            f"left out: {count} file{'s' if count > 1 else ''} that zerorate has written"
         )
-    if not fleet.outlying:
-        if len(alone) < len(through):
+
+
+def _format_reports(result: BatchResult) -> Iterator[str]:
+    """Yield a row for each log that needs a person, what needs one most first."""
+    logs = summarise_logs(result.outcomes)
+    urgent = [log for log in logs if log.act or log.look]
+    yield _wrap_line(summary_line(logs))
+    for log in urgent[:_MAX_ROWS]:
+        yield _wrap_line(
+            f"{log.outcome.name}: {log.act} to act on, {log.look} to look at. {log.first}"
+        )
+    if len(urgent) > _MAX_ROWS:
+        yield f"{len(urgent) - _MAX_ROWS} more are in the overview"
+
+
+def _format_notes(result: BatchResult) -> Iterator[str]:
+    notes = result.notes
+    for note in islice(notes, _MAX_ROWS):
+        yield _wrap_line(f"note: {render_text(note)}")
+    if len(notes) > _MAX_ROWS:
+        yield f"{len(notes) - _MAX_ROWS} more notes are in the summary"
+
+
+def _format_fleet(result: BatchResult) -> Iterator[str]:
+    """Yield which logs stand out, and how many could not be compared."""
+    fleet, compared = result.fleet, [item for item in result.outcomes if item.rows]
+    unjudged = {log for log, _ in fleet.untested_axes}
+    if unjudged:
+        yield _wrap_line(
+            f"not compared with each other: {len(unjudged)} of {len(compared)} logs; "
+            f"it takes {MIN_LOGS} with the same axis and unit"
+        )
+    if not fleet.outliers:
+        if len(unjudged) < len(compared):
             yield "no log stands out from the others"
         return
     head = ("log", "axis", "quantity", "value", "median", "times", "unit")
-    rows = tuple(_row(one) for one in fleet.outlying[:_SHOWN])
-    more = len(fleet.outlying) - _SHOWN
+    rows = tuple(_format_row(item) for item in fleet.outliers[:_MAX_ROWS])
+    more = len(fleet.outliers) - _MAX_ROWS
     note = f"{more} more are in the summary" if more > 0 else ""
     yield as_text(Table("these stand out from the others:", head, rows, words=3, note=note))
 
 
-def _row(one: Outlier) -> tuple[str, ...]:
-    times = "-" if one.times is None else significant(one.times, 2)
-    numbers = (significant(one.value), significant(one.median), times)
-    return (one.log, one.axis, one.quantity, *numbers, one.unit)
+def _format_row(outlier: Outlier) -> tuple[str, ...]:
+    times = "-" if outlier.times is None else format_significant(outlier.times, 2)
+    numbers = (format_significant(outlier.value), format_significant(outlier.median), times)
+    return (outlier.log, outlier.axis, outlier.quantity, *numbers, outlier.unit)
 
 
-def _said(sentence: str) -> str:
-    return prose(sentence, hang=GAP)
+def _wrap_line(sentence: str) -> str:
+    return wrap_prose(sentence, hang=GAP)
 
 
 def plot_batch(result: BatchResult) -> Figure:
     """Return a bar for each quantity in which a log stands out: how far, in spreads of all logs."""
-    found = result.fleet.outlying[:_BARS]
-    tall = 5.0 * max(1, len(found)) + 2.0
-    figure = new_figure(130.0, tall + 18.0)
-    axes = add_panel(figure, 58.0, 10.0, 67.0, tall)
-    rows = range(len(found))
-    axes.barh(rows, [one.deviations for one in reversed(found)], 0.6, color=ORANGE)
+    outliers = result.fleet.outliers[:_MAX_BARS]
+    height = 5.0 * max(1, len(outliers)) + 2.0
+    figure = new_figure(130.0, height + 18.0)
+    axes = add_panel(figure, 58.0, 10.0, 67.0, height)
+    rows = range(len(outliers))
+    axes.barh(rows, [outlier.deviations for outlier in reversed(outliers)], 0.6, color=ORANGE)
     axes.set_xlabel("distance from the median, spreads of all logs")
     style_panels([axes])
-    if not found:
+    if not outliers:
         axes.xaxis.set_visible(False)
         write_in_middle(axes, f"No log of {len(result.outcomes)} stands out from the others.")
-    axes.set_yticks(rows, [f"{one.log}, {one.quantity}" for one in reversed(found)])
+    axes.set_yticks(rows, [f"{outlier.log}, {outlier.quantity}" for outlier in reversed(outliers)])
     write_title(figure, "Which logs stand out")
     return figure

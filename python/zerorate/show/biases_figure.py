@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.record.names import split_unit
-from zerorate.show.scales import limits
-from zerorate.show.stack import Stack, draw_known, head, names, over_time
+from zerorate.show.scales import robust_limits
+from zerorate.show.stack import Stack, draw_with_sigma, share_time_axis, write_head, write_names
 from zerorate.show.style import (
     BLUE,
     GREEN,
@@ -17,7 +17,7 @@ from zerorate.show.style import (
     PURPLE,
     SKY,
     VERMILION,
-    shortened,
+    shorten_source,
     time_unit,
     write_in_middle,
 )
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from zerorate.types import Floats
 
 _COLOURS: Final = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
-_MOST_AXES: Final = 6
-_PANEL: Final = 18.0
+_MAX_AXES: Final = 6
+_PANEL_HEIGHT_MM: Final = 18.0
 """Millimetres."""
-_WIDER: Final = 5.0
+_MAX_SIGMA_RATIO: Final = 5.0
 """How many times as wide as at the end a band may be to be shown whole."""
 
 
@@ -57,27 +57,31 @@ def plot_biases(replays: Mapping[str, Summary]) -> Figure:
     `replays`: by the names of the logs; those whose unit is not that of the first are left out.
     Axes are compared in their order, the first six.
     """
-    of_data = next(iter(replays.values())).header.unit
-    replays = {name: one for name, one in replays.items() if one.header.unit == of_data}
-    labels = max((one.header.names for one in replays.values()), key=len)[:_MOST_AXES]
-    told = " and ".join(sorted({one.method for one in replays.values()}))
+    unit_of_data = next(iter(replays.values())).header.unit
+    replays = {
+        name: summary for name, summary in replays.items() if summary.header.unit == unit_of_data
+    }
+    labels = max((summary.header.names for summary in replays.values()), key=len)[:_MAX_AXES]
+    methods = " and ".join(sorted({summary.method for summary in replays.values()}))
     stack = Stack(
         "Is the bias the same in each log?",
-        f"by {told}, two standard deviations to either side",
+        f"by {methods}, two standard deviations to either side",
         "Time since the first sample of each log.",
-        [_PANEL] * len(labels),
+        [_PANEL_HEIGHT_MM] * len(labels),
     )
-    longest = max(one.header.duration for one in replays.values())
+    longest = max(summary.header.duration for summary in replays.values())
     unit, length = time_unit(longest)
     for i, label in enumerate(labels):
         panel = stack.add()
         for k, (name, replay) in enumerate(replays.items()):
             if i < len(replay.header.names):
-                _draw(panel, replay, i, length, _COLOURS[k % len(_COLOURS)], shortened(name, 16))
-        _fit(panel, replays, i)
-        head(panel, f"{split_unit(label)[0]} [{of_data}]")
-    names(stack.panels[0], 3)
-    over_time(stack.panels, 0.0, longest / length, unit)
+                _draw(
+                    panel, replay, i, length, _COLOURS[k % len(_COLOURS)], shorten_source(name, 16)
+                )
+        _fit_scale(panel, replays, i)
+        write_head(panel, f"{split_unit(label)[0]} [{unit_of_data}]")
+    write_names(stack.panels[0], 3)
+    share_time_axis(stack.panels, 0.0, longest / length, unit)
     return stack.finish(f"{len(replays)} log{'s' if len(replays) > 1 else ''}", 0.0, 0.0)
 
 
@@ -85,21 +89,27 @@ def _draw(panel: Axes, replay: Summary, axis: int, length: float, colour: str, n
     bias, sigma = replay.history.bias[:, axis], replay.history.bias_sigma[:, axis]
     known = np.isfinite(bias)
     times = replay.history.samples[known] / replay.header.rate / length
-    draw_known(panel, times, bias[known], sigma[known], colour, name)
+    draw_with_sigma(panel, times, bias[known], sigma[known], colour, name)
 
 
-def _fit(panel: Axes, replays: Mapping[str, Summary], axis: int) -> None:
+def _fit_scale(panel: Axes, replays: Mapping[str, Summary], axis: int) -> None:
     """Give a panel the scale of what is known of a bias, not of what its start did not know."""
-    found = [one.history for one in replays.values() if axis < len(one.header.names)]
-    ends = [values for one in found for values in _ends(one.bias[:, axis], one.bias_sigma[:, axis])]
-    if not ends:
+    histories = [
+        history.history for history in replays.values() if axis < len(history.header.names)
+    ]
+    edges = [
+        values
+        for history in histories
+        for values in _band_edges(history.bias[:, axis], history.bias_sigma[:, axis])
+    ]
+    if not edges:
         write_in_middle(panel, "no bias was learned")
         return
-    panel.set_ylim(*limits(np.array(ends)))
+    panel.set_ylim(*robust_limits(np.array(edges)))
 
 
-def _ends(bias: Floats, sigma: Floats) -> list[float]:
+def _band_edges(bias: Floats, sigma: Floats) -> list[float]:
     """Return where the band lies while the bias is about as well known as at the end."""
-    there = np.isfinite(bias) & np.isfinite(sigma)
-    known = there & (sigma <= _WIDER * sigma[there][-1]) if there.any() else there
+    finite = np.isfinite(bias) & np.isfinite(sigma)
+    known = finite & (sigma <= _MAX_SIGMA_RATIO * sigma[finite][-1]) if finite.any() else finite
     return [*(bias[known] - 2.0 * sigma[known]), *(bias[known] + 2.0 * sigma[known])]

@@ -4,40 +4,42 @@ import math
 from typing import Final
 
 from zerorate.calibration.comparison import CalibrationComparison, MovedParameter
-from zerorate.numerals import significant, with_error
-from zerorate.show.tables import bulleted
+from zerorate.numerals import format_significant, format_with_error
+from zerorate.show.tables import bullet_list
 from zerorate.units import UNITS, convert
 
-_ROW: Final = "{:31}{:>19}{:>19}{:>13}{:>7}  {}"
+_ROW_FORMAT: Final = "{:31}{:>19}{:>19}{:>13}{:>7}  {}"
 
 
-def format_comparison(found: CalibrationComparison) -> str:
+def format_comparison(comparison: CalibrationComparison) -> str:
     """Return a table of the parameters that both records determine, and the notes."""
-    lines = [_ROW.format("parameter", "first", "second", "difference", "z", "").rstrip()]
-    lines += [_line(found, p) for p in found.parameters if not math.isnan(p.z)]
-    others = sum(math.isnan(p.z) for p in found.parameters)
-    if others:
-        lines.append(f"{others} parameters do not count: fixed, or not identifiable")
-    if found.degrees_of_freedom:
+    lines = [_ROW_FORMAT.format("parameter", "first", "second", "difference", "z", "").rstrip()]
+    lines += [_format_row(comparison, p) for p in comparison.parameters if not math.isnan(p.z)]
+    excluded = sum(math.isnan(p.z) for p in comparison.parameters)
+    if excluded:
+        lines.append(f"{excluded} parameters do not count: fixed, or not identifiable")
+    if comparison.degrees_of_freedom:
         lines.append(
-            f"all together: chi-squared {significant(found.chi_squared)}, "
-            f"{found.degrees_of_freedom} degrees of freedom, probability {found.probability:.2g}"
+            f"all together: chi-squared {format_significant(comparison.chi_squared)}, "
+            f"{comparison.degrees_of_freedom} degrees of freedom, probability "
+            f"{comparison.probability:.2g}"
         )
-    return "\n".join((*lines, bulleted(found.notes)))
+    return "\n".join((*lines, bullet_list(comparison.notes)))
 
 
-def _line(found: CalibrationComparison, p: MovedParameter) -> str:
-    factor, offset, unit = _shown(p.name, found.gyro_unit, found.accel_unit)
+def _format_row(comparison: CalibrationComparison, p: MovedParameter) -> str:
+    factor, offset, unit = _choose_unit(p.name, comparison.gyro_unit, comparison.accel_unit)
     values = (
-        with_error(factor * (c.value - offset), factor * c.sigma) for c in (p.first, p.second)
+        format_with_error(factor * (c.value - offset), factor * c.sigma)
+        for c in (p.first, p.second)
     )
-    difference = significant(factor * p.difference.value)
+    difference = format_significant(factor * p.difference.value)
     name = f"{p.name} [{unit}]"
-    told = "moved" if p.moved else ""
-    return _ROW.format(name, *values, difference, f"{p.z:.1f}", told).rstrip()
+    verdict = "moved" if p.moved else ""
+    return _ROW_FORMAT.format(name, *values, difference, f"{p.z:.1f}", verdict).rstrip()
 
 
-def _shown(name: str, gyro_unit: str, accel_unit: str) -> tuple[float, float, str]:
+def _choose_unit(name: str, gyro_unit: str, accel_unit: str) -> tuple[float, float, str]:
     """Return what a parameter is multiplied by, less an offset, to be in a unit, and the unit."""
     sensor, part, axes = name.split(".")
     raw = gyro_unit if sensor == "gyro" else accel_unit

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.show.calibration_panels import (
-    draw_carry,
     draw_deviations,
-    draw_known,
     draw_log,
     draw_norm,
+    draw_parameter_errors,
     draw_poses,
+    draw_turn_error,
     name_elements,
     name_groups,
 )
-from zerorate.show.calibration_table import verdict
-from zerorate.show.stack import INNER, LEFT, Stack, over_time
+from zerorate.show.calibration_table import describe_verdict
+from zerorate.show.stack import INNER_WIDTH_MM, LEFT_MM, Stack, share_time_axis
 from zerorate.show.style import GREY_TEXT, VERMILION_TEXT, style_decades, time_unit
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 # Millimetres.
 _LOG, _POSES, _SIZES, _PARAMETERS, _KNOWN = 15.0, 38.0, 19.0, 22.0, 17.0
 _UNDER, _TICKS, _BETWEEN = 6.5, 2.8, 9.0
-_UNHEADED: Final = 3.0
+_NO_HEAD_MM: Final = 3.0
 _QUESTION: Final = "How far off are the sensors, before and after?"
 
 
@@ -46,13 +46,13 @@ def plot_calibration(
     the raw log of the gyro.
     """
     kinds = ("accel", "gyro") if everything else ("accel",)
-    logs = [] if recording is None else [recording[one] for one in kinds if one in recording]
+    logs = [] if recording is None else [recording[kind] for kind in kinds if kind in recording]
     heights = [*[_LOG] * len(logs), _POSES, _SIZES, _PARAMETERS, _KNOWN]
-    between = (2.0 if logs else 1.0) * _UNDER + _TICKS - _UNHEADED
+    between = (2.0 if logs else 1.0) * _UNDER + _TICKS - _NO_HEAD_MM
     stack = Stack(
         _QUESTION,
-        _answer(calibration),
-        _caption(bool(logs)),
+        _describe_result(calibration),
+        _make_caption(bool(logs)),
         heights,
         between,
         GREY_TEXT if calibration.valid else VERMILION_TEXT,
@@ -62,21 +62,21 @@ def plot_calibration(
             draw_log(stack.add(), calibration, log)
         unit, seconds = time_unit(logs[0].duration)
         first = logs[0].time[0]
-        over_time(stack.panels, first / seconds, (first + logs[0].duration) / seconds, unit)
+        share_time_axis(stack.panels, first / seconds, (first + logs[0].duration) / seconds, unit)
         stack.skip(_UNDER)
     # Their names stand inside.
-    stack.skip(-_UNHEADED)
+    stack.skip(-_NO_HEAD_MM)
     draw_poses(stack.add(), calibration)
-    half = 0.5 * (INNER - _BETWEEN)
-    sizes = stack.add(LEFT, half, last=False), stack.add(LEFT + half + _BETWEEN, half)
+    half = 0.5 * (INNER_WIDTH_MM - _BETWEEN)
+    sizes = stack.add(LEFT_MM, half, last=False), stack.add(LEFT_MM + half + _BETWEEN, half)
     draw_norm(sizes[0], calibration)
-    draw_carry(sizes[1], calibration)
+    draw_turn_error(sizes[1], calibration)
     stack.skip(_UNDER)
     deviations = stack.add()
     draw_deviations(deviations, calibration)
     stack.skip(_TICKS)
     known = stack.add()
-    draw_known(known, calibration)
+    draw_parameter_errors(known, calibration)
     source = calibration.origin.source or ("calibration" if recording is None else recording.source)
     span = logs[0].duration if logs else 0.0
     figure = stack.finish(source, calibration.rate, span)
@@ -88,22 +88,22 @@ def plot_calibration(
     return figure
 
 
-def _answer(calibration: Calibration) -> str:
+def _describe_result(calibration: Calibration) -> str:
     """Return whether it is valid, and what gravity showed before and after."""
     before, after = 1e3 * calibration.norm_error_raw, 1e3 * calibration.norm_error
-    said = verdict(calibration)
-    said = f"{said[0].upper()}{said[1:]}"
+    sentence = describe_verdict(calibration)
+    sentence = f"{sentence[0].upper()}{sentence[1:]}"
     if not (np.isfinite(before) and np.isfinite(after)):
-        return f"{said}."
-    return f"{said}: gravity at rest within {before:.3g} mg before, {after:.3g} mg after (RMS)."
+        return f"{sentence}."
+    return f"{sentence}: gravity at rest within {before:.3g} mg before, {after:.3g} mg after (RMS)."
 
 
-def _caption(with_log: bool) -> str:
-    said = (
+def _make_caption(with_log: bool) -> str:
+    sentence = (
         "Orange: before, blue: after. Poses: which direction of the body was up; rose: more than "
         "40° from any that was used. Hollow: not used, or not identifiable. Bars: ± 2σ. Above the "
         "dashed line a parameter is not identifiable."
     )
     if not with_log:
-        return said
-    return f"Above: the middle 90 % of the samples at a time; light blue: rests. {said}"
+        return sentence
+    return f"Above: the middle 90 % of the samples at a time; light blue: rests. {sentence}"

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from zerorate.noise.coefficient import Coefficient
-from zerorate.numerals import NOTHING, significant, with_error
+from zerorate.numerals import DASH, format_significant, format_with_error
 from zerorate.record.recording import notes_on
-from zerorate.show.tables import Table, as_text, bulleted
+from zerorate.show.tables import Table, as_text, bullet_list
 from zerorate.units import UNITS, convert
 
 if TYPE_CHECKING:
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 Row = tuple[str, ...]
 
 _AXES: Final = ("x", "y", "z")
-_UNKNOWN: Final = "not identifiable"
-_MOST: Final = 12
+_UNKNOWN_TEXT: Final = "not identifiable"
+_MAX_LISTED: Final = 12
 """Rests and turns that are listed one by one."""
 
 _FRAMES: Final = {
@@ -31,7 +31,7 @@ _FRAMES: Final = {
 }
 
 
-def verdict(calibration: Calibration) -> str:
+def describe_verdict(calibration: Calibration) -> str:
     """Return whether a calibration is valid, and if not why, in one sentence."""
     if calibration.valid:
         return "the calibration is valid"
@@ -46,111 +46,132 @@ def format_calibration(calibration: Calibration) -> str:
     First whether it is valid, then what is wrong before any number, each sensor, the rotation
     between them, errors before and after, rests and turns, advice.
     """
-    return "\n\n".join(filter(None, _parts(calibration)))
+    return "\n\n".join(filter(None, _format_parts(calibration)))
 
 
-def _parts(calibration: Calibration) -> Iterator[str]:
+def _format_parts(calibration: Calibration) -> Iterator[str]:
     yield "Calibration: valid" if calibration.valid else "Calibration: NOT VALID"
-    yield bulleted(calibration.problems)
-    for table in (_accel, _gyro, _rotation, _errors):
+    yield bullet_list(calibration.problems)
+    for table in (_make_accel_table, _make_gyro_table, _make_rotation_table, _make_errors_table):
         yield as_text(table(calibration))
     if calibration.temperature_model is not None:
         yield str(calibration.temperature_model)
-    yield _material(calibration)
+    yield _list_material(calibration)
     for title, sentences in (("Advice", calibration.advice), ("Notes", calibration.notes)):
         if sentences:
-            yield f"{title}\n{bulleted(sentences)}"
+            yield f"{title}\n{bullet_list(sentences)}"
     if calibration.recording is not None and (notes := notes_on(calibration.recording)):
-        yield f"Log\n{bulleted(notes)}"
+        yield f"Log\n{bullet_list(notes)}"
 
 
 def format_corrected(found: Corrected) -> str:
     """Return what was corrected, and by which calibration."""
-    return bulleted(found.notes)
+    return bullet_list(found.notes)
 
 
-def _accel(calibration: Calibration) -> Table:
+def _make_accel_table(calibration: Calibration) -> Table:
     sensor = calibration.accel
     rows = (
-        *_scale_and_bias(sensor, "m/s^2", "mg"),
-        *_misalignment(sensor),
+        *_scale_and_bias_rows(sensor, "m/s^2", "mg"),
+        *_misalignment_rows(sensor),
     )
-    return Table(f"Accelerometer{_raw(sensor)}", ("", "", *_AXES), rows, words=2, blocks=True)
+    return Table(
+        f"Accelerometer{_describe_unit(sensor)}", ("", "", *_AXES), rows, words=2, blocks=True
+    )
 
 
-def _gyro(calibration: Calibration) -> Table:
+def _make_gyro_table(calibration: Calibration) -> Table:
     sensor = calibration.gyro
-    rows = (*_scale_and_bias(sensor, "rad/s", "deg/s"), *_misalignment(sensor))
+    rows = (*_scale_and_bias_rows(sensor, "rad/s", "deg/s"), *_misalignment_rows(sensor))
     note = ""
-    if any(one.value or one.sigma for row in sensor.g_sensitivity for one in row):
-        rows += tuple(_sensitivity(sensor))
+    if any(
+        coefficient.value or coefficient.sigma
+        for row in sensor.g_sensitivity
+        for coefficient in row
+    ):
+        rows += tuple(_sensitivity_rows(sensor))
         note = "g-sensitivity of an axis: what it reads under 1 g along x, y and z"
-    return Table(f"Gyro{_raw(sensor)}", ("", "", *_AXES), rows, words=2, note=note, blocks=True)
+    return Table(
+        f"Gyro{_describe_unit(sensor)}", ("", "", *_AXES), rows, words=2, note=note, blocks=True
+    )
 
 
-def _sensitivity(sensor: SensorCalibration) -> Iterator[Row]:
+def _sensitivity_rows(sensor: SensorCalibration) -> Iterator[Row]:
     for i, row in enumerate(sensor.g_sensitivity):
         label = f"g-sensitivity of {_AXES[i]}"
-        yield _row(label, "deg/s/g", _shown(sensor, row, i, "rad/s", "deg/s"))
+        yield _format_row(label, "deg/s/g", _convert_shown(sensor, row, i, "rad/s", "deg/s"))
 
 
-def _raw(sensor: SensorCalibration) -> str:
+def _describe_unit(sensor: SensorCalibration) -> str:
     known = sensor.raw_unit in UNITS
     return f", raw in {sensor.raw_unit}" if known else ", raw unit not known"
 
 
-def _scale_and_bias(sensor: SensorCalibration, si: str, shown: str) -> Iterator[Row]:
+def _scale_and_bias_rows(sensor: SensorCalibration, si: str, shown: str) -> Iterator[Row]:
     if sensor.raw_unit in UNITS:
-        yield _row("scale error", "%", [_times(one, 100.0, 1.0) for one in sensor.scale])
+        yield _format_row(
+            "scale error", "%", [_scale_coefficient(one, 100.0, 1.0) for one in sensor.scale]
+        )
     else:
-        yield _row("scale", f"raw per {si}", sensor.scale)
-    bias = [one for i in range(3) for one in _shown(sensor, (sensor.bias[i],), i, si, shown)]
-    yield _row("bias", shown, bias)
+        yield _format_row("scale", f"raw per {si}", sensor.scale)
+    bias = [
+        one for i in range(3) for one in _convert_shown(sensor, (sensor.bias[i],), i, si, shown)
+    ]
+    yield _format_row("bias", shown, bias)
 
 
-def _shown(
-    sensor: SensorCalibration, known: Sequence[Coefficient], axis: int, si: str, unit: str
+def _convert_shown(
+    sensor: SensorCalibration, coefficients: Sequence[Coefficient], axis: int, si: str, unit: str
 ) -> list[Coefficient]:
     """Return numbers in the raw unit of an axis in another unit."""
     if sensor.raw_unit in UNITS:
         factor = convert(1.0, sensor.raw_unit, unit)
     else:
         factor = convert(1.0, si, unit) / abs(sensor.scale[axis])
-    return [_times(one, factor) for one in known]
+    return [_scale_coefficient(coefficient, factor) for coefficient in coefficients]
 
 
-def _times(known: Coefficient, factor: float, less: float = 0.0) -> Coefficient:
+def _scale_coefficient(coefficient: Coefficient, factor: float, offset: float = 0.0) -> Coefficient:
     """Return a number less an offset in another unit; a bound of one sign means nothing here."""
-    value, sigma = factor * (known.value - less), factor * known.sigma
-    if known.identifiable:
+    value, sigma = factor * (coefficient.value - offset), factor * coefficient.sigma
+    if coefficient.identifiable:
         return Coefficient(value, sigma)
     return Coefficient(value, sigma, False, math.inf)
 
 
-def _misalignment(sensor: SensorCalibration) -> Iterator[Row]:
+def _misalignment_rows(sensor: SensorCalibration) -> Iterator[Row]:
     for i, row in enumerate(sensor.misalignment):
         # An axis that leans by more than half a right angle is another axis.
-        leans = max(map(abs, row)) > 1.0
-        cells = [NOTHING if leans else _cell(_times(one, 1e3)) for one in row]
+        is_swapped = max(map(abs, row)) > 1.0
+        cells = [
+            DASH if is_swapped else _format_cell(_scale_coefficient(coefficient, 1e3))
+            for coefficient in row
+        ]
         cells[i] = ""
         yield f"misalignment of {_AXES[i]}", "mrad", *cells
 
 
-def _row(label: str, unit: str, known: Sequence[Coefficient]) -> Row:
-    return label, unit, *map(_cell, known)
+def _format_row(label: str, unit: str, coefficients: Sequence[Coefficient]) -> Row:
+    return label, unit, *map(_format_cell, coefficients)
 
 
-def _cell(known: Coefficient) -> str:
-    if not known.identifiable:
-        return _UNKNOWN
+def _format_cell(coefficient: Coefficient) -> str:
+    if not coefficient.identifiable:
+        return _UNKNOWN_TEXT
     # What the frame or the caller fixed has no error.
-    return with_error(known.value, known.sigma) if known.sigma or known.value else "0"
+    return (
+        format_with_error(coefficient.value, coefficient.sigma)
+        if coefficient.sigma or coefficient.value
+        else "0"
+    )
 
 
-def _rotation(calibration: Calibration) -> Table:
+def _make_rotation_table(calibration: Calibration) -> Table:
     degrees = math.degrees(1.0)
-    row = _row(
-        "gyro to accelerometer", "deg", [_times(c, degrees) for c in calibration.gyro_to_accel]
+    row = _format_row(
+        "gyro to accelerometer",
+        "deg",
+        [_scale_coefficient(c, degrees) for c in calibration.gyro_to_accel],
     )
     note = f"axes of the body: {_FRAMES[calibration.frame]} (frame '{calibration.frame}')"
     return Table(
@@ -158,53 +179,57 @@ def _rotation(calibration: Calibration) -> Table:
     )
 
 
-def _errors(calibration: Calibration) -> Table:
+def _make_errors_table(calibration: Calibration) -> Table:
     norm = (calibration.norm_error_raw, calibration.norm_error)
     carry = (calibration.carry_error_raw, calibration.carry_error)
     rows = (
-        ("norm of gravity at rest", "mg", *(_number(1e3 * one) for one in norm)),
-        ("gravity carried through a turn", "deg", *(_number(math.degrees(one)) for one in carry)),
+        ("norm of gravity at rest", "mg", *(_format_number(1e3 * error) for error in norm)),
+        (
+            "gravity carried through a turn",
+            "deg",
+            *(_format_number(math.degrees(error)) for error in carry),
+        ),
     )
-    seen = "had not seen" if calibration.held_out else "used"
-    note = f"RMS; after calibration over rests and turns that the fit {seen}"
+    usage = "had not seen" if calibration.held_out else "used"
+    note = f"RMS; after calibration over rests and turns that the fit {usage}"
     if not calibration.valid:
         note += "; of a calibration that is not valid these numbers mean nothing"
     return Table("Errors", ("", "", "before", "after"), rows, words=2, note=note)
 
 
-def _number(value: float) -> str:
-    return significant(value) if math.isfinite(value) else NOTHING
+def _format_number(value: float) -> str:
+    return format_significant(value) if math.isfinite(value) else DASH
 
 
-def _material(calibration: Calibration) -> str:
+def _list_material(calibration: Calibration) -> str:
     """Return what the calibration was made of, and what was left out or is odd, with reasons."""
-    told = [
-        _counted("rest", calibration.rests),
-        _counted("turn", calibration.turns),
+    counts = [
+        _count_used("rest", calibration.rests),
+        _count_used("turn", calibration.turns),
     ]
-    remarked = sorted(
-        [("rest", i, one) for i, one in enumerate(calibration.rests) if one.reason]
-        + [("turn", i, one) for i, one in enumerate(calibration.turns) if one.reason],
+    odd_segments = sorted(
+        [("rest", i, segment) for i, segment in enumerate(calibration.rests) if segment.reason]
+        + [("turn", i, segment) for i, segment in enumerate(calibration.turns) if segment.reason],
         key=lambda row: row[2].start,
     )
     rows = tuple(
         (
             f"{kind} {i + 1}",
-            f"{one.start:.1f} to {one.stop:.1f} s",
-            "used" if one.used else "not used",
-            one.reason,
+            f"{segment.start:.1f} to {segment.stop:.1f} s",
+            "used" if segment.used else "not used",
+            segment.reason,
         )
-        for kind, i, one in remarked[:_MOST]
+        for kind, i, segment in odd_segments[:_MAX_LISTED]
     )
-    more = len(remarked) - len(rows)
+    more = len(odd_segments) - len(rows)
     note = f"and {more} more" if more > 0 else ""
-    title = f"Made of {' and '.join(told)}"
+    title = f"Made of {' and '.join(counts)}"
     if calibration.origin.source:
         title += f", {calibration.origin.source}"
     return as_text(Table(title, (), rows, words=4, note=note))
 
 
-def _counted(name: str, many: Sequence[Rest] | Sequence[Turn]) -> str:
-    used, there = sum(one.used for one in many), len(many)
-    plural = "" if there == 1 else "s"
-    return f"{there} {name}{plural}" + ("" if used == there else f" ({used} used)")
+def _count_used(name: str, segments: Sequence[Rest] | Sequence[Turn]) -> str:
+    used, total = sum(segment.used for segment in segments), len(segments)
+    plural = "" if total == 1 else "s"
+    return f"{total} {name}{plural}" + ("" if used == total else f" ({used} used)")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from zerorate.show.style import (
     BLUE,
-    FONT,
+    FONT_PT,
     GREY_TEXT,
     VERMILION,
     new_figure,
@@ -32,8 +32,8 @@ def plot_checks(checks: Checks) -> Figure:
     for row, finding in enumerate((checks.magnetometer, checks.gyro)):
         bars = [(begin, end - begin) for begin, end in finding.spans]
         axes.broken_barh(bars, (row - 0.3, 0.6), color=VERMILION if finding.alarm else BLUE)
-        place, frame = (0.01, row + 0.38), axes.get_yaxis_transform()
-        axes.text(*place, finding.status, transform=frame, color=GREY_TEXT, size=FONT)
+        position, frame = (0.01, row + 0.38), axes.get_yaxis_transform()
+        axes.text(*position, finding.status, transform=frame, color=GREY_TEXT, size=FONT_PT)
     axes.set_ylim(-0.5, 1.7)
     axes.set_xlabel("time, s")
     style_panels([axes])

@@ -6,32 +6,32 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.numerals import significant
-from zerorate.show.compare_tables import format_compare, marked, on_looking_ahead
+from zerorate.numerals import format_significant
+from zerorate.show.compare_tables import explain_acausal, format_compare, mark_method
 from zerorate.show.tables import Table, as_text
 from zerorate.tasks.compare.simulated import Regret
 from zerorate.tasks.compare.task import Compared
 
-_MEANING: Final = (
+_MEANING_NOTE: Final = (
     "Regret: RMSE to the true drift over that of the Kalman filter that knows the model, whose own "
     "RMSE is the column optimum. 1 is perfect."
 )
-_TRANSIENT: Final = "Only the optimum knows its time constant; not in mean and worst."
-_HONEST: Final = "Share of errors within one sigma of the method: 0.683 if it is honest."
+_TRANSIENT_NOTE: Final = "Only the optimum knows its time constant; not in mean and worst."
+_COVERAGE_NOTE: Final = "Share of errors within one sigma of the method: 0.683 if it is honest."
 
 
-def format_compared(found: Compared, per_axis: bool = False) -> str:
+def format_compared(result: Compared, per_axis: bool = False) -> str:
     """Return the tables of recordings, then those of simulated gyros."""
-    parts = [format_compare(found.comparisons, per_axis)] if found.comparisons else []
-    return "\n\n".join((*parts, *map(format_regret, found.simulated)))
+    parts = [format_compare(result.comparisons, per_axis)] if result.comparisons else []
+    return "\n\n".join((*parts, *map(format_regret, result.simulated)))
 
 
-def format_regret(found: Regret) -> str:
+def format_regret(regret: Regret) -> str:
     """Return tables with a row for each model and a column for each method.
 
     Parameters
     ----------
-    found : Regret
+    regret : Regret
         What to show.
 
     Returns
@@ -48,40 +48,48 @@ def format_regret(found: Regret) -> str:
     >>> format_regret(found).splitlines()[1].split()
     ['model', 'optimum', '(deg/s)', 'mean']
     """
-    return "\n\n".join(as_text(table) for table in _tables(found))
+    return "\n\n".join(as_text(table) for table in _make_tables(regret))
 
 
-def _tables(found: Regret) -> Iterator[Table]:
-    head = ("model", "optimum (deg/s)", *map(marked, found.methods, found.causal))
-    lasting = found.lasting
-    faults = "" if found.contamination is None else f", {found.contamination}"
-    summary = (_row("mean", "", found.mean), _row("worst", "", found.worst))
+def _make_tables(regret: Regret) -> Iterator[Table]:
+    head = ("model", "optimum (deg/s)", *map(mark_method, regret.methods, regret.causal))
+    lasting = regret.lasting_mask
+    faults = "" if regret.contamination is None else f", {regret.contamination}"
+    summary = (_make_row("mean", "", regret.mean), _make_row("worst", "", regret.worst))
     if lasting.any():
-        causal = dict(zip(found.methods, found.causal.tolist(), strict=True))
-        note = " ".join((_MEANING, *(f"{text}." for text in on_looking_ahead(causal))))
-        yield Table(f"regret{faults}", head, (*_rows(found, lasting), *summary), note=note)
+        causal = dict(zip(regret.methods, regret.causal.tolist(), strict=True))
+        note = " ".join((_MEANING_NOTE, *(f"{text}." for text in explain_acausal(causal))))
+        yield Table(f"regret{faults}", head, (*_make_rows(regret, lasting), *summary), note=note)
     if not lasting.all():
         yield Table(
-            f"regret, transient{faults}", head, tuple(_rows(found, ~lasting)), note=_TRANSIENT
+            f"regret, transient{faults}",
+            head,
+            tuple(_make_rows(regret, ~lasting)),
+            note=_TRANSIENT_NOTE,
         )
-    given = np.flatnonzero(~np.isnan(found.coverage).all(axis=0))
-    if given.size:
-        names = ("model", *(found.methods[i] for i in given))
-        yield Table(f"coverage{faults}", names, tuple(_covered(found, given)), note=_HONEST)
+    columns = np.flatnonzero(~np.isnan(regret.coverage).all(axis=0))
+    if columns.size:
+        names = ("model", *(regret.methods[i] for i in columns))
+        yield Table(
+            f"coverage{faults}",
+            names,
+            tuple(_make_coverage_rows(regret, columns)),
+            note=_COVERAGE_NOTE,
+        )
 
 
-def _rows(found: Regret, chosen: npt.NDArray[np.bool_]) -> Iterator[tuple[str, ...]]:
-    for i in np.flatnonzero(chosen):
-        yield _row(found.models[i].name, f"{found.optimum[i]:.5f}", found.regret[i])
+def _make_rows(regret: Regret, mask: npt.NDArray[np.bool_]) -> Iterator[tuple[str, ...]]:
+    for i in np.flatnonzero(mask):
+        yield _make_row(regret.models[i].name, f"{regret.optimum[i]:.5f}", regret.regret[i])
 
 
-def _covered(found: Regret, given: npt.NDArray[np.intp]) -> Iterator[tuple[str, ...]]:
-    for model, shares in zip(found.models, found.coverage[:, given], strict=True):
+def _make_coverage_rows(regret: Regret, columns: npt.NDArray[np.intp]) -> Iterator[tuple[str, ...]]:
+    for model, shares in zip(regret.models, regret.coverage[:, columns], strict=True):
         cells = ("-" if np.isnan(share) else f"{share:.2f}" for share in shares)
         yield (model.name, *cells)
 
 
-def _row(
+def _make_row(
     name: str, optimum: str, values: Sequence[float] | npt.NDArray[np.float64]
 ) -> tuple[str, ...]:
-    return (name, optimum, *(significant(float(value)) for value in values))
+    return (name, optimum, *(format_significant(float(value)) for value in values))

@@ -7,13 +7,13 @@ from itertools import groupby
 from pathlib import Path
 from typing import Final
 
-from zerorate.numerals import NOTHING, or_dash
-from zerorate.show.tables import Table, as_text, bulleted
+from zerorate.numerals import DASH, format_or_dash
+from zerorate.show.tables import Table, as_text, bullet_list
 from zerorate.simulation import Contamination
-from zerorate.tasks.compare.attitude import OFFLINE
+from zerorate.tasks.compare.attitude import OFFLINE_METHODS
 from zerorate.tasks.compare.comparison import Comparison
-from zerorate.tasks.compare.measures import DEGRADATION, ERRORS, Row
-from zerorate.tasks.compare.methods import HINDSIGHT, WHOLE
+from zerorate.tasks.compare.measures import DEGRADATION_SUFFIX, ERROR_MEASURES, Row
+from zerorate.tasks.compare.methods import HINDSIGHT_METHOD, WHOLE_RECORD_METHODS
 from zerorate.tasks.compare.trial import Kind
 
 
@@ -53,7 +53,7 @@ class Measure:
 
     def text(self, value: float) -> str:
         """Return a value as it is shown."""
-        return or_dash(value)
+        return format_or_dash(value)
 
 
 @dataclass(frozen=True)
@@ -75,33 +75,33 @@ class Section:
     question: str
 
 
-_DEG: Final = math.degrees(1.0)
-_MS: Final = 1e3
-_NS: Final = 1e9
-_NIS: Final = (
+DEG_PER_RAD: Final = math.degrees(1.0)
+MS_PER_S: Final = 1e3
+NS_PER_S: Final = 1e9
+_NIS_MEASURES: Final = (
     Measure("nis_rest", "NIS at rest", ideal=1.0),
     Measure("nis_motion", "moving", ideal=1.0),
 )
 
 
-def _moving(title: str, name: str, *more: Measure) -> Section:
+def _make_motion_section(title: str, name: str, *more: Measure) -> Section:
     return Section(
         f"In motion, {title}",
         (
-            Measure(f"{name}_rmse", "error, deg/s", _DEG),
-            Measure(f"{name}_delay", "delay, ms", _MS),
-            Measure(f"{name}_rmse_undelayed", "without delay", _DEG),
-            Measure(f"{name}_rmse_lowpass", "low-pass", _DEG),
+            Measure(f"{name}_rmse", "error, deg/s", DEG_PER_RAD),
+            Measure(f"{name}_delay", "delay, ms", MS_PER_S),
+            Measure(f"{name}_rmse_undelayed", "without delay", DEG_PER_RAD),
+            Measure(f"{name}_rmse_lowpass", "low-pass", DEG_PER_RAD),
             *more,
         ),
         "Which filter follows the turns best?",
     )
 
 
-def _growth(title: str, name: str, *more: Measure) -> Section:
+def _make_growth_section(title: str, name: str, *more: Measure) -> Section:
     return Section(
         f"Orientation, {title}",
-        tuple(Measure(f"{name}_{h}", f"{h} s, deg", _DEG) for h in (1, 10, 60)) + more,
+        tuple(Measure(f"{name}_{h}", f"{h} s, deg", DEG_PER_RAD) for h in (1, 10, 60)) + more,
         "With which filter does an angle drift least?",
     )
 
@@ -111,9 +111,9 @@ _SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
         Section(
             "At rest",
             (
-                Measure("coasting_10", "10 s, deg", _DEG, of_one=True),
+                Measure("coasting_10", "10 s, deg", DEG_PER_RAD, of_one=True),
                 Measure("coasting_10_over_best", "10 s/best", ideal=1.0),
-                Measure("coasting_60", "60 s, deg", _DEG, of_one=True),
+                Measure("coasting_60", "60 s, deg", DEG_PER_RAD, of_one=True),
                 Measure("coasting_60_over_best", "60 s/best", ideal=1.0),
                 Measure("allan_ratio", "Allan", ideal=1.0),
                 Measure("nis", "NIS", ideal=1.0),
@@ -123,30 +123,32 @@ _SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
         ),
     ),
     "turning": (
-        _moving("raw minus bias", "compensated", Measure("angle_drift", "angle, deg", _DEG)),
-        _moving("smoothed rate", "smooth", *_NIS),
+        _make_motion_section(
+            "raw minus bias", "compensated", Measure("angle_drift", "angle, deg", DEG_PER_RAD)
+        ),
+        _make_motion_section("smoothed rate", "smooth", *_NIS_MEASURES),
     ),
     "orientation": (
-        _growth("raw minus bias", "growth"),
-        _growth("smoothed rate", "smooth_growth", *_NIS),
+        _make_growth_section("raw minus bias", "growth"),
+        _make_growth_section("smoothed rate", "smooth_growth", *_NIS_MEASURES),
     ),
     "attitude": (
         Section(
             "Attitude in motion, nine axes",
             (
-                Measure("total", "total, deg", _DEG),
-                Measure("heading", "heading", _DEG),
-                Measure("inclination", "inclination", _DEG),
-                Measure("time", "ns", _NS),
+                Measure("total", "total, deg", DEG_PER_RAD),
+                Measure("heading", "heading", DEG_PER_RAD),
+                Measure("inclination", "inclination", DEG_PER_RAD),
+                Measure("time", "ns", NS_PER_S),
             ),
             "Which filter knows best how it lies (nine axes)?",
         ),
         Section(
             "Attitude in motion, six axes",
             (
-                Measure("heading_6", "heading, deg", _DEG),
-                Measure("inclination_6", "inclination", _DEG),
-                Measure("time_6", "ns", _NS),
+                Measure("heading_6", "heading, deg", DEG_PER_RAD),
+                Measure("inclination_6", "inclination", DEG_PER_RAD),
+                Measure("time_6", "ns", NS_PER_S),
             ),
             "Which filter knows best how it lies (six axes)?",
         ),
@@ -154,18 +156,18 @@ _SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
 }
 """The tables of each kind in their order; a deviation at rest comes last, for it says least."""
 
-_DAGGER: Final = "†: chosen with knowledge of the record, which no filter has"
-_DOUBLE_DAGGER: Final = "‡: uses samples that come later, which no filter does"
-_FOUND: Final = (
+_DAGGER_NOTE: Final = "†: chosen with knowledge of the record, which no filter has"
+_DOUBLE_DAGGER_NOTE: Final = "‡: uses samples that come later, which no filter does"
+_ACAUSAL_NOTE: Final = (
     "given the first half of a record alone, it returned other values for that half than with the "
     "rest after it"
 )
-_JUDGED: Final = (
+_CONTAMINATION_NOTE: Final = (
     "fed with the contaminated record and judged by the clean one; /clean: error over that of the "
     "same method fed with the clean record"
 )
 
-_ON_NIS: Final = (
+_NIS_NOTE: Final = (
     "NIS: normalised innovation squared, the mean square of the prediction errors over the "
     "variance that the filter gave them. 1: it knows its errors; below 1 it expects larger ones"
 )
@@ -194,7 +196,7 @@ _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
 """What the columns mean."""
 
 
-def format_compare(found: Sequence[Comparison], per_axis: bool = False) -> str:
+def format_compare(comparisons: Sequence[Comparison], per_axis: bool = False) -> str:
     """Return the tables of each kind, at most `WIDTH` columns wide, with their notes.
 
     A dash stands where a number means nothing.
@@ -202,116 +204,145 @@ def format_compare(found: Sequence[Comparison], per_axis: bool = False) -> str:
     `per_axis`: whether every axis has tables of its own; by default each number is the mean over
     all axes of all recordings of the kind, with that of the worst axis next to it.
     """
-    return "\n\n".join(part for one in found for part in _parts(one, per_axis))
+    return "\n\n".join(
+        part for comparison in comparisons for part in _format_parts(comparison, per_axis)
+    )
 
 
-def leading_section(found: Comparison) -> Section:
+def leading_section(comparison: Comparison) -> Section:
     """Return the measures by which recordings of this kind are judged first."""
-    section = _SECTIONS[found.kind][0]
-    return section if found.contamination is None else _faulty(section, found.contamination)
+    section = _SECTIONS[comparison.kind][0]
+    return (
+        section
+        if comparison.contamination is None
+        else _contaminated_section(section, comparison.contamination)
+    )
 
 
-def format_comparison(found: Comparison) -> str:
+def format_comparison(comparison: Comparison) -> str:
     """Return the tables of one kind of recording."""
-    return format_compare([found])
+    return format_compare([comparison])
 
 
-def _parts(found: Comparison, per_axis: bool) -> Iterator[str]:
-    axes = [list(rows) for _, rows in groupby(found.rows, lambda row: (row.source, row.axis))]
+def _format_parts(comparison: Comparison, per_axis: bool) -> Iterator[str]:
+    axes = [list(rows) for _, rows in groupby(comparison.rows, lambda row: (row.source, row.axis))]
     if not axes:
-        yield bulleted(found.notes)
+        yield bullet_list(comparison.notes)
         return
-    for section in _SECTIONS[found.kind]:
-        alone = per_axis or len(axes) == 1
-        shown = section if found.contamination is None else _faulty(section, found.contamination)
-        tables = [_of_one(shown, one) for one in axes] if alone else [_of_all(shown, axes)]
+    for section in _SECTIONS[comparison.kind]:
+        is_per_axis = per_axis or len(axes) == 1
+        drawn_section = (
+            section
+            if comparison.contamination is None
+            else _contaminated_section(section, comparison.contamination)
+        )
+        tables = (
+            [_make_axis_table(drawn_section, axis_rows) for axis_rows in axes]
+            if is_per_axis
+            else [_make_summary_table(drawn_section, axes)]
+        )
         yield from (as_text(table) for table in tables if table.rows)
-    legends = _LEGENDS[found.kind] if found.contamination is None else (_JUDGED,)
-    yield bulleted((*legends, *_on_marks(found), *found.notes))
+    legends = (
+        _LEGENDS[comparison.kind] if comparison.contamination is None else (_CONTAMINATION_NOTE,)
+    )
+    yield bullet_list((*legends, *_explain_marks(comparison), *comparison.notes))
 
 
-def _on_marks(found: Comparison) -> Iterator[str]:
+def _explain_marks(comparison: Comparison) -> Iterator[str]:
     """Yield what needs a word where it stands in a table."""
-    if found.contamination is None and any(map(_has_nis, found.rows)):
-        yield _ON_NIS
-    if HINDSIGHT in found.methods:
-        yield _DAGGER
-    yield from on_looking_ahead(_causal(found))
+    if comparison.contamination is None and any(map(_has_nis, comparison.rows)):
+        yield _NIS_NOTE
+    if HINDSIGHT_METHOD in comparison.methods:
+        yield _DAGGER_NOTE
+    yield from explain_acausal(_causality(comparison))
 
 
 def _has_nis(row: Row) -> bool:
     return any(name.startswith("nis") and math.isfinite(row.values[name]) for name in row.values)
 
 
-def on_looking_ahead(causal: Mapping[str, bool]) -> Iterator[str]:
+def explain_acausal(causal: Mapping[str, bool]) -> Iterator[str]:
     """Yield what the mark means where a method has it, and how it was found of a user's own."""
-    ahead = [method for method, known in causal.items() if not known]
-    if ahead:
-        yield _DOUBLE_DAGGER
-    for method in ahead:
-        if method not in (*WHOLE, *OFFLINE):
-            yield f"{method}: {_FOUND}"
+    acausal = [method for method, known in causal.items() if not known]
+    if acausal:
+        yield _DOUBLE_DAGGER_NOTE
+    for method in acausal:
+        if method not in (*WHOLE_RECORD_METHODS, *OFFLINE_METHODS):
+            yield f"{method}: {_ACAUSAL_NOTE}"
 
 
-def _causal(found: Comparison) -> dict[str, bool]:
-    ahead = {row.method for row in found.rows if not row.causal}
-    return {method: method not in ahead for method in found.methods}
+def _causality(comparison: Comparison) -> dict[str, bool]:
+    acausal = {row.method for row in comparison.rows if not row.causal}
+    return {method: method not in acausal for method in comparison.methods}
 
 
-def _faulty(section: Section, contamination: Contamination) -> Section:
+def _contaminated_section(section: Section, contamination: Contamination) -> Section:
     """Return a section of the errors alone, with the ratios to those on the clean record."""
-    errors = [one for one in section.measures if one.name.removesuffix("_over_best") in ERRORS]
+    errors = [
+        measure
+        for measure in section.measures
+        if measure.name.removesuffix("_over_best") in ERROR_MEASURES
+    ]
     ratios = [
-        Measure(f"{one.name}{DEGRADATION}", f"{one.head.partition(',')[0]}/clean")
-        for one in errors
-        if one.name in ERRORS
+        Measure(f"{measure.name}{DEGRADATION_SUFFIX}", f"{measure.head.partition(',')[0]}/clean")
+        for measure in errors
+        if measure.name in ERROR_MEASURES
     ]
     title = f"{section.title}, {contamination}"
     return Section(title, (*errors, *ratios), f"{section.question} {contamination}")
 
 
-def _of_one(section: Section, rows: Sequence[Row]) -> Table:
+def _make_axis_table(section: Section, rows: Sequence[Row]) -> Table:
     first, measures = rows[0], section.measures
-    place = Path(first.source).name + (f", {first.axis}" if first.axis != "all" else "")
-    lines = ((label([row]), *(one.text(one.of(row)) for one in measures)) for row in rows)
-    # Of an unknown unit no more can be said.
-    head = (one.head if first.angle == "rad" else one.head.partition(",")[0] for one in measures)
-    return Table(f"{section.title}: {place}", ("method", *head), _with_numbers(lines))
-
-
-def _of_all(section: Section, axes: Sequence[Sequence[Row]]) -> Table:
-    shared = [one for one in section.measures if not one.of_one]
-    head = (text for one in shared for text in (one.head, "worst"))
-    title = f"{section.title}: mean and worst of {len(axes)} {_counted(axes)}"
+    axis_name = Path(first.source).name + (f", {first.axis}" if first.axis != "all" else "")
     lines = (
-        (label(rows), *(cell for one in shared for cell in _mean_and_worst(one, rows)))
+        (method_label([row]), *(measure.text(measure.of(row)) for measure in measures))
+        for row in rows
+    )
+    # Of an unknown unit no more can be said.
+    head = (
+        measure.head if first.angle == "rad" else measure.head.partition(",")[0]
+        for measure in measures
+    )
+    return Table(f"{section.title}: {axis_name}", ("method", *head), _drop_empty_rows(lines))
+
+
+def _make_summary_table(section: Section, axes: Sequence[Sequence[Row]]) -> Table:
+    measures = [measure for measure in section.measures if not measure.of_one]
+    head = (text for measure in measures for text in (measure.head, "worst"))
+    title = f"{section.title}: mean and worst of {len(axes)} {_axes_noun(axes)}"
+    lines = (
+        (
+            method_label(rows),
+            *(cell for measure in measures for cell in _mean_and_worst(measure, rows)),
+        )
         for rows in zip(*axes, strict=True)
     )
-    last = 2 * len(shared)
+    last = 2 * len(measures)
     spare = (*range(last, 1, -2), *range(last - 1, 1, -2))  # the worst, then means
-    return Table(title, ("method", *head), _with_numbers(lines), spare=spare)
+    return Table(title, ("method", *head), _drop_empty_rows(lines), spare=spare)
 
 
-def _counted(axes: Sequence[Sequence[Row]]) -> str:
+def _axes_noun(axes: Sequence[Sequence[Row]]) -> str:
     return "recordings" if axes[0][0].axis == "all" else "axes"
 
 
 def _mean_and_worst(measure: Measure, rows: Sequence[Row]) -> tuple[str, str]:
-    known = [value for value in map(measure.of, rows) if math.isfinite(value)]
-    mean = sum(known) / len(known) if known else math.nan
-    return measure.text(mean), measure.text(max(known, key=measure.badness, default=math.nan))
+    finite = [value for value in map(measure.of, rows) if math.isfinite(value)]
+    mean = sum(finite) / len(finite) if finite else math.nan
+    return measure.text(mean), measure.text(max(finite, key=measure.badness, default=math.nan))
 
 
-def _with_numbers(lines: Iterable[tuple[str, ...]]) -> tuple[tuple[str, ...], ...]:
+def _drop_empty_rows(lines: Iterable[tuple[str, ...]]) -> tuple[tuple[str, ...], ...]:
     """Return the rows of methods that have a number in this table."""
-    return tuple(line for line in lines if any(cell != NOTHING for cell in line[1:]))
+    return tuple(line for line in lines if any(cell != DASH for cell in line[1:]))
 
 
-def label(rows: Sequence[Row]) -> str:
+def method_label(rows: Sequence[Row]) -> str:
     """Return what the rows of one method are called."""
-    return marked(rows[0].method, all(row.causal for row in rows))
+    return mark_method(rows[0].method, all(row.causal for row in rows))
 
 
-def marked(method: str, causal: bool) -> str:
+def mark_method(method: str, causal: bool) -> str:
     """Return the name of a method with a dagger if it knows what no filter does."""
-    return f"{method}{'†' if method == HINDSIGHT else '' if causal else '‡'}"
+    return f"{method}{'†' if method == HINDSIGHT_METHOD else '' if causal else '‡'}"

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.noise.model import NoiseModel
-from zerorate.noise.quantities import TERMS, shown_unit, si_unit
-from zerorate.numerals import significant
+from zerorate.noise.quantities import TERMS, choose_display_unit, si_unit
+from zerorate.numerals import format_significant
 from zerorate.show.arma_table import arma_name
 from zerorate.show.style import (
     AXIS_COLOURS,
@@ -21,7 +21,7 @@ from zerorate.show.style import (
     write_legend,
     write_title,
 )
-from zerorate.show.tables import Table, as_text, bulleted
+from zerorate.show.tables import Table, as_text, bullet_list
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from zerorate.noise.dynamic import DynamicAllan
     from zerorate.noise.result import AllanResult
 
-_LOOKS: Final = [(colour, way) for way in ("-", "--", ":") for colour in AXIS_COLOURS]
+_CURVE_STYLES: Final = [(colour, way) for way in ("-", "--", ":") for colour in AXIS_COLOURS]
 """Of curves one after the other: three colours that all can tell apart, then other strokes."""
 # Millimetres.
 _WIDTH, _HEIGHT, _LEFT, _BELOW, _ABOVE = 100.0, 70.0, 16.0, 10.0, 8.0
@@ -41,51 +41,51 @@ _UNITS: Final = {"angular rate": "rad/s", "acceleration": "m/s²", "unknown": "u
 
 def format_allan_result(result: AllanResult) -> str:
     """Return the deviations with their bounds at each averaging time, in a data-sheet unit."""
-    shown = shown_unit(result)
+    shown = choose_display_unit(result)
     head = ("tau, s", *(name or "deviation" for name in result.names))
     rows = tuple(
-        (f"{tau:.4g}", *(_bounded(axis, i, shown.factor) for axis in result.axes))
+        (f"{tau:.4g}", *(_format_bounded(axis, i, shown.factor) for axis in result.axes))
         for i, tau in enumerate(result.taus)
     )
     title = f"{result.kind}, {shown.unit}: deviation (bounds at {100.0 * result.confidence:g} %)"
-    return _with_notes(as_text(Table(title, head, rows, words=0)), result.notes)
+    return _append_notes(as_text(Table(title, head, rows, words=0)), result.notes)
 
 
-def _bounded(axis: AllanResult, i: int, factor: float) -> str:
+def _format_bounded(axis: AllanResult, i: int, factor: float) -> str:
     middle, low, high = (
         float(values[i]) * factor for values in (axis.deviation, axis.lower, axis.upper)
     )
     if not np.isfinite(middle):
         return "-"
-    bounds = (significant(one) if np.isfinite(one) else "∞" for one in (low, high))
-    return f"{significant(middle)} ({' to '.join(bounds)})"
+    bounds = (format_significant(bound) if np.isfinite(bound) else "∞" for bound in (low, high))
+    return f"{format_significant(middle)} ({' to '.join(bounds)})"
 
 
 def format_dynamic(result: DynamicAllan) -> str:
     """Return, at each averaging time, the least, middle and largest deviation of all windows."""
-    shown = shown_unit(result)
+    shown = choose_display_unit(result)
     rows = tuple(
-        (f"{tau:.4g}", *_spread(shown.factor * values))
+        (f"{tau:.4g}", *_format_spread(shown.factor * values))
         for tau, values in zip(result.taus, result.deviation.T, strict=True)
     )
     title = f"{result.kind}, {shown.unit}, in {len(result.times)} windows of {result.window:g} s"
     return as_text(Table(title, ("tau, s", "least", "median", "largest"), rows, words=0))
 
 
-def _spread(values: np.ndarray) -> tuple[str, str, str]:
-    there = values[np.isfinite(values)]
-    if not there.size:
+def _format_spread(values: np.ndarray) -> tuple[str, str, str]:
+    finite = values[np.isfinite(values)]
+    if not finite.size:
         return "-", "-", "-"
-    least, middle, most = float(there.min()), float(np.median(there)), float(there.max())
-    return significant(least), significant(middle), significant(most)
+    smallest, middle, largest = float(finite.min()), float(np.median(finite)), float(finite.max())
+    return format_significant(smallest), format_significant(middle), format_significant(largest)
 
 
 def plot_noise_model(model: NoiseModel) -> Figure:
     """Return the Allan deviation that a model expects, and that of each of its terms."""
-    figure, axes = _one_panel("The Allan deviation that a noise model expects")
+    figure, axes = _make_panel("The Allan deviation that a noise model expects")
     taus = np.logspace(-3.0, 5.0, 161)
     axes.loglog(taus, model.allan_deviation(taus), color=BLACK, lw=1.2, label="all terms")
-    for (name, part), (colour, way) in zip(_parts(model), _LOOKS * 2, strict=False):
+    for (name, part), (colour, way) in zip(_split_terms(model), _CURVE_STYLES * 2, strict=False):
         axes.loglog(taus, part.allan_deviation(taus), color=colour, lw=0.8, ls=way, label=name)
     axes.set_xlabel("averaging time, s")
     axes.set_ylabel(f"deviation, {_UNITS[model.quantity]}")
@@ -94,21 +94,21 @@ def plot_noise_model(model: NoiseModel) -> Figure:
     return figure
 
 
-def _parts(model: NoiseModel) -> Iterator[tuple[str, NoiseModel]]:
+def _split_terms(model: NoiseModel) -> Iterator[tuple[str, NoiseModel]]:
     """Yield each term of a model that is not zero as a model of its own."""
     for term in TERMS[model.quantity]:
         value = getattr(model, term.field)
         if value.known and value.identifiable and float(value) != 0.0:
             yield term.name, NoiseModel(**{term.field: value}, quantity=model.quantity)
-    for one in model.markov:
-        yield "Markov noise", NoiseModel(markov=(one,), quantity=model.quantity)
+    for markov in model.markov:
+        yield "Markov noise", NoiseModel(markov=(markov,), quantity=model.quantity)
     for wave in model.sinusoid:
         yield "sinusoid", NoiseModel(sinusoid=(wave,), quantity=model.quantity)
 
 
 def plot_arma_model(model: ArmaModel) -> Figure:
     """Return the density that a model expects, over frequency in parts of the rate."""
-    figure, axes = _one_panel(arma_name(model))
+    figure, axes = _make_panel(arma_name(model))
     frequencies = np.logspace(-5.0, np.log10(0.5), 400)
     axes.loglog(frequencies, model.spectrum(frequencies, 1.0), color=BLUE, lw=1.0)
     axes.set_xlabel("frequency over the rate of the samples")
@@ -124,7 +124,7 @@ def plot_allan_covariance(result: AllanCovariance) -> Figure:
     below = figure.add_axes((0.16, 0.09, 0.8, 0.26), sharex=above)
     deviations = np.sqrt(np.einsum("tii->ti", result.matrix))
     for k, (name, curve) in enumerate(zip(result.names, deviations.T, strict=True)):
-        colour, way = _LOOKS[k % len(_LOOKS)]
+        colour, way = _CURVE_STYLES[k % len(_CURVE_STYLES)]
         above.loglog(result.tau, curve, lw=0.8, color=colour, ls=way, label=name)
     pairs = result.correlation[:, *np.triu_indices(len(result.names), 1)]
     below.semilogx(result.tau, pairs.mean(axis=1), color=BLUE, lw=1.0)
@@ -145,25 +145,25 @@ def format_allan_covariance(result: AllanCovariance) -> str:
     deviations = np.sqrt(np.einsum("tii->ti", result.matrix))
     pairs = result.correlation[:, *np.triu_indices(len(result.names), 1)]
     rows = tuple(
-        (f"{tau:.4g}", *(significant(float(one)) for one in row), _mean(of_pairs))
+        (f"{tau:.4g}", *(format_significant(float(one)) for one in row), _format_mean(of_pairs))
         for tau, row, of_pairs in zip(result.tau, deviations, pairs, strict=True)
     )
     unit = si_unit(result.unit)[1] if result.unit == "unit" else result.unit
     title = f"Allan deviation of gyros side by side, {unit}"
     head = ("tau, s", *result.names, "correlation")
-    return _with_notes(as_text(Table(title, head, rows, words=0)), result.notes)
+    return _append_notes(as_text(Table(title, head, rows, words=0)), result.notes)
 
 
-def _mean(pairs: np.ndarray) -> str:
+def _format_mean(pairs: np.ndarray) -> str:
     return f"{pairs.mean():+.2f}" if pairs.size and np.isfinite(pairs).all() else "-"
 
 
-def _one_panel(title: str) -> tuple[Figure, Axes]:
+def _make_panel(title: str) -> tuple[Figure, Axes]:
     figure = new_figure(_WIDTH, _HEIGHT)
     axes = add_panel(figure, _LEFT, _BELOW, _WIDTH - _LEFT - 4.0, _HEIGHT - _BELOW - _ABOVE)
     write_title(figure, title)
     return figure, axes
 
 
-def _with_notes(text: str, notes: tuple[str, ...]) -> str:
-    return f"{text}\n\n{bulleted(notes)}" if notes else text
+def _append_notes(text: str, notes: tuple[str, ...]) -> str:
+    return f"{text}\n\n{bullet_list(notes)}" if notes else text

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from zerorate.show.tables import Table, as_text, prose
+from zerorate.show.tables import Table, as_text, wrap_prose
 from zerorate.simulation.devices import DEVICES, Device
 from zerorate.units import convert
 
@@ -13,7 +13,7 @@ def format_devices() -> str:
     note = "N: noise density; B: bias instability; step: resolution."
     rows = tuple(map(_row, DEVICES.values()))
     table = as_text(Table("Gyros that can be simulated", head, rows, note=note))
-    sources = (prose(f"{gyro.name}: {gyro.source}", hang="  ") for gyro in DEVICES.values())
+    sources = (wrap_prose(f"{gyro.name}: {gyro.source}", hang="  ") for gyro in DEVICES.values())
     return "\n".join((table, "", *sources))
 
 

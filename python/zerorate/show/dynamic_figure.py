@@ -8,9 +8,9 @@ import numpy as np
 
 from zerorate.noise.dynamic import DynamicAllan
 from zerorate.noise.kinds import KINDS
-from zerorate.noise.quantities import shown_unit
+from zerorate.noise.quantities import choose_display_unit
 from zerorate.show.style import (
-    FONT,
+    FONT_PT,
     add_panel,
     new_figure,
     style_decades,
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 # Millimetres.
 _WIDTH, _HEIGHT = 125.0, 70.0
-_MAP: Final = (15.0, 15.0, 88.0, 52.0)
-_BAR: Final = (106.0, 15.0, 3.5, 52.0)
+_MAP_MM: Final = (15.0, 15.0, 88.0, 52.0)
+_BAR_MM: Final = (106.0, 15.0, 3.5, 52.0)
 
 
 def plot_dynamic(result: DynamicAllan) -> Figure:
@@ -38,11 +38,11 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
     `result`: missing values are grey.
     """
     figure = new_figure(_WIDTH, _HEIGHT)
-    axes, bar = (add_panel(figure, *place) for place in (_MAP, _BAR))
+    axes, bar = (add_panel(figure, *rectangle) for rectangle in (_MAP_MM, _BAR_MM))
     from matplotlib.colors import LogNorm
     from matplotlib.ticker import MaxNLocator
 
-    shown = shown_unit(result)
+    shown = choose_display_unit(result)
     unit, seconds = time_unit(result.times[-1] + result.window / 2.0)
     values = np.ma.masked_invalid(shown.factor * result.deviation.T)
     values = np.ma.masked_less_equal(values, 0.0)
@@ -65,8 +65,8 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
     axes.set_xlim(0.0, duration)
     style_panels([axes])
     axes.xaxis.set_major_locator(MaxNLocator(7, steps=(1, 1.5, 2, 3, 5, 6, 10)))
-    bar.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
-    bar.yaxis.label.set_fontsize(FONT)
+    bar.tick_params(labelsize=FONT_PT - 0.5, width=0.5, length=2.0, pad=1.5)
+    bar.yaxis.label.set_fontsize(FONT_PT)
     scale.outline.set_linewidth(0.5)
     style_decades(bar)
     axes.yaxis.set_major_formatter(bar.yaxis.get_major_formatter())
@@ -76,10 +76,10 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
 
 def _caption(result: DynamicAllan) -> str:
     """Return how long a window is, and what is grey."""
-    grey = ["no window is centred there"]
+    reasons = ["no window is centred there"]
     if not np.all(result.deviation > 0.0):
-        grey.append("no deviation, for gaps or constant samples")
-    return f"Window of {result.window:g} s. Grey: {', or '.join(grey)}."
+        reasons.append("no deviation, for gaps or constant samples")
+    return f"Window of {result.window:g} s. Grey: {', or '.join(reasons)}."
 
 
 def _edges(centres: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

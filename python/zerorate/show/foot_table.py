@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from zerorate.numerals import with_error
-from zerorate.show.tables import Table, as_text, bulleted, prose
+from zerorate.numerals import format_with_error
+from zerorate.show.tables import Table, as_text, bullet_list, wrap_prose
 
 if TYPE_CHECKING:
     from zerorate.foot.foot import FootTrack
@@ -21,49 +21,52 @@ def format_foot(track: FootTrack) -> str:
 
     Where it ends with standard deviations, strides, notes.
     """
-    return "\n\n".join(_parts(track))
+    return "\n\n".join(_format_parts(track))
 
 
-def _parts(track: FootTrack) -> Iterator[str]:
-    best = ", smoothed" if track.smoothed else ""
-    yield prose(
-        f"Walk of {Path(track.source).name}{best}: {track.distance:.1f} m from stance to stance, "
+def _format_parts(track: FootTrack) -> Iterator[str]:
+    smoothed_text = ", smoothed" if track.smoothed else ""
+    yield wrap_prose(
+        f"Walk of {Path(track.source).name}{smoothed_text}: {track.distance:.1f} m from "
+        "stance to stance, "
         f"{len(track.stances)} stances, {len(track.rests)} rests"
     )
-    yield as_text(_end(track))
+    yield as_text(_make_end_table(track))
     strides = track.strides()
     if len(strides):
         rows = (
-            _row("length", "m", strides.stride_length),
-            _row("time", "s", strides.stride_time),
-            _row("speed", "m/s", strides.gait_velocity),
-            _row("swing", "s", strides.swing_time),
-            _row("stance", "s", strides.stance_time),
-            _row("lift", "m", strides.max_sensor_lift),
-            _row("climb", "m", strides.height_change),
-            _row("turn to the left", "deg", np.degrees(strides.turning_angle)),
+            _make_row("length", "m", strides.stride_length),
+            _make_row("time", "s", strides.stride_time),
+            _make_row("speed", "m/s", strides.gait_velocity),
+            _make_row("swing", "s", strides.swing_time),
+            _make_row("stance", "s", strides.stance_time),
+            _make_row("lift", "m", strides.max_sensor_lift),
+            _make_row("climb", "m", strides.height_change),
+            _make_row("turn to the left", "deg", np.degrees(strides.turning_angle)),
         )
         head = ("", "", "median", "least", "most")
         note = f"Cadence of both feet: {strides.cadence:.0f} steps a minute."
         yield as_text(Table(f"{len(strides)} strides", head, rows, words=2, note=note))
     if track.notes:
-        yield f"Notes\n{bulleted(track.notes)}"
+        yield f"Notes\n{bullet_list(track.notes)}"
 
 
-def _end(track: FootTrack) -> Table:
-    there = np.flatnonzero(track.navigating)
-    if not there.size:
+def _make_end_table(track: FootTrack) -> Table:
+    navigating = np.flatnonzero(track.navigating)
+    if not navigating.size:
         return Table("At the end", ("", "m"), (("unknown", "-"),))
-    place, sigma = track.position[there[-1]], track.sigma[there[-1]]
+    position, sigma = track.position[navigating[-1]], track.sigma[navigating[-1]]
     names = ("ahead of the start", "left of it", "above it")
-    rows = tuple((name, with_error(x, s)) for name, x, s in zip(names, place, sigma, strict=False))
+    rows = tuple(
+        (name, format_with_error(x, s)) for name, x, s in zip(names, position, sigma, strict=False)
+    )
     return Table("At the end", ("", "m, ± σ"), rows)
 
 
-def _row(name: str, unit: str, values: Floats) -> tuple[str, ...]:
-    known = values[np.isfinite(values)]
-    if not known.size:
+def _make_row(name: str, unit: str, values: Floats) -> tuple[str, ...]:
+    finite = values[np.isfinite(values)]
+    if not finite.size:
         return (name, unit, "-", "-", "-")
-    shown = (np.median(known), known.min(), known.max())
+    shown = (np.median(finite), finite.min(), finite.max())
     # No minus before what rounds to zero.
     return (name, unit, *(f"{round(float(x), 2) + 0.0:.2f}" for x in shown))

@@ -6,80 +6,89 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from zerorate.numerals import NOTHING
-from zerorate.show.tables import Table, as_text, bulleted, prose
+from zerorate.numerals import DASH
+from zerorate.show.tables import Table, as_text, bullet_list, wrap_prose
 
 if TYPE_CHECKING:
-    from zerorate.io.explaining import ExplainedTopic, Explanation, KnownFormat
-    from zerorate.io.packets import PacketForm
+    from zerorate.io.explaining import Explanation, FormatSupport, TopicExplanation
+    from zerorate.io.packets import PacketProtocol
 
-_MOST: Final = 40
+_MAX_COLUMNS: Final = 40
 """Columns of a topic that are listed."""
 
 
 def format_formats(
-    logs: Iterable[KnownFormat], fixes: Iterable[KnownFormat], packets: Iterable[PacketForm]
+    logs: Iterable[FormatSupport], fixes: Iterable[FormatSupport], packets: Iterable[PacketProtocol]
 ) -> str:
     """Return the formats of logs, those of receivers, and packets of devices, as tables."""
     tables = (
-        _formats("Logs that are read", logs),
-        _formats("Positions that are read", fixes),
-        _packets(packets),
+        _format_formats("Logs that are read", logs),
+        _format_formats("Positions that are read", fixes),
+        _format_packets(packets),
     )
     return "\n\n".join(tables)
 
 
-def _packets(forms: Iterable[PacketForm]) -> str:
-    rows = tuple((form.name, form.meaning) for form in forms)
+def _format_packets(protocols: Iterable[PacketProtocol]) -> str:
+    rows = tuple((protocol.name, protocol.meaning) for protocol in protocols)
     title = "Packets of devices, zerorate stream --form"
     return as_text(Table(title, ("form", "devices"), rows, words=2))
 
 
-def _formats(title: str, known: Iterable[KnownFormat]) -> str:
+def _format_formats(title: str, formats: Iterable[FormatSupport]) -> str:
     rows = tuple(
         (
-            one.called.removeprefix("a ").removeprefix("an "),
-            " ".join(one.suffixes) or "by its content",
-            " ".join(one.written) or NOTHING,
-            _needs(one),
+            known_format.called.removeprefix("a ").removeprefix("an "),
+            " ".join(known_format.suffixes) or "by its content",
+            " ".join(known_format.written) or DASH,
+            _describe_extra(known_format),
         )
-        for one in known
+        for known_format in formats
     )
     return as_text(Table(title, ("format", "files", "written as", "needs"), rows, words=4))
 
 
-def _needs(one: KnownFormat) -> str:
-    if not one.extra:
-        return NOTHING
-    return f"[{one.extra}]" if one.there else f"[{one.extra}], not installed"
+def _describe_extra(known_format: FormatSupport) -> str:
+    if not known_format.extra:
+        return DASH
+    return (
+        f"[{known_format.extra}]"
+        if known_format.is_installed
+        else f"[{known_format.extra}], not installed"
+    )
 
 
-def format_explanation(told: Explanation) -> str:
+def format_explanation(explanation: Explanation) -> str:
     """Return what a file is taken for: its format and why, its logs, its columns, notes."""
-    parts = [prose(f"{Path(told.source).name} is read as {told.format}: {told.reason}.")]
-    if told.logs:
+    parts = [
+        wrap_prose(
+            f"{Path(explanation.source).name} is read as {explanation.format}: "
+            f"{explanation.reason}."
+        )
+    ]
+    if explanation.logs:
         rows = tuple(
-            (name, str(log.n), f"{log.rate:.6g}", log.unit, str(log.meta.get("sensor", NOTHING)))
-            for name, log in told.logs.items()
+            (name, str(log.n), f"{log.rate:.6g}", log.unit, str(log.meta.get("sensor", DASH)))
+            for name, log in explanation.logs.items()
         )
         head = ("log", "samples", "rate, Hz", "unit", "sensor")
         parts.append(as_text(Table("Logs", head, rows, words=1, spare=(4, 1))))
-    parts += map(_topic, told.topics)
-    if told.others:
-        parts.append(prose(f"Further topics: {', '.join(told.others)}", hang="  "))
-    if told.notes:
-        parts.append(f"Notes\n{bulleted(told.notes)}")
+    parts += map(_format_topic, explanation.topics)
+    if explanation.others:
+        parts.append(wrap_prose(f"Further topics: {', '.join(explanation.others)}", hang="  "))
+    if explanation.notes:
+        parts.append(f"Notes\n{bullet_list(explanation.notes)}")
     return "\n\n".join(parts)
 
 
-def _topic(topic: ExplainedTopic) -> str:
-    listed = topic.columns[:_MOST]
+def _format_topic(topic: TopicExplanation) -> str:
+    listed = topic.columns[:_MAX_COLUMNS]
     rows = tuple(
-        (one.name, one.meaning or NOTHING, one.unit or NOTHING, one.log or NOTHING)
-        for one in listed
+        (column.name, column.meaning or DASH, column.unit or DASH, column.log or DASH)
+        for column in listed
     )
-    left = len(topic.columns) - len(listed)
-    note = f"And {left} further columns." if left else ""
+    hidden_count = len(topic.columns) - len(listed)
+    note = f"And {hidden_count} further columns." if hidden_count else ""
     title = f"Columns of {topic.name}" if topic.name else "Columns"
     head = ("column", "by its name", "unit", "read as")
     return as_text(Table(title, head, rows, words=4, note=note))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from zerorate.identification.conclusions import model_name
 from zerorate.identification.identification import Identification
-from zerorate.numerals import significant
+from zerorate.numerals import format_significant
 from zerorate.show.identify_panels import (
     draw_acf,
     draw_ar_orders,
@@ -21,7 +21,7 @@ from zerorate.show.identify_panels import (
     style_orders,
     style_times,
 )
-from zerorate.show.stack import INNER, LEFT, Stack, head
+from zerorate.show.stack import INNER_WIDTH_MM, LEFT_MM, Stack, write_head
 from zerorate.show.style import (
     add_panel,
     new_figure,
@@ -45,24 +45,24 @@ _BETWEEN_COLUMNS, _BETWEEN_ROWS = 14.0, 14.0
 _ROWS, _COLUMNS = 4, 3
 
 # Of the usual six, in a column of a page.
-_HEIGHTS: Final = (15.0, 24.0, 20.0, 20.0)
-_PANELS: Final = 6
-_AXIS, _APART = 6.5, 10.0
-_BETWEEN: Final = 3.0 * _AXIS
-_DOUBT: Final = 0.05
+_HEIGHTS_MM: Final = (15.0, 24.0, 20.0, 20.0)
+_PANEL_COUNT: Final = 6
+_AXIS_HEIGHT_MM, _COLUMN_GAP_MM = 6.5, 10.0
+_BETWEEN: Final = 3.0 * _AXIS_HEIGHT_MM
+_SIGNIFICANCE: Final = 0.05
 _QUESTION: Final = "Which model describes the drift?"
-_SHORT: Final = (
+_SHORT_CAPTION: Final = (
     "Grey: 95 % bounds of white noise; criteria within the margin of the least. Hollow: the least; "
     "filled: the clear choice."
 )
 
 
-def plot_identified(found: Identified) -> Figure:
+def plot_identified(result: Identified) -> Figure:
     """Return the figure of the first axis; those of the others are by `plot_identification`."""
-    return plot_identification(found.axes[0])
+    return plot_identification(result.axes[0])
 
 
-def plot_identification(found: Identification, everything: bool = False) -> Figure:
+def plot_identification(identification: Identification, everything: bool = False) -> Figure:
     """Return the figure of one axis, a column of a page wide.
 
     The record with the means of its segments and where it moved; its spectrum with those of the
@@ -73,23 +73,23 @@ def plot_identification(found: Identification, everything: bool = False) -> Figu
     autoregressions, and the coefficients as they are learned online.
     """
     if everything:
-        return _everything(found)
-    stack = Stack(_QUESTION, _answer(found), _SHORT, _HEIGHTS, _BETWEEN)
-    series, spectrum = _next(stack), _next(stack)
-    half = 0.5 * (INNER - _APART)
-    lefts = LEFT, LEFT + half + _APART
+        return _plot_all_panels(identification)
+    stack = Stack(_QUESTION, _describe_model(identification), _SHORT_CAPTION, _HEIGHTS_MM, _BETWEEN)
+    series, spectrum = _add_panel(stack), _add_panel(stack)
+    half = 0.5 * (INNER_WIDTH_MM - _COLUMN_GAP_MM)
+    lefts = LEFT_MM, LEFT_MM + half + _COLUMN_GAP_MM
     acf, orders, residuals, quantiles = (
-        _next(stack, left, half, left == lefts[1]) for _ in range(2) for left in lefts
+        _add_panel(stack, left, half, left == lefts[1]) for _ in range(2) for left in lefts
     )
-    draw_series(series, found)
-    draw_spectrum(spectrum, found)
-    draw_acf(acf, found)
-    draw_arma_orders(orders, found)
-    draw_residual_acf(residuals, found)
-    draw_quantiles(quantiles, found)
+    draw_series(series, identification)
+    draw_spectrum(spectrum, identification)
+    draw_acf(acf, identification)
+    draw_arma_orders(orders, identification)
+    draw_residual_acf(residuals, identification)
+    draw_quantiles(quantiles, identification)
     for panel, text in (
-        (series, f"record [{found.unit}]"),
-        (spectrum, f"spectrum [({found.unit})²/Hz]"),
+        (series, f"record [{identification.unit}]"),
+        (spectrum, f"spectrum [({identification.unit})²/Hz]"),
         (acf, "its autocorrelation"),
         (orders, "ARMA orders"),
         (residuals, residuals.get_title()),
@@ -97,65 +97,67 @@ def plot_identification(found: Identification, everything: bool = False) -> Figu
     ):
         panel.set_title("")
         panel.set_ylabel("")
-        head(panel, text)
+        write_head(panel, text)
     quantiles.set_xlabel("Gaussian [σ]")
-    record = found.record
+    record = identification.record
     seconds = record.sample_count / record.rate
-    figure = stack.finish(found.name, record.rate, seconds)
+    figure = stack.finish(identification.name, record.rate, seconds)
     if spectrum.lines:
-        style_decades(spectrum, fewest=2)
-    style_orders(orders, found.arma_orders.margin)
+        style_decades(spectrum, min_decades=2)
+    style_orders(orders, identification.arma_orders.margin)
     return figure
 
 
-def _next(stack: Stack, left: float = LEFT, width: float = INNER, last: bool = True) -> Axes:
+def _add_panel(
+    stack: Stack, left: float = LEFT_MM, width: float = INNER_WIDTH_MM, last: bool = True
+) -> Axes:
     """Return the next panel, under which a row of panels leaves room for its own axis."""
     panel = stack.add(left, width, last)
-    if last and len(stack.panels) < _PANELS:
-        stack.skip(_AXIS)
+    if last and len(stack.panels) < _PANEL_COUNT:
+        stack.skip(_AXIS_HEIGHT_MM)
     return panel
 
 
-def _answer(found: Identification) -> str:
+def _describe_model(identification: Identification) -> str:
     """Return the model, and whether it leaves white residuals."""
-    p = found.whiteness.ljung_box.p_value
-    verdict = "what it leaves may be white" if p > _DOUBT else "what it leaves is not white"
-    name = model_name(found.model.order)
-    return f"{name[0].upper()}{name[1:]}; {verdict} (Ljung-Box, p {_shown(p)})."
+    p = identification.whiteness.ljung_box.p_value
+    verdict = "what it leaves may be white" if p > _SIGNIFICANCE else "what it leaves is not white"
+    name = model_name(identification.model.order)
+    return f"{name[0].upper()}{name[1:]}; {verdict} (Ljung-Box, p {_format_p(p)})."
 
 
-def _shown(p: float) -> str:
-    return "< 1e-6" if p < 1e-6 else f"= {significant(p, 2)}"
+def _format_p(p: float) -> str:
+    return "< 1e-6" if p < 1e-6 else f"= {format_significant(p, 2)}"
 
 
-def _everything(found: Identification) -> Figure:
+def _plot_all_panels(identification: Identification) -> Figure:
     height = _TOP + _BOTTOM + _ROWS * _PANEL + (_ROWS - 1) * _BETWEEN_ROWS
     figure = new_figure(_WIDTH, height)
-    draw_series(_axes(figure, height, 0, 0, 3), found)
-    draw_acf(_axes(figure, height, 1, 0), found)
-    draw_pacf(_axes(figure, height, 1, 1), found)
-    spectrum = _axes(figure, height, 1, 2)
-    draw_spectrum(spectrum, found)
-    orders = [_axes(figure, height, 2, column) for column in (0, 1)]
-    draw_ar_orders(orders[0], found)
-    draw_arma_orders(orders[1], found)
-    draw_residual_acf(_axes(figure, height, 2, 2), found)
-    draw_quantiles(_axes(figure, height, 3, 0), found)
-    online = _axes(figure, height, 3, 1, 2)
-    draw_online(online, found)
+    draw_series(_add_grid_panel(figure, height, 0, 0, 3), identification)
+    draw_acf(_add_grid_panel(figure, height, 1, 0), identification)
+    draw_pacf(_add_grid_panel(figure, height, 1, 1), identification)
+    spectrum = _add_grid_panel(figure, height, 1, 2)
+    draw_spectrum(spectrum, identification)
+    orders = [_add_grid_panel(figure, height, 2, column) for column in (0, 1)]
+    draw_ar_orders(orders[0], identification)
+    draw_arma_orders(orders[1], identification)
+    draw_residual_acf(_add_grid_panel(figure, height, 2, 2), identification)
+    draw_quantiles(_add_grid_panel(figure, height, 3, 0), identification)
+    online = _add_grid_panel(figure, height, 3, 1, 2)
+    draw_online(online, identification)
     style_panels(figure.axes)
     if spectrum.lines:
-        style_decades(spectrum, fewest=2)
+        style_decades(spectrum, min_decades=2)
     style_times(online)
     for axes in orders:
-        style_orders(axes, found.arma_orders.margin)
-    title = f"{found.name}: {model_name(found.model.order)}"
+        style_orders(axes, identification.arma_orders.margin)
+    title = f"{identification.name}: {model_name(identification.model.order)}"
     write_title(figure, title)
-    write_caption(figure, textwrap.fill(_caption(found), 170))
+    write_caption(figure, textwrap.fill(_make_caption(identification), 170))
     return figure
 
 
-def _axes(figure: Figure, height: float, row: int, column: int, span: int = 1) -> Axes:
+def _add_grid_panel(figure: Figure, height: float, row: int, column: int, span: int = 1) -> Axes:
     """Return the panel at a place of the grid, so many columns wide."""
     inner = _WIDTH - _LEFT - _RIGHT - (_COLUMNS - 1) * _BETWEEN_COLUMNS
     single = inner / _COLUMNS
@@ -165,9 +167,9 @@ def _axes(figure: Figure, height: float, row: int, column: int, span: int = 1) -
     return add_panel(figure, left, bottom, width, _PANEL)
 
 
-def _caption(found: Identification) -> str:
-    record = found.record
-    margin = found.arma_orders.margin
+def _make_caption(identification: Identification) -> str:
+    record = identification.record
+    margin = identification.arma_orders.margin
     return (
         f"{record.sample_count:,} samples at {record.rate:.4g} Hz. Grey bands: 95 % bounds of "
         f"white noise; criteria within {margin:g} of the least. Hollow: the least of a criterion; "

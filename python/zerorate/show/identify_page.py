@@ -9,51 +9,53 @@ from io import BytesIO
 from pathlib import Path
 
 from zerorate._native import __version__
-from zerorate.identification.conclusions import is_fit, model_name, per_cent
+from zerorate.identification.conclusions import format_percent, is_fit, model_name
 from zerorate.identification.identification import Identification
-from zerorate.show.identify_tables import tables
+from zerorate.show.identify_tables import identification_tables
 from zerorate.show.tables import Table
 from zerorate.tasks.identify import Identified
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 
 
-def identified_page(found: Identified, drawn: bool = True, everything: bool = False) -> str:
+def identified_page(result: Identified, with_figures: bool = True, everything: bool = False) -> str:
     """Return the page of all axes of a log.
 
-    `drawn`: with a figure of each axis, of all panels if `everything`; ImportError without
+    `with_figures`: with a figure of each axis, of all panels if `everything`; ImportError without
     matplotlib.
     """
-    drawings = {one.name: _svg(one, everything) for one in found.axes} if drawn else {}
-    return identification_page(found.axes, Path(found.source).name, drawings, found.notes)
+    drawings = (
+        {axis.name: _render_svg(axis, everything) for axis in result.axes} if with_figures else {}
+    )
+    return identification_page(result.axes, Path(result.source).name, drawings, result.notes)
 
 
-def _svg(found: Identification, everything: bool) -> bytes:
+def _render_svg(identification: Identification, everything: bool) -> bytes:
     if find_spec("matplotlib") is None:
-        raise ImportError(extra_needed("matplotlib", "plot"))
+        raise ImportError(describe_missing_extra("matplotlib", "plot"))
     from matplotlib import rc_context
 
     from zerorate.show.identify_figure import plot_identification
 
     buffer = BytesIO()
     # The same log gives the same bytes.
-    with rc_context({"svg.hashsalt": found.name}):
-        figure = plot_identification(found, everything)
+    with rc_context({"svg.hashsalt": identification.name}):
+        figure = plot_identification(identification, everything)
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     return buffer.getvalue()
 
 
 def identification_page(
-    found: Sequence[Identification], source: str, figures: Mapping[str, bytes], notes: Sequence[str]
+    axes: Sequence[Identification], source: str, figures: Mapping[str, bytes], notes: Sequence[str]
 ) -> str:
     """Return a page with a section for each axis.
 
-    `found`: one an axis, of different names. `source`: name of the log. `figures`: SVG of the axes
+    `axes`: one an axis, of different names. `source`: name of the log. `figures`: SVG of the axes
     that have a figure. `notes`: sentences on the log.
     """
-    return _page(f"{source}: identification", _body(found, source, figures, notes))
+    return _make_page(f"{source}: identification", _make_body(axes, source, figures, notes))
 
 
-def _page(title: str, body: Iterable[str]) -> str:
+def _make_page(title: str, body: Iterable[str]) -> str:
     """Return a whole document of a title and the elements of its body."""
     style = files("zerorate.show").joinpath("page.css").read_text(encoding="utf-8")
     return (
@@ -67,18 +69,18 @@ def _page(title: str, body: Iterable[str]) -> str:
 
 def _as_html(table: Table) -> str:
     """Return a table with its title and its note."""
-    head = f"<thead>{_row(table.head, 'th', table.words)}</thead>\n" if table.head else ""
-    rows = "\n".join(_row(row, "td", table.words) for row in table.rows)
+    head = f"<thead>{_html_row(table.head, 'th', table.words)}</thead>\n" if table.head else ""
+    rows = "\n".join(_html_row(row, "td", table.words) for row in table.rows)
     note = f'\n<p class="note">{escape(table.note)}</p>' if table.note else ""
     return f"<h3>{escape(table.title)}</h3>\n<table>\n{head}<tbody>\n{rows}\n</tbody></table>{note}"
 
 
-def _bullets(sentences: Sequence[str]) -> str:
+def _html_list(sentences: Sequence[str]) -> str:
     """Return sentences as a list."""
     return "<ul>" + "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences) + "</ul>"
 
 
-def _image(svg: bytes, description: str) -> str:
+def _html_image(svg: bytes, description: str) -> str:
     """Return a drawing within the page, apart from the names that others use in theirs."""
     data = b64encode(svg).decode("ascii")
     return (
@@ -86,7 +88,7 @@ def _image(svg: bytes, description: str) -> str:
     )
 
 
-def _row(cells: Sequence[str], tag: str, words: int) -> str:
+def _html_row(cells: Sequence[str], tag: str, words: int) -> str:
     texts = (
         f'<{tag} class="word">{escape(cell)}</{tag}>'
         if i < words
@@ -96,40 +98,43 @@ def _row(cells: Sequence[str], tag: str, words: int) -> str:
     return f"<tr>{''.join(texts)}</tr>"
 
 
-def _body(
-    found: Sequence[Identification], source: str, figures: Mapping[str, bytes], notes: Sequence[str]
+def _make_body(
+    axes: Sequence[Identification], source: str, figures: Mapping[str, bytes], notes: Sequence[str]
 ) -> Iterator[str]:
-    record = found[0].record
+    record = axes[0].record
     yield f"<h1>{escape(source)}: drift models</h1>"
     yield (
         f'<p class="about">{record.sample_count:,} samples at {record.rate:g} Hz, '
         f"{record.duration:,.6g} s. zerorate {__version__}.</p>"
     )
     if notes:
-        yield _bullets(notes)
-    if len(found) > 1:
-        links = (f'<a href="#axis{i}">{escape(one.name)}</a>' for i, one in enumerate(found))
+        yield _html_list(notes)
+    if len(axes) > 1:
+        links = (f'<a href="#axis{i}">{escape(axis.name)}</a>' for i, axis in enumerate(axes))
         yield f"<nav>{''.join(links)}</nav>"
-    yield _as_html(_summary(found))
-    for i, one in enumerate(found):
-        yield f'<section id="axis{i}">\n<h2>{escape(one.name)} [{escape(one.unit)}]</h2>'
-        yield f'<div class="verdict{"" if is_fit(one) else " unfit"}">{_bullets(one.verdict)}</div>'
-        if one.name in figures:
-            yield _image(figures[one.name], f"Record, tests and models of {one.name}")
-        yield from map(_as_html, tables(one))
+    yield _as_html(_make_summary(axes))
+    for i, axis in enumerate(axes):
+        yield f'<section id="axis{i}">\n<h2>{escape(axis.name)} [{escape(axis.unit)}]</h2>'
+        yield (
+            "<div "
+            f'class="verdict{"" if is_fit(axis) else " unfit"}">{_html_list(axis.verdict)}</div>'
+        )
+        if axis.name in figures:
+            yield _html_image(figures[axis.name], f"Record, tests and models of {axis.name}")
+        yield from map(_as_html, identification_tables(axis))
         yield "</section>"
 
 
-def _summary(found: Sequence[Identification]) -> Table:
+def _make_summary(axes: Sequence[Identification]) -> Table:
     head = ("axis", "fit for a model", "model", "residuals", "still predictable")
     rows = (
         (
-            one.name,
-            "yes" if is_fit(one) else "no",
-            model_name(one.model.order),
-            "white" if one.whiteness.white else "not white",
-            per_cent(one.whiteness.predictable),
+            axis.name,
+            "yes" if is_fit(axis) else "no",
+            model_name(axis.model.order),
+            "white" if axis.whiteness.white else "not white",
+            format_percent(axis.whiteness.predictable),
         )
-        for one in found
+        for axis in axes
     )
     return Table("Summary", head, tuple(rows), words=4)

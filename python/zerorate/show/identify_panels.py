@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.identification.conclusions import model_name
-from zerorate.identification.order import above_least
+from zerorate.identification.order import scores_above_minimum
 from zerorate.noise.spectrum import Spectrum
-from zerorate.numerals import significant
-from zerorate.show.scales import limits, spans
+from zerorate.numerals import format_significant
+from zerorate.show.scales import bucket_extremes, robust_limits
 from zerorate.show.style import (
     AR_COLOURS,
     BLACK,
@@ -33,32 +33,32 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from zerorate.identification.correlogram import Correlogram
-    from zerorate.identification.identification import Identification, Online
+    from zerorate.identification.identification import Identification, OnlineFit
     from zerorate.identification.order import OrderSelection
 
 _SUBSCRIPTS: Final = "₁₂₃"
-_FREQUENCIES: Final = 300
+_FREQUENCY_COUNT: Final = 300
 
-_QUANTILES: Final = 199
+_QUANTILE_COUNT: Final = 199
 
-_MOST: Final = 100_000
+_MAX_RESIDUALS: Final = 100_000
 """Residuals of which quantiles are taken: more would move no point by a line's width."""
 
 _COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 _MARKS = ("o", "s", "^", "D", "v", "P")
 
 
-def draw_series(axes: Axes, found: Identification) -> None:
+def draw_series(axes: Axes, identification: Identification) -> None:
     """Draw what was modelled with all its peaks, the means of its segments, and its motion."""
-    data, rate = found.prepared.data, found.rate
+    data, rate = identification.prepared.data, identification.rate
     duration = data.size / rate
     unit, seconds = time_unit(duration)
-    t, least, most = spans(data, rate)
+    t, least, most = bucket_extremes(data, rate)
     axes.fill_between(t / seconds, least, most, color=SKY, alpha=0.55, lw=0.3, label="record")
-    means = found.tests.segment_means
-    edges = np.arange(means.size + 1) * found.tests.segment / seconds
+    means = identification.tests.segment_means
+    edges = np.arange(means.size + 1) * identification.tests.segment / seconds
     axes.stairs(means, edges, baseline=None, color=BLACK, lw=0.7, label="means of segments")
-    for i, span in enumerate(found.moving):
+    for i, span in enumerate(identification.moving):
         label = "_" if i else "not at rest"
         axes.axvspan(
             span.start / seconds,
@@ -70,33 +70,36 @@ def draw_series(axes: Axes, found: Identification) -> None:
             label=label,
         )
     axes.set_xlim(0.0, duration / seconds)
-    axes.set_ylim(*limits(np.concatenate((least, most)), 0.15, 0.35))
+    axes.set_ylim(*robust_limits(np.concatenate((least, most)), 0.15, 0.35))
     axes.set_xlabel(f"time [{unit}]")
-    axes.set_ylabel(f"record [{found.unit}]")
+    axes.set_ylabel(f"record [{identification.unit}]")
     write_legend(axes, "upper right", 3, 1.3)
 
 
-def draw_spectrum(axes: Axes, found: Identification) -> None:
+def draw_spectrum(axes: Axes, identification: Identification) -> None:
     """Draw the averaged periodogram of what was modelled, and the spectra of the models."""
     axes.set_title("spectrum")
-    rate = found.rate
+    rate = identification.rate
     try:
-        measured = Spectrum.of(found.prepared.data, rate)
+        measured = Spectrum.of(identification.prepared.data, rate)
     except ValueError:
         # Of a sensor that stuck, for instance: other stretches may be as they should.
         axes.tick_params(left=False, labelleft=False, bottom=False, labelbottom=False)
         write_in_middle(axes, "the longest stretch is constant or short")
         return
-    centres, density = _one_sided(measured, rate)
+    centres, density = _one_sided_density(measured, rate)
     axes.plot(centres, density, color=SKY, lw=0.7, label="record")
-    frequencies = np.geomspace(centres[0], rate / 2.0, _FREQUENCIES)
-    for model, colour, style in ((found.ar, GREEN, "-"), (found.model, VERMILION, "--")):
+    frequencies = np.geomspace(centres[0], rate / 2.0, _FREQUENCY_COUNT)
+    for model, colour, style in (
+        (identification.ar, GREEN, "-"),
+        (identification.model, VERMILION, "--"),
+    ):
         shown = model.spectrum(frequencies, rate)
         axes.plot(frequencies, shown, color=colour, lw=0.9, ls=style, label=model_name(model.order))
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlabel("frequency [Hz]")
-    axes.set_ylabel(f"density [({found.unit})²/Hz]")
+    axes.set_ylabel(f"density [({identification.unit})²/Hz]")
     drawn = np.concatenate([np.asarray(line.get_ydata(), dtype=np.float64) for line in axes.lines])
     low, high = np.log(drawn.min()), np.log(drawn.max())
     # The lower third is for the legend.
@@ -104,21 +107,23 @@ def draw_spectrum(axes: Axes, found: Identification) -> None:
     write_legend(axes, "lower left", 1, 1.3)
 
 
-def draw_online(axes: Axes, found: Identification) -> None:
+def draw_online(axes: Axes, identification: Identification) -> None:
     """Draw the coefficients as they are learned, with the offline ones and their errors."""
     axes.set_title("coefficients learned online")
     axes.set_xlabel("time [s]")
     axes.set_xscale("log")
-    online, rate = found.online, found.rate
-    axes.set_xlim(100.0 / rate, found.prepared.data.size / rate)
+    online, rate = identification.online, identification.rate
+    axes.set_xlim(100.0 / rate, identification.prepared.data.size / rate)
     if online is None:
         axes.tick_params(left=False, labelleft=False)
-        write_in_middle(axes, f"{model_name(found.model.order)} is not learned online")
+        write_in_middle(axes, f"{model_name(identification.model.order)} is not learned online")
         return
-    p = found.model.order[0]
+    p = identification.model.order[0]
     times = online.samples / rate
-    known = np.concatenate((found.model.phi, found.model.theta))
-    for i, (value, error) in enumerate(zip(known, found.model.standard_errors, strict=False)):
+    known = np.concatenate((identification.model.phi, identification.model.theta))
+    for i, (value, error) in enumerate(
+        zip(known, identification.model.standard_errors, strict=False)
+    ):
         colour = AR_COLOURS[i] if i < p else MA_COLOURS[i - p]
         label = f"φ{_SUBSCRIPTS[i]}" if i < p else f"θ{_SUBSCRIPTS[i - p]}"
         axes.axhspan(value - error, value + error, color=colour, alpha=0.25, lw=0.0)
@@ -136,7 +141,7 @@ def style_times(axes: Axes) -> None:
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
-def _one_sided(measured: Spectrum, rate: float) -> tuple[Floats, Floats]:
+def _one_sided_density(measured: Spectrum, rate: float) -> tuple[Floats, Floats]:
     """Return the middles of the bands, Hz, and the one-sided density there."""
     bands = measured.bands
     lines = np.asarray(bands.lines)
@@ -145,45 +150,47 @@ def _one_sided(measured: Spectrum, rate: float) -> tuple[Floats, Floats]:
     return middles, 2.0 * measured.density * measured.scale**2 / rate
 
 
-def _online_limits(online: Online, known: Floats) -> tuple[float, float]:
+def _online_limits(online: OnlineFit, known: Floats) -> tuple[float, float]:
     """Return limits that hold the last values, and as much of the beginning as reads well."""
     late = online.coefficients[online.coefficients.shape[0] // 3 :, : known.size]
-    low, high = limits(late, 0.1, 0.3)
+    low, high = robust_limits(late, 0.1, 0.3)
     span = known.max() - known.min()
     return min(low, known.min() - 0.1 * span), max(high, known.max() + 0.3 * span)
 
 
-def draw_acf(axes: Axes, found: Identification) -> None:
+def draw_acf(axes: Axes, identification: Identification) -> None:
     """Draw the autocorrelation of what was modelled."""
     axes.set_title("autocorrelation of the record")
-    _draw_lags(axes, found.correlogram, found.correlogram.acf, BLUE)
+    _draw_lags(axes, identification.correlogram, identification.correlogram.acf, BLUE)
 
 
-def draw_pacf(axes: Axes, found: Identification) -> None:
+def draw_pacf(axes: Axes, identification: Identification) -> None:
     """Draw the partial autocorrelation of what was modelled."""
     axes.set_title("partial autocorrelation")
-    _draw_lags(axes, found.correlogram, found.correlogram.pacf, BLUE)
+    _draw_lags(axes, identification.correlogram, identification.correlogram.pacf, BLUE)
 
 
-def draw_residual_acf(axes: Axes, found: Identification) -> None:
+def draw_residual_acf(axes: Axes, identification: Identification) -> None:
     """Draw the autocorrelation of the residuals, and the p value of Ljung and Box."""
-    white = found.whiteness
+    white = identification.whiteness
     p = white.ljung_box.p_value
-    shown = "< 1e-6" if p < 1e-6 else f"= {significant(p, 2)}"
+    shown = "< 1e-6" if p < 1e-6 else f"= {format_significant(p, 2)}"
     axes.set_title(f"residuals: Ljung-Box p {shown}")
     _draw_lags(axes, white.correlogram, white.correlogram.acf, VERMILION)
 
 
-def draw_quantiles(axes: Axes, found: Identification) -> None:
+def draw_quantiles(axes: Axes, identification: Identification) -> None:
     """Draw quantiles of the residuals over those of a Gaussian of their size."""
     axes.set_title("quantiles of the residuals")
     axes.set_xlabel("Gaussian [standard deviations]")
     axes.set_ylabel("residuals [standard deviations]")
-    residuals = found.residuals
+    residuals = identification.residuals
     residuals = residuals[np.isfinite(residuals)]
-    residuals = residuals[:: max(1, residuals.size // _MOST)] / np.sqrt(found.model.sigma2)
+    residuals = residuals[:: max(1, residuals.size // _MAX_RESIDUALS)] / np.sqrt(
+        identification.model.sigma2
+    )
     # As far out as the sample reaches.
-    parts = _parts(residuals.size)
+    parts = _even_probabilities(residuals.size)
     expected = np.array([NormalDist().inv_cdf(part) for part in parts])
     edge = 1.08 * expected[-1]
     axes.plot((-edge, edge), (-edge, edge), color=BLACK, lw=0.6, ls=(0, (4, 2)))
@@ -199,10 +206,10 @@ def draw_quantiles(axes: Axes, found: Identification) -> None:
     axes.set_xlim(-edge, edge)
 
 
-def _parts(n: int) -> Floats:
+def _even_probabilities(n: int) -> Floats:
     """Return probabilities whose Gaussian quantiles are evenly spaced, as far out as n reach."""
     end = NormalDist().inv_cdf(1.0 - 0.5 / n)
-    return np.array([NormalDist().cdf(x) for x in np.linspace(-end, end, _QUANTILES)])
+    return np.array([NormalDist().cdf(x) for x in np.linspace(-end, end, _QUANTILE_COUNT)])
 
 
 def _draw_lags(axes: Axes, correlogram: Correlogram, values: Floats, colour: str) -> None:
@@ -220,21 +227,21 @@ def _draw_lags(axes: Axes, correlogram: Correlogram, values: Floats, colour: str
     axes.set_xlabel("lag [samples]")
 
 
-def draw_ar_orders(axes: Axes, found: Identification) -> None:
+def draw_ar_orders(axes: Axes, identification: Identification) -> None:
     """Draw how far the criterion of each AR order is above the least."""
     axes.set_title("orders of AR models")
-    _draw(axes, found.ar_orders)
+    _draw_orders(axes, identification.ar_orders)
 
 
-def draw_arma_orders(axes: Axes, found: Identification) -> None:
+def draw_arma_orders(axes: Axes, identification: Identification) -> None:
     """Draw the same of ARMA orders, a line for each q."""
     axes.set_title("orders of ARMA models")
-    _draw(axes, found.arma_orders)
+    _draw_orders(axes, identification.arma_orders)
     write_legend(axes, "upper right", 2)
 
 
-def _draw(axes: Axes, orders: OrderSelection) -> None:
-    above = dict(zip(orders.orders, above_least(orders, orders.criterion), strict=True))
+def _draw_orders(axes: Axes, orders: OrderSelection) -> None:
+    above = dict(zip(orders.orders, scores_above_minimum(orders, orders.criterion), strict=True))
     axes.axhspan(0.0, orders.margin, color=GREY, lw=0.0)
     for q in sorted({q for _, q in orders.orders}):
         colour = _COLOURS[q % len(_COLOURS)]
@@ -271,8 +278,8 @@ def style_orders(axes: Axes, margin: float) -> None:
     decades = 10.0 ** np.arange(np.ceil(np.log10(1.5 * margin)), np.log10(most))
     axes.yaxis.set_major_locator(FixedLocator([0.0, margin, *decades]))
     axes.yaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _short(value)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _format_score(value)))
 
 
-def _short(score: float) -> str:
+def _format_score(score: float) -> str:
     return f"{score:g}" if score < 1000.0 else f"{score:.0e}".replace("e+0", "e")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from zerorate.geometry.rotations import euler_angles
-from zerorate.numerals import significant, with_error
+from zerorate.numerals import format_significant, format_with_error
 from zerorate.show.style import (
     BLACK,
     BLUE,
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 
 # Millimetres.
 _WIDTH, _ROW, _LEFT, _BELOW, _ABOVE, _BETWEEN = 110.0, 5.0, 38.0, 11.0, 8.0, 9.0
-_BARS: Final = "Bars: ± 2σ."
-_FEW: Final = 24
+_BARS_CAPTION: Final = "Bars: ± 2σ."
+_MAX_PARAMETERS: Final = 24
 """Parameters of a comparison that are shown, the ones that moved farthest."""
 
 
@@ -64,21 +64,21 @@ def plot_fitted_rate(result: FittedRate) -> Figure:
     """Return scale, bias and lag of a gyro against its reference as intervals."""
     scales = ("scale", "positive", "negative")
     groups = (
-        _Group("scale", tuple(_row(name, getattr(result, name)) for name in scales), ()),
-        _Group("asymmetry of the scale", (_row("asymmetry", result.asymmetry),)),
-        _Group("bias, in the unit of the gyro", (_row("bias", result.bias),)),
-        _Group("lag, s", (_row("lag", result.lag),)),
+        _Group("scale", tuple(_make_row(name, getattr(result, name)) for name in scales), ()),
+        _Group("asymmetry of the scale", (_make_row("asymmetry", result.asymmetry),)),
+        _Group("bias, in the unit of the gyro", (_make_row("bias", result.bias),)),
+        _Group("lag, s", (_make_row("lag", result.lag),)),
     )
-    return _figure("A gyro against its reference", groups)
+    return _draw_figure("A gyro against its reference", groups)
 
 
 def plot_comparison(result: CalibrationComparison) -> Figure:
     """Return by how many standard errors each parameter has moved."""
-    counted = [p for p in result.parameters if not math.isnan(p.z)]
-    farthest = sorted(counted, key=lambda p: -abs(p.z))[:_FEW]
+    comparable = [p for p in result.parameters if not math.isnan(p.z)]
+    farthest = sorted(comparable, key=lambda p: -abs(p.z))[:_MAX_PARAMETERS]
     rows = tuple(_Row(p.name, p.z, 0.0, p.moved) for p in farthest)
     group = _Group("second less first, standard errors", rows, (-3.0, 0.0, 3.0))
-    return _figure("Two calibrations", (group,), "Beyond ± 3 a parameter has moved.")
+    return _draw_figure("Two calibrations", (group,), "Beyond ± 3 a parameter has moved.")
 
 
 def plot_alignment(result: Alignment) -> Figure:
@@ -89,74 +89,80 @@ def plot_alignment(result: Alignment) -> Figure:
     rows += [_Row("heading", angles[2], heading)] if result.heading_known else []
     gyro = np.degrees(result.gyro_bias)
     sigma = math.degrees(result.gyro_bias_sigma)
-    accel = _axes(result.accel_bias, result.accel_bias_sigma)
+    accel = _make_axis_rows(result.accel_bias, result.accel_bias_sigma)
     groups = (
         _Group("angle, deg", tuple(rows)),
-        _Group("bias of the gyro, deg/s", _axes(gyro, sigma)),
+        _Group("bias of the gyro, deg/s", _make_axis_rows(gyro, sigma)),
         _Group("bias of the accelerometer, m/s²", accel),
     )
-    return _figure(f"Aligned at {result.time:g} s", groups)
+    return _draw_figure(f"Aligned at {result.time:g} s", groups)
 
 
 def plot_time_offset(result: TimeOffset) -> Figure:
     """Return the offset of two clocks as an interval."""
     rows = (_Row("time offset", result.seconds, result.sigma),) if result.identifiable else ()
-    return _figure("Clock of the fixes against that of the sensors", (_Group("s", rows),))
+    return _draw_figure("Clock of the fixes against that of the sensors", (_Group("s", rows),))
 
 
 def plot_rotations(result: Rotations) -> Figure:
     """Return by what angle each sensor is turned, with its error, and what is left."""
-    turned = zip(result.labels, result.angles, result.sigma_deg, strict=True)
-    left = zip(result.labels, 100.0 * result.residuals, strict=True)
+    angles = zip(result.labels, result.angles, result.sigma_deg, strict=True)
+    residuals = zip(result.labels, 100.0 * result.residuals, strict=True)
     groups = (
-        _Group("angle to the first, deg", tuple(_Row(n, a, _known(e)) for n, a, e in turned)),
-        _Group("rate that is left, %", tuple(_Row(n, r) for n, r in left)),
+        _Group(
+            "angle to the first, deg", tuple(_Row(n, a, _finite_or_zero(e)) for n, a, e in angles)
+        ),
+        _Group("rate that is left, %", tuple(_Row(n, r) for n, r in residuals)),
     )
-    return _figure(f"Rotations against {result.labels[0]}", groups)
+    return _draw_figure(f"Rotations against {result.labels[0]}", groups)
 
 
 def plot_virtual_gyro(result: VirtualGyro) -> Figure:
     """Return the weight of each gyro, and what the weights gain over the plain mean."""
-    even = 1.0 / len(result.weights)
+    plain_weight = 1.0 / len(result.weights)
     rows = tuple(_Row(f"gyro {k}", float(w)) for k, w in enumerate(result.weights))
-    gain = _Row("gain", result.gain, _known(result.gain_error))
+    gain = _Row("gain", result.gain, _finite_or_zero(result.gain_error))
     groups = (
-        _Group("weight; line: plain mean", rows, (even,)),
+        _Group("weight; line: plain mean", rows, (plain_weight,)),
         _Group("deviation of the plain mean over this one's", (gain,), (1.0,)),
     )
-    return _figure(f"One gyro of {len(result.weights)}, for {result.horizon:g} s", groups)
+    return _draw_figure(f"One gyro of {len(result.weights)}, for {result.horizon:g} s", groups)
 
 
 def format_virtual_gyro(result: VirtualGyro) -> str:
     """Return the weight of each gyro, and what the weights gain over the plain mean."""
     rows = tuple((f"gyro {k}", f"{w:.4f}") for k, w in enumerate(result.weights))
-    gain = with_error(result.gain, result.gain_error)
+    gain = format_with_error(result.gain, result.gain_error)
     note = f"Its deviation over {result.horizon:g} s is that of the plain mean over {gain}."
     return as_text(Table(f"One gyro of {len(result.weights)}", ("", "weight"), rows, note=note))
 
 
-def _row(name: str, found: Coefficient) -> _Row:
-    known = found.known and found.identifiable
-    return _Row(name, found.value, found.sigma) if known else _Row(name, math.nan)
+def _make_row(name: str, coefficient: Coefficient) -> _Row:
+    is_identifiable = coefficient.known and coefficient.identifiable
+    return (
+        _Row(name, coefficient.value, coefficient.sigma)
+        if is_identifiable
+        else _Row(name, math.nan)
+    )
 
 
-def _axes(values: Sequence[float] | np.ndarray, sigma: float) -> tuple[_Row, ...]:
+def _make_axis_rows(values: Sequence[float] | np.ndarray, sigma: float) -> tuple[_Row, ...]:
     return tuple(_Row(axis, float(v), sigma) for axis, v in zip("xyz", values, strict=True))
 
 
-def _known(error: float) -> float:
+def _finite_or_zero(error: float) -> float:
     return error if math.isfinite(error) else 0.0
 
 
-def _figure(title: str, groups: Sequence[_Group], caption: str = _BARS) -> Figure:
+def _draw_figure(title: str, groups: Sequence[_Group], caption: str = _BARS_CAPTION) -> Figure:
     heights = [_ROW * max(1, len(group.rows)) + 2.0 for group in groups]
     height = _ABOVE + sum(heights) + _BETWEEN * len(groups) + _BELOW - 4.0
     figure = new_figure(_WIDTH, height)
     top, panels = height - _ABOVE, []
-    for group, own in zip(groups, heights, strict=True):
-        top -= own
-        panels.append(add_panel(figure, _LEFT, top, _WIDTH - _LEFT - 5.0, own))
-        _draw(panels[-1], group)
+    for group, panel_height in zip(groups, heights, strict=True):
+        top -= panel_height
+        panels.append(add_panel(figure, _LEFT, top, _WIDTH - _LEFT - 5.0, panel_height))
+        _draw_group(panels[-1], group)
         top -= _BETWEEN
     style_panels(panels)
     for panel, group in zip(panels, groups, strict=True):
@@ -167,23 +173,23 @@ def _figure(title: str, groups: Sequence[_Group], caption: str = _BARS) -> Figur
     return figure
 
 
-def _draw(axes: Axes, group: _Group) -> None:
+def _draw_group(axes: Axes, group: _Group) -> None:
     axes.set_xlabel(group.label)
     # A number stands over its bar, so that the first needs room above.
     axes.set_ylim(max(1, len(group.rows)) - 0.5, -0.9)
     axes.margins(x=0.25)
-    known = [(i, row) for i, row in enumerate(group.rows) if math.isfinite(row.value)]
-    if not known:
+    drawn_rows = [(i, row) for i, row in enumerate(group.rows) if math.isfinite(row.value)]
+    if not drawn_rows:
         write_in_middle(axes, "not identifiable")
         return
     for line in group.lines:
         axes.axvline(line, color=GREY_TEXT, lw=0.5, ls="-" if line == group.lines[0] else ":")
-    for i, row in known:
+    for i, row in drawn_rows:
         colour = VERMILION if row.marked else BLUE
         bar = 2.0 * row.sigma if math.isfinite(row.sigma) else 0.0
         axes.errorbar(row.value, i, xerr=bar or None, fmt="o", ms=2.5, lw=0.9, color=colour)
         axes.annotate(
-            _text(row),
+            _format_row(row),
             (row.value, i),
             xytext=(0.0, 2.5),
             textcoords="offset points",
@@ -193,5 +199,9 @@ def _draw(axes: Axes, group: _Group) -> None:
         )
 
 
-def _text(row: _Row) -> str:
-    return with_error(row.value, row.sigma) if row.sigma > 0.0 else significant(row.value)
+def _format_row(row: _Row) -> str:
+    return (
+        format_with_error(row.value, row.sigma)
+        if row.sigma > 0.0
+        else format_significant(row.value)
+    )

@@ -11,21 +11,21 @@ from importlib.resources import files
 from time import monotonic, sleep
 from typing import Final, Self
 
-from zerorate.tasks.live.view import PERIOD, View
+from zerorate.tasks.live.view import PERIOD_S, View
 
 HOST: Final = "127.0.0.1"
-_SPAN: Final = 60.0
+_HISTORY_S: Final = 60.0
 """Seconds that a page shows, and that one which is opened later gets at once."""
-_BEHIND: Final = 200
+_MAX_QUEUED_VIEWS: Final = 200
 """Views that a page may be late by; of more it loses the oldest."""
-_GRACE: Final = 0.5
+_CLOSING_TIME_S: Final = 0.5
 """Seconds in which pages may take the word that it is over."""
 _FILES: Final = {
     "/": ("live_page.html", "text/html"),
     "/live_page.css": ("live_page.css", "text/css"),
     "/live_page.js": ("live_page.js", "text/javascript"),
 }
-_POLICY: Final = (
+_CONTENT_POLICY: Final = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
     "frame-ancestors 'none'; base-uri 'none'"
 )
@@ -48,7 +48,7 @@ class LivePage:
     """
 
     def __init__(self, port: int) -> None:
-        self._past: deque[str] = deque(maxlen=round(_SPAN / PERIOD))
+        self._past: deque[str] = deque(maxlen=round(_HISTORY_S / PERIOD_S))
         self._pages: _Pages = set()
         self._lock = threading.Lock()
         self._server = _Server((HOST, port), self)
@@ -67,8 +67,8 @@ class LivePage:
     def __exit__(self, *fault: object) -> None:
         """Tell all pages that it is over."""
         self._send(None)
-        until = monotonic() + _GRACE
-        while self._pages and monotonic() < until:
+        deadline = monotonic() + _CLOSING_TIME_S
+        while self._pages and monotonic() < deadline:
             sleep(0.01)
         self._server.shutdown()
         self._server.server_close()
@@ -81,15 +81,15 @@ class LivePage:
 
     def events(self) -> Iterator[bytes]:
         """Yield what was seen in the last minute, then what comes, and that it is over."""
-        waiting: queue.Queue[str | None] = queue.Queue(_BEHIND)
+        waiting: queue.Queue[str | None] = queue.Queue(_MAX_QUEUED_VIEWS)
         with self._lock:
             past = list(self._past)
             self._pages.add(waiting)
         try:
-            yield from map(_event, past)
-            while (text := _next(waiting)) is not None:
+            yield from map(_encode_event, past)
+            while (text := _next_text(waiting)) is not None:
                 # A comment shows whether the page is still there.
-                yield _event(text) if text else b": \n\n"
+                yield _encode_event(text) if text else b": \n\n"
             yield b"event: end\ndata: \n\n"
         finally:
             with self._lock:
@@ -103,11 +103,11 @@ class LivePage:
                 page.put_nowait(text)
 
 
-def _event(text: str) -> bytes:
+def _encode_event(text: str) -> bytes:
     return f"data: {text}\n\n".encode()
 
 
-def _next(waiting: queue.Queue[str | None]) -> str | None:
+def _next_text(waiting: queue.Queue[str | None]) -> str | None:
     """Return the next view, "" if none comes within a second, None at the end."""
     try:
         return waiting.get(timeout=1.0)
@@ -160,7 +160,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", kind)
         self.send_header("Cache-Control", "no-store")
-        self.send_header("Content-Security-Policy", _POLICY)
+        self.send_header("Content-Security-Policy", _CONTENT_POLICY)
         self.send_header("X-Content-Type-Options", "nosniff")
 
     def log_message(self, format: str, *args: object) -> None:

@@ -13,10 +13,10 @@ from rich.text import Text
 
 from zerorate.tasks.live.view import View
 
-_PERIOD: Final = 0.1
-_BARS: Final = "▁▂▃▄▅▆▇█"
-_KEPT: Final = 60
-_AXES: Final = ("roll", "pitch", "yaw")
+_REDRAW_PERIOD_S: Final = 0.1
+_BAR_LETTERS: Final = "▁▂▃▄▅▆▇█"
+_HISTORY_VIEWS: Final = 60
+_ANGLE_NAMES: Final = ("roll", "pitch", "yaw")
 
 
 class LiveTerminal:
@@ -30,7 +30,7 @@ class LiveTerminal:
 
     def __init__(self, console: Console) -> None:
         self._live = Live(console=console, auto_refresh=False, transient=False)
-        self._past: deque[View] = deque(maxlen=_KEPT)
+        self._past: deque[View] = deque(maxlen=_HISTORY_VIEWS)
         self._next = -math.inf
 
     def __enter__(self) -> Self:
@@ -41,7 +41,7 @@ class LiveTerminal:
     def __exit__(self, *fault: object) -> None:
         """Leave the last view standing."""
         if self._past:
-            self._live.update(drawing(self._past), refresh=True)
+            self._live.update(render_views(self._past), refresh=True)
         self._live.stop()
 
     def put(self, view: View) -> None:
@@ -49,11 +49,11 @@ class LiveTerminal:
         self._past.append(view)
         now = monotonic()
         if now >= self._next:
-            self._next = now + _PERIOD
-            self._live.update(drawing(self._past), refresh=True)
+            self._next = now + _REDRAW_PERIOD_S
+            self._live.update(render_views(self._past), refresh=True)
 
 
-def drawing(past: Sequence[View]) -> Group:
+def render_views(past: Sequence[View]) -> Group:
     """Return the last view, with what led to it."""
     last = past[-1]
     unit = last.unit or "unit of the samples"
@@ -66,31 +66,31 @@ def drawing(past: Sequence[View]) -> Group:
     for i, name in enumerate(last.names):
         rates = [view.rate[i] for view in past]
         numbers = (last.rate[i], last.bias[i], last.bias_sigma[i])
-        rate, bias, sigma = (_number(x) for x in numbers)
-        table.add_row(name, rate, bars(rates), bias, sigma)
+        rate, bias, sigma = (_format_number(x) for x in numbers)
+        table.add_row(name, rate, format_bars(rates), bias, sigma)
     head = Text(f"{last.seconds:.1f} s  {last.status}", style="bold")
     parts: list[Text | Table] = [head, table]
     if last.euler_deg is not None:
-        angles = (f"{n} {a:7.1f}°" for n, a in zip(_AXES, last.euler_deg, strict=True))
+        angles = (f"{n} {a:7.1f}°" for n, a in zip(_ANGLE_NAMES, last.euler_deg, strict=True))
         parts.append(Text("  ".join(angles)))
     return Group(*parts)
 
 
-def bars(values: Sequence[float]) -> str:
+def format_bars(values: Sequence[float]) -> str:
     """Return numbers as bars from their least to their greatest, a blank for what is missing."""
     finite = [value for value in values if math.isfinite(value)]
     if not finite:
         return " " * len(values)
     low, span = min(finite), max(finite) - min(finite)
-    top = len(_BARS) - 1
+    top = len(_BAR_LETTERS) - 1
 
     def bar(value: float) -> str:
         if not math.isfinite(value):
             return " "
-        return _BARS[round(top * (value - low) / span) if span > 0 else 0]
+        return _BAR_LETTERS[round(top * (value - low) / span) if span > 0 else 0]
 
     return "".join(map(bar, values))
 
 
-def _number(value: float) -> str:
+def _format_number(value: float) -> str:
     return f"{value:+.4g}" if math.isfinite(value) else "missing"

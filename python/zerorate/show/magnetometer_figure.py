@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.numerals import significant
-from zerorate.show.stack import Stack, head, names
+from zerorate.numerals import format_significant
+from zerorate.show.stack import Stack, write_head, write_names
 from zerorate.show.style import BLUE, GREY, VERMILION, write_in_middle
 
 if TYPE_CHECKING:
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
     from zerorate.calibration.magnetometer import MagnetometerCalibration
 
-_TALL: Final = 38.0
-_LEFT: Final = 24.0
-_AXIS: Final = 8.0
+_PANEL_HEIGHT_MM: Final = 38.0
+_RESIDUAL_HEIGHT_MM: Final = 24.0
+_AXIS_HEIGHT_MM: Final = 8.0
 """Millimetres."""
 
 
@@ -27,45 +27,51 @@ def plot_magnetometer(result: MagnetometerCalibration) -> Figure:
     Of several hard irons that counts which is taken off for longest. Below, what is left of the
     field second by second: a place that disturbs it, or a magnet that nothing explains.
     """
-    known = result.field.known and result.dip.known
+    is_known = result.field.known and result.dip.known
     raw, after = (
-        np.degrees(result.heading_error(before, result.taken_off)) if known else np.zeros(36)
+        np.degrees(result.heading_error(before, result.longest_applied))
+        if is_known
+        else np.zeros(36)
         for before in (True, False)
     )
-    told = bool(np.isfinite(result.residual).any())
-    means = [significant(float(np.sqrt(np.mean(one**2)))) for one in (raw, after)]
+    has_residual = bool(np.isfinite(result.residual).any())
+    means = [format_significant(float(np.sqrt(np.mean(errors**2)))) for errors in (raw, after)]
     answer = f"As it was {means[0]} deg"
     answer += f", iron taken off {means[1]} deg" if result.applied else "; nothing is taken off"
     stack = Stack(
         "How far is a heading off?",
-        answer if known else "Not identifiable: field or dip are not known.",
+        answer if is_known else "Not identifiable: field or dip are not known.",
         "Root mean square to expect: of the iron, and of what is not known of it."
-        + (" Below: what hard and soft iron leave; grey where none explains it." if told else ""),
-        [_TALL, _LEFT] if told else [_TALL],
-        _AXIS if told else 0.0,
+        + (
+            " Below: what hard and soft iron leave; grey where none explains it."
+            if has_residual
+            else ""
+        ),
+        [_PANEL_HEIGHT_MM, _RESIDUAL_HEIGHT_MM] if has_residual else [_PANEL_HEIGHT_MM],
+        _AXIS_HEIGHT_MM if has_residual else 0.0,
     )
     panel = stack.add()
-    head(panel, "heading error [deg]")
+    write_head(panel, "heading error [deg]")
     panel.set_xlabel("heading of a level sensor [deg]")
     panel.set_xlim(0.0, 350.0)
-    if known:
+    if is_known:
         angles = 10.0 * np.arange(36)
         panel.plot(angles, raw, color=VERMILION, ls="--", lw=0.9, label="as it was")
         if result.applied:
             panel.plot(angles, after, color=BLUE, lw=0.9, label="iron taken off")
         panel.set_ylim(0.0, 1.1 * float(raw.max()))
-        names(panel, 2)
+        write_names(panel, 2)
     else:
         write_in_middle(panel, "not identifiable")
-    if told:
-        stack.skip(_AXIS)
-        _disturbances(stack, result)
+    if has_residual:
+        stack.skip(_AXIS_HEIGHT_MM)
+        _draw_disturbances(stack, result)
     return stack.finish(result.source, 0.0, 0.0)
 
 
-def _disturbances(stack: Stack, result: MagnetometerCalibration) -> None:
+def _draw_disturbances(stack: Stack, result: MagnetometerCalibration) -> None:
     panel = stack.add()
-    head(panel, f"left of the field [{result.unit}]")
+    write_head(panel, f"left of the field [{result.unit}]")
     begin = result.spans[0].start
     seconds = begin + 0.5 + np.arange(len(result.residual))
     for span in result.spans:

@@ -6,60 +6,73 @@ import numpy as np
 
 from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.noise.coefficient import Coefficient
-from zerorate.numerals import significant, with_error
-from zerorate.show.tables import bulleted
+from zerorate.numerals import format_significant, format_with_error
+from zerorate.show.tables import bullet_list
 from zerorate.units import UNITS
 
-_DEG = UNITS["deg/s"].amount / UNITS["rad/s"].amount
+_RAD_PER_DEG = UNITS["deg/s"].amount / UNITS["rad/s"].amount
 
 
-def format_magnetometer(found: MagnetometerCalibration) -> str:
+def format_magnetometer(calibration: MagnetometerCalibration) -> str:
     """Return what is applied, the numbers with their errors, spans and advice."""
-    return "\n".join((*_numbers(found), *_spans(found), *_sentences(found)))
-
-
-def _numbers(found: MagnetometerCalibration) -> Iterator[str]:
-    unit = found.unit
-    yield f"applied      {'nothing' if found.model == 'none' else found.model}"
-    if len(found.groups) > 1:
-        yield "             hard iron below: of the spans of that which lasts longest"
-    for axis, one in zip("xyz", found.hard_iron, strict=True):
-        yield f"hard iron {axis}  {_text(one, unit)}"
-    if found.model.startswith("b+"):
-        for name, row in zip("xyz", found.soft_iron, strict=True):
-            yield f"soft iron {name}  " + "  ".join(_text(one) for one in row)
-    yield f"field        {_text(found.field, unit)}"
-    degrees = Coefficient(
-        found.dip / _DEG,
-        found.dip.sigma / _DEG,
-        found.dip.identifiable,
-        found.dip.upper_bound / _DEG,
+    return "\n".join(
+        (
+            *_format_numbers(calibration),
+            *_format_spans(calibration),
+            *_format_sentences(calibration),
+        )
     )
-    yield f"dip          {_text(degrees, 'deg')}"
-    if found.field.known and found.dip.known:
+
+
+def _format_numbers(calibration: MagnetometerCalibration) -> Iterator[str]:
+    unit = calibration.unit
+    yield f"applied      {'nothing' if calibration.model == 'none' else calibration.model}"
+    if len(calibration.groups) > 1:
+        yield "             hard iron below: of the spans of that which lasts longest"
+    for axis, coefficient in zip("xyz", calibration.hard_iron, strict=True):
+        yield f"hard iron {axis}  {_format_coefficient(coefficient, unit)}"
+    if calibration.model.startswith("b+"):
+        for name, row in zip("xyz", calibration.soft_iron, strict=True):
+            yield f"soft iron {name}  " + "  ".join(
+                _format_coefficient(coefficient) for coefficient in row
+            )
+    yield f"field        {_format_coefficient(calibration.field, unit)}"
+    degrees = Coefficient(
+        calibration.dip / _RAD_PER_DEG,
+        calibration.dip.sigma / _RAD_PER_DEG,
+        calibration.dip.identifiable,
+        calibration.dip.upper_bound / _RAD_PER_DEG,
+    )
+    yield f"dip          {_format_coefficient(degrees, 'deg')}"
+    if calibration.field.known and calibration.dip.known:
         before, after = (
-            float(np.sqrt(np.mean(found.heading_error(raw, found.taken_off) ** 2))) / _DEG
+            float(
+                np.sqrt(np.mean(calibration.heading_error(raw, calibration.longest_applied) ** 2))
+            )
+            / _RAD_PER_DEG
             for raw in (True, False)
         )
-        told = f"{significant(before)} deg as it was"
-        if found.applied:
-            told += f", {significant(after)} deg where iron is taken off"
-        yield f"heading      expect it off by {told}"
+        heading_text = f"{format_significant(before)} deg as it was"
+        if calibration.applied:
+            heading_text += f", {format_significant(after)} deg where iron is taken off"
+        yield f"heading      expect it off by {heading_text}"
 
 
-def _spans(found: MagnetometerCalibration) -> Iterator[str]:
-    for span in found.spans:
-        group = found.groups[span.group]
+def _format_spans(calibration: MagnetometerCalibration) -> Iterator[str]:
+    for span in calibration.spans:
+        group = calibration.groups[span.group]
         iron = ", ".join(f"{b:.1f}" for b in group.hard_iron)
         state = f"hard iron ({iron}) taken off" if group.applied else "as it was"
         yield f"{span.start:8.1f} to {span.stop:.1f} s  {span.kind}, {state}"
 
 
-def _sentences(found: MagnetometerCalibration) -> Iterator[str]:
-    yield from bulleted((*found.problems, *found.advice, *found.notes)).splitlines()
+def _format_sentences(calibration: MagnetometerCalibration) -> Iterator[str]:
+    yield from bullet_list(
+        (*calibration.problems, *calibration.advice, *calibration.notes)
+    ).splitlines()
 
 
-def _text(one: Coefficient, unit: str = "") -> str:
-    if not one.identifiable:
+def _format_coefficient(coefficient: Coefficient, unit: str = "") -> str:
+    if not coefficient.identifiable:
         return "not identifiable"
-    return f"{with_error(one.value, one.sigma)} {unit}".rstrip()
+    return f"{format_with_error(coefficient.value, coefficient.sigma)} {unit}".rstrip()

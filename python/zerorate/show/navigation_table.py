@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.geometry.rotations import euler_angles
-from zerorate.navigation.heading import compass
+from zerorate.navigation.heading import format_heading
 from zerorate.navigation.track import STATUSES
-from zerorate.numerals import with_error
-from zerorate.show.tables import Table, as_text, bulleted, prose
+from zerorate.numerals import format_with_error
+from zerorate.show.tables import Table, as_text, bullet_list, wrap_prose
 
 if TYPE_CHECKING:
     from zerorate.metrics.tracks import TrackErrors
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from zerorate.tasks.navigate import Navigation
     from zerorate.types import Floats
 
-_NO_HEADING: Final = {True: "from the course", False: "no heading"}
-_INSIDE: Final = {"smoothed": "smoothed, largest inside"}
+_NO_HEADING_TEXT: Final = {True: "from the course", False: "no heading"}
+_ROW_NAMES: Final = {"smoothed": "smoothed, largest inside"}
 """What a row is called where its name does not say it."""
 
 
@@ -37,116 +37,129 @@ def format_track(track: Track, *, nis: Floats | None = None) -> str:
 
     `nis`: what `Track.nis` returned.
     """
-    return "\n\n".join(filter(None, _parts(track, nis)))
+    return "\n\n".join(filter(None, _format_parts(track, nis)))
 
 
-def format_navigation(found: Navigation) -> str:
+def format_navigation(navigation: Navigation) -> str:
     """Return the errors that were asked for, the tables of the track, and its start."""
-    errors = found.errors()
+    errors = navigation.errors()
     parts = [] if errors is None else [format_errors(*errors)]
-    if found.outages is not None:
-        parts.append(format_outages(found.outages))
-    return "\n\n".join((*parts, format_track(found.track, nis=found.nis), found.start.table()))
+    if navigation.outages is not None:
+        parts.append(format_outages(navigation.outages))
+    return "\n\n".join(
+        (*parts, format_track(navigation.track, nis=navigation.nis), navigation.start.table())
+    )
 
 
 def format_outages(outages: Outages) -> str:
     """Return the errors after outages as a table, position and velocity held first."""
-    rows = tuple(row for one in outages.lengths for row in _of_length(one))
+    rows = tuple(row for outage in outages.lengths for row in _make_outage_rows(outage))
     head = ("outage", "", "n", "rms", "median", "largest")
     title = "Horizontal error at the end of outages of the receiver, m"
-    notes = f"Notes\n{bulleted(outages.notes)}" if outages.notes else ""
+    notes = f"Notes\n{bullet_list(outages.notes)}" if outages.notes else ""
     return "\n\n".join(filter(None, (as_text(Table(title, head, rows, words=2)), notes)))
 
 
-def format_errors(found: TrackErrors, steps: TrackErrors | None, fitted: str) -> str:
+def format_errors(errors: TrackErrors, steps: TrackErrors | None, fitted: str) -> str:
     """Return the errors of a track against the true one.
 
     `found, steps`: of `zerorate.metrics.ate` and, over a second, of `rpe`; None without
     orientations. `fitted`: how the track was moved to fit best.
     """
-    listed = [("place, m (ATE)", found.metres), ("orientation, deg", found.degrees)]
+    listed = [("place, m (ATE)", errors.metres), ("orientation, deg", errors.degrees)]
     if steps is not None:
         listed += [("step of 1 s, m (RPE)", steps.metres), ("its turn, deg", steps.degrees)]
     rows = tuple(
-        (name, str(one.of), *(f"{value:.3g}" for value in (one.rmse, one.median, one.largest)))
-        for name, one in listed
-        if one.of
+        (
+            name,
+            str(errors_of.of),
+            *(f"{value:.3g}" for value in (errors_of.rmse, errors_of.median, errors_of.largest)),
+        )
+        for name, errors_of in listed
+        if errors_of.of
     )
     head = ("", "poses", "rms", "median", "largest")
     note = f"The track is {fitted}, to fit best." if fitted else ""
     return as_text(Table("Errors against the reference", head, rows, note=note))
 
 
-def format_alignment(found: Alignment) -> str:
+def format_alignment(alignment: Alignment) -> str:
     """Return the angles at the end of the rest, and the biases, with their deviations."""
-    angles = np.degrees(euler_angles(found.quaternion[np.newaxis])[0])
+    angles = np.degrees(euler_angles(alignment.quaternion[np.newaxis])[0])
     angles[2] %= 360.0
-    level, heading = math.degrees(found.level_sigma), math.degrees(found.heading_sigma)
-    known = with_error(angles[2], heading) if found.heading_known else _NO_HEADING[found.course]
-    gyro, sigma = np.degrees(found.gyro_bias), math.degrees(found.gyro_bias_sigma)
+    level, heading = math.degrees(alignment.level_sigma), math.degrees(alignment.heading_sigma)
+    heading_text = (
+        format_with_error(angles[2], heading)
+        if alignment.heading_known
+        else _NO_HEADING_TEXT[alignment.course]
+    )
+    gyro, sigma = np.degrees(alignment.gyro_bias), math.degrees(alignment.gyro_bias_sigma)
     rows = (
-        ("roll, pitch, deg", ", ".join(with_error(one, level) for one in angles[:2])),
-        ("heading, deg", known),
-        ("gyro bias, deg/s", ", ".join(with_error(one, sigma) for one in gyro)),
+        ("roll, pitch, deg", ", ".join(format_with_error(value, level) for value in angles[:2])),
+        ("heading, deg", heading_text),
+        ("gyro bias, deg/s", ", ".join(format_with_error(value, sigma) for value in gyro)),
         (
             "accelerometer bias, m/s^2",
-            ", ".join(with_error(one, found.accel_bias_sigma) for one in found.accel_bias),
+            ", ".join(
+                format_with_error(value, alignment.accel_bias_sigma)
+                for value in alignment.accel_bias
+            ),
         ),
     )
-    table = as_text(Table(f"Aligned at {found.time:g} s", (), rows, words=2))
-    return f"{table}\n\n{bulleted(found.notes)}" if found.notes else table
+    table = as_text(Table(f"Aligned at {alignment.time:g} s", (), rows, words=2))
+    return f"{table}\n\n{bullet_list(alignment.notes)}" if alignment.notes else table
 
 
-def format_time_offset(found: TimeOffset) -> str:
+def format_time_offset(offset: TimeOffset) -> str:
     """Return the offset with its deviation."""
-    if not found.identifiable:
+    if not offset.identifiable:
         return "time offset not identifiable: the vehicle hardly changes its velocity"
-    lines = [f"time offset {found.seconds:.3f} s (sigma {found.sigma:.3f} s)"]
-    lines += [f"{name} {value:.3g} (sigma {sigma:.1g})" for name, value, sigma in found.parts[1:]]
+    lines = [f"time offset {offset.seconds:.3f} s (sigma {offset.sigma:.3f} s)"]
+    lines += [f"{name} {value:.3g} (sigma {sigma:.1g})" for name, value, sigma in offset.parts[1:]]
     return "\n".join(lines)
 
 
 def track_title(track: Track) -> str:
     """Return what a track is of."""
-    best = ", smoothed" if track.smoothed else ""
-    return f"{Path(track.source).name}{best}"
+    smoothed_text = ", smoothed" if track.smoothed else ""
+    return f"{Path(track.source).name}{smoothed_text}"
 
 
-def _of_length(one: OutageErrors) -> Iterator[tuple[str, ...]]:
-    for i, name in enumerate(one.end):
-        values = (one.rms(name), one.median(name), one.largest(name))
-        first = (f"{one.seconds:g} s", str(one.n)) if i == 0 else ("", "")
-        yield first[0], _INSIDE.get(name, name), first[1], *(_metres(v) for v in values)
+def _make_outage_rows(outage: OutageErrors) -> Iterator[tuple[str, ...]]:
+    for i, name in enumerate(outage.end):
+        values = (outage.rms(name), outage.median(name), outage.largest(name))
+        first = (f"{outage.seconds:g} s", str(outage.n)) if i == 0 else ("", "")
+        yield first[0], _ROW_NAMES.get(name, name), first[1], *(_format_metres(v) for v in values)
 
 
-def _metres(value: float) -> str:
+def _format_metres(value: float) -> str:
     return f"{value:.1f}" if value < 100.0 else f"{value:.0f}"
 
 
-def _parts(track: Track, nis: Floats | None) -> Iterator[str]:
-    yield prose(f"Track of {track_title(track)}")
-    there = np.flatnonzero(track.navigating)
-    if there.size:
-        yield as_text(_end(track, int(there[-1])))
-    yield as_text(_fixes(track, nis))
-    yield as_text(_states(track))
-    if there.size:
-        yield as_text(_biases(track, int(there[-1])))
+def _format_parts(track: Track, nis: Floats | None) -> Iterator[str]:
+    yield wrap_prose(f"Track of {track_title(track)}")
+    navigating = np.flatnonzero(track.navigating)
+    if navigating.size:
+        yield as_text(_make_end_table(track, int(navigating[-1])))
+    yield as_text(_make_fixes_table(track, nis))
+    yield as_text(_make_states_table(track))
+    if navigating.size:
+        yield as_text(_make_bias_table(track, int(navigating[-1])))
     if track.notes:
-        yield f"Notes\n{bulleted(track.notes)}"
+        yield f"Notes\n{bullet_list(track.notes)}"
 
 
-def _fixes(track: Track, nis: Floats | None) -> Table:
+def _make_fixes_table(track: Track, nis: Floats | None) -> Table:
     rows = [(name, str(count)) for name, count in track.fix_count.items()]
     if any(track.rejected_count.values()):
         rows += [(f"{name} rejected", str(count)) for name, count in track.rejected_count.items()]
     note = ""
     if nis is not None:
         for name, values in zip(("position", "velocity"), nis.T, strict=True):
-            there = np.isfinite(values)
-            if there.any():
-                rows.append((f"NIS of {name}, mean", f"{values[there].mean():.2f}"))
-                rows.append((f"NIS of {name}, median", f"{np.median(values[there]):.2f}"))
+            finite = np.isfinite(values)
+            if finite.any():
+                rows.append((f"NIS of {name}, mean", f"{values[finite].mean():.2f}"))
+                rows.append((f"NIS of {name}, median", f"{np.median(values[finite]):.2f}"))
         note = (
             "NIS: normalised innovation squared, with the rejected; mean 3 and median 2.4 if "
             "deviations are right."
@@ -154,7 +167,7 @@ def _fixes(track: Track, nis: Floats | None) -> Table:
     return Table("Fixes", (), tuple(rows), note=note)
 
 
-def _states(track: Track) -> Table:
+def _make_states_table(track: Track) -> Table:
     span = float(np.ptp(track.time)) / max(track.n - 1, 1)
     counts = np.bincount(track.status, minlength=len(STATUSES))
     rows = [
@@ -165,7 +178,7 @@ def _states(track: Track) -> Table:
     return Table("Time", ("", "s", "%"), tuple(rows))
 
 
-def _end(track: Track, last: int) -> Table:
+def _make_end_table(track: Track, last: int) -> Table:
     latitude, longitude, height = track.position[last].tolist()
     sigma = track.sigma[last]
     euler = np.degrees(euler_angles(track.quaternion[last : last + 1])[0])
@@ -181,16 +194,16 @@ def _end(track: Track, last: int) -> Table:
     rows += [
         ("roll, deg", f"{euler[0]:.2f}", f"{tilt:.2g}"),
         ("pitch, deg", f"{euler[1]:.2f}", f"{tilt:.2g}"),
-        ("heading, deg", compass(math.radians(euler[2]), 2), f"{heading:.2g}"),
+        ("heading, deg", format_heading(math.radians(euler[2]), 2), f"{heading:.2g}"),
     ]
     return Table("At the end", ("", "", "σ"), tuple(rows))
 
 
-def _biases(track: Track, last: int) -> Table:
+def _make_bias_table(track: Track, last: int) -> Table:
     gyro = np.degrees(track.gyro_bias[last]), np.degrees(track.sigma[last, 9:12])
     accel = track.accel_bias[last], track.sigma[last, 12:15]
     rows = tuple(
-        (name, unit, *(with_error(float(v), float(s)) for v, s in zip(*both, strict=True)))
+        (name, unit, *(format_with_error(float(v), float(s)) for v, s in zip(*both, strict=True)))
         for name, unit, both in (("gyro", "deg/s", gyro), ("accelerometer", "m/s^2", accel))
     )
     return Table("Bias at the end", ("", "", *"xyz"), rows, words=2, note="With ± σ.", blocks=True)

@@ -11,7 +11,7 @@ Row = tuple[str, str, str]
 
 def format_noise_model(model: NoiseModel) -> str:
     """Return aligned lines without an end: term, value with standard error, unit."""
-    rows, unknown = list(_rows(model)), _unknown(model)
+    rows, unknown = list(_make_rows(model)), _list_unknown(model)
     if not rows and not unknown:
         return "no noise"
     name_width = max((len(name) for name, _, _ in rows), default=0)
@@ -27,35 +27,35 @@ def format_noise_model(model: NoiseModel) -> str:
     return "\n".join(lines)
 
 
-def _unknown(model: NoiseModel) -> list[str]:
+def _list_unknown(model: NoiseModel) -> list[str]:
     """Return the names of the coefficients of which nothing is known."""
     terms = TERMS[model.quantity]
     return [term.name for term in terms if not getattr(model, term.field).known]
 
 
-def _rows(model: NoiseModel) -> Iterator[Row]:
+def _make_rows(model: NoiseModel) -> Iterator[Row]:
     for term in TERMS[model.quantity]:
         coefficient = getattr(model, term.field)
         if coefficient.known and coefficient.conservative != 0.0:
-            yield _row(term, coefficient)
+            yield _make_row(term, coefficient)
     driving = term_of(model.quantity, "rate_random_walk")
     rate = term_of(model.quantity, "bias_instability")
     for markov in model.markov:
-        yield _row(driving._replace(name="Markov noise"), markov.amplitude)
-        yield "  correlation time", _value(markov.time), "s"
+        yield _make_row(driving._replace(name="Markov noise"), markov.amplitude)
+        yield "  correlation time", _format_value(markov.time), "s"
     for sinusoid in model.sinusoid:
-        yield _row(rate._replace(name="sinusoid"), sinusoid.amplitude)
-        yield "  frequency", _value(sinusoid.frequency), "Hz"
+        yield _make_row(rate._replace(name="sinusoid"), sinusoid.amplitude)
+        yield "  frequency", _format_value(sinusoid.frequency), "Hz"
 
 
-def _row(term: Term, coefficient: Coefficient) -> Row:
+def _make_row(term: Term, coefficient: Coefficient) -> Row:
     shown = coefficient.scaled(term.factor)
     if not shown.identifiable:
         return term.name, f"not identifiable (< {shown.upper_bound:.2g} {term.shown})", ""
-    return term.name, _value(shown), term.shown
+    return term.name, _format_value(shown), term.shown
 
 
-def _value(coefficient: Coefficient) -> str:
+def _format_value(coefficient: Coefficient) -> str:
     if coefficient.sigma == 0.0:
         return f"{coefficient:.4g}"
     return f"{coefficient:.4g} ± {coefficient.sigma:.2g}"

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from urllib.parse import quote
 
 from zerorate._native import __version__
-from zerorate.faults import told
+from zerorate.faults import render_text
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import significant, with_error
+from zerorate.numerals import format_significant, format_with_error
 from zerorate.show.report_document import document
 from zerorate.tasks.batch.task import COMMANDS
 
@@ -22,22 +22,22 @@ if TYPE_CHECKING:
     from zerorate.tasks.batch.run import BatchResult
     from zerorate.tasks.batch.task import Outcome
 
-TRENDS: Final = (
+TREND_KINDS: Final = (
     "gyro bias", "gravity", "gyro noise", "accel noise", "scale x", "scale y", "scale z",
     "vibration",
 )  # fmt: skip
 """Kinds of findings whose numbers are drawn over the logs of a device."""
 _WIDE, _TALL = 600.0, 120.0
-_LINES: Final = "xyz"
+_LINE_CLASSES: Final = "xyz"
 """Colours of the sensors of a device, in their order."""
-_ABOUT: Final = (
+_ABOUT_TEXT: Final = (
     "A row a log, what needs a person first. A device is the board whose number the log holds, "
     "else the folder of the log. Logs of a device are in the order of their dates where all have "
     "one, else of their names."
 )
 
 
-class Judged(NamedTuple):
+class LogSummary(NamedTuple):
     """A log with how many of its findings are of which severity."""
 
     outcome: Outcome
@@ -56,128 +56,139 @@ class Judged(NamedTuple):
     @property
     def began(self) -> float | None:
         """Unix time at which it begins, s."""
-        found = next((r["began"] for r in self.outcome.rows if r.get("began") is not None), None)
-        return found if isinstance(found, float) else None
+        start = next((r["began"] for r in self.outcome.rows if r.get("began") is not None), None)
+        return start if isinstance(start, float) else None
 
 
-def judged(outcomes: Iterable[Outcome]) -> list[Judged]:
+def summarise_logs(outcomes: Iterable[Outcome]) -> list[LogSummary]:
     """Return the logs, what needs a person first: unread ones, then most to act on."""
-    found = [_judged(one) for one in outcomes]
-    found.sort(key=lambda one: (one.outcome.error is None, -one.act, -one.look, one.outcome.name))
-    return found
+    logs = [_summarise_log(one) for one in outcomes]
+    logs.sort(key=lambda one: (one.outcome.error is None, -one.act, -one.look, one.outcome.name))
+    return logs
 
 
-def _judged(outcome: Outcome) -> Judged:
-    counts = {how: [r for r in outcome.rows if r["severity"] == how] for how in ("act", "look")}
+def _summarise_log(outcome: Outcome) -> LogSummary:
+    counts = {
+        severity: [r for r in outcome.rows if r["severity"] == severity]
+        for severity in ("act", "look")
+    }
     urgent = [*counts["act"], *counts["look"]]
     first = str(urgent[0]["text"]) if urgent else "Nothing in this log passes a limit."
-    return Judged(outcome, len(counts["act"]), len(counts["look"]), told(outcome.error or first))
+    return LogSummary(
+        outcome, len(counts["act"]), len(counts["look"]), render_text(outcome.error or first)
+    )
 
 
 def overview_page(result: BatchResult) -> str:
     """Return the page on a batch of reports as HTML: it stands alone but for links to its logs."""
-    return document(f"Reports on {len(result.outcomes)} logs", _body(judged(result.outcomes)))
+    return document(
+        f"Reports on {len(result.outcomes)} logs", _make_body(summarise_logs(result.outcomes))
+    )
 
 
-def summary(logs: Sequence[Judged]) -> str:
+def summary_line(logs: Sequence[LogSummary]) -> str:
     """Return one line on all logs."""
-    failed = sum(one.outcome.error is not None for one in logs)
-    act = sum(bool(one.act) for one in logs)
-    look = sum(bool(one.look) and not one.act for one in logs)
+    failed = sum(log.outcome.error is not None for log in logs)
+    act = sum(bool(log.act) for log in logs)
+    look = sum(bool(log.look) and not log.act for log in logs)
     unread = f"{failed} could not be read; " if failed else ""
-    rest = len(logs) - failed - act - look
-    return f"{unread}{act} with something to act on, {look} to look at, {rest} within all limits."
+    good = len(logs) - failed - act - look
+    return f"{unread}{act} with something to act on, {look} to look at, {good} within all limits."
 
 
-def _body(logs: Sequence[Judged]) -> Iterator[str]:
-    yield f'<p class="summary">{escape(summary(logs))}</p>'
-    yield f'<p class="about">{escape(_ABOUT)} zerorate {__version__}.</p>'
+def _make_body(logs: Sequence[LogSummary]) -> Iterator[str]:
+    yield f'<p class="summary">{escape(summary_line(logs))}</p>'
+    yield f'<p class="about">{escape(_ABOUT_TEXT)} zerorate {__version__}.</p>'
     head = "".join(
         f'<th scope="col">{name}</th>' for name in ("log", "act", "look", "read first", "device")
     )
-    rows = "\n".join(map(_row, logs))
+    rows = "\n".join(map(_make_row, logs))
     yield (
         '<section id="logs">\n<h2>Logs</h2>\n<div class="wide" tabindex="0" role="region" '
         f'aria-label="Logs"><table class="logs"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody>'
         "</table></div>\n</section>"
     )
-    yield from _trends(logs)
+    yield from _make_trends(logs)
 
 
-def _row(one: Judged) -> str:
-    how = "act" if one.act or one.outcome.error else "look" if one.look else "good"
-    word = "unread" if one.outcome.error else how
-    name = escape(one.outcome.name)
-    if one.outcome.error is None:
-        page, _ = COMMANDS["report"].paths(Path(one.outcome.name), "")
+def _make_row(log: LogSummary) -> str:
+    severity = "act" if log.act or log.outcome.error else "look" if log.look else "good"
+    word = "unread" if log.outcome.error else severity
+    name = escape(log.outcome.name)
+    if log.outcome.error is None:
+        page, _ = COMMANDS["report"].paths(Path(log.outcome.name), "")
         name = f'<a href="{quote(page.as_posix())}">{name}</a>'
-    dated = "" if one.began is None else f", {_day(one.began)}"
+    date_text = "" if log.began is None else f", {_format_day(log.began)}"
     return (
-        f'<tr class="{how}"><th scope="row">{name}</th><td>{one.act}</td><td>{one.look}</td>'
-        f'<td><b class="{how}">{word}</b> {escape(one.first)}</td>'
-        f"<td>{escape(one.device)}{dated}</td></tr>"
+        f'<tr class="{severity}"><th scope="row">{name}</th><td>{log.act}</td><td>{log.look}</td>'
+        f'<td><b class="{severity}">{word}</b> {escape(log.first)}</td>'
+        f"<td>{escape(log.device)}{date_text}</td></tr>"
     )
 
 
-def _day(seconds: float) -> str:
+def _format_day(seconds: float) -> str:
     return datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%d")
 
 
-def _trends(logs: Sequence[Judged]) -> Iterator[str]:
-    devices: dict[str, list[Judged]] = {}
-    for one in logs:
-        if one.outcome.rows:
-            devices.setdefault(one.device, []).append(one)
-    parts = [part for name, of in sorted(devices.items()) for part in _of_device(name, of)]
+def _make_trends(logs: Sequence[LogSummary]) -> Iterator[str]:
+    devices: dict[str, list[LogSummary]] = {}
+    for log in logs:
+        if log.outcome.rows:
+            devices.setdefault(log.device, []).append(log)
+    parts = [
+        part
+        for name, device_logs in sorted(devices.items())
+        for part in _device_trends(name, device_logs)
+    ]
     if parts:
         yield '<section id="trends">\n<h2>Trends</h2>'
         yield from parts
         yield "</section>"
 
 
-def _of_device(name: str, logs: Sequence[Judged]) -> Iterator[str]:
+def _device_trends(name: str, logs: Sequence[LogSummary]) -> Iterator[str]:
     ordered = sorted(logs, key=lambda one: one.outcome.name)
     if all(one.began is not None for one in logs):
         ordered.sort(key=lambda one: one.began or 0.0)
-    drawn = [part for kind in TRENDS if (part := _trend(kind, ordered))]
-    if drawn:
+    figures = [part for kind in TREND_KINDS if (part := _make_trend(kind, ordered))]
+    if figures:
         yield f"<h3>{escape(name)}: {len(logs)} logs</h3>"
-        yield from drawn
+        yield from figures
 
 
 class _Point(NamedTuple):
-    place: int
+    log_index: int
     value: float
     sigma: float
 
 
-def _trend(kind: str, logs: Sequence[Judged]) -> str:
+def _make_trend(kind: str, logs: Sequence[LogSummary]) -> str:
     """Return the numbers of one kind over the logs of a device, empty where there are not two."""
     lines: dict[str, list[_Point]] = {}
     unit = ""
-    for place, log in enumerate(logs):
+    for index, log in enumerate(logs):
         for row in log.outcome.rows:
-            point = _point(place, row)
+            point = _make_point(index, row)
             if row["kind"] == kind and point is not None:
                 unit = str(row["unit"])
                 lines.setdefault(str(row["axis"]), []).append(point)
     lines = {sensor: points for sensor, points in lines.items() if len(points) > 1}
     if not lines:
         return ""
-    return _figure(kind, unit, lines, len(logs))
+    return _draw_trend(kind, unit, lines, len(logs))
 
 
-def _point(place: int, row: Row) -> _Point | None:
+def _make_point(index: int, row: Row) -> _Point | None:
     value, sigma = row.get("value"), row.get("sigma")
     if not isinstance(value, float) or not math.isfinite(value):
         return None
-    return _Point(place, value, sigma if isinstance(sigma, float) else 0.0)
+    return _Point(index, value, sigma if isinstance(sigma, float) else 0.0)
 
 
-def _figure(kind: str, unit: str, lines: dict[str, list[_Point]], count: int) -> str:
-    points = [one for of in lines.values() for one in of]
-    low = min(one.value - one.sigma for one in points)
-    high = max(one.value + one.sigma for one in points)
+def _draw_trend(kind: str, unit: str, lines: dict[str, list[_Point]], count: int) -> str:
+    points = [point for line_points in lines.values() for point in line_points]
+    low = min(point.value - point.sigma for point in points)
+    high = max(point.value + point.sigma for point in points)
     room = 0.08 * (high - low) or abs(high) or 1.0
     low, high = low - room, high + room
     across = _WIDE / max(1, count - 1)
@@ -185,48 +196,58 @@ def _figure(kind: str, unit: str, lines: dict[str, list[_Point]], count: int) ->
     def up(value: float) -> float:
         return _TALL * (high - value) / (high - low)
 
-    drawn = []
+    paths = []
     limit = LIMITS.get(kind)
     for level in () if limit is None else ("look", "act"):
         value = getattr(limit, level)
         if low < value < high:
-            drawn.append(f'<path class="{level}" d="M0 {up(value):.1f}H{_WIDE:g}"/>')
-    for colour, of in zip(_colours(), lines.values(), strict=False):
+            paths.append(f'<path class="{level}" d="M0 {up(value):.1f}H{_WIDE:g}"/>')
+    for colour, line_points in zip(_cycle_colours(), lines.values(), strict=False):
         line = "".join(
-            f"{'M' if i == 0 else 'L'}{across * one.place:.1f} {up(one.value):.1f}"
-            for i, one in enumerate(of)
+            f"{'M' if i == 0 else 'L'}{across * point.log_index:.1f} {up(point.value):.1f}"
+            for i, point in enumerate(line_points)
         )
         bars = "".join(
-            f"M{across * one.place:.1f} {up(one.value - one.sigma):.1f}"
-            f"V{up(one.value + one.sigma):.1f}"
-            for one in of
-            if one.sigma
+            f"M{across * point.log_index:.1f} {up(point.value - point.sigma):.1f}"
+            f"V{up(point.value + point.sigma):.1f}"
+            for point in line_points
+            if point.sigma
         )
-        drawn.append(f'<path class="{colour}" d="{line}{bars}"/>')
-    told = "; ".join(_told(sensor, of, unit) for sensor, of in lines.items())
+        paths.append(f'<path class="{colour}" d="{line}{bars}"/>')
+    description = "; ".join(
+        _describe_trend(sensor, line_points, unit) for sensor, line_points in lines.items()
+    )
     keys = " ".join(
         f'<span class="key {colour}">{escape(sensor or kind)}</span>'
-        for colour, sensor in zip(_colours(), lines, strict=False)
+        for colour, sensor in zip(_cycle_colours(), lines, strict=False)
     )
     what = kind if limit is None else limit.what
     text = f"{what}{', ' + unit if unit else ''}"
     return (
-        f'<figure class="trend"><figcaption>{escape(text)} {keys}<br>{escape(told)}</figcaption>'
-        f'<svg role="img" aria-label="{escape(f"{kind} over {count} logs: {told}")}" '
-        f'viewBox="0 0 {_WIDE:g} {_TALL:g}" preserveAspectRatio="none">{"".join(drawn)}</svg>'
+        f'<figure class="trend"><figcaption>{escape(text)} '
+        f"{keys}<br>{escape(description)}</figcaption>"
+        f'<svg role="img" aria-label="{escape(f"{kind} over {count} logs: {description}")}" '
+        f'viewBox="0 0 {_WIDE:g} {_TALL:g}" preserveAspectRatio="none">{"".join(paths)}</svg>'
         f'<div class="scale"><span>{low:.3g} to {high:.3g}</span></div></figure>'
     )
 
 
-def _colours() -> Iterator[str]:
+def _cycle_colours() -> Iterator[str]:
     while True:
-        yield from _LINES
+        yield from _LINE_CLASSES
 
 
-def _told(sensor: str, points: Sequence[_Point], unit: str) -> str:
+def _describe_trend(sensor: str, points: Sequence[_Point], unit: str) -> str:
     first, last = points[0], points[-1]
-    return f"{sensor}: {_number(first)}, at last {_number(last)}{' ' + unit if unit else ''}"
+    return (
+        f"{sensor}: {_format_point(first)}, at last "
+        f"{_format_point(last)}{' ' + unit if unit else ''}"
+    )
 
 
-def _number(one: _Point) -> str:
-    return with_error(one.value, one.sigma) if one.sigma else significant(one.value)
+def _format_point(point: _Point) -> str:
+    return (
+        format_with_error(point.value, point.sigma)
+        if point.sigma
+        else format_significant(point.value)
+    )

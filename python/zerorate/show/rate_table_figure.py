@@ -42,7 +42,7 @@ def plot_rate_table(table: RateTable) -> Figure:
     for i in range(count):
         bottom = _BELOW + (count - 1 - i) * (_PANEL + _ABOVE)
         panels.append(add_panel(figure, _LEFT, bottom, _WIDTH - _LEFT - 4.0, _PANEL))
-        _draw(panels[-1], table, i)
+        _draw_axis(panels[-1], table, i)
     panels[-1].set_xlabel("rate")
     style_panels(panels)
     for panel in panels:
@@ -51,27 +51,33 @@ def plot_rate_table(table: RateTable) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, table: RateTable, i: int) -> None:
-    known, w = table.axes[i], table.rates[:, i]
+def _draw_axis(axes: Axes, table: RateTable, i: int) -> None:
+    axis_fit, w = table.axes[i], table.rates[:, i]
     fitted = table.means - table.residuals
     # What bends the line is the prediction at rates about this axis alone, less the line.
-    alone = np.zeros((401, len(table.axes)))
-    alone[:, i] = np.linspace(w.min(), w.max(), len(alone))
-    line = known.bias + known.scale * alone[:, i]
-    curve = (table.predict(alone)[:, i] - line) / known.scale
-    at = np.zeros(table.rates.shape)
-    at[:, i] = w
-    bend = table.predict(at)[:, i] - known.bias - known.scale * w
-    off = (table.means[:, i] - fitted[:, i] + bend) / known.scale
-    bars = 2.0 * table.sigma[:, i] / abs(known.scale)
+    single_axis_rates = np.zeros((401, len(table.axes)))
+    single_axis_rates[:, i] = np.linspace(w.min(), w.max(), len(single_axis_rates))
+    line = axis_fit.bias + axis_fit.scale * single_axis_rates[:, i]
+    curve = (table.predict(single_axis_rates)[:, i] - line) / axis_fit.scale
+    axis_rates = np.zeros(table.rates.shape)
+    axis_rates[:, i] = w
+    bend = table.predict(axis_rates)[:, i] - axis_fit.bias - axis_fit.scale * w
+    differences = (table.means[:, i] - fitted[:, i] + bend) / axis_fit.scale
+    bars = 2.0 * table.sigma[:, i] / abs(axis_fit.scale)
     name = "" if len(table.axes) == 1 else f"{'xyz'[i]}: "
     axes.axhline(0.0, color="0.6", lw=0.5)
-    axes.plot(alone[:, i], curve, color=_COLOURS[i], lw=1.0, label=f"{name}{_terms(known.terms)}")
-    axes.errorbar(w, off, bars, fmt="o", ms=2.0, lw=0.6, color="black", label="means")
+    axes.plot(
+        single_axis_rates[:, i],
+        curve,
+        color=_COLOURS[i],
+        lw=1.0,
+        label=f"{name}{_describe_terms(axis_fit.terms)}",
+    )
+    axes.errorbar(w, differences, bars, fmt="o", ms=2.0, lw=0.6, color="black", label="means")
     axes.set_ylabel("difference from the line")
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.2 * (high - low))
 
 
-def _terms(terms: tuple[str, ...]) -> str:
+def _describe_terms(terms: tuple[str, ...]) -> str:
     return "line" if not terms else f"line, {', '.join(terms)}"

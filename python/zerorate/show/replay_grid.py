@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from zerorate.show.replay_panels import (
-    MEMORIES,
+    SMOOTHING_TIME_CONSTANTS,
     draw_allan,
     draw_bias,
     draw_gain,
@@ -18,12 +18,12 @@ from zerorate.show.replay_panels import (
     draw_rate,
     draw_walk,
     draw_white_noise,
-    length_of_means,
+    mean_duration,
 )
 from zerorate.show.scales import share_decades, share_heights, share_limits
 from zerorate.show.style import (
-    FONT,
-    MM,
+    FONT_PT,
+    INCHES_PER_MM,
     Corner,
     new_figure,
     style_panels,
@@ -39,26 +39,31 @@ if TYPE_CHECKING:
 
 Grid = np.ndarray[Any, np.dtype[np.object_]]
 
-_MOST_AXES: Final = 6
+_MAX_AXES: Final = 6
 """Axes of the log that a figure has room for."""
 
 # Millimetres. A layout engine would draw everything three times to find the same places.
-_COLUMN: Final = 60.0
-_HEIGHT: Final = 212.0
+_COLUMN_WIDTH_MM: Final = 60.0
+_HEIGHT_MM: Final = 212.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 16.5, 4.0, 16.0, 21.0
 _BETWEEN_COLUMNS, _BETWEEN_ROWS = 13.0, 11.0
-_LABELS: Final = 10.2
+_LABEL_DISTANCE_MM: Final = 10.2
 """Of the left panels' scales, from the panel."""
 
-_LOW: Final = 0.62
+_LOW_PANEL_RATIO: Final = 0.62
 """Height of a panel with one line in it, over that of the others."""
 
-_HEIGHTS: Final = {True: (1.0, 1.0, _LOW, _LOW, 1.0), False: (1.0, _LOW, _LOW, 1.0, 1.0)}
+_HEIGHT_RATIOS: Final = {
+    True: (1.0, 1.0, _LOW_PANEL_RATIO, _LOW_PANEL_RATIO, 1.0),
+    False: (1.0, _LOW_PANEL_RATIO, _LOW_PANEL_RATIO, 1.0, 1.0),
+}
 """Of the rows, by whether the filter tunes itself."""
 
-_GREY: Final = {
-    "estimate": f"Grey: averaging times below {MEMORIES:g} filter time constants, where the "
-    "filtered curve shows smoothing, not a better sensor.",
+_GREY_NOTES: Final = {
+    "estimate": (
+        f"Grey: averaging times below {SMOOTHING_TIME_CONSTANTS:g} filter time constants, where "
+        "the filtered curve shows smoothing, not a better sensor."
+    ),
     "compensated": "Grey: averaging times above the filter's time constant, where the bias is "
     "subtracted as it is learned: a lower curve there is no better sensor.",
 }
@@ -74,32 +79,36 @@ def plot_replay_grid(replay: Replay) -> Figure:
 
     ValueError if the replay has no Allan deviations.
     """
-    shown = min(replay.log.channels, _MOST_AXES)
-    width = _COLUMN * max(shown, 2)
-    figure = new_figure(width, _HEIGHT)
-    heights = _HEIGHTS[replay.method == "auto"]
+    axis_count = min(replay.log.channels, _MAX_AXES)
+    width = _COLUMN_WIDTH_MM * max(axis_count, 2)
+    figure = new_figure(width, _HEIGHT_MM)
+    heights = _HEIGHT_RATIOS[replay.method == "auto"]
     grid = figure.subplots(
-        5, shown, squeeze=False, height_ratios=heights, gridspec_kw=_places(width, shown)
+        5,
+        axis_count,
+        squeeze=False,
+        height_ratios=heights,
+        gridspec_kw=_grid_spacing(width, axis_count),
     )
-    for i in range(shown):
+    for i in range(axis_count):
         _draw_column(grid[:, i], replay, i)
-    _label(grid, replay)
-    _share(grid, replay)
+    _label_scales(grid, replay)
+    _share_scales(grid, replay)
     style_panels(list(grid.ravel()))
-    write_title(figure, _title(replay, round(0.55 * width)))
-    write_caption(figure, _caption(replay, shown, round(0.83 * width)), FONT)
+    write_title(figure, _make_title(replay, round(0.55 * width)))
+    write_caption(figure, _make_caption(replay, axis_count, round(0.83 * width)), FONT_PT)
     return figure
 
 
-def _places(width: float, columns: int) -> dict[str, float]:
+def _grid_spacing(width: float, columns: int) -> dict[str, float]:
     """Return the margins and the spaces between panels, in the units of a grid."""
     panel_width = (width - _LEFT - _RIGHT - _BETWEEN_COLUMNS * (columns - 1)) / columns
-    panel_height = (_HEIGHT - _TOP - _BOTTOM - 4.0 * _BETWEEN_ROWS) / 5.0
+    panel_height = (_HEIGHT_MM - _TOP - _BOTTOM - 4.0 * _BETWEEN_ROWS) / 5.0
     return {
         "left": _LEFT / width,
         "right": 1.0 - _RIGHT / width,
-        "top": 1.0 - _TOP / _HEIGHT,
-        "bottom": _BOTTOM / _HEIGHT,
+        "top": 1.0 - _TOP / _HEIGHT_MM,
+        "bottom": _BOTTOM / _HEIGHT_MM,
         "wspace": _BETWEEN_COLUMNS / panel_width,
         "hspace": _BETWEEN_ROWS / panel_height,
     }
@@ -107,12 +116,14 @@ def _places(width: float, columns: int) -> dict[str, float]:
 
 def _draw_column(column: Grid, replay: Replay, i: int) -> None:
     published = (draw_rate, draw_noise, draw_gain, draw_model, draw_allan)
-    own = (draw_rate, draw_bias, draw_white_noise, draw_walk, draw_allan)
-    for axes, draw in zip(column, own if replay.method == "auto" else published, strict=True):
+    auto_panels = (draw_rate, draw_bias, draw_white_noise, draw_walk, draw_allan)
+    for axes, draw in zip(
+        column, auto_panels if replay.method == "auto" else published, strict=True
+    ):
         draw(axes, replay, i)
 
 
-def _label(grid: Grid, replay: Replay) -> None:
+def _label_scales(grid: Grid, replay: Replay) -> None:
     """Name the scales at the left edge, and in the first column the lines of a panel."""
     unit = replay.log.unit
     if replay.method == "auto":
@@ -121,17 +132,17 @@ def _label(grid: Grid, replay: Replay) -> None:
     else:
         between = (f"√R [{unit}]", "Kalman\ngain", "ARMA coefficients")
     labels = (f"rate [{unit}]", *between, f"Allan deviation [{unit}]")
-    panel = grid[0, 0].get_position().width * grid[0, 0].figure.get_figwidth() / MM
+    panel = grid[0, 0].get_position().width * grid[0, 0].figure.get_figwidth() / INCHES_PER_MM
     for axes, label in zip(grid[:, 0], labels, strict=True):
         axes.set_ylabel(label)
-        axes.yaxis.set_label_coords(-_LABELS / panel, 0.5)
-    several = (0, 1, 4) if replay.method == "auto" else (0, 3, 4)
-    places: tuple[Corner, ...] = ("upper right", "upper right", "lower left")
-    for row, place in zip(several, places, strict=True):
-        write_legend(grid[row, 0], place, 4)
+        axes.yaxis.set_label_coords(-_LABEL_DISTANCE_MM / panel, 0.5)
+    legend_rows = (0, 1, 4) if replay.method == "auto" else (0, 3, 4)
+    corners: tuple[Corner, ...] = ("upper right", "upper right", "lower left")
+    for row, corner in zip(legend_rows, corners, strict=True):
+        write_legend(grid[row, 0], corner, 4)
 
 
-def _share(grid: Grid, replay: Replay) -> None:
+def _share_scales(grid: Grid, replay: Replay) -> None:
     """Give panels side by side the same scale where that helps to compare."""
     if replay.method == "auto":
         for row in grid[2:4]:
@@ -145,7 +156,7 @@ def _share(grid: Grid, replay: Replay) -> None:
     share_decades(grid[4])
 
 
-def _title(replay: Replay, letters: int) -> str:
+def _make_title(replay: Replay, letters: int) -> str:
     """Return the log's name, its middle left out where it is too long, above the filter's."""
     source = replay.log.meta.get("sensor") or Path(replay.log.meta.get("source", "log")).name
     if len(source) > letters:
@@ -155,23 +166,23 @@ def _title(replay: Replay, letters: int) -> str:
     return f"{source}\n{replay.method}, {model}{replay.log.n:,} samples at {replay.log.rate:.4g} Hz"
 
 
-def _caption(replay: Replay, shown: int, width: int) -> str:
+def _make_caption(replay: Replay, shown: int, width: int) -> str:
     """Return what a reader must know, in lines of at most so many letters."""
-    sentences = [_GREY[replay.output], _last_sentence(replay)]
+    sentences = [_GREY_NOTES[replay.output], _describe_shading(replay)]
     if shown < replay.log.channels:
         sentences[1] += f" Shown are the first {shown} of {replay.log.channels} axes."
     return "\n".join(textwrap.fill(sentence, width) for sentence in sentences)
 
 
-def _last_sentence(replay: Replay) -> str:
+def _describe_shading(replay: Replay) -> str:
     lost = replay.lost
-    moved = replay.readings is not None and not (replay.readings.at_rest | lost).all()
+    has_motion = replay.readings is not None and not (replay.readings.at_rest | lost).all()
     if replay.method == "auto":
-        seconds = length_of_means(replay)
+        seconds = mean_duration(replay)
         sentences = [f"Dots: means of {seconds:.2g} s, noisier than the bias. Band: ± 2σ."]
     else:
         sentences = ["Dotted: end of learning."]
-    if moved:
+    if has_motion:
         sentences.append(
             "Grey or hatched over time: motion, or no rest seen yet; Allan deviations are of the "
             "rest."

@@ -8,8 +8,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.show.scales import BUCKETS, limits, outline, parts, spans
-from zerorate.show.stack import spans_of
+from zerorate.show.scales import (
+    MAX_BUCKETS,
+    bucket_extremes,
+    robust_limits,
+    split_into_parts,
+    trace_outline,
+)
+from zerorate.show.stack import find_spans
 from zerorate.show.style import (
     AR_COLOURS,
     BLACK,
@@ -30,15 +36,15 @@ from zerorate.types import Booleans, Floats
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Places = npt.NDArray[np.intp]
+RowIndices = npt.NDArray[np.intp]
 
-MEMORIES: Final = 10.0
+SMOOTHING_TIME_CONSTANTS: Final = 10.0
 """Filter time constants from which on an Allan deviation is again one of the sensor."""
 
-_MOMENTS: Final = 130
-_MEANS: Final = 60
-_DEPTH: Final = 1e4
-_FAR: Final = 1e3
+_MOMENT_COUNT: Final = 130
+_MEAN_COUNT: Final = 60
+_MAX_DECADE_RATIO: Final = 1e4
+_OUTLIER_RATIO: Final = 1e3
 _SUBSCRIPTS: Final = "₀₁₂₃"
 _OUTPUT_NAMES: Final = {"estimate": "filtered", "compensated": "compensated"}
 
@@ -47,17 +53,17 @@ def draw_rate(axes: Axes, replay: Replay, i: int) -> None:
     """Draw the raw rate as a band, and the bias over it, both with all their peaks."""
     rate, (unit, seconds) = replay.log.rate, time_unit(replay.log.duration)
     raw, filtered = replay.log.data[:, i], replay.bias[:, i]
-    t, least, most = spans(raw, rate)
-    if np.array_equal(least, most, equal_nan=True):
-        axes.plot(t / seconds, least, color=SKY, lw=0.8, marker=".", ms=2.0, label="raw")
+    t, lows, highs = bucket_extremes(raw, rate)
+    if np.array_equal(lows, highs, equal_nan=True):
+        axes.plot(t / seconds, lows, color=SKY, lw=0.8, marker=".", ms=2.0, label="raw")
     else:
-        axes.fill_between(t / seconds, least, most, color=SKY, alpha=0.55, lw=0.3, label="raw")
-    t, y = outline(filtered, rate)
+        axes.fill_between(t / seconds, lows, highs, color=SKY, alpha=0.55, lw=0.3, label="raw")
+    t, y = trace_outline(filtered, rate)
     label = "bias" if replay.output == "compensated" else "filtered"
     axes.plot(t / seconds, y, color=VERMILION, lw=0.5, label=label)
     _shade(axes, replay, i)
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / rate) / seconds)
-    axes.set_ylim(*limits(np.concatenate((least, most)), 0.15, 0.35))
+    axes.set_ylim(*robust_limits(np.concatenate((lows, highs)), 0.15, 0.35))
     axes.set_xlabel(f"time [{unit}]")
     if not np.isfinite(raw).any():
         write_in_middle(axes, "no sample")
@@ -68,7 +74,7 @@ def draw_noise(axes: Axes, replay: Replay, i: int) -> None:
     """Draw the root of R, the measurement noise."""
     root = np.sqrt(replay.history.measurement_noise[:, i])
     _draw_evenly(axes, replay, root, BLUE)
-    low, high = limits(root)
+    low, high = robust_limits(root)
     axes.set_ylim(max(0.0, low - 0.6 * (high - low)), high + 0.35 * (high - low))
     if not replay.ready[i]:
         write_in_middle(axes, "nothing learned")
@@ -81,16 +87,16 @@ def draw_gain(axes: Axes, replay: Replay, i: int) -> None:
 
 
 def _draw_evenly(axes: Axes, replay: Replay, values: Floats, colour: str) -> None:
-    even, (unit, seconds) = _evenly(replay), time_unit(replay.log.duration)
-    axes.plot(_moments_of(replay)[even] / seconds, values[even], color=colour, lw=0.7)
+    rows, (unit, seconds) = _even_rows(replay), time_unit(replay.log.duration)
+    axes.plot(_history_times(replay)[rows] / seconds, values[rows], color=colour, lw=0.7)
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
     axes.set_xlabel(f"time [{unit}]")
 
 
 def draw_model(axes: Axes, replay: Replay, i: int) -> None:
     """Draw the coefficients over the logarithm of time, where learning is seen."""
-    (p, q), places = replay.params["order"], _rising(replay)
-    t, model = _moments_of(replay)[places], replay.history.coefficients[places, i]
+    (p, q), rows = replay.params["order"], _log_spaced_rows(replay)
+    t, model = _history_times(replay)[rows], replay.history.coefficients[rows, i]
     for j in range(p):
         axes.plot(t, model[:, j], color=AR_COLOURS[j], lw=0.9, label=f"φ{_SUBSCRIPTS[j + 1]}")
     for j in range(q):
@@ -130,70 +136,78 @@ def draw_allan(axes: Axes, replay: Replay, i: int) -> None:
     axes.set_yscale("log")
     left, right = taus[0] / 1.5, max(taus[-1], 4.0 * taus[0]) * 1.5
     axes.set_xlim(left, right)
-    _shade_memory(axes, replay, i)
+    _shade_smoothing(axes, replay, i)
     axes.set_xlabel("averaging time [s]")
     if not (replay.allan.raw[i] > 0.0).any():
         write_in_middle(axes, "no noise")
 
 
-def _shade_memory(axes: Axes, replay: Replay, i: int) -> None:
+def _shade_smoothing(axes: Axes, replay: Replay, i: int) -> None:
     """Smoothing acts below so many time constants, taking off the bias from one on."""
-    (left, right), memory = axes.get_xlim(), replay.memory[i]
-    if np.isnan(memory):
+    (left, right), time_constant = axes.get_xlim(), replay.time_constant[i]
+    if np.isnan(time_constant):
         return
     if replay.output == "estimate":
-        axes.axvspan(left, min(MEMORIES * memory, right), color=GREY, alpha=0.6, lw=0.0)
-    elif memory < right:
-        axes.axvspan(memory, right, color=GREY, alpha=0.6, lw=0.0)
+        axes.axvspan(
+            left,
+            min(SMOOTHING_TIME_CONSTANTS * time_constant, right),
+            color=GREY,
+            alpha=0.6,
+            lw=0.0,
+        )
+    elif time_constant < right:
+        axes.axvspan(time_constant, right, color=GREY, alpha=0.6, lw=0.0)
 
 
-def _moments_of(replay: Replay) -> Floats:
+def _history_times(replay: Replay) -> Floats:
     """Return the times of a replay's history, s."""
     t: Floats = replay.history.samples / replay.log.rate
     return t
 
 
-def _evenly(replay: Replay) -> Places:
+def _even_rows(replay: Replay) -> RowIndices:
     """Return the moments that are about evenly spaced, for a linear axis."""
     last = replay.history.samples[-1]
-    return _nearest(replay, np.linspace(last / _MOMENTS, last, _MOMENTS))
+    return _nearest_rows(replay, np.linspace(last / _MOMENT_COUNT, last, _MOMENT_COUNT))
 
 
-def _rising(replay: Replay) -> Places:
+def _log_spaced_rows(replay: Replay) -> RowIndices:
     """Return the moments whose logarithms are about evenly spaced."""
     last = replay.history.samples[-1]
-    return _nearest(replay, np.geomspace(1, last, _MOMENTS))
+    return _nearest_rows(replay, np.geomspace(1, last, _MOMENT_COUNT))
 
 
-def _nearest(replay: Replay, wanted: Floats) -> Places:
+def _nearest_rows(replay: Replay, positions: Floats) -> RowIndices:
     samples = replay.history.samples
-    return np.unique(np.searchsorted(samples, wanted).clip(max=len(samples) - 1))
+    return np.unique(np.searchsorted(samples, positions).clip(max=len(samples) - 1))
 
 
 def _rms(z: Floats) -> float:
-    there = z[np.isfinite(z)]
-    peak = float(np.abs(there).max()) if there.size else 0.0
-    return peak * float(np.sqrt(np.mean((there / peak) ** 2))) if peak > 0.0 else 1.0
+    finite = z[np.isfinite(z)]
+    peak = float(np.abs(finite).max()) if finite.size else 0.0
+    return peak * float(np.sqrt(np.mean((finite / peak) ** 2))) if peak > 0.0 else 1.0
 
 
 def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
     """Draw the bias with two standard deviations to either side, over means of the raw rate."""
-    (unit, seconds), even = time_unit(replay.log.duration), _evenly(replay)
-    t, history = _moments_of(replay)[even], replay.history
-    bias, sigma = history.bias[even, i], history.bias_sigma[even, i]
+    (unit, seconds), rows = time_unit(replay.log.duration), _even_rows(replay)
+    t, history = _history_times(replay)[rows], replay.history
+    bias, sigma = history.bias[rows, i], history.bias_sigma[rows, i]
     axes.fill_between(
         t / seconds, bias - 2.0 * sigma, bias + 2.0 * sigma, color=VERMILION, alpha=0.25, lw=0.0
     )
     axes.plot(t / seconds, bias, color=VERMILION, lw=0.8, label="bias ± 2σ")
-    times, means = means_at_rest(replay, i, certain_rest(replay))
-    look: Any = {"color": SKY, "lw": 0.0, "marker": "o", "ms": 1.8, "zorder": 1.5}
-    axes.plot(times / seconds, means, label="raw, mean at rest", **look)
+    times, means = rest_means(replay, i, find_certain_rest(replay))
+    style: Any = {"color": SKY, "lw": 0.0, "marker": "o", "ms": 1.8, "zorder": 1.5}
+    axes.plot(times / seconds, means, label="raw, mean at rest", **style)
     # Hatched, as a colour would mix with that of the band.
     _shade(axes, replay, i, hatched=True)
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
     late = t > t[-1] / 10.0
     axes.set_ylim(
-        *_holding(together(means), (bias - 2.0 * sigma)[late], (bias + 2.0 * sigma)[late])
+        *_enclosing_limits(
+            drop_outliers(means), (bias - 2.0 * sigma)[late], (bias + 2.0 * sigma)[late]
+        )
     )
     axes.set_xlabel(f"time [{unit}]")
     if not replay.ready[i]:
@@ -205,7 +219,7 @@ def draw_white_noise(axes: Axes, replay: Replay, i: int) -> None:
     (_, white), _ = noise_units(replay.log.unit)
     noise = white * replay.history.angle_random_walk[:, i]
     _draw_learned(axes, replay, noise, BLUE)
-    axes.set_ylim(0.0, limits(noise[_rising(replay)])[1] * 1.3)
+    axes.set_ylim(0.0, robust_limits(noise[_log_spaced_rows(replay)])[1] * 1.3)
     if not replay.ready[i]:
         write_in_middle(axes, "nothing learned")
 
@@ -216,58 +230,58 @@ def draw_walk(axes: Axes, replay: Replay, i: int) -> None:
     drift = walk * replay.history.rate_random_walk[:, i]
     _draw_learned(axes, replay, drift, ORANGE)
     axes.set_yscale("log")
-    axes.set_ylim(*_decades(drift[_rising(replay)]))
+    axes.set_ylim(*_log_limits(drift[_log_spaced_rows(replay)]))
 
 
 def _draw_learned(axes: Axes, replay: Replay, values: Floats, colour: str) -> None:
-    places, startup = _rising(replay), replay.params["startup"]
-    axes.plot(_moments_of(replay)[places], values[places], color=colour, lw=0.9)
+    rows, startup = _log_spaced_rows(replay), replay.params["startup"]
+    axes.plot(_history_times(replay)[rows], values[rows], color=colour, lw=0.9)
     axes.set_xscale("log")
     axes.set_xlim(startup, max(replay.log.duration, 2.0 * startup))
     axes.set_xlabel("time [s]")
 
 
-def _holding(*series: Floats) -> tuple[float, float]:
+def _enclosing_limits(*series: Floats) -> tuple[float, float]:
     """Return limits that hold each series, with room for a legend above."""
-    known = [limits(z) for z in series if np.isfinite(z).any()] or [(0.0, 1.0)]
+    known = [robust_limits(z) for z in series if np.isfinite(z).any()] or [(0.0, 1.0)]
     low, high = min(low for low, _ in known), max(high for _, high in known)
     return low, high + 0.3 * (high - low)
 
 
-def together(values: Floats) -> Floats:
+def drop_outliers(values: Floats) -> Floats:
     """Return the values without those so far from the others that these would be one line."""
-    there = values[np.isfinite(values)]
-    if there.size == 0:
-        return there
-    away = np.abs(there - np.median(there))
-    typical = np.median(away)
-    return there[away <= _FAR * typical] if typical > 0.0 else there
+    finite = values[np.isfinite(values)]
+    if finite.size == 0:
+        return finite
+    distances = np.abs(finite - np.median(finite))
+    typical = np.median(distances)
+    return finite[distances <= _OUTLIER_RATIO * typical] if typical > 0.0 else finite
 
 
-def _decades(values: Floats) -> tuple[float, float]:
+def _log_limits(values: Floats) -> tuple[float, float]:
     """Return limits of a logarithmic scale, of at most so many decades as can be read."""
     high = float(np.max(values, where=values > 0.0, initial=0.0)) or 1.0
     least = float(np.min(values, where=values > 0.0, initial=high))
-    return max(least, high / _DEPTH) / 2.0, high * 2.0
+    return max(least, high / _MAX_DECADE_RATIO) / 2.0, high * 2.0
 
 
-def length_of_means(replay: Replay) -> float:
+def mean_duration(replay: Replay) -> float:
     """Return the seconds over which the dots beside a bias are means."""
-    return replay.log.n / replay.log.rate / min(_MEANS, replay.log.n)
+    return replay.log.n / replay.log.rate / min(_MEAN_COUNT, replay.log.n)
 
 
-def certain_rest(replay: Replay) -> Booleans | None:
+def find_certain_rest(replay: Replay) -> Booleans | None:
     """Return where each axis surely rested, shape (n, k); None where motion was not minded."""
     return None if replay.readings is None else replay.readings.certain_rest(replay.log.rate)
 
 
-def means_at_rest(replay: Replay, i: int, rest: Booleans | None) -> tuple[Floats, Floats]:
+def rest_means(replay: Replay, i: int, rest: Booleans | None) -> tuple[Floats, Floats]:
     """Return times, s, and means of the samples of an axis at rest in equal parts of the record."""
     z = replay.log.data[:, i]
     used = np.isfinite(z)
     if rest is not None:
         used &= rest[:, i]
-    starts = parts(z.size, _MEANS)
+    starts = split_into_parts(z.size, _MEAN_COUNT)
     counts = np.add.reduceat(used.astype(np.float64), starts)
     # Scaled by the number of samples, numbers near the largest double can be summed.
     sums = np.add.reduceat(np.where(used, z / z.size, 0.0), starts)
@@ -280,18 +294,18 @@ def _shade(axes: Axes, replay: Replay, i: int, hatched: bool = False) -> None:
     """Mark the times in motion, and shade those of a stuck or saturated sensor, behind all else."""
     lost = replay.lost[:, i]
     if replay.readings is not None:
-        moved = ~(replay.readings.at_rest[:, i] | lost)
+        in_motion = ~(replay.readings.at_rest[:, i] | lost)
         look: Any = {"fc": "none", "ec": GREY, "hatch": "////"} if hatched else {"color": GREY}
-        _shade_where(axes, replay, moved, look)
+        _shade_where(axes, replay, in_motion, look)
     _shade_where(axes, replay, lost, {"color": ROSE})
 
 
-def _shade_where(axes: Axes, replay: Replay, there: Booleans, look: Mapping[str, Any]) -> None:
+def _shade_where(axes: Axes, replay: Replay, mask: Booleans, look: Mapping[str, Any]) -> None:
     """Shade these samples, each as wide at least as can be seen."""
-    if not there.any():
+    if not mask.any():
         return
     unit = time_unit(replay.log.duration)[1]
-    begins, ends = (at / replay.log.rate / unit for at in spans_of(there, 2 * BUCKETS))
+    begins, ends = (at / replay.log.rate / unit for at in find_spans(mask, 2 * MAX_BUCKETS))
     axes.broken_barh(
         list(zip(begins, ends - begins, strict=True)),
         (0.0, 1.0),

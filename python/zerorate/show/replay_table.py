@@ -7,37 +7,46 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.faults import told
-from zerorate.numerals import NOTHING, or_dash, with_error
+from zerorate.faults import render_text
+from zerorate.numerals import DASH, format_or_dash, format_with_error
 from zerorate.record.names import split_unit
-from zerorate.show.tables import Table, aligned, as_text, bulleted, fitting, prose
+from zerorate.show.tables import (
+    Table,
+    align_rows,
+    as_text,
+    bullet_list,
+    select_fitting_columns,
+    wrap_prose,
+)
 from zerorate.tasks.replay import Score, Summary
-from zerorate.tasks.replay.history import last_known, noise_units
+from zerorate.tasks.replay.history import last_finite, noise_units
 from zerorate.tasks.replay.result import Replays
 from zerorate.texts import width
 
 _TITLE: Final = "Bias as each method estimates it; 'raw' is what they are given"
 Row = tuple[str, ...]
 
-_SIGMA: Final = "With ± σ."
-_MEASURES: Final = (
+_SIGMA_NOTE: Final = "With ± σ."
+_MEASURES_NOTE: Final = (
     "Coasting is the angle error after holding an estimate for that long: what a wrong bias costs. "
     "Any low-pass filter lowers the deviation at rest, and pays with delay when the sensor turns."
 )
-_LEARNED: Final = (
+_LEARNED_NOTE: Final = (
     "In motion: includes the wait for the first rest. White noise: angle random walk N. Bias "
     "drift: rate random walk K. 'Follows a step': the time in which the bias makes 63 % of a small "
     "step."
 )
-_ANGLE: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 1.0 / 3600.0)}
+_ANGLE_UNITS: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 1.0 / 3600.0)}
 
 
 def format_replay(replay: Summary) -> str:
     """Return the bias of each axis, where several methods ran how well each did, and notes."""
-    return "\n\n".join(filter(None, (format_bias(replay), _compared(replay), format_notes(replay))))
+    return "\n\n".join(
+        filter(None, (format_bias(replay), _format_scores(replay), format_notes(replay)))
+    )
 
 
-def _compared(replay: Summary) -> str:
+def _format_scores(replay: Summary) -> str:
     return format_table(replay) if len(replay.speed) > 1 else ""
 
 
@@ -45,8 +54,8 @@ def format_replays(replays: Replays) -> str:
     """Return the biases of several logs in one table, then what is to be said of each."""
     parts = [format_biases(replays.results)]
     for name, replay in replays.results.items():
-        alarms = "\n".join(map(told, replay.alarms))
-        text = "\n\n".join(filter(None, (alarms, _compared(replay), format_notes(replay))))
+        alarms = "\n".join(map(render_text, replay.alarms))
+        text = "\n\n".join(filter(None, (alarms, _format_scores(replay), format_notes(replay))))
         parts += [f"{name}\n{text}"] if text else []
     return "\n\n".join(parts)
 
@@ -56,67 +65,78 @@ def format_bias(replay: Summary) -> str:
 
     A row for each axis; of auto with what it learned of the noise.
     """
-    heads, rows = _answer(replay)
-    title = f"Bias at the end, by {replay.method}: {Path(_source(replay)).name}"
-    legend = _meanings(heads, replay)
-    return as_text(Table(title.rstrip(": "), heads, rows, words=2, note=_SIGMA, legend=legend))
+    heads, rows = _bias_columns(replay)
+    title = f"Bias at the end, by {replay.method}: {Path(_source_name(replay)).name}"
+    legend = _column_meanings(heads, replay)
+    return as_text(Table(title.rstrip(": "), heads, rows, words=2, note=_SIGMA_NOTE, legend=legend))
 
 
 def format_biases(replays: Mapping[str, Summary]) -> str:
     """Return the biases of several logs, by their names, in tables of those of one unit."""
     tables: dict[tuple[str, ...], list[tuple[str, ...]]] = {}
     for name, replay in replays.items():
-        heads, rows = _answer(replay, whole=True)
-        listed = tables.setdefault(("log", *heads), [])
-        listed += [(Path(name).name if i == 0 else "", *row) for i, row in enumerate(rows)]
-    one = next(iter(replays.values()))
-    title = f"Bias at the end, by {one.method}"
+        heads, rows = _bias_columns(replay, keep_unknown=True)
+        table_rows = tables.setdefault(("log", *heads), [])
+        table_rows += [(Path(name).name if i == 0 else "", *row) for i, row in enumerate(rows)]
+    first_replay = next(iter(replays.values()))
+    title = f"Bias at the end, by {first_replay.method}"
     return "\n\n".join(
-        as_text(Table(title, heads, tuple(rows), 3, _SIGMA, legend=_meanings(heads, one)))
+        as_text(
+            Table(
+                title,
+                heads,
+                tuple(rows),
+                3,
+                _SIGMA_NOTE,
+                legend=_column_meanings(heads, first_replay),
+            )
+        )
         for heads, rows in tables.items()
     )
 
 
-def _answer(replay: Summary, whole: bool = False) -> tuple[Row, tuple[Row, ...]]:
-    """Return heads and rows of the answer; unless `whole` without columns that are not known."""
+def _bias_columns(replay: Summary, keep_unknown: bool = False) -> tuple[Row, tuple[Row, ...]]:
+    """Return heads and rows of the answer; unknown columns only with `keep_unknown`."""
     unit = replay.header.unit
-    angle, factor = _ANGLE.get(unit, (f"{unit} s", 1.0))
-    scores = [one for one in replay.scores if one.method == replay.method]
+    angle, factor = _ANGLE_UNITS.get(unit, (f"{unit} s", 1.0))
+    scores = [score for score in replay.scores if score.method == replay.method]
     columns: list[tuple[str, list[str]]] = [
         ("axis", [split_unit(name)[0] for name in replay.header.names]),
-        (f"bias, {unit}", [_bias(replay, i) for i in range(len(scores))]),
+        (f"bias, {unit}", [_format_bias(replay, i) for i in range(len(scores))]),
     ]
-    if not all(math.isnan(one.error) for one in scores):
-        columns.append(("true error", _numbers(scores, lambda s: s.error)))
-    times = [_times(replay, i) for i in range(len(scores))]
+    if not all(math.isnan(score.error) for score in scores):
+        columns.append(("true error", _format_numbers(scores, lambda s: s.error)))
+    times = [_format_times(replay, i) for i in range(len(scores))]
     for name, cells in zip(("at rest, s", "moving, s"), zip(*times, strict=True), strict=True):
         columns.append((name, list(cells)))
     for i, horizon in enumerate(replay.horizons):
-        errors = _numbers(scores, lambda s, i=i: factor * s.coasting[i], ".3g")  # type: ignore[misc]
+        errors = _format_numbers(scores, lambda s, i=i: factor * s.coasting[i], ".3g")  # type: ignore[misc]
         columns.append((f"{horizon:g} s, {angle}", errors))
     if replay.method == "auto":
         (white, _), (walk, _) = noise_units(unit)
         learned = list(zip(*_learned_rows(replay), strict=True))
         columns += [(f"N, {white}", list(learned[3])), (f"K, {walk}", list(learned[4]))]
-    told = [(head, cells) for head, cells in columns if whole or set(cells) != {NOTHING}]
-    rows = tuple(zip(*(cells for _, cells in told), strict=True))
-    return tuple(head for head, _ in told), rows
+    known_columns = [
+        (head, cells) for head, cells in columns if keep_unknown or set(cells) != {DASH}
+    ]
+    rows = tuple(zip(*(cells for _, cells in known_columns), strict=True))
+    return tuple(head for head, _ in known_columns), rows
 
 
-def _source(replay: Summary) -> str:
+def _source_name(replay: Summary) -> str:
     return str(replay.header.meta.get("source", ""))
 
 
-def _meanings(heads: Sequence[str], replay: Summary) -> dict[int, str]:
+def _column_meanings(heads: Sequence[str], replay: Summary) -> dict[int, str]:
     """Return what columns mean that do not say it, by their places."""
-    horizons = tuple(f"{one:g} s, " for one in replay.horizons)
-    found = {}
+    horizons = tuple(f"{horizon:g} s, " for horizon in replay.horizons)
+    meanings = {}
     for i, head in enumerate(heads):
         if head.startswith(horizons):
-            found[i] = f"{head.partition(',')[0]}: angle that a wrong bias costs, held so long."
+            meanings[i] = f"{head.partition(',')[0]}: angle that a wrong bias costs, held so long."
         elif head.startswith(("N, ", "K, ")):
-            found[i] = "N: white noise." if head.startswith("N") else "K: walk of the bias."
-    return found
+            meanings[i] = "N: white noise." if head.startswith("N") else "K: walk of the bias."
+    return meanings
 
 
 def format_table(replay: Summary) -> str:
@@ -127,11 +147,11 @@ def format_table(replay: Summary) -> str:
 
     `replay`: what to show; the error to the true bias is shown where that was given.
     """
-    rows = list(zip(*_columns(replay), strict=True))
-    kept = fitting(rows, 2, width(), range(len(rows[0]) - 1, 2, -1))
-    lines = aligned([[row[i] for i in kept] for row in rows], 2, width())
-    paragraphs = (prose(text) for text in (_on_noise(replay), _MEASURES) if text)
-    return "\n".join((prose(_TITLE), *lines, "", *paragraphs))
+    rows = list(zip(*_score_columns(replay), strict=True))
+    columns = select_fitting_columns(rows, 2, width(), range(len(rows[0]) - 1, 2, -1))
+    lines = align_rows([[row[i] for i in columns] for row in rows], 2, width())
+    paragraphs = (wrap_prose(text) for text in (_describe_noise(replay), _MEASURES_NOTE) if text)
+    return "\n".join((wrap_prose(_TITLE), *lines, "", *paragraphs))
 
 
 def format_learned(replay: Summary) -> str:
@@ -145,7 +165,7 @@ def format_learned(replay: Summary) -> str:
     head = ("", "at rest", "in motion", "white noise", "bias drift", "follows a", "bias at the end")
     units = ("axis", "s", "s", white, walk, "step in, s", replay.header.unit)
     rows = (units, *_learned_rows(replay))
-    return as_text(Table(f"Learned by {replay.method}", head, rows, note=_LEARNED))
+    return as_text(Table(f"Learned by {replay.method}", head, rows, note=_LEARNED_NOTE))
 
 
 def format_notes(replay: Summary) -> str:
@@ -153,41 +173,41 @@ def format_notes(replay: Summary) -> str:
 
     Empty if there is nothing to say.
     """
-    return bulleted(replay.notes)
+    return bullet_list(replay.notes)
 
 
-def _columns(replay: Summary) -> Iterator[list[str]]:
+def _score_columns(replay: Summary) -> Iterator[list[str]]:
     unit = replay.header.unit
-    angle, factor = _ANGLE.get(unit, (f"{unit} s", 1.0))
+    angle, factor = _ANGLE_UNITS.get(unit, (f"{unit} s", 1.0))
     rows = replay.scores
-    yield ["", "axis", *_once([score.axis for score in rows])]
+    yield ["", "axis", *_blank_repeats([score.axis for score in rows])]
     yield ["", "method", *(score.method for score in rows)]
-    yield ["mean", unit, *_numbers(rows, lambda s: s.mean)]
-    yield ["deviation", unit, *_numbers(rows, lambda s: s.deviation)]
-    yield ["deviation", "over raw", *_numbers(rows, lambda s: s.reduction, ".3f")]
+    yield ["mean", unit, *_format_numbers(rows, lambda s: s.mean)]
+    yield ["deviation", unit, *_format_numbers(rows, lambda s: s.deviation)]
+    yield ["deviation", "over raw", *_format_numbers(rows, lambda s: s.reduction, ".3f")]
     for i, horizon in enumerate(replay.horizons):
-        errors = _numbers(rows, lambda s, i=i: factor * s.coasting[i])  # type: ignore[misc]
+        errors = _format_numbers(rows, lambda s, i=i: factor * s.coasting[i])  # type: ignore[misc]
         yield ["coasting", f"{horizon:g} s, {angle}", *errors]
     if not all(math.isnan(score.error) for score in rows):
-        yield ["true error", unit, *_numbers(rows, lambda s: s.error)]
+        yield ["true error", unit, *_format_numbers(rows, lambda s: s.error)]
 
 
-def _once(names: Sequence[str]) -> list[str]:
+def _blank_repeats(names: Sequence[str]) -> list[str]:
     """Return the names, each blank where it repeats the one before."""
     return [name if i == 0 or names[i - 1] != name else "" for i, name in enumerate(names)]
 
 
-def _numbers(
-    rows: Sequence[Score], value: Callable[[Score], float], form: str = "#.4g"
+def _format_numbers(
+    rows: Sequence[Score], value: Callable[[Score], float], spec: str = "#.4g"
 ) -> list[str]:
-    return [_number(value(score), form) for score in rows]
+    return [_format_number(value(score), spec) for score in rows]
 
 
-def _number(value: float, form: str) -> str:
-    return format(value, form).rstrip(".") if math.isfinite(value) else "-"
+def _format_number(value: float, spec: str) -> str:
+    return format(value, spec).rstrip(".") if math.isfinite(value) else "-"
 
 
-def _on_noise(replay: Summary) -> str:
+def _describe_noise(replay: Summary) -> str:
     """Say that what is steady is the estimate: nobody shall take that for a quieter log."""
     raw = [score.deviation for score in replay.scores if score.method == "raw"]
     ratios = [
@@ -209,31 +229,34 @@ def _on_noise(replay: Summary) -> str:
 def _learned_rows(replay: Summary) -> Iterator[tuple[str, ...]]:
     (_, white), (_, walk) = noise_units(replay.header.unit)
     history = replay.history
-    noise = white * last_known(history.angle_random_walk)
-    drift = walk * last_known(history.rate_random_walk)
+    noise = white * last_finite(history.angle_random_walk)
+    drift = walk * last_finite(history.rate_random_walk)
     for i, name in enumerate(replay.header.names):
         yield (
             split_unit(name)[0],
-            *_times(replay, i),
-            or_dash(noise[i]),
-            or_dash(drift[i]),
-            _memory(replay, i),
-            _bias(replay, i),
+            *_format_times(replay, i),
+            format_or_dash(noise[i]),
+            format_or_dash(drift[i]),
+            _format_time_constant(replay, i),
+            _format_bias(replay, i),
         )
 
 
-def _times(replay: Summary, i: int) -> tuple[str, str]:
-    rested, moved = replay.seen.at_rest_count, replay.moved_count
-    if rested is None or moved is None:
+def _format_times(replay: Summary, i: int) -> tuple[str, str]:
+    rest_counts, motion_counts = replay.sample_counts.at_rest_count, replay.moved_count
+    if rest_counts is None or motion_counts is None:
         return "-", "-"
-    return f"{rested[i] / replay.header.rate:.1f}", f"{moved[i] / replay.header.rate:.1f}"
+    return (
+        f"{rest_counts[i] / replay.header.rate:.1f}",
+        f"{motion_counts[i] / replay.header.rate:.1f}",
+    )
 
 
-def _bias(replay: Summary, i: int) -> str:
+def _format_bias(replay: Summary, i: int) -> str:
     bias, sigma = replay.history.bias[-1, i], replay.history.bias_sigma[-1, i]
-    return with_error(bias, sigma) if np.isfinite(bias) else "-"
+    return format_with_error(bias, sigma) if np.isfinite(bias) else "-"
 
 
-def _memory(replay: Summary, i: int) -> str:
-    seconds = replay.memory[i]
-    return f"> {replay.header.duration:.4g}" if np.isinf(seconds) else or_dash(seconds)
+def _format_time_constant(replay: Summary, i: int) -> str:
+    seconds = replay.time_constant[i]
+    return f"> {replay.header.duration:.4g}" if np.isinf(seconds) else format_or_dash(seconds)

@@ -5,7 +5,7 @@ from html import escape
 from importlib.resources import files
 from typing import Final
 
-_ALONE: Final = (
+_CONTENT_POLICY: Final = (
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
 )
 """What a browser lets the page load: nothing that is not in it."""
@@ -13,17 +13,17 @@ _ALONE: Final = (
 
 def document(title: str, body: Iterable[str]) -> str:
     """Return a page as HTML, of a title that is text and a body that is HTML."""
-    named = escape(title)
+    heading = escape(title)
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{_ALONE}">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{_CONTENT_POLICY}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<link rel="icon" href="data:,">\n<title>{named}</title>\n'
-        f"<style>\n{_file('report_page.css')}</style>\n</head>\n<body>\n<main>\n<h1>{named}</h1>\n"
+        f'<link rel="icon" href="data:,">\n<title>{heading}</title>\n'
+        f"<style>\n{_read_file('report_page.css')}</style>\n</head>\n<body>\n<main>\n<h1>{heading}</h1>\n"
         + "\n".join(body)
-        + f"\n</main>\n<script>\n{_file('report_page.js')}</script>\n</body>\n</html>\n"
+        + f"\n</main>\n<script>\n{_read_file('report_page.js')}</script>\n</body>\n</html>\n"
     )
 
 
-def _file(name: str) -> str:
+def _read_file(name: str) -> str:
     return files("zerorate.show").joinpath(name).read_text(encoding="utf-8")

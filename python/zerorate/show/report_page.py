@@ -9,12 +9,12 @@ from html import escape
 from typing import TYPE_CHECKING, Final
 
 from zerorate._native import __version__
-from zerorate.findings.enter import SECTION as ENTER
-from zerorate.findings.imus import imus
+from zerorate.findings.external_settings import SECTION as ENTER
+from zerorate.findings.imus import find_imus
 from zerorate.findings.limits import LIMITS
-from zerorate.findings.record import SECTION as RECORD
+from zerorate.findings.next_recording import SECTION as RECORD
 from zerorate.show.report_document import document
-from zerorate.show.report_figures import log_figures, seconds_of
+from zerorate.show.report_figures import log_figures, longest_duration
 from zerorate.show.style import (
     GREEN,
     ORANGE,
@@ -25,7 +25,7 @@ from zerorate.show.style import (
     write_in_middle,
     write_title,
 )
-from zerorate.show.tables import prose
+from zerorate.show.tables import wrap_prose
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,18 +34,18 @@ if TYPE_CHECKING:
     from zerorate.findings.limits import Limit
     from zerorate.findings.report import Report
 
-_CODE: Final = re.compile("`([^`]*)`")
-_ALIKE: Final = 2
+_CODE_PATTERN: Final = re.compile("`([^`]*)`")
+_MAX_REPEATED: Final = 2
 """Findings of one kind that are good, beyond which they are folded into one line."""
-_NOTES: Final = (ENTER, RECORD)
+_NOTE_SECTIONS: Final = (ENTER, RECORD)
 """Sections whose lines are judged by no limit."""
-_OWN_LINES: Final = ("reading", "not identifiable")
+_UNGROUPED_KINDS: Final = ("reading", "not identifiable")
 """Kinds whose sentences say different things."""
-_SHOWN: Final = 12
+_MAX_FINDINGS: Final = 12
 """Findings that a terminal shows."""
-_TERMINAL_SPANS: Final = 3
+_MAX_TERMINAL_SPANS: Final = 3
 _COLOURS: Final = {"act": VERMILION, "look": ORANGE, "good": GREEN}
-_ABOUT: Final = (
+_ABOUT_TEXT: Final = (
     "It says what is seen, never the cause. The limits, with their sources, stand at the end. "
     "Not looked at: vibration that is too fast for the log."
 )
@@ -53,44 +53,49 @@ _ABOUT: Final = (
 
 def format_report(report: Report) -> str:
     """Return the summary, and what to act on and look at, one sentence each."""
-    lines = [prose(f"{report.source.rpartition('/')[2]}: {report.summary}")]
-    lines.extend(prose(_line(of_kind), hang="      ") for of_kind in _by_kind(report))
+    lines = [wrap_prose(f"{report.source.rpartition('/')[2]}: {report.summary}")]
+    lines.extend(
+        wrap_prose(_format_kind(of_kind), hang="      ") for of_kind in _group_urgent(report)
+    )
     if report.empty:
-        lines.append(prose(f"No data for: {', '.join(report.empty)}."))
+        lines.append(wrap_prose(f"No data for: {', '.join(report.empty)}."))
     return "\n".join(lines)
 
 
-def _by_kind(report: Report) -> list[list[Finding]]:
+def _group_urgent(report: Report) -> list[list[Finding]]:
     """Return what is to act on and to look at, those of one kind together."""
     kinds: dict[tuple[str, str], list[Finding]] = {}
-    for one in report.urgent:
-        kinds.setdefault((one.severity, one.kind), []).append(one)
+    for finding in report.urgent_findings:
+        kinds.setdefault((finding.severity, finding.kind), []).append(finding)
     return list(kinds.values())
 
 
-def _line(of_kind: list[Finding]) -> str:
+def _format_kind(findings: list[Finding]) -> str:
     """Return the first finding of a kind, when it is seen, and how many others there are."""
-    one, more = of_kind[0], len(of_kind) - 1
-    when = f" [{_times(one, _TERMINAL_SPANS)}]" if one.spans else ""
+    first, more = findings[0], len(findings) - 1
+    spans_text = f" [{_format_times(first, _MAX_TERMINAL_SPANS)}]" if first.spans else ""
     others = f" {more} more of this kind, on the page." if more else ""
-    return f"{one.severity}: {one.text}{when}{others}"
+    return f"{first.severity}: {first.text}{spans_text}{others}"
 
 
 def plot_report(report: Report) -> Figure:
     """Return a bar for each span that a finding rests on, those to act on above."""
-    found = [one for one in report.urgent if one.spans][:_SHOWN]
-    tall = 5.0 * max(1, len(found)) + 2.0
-    figure = new_figure(110.0, tall + 18.0)
-    axes = add_panel(figure, 38.0, 10.0, 67.0, tall)
-    for row, one in enumerate(reversed(found)):
-        bars = [(begin, end - begin) for begin, end in one.spans]
-        axes.broken_barh(bars, (row - 0.3, 0.6), color=_COLOURS[one.severity])
+    findings = [finding for finding in report.urgent_findings if finding.spans][:_MAX_FINDINGS]
+    height = 5.0 * max(1, len(findings)) + 2.0
+    figure = new_figure(110.0, height + 18.0)
+    axes = add_panel(figure, 38.0, 10.0, 67.0, height)
+    for row, finding in enumerate(reversed(findings)):
+        bars = [(begin, end - begin) for begin, end in finding.spans]
+        axes.broken_barh(bars, (row - 0.3, 0.6), color=_COLOURS[finding.severity])
     axes.set_xlabel("time, s")
     style_panels([axes])
-    if not found:
+    if not findings:
         axes.xaxis.set_visible(False)
         write_in_middle(axes, report.summary)
-    axes.set_yticks(range(len(found)), [f"{one.severity}: {one.kind}" for one in reversed(found)])
+    axes.set_yticks(
+        range(len(findings)),
+        [f"{finding.severity}: {finding.kind}" for finding in reversed(findings)],
+    )
     write_title(figure, "When it is seen")
     return figure
 
@@ -98,118 +103,128 @@ def plot_report(report: Report) -> Figure:
 def report_page(report: Report) -> str:
     """Return the page as HTML, with figures in it, no other file and no network."""
     title = f"{report.source.rpartition('/')[2]}: report of the IMU"
-    return document(title, _body(report))
+    return document(title, _make_body(report))
 
 
-def _body(report: Report) -> Iterator[str]:
+def _make_body(report: Report) -> Iterator[str]:
     yield f'<p class="summary">{escape(report.summary)}</p>'
-    yield f'<p class="about">{escape(_ABOUT)} zerorate {__version__}.</p>'
-    if report.urgent:
-        yield f'<h2 id="first">What to see first</h2>\n{_first(report)}'
-    named = {one.section: None for one in report.findings}
-    links = (f'<a href="#{_anchor(name)}">{escape(name)}</a>' for name in named)
+    yield f'<p class="about">{escape(_ABOUT_TEXT)} zerorate {__version__}.</p>'
+    if report.urgent_findings:
+        yield f'<h2 id="first">What to see first</h2>\n{_list_first(report)}'
+    sections = {finding.section: None for finding in report.findings}
+    links = (f'<a href="#{_section_anchor(name)}">{escape(name)}</a>' for name in sections)
     yield f'<nav aria-label="Sections">{"".join(links)}<a href="#figures">Figures</a></nav>'
-    for name in named:
-        of_it = tuple(one for one in report.findings if one.section == name)
-        yield f'<section id="{_anchor(name)}">\n<h2>{escape(name)}</h2>'
-        yield f"{_listed(of_it)}\n</section>"
+    for name in sections:
+        section_findings = tuple(finding for finding in report.findings if finding.section == name)
+        yield f'<section id="{_section_anchor(name)}">\n<h2>{escape(name)}</h2>'
+        yield f"{_list_findings(section_findings)}\n</section>"
     if report.empty:
         yield f'<p class="about">No data for: {escape(", ".join(report.empty))}.</p>'
-    yield from log_figures([("", report)], seconds_of(imus(report.recording)))
+    yield from log_figures([("", report)], longest_duration(find_imus(report.recording)))
     yield limits_section()
 
 
-def _anchor(name: str) -> str:
+def _section_anchor(name: str) -> str:
     return "section-" + "-".join(name.lower().split())
 
 
-def _listed(found: tuple[Finding, ...]) -> str:
+def _list_findings(findings: tuple[Finding, ...]) -> str:
     """Return findings as a list, those of one kind and severity folded where they are many."""
     groups: dict[object, list[Finding]] = {}
-    for place, one in enumerate(found):
-        alike = one.kind not in _OWN_LINES
-        key = (one.kind, one.unit, one.severity) if alike else place
-        groups.setdefault(key, []).append(one)
-    lines = "".join(map(_of_kind, groups.values()))
+    for index, finding in enumerate(findings):
+        is_grouped = finding.kind not in _UNGROUPED_KINDS
+        key = (finding.kind, finding.unit, finding.severity) if is_grouped else index
+        groups.setdefault(key, []).append(finding)
+    lines = "".join(map(_format_group, groups.values()))
     return f'<ul class="findings">\n{lines}</ul>'
 
 
-def _of_kind(found: list[Finding]) -> str:
-    return _folded(found) if len(found) > _ALIKE else "".join(map(_finding, found))
-
-
-def _folded(found: list[Finding]) -> str:
-    """Return findings of one kind as a line that opens, the first urgent one before it."""
-    first = "" if found[0].severity == "good" else _finding(found[0])
-    others = found[bool(first) :]
-    kind, unit, how = others[0].kind, others[0].unit, others[0].severity
-    values = [one.value for one in others if one.value is not None and unit]
-    told = f", {_range(values)} {unit}" if values else ""
-    count = f"{len(others)} more" if first else f"{len(others)} alike"
+def _format_group(findings: list[Finding]) -> str:
     return (
-        f'{first}<li class="{how}"><details><summary><b class="{how}">{how}</b> {escape(kind)}: '
-        f'{count}{escape(told)}</summary><ul class="findings">{"".join(map(_finding, others))}</ul>'
+        _collapse_group(findings)
+        if len(findings) > _MAX_REPEATED
+        else "".join(map(_format_finding, findings))
+    )
+
+
+def _collapse_group(findings: list[Finding]) -> str:
+    """Return findings of one kind as a line that opens, the first urgent one before it."""
+    first = "" if findings[0].severity == "good" else _format_finding(findings[0])
+    hidden = findings[bool(first) :]
+    kind, unit, severity = hidden[0].kind, hidden[0].unit, hidden[0].severity
+    values = [finding.value for finding in hidden if finding.value is not None and unit]
+    range_text = f", {_format_range(values)} {unit}" if values else ""
+    count = f"{len(hidden)} more" if first else f"{len(hidden)} alike"
+    return (
+        f'{first}<li class="{severity}"><details><summary><b '
+        f'class="{severity}">{severity}</b> {escape(kind)}: '
+        f"{count}{escape(range_text)}</summary><ul "
+        f'class="findings">{"".join(map(_format_finding, hidden))}</ul>'
         "</details></li>\n"
     )
 
 
-def _range(values: list[float]) -> str:
+def _format_range(values: list[float]) -> str:
     low, high = f"{min(values):.4g}", f"{max(values):.4g}"
     return low if low == high else f"{low} to {high}"
 
 
-def _first(report: Report) -> str:
+def _list_first(report: Report) -> str:
     """Return the first finding of each kind that is urgent, and how many others there are."""
-    found = "".join(_finding(one, len(others)) for one, *others in _by_kind(report))
-    return f'<ul class="findings">\n{found}</ul>'
+    items = "".join(
+        _format_finding(finding, len(others)) for finding, *others in _group_urgent(report)
+    )
+    return f'<ul class="findings">\n{items}</ul>'
 
 
-def _finding(one: Finding, others: int = 0) -> str:
-    is_note = one.section in _NOTES
-    badge = "" if is_note else f'<b class="{one.severity}">{one.severity}</b> '
-    parts = [f"{badge}{escape(one.text)}"]
-    told = [_link(one)] if one.figure else []
-    if one.spans and not one.figure:
-        told.append(f"Seen at {_times(one, 4)}.")
-    if one.advice and one.severity != "good":
-        told.append(_CODE.sub(r"<code>\1</code>", escape(one.advice)))
+def _format_finding(finding: Finding, others: int = 0) -> str:
+    is_note = finding.section in _NOTE_SECTIONS
+    badge = "" if is_note else f'<b class="{finding.severity}">{finding.severity}</b> '
+    parts = [f"{badge}{escape(finding.text)}"]
+    details = [_figure_link(finding)] if finding.figure else []
+    if finding.spans and not finding.figure:
+        details.append(f"Seen at {_format_times(finding, 4)}.")
+    if finding.advice and finding.severity != "good":
+        details.append(_CODE_PATTERN.sub(r"<code>\1</code>", escape(finding.advice)))
     if others:
-        told.append(f'<a href="#{_anchor(one.section)}">{others} more of this kind</a>.')
-    if told:
-        parts.append(f'<div class="more">{" ".join(told)}</div>')
-    if one.code:
-        parts.append(
-            f"<details><summary>The lines for {escape(one.kind)}</summary>"
-            f'<pre tabindex="0">{escape(one.code)}</pre></details>'
+        details.append(
+            f'<a href="#{_section_anchor(finding.section)}">{others} more of this kind</a>.'
         )
-    return f'<li class="{"note" if is_note else one.severity}">{"".join(parts)}</li>\n'
+    if details:
+        parts.append(f'<div class="more">{" ".join(details)}</div>')
+    if finding.code:
+        parts.append(
+            f"<details><summary>The lines for {escape(finding.kind)}</summary>"
+            f'<pre tabindex="0">{escape(finding.code)}</pre></details>'
+        )
+    return f'<li class="{"note" if is_note else finding.severity}">{"".join(parts)}</li>\n'
 
 
-def finding_cell(one: Finding, prefix: str) -> str:
+def finding_cell(finding: Finding, prefix: str) -> str:
     """Return a finding in short: severity, sentence, and the link to its figure."""
-    link = f" {_link(one, prefix)}" if one.figure else ""
-    return f'<b class="{one.severity}">{one.severity}</b> {escape(one.text)}{link}'
+    link = f" {_figure_link(finding, prefix)}" if finding.figure else ""
+    return f'<b class="{finding.severity}">{finding.severity}</b> {escape(finding.text)}{link}'
 
 
-def _link(one: Finding, prefix: str = "") -> str:
+def _figure_link(finding: Finding, prefix: str = "") -> str:
     """Return a link to the figure of a finding, which then shows its first span."""
-    place = f"#{prefix}{one.figure}"
-    if not one.spans:
-        return f'<a href="{place}">Figure of {escape(one.figure.partition("-")[2])}</a>.'
-    begin, end = one.spans[0]
-    at = f'data-from="{begin:.3f}" data-to="{end:.3f}"'
-    return f'<a href="{place}" {at}>Seen at {_times(one, 4)}</a>.'
+    anchor = f"#{prefix}{finding.figure}"
+    if not finding.spans:
+        return f'<a href="{anchor}">Figure of {escape(finding.figure.partition("-")[2])}</a>.'
+    begin, end = finding.spans[0]
+    time_attributes = f'data-from="{begin:.3f}" data-to="{end:.3f}"'
+    return f'<a href="{anchor}" {time_attributes}>Seen at {_format_times(finding, 4)}</a>.'
 
 
-def _times(one: Finding, most: int) -> str:
-    listed = ", ".join(f"{a:.2f}-{b:.2f}" for a, b in one.spans[:most])
-    more = len(one.spans) - most
+def _format_times(finding: Finding, max_spans: int) -> str:
+    listed = ", ".join(f"{a:.2f}-{b:.2f}" for a, b in finding.spans[:max_spans])
+    more = len(finding.spans) - max_spans
     return f"{listed} s and {more} more times" if more > 0 else f"{listed} s"
 
 
 def limits_section() -> str:
     """Return the table of limits."""
-    rows = "".join(map(_limit, LIMITS.values()))
+    rows = "".join(map(_limit_row, LIMITS.values()))
     names = ("finding", "look", "act", "unit", "source")
     head = "".join(f'<th scope="col">{name}</th>' for name in names)
     return (
@@ -218,8 +233,8 @@ def limits_section() -> str:
     )
 
 
-def _limit(one: Limit) -> str:
-    cells = (one.what, limit_text(one.look), limit_text(one.act), one.unit, one.source)
+def _limit_row(limit: Limit) -> str:
+    cells = (limit.what, limit_text(limit.look), limit_text(limit.act), limit.unit, limit.source)
     return f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in cells)}</tr>"
 
 

@@ -13,40 +13,40 @@ if TYPE_CHECKING:
 
 Panels = np.ndarray[Any, np.dtype[np.object_]]
 
-BUCKETS: Final = 200
+MAX_BUCKETS: Final = 200
 """Parts of a series that a panel shows: about as many as it has room for."""
 
-COLUMNS: Final = 400
+MAX_COLUMNS: Final = 400
 """Parts of a series across a panel a page's column wide: two pixels of its PNG each."""
 
-_TAIL: Final = 0.005
-_DRAWN: Final = 96
+_TAIL_SHARE: Final = 0.005
+_MAX_QUANTILE_SAMPLES: Final = 96
 """Samples of a part of which quantiles are taken, evenly spread over it."""
 
-_EDGES: Final = (0.05, 0.95)
+_BAND_QUANTILES: Final = (0.05, 0.95)
 
 
-def parts(n: int, count: int) -> npt.NDArray[np.intp]:
+def split_into_parts(n: int, count: int) -> npt.NDArray[np.intp]:
     """Return where so many equal parts of n samples begin, fewer where there are fewer samples."""
     return np.unique(np.linspace(0, n, min(count, n), endpoint=False).astype(np.intp))
 
 
-def spans(z: Floats, rate: float) -> tuple[Floats, Floats, Floats]:
-    """Return time (s), least and greatest value of at most `BUCKETS` buckets of a series (n,).
+def bucket_extremes(z: Floats, rate: float) -> tuple[Floats, Floats, Floats]:
+    """Return time (s), least and greatest value of at most `MAX_BUCKETS` buckets of a series (n,).
 
     A bucket without a present sample is NaN.
     """
-    starts = parts(z.size, BUCKETS)
+    starts = split_into_parts(z.size, MAX_BUCKETS)
     centre = (starts + np.append(starts[1:], z.size) - 1) / (2.0 * rate)
     values = np.where(np.isfinite(z), z, np.nan)
     return centre, np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
 
 
-def outline(z: Floats, rate: float) -> tuple[Floats, Floats]:
+def trace_outline(z: Floats, rate: float) -> tuple[Floats, Floats]:
     """Return time (s) and values of a line that covers a series (n,), peaks included."""
-    if z.size <= 2 * BUCKETS:
+    if z.size <= 2 * MAX_BUCKETS:
         return np.arange(z.size) / rate, np.where(np.isfinite(z), z, np.nan)
-    centre, least, most = spans(z, rate)
+    centre, least, most = bucket_extremes(z, rate)
     return np.repeat(centre, 2), np.column_stack((least, most)).ravel()
 
 
@@ -67,28 +67,31 @@ class Band(NamedTuple):
     high: Floats
 
 
-def band(z: Floats, columns: int = COLUMNS) -> Band:
+def column_quantiles(z: Floats, columns: int = MAX_COLUMNS) -> Band:
     """Return the quantiles of each pixel's column of a series (n,); it is itself where short."""
-    starts = parts(z.size, columns)
+    starts = split_into_parts(z.size, columns)
     lengths = np.append(starts[1:], z.size) - starts
-    drawn = min(_DRAWN, int(lengths.max(initial=1)))
-    chosen = z[starts[:, np.newaxis] + lengths[:, np.newaxis] * np.arange(drawn) // drawn]
+    count = min(_MAX_QUANTILE_SAMPLES, int(lengths.max(initial=1)))
+    samples = z[starts[:, np.newaxis] + lengths[:, np.newaxis] * np.arange(count) // count]
     # What is missing is last of its row, and not counted.
-    there = np.isfinite(chosen)
-    ordered = np.sort(np.where(there, chosen, np.nan), axis=1)
-    last = np.maximum(there.sum(axis=1) - 1, 0)
+    finite = np.isfinite(samples)
+    ordered = np.sort(np.where(finite, samples, np.nan), axis=1)
+    last = np.maximum(finite.sum(axis=1) - 1, 0)
     rows = np.arange(starts.size)
-    places = (np.rint(part * last).astype(np.intp) for part in (_EDGES[0], 0.5, _EDGES[1]))
-    return Band(starts + 0.5 * (lengths - 1), *(ordered[rows, place] for place in places))
+    ranks = (
+        np.rint(part * last).astype(np.intp)
+        for part in (_BAND_QUANTILES[0], 0.5, _BAND_QUANTILES[1])
+    )
+    return Band(starts + 0.5 * (lengths - 1), *(ordered[rows, rank] for rank in ranks))
 
 
-def limits(z: Floats, below: float = 0.1, above: float = 0.1) -> tuple[float, float]:
+def robust_limits(z: Floats, below: float = 0.1, above: float = 0.1) -> tuple[float, float]:
     """Return limits that hold all but the outermost half per cent of the values, and a margin.
 
     Margins are in spans of the values. The limits are finite and apart whatever the values.
     """
-    there = z[np.isfinite(z)]
-    low, high = np.quantile(there, (_TAIL, 1.0 - _TAIL)) if there.size else (0.0, 1.0)
+    finite = z[np.isfinite(z)]
+    low, high = np.quantile(finite, (_TAIL_SHARE, 1.0 - _TAIL_SHARE)) if finite.size else (0.0, 1.0)
     span = high - low
     if not span > 1e-9 * max(abs(low), abs(high)):
         span = 0.1 * abs(high) or 1.0
@@ -99,9 +102,9 @@ def limits(z: Floats, below: float = 0.1, above: float = 0.1) -> tuple[float, fl
 def share_limits(row: Iterable["Axes"]) -> None:
     """Give panels the limits that hold those of each in which something is drawn."""
     panels = list(row)
-    drawn = [axes.get_ylim() for axes in panels if _is_drawn(axes)]
-    if drawn:
-        lows, highs = zip(*drawn, strict=True)
+    shown = [axes.get_ylim() for axes in panels if _is_drawn(axes)]
+    if shown:
+        lows, highs = zip(*shown, strict=True)
         for axes in panels:
             axes.set_ylim(min(lows), max(highs))
 
@@ -109,13 +112,13 @@ def share_limits(row: Iterable["Axes"]) -> None:
 def share_heights(row: Panels) -> None:
     """Give panels the same limits, from all of their lines but for the first jumps."""
     start = 2.0 * row[0].get_xlim()[0]
-    drawn = [
+    shown = [
         np.where(line.get_xdata() > start, line.get_ydata(), np.nan)
         for axes in row
         for line in axes.lines
         if not line.get_label().startswith("_")
     ]
-    low, high = limits(np.concatenate(drawn), 0.1, 0.35)
+    low, high = robust_limits(np.concatenate(shown), 0.1, 0.35)
     for axes in row:
         axes.set_ylim(low, high)
     for axes in row[1:]:
@@ -124,12 +127,12 @@ def share_heights(row: Panels) -> None:
 
 def share_decades(row: Panels) -> None:
     """Give logarithmic panels the same limits, with room for a legend below the lines."""
-    drawn = np.concatenate([line.get_ydata() for axes in row for line in axes.lines])
-    drawn = drawn[np.isfinite(drawn)]
-    least, most = (drawn.min(), drawn.max()) if drawn.size else (1.0, 1.0)
-    room = max(most / least, 10.0) ** 0.15
+    shown = np.concatenate([line.get_ydata() for axes in row for line in axes.lines])
+    shown = shown[np.isfinite(shown)]
+    least, most = (shown.min(), shown.max()) if shown.size else (1.0, 1.0)
+    margin = max(most / least, 10.0) ** 0.15
     for axes in row:
-        axes.set_ylim(least / room**1.5, most * room)
+        axes.set_ylim(least / margin**1.5, most * margin)
     for axes in row[1:]:
         axes.tick_params(labelleft=False)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from zerorate.numerals import significant
+from zerorate.numerals import format_significant
 from zerorate.show.style import (
     AXIS_COLOURS,
     BLACK,
@@ -19,7 +19,7 @@ from zerorate.show.style import (
     write_legend,
     write_title,
 )
-from zerorate.show.tables import Table, as_text, bulleted
+from zerorate.show.tables import Table, as_text, bullet_list
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,11 +36,11 @@ if TYPE_CHECKING:
 # Millimetres.
 _WIDTH, _PANEL, _LEFT, _BELOW, _ABOVE, _BETWEEN = 130.0, 28.0, 18.0, 10.0, 3.0, 5.0
 _COLOURS: Final = (*AXIS_COLOURS, BLACK)
-_MOST: Final = 4000
+_MAX_POINTS: Final = 4000
 """Points of a curve: more cannot be told apart."""
-_BAND: Final = ((-1.0, 0.05), (1.0, 0.95))
+_BAND_QUANTILES: Final = ((-1.0, 0.05), (1.0, 0.95))
 """Sides of the band of two standard deviations, and the quantiles of them that a panel reaches."""
-_NAMED: Final = 6
+_MAX_NAMES: Final = 6
 """Curves of a panel that get a name."""
 
 
@@ -62,41 +62,45 @@ def plot_integrated(result: Integrated) -> Figure:
     else:
         panels = [_Panel("angle, deg", angle)]
         panels += [] if sigma is None else [_Panel("σ of the angle, deg", sigma, tuple("xyz"))]
-    return _figure(f"Integrated by {result.method}", panels, result.rate)
+    return _draw_figure(f"Integrated by {result.method}", panels, result.rate)
 
 
 def format_integrated(result: Integrated) -> str:
     """Return the last angle with its deviation, and what was missing."""
-    rows = [("angle at the end", f"{significant(float(np.degrees(result.angle[-1])), 5)} deg")]
+    rows = [
+        ("angle at the end", f"{format_significant(float(np.degrees(result.angle[-1])), 5)} deg")
+    ]
     if result.sigma is not None:
         last = np.atleast_1d(np.degrees(result.sigma[-1]))
-        rows.append(("standard deviation", f"{', '.join(map(significant, last.tolist()))} deg"))
+        rows.append(
+            ("standard deviation", f"{', '.join(map(format_significant, last.tolist()))} deg")
+        )
     rows.append(("missing samples", str(int(result.bridged.sum()))))
     title = f"{len(result.angle)} samples at {result.rate:g} Hz, integrated by {result.method}"
-    return _with_notes(as_text(Table(title, (), tuple(rows))), result.notes)
+    return _append_notes(as_text(Table(title, (), tuple(rows))), result.notes)
 
 
 def plot_corrected(result: Corrected) -> Figure:
     """Return the corrected gyro and accelerometer on the clock of the first, a curve an axis."""
     logs = [log for name, log in result.recording.items() if name.startswith(("gyro", "accel"))]
-    alike = [log for log in logs if (log.n, log.rate) == (logs[0].n, logs[0].rate)]
-    panels = [_Panel(f"{log.names[0]} .., {log.unit}", log.data, log.names) for log in alike]
-    return _figure("Corrected by a calibration", panels, logs[0].rate)
+    same_clock = [log for log in logs if (log.n, log.rate) == (logs[0].n, logs[0].rate)]
+    panels = [_Panel(f"{log.names[0]} .., {log.unit}", log.data, log.names) for log in same_clock]
+    return _draw_figure("Corrected by a calibration", panels, logs[0].rate)
 
 
 def plot_denoised(result: Denoised) -> Figure:
     """Return the record that is left, a curve a column, over its samples."""
     values = result.signal.reshape(len(result.signal), -1)
-    panels = [_Panel("signal", values, _numbered("column", values.shape[1]))]
-    return _figure(f"Denoised by {result.wavelet}, {result.mode} thresholds", panels, None)
+    panels = [_Panel("signal", values, _number_names("column", values.shape[1]))]
+    return _draw_figure(f"Denoised by {result.wavelet}, {result.mode} thresholds", panels, None)
 
 
 def format_denoised(result: Denoised) -> str:
     """Return level, noise and threshold of each column."""
     parts = (result.level, result.sigma, result.threshold)
-    columns = [np.atleast_1d(np.asarray(one, dtype=float)) for one in parts]
+    columns = [np.atleast_1d(np.asarray(values, dtype=float)) for values in parts]
     rows = tuple(
-        (str(i), f"{level:.0f}", significant(sigma, 4), significant(threshold, 4))
+        (str(i), f"{level:.0f}", format_significant(sigma, 4), format_significant(threshold, 4))
         for i, (level, sigma, threshold) in enumerate(zip(*columns, strict=True))
     )
     title = f"{len(result.signal)} samples denoised by {result.wavelet}, {result.mode} thresholds"
@@ -105,36 +109,39 @@ def format_denoised(result: Denoised) -> str:
 
 def plot_linear(result: LinearRun) -> Figure:
     """Return each state with two standard deviations where they were kept, and the NIS."""
-    sigma = _deviations(result.covariance) if result.complete else None
-    panels = _states(result.state, sigma)
+    sigma = _standard_deviations(result.covariance) if result.complete else None
+    panels = _make_state_panels(result.state, sigma)
     if result.complete:
         nis = np.asarray(result.nis).reshape(len(result.state), -1)
-        panels.append(_Panel("NIS", nis, _numbered("channel", nis.shape[1])))
-    return _figure("Linear Kalman filter", panels, None)
+        panels.append(_Panel("NIS", nis, _number_names("channel", nis.shape[1])))
+    return _draw_figure("Linear Kalman filter", panels, None)
 
 
 def plot_smoothed(result: SmoothedRun) -> Figure:
     """Return each state of the smoother with two standard deviations."""
-    panels = _states(result.state, _deviations(result.covariance))
-    return _figure("Linear Kalman filter, smoothed", panels, None)
+    panels = _make_state_panels(result.state, _standard_deviations(result.covariance))
+    return _draw_figure("Linear Kalman filter, smoothed", panels, None)
 
 
 def format_linear(result: LinearRun) -> str:
     """Return the last state and its deviations, the mean NIS and the log-likelihood."""
-    sigma = _deviations(result.covariance) if result.complete else None
-    text = _last_state("Linear Kalman filter", result.state, sigma)
+    sigma = _standard_deviations(result.covariance) if result.complete else None
+    text = _format_last_state("Linear Kalman filter", result.state, sigma)
     if not result.complete:
         return text
     nis = result.nis[np.isfinite(result.nis)]
-    mean = significant(float(nis.mean())) if nis.size else "-"
-    said = f"mean NIS {mean}; log-likelihood {significant(float(result.log_likelihood.sum()), 6)}"
-    return f"{text}\n\n  {said}"
+    mean = format_significant(float(nis.mean())) if nis.size else "-"
+    summary = (
+        f"mean NIS {mean}; log-likelihood "
+        f"{format_significant(float(result.log_likelihood.sum()), 6)}"
+    )
+    return f"{text}\n\n  {summary}"
 
 
 def format_smoothed(result: SmoothedRun) -> str:
     """Return the last state of the smoother and its deviations."""
-    sigma = _deviations(result.covariance)
-    return _last_state("Linear Kalman filter, smoothed", result.state, sigma)
+    sigma = _standard_deviations(result.covariance)
+    return _format_last_state("Linear Kalman filter, smoothed", result.state, sigma)
 
 
 def plot_trace(result: Trace) -> Figure:
@@ -144,13 +151,13 @@ def plot_trace(result: Trace) -> Figure:
         return values.reshape(len(result), math.prod(values.shape[1:]))
 
     bias = columns(result.bias)
-    names = _numbered("channel", bias.shape[1])
+    names = _number_names("channel", bias.shape[1])
     panels = [
         _Panel("bias", bias, names, columns(result.bias_sigma)),
         _Panel("innovation", columns(result.innovation), names),
         _Panel("R", columns(result.measurement_noise), names),
     ]
-    return _figure("Drift filter", panels, None)
+    return _draw_figure("Drift filter", panels, None)
 
 
 def format_trace(result: Trace) -> str:
@@ -159,10 +166,15 @@ def format_trace(result: Trace) -> str:
     if not len(result):
         return title
     flags = (result.missing, result.guarded, result.saturated, result.stuck, result.at_rest)
-    told = (result.bias[-1], result.bias_sigma[-1], *(one.sum(axis=0) for one in flags))
+    columns = (result.bias[-1], result.bias_sigma[-1], *(flag.sum(axis=0) for flag in flags))
     rows = tuple(
-        (str(c), significant(float(bias), 5), significant(float(sigma)), *map(str, counts))
-        for c, (bias, sigma, *counts) in enumerate(zip(*map(np.atleast_1d, told), strict=True))
+        (
+            str(c),
+            format_significant(float(bias), 5),
+            format_significant(float(sigma)),
+            *map(str, counts),
+        )
+        for c, (bias, sigma, *counts) in enumerate(zip(*map(np.atleast_1d, columns), strict=True))
     )
     head = ("channel", "bias", "sigma", "missing", "guarded", "saturated", "stuck", "at rest")
     return as_text(Table(title, head, rows))
@@ -172,15 +184,15 @@ def plot_fused(result: FusedAccelerometers) -> Figure:
     """Return the acceleration of all sensors as one, and the share of each."""
     panels = [
         _Panel(f"acceleration, {result.unit}", result.accel, tuple("xyz")),
-        _Panel("weights", result.weights, _numbered("sensor", result.weights.shape[1])),
+        _Panel("weights", result.weights, _number_names("sensor", result.weights.shape[1])),
     ]
-    return _figure("Accelerometers as one", panels, None)
+    return _draw_figure("Accelerometers as one", panels, None)
 
 
 def format_fused(result: FusedAccelerometers) -> str:
     """Return the share of each sensor, how often it was left out, and what is left of it."""
     rows = tuple(
-        (f"sensor {k}", f"{weight:.3f}", f"{100.0 * out:.2g}", significant(float(left)))
+        (f"sensor {k}", f"{weight:.3f}", f"{100.0 * out:.2g}", format_significant(float(left)))
         for k, (weight, out, left) in enumerate(
             zip(
                 result.weights.mean(axis=0),
@@ -194,10 +206,10 @@ def format_fused(result: FusedAccelerometers) -> str:
     return as_text(Table("Accelerometers as one", head, rows))
 
 
-def _states(state: Floats, sigma: Floats | None) -> list[_Panel]:
+def _make_state_panels(state: Floats, sigma: Floats | None) -> list[_Panel]:
     """Return a panel a state, a curve a channel."""
     values = state.reshape(len(state), -1, state.shape[-1])
-    names = _numbered("channel", values.shape[1])
+    names = _number_names("channel", values.shape[1])
     spread = None if sigma is None else sigma.reshape(values.shape)
     return [
         _Panel(f"x[{i}]", values[:, :, i], names, None if spread is None else spread[:, :, i])
@@ -205,20 +217,20 @@ def _states(state: Floats, sigma: Floats | None) -> list[_Panel]:
     ]
 
 
-def _deviations(covariance: Floats) -> Floats:
+def _standard_deviations(covariance: Floats) -> Floats:
     deviations: Floats = np.sqrt(np.maximum(np.einsum("...ii->...i", covariance), 0.0))
     return deviations
 
 
-def _last_state(title: str, state: Floats, sigma: Floats | None) -> str:
+def _format_last_state(title: str, state: Floats, sigma: Floats | None) -> str:
     last = np.atleast_2d(state[-1])
     spread = None if sigma is None else np.atleast_2d(sigma[-1])
     rows = tuple(
         (
             f"channel {c}" if len(last) > 1 else "",
             f"x[{i}]",
-            significant(float(value), 5),
-            "-" if spread is None else significant(float(spread[c, i])),
+            format_significant(float(value), 5),
+            "-" if spread is None else format_significant(float(spread[c, i])),
         )
         for c, row in enumerate(last)
         for i, value in enumerate(row)
@@ -227,24 +239,24 @@ def _last_state(title: str, state: Floats, sigma: Floats | None) -> str:
     return as_text(Table(f"{title}: {len(state)} samples", head, rows, words=2))
 
 
-def _numbered(what: str, count: int) -> tuple[str, ...]:
+def _number_names(what: str, count: int) -> tuple[str, ...]:
     return tuple(f"{what} {i}" for i in range(count)) if count > 1 else ()
 
 
-def _with_notes(text: str, notes: Sequence[str]) -> str:
-    return f"{text}\n\n{bulleted(notes)}" if notes else text
+def _append_notes(text: str, notes: Sequence[str]) -> str:
+    return f"{text}\n\n{bullet_list(notes)}" if notes else text
 
 
-def _figure(title: str, panels: Sequence[_Panel], rate: float | None) -> Figure:
+def _draw_figure(title: str, panels: Sequence[_Panel], rate: float | None) -> Figure:
     """Return the panels above each other, over seconds or over the samples."""
     height = _BELOW + _ABOVE + len(panels) * (_PANEL + _BETWEEN)
     figure = new_figure(_WIDTH, height)
     axes: list[Axes] = []
     for i, panel in enumerate(panels):
         bottom = _BELOW + (len(panels) - 1 - i) * (_PANEL + _BETWEEN)
-        width, beside = _WIDTH - _LEFT - 4.0, axes[0] if axes else None
-        axes.append(add_panel(figure, _LEFT, bottom, width, _PANEL, beside))
-        label = _draw(axes[-1], panel, rate)
+        width, first_panel = _WIDTH - _LEFT - 4.0, axes[0] if axes else None
+        axes.append(add_panel(figure, _LEFT, bottom, width, _PANEL, first_panel))
+        label = _draw_panel(axes[-1], panel, rate)
     for above in axes[:-1]:
         above.tick_params(labelbottom=False)
     axes[-1].set_xlabel(label)
@@ -253,25 +265,29 @@ def _figure(title: str, panels: Sequence[_Panel], rate: float | None) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, panel: _Panel, rate: float | None) -> str:
+def _draw_panel(axes: Axes, panel: _Panel, rate: float | None) -> str:
     """Draw the curves of a panel; return what its time axis is called."""
     n = len(panel.values)
     unit, length = ("sample", 1.0) if rate is None else time_unit(n / rate)
-    step = max(1, n // _MOST)
-    at = np.arange(0, n, step) / ((rate or 1.0) * length)
+    step = max(1, n // _MAX_POINTS)
+    times = np.arange(0, n, step) / ((rate or 1.0) * length)
     for i, values in enumerate(panel.values[::step].T):
         colour = _COLOURS[i % len(_COLOURS)]
-        name = panel.names[i] if i < min(len(panel.names), _NAMED) else None
-        axes.plot(at, values, lw=0.7, color=colour, label=name)
+        name = panel.names[i] if i < min(len(panel.names), _MAX_NAMES) else None
+        axes.plot(times, values, lw=0.7, color=colour, label=name)
         if panel.sigma is not None:
             spread = 2.0 * panel.sigma[::step, i]
-            axes.fill_between(at, values - spread, values + spread, color=colour, alpha=0.2, lw=0)
+            axes.fill_between(
+                times, values - spread, values + spread, color=colour, alpha=0.2, lw=0
+            )
     axes.set_ylabel(panel.label)
     if panel.sigma is not None and n:
         # What is known at the start would hide all that comes after.
         spread = 2.0 * panel.sigma
-        low, high = (np.nanquantile(panel.values + sign * spread, part) for sign, part in _BAND)
+        low, high = (
+            np.nanquantile(panel.values + sign * spread, part) for sign, part in _BAND_QUANTILES
+        )
         axes.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
     if panel.names:
-        write_legend(axes, "upper right", len(panel.names[:_NAMED]))
+        write_legend(axes, "upper right", len(panel.names[:_MAX_NAMES]))
     return unit if rate is None else f"time, {unit}"

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from zerorate.record.runs import runs
-from zerorate.show.scales import COLUMNS, Band, parts
+from zerorate.show.scales import MAX_COLUMNS, Band, split_into_parts
 from zerorate.show.style import (
-    COLUMN,
-    FONT,
+    COLUMN_WIDTH_MM,
+    FONT_PT,
     GREY,
     GREY_TEXT,
-    SMALL,
+    SMALL_FONT_PT,
     add_panel,
     new_figure,
     style_panels,
@@ -35,20 +35,20 @@ if TYPE_CHECKING:
     from zerorate.types import Booleans, Floats
 
 # Millimetres.
-LEFT: Final = 10.0
-RIGHT: Final = 2.5
-INNER: Final = COLUMN - LEFT - RIGHT
+LEFT_MM: Final = 10.0
+RIGHT_MM: Final = 2.5
+INNER_WIDTH_MM: Final = COLUMN_WIDTH_MM - LEFT_MM - RIGHT_MM
 _TOP, _TITLE_LINE, _ANSWER_LINE = 1.5, 3.5, 3.0
 _AXIS, _CAPTION_LINE, _CORNER = 7.5, 2.6, 3.6
-HEAD: Final = 4.6
+HEAD_HEIGHT_MM: Final = 4.6
 """Over a panel, for what it shows and for the names of its lines."""
 
 _EDGE: Final = 1.5
 _TITLE_LETTERS, _ANSWER_LETTERS, _CAPTION_LETTERS = 50, 64, 72
-_SMALL, _LARGE, _CLOSE = 0.01, 1e4, 1e-2
-_RAISED: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_MIN_PLAIN, _MAX_PLAIN, _COMMON_OFFSET_RATIO = 0.01, 1e4, 1e-2
+_SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
-SIGMAS: Final = 2.0
+BAND_SIGMAS: Final = 2.0
 """Half of what a band is wide, in standard deviations."""
 
 
@@ -80,32 +80,36 @@ class Stack:
         between: float = 0.0,
         colour: str = GREY_TEXT,
     ) -> None:
-        said = textwrap.wrap(title, _TITLE_LETTERS)
-        answered = textwrap.wrap(answer, _ANSWER_LETTERS, max_lines=2, placeholder=" …")
-        told = textwrap.fill(caption, _CAPTION_LETTERS)
-        under = _CORNER + _CAPTION_LINE * (told.count("\n") + 1) + 1.0
-        above = _TOP + _TITLE_LINE * len(said) + _ANSWER_LINE * len(answered)
-        self.height = above + sum(HEAD + one for one in heights) + between + _AXIS + under
-        self.figure = new_figure(COLUMN, self.height)
+        title_lines = textwrap.wrap(title, _TITLE_LETTERS)
+        answer_lines = textwrap.wrap(answer, _ANSWER_LETTERS, max_lines=2, placeholder=" …")
+        caption_text = textwrap.fill(caption, _CAPTION_LETTERS)
+        below = _CORNER + _CAPTION_LINE * (caption_text.count("\n") + 1) + 1.0
+        above = _TOP + _TITLE_LINE * len(title_lines) + _ANSWER_LINE * len(answer_lines)
+        self.height = (
+            above + sum(HEAD_HEIGHT_MM + height for height in heights) + between + _AXIS + below
+        )
+        self.figure = new_figure(COLUMN_WIDTH_MM, self.height)
         self.panels: list[Axes] = []
         self._heights, self._above = list(heights), above
-        self._write(_TOP, said, size=FONT + 0.9, weight="bold")
-        self._write(_TOP + _TITLE_LINE * len(said), answered, size=FONT, color=colour)
-        left, low = _EDGE / COLUMN, _CORNER / self.height
-        self.figure.text(left, low, told, va="bottom", size=SMALL, color=GREY_TEXT)
+        self._write(_TOP, title_lines, size=FONT_PT + 0.9, weight="bold")
+        self._write(_TOP + _TITLE_LINE * len(title_lines), answer_lines, size=FONT_PT, color=colour)
+        left, low = _EDGE / COLUMN_WIDTH_MM, _CORNER / self.height
+        self.figure.text(left, low, caption_text, va="bottom", size=SMALL_FONT_PT, color=GREY_TEXT)
 
     def _write(self, below: float, lines: Sequence[str], **look: Any) -> None:  # noqa: ANN401
         if lines:
-            place = _EDGE / COLUMN, 1.0 - below / self.height
-            self.figure.text(*place, "\n".join(lines), va="top", **look)
+            corner = _EDGE / COLUMN_WIDTH_MM, 1.0 - below / self.height
+            self.figure.text(*corner, "\n".join(lines), va="top", **look)
 
-    def add(self, left: float = LEFT, width: float = INNER, last: bool = True) -> Axes:
+    def add(self, left: float = LEFT_MM, width: float = INNER_WIDTH_MM, last: bool = True) -> Axes:
         """Return the next panel; one that is not the last of its row has others beside it."""
-        tall = self._heights[0]
-        panel = add_panel(self.figure, left, self.height - self._above - HEAD - tall, width, tall)
+        height = self._heights[0]
+        panel = add_panel(
+            self.figure, left, self.height - self._above - HEAD_HEIGHT_MM - height, width, height
+        )
         self.panels.append(panel)
         if last:
-            self.skip(HEAD + self._heights.pop(0))
+            self.skip(HEAD_HEIGHT_MM + self._heights.pop(0))
         return panel
 
     def skip(self, millimetres: float) -> None:
@@ -114,16 +118,16 @@ class Stack:
 
     def finish(self, source: str, rate: float, seconds: float) -> Figure:
         """Write the recording into the corner, style all panels, and return the figure."""
-        shown = [panel for panel in self.panels if panel.axison]
-        style_panels(shown)
-        for panel in shown:
+        visible = [panel for panel in self.panels if panel.axison]
+        style_panels(visible)
+        for panel in visible:
             if panel.get_yscale() == "linear":
                 _shorten_numbers(panel)
         write_corner(self.figure, source, rate, seconds)
         return self.figure
 
 
-def over_time(panels: Sequence[Axes], first: float, last: float, unit: str) -> None:
+def share_time_axis(panels: Sequence[Axes], first: float, last: float, unit: str) -> None:
     """Give panels one time axis, whose numbers stand under the last."""
     for panel in panels:
         panel.set_xlim(first, last if last > first else first + 1.0)
@@ -132,10 +136,10 @@ def over_time(panels: Sequence[Axes], first: float, last: float, unit: str) -> N
     panels[-1].set_xlabel(f"time [{unit}]")
 
 
-def head(panel: Axes, text: str) -> None:
+def write_head(panel: Axes, text: str) -> None:
     """Write over a panel what it shows."""
     # With no y matplotlib lays out all ticks to find one: a quarter of the time of drawing.
-    panel.set_title(text, loc="left", size=FONT, pad=2.2, y=1.0)
+    panel.set_title(text, loc="left", size=FONT_PT, pad=2.2, y=1.0)
 
 
 def _shorten_numbers(panel: Axes) -> None:
@@ -147,37 +151,37 @@ def _shorten_numbers(panel: Axes) -> None:
 
     low, high = panel.get_ylim()
     largest, span = max(abs(low), abs(high)), high - low
-    taken = 0.0
-    if span < _CLOSE * largest:
-        taken = float(np.round(0.5 * (low + high), -math.floor(math.log10(span))))
+    offset = 0.0
+    if span < _COMMON_OFFSET_RATIO * largest:
+        offset = float(np.round(0.5 * (low + high), -math.floor(math.log10(span))))
         largest = span
     power = 0
-    if not _SMALL <= largest < _LARGE:
+    if not _MIN_PLAIN <= largest < _MAX_PLAIN:
         power = 3 * math.floor(math.log10(largest) / 3.0)
-    if power == 0 and taken == 0.0:
+    if power == 0 and offset == 0.0:
         return
     unit = 10.0**power
 
     def shortened(value: float, _: int) -> str:
         # What is left of a difference that should be zero is none; nor is a zero negative.
-        return Formatter.fix_minus(f"{round((value - taken) / unit, 6) + 0.0:.6g}")
+        return Formatter.fix_minus(f"{round((value - offset) / unit, 6) + 0.0:.6g}")
 
     panel.yaxis.set_major_formatter(FuncFormatter(shortened))
     text = panel.get_title(loc="left")
-    if taken:
-        text = text.replace(" [", f" less {Formatter.fix_minus(f'{taken:.12g}')} [", 1)
+    if offset:
+        text = text.replace(" [", f" less {Formatter.fix_minus(f'{offset:.12g}')} [", 1)
     if power:
-        text = text.replace("[", f"[10{str(power).translate(_RAISED)} ", 1).replace(" ]", "]")
-    head(panel, text)
+        text = text.replace("[", f"[10{str(power).translate(_SUPERSCRIPTS)} ", 1).replace(" ]", "]")
+    write_head(panel, text)
 
 
-def names(panel: Axes, columns: int = 4) -> None:
+def write_names(panel: Axes, columns: int = 4) -> None:
     """Write the names of a panel's lines over its right half."""
     panel.legend(
         loc="lower right",
         bbox_to_anchor=(1.005, 1.0),
         ncols=columns,
-        fontsize=SMALL,
+        fontsize=SMALL_FONT_PT,
         frameon=False,
         borderpad=0.15,
         borderaxespad=0.0,
@@ -187,17 +191,17 @@ def names(panel: Axes, columns: int = 4) -> None:
     )
 
 
-def draw_scatter(panel: Axes, times: Floats, drawn: Band, colour: str, name: str) -> None:
+def draw_band(panel: Axes, times: Floats, band: Band, colour: str, name: str) -> None:
     """Draw a series as a band, and through it its median."""
-    panel.fill_between(times, drawn.low, drawn.high, color=colour, alpha=0.35, lw=0.0)
-    panel.plot(times, drawn.median, color=colour, lw=0.6, label=name)
+    panel.fill_between(times, band.low, band.high, color=colour, alpha=0.35, lw=0.0)
+    panel.plot(times, band.median, color=colour, lw=0.6, label=name)
 
 
-def draw_known(
+def draw_with_sigma(
     panel: Axes, times: Floats, values: Floats, sigma: Floats, colour: str, name: str
 ) -> None:
     """Draw a series with two standard deviations to either side."""
-    half = SIGMAS * sigma
+    half = BAND_SIGMAS * sigma
     panel.fill_between(times, values - half, values + half, color=colour, alpha=0.22, lw=0.0)
     panel.plot(times, values, color=colour, lw=0.7, label=name)
 
@@ -219,17 +223,17 @@ def shade(
     )
 
 
-def spans_of(there: Booleans, columns: int = COLUMNS) -> tuple[Floats, Floats]:
+def find_spans(mask: Booleans, columns: int = MAX_COLUMNS) -> tuple[Floats, Floats]:
     """Return begins and ends, in samples, of where something is so, each as wide as can be seen."""
-    if not there.any():
+    if not mask.any():
         return np.empty(0), np.empty(0)
-    starts = parts(there.size, columns)
-    edges = np.append(starts, there.size).astype(np.float64)
-    begins, ends = edges[runs(np.logical_or.reduceat(there, starts))].T
+    starts = split_into_parts(mask.size, columns)
+    edges = np.append(starts, mask.size).astype(np.float64)
+    begins, ends = edges[runs(np.logical_or.reduceat(mask, starts))].T
     return begins, ends
 
 
-def room(low: float, high: float, margin: float = 0.08) -> tuple[float, float]:
+def add_margin(low: float, high: float, margin: float = 0.08) -> tuple[float, float]:
     """Return limits with a margin; they are apart and finite whatever is given."""
     if not (np.isfinite(low) and np.isfinite(high)):
         return -1.0, 1.0

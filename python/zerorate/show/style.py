@@ -6,7 +6,7 @@ from math import ceil, floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -57,18 +57,18 @@ AXIS_COLOURS: Final = (BLUE, VERMILION, GREEN)
 AR_COLOURS: Final = (BLUE, SKY, GREEN)
 MA_COLOURS: Final = (VERMILION, ORANGE, PURPLE)
 
-MM: Final = 1.0 / 25.4
+INCHES_PER_MM: Final = 1.0 / 25.4
 """A millimetre in inches."""
 
-COLUMN: Final = 85.0
+COLUMN_WIDTH_MM: Final = 85.0
 """Width of a column of a journal's page, mm: what is drawn so wide has letters of their size."""
 
-FONT: Final = 6.5
-SMALL: Final = 5.8
+FONT_PT: Final = 6.5
+SMALL_FONT_PT: Final = 5.8
 """Letters of captions, corners and ticks, points."""
 
-_DPI_OF_COLUMN: Final = 254
-DPI: Final = 200
+_COLUMN_DPI: Final = 254
+WIDE_DPI: Final = 200
 """Pixels an inch of figures across two columns."""
 
 
@@ -84,9 +84,9 @@ def text_colour(colour: str) -> str:
     return _TEXT_COLOURS.get(colour, colour)
 
 
-def contrast(one: str, other: str) -> float:
+def contrast(colour: str, other_colour: str) -> float:
     """Return the contrast of two colours ``#rrggbb``, 1 to 21, as WCAG 2.1 defines it."""
-    low, high = sorted((_luminance(one), _luminance(other)))
+    low, high = sorted((_luminance(colour), _luminance(other_colour)))
     return (high + 0.05) / (low + 0.05)
 
 
@@ -102,9 +102,9 @@ def new_figure(width: float, height: float) -> Figure:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError:
-        raise ImportError(extra_needed("matplotlib", "plot")) from None
-    dpi = DPI if width > 1.2 * COLUMN else _DPI_OF_COLUMN
-    figure = Figure(figsize=(width * MM, height * MM), dpi=dpi)
+        raise ImportError(describe_missing_extra("matplotlib", "plot")) from None
+    dpi = WIDE_DPI if width > 1.2 * COLUMN_WIDTH_MM else _COLUMN_DPI
+    figure = Figure(figsize=(width * INCHES_PER_MM, height * INCHES_PER_MM), dpi=dpi)
     FigureCanvasAgg(figure)
     return figure
 
@@ -118,95 +118,109 @@ def add_panel(
     sharex: Axes | None = None,
 ) -> Axes:
     """Return a new panel of a figure, its place and size in millimetres."""
-    across, up = figure.get_size_inches() / MM
-    place = left / across, bottom / up, width / across, height / up
-    return figure.add_axes(place, sharex=sharex)
+    across, up = figure.get_size_inches() / INCHES_PER_MM
+    rectangle = left / across, bottom / up, width / across, height / up
+    return figure.add_axes(rectangle, sharex=sharex)
 
 
-def _parts(figure: Figure, millimetres: float) -> float:
+def _height_fraction(figure: Figure, millimetres: float) -> float:
     """Return the part of a figure's height that so many millimetres are."""
-    return float(millimetres * MM / figure.get_figheight())
+    return float(millimetres * INCHES_PER_MM / figure.get_figheight())
 
 
 def write_title(figure: Figure, text: str) -> None:
     """Write the title of a figure."""
-    figure.text(0.5, 1.0 - _parts(figure, 2.0), text, ha="center", va="top", size=FONT + 1.5)
+    figure.text(
+        0.5, 1.0 - _height_fraction(figure, 2.0), text, ha="center", va="top", size=FONT_PT + 1.5
+    )
 
 
-def write_caption(figure: Figure, text: str, size: float = FONT - 0.5) -> None:
+def write_caption(figure: Figure, text: str, size: float = FONT_PT - 0.5) -> None:
     """Write what a reader must know under a figure."""
     figure.text(
-        0.5, _parts(figure, 2.0), text, ha="center", va="bottom", size=size, color=GREY_TEXT
+        0.5,
+        _height_fraction(figure, 2.0),
+        text,
+        ha="center",
+        va="bottom",
+        size=size,
+        color=GREY_TEXT,
     )
 
 
 def write_corner(figure: Figure, source: str, rate: float, seconds: float) -> None:
     """Write a recording's name, rate and span, as far as known, into the lower right corner."""
     unit, length = time_unit(seconds)
-    known = [f"{rate:.4g} Hz"] if rate > 0.0 else []
-    known += [f"{seconds / length:.4g} {unit}"] if seconds > 0.0 else []
-    told = " · ".join([shortened(source), *known] if source else known)
-    right = 1.0 - 1.5 * MM / figure.get_figwidth()
+    details = [f"{rate:.4g} Hz"] if rate > 0.0 else []
+    details += [f"{seconds / length:.4g} {unit}"] if seconds > 0.0 else []
+    text = " · ".join([shorten_source(source), *details] if source else details)
+    right = 1.0 - 1.5 * INCHES_PER_MM / figure.get_figwidth()
     figure.text(
-        right, _parts(figure, 1.2), told, ha="right", va="bottom", size=SMALL, color=GREY_TEXT
+        right,
+        _height_fraction(figure, 1.2),
+        text,
+        ha="right",
+        va="bottom",
+        size=SMALL_FONT_PT,
+        color=GREY_TEXT,
     )
 
 
-def shortened(source: str, most: int = 44) -> str:
+def shorten_source(source: str, max_letters: int = 44) -> str:
     """Return the last part of a path, its middle left out where it is too long."""
     name = Path(source).name or source
-    half = most // 2
-    return name if len(name) <= most else f"{name[:half]}…{name[-half:]}"
+    half = max_letters // 2
+    return name if len(name) <= max_letters else f"{name[:half]}…{name[-half:]}"
 
 
 def write_in_middle(axes: Axes, text: str) -> None:
     """Write why a panel is empty."""
-    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", size=FONT, color=GREY_TEXT)
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", size=FONT_PT, color=GREY_TEXT)
 
 
-def write_legend(axes: Axes, place: Corner, columns: int, handle: float = 1.1) -> None:
-    """Write the names of a panel's lines into a corner, after samples `handle` letters long."""
+def write_legend(axes: Axes, corner: Corner, columns: int, sample_length: float = 1.1) -> None:
+    """Write a panel's legend into a corner; samples of lines are `sample_length` letters long."""
     axes.legend(
-        loc=place,
+        loc=corner,
         ncols=columns,
-        fontsize=FONT - 0.5,
+        fontsize=FONT_PT - 0.5,
         frameon=True,
         framealpha=0.85,
         edgecolor="none",
         borderpad=0.1,
-        handlelength=handle,
+        handlelength=sample_length,
         columnspacing=0.8,
         handletextpad=0.4,
         borderaxespad=0.35,
     )
 
 
-def style_decades(axes: Axes, fewest: int = 1) -> None:
+def style_decades(axes: Axes, min_decades: int = 1) -> None:
     """Write decades as plain numbers, and 2 and 5 where the scale spans fewer than so many."""
     from matplotlib.ticker import FuncFormatter, LogLocator
 
-    plain = FuncFormatter(lambda value, _: f"{value:g}")
-    axes.xaxis.set_major_formatter(plain)
-    axes.yaxis.set_major_formatter(plain)
+    formatter = FuncFormatter(lambda value, _: f"{value:g}")
+    axes.xaxis.set_major_formatter(formatter)
+    axes.yaxis.set_major_formatter(formatter)
     low, high = axes.get_ylim()
-    if floor(log10(high)) - ceil(log10(low)) < fewest:
+    if floor(log10(high)) - ceil(log10(low)) < min_decades:
         axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
-        axes.yaxis.set_minor_formatter(plain)
-        axes.tick_params(axis="y", which="minor", labelsize=FONT - 0.5)
+        axes.yaxis.set_minor_formatter(formatter)
+        axes.tick_params(axis="y", which="minor", labelsize=FONT_PT - 0.5)
 
 
 def style_panels(panels: Sequence[Axes]) -> None:
     """Make lines, letters and ticks small and few."""
     for axes in panels:
-        axes.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
+        axes.tick_params(labelsize=FONT_PT - 0.5, width=0.5, length=2.0, pad=1.5)
         axes.tick_params(which="minor", width=0.3, length=1.2)
-        axes.title.set_fontsize(FONT + 0.5)
+        axes.title.set_fontsize(FONT_PT + 0.5)
         for spine in axes.spines.values():
             spine.set_linewidth(0.5)
         for axis in (axes.xaxis, axes.yaxis):
-            axis.label.set_fontsize(FONT)
+            axis.label.set_fontsize(FONT_PT)
             axis.labelpad = 2.0
-            axis.offsetText.set_fontsize(FONT - 1.0)
+            axis.offsetText.set_fontsize(FONT_PT - 1.0)
             _set_ticks(axis, vertical=axis is axes.yaxis)
 
 

@@ -6,15 +6,24 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from zerorate.faults import told
+from zerorate.faults import render_text
 from zerorate.texts import WIDTH, width
 
-__all__ = ["GAP", "WIDTH", "Table", "aligned", "as_text", "bulleted", "fitting", "prose"]
+__all__ = [
+    "GAP",
+    "WIDTH",
+    "Table",
+    "align_rows",
+    "as_text",
+    "bullet_list",
+    "select_fitting_columns",
+    "wrap_prose",
+]
 
 GAP: Final = "  "
 """Between the columns of a table."""
 
-_CUT: Final = 16
+_MIN_WORD_LETTERS: Final = 16
 """Letters that are left of words at least."""
 
 
@@ -57,77 +66,77 @@ def as_text(table: Table) -> str:
     """Return a table as lines that fit: columns are left out that are spare, long words are cut."""
     rows = [row for row in (table.head, *table.rows) if row]
     if not rows:
-        return "\n".join(filter(None, (prose(table.title), prose(table.note, GAP))))
+        return "\n".join(filter(None, (wrap_prose(table.title), wrap_prose(table.note, GAP))))
     room = width() - len(GAP)
     spare = table.spare or tuple(range(len(rows[0]) - 1, table.words, -1))
     if table.blocks:
-        kept, parts = list(range(len(rows[0]))), _blocks(rows, table.words, room)
+        columns, parts = list(range(len(rows[0]))), _split_blocks(rows, table.words, room)
     else:
-        kept = fitting(rows, table.words, room, spare)
-        parts = [kept]
+        columns = select_fitting_columns(rows, table.words, room, spare)
+        parts = [columns]
     lines = [
         f"{GAP}{line}".rstrip()
         for part in parts
-        for line in aligned(
+        for line in align_rows(
             [[row[i] for i in part] for row in rows], sum(i < table.words for i in part), room
         )
     ]
-    meant = _joined(table.legend[i] for i in kept if i in table.legend)
-    note = prose(" ".join(filter(None, (table.note, *meant))), GAP)
-    return "\n".join(filter(None, (prose(table.title), *lines, note)))
+    meanings = _merge_legend(table.legend[i] for i in columns if i in table.legend)
+    note = wrap_prose(" ".join(filter(None, (table.note, *meanings))), GAP)
+    return "\n".join(filter(None, (wrap_prose(table.title), *lines, note)))
 
 
-def _joined(legend: Iterable[str]) -> list[str]:
+def _merge_legend(legend: Iterable[str]) -> list[str]:
     """Return what columns mean, ``NAME: meaning``, those of one meaning as ``NAME, NAME: ``."""
     names: dict[str, list[str]] = {}
-    for one in dict.fromkeys(legend):
-        name, _, meaning = one.partition(": ")
+    for entry in dict.fromkeys(legend):
+        name, _, meaning = entry.partition(": ")
         names.setdefault(meaning, []).append(name)
     return [f"{', '.join(all_)}: {meaning}" for meaning, all_ in names.items()]
 
 
-def _blocks(rows: Sequence[Sequence[str]], words: int, most: int) -> list[list[int]]:
+def _split_blocks(rows: Sequence[Sequence[str]], words: int, max_width: int) -> list[list[int]]:
     """Return the columns of blocks that fit, each with all columns of words."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     first = list(range(words))
-    found: list[list[int]] = [[*first]]
+    blocks: list[list[int]] = [[*first]]
     for i in range(words, len(widths)):
-        if len(found[-1]) > words and _least(widths, [*found[-1], i], ()) > most:
-            found.append([*first])
-        found[-1].append(i)
-    return found
+        if len(blocks[-1]) > words and _min_width(widths, [*blocks[-1], i], ()) > max_width:
+            blocks.append([*first])
+        blocks[-1].append(i)
+    return blocks
 
 
-def fitting(
-    rows: Sequence[Sequence[str]], words: int, most: int, spare: Sequence[int]
+def select_fitting_columns(
+    rows: Sequence[Sequence[str]], words: int, max_width: int, spare: Sequence[int]
 ) -> list[int]:
     """Return the columns that fit into a line.
 
     `rows`: as many cells each as there are columns. `words`: columns from the left that hold words,
-    which may be cut. `most`: letters that a line may have. `spare`: columns that may be left out,
-    in this order.
+    which may be cut. `max_width`: letters that a line may have. `spare`: columns that may be left
+    out, in this order.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    kept, further = list(range(len(widths))), list(spare)
-    cut = _cuttable(rows, words)
-    while further and _least(widths, kept, cut) > most:
-        kept.remove(further.pop(0))
-    return kept
+    columns, removable = list(range(len(widths))), list(spare)
+    cuttable = _find_cuttable(rows, words)
+    while removable and _min_width(widths, columns, cuttable) > max_width:
+        columns.remove(removable.pop(0))
+    return columns
 
 
-def _cuttable(rows: Sequence[Sequence[str]], words: int) -> list[int]:
+def _find_cuttable(rows: Sequence[Sequence[str]], words: int) -> list[int]:
     """Return the columns of words that may be cut: a number with its error never is."""
     return [i for i in range(words) if not any("±" in row[i] for row in rows)]
 
 
-def _least(widths: Sequence[int], kept: Sequence[int], cut: Sequence[int]) -> int:
+def _min_width(widths: Sequence[int], columns: Sequence[int], cut: Sequence[int]) -> int:
     """Return how short a line can be: the widest of some columns may be cut."""
-    whole = sum(widths[i] for i in kept) + len(GAP) * (len(kept) - 1)
-    longest = max((widths[i] for i in kept if i in cut), default=0)
-    return whole - max(longest - _CUT, 0)
+    whole = sum(widths[i] for i in columns) + len(GAP) * (len(columns) - 1)
+    longest = max((widths[i] for i in columns if i in cut), default=0)
+    return whole - max(longest - _MIN_WORD_LETTERS, 0)
 
 
-def prose(text: str, indent: str = "", hang: str | None = None) -> str:
+def wrap_prose(text: str, indent: str = "", hang: str | None = None) -> str:
     """Return a sentence in lines that fit, which are never broken within a word or option."""
     return textwrap.fill(
         text,
@@ -139,33 +148,35 @@ def prose(text: str, indent: str = "", hang: str | None = None) -> str:
     )
 
 
-def aligned(rows: Sequence[Sequence[str]], words: int = 1, most: int | None = None) -> list[str]:
+def align_rows(
+    rows: Sequence[Sequence[str]], words: int = 1, max_width: int | None = None
+) -> list[str]:
     """Return rows of cells as lines with aligned columns.
 
     `rows`: as many cells each as there are columns. `words`: columns from the left that hold words;
-    the others hold numbers and end flush right. `most`: letters that a line may have: the widest
-    column of words is cut where there are more. By default nothing is cut.
+    the others hold numbers and end flush right. `max_width`: letters that a line may have: the
+    widest column of words is cut where there are more. By default nothing is cut.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    excess = sum(widths) + len(GAP) * (len(widths) - 1) - (most or math.inf)
-    if excess > 0 and (cut := _cuttable(rows, words)):
+    excess = sum(widths) + len(GAP) * (len(widths) - 1) - (max_width or math.inf)
+    if excess > 0 and (cut := _find_cuttable(rows, words)):
         widest = max(cut, key=widths.__getitem__)
         widths[widest] = max(widths[widest] - int(excess), 1)
-    return [_line(cells, widths, words) for cells in rows]
+    return [_format_line(cells, widths, words) for cells in rows]
 
 
-def bulleted(notes: Iterable[str]) -> str:
+def bullet_list(notes: Iterable[str]) -> str:
     """Return sentences as a list, one a paragraph."""
-    return "\n".join(prose(f"- {told(note)}", hang=GAP) for note in notes)
+    return "\n".join(wrap_prose(f"- {render_text(note)}", hang=GAP) for note in notes)
 
 
-def _line(cells: Sequence[str], widths: Sequence[int], words: int) -> str:
-    placed = (
-        _cut(cell, width).ljust(width) if i < words else cell.rjust(width)
+def _format_line(cells: Sequence[str], widths: Sequence[int], words: int) -> str:
+    padded = (
+        _truncate(cell, width).ljust(width) if i < words else cell.rjust(width)
         for i, (cell, width) in enumerate(zip(cells, widths, strict=True))
     )
-    return GAP.join(placed).rstrip()
+    return GAP.join(padded).rstrip()
 
 
-def _cut(text: str, width: int) -> str:
+def _truncate(text: str, width: int) -> str:
     return text if len(text) <= width else f"{text[: width - 1]}…"

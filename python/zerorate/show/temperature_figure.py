@@ -10,7 +10,7 @@ import numpy as np
 from zerorate.show.style import (
     BLACK,
     BLUE,
-    FONT,
+    FONT_PT,
     GREY,
     add_panel,
     new_figure,
@@ -28,21 +28,21 @@ if TYPE_CHECKING:
 
     from zerorate.calibration.temperature import TemperatureModel
 
-_ALONE: Final = (96.0, 54.0)
-_BESIDE: Final = (52.0, 50.0)
-_MOST_COLUMNS: Final = 3
+_SINGLE_PANEL_MM: Final = (96.0, 54.0)
+_PANEL_MM: Final = (52.0, 50.0)
+_MAX_COLUMNS: Final = 3
 
 # Millimetres round the panels, between them, and of the colour bar.
 _LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 15.0, 6.0, 17.0
-_BETWEEN, _ROWS_APART = 11.0, 14.0
+_COLUMN_GAP_MM, _ROW_GAP_MM = 11.0, 14.0
 _BAR, _BAR_GAP = 2.5, 2.5
-_LETTER: Final = 1.2
+_LETTER_WIDTH_MM: Final = 1.2
 """Width of one in the caption, mm."""
 
 _MARGIN: Final = 0.06
-_FEWEST_KELVINS: Final = 2.0
-_SIGMAS: Final = 2.0
-_POINTS: Final = 300
+_MIN_SPAN_K: Final = 2.0
+_BAND_SIGMAS: Final = 2.0
+_POINT_COUNT: Final = 300
 
 
 def plot_temperature(model: TemperatureModel) -> Figure:
@@ -51,19 +51,19 @@ def plot_temperature(model: TemperatureModel) -> Figure:
     Points coloured by time, the curve with two standard errors, dashed on grey beyond the range of
     the record. Angular rates in deg/s or deg/h. A model that was read from a file has no points.
     """
-    shown = _shown(model)
-    columns = min(shown.axes, _MOST_COLUMNS)
+    shown = _convert_shown(model)
+    columns = min(shown.axes, _MAX_COLUMNS)
     rows = -(-shown.axes // columns)
-    width, height = _ALONE if shown.axes == 1 else _BESIDE
-    full_width = _LEFT + columns * width + (columns - 1) * _BETWEEN + _RIGHT
-    full_height = _BOTTOM + rows * height + (rows - 1) * _ROWS_APART + _TOP
+    width, height = _SINGLE_PANEL_MM if shown.axes == 1 else _PANEL_MM
+    full_width = _LEFT + columns * width + (columns - 1) * _COLUMN_GAP_MM + _RIGHT
+    full_height = _BOTTOM + rows * height + (rows - 1) * _ROW_GAP_MM + _TOP
     figure = new_figure(full_width, full_height)
     panels = []
     for i in range(shown.axes):
-        left = _LEFT + (i % columns) * (width + _BETWEEN)
-        bottom = _BOTTOM + (rows - 1 - i // columns) * (height + _ROWS_APART)
+        left = _LEFT + (i % columns) * (width + _COLUMN_GAP_MM)
+        bottom = _BOTTOM + (rows - 1 - i // columns) * (height + _ROW_GAP_MM)
         panels.append(add_panel(figure, left, bottom, width, height))
-    points = [_draw(axes, shown, i) for i, axes in enumerate(panels)]
+    points = [_draw_axis(axes, shown, i) for i, axes in enumerate(panels)]
     for i, axes in enumerate(panels):
         axes.set_title(shown.names[i])
         axes.set_xlabel("temperature [degC]")
@@ -73,29 +73,31 @@ def plot_temperature(model: TemperatureModel) -> Figure:
     if points[0] is not None:
         bar = add_panel(figure, full_width - _RIGHT + _BAR_GAP, _BOTTOM, _BAR, height)
         _write_times(figure, bar, points[0], shown)
-    write_caption(figure, fill(_caption(shown), int(full_width / _LETTER)))
+    write_caption(figure, fill(_make_caption(shown), int(full_width / _LETTER_WIDTH_MM)))
     return figure
 
 
-def _shown(model: TemperatureModel) -> TemperatureModel:
+def _convert_shown(model: TemperatureModel) -> TemperatureModel:
     """Return the model in a unit that reads well."""
     if model.unit not in UNITS or UNITS[model.unit].kind != "rate":
         return model
-    most = convert(float(np.abs(model.coefficients).max()), model.unit, "deg/s")
-    unit = "deg/s" if most >= 0.01 else "deg/h"
+    largest = convert(float(np.abs(model.coefficients).max()), model.unit, "deg/s")
+    unit = "deg/s" if largest >= 0.01 else "deg/h"
     return model.scaled(convert(1.0, model.unit, unit), unit)
 
 
-def _draw(axes: Axes, model: TemperatureModel, i: int) -> PathCollection | None:
+def _draw_axis(axes: Axes, model: TemperatureModel, i: int) -> PathCollection | None:
     low, high = model.range
-    reach = max(0.25 * model.span, 0.5 * _FEWEST_KELVINS)
-    T = np.unique(np.concatenate((np.linspace(low - reach, high + reach, _POINTS), [low, high])))
-    value, sigma = _predicted(model, T, i)
+    reach = max(0.25 * model.span, 0.5 * _MIN_SPAN_K)
+    T = np.unique(
+        np.concatenate((np.linspace(low - reach, high + reach, _POINT_COUNT), [low, high]))
+    )
+    value, sigma = _predict(model, T, i)
     inside = (low <= T) & (high >= T)
     axes.axvspan(T[0], low, color=GREY, lw=0, alpha=0.5)
     axes.axvspan(high, T[-1], color=GREY, lw=0, alpha=0.5)
     axes.fill_between(
-        T, value - _SIGMAS * sigma, value + _SIGMAS * sigma, color=BLUE, alpha=0.18, lw=0
+        T, value - _BAND_SIGMAS * sigma, value + _BAND_SIGMAS * sigma, color=BLUE, alpha=0.18, lw=0
     )
     axes.plot(T[inside], value[inside], color=BLACK, lw=0.9, zorder=3)
     for beyond in (low >= T, high <= T):
@@ -106,9 +108,11 @@ def _draw(axes: Axes, model: TemperatureModel, i: int) -> PathCollection | None:
     return points
 
 
-def _predicted(model: TemperatureModel, T: Floats, i: int) -> tuple[Floats, Floats]:
-    found = model.predict(T)
-    values, sigmas = (part.reshape(T.size, -1)[:, i] for part in (found.value, found.sigma))
+def _predict(model: TemperatureModel, T: Floats, i: int) -> tuple[Floats, Floats]:
+    prediction = model.predict(T)
+    values, sigmas = (
+        part.reshape(T.size, -1)[:, i] for part in (prediction.value, prediction.sigma)
+    )
     return values, sigmas
 
 
@@ -132,8 +136,8 @@ def _draw_means(axes: Axes, model: TemperatureModel, i: int) -> PathCollection |
 def _set_height(axes: Axes, model: TemperatureModel, i: int, curve: Floats) -> None:
     """Show points and curve; the band may leave the frame."""
     blocks = model.blocks
-    seen = curve if blocks is None else np.concatenate((curve, blocks.bias[:, i]))
-    low, high = float(seen.min()), float(seen.max())
+    values = curve if blocks is None else np.concatenate((curve, blocks.bias[:, i]))
+    low, high = float(values.min()), float(values.max())
     margin = _MARGIN * (high - low) or 1e-3 * abs(high) or 1.0
     axes.set_ylim(low - margin, high + margin)
 
@@ -145,12 +149,12 @@ def _write_times(
     unit, _ = time_unit(float(model.blocks.time[-1]))
     scale = figure.colorbar(points, cax=bar)
     scale.set_label(f"time [{unit}]")
-    bar.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
-    bar.yaxis.label.set_fontsize(FONT)
+    bar.tick_params(labelsize=FONT_PT - 0.5, width=0.5, length=2.0, pad=1.5)
+    bar.yaxis.label.set_fontsize(FONT_PT)
     scale.outline.set_linewidth(0.5)
 
 
-def _caption(model: TemperatureModel) -> str:
+def _make_caption(model: TemperatureModel) -> str:
     parts = []
     if model.blocks is not None:
         parts.append(f"Means of {model.blocks.length:.3g} s at rest")

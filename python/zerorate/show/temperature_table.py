@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from zerorate.numerals import NOTHING, significant, with_error
-from zerorate.show.tables import Table, as_text, bulleted
+from zerorate.numerals import DASH, format_significant, format_with_error
+from zerorate.show.tables import Table, as_text, bullet_list
 
 if TYPE_CHECKING:
     from zerorate.calibration.temperature import TemperatureModel
     from zerorate.noise.coefficient import Coefficient
 
-_BOUND: Final = 'A "<" is an upper bound at 95 %: the record does not determine the slope.'
+_BOUND_NOTE: Final = 'A "<" is an upper bound at 95 %: the record does not determine the slope.'
 
 
 def format_temperature(model: TemperatureModel) -> str:
@@ -24,20 +24,24 @@ def format_temperature(model: TemperatureModel) -> str:
         "per K",
         "warming less cooling",
     )
-    rows = tuple(_row(model, i) for i in range(model.axes))
+    rows = tuple(_make_row(model, i) for i in range(model.axes))
     title = f"Bias from {low:.1f} to {high:.1f} degC"
-    bounded = any("<" in row[3] for row in rows)
-    table = as_text(Table(title, head, rows, note=_BOUND if bounded else ""))
-    return "\n\n".join(filter(None, (table, bulleted(model.notes))))
+    has_bounds = any("<" in row[3] for row in rows)
+    table = as_text(Table(title, head, rows, note=_BOUND_NOTE if has_bounds else ""))
+    return "\n\n".join(filter(None, (table, bullet_list(model.notes))))
 
 
-def _row(model: TemperatureModel, i: int) -> tuple[str, ...]:
-    level = with_error(model.coefficients[i, 0], model.covariance[i, 0, 0] ** 0.5)
+def _make_row(model: TemperatureModel, i: int) -> tuple[str, ...]:
+    level = format_with_error(model.coefficients[i, 0], model.covariance[i, 0, 0] ** 0.5)
     cells = (model.names[i], str(model.degrees[i]), level)
-    return (*cells, _coefficient(model.slopes[i]), _coefficient(model.hystereses[i]))
+    return (*cells, _format_coefficient(model.slopes[i]), _format_coefficient(model.hystereses[i]))
 
 
-def _coefficient(one: Coefficient) -> str:
-    if not one.known:
-        return NOTHING
-    return with_error(one, one.sigma) if one.identifiable else f"< {significant(one.upper_bound)}"
+def _format_coefficient(coefficient: Coefficient) -> str:
+    if not coefficient.known:
+        return DASH
+    return (
+        format_with_error(coefficient, coefficient.sigma)
+        if coefficient.identifiable
+        else f"< {format_significant(coefficient.upper_bound)}"
+    )

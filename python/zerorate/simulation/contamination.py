@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.simulation.gyro import not_negative, whole
+from zerorate.simulation.gyro import check_not_negative, check_whole
 from zerorate.types import Booleans, Floats
 
-_EVERY: Final = 60.0
+_BURST_PERIOD_S: Final = 60.0
 """Seconds from the beginning of one burst's turn to that of the next."""
 
 _SIGMA_OF_MEDIAN: Final = 1.482602218505602
@@ -78,9 +78,9 @@ class Contamination:
         """Check the numbers, and that they mean something together."""
         if not 0.0 <= self.share <= 1.0:
             raise ArgumentError("share", f"must be 0 to 1, got {self.share}")
-        not_negative("size", self.size)
-        whole("burst", self.burst, 0)
-        not_negative("stuck", self.stuck)
+        check_not_negative("size", self.size)
+        check_whole("burst", self.burst, 0)
+        check_not_negative("stuck", self.stuck)
         outliers = self.share > 0.0 or self.burst > 0
         if not (outliers or self.stuck > 0.0):
             raise ValueError("a contamination needs share, burst or stuck above 0")
@@ -100,15 +100,15 @@ class Contamination:
         ValueError
             If a word is not known or stands twice, or a value is no number.
         """
-        found: dict[str, Any] = {}
+        options: dict[str, Any] = {}
         for word in text.split(","):
             name, sign, value = (part.strip() for part in word.partition("="))
-            if name not in _KINDS or (_KINDS[name] is bool) == bool(sign):
+            if name not in _WORD_TYPES or (_WORD_TYPES[name] is bool) == bool(sign):
                 raise ValueError(f"a contamination is made of {_WORDS}, got '{word.strip()}'")
-            if name in found:
+            if name in options:
                 raise ValueError(f"{name} stands twice in '{text}'")
-            found[name] = True if _KINDS[name] is bool else _number(name, value)
-        return cls(**{name.replace("-", "_"): value for name, value in found.items()})
+            options[name] = True if _WORD_TYPES[name] is bool else _parse_number(name, value)
+        return cls(**{name.replace("-", "_"): value for name, value in options.items()})
 
     def __str__(self) -> str:
         """Return the text that `parse` reads."""
@@ -144,37 +144,37 @@ class Contamination:
         if not 0.0 < rate < math.inf:
             raise ArgumentError("rate", f"must be positive and finite, got {rate}")
         columns = np.atleast_2d(samples.T)
-        seeds = np.random.SeedSequence(whole("seed", seed, 0)).spawn(len(columns))
-        for column, own in zip(columns, seeds, strict=True):
-            there = np.isfinite(column)
-            column[there] = self._contaminated(column, there, rate, own)[there]
+        seeds = np.random.SeedSequence(check_whole("seed", seed, 0)).spawn(len(columns))
+        for column, column_seed in zip(columns, seeds, strict=True):
+            present = np.isfinite(column)
+            column[present] = self._contaminate(column, present, rate, column_seed)[present]
         return samples
 
     def stuck_span(self, n: int, rate: float) -> slice:
         """Return which of n samples are stuck."""
         return slice(n // 2, min(n, n // 2 + round(self.stuck * rate)))
 
-    def _contaminated(
+    def _contaminate(
         self, z: Floats, there: Booleans, rate: float, seed: np.random.SeedSequence
     ) -> Floats:
         seeds = dict(zip(_STREAMS, seed.spawn(len(_STREAMS)), strict=True))
-        moved = z.copy()
+        contaminated = z.copy()
         if self.size > 0.0:
-            step = self.size * _deviation(z, there)
-            moved += step * self._outliers(z.size, np.random.default_rng(seeds["share"]))
-            moved += step * self._bursts(z.size, rate, np.random.default_rng(seeds["burst"]))
+            step = self.size * _white_sigma(z, there)
+            contaminated += step * self._outliers(z.size, np.random.default_rng(seeds["share"]))
+            contaminated += step * self._bursts(z.size, rate, np.random.default_rng(seeds["burst"]))
         span = self.stuck_span(z.size, rate)
-        before = moved[: span.start][there[: span.start]]
-        moved[span] = 0.0 if self.at_zero or not before.size else before[-1]
-        return moved
+        before = contaminated[: span.start][there[: span.start]]
+        contaminated[span] = 0.0 if self.at_zero or not before.size else before[-1]
+        return contaminated
 
     def _outliers(self, n: int, random: np.random.Generator) -> Floats:
-        chosen = random.random(n) < self.share
-        return chosen * self._signs(n, random)
+        is_outlier = random.random(n) < self.share
+        return is_outlier * self._signs(n, random)
 
     def _bursts(self, n: int, rate: float, random: np.random.Generator) -> Floats:
         bursts = np.zeros(n)
-        minute = max(1, round(_EVERY * rate))
+        minute = max(1, round(_BURST_PERIOD_S * rate))
         for begin in range(0, n if self.burst else 0, minute):
             first = begin + int(random.integers(max(1, minute - self.burst + 1)))
             end = min(first + self.burst, n)
@@ -192,23 +192,25 @@ class Contamination:
                 yield name if value is True else f"{name}={value:.15g}"
 
 
-_KINDS: Final = {
+_WORD_TYPES: Final = {
     field.name.replace("_", "-"): type(field.default) for field in fields(Contamination)
 }
 """What each word of a text stands for."""
 
-_WORDS: Final = ", ".join(name if kind is bool else f"{name}=" for name, kind in _KINDS.items())
+_WORDS: Final = ", ".join(
+    name if kind is bool else f"{name}=" for name, kind in _WORD_TYPES.items()
+)
 
 
-def _number(name: str, text: str) -> float | int:
+def _parse_number(name: str, text: str) -> float | int:
     try:
-        return int(text) if _KINDS[name] is int else float(text)
+        return int(text) if _WORD_TYPES[name] is int else float(text)
     except ValueError:
-        kind = "a whole number" if _KINDS[name] is int else "a number"
+        kind = "a whole number" if _WORD_TYPES[name] is int else "a number"
         raise ArgumentError(name, f"must be {kind}, got '{text}'") from None
 
 
-def _deviation(z: Floats, there: Booleans) -> float:
+def _white_sigma(z: Floats, there: Booleans) -> float:
     """Return the deviation of white noise with steps of this size."""
     steps = np.abs(np.diff(np.where(there, z, np.nan)))
     steps = steps[np.isfinite(steps)]

@@ -15,7 +15,7 @@ from typing import Final
 from zerorate.noise import FLICKER_FLOOR, NoiseModel
 from zerorate.units import convert
 
-_WALK_MEETS_FLOOR_AT: Final = 1000.0
+_WALK_MEETS_FLOOR_S: Final = 1000.0
 _UNREAD_SHEET: Final = "Quoted at second hand, not read in the sheet itself. "
 _CHOSEN_WALK: Final = (
     "The rate random walk is not stated: chosen for simulation, to meet the bias-instability "
@@ -77,13 +77,13 @@ def device(name: str) -> Device:
     >>> device("mpu6050").name
     'MPU-6050'
     """
-    for known, entry in DEVICES.items():
-        if _plain(known) == _plain(name):
+    for designation, entry in DEVICES.items():
+        if _normalise_name(designation) == _normalise_name(name):
             return entry
     raise ValueError(f"unknown device {name!r}: known are {', '.join(DEVICES)}")
 
 
-def _plain(name: str) -> str:
+def _normalise_name(name: str) -> str:
     return re.sub(r"[\s_-]", "", name).casefold()
 
 
@@ -93,7 +93,7 @@ def _noise(angle_random_walk: float, bias_instability: float) -> NoiseModel:
     return NoiseModel(
         angle_random_walk=convert(angle_random_walk, "deg/s/sqrt(Hz)", "rad/s/sqrt(Hz)"),
         bias_instability=instability,
-        rate_random_walk=FLICKER_FLOOR * instability * math.sqrt(3.0 / _WALK_MEETS_FLOOR_AT),
+        rate_random_walk=FLICKER_FLOOR * instability * math.sqrt(3.0 / _WALK_MEETS_FLOOR_S),
     )
 
 

@@ -15,11 +15,11 @@ from zerorate.faults import ArgumentError
 from zerorate.geometry.earth import (
     SEMI_MAJOR_AXIS,
     earth_rate,
-    moved,
     normal_gravity,
+    offset_position,
     radii,
     transport_rate,
-    wrapped,
+    wrap_degrees,
 )
 from zerorate.geometry.rotations import (
     cumulative_product,
@@ -32,12 +32,12 @@ from zerorate.geometry.rotations import (
 from zerorate.noise import NoiseModel
 from zerorate.record import Log, Recording
 from zerorate.record.fixes import Fixes
-from zerorate.record.log import checked_rate
+from zerorate.record.log import check_rate
 from zerorate.record.offset import TimeOffset
 from zerorate.record.supplement import Supplement
 from zerorate.simulation.devices import Device
-from zerorate.simulation.gyro import not_negative, simulate, whole
-from zerorate.simulation.hand import fixed, given_or_drawn
+from zerorate.simulation.gyro import check_not_negative, check_whole, simulate
+from zerorate.simulation.hand import check_shape, take_or_draw
 from zerorate.types import Floats, Integers
 
 Noise: TypeAlias = NoiseModel | Device | Literal["consumer"] | None
@@ -50,10 +50,10 @@ _CONSUMER: Final = {
 }
 # A new stream goes to the end: what old seeds draw for those before it stays.
 _STREAMS: Final = ("way", "bias", "gyro", "accel", "fixes", "mount", "clock")
-_LONGEST: Final = 3600.0
+_MAX_DURATION_S: Final = 3600.0
 """Seconds after which the height of unaided navigation, which is unstable, has left the road."""
-_ROUNDS: Final = 60
-_SETTLED: Final = 5e-9
+_MAX_ROUNDS: Final = 60
+_POSITION_TOLERANCE_M: Final = 5e-9
 """Metres by which the last round may move the way: a few units in the last place of a longitude."""
 
 
@@ -227,27 +227,30 @@ def simulate_drive(
     >>> bool((drive.truth_velocity[:3000] ** 2).sum(axis=1).max() < 1e-12)
     True
     """
-    hertz = checked_rate(rate)
-    n = _samples(hertz, duration)
+    hertz = check_rate(rate)
+    n = _sample_count(hertz, duration)
     offset = TimeOffset.of(time_offset)
-    start = _start(latitude, longitude, height)
+    start = _start_position(latitude, longitude, height)
     random = _streams(seed)
-    seconds, hertzes = _stamps(n, hertz, wander, random["clock"])
-    road = _Road.drawn(random["way"], _still(kind, rest), duration)
-    rates, force, begin = _samples_of(road, seconds, hertzes, start)
-    way = _navigated(rates, force, hertzes, start, begin)
-    gyro_error = _Error.drawn("gyro", gyro, gyro_bias, hertz, n, random)
-    accel_error = _Error.drawn("accel", accel, accel_bias, hertz, n, random)
-    lever = given_or_drawn("antenna", antenna, (3,), random["mount"])
-    turn = _mount(body_from_sensor, random["mount"])
-    moments = _moments(fixes_rate, hertz, n)
-    sigmas = _sigma("position_sigma", position_sigma), _sigma("velocity_sigma", velocity_sigma)
+    seconds, hertzes = _draw_times(n, hertz, wander, random["clock"])
+    road = _Road.draw(random["way"], _rest_duration(kind, rest), duration)
+    rates, force, begin = _sample_road(road, seconds, hertzes, start)
+    way = _navigate(rates, force, hertzes, start, begin)
+    gyro_error = _SensorError.draw("gyro", gyro, gyro_bias, hertz, n, random)
+    accel_error = _SensorError.draw("accel", accel, accel_bias, hertz, n, random)
+    lever = take_or_draw("antenna", antenna, (3,), random["mount"])
+    turn = _draw_mount(body_from_sensor, random["mount"])
+    moments = _fix_samples(fixes_rate, hertz, n)
+    sigmas = (
+        _check_sigma("position_sigma", position_sigma),
+        _check_sigma("velocity_sigma", velocity_sigma),
+    )
     return SimulatedDrive(
         time=seconds,
         rate=hertz,
-        gyro=gyro_error.added_to(_in_sensor(rates, turn)),
-        accel=accel_error.added_to(_in_sensor(force, turn)),
-        fixes=_fixes(way, rates, lever, seconds, moments, sigmas, random["fixes"], offset),
+        gyro=gyro_error.add_to(_to_sensor_axes(rates, turn)),
+        accel=accel_error.add_to(_to_sensor_axes(force, turn)),
+        fixes=_make_fixes(way, rates, lever, seconds, moments, sigmas, random["fixes"], offset),
         truth_position=way.in_degrees(),
         truth_velocity=way.velocity,
         truth_quaternion=way.attitude,
@@ -261,19 +264,20 @@ def simulate_drive(
 
 
 def _streams(seed: int) -> dict[str, np.random.Generator]:
-    children = np.random.SeedSequence(whole("seed", seed, 0)).spawn(len(_STREAMS))
+    children = np.random.SeedSequence(check_whole("seed", seed, 0)).spawn(len(_STREAMS))
     return dict(zip(_STREAMS, map(np.random.default_rng, children), strict=True))
 
 
-def _samples(rate: float, duration: float) -> int:
-    if not (2.0 / rate <= duration <= _LONGEST):
+def _sample_count(rate: float, duration: float) -> int:
+    if not (2.0 / rate <= duration <= _MAX_DURATION_S):
         raise ArgumentError(
-            "duration", f"must be two samples or longer, and {_LONGEST:g} s at most, got {duration}"
+            "duration",
+            f"must be two samples or longer, and {_MAX_DURATION_S:g} s at most, got {duration}",
         )
     return round(duration * rate)
 
 
-def _stamps(
+def _draw_times(
     n: int, rate: float, wander: float, random: np.random.Generator
 ) -> tuple[Floats, float | Floats]:
     """Return times of samples, and samples a second, or those from each to the next, (n - 1, 1)."""
@@ -289,31 +293,31 @@ def _stamps(
     return np.concatenate([[0.0], np.cumsum(steps)]), 1.0 / steps[:, np.newaxis]
 
 
-def _mount(given: Mount, random: np.random.Generator) -> Floats | None:
+def _draw_mount(mount: Mount, random: np.random.Generator) -> Floats | None:
     """Return a rotation from the axes of the sensors to those of the body, None for none."""
-    if given is None:
+    if mount is None:
         return None
-    if isinstance(given, str):
-        if given != "random":
+    if isinstance(mount, str):
+        if mount != "random":
             raise ArgumentError(
-                "body_from_sensor", f"must be a rotation, 'random' or None, got {given!r}"
+                "body_from_sensor", f"must be a rotation, 'random' or None, got {mount!r}"
             )
         q = unit(random.standard_normal((1, 4)))
         return rotate(q[0], np.eye(3)).T.copy()
-    matrix = fixed("body_from_sensor", given, (3, 3))
+    matrix = check_shape("body_from_sensor", mount, (3, 3))
     if not (np.abs(matrix @ matrix.T - np.eye(3)).max() < 1e-6 and np.linalg.det(matrix) > 0.0):
         raise ArgumentError("body_from_sensor", f"must be a rotation, got {matrix.tolist()}")
     return matrix
 
 
-class _Error(NamedTuple):
+class _SensorError(NamedTuple):
     """What a sensor adds to the truth, in its axes: white noise, and constant and drift, (n, 3)."""
 
     noise: Floats
     bias: Floats
 
     @classmethod
-    def drawn(
+    def draw(
         cls,
         name: str,
         noise: Noise,
@@ -321,28 +325,28 @@ class _Error(NamedTuple):
         rate: float,
         n: int,
         random: Mapping[str, np.random.Generator],
-    ) -> _Error:
-        white, drift = _drift(noise, name, rate, n, random[name])
-        return cls(white, given_or_drawn(f"{name}_bias", bias, (3,), random["bias"]) + drift)
+    ) -> _SensorError:
+        white, drift = _draw_noise(noise, name, rate, n, random[name])
+        return cls(white, take_or_draw(f"{name}_bias", bias, (3,), random["bias"]) + drift)
 
-    def added_to(self, true: Floats) -> Floats:
+    def add_to(self, true: Floats) -> Floats:
         """Return the samples."""
         return true + self.bias + self.noise
 
 
-def _still(kind: Kind, rest: float) -> float:
+def _rest_duration(kind: Kind, rest: float) -> float:
     """Return for how many seconds a car rests at the start."""
     if kind not in ("drive", "rest"):
         raise ArgumentError("kind", f"must be 'drive' or 'rest', got {kind!r}")
-    return not_negative("rest", rest) if kind == "drive" else math.inf
+    return check_not_negative("rest", rest) if kind == "drive" else math.inf
 
 
-def _in_sensor(vectors: Floats, body_from_sensor: Floats | None) -> Floats:
-    found: Floats = vectors if body_from_sensor is None else vectors @ body_from_sensor
-    return found
+def _to_sensor_axes(vectors: Floats, body_from_sensor: Floats | None) -> Floats:
+    rotated: Floats = vectors if body_from_sensor is None else vectors @ body_from_sensor
+    return rotated
 
 
-def _start(latitude: float, longitude: float, height: float) -> Floats:
+def _start_position(latitude: float, longitude: float, height: float) -> Floats:
     """Return the first position, rad, rad and m."""
     if not (abs(latitude) <= 85.0 and abs(longitude) <= 180.0 and -1e4 <= height <= 1e5):
         raise ArgumentError(
@@ -353,27 +357,27 @@ def _start(latitude: float, longitude: float, height: float) -> Floats:
     return np.array([math.radians(latitude), math.radians(longitude), height])
 
 
-def _sigma(name: str, given: npt.ArrayLike) -> Floats:
-    sigma = np.full(3, float(given)) if np.ndim(given) == 0 else given  # type: ignore[arg-type]
-    numbers = fixed(name, sigma, (3,))
+def _check_sigma(name: str, value: npt.ArrayLike) -> Floats:
+    sigma = np.full(3, float(value)) if np.ndim(value) == 0 else value  # type: ignore[arg-type]
+    numbers = check_shape(name, sigma, (3,))
     if (numbers < 0.0).any():
         raise ArgumentError(name, f"must not be negative, got {numbers}")
     return numbers
 
 
-def _moments(fixes_rate: float, rate: float, n: int) -> Integers:
+def _fix_samples(fixes_rate: float, rate: float, n: int) -> Integers:
     """Return the samples at which there is a fix."""
     if not 0.0 < fixes_rate <= rate:
         raise ArgumentError(
             "fixes_rate", f"must be above 0 and {rate:g} Hz at most, got {fixes_rate}"
         )
     count = math.ceil(n * fixes_rate / rate)
-    found = np.rint(np.arange(count) * (rate / fixes_rate)).astype(np.int64)
-    within: Integers = found[found < n]
-    return within
+    samples = np.rint(np.arange(count) * (rate / fixes_rate)).astype(np.int64)
+    inside: Integers = samples[samples < n]
+    return inside
 
 
-def _drift(
+def _draw_noise(
     noise: Noise, name: str, rate: float, n: int, random: np.random.Generator
 ) -> tuple[Floats, Floats]:
     """Return white noise and drift of three axes."""
@@ -389,8 +393,8 @@ def _drift(
     return signal - drift, drift
 
 
-def _fixes(
-    way: _Way,
+def _make_fixes(
+    way: _Trajectory,
     rates: Floats,
     antenna: Floats,
     seconds: Floats,
@@ -405,24 +409,24 @@ def _fixes(
     spin = rates - rotate(inverse(way.attitude), earth_rate(way.position[:, 0]))
     noise = random.standard_normal((2, moments.size, 3))
     lever = rotate(attitude, np.tile(antenna, (moments.size, 1)))
-    carried = rotate(attitude, np.cross(spin[moments], antenna))
-    told = [np.tile(s, (moments.size, 1)) if s.all() else None for s in sigmas]
-    velocity = way.velocity[moments] + carried
+    lever_velocity = rotate(attitude, np.cross(spin[moments], antenna))
+    stated = [np.tile(s, (moments.size, 1)) if s.all() else None for s in sigmas]
+    velocity = way.velocity[moments] + lever_velocity
     time = (seconds[moments] - offset.seconds + offset.rate * offset.middle) / (1.0 + offset.rate)
     later = offset.velocity_seconds - offset.seconds
     if math.isfinite(later) and later != 0.0:
         # Of another moment than the position, between samples.
-        all_carried = rotate(way.attitude, np.cross(spin, antenna))
+        lever_velocities = rotate(way.attitude, np.cross(spin, antenna))
         at = seconds[moments] + later
         velocity = np.column_stack(
-            [np.interp(at, seconds, axis) for axis in (way.velocity + all_carried).T]
+            [np.interp(at, seconds, axis) for axis in (way.velocity + lever_velocities).T]
         )
     return Fixes(
         time,
-        moved(way.in_degrees()[moments], lever + sigmas[0] * noise[0]),
+        offset_position(way.in_degrees()[moments], lever + sigmas[0] * noise[0]),
         velocity + sigmas[1] * noise[1],
-        position_sigma=told[0],
-        velocity_sigma=told[1],
+        position_sigma=stated[0],
+        velocity_sigma=stated[1],
         source="simulated fixes",
     )
 
@@ -442,14 +446,14 @@ class _Road:
     camber: Floats
 
     @classmethod
-    def drawn(cls, random: np.random.Generator, rest: float, duration: float) -> _Road:
+    def draw(cls, random: np.random.Generator, rest: float, duration: float) -> _Road:
         """Return a way that is as long as the drive."""
         heading = random.uniform(0.0, 2.0 * math.pi)
-        slope, camber = _waves(random, 0.02), _waves(random, 0.015)
+        slope, camber = _draw_waves(random, 0.02), _draw_waves(random, 0.015)
         # A rest without end would not have a part of itself.
         legs: list[_Leg] = [(min(rest, duration) + 1e-9, 0.0, 0.0, 0.0)]
         while sum(leg[0] for leg in legs) < duration:
-            legs += _between_stops(random)
+            legs += _draw_drive(random)
         table = np.array(legs)
         starts = np.concatenate([[0.0], np.cumsum(table[:-1, 0])])
         return cls(starts, table, heading, slope, camber)
@@ -459,13 +463,13 @@ class _Road:
         leg = np.searchsorted(self.starts, t, side="right") - 1
         length, before, after, turn = self.legs[leg].T
         part = np.clip((t - self.starts[leg]) / length, 0.0, 1.0)
-        eased, pace, passed = _eased(part)
+        eased, pace, passed = _ease(part)
         speed = before + (after - before) * eased
         distance = self._distances()[leg] + length * (before * part + (after - before) * passed)
-        turned_before = np.concatenate([[0.0], np.cumsum(self.legs[:-1, 3])])[leg]
-        yaw = self.heading + turned_before + turn * eased
-        roll, tilting = _sum_of(self.camber, distance)
-        pitch, climbing = _sum_of(self.slope, distance)
+        previous_turn = np.concatenate([[0.0], np.cumsum(self.legs[:-1, 3])])[leg]
+        yaw = self.heading + previous_turn + turn * eased
+        roll, tilting = _sum_waves(self.camber, distance)
+        pitch, climbing = _sum_waves(self.slope, distance)
         angles = np.column_stack([roll, pitch, yaw])
         rates = np.column_stack([speed * tilting, speed * climbing, turn * pace / length])
         return angles, rates, speed, (after - before) * pace / length
@@ -473,29 +477,31 @@ class _Road:
     def _distances(self) -> Floats:
         """Return the metres driven before each leg."""
         lengths, before, after, _ = self.legs.T
-        driven: Floats = np.concatenate([[0.0], np.cumsum(0.5 * (before + after) * lengths)[:-1]])
-        return driven
+        distances: Floats = np.concatenate(
+            [[0.0], np.cumsum(0.5 * (before + after) * lengths)[:-1]]
+        )
+        return distances
 
 
-def _eased(part: Floats) -> tuple[Floats, Floats, Floats]:
+def _ease(part: Floats) -> tuple[Floats, Floats, Floats]:
     """Return a step from 0 to 1 of least jerk, its derivative and its integral."""
     eased = part**3 * (10.0 - part * (15.0 - 6.0 * part))
     return eased, 30.0 * (part * (1.0 - part)) ** 2, part**4 * (2.5 - part * (3.0 - part))
 
 
-def _waves(random: np.random.Generator, rms: float) -> Floats:
+def _draw_waves(random: np.random.Generator, rms: float) -> Floats:
     """Return amplitudes, rad, wave numbers, rad/m, and phases of four waves, shape (3, 4)."""
     lengths, phases = random.uniform(120.0, 600.0, 4), random.uniform(0.0, 2.0 * math.pi, 4)
     return np.array([np.full(4, rms * math.sqrt(0.5)), 2.0 * math.pi / lengths, phases])
 
 
-def _sum_of(waves: Floats, distance: Floats) -> tuple[Floats, Floats]:
+def _sum_waves(waves: Floats, distance: Floats) -> tuple[Floats, Floats]:
     amplitudes, numbers, phases = waves
     argument = numbers * distance[:, None] + phases
     return np.sin(argument) @ amplitudes, np.cos(argument) @ (numbers * amplitudes)
 
 
-def _between_stops(random: np.random.Generator) -> list[_Leg]:
+def _draw_drive(random: np.random.Generator) -> list[_Leg]:
     """Return a drive from one stop to the next, and the rest there."""
     speeds, turns = [0.0], [0.0]
     for _ in range(int(random.integers(1, 4))):
@@ -509,13 +515,13 @@ def _between_stops(random: np.random.Generator) -> list[_Leg]:
     speeds.append(0.0)
     turns.append(0.0)
     legs = [
-        _leg(random, before, after, turn)
+        _draw_leg(random, before, after, turn)
         for (before, after), turn in zip(pairwise(speeds), turns[1:], strict=True)
     ]
     return [*legs, (random.uniform(4.0, 12.0), 0.0, 0.0, 0.0)]
 
 
-def _leg(random: np.random.Generator, before: float, after: float, turn: float) -> _Leg:
+def _draw_leg(random: np.random.Generator, before: float, after: float, turn: float) -> _Leg:
     if before != after:
         return abs(after - before) / random.uniform(0.8, 1.6), before, after, 0.0
     straight = random.uniform(5.0, 15.0)
@@ -523,18 +529,18 @@ def _leg(random: np.random.Generator, before: float, after: float, turn: float) 
     return straight if turn == 0.0 else abs(turn) * before / 1.6, before, after, turn
 
 
-def _samples_of(
+def _sample_road(
     road: _Road, seconds: Floats, rate: float | Floats, start: Floats
-) -> tuple[Floats, Floats, _Way]:
+) -> tuple[Floats, Floats, _Trajectory]:
     """Return angular rates and specific forces at the samples, and the way in closed form."""
     angles, derivatives, speed, gained = road.at(seconds)
     attitude = _attitudes(angles)
     turning = _body_rates(angles, derivatives)
     ahead = np.tile([1.0, 0.0, 0.0], (len(seconds), 1))
     velocity = rotate(attitude, ahead * speed[:, None])
-    position = _driven(velocity, rate, start, np.tile(start, (len(seconds), 1)))
+    position = _integrate_position(velocity, rate, start, np.tile(start, (len(seconds), 1)))
     for _ in range(2):
-        position = _driven(velocity, rate, start, position)
+        position = _integrate_position(velocity, rate, start, position)
     latitude, _, height = position.T
     earth, way = earth_rate(latitude), transport_rate(latitude, height, velocity)
     down = np.zeros_like(velocity)
@@ -543,7 +549,7 @@ def _samples_of(
     rates = turning + rotate(to_body, earth + way)
     force = ahead * gained[:, None] + speed[:, None] * np.cross(turning, ahead)
     force += rotate(to_body, np.cross(2.0 * earth + way, velocity) - down)
-    return rates, force, _Way(position, velocity, attitude)
+    return rates, force, _Trajectory(position, velocity, attitude)
 
 
 def _attitudes(angles: Floats) -> Floats:
@@ -570,7 +576,7 @@ def _body_rates(angles: Floats, derivatives: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class _Way:
+class _Trajectory:
     """Positions, rad, rad and m, velocities and attitudes at the samples."""
 
     position: Floats
@@ -579,12 +585,12 @@ class _Way:
 
     def in_degrees(self) -> Floats:
         degrees = np.degrees(self.position[:, :2])
-        return np.column_stack([degrees[:, 0], wrapped(degrees[:, 1]), self.position[:, 2]])
+        return np.column_stack([degrees[:, 0], wrap_degrees(degrees[:, 1]), self.position[:, 2]])
 
 
-def _navigated(
-    rates: Floats, force: Floats, rate: float | Floats, start: Floats, guess: _Way
-) -> _Way:
+def _navigate(
+    rates: Floats, force: Floats, rate: float | Floats, start: Floats, guess: _Trajectory
+) -> _Trajectory:
     """Return what strapdown navigation makes of samples, begun where the guess begins.
 
     Each round takes the rates of the local axes, gravity and radii from the way of the round
@@ -594,33 +600,37 @@ def _navigated(
     theta, delta = _increments(rates, force, dt)
     steps = cumulative_product(from_rotation_vectors(theta))
     way = guess
-    for _ in range(_ROUNDS):
-        after = _approximated(way, steps, delta, dt, start)
+    for _ in range(_MAX_ROUNDS):
+        after = _approximate(way, steps, delta, dt, start)
         change = np.abs(after.position - way.position) * [SEMI_MAJOR_AXIS, SEMI_MAJOR_AXIS, 1.0]
         way = after
-        if change.max() < _SETTLED:
+        if change.max() < _POSITION_TOLERANCE_M:
             return way
     raise AssertionError("the way does not settle")
 
 
-def _approximated(
-    way: _Way, steps: Floats, delta: Floats, dt: float | Floats, start: Floats
-) -> _Way:
+def _approximate(
+    way: _Trajectory, steps: Floats, delta: Floats, dt: float | Floats, start: Floats
+) -> _Trajectory:
     latitude, height, velocity = way.position[:-1, 0], way.position[:-1, 2], way.velocity[:-1]
     earth, transport = earth_rate(latitude), transport_rate(latitude, height, velocity)
     local = inverse(cumulative_product(from_rotation_vectors((earth + transport) * dt)))
     first = way.attitude[:1]
     attitude = np.concatenate([first, unit(product(product(local, first), steps))])
-    pushed = rotate(attitude[:-1], delta)
+    specific_gain = rotate(attitude[:-1], delta)
     slow = -np.cross(2.0 * earth + transport, velocity)
-    slow -= 0.5 * np.cross(earth + transport, pushed)
+    slow -= 0.5 * np.cross(earth + transport, specific_gain)
     slow[:, 2] += normal_gravity(latitude, height)
-    gained = np.cumsum(pushed + slow * dt, axis=0)
-    moving = np.concatenate([way.velocity[:1], way.velocity[:1] + gained])
-    return _Way(_driven(moving, 1.0 / dt, start, way.position), moving, attitude)
+    gained = np.cumsum(specific_gain + slow * dt, axis=0)
+    velocities = np.concatenate([way.velocity[:1], way.velocity[:1] + gained])
+    return _Trajectory(
+        _integrate_position(velocities, 1.0 / dt, start, way.position), velocities, attitude
+    )
 
 
-def _driven(velocity: Floats, rate: float | Floats, start: Floats, near: Floats) -> Floats:
+def _integrate_position(
+    velocity: Floats, rate: float | Floats, start: Floats, near: Floats
+) -> Floats:
     """Return the positions at the samples, by radii at others that are near."""
     latitude, _, height = near[:-1].T
     meridian, normal = radii(latitude)

@@ -9,62 +9,64 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.simulation.gyro import not_negative
-from zerorate.simulation.hand import fixed
+from zerorate.simulation.gyro import check_not_negative
+from zerorate.simulation.hand import check_shape
 from zerorate.types import Floats
 
-_WANDER_TIME: Final = 15.0
+_WANDER_TIME_S: Final = 15.0
 """Seconds on the way through a room in which its field becomes another one."""
-_MAGNET: Final = (0.5, 0.3)
+_MAGNET_RATIO: Final = (0.5, 0.3)
 """Field of a magnet next to the sensor, level and up, over that of the earth."""
-_EDGE: Final = 0.2
+_EDGE_S: Final = 0.2
 """Seconds in which a magnet comes or goes."""
 
 
-def of_earth(norm: float, dip: float) -> Floats:
+def earth_field(norm: float, dip: float) -> Floats:
     """Return the field in east, north and up, in the unit of its norm; the dip is in rad."""
     if not abs(dip) <= 0.5 * math.pi:
         raise ArgumentError("dip", f"must be from -pi/2 to pi/2, got {dip}")
-    return not_negative("field", norm) * np.array([0.0, math.cos(dip), -math.sin(dip)])
+    return check_not_negative("field", norm) * np.array([0.0, math.cos(dip), -math.sin(dip)])
 
 
-def wandered(
+def draw_room_field(
     angle: float, earth: Floats, rate: float, n: int, random: np.random.Generator
 ) -> Floats:
     """Return what a room adds to the field on a way through it, shape (n, 3).
 
     Each axis is a Gauss-Markov process, so large that it turns the level part by this angle.
     """
-    size = math.tan(not_negative("field_wander", angle)) * math.hypot(*earth[:2])
-    keep = math.exp(-1.0 / (_WANDER_TIME * rate))
+    size = math.tan(check_not_negative("field_wander", angle)) * math.hypot(*earth[:2])
+    keep = math.exp(-1.0 / (_WANDER_TIME_S * rate))
     driven = math.sqrt(1.0 - keep**2) * random.standard_normal((n, 3))
     driven[0] = random.standard_normal(3)
     return size * _markov(driven, keep)
 
 
-def of_magnet(earth: Floats, random: np.random.Generator) -> Floats:
+def draw_magnet_field(earth: Floats, random: np.random.Generator) -> Floats:
     """Return the field of a magnet in the axes of the earth: level in any direction, and upward."""
-    level, up = _MAGNET
+    level, up = _MAGNET_RATIO
     azimuth = random.uniform(0.0, 2.0 * math.pi)
     direction = np.array([level * math.cos(azimuth), level * math.sin(azimuth), up])
     return float(np.linalg.norm(earth)) * direction
 
 
-def nearness(seconds: Floats, magnet: Floats) -> Floats:
+def magnet_nearness(seconds: Floats, magnet: Floats) -> Floats:
     """Return how near a magnet is, from 0 to 1."""
     near = np.zeros(seconds.size)
     for begin, end in magnet:
-        edge = np.minimum(seconds - begin, end - seconds) / _EDGE
+        edge = np.minimum(seconds - begin, end - seconds) / _EDGE_S
         near = np.maximum(near, np.clip(edge, 0.0, 1.0))
     return near
 
 
-def spans(magnet: npt.ArrayLike) -> Floats:
+def check_spans(magnet: npt.ArrayLike) -> Floats:
     """Return when a magnet is near, shape (m, 2); ValueError if these are no spans of time."""
-    given = np.zeros((0, 2)) if np.size(magnet) == 0 else fixed("magnet", magnet, (None, 2))
-    if not (given[:, 0] < given[:, 1]).all():
+    intervals = (
+        np.zeros((0, 2)) if np.size(magnet) == 0 else check_shape("magnet", magnet, (None, 2))
+    )
+    if not (intervals[:, 0] < intervals[:, 1]).all():
         raise ArgumentError("magnet", "must be pairs of seconds, each from less to more")
-    return given
+    return intervals
 
 
 def _markov(driven: Floats, keep: float) -> Floats:

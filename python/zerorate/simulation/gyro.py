@@ -12,7 +12,7 @@ from zerorate.simulation import sequences
 from zerorate.simulation.devices import Device
 from zerorate.types import Floats
 
-_MOST_SAMPLES: Final = 10**9
+_MAX_SAMPLES: Final = 10**9
 # A new term goes to the end: the streams before it, and so the signals of old seeds, stay.
 _STREAMS: Final = (
     "turn-on bias",
@@ -97,19 +97,19 @@ def simulate(
     >>> signal.shape, round(1e3 * float((signal - truth).std()), 2)
     ((6000,), 1.0)
     """
-    n = _samples(rate, duration)
-    whole_seed = whole("seed", seed, 0)
-    n_axes = 1 if axes is None else whole("axes", axes, 1)
-    noise, step, bias_sigma = _parts(model, resolution, turn_on_bias)
+    n = _sample_count(rate, duration)
+    whole_seed = check_whole("seed", seed, 0)
+    n_axes = 1 if axes is None else check_whole("axes", axes, 1)
+    noise, step, bias_sigma = _resolve_model(model, resolution, turn_on_bias)
     signal, truth = np.empty((n, n_axes)), np.empty((n, n_axes))
     for i, axis_seed in enumerate(np.random.SeedSequence(whole_seed).spawn(n_axes)):
-        signal[:, i], truth[:, i] = _axis(noise, rate, n, bias_sigma, axis_seed)
+        signal[:, i], truth[:, i] = _simulate_axis(noise, rate, n, bias_sigma, axis_seed)
     if step > 0.0:
         signal = np.round(signal / step) * step
     return (signal[:, 0], truth[:, 0]) if axes is None else (signal, truth)
 
 
-def _axis(
+def _simulate_axis(
     noise: NoiseModel, rate: float, n: int, bias_sigma: float, seed: np.random.SeedSequence
 ) -> tuple[Floats, Floats]:
     seeds = dict(zip(_STREAMS, seed.spawn(len(_STREAMS)), strict=True))
@@ -154,7 +154,7 @@ def _add_sinusoids(
         truth += term.amplitude * sequences.sinusoid(truth.size, term.frequency / rate, phase)
 
 
-def _parts(
+def _resolve_model(
     model: NoiseModel | Device, resolution: float | None, turn_on_bias: float | None
 ) -> tuple[NoiseModel, float, float]:
     if isinstance(model, Device):
@@ -165,31 +165,31 @@ def _parts(
         raise ArgumentError(
             "model", f"must be a NoiseModel or a Device, got {type(model).__name__}"
         )
-    step = step if resolution is None else not_negative("resolution", resolution)
-    sigma = sigma if turn_on_bias is None else not_negative("turn_on_bias", turn_on_bias)
+    step = step if resolution is None else check_not_negative("resolution", resolution)
+    sigma = sigma if turn_on_bias is None else check_not_negative("turn_on_bias", turn_on_bias)
     return noise, step, sigma
 
 
-def _samples(rate: float, duration: float) -> int:
+def _sample_count(rate: float, duration: float) -> int:
     for name, value in (("rate", rate), ("duration", duration)):
         if not (math.isfinite(value) and value > 0.0):
             raise ArgumentError(name, f"must be positive and finite, got {value}")
     n = rate * duration
-    if not 0.5 < n <= _MOST_SAMPLES:
+    if not 0.5 < n <= _MAX_SAMPLES:
         raise ValueError(
-            f"{duration} s at {rate} Hz is {n:.3g} samples: it must be 1 to {_MOST_SAMPLES:.0e}"
+            f"{duration} s at {rate} Hz is {n:.3g} samples: it must be 1 to {_MAX_SAMPLES:.0e}"
         )
     return round(n)
 
 
-def whole(name: str, value: int, least: int) -> int:
-    """Return a number that must be whole and from `least`."""
-    if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
-        raise ArgumentError(name, f"must be a whole number from {least}, got {value!r}")
+def check_whole(name: str, value: int, minimum: int) -> int:
+    """Return a number that must be whole and from `minimum`."""
+    if not isinstance(value, Integral) or isinstance(value, bool) or value < minimum:
+        raise ArgumentError(name, f"must be a whole number from {minimum}, got {value!r}")
     return int(value)
 
 
-def not_negative(name: str, value: float) -> float:
+def check_not_negative(name: str, value: float) -> float:
     """Return a number that must be finite and from 0."""
     if not (math.isfinite(value) and value >= 0.0):
         raise ArgumentError(name, f"must be finite and not negative, got {value}")

@@ -19,15 +19,17 @@ from zerorate.geometry.rotations import (
     to_rotation_vectors,
     unit,
 )
-from zerorate.simulation.gyro import not_negative, whole
+from zerorate.simulation.gyro import check_not_negative, check_whole
 from zerorate.types import Floats, Integers
 
 Poses: TypeAlias = int | Literal["six"] | npt.ArrayLike
 
-_TREMOR: Final = (1.0, 8.0)
+_TREMOR_BAND_HZ: Final = (1.0, 8.0)
 """Hz between which a hand trembles."""
-_LINES: Final = 8
-_SIX: Final = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0], [0, 0, -1], [-1, 0, 0], [0, -1, 0]])
+_TREMOR_LINES: Final = 8
+_SIX_UP_AXES: Final = np.array(
+    [[0, 0, 1], [1, 0, 0], [0, 1, 0], [0, 0, -1], [-1, 0, 0], [0, -1, 0]]
+)
 """Which direction of the body is up, each at a right angle to the next."""
 
 
@@ -41,7 +43,7 @@ class Hand:
         Quaternions of the poses, from the body to the world, shape (m, 4).
     vectors
         Rotation vectors of the turn from each, zero for the last, rad, shape (m, 3).
-    asides
+    wobbles
         How far the hand leaves the axis of the turn, evenly and oddly about its middle, rad,
         shape (m, 2, 3).
     rest, turn
@@ -52,7 +54,7 @@ class Hand:
 
     starts: Floats
     vectors: Floats
-    asides: Floats
+    wobbles: Floats
     rest: float
     turn: float
     amplitudes: Floats
@@ -69,13 +71,13 @@ class Hand:
         index, part = self.progress(t)
         along, speed = _least_jerk(part)
         vector = self.vectors[index]
-        aside, drift = self._aside(t, index, part)
-        step = from_rotation_vectors(aside)
+        wobble, drift = self._wobble(t, index, part)
+        step = from_rotation_vectors(wobble)
         main = product(self.starts[index], from_rotation_vectors(vector * along[:, None]))
         rates = rotate(inverse(step), vector * (speed / self.turn)[:, None])
-        return product(main, step), rates + _rate_of_vector(aside, drift)
+        return product(main, step), rates + _rate_of_vector(wobble, drift)
 
-    def between(self, t: Floats, of_poses: Floats) -> Floats:
+    def interpolate(self, t: Floats, of_poses: Floats) -> Floats:
         """Return what each pose has, shape (m, k), and in a turn a smooth change to the next."""
         index, part = self.progress(t)
         along = _least_jerk(part)[0][:, None]
@@ -98,12 +100,12 @@ class Hand:
         rests = np.column_stack((first, np.minimum(stop, n)))
         return rests, np.column_stack((rests[:-1, 1] - 1, rests[1:, 0] + 1))
 
-    def _aside(self, t: Floats, index: Integers, part: Floats) -> tuple[Floats, Floats]:
+    def _wobble(self, t: Floats, index: Integers, part: Floats) -> tuple[Floats, Floats]:
         """Return by how much the hand is off the turn's axis, rad, and the derivative."""
         angle, rate = np.zeros((t.size, 3)), np.zeros((t.size, 3))
-        for aside, (bump, slope) in zip((0, 1), _bumps(part), strict=True):
-            angle += self.asides[index, aside] * bump[:, None]
-            rate += self.asides[index, aside] * (slope / self.turn)[:, None]
+        for side, (bump, slope) in zip((0, 1), _bumps(part), strict=True):
+            angle += self.wobbles[index, side] * bump[:, None]
+            rate += self.wobbles[index, side] * (slope / self.turn)[:, None]
         lines = zip(self.amplitudes, self.frequencies, self.phases, strict=True)
         for amplitude, frequency, phase in lines:
             pulse = 2.0 * math.pi * frequency
@@ -112,7 +114,7 @@ class Hand:
         return angle, rate
 
 
-def hand(
+def draw_hand_motion(
     poses: Poses,
     rest: float,
     turn: float,
@@ -123,45 +125,46 @@ def hand(
     wobble: float,
     tremor: float,
     random: np.random.Generator,
-    trembling: np.random.Generator,
+    tremor_random: np.random.Generator,
 ) -> Hand:
     """Return the motion of a session; arguments as in `zerorate.simulation.simulate_session`."""
     if turns is not None:
-        vectors = fixed("turns", turns, (None, 3))
-        starts = _followed(vectors)
+        vectors = check_shape("turns", turns, (None, 3))
+        starts = _chain_poses(vectors)
     elif isinstance(poses, int):
-        vectors = _random_turns(whole("poses", poses, 1) - 1, angles, axis, random)
-        starts = _followed(vectors)
+        vectors = _draw_turns(check_whole("poses", poses, 1) - 1, angles, axis, random)
+        starts = _chain_poses(vectors)
     else:
-        starts = _given_poses(poses)
+        starts = _check_poses(poses)
         vectors = to_rotation_vectors(product(inverse(starts[:-1]), starts[1:]))
-    asides = not_negative("wobble", wobble) * random.standard_normal((len(starts), 2, 3))
+    wobbles = check_not_negative("wobble", wobble) * random.standard_normal((len(starts), 2, 3))
     # A given axis is kept, and the last pose is not left.
-    asides[slice(-1, None) if axis is None else slice(None)] = 0.0
+    wobbles[slice(-1, None) if axis is None else slice(None)] = 0.0
     vectors = np.concatenate((vectors, np.zeros((1, 3))))
-    return Hand(starts, vectors, asides, rest, turn, *_trembling(tremor, trembling))
+    return Hand(starts, vectors, wobbles, rest, turn, *_draw_tremor(tremor, tremor_random))
 
 
-def fixed(name: str, values: npt.ArrayLike, shape: tuple[int | None, ...]) -> Floats:
+def check_shape(name: str, values: npt.ArrayLike, shape: tuple[int | None, ...]) -> Floats:
     """Return finite numbers of a shape, None being any length; ValueError otherwise."""
     numbers = np.array(values, dtype=np.float64)
-    same = numbers.ndim == len(shape) and all(
-        wanted in (None, got) for wanted, got in zip(shape, numbers.shape, strict=True)
+    fits = numbers.ndim == len(shape) and all(
+        wanted in (None, length_found)
+        for wanted, length_found in zip(shape, numbers.shape, strict=True)
     )
-    if not same or not np.isfinite(numbers).all():
+    if not fits or not np.isfinite(numbers).all():
         text = ", ".join("m" if length is None else str(length) for length in shape)
         raise ArgumentError(name, f"must be finite, of shape ({text}), got {numbers.shape}")
     return numbers
 
 
-def given_or_drawn(
-    name: str, given: npt.ArrayLike, shape: tuple[int, ...], random: np.random.Generator
+def take_or_draw(
+    name: str, value: npt.ArrayLike, shape: tuple[int, ...], random: np.random.Generator
 ) -> Floats:
     """Return the numbers given, or one number times what is drawn from a normal distribution."""
     drawn = random.standard_normal(shape)
-    if np.ndim(given) > 0:
-        return fixed(name, given, shape)
-    scaled: Floats = not_negative(name, float(given)) * drawn  # type: ignore[arg-type]
+    if np.ndim(value) > 0:
+        return check_shape(name, value, shape)
+    scaled: Floats = check_not_negative(name, float(value)) * drawn  # type: ignore[arg-type]
     return scaled
 
 
@@ -191,7 +194,7 @@ def _rate_of_vector(vector: Floats, derivative: Floats) -> Floats:
     return rate
 
 
-def _followed(vectors: Floats) -> Floats:
+def _chain_poses(vectors: Floats) -> Floats:
     """Return the poses, the first of them level, between which these turns lie."""
     starts = [np.array([1.0, 0.0, 0.0, 0.0])]
     for step in from_rotation_vectors(vectors):
@@ -199,7 +202,7 @@ def _followed(vectors: Floats) -> Floats:
     return np.array(starts)
 
 
-def _random_turns(
+def _draw_turns(
     count: int,
     angles: tuple[float, float],
     axis: npt.ArrayLike | None,
@@ -210,7 +213,7 @@ def _random_turns(
         raise ArgumentError("angles", f"must rise from above 0 rad, got {low:g} and {high:g}")
     about, size = random.standard_normal((count, 3)), random.uniform(low, high, count)
     if axis is not None:
-        about = np.sign(about[:, :1]) * fixed("axis", axis, (3,))
+        about = np.sign(about[:, :1]) * check_shape("axis", axis, (3,))
     length = np.linalg.norm(about, axis=1, keepdims=True)
     if not (length > 0.0).all():
         raise ArgumentError("axis", "must have a length above 0")
@@ -218,21 +221,21 @@ def _random_turns(
     return vectors
 
 
-def _given_poses(poses: npt.ArrayLike) -> Floats:
+def _check_poses(poses: npt.ArrayLike) -> Floats:
     if isinstance(poses, str):
         if poses != "six":
             raise ArgumentError("poses", f"must be a number, 'six' or orientations, got {poses!r}")
-        return _followed(np.cross(_SIX[1:], _SIX[:-1]) * (math.pi / 2.0))
-    given = np.array(poses, dtype=np.float64)
-    if given.ndim == 3:
-        return _of_matrices(fixed("poses", given, (None, 3, 3)))
-    quaternions = unit(fixed("poses", given, (None, 4)))
-    if not (len(given) and np.isfinite(quaternions).all()):
+        return _chain_poses(np.cross(_SIX_UP_AXES[1:], _SIX_UP_AXES[:-1]) * (math.pi / 2.0))
+    array = np.array(poses, dtype=np.float64)
+    if array.ndim == 3:
+        return _from_matrices(check_shape("poses", array, (None, 3, 3)))
+    quaternions = unit(check_shape("poses", array, (None, 4)))
+    if not (len(array) and np.isfinite(quaternions).all()):
         raise ArgumentError("poses", "must be one quaternion or more, each with a length above 0")
     return quaternions
 
 
-def _of_matrices(matrices: Floats) -> Floats:
+def _from_matrices(matrices: Floats) -> Floats:
     """Return the quaternions of rotation matrices; ValueError if they are none."""
     across = matrices.transpose(0, 2, 1)
     proper = np.linalg.det(matrices) > 0.0
@@ -243,9 +246,9 @@ def _of_matrices(matrices: Floats) -> Floats:
     return from_matrices(matrices)
 
 
-def _trembling(tremor: float, random: np.random.Generator) -> tuple[Floats, Floats, Floats]:
+def _draw_tremor(tremor: float, random: np.random.Generator) -> tuple[Floats, Floats, Floats]:
     """Return amplitudes, frequencies and phases; `tremor` is the RMS of the length of the rate."""
-    count = _LINES if not_negative("tremor", tremor) else 0
-    amplitude = tremor * math.sqrt(2.0 / (3.0 * _LINES))
+    count = _TREMOR_LINES if check_not_negative("tremor", tremor) else 0
+    amplitude = tremor * math.sqrt(2.0 / (3.0 * _TREMOR_LINES))
     phases = random.uniform(0.0, 2.0 * math.pi, (count, 3))
-    return np.full((count, 3), amplitude), random.uniform(*_TREMOR, count), phases
+    return np.full((count, 3), amplitude), random.uniform(*_TREMOR_BAND_HZ, count), phases

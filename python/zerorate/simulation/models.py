@@ -10,23 +10,23 @@ import numpy as np
 
 from zerorate.faults import ArgumentError
 from zerorate.simulation import sequences
-from zerorate.simulation.gyro import not_negative
+from zerorate.simulation.gyro import check_not_negative
 from zerorate.types import Floats
 
 # Shares of a resonance that its start still has after so many decay times: e^-40 is rounding.
-_LEAD = 40.0
+_LEAD_DECAYS = 40.0
 
 
-def _check_not_negative(of: object, *names: str) -> None:
+def _check_not_negative(instance: object, *names: str) -> None:
     """Raise ValueError unless these attributes are finite and from 0."""
     for name in names:
-        not_negative(name, getattr(of, name))
+        check_not_negative(name, getattr(instance, name))
 
 
-def _check_positive(of: object, *names: str) -> None:
+def _check_positive(instance: object, *names: str) -> None:
     """Raise ValueError unless these attributes are finite and above 0."""
     for name in names:
-        value = getattr(of, name)
+        value = getattr(instance, name)
         if not 0.0 < value < math.inf:
             raise ArgumentError(name, f"must be finite and positive, got {value}")
 
@@ -65,7 +65,7 @@ class GaussMarkov:
     def block(self, rate: float) -> Block:
         """Return its one state, exact at the samples."""
         variance, step = self.deviation**2, 1.0 / (rate * self.time)
-        return _scalar(math.exp(-step), -variance * math.expm1(-2.0 * step), variance)
+        return _scalar_block(math.exp(-step), -variance * math.expm1(-2.0 * step), variance)
 
     def series(self, n: int, rate: float, random: np.random.Generator) -> Floats:
         """Return n samples, deg/s."""
@@ -91,7 +91,7 @@ class WarmUp:
 
     def block(self, rate: float) -> Block:
         """Return its one state, which no noise drives."""
-        return _scalar(math.exp(-1.0 / (rate * self.time)), 0.0, self.amplitude**2)
+        return _scalar_block(math.exp(-1.0 / (rate * self.time)), 0.0, self.amplitude**2)
 
     def series(self, n: int, rate: float, random: np.random.Generator) -> Floats:
         """Return n samples, deg/s."""
@@ -131,7 +131,7 @@ class Resonance:
         The response Im(p^(k+1))/Im(p) of the pole p is that of a complex AR(1), solved by doubling
         as in `zerorate.simulation.sequences.markov`.
         """
-        lead, pole = math.ceil(_LEAD * rate * self.time), self._pole(rate)
+        lead, pole = math.ceil(_LEAD_DECAYS * rate * self.time), self._pole(rate)
         x = random.standard_normal(lead + n).astype(np.complex128)
         lag, decay = 1, pole
         while lag < x.size and abs(decay) > 1e-17:
@@ -170,7 +170,7 @@ def flicker(bias_instability: float) -> tuple[GaussMarkov, ...]:
     return tuple(GaussMarkov(deviation, float(time)) for time in times)
 
 
-def _scalar(F: float, Q: float, P: float) -> Block:
+def _scalar_block(F: float, Q: float, P: float) -> Block:
     return Block(np.array([[F]]), np.array([[Q]]), np.array([[P]]), np.ones(1))
 
 
@@ -265,14 +265,16 @@ MODELS: Final = (
 """Classes of gyro from no drift at all to a warm-up, the transient ones last."""
 
 
-def records(model: GyroModel, rate: float, n: int, seeds: Iterable[int]) -> tuple[Floats, Floats]:
+def simulate_records(
+    model: GyroModel, rate: float, n: int, seeds: Iterable[int]
+) -> tuple[Floats, Floats]:
     """Return output and true drift of several gyros of one model, shape (n, seeds), deg/s."""
-    pairs = [record(model, rate, n, seed) for seed in seeds]
+    pairs = [simulate_record(model, rate, n, seed) for seed in seeds]
     signals, truths = zip(*pairs, strict=True)
     return np.column_stack(signals), np.column_stack(truths)
 
 
-def record(model: GyroModel, rate: float, n: int, seed: int) -> tuple[Floats, Floats]:
+def simulate_record(model: GyroModel, rate: float, n: int, seed: int) -> tuple[Floats, Floats]:
     """Simulate one gyro at rest and return its output with the drift in it.
 
     Parameters
@@ -299,7 +301,7 @@ def record(model: GyroModel, rate: float, n: int, seed: int) -> tuple[Floats, Fl
     Examples
     --------
     >>> from zerorate.simulation.models import MODELS
-    >>> signal, truth = record(MODELS[0], 100.0, 6000, seed=1)
+    >>> signal, truth = simulate_record(MODELS[0], 100.0, 6000, seed=1)
     >>> round(float((signal - truth).std()), 2), float(np.ptp(truth))
     (0.1, 0.0)
     """
@@ -313,7 +315,7 @@ def record(model: GyroModel, rate: float, n: int, seed: int) -> tuple[Floats, Fl
     signal = truth + model.angle_random_walk * np.sqrt(rate) * white
     for part in model.disturbances:
         signal += part.series(n, rate, next(streams))
-    return _rounded(signal, model.resolution), truth
+    return _quantise(signal, model.resolution), truth
 
 
 def _streams(model: GyroModel, seed: int) -> Iterator[np.random.Generator]:
@@ -322,5 +324,5 @@ def _streams(model: GyroModel, seed: int) -> Iterator[np.random.Generator]:
     return map(np.random.default_rng, np.random.SeedSequence([seed, name]).spawn(count))
 
 
-def _rounded(signal: Floats, step: float) -> Floats:
+def _quantise(signal: Floats, step: float) -> Floats:
     return np.round(signal / step) * step if step > 0.0 else signal

@@ -12,10 +12,16 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError
 from zerorate.geometry.rotations import inverse, rotate
 from zerorate.record import Log, Recording
-from zerorate.record.log import checked_rate
-from zerorate.simulation.field import nearness, of_earth, of_magnet, spans, wandered
-from zerorate.simulation.gyro import not_negative, whole
-from zerorate.simulation.hand import fixed, given_or_drawn
+from zerorate.record.log import check_rate
+from zerorate.simulation.field import (
+    check_spans,
+    draw_magnet_field,
+    draw_room_field,
+    earth_field,
+    magnet_nearness,
+)
+from zerorate.simulation.gyro import check_not_negative, check_whole
+from zerorate.simulation.hand import check_shape, take_or_draw
 from zerorate.simulation.trajectories import TRAJECTORIES, Motion, Trajectory
 from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS
@@ -24,9 +30,9 @@ Kind = Literal["pendulum", "spinning pendulum", "arm", "vehicle", "circle", "han
 
 _G: Final = UNITS["g"].amount
 _DEG: Final = math.radians(1.0)
-_REST: Final = 5.0
+_REST_S: Final = 5.0
 """Seconds at rest before a motion that starts so."""
-_STEP: Final = 1e-5
+_DIFFERENCE_STEP_S: Final = 1e-5
 """Seconds by which velocity is differenced."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
@@ -159,13 +165,13 @@ class SimulatedMotion:
 
         Lost samples are missing (NaN) in it, since a log has one clock.
         """
-        places = np.rint((self.time - self.time[0]) * self.rate).astype(np.int64)
-        n = int(places[-1]) + 1
+        indices = np.rint((self.time - self.time[0]) * self.rate).astype(np.int64)
+        n = int(indices[-1]) + 1
         seconds = self.time[0] + np.arange(n) / self.rate
 
         def log(values: Floats, names: list[str], unit: str) -> Log:
             rows = np.full((n, values.shape[1]), np.nan)
-            rows[places] = values
+            rows[indices] = values
             return Log(seconds, self.rate, rows, tuple(names), unit, {"source": self.source})
 
         logs = {
@@ -245,21 +251,21 @@ mag: 3 at 100 Hz, uT; reference: 4 at 100 Hz, 1)
         raise ArgumentError("kind", f"must be one of {', '.join(TRAJECTORIES)}, got {kind!r}")
     if start not in ("rest", "motion"):
         raise ArgumentError("start", f"must be 'rest' or 'motion', got {start!r}")
-    hertz = checked_rate(rate)
+    hertz = check_rate(rate)
     if not (math.isfinite(duration) and duration * hertz >= 2.0):
         raise ArgumentError(
             "duration", f"must be finite and two samples or longer, got {duration} s"
         )
     random = _streams(seed)
-    motion = _Begun(TRAJECTORIES[kind](random["motion"], duration), start == "rest")
+    motion = _TimedMotion(TRAJECTORIES[kind](random["motion"], duration), start == "rest")
     seconds = np.arange(round(duration * hertz)) / hertz
-    earth, times = of_earth(field, dip), spans(magnet)
-    found = _simulated(motion, seconds, hertz, errors or MotionErrors(), earth, times, random)
-    return replace(found, source=f"simulated {kind}, seed {seed}")
+    earth, times = earth_field(field, dip), check_spans(magnet)
+    simulated = _simulate(motion, seconds, hertz, errors or MotionErrors(), earth, times, random)
+    return replace(simulated, source=f"simulated {kind}, seed {seed}")
 
 
 @dataclass(frozen=True, eq=False)
-class _Begun:
+class _TimedMotion:
     """A motion that is under way, or one before which there is a rest."""
 
     trajectory: Trajectory
@@ -281,14 +287,14 @@ class _Begun:
         if not self.from_rest:
             return t, np.ones(t.size)
         ease = self.trajectory.ease
-        part = np.clip((t - _REST) / ease, 0.0, 1.0)
-        later = np.maximum(t - _REST - ease, 0.0)
+        part = np.clip((t - _REST_S) / ease, 0.0, 1.0)
+        later = np.maximum(t - _REST_S - ease, 0.0)
         own = ease * part**4 * (2.5 - part * (3.0 - part)) + later
         return own, part**3 * (10.0 - part * (15.0 - 6.0 * part))
 
 
-def _simulated(
-    motion: _Begun,
+def _simulate(
+    motion: _TimedMotion,
     seconds: Floats,
     rate: float,
     errors: MotionErrors,
@@ -299,41 +305,41 @@ def _simulated(
     n = seconds.size
     q, _, velocity = motion.at(seconds)
     rates, force = _mean_rates(motion, seconds, rate), _force(motion, seconds, q)
-    M = _gyro_matrix(errors, random["errors"])
-    bias = _bias(errors, rate, n, random)
+    M = _draw_gyro_matrix(errors, random["errors"])
+    bias = _draw_bias(errors, rate, n, random)
     gyro = rates @ np.linalg.inv(M).T + bias
-    gyro += _white("gyro_noise", errors.gyro_noise * math.sqrt(rate), n, random["gyro"])
-    accel_bias = given_or_drawn("accel_bias", errors.accel_bias, (3,), random["errors"])
+    gyro += _draw_white("gyro_noise", errors.gyro_noise * math.sqrt(rate), n, random["gyro"])
+    accel_bias = take_or_draw("accel_bias", errors.accel_bias, (3,), random["errors"])
     accel = force + accel_bias
-    accel += _white("accel_noise", errors.accel_noise * math.sqrt(rate), n, random["accel"])
+    accel += _draw_white("accel_noise", errors.accel_noise * math.sqrt(rate), n, random["accel"])
     at_rest = motion.at_rest(seconds)
-    near = nearness(seconds, magnet)
+    near = magnet_nearness(seconds, magnet)
     # A room's field is another one elsewhere, not later.
-    wandering = wandered(errors.field_wander, earth, rate, n, random["mag"])
+    wandering = draw_room_field(errors.field_wander, earth, rate, n, random["mag"])
     ambient = earth + wandering[np.cumsum(~at_rest) - 1]
-    ambient += near[:, None] * of_magnet(earth, random["mag"])
+    ambient += near[:, None] * draw_magnet_field(earth, random["mag"])
     mag = rotate(inverse(q), ambient)
-    mag += _white("mag_noise", errors.mag_noise, n, random["mag"])
-    there = _received(errors.lost, n, random["lost"])
+    mag += _draw_white("mag_noise", errors.mag_noise, n, random["mag"])
+    received = _draw_received(errors.lost, n, random["lost"])
     return SimulatedMotion(
-        time=seconds[there],
+        time=seconds[received],
         rate=rate,
-        gyro=gyro[there],
-        accel=accel[there],
-        mag=mag[there],
-        quaternion=q[there],
-        rates=rates[there],
-        force=force[there],
-        velocity=velocity[there],
-        bias=bias[there],
+        gyro=gyro[received],
+        accel=accel[received],
+        mag=mag[received],
+        quaternion=q[received],
+        rates=rates[received],
+        force=force[received],
+        velocity=velocity[received],
+        bias=bias[received],
         gyro_matrix=M,
         accel_bias=accel_bias,
-        at_rest=at_rest[there],
-        disturbed=near[there] > 0.0,
+        at_rest=at_rest[received],
+        disturbed=near[received] > 0.0,
     )
 
 
-def _mean_rates(motion: _Begun, seconds: Floats, rate: float) -> Floats:
+def _mean_rates(motion: _TimedMotion, seconds: Floats, rate: float) -> Floats:
     """Return the mean rate over the sample interval before each time."""
     total = np.zeros((seconds.size, 3))
     for node, weight in zip(_NODES, _WEIGHTS, strict=True):
@@ -341,47 +347,47 @@ def _mean_rates(motion: _Begun, seconds: Floats, rate: float) -> Floats:
     return total
 
 
-def _force(motion: _Begun, seconds: Floats, q: Floats) -> Floats:
+def _force(motion: _TimedMotion, seconds: Floats, q: Floats) -> Floats:
     """Return the specific force in the axes of the sensor."""
-    before, after = (motion.at(seconds + h)[2] for h in (-_STEP, _STEP))
-    acceleration = (after - before) / (2.0 * _STEP)
+    before, after = (motion.at(seconds + h)[2] for h in (-_DIFFERENCE_STEP_S, _DIFFERENCE_STEP_S))
+    acceleration = (after - before) / (2.0 * _DIFFERENCE_STEP_S)
     return rotate(inverse(q), acceleration + np.array([0.0, 0.0, _G]))
 
 
-def _gyro_matrix(errors: MotionErrors, random: np.random.Generator) -> Floats:
-    size = np.full((3, 3), not_negative("gyro_misalignment", errors.gyro_misalignment))
-    np.fill_diagonal(size, not_negative("gyro_scale", errors.gyro_scale))
+def _draw_gyro_matrix(errors: MotionErrors, random: np.random.Generator) -> Floats:
+    size = np.full((3, 3), check_not_negative("gyro_misalignment", errors.gyro_misalignment))
+    np.fill_diagonal(size, check_not_negative("gyro_scale", errors.gyro_scale))
     drawn: Floats = np.eye(3) + size * random.standard_normal((3, 3))
     if errors.gyro_matrix is None:
         return drawn
-    given = fixed("gyro_matrix", errors.gyro_matrix, (3, 3))
-    if abs(np.linalg.det(given)) < 1e-6:
+    matrix = check_shape("gyro_matrix", errors.gyro_matrix, (3, 3))
+    if abs(np.linalg.det(matrix)) < 1e-6:
         raise ArgumentError("gyro_matrix", "must have an inverse")
-    return given
+    return matrix
 
 
-def _bias(
+def _draw_bias(
     errors: MotionErrors, rate: float, n: int, random: dict[str, np.random.Generator]
 ) -> Floats:
-    start = given_or_drawn("gyro_bias", errors.gyro_bias, (3,), random["errors"])
-    steps = _white("gyro_walk", errors.gyro_walk / math.sqrt(rate), n, random["gyro"])
+    start = take_or_draw("gyro_bias", errors.gyro_bias, (3,), random["errors"])
+    steps = _draw_white("gyro_walk", errors.gyro_walk / math.sqrt(rate), n, random["gyro"])
     steps[0] = 0.0
     return start + np.cumsum(steps, axis=0)
 
 
-def _received(lost: float, n: int, random: np.random.Generator) -> Booleans:
+def _draw_received(lost: float, n: int, random: np.random.Generator) -> Booleans:
     """Return which samples are not lost; the first never is."""
     if not 0.0 <= lost < 1.0:
         raise ArgumentError("lost", f"must be from 0 to below 1, got {lost}")
-    there = random.random(n) >= lost
-    there[0] = True
-    return there
+    received = random.random(n) >= lost
+    received[0] = True
+    return received
 
 
-def _white(name: str, size: float, n: int, random: np.random.Generator) -> Floats:
-    return not_negative(name, size) * random.standard_normal((n, 3))
+def _draw_white(name: str, size: float, n: int, random: np.random.Generator) -> Floats:
+    return check_not_negative(name, size) * random.standard_normal((n, 3))
 
 
 def _streams(seed: int) -> dict[str, np.random.Generator]:
-    children = np.random.SeedSequence(whole("seed", seed, 0)).spawn(len(_STREAMS))
+    children = np.random.SeedSequence(check_whole("seed", seed, 0)).spawn(len(_STREAMS))
     return dict(zip(_STREAMS, map(np.random.default_rng, children), strict=True))

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.faults import ArgumentError
-from zerorate.record.log import checked_rate
+from zerorate.record.log import check_rate
 from zerorate.types import Floats
 
 
@@ -28,8 +28,8 @@ def table(rate: float, duration: float, seed: int = 0) -> Floats:
         True angular rate, deg/s.
     """
     phase = np.random.default_rng(seed).uniform(0.0, 2.0 * math.pi)
-    swing: Floats = 2.0 * np.sin(2.0 * math.pi * 0.2 * _times(rate, duration) + phase)
-    return swing
+    sine: Floats = 2.0 * np.sin(2.0 * math.pi * 0.2 * _sample_times(rate, duration) + phase)
+    return sine
 
 
 def vehicle(rate: float, duration: float, seed: int = 0) -> Floats:
@@ -40,7 +40,7 @@ def vehicle(rate: float, duration: float, seed: int = 0) -> Floats:
     Parameters and result are those of `table`.
     """
     rng = np.random.default_rng(seed)
-    t = _times(rate, duration)
+    t = _sample_times(rate, duration)
     yaw = 0.3 * _smooth_noise(rng, t.size, rate, 0.5)
     begin = rng.uniform(2.0, 8.0)
     while begin < duration:
@@ -62,7 +62,7 @@ def hand(rate: float, duration: float, seed: int = 0) -> Floats:
     Parameters and result are those of `table`.
     """
     rng = np.random.default_rng(seed)
-    return 90.0 * _smooth_noise(rng, _times(rate, duration).size, rate, 0.075)
+    return 90.0 * _smooth_noise(rng, _sample_times(rate, duration).size, rate, 0.075)
 
 
 MOTIONS: Final[dict[str, Callable[[float, float, int], Floats]]] = {
@@ -72,8 +72,8 @@ MOTIONS: Final[dict[str, Callable[[float, float, int], Floats]]] = {
 }
 
 
-def _times(rate: float, duration: float) -> Floats:
-    hertz = checked_rate(rate)
+def _sample_times(rate: float, duration: float) -> Floats:
+    hertz = check_rate(rate)
     if not 0.0 < duration < math.inf:
         raise ArgumentError("duration", f"must be positive and finite, got {duration}")
     return np.arange(max(round(duration * hertz), 1)) / hertz

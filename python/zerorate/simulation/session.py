@@ -22,13 +22,13 @@ from zerorate.calibration.parameters import (
 from zerorate.faults import ArgumentError
 from zerorate.geometry.rotations import inverse, rotate
 from zerorate.noise import NoiseModel
-from zerorate.noise.coefficient import positive
+from zerorate.noise.coefficient import check_positive
 from zerorate.record import Log, Recording
-from zerorate.record.log import checked_rate
-from zerorate.record.names import UNKNOWN, with_suffix
+from zerorate.record.log import check_rate
+from zerorate.record.names import UNKNOWN_UNIT, add_unit_suffix
 from zerorate.simulation.devices import Device, device
-from zerorate.simulation.gyro import not_negative, simulate, whole
-from zerorate.simulation.hand import Hand, Poses, fixed, given_or_drawn, hand
+from zerorate.simulation.gyro import check_not_negative, check_whole, simulate
+from zerorate.simulation.hand import Hand, Poses, check_shape, draw_hand_motion, take_or_draw
 from zerorate.types import Floats, Integers
 from zerorate.units import UNITS
 
@@ -41,9 +41,9 @@ _ACCEL_NOISE: Final = NoiseModel(
     angle_random_walk=400e-6 * _G, bias_instability=40e-6 * _G, quantity="acceleration"
 )
 """MPU-6050: 400 ug/sqrt(Hz) is of its data sheet, the bias instability chosen."""
-_LEVER: Final = 0.1
+_LEVER_M: Final = 0.1
 """From the centre of the turns to the accelerometer, m."""
-_REFERENCE_TEMPERATURE: Final = 25.0
+_REFERENCE_DEGC: Final = 25.0
 
 # A new stream goes to the end: what old seeds draw for those before it stays.
 _STREAMS: Final = ("motion", "errors", "disturbance", "gyro noise", "accel noise", "tremor")
@@ -272,13 +272,13 @@ def simulate_session(
     >>> session.truth.gyro.scale[0]
     Coefficient(0.9828)
     """
-    hertz = checked_rate(rate)
+    hertz = check_rate(rate)
     for name, value in (("rest", rest), ("turn", turn), ("gravity", gravity)):
-        positive(name, value)
+        check_positive(name, value)
     if min(rest, turn) * hertz < 2.0:
         raise ValueError(f"rest and turn must be two samples or longer, got {rest} and {turn} s")
     random = _streams(seed)
-    motion = hand(
+    motion = draw_hand_motion(
         poses,
         rest,
         turn,
@@ -288,7 +288,7 @@ def simulate_session(
         wobble=wobble,
         tremor=tremor,
         random=random["motion"],
-        trembling=random["tremor"],
+        tremor_random=random["tremor"],
     )
     seconds = np.arange(round(motion.duration * hertz)) / hertz
     return _Imu(motion, seconds, hertz, gravity, random).session(
@@ -297,7 +297,7 @@ def simulate_session(
 
 
 def _streams(seed: int) -> dict[str, np.random.Generator]:
-    children = np.random.SeedSequence(whole("seed", seed, 0)).spawn(len(_STREAMS))
+    children = np.random.SeedSequence(check_whole("seed", seed, 0)).spawn(len(_STREAMS))
     return dict(zip(_STREAMS, map(np.random.default_rng, children), strict=True))
 
 
@@ -317,11 +317,11 @@ class _Imu:
         """Return the session of two sensors."""
         orientation, rates = self.motion.at(self.seconds)
         force = self._force(orientation, rates)
-        A, b_a = _accel_parameters(accel, self.random["errors"])
-        W, b_g, G = _gyro_parameters(gyro, self.random["errors"])
-        degrees = None if temperature is None else _course(temperature, self.seconds)
+        A, b_a = _draw_accel_parameters(accel, self.random["errors"])
+        W, b_g, G = _draw_gyro_parameters(gyro, self.random["errors"])
+        degrees = None if temperature is None else _sample_temperature(temperature, self.seconds)
         white, drift = self._noise(gyro.noise, "gyro noise")
-        bias = b_g + _by_temperature(gyro, degrees) + drift
+        bias = b_g + _temperature_bias(gyro, degrees) + drift
         raw_gyro = rates @ W.T + force @ G.T / _G + bias + white
         raw_accel = force @ A.T + b_a + self._disturbance(accel)
         raw_accel += sum(self._noise(accel.noise, "accel noise"))
@@ -348,7 +348,7 @@ class _Imu:
         """Return the specific force at the accelerometer, m/s^2: gravity, and turning about."""
         up = rotate(inverse(orientation), np.tile([0.0, 0.0, 1.0], (len(orientation), 1)))
         lever = self.random["motion"].standard_normal(3)
-        lever *= _LEVER / np.linalg.norm(lever)
+        lever *= _LEVER_M / np.linalg.norm(lever)
         # The rate's derivative by differences of the closed form, good to 1e-8 rad/s^2.
         step = 1e-6
         before, after = (self.motion.at(self.seconds + h)[1] for h in (-step, step))
@@ -367,10 +367,10 @@ class _Imu:
         return signal - drift, drift
 
     def _disturbance(self, accel: AccelErrors) -> Floats:
-        size = not_negative("disturbance", accel.disturbance)
+        size = check_not_negative("disturbance", accel.disturbance)
         count = len(self.motion.starts)
         of_poses = size * self.random["disturbance"].standard_normal((count, 3))
-        return self.motion.between(self.seconds, of_poses)
+        return self.motion.interpolate(self.seconds, of_poses)
 
     def _truth(
         self,
@@ -426,18 +426,20 @@ class _Output:
     def _of(
         cls, kind: str, unit: str, known: tuple[str, str], step: float, limit: float | None
     ) -> _Output:
-        resolution = not_negative("resolution", step)
-        names = tuple(with_suffix(f"{kind}_{axis}", unit) for axis in "xyz")
+        resolution = check_not_negative("resolution", step)
+        names = tuple(add_unit_suffix(f"{kind}_{axis}", unit) for axis in "xyz")
         if limit is not None:
-            positive("range", limit)
+            check_positive("range", limit)
         if unit in known:
             return cls(names, unit, unit, resolution, limit, UNITS[unit].amount, 1.0)
-        if unit != UNKNOWN:
+        if unit != UNKNOWN_UNIT:
             raise ArgumentError(
-                "unit", f"must be one of {', '.join((*known, UNKNOWN))}, got {unit!r}"
+                "unit", f"must be one of {', '.join((*known, UNKNOWN_UNIT))}, got {unit!r}"
             )
         if not resolution:
-            raise ValueError(f"samples in {UNKNOWN!r} are counts: they need a resolution above 0")
+            raise ValueError(
+                f"samples in {UNKNOWN_UNIT!r} are counts: they need a resolution above 0"
+            )
         return cls(names, unit, known[1], resolution, limit, resolution, resolution)
 
     def log(self, values: Floats, seconds: Floats, rate: float) -> Log:
@@ -449,39 +451,41 @@ class _Output:
         return Log(seconds, rate, values / self.offset, self.names, self.unit)
 
 
-def _accel_parameters(errors: AccelErrors, random: np.random.Generator) -> tuple[Floats, Floats]:
-    A = _matrix(errors, random)
+def _draw_accel_parameters(
+    errors: AccelErrors, random: np.random.Generator
+) -> tuple[Floats, Floats]:
+    A = _draw_matrix(errors, random)
     if errors.matrix is None:
         A = np.tril(A)
     if np.triu(A, 1).any():
         raise ValueError("the accelerometer's matrix must be lower triangular: zero above")
-    return A, given_or_drawn("bias", errors.bias, (3,), random)
+    return A, take_or_draw("bias", errors.bias, (3,), random)
 
 
-def _gyro_parameters(
+def _draw_gyro_parameters(
     errors: GyroErrors, random: np.random.Generator
 ) -> tuple[Floats, Floats, Floats]:
-    W = _matrix(errors, random)
-    bias = given_or_drawn("bias", errors.bias, (3,), random)
-    return W, bias, given_or_drawn("g_sensitivity", errors.g_sensitivity, (3, 3), random)
+    W = _draw_matrix(errors, random)
+    bias = take_or_draw("bias", errors.bias, (3,), random)
+    return W, bias, take_or_draw("g_sensitivity", errors.g_sensitivity, (3, 3), random)
 
 
-def _matrix(errors: AccelErrors | GyroErrors, random: np.random.Generator) -> Floats:
-    size = np.full((3, 3), not_negative("misalignment", errors.misalignment))
-    np.fill_diagonal(size, not_negative("scale", errors.scale))
+def _draw_matrix(errors: AccelErrors | GyroErrors, random: np.random.Generator) -> Floats:
+    size = np.full((3, 3), check_not_negative("misalignment", errors.misalignment))
+    np.fill_diagonal(size, check_not_negative("scale", errors.scale))
     drawn: Floats = np.eye(3) + size * random.standard_normal((3, 3))
-    return drawn if errors.matrix is None else fixed("matrix", errors.matrix, (3, 3))
+    return drawn if errors.matrix is None else check_shape("matrix", errors.matrix, (3, 3))
 
 
-def _course(temperature: Course, seconds: Floats) -> Floats:
+def _sample_temperature(temperature: Course, seconds: Floats) -> Floats:
     if callable(temperature):
-        return fixed("temperature", temperature(seconds), (seconds.size,))
-    first, last = fixed("temperature", temperature, (2,))
+        return check_shape("temperature", temperature(seconds), (seconds.size,))
+    first, last = check_shape("temperature", temperature, (2,))
     course: Floats = last + (first - last) * np.exp(-3.0 * seconds / seconds[-1])
     return course
 
 
-def _by_temperature(gyro: GyroErrors, degrees: Floats | None) -> Floats | float:
+def _temperature_bias(gyro: GyroErrors, degrees: Floats | None) -> Floats | float:
     """Return the bias by temperature, rad/s, shape (n, 3)."""
     coefficients = np.array(gyro.temperature, dtype=np.float64)
     if not coefficients.size:
@@ -490,8 +494,8 @@ def _by_temperature(gyro: GyroErrors, degrees: Floats | None) -> Floats | float:
         raise ValueError("a bias by temperature needs the session's temperature")
     if coefficients.ndim == 1:
         coefficients = np.repeat(coefficients[:, None], 3, axis=1)
-    fixed("temperature", coefficients, (None, 3))
-    warmth = (degrees[:, None] - _REFERENCE_TEMPERATURE) / 10.0
+    check_shape("temperature", coefficients, (None, 3))
+    warmth = (degrees[:, None] - _REFERENCE_DEGC) / 10.0
     powers = warmth[:, :, None] ** np.arange(1, len(coefficients) + 1)
     bias: Floats = np.sum(powers * coefficients.T, axis=2)
     return bias

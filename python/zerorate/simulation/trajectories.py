@@ -14,7 +14,7 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from zerorate.geometry.rotations import from_rotation_vectors, inverse, product, rotate
-from zerorate.simulation.hand import hand as turned_by_hand
+from zerorate.simulation.hand import draw_hand_motion as turned_by_hand
 from zerorate.types import Floats
 
 Random: TypeAlias = np.random.Generator
@@ -56,7 +56,7 @@ class _Waves:
     mean: float = 0.0
 
     @classmethod
-    def drawn(
+    def draw(
         cls,
         random: Random,
         rms: float,
@@ -86,10 +86,10 @@ def pendulum(random: Random, duration: float) -> Trajectory:
     length = random.uniform(0.5, 1.2)
     heading, phase = random.uniform(0.0, _TURN, 2)
     amplitude = random.uniform(20.0, 60.0) * _DEG
-    swing = _Waves.single(amplitude, math.sqrt(_G / length) / _TURN, phase)
+    oscillation = _Waves.single(amplitude, math.sqrt(_G / length) / _TURN, phase)
     # As in a physical pendulum the sensor is not where a point of the same period would be.
     lever = np.array([0.0, 0.0, -random.uniform(0.4, 0.9) * length])
-    return Trajectory(_lever(((_Z, _steady(heading, 0.0)), (_Y, swing)), lever))
+    return Trajectory(_lever_motion(((_Z, _steady_turn(heading, 0.0)), (_Y, oscillation)), lever))
 
 
 def spinning_pendulum(random: Random, duration: float) -> Trajectory:
@@ -100,24 +100,24 @@ def spinning_pendulum(random: Random, duration: float) -> Trajectory:
         _Waves.single(random.uniform(15.0, 45.0) * _DEG, frequency * detuned, phase)
         for detuned, phase in zip((1.0, 1.02), random.uniform(0.0, _TURN, 2), strict=True)
     )
-    spin = _steady(random.uniform(0.0, _TURN), _either_way(random, 30.0, 150.0) * _DEG)
+    spin = _steady_turn(random.uniform(0.0, _TURN), _draw_signed(random, 30.0, 150.0) * _DEG)
     lever = np.array([0.0, 0.0, -random.uniform(0.4, 0.9) * length])
-    return Trajectory(_lever(((_Y, first), (_X, second), (_Z, spin)), lever))
+    return Trajectory(_lever_motion(((_Y, first), (_X, second), (_Z, spin)), lever))
 
 
 def arm(random: Random, duration: float) -> Trajectory:
     """Return a sensor on the wrist of someone who walks: shoulder, elbow and forearm swing."""
     step = random.uniform(0.8, 1.1)
     phase = random.uniform(0.0, _TURN)
-    way = _Waves.drawn(random, 60.0 * _DEG, (0.01, 0.04), random.uniform(0.0, _TURN))
+    way = _Waves.draw(random, 60.0 * _DEG, (0.01, 0.04), random.uniform(0.0, _TURN))
     shoulder = _Waves.single(random.uniform(20.0, 40.0) * _DEG, step, phase)
     elbow = _Waves.single(random.uniform(10.0, 25.0) * _DEG, step, phase - 0.5, -25.0 * _DEG)
     roll = _Waves.single(random.uniform(5.0, 20.0) * _DEG, step, phase + 0.7)
     speed, bob = random.uniform(1.0, 1.6), _Waves.single(0.02, 2.0 * step, 2.0 * phase)
     upper = ((_Z, way), (_Y, shoulder))
-    at_elbow = _lever(upper, np.array([0.0, 0.0, -0.3]))
+    at_elbow = _lever_motion(upper, np.array([0.0, 0.0, -0.3]))
     # From the elbow on, as if that stood still.
-    from_elbow = _lever((*upper, (_Y, elbow), (_Z, roll)), np.array([0.0, 0.0, -0.25]))
+    from_elbow = _lever_motion((*upper, (_Y, elbow), (_Z, roll)), np.array([0.0, 0.0, -0.25]))
 
     def at(t: Floats) -> Motion:
         q, rates, velocity = from_elbow(t)
@@ -130,29 +130,35 @@ def arm(random: Random, duration: float) -> Trajectory:
 
 def vehicle(random: Random, duration: float) -> Trajectory:
     """Return a car in a town: corners and straights, changing speed, on an uneven road."""
-    way = _Corners.drawn(random, duration, speed=8.0)
-    speed = _Waves.drawn(random, 2.0, (0.02, 0.1), 8.0)
-    pitch, roll = (_Waves.drawn(random, 0.7 * _DEG, (0.2, 1.5)) for _ in range(2))
-    heave = _Waves.drawn(random, 0.02, (1.0, 8.0))
+    way = _Corners.draw(random, duration, speed=8.0)
+    speed = _Waves.draw(random, 2.0, (0.02, 0.1), 8.0)
+    pitch, roll = (_Waves.draw(random, 0.7 * _DEG, (0.2, 1.5)) for _ in range(2))
+    heave = _Waves.draw(random, 0.02, (1.0, 8.0))
 
     def at(t: Floats) -> Motion:
-        q, rates = _chained(((_Z, way), (_Y, pitch), (_X, roll)), t)
-        ahead, fast = way(t)[0], speed(t)[0]
-        return q, rates, np.column_stack((fast * np.cos(ahead), fast * np.sin(ahead), heave(t)[0]))
+        q, rates = _chain_joints(((_Z, way), (_Y, pitch), (_X, roll)), t)
+        ahead, forward_speed = way(t)[0], speed(t)[0]
+        return (
+            q,
+            rates,
+            np.column_stack(
+                (forward_speed * np.cos(ahead), forward_speed * np.sin(ahead), heave(t)[0])
+            ),
+        )
 
     return Trajectory(at, ease=8.0)
 
 
 def circle(random: Random, duration: float) -> Trajectory:
     """Return what is carried round a circle, without end, and tilts a little on the way."""
-    turning = _either_way(random, 30.0, 90.0) * _DEG
+    turning = _draw_signed(random, 30.0, 90.0) * _DEG
     radius = random.uniform(0.5, 1.5)
-    way = _steady(random.uniform(0.0, _TURN), turning)
-    pitch, roll = (_Waves.drawn(random, 10.0 * _DEG, (0.05, 0.3)) for _ in range(2))
+    way = _steady_turn(random.uniform(0.0, _TURN), turning)
+    pitch, roll = (_Waves.draw(random, 10.0 * _DEG, (0.05, 0.3)) for _ in range(2))
     speed = abs(turning) * radius
 
     def at(t: Floats) -> Motion:
-        q, rates = _chained(((_Z, way), (_Y, pitch), (_X, roll)), t)
+        q, rates = _chain_joints(((_Z, way), (_Y, pitch), (_X, roll)), t)
         ahead = way(t)[0]
         return q, rates, speed * np.column_stack((np.cos(ahead), np.sin(ahead), 0.0 * t))
 
@@ -173,15 +179,15 @@ def hand(random: Random, duration: float) -> Trajectory:
         wobble=0.06,
         tremor=0.02,
         random=random,
-        trembling=random,
+        tremor_random=random,
     )
-    moved = [_Waves.drawn(random, 0.2, (0.1, 1.0)) for _ in range(3)]
+    translations = [_Waves.draw(random, 0.2, (0.1, 1.0)) for _ in range(3)]
     lever = np.array([0.1, 0.0, 0.05])
 
     def at(t: Floats) -> Motion:
         q, rates = turns.at(t + rest + 0.5 * turn)
         about = rotate(q, np.cross(rates, lever))
-        return q, rates, about + np.column_stack([wave(t)[0] for wave in moved])
+        return q, rates, about + np.column_stack([wave(t)[0] for wave in translations])
 
     return Trajectory(at)
 
@@ -206,16 +212,16 @@ class _Corners:
     angles: Floats
 
     @classmethod
-    def drawn(cls, random: Random, duration: float, speed: float) -> _Corners:
+    def draw(cls, random: Random, duration: float, speed: float) -> _Corners:
         """Return corners of 30 to 100 deg, driven with up to 3 m/s^2 to the side."""
         start, begin = random.uniform(0.0, _TURN), random.uniform(3.0, 10.0)
-        found = []
+        corners = []
         while begin < duration:
-            angle = _either_way(random, 30.0, 100.0) * _DEG
+            angle = _draw_signed(random, 30.0, 100.0) * _DEG
             length = 2.0 * abs(angle) * speed / random.uniform(1.5, 3.0)
-            found.append((begin, length, angle))
+            corners.append((begin, length, angle))
             begin += length + random.uniform(3.0, 15.0)
-        rows = np.array(found).reshape(-1, 3)
+        rows = np.array(corners).reshape(-1, 3)
         return cls(start, rows[:, 0], rows[:, 1], rows[:, 2])
 
     def __call__(self, t: Floats) -> tuple[Floats, Floats]:
@@ -227,25 +233,27 @@ class _Corners:
         return heading, rate
 
 
-def _steady(start: float, rate: float) -> Angle:
+def _steady_turn(start: float, rate: float) -> Angle:
     return lambda t: (start + rate * t, np.full(t.size, rate))
 
 
-def _either_way(random: Random, low: float, high: float) -> float:
+def _draw_signed(random: Random, low: float, high: float) -> float:
     return float(random.choice((-1.0, 1.0)) * random.uniform(low, high))
 
 
-def _lever(joints: Sequence[tuple[Floats, Angle]], lever: Floats) -> Callable[[Floats], Motion]:
+def _lever_motion(
+    joints: Sequence[tuple[Floats, Angle]], lever: Floats
+) -> Callable[[Floats], Motion]:
     """Return the motion of the end of a lever behind joints; the first one stands still."""
 
     def at(t: Floats) -> Motion:
-        q, rates = _chained(joints, t)
+        q, rates = _chain_joints(joints, t)
         return q, rates, rotate(q, np.cross(rates, lever))
 
     return at
 
 
-def _chained(joints: Sequence[tuple[Floats, Angle]], t: Floats) -> tuple[Floats, Floats]:
+def _chain_joints(joints: Sequence[tuple[Floats, Angle]], t: Floats) -> tuple[Floats, Floats]:
     """Return orientations and rates behind joints, each about an axis of the one before it."""
     q, rates = np.tile([1.0, 0.0, 0.0, 0.0], (t.size, 1)), np.zeros((t.size, 3))
     for axis, joint in joints:

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
 from zerorate.record import Log, Recording
-from zerorate.record.log import checked_rate
-from zerorate.simulation.gyro import not_negative, whole
+from zerorate.record.log import check_rate
+from zerorate.simulation.gyro import check_not_negative, check_whole
 from zerorate.types import Booleans, Floats
 
 _GRAVITY: Final = np.array([0.0, 0.0, 9.81])
@@ -134,8 +134,8 @@ def simulate_walk(
     (2900, 13.0)
     """
     gait = _Gait(rate, stance, swing)
-    sensor = _Sensor(gyro_noise, accel_noise, gyro_bias, gyro_range)
-    whole("strides", strides, 1)
+    sensor = _SensorErrors(gyro_noise, accel_noise, gyro_bias, gyro_range)
+    check_whole("strides", strides, 1)
     _check_sizes(length, rest)
     draws = np.random.default_rng(seed)
     lengths = length * (1.0 + 0.1 * draws.uniform(-1.0, 1.0, strides))
@@ -143,8 +143,8 @@ def simulate_walk(
     moves = np.column_stack(
         [lengths * np.cos(directions), lengths * np.sin(directions), np.full(strides, step_height)]
     )
-    looks: Floats = turn * np.arange(strides + 1.0)
-    return _walked(gait, _Path(np.zeros(3), moves, looks), (rest, rest), sensor, draws)
+    headings: Floats = turn * np.arange(strides + 1.0)
+    return _simulate_foot(gait, _Path(np.zeros(3), moves, headings), (rest, rest), sensor, draws)
 
 
 def simulate_feet(
@@ -156,7 +156,7 @@ def simulate_feet(
     stance: float = 0.65,
     swing: float = 0.5,
     turn: float = 0.0,
-    apart: float = 0.2,
+    step_width: float = 0.2,
     rest: float = 2.0,
     gyro_noise: float = 1e-4,
     accel_noise: float = 1e-3,
@@ -172,7 +172,7 @@ def simulate_feet(
     ----------
     rate, strides, seed, length, stance, swing, turn, rest
         As of `simulate_walk`; strides of each foot.
-    apart : float
+    step_width : float
         How far the feet are apart while they stand side by side, m.
     gyro_noise, accel_noise, gyro_bias, gyro_range
         As of `simulate_walk`, of both sensors.
@@ -197,28 +197,28 @@ def simulate_feet(
     True
     """
     gait = _Gait(rate, stance, swing)
-    sensor = _Sensor(gyro_noise, accel_noise, gyro_bias, gyro_range)
-    whole("strides", strides, 2)
+    sensor = _SensorErrors(gyro_noise, accel_noise, gyro_bias, gyro_range)
+    check_whole("strides", strides, 2)
     _check_sizes(length, rest)
-    not_negative("apart", apart)
+    check_not_negative("apart", step_width)
     draws = np.random.default_rng(seed)
     later = 0.5 * (stance + swing)
     left = np.concatenate([[0.0], np.arange(strides) + 0.5])
     right = np.concatenate([np.arange(strides), [strides - 0.5]])
     feet = []
-    for places, side, rests in (
-        (left, 0.5 * apart, (rest, rest + later)),
-        (right, -0.5 * apart, (rest + later, rest)),
+    for stations, side, rests in (
+        (left, 0.5 * step_width, (rest, rest + later)),
+        (right, -0.5 * step_width, (rest + later, rest)),
     ):
         uneven = 0.05 * draws.uniform(-1.0, 1.0, strides + 1)
         uneven[[0, -1]] = 0.0
-        path = _Path.along(length * (places + uneven), turn / length, side, 0.5 * apart)
-        feet.append(_walked(gait, path, rests, sensor, draws))
+        path = _Path.follow_arc(length * (stations + uneven), turn / length, side, 0.5 * step_width)
+        feet.append(_simulate_foot(gait, path, rests, sensor, draws))
     return feet[0], feet[1]
 
 
 def _check_sizes(length: float, rest: float) -> None:
-    not_negative("rest", rest)
+    check_not_negative("rest", rest)
     _check_positive("length", length)
 
 
@@ -228,7 +228,7 @@ def _check_positive(name: str, value: float) -> None:
 
 
 @dataclass(frozen=True)
-class _Sensor:
+class _SensorErrors:
     """What is wrong with a sensor."""
 
     gyro_noise: float
@@ -237,8 +237,8 @@ class _Sensor:
     gyro_range: float
 
     def __post_init__(self) -> None:
-        not_negative("gyro_noise", self.gyro_noise)
-        not_negative("accel_noise", self.accel_noise)
+        check_not_negative("gyro_noise", self.gyro_noise)
+        check_not_negative("accel_noise", self.accel_noise)
         if not self.gyro_range > 0.0:
             raise ArgumentError("gyro_range", f"must be a positive number, got {self.gyro_range!r}")
 
@@ -252,7 +252,7 @@ class _Gait:
     swing: float
 
     def __post_init__(self) -> None:
-        checked_rate(self.rate)
+        check_rate(self.rate)
         _check_positive("stance", self.stance)
         _check_positive("swing", self.swing)
 
@@ -263,27 +263,27 @@ class _Path:
 
     begin: Floats
     moves: Floats
-    looks: Floats
+    headings: Floats
 
     @classmethod
-    def along(cls, way: Floats, curvature: float, side: float, left: float) -> _Path:
+    def follow_arc(cls, way: Floats, curvature: float, side: float, left: float) -> _Path:
         """Return that of a foot so far to the left of a bent line; the left one starts at 0."""
-        looks = curvature * way
+        headings = curvature * way
         if curvature:
-            middle = np.column_stack([np.sin(looks), 1.0 - np.cos(looks)]) / curvature
+            middle = np.column_stack([np.sin(headings), 1.0 - np.cos(headings)]) / curvature
         else:
             middle = np.column_stack([way, np.zeros_like(way)])
         stands = np.zeros((len(way), 3))
-        stands[:, :2] = middle + side * np.column_stack([-np.sin(looks), np.cos(looks)])
+        stands[:, :2] = middle + side * np.column_stack([-np.sin(headings), np.cos(headings)])
         stands[:, 1] -= left
-        return cls(stands[0], np.diff(stands, axis=0), looks)
+        return cls(stands[0], np.diff(stands, axis=0), headings)
 
 
-def _walked(
+def _simulate_foot(
     gait: _Gait,
     path: _Path,
     rests: tuple[float, float],
-    sensor: _Sensor,
+    sensor: _SensorErrors,
     draws: np.random.Generator,
 ) -> SimulatedWalk:
     """Return the walk of a foot along a path."""
@@ -295,23 +295,23 @@ def _walked(
     k = np.clip(np.floor(phase / cycle).astype(np.intp), 0, strides - 1)
     s = np.clip((phase - k * cycle) / swing, 0.0, 1.0)
     begins = path.begin + np.vstack([np.zeros(3), np.cumsum(moves, axis=0)])
-    part, part2 = _eased(s), _eased_twice(s) / swing**2
-    lift, lift2 = _bump(s), _bump_twice(s) / swing**2
+    part, part2 = _ease(s), _ease_acceleration(s) / swing**2
+    lift, lift2 = _bump(s), _bump_acceleration(s) / swing**2
     position = begins[k] + part[:, np.newaxis] * moves[k]
     acceleration = part2[:, np.newaxis] * moves[k]
-    high = 0.1 + 0.5 * np.abs(moves[k, 2])
-    position[:, 2] += high * lift
-    acceleration[:, 2] += high * lift2
-    turn = np.diff(path.looks)[k]
-    yaw, yaw_rate = path.looks[k] + turn * part, turn * _eased_once(s) / swing
-    pitch, pitch_rate = _pitch(s), _pitch_once(s) / swing
+    lift_height = 0.1 + 0.5 * np.abs(moves[k, 2])
+    position[:, 2] += lift_height * lift
+    acceleration[:, 2] += lift_height * lift2
+    turn = np.diff(path.headings)[k]
+    yaw, yaw_rate = path.headings[k] + turn * part, turn * _ease_rate(s) / swing
+    pitch, pitch_rate = _pitch(s), _pitch_rate(s) / swing
     rotation = _rotations(yaw, pitch)
     true_rate = np.column_stack([-yaw_rate * np.sin(pitch), pitch_rate, yaw_rate * np.cos(pitch)])
     force = np.einsum("nji,nj->ni", rotation, acceleration + _GRAVITY)
     bias = sensor.gyro_bias * draws.standard_normal(3)
     noise = draws.standard_normal((2, n, 3)) * math.sqrt(rate)
-    most = sensor.gyro_range
-    gyro = np.clip(true_rate + bias + sensor.gyro_noise * noise[0], -most, most)
+    max_rate = sensor.gyro_range
+    gyro = np.clip(true_rate + bias + sensor.gyro_noise * noise[0], -max_rate, max_rate)
     return SimulatedWalk(
         time,
         gyro,
@@ -324,17 +324,17 @@ def _walked(
     )
 
 
-def _eased(s: Floats) -> Floats:
+def _ease(s: Floats) -> Floats:
     moved: Floats = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
     return moved
 
 
-def _eased_once(s: Floats) -> Floats:
+def _ease_rate(s: Floats) -> Floats:
     moved: Floats = 30.0 * s**2 * (1.0 - s) ** 2
     return moved
 
 
-def _eased_twice(s: Floats) -> Floats:
+def _ease_acceleration(s: Floats) -> Floats:
     moved: Floats = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s)
     return moved
 
@@ -344,25 +344,25 @@ def _bump(s: Floats) -> Floats:
     return lifted
 
 
-def _bump_twice(s: Floats) -> Floats:
+def _bump_acceleration(s: Floats) -> Floats:
     p, dp = s * (1.0 - s), 1.0 - 2.0 * s
     lifted: Floats = 64.0 * (6.0 * p * dp**2 - 6.0 * p**2)
     return lifted
 
 
-_PITCHES: Final = 0.7 * 64.0
+_PITCH_SCALE: Final = 0.7 * 64.0
 """Both ways."""
 
 
 def _pitch(s: Floats) -> Floats:
-    pitched: Floats = _PITCHES * 2.0 * (s * (1.0 - s)) ** 3 * np.sin(2.0 * np.pi * s)
+    pitched: Floats = _PITCH_SCALE * 2.0 * (s * (1.0 - s)) ** 3 * np.sin(2.0 * np.pi * s)
     return pitched
 
 
-def _pitch_once(s: Floats) -> Floats:
+def _pitch_rate(s: Floats) -> Floats:
     p, dp = s * (1.0 - s), 1.0 - 2.0 * s
     sine, cosine = np.sin(2.0 * np.pi * s), np.cos(2.0 * np.pi * s)
-    pitched: Floats = _PITCHES * 2.0 * (3.0 * p**2 * dp * sine + p**3 * 2.0 * np.pi * cosine)
+    pitched: Floats = _PITCH_SCALE * 2.0 * (3.0 * p**2 * dp * sine + p**3 * 2.0 * np.pi * cosine)
     return pitched
 
 

@@ -10,13 +10,13 @@ import numpy.typing as npt
 from zerorate.faults import ArgumentError
 from zerorate.geometry.rotations import inverse, rotate
 from zerorate.simulation.drive import SimulatedDrive
-from zerorate.simulation.gyro import not_negative, whole
-from zerorate.simulation.hand import fixed
+from zerorate.simulation.gyro import check_not_negative, check_whole
+from zerorate.simulation.hand import check_shape
 from zerorate.types import Floats
 
-_SLIPS = (0.5, 2.0)
+_SLIP_DURATION_S = (0.5, 2.0)
 """Seconds that a slip lasts."""
-_SLIP = (-0.4, 0.3)
+_SLIP_FACTORS = (-0.4, 0.3)
 """By how much a wheel that slips is too slow or too fast."""
 
 
@@ -75,18 +75,22 @@ def wheel_speeds(
     """
     if not 0.0 < rate <= drive.rate:
         raise ArgumentError("rate", f"must be above 0 and {drive.rate:g} Hz at most, got {rate}")
-    noise, way = not_negative("sigma", sigma), not_negative("tick", tick)
-    random = np.random.default_rng(whole("seed", seed, 0))
-    forward = _rolled(drive, scale, axle, yaw)
+    noise, tick_length = check_not_negative("sigma", sigma), check_not_negative("tick", tick)
+    random = np.random.default_rng(check_whole("seed", seed, 0))
+    forward = _rolling_speed(drive, scale, axle, yaw)
     at = np.unique(np.rint(np.arange(0.0, len(drive.time), drive.rate / rate)).astype(np.int64))
     at = at[at < len(drive.time)]
     speed = forward[at] + noise * random.standard_normal(at.size)
-    _slip(drive.time[at], speed, whole("slips", slips, 0), random)
-    if way > 0.0:
-        speed = way * rate * np.floor(speed / (way * rate) + random.uniform(size=at.size))
-    found = np.full(len(drive.time), np.nan)
-    found[at] = speed
-    return found
+    _slip(drive.time[at], speed, check_whole("slips", slips, 0), random)
+    if tick_length > 0.0:
+        speed = (
+            tick_length
+            * rate
+            * np.floor(speed / (tick_length * rate) + random.uniform(size=at.size))
+        )
+    speeds = np.full(len(drive.time), np.nan)
+    speeds[at] = speed
+    return speeds
 
 
 def wheel_ticks(
@@ -131,21 +135,21 @@ def wheel_ticks(
     """
     if not tick > 0.0:
         raise ArgumentError("tick", f"must be above 0, got {tick}")
-    random = np.random.default_rng(whole("seed", seed, 0))
-    speed = _rolled(drive, scale, axle, yaw)
-    _slip(drive.time, speed, whole("slips", slips, 0), random)
+    random = np.random.default_rng(check_whole("seed", seed, 0))
+    speed = _rolling_speed(drive, scale, axle, yaw)
+    _slip(drive.time, speed, check_whole("slips", slips, 0), random)
     steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(drive.time)
-    way = np.concatenate([[0.0], np.cumsum(steps)])
-    counted: Floats = np.floor(way / tick + random.uniform())
-    return counted
+    distance = np.concatenate([[0.0], np.cumsum(steps)])
+    ticks: Floats = np.floor(distance / tick + random.uniform())
+    return ticks
 
 
-def _rolled(drive: SimulatedDrive, scale: float, axle: npt.ArrayLike, yaw: float) -> Floats:
+def _rolling_speed(drive: SimulatedDrive, scale: float, axle: npt.ArrayLike, yaw: float) -> Floats:
     """Return the speed that wheels without noise tell at each sample, m/s."""
     if not abs(scale) <= 0.5:
         raise ArgumentError("scale", f"must be within 0.5, got {scale}")
     velocity = rotate(inverse(drive.truth_quaternion), drive.truth_velocity)
-    velocity = velocity + np.cross(drive.rates(), fixed("axle", axle, (3,)))
+    velocity = velocity + np.cross(drive.rates(), check_shape("axle", axle, (3,)))
     forward: Floats = math.cos(yaw) * velocity[:, 0] + math.sin(yaw) * velocity[:, 1]
     return forward / (1.0 + scale)
 
@@ -154,5 +158,5 @@ def _slip(time: Floats, speed: Floats, count: int, random: np.random.Generator) 
     """Let a wheel slip so many times."""
     for _ in range(count):
         first = random.uniform(time[0], time[-1])
-        last = first + random.uniform(*_SLIPS)
-        speed[(time >= first) & (time < last)] *= 1.0 + random.choice(_SLIP)
+        last = first + random.uniform(*_SLIP_DURATION_S)
+        speed[(time >= first) & (time < last)] *= 1.0 + random.choice(_SLIP_FACTORS)

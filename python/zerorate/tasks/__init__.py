@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from zerorate.lazy import later
+from zerorate.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from zerorate.tasks import batch as batch
@@ -14,4 +14,6 @@ if TYPE_CHECKING:
 __all__ = ["Trace"]
 
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = later(__name__, {"": "batch compare live replay", "trace": "Trace"})
+    __getattr__, __dir__ = lazy_exports(
+        __name__, {"": "batch compare live replay", "trace": "Trace"}
+    )

@@ -15,18 +15,18 @@ from zerorate._native import GyroArray, allan_deviations
 from zerorate.array.accelerometers import FusedAccelerometers, fuse_accelerometers
 from zerorate.array.logs import ArrayLog, array_log
 from zerorate.array.rotations import Rotations, find_rotations, read_rotations
-from zerorate.checks.preparation import FILTERED, prepare
-from zerorate.faults import ArgumentError, bare, given, said
+from zerorate.checks.preparation import FILTER_CHOICES, prepare
+from zerorate.faults import ArgumentError, bare_argument, keyword_argument, make_sentence
 from zerorate.io.writing import write_log
-from zerorate.options import with_limits
-from zerorate.progress import Progress, reported
+from zerorate.options import add_rest_limits
+from zerorate.progress import Progress, choose_reporter
 from zerorate.record.log import Log, LogError, notes_of
-from zerorate.record.names import with_suffix
+from zerorate.record.names import add_unit_suffix
 from zerorate.record.recording import Recording
 from zerorate.record.runs import runs
-from zerorate.tasks.replay.measures import onset
+from zerorate.tasks.replay.measures import onset_samples
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
-from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
+from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors, recording_of
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import UNITS
 from zerorate.views import Result
@@ -36,22 +36,22 @@ Columns: TypeAlias = dict[str, Floats | Booleans]
 
 Path_ = str | os.PathLike[str]
 
-_ROWS: Final = 1 << 14
-_SECOND: Final = 1.0
-_READING: Final = ReadingArguments.__optional_keys__
+_BLOCK_ROWS: Final = 1 << 14
+_REPORTED_TAU_S: Final = 1.0
+_READING_OPTIONS: Final = ReadingArguments.__optional_keys__
 _FIND: Final = "find"
-_TURNED: Final = 5.0
+_MAX_MISALIGNMENT_DEG: Final = 5.0
 """Degrees between sensors that nobody would call aligned."""
-_SPANS: Final = 3
+_MAX_LISTED_SPANS: Final = 3
 """Spans of an exclusion that are listed."""
 
-OUT: Final = ("used", "missing", "saturated", "excluded", "left out")
+SAMPLE_FATES: Final = ("used", "missing", "saturated", "excluded", "left out")
 """What became of the samples of a sensor, by their numbers in `ArrayReplay.fate`.
 
 Those left out are far from all others, of a sensor that is stuck, or of one that does not know its
 bias yet while others do.
 """
-_USED, _MISSING, _SATURATED, _EXCLUDED, _LEFT_OUT = range(len(OUT))
+_USED, _MISSING, _SATURATED, _EXCLUDED, _LEFT_OUT = range(len(SAMPLE_FATES))
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,12 +84,12 @@ class ArrayAllan:
         Squares are averaged over the sensors that have one, and over the axes.
         """
         squares = [np.concatenate((s, s.mean(axis=0, keepdims=True))) for s in self._squares()]
-        one, mean, fused = squares
+        single, mean, fused = squares
         with np.errstate(invalid="ignore", divide="ignore"):
-            return np.sqrt(mean / fused), np.sqrt(one / fused)
+            return np.sqrt(mean / fused), np.sqrt(single / fused)
 
     def _squares(self) -> tuple[Floats, Floats, Floats]:
-        return _mean(self.sensors**2, axis=0), self.mean**2, self.fused**2
+        return _finite_mean(self.sensors**2, axis=0), self.mean**2, self.fused**2
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -109,7 +109,7 @@ class ArrayReplay(Result):
     weights : ndarray, shape (n, N)
         Share of each sensor in the rate, the mean over the axes; 0 where it was not used.
     fate : ndarray of int8, shape (n, N)
-        What became of each sample, see `OUT`.
+        What became of each sample, see `SAMPLE_FATES`.
     disputed : ndarray of bool, shape (n,)
         Where sensors disagreed and nobody knew which was wrong.
     at_rest : ndarray of bool, shape (n, axes)
@@ -126,9 +126,9 @@ class ArrayReplay(Result):
         The accelerometers as one; None where the log has none.
     accel_allan : ArrayAllan or None
         Allan deviations of the accelerometers at rest, in their unit.
-    turned : Rotations or None
+    rotation_set : Rotations or None
         The rotations with their errors, where they were found or read.
-    found : bool
+    rotations_found : bool
         Whether rotations were found: they are saved as well.
     remarks : tuple of str
         Sentences on how the sensors stand to each other.
@@ -150,8 +150,8 @@ class ArrayReplay(Result):
     speed: float
     accel: FusedAccelerometers | None = None
     accel_allan: ArrayAllan | None = None
-    turned: Rotations | None = None
-    found: bool = False
+    rotation_set: Rotations | None = None
+    rotations_found: bool = False
     remarks: tuple[str, ...] = ()
     alarms: tuple[str, ...] = ()
 
@@ -167,19 +167,21 @@ class ArrayReplay(Result):
 
     @property
     def shares(self) -> Floats:
-        """Share of the samples of each sensor that came to each of `OUT`, shape (N, 5)."""
-        return np.stack([(self.fate == kind).mean(axis=0) for kind in range(len(OUT))], axis=1)
+        """Share of the samples of each sensor that came to each of `SAMPLE_FATES`, shape (N, 5)."""
+        return np.stack(
+            [(self.fate == kind).mean(axis=0) for kind in range(len(SAMPLE_FATES))], axis=1
+        )
 
     @property
-    def rests(self) -> Booleans:
+    def rest_mask(self) -> Booleans:
         """Where the body rested about all axes for certain, shape (n,)."""
-        return _certain(self.at_rest, self.log.rate)
+        return _certain_rest(self.at_rest, self.log.rate)
 
     @property
     def mean_weights(self) -> Floats:
         """Mean of the weights at rest, shape (N,); of all samples where there is no rest."""
-        rests = self.rests
-        means: Floats = self.weights[rests if rests.any() else slice(None)].mean(axis=0)
+        rest_mask = self.rest_mask
+        means: Floats = self.weights[rest_mask if rest_mask.any() else slice(None)].mean(axis=0)
         return means
 
     def to_log(self) -> Log:
@@ -194,7 +196,7 @@ class ArrayReplay(Result):
         columns: Columns = {}
         if self.accel is not None:
             for i, axis in enumerate("xyz"):
-                columns[with_suffix(f"accel_{axis}", self.accel.unit)] = self.accel.accel[:, i]
+                columns[add_unit_suffix(f"accel_{axis}", self.accel.unit)] = self.accel.accel[:, i]
         for i, axis in enumerate(self.log.axes):
             columns[f"at_rest_{axis}" if axis else "at_rest"] = self.at_rest[:, i]
         columns["disputed"] = self.disputed
@@ -279,62 +281,70 @@ def replay_array(
     >>> print(over_one[-1, result.allan.second].round(1))
     2.0
     """
-    report = reported(progress)
-    asked: dict[str, Any] = dict(options)
-    reading = {name: asked.pop(name) for name in _READING if name in asked}
-    file = _rotations(rotations)
-    log, alarms = _array(source, reading, fix)
-    with explained(str(log.meta.get("source", "the log")), alarms):
-        if file is not None and len(log.axes) != 3:
+    report = choose_reporter(progress)
+    array_options: dict[str, Any] = dict(options)
+    reading = {name: array_options.pop(name) for name in _READING_OPTIONS if name in array_options}
+    loaded = _load_rotations(rotations)
+    log, alarms = _load_array(source, reading, fix)
+    with name_source_in_errors(str(log.meta.get("source", "the log")), alarms):
+        if loaded is not None and len(log.axes) != 3:
             raise ArgumentError("rotations", "is for gyros of three axes, and these have one")
-        turned = _found(log, asked) if _is_find(file) else file
-        matrices: Any = turned
-        own = positions
-        if isinstance(turned, Rotations):
-            turned = turned.part(log.labels)
-            matrices, own = turned.matrices, turned.positions
-        result = _run(log, matrices, own, _weights(weights, log), report, asked)
-        remarks = tuple(_not_aligned(result))
-    known = turned if isinstance(turned, Rotations) else None
-    found = known is not None and _is_find(file)
-    return replace(result, turned=known, found=found, remarks=remarks, alarms=alarms)
+        rotation_set = _find_rotations(log, array_options) if _is_find(loaded) else loaded
+        matrices: Any = rotation_set
+        sensor_positions = positions
+        if isinstance(rotation_set, Rotations):
+            rotation_set = rotation_set.part(log.labels)
+            matrices, sensor_positions = rotation_set.matrices, rotation_set.positions
+        result = _run(
+            log, matrices, sensor_positions, _check_weights(weights, log), report, array_options
+        )
+        remarks = tuple(_misalignment_remarks(result))
+    result_rotations = rotation_set if isinstance(rotation_set, Rotations) else None
+    rotations_found = result_rotations is not None and _is_find(loaded)
+    return replace(
+        result,
+        rotation_set=result_rotations,
+        rotations_found=rotations_found,
+        remarks=remarks,
+        alarms=alarms,
+    )
 
 
 def _is_find(rotations: object) -> bool:
     return isinstance(rotations, str) and rotations == _FIND
 
 
-def _rotations(rotations: Rotations | npt.ArrayLike | Path_ | None) -> Any:  # noqa: ANN401
+def _load_rotations(rotations: Rotations | npt.ArrayLike | Path_ | None) -> Any:  # noqa: ANN401
     """Return rotations, read from a file where they are the path of one."""
     if isinstance(rotations, str | os.PathLike) and not _is_find(rotations):
         return read_rotations(rotations)
     return rotations
 
 
-def _array(
+def _load_array(
     source: Source | ArrayLog, reading: Mapping[str, Any], fix: bool
 ) -> tuple[ArrayLog, tuple[str, ...]]:
     """Return the gyros of a source, after the preparation of each, and the alarms."""
     if isinstance(source, ArrayLog):
         return source, ()
-    further = {} if isinstance(source, Recording | Log) else {"only": ["gyro", "accel"]}
-    recording = recording_of(source, reading, **further)
+    selection = {} if isinstance(source, Recording | Log) else {"only": ["gyro", "accel"]}
+    recording = recording_of(source, reading, **selection)
     alarms: list[str] = []
-    with explained(recording.source):
-        for place in range(max(len(recording.of_kind("gyro")), 1)):
-            gyro, accel = (f"{kind}_{place}" if place else kind for kind in ("gyro", "accel"))
-            made = prepare(recording, replace(FILTERED, gyro=gyro, accel=accel, fix=fix))
-            recording, alarms = made.recording, [*alarms, *made.alarms]
+    with name_source_in_errors(recording.source):
+        for index in range(max(len(recording.of_kind("gyro")), 1)):
+            gyro, accel = (f"{kind}_{index}" if index else kind for kind in ("gyro", "accel"))
+            prepared = prepare(recording, replace(FILTER_CHOICES, gyro=gyro, accel=accel, fix=fix))
+            recording, alarms = prepared.recording, [*alarms, *prepared.alarms]
         return array_log(recording), tuple(dict.fromkeys(alarms))
 
 
-def _found(log: ArrayLog, options: Mapping[str, Any]) -> Rotations:
+def _find_rotations(log: ArrayLog, options: Mapping[str, Any]) -> Rotations:
     return find_rotations(
         log.data, log.rate, unit=log.unit, limit=options.get("limit"), labels=log.labels
     )
 
 
-def _weights(weights: Weights | npt.ArrayLike, log: ArrayLog) -> Any:  # noqa: ANN401
+def _check_weights(weights: Weights | npt.ArrayLike, log: ArrayLog) -> Any:  # noqa: ANN401
     if not isinstance(weights, str) and np.size(weights) != log.sensors:
         raise ArgumentError(
             "weights",
@@ -343,21 +353,21 @@ def _weights(weights: Weights | npt.ArrayLike, log: ArrayLog) -> Any:  # noqa: A
     return weights
 
 
-def _not_aligned(result: ArrayReplay) -> Iterator[str]:
+def _misalignment_remarks(result: ArrayReplay) -> Iterator[str]:
     """Yield a sentence if sensors that were taken as aligned turn differently."""
     log = result.log
     if result.rotations is not None or len(log.axes) != 3 or log.sensors == 1:
         return
     try:
-        angles = _found(log, result.params).angles
+        angles = _find_rotations(log, result.params).angles
     except LogError:
         return
-    off = np.flatnonzero(angles > _TURNED)
+    off = np.flatnonzero(angles > _MAX_MISALIGNMENT_DEG)
     if off.size:
         listed = ", ".join(f"{log.labels[k]} by {angles[k]:.0f} deg" for k in off)
-        yield said(
+        yield make_sentence(
             f"the sensors are not aligned: against {log.labels[0]} are turned {listed}; ",
-            given("rotations", _FIND, "rotations='find'"),
+            keyword_argument("rotations", _FIND, "rotations='find'"),
             " takes that into account",
         )
 
@@ -372,44 +382,44 @@ def _run(
 ) -> ArrayReplay:
     if not np.isfinite(log.data).any():
         raise LogError("no sensor holds a sample: all are missing")
-    known = with_limits(options, ["auto"], log.unit)
-    turned = None if rotations is None else np.asarray(rotations, dtype=np.float64)
+    array_options = add_rest_limits(options, ["auto"], log.unit)
+    matrices = None if rotations is None else np.asarray(rotations, dtype=np.float64)
     array = GyroArray(
         log.rate,
         log.sensors,
         axes=len(log.axes),
-        rotations=turned,
+        rotations=matrices,
         weights=weights,
         labels=list(log.labels),
-        **known,
+        **array_options,
     )
-    seen = _Seen(log, turned, known.get("limit"))
-    for first in range(0, log.n, _ROWS):
-        seen.take(array, first)
-        report("filtering", min(first + _ROWS, log.n) / log.n)
-    allan = seen.allan()
-    accel = _accelerometers(log, seen.rate, turned, positions)
-    measured = None if accel is None else _accel_allan(log, accel, turned, seen.at_rest)
+    recorder = _ArrayRecorder(log, matrices, array_options.get("limit"))
+    for first in range(0, log.n, _BLOCK_ROWS):
+        recorder.take(array, first)
+        report("filtering", min(first + _BLOCK_ROWS, log.n) / log.n)
+    allan = recorder.allan()
+    accel = _fuse_accelerometers(log, recorder.rate, matrices, positions)
+    accel_allan = None if accel is None else _accel_allan(log, accel, matrices, recorder.at_rest)
     report("measuring", 1.0)
     return ArrayReplay(
         log=log,
-        rotations=turned,
-        params={"weights": weights, **known},
-        rate=seen.rate if log.data.ndim == 3 else seen.rate[:, 0],
-        weights=seen.weights,
-        fate=seen.fate,
-        disputed=seen.disputed,
-        at_rest=seen.at_rest,
+        rotations=matrices,
+        params={"weights": weights, **array_options},
+        rate=recorder.rate if log.data.ndim == 3 else recorder.rate[:, 0],
+        weights=recorder.weights,
+        fate=recorder.fate,
+        disputed=recorder.disputed,
+        at_rest=recorder.at_rest,
         bias=np.asarray(array.bias),
         health=tuple(array.health),
         allan=allan,
-        speed=log.data.size / seen.seconds if seen.seconds > 0.0 else np.nan,
+        speed=log.data.size / recorder.seconds if recorder.seconds > 0.0 else np.nan,
         accel=accel,
-        accel_allan=measured,
+        accel_allan=accel_allan,
     )
 
 
-def _accelerometers(
+def _fuse_accelerometers(
     log: ArrayLog, rate: Floats, rotations: Floats | None, positions: npt.ArrayLike | None
 ) -> FusedAccelerometers | None:
     """Return the accelerometers of the log as one."""
@@ -432,7 +442,7 @@ def _accel_allan(
     return _allan(accel, fused.accel, at_rest, log.rate)
 
 
-class _Seen:
+class _ArrayRecorder:
     """What is noted of an array, block by block."""
 
     def __init__(self, log: ArrayLog, rotations: Floats | None, limit: float | None) -> None:
@@ -449,30 +459,30 @@ class _Seen:
 
     def take(self, array: GyroArray, first: int) -> None:
         """Give the array one block, and note what it says."""
-        here = np.s_[first : first + _ROWS]
-        z = np.ascontiguousarray(self._log.data[here])
+        block = np.s_[first : first + _BLOCK_ROWS]
+        z = np.ascontiguousarray(self._log.data[block])
         begin = time.thread_time()
-        found = array.trace(z)
+        trace = array.trace(z)
         self.seconds += time.thread_time() - begin
-        with_axes = {key: _with_axes(found[key], z.ndim) for key in ("weights", "used", "bias")}
-        samples = _with_axes(z, z.ndim)
-        self.rate[here] = found["rate"].reshape(len(z), -1)
-        self.at_rest[here] = found["at_rest"].reshape(len(z), -1)
-        self.weights[here] = with_axes["weights"].mean(axis=2)
-        self.disputed[here] = found["disputed"]
+        with_axes = {key: _expand_axes(trace[key], z.ndim) for key in ("weights", "used", "bias")}
+        samples = _expand_axes(z, z.ndim)
+        self.rate[block] = trace["rate"].reshape(len(z), -1)
+        self.at_rest[block] = trace["at_rest"].reshape(len(z), -1)
+        self.weights[block] = with_axes["weights"].mean(axis=2)
+        self.disputed[block] = trace["disputed"]
         used: Booleans = np.all(with_axes["used"], axis=2)
         # What is found at the end of a sample holds from the next one on.
-        excluded = np.concatenate((self._excluded[np.newaxis], found["excluded"]))
+        excluded = np.concatenate((self._excluded[np.newaxis], trace["excluded"]))
         self._excluded = excluded[-1]
-        self.fate[here] = _fate(samples, used, excluded[:-1], self._limit)
-        self._residuals[here] = self._turned(samples - with_axes["bias"])
+        self.fate[block] = _classify_samples(samples, used, excluded[:-1], self._limit)
+        self._residuals[block] = self._to_body_axes(samples - with_axes["bias"])
 
-    def _turned(self, rates: Floats) -> Floats:
+    def _to_body_axes(self, rates: Floats) -> Floats:
         """Return rates in the axes of the body."""
         if self._rotations is None:
             return rates
-        turned: Floats = np.einsum("kij,nkj->nki", self._rotations, rates)
-        return turned
+        body_rates: Floats = np.einsum("kij,nkj->nki", self._rotations, rates)
+        return body_rates
 
     def allan(self) -> ArrayAllan | None:
         """Return the Allan deviations at rest; None without rest."""
@@ -481,28 +491,30 @@ class _Seen:
 
 def _allan(sensors: Floats, fused: Floats, at_rest: Booleans, rate: float) -> ArrayAllan | None:
     """Return the Allan deviations at rest of sensors (n, N, axes) and of the one (n, axes)."""
-    rest = _certain(at_rest, rate)
+    rest = _certain_rest(at_rest, rate)
     if not rest.any():
         return None
     n, count, axes = sensors.shape
     # At rest no sensor that works is at the end of its range.
-    each = np.where(rest[:, np.newaxis, np.newaxis], sensors, np.nan)
-    one = np.where(rest[:, np.newaxis], fused, np.nan)
-    every = np.concatenate((each.reshape(n, -1), _mean(each, axis=1), one), axis=1)
-    factors, second = _factors(n, rate)
-    deviations, _, _ = allan_deviations(every, factors.tolist())
+    rest_sensors = np.where(rest[:, np.newaxis, np.newaxis], sensors, np.nan)
+    rest_fused = np.where(rest[:, np.newaxis], fused, np.nan)
+    records = np.concatenate(
+        (rest_sensors.reshape(n, -1), _finite_mean(rest_sensors, axis=1), rest_fused), axis=1
+    )
+    factors, second = _cluster_lengths(n, rate)
+    deviations, _, _ = allan_deviations(records, factors.tolist())
     curves = np.split(deviations.T, (count * axes, (count + 1) * axes))
     return ArrayAllan(
         factors / rate, curves[0].reshape(count, axes, -1), curves[1], curves[2], second
     )
 
 
-def _with_axes(values: npt.NDArray[Any], ndim: int) -> npt.NDArray[Any]:
+def _expand_axes(values: npt.NDArray[Any], ndim: int) -> npt.NDArray[Any]:
     """Return values (n, N, axes), of one axis too."""
     return values if ndim == 3 else values[:, :, np.newaxis]
 
 
-def _fate(
+def _classify_samples(
     z: Floats, used: Booleans, excluded: Booleans, limit: float | None
 ) -> npt.NDArray[np.int8]:
     """Return what became of the samples z (n, N, axes) of each sensor."""
@@ -514,28 +526,28 @@ def _fate(
     return fate
 
 
-def _certain(rest: Booleans, rate: float) -> Booleans:
+def _certain_rest(rest: Booleans, rate: float) -> Booleans:
     """Return where all axes (n, axes) rest, but for samples in which a motion may have begun."""
     certain: Booleans = np.all(rest, axis=1)
-    before = onset(rate)
+    before = onset_samples(rate)
     for i in np.flatnonzero(certain[:-1] & ~certain[1:]) + 1:
         certain[max(0, i - before) : i] = False
     return certain
 
 
-def _mean(values: Floats, axis: int) -> Floats:
+def _finite_mean(values: Floats, axis: int) -> Floats:
     """Return the mean of the values that are there; NaN of none."""
-    there = np.isfinite(values)
-    count = there.sum(axis=axis)
-    total = np.where(there, values, 0.0).sum(axis=axis)
+    present = np.isfinite(values)
+    count = present.sum(axis=axis)
+    total = np.where(present, values, 0.0).sum(axis=axis)
     means: Floats = np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
     return means
 
 
-def _factors(n: int, rate: float) -> tuple[Integers, int]:
+def _cluster_lengths(n: int, rate: float) -> tuple[Integers, int]:
     """Return the lengths of clusters in samples, and where among them one second stands."""
     octaves = [1 << i for i in range(max(1, (n // 4).bit_length()))]
-    second = min(max(round(_SECOND * rate), 1), max(n // 4, 1))
+    second = min(max(round(_REPORTED_TAU_S * rate), 1), max(n // 4, 1))
     factors = np.unique([*octaves, second])
     return factors, int(np.flatnonzero(factors == second)[0])
 
@@ -543,14 +555,14 @@ def _factors(n: int, rate: float) -> tuple[Integers, int]:
 def notes_on(replay: ArrayReplay) -> Iterator[str]:
     """Yield the sentences on the log of an array, and on its sensors."""
     log = replay.log
-    yield from notes_of(replay.to_log(), even=True)
+    yield from notes_of(replay.to_log(), evenly_spaced=True)
     yield from replay.remarks
     if replay.rotations is None and len(log.axes) == 3 and log.sensors > 1:
         yield "all sensors are taken as aligned, for no rotations were given"
     for k, label in enumerate(log.labels):
         spans = replay.excluded_spans(k)
         if spans:
-            yield f"{label} disagreed with the others and was excluded: {_listed(spans)}"
+            yield f"{label} disagreed with the others and was excluded: {_format_spans(spans)}"
         if replay.health[k] != "good":
             yield f"{label} is {replay.health[k]} at the end"
     if replay.disputed.any():
@@ -562,9 +574,9 @@ def notes_on(replay: ArrayReplay) -> Iterator[str]:
     if lost.any():
         yield f"no sensor was left in {int(lost.sum())} of {log.n} samples: the rate is NaN there"
     if replay.accel is not None and replay.accel.angular_acceleration is None:
-        yield said(
+        yield make_sentence(
             "the accelerometers are fused without lever arms: positions in the file of ",
-            bare("rotations"),
+            bare_argument("rotations"),
             " give them",
         )
     yield (
@@ -573,18 +585,18 @@ def notes_on(replay: ArrayReplay) -> Iterator[str]:
     )
 
 
-def _listed(spans: Sequence[tuple[float, float]]) -> str:
+def _format_spans(spans: Sequence[tuple[float, float]]) -> str:
     """Return the first spans, and how many there are more."""
-    shown = ", ".join(f"{start:.4g} to {end:.4g} s" for start, end in spans[:_SPANS])
-    more = len(spans) - _SPANS
+    shown = ", ".join(f"{start:.4g} to {end:.4g} s" for start, end in spans[:_MAX_LISTED_SPANS])
+    more = len(spans) - _MAX_LISTED_SPANS
     return f"{shown} and {more} more" if more > 0 else shown
 
 
-def files_of(found: ArrayReplay) -> Files:
+def files_of(result: ArrayReplay) -> Files:
     """Return what the replay of an array is saved as: log, figure, and rotations if found."""
-    writers: list[Writer] = [lambda path: write_log(found.to_log(), path)]
+    writers: list[Writer] = [lambda path: write_log(result.to_log(), path)]
     others = []
-    if found.found and found.turned is not None:
-        writers.append(text_writer(found.turned.to_json()))
+    if result.rotations_found and result.rotation_set is not None:
+        writers.append(text_writer(result.rotation_set.to_json()))
         others.append("-rotations.json")
-    return Files("-zerorate", "", writers, others, {"": figure_writer(found.plot)})
+    return Files("-zerorate", "", writers, others, {"": figure_writer(result.plot)})

@@ -16,19 +16,25 @@ from zerorate.attitude.options import ATTITUDE_OPTIONS
 from zerorate.calibration.calibration import Calibration
 from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.checks.preparation import Choices, Clipped, prepare
-from zerorate.faults import ArgumentError, given, said
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.geometry.frames import Frame
 from zerorate.geometry.magnetic import earth_field
 from zerorate.io.poses import read_poses
 from zerorate.io.writing import write_log
 from zerorate.metrics.orientation import Heading
 from zerorate.options import check_used
-from zerorate.progress import Progress, reported
+from zerorate.progress import Progress, choose_reporter
 from zerorate.record.poses import Poses
+from zerorate.tasks.coordinates import parse_position
 from zerorate.tasks.corrections import correction_of
-from zerorate.tasks.places import place_of
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
-from zerorate.tasks.source import ReadingArguments, Source, apart, explained, recording_of
+from zerorate.tasks.source import (
+    ReadingArguments,
+    Source,
+    name_source_in_errors,
+    recording_of,
+    split_options,
+)
 
 _Path: TypeAlias = str | os.PathLike[str]
 _Columns: TypeAlias = Sequence[str | int]
@@ -47,8 +53,8 @@ class AttitudeOptions(ReadingArguments, total=False):
     bias_walk: float
 
 
-_NO_MAG: Final = given("mag", "", "mag=False")
-_OF_FILES: Final = (".tum", ".txt", ".csv")
+_MAG_DISABLED: Final = keyword_argument("mag", "", "mag=False")
+_FILE_SUFFIXES: Final = (".tum", ".txt", ".csv")
 
 
 def estimate_attitude(
@@ -158,105 +164,121 @@ def estimate_attitude(
     >>> bool(np.degrees(found.errors().inclination) < 1.0)
     True
     """
-    report = reported(progress)
+    report = choose_reporter(progress)
     if not mag:
-        _check_used(learn_magnetometer=learn_magnetometer, magnetometer=magnetometer, at=at)
-    east, told = _declination(declination, at)
-    truth, columns = _reference(reference, reference_offset)
+        _refuse_mag_options(learn_magnetometer=learn_magnetometer, magnetometer=magnetometer, at=at)
+    north_declination, declination_notes = _find_declination(declination, at)
+    truth, columns = _load_reference(reference, reference_offset)
     _check_heading(reference_heading)
     correct = correction_of(calibration, magnetometer, gyro=gyro, accel=accel)
-    reading, constants = apart(options, ATTITUDE_OPTIONS)
+    reading, constants = split_options(options, ATTITUDE_OPTIONS)
     check_used(constants, [method], ATTITUDE_OPTIONS)
-    settings = {**constants, **_settings(learn_magnetometer, bias_limit)}
+    settings = {**constants, **_filter_settings(learn_magnetometer, bias_limit)}
     report("reading", 0.0)
     recording = recording_of(source, {**reading, "reference": columns})
-    asked = Choices(gyro, accel, fix, clipped, bias_limit=bias_limit, correct=correct)
-    with explained(recording.source):
-        made = prepare(recording, asked)
-    with explained(recording.source, made.alarms):
-        found = attitude_of(
-            made.recording, frame=frame, method=method, offline=offline, mag=mag, declination=east,
+    choices = Choices(gyro, accel, fix, clipped, bias_limit=bias_limit, correct=correct)
+    with name_source_in_errors(recording.source):
+        prepared = prepare(recording, choices)
+    with name_source_in_errors(recording.source, prepared.alarms):
+        estimate = attitude_of(
+            prepared.recording, frame=frame, method=method, offline=offline, mag=mag,
+            declination=north_declination,
             gyro=gyro, accel=accel, reference=truth, reference_frame=reference_frame,
             progress=report, **settings,
         )  # fmt: skip
-    if reference_heading is not None and found.reference is None:
-        raise ValueError(said(given("reference_heading"), " needs a reference"))
-    heading = reference_heading or found.compared_heading
-    notes = (*told, *found.notes)
-    return replace(found, alarms=made.alarms, notes=notes, compared_heading=heading)
+    if reference_heading is not None and estimate.reference is None:
+        raise ValueError(make_sentence(keyword_argument("reference_heading"), " needs a reference"))
+    heading = reference_heading or estimate.compared_heading
+    notes = (*declination_notes, *estimate.notes)
+    return replace(estimate, alarms=prepared.alarms, notes=notes, compared_heading=heading)
 
 
-def _check_used(**of_field: object) -> None:
+def _refuse_mag_options(**mag_options: object) -> None:
     """Raise ValueError for an argument of the magnetometer, which is left out."""
-    for name, value in of_field.items():
+    for name, value in mag_options.items():
         if value is not None and value is not False:
-            raise ValueError(said(given(name), " has no effect with ", _NO_MAG))
+            raise ValueError(
+                make_sentence(keyword_argument(name), " has no effect with ", _MAG_DISABLED)
+            )
 
 
-def _settings(learn_magnetometer: bool, bias_limit: float | None) -> dict[str, Any]:
+def _filter_settings(learn_magnetometer: bool, bias_limit: float | None) -> dict[str, Any]:
     """Return what was given of the default filter: the named ones refuse it."""
     learned: dict[str, Any] = {"learn_magnetometer": True} if learn_magnetometer else {}
     return learned if bias_limit is None else {**learned, "bias_limit": bias_limit}
 
 
-def _declination(declination: float, at: npt.ArrayLike | None) -> tuple[float, tuple[str, ...]]:
+def _find_declination(
+    declination: float, at: npt.ArrayLike | None
+) -> tuple[float, tuple[str, ...]]:
     """Return the declination, rad, of the model of the earth's field where a place is given."""
     if at is None:
         return declination, ()
     if declination:
-        both = given("at"), " tells the declination: give it, or ", given("declination")
-        raise ValueError(said(*both))
-    there = earth_field(*place_of(at))
-    east = math.degrees(there.declination)
-    told = f"magnetic north lies {east:.1f} deg east of true north, by the {there.model}"
-    return there.declination, (told,)
+        message = (
+            keyword_argument("at"),
+            " tells the declination: give it, or ",
+            keyword_argument("declination"),
+        )
+        raise ValueError(make_sentence(*message))
+    field = earth_field(*parse_position(at))
+    declination_deg = math.degrees(field.declination)
+    note = f"magnetic north lies {declination_deg:.1f} deg east of true north, by the {field.model}"
+    return field.declination, (note,)
 
 
-def _reference(
+def _load_reference(
     reference: Poses | _Path | _Columns | None, offset: float
 ) -> tuple[Poses | None, _Columns | None]:
     """Return the true poses, or the columns of the source that hold them."""
     if isinstance(reference, Poses):
-        return _shifted(reference, offset), None
+        return _shift_time(reference, offset), None
     if isinstance(reference, str | os.PathLike):
         path = Path(reference)
         if path.is_file():
-            return _shifted(read_poses(path), offset), None
-        if not isinstance(reference, str) or _like_file(reference):
-            raise ValueError(said(given("reference"), f" names {path}, which does not exist"))
-        reference = [_column(word) for word in reference.split(",")]
+            return _shift_time(read_poses(path), offset), None
+        if not isinstance(reference, str) or _is_file_name(reference):
+            raise ValueError(
+                make_sentence(keyword_argument("reference"), f" names {path}, which does not exist")
+            )
+        reference = [_parse_column(word) for word in reference.split(",")]
     if offset:
-        acts = given("reference_offset"), " acts on a file that ", given("reference"), " names"
-        raise ValueError(said(*acts))
+        message = (
+            keyword_argument("reference_offset"),
+            " acts on a file that ",
+            keyword_argument("reference"),
+            " names",
+        )
+        raise ValueError(make_sentence(*message))
     return None, reference
 
 
-def _shifted(poses: Poses, offset: float) -> Poses:
+def _shift_time(poses: Poses, offset: float) -> Poses:
     return replace(poses, time=poses.time + offset) if offset else poses
 
 
-def _like_file(text: str) -> bool:
-    return text.endswith(_OF_FILES) or "/" in text or "\\" in text
+def _is_file_name(text: str) -> bool:
+    return text.endswith(_FILE_SUFFIXES) or "/" in text or "\\" in text
 
 
-def _column(word: str) -> str | int:
+def _parse_column(word: str) -> str | int:
     name = word.strip()
     return int(name) if name.lstrip("-").isdecimal() else name
 
 
 def _check_heading(heading: str | None) -> None:
-    ways = get_args(Heading)
-    if heading is not None and heading not in ways:
+    headings = get_args(Heading)
+    if heading is not None and heading not in headings:
         raise ArgumentError(
-            "reference_heading", f"must be one of {', '.join(ways)}, got {heading!r}"
+            "reference_heading", f"must be one of {', '.join(headings)}, got {heading!r}"
         )
 
 
-def files_of(found: AttitudeEstimate, *, tum: bool = False) -> Files:
+def files_of(result: AttitudeEstimate, *, tum: bool = False) -> Files:
     """Return what an attitude is saved as: log and figure; with `tum` the poses as well."""
-    writers: list[Writer] = [lambda path: write_log(found.to_log(), path)]
+    writers: list[Writer] = [lambda path: write_log(result.to_log(), path)]
     endings = []
     if tum:
-        writers.append(text_writer(found.poses().to_tum()))
+        writers.append(text_writer(result.poses().to_tum()))
         endings.append(".tum")
-    return Files("-zerorate-attitude", "", writers, endings, {"": figure_writer(found.plot)})
+    return Files("-zerorate-attitude", "", writers, endings, {"": figure_writer(result.plot)})

@@ -13,20 +13,20 @@ import numpy.typing as npt
 
 from zerorate.calibration.calibrate import calibrate as fitted
 from zerorate.calibration.calibration import Calibration
-from zerorate.calibration.choice import own_sensors
+from zerorate.calibration.choice import find_sensors
 from zerorate.calibration.comparison import CalibrationComparison, compare_calibrations
-from zerorate.calibration.fit.sensors import chosen
+from zerorate.calibration.errors import CalibrationError
+from zerorate.calibration.fit.priors import PriorName
+from zerorate.calibration.fit.sensors import choose_logs
 from zerorate.calibration.fit.solution import GSensitivity
-from zerorate.calibration.fit.starts import PriorName
 from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.calibration.magnetometer import calibrate_magnetometer as iron_of
 from zerorate.calibration.parameters import GYRO_MATRIX, Frame
 from zerorate.calibration.record import Rest
-from zerorate.calibration.refusal import CalibrationError
-from zerorate.checks.preparation import AXES, CLIPPED, FROZEN, Choices, Prepared, prepare
-from zerorate.faults import bare, said
+from zerorate.checks.preparation import AXES, CLIPPED, FROZEN, Choices, PreparedRecording, prepare
+from zerorate.faults import bare_argument, make_sentence
 from zerorate.io.writing import write_log
-from zerorate.progress import Progress, reported
+from zerorate.progress import Progress, choose_reporter
 from zerorate.record.log import Log
 from zerorate.record.recording import Recording, notes_on
 from zerorate.tasks.corrections import calibration_of
@@ -34,7 +34,7 @@ from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
 from zerorate.tasks.source import (
     ReadingArguments,
     Source,
-    explained,
+    name_source_in_errors,
     recording_of,
 )
 from zerorate.views import Result
@@ -131,52 +131,62 @@ def calibrate(
     >>> calibration.valid, calibration.gyro.scale[0].identifiable, calibration.advice
     (True, True, ())
     """
-    report = reported(progress)
+    report = choose_reporter(progress)
     report("reading", 0.0)
-    asked: dict[str, Any] = {"gyro": gyro, "accel": accel}
-    recording = _recording(source, asked, reading)
-    names = _names(asked)
-    with explained(recording.source):
-        made = prepare(recording, Choices(names["gyro"], names["accel"], fix=fix, skip=(CLIPPED,)))
-    with explained(recording.source, made.alarms):
+    sensors: dict[str, Any] = {"gyro": gyro, "accel": accel}
+    recording = _load_recording(source, sensors, reading)
+    names = _sensor_names(sensors)
+    with name_source_in_errors(recording.source):
+        prepared = prepare(
+            recording, Choices(names["gyro"], names["accel"], fix=fix, skip=(CLIPPED,))
+        )
+    with name_source_in_errors(recording.source, prepared.alarms):
         report("fitting", 0.3)
         options: dict[str, Any] = {
             "gravity": gravity, "frame": frame, "g_sensitivity": g_sensitivity, "prior": prior,
             "saturation": saturation, "rests": rests,
         }  # fmt: skip
-        found = _fit(made.recording, {**asked, **options})
-        own = _of(made.recording, names)
-        found = found.with_temperature(own) if temperature else found
-    alarms = made.alarms_without(AXES) if _says_axes(found) else made.alarms
-    return replace(found, alarms=alarms, recording=own)
+        calibration = _fit(prepared.recording, {**sensors, **options})
+        used_recording = _select_sensors(prepared.recording, names)
+        calibration = calibration.with_temperature(used_recording) if temperature else calibration
+    alarms = prepared.alarms_except(AXES) if _has_other_axes(calibration) else prepared.alarms
+    return replace(calibration, alarms=alarms, recording=used_recording)
 
 
-def _recording(
-    source: Source | None, asked: dict[str, Any], reading: ReadingArguments
+def _load_recording(
+    source: Source | None, sensors: dict[str, Any], reading: ReadingArguments
 ) -> Recording:
     """Return the recording to calibrate; samples that are given take the place of its sensors."""
     recording = None if source is None else recording_of(source, reading)
-    if recording is not None and all(one is None or isinstance(one, str) for one in asked.values()):
+    if recording is not None and all(
+        sensor is None or isinstance(sensor, str) for sensor in sensors.values()
+    ):
         return recording
-    logs = chosen(recording, asked["gyro"], asked["accel"], reading.get("rate"))
-    asked.update(gyro=None, accel=None)
-    own = dict(zip(("gyro", "accel"), logs, strict=True))
-    others = {} if recording is None or recording.temperature is None else recording.logs
-    warmth = {name: log for name, log in others.items() if name == "temperature"}
-    return Recording({**own, **warmth}, "the samples" if recording is None else recording.source)
+    logs = choose_logs(recording, sensors["gyro"], sensors["accel"], reading.get("rate"))
+    sensors.update(gyro=None, accel=None)
+    given_logs = dict(zip(("gyro", "accel"), logs, strict=True))
+    other_logs = {} if recording is None or recording.temperature is None else recording.logs
+    temperature_logs = {name: log for name, log in other_logs.items() if name == "temperature"}
+    return Recording(
+        {**given_logs, **temperature_logs}, "the samples" if recording is None else recording.source
+    )
 
 
-def _names(asked: Mapping[str, str | None]) -> dict[str, str]:
+def _sensor_names(sensors: Mapping[str, str | None]) -> dict[str, str]:
     """Return the names of both sensors: one that is not chosen is that of the other's device."""
-    gyro, accel = asked["gyro"], asked["accel"]
+    gyro, accel = sensors["gyro"], sensors["accel"]
     device = (gyro or "").removeprefix("gyro") or (accel or "").removeprefix("accel")
     return {"gyro": gyro or f"gyro{device}", "accel": accel or f"accel{device}"}
 
 
-def _of(recording: Recording, names: Mapping[str, str]) -> Recording:
+def _select_sensors(recording: Recording, names: Mapping[str, str]) -> Recording:
     """Return a recording of two sensors and the temperature alone."""
-    own = {**names, "temperature": "temperature"}
-    logs = {name: recording[one] for name, one in own.items() if one in recording}
+    source_names = {**names, "temperature": "temperature"}
+    logs = {
+        name: recording[source_name]
+        for name, source_name in source_names.items()
+        if source_name in recording
+    }
     return Recording(logs, recording.source, notes=recording.notes)
 
 
@@ -190,9 +200,9 @@ def _fit(recording: Recording, options: Mapping[str, Any]) -> Calibration:
         return error.calibration
 
 
-def _says_axes(found: Calibration) -> bool:
+def _has_other_axes(calibration: Calibration) -> bool:
     """Return True if the calibration itself has found other axes, and says so."""
-    matrix = found.values[GYRO_MATRIX].reshape(3, 3)
+    matrix = calibration.values[GYRO_MATRIX].reshape(3, 3)
     largest = np.abs(matrix).max(axis=1)
     return not bool((np.diagonal(matrix) > 0.5 * largest).all())
 
@@ -257,27 +267,27 @@ def calibrate_magnetometer(
     >>> zr.calibrate_magnetometer(motion.recording()).applied
     False
     """
-    report = reported(progress)
+    report = choose_reporter(progress)
     report("reading", 0.0)
     recording = recording_of(source, reading)
     choices = Choices(gyro, gravity=gyro in recording)
-    with explained(recording.source):
-        made = prepare(recording, choices)
-    with explained(recording.source, made.alarms):
+    with name_source_in_errors(recording.source):
+        prepared = prepare(recording, choices)
+    with name_source_in_errors(recording.source, prepared.alarms):
         report("fitting", 0.3)
-        ready = _with_mag(made, recording, choices.mag_in(recording))
-        found = iron_of(ready, gyro=gyro, one=one, field=field, dip=dip, place=place)
-    done = (remark.text for remark in made.remarks if not remark.alarm)
-    notes = tuple(dict.fromkeys((*found.notes, *done)))
-    return replace(found, notes=notes, alarms=made.alarms)
+        fit_recording = _restore_frozen_mag(prepared, recording, choices.mag_name(recording))
+        calibration = iron_of(fit_recording, gyro=gyro, one=one, field=field, dip=dip, place=place)
+    preparation_notes = (remark.text for remark in prepared.remarks if not remark.alarm)
+    notes = tuple(dict.fromkeys((*calibration.notes, *preparation_notes)))
+    return replace(calibration, notes=notes, alarms=prepared.alarms)
 
 
-def _with_mag(made: Prepared, raw: Recording, name: str) -> Recording:
+def _restore_frozen_mag(prepared: PreparedRecording, raw: Recording, name: str) -> Recording:
     """Return what was prepared, with a magnetometer that is frozen throughout: the fit says so."""
-    lost = name in raw and any(one.check == FROZEN for one in made.remarks)
-    if not lost or name in made.recording:
-        return made.recording
-    return replace(made.recording, logs={**made.recording, name: raw[name]})
+    is_frozen = name in raw and any(remark.check == FROZEN for remark in prepared.remarks)
+    if not is_frozen or name in prepared.recording:
+        return prepared.recording
+    return replace(prepared.recording, logs={**prepared.recording, name: raw[name]})
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,21 +331,21 @@ class Corrected(Result):
         """Return the logs by how the names of their files end: those on one clock are one."""
         groups: dict[str, list[Log]] = {}
         for name, log in self.recording.items():
-            fits = (group for group in groups.values() if _share(group, log))
-            group = next(fits, None)
+            candidates = (group for group in groups.values() if _has_clock_of(group, log))
+            group = next(candidates, None)
             if group is None:
                 groups[f"-{name}" if groups else ""] = [log]
             else:
                 group.append(log)
-        return {ending: _joined(group) for ending, group in groups.items()}
+        return {ending: _join_logs(group) for ending, group in groups.items()}
 
 
-def _share(group: Sequence[Log], log: Log) -> bool:
-    first, taken = group[0], {name for one in group for name in one.names}
-    return np.array_equal(first.sampled, log.sampled) and taken.isdisjoint(log.names)
+def _has_clock_of(group: Sequence[Log], log: Log) -> bool:
+    first, group_names = group[0], {name for member in group for name in member.names}
+    return np.array_equal(first.sampled, log.sampled) and group_names.isdisjoint(log.names)
 
 
-def _joined(group: Sequence[Log]) -> Log:
+def _join_logs(group: Sequence[Log]) -> Log:
     first = group[0]
     data = np.hstack([log.data for log in group])
     names = tuple(name for log in group for name in log.names)
@@ -387,33 +397,37 @@ def correct(
     >>> found.recording.accel.unit, found.alarms
     ('g', ())
     """
-    known = calibration_of(calibration)
+    loaded = calibration_of(calibration)
     recording = recording_of(source, reading)
     chosen_by_name = gyro is not None or accel is not None
     names = (
-        _names({"gyro": gyro, "accel": accel}) if chosen_by_name else own_sensors(recording, known)
+        _sensor_names({"gyro": gyro, "accel": accel})
+        if chosen_by_name
+        else find_sensors(recording, loaded)
     )
-    taken = Choices(
+    choices = Choices(
         names["gyro"],
         names["accel"],
         gravity=False,
         skip=(CLIPPED,),
-        correct=lambda one: known.apply(one, **names),
+        correct=lambda one: loaded.apply(one, **names),
     )
-    with explained(recording.source):
-        made = prepare(recording, taken)
-    return Corrected(made.recording, made.alarms)
+    with name_source_in_errors(recording.source):
+        prepared = prepare(recording, choices)
+    return Corrected(prepared.recording, prepared.alarms)
 
 
-def moved_since(found: Calibration, earlier: Calibration | Path_) -> CalibrationComparison:
+def compare_with_earlier(
+    calibration: Calibration, earlier: Calibration | Path_
+) -> CalibrationComparison:
     """Return how far each parameter has moved since an earlier calibration, which comes first."""
     old = calibration_of(earlier)
-    units = {"gyro": found.gyro_units[0], "accel": found.accel_units[0]}
-    return compare_calibrations(old.to_frame(found.frame).in_units(**units), found)
+    units = {"gyro": calibration.gyro_units[0], "accel": calibration.accel_units[0]}
+    return compare_calibrations(old.to_frame(calibration.frame).in_units(**units), calibration)
 
 
 def files_of(
-    found: Calibration,
+    calibration: Calibration,
     *,
     exports: Sequence[str] = (),
     doubtful: bool = False,
@@ -424,21 +438,27 @@ def files_of(
     One that is not valid is not exported, unless `doubtful` says so.
     """
     check_exports(exports, tuple(EXPORTS))
-    asked = [one for one in exports if found.valid or doubtful]
-    texts = [text for one in asked for text in _texts(found, one, doubtful)]
-    data = [text_writer(text) for text in (found.to_json(), *texts)]
-    endings = [ending for one in asked for ending in EXPORTS[one]]
-    figures: dict[str, Writer] = {"": figure_writer(lambda: found.plot(panels=panels))}
-    if found.temperature_model is not None:
-        figures["-temperature"] = figure_writer(found.temperature_model.plot)
+    written_exports = [export for export in exports if calibration.valid or doubtful]
+    texts = [
+        text for export in written_exports for text in _export_texts(calibration, export, doubtful)
+    ]
+    data = [text_writer(text) for text in (calibration.to_json(), *texts)]
+    endings = [ending for export in written_exports for ending in EXPORTS[export]]
+    figures: dict[str, Writer] = {"": figure_writer(lambda: calibration.plot(panels=panels))}
+    if calibration.temperature_model is not None:
+        figures["-temperature"] = figure_writer(calibration.temperature_model.plot)
     return Files("-zerorate-calibration", ".json", data, endings, figures)
 
 
-def check_exports(exports: Sequence[str], known: Sequence[str]) -> None:
+def check_exports(exports: Sequence[str], supported: Sequence[str]) -> None:
     """Raise ValueError for a program that no file is written for."""
-    for one in exports:
-        if one not in known:
-            raise ValueError(said(bare("export"), f" is one of {', '.join(known)}, got {one}"))
+    for export in exports:
+        if export not in supported:
+            raise ValueError(
+                make_sentence(
+                    bare_argument("export"), f" is one of {', '.join(supported)}, got {export}"
+                )
+            )
 
 
 def unusable(found: MagnetometerCalibration) -> Sequence[str]:
@@ -451,34 +471,43 @@ def unusable(found: MagnetometerCalibration) -> Sequence[str]:
     return ()
 
 
-def _texts(found: Calibration, export: str, doubtful: bool) -> Sequence[str]:
+def _export_texts(calibration: Calibration, export: str, doubtful: bool) -> Sequence[str]:
     """Return the texts of an export's files."""
     if export == "json":
         return ()
     if export == "imu_tk":
-        return found.to_imu_tk(force=doubtful)
-    to = {"kalibr": found.to_kalibr, "px4": found.to_px4, "ardupilot": found.to_ardupilot}
-    return (to[export](force=doubtful),)
+        return calibration.to_imu_tk(force=doubtful)
+    exporters = {
+        "kalibr": calibration.to_kalibr,
+        "px4": calibration.to_px4,
+        "ardupilot": calibration.to_ardupilot,
+    }
+    return (exporters[export](force=doubtful),)
 
 
 def magnetometer_files(
-    found: MagnetometerCalibration, *, exports: Sequence[str] = (), doubtful: bool = False
+    calibration: MagnetometerCalibration, *, exports: Sequence[str] = (), doubtful: bool = False
 ) -> Files:
     """Return what a magnetometer's calibration is saved as: JSON, exports, the figure."""
     check_exports(exports, MAGNETOMETER_EXPORTS)
-    to: dict[str, Callable[..., str]] = {
-        "px4": found.to_px4, "ardupilot": found.to_ardupilot
+    exporters: dict[str, Callable[..., str]] = {
+        "px4": calibration.to_px4, "ardupilot": calibration.to_ardupilot
     }  # fmt: skip
-    asked = [one for one in exports if one in to]
-    texts = (found.to_json(), *(to[one](force=doubtful) for one in asked))
-    endings = [ending for one in asked for ending in EXPORTS[one]]
+    written_exports = [export for export in exports if export in exporters]
+    texts = (
+        calibration.to_json(),
+        *(exporters[export](force=doubtful) for export in written_exports),
+    )
+    endings = [ending for export in written_exports for ending in EXPORTS[export]]
     data = [*map(text_writer, texts)]
-    return Files("-zerorate-magnetometer", ".json", data, endings, {"": figure_writer(found.plot)})
+    return Files(
+        "-zerorate-magnetometer", ".json", data, endings, {"": figure_writer(calibration.plot)}
+    )
 
 
-def corrected_files(found: Corrected) -> Files:
+def corrected_files(result: Corrected) -> Files:
     """Return what a corrected recording is saved as: a log, and one more for each other clock."""
-    tables = found.tables()
+    tables = result.tables()
     data: list[Writer] = [partial(write_log, log) for log in tables.values()]
     others = [f"{ending}." for ending in tables if ending]
     return Files("-zerorate-calibrated", "", data, others, {})

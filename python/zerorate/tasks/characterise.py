@@ -11,26 +11,26 @@ from typing import Any, Final, Unpack
 
 import numpy as np
 
-from zerorate.checks.preparation import AS_MEASURED, prepare
-from zerorate.faults import ArgumentError, given, said, sentence_of
+from zerorate.checks.preparation import AS_MEASURED_CHOICES, prepare
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence, sentence_of
 from zerorate.io.reading import read_sensors
 from zerorate.noise import NoiseModel
 from zerorate.noise.characterise import (
     Characterisation,
     characterise_log,
+    collect_notes,
     models_json,
-    notes_on,
 )
-from zerorate.noise.exports import left_out
+from zerorate.noise.exports import list_undetermined
 from zerorate.noise.kinds import KindName, TauGrid
 from zerorate.noise.kinds import kind as find_kind
-from zerorate.progress import Progress, reported
-from zerorate.record.log import Log, LogError, present_logs
-from zerorate.record.names import KIND_OF_UNIT, UNKNOWN, looks_like_accelerometer
+from zerorate.progress import Progress, choose_reporter
+from zerorate.record.log import Log, LogError, drop_empty_logs
+from zerorate.record.names import KIND_OF_UNIT, UNKNOWN_UNIT, looks_like_accelerometer
 from zerorate.record.recording import Recording
 from zerorate.tasks.curve_files import CURVE_FORMATS, write_curves
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
-from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
+from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors, recording_of
 from zerorate.views import Result
 
 EXPORTS: Final = {
@@ -44,7 +44,7 @@ EXPORTS: Final = {
 """Estimators whose configuration can be written, and every axis' model; endings of their files."""
 
 _JSON: Final = "json"
-_KINDS: Final = ("gyro", "accel")
+_SENSOR_KINDS: Final = ("gyro", "accel")
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Characterised(Result):
     @property
     def notes(self) -> tuple[str, ...]:
         """Sentences on motion, gaps and fits, and on the log."""
-        return notes_on(self.sensors)
+        return collect_notes(self.sensors)
 
     @property
     def gyro(self) -> Characterisation | None:
@@ -92,7 +92,7 @@ class Characterised(Result):
         return self._of_kind("accel")
 
     def _of_kind(self, kind: str) -> Characterisation | None:
-        return next((one for one in self.sensors if _kind_of(one.log) == kind), None)
+        return next((sensor for sensor in self.sensors if _kind_of(sensor.log) == kind), None)
 
     def save(
         self,
@@ -209,51 +209,54 @@ def characterise(
     """
     if markov < 0:
         raise ArgumentError("markov", f"must not be negative, got {markov}")
-    family = find_kind(kind).name
-    report = reported(progress)
+    deviation_kind = find_kind(kind).name
+    report = choose_reporter(progress)
     report("reading", 0.0)
-    recording = _recording(source, reading)
-    with explained(recording.source):
-        made = prepare(recording, replace(AS_MEASURED, fix=fix))
-    with explained(recording.source, made.alarms):
-        found = tuple(
+    recording = _load_recording(source, reading)
+    with name_source_in_errors(recording.source):
+        prepared = prepare(recording, replace(AS_MEASURED_CHOICES, fix=fix))
+    with name_source_in_errors(recording.source, prepared.alarms):
+        sensors = tuple(
             characterise_log(
-                log, kind=family, taus=taus, bridge=bridge, confidence=confidence, markov=markov,
+                log, kind=deviation_kind, taus=taus, bridge=bridge,
+                confidence=confidence, markov=markov,
                 second_opinion=second_opinion, progress=report,
             )
-            for log in _sensors(made.recording)
+            for log in _group_by_clock(prepared.recording)
         )  # fmt: skip
-    return Characterised(found, made.alarms)
+    return Characterised(sensors, prepared.alarms)
 
 
-def _recording(source: Source, reading: ReadingArguments) -> Recording:
+def _load_recording(source: Source, reading: ReadingArguments) -> Recording:
     if isinstance(source, Recording | Log):
-        whole = recording_of(source, reading)
+        recording = recording_of(source, reading)
         if isinstance(source, Log):
-            return replace(whole, logs={_kind_of(source): source})
-        own = {name: log for name, log in whole.items() if name.partition("_")[0] in _KINDS}
-        return replace(whole, logs=own)
-    logs = present_logs(read_sensors(source, **reading))  # type: ignore[arg-type]
+            return replace(recording, logs={_kind_of(source): source})
+        sensor_logs = {
+            name: log for name, log in recording.items() if name.partition("_")[0] in _SENSOR_KINDS
+        }
+        return replace(recording, logs=sensor_logs)
+    logs = drop_empty_logs(read_sensors(source, **reading))  # type: ignore[arg-type]
     return Recording({_kind_of(log): log for log in logs}, str(logs[0].meta["source"]))
 
 
 def _kind_of(log: Log) -> str:
-    named = "accel" if looks_like_accelerometer(log.names[0]) else "gyro"
-    return KIND_OF_UNIT.get(log.unit, named)
+    kind_by_name = "accel" if looks_like_accelerometer(log.names[0]) else "gyro"
+    return KIND_OF_UNIT.get(log.unit, kind_by_name)
 
 
-def _sensors(recording: Recording) -> Iterator[Log]:
+def _group_by_clock(recording: Recording) -> Iterator[Log]:
     """Yield the gyros of a recording, then its accelerometers; those on one clock as one log."""
-    found = [log for kind in _KINDS for log in recording.of_kind(kind)]
-    if not found:
+    logs = [log for kind in _SENSOR_KINDS for log in recording.of_kind(kind)]
+    if not logs:
         raise LogError("there is neither a gyro nor an accelerometer")
-    alike: dict[object, list[Log]] = {}
-    for log in present_logs(found):
-        alike.setdefault((log.unit, log.n, log.rate, log.time[0]), []).append(log)
-    yield from map(_together, alike.values())
+    groups: dict[object, list[Log]] = {}
+    for log in drop_empty_logs(logs):
+        groups.setdefault((log.unit, log.n, log.rate, log.time[0]), []).append(log)
+    yield from map(_join_logs, groups.values())
 
 
-def _together(logs: Sequence[Log]) -> Log:
+def _join_logs(logs: Sequence[Log]) -> Log:
     first = logs[0]
     if len(logs) == 1:
         return first
@@ -263,7 +266,7 @@ def _together(logs: Sequence[Log]) -> Log:
     return replace(first, data=data, names=names, meta={**first.meta, "notes": tuple(notes)})
 
 
-def chosen_exports(export: str | Iterable[str], inflate: float, per_sample: bool) -> list[str]:
+def parse_exports(export: str | Iterable[str], inflate: float, per_sample: bool) -> list[str]:
     """Return the names of exports, each once; ValueError for what acts on none of them.
 
     `export`: names, with commas between or as a sequence.
@@ -278,15 +281,23 @@ def chosen_exports(export: str | Iterable[str], inflate: float, per_sample: bool
     if inflate != 1.0 and not set(names) - {_JSON}:
         listed = ", ".join(name for name in EXPORTS if name != _JSON)
         raise ValueError(
-            said(given("inflate"), " acts on exports to estimators: ", given("export", listed))
+            make_sentence(
+                keyword_argument("inflate"),
+                " acts on exports to estimators: ",
+                keyword_argument("export", listed),
+            )
         )
     if per_sample and "vins" not in names:
-        raise ValueError(said(given("per_sample"), " acts on ", given("export", "vins")))
+        raise ValueError(
+            make_sentence(
+                keyword_argument("per_sample"), " acts on ", keyword_argument("export", "vins")
+            )
+        )
     return names
 
 
-def exported(
-    found: Characterised,
+def export_texts(
+    result: Characterised,
     export: str | Iterable[str],
     *,
     inflate: float = 1.0,
@@ -303,61 +314,67 @@ def exported(
     """
     texts: dict[str, str] = {}
     refused: dict[str, list[str]] = {}
-    names = chosen_exports(export, inflate, per_sample)
-    _check_units(names, found.sensors[0].log)
+    names = parse_exports(export, inflate, per_sample)
+    _check_units(names, result.sensors[0].log)
     for name in names:
         try:
-            texts[name] = _text(name, found.sensors, inflate, per_sample, forced)
+            texts[name] = _export_text(name, result.sensors, inflate, per_sample, forced)
         except ValueError as error:
             refused.setdefault(sentence_of(error), []).append(name)
-    return texts, [said(f"no export to {', '.join(n)}: ", why) for why, n in refused.items()]
+    return texts, [
+        make_sentence(f"no export to {', '.join(n)}: ", why) for why, n in refused.items()
+    ]
 
 
-def left_out_of(found: Characterised, exports: Iterable[str]) -> list[str]:
+def describe_missing_numbers(result: Characterised, exports: Iterable[str]) -> list[str]:
     """Return which numbers exports lack, and what to record for them."""
     kinds = set(exports) - {_JSON}
     if not kinds:
         return []
     # A message has no place for a walk.
     walk = kinds != {"ros"}
-    models = (_worst(found.sensors, kind) for kind in ("angular rate", "acceleration"))
+    models = (_worst_model(result.sensors, kind) for kind in ("angular rate", "acceleration"))
     return [
-        said(f"exports leave out the {one}, or ", given("force"), " writes its upper bound")
+        make_sentence(
+            f"exports leave out the {number}, or ",
+            keyword_argument("force"),
+            " writes its upper bound",
+        )
         for model in models
         if model is not None
-        for one in left_out(model, walk)
+        for number in list_undetermined(model, walk)
     ]
 
 
 def _check_units(exports: Sequence[str], gyro: Log) -> None:
     needs = next((name for name in exports if name != _JSON), None)
-    if needs is not None and gyro.unit == UNKNOWN:
+    if needs is not None and gyro.unit == UNKNOWN_UNIT:
         raise ValueError(
-            said(
-                given("export", needs),
+            make_sentence(
+                keyword_argument("export", needs),
                 " needs the unit of the samples, which the log does not say: give ",
-                given("unit", "deg/s,g", "unit='deg/s,g'"),
+                keyword_argument("unit", "deg/s,g", "unit='deg/s,g'"),
                 ", for instance",
             )
         )
 
 
-def _text(
+def _export_text(
     export: str,
-    found: Sequence[Characterisation],
+    sensors: Sequence[Characterisation],
     inflate: float,
     per_sample: bool,
     force: bool,
 ) -> str:
     if export == _JSON:
-        return models_json(found, force=force)
-    gyro, accelerometer = (_worst(found, kind) for kind in ("angular rate", "acceleration"))
+        return models_json(sensors, force=force)
+    gyro, accelerometer = (_worst_model(sensors, kind) for kind in ("angular rate", "acceleration"))
     if gyro is None:
         raise ValueError("it needs a model of a gyro, and this log gives none")
-    rate = found[0].curve.rate
+    rate = sensors[0].curve.rate
     common: dict[str, Any] = {"accelerometer": accelerometer, "inflate": inflate, "force": force}
     if export == "kalibr":
-        return gyro.to_kalibr(rate=rate, rostopic=_topic(found[0].log), **common)
+        return gyro.to_kalibr(rate=rate, rostopic=_ros_topic(sensors[0].log), **common)
     if export == "vins":
         return gyro.to_vins(rate=rate if per_sample else None, **common)
     if export == "orbslam3":
@@ -367,26 +384,26 @@ def _text(
     return gyro.to_px4(**common)
 
 
-def _topic(log: Log) -> str:
+def _ros_topic(log: Log) -> str:
     """Return the topic of a ROS recording, or the one that Kalibr's examples have."""
     sensor = str(log.meta.get("sensor") or "")
     return sensor if sensor.startswith("/") else "/imu0"
 
 
-def _worst(found: Sequence[Characterisation], quantity: str) -> NoiseModel | None:
-    models = (one.worst for one in found)
+def _worst_model(sensors: Sequence[Characterisation], quantity: str) -> NoiseModel | None:
+    models = (sensor.worst for sensor in sensors)
     return next((m for m in models if m is not None and m.quantity == quantity), None)
 
 
-def files_of(found: Characterised, **exports: Any) -> Files:  # noqa: ANN401
+def files_of(result: Characterised, **exports: Any) -> Files:  # noqa: ANN401
     """Return what a characterisation is saved as: curves, exports and a figure.
 
-    `exports`: arguments of `exported`; ValueError if one is refused.
+    `exports`: arguments of `export_texts`; ValueError if one is refused.
     """
-    texts, refused = exported(found, exports.pop("export", ()), **exports)
+    texts, refused = export_texts(result, exports.pop("export", ()), **exports)
     if refused:
-        raise ValueError(said(*[part for why in refused for part in ("; ", why)][1:]))
-    return files_with(found, texts)
+        raise ValueError(make_sentence(*[part for why in refused for part in ("; ", why)][1:]))
+    return files_with(result, texts)
 
 
 def files_with(found: Characterised, exports: Mapping[str, str]) -> Files:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Unpack
 
-from zerorate.checks.preparation import checked_axes
+from zerorate.checks.preparation import check_axes
 from zerorate.checks.result import Checks
-from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
+from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors, recording_of
 
 
 def check(
@@ -55,5 +55,5 @@ def check(
     the gyro's y axis has the sign other than the accelerometer's
     """
     recording = recording_of(source, reading)
-    with explained(recording.source):
-        return checked_axes(recording, gyro, accel, scale=scale_errors)
+    with name_source_in_errors(recording.source):
+        return check_axes(recording, gyro, accel, scale=scale_errors)

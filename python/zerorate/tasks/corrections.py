@@ -45,37 +45,37 @@ def correction_of(
     logs = {kind: name for kind, name in names.items() if name is not None}
 
     def correct(recording: Recording) -> Recording:
-        made = recording if imu is None else imu.apply(recording, **logs)
-        found = made if field is None else field.apply(made)
-        assert isinstance(found, Recording)
-        return found
+        corrected = recording if imu is None else imu.apply(recording, **logs)
+        result = corrected if field is None else field.apply(corrected)
+        assert isinstance(result, Recording)
+        return result
 
     return correct
 
 
 @overload
-def calibration_of(known: Calibration | _Path) -> Calibration: ...
+def calibration_of(calibration: Calibration | _Path) -> Calibration: ...
 @overload
-def calibration_of(known: Calibration | _Path | None) -> Calibration | None: ...
-def calibration_of(known: Calibration | _Path | None) -> Calibration | None:
+def calibration_of(calibration: Calibration | _Path | None) -> Calibration | None: ...
+def calibration_of(calibration: Calibration | _Path | None) -> Calibration | None:
     """Return a calibration, read from a file where it is the path of one."""
-    if known is None or isinstance(known, Calibration):
-        return known
-    with _as_data():
-        return Calibration.from_json(known)
+    if calibration is None or isinstance(calibration, Calibration):
+        return calibration
+    with _as_log_errors():
+        return Calibration.from_json(calibration)
 
 
 def _magnetometer_of(
-    known: MagnetometerCalibration | _Path | None,
+    calibration: MagnetometerCalibration | _Path | None,
 ) -> MagnetometerCalibration | None:
-    if known is None or isinstance(known, MagnetometerCalibration):
-        return known
-    with _as_data():
-        return MagnetometerCalibration.from_json(known)
+    if calibration is None or isinstance(calibration, MagnetometerCalibration):
+        return calibration
+    with _as_log_errors():
+        return MagnetometerCalibration.from_json(calibration)
 
 
 @contextmanager
-def _as_data() -> Iterator[None]:
+def _as_log_errors() -> Iterator[None]:
     """Let what is wrong with a file be a fault of the data."""
     try:
         yield

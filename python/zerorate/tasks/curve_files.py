@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from zerorate.io.readers.cells import inert
+from zerorate.io.readers.cells import make_inert
 from zerorate.noise import AllanResult
 
 _COLUMNS: Final = ("deviation", "lower", "upper", "edf", "exponent", "term_count")
@@ -39,14 +39,14 @@ def _write_csv(curves: Sequence[AllanResult], path: Path) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(("axis", "kind", "unit", "tau_s", *_COLUMNS))
         for axis in _axes(curves):
-            head = (inert(axis.names[0]), axis.kind, inert(axis.unit))
+            head = (make_inert(axis.names[0]), axis.kind, make_inert(axis.unit))
             columns = (axis.taus, *(getattr(axis, name) for name in _COLUMNS))
-            writer.writerows((*head, *row) for row in zip(*map(_listed, columns), strict=True))
+            writer.writerows((*head, *row) for row in zip(*map(_to_list, columns), strict=True))
 
 
 def _as_dict(axis: AllanResult) -> dict[str, Any]:
     """Return an axis for JSON, in which there is no NaN."""
-    arrays = {name: _listed(getattr(axis, name)) for name in _COLUMNS}
+    arrays = {name: _to_list(getattr(axis, name)) for name in _COLUMNS}
     return {
         "axis": axis.names[0],
         "kind": axis.kind,
@@ -54,7 +54,7 @@ def _as_dict(axis: AllanResult) -> dict[str, Any]:
         "rate": axis.rate,
         "n": axis.n,
         "confidence": axis.confidence,
-        "tau_s": _listed(axis.taus),
+        "tau_s": _to_list(axis.taus),
         **{
             name: [v if np.isfinite(v) else None for v in values] for name, values in arrays.items()
         },
@@ -74,6 +74,6 @@ def _write_npz(axes: Sequence[AllanResult], path: Path) -> None:
         )
 
 
-def _listed(values: Any) -> list[Any]:  # noqa: ANN401
-    listed: list[Any] = values.tolist()
-    return listed
+def _to_list(values: Any) -> list[Any]:  # noqa: ANN401
+    items: list[Any] = values.tolist()
+    return items

@@ -9,20 +9,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, NoReturn, Unpack
 
-from zerorate.checks.preparation import AS_MEASURED
-from zerorate.faults import ArgumentError, given, said, sentence_of
+from zerorate.checks.preparation import AS_MEASURED_CHOICES
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence, sentence_of
 from zerorate.identification.arma import MAX_ORDER
 from zerorate.identification.as_json import as_json
-from zerorate.identification.identification import LEAST_SAMPLES, Identification, Method
+from zerorate.identification.identification import MIN_SAMPLES, Identification, Method
 from zerorate.identification.identification import identify as identify_axis
 from zerorate.identification.order import Criterion
 from zerorate.noise.records import as_record
-from zerorate.progress import Progress, reported
+from zerorate.progress import Progress, choose_reporter
 from zerorate.record.log import Log, LogError, notes_of
-from zerorate.tasks.imu import prepared_imu
+from zerorate.tasks.imu import prepare_imu
 from zerorate.tasks.saving import Files, text_writer
-from zerorate.tasks.source import ReadingArguments, Source, explained
-from zerorate.tasks.workers import workers
+from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors
+from zerorate.tasks.workers import thread_pool
 from zerorate.views import Result, page_of
 
 Panels = Literal["usual", "all"]
@@ -159,24 +159,24 @@ def identify(
     """
     if order is not None and not (len(order) == 2 and 0 <= min(order) <= max(order) <= MAX_ORDER):
         raise ArgumentError("order", f"takes p and q from 0 to {MAX_ORDER}, got {order}")
-    report = reported(progress)
+    report = choose_reporter(progress)
     report("reading", 0.0)
-    made = prepared_imu(source, reading, replace(AS_MEASURED, fix=fix))
-    name, log = made.recording.source, made.recording.gyro
-    asked = {
+    prepared = prepare_imu(source, reading, replace(AS_MEASURED_CHOICES, fix=fix))
+    name, log = prepared.recording.source, prepared.recording.gyro
+    options = {
         "order": order, "criterion": criterion, "max_order": max_order, "method": estimator,
         "segments": segments, "outliers": outliers, "smooth": smooth, "decimate": decimate,
         "trend": trend,
     }  # fmt: skip
-    with explained(name, made.alarms):
+    with name_source_in_errors(name, prepared.alarms):
         if log is None:
             raise LogError("there is no gyro")
-        axes, left_out = _found(log, asked, report)
-    return Identified(axes, name, (*notes_of(log, even=True), *left_out), made.alarms)
+        axes, left_out = _identify_axes(log, options, report)
+    return Identified(axes, name, (*notes_of(log, evenly_spaced=True), *left_out), prepared.alarms)
 
 
-def _found(
-    log: Log, asked: Mapping[str, Any], progress: Progress
+def _identify_axes(
+    log: Log, options: Mapping[str, Any], progress: Progress
 ) -> tuple[tuple[Identification, ...], tuple[str, ...]]:
     """Return what can be said of each axis, which share the cores, and why others are left out."""
     fractions = [0.0] * log.channels
@@ -188,49 +188,51 @@ def _found(
 
         try:
             z, name = log.data[:, i], log.names[i]
-            return identify_axis(z, log.rate, name=name, unit=log.unit, progress=tell, **asked)
+            return identify_axis(z, log.rate, name=name, unit=log.unit, progress=tell, **options)
         except ValueError as error:
             return error
 
-    results = _side_by_side(of_axis, log.channels)
-    axes = tuple(found for found in results if isinstance(found, Identification))
+    results = _run_parallel(of_axis, log.channels)
+    axes = tuple(outcome for outcome in results if isinstance(outcome, Identification))
     pairs = zip(log.names, results, strict=True)
-    refused = {name: sentence_of(found) for name, found in pairs if isinstance(found, ValueError)}
+    reasons = {
+        name: sentence_of(outcome) for name, outcome in pairs if isinstance(outcome, ValueError)
+    }
     if not axes:
-        _refuse(log, refused)
-    return axes, tuple(said(f"{name} is left out: ", why) for name, why in refused.items())
+        _raise_refusal(log, reasons)
+    return axes, tuple(make_sentence(f"{name} is left out: ", why) for name, why in reasons.items())
 
 
-def _side_by_side(
+def _run_parallel(
     work: Callable[[int], Identification | ValueError], count: int
 ) -> list[Identification | ValueError]:
-    with workers() as executor:
+    with thread_pool() as executor:
         # What holds round the caller holds in each thread, such as what arguments are called.
         jobs = [executor.submit(copy_context().run, work, i) for i in range(count)]
         return [job.result() for job in jobs]
 
 
-def _refuse(log: Log, reasons: Mapping[str, str]) -> NoReturn:
+def _raise_refusal(log: Log, reasons: Mapping[str, str]) -> NoReturn:
     """Raise a fault of the data where no column can be modelled, else one of the arguments."""
     for z in log.data.T:
         try:
-            as_record(z, LEAST_SAMPLES, "identification")
+            as_record(z, MIN_SAMPLES, "identification")
         except ValueError:
             listed = [part for n, why in reasons.items() for part in ("; ", f"column '{n}': ", why)]
-            others = "; others are chosen with ", given("columns", "", "columns")
-            raise LogError(said(*listed[1:], *others)) from None
+            hint = "; others are chosen with ", keyword_argument("columns", "", "columns")
+            raise LogError(make_sentence(*listed[1:], *hint)) from None
     name, reason = next(iter(reasons.items()))
-    raise ValueError(said(f"{name}: ", reason))
+    raise ValueError(make_sentence(f"{name}: ", reason))
 
 
-def files_of(found: Identified, *, drawn: bool = True, panels: Panels = "usual") -> Files:
+def files_of(result: Identified, *, drawn: bool = True, panels: Panels = "usual") -> Files:
     """Return what identifications are saved as: a page, with figures if they are drawn, and JSON.
 
     The page is made when it is written; ImportError without matplotlib, of the extra ``plot``.
     """
 
     def page(path: Path) -> None:
-        text_writer(page_of(found, drawn, panels == "all"))(path)
+        text_writer(page_of(result, drawn, panels == "all"))(path)
 
-    writers = [page, text_writer(found.to_json())]
+    writers = [page, text_writer(result.to_json())]
     return Files("-zerorate-identify", ".html", writers, [".json"], {})

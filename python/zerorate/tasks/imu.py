@@ -9,18 +9,18 @@ from typing import Any, Final
 import numpy as np
 
 from zerorate.calibration.calibration import Calibration
-from zerorate.calibration.choice import corrected_gyro, own_accel
-from zerorate.checks.preparation import FILTERED, Choices, Prepared, prepare
+from zerorate.calibration.choice import correct_gyro, find_accel
+from zerorate.checks.preparation import FILTER_CHOICES, Choices, PreparedRecording, prepare
 from zerorate.checks.result import Finding
 from zerorate.io.formats import LogSource
 from zerorate.io.logfile import LogFile, open_imu
 from zerorate.record.log import Log, LogError
 from zerorate.record.recording import Recording
-from zerorate.tasks.source import Source, explained, recording_of, units_of_sensors
+from zerorate.tasks.source import Source, name_source_in_errors, recording_of, units_of_sensors
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
-_JUDGED: Final = 1 << 20
+_MAX_CHECKED_SAMPLES: Final = 1 << 20
 """Samples that the preparation judges: of three hours at 100 Hz."""
 _AXES: Final = 3
 
@@ -49,82 +49,86 @@ class Imu:
         source: Source | LogFile,
         reading: Mapping[str, Any],
         calibration: Calibration | None = None,
-        choices: Choices = FILTERED,
+        choices: Choices = FILTER_CHOICES,
     ) -> Imu:
         """Return the gyro of a source, corrected by a calibration and prepared.
 
         The bias limit of the choices is in the unit of the gyro.
         """
         if isinstance(source, LogFile):
-            return cls(source).prepared(choices)
+            return cls(source).prepare_sensors(choices)
         if calibration is not None:
-            return cls._corrected(recording_of(source, reading), reading, calibration, choices)
+            return cls._from_corrected(recording_of(source, reading), reading, calibration, choices)
         if isinstance(source, Recording | Log):
-            return cls._of_recording(recording_of(source, reading), choices)
-        return cls(*_opened(source, reading)).prepared(choices)
+            return cls._from_recording(recording_of(source, reading), choices)
+        return cls(*_open_files(source, reading)).prepare_sensors(choices)
 
     @classmethod
-    def _corrected(
+    def _from_corrected(
         cls,
         recording: Recording,
         reading: Mapping[str, Any],
         calibration: Calibration,
         choices: Choices,
     ) -> Imu:
-        asked = reading.get("columns") is not None
-        with explained(recording.source):
-            gyro = LogFile.of(corrected_gyro(recording, calibration, asked=asked))
-        return cls(gyro, _whole(own_accel(recording, calibration))).prepared(choices)
+        has_columns = reading.get("columns") is not None
+        with name_source_in_errors(recording.source):
+            gyro = LogFile.of(correct_gyro(recording, calibration, by_columns=has_columns))
+        return cls(gyro, _as_log_file(find_accel(recording, calibration))).prepare_sensors(choices)
 
     @classmethod
-    def _of_recording(cls, recording: Recording, choices: Choices) -> Imu:
+    def _from_recording(cls, recording: Recording, choices: Choices) -> Imu:
         """Return the sensors of a recording, which may have several of a kind."""
         unit = "" if recording.gyro is None else recording.gyro.unit
-        made = prepare(recording, _in_si(choices, unit))
-        gyro, accel = made.recording.gyro, made.recording.accel
+        prepared = prepare(recording, _bias_limit_to_si(choices, unit))
+        gyro, accel = prepared.recording.gyro, prepared.recording.accel
         if gyro is None:
             raise LogError(f"{recording.source}: there is no gyro")
-        own = accel if accel is not None and accel.channels == _AXES else None
-        new = [note for note in made.recording.notes if note not in recording.notes]
+        three_axes = accel if accel is not None and accel.channels == _AXES else None
+        new_notes = [note for note in prepared.recording.notes if note not in recording.notes]
         file = LogFile.of(gyro)
-        return cls(replace(file, header=file.header.noting(new)), _whole(own), made.alarms)
+        return cls(
+            replace(file, header=file.header.with_notes(new_notes)),
+            _as_log_file(three_axes),
+            prepared.alarms,
+        )
 
     @property
     def source(self) -> str:
         """Name of the log."""
         return str(self.gyro.header.meta.get("source", "the log"))
 
-    def prepared(self, choices: Choices) -> Imu:
+    def prepare_sensors(self, choices: Choices) -> Imu:
         """Return the sensors after the preparation has judged their beginning.
 
         What it puts right there is put right in every block.
         """
         try:
-            logs = {"gyro": _beginning(self.gyro)}
+            logs = {"gyro": _read_beginning(self.gyro)}
             if self.accel is not None:
-                logs["accel"] = _beginning(self.accel)
+                logs["accel"] = _read_beginning(self.accel)
         except LogError:
             return self  # what is wrong with the file is said where it is read
-        asked = _in_si(choices, self.gyro.header.unit)
-        made = prepare(Recording(logs, self.source), asked)
-        gyro = self.gyro if made.fixed is None else _fixed(self.gyro, made.fixed)
-        return Imu(gyro, self.accel, made.alarms)
+        choices_si = _bias_limit_to_si(choices, self.gyro.header.unit)
+        result = prepare(Recording(logs, self.source), choices_si)
+        gyro = self.gyro if result.gyro_fix is None else _fix_blocks(self.gyro, result.gyro_fix)
+        return Imu(gyro, self.accel, result.alarms)
 
 
-def prepared_imu(source: Source, reading: Mapping[str, Any], choices: Choices) -> Prepared:
+def prepare_imu(source: Source, reading: Mapping[str, Any], choices: Choices) -> PreparedRecording:
     """Return the gyro of a source and its accelerometer in memory, as `Imu.of` finds them."""
     if isinstance(source, Recording | Log):
         return prepare(recording_of(source, reading), choices)
-    files = zip(("gyro", "accel"), _opened(source, reading), strict=True)
+    files = zip(("gyro", "accel"), _open_files(source, reading), strict=True)
     logs = {name: file.log() for name, file in files if file is not None}
     return prepare(Recording(logs, str(logs["gyro"].meta.get("source", "the log"))), choices)
 
 
-def _opened(source: LogSource, reading: Mapping[str, Any]) -> tuple[LogFile, LogFile | None]:
-    return open_imu(source, **{**reading, "unit": _of_gyro(reading)})
+def _open_files(source: LogSource, reading: Mapping[str, Any]) -> tuple[LogFile, LogFile | None]:
+    return open_imu(source, **{**reading, "unit": _gyro_unit(reading)})
 
 
-def _in_si(choices: Choices, unit: str) -> Choices:
+def _bias_limit_to_si(choices: Choices, unit: str) -> Choices:
     """Return choices with the bias limit in rad/s; without where the unit is not known."""
     limit = choices.bias_limit
     if limit is None or unit not in UNITS or UNITS[unit].kind != "rate":
@@ -132,7 +136,7 @@ def _in_si(choices: Choices, unit: str) -> Choices:
     return replace(choices, bias_limit=convert(limit, unit, "rad/s"))
 
 
-def _of_gyro(reading: Mapping[str, Any]) -> Any:  # noqa: ANN401
+def _gyro_unit(reading: Mapping[str, Any]) -> Any:  # noqa: ANN401
     """Return the unit of the gyro, of one that may be of both sensors."""
     unit = reading.get("unit")
     if isinstance(unit, str) and "," not in unit:
@@ -140,12 +144,12 @@ def _of_gyro(reading: Mapping[str, Any]) -> Any:  # noqa: ANN401
     return (units_of_sensors(unit) or {}).get("gyro")
 
 
-def _whole(log: Log | None) -> LogFile | None:
+def _as_log_file(log: Log | None) -> LogFile | None:
     return None if log is None else LogFile.of(log)
 
 
-def _beginning(log: LogFile) -> Log:
-    header, count = log.header, min(log.header.n, _JUDGED)
+def _read_beginning(log: LogFile) -> Log:
+    header, count = log.header, min(log.header.n, _MAX_CHECKED_SAMPLES)
     if log.whole is not None and count == header.n:
         return log.whole
     data = next(log.blocks(count)).T
@@ -154,16 +158,18 @@ def _beginning(log: LogFile) -> Log:
     return Log(time, header.rate, data, header.names, header.unit, header.meta, stamps)
 
 
-def _fixed(log: LogFile, finding: Finding) -> LogFile:
+def _fix_blocks(log: LogFile, finding: Finding) -> LogFile:
     """Return a log of which each block is put right when it is read."""
     if log.whole is not None:
         return LogFile.of(finding.apply(log.whole))
     header = log.header
     sample = Log(np.zeros(1), header.rate, np.zeros((1, 3)), header.names, header.unit, header.meta)
-    told = finding.apply(sample)
+    fixed_sample = finding.apply(sample)
     matrix = np.eye(3) if finding.matrix is None else finding.matrix
 
     def blocks(rows: int) -> Iterator[Floats]:
         return (finding.factor * matrix @ block for block in log.blocks(rows))
 
-    return replace(log, header=replace(header, unit=told.unit, meta=told.meta), blocks=blocks)
+    return replace(
+        log, header=replace(header, unit=fixed_sample.unit, meta=fixed_sample.meta), blocks=blocks
+    )

@@ -13,12 +13,14 @@ T = TypeVar("T")
 
 INTERRUPT: Final = int(signal.SIGINT)
 # Windows has no terminal that hangs up.
-_ENDINGS: Final = (signal.SIGTERM,) if sys.platform == "win32" else (signal.SIGTERM, signal.SIGHUP)
-_SIGNALS: Final = (signal.SIGINT, *_ENDINGS)
+_END_SIGNALS: Final = (
+    (signal.SIGTERM,) if sys.platform == "win32" else (signal.SIGTERM, signal.SIGHUP)
+)
+_SIGNALS: Final = (signal.SIGINT, *_END_SIGNALS)
 
 
 @contextmanager
-def for_the_parent_alone() -> Iterator[None]:
+def block_child_interrupts() -> Iterator[None]:
     """Start processes here that never see an interrupt; one that comes meanwhile is kept.
 
     Ctrl-C reaches every process of a terminal: here it is for the one that leads. Threads that are
@@ -38,7 +40,7 @@ def for_the_parent_alone() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def in_background(work: Callable[[], T]) -> T:
+def run_in_background(work: Callable[[], T]) -> T:
     """Return what work returns or raise what it raises; an interrupt leaves it behind.
 
     Native code cannot be interrupted, and some of it takes minutes.
@@ -59,7 +61,7 @@ def in_background(work: Callable[[], T]) -> T:
     return future.result()
 
 
-class Ending:
+class TerminationHandler:
     """Lets the signals that end a process do so as an interrupt does: what is begun is removed."""
 
     def __init__(self) -> None:
@@ -73,7 +75,7 @@ class Ending:
             for number in _SIGNALS:
                 # What a shell or nohup has told to be ignored stays so, and so does what the
                 # caller of a command takes itself.
-                if signal.getsignal(number) in _USUAL:
+                if signal.getsignal(number) in _DEFAULT_HANDLERS:
                     self._before[number] = signal.signal(number, self._end)
         return self
 
@@ -84,23 +86,23 @@ class Ending:
 
     def _end(self, number: int, frame: FrameType | None) -> None:
         if _is_importing(frame):
-            later = threading.Timer(_SOON, _repeat, (number,))
+            later = threading.Timer(_RETRY_DELAY_S, _resend_signal, (number,))
             later.daemon = True
             later.start()
             return
         self.number = number
         # Once: a second one must not stop what cleans up.
-        for caught in self._before:
-            signal.signal(caught, signal.SIG_IGN)
+        for other_number in self._before:
+            signal.signal(other_number, signal.SIG_IGN)
         raise KeyboardInterrupt
 
 
-_USUAL: Final = (signal.SIG_DFL, signal.default_int_handler)
-_SOON: Final = 0.01
+_DEFAULT_HANDLERS: Final = (signal.SIG_DFL, signal.default_int_handler)
+_RETRY_DELAY_S: Final = 0.01
 """Seconds after which a signal comes again."""
 
 
-def _repeat(number: int) -> None:
+def _resend_signal(number: int) -> None:
     """Send a signal to the main thread, which it wakes from what it waits for."""
     if sys.platform == "win32":
         signal.raise_signal(number)
@@ -119,7 +121,7 @@ def _is_importing(frame: FrameType | None) -> bool:
     return frame is not None and frame.f_code.co_filename.startswith("<frozen importlib")
 
 
-class Interrupted(Exception):
+class SignalInterrupt(Exception):
     """A signal came; its number is the argument."""
 
 
@@ -134,14 +136,14 @@ class Interrupts:
         self._pending: int | None = None
 
     @contextmanager
-    def caught(self) -> Iterator[None]:
+    def catch_signals(self) -> Iterator[None]:
         """Catch signals in the body; only the main thread gets any."""
         if threading.current_thread() is not threading.main_thread():
             yield
             return
         # What a shell has told to be ignored, in the background for instance, stays ignored.
         before = {
-            number: signal.signal(number, self._note)
+            number: signal.signal(number, self._handle_signal)
             for number in _SIGNALS
             if signal.getsignal(number) is not signal.SIG_IGN
         }
@@ -152,18 +154,18 @@ class Interrupts:
                 signal.signal(number, handler)
 
     def wait(self, read: Callable[[], T]) -> T:
-        """Return what a function returns, or raise `Interrupted` if a signal comes before."""
+        """Return what a function returns, or raise `SignalInterrupt` if a signal comes before."""
         self._waiting = True
         try:
             if self._pending is not None:
-                raise Interrupted(self._pending)
+                raise SignalInterrupt(self._pending)
             return read()
         finally:
             self._waiting = False
 
-    def _note(self, number: int, frame: FrameType | None) -> None:
+    def _handle_signal(self, number: int, frame: FrameType | None) -> None:
         if self._waiting:
-            raise Interrupted(number)
+            raise SignalInterrupt(number)
         if self._pending is not None:
             # Asked twice: the reader of the answers hangs, so the sample cannot be finished.
             raise KeyboardInterrupt

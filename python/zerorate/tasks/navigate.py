@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.calibration.calibration import Calibration
-from zerorate.checks.preparation import Choices, Clipped, prepare, prepared_fixes
-from zerorate.faults import ArgumentError, given, said
+from zerorate.checks.preparation import Choices, Clipped, prepare, prepare_fixes
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.io.fixes import read_fixes
 from zerorate.io.poses import read_poses
 from zerorate.io.reading import read_log
@@ -25,12 +25,12 @@ from zerorate.metrics.tracks import TrackErrors, ate, rpe
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.begin import Beginning, Heading, Mount, Offset, find_beginning
 from zerorate.navigation.options import NAVIGATION_OPTIONS
-from zerorate.navigation.outage import Gaps, Outages
-from zerorate.navigation.track import Track, not_begun
+from zerorate.navigation.outage import OutagePlan, Outages
+from zerorate.navigation.track import Track, explain_no_start
 from zerorate.navigation.tracks import write_geojson, write_gpx
 from zerorate.navigation.wheels import Wheels
 from zerorate.noise import NoiseModel, worst_axis
-from zerorate.progress import Progress, reported
+from zerorate.progress import Progress, choose_reporter
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import Log, LogError
 from zerorate.record.offset import TimeOffset
@@ -39,7 +39,13 @@ from zerorate.record.recording import Recording
 from zerorate.record.samples import Samples
 from zerorate.tasks.corrections import correction_of
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
-from zerorate.tasks.source import ReadingArguments, Source, apart, explained, recording_of
+from zerorate.tasks.source import (
+    ReadingArguments,
+    Source,
+    name_source_in_errors,
+    recording_of,
+    split_options,
+)
 from zerorate.types import Floats
 from zerorate.views import Result
 
@@ -122,11 +128,11 @@ class Navigation(Result):
             origin = truth.position[np.isfinite(truth.position).all(axis=1)][0]
             return ate(self.track.poses(origin), truth.poses(origin), align="none"), None, ""
         poses = self.track.poses()
-        found = ate(poses, truth, align="yaw")
-        turned = np.isfinite(truth.quaternion).all()
-        steps = rpe(poses, truth, delta=1.0, unit="s") if turned else None
-        angle = math.degrees(2.0 * math.atan2(found.turn[3], found.turn[0]))
-        return found, steps, f"turned by {angle:.2f} deg about the vertical, and shifted"
+        position_errors = ate(poses, truth, align="yaw")
+        has_orientation = np.isfinite(truth.quaternion).all()
+        steps = rpe(poses, truth, delta=1.0, unit="s") if has_orientation else None
+        angle = math.degrees(2.0 * math.atan2(position_errors.turn[3], position_errors.turn[0]))
+        return position_errors, steps, f"turned by {angle:.2f} deg about the vertical, and shifted"
 
     def poses(self) -> Poses:
         """Return place and orientation at every sample, of `Track.poses`."""
@@ -165,12 +171,16 @@ class _Wheels:
         tick: float | None,
     ) -> _Wheels | None:
         if tick is not None and ticks is None:
-            raise ValueError(said(given("tick"), " needs ", given("wheel_ticks")))
+            raise ValueError(
+                make_sentence(keyword_argument("tick"), " needs ", keyword_argument("wheel_ticks"))
+            )
         if tick is not None and not 0.0 < tick < math.inf:
-            raise ValueError(said(given("tick"), f" takes metres above 0, got {tick:g}"))
+            raise ValueError(
+                make_sentence(keyword_argument("tick"), f" takes metres above 0, got {tick:g}")
+            )
         if speed is not None and ticks is not None:
-            both = given("wheel_speed"), " and ", given("wheel_ticks")
-            raise ValueError(said(*both, " say the same: give one"))
+            both = keyword_argument("wheel_speed"), " and ", keyword_argument("wheel_ticks")
+            raise ValueError(make_sentence(*both, " say the same: give one"))
         values = speed if ticks is None else ticks
         return None if values is None else cls(values, ticks is not None, tick)
 
@@ -188,7 +198,7 @@ class _Wheels:
         if isinstance(source, Recording | Log):
             name = "wheel_ticks" if self.ticks else "wheel_speed"
             raise ArgumentError(name, "must be an array with a recording: it has no columns")
-        return samples.aligned(read_log(source, columns=self.values))[:, 0]
+        return samples.align(read_log(source, columns=self.values))[:, 0]
 
 
 def navigate(
@@ -295,167 +305,177 @@ def navigate(
     >>> found.notes[0].partition(":")[0]
     'the clock is as sensors and fixes fit best'
     """
-    report = reported(progress)
-    rolling = _Wheels.of(wheel_speed, wheel_ticks, tick)
-    wheeled = vehicle if rolling is None else "wheeled"
-    reading, constants = apart(options, NAVIGATION_OPTIONS)
-    asked = {
-        **_of_vehicle(wheeled, axle, constants),
-        **_noises(gyro_noise, accel_noise),
+    report = choose_reporter(progress)
+    wheels = _Wheels.of(wheel_speed, wheel_ticks, tick)
+    wheeled = vehicle if wheels is None else "wheeled"
+    reading, constants = split_options(options, NAVIGATION_OPTIONS)
+    filter_options = {
+        **_vehicle_options(wheeled, axle, constants),
+        **_load_noise_models(gyro_noise, accel_noise),
         **constants,
     }
-    lengths = _lengths(outages)
+    lengths = _check_lengths(outages)
     correct = correction_of(calibration)
-    truth = None if reference is None else _truth(reference, reference_offset)
+    truth = None if reference is None else _load_truth(reference, reference_offset)
     report("reading", 0.0)
     recording = recording_of(source, reading)
-    with explained(recording.source):
-        made = prepare(recording, Choices(fix=fix, clipped=clipped, correct=correct))
-        new = prepared_fixes(_fixes(recording, fixes))
-    alarms = list(made.alarms)
-    with explained(recording.source, alarms):
+    with name_source_in_errors(recording.source):
+        prepared = prepare(recording, Choices(fix=fix, clipped=clipped, correct=correct))
+        used_fixes = prepare_fixes(_load_fixes(recording, fixes))
+    alarms = list(prepared.alarms)
+    with name_source_in_errors(recording.source, alarms):
         report("navigating", 0.1)
-        begun = find_beginning(
-            made.recording, new, mount=mount, antenna=antenna, time_offset=time_offset,
-            heading=heading, rest=rest, alarms=alarms, **asked,
+        beginning = find_beginning(
+            prepared.recording, used_fixes, mount=mount, antenna=antenna, time_offset=time_offset,
+            heading=heading, rest=rest, alarms=alarms, **filter_options,
         )  # fmt: skip
-        speed = None if rolling is None else _rolled(rolling, source, begun, new)
-        run = _Run(begun, new, speed, smooth, lengths, asked)
-        found = run.navigated(report)
-    return replace(found, truth=truth, alarms=tuple(alarms))
+        speed = None if wheels is None else _read_wheels(wheels, source, beginning, used_fixes)
+        run = _Run(beginning, used_fixes, speed, smooth, lengths, filter_options)
+        navigation = run.run(report)
+    return replace(navigation, truth=truth, alarms=tuple(alarms))
 
 
-def _rolled(rolling: _Wheels, source: Source, begun: Beginning, fixes: Fixes) -> Floats | Wheels:
-    return rolling.read(source, begun.recording, TimeOffset.of(begun.time_offset).applied(fixes))
+def _read_wheels(
+    wheels: _Wheels, source: Source, beginning: Beginning, fixes: Fixes
+) -> Floats | Wheels:
+    return wheels.read(
+        source, beginning.recording, TimeOffset.of(beginning.time_offset).applied(fixes)
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class _Run:
     """A navigation that has begun: the filter, the outages, the smoother."""
 
-    begun: Beginning
+    beginning: Beginning
     fixes: Fixes
     speed: Floats | Wheels | None
     smooth: bool
     lengths: tuple[float, ...]
     options: dict[str, Any] = field(default_factory=dict)
 
-    def navigated(self, progress: Progress) -> Navigation:
+    def run(self, progress: Progress) -> Navigation:
         """Return the track, and errors in outages if lengths were asked for."""
-        begun = self.begun
-        nav = begun.filter(**self.options)
-        known: dict[str, Any] = {"wheel_speed": self.speed, "time_offset": begun.time_offset}
+        beginning = self.beginning
+        nav = beginning.filter(**self.options)
+        inputs: dict[str, Any] = {"wheel_speed": self.speed, "time_offset": beginning.time_offset}
         keep: Literal["all", "track"] = "all" if self.smooth else "track"
-        track = nav.copy().process(begun.recording, self.fixes, keep=keep, **known)
+        track = nav.copy().process(beginning.recording, self.fixes, keep=keep, **inputs)
         if not track.navigating.any():
-            raise LogError(said("the filter did not begin: ", not_begun(track)))
+            raise LogError(make_sentence("the filter did not begin: ", explain_no_start(track)))
         nis = track.nis()
         progress("outages", 0.3)
         errors = None
         if self.lengths:
-            gaps, part = Gaps(self.lengths, self.smooth), _part(progress, 0.3, 0.7)
-            work = partial(gaps.run, begun.recording, self.fixes, nav, track)
-            errors = work({"rest": None, **known}, os.cpu_count() or 1, part)
+            gaps, part = OutagePlan(self.lengths, self.smooth), _scale_progress(progress, 0.3, 0.7)
+            work = partial(gaps.run, beginning.recording, self.fixes, nav, track)
+            errors = work({"rest": None, **inputs}, os.cpu_count() or 1, part)
         if self.smooth:
             progress("smoothing", 0.7)
             track = track.smooth()
-        noted = tuple(dict.fromkeys((*begun.notes, *track.notes)))
-        return Navigation(replace(track, notes=noted), begun.start, nis, errors)
+        notes = tuple(dict.fromkeys((*beginning.notes, *track.notes)))
+        return Navigation(replace(track, notes=notes), beginning.start, nis, errors)
 
 
-def _part(progress: Progress, first: float, last: float) -> Progress:
+def _scale_progress(progress: Progress, first: float, last: float) -> Progress:
     return lambda step, done: progress(step, first + (last - first) * done)
 
 
-def _fixes(recording: Recording, fixes: Fixes | PathLike | None) -> Fixes:
+def _load_fixes(recording: Recording, fixes: Fixes | PathLike | None) -> Fixes:
     if isinstance(fixes, Fixes):
         return fixes
     if fixes is not None:
         return read_fixes(fixes)
-    found = recording.fixes
-    if found is None:
-        raise LogError(said("there are no fixes of a receiver; give ", given("fixes", "", "fixes")))
-    return found
+    recorded = recording.fixes
+    if recorded is None:
+        raise LogError(
+            make_sentence(
+                "there are no fixes of a receiver; give ", keyword_argument("fixes", "", "fixes")
+            )
+        )
+    return recorded
 
 
-def _lengths(outages: float | Sequence[float]) -> tuple[float, ...]:
-    asked = np.atleast_1d(np.asarray(outages, dtype=np.float64)).tolist()
-    if any(not 0.0 < one < math.inf for one in asked):
+def _check_lengths(outages: float | Sequence[float]) -> tuple[float, ...]:
+    lengths = np.atleast_1d(np.asarray(outages, dtype=np.float64)).tolist()
+    if any(not 0.0 < length < math.inf for length in lengths):
         raise ArgumentError("outages", f"must be lengths above 0 s, got {outages}")
-    return tuple(dict.fromkeys(asked))
+    return tuple(dict.fromkeys(lengths))
 
 
-_OF_WHEELS: Final = ("wheel_sigma", "speed_sigma")
+_WHEEL_OPTIONS: Final = ("wheel_sigma", "speed_sigma")
 
 
-def _of_vehicle(
+def _vehicle_options(
     vehicle: str | None, axle: npt.ArrayLike | None, constants: Mapping[str, Any]
 ) -> dict[str, Any]:
-    wheeled = given("vehicle", "wheeled", "vehicle='wheeled'")
+    wheeled = keyword_argument("vehicle", "wheeled", "vehicle='wheeled'")
     if vehicle is None:
-        asked = [name for name in _OF_WHEELS if name in constants]
-        asked += [] if axle is None else ["axle"]
-        if asked:
-            raise ValueError(said(given(asked[0]), " needs ", wheeled))
+        wheel_options = [name for name in _WHEEL_OPTIONS if name in constants]
+        wheel_options += [] if axle is None else ["axle"]
+        if wheel_options:
+            raise ValueError(make_sentence(keyword_argument(wheel_options[0]), " needs ", wheeled))
         return {}
     return {"vehicle": vehicle} if axle is None else {"vehicle": vehicle, "axle": axle}
 
 
-def _noises(
+def _load_noise_models(
     gyro: NoiseModel | PathLike | None, accel: NoiseModel | PathLike | None
 ) -> dict[str, NoiseModel]:
-    wanted = {"gyro": (gyro, "angular rate"), "accel": (accel, "acceleration")}
+    requested = {"gyro": (gyro, "angular rate"), "accel": (accel, "acceleration")}
     return {
-        sensor: model if isinstance(model, NoiseModel) else _noise(Path(model), quantity)
-        for sensor, (model, quantity) in wanted.items()
+        sensor: model if isinstance(model, NoiseModel) else _load_noise_model(Path(model), quantity)
+        for sensor, (model, quantity) in requested.items()
         if model is not None
     }
 
 
-def _noise(path: Path, quantity: str) -> NoiseModel:
+def _load_noise_model(path: Path, quantity: str) -> NoiseModel:
     """Return the model in a file, or the worst axis of those of a quantity in one of several."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         axes = content.get("axes") if isinstance(content, dict) else None
         if not isinstance(axes, dict):
             return NoiseModel.from_json(path)
-        models = [NoiseModel.from_json(json.dumps(one)) for one in axes.values() if one is not None]
-        fitting = [one for one in models if one.quantity == quantity]
-        if not fitting:
+        models = [
+            NoiseModel.from_json(json.dumps(model)) for model in axes.values() if model is not None
+        ]
+        matching = [model for model in models if model.quantity == quantity]
+        if not matching:
             raise ValueError(f"no axis has a model of {quantity}")
-        return worst_axis(fitting)
+        return worst_axis(matching)
     except ValueError as error:
         text = str(error)
         raise LogError(text if text.startswith(str(path)) else f"{path}: {text}") from None
 
 
-def _truth(reference: Poses | Fixes | PathLike, offset: float) -> Poses | Fixes:
+def _load_truth(reference: Poses | Fixes | PathLike, offset: float) -> Poses | Fixes:
     """Return the true track, on the clock of the recording."""
     if isinstance(reference, Poses):
         return replace(reference, time=reference.time + offset) if offset else reference
     if isinstance(reference, Fixes):
         return reference.shifted(offset) if offset else reference
     try:
-        return _truth(read_poses(reference), offset)
+        return _load_truth(read_poses(reference), offset)
     except LogError as fault:
         try:
-            return _truth(read_fixes(reference), offset)
+            return _load_truth(read_fixes(reference), offset)
         except (LogError, ValueError):
             raise fault from None
 
 
 def files_of(
-    found: Navigation, *, tum: bool = False, panels: Literal["usual", "all"] = "usual"
+    result: Navigation, *, tum: bool = False, panels: Literal["usual", "all"] = "usual"
 ) -> Files:
     """Return what a navigation is saved as: log, maps and figure; with `tum` the poses as well."""
     writers: list[Writer] = [
-        lambda path: write_log(found.to_log(), path),
-        lambda path: write_geojson(path, found.track, force=True),
-        lambda path: write_gpx(path, found.track, force=True),
+        lambda path: write_log(result.to_log(), path),
+        lambda path: write_geojson(path, result.track, force=True),
+        lambda path: write_gpx(path, result.track, force=True),
     ]
     endings = [".geojson", ".gpx"]
     if tum:
-        writers.append(text_writer(found.poses().to_tum()))
+        writers.append(text_writer(result.poses().to_tum()))
         endings.append(".tum")
-    figure = figure_writer(lambda: found.plot(panels))
+    figure = figure_writer(lambda: result.plot(panels))
     return Files("-zerorate-navigate", "", writers, endings, {"": figure})

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Final, TypeAlias, Unpack, overload
 
 from zerorate.checks.preparation import AXES, CLIPPED, DEAD, Choices, prepare
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.findings.before_after import BeforeAfter, before_after
 from zerorate.findings.report import Report, findings_of
 from zerorate.io.fixes import read_fixes
@@ -17,15 +17,15 @@ from zerorate.tasks.saving import Files, text_writer
 from zerorate.tasks.source import (
     ReadingArguments,
     Source,
-    explained,
-    own_names,
+    name_source_in_errors,
     recording_of,
     stem_of,
+    unique_stems,
 )
 
 Path_: TypeAlias = str | os.PathLike[str]
 
-_OWN: Final = (DEAD, AXES, CLIPPED)
+_FINDING_CHECKS: Final = (DEAD, AXES, CLIPPED)
 """Checks that the findings take themselves: of every IMU, with numbers and spans."""
 
 
@@ -103,33 +103,37 @@ def report(
     'Nothing in this log passes a limit.'
     """
     if after is None:
-        return _report(source, fixes, reading, progress)
+        return _report_one(source, fixes, reading, progress)
     if fixes is not None:
-        raise ValueError(said(given("fixes", "", "fixes"), " goes with one log, got two"))
-    one = partial(_report, fixes=None, reading=reading, progress=progress)
-    return before_after(one(source), one(after))
+        raise ValueError(
+            make_sentence(keyword_argument("fixes", "", "fixes"), " goes with one log, got two")
+        )
+    report_source = partial(_report_one, fixes=None, reading=reading, progress=progress)
+    return before_after(report_source(source), report_source(after))
 
 
-def _report(
+def _report_one(
     source: Source,
     fixes: Fixes | Path_ | None,
     reading: ReadingArguments,
     progress: Progress | None,
 ) -> Report:
-    known = fixes if fixes is None or isinstance(fixes, Fixes) else read_fixes(fixes)
+    loaded_fixes = fixes if fixes is None or isinstance(fixes, Fixes) else read_fixes(fixes)
     recording = recording_of(source, reading)
-    with explained(recording.source):
-        made = prepare(recording, Choices(gravity=False, skip=_OWN))
-        return findings_of(made.recording, fixes=known, remarks=made.remarks, progress=progress)
+    with name_source_in_errors(recording.source):
+        prepared = prepare(recording, Choices(gravity=False, skip=_FINDING_CHECKS))
+        return findings_of(
+            prepared.recording, fixes=loaded_fixes, remarks=prepared.remarks, progress=progress
+        )
 
 
-def files_of(found: Report | BeforeAfter) -> Files:
+def files_of(result: Report | BeforeAfter) -> Files:
     """Return what a report is saved as: a page and all findings as JSON."""
-    data = (text_writer(found.to_html()), text_writer(found.to_json()))
-    return Files("-zerorate-report", ".html", data, (".json",), {}, _stem(found))
+    data = (text_writer(result.to_html()), text_writer(result.to_json()))
+    return Files("-zerorate-report", ".html", data, (".json",), {}, _stem(result))
 
 
-def _stem(found: Report | BeforeAfter) -> str:
-    if isinstance(found, Report):
-        return stem_of(found.source)
-    return "-".join(own_names([found.before.source, found.after.source]))
+def _stem(result: Report | BeforeAfter) -> str:
+    if isinstance(result, Report):
+        return stem_of(result.source)
+    return "-".join(unique_stems([result.before.source, result.after.source]))

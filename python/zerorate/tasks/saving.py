@@ -15,12 +15,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, Self, TypeAlias
 
-from zerorate.faults import bare, given, said
+from zerorate.faults import bare_argument, keyword_argument, make_sentence
 from zerorate.io.formats import FORMATS
-from zerorate.progress import Progress, silent
-from zerorate.record.atomic import atomic_path, check_writable, sweep
+from zerorate.progress import Progress, report_nothing
+from zerorate.record.atomic import atomic_path, check_writable, remove_leftovers
 from zerorate.tasks.source import stem_of
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 from zerorate.views import save_figure
 
 Writer: TypeAlias = Callable[[Path], object]
@@ -32,13 +32,13 @@ LOG_FORMATS: Final = ("parquet", "csv", "npz", "mcap", "gcsv")
 FIGURE_FORMATS: Final = ("png", "svg", "pdf")
 """Formats of a figure; the first is the usual one."""
 
-_FOREIGN: Final = (
+_OTHER_SUFFIXES: Final = (
     *(suffix.removeprefix(".") for one in FORMATS for suffix in one.suffixes),
     *("html", "json", "pdf", "png", "svg", "xls", "xlsx", "yaml"),
 )
 
 
-class Saved(Protocol):
+class SavableResult(Protocol):
     """A result that is saved: it knows which recording it is of."""
 
     @property
@@ -105,8 +105,8 @@ _FILES: Final[dict[str, str]] = {
 
 def files_of(result: object, **choices: object) -> Files:
     """Return what a result is saved as; TypeError if its class is not saved."""
-    for one in type(result).__mro__:
-        name = f"{one.__module__}.{one.__qualname__}".removeprefix("zerorate.")
+    for base in type(result).__mro__:
+        name = f"{base.__module__}.{base.__qualname__}".removeprefix("zerorate.")
         if name in _FILES:
             module, _, function = _FILES[name].partition(":")
             files: Files = getattr(import_module(module), function)(result, **choices)
@@ -115,7 +115,7 @@ def files_of(result: object, **choices: object) -> Files:
 
 
 def save(
-    result: Saved,
+    result: SavableResult,
     output: str | os.PathLike[str] = ".",
     *,
     force: bool = False,
@@ -127,21 +127,25 @@ def save(
     """Write all files of a result; see `zerorate.views.Result.save`."""
     files = files_of(result, **choices)
     stem = files.stem or stem_of(result.source)
-    place = Destination.of(os.fspath(output), stem + files.ending, _written(files))
-    suffix = files.first or "." + place.choose("format", format, files.formats)
-    drawn = files.figures if figure else {}
-    shown = place.choose("figure_format", figure_format, FIGURE_FORMATS) if drawn else ""
+    destination = Destination.of(os.fspath(output), stem + files.ending, _possible_suffixes(files))
+    suffix = files.first or "." + destination.choose("format", format, files.formats)
+    figures = files.figures if figure else {}
+    figure_suffix = (
+        destination.choose("figure_format", figure_format, FIGURE_FORMATS) if figures else ""
+    )
     others = files.in_format(suffix[1:]).others
-    outputs = place.files(suffix, others, [f"{end}.{shown}" for end in drawn], force)
+    outputs = destination.files(
+        suffix, others, [f"{end}.{figure_suffix}" for end in figures], force
+    )
     check_paths(outputs.paths, force)
-    outputs.write(files.data, list(drawn.values()), silent)
+    outputs.write(files.data, list(figures.values()), report_nothing)
     return outputs.paths
 
 
-def _written(files: Files) -> list[str]:
+def _possible_suffixes(files: Files) -> list[str]:
     """Return the suffixes of the files that a result may be saved as, without dots."""
     first = files.formats if not files.first else (files.first[1:],)
-    others = (one.rpartition(".")[2] for one in files.others)
+    others = (ending.rpartition(".")[2] for ending in files.others)
     return [*first, *filter(None, others), *FIGURE_FORMATS]
 
 
@@ -153,15 +157,15 @@ class Destination:
     ----------
     base : Path
         The files without their suffixes.
-    named : str
+    named_suffix : str
         Suffix of the file that was named, without its dot; empty where that was a folder.
     """
 
     base: Path
-    named: str
+    named_suffix: str
 
     @classmethod
-    def of(cls, output: str, usual: str, suffixes: Iterable[str]) -> Self:
+    def of(cls, output: str, default_name: str, suffixes: Iterable[str]) -> Self:
         """Return the destination.
 
         A folder that exists is one, and so is what ends as one or in no suffix of a file.
@@ -170,7 +174,7 @@ class Destination:
         ----------
         output : str
             The folder, or the name of one of the files.
-        usual : str
+        default_name : str
             Name of the files in a folder.
         suffixes : iterable of str
             Those that are written, without dots.
@@ -180,25 +184,34 @@ class Destination:
         ValueError
             For the name of a file of another kind.
         """
-        path, known = Path(output), list(suffixes)
+        path, allowed = Path(output), list(suffixes)
         suffix = path.suffix.lower().removeprefix(".")
-        if output.endswith((os.sep, "/")) or path.is_dir() or suffix not in (*known, *_FOREIGN):
-            return cls(path / usual, "")
-        if suffix not in known:
-            listed = ", ".join(dict.fromkeys(known))
+        if (
+            output.endswith((os.sep, "/"))
+            or path.is_dir()
+            or suffix not in (*allowed, *_OTHER_SUFFIXES)
+        ):
+            return cls(path / default_name, "")
+        if suffix not in allowed:
+            listed = ", ".join(dict.fromkeys(allowed))
             raise ValueError(
-                said(_OUTPUT, f" takes a folder, or a file as {listed}, got '{output}'")
+                make_sentence(_OUTPUT, f" takes a folder, or a file as {listed}, got '{output}'")
             )
         return cls(path.with_suffix(""), suffix)
 
-    def choose(self, option: str, asked: str | None, formats: Sequence[str]) -> str:
+    def choose(self, option: str, requested: str | None, formats: Sequence[str]) -> str:
         """Return the format by the file that was named, by the option, or the usual one."""
-        by_name = self.named if self.named in formats else None
-        if asked is not None and by_name not in (None, asked):
+        by_name = self.named_suffix if self.named_suffix in formats else None
+        if requested is not None and by_name not in (None, requested):
             raise ValueError(
-                said(_OUTPUT, f" names a file as {by_name}, but ", bare(option), f" says {asked}")
+                make_sentence(
+                    _OUTPUT,
+                    f" names a file as {by_name}, but ",
+                    bare_argument(option),
+                    f" says {requested}",
+                )
             )
-        return by_name or asked or formats[0]
+        return by_name or requested or formats[0]
 
     def of_part(self, ending: str) -> Self:
         """Return where the files of a part of the log go, whose names end so."""
@@ -216,7 +229,7 @@ class Destination:
         return Path(f"{self.base}{ending}")
 
 
-_OUTPUT: Final = given("destination", "", "output")
+_OUTPUT: Final = keyword_argument("destination", "", "output")
 
 
 @dataclass(frozen=True)
@@ -250,10 +263,12 @@ class Outputs:
 
         Files that the result has not, such as exports of doubtful numbers, are not written.
         """
-        there = tuple(one for one in self.others if str(one).endswith(tuple(files.others)))
-        made = replace(self, others=there)
-        made.write(files.data, list(files.figures.values())[: len(self.figures)], progress, done)
-        return made.paths
+        present = tuple(
+            ending for ending in self.others if str(ending).endswith(tuple(files.others))
+        )
+        outputs = replace(self, others=present)
+        outputs.write(files.data, list(files.figures.values())[: len(self.figures)], progress, done)
+        return outputs.paths
 
     def write(
         self,
@@ -281,13 +296,13 @@ class Outputs:
             If a file exists (without `force`) or cannot be written.
         """
         draws = [draw] if callable(draw) else draw
-        with together(self.paths, self.force) as temporary, ThreadPoolExecutor(1) as executor:
+        with atomic_paths(self.paths, self.force) as temporary, ThreadPoolExecutor(1) as executor:
             count = 1 + len(self.others)
             pairs = zip(writers, temporary[:count], strict=True)
             jobs = [executor.submit(write, path) for write, path in pairs]
-            for one, path in zip(draws, temporary[count:], strict=False):
+            for draw_figure, path in zip(draws, temporary[count:], strict=False):
                 progress("drawing", done)
-                one(path)
+                draw_figure(path)
             progress("writing", 0.9)
             for job in jobs:
                 job.result()
@@ -315,17 +330,19 @@ def check_paths(
         If one cannot be written.
     """
     for path in paths:
-        if _is_one(path, log):
-            raise ValueError(said(_OUTPUT, f" names the log itself: {path}"))
-        if any(_is_one(path, source) for source in read):
+        if _is_same_file(path, log):
+            raise ValueError(make_sentence(_OUTPUT, f" names the log itself: {path}"))
+        if any(_is_same_file(path, source) for source in read):
             raise ValueError(
-                said(f"{path} is read as well, and is not replaced: give another ", _OUTPUT)
+                make_sentence(
+                    f"{path} is read as well, and is not replaced: give another ", _OUTPUT
+                )
             )
         check_writable(path, force, make_folders=True)
-    sweep(paths)
+    remove_leftovers(paths)
 
 
-def _is_one(path: Path, source: Path | None) -> bool:
+def _is_same_file(path: Path, source: Path | None) -> bool:
     """Return True if a file to be written is one that is read, by whatever name."""
     return source is not None and path.exists() and source.exists() and path.samefile(source)
 
@@ -337,7 +354,7 @@ def make_folders(paths: Iterable[Path]) -> None:
 
 
 @contextmanager
-def together(paths: Sequence[Path], force: bool) -> Iterator[list[Path]]:
+def atomic_paths(paths: Sequence[Path], force: bool) -> Iterator[list[Path]]:
     """Yield temporary names, which get the files' names once all of them are written."""
     make_folders(paths)
     with ExitStack() as stack:
@@ -355,7 +372,7 @@ def figure_writer(draw: Callable[[], Any]) -> Writer:
 
     def write(path: Path) -> None:
         if find_spec("matplotlib") is None:
-            raise ImportError(extra_needed("matplotlib", "plot"))
+            raise ImportError(describe_missing_extra("matplotlib", "plot"))
         save_figure(draw(), path)
 
     return write

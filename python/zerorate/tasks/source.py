@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePath
 from typing import Any, TypeAlias, TypedDict
 
-from zerorate.faults import given, said, sentence_of
+from zerorate.faults import keyword_argument, make_sentence, sentence_of
 from zerorate.io.columns import Columns, TimeColumn
 from zerorate.io.counts import Scale
 from zerorate.io.formats import LogSource
@@ -40,7 +40,7 @@ class ReadingArguments(UnscaledArguments, total=False):
     scale: Scale
 
 
-def apart(
+def split_options(
     options: Mapping[str, Any], table: Mapping[str, object]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what options say of reading, and what is in a table of options of a filter.
@@ -62,7 +62,7 @@ def apart(
 def recording_of(
     source: Source,
     reading: ReadingArguments | Mapping[str, Any],
-    **further: Any,  # noqa: ANN401
+    **extra: Any,  # noqa: ANN401
 ) -> Recording:
     """Return the recording that a task is given, read where it is not one yet.
 
@@ -82,16 +82,19 @@ def recording_of(
     """
     if not isinstance(source, Recording | Log):
         unit = units_of_sensors(reading.get("unit"))
-        return read_recording(source, **{**reading, "unit": unit}, **further)
-    asked = [name for name, value in {**reading, **further}.items() if value is not None]
-    if asked:
+        return read_recording(source, **{**reading, "unit": unit}, **extra)
+    unused = [name for name, value in {**reading, **extra}.items() if value is not None]
+    if unused:
         raise LogError(
-            said(given(asked[0]), " is for what is read: a recording is taken as it is"), asked[0]
+            make_sentence(
+                keyword_argument(unused[0]), " is for what is read: a recording is taken as it is"
+            ),
+            unused[0],
         )
-    return source if isinstance(source, Recording) else _of_log(source)
+    return source if isinstance(source, Recording) else _recording_of_log(source)
 
 
-def _of_log(log: Log) -> Recording:
+def _recording_of_log(log: Log) -> Recording:
     return Recording({"gyro": log}, str(log.meta.get("source", "the log")))
 
 
@@ -109,10 +112,12 @@ def units_of_sensors(
     if unit is None or not isinstance(unit, str):
         return unit
     words = [word.strip() for word in unit.split(",")]
-    sensors = ["accel" if canonical_unit(one) in ("g", "m/s^2") else "gyro" for one in words]
+    sensors = [
+        "accel" if canonical_unit(unit_name) in ("g", "m/s^2") else "gyro" for unit_name in words
+    ]
     if len(set(sensors)) < len(sensors):
         text = f" takes one unit of each kind, such as deg/s,g, got '{unit}'"
-        raise ValueError(said(given("unit", "", "unit"), text))
+        raise ValueError(make_sentence(keyword_argument("unit", "", "unit"), text))
     return dict(zip(sensors, words, strict=True))
 
 
@@ -128,19 +133,19 @@ def stem_of(source: str) -> str:
     return PurePath(source).stem or "recording"
 
 
-def own_names(sources: Sequence[str]) -> list[str]:
+def unique_stems(sources: Sequence[str]) -> list[str]:
     """Return what the files of each source begin with; ValueError where two would be the same.
 
     Examples
     --------
-    >>> from zerorate.tasks.source import own_names
-    >>> own_names(["logs/a.csv", "logs/b.csv"]), own_names(["old/a.csv", "new/a.csv"])
+    >>> from zerorate.tasks.source import unique_stems
+    >>> unique_stems(["logs/a.csv", "logs/b.csv"]), unique_stems(["old/a.csv", "new/a.csv"])
     (['a', 'b'], ['old-a', 'new-a'])
     """
-    stems = [stem_of(one) for one in sources]
+    stems = [stem_of(source) for source in sources]
     names = [
-        stem if stems.count(stem) == 1 else f"{Path(one).absolute().parent.name}-{stem}"
-        for one, stem in zip(sources, stems, strict=True)
+        stem if stems.count(stem) == 1 else f"{Path(source).absolute().parent.name}-{stem}"
+        for source, stem in zip(sources, stems, strict=True)
     ]
     if len(set(names)) < len(names):
         raise ValueError("two logs have one name: give each once, or copies of other names")
@@ -148,7 +153,7 @@ def own_names(sources: Sequence[str]) -> list[str]:
 
 
 @contextmanager
-def explained(source: str, alarms: Sequence[str] = ()) -> Iterator[None]:
+def name_source_in_errors(source: str, alarms: Sequence[str] = ()) -> Iterator[None]:
     """Let a fault of the data say which recording is at fault, and what may be the cause of it.
 
     Parameters
@@ -162,7 +167,7 @@ def explained(source: str, alarms: Sequence[str] = ()) -> Iterator[None]:
         yield
     except LogError as error:
         text = sentence_of(error)
-        fault = error if text.startswith(source) else error.around(f"{source}: ")
-        for one in alarms:
-            fault.add_note(one)
+        fault = error if text.startswith(source) else error.with_context(f"{source}: ")
+        for alarm in alarms:
+            fault.add_note(alarm)
         raise fault from None

@@ -11,17 +11,17 @@ import numpy.typing as npt
 
 from zerorate.calibration.calibration import Calibration
 from zerorate.checks.preparation import Choices, Clipped, prepare
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.foot.foot import FootNavigation, FootTrack, Origin
 from zerorate.io.writing import write_log
 from zerorate.navigation.tracks import write_geojson, write_gpx
-from zerorate.progress import Progress, reported
+from zerorate.progress import Progress, choose_reporter
+from zerorate.tasks.coordinates import parse_position
 from zerorate.tasks.corrections import correction_of
-from zerorate.tasks.places import place_of
 from zerorate.tasks.saving import Files, Writer, figure_writer
-from zerorate.tasks.source import ReadingArguments, Source, explained, recording_of
+from zerorate.tasks.source import ReadingArguments, Source, name_source_in_errors, recording_of
 
-_MAX_LATITUDE: Final = 89.5
+_MAX_LATITUDE_DEG: Final = 89.5
 
 
 def walk(
@@ -88,37 +88,45 @@ def walk(
     >>> bool(abs(track.distance - made.distance) < 0.01 * made.distance), track.alarms
     (True, ())
     """
-    report = reported(progress)
-    origin = _origin(at, heading, height)
+    report = choose_reporter(progress)
+    origin = _parse_origin(at, heading, height)
     # It restores rates itself: only so does it know which of them to trust less.
     nav = FootNavigation(floor=floor, restore=clipped != "leave")
     correct = correction_of(calibration)
     report("reading", 0.0)
     recording = recording_of(source, reading)
-    with explained(recording.source):
-        made = prepare(recording, Choices(fix=fix, clipped="leave", correct=correct))
-    with explained(recording.source, made.alarms):
+    with name_source_in_errors(recording.source):
+        prepared = prepare(recording, Choices(fix=fix, clipped="leave", correct=correct))
+    with name_source_in_errors(recording.source, prepared.alarms):
         report("navigating", 0.1)
-        track = nav.process(made.recording, keep="all" if smooth else "track")
+        track = nav.process(prepared.recording, keep="all" if smooth else "track")
         if smooth:
             report("smoothing", 0.5)
             track = track.smooth()
-    return replace(track, alarms=made.alarms, origin=origin)
+    return replace(track, alarms=prepared.alarms, origin=origin)
 
 
-def _origin(at: npt.ArrayLike | None, heading: float | None, height: float | None) -> Origin | None:
+def _parse_origin(
+    at: npt.ArrayLike | None, heading: float | None, height: float | None
+) -> Origin | None:
     if at is None:
         for name, value in (("heading", heading), ("height", height)):
             if value is not None:
-                raise ValueError(said(given(name), " needs ", given("at")))
+                raise ValueError(
+                    make_sentence(keyword_argument(name), " needs ", keyword_argument("at"))
+                )
         return None
     turn = heading or 0.0
     if not abs(turn) <= 2.0 * math.pi:
         degrees = f"{math.degrees(turn):g}"
-        raise ValueError(said(given("heading"), f" takes an angle within 360 deg, got {degrees}"))
+        raise ValueError(
+            make_sentence(
+                keyword_argument("heading"), f" takes an angle within 360 deg, got {degrees}"
+            )
+        )
     if not math.isfinite(height or 0.0):
-        raise ValueError(said(given("height"), f" takes m, got {height}"))
-    return Origin(*place_of(at, _MAX_LATITUDE), turn, height or 0.0)
+        raise ValueError(make_sentence(keyword_argument("height"), f" takes m, got {height}"))
+    return Origin(*parse_position(at, _MAX_LATITUDE_DEG), turn, height or 0.0)
 
 
 def files_of(track: FootTrack) -> Files:
@@ -126,7 +134,7 @@ def files_of(track: FootTrack) -> Files:
     writers: list[Writer] = [lambda path: write_log(track.to_log(), path)]
     endings: list[str] = []
     if track.origin is not None:
-        placed = track.placed(
+        placed = track.georeference(
             track.origin.latitude,
             track.origin.longitude,
             heading=math.degrees(track.origin.heading),

@@ -10,36 +10,36 @@ from typing import Final, Generic, Self, TypeVar
 
 T = TypeVar("T")
 
-_MOST: Final = 16
-_WAITING: Final = 6
+_MAX_THREADS: Final = 16
+_MAX_PENDING_ITEMS: Final = 6
 """Items on their way to a step: more than the blocks that are written together."""
-_POOLS: Final = (
+_THREAD_VARIABLES: Final = (
     "RAYON_NUM_THREADS",
     "OMP_NUM_THREADS",
     "OPENBLAS_NUM_THREADS",
     "MKL_NUM_THREADS",
     "VECLIB_MAXIMUM_THREADS",
 )
-_asked: ContextVar[int | None] = ContextVar("threads of a replay", default=None)
+_thread_limit: ContextVar[int | None] = ContextVar("threads of a replay", default=None)
 
 
 @contextmanager
-def on_threads(count: int) -> Iterator[None]:
-    """Let `workers` have this many threads instead, where many logs share the cores."""
-    before = _asked.set(count)
+def limit_threads(count: int) -> Iterator[None]:
+    """Let `thread_pool` have this many threads instead, where many logs share the cores."""
+    before = _thread_limit.set(count)
     try:
         yield
     finally:
-        _asked.reset(before)
+        _thread_limit.reset(before)
 
 
 def thread_count() -> int:
-    """Return how many threads `workers` has."""
-    return _asked.get() or min(os.cpu_count() or 1, _MOST)
+    """Return how many threads `thread_pool` has."""
+    return _thread_limit.get() or min(os.cpu_count() or 1, _MAX_THREADS)
 
 
 @contextmanager
-def workers() -> Iterator[ThreadPoolExecutor]:
+def thread_pool() -> Iterator[ThreadPoolExecutor]:
     """Yield as many threads as there are cores; an interrupt drops what is not yet begun.
 
     What runs there must release the interpreter lock to gain.
@@ -56,20 +56,20 @@ def workers() -> Iterator[ThreadPoolExecutor]:
 # full or empty.
 
 
-def ahead(items: Iterator[T]) -> Generator[T]:
+def prefetch(items: Iterator[T]) -> Generator[T]:
     """Yield the items, the next one being made by another thread in the meantime."""
     if thread_count() == 1:
         yield from items
         return
     end = object()
     with ThreadPoolExecutor(1) as executor:
-        coming: Future[T | object] = executor.submit(next, items, end)
-        while (item := coming.result()) is not end:
-            coming = executor.submit(next, items, end)
+        next_item: Future[T | object] = executor.submit(next, items, end)
+        while (item := next_item.result()) is not end:
+            next_item = executor.submit(next, items, end)
             yield item  # type: ignore[misc]
 
 
-class Behind(Generic[T]):
+class BackgroundStep(Generic[T]):
     """A step that takes items one after the other in another thread.
 
     Left without an error, it has taken them all; left with one, it drops those not yet begun.
@@ -98,19 +98,19 @@ class Behind(Generic[T]):
         if self._executor is None:
             self._take(item)
             return
-        while len(self._jobs) >= _WAITING:
+        while len(self._jobs) >= _MAX_PENDING_ITEMS:
             self._jobs.popleft().result()
         self._jobs.append(self._executor.submit(self._take, item))
 
 
 @contextmanager
-def single_threaded() -> Iterator[None]:
+def force_single_thread() -> Iterator[None]:
     """Start worker processes here that have one thread: more would take cores from other logs.
 
     Their pools are sized from the environment as they are loaded.
     """
-    before = {name: os.environ.get(name) for name in _POOLS}
-    os.environ.update(dict.fromkeys(_POOLS, "1"))
+    before = {name: os.environ.get(name) for name in _THREAD_VARIABLES}
+    os.environ.update(dict.fromkeys(_THREAD_VARIABLES, "1"))
     try:
         yield
     finally:

@@ -17,7 +17,7 @@ from zerorate.show.tables import WIDTH
 from zerorate.tasks.compare import ATTITUDE_METHODS, Trial, compare_attitude, read_trial
 from zerorate.tasks.compare.as_json import as_json
 from zerorate.tasks.compare.imu import Imu
-from zerorate.tasks.compare.peers import PEERS, Peer, missing
+from zerorate.tasks.compare.peers import PEERS, Peer, is_missing
 
 DEG = math.radians(1.0)
 OWN = [name for name in ATTITUDE_METHODS if name not in PEERS and "+" not in name]
@@ -177,7 +177,7 @@ class TestCompare:
         gappy = recording.mag.data.copy()
         gappy[100] = np.nan
         holed = with_log(recording, mag=recording.mag.with_data(gappy))
-        for name in (name for name in PEERS if not PEERS[name].causal and not missing(name)):
+        for name in (name for name in PEERS if not PEERS[name].causal and not is_missing(name)):
             (values,) = values_of(compare_attitude([holed], [name])).values()
             assert math.isnan(values["total"])
             assert values["inclination_6"] < 4.0 * DEG
@@ -225,7 +225,7 @@ class TestCompare:
 
     def test_peers_that_are_installed_find_their_way(self, recording):
         """Each in its own frame and units: a mistake there is no matter of a few degrees."""
-        installed = [name for name in PEERS if not missing(name)]
+        installed = [name for name in PEERS if not is_missing(name)]
         known = values_of(compare_attitude([recording], ["auto", *installed]))
         for name in installed:
             assert known[name]["total"] < 8.0 * DEG, name

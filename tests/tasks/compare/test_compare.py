@@ -23,10 +23,10 @@ from zerorate.show.compare_tables import format_compare
 from zerorate.show.tables import WIDTH
 from zerorate.simulation import Contamination
 from zerorate.tasks.compare import METHODS, Trial, compare_methods, read_trial
-from zerorate.tasks.compare.methods import WHOLE, on_axis
-from zerorate.tasks.compare.rest import scored_from
+from zerorate.tasks.compare.methods import WHOLE_RECORD_METHODS, run_on_axis
+from zerorate.tasks.compare.rest import scoring_start
 from zerorate.tasks.compare.slope import slope
-from zerorate.tasks.compare.turning import fitted
+from zerorate.tasks.compare.turning import fit_reference
 
 BROAD = "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
 ENCODER = "mpu6050_encoder_yaw_slow_100hz.parquet"
@@ -127,7 +127,7 @@ class TestSlope:
 class TestMethods:
     def test_raw_and_mean(self):
         z = BIAS[0] + noise(300, axes=1)[:, 0]
-        raw, mean = (on_axis(name, z, RATE, no_gain) for name in ("raw", "mean"))
+        raw, mean = (run_on_axis(name, z, RATE, no_gain) for name in ("raw", "mean"))
         assert raw.estimate is z
         assert not raw.bias.any()
         np.testing.assert_array_equal(mean.bias, zr.metrics.running_mean(z))
@@ -136,7 +136,7 @@ class TestMethods:
     def test_filters_are_those_of_the_package(self, method):
         z = BIAS[0] + noise(3000, axes=1)[:, 0]
         z[700:720] = np.nan
-        found = on_axis(method, z, RATE, no_gain)
+        found = run_on_axis(method, z, RATE, no_gain)
         trace = zr.DriftFilter(RATE, method=method).trace(z)
         np.testing.assert_array_equal(found.estimate, trace.estimate)
         np.testing.assert_array_equal(found.innovation, trace.innovation)
@@ -144,12 +144,12 @@ class TestMethods:
         np.testing.assert_array_equal(
             found.smooth, np.where(np.isfinite(z), trace.estimate, np.nan)
         )
-        assert 1.0 / RATE <= found.memory < 30.0
+        assert 1.0 / RATE <= found.time_constant < 30.0
 
     @pytest.mark.parametrize("method", ["median", "fading+", "fading+wings", "median+hold"])
     def test_the_filter_says_which_methods_it_knows(self, method):
         with pytest.raises(ValueError, match="method must be"):
-            on_axis(method, noise(100, axes=1)[:, 0], RATE, no_gain)
+            run_on_axis(method, noise(100, axes=1)[:, 0], RATE, no_gain)
 
     @pytest.mark.parametrize(
         ("name", "arguments"),
@@ -163,7 +163,7 @@ class TestMethods:
     def test_words_after_a_plus_are_options(self, name, arguments):
         z = BIAS[0] + noise(3000, axes=1)[:, 0]
         z[::50] += 20.0
-        found = on_axis(name, z, RATE, no_gain)
+        found = run_on_axis(name, z, RATE, no_gain)
         expected = zr.DriftFilter(RATE, output="estimate", **arguments).process(z)
         np.testing.assert_array_equal(found.estimate, expected)
 
@@ -173,7 +173,7 @@ class TestAtRest:
         recording = read_trial(resting(tmp_path / "a.csv", axes=1))
         (found,) = compare_methods([recording])
         z = recording.log.data[:, 0]
-        start = round(scored_from(60.0) * RATE)
+        start = round(scoring_start(60.0) * RATE)
         values = by_method(found)
         assert tuple(values) == METHODS
         estimate = zr.DriftFilter(RATE, method="akf", output="estimate").process(z)
@@ -191,7 +191,7 @@ class TestAtRest:
         assert tuple(values) == METHODS
         assert all(0.0 < value["coasting_10"] < math.radians(1.0) for value in values.values())
         marked = {name for name in METHODS if f"\n  {name}‡ " in format_compare([found])}
-        assert marked == set(WHOLE) & set(METHODS)
+        assert marked == set(WHOLE_RECORD_METHODS) & set(METHODS)
 
     def test_with_missing_samples_what_needs_all_of_them_has_no_error(self, tmp_path):
         recording = read_trial(resting(tmp_path / "a.csv", axes=1))
@@ -221,13 +221,13 @@ class TestAtRest:
 
     @pytest.mark.parametrize("duration", [30.0, 600.0])
     def test_the_start_is_not_scored(self, duration):
-        assert scored_from(duration) == {30.0: 10.0, 600.0: 120.0}[duration]
+        assert scoring_start(duration) == {30.0: 10.0, 600.0: 120.0}[duration]
 
 
 class TestTurning:
     def test_scale_sign_and_delay_are_found(self, tmp_path):
         recording = read_trial(turning(tmp_path / "a.csv"), reference="encoder_deg")
-        match = fitted(recording, recording.reference)
+        match = fit_reference(recording, recording.reference)
         assert match.axis == "gyro_z_dps"
         # Noise of 0.05 deg/s over sqrt(6000) samples is a hundred-thousandth of the motion's size;
         # the delay's parabola errs by some hundredths of a sample.
@@ -273,7 +273,7 @@ class TestTurning:
     @needs_recordings
     def test_of_a_motor_shaft(self):
         recording = read_trial(RECORDINGS / ENCODER, reference="encoder_deg")
-        match = fitted(recording, recording.reference)
+        match = fit_reference(recording, recording.reference)
         assert match.axis == "shaft_gyro_z_dps"
         # What the notes of the recording say, found there by other means.
         assert match.scale == pytest.approx(-1.01, abs=0.01)
@@ -355,7 +355,7 @@ class TestContaminated:
         path = resting(tmp_path / "a.csv", axes=1)
         _, faulty = both(path, "rest")
         z = read_trial(path).log.data[:, 0]
-        start = round(scored_from(60.0) * RATE)
+        start = round(scoring_start(60.0) * RATE)
         fed = Contamination.parse(FAULTS).apply(z, RATE, seed=1)
         mean = zr.metrics.running_mean(fed)[start:]
         error = zr.metrics.coasting_error(z[start:], mean, RATE, 10.0)
@@ -392,7 +392,7 @@ class TestContaminated:
         assert faulty["raw"]["compensated_rmse_degradation"] == 1.0
         assert faulty["fading"]["smooth_rmse_degradation"] > 1.0
         recording = read_trial(path, reference="encoder_deg")
-        match = fitted(recording, recording.reference)
+        match = fit_reference(recording, recording.reference)
         fed = Contamination.parse(FAULTS).apply(recording.log.data, RATE, seed=1)[:, 2]
         rate = match.raw - zr.metrics.running_mean(fed)
         error = zr.metrics.motion_error(match.rate, rate, RATE, raw=match.raw).rmse

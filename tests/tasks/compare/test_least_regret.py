@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from zerorate.simulation.models import MODELS, GaussMarkov, GyroModel, records
-from zerorate.simulation.optimum import optimum
+from zerorate.simulation.models import MODELS, GaussMarkov, GyroModel, simulate_records
+from zerorate.simulation.optimal_filter import optimum
 
 EXAMPLE = runpy.run_path(str(Path(__file__).parents[3] / "examples" / "least_regret.py"))
 least_regret, filtered_by_all = EXAMPLE["least_regret"], EXAMPLE["filtered_by_all"]
@@ -38,7 +38,7 @@ def test_likelihoods_are_those_of_the_differences_from_the_first_sample():
         )
         shared = -0.5 * (n - 1) * np.log(2.0 * np.pi)
         for j, other in enumerate(models):
-            signal, _ = records(other, RATE, n, [3, 4])
+            signal, _ = simulate_records(other, RATE, n, [3, 4])
             expected = normal.logpdf((differences @ signal).T) - shared
             # Eight steps; a bias of 0.5 deg/s leaves 14 digits of the 0.007 deg/s of noise, which
             # count twice in a square.
@@ -52,7 +52,7 @@ def test_estimates_are_those_of_the_optimum_of_each_model():
         best = optimum(model, RATE, TIMES[-1] + 1)
         assert found.optimum[i] == best.variance[TIMES].mean()
         for j, other in enumerate(models):
-            signal, _ = records(other, RATE, TIMES[-1] + 1, [3, 4])
+            signal, _ = simulate_records(other, RATE, TIMES[-1] + 1, [3, 4])
             np.testing.assert_array_equal(found.estimates[:, i, j], best.filtered(signal)[0][TIMES])
 
 

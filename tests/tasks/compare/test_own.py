@@ -12,7 +12,7 @@ from zerorate.show.compare_tables import format_compare
 from zerorate.simulation import Contamination
 from zerorate.simulation.models import MODELS
 from zerorate.tasks.compare import MethodError, OwnMethod, compare_methods, read_trial
-from zerorate.tasks.compare.methods import resolved
+from zerorate.tasks.compare.methods import resolve_methods
 from zerorate.tasks.compare.simulated import run, run_contaminated
 
 FAULT = "share=0.01,size=100"
@@ -83,7 +83,7 @@ def test_simulated_gyros_are_in_rad_per_second():
         seen.append(z.std())
         return average(z, rate)
 
-    methods = ["mean", *resolved([watching, whole])]
+    methods = ["mean", *resolve_methods([watching, whole])]
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("zerorate.tasks.compare.simulated.MODELS", MODELS[:1])
         faults = [Contamination.parse(FAULT)]
@@ -146,4 +146,4 @@ def test_a_failure_says_on_what(tmp_path):
     with pytest.raises(MethodError, match=place):
         compare_methods([read_trial(path)], [picky])
     with pytest.raises(MethodError, match=r"simulated gyro none: its first half alone: picky"):
-        run(resolved([picky]), models=MODELS[:1], seeds=1, duration=60.0, score_from=20.0)
+        run(resolve_methods([picky]), models=MODELS[:1], seeds=1, duration=60.0, score_from=20.0)

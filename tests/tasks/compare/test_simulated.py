@@ -9,7 +9,7 @@ from zerorate.metrics.averages import SHARED_GAINS
 from zerorate.show.compare_simulated import format_regret
 from zerorate.simulation import Contamination
 from zerorate.simulation.models import MODELS
-from zerorate.simulation.optimum import optimum
+from zerorate.simulation.optimal_filter import optimum
 from zerorate.tasks.compare import METHODS, methods
 from zerorate.tasks.compare.methods import Estimate
 from zerorate.tasks.compare.simulated import run, run_contaminated
@@ -113,7 +113,7 @@ def test_a_method_without_sigma_has_no_coverage():
 
 def test_mean_and_worst_leave_out_the_transient_model():
     found = run(["raw"], models=[WALK, STRONG, MODELS[-1]], seeds=1, **SHORT)
-    assert found.lasting.tolist() == [True, True, False]
+    assert found.lasting_mask.tolist() == [True, True, False]
     assert found.mean[0] == found.regret[:2, 0].mean()
     assert found.worst[0] == found.regret[:2, 0].max()
     only = run(["raw"], models=[MODELS[-1]], seeds=1, **SHORT)

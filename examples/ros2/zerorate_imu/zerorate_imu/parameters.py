@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from zerorate.options import FILTER_OPTIONS, with_limits
+from zerorate.options import FILTER_OPTIONS, add_rest_limits
 
 UNIT = "rad/s"
 """Of sensor_msgs/Imu."""
@@ -29,7 +29,7 @@ OWN = (
 
 
 def _of_filter() -> Iterator[Parameter]:
-    limits = with_limits({}, ["auto"], UNIT)
+    limits = add_rest_limits({}, ["auto"], UNIT)
     for option in FILTER_OPTIONS.values():
         # The node runs the method that needs no tuning, and publishes compensated rates.
         if "auto" not in option.methods or option.name in ("method", "output"):

@@ -9,12 +9,17 @@ from typing import Final
 import numpy as np
 
 from zerorate.calibration.calibration import Calibration
-from zerorate.calibration.fit.joint_fit import LOWER, Prior, forces
-from zerorate.calibration.fit.judgement import advice_on, problems_of
-from zerorate.calibration.fit.rests import in_raw_units
+from zerorate.calibration.fit.assessment import find_problems, give_advice
+from zerorate.calibration.fit.joint_fit import LOWER_TRIANGLE, Prior, forces
+from zerorate.calibration.fit.priors import nominal_sensors
+from zerorate.calibration.fit.rests import convert_to_raw
 from zerorate.calibration.fit.sensors import STANDARD_GRAVITY
-from zerorate.calibration.fit.solution import Record, Solution, errors_of, held_out_errors
-from zerorate.calibration.fit.starts import nominal_sensors
+from zerorate.calibration.fit.solution import (
+    Record,
+    Solution,
+    compute_errors,
+    compute_held_out_errors,
+)
 from zerorate.calibration.parameters import (
     ACCEL_BIAS,
     ACCEL_MATRIX,
@@ -26,7 +31,7 @@ from zerorate.calibration.record import Origin, Rest, Turn
 from zerorate.geometry.rotations import from_matrices, to_rotation_vectors
 from zerorate.types import Booleans, Floats
 
-_OUTLIER: Final = 0.5
+_MIN_WEIGHT: Final = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,14 +75,16 @@ class _Errors:
     held_out: bool
 
 
-def assembled(case: Case, prior: Prior, solution: Solution, problems: Sequence[str]) -> Calibration:
+def assemble_calibration(
+    case: Case, prior: Prior, solution: Solution, problems: Sequence[str]
+) -> Calibration:
     """Return the calibration of a solution; `problems` are those known before the fit."""
     record = case.record
-    errors = _errors(record, prior, solution)
-    rests, turns = _rests(case, solution, errors), _turns(case, solution, errors)
-    identifiable = _identifiable(solution)
+    errors = _collect_errors(record, prior, solution)
+    rests, turns = _complete_rests(case, solution, errors), _complete_turns(case, solution, errors)
+    identifiable = _find_identifiable(solution)
     used = [turn for turn in turns if turn.used]
-    found = problems_of(
+    fit_problems = find_problems(
         solution.fit,
         (record.accel.known, record.gyro.known),
         identifiable,
@@ -86,10 +93,10 @@ def assembled(case: Case, prior: Prior, solution: Solution, problems: Sequence[s
         (errors.norms, errors.misses),
     )
     unused = [turn.reason.partition(":")[0] for turn in turns if not turn.used]
-    notes = (*case.notes, *_on_g(solution))
+    notes = (*case.notes, *_g_notes(solution))
     return Calibration(
-        values=_values(case, solution),
-        covariance=_covariance(case, solution),
+        values=_parameter_values(case, solution),
+        covariance=_parameter_covariance(case, solution),
         identifiable=identifiable,
         accel_units=record.accel.units,
         gyro_units=record.gyro.units,
@@ -102,15 +109,15 @@ def assembled(case: Case, prior: Prior, solution: Solution, problems: Sequence[s
         carry_error=_rms(errors.misses),
         carry_error_raw=_rms(errors.raw_misses),
         held_out=errors.held_out,
-        problems=(*problems, *found),
-        advice=tuple(advice_on(solution.fit, prior, rests, used, unused)),
+        problems=(*problems, *fit_problems),
+        advice=tuple(give_advice(solution.fit, prior, rests, used, unused)),
         notes=notes,
         temperature=case.temperature,
         origin=case.origin,
     )
 
 
-def _on_g(solution: Solution) -> list[str]:
+def _g_notes(solution: Solution) -> list[str]:
     return ["what gravity does to the gyro was taken off in the turns"] if solution.in_turns else []
 
 
@@ -118,39 +125,39 @@ def _rms(errors: Floats) -> float:
     return float(np.sqrt(np.mean(errors**2))) if len(errors) else float("nan")
 
 
-def _errors(record: Record, prior: Prior, solution: Solution) -> _Errors:
-    raw_norms, raw_misses, _ = errors_of(record, nominal_sensors(record, prior))
+def _collect_errors(record: Record, prior: Prior, solution: Solution) -> _Errors:
+    raw_norms, raw_misses, _ = compute_errors(record, nominal_sensors(record, prior))
     sensors = solution.sensors if solution.in_turns else solution.without_g
-    norms, misses, turns = errors_of(record, sensors)
-    unseen = held_out_errors(record, prior, solution)
-    if unseen is not None:
-        norms, misses = unseen
-    held_out = unseen is not None
+    norms, misses, turns = compute_errors(record, sensors)
+    held_out_pair = compute_held_out_errors(record, prior, solution)
+    if held_out_pair is not None:
+        norms, misses = held_out_pair
+    held_out = held_out_pair is not None
     return _Errors(norms, misses, raw_norms, raw_misses, turns.rotations, held_out)
 
 
-def _rests(case: Case, solution: Solution, errors: _Errors) -> list[Rest]:
+def _complete_rests(case: Case, solution: Solution, errors: _Errors) -> list[Rest]:
     """Return all rests in raw units, with direction and error."""
     record, fit = case.record, solution.fit
-    seen = iter(zip(fit.directions, errors.norms, strict=True))
+    fitted = iter(zip(fit.directions, errors.norms, strict=True))
     rests = []
     for rest in case.rests:
         force = forces(rest.accel[np.newaxis], fit.accel, fit.bias)[0]
         size = float(np.linalg.norm(force))
-        up, norm = next(seen) if rest.used else (force / max(size, 1e-300), size - 1.0)
-        known = replace(rest, direction=up, norm_error=float(norm))
-        rests.append(in_raw_units(known, record.gyro, record.accel))
+        up, norm = next(fitted) if rest.used else (force / max(size, 1e-300), size - 1.0)
+        completed = replace(rest, direction=up, norm_error=float(norm))
+        rests.append(convert_to_raw(completed, record.gyro, record.accel))
     return rests
 
 
-def _turns(case: Case, solution: Solution, errors: _Errors) -> list[Turn]:
+def _complete_turns(case: Case, solution: Solution, errors: _Errors) -> list[Turn]:
     """Return all turns; those that were used with angle, axis and what is left."""
     vectors = to_rotation_vectors(from_matrices(errors.rotations))
-    seen = iter(zip(vectors, errors.misses, errors.raw_misses, solution.fit.weights, strict=True))
+    fitted = iter(zip(vectors, errors.misses, errors.raw_misses, solution.fit.weights, strict=True))
     turns = []
     for turn in case.turns:
         if turn.used:
-            vector, miss, raw_miss, weight = next(seen)
+            vector, miss, raw_miss, weight = next(fitted)
             angle = float(np.linalg.norm(vector))
             turn = replace(
                 turn,
@@ -158,13 +165,13 @@ def _turns(case: Case, solution: Solution, errors: _Errors) -> list[Turn]:
                 axis=vector / max(angle, 1e-300),
                 residual=float(miss),
                 residual_raw=float(raw_miss),
-                reason="" if weight > _OUTLIER else f"outlier: counts as {weight:.1g} of a turn",
+                reason="" if weight > _MIN_WEIGHT else f"outlier: counts as {weight:.1g} of a turn",
             )
         turns.append(turn)
     return turns
 
 
-def _values(case: Case, solution: Solution) -> Floats:
+def _parameter_values(case: Case, solution: Solution) -> Floats:
     """Return the 33 parameters in the units that users have."""
     fit, rest, (accel, gyro) = solution.fit, solution.rest, (case.record.accel, case.record.gyro)
     values = np.zeros(33)
@@ -186,10 +193,12 @@ def _per_g(case: Case) -> float:
     return STANDARD_GRAVITY / case.gravity
 
 
-def _covariance(case: Case, solution: Solution) -> Floats:
+def _parameter_covariance(case: Case, solution: Solution) -> Floats:
     fit, rest, (accel, gyro) = solution.fit, solution.rest, (case.record.accel, case.record.gyro)
     to_all = np.zeros((33, 18))
-    to_all[ACCEL_MATRIX][3 * LOWER[:, 0] + LOWER[:, 1], range(6)] = 1.0 / _force_unit(case)
+    to_all[ACCEL_MATRIX][3 * LOWER_TRIANGLE[:, 0] + LOWER_TRIANGLE[:, 1], range(6)] = (
+        1.0 / _force_unit(case)
+    )
     to_all[ACCEL_BIAS, 6:9] = np.eye(3) / accel.factor
     # dW = -W dM W.
     inverse = np.linalg.inv(fit.gyro)
@@ -197,21 +206,21 @@ def _covariance(case: Case, solution: Solution) -> Floats:
     covariance = to_all @ fit.covariance @ to_all.T
     units = np.append(1.0, np.full(3, _per_g(case))) / gyro.factor
     for axis in range(3):
-        places = [GYRO_BIAS.start + axis, *range(24 + 3 * axis, 27 + 3 * axis)]
-        known = rest.covariance_of(axis) * np.outer(units, units)
-        covariance[np.ix_(places, places)] = known
+        indices = [GYRO_BIAS.start + axis, *range(24 + 3 * axis, 27 + 3 * axis)]
+        axis_covariance = rest.covariance_of(axis) * np.outer(units, units)
+        covariance[np.ix_(indices, indices)] = axis_covariance
     return np.asarray((covariance + covariance.T) / 2.0)
 
 
-def _identifiable(solution: Solution) -> Booleans:
+def _find_identifiable(solution: Solution) -> Booleans:
     """Return which of the 33 parameters the record determines; what is fixed counts as known."""
     known = np.ones(33, dtype=bool)
-    known[ACCEL_MATRIX][3 * LOWER[:, 0] + LOWER[:, 1]] = solution.identifiable[:6]
+    known[ACCEL_MATRIX][3 * LOWER_TRIANGLE[:, 0] + LOWER_TRIANGLE[:, 1]] = solution.identifiable[:6]
     known[ACCEL_BIAS] = solution.identifiable[6:9]
     # An element of W hangs on that of M in its place, or where the axes are permuted to.
     axes = np.abs(solution.fit.gyro)
     axes = (axes > 0.5 * axes.max()).astype(float)
-    lost = (~solution.identifiable[9:]).reshape(3, 3).astype(float)
-    known[GYRO_MATRIX] = (axes.T @ lost @ axes.T == 0.0).ravel()
+    undetermined = (~solution.identifiable[9:]).reshape(3, 3).astype(float)
+    known[GYRO_MATRIX] = (axes.T @ undetermined @ axes.T == 0.0).ravel()
     known[G_SENSITIVITY] = solution.rest.identifiable.ravel()
     return known

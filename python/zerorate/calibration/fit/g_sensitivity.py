@@ -9,19 +9,19 @@ import numpy as np
 
 from zerorate.types import Booleans, Floats
 
-G_PRIOR: Final = 0.2 * np.pi / 180.0
+G_PRIOR_RAD_S: Final = 0.2 * np.pi / 180.0
 """Standard deviation of an element before the record, rad/s per gravity: MEMS gyros are given up to
 0.1 deg/s/g, and some go beyond."""
 
-_DETERMINED: Final = 0.3
-_LEAST_NOISE: Final = 1e-9
-_PINNED: Final = 1e-6
-_WALKS: Final = np.concatenate(([0.0], np.geomspace(0.01, 1e4, 13)))
+_MAX_SIGMA_RATIO: Final = 0.3
+_MIN_NOISE_RAD_S: Final = 1e-9
+_PINNED_SIGMA_RATIO: Final = 1e-6
+_WALK_VARIANCES: Final = np.concatenate(([0.0], np.geomspace(0.01, 1e4, 13)))
 """Walk within the mean time between rests, variance over that of the mean at a rest."""
 
 
 @dataclass(frozen=True, eq=False)
-class AtRest:
+class RestEstimate:
     """What the gyro shows without turning.
 
     Parameters
@@ -62,7 +62,7 @@ class AtRest:
         return np.asarray(covariance)
 
 
-def at_rest(
+def estimate_at_rest(
     means: Floats,
     variances: Floats,
     rounding: Floats,
@@ -70,7 +70,7 @@ def at_rest(
     directions: Floats,
     size: float,
     with_g: bool,
-) -> AtRest:
+) -> RestEstimate:
     """Return bias and G that explain the means at rests best.
 
     Parameters
@@ -94,30 +94,32 @@ def at_rest(
     Generalised least squares of ``mean = b + G u + random walk + white noise``. The strength of the
     walk is integrated over its restricted likelihood: ten rests tell it hardly within a decade.
     """
-    walk = _centred_walk(times)
+    walk = _centred_walk_covariance(times)
     # A constant has no noise, and would have no bounds.
-    variances = np.maximum(variances, (_LEAST_NOISE * size) ** 2)
+    variances = np.maximum(variances, (_MIN_NOISE_RAD_S * size) ** 2)
     free = np.full((3, 3), with_g)
-    prior = np.where(free, G_PRIOR * size, _PINNED * G_PRIOR * size)
-    found = [_axis(means[:, k], variances[:, k], directions, walk, prior[k]) for k in range(3)]
-    sigmas = np.sqrt([np.diagonal(covariance)[1:] for _, covariance, _ in found])
-    known = sigmas <= _DETERMINED * G_PRIOR * size
+    prior = np.where(free, G_PRIOR_RAD_S * size, _PINNED_SIGMA_RATIO * G_PRIOR_RAD_S * size)
+    axes = [_fit_axis(means[:, k], variances[:, k], directions, walk, prior[k]) for k in range(3)]
+    sigmas = np.sqrt([np.diagonal(covariance)[1:] for _, covariance, _ in axes])
+    known = sigmas <= _MAX_SIGMA_RATIO * G_PRIOR_RAD_S * size
     if with_g and not known.all():
         # The rest of what is known is of a sensor without those elements.
-        pinned = np.where(known, prior, _PINNED * prior)
-        found = [_axis(means[:, k], variances[:, k], directions, walk, pinned[k]) for k in range(3)]
-    values = np.array([value for value, _, _ in found])
-    return AtRest(
+        pinned = np.where(known, prior, _PINNED_SIGMA_RATIO * prior)
+        axes = [
+            _fit_axis(means[:, k], variances[:, k], directions, walk, pinned[k]) for k in range(3)
+        ]
+    values = np.array([value for value, _, _ in axes])
+    return RestEstimate(
         bias=values[:, 0],
         sensitivity=np.where(known & free, values[:, 1:], 0.0),
-        covariance=np.array([covariance for _, covariance, _ in found]),
-        spread=np.sqrt(np.array([spread for _, _, spread in found]) + rounding),
+        covariance=np.array([covariance for _, covariance, _ in axes]),
+        spread=np.sqrt(np.array([spread for _, _, spread in axes]) + rounding),
         identifiable=known | ~free,
         sigmas=np.where(free, sigmas, 0.0),
     )
 
 
-def _centred_walk(times: Floats) -> Floats:
+def _centred_walk_covariance(times: Floats) -> Floats:
     """Return the covariance of a random walk about its mean, one a mean step, shape (n, n)."""
     since = times - times[0]
     step = max(float(since[-1]) / max(len(times) - 1, 1), 1e-300)
@@ -126,7 +128,7 @@ def _centred_walk(times: Floats) -> Floats:
     return np.asarray(covariance - row - row[:, np.newaxis] + row.mean())
 
 
-def _axis(
+def _fit_axis(
     mean: Floats, variance: Floats, directions: Floats, walk: Floats, prior: Floats
 ) -> tuple[Floats, Floats, float]:
     """Return bias and row of G, their covariance, and the variance of the bias about its mean."""
@@ -134,7 +136,7 @@ def _axis(
     white = float(variance.mean())
     design = np.column_stack((np.ones(n), directions))
     known = np.diag(np.append(0.0, prior**-2.0))
-    noise = np.diag(variance) + _WALKS[:, np.newaxis, np.newaxis] * white * walk
+    noise = np.diag(variance) + _WALK_VARIANCES[:, np.newaxis, np.newaxis] * white * walk
     weighted = np.linalg.solve(noise, np.column_stack((design, mean - level))[np.newaxis])
     normal = design.T @ weighted[:, :, :4] + known
     right = np.einsum("ij,kil->kjl", design, weighted[:, :, 4:])
@@ -142,11 +144,11 @@ def _axis(
     squares = np.einsum("i,ki->k", mean - level, weighted[:, :, 4])
     squares -= np.einsum("kj,kj->k", values, right[:, :, 0])
     logarithm = np.linalg.slogdet(noise)[1] + np.linalg.slogdet(normal)[1] + squares
-    chance = np.exp(-0.5 * (logarithm - logarithm.min()))
-    chance /= chance.sum()
-    middle = chance @ values
-    apart = values - middle
-    covariance = np.einsum("k,kij->ij", chance, np.linalg.inv(normal))
-    covariance = covariance + np.einsum("k,ki,kj->ij", chance, apart, apart)
-    spread = float(chance @ _WALKS) * white * float(np.trace(walk)) / n
-    return middle + np.array([level, 0.0, 0.0, 0.0]), covariance, spread
+    probability = np.exp(-0.5 * (logarithm - logarithm.min()))
+    probability /= probability.sum()
+    mean_values = probability @ values
+    offsets = values - mean_values
+    covariance = np.einsum("k,kij->ij", probability, np.linalg.inv(normal))
+    covariance = covariance + np.einsum("k,ki,kj->ij", probability, offsets, offsets)
+    spread = float(probability @ _WALK_VARIANCES) * white * float(np.trace(walk)) / n
+    return mean_values + np.array([level, 0.0, 0.0, 0.0]), covariance, spread

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from zerorate import units
-from zerorate.calibration.fit.sensors import STANDARD_GRAVITY, Sensor, resolution, sensor
+from zerorate.calibration.fit.sensors import STANDARD_GRAVITY, Sensor, prepare_sensor, resolution
 from zerorate.calibration.record import Rest
 from zerorate.faults import ArgumentError
 from zerorate.record.log import Log, LogError
@@ -18,26 +18,26 @@ from zerorate.record.recording import Recording
 from zerorate.record.runs import runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
 
-FLOORS: Final = 5.0
+MAX_VARIANCE_RATIO: Final = 5.0
 """A window is still if no axis varies more than this many times as at its quietest."""
 
-_BLOCK: Final = 0.1
-_WINDOW: Final = 0.5
-_TRIM: Final = 0.1
-_JOIN: Final = 0.4
-_SHORTEST: Final = 1.0
+_BLOCK_S: Final = 0.1
+_WINDOW_S: Final = 0.5
+_TRIM_S: Final = 0.1
+_MAX_BREAK_S: Final = 0.4
+_MIN_REST_S: Final = 1.0
 
-_POSE_ERROR: Final = 0.3e-3
+_POSE_SIGMA: Final = 0.3e-3
 """How well two rests in one pose agree, parts of gravity: no sensor is as stable as the mean of
 seconds of white noise."""
 
 _HARMONICS: Final = np.arange(1, 33)
 """Of the sawtooth that rounding is of its input; the rest of them is 2 % of its variance."""
 
-_CLIPPED: Final = 0.25
+_MIN_CLIPPED_SHARE: Final = 0.25
 """Of the samples of a rest: of noise of two steps a fifth is at one value, at most."""
 
-_MOVED: Final = 5.0
+_MIN_MOTION_RATIO: Final = 5.0
 _MEDIAN_OF_SQUARE: Final = 0.4549364
 """Of a standard normal deviate."""
 
@@ -69,8 +69,8 @@ class _Windows:
 
     def at_blocks(self, count: int) -> Floats:
         """Return the ratio in the window round each block, the nearest one at the ends."""
-        places = np.arange(count) - self.blocks // 2
-        return np.asarray(self.ratio[places.clip(0, len(self.ratio) - 1)])
+        indices = np.arange(count) - self.blocks // 2
+        return np.asarray(self.ratio[indices.clip(0, len(self.ratio) - 1)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,30 +107,32 @@ class Stillness:
         return np.asarray(square * left / (2.0 * np.pi**2))
 
 
-def _windows(one: Sensor) -> _Windows:
-    block = max(1, round(_BLOCK * one.rate))
+def _measure_windows(sensor: Sensor) -> _Windows:
+    block = max(1, round(_BLOCK_S * sensor.rate))
     # Fewer than four samples tell no variance.
-    blocks = max(round(_WINDOW * one.rate / block), -(-4 // block))
-    count = one.n // block
+    blocks = max(round(_WINDOW_S * sensor.rate / block), -(-4 // block))
+    count = sensor.n // block
     if count < blocks:
         return _Windows(np.full(1, np.inf), np.full(3, np.nan), np.zeros(3), block, blocks)
-    variance, there = _variances(one, block, blocks, count)
-    step = resolution(one.data)
+    variance, counts = _window_variances(sensor, block, blocks, count)
+    step = resolution(sensor.data)
     least = np.maximum(step**2 / 12.0, np.finfo(float).tiny)
-    full = there >= 0.5 * block * blocks
-    floor = _floors(np.maximum(variance[full], least)) if full.any() else np.full(3, np.nan)
+    full = counts >= 0.5 * block * blocks
+    floor = (
+        _estimate_floors(np.maximum(variance[full], least)) if full.any() else np.full(3, np.nan)
+    )
     ratio = (np.maximum(variance, least) / floor).max(axis=1)
     return _Windows(np.where(full, ratio, np.inf), floor, step, block, blocks)
 
 
-def _variances(one: Sensor, block: int, blocks: int, count: int) -> tuple[Floats, Floats]:
+def _window_variances(sensor: Sensor, block: int, blocks: int, count: int) -> tuple[Floats, Floats]:
     """Return variances in windows and the number of samples that are there."""
     # About a level of the record, lest the squares of an offset hide the noise.
-    level = one.data - np.nanmedian(one.data[:: max(1, one.n // 1000)], axis=0)
+    level = sensor.data - np.nanmedian(sensor.data[:: max(1, sensor.n // 1000)], axis=0)
     number = np.full(count, float(block))
-    if one.missing is not None:
-        level[one.missing] = 0.0
-        number = (~one.missing[: count * block]).reshape(count, block).sum(axis=1).astype(float)
+    if sensor.missing is not None:
+        level[sensor.missing] = 0.0
+        number = (~sensor.missing[: count * block]).reshape(count, block).sum(axis=1).astype(float)
     cells = level[: count * block].reshape(count, block, 3)
     # The mean of the block comes off first: it is far from the level in most poses.
     centre = cells.sum(axis=1) / np.maximum(number, 1.0)[:, np.newaxis]
@@ -151,7 +153,7 @@ def _moving_sum(values: Floats, width: int) -> Floats:
     return total
 
 
-def _floors(variance: Floats) -> Floats:
+def _estimate_floors(variance: Floats) -> Floats:
     """Return the variance of each axis at rest: the usual one among the small ones."""
     floor = np.percentile(variance, 10, axis=0)
     for _ in range(3):
@@ -160,50 +162,52 @@ def _floors(variance: Floats) -> Floats:
     return np.asarray(floor)
 
 
-def _still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, list[_Windows]]:
+def _find_still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, list[_Windows]]:
     """Return which blocks of the first sensor are still for all, and the windows of each."""
-    found = [_windows(one) for one in sensors]
-    first, block = sensors[0], found[0].block
+    all_windows = [_measure_windows(sensor) for sensor in sensors]
+    first, block = sensors[0], all_windows[0].block
     count = first.n // block
     times = first.start + (np.arange(count) + 0.5) * block / first.rate
-    still = found[0].at_blocks(count) < FLOORS
-    for one, windows in zip(sensors[1:], found[1:], strict=True):
-        own = windows.at_blocks(max(one.n // windows.block, 1))
-        place = np.floor((times - one.start) * one.rate / windows.block).astype(int)
-        inside = (place >= 0) & (place < len(own))
-        still &= inside & (own[place.clip(0, len(own) - 1)] < FLOORS)
-    return still, found
+    still = all_windows[0].at_blocks(count) < MAX_VARIANCE_RATIO
+    for sensor, windows in zip(sensors[1:], all_windows[1:], strict=True):
+        ratios = windows.at_blocks(max(sensor.n // windows.block, 1))
+        index = np.floor((times - sensor.start) * sensor.rate / windows.block).astype(int)
+        inside = (index >= 0) & (index < len(ratios))
+        still &= inside & (ratios[index.clip(0, len(ratios) - 1)] < MAX_VARIANCE_RATIO)
+    return still, all_windows
 
 
-def _spans(sensors: Sequence[Sensor]) -> tuple[Integers, Stillness]:
+def _find_spans(sensors: Sequence[Sensor]) -> tuple[Integers, Stillness]:
     """Return the samples of the rests of the first sensor, and what told them."""
-    still, windows = _still_blocks(sensors)
+    still, windows = _find_still_blocks(sensors)
     rate, block = sensors[0].rate, windows[0].block
-    joined = max(1, round(_JOIN * rate / block))
+    joined = max(1, round(_MAX_BREAK_S * rate / block))
     still_runs = runs_of_rows(np.flatnonzero(still), joined) * block
     longest = float((still_runs[:, 1] - still_runs[:, 0]).max(initial=0)) / rate
-    trim = round(_TRIM * rate)
+    trim = round(_TRIM_S * rate)
     spans = still_runs + np.array([trim, -trim])
-    long_enough = spans[:, 1] - spans[:, 0] >= _SHORTEST * rate
+    long_enough = spans[:, 1] - spans[:, 0] >= _MIN_REST_S * rate
     floor: dict[str, Floats] = {
-        one.kind: each.floor for one, each in zip(sensors, windows, strict=True)
+        sensor.kind: sensor_windows.floor
+        for sensor, sensor_windows in zip(sensors, windows, strict=True)
     }
     step: dict[str, Floats] = {
-        one.kind: each.step for one, each in zip(sensors, windows, strict=True)
+        sensor.kind: sensor_windows.step
+        for sensor, sensor_windows in zip(sensors, windows, strict=True)
     }
     return spans[long_enough], Stillness(floor, step, longest)
 
 
-def rests_of(gyro: Sensor, accel: Sensor) -> tuple[list[Rest], Stillness]:
+def detect_rests(gyro: Sensor, accel: Sensor) -> tuple[list[Rest], Stillness]:
     """Return all rests of two sensors, their means in the unit of the fit, and what told them."""
-    spans, stillness = _spans((gyro, accel))
-    rests = [_rest(gyro, gyro, accel, int(first), int(last)) for first, last in spans]
-    found = [rest for rest in rests if np.isfinite([rest.gyro, rest.accel]).all()]
-    return _with_sigmas(found, accel, gyro, stillness), stillness
+    spans, stillness = _find_spans((gyro, accel))
+    rests = [_measure_rest(gyro, gyro, accel, int(first), int(last)) for first, last in spans]
+    complete = [rest for rest in rests if np.isfinite([rest.gyro, rest.accel]).all()]
+    return _add_sigmas(complete, accel, gyro, stillness), stillness
 
 
-def given_rests(
-    gyro: Sensor, accel: Sensor, given: Iterable[Rest | tuple[float, float]]
+def measure_rests(
+    gyro: Sensor, accel: Sensor, spans: Iterable[Rest | tuple[float, float]]
 ) -> tuple[list[Rest], Stillness]:
     """Return the rests that a user has named by their start and stop, s.
 
@@ -213,7 +217,7 @@ def given_rests(
         If one is not a start and a later stop, has no samples of both sensors, or begins before
         another ends.
     """
-    times = sorted(_times(rest) for rest in given)
+    times = sorted(_parse_span(rest) for rest in spans)
     for (_, stop), (start, _) in pairwise(times):
         if start < stop:
             raise ArgumentError(
@@ -221,15 +225,15 @@ def given_rests(
             )
     rests = []
     for start, stop in times:
-        rest = _rest(gyro, gyro, accel, gyro.place(start), gyro.place(stop))
+        rest = _measure_rest(gyro, gyro, accel, gyro.index_at(start), gyro.index_at(stop))
         if not np.isfinite([rest.gyro, rest.accel]).all():
             raise ValueError(f"at the rest {start:g} s to {stop:g} s a sensor has no samples")
         rests.append(rest)
-    _, stillness = _spans((gyro, accel))
-    return _with_sigmas(rests, accel, gyro, stillness), stillness
+    _, stillness = _find_spans((gyro, accel))
+    return _add_sigmas(rests, accel, gyro, stillness), stillness
 
 
-def _times(rest: Rest | tuple[float, float]) -> tuple[float, float]:
+def _parse_span(rest: Rest | tuple[float, float]) -> tuple[float, float]:
     """Return start and stop of a rest as a user gives it, s."""
     pair = (rest.start, rest.stop) if isinstance(rest, Rest) else rest
     try:
@@ -241,12 +245,16 @@ def _times(rest: Rest | tuple[float, float]) -> tuple[float, float]:
     return start, stop
 
 
-def _rest(clock: Sensor, gyro: Sensor | None, accel: Sensor | None, first: int, last: int) -> Rest:
+def _measure_rest(
+    clock: Sensor, gyro: Sensor | None, accel: Sensor | None, first: int, last: int
+) -> Rest:
     """Return the means of both sensors between two samples of the clock, NaN of one that lacks."""
     start, stop = clock.start + first / clock.rate, clock.start + last / clock.rate
     rate, force = (
-        np.full(3, np.nan) if one is None else one.mean(one.place(start), one.place(stop))
-        for one in (gyro, accel)
+        np.full(3, np.nan)
+        if sensor is None
+        else sensor.mean(sensor.index_at(start), sensor.index_at(stop))
+        for sensor in (gyro, accel)
     )
     size = float(np.linalg.norm(force))
     return Rest(
@@ -262,19 +270,19 @@ def _rest(clock: Sensor, gyro: Sensor | None, accel: Sensor | None, first: int, 
     )
 
 
-def _own_errors(one: Sensor, rests: Sequence[Rest]) -> tuple[Floats, Floats]:
+def _rest_errors(sensor: Sensor, rests: Sequence[Rest]) -> tuple[Floats, Floats]:
     """Return what the mean of each rest may err by: by its halves, and by its quarters too."""
     parts = []
     for rest in rests:
-        ends = np.linspace(one.place(rest.start), one.place(rest.stop), 5).astype(int)
-        parts.append([one.mean(first, last) for first, last in pairwise(ends)])
+        ends = np.linspace(sensor.index_at(rest.start), sensor.index_at(rest.stop), 5).astype(int)
+        parts.append([sensor.mean(first, last) for first, last in pairwise(ends)])
     quarters = np.nan_to_num(parts)
     halves = np.abs(quarters[:, :2].sum(axis=1) - quarters[:, 2:].sum(axis=1)) / 4.0
     return halves, np.maximum(halves, quarters.std(axis=1, ddof=1) / 2.0)
 
 
 def mean_variances(
-    one: Sensor, rests: Sequence[Rest], stillness: Stillness
+    sensor: Sensor, rests: Sequence[Rest], stillness: Stillness
 ) -> tuple[Floats, Floats]:
     """Return variances of the means at rests: the usual ones, and those of each rest by itself.
 
@@ -284,36 +292,36 @@ def mean_variances(
     """
     if not rests:
         return np.zeros((0, 3)), np.zeros((0, 3))
-    halves, own = _own_errors(one, rests)
+    halves, own = _rest_errors(sensor, rests)
     pooled = np.median(halves**2, axis=0) / _MEDIAN_OF_SQUARE
-    count = np.array([[(rest.stop - rest.start) * one.rate] for rest in rests])
-    white = np.nan_to_num(stillness.floor[one.kind]) / np.maximum(count, 1.0)
-    return np.maximum(white, pooled) + stillness.rounding(one.kind), own**2
+    count = np.array([[(rest.stop - rest.start) * sensor.rate] for rest in rests])
+    white = np.nan_to_num(stillness.floor[sensor.kind]) / np.maximum(count, 1.0)
+    return np.maximum(white, pooled) + stillness.rounding(sensor.kind), own**2
 
 
-def _with_sigmas(
+def _add_sigmas(
     rests: list[Rest], accel: Sensor, gyro: Sensor | None, stillness: Stillness
 ) -> list[Rest]:
     """Return the rests with standard errors of their means, and a word on those with motion."""
     if not rests:
         return rests
     usual, own = mean_variances(accel, rests, stillness)
-    pose = (_POSE_ERROR * np.median([np.linalg.norm(rest.accel) for rest in rests])) ** 2
+    pose = (_POSE_SIGMA * np.median([np.linalg.norm(rest.accel) for rest in rests])) ** 2
     excess = (own / (usual + pose)).max(axis=1)
     if gyro is not None:
         of_gyro = mean_variances(gyro, rests, stillness)
         excess = np.maximum(excess, (of_gyro[1] / np.maximum(of_gyro[0], 1e-300)).max(axis=1))
     ratio = np.sqrt(excess)
     # Motion does not average out as noise does: four parts are no better than one.
-    parts = np.where(ratio > _MOVED, 4.0, 1.0)[:, np.newaxis]
+    parts = np.where(ratio > _MIN_MOTION_RATIO, 4.0, 1.0)[:, np.newaxis]
     sigmas = np.sqrt(np.maximum(usual, parts * own) + pose)
     return [
-        replace(rest, accel_sigma=sigma, reason=_on_motion(float(times)))
+        replace(rest, accel_sigma=sigma, reason=_describe_motion(float(times)))
         for rest, sigma, times in zip(rests, sigmas, ratio, strict=True)
     ]
 
 
-def clipped(accel: Sensor, rests: Sequence[Rest], stillness: Stillness) -> list[str]:
+def find_clipped_axes(accel: Sensor, rests: Sequence[Rest], stillness: Stillness) -> list[str]:
     """Return the axis of which each rest is at the end of the accelerometer's range, or "".
 
     Its samples are at one value, the largest or smallest of the record, though its noise is larger
@@ -322,20 +330,24 @@ def clipped(accel: Sensor, rests: Sequence[Rest], stillness: Stillness) -> list[
     ends = np.nanmin(accel.data, axis=0), np.nanmax(accel.data, axis=0)
     step = stillness.step["accel"]
     noisy = (step > 0.0) & (stillness.floor["accel"] > (2.0 * step) ** 2)
-    found = []
+    axes = []
     for rest in rests:
-        part = accel.data[accel.place(rest.start) : accel.place(rest.stop)]
+        part = accel.data[accel.index_at(rest.start) : accel.index_at(rest.stop)]
         share = np.maximum(*((part == end).mean(axis=0) for end in ends))
-        full = np.flatnonzero(noisy & (share > _CLIPPED))
-        found.append("xyz"[full[0]] if full.size else "")
-    return found
+        clipped_axes = np.flatnonzero(noisy & (share > _MIN_CLIPPED_SHARE))
+        axes.append("xyz"[clipped_axes[0]] if clipped_axes.size else "")
+    return axes
 
 
-def _on_motion(ratio: float) -> str:
-    return f"moving: its parts differ by {ratio:.0f} times the usual" if ratio > _MOVED else ""
+def _describe_motion(ratio: float) -> str:
+    return (
+        f"moving: its parts differ by {ratio:.0f} times the usual"
+        if ratio > _MIN_MOTION_RATIO
+        else ""
+    )
 
 
-def in_raw_units(rest: Rest, gyro: Sensor | None, accel: Sensor | None) -> Rest:
+def convert_to_raw(rest: Rest, gyro: Sensor | None, accel: Sensor | None) -> Rest:
     """Return a rest with its means in the unit of the raw samples."""
     force = 1.0 if accel is None else accel.factor
     return replace(
@@ -384,20 +396,20 @@ def find_rests(recording: Recording | Log) -> tuple[Rest, ...]:
     >>> [(round(rest.start, 1), round(rest.stop, 1)) for rest in find_rests(log)]
     [(0.1, 3.8), (6.2, 9.9)]
     """
-    gyro, accel = _sensors_in(recording)
-    both = [one for one in (gyro, accel) if one is not None]
-    spans, stillness = _spans(both)
-    rests = [_rest(both[0], gyro, accel, int(first), int(last)) for first, last in spans]
+    gyro, accel = _select_sensors(recording)
+    sensors = [sensor for sensor in (gyro, accel) if sensor is not None]
+    spans, stillness = _find_spans(sensors)
+    rests = [_measure_rest(sensors[0], gyro, accel, int(first), int(last)) for first, last in spans]
     if accel is not None:
-        rests = _with_sigmas(rests, accel, gyro, stillness)
-    return tuple(in_raw_units(rest, gyro, accel) for rest in rests)
+        rests = _add_sigmas(rests, accel, gyro, stillness)
+    return tuple(convert_to_raw(rest, gyro, accel) for rest in rests)
 
 
-def _sensors_in(recording: Recording | Log) -> tuple[Sensor | None, Sensor | None]:
+def _select_sensors(recording: Recording | Log) -> tuple[Sensor | None, Sensor | None]:
     if isinstance(recording, Log):
         if _is_accel(recording):
-            return None, sensor("accel", recording, STANDARD_GRAVITY)
-        return sensor("gyro", recording, STANDARD_GRAVITY), None
+            return None, prepare_sensor("accel", recording, STANDARD_GRAVITY)
+        return prepare_sensor("gyro", recording, STANDARD_GRAVITY), None
     if not isinstance(recording, Recording):
         raise TypeError(f"expected a Recording or a Log, got {type(recording).__name__}")
     gyro, accel = recording.gyro, recording.accel
@@ -406,8 +418,8 @@ def _sensors_in(recording: Recording | Log) -> tuple[Sensor | None, Sensor | Non
             f"rests are found by a gyro or an accel; the recording has: {', '.join(recording)}"
         )
     return (
-        None if gyro is None else sensor("gyro", gyro, STANDARD_GRAVITY),
-        None if accel is None else sensor("accel", accel, STANDARD_GRAVITY),
+        None if gyro is None else prepare_sensor("gyro", gyro, STANDARD_GRAVITY),
+        None if accel is None else prepare_sensor("accel", accel, STANDARD_GRAVITY),
     )
 
 

@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import units
-from zerorate.calibration.fit.wild import wild_samples
-from zerorate.faults import given, said
-from zerorate.record.log import Log, LogError, present_axes
+from zerorate.calibration.fit.outliers import find_outliers
+from zerorate.faults import keyword_argument, make_sentence
+from zerorate.record.log import Log, LogError, drop_empty_channels
 from zerorate.record.missing import floats
 from zerorate.record.named import rate_of, unit_of
-from zerorate.record.names import UNKNOWN
+from zerorate.record.names import UNKNOWN_UNIT
 from zerorate.record.recording import Recording
 from zerorate.types import Booleans, Floats, Integers
 
@@ -27,9 +27,9 @@ STANDARD_GRAVITY: Final = 9.80665
 
 UNNAMED: Final = "unnamed"
 """Says in the meta of a log that its names are not those of a file."""
-_MEASURES: Final = {"gyro": "rate", "accel": "acceleration"}
-_CORRECTED: Final = {"gyro": "rad/s", "accel": "m/s^2"}
-_EXAMPLE: Final = {"gyro": "'deg/s'", "accel": "'g'"}
+_QUANTITIES: Final = {"gyro": "rate", "accel": "acceleration"}
+_CORRECTED_UNITS: Final = {"gyro": "rad/s", "accel": "m/s^2"}
+_EXAMPLE_UNITS: Final = {"gyro": "'deg/s'", "accel": "'g'"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Sensor:
         What raw samples were multiplied by; 1 if the unit is unknown.
     known
         Whether the unit is.
-    wild
+    outliers
         Samples that are missing because they stood alone in a rest, and what they were, raw unit.
     """
 
@@ -64,7 +64,7 @@ class Sensor:
     unit: str
     factor: float
     known: bool
-    wild: tuple[Integers, Floats]
+    outliers: tuple[Integers, Floats]
 
     @property
     def n(self) -> int:
@@ -74,7 +74,7 @@ class Sensor:
     @property
     def units(self) -> tuple[str, str]:
         """Unit of the raw and of the corrected samples."""
-        return self.unit, self.unit if self.known else _CORRECTED[self.kind]
+        return self.unit, self.unit if self.known else _CORRECTED_UNITS[self.kind]
 
     @cached_property
     def missing(self) -> Booleans | None:
@@ -84,7 +84,7 @@ class Sensor:
             return None
         return np.asarray(~np.isfinite(self.data).all(axis=1))
 
-    def place(self, time: float) -> int:
+    def index_at(self, time: float) -> int:
         """Return the first sample at or after a time, at most n."""
         # Times of a grid are whole periods but for rounding.
         return int(np.clip(np.ceil((time - self.start) * self.rate - 1e-6), 0, self.n))
@@ -96,18 +96,18 @@ class Sensor:
             part = part[~self.missing[first:last]]
         return part.mean(axis=0) if len(part) else np.full(3, np.nan)
 
-    def on(self, other: Sensor, first: int, last: int) -> Floats:
+    def resample_at(self, other: Sensor, first: int, last: int) -> Floats:
         """Return the samples at the times of another's, missing ones interpolated, shape (k, 3)."""
         same = (self.rate, self.start, self.n) == (other.rate, other.start, other.n)
         if same and (self.missing is None or not self.missing[first:last].any()):
             return self.data[first:last]
         times = other.start + np.arange(first, last) / other.rate
-        there = slice(None) if self.missing is None else np.flatnonzero(~self.missing)
-        clock = self.start + np.arange(self.n)[there] / self.rate
-        return np.stack([np.interp(times, clock, axis[there]) for axis in self.data.T], axis=1)
+        present = slice(None) if self.missing is None else np.flatnonzero(~self.missing)
+        clock = self.start + np.arange(self.n)[present] / self.rate
+        return np.stack([np.interp(times, clock, axis[present]) for axis in self.data.T], axis=1)
 
 
-def sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
+def prepare_sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
     """Return a log as the fit takes it.
 
     Raises
@@ -115,23 +115,23 @@ def sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
     LogError
         If it has not three axes, or its unit is that of something else.
     """
-    log = present_axes(log)
+    log = drop_empty_channels(log)
     if log.channels != 3:
         raise LogError(
             f"the {kind} must have three axes that hold samples, got {log.channels}: "
             f"{', '.join(log.names)}"
         )
-    log = _evened(log)
-    factor = _factor(kind, log.unit, gravity)
+    log = _resample_evenly(log)
+    factor = _unit_factor(kind, log.unit, gravity)
     data = np.array(log.data) if factor is None else log.data * factor
     if not np.isfinite(data.sum()):
-        there = np.isfinite(data).all(axis=1)
-        if not there.any():
+        complete = np.isfinite(data).all(axis=1)
+        if not complete.any():
             raise LogError(f"the {kind} has no sample of all three axes")
-        data[~there] = np.nan
+        data[~complete] = np.nan
     # One of them would make two rests of one, and a turn between them.
-    wild = wild_samples(data, resolution(data))
-    data[wild] = np.nan
+    outliers = find_outliers(data, resolution(data))
+    data[outliers] = np.nan
     return Sensor(
         kind=kind,
         data=data,
@@ -140,11 +140,11 @@ def sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
         unit=log.unit,
         factor=1.0 if factor is None else factor,
         known=factor is not None,
-        wild=(wild, log.data[wild]),
+        outliers=(outliers, log.data[outliers]),
     )
 
 
-def _evened(log: Log) -> Log:
+def _resample_evenly(log: Log) -> Log:
     """Return a log on its even clock: one whose clock wanders interpolated between its samples."""
     if log.stamps is None:
         return log
@@ -159,28 +159,29 @@ def resolution(data: Floats) -> Floats:
     sizes = np.abs(np.diff(data[: 1 << 16], axis=0))
     steps = np.zeros(3)
     for axis, size in enumerate(sizes.T):
-        seen = size[size > 1e-6 * np.nanmax(size, initial=0.0)]
-        if seen.size:
-            steps[axis] = np.partition(seen, seen.size // 100)[seen.size // 100]
+        nonzero = size[size > 1e-6 * np.nanmax(size, initial=0.0)]
+        if nonzero.size:
+            steps[axis] = np.partition(nonzero, nonzero.size // 100)[nonzero.size // 100]
     return steps
 
 
-def _factor(kind: Kind, unit: str, gravity: float) -> float | None:
+def _unit_factor(kind: Kind, unit: str, gravity: float) -> float | None:
     """Return what makes of raw samples those of the fit, None if the unit is not known."""
     try:
-        found = units.kind(unit)
+        quantity = units.kind(unit)
     except ValueError:
         return None
-    if found != _MEASURES[kind]:
+    if quantity != _QUANTITIES[kind]:
         raise LogError(
-            f"the {kind} has the unit {unit}, which is of {found}; expected one of "
-            f"{_MEASURES[kind]} such as {_EXAMPLE[kind]}, or 'unit' for one that is not known"
+            f"the {kind} has the unit {unit}, which is of {quantity}; expected one of "
+            f"{_QUANTITIES[kind]} such as {_EXAMPLE_UNITS[kind]}, or 'unit' for one that "
+            "is not known"
         )
-    si = units.convert(1.0, unit, _CORRECTED[kind])
+    si = units.convert(1.0, unit, _CORRECTED_UNITS[kind])
     return si if kind == "gyro" else si / gravity
 
 
-def chosen(
+def choose_logs(
     recording: Recording | None, gyro: Source, accel: Source, rate: float | None
 ) -> tuple[Log, Log]:
     """Return the logs of both sensors, as a user has named or given them.
@@ -199,10 +200,10 @@ def chosen(
             "arrays and logs are given as gyro= and accel="
         )
     if isinstance(gyro, str) and accel is None:
-        accel = _partner(gyro, "gyro", "accel", recording)
+        accel = _find_partner(gyro, "gyro", "accel", recording)
     elif isinstance(accel, str) and gyro is None:
-        gyro = _partner(accel, "accel", "gyro", recording)
-    logs = _log("gyro", gyro, recording, rate), _log("accel", accel, recording, rate)
+        gyro = _find_partner(accel, "accel", "gyro", recording)
+    logs = _select_log("gyro", gyro, recording, rate), _select_log("accel", accel, recording, rate)
     if all(log.meta.get(UNNAMED) for log in logs) and logs[0].n != logs[1].n:
         raise ValueError(
             f"gyro and accel must have as many samples, got {logs[0].n} and {logs[1].n}: arrays "
@@ -211,54 +212,63 @@ def chosen(
     return logs
 
 
-def _partner(name: str, own: str, other: str, recording: Recording | None) -> str | None:
+def _find_partner(name: str, own: str, other: str, recording: Recording | None) -> str | None:
     """Return the name of the other sensor of the same device, None if there is none."""
     partner = other + name.removeprefix(own)
     return partner if recording is not None and partner in recording else None
 
 
-def _log(kind: Kind, source: Source, recording: Recording | None, rate: float | None) -> Log:
+def _select_log(kind: Kind, source: Source, recording: Recording | None, rate: float | None) -> Log:
     if isinstance(source, Log):
         return source
     if source is None or isinstance(source, str):
         if recording is None:
             raise LogError(f"there is no {kind}: give a recording, or {kind}= as a Log or an array")
-        return _named(kind, source, recording)
+        return _find_log(kind, source, recording)
     if rate is None:
         raise ValueError(f"{kind}= is an array, which needs rate= in Hz")
-    return _from_array(kind, source, rate_of(rate))
+    return _log_from_array(kind, source, rate_of(rate))
 
 
-def _named(kind: Kind, name: str | None, recording: Recording) -> Log:
+def _find_log(kind: Kind, name: str | None, recording: Recording) -> Log:
     if name is not None:
         if name not in recording:
             raise LogError(f"there is no '{name}'; the recording has: {', '.join(recording)}")
         return recording[name]
-    known = [one for one in recording if one == kind or one.rpartition("_")[0] == kind]
-    known = [one for one in known if one == kind or one.rpartition("_")[2].isdigit()]
-    if len(known) == 1:
-        return recording[known[0]]
+    candidates = [
+        candidate
+        for candidate in recording
+        if candidate == kind or candidate.rpartition("_")[0] == kind
+    ]
+    candidates = [
+        candidate
+        for candidate in candidates
+        if candidate == kind or candidate.rpartition("_")[2].isdigit()
+    ]
+    if len(candidates) == 1:
+        return recording[candidates[0]]
     listed = ", ".join(recording)
-    if not known:
-        told = f"a calibration needs a gyro and an accel; the recording has: {listed}"
+    if not candidates:
+        message = f"a calibration needs a gyro and an accel; the recording has: {listed}"
         if len(recording) == 1 and recording[listed].channels > 3:
-            told += (
+            message += (
                 f" of {recording[listed].channels} columns; a first line of names such as "
                 "time_s,gx,gy,gz,ax,ay,az tells sensors apart"
             )
-        raise LogError(told)
+        raise LogError(message)
     raise LogError(
-        said(
-            f"the recording has {len(known)} logs of {kind}: {', '.join(known)}; choose one, such "
+        make_sentence(
+            f"the recording has {len(candidates)} logs of {kind}: {', '.join(candidates)}; "
+            "choose one, such "
             "as ",
-            given(kind, known[0], f"{kind}='{known[0]}'"),
+            keyword_argument(kind, candidates[0], f"{kind}='{candidates[0]}'"),
         )
     )
 
 
-def _from_array(kind: Kind, samples: npt.ArrayLike, rate: float) -> Log:
+def _log_from_array(kind: Kind, samples: npt.ArrayLike, rate: float) -> Log:
     data = floats(samples, kind)
     if data.ndim != 2 or data.shape[1] != 3 or len(data) == 0:
         raise ValueError(f"{kind} must have shape (n, 3), got {data.shape}")
-    names, unit = tuple(f"{kind}_{axis}" for axis in "xyz"), unit_of(None, samples) or UNKNOWN
+    names, unit = tuple(f"{kind}_{axis}" for axis in "xyz"), unit_of(None, samples) or UNKNOWN_UNIT
     return Log(np.arange(len(data)) / rate, rate, data, names, unit, {UNNAMED: True})

@@ -8,29 +8,29 @@ from typing import Final, Literal
 
 import numpy as np
 
-from zerorate.calibration.fit.expected import foretells
-from zerorate.calibration.fit.g_sensitivity import AtRest, at_rest
+from zerorate.calibration.fit.expected_errors import is_expected_valid
+from zerorate.calibration.fit.g_sensitivity import RestEstimate, estimate_at_rest
 from zerorate.calibration.fit.joint_fit import (
-    DETERMINED,
+    MAX_SIGMA_RATIO,
     Fit,
     Observations,
     Prior,
     directions,
     forces,
     joint_fit,
-    sizes,
+    vector_norms,
 )
 from zerorate.calibration.fit.rests import Stillness, mean_variances
 from zerorate.calibration.fit.sensors import Sensor
-from zerorate.calibration.fit.turns import Carried, carried, misses, turn_biases
+from zerorate.calibration.fit.turns import TurnRotations, integrate_turns, miss_angles, turn_biases
 from zerorate.calibration.record import Rest, Turn
 from zerorate.types import Booleans, Floats, Integers
 
 GSensitivity = Literal["auto"] | bool
 
-_SIGNIFICANT: Final = 3.0
-_FOLDS: Final = 4
-_FEWEST_OF_A_FOLD: Final = 9
+_SIGNIFICANT_SIGMAS: Final = 3.0
+_FOLD_COUNT: Final = 4
+_MIN_TRAINING_RESTS: Final = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,11 +69,11 @@ class Record:
         stillness: Stillness,
     ) -> Record:
         """Return the record of all rests and turns that can be used."""
-        kept = [place for place, rest in enumerate(rests) if rest.used]
-        at = {place: new for new, place in enumerate(kept)}
+        indices = [index for index, rest in enumerate(rests) if rest.used]
+        new_index = {index: new for new, index in enumerate(indices)}
         used = [turn for turn in turns if turn.used]
-        places = [(at[turn.rests[0]], at[turn.rests[1]]) for turn in used]
-        still = [rests[place] for place in kept]
+        places = [(new_index[turn.rests[0]], new_index[turn.rests[1]]) for turn in used]
+        still = [rests[index] for index in indices]
         usual, own = mean_variances(gyro, still, stillness)
         return cls(
             gyro=gyro,
@@ -108,19 +108,19 @@ class Record:
         """Length of each rest, s, shape (n,)."""
         return np.array([rest.stop - rest.start for rest in self.rests])
 
-    def some(self, kept: Booleans) -> Record:
+    def select(self, mask: Booleans) -> Record:
         """Return the record of some rests and of the turns between two of them."""
-        at = np.cumsum(kept) - 1
-        turns = [t for t in self.turns if kept[t.rests[0]] and kept[t.rests[1]]]
-        pairs = [(int(at[t.rests[0]]), int(at[t.rests[1]])) for t in turns]
+        new_index = np.cumsum(mask) - 1
+        turns = [t for t in self.turns if mask[t.rests[0]] and mask[t.rests[1]]]
+        pairs = [(int(new_index[t.rests[0]]), int(new_index[t.rests[1]])) for t in turns]
         return replace(
             self,
-            rests=tuple(rest for rest, keep in zip(self.rests, kept, strict=True) if keep),
+            rests=tuple(rest for rest, keep in zip(self.rests, mask, strict=True) if keep),
             turns=tuple(replace(t, rests=pair) for t, pair in zip(turns, pairs, strict=True)),
-            accel_means=self.accel_means[kept],
-            accel_sigmas=self.accel_sigmas[kept],
-            gyro_means=self.gyro_means[kept],
-            gyro_variances=self.gyro_variances[kept],
+            accel_means=self.accel_means[mask],
+            accel_sigmas=self.accel_sigmas[mask],
+            gyro_means=self.gyro_means[mask],
+            gyro_variances=self.gyro_variances[mask],
         )
 
     def biases(self, up: Floats, sensitivity: Floats) -> Floats:
@@ -140,7 +140,7 @@ class Record:
     @property
     def forces(self) -> list[Floats]:
         """Raw samples of the accelerometer in each turn, at the times of the gyro."""
-        return [self.accel.on(self.gyro, turn.first, turn.last) for turn in self.turns]
+        return [self.accel.resample_at(self.gyro, turn.first, turn.last) for turn in self.turns]
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +170,7 @@ class Solution:
     """
 
     fit: Fit
-    rest: AtRest
+    rest: RestEstimate
     in_turns: bool
     with_g: bool
     identifiable: Booleans
@@ -190,37 +190,39 @@ class Solution:
 def solve(record: Record, prior: Prior, g_sensitivity: GSensitivity) -> Solution:
     """Return what a record tells; what it does not determine stays at its prior value."""
     with_g = g_sensitivity is not False
-    fit = _fitted(record, prior, None, np.zeros((3, 3)))
-    rest = _at_rest(record, fit, prior, with_g)
-    in_turns = g_sensitivity is True or bool(_significant(rest).any())
+    fit = _fit_sensors(record, prior, None, np.zeros((3, 3)))
+    rest = _estimate_rest(record, fit, prior, with_g)
+    in_turns = g_sensitivity is True or bool(_find_significant(rest).any())
     if in_turns:
-        fit = _fitted(record, prior, fit, rest.sensitivity)
-    identifiable = fit.sigmas <= DETERMINED * prior.datasheet
+        fit = _fit_sensors(record, prior, fit, rest.sensitivity)
+    identifiable = fit.sigmas <= MAX_SIGMA_RATIO * prior.datasheet
     if not identifiable.all():
         pinned = replace(prior, pinned=~identifiable)
-        known = _fitted(record, pinned, fit, rest.sensitivity if in_turns else np.zeros((3, 3)))
-        fit = replace(known, covariance=fit.covariance)
-    return Solution(fit, _at_rest(record, fit, prior, with_g), in_turns, with_g, identifiable)
+        pinned_fit = _fit_sensors(
+            record, pinned, fit, rest.sensitivity if in_turns else np.zeros((3, 3))
+        )
+        fit = replace(pinned_fit, covariance=fit.covariance)
+    return Solution(fit, _estimate_rest(record, fit, prior, with_g), in_turns, with_g, identifiable)
 
 
-def _significant(rest: AtRest) -> Booleans:
-    return rest.identifiable & (np.abs(rest.sensitivity) > _SIGNIFICANT * rest.sigmas)
+def _find_significant(rest: RestEstimate) -> Booleans:
+    return rest.identifiable & (np.abs(rest.sensitivity) > _SIGNIFICANT_SIGMAS * rest.sigmas)
 
 
-def _fitted(record: Record, prior: Prior, start: Fit | None, sensitivity: Floats) -> Fit:
-    known = prior if start is None else start
-    sensors = Sensors(known.accel, known.bias, known.gyro, sensitivity)
-    return joint_fit(_observed(record, sensors, prior), prior, start)
+def _fit_sensors(record: Record, prior: Prior, start: Fit | None, sensitivity: Floats) -> Fit:
+    start_point = prior if start is None else start
+    sensors = Sensors(start_point.accel, start_point.bias, start_point.gyro, sensitivity)
+    return joint_fit(_make_observations(record, sensors, prior), prior, start)
 
 
-def _observed(record: Record, sensors: Sensors, prior: Prior) -> Observations:
+def _make_observations(record: Record, sensors: Sensors, prior: Prior) -> Observations:
     up = directions(record.accel_means, sensors.accel, sensors.bias)
     rates = record.rates(sensors)
     biases, spans = record.biases(up, sensors.sensitivity), record.spans
     period = 1.0 / record.gyro.rate
 
-    def carry(matrix: Floats) -> Carried:
-        return carried(rates, period, spans, biases, matrix)
+    def carry(matrix: Floats) -> TurnRotations:
+        return integrate_turns(rates, period, spans, biases, matrix)
 
     pairs, (_, size) = record.pairs, prior.sizes
     return Observations(
@@ -228,16 +230,16 @@ def _observed(record: Record, sensors: Sensors, prior: Prior) -> Observations:
         sigmas=record.accel_sigmas,
         pairs=pairs,
         seconds=np.asarray((spans[:, 1] - spans[:, 0] - 1) * period, dtype=np.float64),
-        averaged=record.lengths[pairs].sum(axis=1),
-        carry=carry,
+        averaging_time=record.lengths[pairs].sum(axis=1),
+        integrate=carry,
         white=size * float(np.sqrt(record.stillness.floor["gyro"].mean() * period)),
-        steady=size * float(np.sqrt(record.stillness.rounding("gyro").mean())),
+        rounding_sigma=size * float(np.sqrt(record.stillness.rounding("gyro").mean())),
     )
 
 
-def _at_rest(record: Record, fit: Fit, prior: Prior, with_g: bool) -> AtRest:
+def _estimate_rest(record: Record, fit: Fit, prior: Prior, with_g: bool) -> RestEstimate:
     up = directions(record.accel_means, fit.accel, fit.bias)
-    return at_rest(
+    return estimate_at_rest(
         record.gyro_means,
         record.gyro_variances,
         record.stillness.rounding("gyro"),
@@ -248,12 +250,12 @@ def _at_rest(record: Record, fit: Fit, prior: Prior, with_g: bool) -> AtRest:
     )
 
 
-def errors_of(record: Record, sensors: Sensors) -> tuple[Floats, Floats, Carried]:
+def compute_errors(record: Record, sensors: Sensors) -> tuple[Floats, Floats, TurnRotations]:
     """Return |f|/g - 1 at the rests of a record, the misses of its turns, rad, and the turns."""
     force = forces(record.accel_means, sensors.accel, sensors.bias)
-    size = sizes(force)
+    size = vector_norms(force)
     up = force / size[:, np.newaxis]
-    turns = carried(
+    turns = integrate_turns(
         record.rates(sensors),
         1.0 / record.gyro.rate,
         record.spans,
@@ -261,33 +263,33 @@ def errors_of(record: Record, sensors: Sensors) -> tuple[Floats, Floats, Carried
         sensors.gyro,
     )
     pairs = record.pairs
-    return size - 1.0, misses(turns.rotations, up[pairs[:, 0]], up[pairs[:, 1]]), turns
+    return size - 1.0, miss_angles(turns.rotations, up[pairs[:, 0]], up[pairs[:, 1]]), turns
 
 
-def held_out_errors(
+def compute_held_out_errors(
     record: Record, prior: Prior, solution: Solution
 ) -> tuple[Floats, Floats] | None:
-    """Return the errors of `errors_of` at rests and turns that the fit had not seen.
+    """Return the errors of `compute_errors` at rests and turns that the fit had not seen.
 
     Each quarter of the rests, in the order of time, is left out in turn, with the turns that begin
     or end in it. None if there are too few rests for that, or if those of three quarters alone do
     not determine the sensors well enough: its errors would be those of the parts, not of the whole.
     """
     count = len(record.rests)
-    if count * (_FOLDS - 1) // _FOLDS < _FEWEST_OF_A_FOLD:
+    if count * (_FOLD_COUNT - 1) // _FOLD_COUNT < _MIN_TRAINING_RESTS:
         return None
-    fold = np.arange(count) * _FOLDS // count
-    norms, carries = np.zeros(count), np.zeros(len(record.turns))
+    fold = np.arange(count) * _FOLD_COUNT // count
+    norms, misses = np.zeros(count), np.zeros(len(record.turns))
     # A turn across the border of two quarters is not seen in either; the later one has it.
     own = fold[record.pairs].max(axis=1)
-    for k in range(_FOLDS):
-        part = record.some(fold != k)
-        rest = _at_rest(part, solution.fit, prior, solution.with_g)
+    for k in range(_FOLD_COUNT):
+        part = record.select(fold != k)
+        rest = _estimate_rest(part, solution.fit, prior, solution.with_g)
         sensitivity = rest.sensitivity if solution.in_turns else np.zeros((3, 3))
-        fit = _fitted(part, prior, solution.fit, sensitivity)
-        if not foretells(fit, solution.fit.directions[fold == k], prior.sizes[1]):
+        fit = _fit_sensors(part, prior, solution.fit, sensitivity)
+        if not is_expected_valid(fit, solution.fit.directions[fold == k], prior.sizes[1]):
             return None
         sensors = Sensors(fit.accel, fit.bias, fit.gyro, sensitivity)
-        norm, carry, _ = errors_of(record, sensors)
-        norms[fold == k], carries[own == k] = norm[fold == k], carry[own == k]
-    return norms, carries
+        norm, miss, _ = compute_errors(record, sensors)
+        norms[fold == k], misses[own == k] = norm[fold == k], miss[own == k]
+    return norms, misses

@@ -10,54 +10,60 @@ from typing import Final
 import numpy as np
 
 from zerorate.calibration.calibration import Calibration
-from zerorate.calibration.fit.assembly import Case, assembled
+from zerorate.calibration.errors import CalibrationError
+from zerorate.calibration.fit.assembly import Case, assemble_calibration
+from zerorate.calibration.fit.assessment import describe_gyro_axes
 from zerorate.calibration.fit.joint_fit import Prior
-from zerorate.calibration.fit.judgement import handedness
-from zerorate.calibration.fit.rests import FLOORS, Stillness, clipped, given_rests, rests_of
+from zerorate.calibration.fit.priors import PriorName, check_gravity, choose_prior
+from zerorate.calibration.fit.rests import (
+    MAX_VARIANCE_RATIO,
+    Stillness,
+    detect_rests,
+    find_clipped_axes,
+    measure_rests,
+)
 from zerorate.calibration.fit.sensors import (
     STANDARD_GRAVITY,
     UNNAMED,
     Sensor,
     Source,
-    chosen,
-    sensor,
+    choose_logs,
+    prepare_sensor,
 )
 from zerorate.calibration.fit.solution import GSensitivity, Record, Solution, solve
-from zerorate.calibration.fit.starts import PriorName, check_gravity, start_of
 from zerorate.calibration.fit.turns import (
     GAP,
     LONG,
-    LONGEST,
+    MAX_TURN_S,
     SATURATED,
-    saturated,
-    turns_between,
+    find_saturated,
+    find_turns,
 )
-from zerorate.calibration.options import CALIBRATION_OPTIONS, GRAVITIES
+from zerorate.calibration.options import CALIBRATION_OPTIONS, GRAVITY_RANGE_M_S2
 from zerorate.calibration.parameters import Frame
 from zerorate.calibration.record import Origin, Rest, Turn
-from zerorate.calibration.refusal import CalibrationError
 from zerorate.faults import ArgumentError
-from zerorate.noise.coefficient import positive
+from zerorate.noise.coefficient import check_positive
 from zerorate.record.log import Log, LogError
 from zerorate.record.recording import Recording
 
-_FEWEST_RESTS: Final = 4
-_FEWEST_TURNS: Final = 6
-_JITTER: Final = 0.05
+_MIN_RESTS: Final = 4
+_MIN_TURNS: Final = 6
+_MAX_JITTER_PERIODS: Final = 0.05
 
-_RUNAWAY: Final = 1e6
-_MORE: Final = 1.1
+_MAX_CONDITION: Final = 1e6
+_MAX_VARIANCE_RATIO: Final = 1.1
 _CONTRADICTION: Final = (
     "rests and turns contradict each other: no gyro and accelerometer fit them; check axes, units "
     "and clocks"
 )
 
-_MORE_POSES: Final = (
+_POSES_ADVICE: Final = (
     "hold it still for five seconds in each of 12 poses or more, and turn it between them"
 )
 _REMEDIES: Final = {
     SATURATED: "turn more slowly, or set a larger range of the gyro",
-    LONG: f"rest after each turn, within {LONGEST:.0f} s",
+    LONG: f"rest after each turn, within {MAX_TURN_S:.0f} s",
     GAP: "turn again where samples of the gyro are missing",
     "turning": "hold it still in each pose; if it was, check the unit of the gyro",
     "force": "hold it still in each pose; if it was, check the accelerometer",
@@ -65,7 +71,7 @@ _REMEDIES: Final = {
 }
 """What to do first, by the reason for which most rests and turns were left out."""
 
-_TURNING: Final = 3.0 * np.pi / 180.0
+_MAX_REST_RATE_RAD_S: Final = 3.0 * np.pi / 180.0
 """Rate, rad/s, beyond the usual one at rest by which a steady turn differs from a rest."""
 
 
@@ -81,18 +87,18 @@ class Choices:
 
     def __post_init__(self) -> None:
         """Check all of them."""
-        least, most = GRAVITIES
-        sound = {
+        least, most = GRAVITY_RANGE_M_S2
+        valid = {
             "g_sensitivity": self.g_sensitivity in ("auto", True, False),
             "frame": self.frame in CALIBRATION_OPTIONS["frame"].choices,
             "prior": self.prior in CALIBRATION_OPTIONS["prior"].choices,
-            "gravity": least <= positive("gravity", self.local_gravity) <= most,
+            "gravity": least <= check_positive("gravity", self.local_gravity) <= most,
         }
-        for name in (name for name in sound if not sound[name]):
+        for name in (name for name in valid if not valid[name]):
             expected = CALIBRATION_OPTIONS[name].expected
             raise ArgumentError(name, f"must be {expected}, got {getattr(self, name)!r}")
         if self.saturation is not None:
-            positive("saturation", self.saturation)
+            check_positive("saturation", self.saturation)
 
     @property
     def local_gravity(self) -> float:
@@ -100,7 +106,7 @@ class Choices:
         return STANDARD_GRAVITY if self.gravity is None else self.gravity
 
 
-def calibrated(
+def run_calibration(
     choices: Choices,
     recording: Recording | None,
     *,
@@ -111,21 +117,21 @@ def calibrated(
 ) -> Calibration:
     """Return the calibration of two logs; arguments and faults as of `zerorate.calibrate`."""
     gravity = choices.local_gravity
-    logs = chosen(recording, gyro, accel, rate)
-    sensors = sensor("gyro", logs[0], gravity), sensor("accel", logs[1], gravity)
-    found, stillness = rests_of(*sensors) if rests is None else given_rests(*sensors, rests)
-    found = _without_force(_without_turning(found, sensors[0]), sensors[1])
-    found = _without_clipping(found, sensors[1], stillness)
-    turns = turns_between(found, sensors[0], saturated(sensors[0], choices.saturation))
-    record = Record.of(*sensors, found, turns, stillness)
+    logs = choose_logs(recording, gyro, accel, rate)
+    sensors = prepare_sensor("gyro", logs[0], gravity), prepare_sensor("accel", logs[1], gravity)
+    static, stillness = detect_rests(*sensors) if rests is None else measure_rests(*sensors, rests)
+    static = _exclude_wrong_force(_exclude_turning(static, sensors[0]), sensors[1])
+    static = _exclude_clipped(static, sensors[1], stillness)
+    turns = find_turns(static, sensors[0], find_saturated(sensors[0], choices.saturation))
+    record = Record.of(*sensors, static, turns, stillness)
     notes = _notes(choices.gravity, logs, sensors)
     origin = _origin(recording, logs)
-    case = Case(record, found, turns, gravity, notes, _warmth(recording), origin)
+    case = Case(record, static, turns, gravity, notes, _mean_temperature(recording), origin)
     if record.rests:
         # A wrong unit explains a lack of rests better than their number does.
         check_gravity(record, gravity)
     _check_enough(case, choices)
-    calibration = _solved(case, choices)
+    calibration = _solve_case(case, choices)
     return calibration if choices.frame == "x" else calibration.to_frame(choices.frame)
 
 
@@ -143,19 +149,23 @@ def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]
             "gravity was not given: 9.80665 m/s^2 was taken, from which it differs by up to 0.3 % "
             "over the Earth; the scale of the accelerometer moves by as much"
         )
-    for log, one in zip(logs, sensors, strict=True):
-        if not one.known:
-            notes.append(f"the {one.kind} has no known unit: gravity and the turns gave its scale")
-        notes += _on_wild(one)
+    for log, sensor in zip(logs, sensors, strict=True):
+        if not sensor.known:
+            notes.append(
+                f"the {sensor.kind} has no known unit: gravity and the turns gave its scale"
+            )
+        notes += _outlier_notes(sensor)
         clock = log.meta.get("clock")
         if log.stamps is not None:
             notes.append(
-                f"the clock of the {one.kind} wanders: its samples were interpolated between their "
+                f"the clock of the {sensor.kind} wanders: its samples were interpolated "
+                "between their "
                 "stamps to an even one"
             )
-        if clock is not None and clock.jitter_rms * log.rate > _JITTER:
+        if clock is not None and clock.jitter_rms * log.rate > _MAX_JITTER_PERIODS:
             notes.append(
-                f"the stamps of the {one.kind} jitter by {100 * clock.jitter_rms * log.rate:.0f} % "
+                f"the stamps of the {sensor.kind} jitter by "
+                f"{100 * clock.jitter_rms * log.rate:.0f} % "
                 "of a period: turns may be worse for it"
             )
     notes.append(
@@ -165,39 +175,40 @@ def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]
     return notes
 
 
-def _on_wild(one: Sensor) -> list[str]:
+def _outlier_notes(sensor: Sensor) -> list[str]:
     """Return which samples were left out since they stood alone in a rest."""
-    places, values = one.wild
-    if not places.size:
+    indices, values = sensor.outliers
+    if not indices.size:
         return []
     listed = ", ".join(f"{value:.4g}" for value in values[0])
-    first = f"{listed} {one.unit} at {one.start + places[0] / one.rate:.3f} s"
-    if places.size == 1:
-        return [f"a sample of the {one.kind} stands alone in a rest and was left out: {first}"]
+    first = f"{listed} {sensor.unit} at {sensor.start + indices[0] / sensor.rate:.3f} s"
+    if indices.size == 1:
+        return [f"a sample of the {sensor.kind} stands alone in a rest and was left out: {first}"]
     return [
-        f"{places.size} samples of the {one.kind} stand alone in rests and were left out, first "
+        f"{indices.size} samples of the {sensor.kind} stand alone in rests and were left "
+        "out, first "
         f"{first}"
     ]
 
 
-def _warmth(recording: Recording | None) -> float | None:
+def _mean_temperature(recording: Recording | None) -> float | None:
     """Return the mean temperature of the recording, degC, None without one."""
     log = None if recording is None else recording.temperature
     if log is None:
         return None
-    there = log.data[np.isfinite(log.data)]
-    return float(there.mean()) if there.size else None
+    finite = log.data[np.isfinite(log.data)]
+    return float(finite.mean()) if finite.size else None
 
 
-def _without_turning(rests: list[Rest], gyro: Sensor) -> list[Rest]:
+def _exclude_turning(rests: list[Rest], gyro: Sensor) -> list[Rest]:
     """Return the rests, those that are steady turns marked as not used."""
     if not rests or not gyro.known:
         return rests
     usual = np.median([rest.gyro for rest in rests], axis=0)
-    return [_unless_turning(rest, float(np.abs(rest.gyro - usual).max())) for rest in rests]
+    return [_mark_turning(rest, float(np.abs(rest.gyro - usual).max())) for rest in rests]
 
 
-def _without_force(rests: list[Rest], accel: Sensor) -> list[Rest]:
+def _exclude_wrong_force(rests: list[Rest], accel: Sensor) -> list[Rest]:
     """Return the rests, those at which the accelerometer shows no gravity marked as not used."""
     if not rests:
         return rests
@@ -215,31 +226,31 @@ def _without_force(rests: list[Rest], accel: Sensor) -> list[Rest]:
     ]
 
 
-def _without_clipping(rests: list[Rest], accel: Sensor, stillness: Stillness) -> list[Rest]:
+def _exclude_clipped(rests: list[Rest], accel: Sensor, stillness: Stillness) -> list[Rest]:
     """Return the rests, those at the end of the accelerometer's range marked as not used."""
     return [
         replace(rest, used=False, reason=f"clipped: {axis} is at the end of the accel's range")
         if axis and rest.used
         else rest
-        for rest, axis in zip(rests, clipped(accel, rests, stillness), strict=True)
+        for rest, axis in zip(rests, find_clipped_axes(accel, rests, stillness), strict=True)
     ]
 
 
-def _unless_turning(rest: Rest, rate: float) -> Rest:
-    if rate <= _TURNING:
+def _mark_turning(rest: Rest, rate: float) -> Rest:
+    if rate <= _MAX_REST_RATE_RAD_S:
         return rest
     reason = f"turning: {np.degrees(rate):.0f} deg/s more than at other rests"
     return replace(rest, used=False, reason=reason)
 
 
-def _solved(case: Case, choices: Choices, problems: Sequence[str] = ()) -> Calibration:
+def _solve_case(case: Case, choices: Choices, problems: Sequence[str] = ()) -> Calibration:
     check_gravity(case.record, case.gravity)
-    prior = start_of(case.record, choices.prior)
-    axes = [handedness(prior.gyro)] if _permuted(case.record, prior) else []
+    prior = choose_prior(case.record, choices.prior)
+    axes = [describe_gyro_axes(prior.gyro)] if _is_permuted(case.record, prior) else []
     try:
         solution = solve(case.record, prior, choices.g_sensitivity)
         _check_size(solution, prior)
-        return assembled(case, prior, solution, (*problems, *axes))
+        return assemble_calibration(case, prior, solution, (*problems, *axes))
     except np.linalg.LinAlgError:
         raise LogError(_CONTRADICTION) from None
 
@@ -251,97 +262,105 @@ def _check_size(solution: Solution, prior: Prior) -> None:
         (solution.fit.gyro, prior.gyro),
     ):
         ratio = abs(np.linalg.det(matrix) / np.linalg.det(start))
-        if not 1.0 / _RUNAWAY < ratio < _RUNAWAY or np.linalg.cond(matrix) > _RUNAWAY:
+        if (
+            not 1.0 / _MAX_CONDITION < ratio < _MAX_CONDITION
+            or np.linalg.cond(matrix) > _MAX_CONDITION
+        ):
             raise LogError(_CONTRADICTION)
     # A record cannot take knowledge away.
     sigmas = np.diagonal(solution.fit.covariance) / prior.sigmas**2
-    if not ((sigmas > 0.0) & (sigmas < _MORE)).all():
+    if not ((sigmas > 0.0) & (sigmas < _MAX_VARIANCE_RATIO)).all():
         raise LogError(_CONTRADICTION)
 
 
-def _permuted(record: Record, prior: Prior) -> bool:
+def _is_permuted(record: Record, prior: Prior) -> bool:
     return record.gyro.known and not np.array_equal(prior.gyro, np.eye(3))
 
 
 def _check_enough(case: Case, choices: Choices) -> None:
     """Refuse a record of too few rests or turns, with what it tells all the same."""
     record = case.record
-    if len(record.rests) >= _FEWEST_RESTS and len(record.turns) >= _FEWEST_TURNS:
+    if len(record.rests) >= _MIN_RESTS and len(record.turns) >= _MIN_TURNS:
         return
     text = (
-        f"{_counted(record.rests, case.rests, 'rest')} and "
-        f"{_counted(record.turns, case.turns, 'turn')} can be used, and a calibration needs "
-        f"{_FEWEST_RESTS} and {_FEWEST_TURNS}"
+        f"{_format_count(record.rests, case.rests, 'rest')} and "
+        f"{_format_count(record.turns, case.turns, 'turn')} can be used, and a calibration needs "
+        f"{_MIN_RESTS} and {_MIN_TURNS}"
     )
-    attempt = _attempt(case, choices, text)
-    lost = 0 if attempt is None else int((~attempt.identifiable[:24]).sum())
-    parts = [f"{text}: {_first_of_all(case)}"]
-    if lost:
-        parts.append(f"{lost} of 18 parameters are not identifiable")
-    parts += _left_out(case)
-    raise CalibrationError("; ".join([*parts, _on_stillness(record), _on_bias(record)]), attempt)
+    attempt = _try_solving(case, choices, text)
+    undetermined_count = 0 if attempt is None else int((~attempt.identifiable[:24]).sum())
+    parts = [f"{text}: {_choose_remedy(case)}"]
+    if undetermined_count:
+        parts.append(f"{undetermined_count} of 18 parameters are not identifiable")
+    parts += _describe_unused(case)
+    raise CalibrationError(
+        "; ".join([*parts, _describe_stillness(record), _describe_bias(record)]), attempt
+    )
 
 
-def _counted(used: Sequence[object], found: Sequence[object], name: str) -> str:
+def _format_count(used: Sequence[object], found: Sequence[object], name: str) -> str:
     many = "" if len(found) == 1 else "s"
     if len(used) == len(found):
         return f"{len(used)} {name}{many}"
     return f"{len(used)} of {len(found)} {name}{many}"
 
 
-def _first_of_all(case: Case) -> str:
+def _choose_remedy(case: Case) -> str:
     """Return what would help most: against the usual reason, or else more poses."""
-    counts = Counter(reason for _, reason in _unused(case))
-    if not counts or len(case.rests) <= _FEWEST_TURNS:
-        return _MORE_POSES
-    return _REMEDIES.get(counts.most_common(1)[0][0], _MORE_POSES)
+    counts = Counter(reason for _, reason in _unused_reasons(case))
+    if not counts or len(case.rests) <= _MIN_TURNS:
+        return _POSES_ADVICE
+    return _REMEDIES.get(counts.most_common(1)[0][0], _POSES_ADVICE)
 
 
-def _unused(case: Case) -> list[tuple[str, str]]:
+def _unused_reasons(case: Case) -> list[tuple[str, str]]:
     """Return whether it is a rest or a turn, and the reason in a word, of each that is left out."""
     kinds: tuple[tuple[str, Sequence[Rest | Turn]], ...] = (
         ("rest", case.rests),
         ("turn", case.turns),
     )
     return [
-        (kind, one.reason.partition(":")[0])
+        (kind, interval.reason.partition(":")[0])
         for kind, found in kinds
-        for one in found
-        if not one.used
+        for interval in found
+        if not interval.used
     ]
 
 
-def _left_out(case: Case) -> list[str]:
+def _describe_unused(case: Case) -> list[str]:
     """Return how many rests and turns were left out, by reason."""
-    counts = Counter(_unused(case)).items()
-    told = [f"{n} {kind}{'' if n == 1 else 's'} ({reason})" for (kind, reason), n in counts]
-    return [f"left out: {', '.join(told)}"] if told else []
+    counts = Counter(_unused_reasons(case)).items()
+    counts_text = [f"{n} {kind}{'' if n == 1 else 's'} ({reason})" for (kind, reason), n in counts]
+    return [f"left out: {', '.join(counts_text)}"] if counts_text else []
 
 
-def _attempt(case: Case, choices: Choices, text: str) -> Calibration | None:
+def _try_solving(case: Case, choices: Choices, text: str) -> Calibration | None:
     if len(case.record.rests) < 2 or not case.record.turns:
         return None
     try:
-        return _solved(case, choices, [text])
+        return _solve_case(case, choices, [text])
     except LogError:
         return None
 
 
-def _on_stillness(record: Record) -> str:
-    floors = (f"{_quietest(record, one):.2g} {one.unit}" for one in (record.gyro, record.accel))
+def _describe_stillness(record: Record) -> str:
+    floors = (
+        f"{_quietest_rms(record, sensor):.2g} {sensor.unit}"
+        for sensor in (record.gyro, record.accel)
+    )
     return (
         f"the longest still stretch is {record.stillness.longest:.1f} s, still being a variance "
-        f"below {FLOORS:g} times that of the quietest, {' and '.join(floors)} RMS"
+        f"below {MAX_VARIANCE_RATIO:g} times that of the quietest, {' and '.join(floors)} RMS"
     )
 
 
-def _quietest(record: Record, one: Sensor) -> float:
+def _quietest_rms(record: Record, sensor: Sensor) -> float:
     """Return the RMS of a sensor where it is quietest, raw unit; 0 of a constant."""
-    floor = float(np.sqrt(record.stillness.floor[one.kind].mean())) / one.factor
+    floor = float(np.sqrt(record.stillness.floor[sensor.kind].mean())) / sensor.factor
     return floor if floor > np.finfo(float).eps else 0.0
 
 
-def _on_bias(record: Record) -> str:
+def _describe_bias(record: Record) -> str:
     if not record.rests:
         return "without a rest the gyro's bias is not known"
     bias = np.average(record.gyro_means, axis=0, weights=record.lengths) / record.gyro.factor

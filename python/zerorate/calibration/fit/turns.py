@@ -18,15 +18,15 @@ LONG: Final = "long"
 GAP: Final = "gap"
 SATURATED: Final = "saturated"
 
-LONGEST: Final = 30.0
-_HITS: Final = 10
-_WEIGHED: Final = 10.0
+MAX_TURN_S: Final = 30.0
+_MIN_HITS: Final = 10
+_MAX_WEIGHED_S: Final = 10.0
 """Rest, s, beyond which the mean rate of a longer one tells the bias of a turn no better."""
 
-_IN_MOTION: Final = 1e-3
+_MOTION_WEIGHT: Final = 1e-3
 
 
-def saturated(gyro: Sensor, limit: float | None) -> Booleans:
+def find_saturated(gyro: Sensor, limit: float | None) -> Booleans:
     """Return which samples are at the end of the gyro's range, shape (n,).
 
     Parameters
@@ -39,26 +39,28 @@ def saturated(gyro: Sensor, limit: float | None) -> Booleans:
     """
     if limit is not None:
         return np.asarray((np.abs(gyro.data) >= limit * abs(gyro.factor) * (1 - 1e-9)).any(axis=1))
-    full = np.zeros(gyro.n, dtype=bool)
+    at_limit = np.zeros(gyro.n, dtype=bool)
     if gyro.missing is not None and gyro.missing.all():
-        return full
+        return at_limit
     for axis in gyro.data.T:
         for end in (np.nanmax(axis), np.nanmin(axis)):
             hits = axis == end
-            if np.count_nonzero(hits) >= _HITS:
-                full |= hits
-    return full
+            if np.count_nonzero(hits) >= _MIN_HITS:
+                at_limit |= hits
+    return at_limit
 
 
-def turns_between(rests: Sequence[Rest], gyro: Sensor, full: Booleans) -> list[Turn]:
+def find_turns(rests: Sequence[Rest], gyro: Sensor, saturated: Booleans) -> list[Turn]:
     """Return the turns from each rest that is used to the next, and why some cannot be used."""
-    used = [place for place, rest in enumerate(rests) if rest.used]
-    return [_turn(rests, before, after, gyro, full) for before, after in pairwise(used)]
+    used = [index for index, rest in enumerate(rests) if rest.used]
+    return [_make_turn(rests, before, after, gyro, saturated) for before, after in pairwise(used)]
 
 
-def _turn(rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Booleans) -> Turn:
+def _make_turn(
+    rests: Sequence[Rest], before: int, after: int, gyro: Sensor, saturated: Booleans
+) -> Turn:
     first, last = rests[before].last - 1, rests[after].first + 1
-    reason = _reason(gyro, full, first, last)
+    reason = _exclusion_reason(gyro, saturated, first, last)
     return Turn(
         start=gyro.start + first / gyro.rate,
         stop=gyro.start + (last - 1) / gyro.rate,
@@ -73,13 +75,13 @@ def _turn(rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Bo
     )
 
 
-def _reason(gyro: Sensor, full: Booleans, first: int, last: int) -> str:
+def _exclusion_reason(gyro: Sensor, saturated: Booleans, first: int, last: int) -> str:
     seconds, count = (last - first) / gyro.rate, last - first
-    if seconds > LONGEST:
-        return f"{LONG}: {seconds:.0f} s, more than {LONGEST:.0f} s"
-    if gyro.missing is not None and (lost := int(gyro.missing[first:last].sum())):
-        return f"{GAP}: {lost} of {count} samples of the gyro are missing"
-    if hits := int(full[first:last].sum()):
+    if seconds > MAX_TURN_S:
+        return f"{LONG}: {seconds:.0f} s, more than {MAX_TURN_S:.0f} s"
+    if gyro.missing is not None and (missing_count := int(gyro.missing[first:last].sum())):
+        return f"{GAP}: {missing_count} of {count} samples of the gyro are missing"
+    if hits := int(saturated[first:last].sum()):
         return f"{SATURATED}: {hits} of {count} samples are at the end of the gyro's range"
     return ""
 
@@ -90,15 +92,15 @@ def turn_biases(turns: Sequence[Turn], rests: Sequence[Rest], at_rest: Floats) -
     It is the mean of the rests before and after, weighted by their length up to ten seconds; one
     with motion in it counts only next to another.
     """
-    length = np.array([min(rest.stop - rest.start, _WEIGHED) for rest in rests])
-    length *= np.where([bool(rest.reason) for rest in rests], _IN_MOTION, 1.0)
+    length = np.array([min(rest.stop - rest.start, _MAX_WEIGHED_S) for rest in rests])
+    length *= np.where([bool(rest.reason) for rest in rests], _MOTION_WEIGHT, 1.0)
     pair = np.array([turn.rests for turn in turns], dtype=np.int64).reshape(-1, 2)
     weight = length[pair] / length[pair].sum(axis=1, keepdims=True)
     return np.asarray(np.einsum("ij,ijk->ik", weight, at_rest[pair]))
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class TurnRotations:
     """What the gyro says of each turn.
 
     Parameters
@@ -116,9 +118,9 @@ class Carried:
     angles: Floats
 
 
-def carried(
+def integrate_turns(
     rates: Floats, period: float, spans: Integers, biases: Floats, matrix: Floats
-) -> Carried:
+) -> TurnRotations:
     """Return the turns of raw rates, corrected as ``matrix @ (rate - bias)``.
 
     Parameters
@@ -136,11 +138,11 @@ def carried(
     """
     steps = np.full(max(len(rates) - 1, 0), period)
     rotations, by_matrix, _, angles = propagate_turns(rates, steps, spans, biases, matrix)
-    return Carried(rotations, by_matrix, angles)
+    return TurnRotations(rotations, by_matrix, angles)
 
 
-def misses(rotations: Floats, before: Floats, after: Floats) -> Floats:
+def miss_angles(rotations: Floats, before: Floats, after: Floats) -> Floats:
     """Return the angles between gravity carried through turns and gravity after them, rad."""
-    ends = np.einsum("mba,mb->ma", rotations, before)
-    apart = np.linalg.norm(np.cross(ends, after), axis=1)
-    return np.asarray(np.arctan2(apart, (ends * after).sum(axis=1)))
+    propagated = np.einsum("mba,mb->ma", rotations, before)
+    sines = np.linalg.norm(np.cross(propagated, after), axis=1)
+    return np.asarray(np.arctan2(sines, (propagated * after).sum(axis=1)))

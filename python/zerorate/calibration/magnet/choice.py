@@ -9,35 +9,35 @@ import numpy as np
 
 from zerorate.calibration.magnet.fit import (
     FULL,
+    MAX_SOFT_SIGMA_RATIO,
     ROTATION,
     SCALE,
-    SOFT_KNOWN,
     SYMMETRIC,
     Fit,
-    conditioned,
+    count_known_directions,
     covariance,
     fit,
-    known_directions,
-    root_mean,
-    soft_known,
-    unseen,
+    held_out_squares,
+    robust_rms,
+    soft_sigma_ratios,
+    zero_unknown_directions,
 )
-from zerorate.calibration.magnet.spans import Span, grouped, joined
+from zerorate.calibration.magnet.spans import Span, assign_groups, group_spans
 from zerorate.calibration.magnet.ticks import Ticks
 from zerorate.types import Booleans, Floats, Integers
 
-_HALVED: Final = 0.40
-_LARGE_CHI: Final = 25.0
-_SIZES: Final = (0.10, 0.25)
-_LEFT: Final = (_HALVED, 0.7)
+_MAX_SCATTER_RATIO: Final = 0.40
+_MIN_CHI_SQUARED: Final = 25.0
+_IRON_SIZES: Final = (0.10, 0.25)
+_MAX_RATIOS_BY_SIZE: Final = (_MAX_SCATTER_RATIO, 0.7)
 """Scatter that a hard iron may leave, by its size: a room does a tenth of the field, a quarter is
 none of a room; between them in proportion."""
-_PAYS: Final = 0.85
-_MOST: Final = 0.6
+_MAX_IMPROVED_RATIO: Final = 0.85
+_MAX_ELEMENT: Final = 0.6
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen:
+class IronChoice:
     """The fit, and what of it is applied, in units of the field's median size.
 
     Parameters
@@ -81,121 +81,125 @@ class Chosen:
     total_left: float
 
 
-def chosen(ticks: Ticks, spans: list[Span], one: bool = False) -> Chosen | None:
+def choose_iron(ticks: Ticks, spans: list[Span], single_iron: bool = False) -> IronChoice | None:
     """Return what is applied of the fit; None where no hard iron has two known directions."""
-    spans, groups = grouped(ticks, spans)
-    several = None
-    if groups and not one:
-        several = _of_groups(ticks, spans)
-    if several is not None and groups == 1:
-        return _finished(ticks, several[0], several[1], several[2])
-    if several is not None:
-        some, group, spans = several
-        squares = root_mean(unseen(some, group, ()))
-        alone = root_mean(unseen(some, np.zeros_like(group), ()))
-        if squares <= _PAYS * alone:
-            return _finished(ticks, some, group, spans)
-    whole = [
+    spans, groups = group_spans(ticks, spans)
+    informative = None
+    if groups and not single_iron:
+        informative = _select_informative(ticks, spans)
+    if informative is not None and groups == 1:
+        return _assemble_choice(ticks, informative[0], informative[1], informative[2])
+    if informative is not None:
+        fitted_ticks, group, spans = informative
+        group_rms = robust_rms(held_out_squares(fitted_ticks, group, ()))
+        single_rms = robust_rms(held_out_squares(fitted_ticks, np.zeros_like(group), ()))
+        if group_rms <= _MAX_IMPROVED_RATIO * single_rms:
+            return _assemble_choice(ticks, fitted_ticks, group, spans)
+    single_spans = [
         Span(s.start, s.stop, "disturbed" if s.kind == "disturbed" else "informative")
         for s in spans
     ]
     group = np.zeros(ticks.n, dtype=np.int64)
-    found = fit(ticks, group)
-    if known_directions(covariance(ticks, group, found)[8:, 8:]) < 2:
+    iron_fit = fit(ticks, group)
+    if count_known_directions(covariance(ticks, group, iron_fit)[8:, 8:]) < 2:
         return None
-    return _finished(ticks, ticks, group, whole)
+    return _assemble_choice(ticks, ticks, group, single_spans)
 
 
-def _of_groups(ticks: Ticks, spans: list[Span]) -> tuple[Ticks, Integers, list[Span]]:
+def _select_informative(ticks: Ticks, spans: list[Span]) -> tuple[Ticks, Integers, list[Span]]:
     group = np.full(ticks.n, -1)
     for span in spans:
         if span.kind == "informative":
-            group[span.within(ticks)] = span.group
+            group[span.tick_indices(ticks)] = span.group
     used = group >= 0
-    return ticks.only(used), group[used], spans
+    return ticks.select(used), group[used], spans
 
 
-def _finished(ticks: Ticks, some: Ticks, group: Integers, spans: list[Span]) -> Chosen:
+def _assemble_choice(
+    ticks: Ticks, fitted_ticks: Ticks, group: Integers, spans: list[Span]
+) -> IronChoice:
     groups = int(group.max()) + 1
-    found = fit(some, group)
-    matrix = covariance(some, group, found)
-    raw, left = _by_group(some, group)
-    applied = _applied(found, matrix, raw, left)
+    iron_fit = fit(fitted_ticks, group)
+    matrix = covariance(fitted_ticks, group, iron_fit)
+    raw, left = _scatter_by_group(fitted_ticks, group)
+    applied = _decide_applied(iron_fit, matrix, raw, left)
     all_raw, all_left = float(raw[0]), float(left[0])
     if groups > 1:
-        all_raw, all_left = (root_mean(unseen(some, group, soft)) for soft in (None, ()))
+        all_raw, all_left = (
+            robust_rms(held_out_squares(fitted_ticks, group, soft)) for soft in (None, ())
+        )
     soft: tuple[int, ...] = ()
-    for offered in (SCALE, SYMMETRIC):
-        tried = _tried(some, group, offered)
-        if tried is None:
+    for elements in (SCALE, SYMMETRIC):
+        trial = _fit_soft_iron(fitted_ticks, group, elements)
+        if trial is None:
             continue
-        used, better, its = tried
-        score = root_mean(unseen(some, group, used))
+        used, better, its_covariance = trial
+        score = robust_rms(held_out_squares(fitted_ticks, group, used))
         base = all_left if applied.any() else all_raw
-        enough = score < _PAYS * all_left
+        enough = score < _MAX_IMPROVED_RATIO * all_left
         if not applied.any():
-            enough = enough and score < _HALVED * base
+            enough = enough and score < _MAX_SCATTER_RATIO * base
         if enough:
-            soft, found, matrix, all_left = used, better, its, score
+            soft, iron_fit, matrix, all_left = used, better, its_covariance, score
     if soft and not applied.any():
         applied = np.ones(groups, dtype=bool)
     if any(span.kind != "informative" for span in spans) and groups > 1:
-        spans = joined(ticks, spans, found, group)
-    iron = conditioned(found.iron, matrix, groups)
-    everything = fit(some, group, FULL)
-    spread = np.sqrt(np.diagonal(covariance(some, group, everything, FULL)))
-    return Chosen(
+        spans = assign_groups(ticks, spans, iron_fit, group)
+    iron = zero_unknown_directions(iron_fit.iron, matrix, groups)
+    everything = fit(fitted_ticks, group, FULL)
+    spread = np.sqrt(np.diagonal(covariance(fitted_ticks, group, everything, FULL)))
+    return IronChoice(
         spans,
         iron,
         applied,
-        found.elements,
+        iron_fit.elements,
         soft,
         everything.elements[list(ROTATION)],
         spread[list(ROTATION)],
         matrix,
         raw,
         left,
-        found,
-        some,
+        iron_fit,
+        fitted_ticks,
         group,
         all_raw,
         all_left,
     )
 
 
-def _by_group(ticks: Ticks, group: Integers) -> tuple[Floats, Floats]:
+def _scatter_by_group(ticks: Ticks, group: Integers) -> tuple[Floats, Floats]:
     raw, left = [], []
     for g in range(int(group.max()) + 1):
-        part = ticks.only(group == g)
-        one = np.zeros(part.n, dtype=np.int64)
-        raw.append(root_mean(unseen(part, one, None)))
-        left.append(root_mean(unseen(part, one, ())))
+        part = ticks.select(group == g)
+        zero_group = np.zeros(part.n, dtype=np.int64)
+        raw.append(robust_rms(held_out_squares(part, zero_group, None)))
+        left.append(robust_rms(held_out_squares(part, zero_group, ())))
     return np.array(raw), np.array(left)
 
 
-def _applied(found: Fit, matrix: Floats, raw: Floats, left: Floats) -> Booleans:
-    applied = left < _HALVED * raw
-    iron = conditioned(found.iron, matrix, len(raw))
+def _decide_applied(iron_fit: Fit, matrix: Floats, raw: Floats, left: Floats) -> Booleans:
+    applied = left < _MAX_SCATTER_RATIO * raw
+    iron = zero_unknown_directions(iron_fit.iron, matrix, len(raw))
     for g, b in enumerate(iron):
-        place = slice(8 + 3 * g, 11 + 3 * g)
-        chi = float(b @ np.linalg.solve(matrix[place, place], b))
-        limit = float(np.interp(np.linalg.norm(b), _SIZES, _LEFT))
-        applied[g] |= chi > _LARGE_CHI and left[g] < limit * raw[g]
+        block = slice(8 + 3 * g, 11 + 3 * g)
+        chi = float(b @ np.linalg.solve(matrix[block, block], b))
+        limit = float(np.interp(np.linalg.norm(b), _IRON_SIZES, _MAX_RATIOS_BY_SIZE))
+        applied[g] |= chi > _MIN_CHI_SQUARED and left[g] < limit * raw[g]
     result: Booleans = applied
     return result
 
 
-def _tried(
+def _fit_soft_iron(
     ticks: Ticks, group: Integers, soft: tuple[int, ...]
 ) -> tuple[tuple[int, ...], Fit, Floats] | None:
     """Fit elements of D, without those that the record does not determine."""
     while soft:
-        found = fit(ticks, group, soft)
-        matrix = covariance(ticks, group, found, soft)
-        known = soft_known(matrix, soft)
-        if known.max() < SOFT_KNOWN:
-            if np.abs(found.elements).max() >= _MOST:
+        iron_fit = fit(ticks, group, soft)
+        matrix = covariance(ticks, group, iron_fit, soft)
+        sigma_ratios = soft_sigma_ratios(matrix, soft)
+        if sigma_ratios.max() < MAX_SOFT_SIGMA_RATIO:
+            if np.abs(iron_fit.elements).max() >= _MAX_ELEMENT:
                 return None
-            return soft, found, matrix
-        soft = tuple(np.delete(soft, known.argmax()).tolist())
+            return soft, iron_fit, matrix
+        soft = tuple(np.delete(soft, sigma_ratios.argmax()).tolist())
     return None

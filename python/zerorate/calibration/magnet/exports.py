@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.faults import given, said
-from zerorate.noise.exports import written
-from zerorate.record.exporting import exports
+from zerorate.faults import keyword_argument, make_sentence
+from zerorate.noise.exports import write_text
+from zerorate.record.exporting import document_export
 from zerorate.types import Floats
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ _AXES: Final = "XYZ"
 _PAIRS: Final = ((0, 1), (0, 2), (1, 2))
 
 _writes = partial(
-    exports,
+    document_export,
     faults="""\
 ValueError
     If nothing is applied or fewer than three directions of the hard iron are known, without
@@ -65,17 +65,19 @@ def to_px4(
         ``XODIAG``, ``YODIAG``, ``ZODIAG`` its elements xy, xz, yz. Axes must be those of the body.
         Of several hard irons that of `longest`.
     """
-    offset, matrix = _numbers(calibration, 1e2, force)
+    offset, matrix = _offset_and_matrix(calibration, 1e2, force)
     names = [f"CAL_MAG{instance}_{axis}OFF" for axis in _AXES]
     names += [f"CAL_MAG{instance}_{axis}SCALE" for axis in _AXES]
     names += [f"CAL_MAG{instance}_{axis}ODIAG" for axis in _AXES]
     values = [*offset, *np.diagonal(matrix), *(matrix[i, j] for i, j in _PAIRS)]
     lines = [
-        *_head(calibration, "PX4: offsets and scales of a magnetometer, gauss, axes of the body."),
+        *_header_lines(
+            calibration, "PX4: offsets and scales of a magnetometer, gauss, axes of the body."
+        ),
         "# Vehicle-Id Component-Id Name Value Type",
         *(f"1\t1\t{name}\t{float(value)!r}\t9" for name, value in zip(names, values, strict=True)),
     ]
-    return written("\n".join(lines) + "\n", path, force)
+    return write_text("\n".join(lines) + "\n", path, force)
 
 
 @_writes(".param")
@@ -100,27 +102,29 @@ def to_ardupilot(
         ``COMPASS_DIA`` the diagonal of E and ``COMPASS_ODI_X``, ``_Y``, ``_Z`` its elements xy, xz,
         yz. Of several hard irons that of `longest`.
     """
-    offset, matrix = _numbers(calibration, 0.1, force)
+    offset, matrix = _offset_and_matrix(calibration, 0.1, force)
     number = "" if compass == 1 else str(compass)
     names = [f"COMPASS_{kind}{number}_{axis}" for kind in ("OFS", "DIA", "ODI") for axis in _AXES]
     values = [*(-offset), *np.diagonal(matrix), *(matrix[i, j] for i, j in _PAIRS)]
     lines = [
-        *_head(calibration, "ArduPilot: offsets of a compass in milligauss, scales beside them."),
+        *_header_lines(
+            calibration, "ArduPilot: offsets of a compass in milligauss, scales beside them."
+        ),
         *(f"{name},{float(value)!r}" for name, value in zip(names, values, strict=True)),
     ]
-    return written("\n".join(lines) + "\n", path, force)
+    return write_text("\n".join(lines) + "\n", path, force)
 
 
-def _numbers(
+def _offset_and_matrix(
     calibration: MagnetometerCalibration, microtesla: float, force: bool
 ) -> tuple[Floats, Floats]:
     """Return the hard iron in a unit of so many microtesla, and the inverse of the soft iron."""
     if calibration.unit not in MICROTESLA:
         raise ValueError(
-            said(
+            make_sentence(
                 f"the magnetometer's unit, '{calibration.unit}', is none of a magnetic field: read "
                 "the log with ",
-                given("unit"),
+                keyword_argument("unit"),
                 " of it, such as uT or gauss",
             )
         )
@@ -128,9 +132,9 @@ def _numbers(
     if doubts and not force:
         advice = "; ".join(calibration.advice) or "turn the device about two axes that differ"
         raise ValueError(
-            said(
+            make_sentence(
                 f"{doubts[0]}: {advice}; ",
-                given("force", "", "force=True"),
+                keyword_argument("force", "", "force=True"),
                 " writes the numbers with this warning",
             )
         )
@@ -144,16 +148,16 @@ def _doubts(calibration: MagnetometerCalibration) -> Iterator[str]:
         yield f"the calibration is not valid, {calibration.problems[0]}"
     elif not calibration.groups[calibration.longest].applied:
         yield "the log shows no iron that is worth taking off"
-    elif not all(one.identifiable for one in calibration.hard_iron):
+    elif not all(coefficient.identifiable for coefficient in calibration.hard_iron):
         unknown = (
             axis
-            for axis, one in zip("xyz", calibration.hard_iron, strict=True)
-            if not one.identifiable
+            for axis, coefficient in zip("xyz", calibration.hard_iron, strict=True)
+            if not coefficient.identifiable
         )
         yield f"the hard iron's {' and '.join(unknown)} is not known"
 
 
-def _head(calibration: MagnetometerCalibration, title: str) -> Iterator[str]:
+def _header_lines(calibration: MagnetometerCalibration, title: str) -> Iterator[str]:
     yield f"# {title}"
     for doubt in _doubts(calibration):
         yield f"# WARNING: {doubt}"

@@ -9,26 +9,28 @@ import numpy as np
 
 from zerorate.types import Booleans, Floats
 
-_TURNS: Final = np.radians(20.0)
+_MIN_TURN_RATE_RAD_S: Final = np.radians(20.0)
 """rad/s above which a reading changes from sample to sample."""
-_SHARE: Final = 0.01
-_FEW: Final = 10
-_MOST: Final = 0.2
+_MIN_CLIPPED_SHARE: Final = 0.01
+_MIN_READINGS: Final = 10
+_MAX_CLIPPED_SHARE: Final = 0.2
 """Share of samples at the end of the range above which nothing can be told."""
 
 
-def stuck(mag: Floats) -> tuple[str, ...]:
+def describe_stuck_axes(mag: Floats) -> tuple[str, ...]:
     """Return a sentence on axes that never change."""
     known = mag[np.isfinite(mag).all(axis=1)]
     if not len(known):
         return ()
-    still = [axis for axis, values in zip("xyz", known.T, strict=True) if np.ptp(values) == 0.0]
-    if not still:
+    constant_axes = [
+        axis for axis, values in zip("xyz", known.T, strict=True) if np.ptp(values) == 0.0
+    ]
+    if not constant_axes:
         return ()
-    return (f"the magnetometer's {' and '.join(still)} never changes: it is stuck",)
+    return (f"the magnetometer's {' and '.join(constant_axes)} never changes: it is stuck",)
 
 
-def clipped(mag: Floats, gyro: Floats) -> tuple[Booleans, list[str], list[str]]:
+def find_clipped(mag: Floats, gyro: Floats) -> tuple[Booleans, list[str], list[str]]:
     """Return which samples are at the end of the range, and what is wrong and to be noted of it.
 
     An axis that stays at its largest or smallest reading while the sensor turns and others change
@@ -36,30 +38,30 @@ def clipped(mag: Floats, gyro: Floats) -> tuple[Booleans, list[str], list[str]]:
     """
     fresh: Booleans = np.asarray(np.isfinite(mag).all(axis=1))
     fresh[1:] &= np.any(mag[1:] != mag[:-1], axis=1)
-    fresh &= np.linalg.norm(np.nan_to_num(gyro), axis=1) > _TURNS
-    ends, wrong, notes = np.zeros(len(mag), dtype=np.bool_), [], []
+    fresh &= np.linalg.norm(np.nan_to_num(gyro), axis=1) > _MIN_TURN_RATE_RAD_S
+    is_clipped, problems, notes = np.zeros(len(mag), dtype=np.bool_), [], []
     for axis, values in zip("xyz", mag.T, strict=True):
-        for end in _ends(values[fresh]):
-            there = values == end
-            share = float(there.sum() / max(np.isfinite(values).sum(), 1))
-            ends |= there
-            said = (
+        for end in _find_range_ends(values[fresh]):
+            at_end = values == end
+            share = float(at_end.sum() / max(np.isfinite(values).sum(), 1))
+            is_clipped |= at_end
+            sentence = (
                 f"the magnetometer's {axis} is at the end of its range, {end:.6g}, in "
                 f"{100.0 * share:.2g} % of the samples"
             )
-            if share > _MOST:
-                wrong.append(said)
+            if share > _MAX_CLIPPED_SHARE:
+                problems.append(sentence)
             else:
-                notes.append(f"{said}: these are left out")
-    return ends, wrong, notes
+                notes.append(f"{sentence}: these are left out")
+    return is_clipped, problems, notes
 
 
-def _ends(values: Floats) -> Iterator[float]:
+def _find_range_ends(values: Floats) -> Iterator[float]:
     """Yield the largest and the smallest reading, if an axis stays there."""
-    if len(values) < _FEW or np.ptp(values) == 0.0:
+    if len(values) < _MIN_READINGS or np.ptp(values) == 0.0:
         return
     for end in (float(values.max()), float(values.min())):
-        there = values == end
-        stays = int((there[1:] & there[:-1]).sum())
-        if stays >= _FEW and stays >= _SHARE * len(values):
+        at_end = values == end
+        stays = int((at_end[1:] & at_end[:-1]).sum())
+        if stays >= _MIN_READINGS and stays >= _MIN_CLIPPED_SHARE * len(values):
             yield end

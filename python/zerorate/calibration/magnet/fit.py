@@ -15,28 +15,28 @@ from zerorate._native import magnet_covariance, magnet_fit
 from zerorate.calibration.magnet.ticks import Ticks
 from zerorate.types import Floats, Integers
 
-_WINDOW: Final = 200
+_WINDOW_TICKS: Final = 200
 """Ticks in which the field is one."""
-_SOFT: Final = 0.2
-KNOWN: Final = 0.10
+_SOFT_PRIOR_SIGMA: Final = 0.2
+KNOWN_SIGMA: Final = 0.10
 """Deviation of a direction of the hard iron that is known."""
-_SOFT_KNOWN: Final = 0.3
-_UNMODELLED: Final = 0.03
+_MAX_SOFT_SIGMA_RATIO: Final = 0.3
+_UNMODELLED_SIGMA: Final = 0.03
 
 
-def _basis() -> Floats:
+def _make_basis() -> Floats:
     root2, root6 = np.sqrt(2.0), np.sqrt(6.0)
-    found = [np.diag([1.0, -1.0, 0.0]) / root2, np.diag([1.0, 1.0, -2.0]) / root6]
+    elements = [np.diag([1.0, -1.0, 0.0]) / root2, np.diag([1.0, 1.0, -2.0]) / root6]
     pairs = ((0, 1), (0, 2), (1, 2))
     for sign in (1.0, -1.0):
         for i, j in pairs:
             element = np.zeros((3, 3))
             element[i, j], element[j, i] = 1.0 / root2, sign / root2
-            found.append(element)
-    return np.array(found)
+            elements.append(element)
+    return np.array(elements)
 
 
-BASIS: Final = _basis()
+BASIS: Final = _make_basis()
 """Orthonormal matrices of no trace: two of scale, three symmetric, three antisymmetric."""
 SCALE: Final = (0, 1)
 SYMMETRIC: Final = (0, 1, 2, 3, 4)
@@ -74,10 +74,10 @@ class Fit:
     @property
     def matrix(self) -> Floats:
         """D, shape (3, 3)."""
-        return matrix_of(self.elements)
+        return soft_iron_matrix(self.elements)
 
 
-def matrix_of(elements: Floats) -> Floats:
+def soft_iron_matrix(elements: Floats) -> Floats:
     """Return D of its elements."""
     matrix: Floats = np.eye(3) + np.tensordot(elements, BASIS, axes=1)
     return matrix
@@ -95,54 +95,56 @@ def fit(ticks: Ticks, group: Integers, soft: tuple[int, ...] = ()) -> Fit:
     soft : tuple of int
         Which elements of `BASIS` are fitted.
     """
-    window = np.unique(ticks.number // _WINDOW, return_inverse=True)[1]
-    offered = BASIS[list(soft)]
+    window = np.unique(ticks.number // _WINDOW_TICKS, return_inverse=True)[1]
+    basis = BASIS[list(soft)]
     iron, values, fields, scatter, weights = magnet_fit(
-        ticks.rotation, ticks.field, ticks.turned, group, window, offered
+        ticks.rotation, ticks.field, ticks.rotated_field, group, window, basis
     )
     elements = np.zeros(len(BASIS))
     elements[list(soft)] = values
     return Fit(iron, elements, fields, window, scatter, weights)
 
 
-def covariance(ticks: Ticks, group: Integers, found: Fit, soft: tuple[int, ...] = ()) -> Floats:
+def covariance(ticks: Ticks, group: Integers, iron_fit: Fit, soft: tuple[int, ...] = ()) -> Floats:
     """Return the covariance of all elements of D and of the hard irons, shape (8 + 3 g, 8 + 3 g).
 
     Not noise limits it but the places: a field that varies with the place, and a place that goes
     with the pose, look like iron. A group counts for as many independent observations as it has
     tens of seconds, at most four. Elements of D that were not fitted may be a few per cent.
     """
-    doubt = [_SOFT if k in soft else _UNMODELLED for k in range(len(BASIS))]
-    parts = (found.iron, found.elements, found.fields, found.scatter, found.weights)
-    return magnet_covariance(ticks.rotation, ticks.field, group, found.window, BASIS, parts, doubt)
+    sigmas = [_SOFT_PRIOR_SIGMA if k in soft else _UNMODELLED_SIGMA for k in range(len(BASIS))]
+    parts = (iron_fit.iron, iron_fit.elements, iron_fit.fields, iron_fit.scatter, iron_fit.weights)
+    return magnet_covariance(
+        ticks.rotation, ticks.field, group, iron_fit.window, BASIS, parts, sigmas
+    )
 
 
-def known_directions(block: Floats) -> int:
+def count_known_directions(block: Floats) -> int:
     """Return how many directions of a hard iron with this covariance are known."""
-    return int((np.linalg.eigvalsh(block) < KNOWN**2).sum())
+    return int((np.linalg.eigvalsh(block) < KNOWN_SIGMA**2).sum())
 
 
-def conditioned(values: Floats, matrix: Floats, groups: int) -> Floats:
+def zero_unknown_directions(values: Floats, matrix: Floats, groups: int) -> Floats:
     """Return hard irons of which what is not known is zero, shape (g, 3)."""
     values = values.copy()
     for g in range(groups):
-        place = slice(8 + 3 * g, 11 + 3 * g)
-        block = matrix[place, place]
+        slots = slice(8 + 3 * g, 11 + 3 * g)
+        block = matrix[slots, slots]
         size, axes = np.linalg.eigh(block)
-        away = axes[:, size >= KNOWN**2]
-        if away.shape[1]:
-            gain = block @ away @ np.linalg.inv(away.T @ block @ away)
-            values[g] = values[g] - gain @ (away.T @ values[g])
+        unknown_axes = axes[:, size >= KNOWN_SIGMA**2]
+        if unknown_axes.shape[1]:
+            gain = block @ unknown_axes @ np.linalg.inv(unknown_axes.T @ block @ unknown_axes)
+            values[g] = values[g] - gain @ (unknown_axes.T @ values[g])
     return values
 
 
-def soft_known(matrix: Floats, soft: tuple[int, ...]) -> Floats:
+def soft_sigma_ratios(matrix: Floats, soft: tuple[int, ...]) -> Floats:
     """Return deviations of elements over their prior's."""
-    found: Floats = np.sqrt(np.diagonal(matrix)[list(soft)]) / _SOFT
-    return found
+    ratios: Floats = np.sqrt(np.diagonal(matrix)[list(soft)]) / _SOFT_PRIOR_SIGMA
+    return ratios
 
 
-SOFT_KNOWN: Final = _SOFT_KNOWN
+MAX_SOFT_SIGMA_RATIO: Final = _MAX_SOFT_SIGMA_RATIO
 
 
 def block_length(n: int) -> int:
@@ -150,7 +152,7 @@ def block_length(n: int) -> int:
     return int(np.clip(n // 16, 100, 300)) if n > 2400 else int(np.clip(n // 8, 20, 100))
 
 
-def unseen(ticks: Ticks, group: Integers, soft: tuple[int, ...] | None) -> Floats:
+def held_out_squares(ticks: Ticks, group: Integers, soft: tuple[int, ...] | None) -> Floats:
     """Return the squared residual of each tick in blocks that the fit had not seen, shape (n,).
 
     Four folds of interleaved blocks. In a block the field is its own. None for ``soft`` is of raw
@@ -160,12 +162,12 @@ def unseen(ticks: Ticks, group: Integers, soft: tuple[int, ...] | None) -> Float
     block = np.empty(ticks.n, dtype=np.int64)
     first = 0
     for g in range(int(group.max()) + 1):
-        mine = np.flatnonzero(group == g)
-        place = np.arange(len(mine)) // block_length(len(mine))
-        if len(mine) and len(mine) % block_length(len(mine)) < 10 and place[-1]:
-            place[place == place[-1]] = place[-1] - 1
-        fold[mine], block[mine] = place % 4, first + place
-        first += int(place[-1]) + 1 if len(mine) else 0
+        members = np.flatnonzero(group == g)
+        block_index = np.arange(len(members)) // block_length(len(members))
+        if len(members) and len(members) % block_length(len(members)) < 10 and block_index[-1]:
+            block_index[block_index == block_index[-1]] = block_index[-1] - 1
+        fold[members], block[members] = block_index % 4, first + block_index
+        first += int(block_index[-1]) + 1 if len(members) else 0
     squares = np.empty(ticks.n)
     for k in range(4):
         test = fold == k
@@ -174,25 +176,25 @@ def unseen(ticks: Ticks, group: Integers, soft: tuple[int, ...] | None) -> Float
         iron, matrix = np.zeros((int(group.max()) + 1, 3)), np.eye(3)
         if soft is not None and not test.all():
             train = ~test
-            found = fit(ticks.only(train), group[train], soft)
-            seen = np.zeros((len(iron), 3))
-            seen[: len(found.iron)] = found.iron
-            iron, matrix = seen, found.matrix
-        squares[test] = _in_blocks(ticks.only(test), iron[group[test]], matrix, block[test])
+            training_fit = fit(ticks.select(train), group[train], soft)
+            padded_iron = np.zeros((len(iron), 3))
+            padded_iron[: len(training_fit.iron)] = training_fit.iron
+            iron, matrix = padded_iron, training_fit.matrix
+        squares[test] = _block_squares(ticks.select(test), iron[group[test]], matrix, block[test])
     return squares
 
 
-def _in_blocks(ticks: Ticks, iron: Floats, matrix: Floats, block: Integers) -> Floats:
-    values, turn = ticks.field - iron, matrix @ ticks.back
+def _block_squares(ticks: Ticks, iron: Floats, matrix: Floats, block: Integers) -> Floats:
+    values, turn = ticks.field - iron, matrix @ ticks.inverse_rotation
     squares = np.empty(ticks.n)
     for b in np.unique(block):
-        mine = block == b
-        rows, seen = turn[mine].reshape(-1, 3), values[mine].ravel()
-        field = np.linalg.lstsq(rows, seen, rcond=None)[0]
-        squares[mine] = ((seen - rows @ field).reshape(-1, 3) ** 2).sum(axis=1) / 3.0
+        in_block = block == b
+        rows, sensed = turn[in_block].reshape(-1, 3), values[in_block].ravel()
+        field = np.linalg.lstsq(rows, sensed, rcond=None)[0]
+        squares[in_block] = ((sensed - rows @ field).reshape(-1, 3) ** 2).sum(axis=1) / 3.0
     return squares
 
 
-def root_mean(squares: Floats) -> float:
+def robust_rms(squares: Floats) -> float:
     """Return the scatter of an axis, single squares limited to fifty medians."""
     return float(np.sqrt(np.minimum(squares, 50.0 * np.median(squares)).mean()))

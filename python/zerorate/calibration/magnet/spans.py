@@ -8,15 +8,15 @@ from typing import Final
 import numpy as np
 
 from zerorate._native import magnet_partition
-from zerorate.calibration.magnet.fit import Fit, covariance, fit, known_directions
-from zerorate.calibration.magnet.ticks import Ticks, noise_of
+from zerorate.calibration.magnet.fit import Fit, count_known_directions, covariance, fit
+from zerorate.calibration.magnet.ticks import Ticks, estimate_noise
 from zerorate.types import Floats, Integers
 
-_WALKS: Final = (0.5, 2.0, 8.0)
-_PER: Final = 10
+_WALK_STRENGTHS: Final = (0.5, 2.0, 8.0)
+_TICKS_PER_S: Final = 10
 """Ticks of a second."""
-_SHORTEST: Final = 5.0
-_APART: Final = 16.0
+_MIN_SPAN_S: Final = 5.0
+_MIN_CHI_SQUARED: Final = 16.0
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class Span:
     kind: str
     group: int = 0
 
-    def within(self, ticks: Ticks) -> Integers:
+    def tick_indices(self, ticks: Ticks) -> Integers:
         """Return the places of its ticks."""
-        second = ticks.number // _PER
+        second = ticks.number // _TICKS_PER_S
         return np.flatnonzero((second >= self.start) & (second < self.stop))
 
 
@@ -51,49 +51,51 @@ class _Member:
     covariance: Floats
 
 
-def spans_of(ticks: Ticks) -> list[Span]:
+def partition_spans(ticks: Ticks) -> list[Span]:
     """Return the spans of least cost, of the walk of the field that has most evidence."""
-    found = magnet_partition(ticks.number, ticks.turned, ticks.rotation, noise_of(ticks), _WALKS)
-    spans = min(found, key=lambda one: one[0])[1]
-    return [Span(i, j, "disturbed" if wild else "plain") for i, j, wild in spans]
+    partitions = magnet_partition(
+        ticks.number, ticks.rotated_field, ticks.rotation, estimate_noise(ticks), _WALK_STRENGTHS
+    )
+    spans = min(partitions, key=lambda partition: partition[0])[1]
+    return [Span(i, j, "disturbed" if is_disturbed else "plain") for i, j, is_disturbed in spans]
 
 
-def grouped(ticks: Ticks, spans: list[Span]) -> tuple[list[Span], int]:
+def group_spans(ticks: Ticks, spans: list[Span]) -> tuple[list[Span], int]:
     """Return the spans with their kinds and groups, and the number of groups."""
-    spans, members = _informative(ticks, spans)
-    members = _merged(ticks, spans, members)
+    spans, members = _classify_spans(ticks, spans)
+    members = _merge_members(ticks, spans, members)
     for g, member in enumerate(members):
-        for place in member.spans:
-            spans[place] = replace(spans[place], group=g)
+        for index in member.spans:
+            spans[index] = replace(spans[index], group=g)
     return spans, len(members)
 
 
-def _informative(ticks: Ticks, spans: list[Span]) -> tuple[list[Span], list[_Member]]:
-    found, members = list(spans), []
+def _classify_spans(ticks: Ticks, spans: list[Span]) -> tuple[list[Span], list[_Member]]:
+    classified, members = list(spans), []
     for k, span in enumerate(spans):
         if span.kind == "disturbed":
             continue
         member = None
-        if span.stop - span.start >= _SHORTEST:
-            member = _member(ticks, spans, (k,))
-        if member is not None and known_directions(member.covariance) >= 2:
-            found[k] = replace(span, kind="informative")
+        if span.stop - span.start >= _MIN_SPAN_S:
+            member = _fit_member(ticks, spans, (k,))
+        if member is not None and count_known_directions(member.covariance) >= 2:
+            classified[k] = replace(span, kind="informative")
             members.append(member)
         else:
-            found[k] = replace(span, kind="still")
-    return found, members
+            classified[k] = replace(span, kind="still")
+    return classified, members
 
 
-def _member(ticks: Ticks, spans: list[Span], which: tuple[int, ...]) -> _Member | None:
-    places = np.concatenate([spans[k].within(ticks) for k in which])
-    if len(places) < _PER:
+def _fit_member(ticks: Ticks, spans: list[Span], which: tuple[int, ...]) -> _Member | None:
+    indices = np.concatenate([spans[k].tick_indices(ticks) for k in which])
+    if len(indices) < _TICKS_PER_S:
         return None
-    part, one = ticks.only(np.sort(places)), np.zeros(len(places), dtype=np.int64)
-    found = fit(part, one)
-    return _Member(which, found.iron[0], covariance(part, one, found)[8:, 8:])
+    part, zero_group = ticks.select(np.sort(indices)), np.zeros(len(indices), dtype=np.int64)
+    iron_fit = fit(part, zero_group)
+    return _Member(which, iron_fit.iron[0], covariance(part, zero_group, iron_fit)[8:, 8:])
 
 
-def _merged(ticks: Ticks, spans: list[Span], members: list[_Member]) -> list[_Member]:
+def _merge_members(ticks: Ticks, spans: list[Span], members: list[_Member]) -> list[_Member]:
     """Merge the two nearest groups until none are alike: a magnet that goes leaves the old iron."""
     members = list(members)
     while len(members) > 1:
@@ -103,46 +105,46 @@ def _merged(ticks: Ticks, spans: list[Span], members: list[_Member]) -> list[_Me
             for i, a in enumerate(members[:j])
         ]
         least, i, j = min(pairs)
-        if least > _APART:
+        if least > _MIN_CHI_SQUARED:
             break
-        both = _member(ticks, spans, tuple(sorted(members[i].spans + members[j].spans)))
+        both = _fit_member(ticks, spans, tuple(sorted(members[i].spans + members[j].spans)))
         assert both is not None
         members[i] = both
         del members[j]
     return members
 
 
-def _distance(one: _Member, other: _Member) -> float:
-    apart = one.iron - other.iron
-    return float(apart @ np.linalg.solve(one.covariance + other.covariance, apart))
+def _distance(first: _Member, second: _Member) -> float:
+    difference = first.iron - second.iron
+    return float(difference @ np.linalg.solve(first.covariance + second.covariance, difference))
 
 
-def joined(ticks: Ticks, spans: list[Span], found: Fit, group: Integers) -> list[Span]:
+def assign_groups(ticks: Ticks, spans: list[Span], iron_fit: Fit, group: Integers) -> list[Span]:
     """Give every other span the hard iron that keeps the field of the informative one next to it.
 
-    ``found`` and ``group`` are of the ticks of informative spans.
+    ``iron_fit`` and ``group`` are of the ticks of informative spans.
     """
     second = ticks.number[
-        np.concatenate([s.within(ticks) for s in spans if s.kind == "informative"])
+        np.concatenate([s.tick_indices(ticks) for s in spans if s.kind == "informative"])
     ]
-    inverse = np.asarray(np.linalg.inv(found.matrix), dtype=np.float64)
+    inverse = np.asarray(np.linalg.inv(iron_fit.matrix), dtype=np.float64)
     result: list[Span] = []
     for span in spans:
-        inside = span.within(ticks)
+        inside = span.tick_indices(ticks)
         if span.kind == "informative" or not len(inside):
             result.append(span)
             continue
         middle = ticks.number[inside[len(inside) // 2]]
-        known = found.fields[found.window[np.abs(second - middle).argmin()]]
+        known = iron_fit.fields[iron_fit.window[np.abs(second - middle).argmin()]]
         costs = [
-            float(np.linalg.norm(_field(ticks, inside, inverse, iron) - known))
-            for iron in found.iron
+            float(np.linalg.norm(_median_field(ticks, inside, inverse, iron) - known))
+            for iron in iron_fit.iron
         ]
         result.append(replace(span, group=int(np.argmin(costs))))
     return result
 
 
-def _field(ticks: Ticks, inside: Integers, inverse: Floats, iron: Floats) -> Floats:
+def _median_field(ticks: Ticks, inside: Integers, inverse: Floats, iron: Floats) -> Floats:
     corrected = (ticks.field[inside] - iron) @ inverse.T
-    turned: Floats = np.median((ticks.rotation[inside] @ corrected[:, :, None])[:, :, 0], axis=0)
-    return turned
+    rotated: Floats = np.median((ticks.rotation[inside] @ corrected[:, :, None])[:, :, 0], axis=0)
+    return rotated

@@ -9,14 +9,14 @@ import numpy as np
 
 from zerorate.types import Floats
 
-_ROUNDS: Final = 10
-_WIDE: Final = 0.10
+_ITERATIONS: Final = 10
+_MIN_DIRECTION_VARIANCE: Final = 0.10
 """Least variance of the directions along any axis: all of them alike have a third."""
-_SMALLEST: Final = 0.3
+_MIN_RADIUS: Final = 0.3
 """Radius of a sphere that is more than the noise of one direction."""
-_HALVED: Final = 0.40
-_PRIOR: Final = 1.0
-_FLOOR: Final = 0.01
+_MAX_SCATTER_RATIO: Final = 0.40
+_PRIOR_SIGMA: Final = 1.0
+_MIN_SCATTER: Final = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,30 +50,30 @@ class Sphere:
     @property
     def applied(self) -> bool:
         """Whether it more than halves the scatter of the field's size."""
-        return self.covered and self.left < _HALVED * self.raw
+        return self.covered and self.left < _MAX_SCATTER_RATIO * self.raw
 
 
-def sphere(field: Floats, seconds: float) -> Sphere:
+def fit_sphere(field: Floats, seconds: float) -> Sphere:
     """Return the sphere through samples, shape (n, 3), none of them missing, of so many seconds."""
     norm = float(np.median(np.linalg.norm(field, axis=1)))
     m = field / norm
     rows = np.column_stack([2.0 * m, np.ones(len(m))])
     weights = np.ones(len(m))
-    iron, radius, left = np.zeros(3), 1.0, np.zeros(len(m))
-    for _ in range(_ROUNDS):
-        found = np.linalg.lstsq(rows * weights[:, None], (m**2).sum(axis=1) * weights, rcond=None)[
-            0
-        ]
-        iron = found[:3]
-        radius = float(np.sqrt(max(found[3] + iron @ iron, 1e-12)))
-        left = np.linalg.norm(m - iron, axis=1) - radius
-        spread = max(float(np.median(np.abs(left))) / 0.6745, 1e-4)
-        weights = np.sqrt(np.minimum(1.0, 2.5 * spread / np.maximum(np.abs(left), 1e-9)))
-    away = (m - iron) / np.maximum(np.linalg.norm(m - iron, axis=1), 1e-9)[:, None]
-    shape = np.cov(away.T, bias=True)
+    iron, radius, residuals = np.zeros(3), 1.0, np.zeros(len(m))
+    for _ in range(_ITERATIONS):
+        solution = np.linalg.lstsq(
+            rows * weights[:, None], (m**2).sum(axis=1) * weights, rcond=None
+        )[0]
+        iron = solution[:3]
+        radius = float(np.sqrt(max(solution[3] + iron @ iron, 1e-12)))
+        residuals = np.linalg.norm(m - iron, axis=1) - radius
+        spread = max(float(np.median(np.abs(residuals))) / 0.6745, 1e-4)
+        weights = np.sqrt(np.minimum(1.0, 2.5 * spread / np.maximum(np.abs(residuals), 1e-9)))
+    unit_vectors = (m - iron) / np.maximum(np.linalg.norm(m - iron, axis=1), 1e-9)[:, None]
+    shape = np.cov(unit_vectors.T, bias=True)
     count = min(max(seconds / 10.0, 0.5), 4.0)
-    scatter = float(np.sqrt(np.mean(np.minimum(left**2, 50.0 * np.median(left**2)))))
-    information = shape * count / max(scatter, _FLOOR) ** 2 + np.eye(3) / _PRIOR**2
+    scatter = float(np.sqrt(np.mean(np.minimum(residuals**2, 50.0 * np.median(residuals**2)))))
+    information = shape * count / max(scatter, _MIN_SCATTER) ** 2 + np.eye(3) / _PRIOR_SIGMA**2
     sizes = np.linalg.norm(m, axis=1)
     return Sphere(
         iron,
@@ -81,6 +81,9 @@ def sphere(field: Floats, seconds: float) -> Sphere:
         np.asarray(np.linalg.inv(information), dtype=np.float64),
         float(sizes.std()),
         scatter,
-        bool(np.linalg.eigvalsh(shape)[0] > _WIDE and _SMALLEST < radius < 1.0 / _SMALLEST),
+        bool(
+            np.linalg.eigvalsh(shape)[0] > _MIN_DIRECTION_VARIANCE
+            and _MIN_RADIUS < radius < 1.0 / _MIN_RADIUS
+        ),
         norm,
     )

@@ -9,11 +9,11 @@ import numpy as np
 
 from zerorate.types import Booleans, Floats, Integers
 
-TICK: Final = 0.1
+TICK_S: Final = 0.1
 """Seconds."""
-_TURNS: Final = 0.3
+_MIN_ROTATION_RMS: Final = 0.3
 """RMS of R about its mean in a window that turns."""
-_WINDOW: Final = 20
+_WINDOW_TICKS: Final = 20
 """Ticks of a window that tells the noise."""
 
 
@@ -25,7 +25,7 @@ class Ticks:
     ----------
     number : ndarray of int, shape (n,)
         Which tick since the first sample: those without samples are left out.
-    turned : ndarray, shape (n, 3)
+    rotated_field : ndarray, shape (n, 3)
         Mean of R m, R from the sensor to a frame that the gyro holds.
     rotation : ndarray, shape (n, 3, 3)
         Mean of R.
@@ -36,7 +36,7 @@ class Ticks:
     """
 
     number: Integers
-    turned: Floats
+    rotated_field: Floats
     rotation: Floats
     field: Floats
     norm: float
@@ -47,23 +47,23 @@ class Ticks:
         return len(self.number)
 
     @property
-    def back(self) -> Floats:
+    def inverse_rotation(self) -> Floats:
         """The mean of R transposed: from the frame to the sensor, shape (n, 3, 3)."""
-        back: Floats = self.rotation.transpose(0, 2, 1)
-        return back
+        inverse: Floats = self.rotation.transpose(0, 2, 1)
+        return inverse
 
-    def only(self, where: Booleans) -> Ticks:
+    def select(self, where: Booleans) -> Ticks:
         """Return some of the ticks."""
         return Ticks(
             self.number[where],
-            self.turned[where],
+            self.rotated_field[where],
             self.rotation[where],
             self.field[where],
             self.norm,
         )
 
 
-def ticks_of(seconds: Floats, rotation: Floats, field: Floats) -> Ticks:
+def average_ticks(seconds: Floats, rotation: Floats, field: Floats) -> Ticks:
     """Return the means of R m, R and m over each tick that has half of its usual samples.
 
     Parameters
@@ -77,47 +77,47 @@ def ticks_of(seconds: Floats, rotation: Floats, field: Floats) -> Ticks:
     """
     present = np.isfinite(field).all(axis=1) & np.isfinite(rotation[:, 0, 0])
     present &= np.any(field != 0.0, axis=1)
-    place = np.floor(seconds[present] / TICK + 1e-6).astype(np.int64)
+    index = np.floor(seconds[present] / TICK_S + 1e-6).astype(np.int64)
     turn, samples = rotation[present], field[present]
-    if not len(place):
-        none = np.zeros((0, 3))
-        return Ticks(place, none, np.zeros((0, 3, 3)), none, 1.0)
+    if not len(index):
+        empty = np.zeros((0, 3))
+        return Ticks(index, empty, np.zeros((0, 3, 3)), empty, 1.0)
     norm = float(np.median(np.linalg.norm(samples, axis=1)))
     samples = samples / norm
-    first = np.flatnonzero(np.diff(place, prepend=-1))
-    count = np.diff(first, append=len(place))
+    first = np.flatnonzero(np.diff(index, prepend=-1))
+    count = np.diff(first, append=len(index))
 
     def mean(values: Floats) -> Floats:
         total: Floats = np.add.reduceat(values.reshape(len(values), -1), first, axis=0)
         return total / count[:, None]
 
     enough = 2 * count >= np.median(count)
-    found = Ticks(
-        place[first],
+    ticks = Ticks(
+        index[first],
         mean((turn @ samples[:, :, None])[:, :, 0]),
         mean(turn).reshape(-1, 3, 3),
         mean(samples),
         norm,
     )
-    return found.only(enough)
+    return ticks.select(enough)
 
 
-def noise_of(ticks: Ticks) -> float:
+def estimate_noise(ticks: Ticks) -> float:
     """Return the variance of an axis of a tick, from windows in which the sensor turns.
 
     A low quantile of the windows counts: those with a disturbance lie above.
     """
-    found = []
-    for start in range(0, ticks.n - _WINDOW + 1, _WINDOW):
-        part = slice(start, start + _WINDOW)
+    variances = []
+    for start in range(0, ticks.n - _WINDOW_TICKS + 1, _WINDOW_TICKS):
+        part = slice(start, start + _WINDOW_TICKS)
         turn = ticks.rotation[part] - ticks.rotation[part].mean(axis=0)
-        if np.sqrt((turn**2).sum() / _WINDOW) < _TURNS:
+        if np.sqrt((turn**2).sum() / _WINDOW_TICKS) < _MIN_ROTATION_RMS:
             continue
-        seen = ticks.turned[part] - ticks.turned[part].mean(axis=0)
-        rows, values = turn.reshape(-1, 3), seen.ravel()
+        deviations = ticks.rotated_field[part] - ticks.rotated_field[part].mean(axis=0)
+        rows, values = turn.reshape(-1, 3), deviations.ravel()
         normal = rows.T @ rows + 1e-9 * np.eye(3)
-        left = values - rows @ np.linalg.solve(normal, rows.T @ values)
-        found.append(float(left @ left) / (3 * _WINDOW - 6))
-    if not found:
+        residuals = values - rows @ np.linalg.solve(normal, rows.T @ values)
+        variances.append(float(residuals @ residuals) / (3 * _WINDOW_TICKS - 6))
+    if not variances:
         return 0.02**2
-    return max(float(np.quantile(found, 0.4)), 0.005**2)
+    return max(float(np.quantile(variances, 0.4)), 0.005**2)

@@ -12,21 +12,21 @@ import numpy.typing as npt
 from zerorate import _native
 from zerorate.calibration.rate.angle_error import RateErrors, angle_sigma
 from zerorate.calibration.rate.gaps import bridge
-from zerorate.faults import ArgumentError, given, said
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.geometry import rotations
 from zerorate.noise import FLICKER_FLOOR, NoiseModel
 from zerorate.noise.coefficient import Coefficient
 from zerorate.record import Log, LogError
 from zerorate.record.missing import floats
 from zerorate.record.named import rate_of, unit_of
-from zerorate.record.names import UNKNOWN
+from zerorate.record.names import UNKNOWN_UNIT
 from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
 from zerorate.views import Result
 
 IntegrationMethod: TypeAlias = Literal["backward-euler", "trapezoid", "coning"]
 
-_LEFT_OUT = ("quantization", "rate_ramp", "markov", "sinusoid")
+_IGNORED_TERMS = ("quantization", "rate_ramp", "markov", "sinusoid")
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +139,7 @@ def integrate(
         names = ", ".join(get_args(IntegrationMethod))
         raise ArgumentError("method", f"must be one of {names}, got {method!r}")
     record = _Record.of(z, rate, unit)
-    errors, left_out = _errors(
+    errors, ignored = _rate_errors(
         record.rates.shape[1], noise, angle_random_walk, rate_random_walk, bias_sigma
     )
     dt = 1.0 / record.rate
@@ -149,11 +149,11 @@ def integrate(
         orientation = _native.integrate_rates(rates, record.steps, method)
         angle = rotations.angle(orientation)
     else:
-        angle = _summed(rates[:, 0], record.steps, method)
+        angle = _sum_steps(rates[:, 0], record.steps, method)
     sigma = None if errors is None else angle_sigma(orientation, record.steps, errors, gaps)
     if sigma is not None and orientation is None:
         sigma = sigma[:, 0]
-    notes = (*_on_missing(missing), *left_out)
+    notes = (*_missing_notes(missing), *ignored)
     return Integrated(angle, orientation, sigma, missing, record.rate, method, notes)
 
 
@@ -171,12 +171,12 @@ class _Record:
         if values.ndim == 1:
             values = values[:, None]
         if isinstance(z, Log):
-            return cls._checked(values, hertz, np.diff(z.sampled), _unit_of(z, unit))
+            return cls._from_values(values, hertz, np.diff(z.sampled), _resolve_unit(z, unit))
         steps = np.full(max(len(values) - 1, 0), 1.0 / hertz)
-        return cls._checked(values, hertz, steps, unit_of(unit, z) or "rad/s")
+        return cls._from_values(values, hertz, steps, unit_of(unit, z) or "rad/s")
 
     @classmethod
-    def _checked(cls, values: Floats, rate: float, steps: Floats, unit: str) -> _Record:
+    def _from_values(cls, values: Floats, rate: float, steps: Floats, unit: str) -> _Record:
         if values.ndim != 2 or values.shape[1] not in (1, 3):
             raise ArgumentError("z", f"must have shape (n,), (n, 1) or (n, 3), got {values.shape}")
         if len(values) < 2:
@@ -188,21 +188,23 @@ class _Record:
         return cls(values * convert(1.0, unit, "rad/s"), rate, steps)
 
 
-def _unit_of(log: Log, asked: str | None) -> str:
-    if log.unit == UNKNOWN and asked is None:
+def _resolve_unit(log: Log, unit: str | None) -> str:
+    if log.unit == UNKNOWN_UNIT and unit is None:
         raise LogError(
-            said(f"the unit of {', '.join(log.names)} is not known: give ", given("unit"))
+            make_sentence(
+                f"the unit of {', '.join(log.names)} is not known: give ", keyword_argument("unit")
+            )
         )
-    return unit_of(asked, log) or log.unit
+    return unit_of(unit, log) or log.unit
 
 
-def _summed(rates: Floats, steps: Floats, method: IntegrationMethod) -> Floats:
+def _sum_steps(rates: Floats, steps: Floats, method: IntegrationMethod) -> Floats:
     """Return the angle about one axis, where a step of coning is that of the trapezoid."""
     ends = rates[1:] if method == "backward-euler" else 0.5 * (rates[1:] + rates[:-1])
     return np.concatenate(([0.0], np.cumsum(ends * steps)))
 
 
-def _errors(
+def _rate_errors(
     k: int,
     noise: NoiseModel | None,
     white: npt.ArrayLike | None,
@@ -217,45 +219,51 @@ def _errors(
             "noise", f"must be that of an angular rate, got one of {noise.quantity}"
         )
     model = NoiseModel() if noise is None else noise
-    instability = FLICKER_FLOOR * _counted(model.bias_instability)
+    instability = FLICKER_FLOOR * _conservative_value(model.bias_instability)
     known = RateErrors(
-        _of_axes(
-            "angle_random_walk", _counted(model.angle_random_walk) if white is None else white, k
+        _broadcast_axes(
+            "angle_random_walk",
+            _conservative_value(model.angle_random_walk) if white is None else white,
+            k,
         ),
-        np.hypot(_of_axes("bias_sigma", 0.0 if bias is None else bias, k), instability),
-        _of_axes("rate_random_walk", _counted(model.rate_random_walk) if walk is None else walk, k),
+        np.hypot(_broadcast_axes("bias_sigma", 0.0 if bias is None else bias, k), instability),
+        _broadcast_axes(
+            "rate_random_walk",
+            _conservative_value(model.rate_random_walk) if walk is None else walk,
+            k,
+        ),
     )
-    return known, [] if noise is None else list(_left_out(noise, white, walk))
+    return known, [] if noise is None else list(_ignored_notes(noise, white, walk))
 
 
-def _counted(coefficient: float) -> float:
+def _conservative_value(coefficient: float) -> float:
     known = cast(Coefficient, coefficient)
     return known.conservative if known.known else 0.0
 
 
-def _of_axes(name: str, values: npt.ArrayLike, k: int) -> Floats:
-    given = np.array(values, dtype=np.float64)
-    if given.shape not in ((), (k,)) or not (np.isfinite(given) & (given >= 0.0)).all():
+def _broadcast_axes(name: str, values: npt.ArrayLike, k: int) -> Floats:
+    array = np.array(values, dtype=np.float64)
+    if array.shape not in ((), (k,)) or not (np.isfinite(array) & (array >= 0.0)).all():
         raise ArgumentError(
             name, "must be finite and not negative, one number or one for each axis"
         )
-    return np.broadcast_to(given, (k,))
+    return np.broadcast_to(array, (k,))
 
 
-def _left_out(
+def _ignored_notes(
     noise: NoiseModel, white: npt.ArrayLike | None, walk: npt.ArrayLike | None
 ) -> Iterator[str]:
-    names = [name.replace("_", " ") for name in _LEFT_OUT if getattr(noise, name)]
+    names = [name.replace("_", " ") for name in _IGNORED_TERMS if getattr(noise, name)]
     if names:
         yield f"sigma leaves out of the noise model: {', '.join(names)}"
-    given = {"angle_random_walk": white, "bias_instability": None, "rate_random_walk": walk}
-    unknown = [n for n, value in given.items() if value is None and not getattr(noise, n).known]
+    overrides = {"angle_random_walk": white, "bias_instability": None, "rate_random_walk": walk}
+    unknown = [n for n, value in overrides.items() if value is None and not getattr(noise, n).known]
     if unknown:
         listed = ", ".join(name.replace("_", " ") for name in unknown)
         yield f"sigma counts as zero, for the noise model does not know it: {listed}"
 
 
-def _on_missing(missing: Booleans) -> Iterator[str]:
+def _missing_notes(missing: Booleans) -> Iterator[str]:
     count = int(np.count_nonzero(missing))
     if count:
         verb = "is" if count == 1 else "are"

@@ -10,7 +10,7 @@ import numpy as np
 from zerorate.geometry.rotations import to_matrices
 from zerorate.types import Floats
 
-_BLOCK: Final = 1 << 16
+_BLOCK_SAMPLES: Final = 1 << 16
 """Samples at once: a day at 1 kHz must not fill the memory with matrices."""
 
 
@@ -61,12 +61,12 @@ def angle_sigma(
     n, k = gaps.shape
     variance = np.empty((n, k))
     state = _Integrals(k)
-    for first in range(0, n, _BLOCK):
-        part = slice(first, min(first + _BLOCK, n))
+    for first in range(0, n, _BLOCK_SAMPLES):
+        part = slice(first, min(first + _BLOCK_SAMPLES, n))
         before = steps[max(first - 1, 0) : part.stop - 1]
         dt = before if first else np.concatenate(([0.0], before))
         R = np.ones((len(dt), 1, 1)) if orientation is None else to_matrices(orientation[part])
-        variance[part] = state.advanced(R, dt, errors, gaps[part])
+        variance[part] = state.advance(R, dt, errors, gaps[part])
     return np.sqrt(np.maximum(variance, 0.0))
 
 
@@ -79,16 +79,19 @@ class _Integrals:
         self._C = self._R2 = self._C1 = self._C2 = zeros
         self._gaps, self._time = np.zeros(k), 0.0
 
-    def advanced(self, R: Floats, dt: Floats, errors: RateErrors, gaps: Floats) -> Floats:
+    def advance(self, R: Floats, dt: Floats, errors: RateErrors, gaps: Floats) -> Floats:
         """Return variances at the next samples, shape (m, k)."""
         before = R[:1] if self._R is None else self._R
         after_R = np.concatenate((before, R))
-        C = _integral(after_R, dt, self._C)
+        C = _cumulative_integral(after_R, dt, self._C)
         after_C = np.concatenate((self._C[None], C))
-        R2 = _integral(after_R**2, dt, self._R2)
-        C1, C2 = _integral(after_C, dt, self._C1), _integral(after_C**2, dt, self._C2)
+        R2 = _cumulative_integral(after_R**2, dt, self._R2)
+        C1, C2 = (
+            _cumulative_integral(after_C, dt, self._C1),
+            _cumulative_integral(after_C**2, dt, self._C2),
+        )
         time = self._time + np.cumsum(dt)
-        of_gaps = self._gaps + np.cumsum(_each(R**2, gaps), axis=0)
+        of_gaps = self._gaps + np.cumsum(_multiply_variances(R**2, gaps), axis=0)
         self._R, self._C, self._R2, self._C1, self._C2 = R[-1:], C[-1], R2[-1], C1[-1], C2[-1]
         self._time, self._gaps = float(time[-1]), of_gaps[-1]
         walk = C**2 * time[:, None, None] - 2.0 * C * C1 + C2
@@ -96,16 +99,16 @@ class _Integrals:
         return total + of_gaps
 
 
-def _each(squares: Floats, variances: Floats) -> Floats:
+def _multiply_variances(squares: Floats, variances: Floats) -> Floats:
     """Return squares @ variances sample by sample, infinite also where a square is zero."""
     if np.isfinite(variances).all():
-        turned: Floats = np.einsum("nij,nj->ni", squares, variances)
-        return turned
-    known = _each(squares, np.where(np.isfinite(variances), variances, 0.0))
+        products: Floats = np.einsum("nij,nj->ni", squares, variances)
+        return products
+    known = _multiply_variances(squares, np.where(np.isfinite(variances), variances, 0.0))
     known[~np.isfinite(variances).all(axis=1)] = np.inf
     return known
 
 
-def _integral(values: Floats, dt: Floats, start: Floats) -> Floats:
+def _cumulative_integral(values: Floats, dt: Floats, start: Floats) -> Floats:
     means = 0.5 * (values[1:] + values[:-1]) * dt[:, None, None]
     return start + np.cumsum(means, axis=0)

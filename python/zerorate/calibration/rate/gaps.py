@@ -10,13 +10,13 @@ import numpy as np
 from zerorate.record.runs import runs
 from zerorate.types import Booleans, Floats
 
-_EXACT: Final = 16
+_MAX_EXACT_LENGTH: Final = 16
 """Samples up to which each length of a gap is tried by itself, beyond in steps of a fifth."""
-_LEAST: Final = 10
+_MIN_EXTRA_WINDOWS: Final = 10
 """Windows, beyond one for each sample of the gap, that an error is taken from."""
 
 
-class Bridged(NamedTuple):
+class BridgedRates(NamedTuple):
     """Rates without gaps, shape (n, k), and the variance of the angle that each gap adds."""
 
     rates: Floats
@@ -24,7 +24,7 @@ class Bridged(NamedTuple):
     variances: Floats
 
 
-def bridge(rates: Floats, dt: float) -> Bridged:
+def bridge(rates: Floats, dt: float) -> BridgedRates:
     """Return rates in which lines join the samples at both sides of a gap.
 
     At the ends of the record the nearest sample is held.
@@ -52,49 +52,52 @@ def bridge(rates: Floats, dt: float) -> Bridged:
     for axis in np.flatnonzero(~present.all(axis=0)):
         there = present[:, axis]
         filled[~there, axis] = np.interp(index[~there], index[there], rates[there, axis])
-        trial = _Trial(np.where(there, rates[:, axis], 0.0), there)
+        trial = _GapTrial(np.where(there, rates[:, axis], 0.0), there)
         for first, stop in runs(~there):
             inside = first > 0 and stop < len(rates)
-            variances[first, axis] = trial.variance(_rounded_up(stop - first), inside) * dt**2
-    return Bridged(filled, np.any(~present, axis=1), variances)
+            variances[first, axis] = trial.variance(_round_up(stop - first), inside) * dt**2
+    return BridgedRates(filled, np.any(~present, axis=1), variances)
 
 
-def _rounded_up(length: int) -> int:
-    if length <= _EXACT:
+def _round_up(length: int) -> int:
+    if length <= _MAX_EXACT_LENGTH:
         return int(length)
-    return math.ceil(_EXACT * 1.2 ** math.ceil(math.log(length / _EXACT) / math.log(1.2) - 1e-9))
+    return math.ceil(
+        _MAX_EXACT_LENGTH
+        * 1.2 ** math.ceil(math.log(length / _MAX_EXACT_LENGTH) / math.log(1.2) - 1e-9)
+    )
 
 
-class _Trial:
+class _GapTrial:
     """Gaps tried on one axis where it has samples."""
 
-    def __init__(self, rates: Floats, there: Booleans) -> None:
+    def __init__(self, rates: Floats, present: Booleans) -> None:
         self._rates = rates
-        self._there = there
+        self._present = present
         self._sums = np.concatenate(([0.0], np.cumsum(rates)))
-        self._counts = np.concatenate(([0], np.cumsum(there)))
-        self._known: dict[tuple[int, bool], float] = {}
+        self._counts = np.concatenate(([0], np.cumsum(present)))
+        self._cache: dict[tuple[int, bool], float] = {}
 
     def variance(self, length: int, inside: bool) -> float:
         """Return the mean square of the sum's error of a gap of so many samples."""
-        if (length, inside) not in self._known:
-            self._known[length, inside] = self._tried(length, inside)
-        return self._known[length, inside]
+        if (length, inside) not in self._cache:
+            self._cache[length, inside] = self._measure(length, inside)
+        return self._cache[length, inside]
 
-    def _tried(self, length: int, inside: bool) -> float:
+    def _measure(self, length: int, inside: bool) -> float:
         width = length + 1 + inside
         whole = self._counts[width:] - self._counts[:-width] == width
-        if np.count_nonzero(whole) < length + _LEAST:
-            return self._any_rate(length)
+        if np.count_nonzero(whole) < length + _MIN_EXTRA_WINDOWS:
+            return self._bound_by_rates(length)
         first = np.flatnonzero(whole)
         total = self._sums[first + length + 1] - self._sums[first + 1]
         if inside:
-            held = 0.5 * (self._rates[first] + self._rates[first + length + 1])
+            bridged_rate = 0.5 * (self._rates[first] + self._rates[first + length + 1])
         else:
-            held = self._rates[first]
-        return float(np.mean((total - length * held) ** 2))
+            bridged_rate = self._rates[first]
+        return float(np.mean((total - length * bridged_rate) ** 2))
 
-    def _any_rate(self, length: int) -> float:
-        rates = self._rates[self._there]
+    def _bound_by_rates(self, length: int) -> float:
+        rates = self._rates[self._present]
         # One sample tells nothing of how fast it may have turned.
         return length**2 * float(np.var(rates)) if rates.size > 1 else math.inf

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
+from zerorate.noise.coefficient import UNKNOWN_COEFFICIENT, Coefficient
 from zerorate.record import Log
 from zerorate.record.missing import floats
 from zerorate.types import Booleans, Floats, Integers
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 Term = Literal["quadratic", "cubic", "asymmetry"]
 
 TERMS: Final[tuple[Term, ...]] = ("quadratic", "cubic", "asymmetry")
-_SAME: Final = 0.01
+_MAX_SIZE_DIFFERENCE: Final = 0.01
 """Part of a rate by which the sizes of two may differ and count as one."""
 _POWERS: Final[dict[Term, int]] = {"quadratic": 2, "cubic": 3, "asymmetry": 1}
-_FLOOR: Final = 0.1
+_CHANCE_SHARE: Final = 0.1
 """Part of the best model's mean square below which an error is chance."""
-_ROUNDING: Final = 1e-12
+_ROUNDING_SHARE: Final = 1e-12
 """Part of the largest mean below which an error is rounding."""
-_SEEN: Final = 2.0
+_MIN_TERM_SIGMAS: Final = 2.0
 """Standard errors above which a term may be more than chance."""
-_STEEPEST: Final = 0.5
+_MAX_SLOPE_CHANGE: Final = 0.5
 """Most that the terms may add to the slope, over the scale: twice as much has two inverses."""
-_ROUNDS: Final = 60
+_ITERATIONS: Final = 60
 """Steps of the fixed point, each at least halving the error: all digits of a double."""
 
 
@@ -131,7 +131,7 @@ class RateTable(Result):
 
         Beyond the rates of the table, terms go on by their tangent.
         """
-        w = self._shaped("rates", rates)
+        w = self._reshape("rates", rates)
         return (self._line(w) + self._bend(w)).reshape(np.shape(rates))
 
     def correct(self, z: npt.ArrayLike | Log) -> Floats | Log:
@@ -153,8 +153,8 @@ class RateTable(Result):
             If the last dimension is not that of the axes.
         """
         if isinstance(z, Log):
-            return z.with_data(self._inverted(self._shaped("z", z.data)))
-        return self._inverted(self._shaped("z", z)).reshape(np.shape(z))
+            return z.with_data(self._invert(self._reshape("z", z.data)))
+        return self._invert(self._reshape("z", z)).reshape(np.shape(z))
 
     @property
     def _matrix(self) -> Floats:
@@ -176,23 +176,23 @@ class RateTable(Result):
             [_bend(axis, w[..., i], float(largest[i])) for i, axis in enumerate(self.axes)], axis=-1
         )
 
-    def _inverted(self, z: Floats) -> Floats:
+    def _invert(self, z: Floats) -> Floats:
         matrix = self._matrix
         straight = z - np.array([axis.bias for axis in self.axes])
         w: Floats = np.linalg.solve(matrix, straight[..., None])[..., 0]
-        for _ in range(_ROUNDS if any(axis.terms for axis in self.axes) else 0):
+        for _ in range(_ITERATIONS if any(axis.terms for axis in self.axes) else 0):
             w = np.linalg.solve(matrix, (straight - self._bend(w))[..., None])[..., 0]
         return w
 
-    def _shaped(self, name: str, values: npt.ArrayLike) -> Floats:
-        given, k = floats(values, name), len(self.axes)
+    def _reshape(self, name: str, values: npt.ArrayLike) -> Floats:
+        array, k = floats(values, name), len(self.axes)
         if k == 1:
-            return given.reshape(-1, 1)
-        if given.shape[-1:] != (k,):
+            return array.reshape(-1, 1)
+        if array.shape[-1:] != (k,):
             raise ArgumentError(
-                name, f"must have {k} axes in its last dimension, got {given.shape}"
+                name, f"must have {k} axes in its last dimension, got {array.shape}"
             )
-        return given
+        return array
 
 
 def calibrate_rate_table(
@@ -246,32 +246,32 @@ def calibrate_rate_table(
     >>> table.axes[0].terms, round(float(table.correct(1.5 + 0.97 * 250.0 + 3.125)), 6)
     (('cubic',), 250.0)
     """
-    w, z = _columns("rates", rates), _columns("means", means)
+    w, z = _parse_columns("rates", rates), _parse_columns("means", means)
     if w.shape != z.shape or w.shape[1] not in (1, 3):
         raise ValueError(
             f"rates and means must have one shape, (m,) or (m, 3), "
             f"got {np.shape(rates)} and {np.shape(means)}"
         )
-    errors, told = _standard_errors(z.shape, np.shape(means), sigma, count)
-    turned = np.any(w != 0.0, axis=0)
+    errors, sigma_known = _standard_errors(z.shape, np.shape(means), sigma, count)
+    is_turned = np.any(w != 0.0, axis=0)
     axes = []
     for i in range(w.shape[1]):
         others = np.arange(w.shape[1]) != i
-        table = _Table(w[:, i], w[:, others & turned], z[:, i], errors[:, i])
-        axes.append(_axis(table, turned[others], told))
-    found = RateTable(tuple(axes), w, z, errors, np.zeros(z.shape))
-    residuals = z - found.predict(w)
+        table = _Table(w[:, i], w[:, others & is_turned], z[:, i], errors[:, i])
+        axes.append(_fit_axis(table, is_turned[others], sigma_known))
+    result = RateTable(tuple(axes), w, z, errors, np.zeros(z.shape))
+    residuals = z - result.predict(w)
     freedom = np.array([axis.degrees_of_freedom for axis in axes])
     chi_squared = np.sum((residuals / errors) ** 2, axis=0) / freedom
-    sigmas = errors * np.sqrt(np.maximum(chi_squared, 1.0) if told else chi_squared)
-    return replace(found, sigma=sigmas, residuals=residuals)
+    sigmas = errors * np.sqrt(np.maximum(chi_squared, 1.0) if sigma_known else chi_squared)
+    return replace(result, sigma=sigmas, residuals=residuals)
 
 
-def _columns(name: str, values: npt.ArrayLike) -> Floats:
-    given = floats(values, name)
-    columns = given[:, None] if given.ndim == 1 else given
+def _parse_columns(name: str, values: npt.ArrayLike) -> Floats:
+    array = floats(values, name)
+    columns = array[:, None] if array.ndim == 1 else array
     if columns.ndim != 2 or not np.isfinite(columns).all():
-        raise ArgumentError(name, f"must be finite, of shape (m,) or (m, 3), got {given.shape}")
+        raise ArgumentError(name, f"must be finite, of shape (m,) or (m, 3), got {array.shape}")
     return columns
 
 
@@ -282,22 +282,22 @@ def _standard_errors(
     count: npt.ArrayLike | None,
 ) -> tuple[Floats, bool]:
     """Return standard errors of the means, shape (m, k), and whether their size is known."""
-    deviation = _positive("sigma", 1.0 if sigma is None else sigma, shape, given_shape)
-    samples = _positive("count", 1.0 if count is None else count, shape, given_shape)
+    deviation = _parse_positive("sigma", 1.0 if sigma is None else sigma, shape, given_shape)
+    samples = _parse_positive("count", 1.0 if count is None else count, shape, given_shape)
     return deviation / np.sqrt(samples), sigma is not None
 
 
-def _positive(
+def _parse_positive(
     name: str, values: npt.ArrayLike, shape: tuple[int, ...], given_shape: tuple[int, ...]
 ) -> Floats:
-    given = floats(values, name)
-    if given.ndim == 1 and given.shape == shape[:1]:
-        given = given[:, None]
-    if given.shape not in ((), given_shape, shape, (shape[0], 1)):
-        raise ArgumentError(name, f"must be one number, or one a mean, got shape {given.shape}")
-    if not (np.isfinite(given) & (given > 0.0)).all():
+    array = floats(values, name)
+    if array.ndim == 1 and array.shape == shape[:1]:
+        array = array[:, None]
+    if array.shape not in ((), given_shape, shape, (shape[0], 1)):
+        raise ArgumentError(name, f"must be one number, or one a mean, got shape {array.shape}")
+    if not (np.isfinite(array) & (array > 0.0)).all():
         raise ArgumentError(name, "must be positive and finite")
-    return np.broadcast_to(given, shape)
+    return np.broadcast_to(array, shape)
 
 
 class _Table(NamedTuple):
@@ -329,32 +329,36 @@ class _Fit(NamedTuple):
     freedom: int
 
 
-def _axis(table: _Table, others: Booleans, told: bool) -> RateTableAxis:
+def _fit_axis(table: _Table, others: Booleans, sigma_known: bool) -> RateTableAxis:
     """Return the fit of one axis; `others` says which other axes were turned about."""
     largest = float(np.abs(table.own).max())
     if not np.ptp(table.own) > 0.0:
         raise ArgumentError(
             "rates", "must differ about each axis: one alone tells no scale from bias"
         )
-    if _fitted(table, (), largest) is None:
+    if _fit_terms(table, (), largest) is None:
         raise ValueError(
             f"{len(table.means)} means cannot tell the {2 + table.cross.shape[1]} coefficients of "
             "a line and their errors"
         )
-    terms = _chosen(table, largest)
-    fit = _fitted(table, terms, largest)
+    terms = _choose_terms(table, largest)
+    fit = _fit_terms(table, terms, largest)
     assert fit is not None
-    known = _coefficients(fit, terms, largest, told)
-    turned = iter(known[2 : 2 + table.cross.shape[1]])
+    known = _scale_coefficients(fit, terms, largest, sigma_known)
+    cross_terms = iter(known[2 : 2 + table.cross.shape[1]])
     bends = dict(zip(terms, known[2 + table.cross.shape[1] :], strict=True))
-    bends |= {t: _bound(table, terms, t, largest, told) for t in TERMS if t not in bends}
+    bends |= {
+        t: _bound_term(table, terms, t, largest, sigma_known) for t in TERMS if t not in bends
+    }
     axis = RateTableAxis(
         bias=known[0],
         scale=known[1],
-        cross=tuple(next(turned) if there else NOTHING_KNOWN for there in others),
+        cross=tuple(
+            next(cross_terms) if is_turned else UNKNOWN_COEFFICIENT for is_turned in others
+        ),
         **bends,
         terms=terms,
-        chi_squared=fit.chi_squared if told else math.nan,
+        chi_squared=fit.chi_squared if sigma_known else math.nan,
         degrees_of_freedom=fit.freedom,
         nonlinearity=_nonlinearity(table, largest),
     )
@@ -362,7 +366,7 @@ def _axis(table: _Table, others: Booleans, told: bool) -> RateTableAxis:
     return axis
 
 
-def _fitted(table: _Table, terms: Sequence[Term], largest: float) -> _Fit | None:
+def _fit_terms(table: _Table, terms: Sequence[Term], largest: float) -> _Fit | None:
     """Return a weighted least squares fit; None where the rows do not determine it."""
     X = table.design(terms, largest) / table.sigma[:, None]
     y = table.means / table.sigma
@@ -376,49 +380,49 @@ def _fitted(table: _Table, terms: Sequence[Term], largest: float) -> _Fit | None
     return _Fit(values, inverse @ inverse.T, chi_squared, freedom)
 
 
-def _coefficients(
-    fit: _Fit, terms: Sequence[Term], largest: float, told: bool
+def _scale_coefficients(
+    fit: _Fit, terms: Sequence[Term], largest: float, sigma_known: bool
 ) -> list[Coefficient]:
     """Return coefficients per unit of rate, their errors by the residuals."""
     lines = len(fit.values) - len(terms)
     powers = [0.0, *[1.0] * (lines - 1), *(_POWERS[term] for term in terms)]
-    sigmas = np.sqrt(np.diagonal(fit.covariance)) * _inflation(fit, told)
+    sigmas = np.sqrt(np.diagonal(fit.covariance)) * _inflation(fit, sigma_known)
     triples = zip(fit.values, sigmas, powers, strict=True)
     return [Coefficient(v / largest**p, s / largest**p) for v, s, p in triples]
 
 
-def _inflation(fit: _Fit, told: bool) -> float:
+def _inflation(fit: _Fit, sigma_known: bool) -> float:
     """Return what standard errors are multiplied by."""
-    return math.sqrt(max(fit.chi_squared, 1.0) if told else fit.chi_squared)
+    return math.sqrt(max(fit.chi_squared, 1.0) if sigma_known else fit.chi_squared)
 
 
-def _bound(
-    table: _Table, terms: Sequence[Term], term: Term, largest: float, told: bool
+def _bound_term(
+    table: _Table, terms: Sequence[Term], term: Term, largest: float, sigma_known: bool
 ) -> Coefficient:
     """Return a term that was not chosen: zero, with what it may be at most."""
-    fit = _fitted(table, (*terms, term), largest)
+    fit = _fit_terms(table, (*terms, term), largest)
     if fit is None:
-        return NOTHING_KNOWN
-    found = _coefficients(fit, (*terms, term), largest, told)[-1]
-    bound = Coefficient(abs(found), found.sigma).upper_bound
-    return Coefficient(0.0, found.sigma, identifiable=False, upper_bound=bound)
+        return UNKNOWN_COEFFICIENT
+    coefficient = _scale_coefficients(fit, (*terms, term), largest, sigma_known)[-1]
+    bound = Coefficient(abs(coefficient), coefficient.sigma).upper_bound
+    return Coefficient(0.0, coefficient.sigma, identifiable=False, upper_bound=bound)
 
 
-def _chosen(table: _Table, largest: float) -> tuple[Term, ...]:
+def _choose_terms(table: _Table, largest: float) -> tuple[Term, ...]:
     """Return the terms of the smallest model that predicts sizes of rate that it has not seen.
 
     Models compare by the logarithm of their errors' squares, size by size: one size that all
     predict badly must not decide.
     """
     models = [m for count in range(len(TERMS) + 1) for m in combinations(TERMS, count)]
-    seen = [m for m in models if _all_seen(table, m, largest)]
-    errors = {m: e for m in seen if (e := _left_out(table, m, largest)) is not None}
+    significant = [m for m in models if _has_significant_terms(table, m, largest)]
+    errors = {m: e for m in significant if (e := _held_out_errors(table, m, largest)) is not None}
     if () not in errors:
         return ()
     means = {model: float(np.mean(e)) for model, e in errors.items()}
     best = min(means, key=lambda model: means[model])
-    rounding = _ROUNDING * float(np.abs(table.means / table.sigma).max())
-    floor = max(_FLOOR * means[best], rounding**2, np.finfo(np.float64).tiny)
+    rounding = _ROUNDING_SHARE * float(np.abs(table.means / table.sigma).max())
+    floor = max(_CHANCE_SHARE * means[best], rounding**2, np.finfo(np.float64).tiny)
     for model in sorted(errors, key=lambda m: (len(m), means[m])):
         worse = np.log((errors[model] + floor) / (errors[best] + floor))
         if np.mean(worse) <= np.std(worse, ddof=1) / math.sqrt(worse.size):
@@ -426,50 +430,50 @@ def _chosen(table: _Table, largest: float) -> tuple[Term, ...]:
     return best
 
 
-def _all_seen(table: _Table, terms: Sequence[Term], largest: float) -> bool:
+def _has_significant_terms(table: _Table, terms: Sequence[Term], largest: float) -> bool:
     """Whether each term is larger than two standard errors."""
-    fit = _fitted(table, terms, largest)
+    fit = _fit_terms(table, terms, largest)
     if fit is None:
         return False
     bends = slice(len(fit.values) - len(terms), None)
     sigmas = np.sqrt(np.diagonal(fit.covariance)[bends] * fit.chi_squared)
-    return bool((np.abs(fit.values[bends]) > _SEEN * sigmas).all())
+    return bool((np.abs(fit.values[bends]) > _MIN_TERM_SIGMAS * sigmas).all())
 
 
-def _left_out(table: _Table, terms: Sequence[Term], largest: float) -> Floats | None:
+def _held_out_errors(table: _Table, terms: Sequence[Term], largest: float) -> Floats | None:
     """Return the mean square of the errors, in sigmas, of each size of rate left out.
 
     Without those at which this axis rests: no term tells there.
     """
-    found = []
-    sizes = _sizes(table)
+    squares = []
+    sizes = _group_by_size(table)
     for size in np.unique(sizes[table.own != 0.0]):
-        out = sizes == size
-        rest, left = table.part(~out), table.part(out)
-        fit = _fitted(rest, terms, largest)
+        is_omitted = sizes == size
+        training, omitted = table.part(~is_omitted), table.part(is_omitted)
+        fit = _fit_terms(training, terms, largest)
         if fit is None:
             return None
-        error = (left.means - left.design(terms, largest) @ fit.values) / left.sigma
-        found.append(float(np.mean(error**2)))
-    return np.array(found) if len(found) > 1 else None
+        error = (omitted.means - omitted.design(terms, largest) @ fit.values) / omitted.sigma
+        squares.append(float(np.mean(error**2)))
+    return np.array(squares) if len(squares) > 1 else None
 
 
-def _sizes(table: _Table) -> Integers:
+def _group_by_size(table: _Table) -> Integers:
     """Return a number for each row, the same where the rates have one size, shape (m,)."""
     sizes = np.abs(np.column_stack((table.own, table.cross)))
     numbers = np.zeros(len(sizes), dtype=np.int64)
     for column in sizes.T:
         order = np.argsort(column)
-        steps = np.diff(column[order]) > _SAME * column[order][1:]
-        place = np.empty(len(column), dtype=np.int64)
-        place[order] = np.concatenate(([0], np.cumsum(steps)))
-        numbers = numbers * (place.max() + 1) + place
+        steps = np.diff(column[order]) > _MAX_SIZE_DIFFERENCE * column[order][1:]
+        group = np.empty(len(column), dtype=np.int64)
+        group[order] = np.concatenate(([0], np.cumsum(steps)))
+        numbers = numbers * (group.max() + 1) + group
     same: Integers = np.unique(numbers, return_inverse=True)[1]
     return same
 
 
 def _nonlinearity(table: _Table, largest: float) -> float:
-    line = _fitted(table, (), largest)
+    line = _fit_terms(table, (), largest)
     assert line is not None
     off = table.means - table.design((), largest) @ line.values
     return float(np.abs(off).max() / abs(line.values[1]))
@@ -488,8 +492,8 @@ def _check_invertible(axis: RateTableAxis, largest: float) -> None:
     w = np.linspace(-largest, largest, 201)
     slopes = 2.0 * axis.quadratic * w + 3.0 * axis.cubic * w**2
     steepest = float(np.abs(slopes).max()) + abs(axis.asymmetry)
-    if steepest > _STEEPEST * abs(axis.scale):
+    if steepest > _MAX_SLOPE_CHANGE * abs(axis.scale):
         raise ValueError(
             f"the terms change the slope by up to {steepest / abs(axis.scale):.0%} of the scale, "
-            f"more than {_STEEPEST:.0%}: the curve cannot be inverted safely"
+            f"more than {_MAX_SLOPE_CHANGE:.0%}: the curve cannot be inverted safely"
         )

@@ -12,26 +12,26 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient, positive
-from zerorate.numerals import significant, with_error
+from zerorate.noise.coefficient import UNKNOWN_COEFFICIENT, Coefficient, check_positive
+from zerorate.numerals import format_significant, format_with_error
 from zerorate.record import Log, LogError
 from zerorate.record.missing import floats
 from zerorate.record.named import rate_of
-from zerorate.record.names import UNKNOWN
+from zerorate.record.names import UNKNOWN_UNIT
 from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
 from zerorate.views import Result
 
-_PARTS: Final = 10
-_FAR: Final = 3.0
+_PART_COUNT: Final = 10
+_MAX_SIGMAS: Final = 3.0
 """Standard errors beyond which the model itself is wrong."""
-_UNSURE: Final = 0.3
+_MAX_RELATIVE_SIGMA: Final = 0.3
 """Standard error over the scale, or over the longest lag, above which nothing is known."""
-_FEWEST: Final = 0.1
+_MIN_WINDOW_SHARE: Final = 0.1
 """Share of the windows that a direction needs to be fitted alone."""
-_PIECES: Final = 8
+_WINDOW_PIECES: Final = 8
 """Of a window, within which nothing is seen of a turn to and fro."""
-_TURNS: Final = {"rad": 2.0 * math.pi, "deg": 360.0}
+_FULL_TURNS: Final = {"rad": 2.0 * math.pi, "deg": 360.0}
 """A whole turn."""
 
 
@@ -149,14 +149,14 @@ def fit_rate(
     >>> round(found.scale.value, 4), round(found.bias.value, 3), round(found.lag.value, 4)
     (1.02, 0.4, 0.013)
     """
-    track = _track(z, rate, angle, reference)
-    width = max(round(positive("window", window) * track.rate), 1)
-    margin = math.ceil(positive("max_lag", max_lag) * track.rate) + 1
+    track = _make_track(z, rate, angle, reference)
+    width = max(round(check_positive("window", window) * track.rate), 1)
+    margin = math.ceil(check_positive("max_lag", max_lag) * track.rate) + 1
     windows = _Windows.of(track, width, margin)
-    found = _fitted(windows, margin - 1)
-    step = math.nan if angle is None else _step(track.angle)
-    result = replace(found, step=step, window=width / track.rate)
-    return replace(result, notes=tuple(_notes(result, windows, found.notes)))
+    fit = _fit_windows(windows, margin - 1)
+    step = math.nan if angle is None else _median_step(track.angle)
+    result = replace(fit, step=step, window=width / track.rate)
+    return replace(result, notes=tuple(_notes(result, windows, fit.notes)))
 
 
 class _Track(NamedTuple):
@@ -167,7 +167,7 @@ class _Track(NamedTuple):
     rate: float
 
 
-def _track(
+def _make_track(
     z: npt.ArrayLike | Log,
     rate: float | None,
     angle: npt.ArrayLike | Log | None,
@@ -176,28 +176,28 @@ def _track(
     if (angle is None) == (reference is None):
         raise ValueError("give either angle or reference")
     hertz = rate_of(rate, z)
-    values = _one_channel("z", z)
+    values = _parse_channel("z", z)
     if angle is not None:
-        whole = _unwrapped(angle, _one_channel("angle", angle))
-        turned = _on_clock(z, angle, whole * _factor(z, angle, turned=True))
+        whole = _unwrap(angle, _parse_channel("angle", angle))
+        reference_angle = _interpolate_at(z, angle, whole * _unit_factor(z, angle, is_angle=True))
     else:
         assert reference is not None
-        rates = _one_channel("reference", reference) * _factor(z, reference, turned=False)
-        turned = _integral(_on_clock(z, reference, rates), hertz)
-    if turned.shape != values.shape:
+        rates = _parse_channel("reference", reference) * _unit_factor(z, reference, is_angle=False)
+        reference_angle = _integrate(_interpolate_at(z, reference, rates), hertz)
+    if reference_angle.shape != values.shape:
         raise ValueError(
-            f"the reference must have the gyro's shape {values.shape}, got {turned.shape}"
+            f"the reference must have the gyro's shape {values.shape}, got {reference_angle.shape}"
         )
-    return _Track(_or_nan(values), _or_nan(turned), hertz)
+    return _Track(_replace_infinite(values), _replace_infinite(reference_angle), hertz)
 
 
-def _or_nan(values: Floats) -> Floats:
+def _replace_infinite(values: Floats) -> Floats:
     """Return samples with NaN for those that are infinite."""
     return np.where(np.isfinite(values), values, np.nan)
 
 
-def _one_channel(name: str, given: npt.ArrayLike | Log) -> Floats:
-    values = floats(given, name)
+def _parse_channel(name: str, channel: npt.ArrayLike | Log) -> Floats:
+    values = floats(channel, name)
     if values.ndim == 2 and values.shape[1] == 1:
         values = values[:, 0]
     if values.ndim != 1:
@@ -205,53 +205,63 @@ def _one_channel(name: str, given: npt.ArrayLike | Log) -> Floats:
     return values
 
 
-def _factor(z: npt.ArrayLike | Log, given: npt.ArrayLike | Log, *, turned: bool) -> float:
+def _unit_factor(
+    z: npt.ArrayLike | Log, reference: npt.ArrayLike | Log, *, is_angle: bool
+) -> float:
     """Return what a reference is multiplied by to be in the unit of the gyro."""
-    if not isinstance(z, Log) or not isinstance(given, Log) or UNKNOWN in (z.unit, given.unit):
+    if (
+        not isinstance(z, Log)
+        or not isinstance(reference, Log)
+        or UNKNOWN_UNIT in (z.unit, reference.unit)
+    ):
         return 1.0
-    wanted = "angle" if turned else "rate"
+    wanted = "angle" if is_angle else "rate"
     try:
-        kinds = kind(z.unit), kind(given.unit)
+        kinds = kind(z.unit), kind(reference.unit)
     except ValueError as error:
         raise LogError(str(error)) from None
     if kinds != ("rate", wanted):
         raise LogError(
             f"the gyro must be in a unit of rate and the reference in one of {wanted}, "
-            f"got {z.unit} and {given.unit}"
+            f"got {z.unit} and {reference.unit}"
         )
-    if not turned:
-        return convert(1.0, given.unit, z.unit)
-    return convert(1.0, given.unit, "rad") * convert(1.0, "rad/s", z.unit)
+    if not is_angle:
+        return convert(1.0, reference.unit, z.unit)
+    return convert(1.0, reference.unit, "rad") * convert(1.0, "rad/s", z.unit)
 
 
-def _unwrapped(angle: npt.ArrayLike | Log, values: Floats) -> Floats:
+def _unwrap(angle: npt.ArrayLike | Log, values: Floats) -> Floats:
     """Return the angle of a log without jumps by whole turns."""
-    turn = _TURNS.get(angle.unit) if isinstance(angle, Log) else None
+    turn = _FULL_TURNS.get(angle.unit) if isinstance(angle, Log) else None
     if turn is None:
         return values
-    there, whole = np.isfinite(values), values.copy()
-    whole[there] = np.unwrap(values[there], period=turn)
-    return whole
+    finite, unwrapped = np.isfinite(values), values.copy()
+    unwrapped[finite] = np.unwrap(values[finite], period=turn)
+    return unwrapped
 
 
-def _on_clock(z: npt.ArrayLike | Log, given: npt.ArrayLike | Log, values: Floats) -> Floats:
+def _interpolate_at(
+    z: npt.ArrayLike | Log, reference: npt.ArrayLike | Log, values: Floats
+) -> Floats:
     """Return the reference at the samples of the gyro, by lines if its clock is another one."""
-    if not isinstance(z, Log) or not isinstance(given, Log):
+    if not isinstance(z, Log) or not isinstance(reference, Log):
         return values
-    if z.n == given.n and np.allclose(z.sampled, given.sampled, rtol=0.0, atol=1e-3 / z.rate):
+    if z.n == reference.n and np.allclose(
+        z.sampled, reference.sampled, rtol=0.0, atol=1e-3 / z.rate
+    ):
         return values
-    return np.interp(z.sampled, given.sampled, values, left=np.nan, right=np.nan)
+    return np.interp(z.sampled, reference.sampled, values, left=np.nan, right=np.nan)
 
 
-def _integral(rates: Floats, rate: float) -> Floats:
+def _integrate(rates: Floats, rate: float) -> Floats:
     """Return the angle by the trapezoid; NaN at missing samples, which count as the last ones."""
-    there = np.isfinite(rates)
-    if not there.any():
+    finite = np.isfinite(rates)
+    if not finite.any():
         return np.full(rates.shape, np.nan)
     index = np.arange(rates.size)
-    filled = np.interp(index, index[there], rates[there])
+    filled = np.interp(index, index[finite], rates[finite])
     angle = np.concatenate(([0.0], np.cumsum(0.5 * (filled[1:] + filled[:-1])))) / rate
-    return np.where(there, angle, np.nan)
+    return np.where(finite, angle, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,8 +269,8 @@ class _Windows:
     """Windows that begin at each sample: what the reference turned by, and the gyro's integral."""
 
     first: npt.NDArray[np.int64]
-    turned: Floats
-    way: Floats
+    rotation: Floats
+    total_rotation: Floats
     width: int
     rate: float
     rates: Floats
@@ -270,10 +280,11 @@ class _Windows:
     @classmethod
     def of(cls, track: _Track, width: int, margin: int) -> _Windows:
         n = track.z.size
-        least = 2 * _PARTS * width + 2 * margin
+        least = 2 * _PART_COUNT * width + 2 * margin
         if n < least:
             raise ValueError(
-                f"{n} samples are too few for windows of {width}: {_PARTS} parts of two windows "
+                f"{n} samples are too few for windows of {width}: {_PART_COUNT} parts of "
+                "two windows "
                 f"need {least}; a shorter window needs fewer"
             )
         there = np.isfinite(track.z)
@@ -285,10 +296,10 @@ class _Windows:
         turned = track.angle[first + width] - track.angle[first]
         known = whole & np.isfinite(turned)
         first, turned = first[known], turned[known]
-        part = ((first - margin) * _PARTS) // (n - 2 * margin - width)
-        if len(np.unique(part)) < _PARTS:
+        part = ((first - margin) * _PART_COUNT) // (n - 2 * margin - width)
+        if len(np.unique(part)) < _PART_COUNT:
             raise ValueError("too many samples are missing: a tenth of the record has no window")
-        way = _way(track.angle, width)[first]
+        way = _total_rotation(track.angle, width)[first]
         return cls(first, turned, way, width, track.rate, rates, sums, part)
 
     def integral(self, lag: float) -> Floats:
@@ -305,16 +316,16 @@ class _Windows:
         return angle
 
 
-def _way(angle: Floats, width: int) -> Floats:
+def _total_rotation(angle: Floats, width: int) -> Floats:
     """Return what windows turn by in both directions together, as far as their pieces tell."""
-    there, index = np.isfinite(angle), np.arange(angle.size)
-    whole = np.interp(index, index[there], angle[there])
-    edges = np.unique(np.linspace(0, width, _PIECES + 1).round().astype(np.int64))
+    finite, index = np.isfinite(angle), np.arange(angle.size)
+    whole = np.interp(index, index[finite], angle[finite])
+    edges = np.unique(np.linspace(0, width, _WINDOW_PIECES + 1).round().astype(np.int64))
     last = angle.size - width
-    way = np.zeros(last)
+    rotation = np.zeros(last)
     for begin, end in pairwise(edges):
-        way += np.abs(whole[end : end + last] - whole[begin : begin + last])
-    return way
+        rotation += np.abs(whole[end : end + last] - whole[begin : begin + last])
+    return rotation
 
 
 class _Moments(NamedTuple):
@@ -330,29 +341,29 @@ class _Moments(NamedTuple):
         cls,
         windows: _Windows,
         lag: float,
-        chosen: Booleans | None = None,
+        mask: Booleans | None = None,
     ) -> _Moments:
-        rows = slice(None) if chosen is None else chosen
-        x, y = windows.turned[rows], windows.integral(lag)[rows]
+        rows = slice(None) if mask is None else mask
+        x, y = windows.rotation[rows], windows.integral(lag)[rows]
         length = windows.width / windows.rate
-        columns = np.stack((np.full(x.size, length), x, windows.way[rows], y))
-        part, sums = windows.part[rows], np.empty((_PARTS, 4, 4))
+        columns = np.stack((np.full(x.size, length), x, windows.total_rotation[rows], y))
+        part, sums = windows.part[rows], np.empty((_PART_COUNT, 4, 4))
         for i, one in enumerate(columns):
             for j, other in enumerate(columns[: i + 1]):
-                both = np.bincount(part, one * other, _PARTS)
+                both = np.bincount(part, one * other, _PART_COUNT)
                 sums[:, i, j] = sums[:, j, i] = both
         return cls(sums)
 
-    def left_out(self) -> Floats:
+    def leave_one_out(self) -> Floats:
         """Return the sums of all, then without each part, shape (parts + 1, 4, 4)."""
         total = self.sums.sum(axis=0)
         return np.concatenate((total[None], total - self.sums))
 
 
-def _solved(sums: Floats, columns: tuple[int, ...]) -> tuple[Floats, Floats]:
+def _solve(sums: Floats, columns: tuple[int, ...]) -> tuple[Floats, Floats]:
     """Return coefficients of columns, shape (m, c), and sums of squares that are left, (m,)."""
-    places = list(columns)
-    A, b = sums[:, places][:, :, places], sums[:, places, 3]
+    indices = list(columns)
+    A, b = sums[:, indices][:, :, indices], sums[:, indices, 3]
     size = np.sqrt(np.diagonal(A, axis1=1, axis2=2))
     size = np.where(size > 0.0, size, 1.0)
     scaled = A / size[:, :, None] / size[:, None, :]
@@ -361,109 +372,120 @@ def _solved(sums: Floats, columns: tuple[int, ...]) -> tuple[Floats, Floats]:
     values = np.full(b.shape, np.nan)
     solved = np.linalg.solve(scaled[sound], (b / size)[sound][..., None])[..., 0]
     values[sound] = solved / size[sound]
-    left = sums[:, 3, 3] - np.einsum("mi,mi->m", values, b)
-    return values, left
+    squares = sums[:, 3, 3] - np.einsum("mi,mi->m", values, b)
+    return values, squares
 
 
-_LINE: Final = (0, 1)
-_BENT: Final = (0, 1, 2)
+_LINE_COLUMNS: Final = (0, 1)
+_BENT_COLUMNS: Final = (0, 1, 2)
 
 
-def _fitted(windows: _Windows, longest: int) -> FittedRate:
-    """Return the fit; `longest` is the longest lag in samples."""
-    lags, notes = _lags(windows, longest)
-    at = _Moments.of(windows, float(lags[0]))
-    values, left = _solved(at.left_out(), _LINE)
-    alone = [
-        _alone(windows, float(lags[0]), chosen)
-        for chosen in (windows.turned > 0.0, windows.turned < 0.0)
+def _fit_windows(windows: _Windows, max_lag: int) -> FittedRate:
+    """Return the fit; `max_lag` is the longest lag in samples."""
+    lags, notes = _find_lag(windows, max_lag)
+    moments = _Moments.of(windows, float(lags[0]))
+    values, squares = _solve(moments.leave_one_out(), _LINE_COLUMNS)
+    by_direction = [
+        _scale_of_direction(windows, float(lags[0]), mask)
+        for mask in (windows.rotation > 0.0, windows.rotation < 0.0)
     ]
     known = bool(np.isfinite(values).all())
-    scale = _known(values[:, 1], _UNSURE * abs(values[0, 1])) if known else NOTHING_KNOWN
+    scale = (
+        _make_coefficient(values[:, 1], _MAX_RELATIVE_SIGMA * abs(values[0, 1]))
+        if known
+        else UNKNOWN_COEFFICIENT
+    )
     # Without motion what is left is the bias.
-    bias = _known(values[:, 0] if known else _solved(at.left_out(), (0,))[0][:, 0])
+    bias = _make_coefficient(
+        values[:, 0] if known else _solve(moments.leave_one_out(), (0,))[0][:, 0]
+    )
     if not scale.identifiable:
         notes.append("the scale is not identifiable: the reference hardly turns")
-    lag = _known(lags / windows.rate, _UNSURE * longest / windows.rate)
-    asymmetry = NOTHING_KNOWN
-    if scale.identifiable and all(np.isfinite(one).all() for one in alone):
-        notes.extend(_on_directions(values[:, 1], *alone))
-        asymmetry = _known(2.0 * _solved(at.left_out(), _BENT)[0][:, 2])
+    lag = _make_coefficient(lags / windows.rate, _MAX_RELATIVE_SIGMA * max_lag / windows.rate)
+    asymmetry = UNKNOWN_COEFFICIENT
+    if scale.identifiable and all(np.isfinite(one).all() for one in by_direction):
+        notes.extend(_direction_notes(values[:, 1], *by_direction))
+        asymmetry = _make_coefficient(2.0 * _solve(moments.leave_one_out(), _BENT_COLUMNS)[0][:, 2])
     return FittedRate(
         scale=scale,
         bias=bias,
         lag=lag,
-        positive=_known(alone[0]),
-        negative=_known(alone[1]),
+        positive=_make_coefficient(by_direction[0]),
+        negative=_make_coefficient(by_direction[1]),
         asymmetry=asymmetry,
-        residual=math.sqrt(max(float(left[0]), 0.0) / windows.first.size) if known else math.nan,
+        residual=math.sqrt(max(float(squares[0]), 0.0) / windows.first.size) if known else math.nan,
         step=math.nan,
         window=math.nan,
         notes=tuple(notes),
     )
 
 
-def _alone(windows: _Windows, lag: float, chosen: Booleans) -> Floats:
+def _scale_of_direction(windows: _Windows, lag: float, mask: Booleans) -> Floats:
     """Return the scale by some windows, then without each part; NaN if they are few."""
-    if np.mean(chosen) < _FEWEST:
-        return np.full(_PARTS + 1, np.nan)
-    scales: Floats = _solved(_Moments.of(windows, lag, chosen).left_out(), _LINE)[0][:, 1]
+    if np.mean(mask) < _MIN_WINDOW_SHARE:
+        return np.full(_PART_COUNT + 1, np.nan)
+    scales: Floats = _solve(_Moments.of(windows, lag, mask).leave_one_out(), _LINE_COLUMNS)[0][:, 1]
     return scales
 
 
-def _lags(windows: _Windows, longest: int) -> tuple[Floats, list[str]]:
+def _find_lag(windows: _Windows, max_lag: int) -> tuple[Floats, list[str]]:
     """Return the lag in samples of the smallest residual, then without each part, and notes.
 
     A parabola through three lags a sample apart, then through three a quarter apart about its
     lowest point.
     """
-    tried = np.arange(-longest, longest + 1)
-    left = [_solved(_Moments.of(windows, float(lag)).left_out()[:1], _LINE)[1][0] for lag in tried]
-    unknown = np.full(_PARTS + 1, np.nan)
+    candidates = np.arange(-max_lag, max_lag + 1)
+    squares = [
+        _solve(_Moments.of(windows, float(lag)).leave_one_out()[:1], _LINE_COLUMNS)[1][0]
+        for lag in candidates
+    ]
+    unknown = np.full(_PART_COUNT + 1, np.nan)
     unknown[0] = 0.0
-    if not np.isfinite(left).all():
+    if not np.isfinite(squares).all():
         return unknown, []
-    best = int(np.argmin(left))
-    if best in (0, tried.size - 1):
-        farthest = significant(longest / windows.rate)
+    best = int(np.argmin(squares))
+    if best in (0, candidates.size - 1):
+        farthest = format_significant(max_lag / windows.rate)
         return unknown, [f"the lag is not identifiable: the residual falls as far as {farthest} s"]
-    lags = np.full(_PARTS + 1, float(tried[best]))
+    lags = np.full(_PART_COUNT + 1, float(candidates[best]))
     for step in (1.0, 0.25):
-        middle = min(max(float(lags[0]), 1.0 - longest), longest - 1.0)
-        at = [middle + step * k for k in (-1, 0, 1)]
-        low, mid, high = (_solved(_Moments.of(windows, t).left_out(), _LINE)[1] for t in at)
+        middle = min(max(float(lags[0]), 1.0 - max_lag), max_lag - 1.0)
+        lags_tried = [middle + step * k for k in (-1, 0, 1)]
+        low, mid, high = (
+            _solve(_Moments.of(windows, t).leave_one_out(), _LINE_COLUMNS)[1] for t in lags_tried
+        )
         curvature = low - 2.0 * mid + high
         with np.errstate(divide="ignore", invalid="ignore"):
             lags = middle + step * np.where(curvature > 0.0, 0.5 * (low - high) / curvature, np.nan)
         if not np.isfinite(lags[0]):
             break
-    sigma = _jackknifed(lags)
-    if not sigma <= _UNSURE * longest:
+    sigma = _jackknife_sigma(lags)
+    if not sigma <= _MAX_RELATIVE_SIGMA * max_lag:
         return unknown, ["the lag is not identifiable: the reference turns too evenly"]
     return lags, []
 
 
-def _jackknifed(values: Floats) -> float:
+def _jackknife_sigma(values: Floats) -> float:
     """Return the standard error of the first value, by the others, each without a part."""
     spread = float(np.mean((values[1:] - values[1:].mean()) ** 2))
-    return math.sqrt((_PARTS - 1) * spread)
+    return math.sqrt((_PART_COUNT - 1) * spread)
 
 
-def _known(values: Floats, limit: float = math.inf) -> Coefficient:
+def _make_coefficient(values: Floats, limit: float = math.inf) -> Coefficient:
     """Return the first value with its error; not identifiable if that is above the limit."""
     if not np.isfinite(values).all():
-        return NOTHING_KNOWN
-    found = Coefficient(float(values[0]), _jackknifed(values))
-    if found.sigma <= limit:
-        return found
-    return Coefficient(found.value, found.sigma, False, found.upper_bound)
+        return UNKNOWN_COEFFICIENT
+    coefficient = Coefficient(float(values[0]), _jackknife_sigma(values))
+    if coefficient.sigma <= limit:
+        return coefficient
+    return Coefficient(coefficient.value, coefficient.sigma, False, coefficient.upper_bound)
 
 
-def _on_directions(both: Floats, positive_: Floats, negative: Floats) -> Iterator[str]:
+def _direction_notes(both: Floats, positive_: Floats, negative: Floats) -> Iterator[str]:
     """Yield a sentence if a direction alone gives another scale than both together."""
     for name, alone in (("positive", positive_), ("negative", negative)):
-        off = _known(alone - both)
-        if not off.known or not abs(off) > _FAR * off.sigma:
+        off = _make_coefficient(alone - both)
+        if not off.known or not abs(off) > _MAX_SIGMAS * off.sigma:
             continue
         yield (
             f"{name} rates alone give a scale of {alone[0]:.6g}, {abs(off) / off.sigma:.2g} "
@@ -472,21 +494,21 @@ def _on_directions(both: Floats, positive_: Floats, negative: Floats) -> Iterato
         )
 
 
-def _notes(found: FittedRate, windows: _Windows, notes: tuple[str, ...]) -> Iterator[str]:
+def _notes(fit: FittedRate, windows: _Windows, notes: tuple[str, ...]) -> Iterator[str]:
     yield from notes
     # Two ends of a window, each wrong by a uniform part of a step.
-    by_steps = found.step / math.sqrt(6.0)
-    if found.residual > _FAR * by_steps:
+    by_steps = fit.step / math.sqrt(6.0)
+    if fit.residual > _MAX_SIGMAS * by_steps:
         yield (
-            f"the residual is {found.residual / by_steps:.2g} times what the reference's steps of "
-            f"{significant(found.step)} make"
+            f"the residual is {fit.residual / by_steps:.2g} times what the reference's steps of "
+            f"{format_significant(fit.step)} make"
         )
-    if found.asymmetry.known and abs(found.asymmetry) > _FAR * found.asymmetry.sigma:
-        number = with_error(found.asymmetry.value, found.asymmetry.sigma)
+    if fit.asymmetry.known and abs(fit.asymmetry) > _MAX_SIGMAS * fit.asymmetry.sigma:
+        number = format_with_error(fit.asymmetry.value, fit.asymmetry.sigma)
         yield f"the scale differs by {number} between the directions"
 
 
-def _step(angle: Floats) -> float:
+def _median_step(angle: Floats) -> float:
     """Return the usual step between neighbouring values of an angle, NaN if there are none."""
     values = np.unique(angle[np.isfinite(angle)])
     return float(np.median(np.diff(values))) if values.size > 1 else math.nan

@@ -9,20 +9,20 @@ import numpy as np
 
 from zerorate.types import Booleans, Floats, Integers
 
-_BLOCK: Final = 5.0
+_BLOCK_S: Final = 5.0
 """Seconds, less in a short record and more in a long one."""
 
-_FEWEST_BLOCKS, _MOST_BLOCKS = 24, 1000
-_LEAST_FULL: Final = 0.2
+_MIN_BLOCKS, _MAX_BLOCKS = 24, 1000
+_MIN_REST_SHARE: Final = 0.2
 """Part of a block that is at rest."""
 
-_WINDOW: Final = 0.5
+_WINDOW_S: Final = 0.5
 """Seconds, and at least eight samples."""
 
-_LOUD: Final = 5.0
+_MAX_VARIANCE_RATIO: Final = 5.0
 """A window whose variance is so many times that of rest is none."""
 
-_AT_ONCE: Final = 100_000
+_CHUNK_SAMPLES: Final = 100_000
 """Samples whose variances are computed at once: a long record needs no memory beside its own."""
 
 _TINY: Final = float(np.finfo(float).tiny)
@@ -55,14 +55,14 @@ class Blocks:
     length: float
     still: float
 
-    def only(self, some: Booleans) -> Blocks:
+    def select(self, mask: Booleans) -> Blocks:
         """Return some of the means."""
         return replace(
             self,
-            time=self.time[some],
-            temperature=self.temperature[some],
-            bias=self.bias[some],
-            count=self.count[some],
+            time=self.time[mask],
+            temperature=self.temperature[mask],
+            bias=self.bias[mask],
+            count=self.count[mask],
         )
 
     def scaled(self, factor: float) -> Blocks:
@@ -70,7 +70,9 @@ class Blocks:
         return replace(self, bias=self.bias * factor)
 
 
-def blocks_of(rates: Floats, temperature: Floats, rate: float, rests: Booleans | None) -> Blocks:
+def average_blocks(
+    rates: Floats, temperature: Floats, rate: float, rests: Booleans | None
+) -> Blocks:
     """Return the means of all blocks, of five seconds for instance, that are at rest for a part.
 
     Parameters
@@ -84,68 +86,74 @@ def blocks_of(rates: Floats, temperature: Floats, rate: float, rests: Booleans |
         Which samples are at rest; by default they are found.
     """
     n = len(rates)
-    still = still_samples(rates, rate) if rests is None else rests
+    still = find_still_samples(rates, rate) if rests is None else rests
     used = np.flatnonzero(still & np.isfinite(rates).all(axis=1))
-    length = max(min(_BLOCK * rate, used.size / _FEWEST_BLOCKS), n / _MOST_BLOCKS)
+    length = max(min(_BLOCK_S * rate, used.size / _MIN_BLOCKS), n / _MAX_BLOCKS)
     size = max(int(length), 1)
     number = used // size
     counts = np.bincount(number, minlength=-(-n // size))
-    kept = np.flatnonzero(counts >= max(_LEAST_FULL * size, 1.0))
+    full_blocks = np.flatnonzero(counts >= max(_MIN_REST_SHARE * size, 1.0))
     return Blocks(
-        time=_means(used / rate, number, counts)[kept],
-        temperature=_means(temperature[used], number, counts)[kept],
-        bias=np.column_stack([_means(axis[used], number, counts)[kept] for axis in rates.T]),
-        count=counts[kept],
+        time=_block_means(used / rate, number, counts)[full_blocks],
+        temperature=_block_means(temperature[used], number, counts)[full_blocks],
+        bias=np.column_stack(
+            [_block_means(axis[used], number, counts)[full_blocks] for axis in rates.T]
+        ),
+        count=counts[full_blocks],
         length=size / rate,
-        still=float(counts[kept].sum()) / n,
+        still=float(counts[full_blocks].sum()) / n,
     )
 
 
-def _means(values: Floats, number: Integers, counts: Integers) -> Floats:
+def _block_means(values: Floats, number: Integers, counts: Integers) -> Floats:
     """Return the mean of each block, summed from its first value on lest an offset cost digits."""
     origin = values[0] if values.size else 0.0
     sums = np.bincount(number, values - origin, minlength=counts.size)
     return np.asarray(origin + sums / np.maximum(counts, 1))
 
 
-def still_samples(rates: Floats, rate: float) -> Booleans:
+def find_still_samples(rates: Floats, rate: float) -> Booleans:
     """Return which samples are at rest, shape (n,), from rates of shape (n, k).
 
     Those of windows of half a second in which no axis varies about a straight line with five times
     the variance that it has at rest, nor in a window beside them. A constant turn is as quiet as a
     rest, and taken for one.
     """
-    n, size = len(rates), max(round(_WINDOW * rate), 8)
+    n, size = len(rates), max(round(_WINDOW_S * rate), 8)
     count = n // size
     if count < 3:
         return np.ones(n, dtype=bool)
     windows = rates[: count * size].reshape(count, size, -1)
-    some = max(_AT_ONCE // size, 1)
-    parts = [_variances(windows[i : i + some]) for i in range(0, count, some)]
+    chunk_windows = max(_CHUNK_SAMPLES // size, 1)
+    parts = [
+        _detrended_variances(windows[i : i + chunk_windows]) for i in range(0, count, chunk_windows)
+    ]
     variance, full = (np.concatenate(part) for part in zip(*parts, strict=True))
     if not full.any():
         return np.zeros(n, dtype=bool)
     variance = np.maximum(variance, np.maximum(_resolution(rates) ** 2 / 12.0, _TINY))
-    loud = ~full | np.asarray((variance / _floors(variance[full]) >= _LOUD).any(axis=1))
-    near = loud.copy()
-    near[1:] |= loud[:-1]
-    near[:-1] |= loud[1:]
-    return np.asarray(~near[np.minimum(np.arange(n) // size, count - 1)])
+    loud = ~full | np.asarray(
+        (variance / _estimate_floors(variance[full]) >= _MAX_VARIANCE_RATIO).any(axis=1)
+    )
+    near_motion = loud.copy()
+    near_motion[1:] |= loud[:-1]
+    near_motion[:-1] |= loud[1:]
+    return np.asarray(~near_motion[np.minimum(np.arange(n) // size, count - 1)])
 
 
-def _variances(windows: Floats) -> tuple[Floats, Booleans]:
+def _detrended_variances(windows: Floats) -> tuple[Floats, Booleans]:
     """Return the variance of each window and axis about a line, and in which most samples are."""
-    there = np.isfinite(windows)
-    number = np.maximum(there.sum(axis=1, keepdims=True), 1)
-    place = np.where(there, np.arange(windows.shape[1])[:, np.newaxis], 0.0)
-    place = np.where(there, place - place.sum(axis=1, keepdims=True) / number, 0.0)
+    present = np.isfinite(windows)
+    number = np.maximum(present.sum(axis=1, keepdims=True), 1)
+    position = np.where(present, np.arange(windows.shape[1])[:, np.newaxis], 0.0)
+    position = np.where(present, position - position.sum(axis=1, keepdims=True) / number, 0.0)
     # From the first sample on, lest an offset cost digits.
-    first = np.take_along_axis(windows, there.argmax(axis=1)[:, np.newaxis], axis=1)
-    off = np.where(there, windows - np.nan_to_num(first), 0.0)
-    off = np.where(there, off - off.sum(axis=1, keepdims=True) / number, 0.0)
-    products = (place * off).sum(axis=1, keepdims=True)
-    slope = products / np.maximum((place**2).sum(axis=1, keepdims=True), 1.0)
-    squares = ((off - slope * place) ** 2).sum(axis=1)
+    first = np.take_along_axis(windows, present.argmax(axis=1)[:, np.newaxis], axis=1)
+    off = np.where(present, windows - np.nan_to_num(first), 0.0)
+    off = np.where(present, off - off.sum(axis=1, keepdims=True) / number, 0.0)
+    products = (position * off).sum(axis=1, keepdims=True)
+    slope = products / np.maximum((position**2).sum(axis=1, keepdims=True), 1.0)
+    squares = ((off - slope * position) ** 2).sum(axis=1)
     full = np.asarray((2 * number[:, 0] >= windows.shape[1]).all(axis=1))
     return squares / np.maximum(number[:, 0] - 2, 1), full
 
@@ -158,7 +166,7 @@ def _resolution(rates: Floats) -> Floats:
     return np.where(np.isfinite(least), least, 0.0)
 
 
-def _floors(variance: Floats) -> Floats:
+def _estimate_floors(variance: Floats) -> Floats:
     """Return the usual variance of each axis among the small ones."""
     floor = np.percentile(variance, 10, axis=0)
     for _ in range(3):

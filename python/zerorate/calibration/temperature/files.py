@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-from zerorate.calibration.temperature.fit import KELVINS
-from zerorate.faults import ArgumentError, given, said
-from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
-from zerorate.noise.exports import written
-from zerorate.noise.json_text import decoded, encoded
-from zerorate.record.exporting import exports
+from zerorate.calibration.temperature.fit import KELVINS_PER_UNIT
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
+from zerorate.noise.coefficient import UNKNOWN_COEFFICIENT, Coefficient
+from zerorate.noise.exports import write_text
+from zerorate.noise.json_text import decode_coefficient, encode_coefficient
+from zerorate.record.exporting import document_export
 from zerorate.record.saved import (
     as_json,
     check_format,
     finite_numbers,
     is_null,
-    part,
-    restored,
-    sentences,
+    read_key,
+    read_sentences,
+    restore,
 )
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
@@ -38,16 +38,16 @@ _MODEL: Final = (
     "tangent, one span further at most"
 )
 
-_ARDUPILOT_REFERENCE: Final = 35.0
+_ARDUPILOT_REFERENCE_DEGC: Final = 35.0
 """degC: AP_InertialSensor_tempcal.cpp, TEMP_REFERENCE."""
 
 _ARDUPILOT_SCALE: Final = 1e6
 _AXES: Final = "XYZ"
-_FORCED: Final = ", and to write a model without any slope, with a warning"
-_NOT_SHOWN: Final = "the record does not show that the bias depends on temperature"
+_FORCE_TEXT: Final = ", and to write a model without any slope, with a warning"
+_NO_DEPENDENCE_TEXT: Final = "the record does not show that the bias depends on temperature"
 
 
-@exports()
+@document_export()
 def to_json(
     model: TemperatureModel, path: str | os.PathLike[str] | None = None, *, force: bool = False
 ) -> str:
@@ -69,70 +69,72 @@ def to_json(
         "range": model.range,
         "time_correlation": model.time_correlation,
         "step": model.step,
-        "axes": [_axis(model, i) for i in range(model.axes)],
+        "axes": [_axis_content(model, i) for i in range(model.axes)],
         "notes": model.notes,
     }
-    return written(as_json(content), path, force)
+    return write_text(as_json(content), path, force)
 
 
-def _axis(model: TemperatureModel, i: int) -> dict[str, Any]:
+def _axis_content(model: TemperatureModel, i: int) -> dict[str, Any]:
     return {
         "name": model.names[i],
         "degree": model.degrees[i],
         "coefficients": model.coefficients[i],
         "covariance": model.covariance[i],
-        "slope": _encoded(model.slopes[i]),
-        "hysteresis": _encoded(model.hystereses[i]),
+        "slope": _encode_coefficient(model.slopes[i]),
+        "hysteresis": _encode_coefficient(model.hystereses[i]),
     }
 
 
-def _encoded(one: Coefficient) -> dict[str, Any] | None:
-    return encoded(one) if one.known else None
+def _encode_coefficient(coefficient: Coefficient) -> dict[str, Any] | None:
+    return encode_coefficient(coefficient) if coefficient.known else None
 
 
 def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
     """Return the model that a text or a file holds, as one of a class."""
-    return restored(source, _FORMAT, lambda content: build(**_arguments(content)))
+    return restore(source, _FORMAT, lambda content: build(**_parse_arguments(content)))
 
 
-def _arguments(content: object) -> dict[str, Any]:
+def _parse_arguments(content: object) -> dict[str, Any]:
     check_format(content, _FORMAT, _VERSION)
-    axes = part(content, "axes", list)
-    low, high = finite_numbers("range", part(content, "range", list), (2,)).tolist()
+    axes = read_key(content, "axes", list)
+    low, high = finite_numbers("range", read_key(content, "range", list), (2,)).tolist()
     if not axes or low > high:
         raise ValueError("it needs an axis, and a range from low to high")
-    single = part(content, "single", bool)
+    single = read_key(content, "single", bool)
     if single and len(axes) > 1:
         raise ValueError(f"'single' is true of {len(axes)} axes")
-    degrees = tuple(part(axis, "degree", int) for axis in axes)
+    degrees = tuple(read_key(axis, "degree", int) for axis in axes)
     if not all(0 <= degree <= 3 for degree in degrees):
         raise ArgumentError("degrees", f"must be 0 to 3, got {degrees}")
     return {
-        "coefficients": np.array([_listed(axis, "coefficients", (4,)) for axis in axes]),
-        "covariance": np.array([_listed(axis, "covariance", (4, 4)) for axis in axes]),
+        "coefficients": np.array([_parse_numbers(axis, "coefficients", (4,)) for axis in axes]),
+        "covariance": np.array([_parse_numbers(axis, "covariance", (4, 4)) for axis in axes]),
         "degrees": degrees,
-        "reference": float(part(content, "reference", float)),
+        "reference": float(read_key(content, "reference", float)),
         "range": (low, high),
-        "slopes": tuple(_decoded(axis, "slope") for axis in axes),
-        "hystereses": tuple(_decoded(axis, "hysteresis") for axis in axes),
-        "time_correlation": float(part(content, "time_correlation", float)),
-        "step": float(part(content, "step", float)),
-        "names": tuple(part(axis, "name", str) for axis in axes),
-        "unit": part(content, "unit", str),
-        "notes": sentences(content, "notes"),
+        "slopes": tuple(_decode_coefficient(axis, "slope") for axis in axes),
+        "hystereses": tuple(_decode_coefficient(axis, "hysteresis") for axis in axes),
+        "time_correlation": float(read_key(content, "time_correlation", float)),
+        "step": float(read_key(content, "step", float)),
+        "names": tuple(read_key(axis, "name", str) for axis in axes),
+        "unit": read_key(content, "unit", str),
+        "notes": read_sentences(content, "notes"),
         "single": single,
     }
 
 
-def _listed(axis: object, key: str, shape: tuple[int, ...]) -> Floats:
-    return finite_numbers(key, part(axis, key, list), shape)
+def _parse_numbers(axis: object, key: str, shape: tuple[int, ...]) -> Floats:
+    return finite_numbers(key, read_key(axis, key, list), shape)
 
 
-def _decoded(axis: object, key: str) -> Coefficient:
-    return NOTHING_KNOWN if is_null(axis, key) else decoded(part(axis, key, dict))
+def _decode_coefficient(axis: object, key: str) -> Coefficient:
+    return (
+        UNKNOWN_COEFFICIENT if is_null(axis, key) else decode_coefficient(read_key(axis, key, dict))
+    )
 
 
-@exports(".params", forced=_FORCED)
+@document_export(".params", forced=_FORCE_TEXT)
 def to_px4(
     model: TemperatureModel,
     path: str | os.PathLike[str] | None = None,
@@ -167,7 +169,7 @@ def to_px4(
     """
     if instance not in range(4):
         raise ArgumentError("instance", f"must be 0 to 3, got {instance!r}")
-    c = _per_kelvin(_in_radians(model, "PX4", force))
+    c = _per_kelvin(_convert_to_radians(model, "PX4", force))
     low, high = model.range
     named = [("ENABLE", "TC_G_ENABLE", 1), ("ID", f"TC_G{instance}_ID", device_id)]
     whole = [f"1\t1\t{name}\t{value}\t6" for _, name, value in named if value is not None]
@@ -179,15 +181,15 @@ def to_px4(
     lines = [
         "# PX4: thermal compensation of a gyro, rad/s and degC.",
         *(() if device_id is not None else (f"# TC_G{instance}_ID is to be set as well.",)),
-        *_beyond(model),
+        *_range_comments(model),
         "# Vehicle-Id Component-Id Name Value Type",
         *whole,
-        *(f"1\t1\tTC_G{instance}_{name}\t{_number(value)}\t9" for name, value in numbers),
+        *(f"1\t1\tTC_G{instance}_{name}\t{_format_number(value)}\t9" for name, value in numbers),
     ]
-    return written("\n".join(lines) + "\n", path, force)
+    return write_text("\n".join(lines) + "\n", path, force)
 
 
-@exports(".param", forced=_FORCED)
+@document_export(".param", forced=_FORCE_TEXT)
 def to_ardupilot(
     model: TemperatureModel,
     path: str | os.PathLike[str] | None = None,
@@ -220,8 +222,8 @@ def to_ardupilot(
     """
     if instance not in range(1, 4):
         raise ArgumentError("instance", f"must be 1 to 3, got {instance!r}")
-    found = _in_radians(model, "ArduPilot", force)
-    c = _moved(_per_kelvin(found), _ARDUPILOT_REFERENCE - found.reference)
+    converted = _convert_to_radians(model, "ArduPilot", force)
+    c = _shift_reference(_per_kelvin(converted), _ARDUPILOT_REFERENCE_DEGC - converted.reference)
     low, high = model.range
     calibration, gyro = f"INS_TCAL{instance}", f"INS_GYR{instance}"
     offset = "INS_GYROFFS" if instance == 1 else f"{gyro}OFFS"
@@ -232,23 +234,23 @@ def to_ardupilot(
         for i, axis in enumerate(_AXES)
     ]
     # At the reference of the model the bias is its c_0.
-    numbers += [(f"{offset}_{axis}", found.coefficients[i, 0]) for i, axis in enumerate(_AXES)]
+    numbers += [(f"{offset}_{axis}", converted.coefficients[i, 0]) for i, axis in enumerate(_AXES)]
     lines = [
         "# ArduPilot: temperature calibration of a gyro, rad/s and degC.",
-        *_beyond(model),
+        *_range_comments(model),
         f"{calibration}_ENABLE,1",
-        *(f"{name},{_number(value)}" for name, value in numbers),
-        f"{gyro}_CALTEMP,{_number(model.reference)}",
+        *(f"{name},{_format_number(value)}" for name, value in numbers),
+        f"{gyro}_CALTEMP,{_format_number(model.reference)}",
     ]
-    return written("\n".join(lines) + "\n", path, force)
+    return write_text("\n".join(lines) + "\n", path, force)
 
 
-def _in_radians(model: TemperatureModel, program: str, force: bool) -> TemperatureModel:
+def _convert_to_radians(model: TemperatureModel, program: str, force: bool) -> TemperatureModel:
     if not (any(model.degrees) or force):
         raise ValueError(
-            said(
-                f"{_NOT_SHOWN}: record while the temperature changes by 15 K; ",
-                given("force", "", "force=True"),
+            make_sentence(
+                f"{_NO_DEPENDENCE_TEXT}: record while the temperature changes by 15 K; ",
+                keyword_argument("force", "", "force=True"),
                 " writes the bias without a slope",
             )
         )
@@ -256,9 +258,9 @@ def _in_radians(model: TemperatureModel, program: str, force: bool) -> Temperatu
         raise ValueError(f"{program} takes a gyro of three axes, the model has {model.axes}")
     if model.unit not in UNITS or UNITS[model.unit].kind != "rate":
         raise ValueError(
-            said(
+            make_sentence(
                 f"{program} takes rad/s, and the unit of the model is {model.unit!r}: give ",
-                given("unit"),
+                keyword_argument("unit"),
                 " where it is fitted",
             )
         )
@@ -267,27 +269,27 @@ def _in_radians(model: TemperatureModel, program: str, force: bool) -> Temperatu
 
 def _per_kelvin(model: TemperatureModel) -> Floats:
     """Return the coefficients over powers of kelvins, shape (k, 4)."""
-    return model.coefficients / KELVINS ** np.arange(4)
+    return model.coefficients / KELVINS_PER_UNIT ** np.arange(4)
 
 
-def _moved(c: Floats, by: float) -> Floats:
+def _shift_reference(c: Floats, shift: float) -> Floats:
     """Return the coefficients of cubics about a point that is so much further."""
-    moved = np.zeros_like(c)
+    shifted = np.zeros_like(c)
     for k in range(4):
         for j in range(k + 1):
-            moved[:, j] += c[:, k] * math.comb(k, j) * by ** (k - j)
-    return moved
+            shifted[:, j] += c[:, k] * math.comb(k, j) * shift ** (k - j)
+    return shifted
 
 
-def _beyond(model: TemperatureModel) -> list[str]:
+def _range_comments(model: TemperatureModel) -> list[str]:
     """Return what a reader of the file must know."""
     low, high = model.range
     lines = [f"# Of {low:.1f} to {high:.1f} degC; beyond, the bias at the end of that is used."]
     if not any(model.degrees):
-        lines.append(f"# WARNING: {_NOT_SHOWN}.")
+        lines.append(f"# WARNING: {_NO_DEPENDENCE_TEXT}.")
     return lines
 
 
-def _number(value: float) -> str:
+def _format_number(value: float) -> str:
     """Return nine digits, which is all that a 32-bit float holds."""
     return f"{value:.8e}"

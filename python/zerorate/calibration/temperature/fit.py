@@ -11,27 +11,27 @@ import numpy as np
 from zerorate.calibration.temperature.blocks import Blocks
 from zerorate.types import Floats
 
-KELVINS: Final = 10.0
+KELVINS_PER_UNIT: Final = 10.0
 """Kelvins that a power of temperature is counted in."""
 
-DEGREES: Final = 3
-SPANS: Final = (1.0, 8.0, 15.0)
+MAX_DEGREE: Final = 3
+MIN_SPANS_K: Final = (1.0, 8.0, 15.0)
 """Kelvins from which a record may determine a straight line, a parabola, a cubic."""
 
-_BESIDE: Final = 6
+_NEIGHBOURS: Final = 6
 """Blocks before and after one that tell whether the temperature rises."""
 
-_MOVES: Final = 0.02
+_MIN_CHANGE_SHARE: Final = 0.02
 """Part of the span by which it then changes."""
 
-_LEAST_FREEDOM: Final = 3
-_WALKS: Final = 10.0 ** np.arange(-6.0, 3.1, 0.25)
+_MIN_FREEDOM: Final = 3
+_WALK_VARIANCES: Final = 10.0 ** np.arange(-6.0, 3.1, 0.25)
 """Variances that a walk adds in one block, over the white variance of a block's mean."""
 
-_PRIOR: Final = np.sqrt(_WALKS) / (1.0 + _WALKS)
+_WALK_PRIOR: Final = np.sqrt(_WALK_VARIANCES) / (1.0 + _WALK_VARIANCES)
 """Half-Cauchy in the walk's deviation, on steps of equal ratio."""
 
-_CONDITION: Final = 1e10
+_MAX_CONDITION: Final = 1e10
 _ROUNDING: Final = 64.0 * float(np.finfo(float).eps)
 """What rounding may leave of a sum of some hundred products, over the sum of their sizes."""
 
@@ -68,12 +68,12 @@ class Fit(NamedTuple):
 
 def powers(temperature: Floats, reference: float) -> Floats:
     """Return 1, x, x^2, x^3 of temperatures, in tens of kelvins from the reference, last axis."""
-    x = (np.asarray(temperature) - reference) / KELVINS
+    x = (np.asarray(temperature) - reference) / KELVINS_PER_UNIT
     square = x * x
     return np.stack([np.ones_like(x), x, square, square * x], axis=-1)
 
 
-def fitted(blocks: Blocks, reference: float, max_degree: int) -> list[Fit]:
+def fit_axes(blocks: Blocks, reference: float, max_degree: int) -> list[Fit]:
     """Return what each axis shows.
 
     Notes
@@ -89,45 +89,45 @@ def fitted(blocks: Blocks, reference: float, max_degree: int) -> list[Fit]:
     if not blocks.count.size:
         return []
     powers_of = powers(np.nan_to_num(blocks.temperature), reference)[:, 1:]
-    columns = np.column_stack([powers_of, _heating(blocks), blocks.bias])
+    columns = np.column_stack([powers_of, _heating_signs(blocks), blocks.bias])
     # Between warming and cooling nobody knows which it is.
-    moving = columns[:, DEGREES] != 0.0
-    whitened = _Whitened.of(columns, blocks)
-    both = _Whitened.of(columns[moving], blocks.only(moving)) if moving.any() else None
-    allowed = _allowed(blocks, max_degree)
-    return [_axis(whitened, both, i, allowed) for i in range(DEGREES + 1, columns.shape[1])]
+    moving = columns[:, MAX_DEGREE] != 0.0
+    whitened = _WhitenedColumns.of(columns, blocks)
+    both = _WhitenedColumns.of(columns[moving], blocks.select(moving)) if moving.any() else None
+    allowed = _max_allowed_degree(blocks, max_degree)
+    return [_fit_axis(whitened, both, i, allowed) for i in range(MAX_DEGREE + 1, columns.shape[1])]
 
 
-def _allowed(blocks: Blocks, most: int) -> int:
+def _max_allowed_degree(blocks: Blocks, max_degree: int) -> int:
     """Return the highest degree that the record may determine."""
     temperature = blocks.temperature
     if not np.isfinite(temperature).all():
         return 0
     span = np.ptp(temperature)
-    degree = min(most, sum(bool(span >= least) for least in SPANS))
-    return max(min(degree, blocks.count.size - 1 - _LEAST_FREEDOM), 0)
+    degree = min(max_degree, sum(bool(span >= least) for least in MIN_SPANS_K))
+    return max(min(degree, blocks.count.size - 1 - _MIN_FREEDOM), 0)
 
 
-def _heating(blocks: Blocks) -> Floats:
+def _heating_signs(blocks: Blocks) -> Floats:
     """Return a half where the temperature rises, minus a half where it falls, zero elsewhere.
 
     Zero throughout if it does not pass half of its range both ways.
     """
     temperature, n = blocks.temperature, blocks.count.size
-    places = np.arange(n)
-    before, after = np.maximum(places - _BESIDE, 0), np.minimum(places + _BESIDE, n - 1)
+    indices = np.arange(n)
+    before, after = np.maximum(indices - _NEIGHBOURS, 0), np.minimum(indices + _NEIGHBOURS, n - 1)
     change = temperature[after] - temperature[before]
     span = np.ptp(temperature)
-    sign = np.where(np.abs(change) > _MOVES * span, np.sign(change), 0.0)
+    sign = np.where(np.abs(change) > _MIN_CHANGE_SHARE * span, np.sign(change), 0.0)
     up, down = temperature[sign > 0.0], temperature[sign < 0.0]
-    if not (up.size and down.size) or span < SPANS[0]:
+    if not (up.size and down.size) or span < MIN_SPANS_K[0]:
         return np.zeros(n)
     both = min(up.max(), down.max()) - max(up.min(), down.min())
     return np.asarray(0.5 * sign) if both > 0.5 * span else np.zeros(n)
 
 
 @dataclass(frozen=True, eq=False)
-class _Whitened:
+class _WhitenedColumns:
     """Columns of numbers without their walk, for each strength of it.
 
     Parameters
@@ -151,17 +151,17 @@ class _Whitened:
     freedom: int
 
     @classmethod
-    def of(cls, columns: Floats, blocks: Blocks) -> _Whitened:
+    def of(cls, columns: Floats, blocks: Blocks) -> _WhitenedColumns:
         """Return them after a Kalman filter of the walk, which starts at the first row."""
         noise = np.median(blocks.count) / blocks.count
         steps = np.diff(blocks.time) / blocks.length
-        last = np.tile(columns[0], (_WALKS.size, 1))
-        P = np.full(_WALKS.size, noise[0])
-        products = np.zeros((_WALKS.size, columns.shape[1], columns.shape[1]))
+        last = np.tile(columns[0], (_WALK_VARIANCES.size, 1))
+        P = np.full(_WALK_VARIANCES.size, noise[0])
+        products = np.zeros((_WALK_VARIANCES.size, columns.shape[1], columns.shape[1]))
         innovations = np.empty((len(steps), *last.shape))
-        variances = np.empty((len(steps), _WALKS.size))
+        variances = np.empty((len(steps), _WALK_VARIANCES.size))
         for i, (row, R, step) in enumerate(zip(columns[1:], noise[1:], steps, strict=True)):
-            P = P + _WALKS * step
+            P = P + _WALK_VARIANCES * step
             S = P + R
             innovations[i], variances[i] = row - last, S
             last = last + (P / S)[:, np.newaxis] * innovations[i]
@@ -198,13 +198,13 @@ class _Whitened:
         if not (scale > 0.0).all():
             return False
         A = A / scale[:, :, np.newaxis] / scale[:, np.newaxis, :]
-        return bool((np.linalg.cond(A) < _CONDITION).all())
+        return bool((np.linalg.cond(A) < _MAX_CONDITION).all())
 
 
 class _Regression(NamedTuple):
     """One column by others, for each strength of the walk."""
 
-    whitened: _Whitened
+    whitened: _WhitenedColumns
     column: int
     on: list[int]
     inverse: Floats
@@ -224,7 +224,7 @@ class _Regression(NamedTuple):
         whitened, freedom = self.whitened, self.whitened.freedom - len(self.on)
         evidence = -0.5 * (
             whitened.log_scale + self.log_information + freedom * np.log(self.left)
-        ) + np.log(_PRIOR)
+        ) + np.log(_WALK_PRIOR)
         weight = np.exp(evidence - evidence.max())
         weight /= weight.sum()
         here = whitened.last[:, self.on]
@@ -246,43 +246,45 @@ class _Regression(NamedTuple):
         return spread
 
 
-def _axis(whitened: _Whitened, both: _Whitened | None, column: int, allowed: int) -> Fit:
-    found = list(_regressions(whitened, column, allowed))
-    degree = int(np.argmin([one.criterion for one in found]))
-    mean, covariance = found[degree].average()
-    coefficients, spread = np.zeros(DEGREES + 1), np.zeros((DEGREES + 1, DEGREES + 1))
+def _fit_axis(
+    whitened: _WhitenedColumns, both: _WhitenedColumns | None, column: int, max_degree: int
+) -> Fit:
+    regressions = list(_regressions(whitened, column, max_degree))
+    degree = int(np.argmin([regression.criterion for regression in regressions]))
+    mean, covariance = regressions[degree].average()
+    coefficients, spread = np.zeros(MAX_DEGREE + 1), np.zeros((MAX_DEGREE + 1, MAX_DEGREE + 1))
     coefficients[: degree + 1], spread[: degree + 1, : degree + 1] = mean, covariance
-    slope, slope_sigma = _slope(found, max(degree, 1))
+    slope, slope_sigma = _fit_slope(regressions, max(degree, 1))
     return Fit(
         degree,
         coefficients,
         spread,
-        slope / KELVINS,
-        slope_sigma / KELVINS,
-        *_hysteresis(both, column, degree),
+        slope / KELVINS_PER_UNIT,
+        slope_sigma / KELVINS_PER_UNIT,
+        *_fit_hysteresis(both, column, degree),
     )
 
 
-def _hysteresis(both: _Whitened | None, column: int, degree: int) -> tuple[float, float]:
+def _fit_hysteresis(both: _WhitenedColumns | None, column: int, degree: int) -> tuple[float, float]:
     """Return by how much warming differs from cooling, and its error, infinite if none shows it."""
-    on = [*range(degree), DEGREES]
-    if both is None or both.freedom - len(on) < _LEAST_FREEDOM or not both.is_regular(on):
+    on = [*range(degree), MAX_DEGREE]
+    if both is None or both.freedom - len(on) < _MIN_FREEDOM or not both.is_regular(on):
         return 0.0, np.inf
     mean, covariance = both.regression(column, on).average()
     return float(mean[-1]), float(np.sqrt(covariance[-1, -1]))
 
 
-def _slope(found: list[_Regression], degree: int) -> tuple[float, float]:
+def _fit_slope(regressions: list[_Regression], degree: int) -> tuple[float, float]:
     """Return the slope of a degree and its error, infinite if there is no such degree."""
-    if degree >= len(found):
+    if degree >= len(regressions):
         return 0.0, np.inf
-    mean, covariance = found[degree].average()
+    mean, covariance = regressions[degree].average()
     return float(mean[1]), float(np.sqrt(covariance[1, 1]))
 
 
-def _regressions(whitened: _Whitened, column: int, allowed: int) -> Iterator[_Regression]:
+def _regressions(whitened: _WhitenedColumns, column: int, max_degree: int) -> Iterator[_Regression]:
     """Yield the regressions of degree zero and more, as far as the record determines them."""
-    for degree in range(allowed + 1):
+    for degree in range(max_degree + 1):
         on = list(range(degree))
         if degree and not whitened.is_regular(on):
             return

@@ -11,37 +11,44 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.calibration.temperature import files
-from zerorate.calibration.temperature.blocks import Blocks, blocks_of
-from zerorate.calibration.temperature.fit import DEGREES, KELVINS, SPANS, Fit, fitted, powers
+from zerorate.calibration.temperature.blocks import Blocks, average_blocks
+from zerorate.calibration.temperature.fit import (
+    KELVINS_PER_UNIT,
+    MAX_DEGREE,
+    MIN_SPANS_K,
+    Fit,
+    fit_axes,
+    powers,
+)
 from zerorate.calibration.temperature.thermometer import (
-    between_steps,
-    held,
-    thermometric,
-    without_leaps,
+    hold_last,
+    interpolate_steps,
+    mask_impossible,
+    remove_leaps,
 )
 from zerorate.faults import ArgumentError
-from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
-from zerorate.record.exporting import restores
+from zerorate.noise.coefficient import UNKNOWN_COEFFICIENT, Coefficient
+from zerorate.record.exporting import document_restore
 from zerorate.record.log import Log, LogError
 from zerorate.record.missing import floats
-from zerorate.record.named import columns_of, in_unit, names_of, rate_of, unit_of
-from zerorate.record.names import UNKNOWN
+from zerorate.record.named import columns_of, convert_to_unit, names_of, rate_of, unit_of
+from zerorate.record.names import UNKNOWN_UNIT
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
 if TYPE_CHECKING:
     pass
 
-_REFERENCE: Final = 25.0
+_DEFAULT_REFERENCE_DEGC: Final = 25.0
 """degC, where the record has no temperature."""
 
-_TOGETHER: Final = 0.95
+_MAX_TIME_CORRELATION: Final = 0.95
 """Correlation of temperature and time from which they cannot be told apart."""
 
-_FEWEST: Final = 4
-_LARGEST: Final = 1e150
-_CERTAIN: Final = 3.0
-_ONE_SIDED_95: Final = 1.6448536269514722
+_MIN_BLOCKS: Final = 4
+_MAX_VALUE: Final = 1e150
+_SIGNIFICANT_SIGMAS: Final = 3.0
+_ONE_SIDED_95_Z: Final = 1.6448536269514722
 
 
 class TemperatureBias(NamedTuple):
@@ -185,28 +192,28 @@ class TemperatureModel(Result):
         ends of the range (PX4, ArduPilot); Chen et al. 2013 take 0.1 deg/s/degC from 25 degC on.
         """
         record = _Record.of(z, temperature, rate, rests, unit)
-        if not (isinstance(max_degree, int) and 0 <= max_degree <= DEGREES):
+        if not (isinstance(max_degree, int) and 0 <= max_degree <= MAX_DEGREE):
             raise ArgumentError(
                 "max_degree", f"must be a whole number from 0 to 3, got {max_degree!r}"
             )
-        blocks = blocks_of(record.rates, record.temperature, record.rate, record.rests)
-        if blocks.count.size < _FEWEST:
+        blocks = average_blocks(record.rates, record.temperature, record.rate, record.rests)
+        if blocks.count.size < _MIN_BLOCKS:
             raise ValueError(
-                f"a temperature model needs {_FEWEST} means of samples at rest, and "
+                f"a temperature model needs {_MIN_BLOCKS} means of samples at rest, and "
                 f"{len(record.rates) / record.rate:g} s have {blocks.count.size}"
             )
-        low, high = _range(blocks.temperature)
+        low, high = _temperature_range(blocks.temperature)
         reference = 0.5 * (low + high)
-        axes = fitted(blocks, reference, max_degree)
+        axes = fit_axes(blocks, reference, max_degree)
         model = cls(
             coefficients=np.array([axis.coefficients for axis in axes]),
             covariance=np.array([axis.covariance for axis in axes]),
             degrees=tuple(axis.degree for axis in axes),
             reference=reference,
             range=(low, high),
-            slopes=tuple(_slope(axis) for axis in axes),
-            hystereses=tuple(_hysteresis(axis, record.step) for axis in axes),
-            time_correlation=_correlation(blocks.time, blocks.temperature),
+            slopes=tuple(_slope_coefficient(axis) for axis in axes),
+            hystereses=tuple(_hysteresis_coefficient(axis, record.step) for axis in axes),
+            time_correlation=_time_correlation(blocks.time, blocks.temperature),
             step=record.step,
             names=record.names,
             unit=record.unit,
@@ -214,7 +221,7 @@ class TemperatureModel(Result):
             single=record.single,
         )
         model = model.scaled(record.factor)
-        return replace(model, notes=tuple(_notes(model, blocks, record.wild)))
+        return replace(model, notes=tuple(_notes(model, blocks, record.outlier_count)))
 
     @property
     def axes(self) -> int:
@@ -242,9 +249,9 @@ class TemperatureModel(Result):
         return self.range[1] - self.range[0]
 
     @property
-    def time_apart(self) -> bool:
+    def time_separable(self) -> bool:
         """Whether temperature and time can be told apart: their correlation is 0.95 at most."""
-        return abs(self.time_correlation) <= _TOGETHER
+        return abs(self.time_correlation) <= _MAX_TIME_CORRELATION
 
     @property
     def curve(self) -> dict[str, Any]:
@@ -272,9 +279,9 @@ class TemperatureModel(Result):
             of the bias as it was at the end of the record; it counts the steps of a coarse
             thermometer, and beyond the range all that the tangent leaves out of the curve.
         """
-        asked = floats(temperature, "temperature")
-        known = np.isfinite(asked)
-        T = np.where(known, asked, self.reference)
+        temperatures = floats(temperature, "temperature")
+        known = np.isfinite(temperatures)
+        T = np.where(known, temperatures, self.reference)
         rows = self._rows(T)
         value = rows @ self.coefficients.T
         variance = np.stack([((rows @ P) * rows).sum(axis=-1) for P in self.covariance], axis=-1)
@@ -290,9 +297,9 @@ class TemperatureModel(Result):
         inside, beyond = self._parts(T)
         rows = powers(inside, self.reference)
         if beyond.any():
-            x = (inside - self.reference) / KELVINS
+            x = (inside - self.reference) / KELVINS_PER_UNIT
             by = np.stack([np.zeros_like(x), np.ones_like(x), 2.0 * x, 3.0 * x**2], axis=-1)
-            rows = rows + by * (beyond / KELVINS)[..., np.newaxis]
+            rows = rows + by * (beyond / KELVINS_PER_UNIT)[..., np.newaxis]
         return rows
 
     def _parts(self, T: Floats) -> tuple[Floats, Floats]:
@@ -304,11 +311,11 @@ class TemperatureModel(Result):
         """Return the error of what is not in the coefficients."""
         inside, beyond = self._parts(T)
         c = self.coefficients
-        x = ((inside - self.reference) / KELVINS)[..., np.newaxis]
-        slope = (c[:, 1] + 2.0 * c[:, 2] * x + 3.0 * c[:, 3] * x**2) / KELVINS
-        curvature = (c[:, 2] + 3.0 * c[:, 3] * x) / KELVINS**2
+        x = ((inside - self.reference) / KELVINS_PER_UNIT)[..., np.newaxis]
+        slope = (c[:, 1] + 2.0 * c[:, 2] * x + 3.0 * c[:, 3] * x**2) / KELVINS_PER_UNIT
+        curvature = (c[:, 2] + 3.0 * c[:, 3] * x) / KELVINS_PER_UNIT**2
         beyond = beyond[..., np.newaxis]
-        curved = np.abs(curvature * beyond**2) + np.abs(c[:, 3] * (beyond / KELVINS) ** 3)
+        curved = np.abs(curvature * beyond**2) + np.abs(c[:, 3] * (beyond / KELVINS_PER_UNIT) ** 3)
         unsure = np.where(known, self.step, self.span)[..., np.newaxis] / np.sqrt(12.0)
         return np.asarray(np.hypot(curved, slope * unsure))
 
@@ -342,7 +349,7 @@ class TemperatureModel(Result):
             raise ArgumentError(
                 "z", f"must have {self.axes} axes as the model has, got {data.shape}"
             )
-        T = _temperatures(z, temperature, len(data), 1.0 if self.step else None).known
+        T = _sample_temperatures(z, temperature, len(data), 1.0 if self.step else None).known
         if not np.isfinite(T).all():
             T = np.full(len(data), self.reference)
         # The errors, which nobody asks for here, take longer than the bias.
@@ -356,8 +363,8 @@ class TemperatureModel(Result):
             self,
             coefficients=self.coefficients * factor,
             covariance=self.covariance * factor**2,
-            slopes=tuple(one.scaled(factor) for one in self.slopes),
-            hystereses=tuple(one.scaled(factor) for one in self.hystereses),
+            slopes=tuple(coefficient.scaled(factor) for coefficient in self.slopes),
+            hystereses=tuple(coefficient.scaled(factor) for coefficient in self.hystereses),
             unit=self.unit if unit is None else unit,
             blocks=None if blocks is None else blocks.scaled(factor),
         )
@@ -367,7 +374,7 @@ class TemperatureModel(Result):
     to_ardupilot = files.to_ardupilot
 
     @classmethod
-    @restores
+    @document_restore
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
         """Return the model that `to_json` wrote."""
         return files.from_json(source, cls)
@@ -394,7 +401,7 @@ class _Record(NamedTuple):
     single: bool
     step: float
     factor: float
-    wild: int
+    outlier_count: int
 
     @classmethod
     def of(
@@ -413,32 +420,32 @@ class _Record(NamedTuple):
         rate, single = rate_of(rate, z), data.ndim == 1
         rates = data.reshape(len(data), -1)
         largest = np.max(np.abs(rates), where=np.isfinite(rates), initial=0.0)
-        if largest > _LARGEST:
-            raise ArgumentError("z", f"must be within {_LARGEST:g}, got {largest:g}")
-        factor = 2.0 ** np.round(np.log2(max(largest, 1.0 / _LARGEST)))
+        if largest > _MAX_VALUE:
+            raise ArgumentError("z", f"must be within {_MAX_VALUE:g}, got {largest:g}")
+        factor = 2.0 ** np.round(np.log2(max(largest, 1.0 / _MAX_VALUE)))
         rates = np.where(np.isfinite(rates), rates, np.nan) / factor
-        shown = _temperatures(z, temperature, len(rates), rate)
-        names = names_of(z) or _names(rates.shape[1])
-        unit = unit_of(unit, z) or UNKNOWN
+        reading = _sample_temperatures(z, temperature, len(rates), rate)
+        names = names_of(z) or _default_names(rates.shape[1])
+        unit = unit_of(unit, z) or UNKNOWN_UNIT
         return cls(
             rates=rates,
-            temperature=shown.known,
+            temperature=reading.known,
             rate=rate,
-            rests=_mask(rests, len(rates)),
+            rests=_parse_mask(rests, len(rates)),
             names=names,
             unit=unit,
             single=single,
-            step=shown.step,
+            step=reading.step,
             factor=float(factor),
-            wild=shown.wild,
+            outlier_count=reading.outlier_count,
         )
 
 
-def _names(axes: int) -> tuple[str, ...]:
+def _default_names(axes: int) -> tuple[str, ...]:
     return ("gyro",) if axes == 1 else tuple(f"gyro {i}" for i in range(axes))
 
 
-def _mask(rests: npt.ArrayLike | None, n: int) -> Booleans | None:
+def _parse_mask(rests: npt.ArrayLike | None, n: int) -> Booleans | None:
     if rests is None:
         return None
     mask = np.asarray(rests)
@@ -449,108 +456,109 @@ def _mask(rests: npt.ArrayLike | None, n: int) -> Booleans | None:
     return mask
 
 
-class _Shown(NamedTuple):
+class _ThermometerReading(NamedTuple):
     """Temperature of each sample, NaN without one; step of the thermometer; how many left out."""
 
     known: Floats
     step: float = 0.0
-    wild: int = 0
+    outlier_count: int = 0
 
 
-def _temperatures(
+def _sample_temperatures(
     z: Log | npt.ArrayLike,
     temperature: Log | npt.ArrayLike | None,
     n: int,
     rate: float | None,
-) -> _Shown:
+) -> _ThermometerReading:
     """Return the temperature of each sample.
 
     Without a rate the thermometer of an array is known to be fine.
     """
     if temperature is None:
-        return _Shown(np.full(n, np.nan))
+        return _ThermometerReading(np.full(n, np.nan))
     if isinstance(temperature, Log):
         if not isinstance(z, Log):
             raise ValueError("a Log of temperatures needs z to be a Log, for its clock")
-        return _on_clock(z, temperature)
-    shown = floats(temperature, "temperature")
-    if shown.shape not in ((n,), (n, 1), ()):
-        raise ArgumentError("temperature", f"must have shape ({n},) as z has, got {shown.shape}")
-    shown = np.broadcast_to(shown.reshape(-1), (n,))
+        return _resample_temperature(z, temperature)
+    values = floats(temperature, "temperature")
+    if values.shape not in ((n,), (n, 1), ()):
+        raise ArgumentError("temperature", f"must have shape ({n},) as z has, got {values.shape}")
+    values = np.broadcast_to(values.reshape(-1), (n,))
     if rate is None:
-        return _Shown(held(shown))
-    return _shown(np.arange(n) / rate, shown)
+        return _ThermometerReading(hold_last(values))
+    return _read_thermometer(np.arange(n) / rate, values)
 
 
-def _on_clock(z: Log, temperature: Log) -> _Shown:
+def _resample_temperature(z: Log, temperature: Log) -> _ThermometerReading:
     time = temperature.sampled
     if time[-1] < z.sampled[0] or time[0] > z.sampled[-1]:
         raise LogError("the temperature and the gyro have no time in common")
-    known = in_unit(temperature, "degC", "temperature").reshape(temperature.n, -1)
-    shown = _shown(time, known[:, 0])
-    if not np.isfinite(shown.known).all():
-        return _Shown(np.full(z.n, np.nan))
-    return shown._replace(known=np.interp(z.sampled, time, shown.known))
+    known = convert_to_unit(temperature, "degC", "temperature").reshape(temperature.n, -1)
+    reading = _read_thermometer(time, known[:, 0])
+    if not np.isfinite(reading.known).all():
+        return _ThermometerReading(np.full(z.n, np.nan))
+    return reading._replace(known=np.interp(z.sampled, time, reading.known))
 
 
-def _shown(time: Floats, temperature: Floats) -> _Shown:
+def _read_thermometer(time: Floats, temperature: Floats) -> _ThermometerReading:
     """Return what a thermometer has shown, without what it cannot have, on its own clock."""
-    possible, wild = without_leaps(time, thermometric(temperature))
-    known = held(possible)
-    if not np.isfinite(known).all():
-        return _Shown(known)
-    return _Shown(*between_steps(time, known), wild)
+    possible, outlier_count = remove_leaps(time, mask_impossible(temperature))
+    filled = hold_last(possible)
+    if not np.isfinite(filled).all():
+        return _ThermometerReading(filled)
+    return _ThermometerReading(*interpolate_steps(time, filled), outlier_count)
 
 
-def _range(temperature: Floats) -> tuple[float, float]:
+def _temperature_range(temperature: Floats) -> tuple[float, float]:
     if not np.isfinite(temperature).all():
-        return _REFERENCE, _REFERENCE
+        return _DEFAULT_REFERENCE_DEGC, _DEFAULT_REFERENCE_DEGC
     return float(temperature.min()), float(temperature.max())
 
 
-def _correlation(time: Floats, temperature: Floats) -> float:
+def _time_correlation(time: Floats, temperature: Floats) -> float:
     if time.size < 3 or not np.isfinite(temperature).all():
         return 0.0
     deviations = time - time.mean(), temperature - temperature.mean()
-    sizes = [float(np.sqrt(one @ one)) for one in deviations]
+    sizes = [float(np.sqrt(deviation @ deviation)) for deviation in deviations]
     if min(sizes) <= 1e-9 * np.abs(temperature).max():
         return 0.0
     return float(np.clip(deviations[0] @ deviations[1] / sizes[0] / sizes[1], -1.0, 1.0))
 
 
-def _slope(axis: Fit) -> Coefficient:
+def _slope_coefficient(axis: Fit) -> Coefficient:
     if not np.isfinite(axis.slope_sigma):
-        return NOTHING_KNOWN
+        return UNKNOWN_COEFFICIENT
     if axis.degree:
         return Coefficient(axis.slope, axis.slope_sigma)
-    bound = abs(axis.slope) + _ONE_SIDED_95 * axis.slope_sigma
+    bound = abs(axis.slope) + _ONE_SIDED_95_Z * axis.slope_sigma
     return Coefficient(0.0, axis.slope_sigma, False, bound)
 
 
-def _hysteresis(axis: Fit, step: float) -> Coefficient:
+def _hysteresis_coefficient(axis: Fit, step: float) -> Coefficient:
     """Return it with the error that a coarse thermometer adds: it turns between two steps."""
     if not np.isfinite(axis.hysteresis_sigma):
-        return NOTHING_KNOWN
+        return UNKNOWN_COEFFICIENT
     unsure = abs(axis.slope) * step / np.sqrt(12.0)
     return Coefficient(axis.hysteresis, float(np.hypot(axis.hysteresis_sigma, unsure)))
 
 
-def _notes(model: TemperatureModel, blocks: Blocks, wild: int) -> Sequence[str]:
+def _notes(model: TemperatureModel, blocks: Blocks, outlier_count: int) -> Sequence[str]:
     notes = []
-    if wild:
-        have = "temperature leaps" if wild == 1 else "temperatures leap"
+    if outlier_count:
+        have = "temperature leaps" if outlier_count == 1 else "temperatures leap"
         notes.append(
-            f"{wild} {have} by 10 K and more at once and back within seconds, as no gyro does: "
+            f"{outlier_count} {have} by 10 K and more at once and back within seconds, as "
+            "no gyro does: "
             "left out."
         )
     if not np.isfinite(blocks.temperature).all():
         notes.append("There is no temperature: the bias is that of the record, at any temperature.")
-    elif model.span < SPANS[0]:
+    elif model.span < MIN_SPANS_K[0]:
         notes.append(
             f"Temperature moved by {model.span:.2g} K only: the slope is not identifiable below "
-            f"{SPANS[0]:g} K. Record a warm-up from cold."
+            f"{MIN_SPANS_K[0]:g} K. Record a warm-up from cold."
         )
-    if model.span >= SPANS[0] and not model.time_apart:
+    if model.span >= MIN_SPANS_K[0] and not model.time_separable:
         notes.append(
             "Temperature and time went together (correlation "
             f"{model.time_correlation:.2f}): a drift in time cannot be told from one of "
@@ -559,11 +567,12 @@ def _notes(model: TemperatureModel, blocks: Blocks, wild: int) -> Sequence[str]:
     if model.step > 0.0:
         notes.append(f"The thermometer moves in steps of {model.step:g} K: read between them.")
     notes += [
-        f"{name}: the bias at equal temperature differs by {one:.2g} ± {one.sigma:.1g} "
+        f"{name}: the bias at equal temperature differs by {hysteresis:.2g} ± "
+        f"{hysteresis.sigma:.1g} "
         f"{model.unit} between warming and cooling: the thermometer is not at the gyro's "
         "temperature, or the gyro has a memory."
-        for name, one in zip(model.names, model.hystereses, strict=True)
-        if one.known and abs(one) > _CERTAIN * one.sigma
+        for name, hysteresis in zip(model.names, model.hystereses, strict=True)
+        if hysteresis.known and abs(hysteresis) > _SIGNIFICANT_SIGMAS * hysteresis.sigma
     ]
     if blocks.still < 0.5:
         notes.append(f"Only {100.0 * blocks.still:.2g} % of the record is at rest and was used.")

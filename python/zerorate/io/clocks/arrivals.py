@@ -13,16 +13,21 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.io.clocks.gaps import LONG_STEP, LONG_WINDOW, ROUNDS, WINDOW
-from zerorate.record.clock import ALIKE
+from zerorate.io.clocks.gaps import LONG_STEP_PERIODS, LONG_WINDOW_ROWS, MAX_ROUNDS, WINDOW_ROWS
+from zerorate.record.clock import RATE_TOLERANCE
 from zerorate.types import Booleans, Floats, Integers
 
-_LAG: Final = 512  # rows over which bursts even out
-_FEWEST_STATED: Final = 3  # bursts of which there is one that is neither the first nor the last
-_SHORT: Final = 0.8  # of the period by count, at most: steps within a burst
-_WIDTHS: Final = (WINDOW, WINDOW // 3)  # bursts: the more see past delays, the fewer past gaps
-_CERTAIN: Final = 10.0  # standard deviations of the line, which no burst leaves for good
-_TO_DEVIATION: Final = 0.7413  # standard deviation of normal noise over its interquartile range
+_LAG_ROWS: Final = 512  # rows over which bursts even out
+_MIN_BURSTS_AT_STATED_RATE: Final = (
+    3  # bursts of which there is one that is neither the first nor the last
+)
+_MAX_SHORT_STEP_PERIODS: Final = 0.8  # of the period by count, at most: steps within a burst
+_WINDOW_BURSTS: Final = (
+    WINDOW_ROWS,
+    WINDOW_ROWS // 3,
+)  # bursts: the more see past delays, the fewer past gaps
+_MIN_LIFT_SIGMAS: Final = 10.0  # standard deviations of the line, which no burst leaves for good
+_SIGMA_PER_IQR: Final = 0.7413  # standard deviation of normal noise over its interquartile range
 
 
 class Bursts(NamedTuple):
@@ -43,7 +48,7 @@ class Bursts(NamedTuple):
     last: Integers
 
 
-def bursts(stamps: Floats, rate: float | None = None) -> Bursts | None:
+def find_bursts(stamps: Floats, rate: float | None = None) -> Bursts | None:
     """Return the bursts in which samples arrived, None unless the stamps are those of arrival.
 
     They are if most steps are clearly shorter than the period that the count of rows tells, and if
@@ -52,33 +57,33 @@ def bursts(stamps: Floats, rate: float | None = None) -> Bursts | None:
     evidence.
     """
     steps = np.diff(stamps)
-    lag = min(_LAG, len(stamps) // 8)
+    lag = min(_LAG_ROWS, len(stamps) // 8)
     if lag == 0:
         return None
     period = float(np.median(stamps[lag:] - stamps[:-lag])) / lag
-    if not 0.0 <= (middle := float(np.median(steps))) <= _SHORT * period:
+    if not 0.0 <= (median_step := float(np.median(steps))) <= _MAX_SHORT_STEP_PERIODS * period:
         return None
     last = np.append(np.flatnonzero(steps > period), len(steps))
-    stated = rate is not None and _explains(rate, period, stamps, steps)
-    if len(last) < (_FEWEST_STATED if stated else LONG_WINDOW):
+    stated = rate is not None and _fits_rate(rate, period, stamps, steps)
+    if len(last) < (_MIN_BURSTS_AT_STATED_RATE if stated else LONG_WINDOW_ROWS):
         return None
-    seen = _Pauses(stamps, last)
-    if not stated and not seen.made_up_for(middle):
+    pauses = _Pauses(stamps, last)
+    if not stated and not pauses.are_caught_up(median_step):
         return None
     missing = np.zeros(len(steps))
-    period, missing[last[:-1]] = seen.lost()
+    period, missing[last[:-1]] = pauses.find_lost()
     return Bursts(period, missing, last)
 
 
-def _explains(rate: float, period: float, stamps: Floats, steps: Floats) -> bool:
+def _fits_rate(rate: float, period: float, stamps: Floats, steps: Floats) -> bool:
     """Whether a rate is that of the count of rows, which a short log tells to its longest pause."""
-    whole = abs(float(stamps[-1]) - len(steps) / rate) <= float(steps.max())
-    return whole or abs(rate * period - 1) <= ALIKE
+    fits_span = abs(float(stamps[-1]) - len(steps) / rate) <= float(steps.max())
+    return fits_span or abs(rate * period - 1) <= RATE_TOLERANCE
 
 
-def floor(late: Floats) -> float:
+def find_floor(late: Floats) -> float:
     """Return the level that the latest samples of bursts, so late on a clock, come down to."""
-    return float(np.median(_lowest(late, WINDOW, 2 * WINDOW + 1)))
+    return float(np.median(_window_minima(late, WINDOW_ROWS, 2 * WINDOW_ROWS + 1)))
 
 
 class _Pauses:
@@ -90,87 +95,96 @@ class _Pauses:
         self._end, self._begin = stamps[last], stamps[self._first]
         self._length = self._begin[1:] - self._end[:-1]
 
-    def made_up_for(self, step: float) -> bool:
+    def are_caught_up(self, step: float) -> bool:
         """Whether pauses differ, by more than a step, and leave the bursts on a line."""
-        spread = _spread(self._length)
-        return spread > step and any(self._lifts(width) < 0.5 * spread for width in _WIDTHS)
+        spread = _interquartile_range(self._length)
+        return spread > step and any(
+            self._level_spread(width) < 0.5 * spread for width in _WINDOW_BURSTS
+        )
 
-    def _lifts(self, width: int) -> float:
+    def _level_spread(self, width: int) -> float:
         """Return how much the line under so many bursts rises and falls."""
         level = self._end - _slope(self._end, self._last, width) * self._last
-        return _spread(_lift(level, width))
+        return _interquartile_range(_level_rises(level, width))
 
-    def lost(self) -> tuple[float, Floats]:
+    def find_lost(self) -> tuple[float, Floats]:
         """Return the period of the samples, and how many were lost in each pause."""
         lost = np.zeros(len(self._length))
-        for width in (WINDOW, LONG_WINDOW):
-            for _ in range(ROUNDS):
+        for width in (WINDOW_ROWS, LONG_WINDOW_ROWS):
+            for _ in range(MAX_ROUNDS):
                 before = np.append(0.0, np.cumsum(lost))
-                lag = len(before) // 2 if lost.any() else WINDOW // 3
+                lag = len(before) // 2 if lost.any() else WINDOW_ROWS // 3
                 period = _slope(self._end, self._last + before, lag)
-                wrong = self._wrong(before, lost > 0, period, width)
-                if not wrong.any():
+                corrections = self._find_corrections(before, lost > 0, period, width)
+                if not corrections.any():
                     break
-                lost = np.maximum(lost + wrong, 0.0)
+                lost = np.maximum(lost + corrections, 0.0)
         return period, lost
 
-    def _wrong(self, before: Floats, known: Booleans, period: float, width: int) -> Floats:
+    def _find_corrections(
+        self, before: Floats, known: Booleans, period: float, width: int
+    ) -> Floats:
         """Return how many samples too few each pause holds, those before each burst being lost."""
         low = self._end - period * (self._last + before)
         high = self._begin - period * (self._first + before)
-        lift = _lift(low, width)
+        lift = _level_rises(low, width)
         lift -= np.median(lift)
-        lifted = lift > max(LONG_STEP * period, _CERTAIN * _TO_DEVIATION * _spread(lift))
+        lifted = lift > max(
+            LONG_STEP_PERIODS * period,
+            _MIN_LIFT_SIGMAS * _SIGMA_PER_IQR * _interquartile_range(lift),
+        )
         # A pause in which samples were lost is about as long as they would have taken.
         new = lifted & (self._length > 0.5 * lift)
-        new &= ~_hasty(lift, new) | (lift > _latest(low, high, lifted))
-        wrong = np.where(new | known, np.rint(lift / period), 0.0)
-        return _first_of_each(wrong, width)
+        new &= ~_find_unconfirmed(lift, new) | (lift > _max_lateness(low, high, lifted))
+        corrections = np.where(new | known, np.rint(lift / period), 0.0)
+        return _thin_corrections(corrections, width)
 
 
-def _lift(level: Floats, width: int) -> Floats:
+def _level_rises(level: Floats, width: int) -> Floats:
     """Return how far the lowest level after each pause is above the lowest before it."""
-    lowest = _lowest(level, width - 1, width)
+    lowest = _window_minima(level, width - 1, width)
     return lowest[width:] - lowest[: len(level) - 1]
 
 
-def _lowest(level: Floats, beyond: int, width: int) -> Floats:
+def _window_minima(level: Floats, margin: int, width: int) -> Floats:
     """Return the lowest level in every window, from one that begins so many places before it."""
-    around = np.pad(level, beyond, constant_values=np.inf)
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(around, width).min(axis=1))
+    padded = np.pad(level, margin, constant_values=np.inf)
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, width).min(axis=1))
 
 
-def _hasty(lift: Floats, new: Booleans) -> Booleans:
+def _find_unconfirmed(lift: Floats, new: Booleans) -> Booleans:
     """Return which lifts too few bursts show, before the log ends or is lifted by more."""
-    hasty = np.ones(len(lift), np.bool_)
-    for i in np.flatnonzero(new[: len(lift) + 1 - WINDOW]):
-        ahead = slice(i + 1, i + WINDOW)
-        hasty[i] = i + 1 < WINDOW or bool((new[ahead] & (lift[ahead] > lift[i])).any())
-    return hasty
+    unconfirmed = np.ones(len(lift), np.bool_)
+    for i in np.flatnonzero(new[: len(lift) + 1 - WINDOW_ROWS]):
+        ahead = slice(i + 1, i + WINDOW_ROWS)
+        unconfirmed[i] = i + 1 < WINDOW_ROWS or bool((new[ahead] & (lift[ahead] > lift[i])).any())
+    return unconfirmed
 
 
-def _latest(low: Floats, high: Floats, lifted: Booleans) -> float:
+def _max_lateness(low: Floats, high: Floats, lifted: Booleans) -> float:
     """Return the latest that a sample has ever come, away from lifts."""
-    width = 2 * WINDOW + 1
-    away = _lowest(np.where(np.append(lifted, False), -1.0, 0.0), WINDOW, width) == 0.0
-    late = (high - _lowest(low, WINDOW, width))[away]
-    return float(late.max()) if late.size else np.inf
+    width = 2 * WINDOW_ROWS + 1
+    is_away = (
+        _window_minima(np.where(np.append(lifted, False), -1.0, 0.0), WINDOW_ROWS, width) == 0.0
+    )
+    lateness = (high - _window_minima(low, WINDOW_ROWS, width))[is_away]
+    return float(lateness.max()) if lateness.size else np.inf
 
 
-def _first_of_each(wrong: Floats, width: int) -> Floats:
+def _thin_corrections(wrong: Floats, width: int) -> Floats:
     """Return the corrections without those that an earlier one close by may explain."""
-    kept, free = np.zeros(len(wrong)), 0
+    thinned, next_free = np.zeros(len(wrong)), 0
     for i in np.flatnonzero(wrong).tolist():
-        if i >= free:
-            kept[i], free = wrong[i], i + width
-    return kept
+        if i >= next_free:
+            thinned[i], next_free = wrong[i], i + width
+    return thinned
 
 
-def _spread(values: Floats) -> float:
+def _interquartile_range(values: Floats) -> float:
     low, high = np.percentile(values, (25, 75))
     return float(high - low)
 
 
-def _slope(stamps: Floats, place: Floats | Integers, lag: int) -> float:
+def _slope(stamps: Floats, indices: Floats | Integers, lag: int) -> float:
     lag = max(1, min(lag, len(stamps) // 2))
-    return float(np.median((stamps[lag:] - stamps[:-lag]) / (place[lag:] - place[:-lag])))
+    return float(np.median((stamps[lag:] - stamps[:-lag]) / (indices[lag:] - indices[:-lag])))

@@ -15,33 +15,33 @@ from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 
-from zerorate.io.clocks.clock import RESTART_GAP_S, RESTART_S, fitted_grid, set_back
-from zerorate.io.clocks.gaps import LONG_STEP, LONG_WINDOW, WINDOW, missing_samples
-from zerorate.record.clock import counted
+from zerorate.io.clocks.clock import MIN_RESTART_S, RESTART_GAP_S, find_setbacks, fit_own_grid
+from zerorate.io.clocks.gaps import LONG_STEP_PERIODS, LONG_WINDOW_ROWS, WINDOW_ROWS, count_missing
+from zerorate.record.clock import count_noun
 from zerorate.record.log import LogError
 from zerorate.types import Floats
 
-LONGEST_GAP_S: Final = 3600.0
+MAX_GAP_S: Final = 3600.0
 """Seconds that are missing at most where stamps leap: after an hour nothing more is forgotten."""
-_KEPT: Final = LONG_WINDOW + WINDOW
+_HISTORY_ROWS: Final = LONG_WINDOW_ROWS + WINDOW_ROWS
 """Rows before a step that judge it, and rows after it at most."""
-_START_ROWS: Final = 64
-_START_S: Final = 0.25
-_MOST_START_ROWS: Final = 2048
+_MIN_START_ROWS: Final = 64
+_MIN_START_S: Final = 0.25
+_MAX_START_ROWS: Final = 2048
 """Rows that the clock is fitted to first: so many, in so many seconds if those hold more."""
-_LEVELS: Final = 32
+_MAX_LEVELS: Final = 32
 """Levels whose slope is the period."""
-_FEWEST_LEVELS: Final = 4
-_LUMPS: Final = 8
+_MIN_LEVELS: Final = 4
+_BLOCKS_PER_LEVEL: Final = 8
 """Blocks of equal stamps in a level."""
-_SURE: Final = 1e-5
+_PERIOD_TOLERANCE: Final = 1e-5
 """Part by which a period may differ from that of the rate and count as the same: no gyro's scale
 is known better."""
-_PULL: Final = 0.02
+_MAX_SLEW: Final = 0.02
 """Part of a period by which steps make up for time that was told wrong."""
-_BLOCKS: Final = 4.0
+_MIN_LONG_BLOCK_ROWS: Final = 4.0
 """Rows of a block from which on the latest stamps of blocks are compared."""
-_FAR: Final = 64
+_MAX_STEP_PERIODS: Final = 64
 """Periods beyond which a step is judged as if it were shorter."""
 
 
@@ -63,7 +63,7 @@ class Step(NamedTuple):
     time: float
 
 
-_PLAIN: Final = Step(0, None, math.nan)
+_REGULAR_STEP: Final = Step(0, None, math.nan)
 
 
 class CausalClock:
@@ -119,8 +119,8 @@ class CausalClock:
         self._offset: float | None = None
         self._lates: list[float] = []
         self._levels: list[list[float]] = []
-        self._left = self._rows = LONG_WINDOW
-        self._short_count, self._block, self._width = 0, 1.0, WINDOW
+        self._left = self._rows = LONG_WINDOW_ROWS
+        self._short_count, self._block, self._width = 0, 1.0, WINDOW_ROWS
         # Rows that are undecided, and what was known before them.
         self._open: list[list[Any]] = []
         self._mark: list[Any] = []
@@ -154,8 +154,12 @@ class CausalClock:
         if step < 0.5 * period:
             self._short_count += 1
             self.equal_count += step == 0.0
-        if self._open or lost or not -LONG_STEP * period < step < LONG_STEP * period:
-            return self._with_care(step, lost)
+        if (
+            self._open
+            or lost
+            or not -LONG_STEP_PERIODS * period < step < LONG_STEP_PERIODS * period
+        ):
+            return self._take_irregular(step, lost)
         self._place += 1
         self._line += period
         self._late += step - period
@@ -164,13 +168,13 @@ class CausalClock:
         if self._left <= 0:
             self._take_level()
         if self._times:
-            return Step(0, self._dt, self._told(self._place))
-        return _PLAIN if self._dt is None else Step(0, self._dt, math.nan)
+            return Step(0, self._dt, self._time_at(self._place))
+        return _REGULAR_STEP if self._dt is None else Step(0, self._dt, math.nan)
 
     def sentences(self) -> Iterator[str]:
         """Yield what was mended, and how often."""
         off = f"how long the clock was off is not known, {RESTART_GAP_S:g} s are taken as missing"
-        lost = f"{counted(self.missing_count, 'sample')} taken as missing"
+        lost = f"{count_noun(self.missing_count, 'sample')} taken as missing"
         for count, noun, done in (
             (self.equal_count, "equal stamp", "samples are taken a period apart"),
             (self.gap_count, "gap", lost),
@@ -178,7 +182,7 @@ class CausalClock:
             (self.restart_count, "new beginning", off),
         ):
             if count:
-                yield f"clock: {counted(count, noun)}; {done}"
+                yield f"clock: {count_noun(count, noun)}; {done}"
         if self.own:
             yield (
                 f"clock: the stamps run at {1.0 / self.period:.6g} Hz, not at the rate stated, "
@@ -205,46 +209,50 @@ class CausalClock:
         self._open.append([0.0, 0, 0, 0.0])
         return Step(0, None, 0.0)
 
-    def _told(self, place: int) -> float:
-        count = place - self._since
+    def _time_at(self, index: int) -> float:
+        count = index - self._since
         return self._base + (count / self.rate if self._dt is None else count * self._dt)
 
-    def _with_care(self, step: float, lost: int) -> Step:
+    def _take_irregular(self, step: float, lost: int) -> Step:
         """Return the step where it is not that of a regular clock, or may yet be revised."""
-        missing, jump = self._guess(step - lost * self.period)
-        doubt = missing > 0 or jump < 0.0 or step < -LONG_STEP * self.period
+        missing, jump = self._estimate_missing(step - lost * self.period)
+        doubt = missing > 0 or jump < 0.0 or step < -LONG_STEP_PERIODS * self.period
         if doubt and not self._open:
             self._mark = [self._place, self._line, self._late, len(self._lates)]
         self._quiet = 0 if doubt else self._quiet + 1
         if doubt or self._open:
             self._open.append([step, lost, missing, jump])
-        told = self._walk(step, lost, missing, jump)
-        if self._open and self._ripe():
-            self._judge()
-            told = self.revised[-1] if self.revised else told
+        result = self._advance(step, lost, missing, jump)
+        if self._open and self._has_evidence():
+            self._decide()
+            result = self.revised[-1] if self.revised else result
         if self._left <= 0 and not self._open:
             self._take_level()
-        return told
+        return result
 
-    def _guess(self, step: float) -> tuple[int, float]:
+    def _estimate_missing(self, step: float) -> tuple[int, float]:
         """Return the samples missing in a step and the jump of the clock, by what came before."""
         period = self.period
-        if step < -RESTART_S:
+        if step < -MIN_RESTART_S:
             missing = round(RESTART_GAP_S / period)
             return missing, step - (1 + missing) * period
-        if step <= LONG_STEP * period:
+        if step <= LONG_STEP_PERIODS * period:
             return 0, 0.0
         late = self._late + step - period
         # As late as stamps have been before is no gap.
         missing = max(0, round((late - max(self._lates[-self._width :])) / period))
-        most = self._most
-        return (missing, 0.0) if missing <= most else (most, step - (1 + most) * period)
+        max_missing = self._max_missing
+        return (
+            (missing, 0.0)
+            if missing <= max_missing
+            else (max_missing, step - (1 + max_missing) * period)
+        )
 
     @property
-    def _most(self) -> int:
-        return int(LONGEST_GAP_S / self.period)
+    def _max_missing(self) -> int:
+        return int(MAX_GAP_S / self.period)
 
-    def _walk(self, step: float, lost: int, missing: int, jump: float) -> Step:
+    def _advance(self, step: float, lost: int, missing: int, jump: float) -> Step:
         """Go on by a step that was decided."""
         count = 1 + lost + missing
         self._place += count
@@ -253,10 +261,10 @@ class CausalClock:
         self._lates.append(self._late)
         self._left -= 1
         self._count(missing, jump, 1)
-        return Step(lost + missing, self._dt, self._told(self._place))
+        return Step(lost + missing, self._dt, self._time_at(self._place))
 
     def _count(self, missing: int, jump: float, times: int) -> None:
-        if jump < -RESTART_S:
+        if jump < -MIN_RESTART_S:
             self.restart_count += times
         elif jump < 0.0:
             self.backward_count += times
@@ -264,26 +272,26 @@ class CausalClock:
             self.gap_count += times
             self.missing_count += times * missing
 
-    def _ripe(self) -> bool:
+    def _has_evidence(self) -> bool:
         """Whether enough rows have come to judge those that are undecided."""
         rows = len(self._open)
         if self._learning:
             return rows >= self._learning
-        if self._block > _BLOCKS:
-            return rows >= 2.0 * self._block + WINDOW
-        if self._width > WINDOW or rows >= _KEPT:
-            return rows >= _KEPT
-        return self._quiet >= WINDOW and self._level_again()
+        if self._block > _MIN_LONG_BLOCK_ROWS:
+            return rows >= 2.0 * self._block + WINDOW_ROWS
+        if self._width > WINDOW_ROWS or rows >= _HISTORY_ROWS:
+            return rows >= _HISTORY_ROWS
+        return self._quiet >= WINDOW_ROWS and self._is_level()
 
-    def _level_again(self) -> bool:
+    def _is_level(self) -> bool:
         """Whether the last stamps are as even as those before the doubt."""
-        before, after = self._lates[: self._mark[3]][-WINDOW:], self._lates[-WINDOW:]
+        before, after = self._lates[: self._mark[3]][-WINDOW_ROWS:], self._lates[-WINDOW_ROWS:]
         usual = max(before) - min(before) if before else 0.0
         return max(after) - min(after) <= usual + 0.5 * self.period
 
-    def _judge(self) -> None:
+    def _decide(self) -> None:
         """Decide on the open rows, and say if that revises what was told."""
-        decided = self._fitted() if self._learning else self._decided()
+        decided = self._fit_start() if self._learning else self._decide_gaps()
         self._learning = 0
         rows, self._open = self._open, []
         if decided is None or (self._dt is None and decided == [row[2:] for row in rows]):
@@ -291,8 +299,8 @@ class CausalClock:
         first = not self._mark[3]
         for _, _, missing, jump in rows:
             self._count(missing, jump, -1)
-        self._place, self._line, self._late, kept = self._mark
-        del self._lates[kept:]
+        self._place, self._line, self._late, late_count = self._mark
+        del self._lates[late_count:]
         self.revised_count += 1
         self.revised = []
         for (step, lost, *_), (missing, jump) in zip(rows, decided, strict=True):
@@ -300,142 +308,150 @@ class CausalClock:
                 self._lates.append(0.0)
                 self.revised.append(Step(0, self._dt, 0.0))
                 continue
-            self.revised.append(self._walk(step, lost, missing, jump))
+            self.revised.append(self._advance(step, lost, missing, jump))
 
-    def _fitted(self) -> list[list[Any]] | None:
+    def _fit_start(self) -> list[list[Any]] | None:
         """Fit the clock of the first rows as that of a log; None leaves it as it is."""
         if any(lost for _, lost, _, _ in self._open):
             return None
         stamps = np.cumsum([step for step, *_ in self._open])
         try:
-            grid = fitted_grid(stamps, 0.0, self.rate)
+            grid = fit_own_grid(stamps, 0.0, self.rate)
         except LogError:
             return None
-        apart = int(np.count_nonzero(np.diff(stamps) > 0.5 / grid.rate))
-        self._block = len(stamps) / max(1, apart)
+        block_count = int(np.count_nonzero(np.diff(stamps) > 0.5 / grid.rate))
+        self._block = len(stamps) / max(1, block_count)
         doubt = 2.0 * grid.report.jitter_max * grid.rate / len(stamps)
-        self._go_by(1.0 / float(grid.rate), float(doubt))
+        self._set_period(1.0 / float(grid.rate), float(doubt))
         self._since, self._base = 0, 0.0
-        self._take_width(2.0 * grid.report.jitter_max)
-        missing = np.diff(grid.place, prepend=-1) - 1
-        return self._with_jumps(missing.tolist(), set_back(stamps, np.diff(stamps), self.period))
+        self._set_widths(2.0 * grid.report.jitter_max)
+        missing = np.diff(grid.indices, prepend=-1) - 1
+        return self._add_jumps(
+            missing.tolist(), find_setbacks(stamps, np.diff(stamps), self.period)
+        )
 
-    def _decided(self) -> list[list[Any]] | None:
+    def _decide_gaps(self) -> list[list[Any]] | None:
         """Return samples missing before each open row, and jumps, as the clock of a log says."""
-        if self._block > _BLOCKS:
-            return self._by_blocks()
-        period, kept = self.period, self._mark[3]
-        before = self._lates[max(0, kept - _KEPT) : kept]
+        if self._block > _MIN_LONG_BLOCK_ROWS:
+            return self._decide_by_blocks()
+        period, late_count = self.period, self._mark[3]
+        before = self._lates[max(0, late_count - _HISTORY_ROWS) : late_count]
         excess = [step - (1 + lost) * period for step, lost, *_ in self._open]
         late = np.concatenate((before, self._mark[2] + np.cumsum(excess)))
         stamps = late + period * np.arange(len(late))
         # Equal stamps are no step back, whatever rounding makes of them here.
         steps = np.diff(stamps)
-        steps[np.abs(steps) < _SURE * period] = 0.0
-        back = set_back(stamps, steps, period)
+        steps[np.abs(steps) < _PERIOD_TOLERANCE * period] = 0.0
+        back = find_setbacks(stamps, steps, period)
         stamps -= np.cumsum(back)
-        stamps, more = _shortened(stamps, period)
+        stamps, more = _shorten_leaps(stamps, period)
         try:
-            missing = np.append(0.0, missing_samples(stamps, period))
+            missing = np.append(0.0, count_missing(stamps, period))
         except LogError:
             return None
         missing[missing > 0] += more[missing > 0]
         n = len(self._open)
-        self._as_levels_say(missing[-n:], late - np.cumsum(back))
-        return self._with_jumps(missing[-n:].astype(int).tolist(), back[-n:])
+        self._correct_by_levels(missing[-n:], late - np.cumsum(back))
+        return self._add_jumps(missing[-n:].astype(int).tolist(), back[-n:])
 
-    def _as_levels_say(self, missing: Floats, late: Floats) -> None:
+    def _correct_by_levels(self, missing: Floats, late: Floats) -> None:
         """Correct the one gap among open rows by the levels before and after, if both are even."""
         gaps = np.flatnonzero(missing)
-        if len(gaps) == 1 and self._quiet >= WINDOW and self._level_again():
-            levels = np.median(late[: -len(missing)][-WINDOW:]), np.median(late[-WINDOW:])
+        if len(gaps) == 1 and self._quiet >= WINDOW_ROWS and self._is_level():
+            levels = np.median(late[: -len(missing)][-WINDOW_ROWS:]), np.median(late[-WINDOW_ROWS:])
             missing[gaps] = max(0.0, np.rint((levels[1] - levels[0]) / self.period))
 
-    def _by_blocks(self) -> list[list[Any]]:
-        """Return what `_decided` does for long blocks, of which the latest stamps are compared."""
+    def _decide_by_blocks(self) -> list[list[Any]]:
+        """Return what `_decide_gaps` does, for long blocks by their latest stamps."""
         if any(jump < 0.0 for *_, jump in self._open):
             return [row[2:] for row in self._open]
-        period, kept = self.period, self._mark[3]
+        period, late_count = self.period, self._mark[3]
         width = int(2.0 * self._block) + 1
         steps = [step - (1 + lost) * period for step, lost, *_ in self._open]
         after = self._mark[2] + np.cumsum(steps)[-width:]
-        shift = float(after.max()) - max(self._lates[max(0, kept - width) : kept])
+        shift = float(after.max()) - max(self._lates[max(0, late_count - width) : late_count])
         return [[max(0, round(shift / period)), 0.0]] + [[0, 0.0]] * (len(steps) - 1)
 
-    def _with_jumps(self, missing: list[int], back: Floats) -> list[list[Any]]:
+    def _add_jumps(self, missing: list[int], back: Floats) -> list[list[Any]]:
         decided: list[list[Any]] = []
         for count, jump in zip(missing, back.tolist(), strict=True):
-            if jump < -RESTART_S and not self._learning:
+            if jump < -MIN_RESTART_S and not self._learning:
                 count += round(RESTART_GAP_S / self.period)
-            gap = count * self.period if jump < -RESTART_S else 0.0
-            over = max(0, count - self._most)
-            decided.append([count - over, jump - gap + over * self.period])
+            gap = count * self.period if jump < -MIN_RESTART_S else 0.0
+            excess = max(0, count - self._max_missing)
+            decided.append([count - excess, jump - gap + excess * self.period])
         return decided
 
     def _take_level(self) -> None:
         """Note the level of the stamps, and follow their period."""
-        width = max(LONG_WINDOW, int(_LUMPS * self._block))
-        some = sorted(self._lates[-width:])
-        level = self._line + some[len(some) // 2]
+        width = max(LONG_WINDOW_ROWS, int(_BLOCKS_PER_LEVEL * self._block))
+        ordered = sorted(self._lates[-width:])
+        level = self._line + ordered[len(ordered) // 2]
         self._levels.append([self._place, level])
-        del self._levels[:-_LEVELS]
+        del self._levels[:-_MAX_LEVELS]
         if self._offset is None:
-            self._offset = level - self._told(self._place)
+            self._offset = level - self._time_at(self._place)
         rows = self._rows - self._left
         self._block = rows / max(1, rows - self._short_count)
         self._short_count = 0
-        self._take_width(some[-1] - some[0])
-        del self._lates[: -max(_KEPT, self._left)]
-        if len(self._levels) >= _FEWEST_LEVELS:
+        self._set_widths(ordered[-1] - ordered[0])
+        del self._lates[: -max(_HISTORY_ROWS, self._left)]
+        if len(self._levels) >= _MIN_LEVELS:
             self._follow()
 
-    def _take_width(self, spread: float) -> None:
+    def _set_widths(self, spread: float) -> None:
         """Derive how many rows show how late stamps are, and how many make a level."""
-        self._left = self._rows = max(LONG_WINDOW, int(_LUMPS * self._block))
-        self._width = WINDOW if spread <= 0.5 * self.period else self._left
+        self._left = self._rows = max(LONG_WINDOW_ROWS, int(_BLOCKS_PER_LEVEL * self._block))
+        self._width = WINDOW_ROWS if spread <= 0.5 * self.period else self._left
 
     def _follow(self) -> None:
         """Estimate the period from the levels."""
-        place, time = np.array(self._levels).T
-        half = len(place) // 2
-        period = float(np.median((time[half:] - time[:-half]) / (place[half:] - place[:-half])))
-        bends = np.diff(time - period * place, 2)
+        indices, levels = np.array(self._levels).T
+        half = len(indices) // 2
+        period = float(
+            np.median((levels[half:] - levels[:-half]) / (indices[half:] - indices[:-half]))
+        )
+        bends = np.diff(levels - period * indices, 2)
         if period > 0.0:
-            self._go_by(period, 4.0 * float(np.abs(bends).max()) / float(time[-1] - time[0]))
+            self._set_period(
+                period, 4.0 * float(np.abs(bends).max()) / float(levels[-1] - levels[0])
+            )
 
-    def _go_by(self, period: float, doubt: float) -> None:
+    def _set_period(self, period: float, doubt: float) -> None:
         """Take a period as that of the stamps, and tell by it if the rate contradicts it."""
-        self.own = bool(abs(period * self.rate - 1.0) > max(doubt, _SURE))
+        self.own = bool(abs(period * self.rate - 1.0) > max(doubt, _PERIOD_TOLERANCE))
         period = period if self.own else 1.0 / self.rate
         rows = range(len(self._lates) - 1, -1, -1)
         change = period - self.period
         self._lates = [late + change * i for late, i in zip(self._lates, rows, strict=True)]
         self.period = period
-        told = self._told(self._place)
-        behind = self._behind(told)
+        time = self._time_at(self._place)
+        lag = self._level_lag(time)
         dt = None
-        if self.own or abs(behind) > max(1.0, self._block) * period:
-            pull = min(_PULL, max(-_PULL, behind / (self._left * period)))
-            dt = period * (1.0 + pull)
+        if self.own or abs(lag) > max(1.0, self._block) * period:
+            slew = min(_MAX_SLEW, max(-_MAX_SLEW, lag / (self._left * period)))
+            dt = period * (1.0 + slew)
         if dt != self._dt:
-            self._since, self._base, self._dt = self._place, told, dt
+            self._since, self._base, self._dt = self._place, time, dt
 
-    def _behind(self, told: float) -> float:
+    def _level_lag(self, time: float) -> float:
         """Return by how much the time as told is behind the level of the stamps, s."""
-        return self._levels[-1][1] - self._offset - told if self._offset is not None else 0.0
+        return self._levels[-1][1] - self._offset - time if self._offset is not None else 0.0
 
 
 def _start_rows(rate: float) -> int:
-    return min(_MOST_START_ROWS, max(_START_ROWS, round(_START_S * rate)))
+    return min(_MAX_START_ROWS, max(_MIN_START_ROWS, round(_MIN_START_S * rate)))
 
 
-def _shortened(stamps: Floats, period: float) -> tuple[Floats, Floats]:
+def _shorten_leaps(stamps: Floats, period: float) -> tuple[Floats, Floats]:
     """Return stamps with lasting leaps of at most some periods, and the samples taken out."""
     more = np.zeros(len(stamps))
     stamps = stamps.copy()
-    for row in (np.flatnonzero(np.diff(stamps) > _FAR * period) + 1).tolist():
+    for row in (np.flatnonzero(np.diff(stamps) > _MAX_STEP_PERIODS * period) + 1).tolist():
         late = stamps - period * np.arange(len(stamps))
-        leap = np.median(late[row : row + WINDOW]) - np.median(late[max(0, row - WINDOW) : row])
-        more[row] = max(0.0, np.rint(leap / period) - _FAR)
+        leap = np.median(late[row : row + WINDOW_ROWS]) - np.median(
+            late[max(0, row - WINDOW_ROWS) : row]
+        )
+        more[row] = max(0.0, np.rint(leap / period) - _MAX_STEP_PERIODS)
         stamps[row:] -= more[row] * period
     return stamps, more

@@ -8,19 +8,25 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.faults import given, said
-from zerorate.io.clocks.arrivals import Bursts, bursts, floor
-from zerorate.io.clocks.gaps import LONG_STEP, LONG_WINDOW, WINDOW, missing_samples, places
+from zerorate.faults import keyword_argument, make_sentence
+from zerorate.io.clocks.arrivals import Bursts, find_bursts, find_floor
+from zerorate.io.clocks.gaps import (
+    LONG_STEP_PERIODS,
+    LONG_WINDOW_ROWS,
+    WINDOW_ROWS,
+    count_missing,
+    grid_indices,
+)
 from zerorate.io.clocks.grid import Grid
-from zerorate.io.clocks.wander import Wander, wander_of
+from zerorate.io.clocks.wander import Wander, find_wander
 from zerorate.record.clock import ClockReport
 from zerorate.record.log import LogError
 from zerorate.types import Floats, Integers
 
-_BLOCK: Final = 1 << 16
-_ROUNDS: Final = 3
+_BLOCK_ROWS: Final = 1 << 16
+_MAX_ROUNDS: Final = 3
 """Times that gaps and the wander of a clock are judged by each other."""
-RESTART_S: Final = 1.0
+MIN_RESTART_S: Final = 1.0
 """Seconds by which a clock that steps back began anew; a network sets one by less."""
 RESTART_GAP_S: Final = 10.0
 """Seconds taken as missing where it did, for how long it was off is not known: so long without a
@@ -33,10 +39,10 @@ class _SteadyClock:
 
     rate: float
     rms: float
-    most: float
+    max_deviation: float
 
 
-def _steady_clock(stamps: Floats, start: float) -> _SteadyClock | None:
+def _fit_steady_clock(stamps: Floats, start: float) -> _SteadyClock | None:
     """Return the clock of stamps whose place no estimate could tell better, None for others.
 
     The rate is the one that the estimates for other stamps come to: it is the roundest among all
@@ -45,25 +51,25 @@ def _steady_clock(stamps: Floats, start: float) -> _SteadyClock | None:
     span = float(stamps[-1])
     if not span > 0.0:
         return None
-    doubt = _resolution(start, span)
-    rate = _roundest(span / (len(stamps) - 1), 4.0 * doubt / span)
-    squares = most = 0.0
-    for first in range(0, len(stamps), _BLOCK):
-        part = stamps[first : first + _BLOCK]
+    doubt = _stamp_resolution(start, span)
+    rate = _round_rate(span / (len(stamps) - 1), 4.0 * doubt / span)
+    squares = max_deviation = 0.0
+    for first in range(0, len(stamps), _BLOCK_ROWS):
+        part = stamps[first : first + _BLOCK_ROWS]
         off = part - np.arange(first, first + len(part)) / rate
-        most = max(most, float(off.max()), -float(off.min()))
-        if most > 0.25 * doubt:
+        max_deviation = max(max_deviation, float(off.max()), -float(off.min()))
+        if max_deviation > 0.25 * doubt:
             return None
         squares += float(np.square(off, out=off).sum())
-    return _SteadyClock(rate, math.sqrt(squares / len(stamps)), most)
+    return _SteadyClock(rate, math.sqrt(squares / len(stamps)), max_deviation)
 
 
-def _resolution(start: float, last: float) -> float:
+def _stamp_resolution(start: float, last: float) -> float:
     """Return what stamps tell at best, s: the first one bounds the precision of the others."""
     return float(4 * np.finfo(np.float64).eps * (abs(start) + abs(last)))
 
 
-def _roundest(period: float, doubt: float) -> float:
+def _round_rate(period: float, doubt: float) -> float:
     """Return the rate of the fewest digits, of itself or its period, within a relative doubt."""
     for digits in range(1, 16):
         for rate in (float(f"{1 / period:.{digits}g}"), 1 / float(f"{period:.{digits}g}")):
@@ -89,40 +95,40 @@ def fit_grid(stamps: Floats, start: float = 0.0, rate: float | None = None) -> G
     LogError
         If the stamps are no clock, contradict the rate, or leave a gap too long to fill.
     """
-    return fitted_grid(stamps, start, rate).at(rate)
+    return fit_own_grid(stamps, start, rate).at_rate(rate)
 
 
-def fitted_grid(stamps: Floats, start: float = 0.0, rate: float | None = None) -> Grid:
+def fit_own_grid(stamps: Floats, start: float = 0.0, rate: float | None = None) -> Grid:
     """Return the grid of `fit_grid` at its own rate, which may not be the one stated."""
     if len(stamps) < 2:
         if rate is None:
-            raise LogError(said("one row gives no rate; give ", given("rate")))
+            raise LogError(make_sentence("one row gives no rate; give ", keyword_argument("rate")))
         return Grid(rate, 1, ClockReport(rate))
-    if (steady := _steady_clock(stamps, start)) is not None:
-        report = ClockReport(steady.rate, jitter_rms=steady.rms, jitter_max=steady.most)
+    if (steady := _fit_steady_clock(stamps, start)) is not None:
+        report = ClockReport(steady.rate, jitter_rms=steady.rms, jitter_max=steady.max_deviation)
         return Grid(steady.rate, len(stamps), report)
     steps = np.diff(stamps)
     _check_forward(steps)
-    return _irregular(stamps, steps, start, rate)
+    return _fit_irregular(stamps, steps, start, rate)
 
 
-def _irregular(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid:
+def _fit_irregular(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid:
     """Return the grid of samples that were stamped as they were made, or as they arrived."""
-    period = _first_period(stamps, steps)
-    late = _arrived(stamps, steps, start, rate)
-    believed = late is not None and (rate is None or late.agrees(rate))
-    if late is not None and believed and period * late.rate < 0.5:
+    period = _estimate_period(stamps, steps)
+    late = _fit_arrivals(stamps, steps, start, rate)
+    is_plausible = late is not None and (rate is None or late.agrees_with(rate))
+    if late is not None and is_plausible and period * late.rate < 0.5:
         return late
     try:
-        found = _sampled(stamps, steps, start, period)
+        fit = _fit_samples(stamps, steps, start, period)
     except LogError:
         # Bursts without their clock may leave gaps that are too long to fill.
         if late is None:
             raise
         return late
-    grid = found.grid(steps)
-    whole = not found.missing.any() or (rate is not None and grid.agrees(rate))
-    return grid if late is None or whole else late
+    grid = fit.make_grid(steps)
+    is_complete = not fit.missing.any() or (rate is not None and grid.agrees_with(rate))
+    return grid if late is None or is_complete else late
 
 
 class _Fit(NamedTuple):
@@ -131,104 +137,106 @@ class _Fit(NamedTuple):
     rate: float
     deviation: Floats
     missing: Floats
-    place: Integers
+    indices: Integers
     wander: Wander | None = None
 
-    def grid(self, steps: Floats) -> Grid:
+    def make_grid(self, steps: Floats) -> Grid:
         """Return the grid of stamps that are these steps apart."""
-        length = int(self.place[-1]) + 1
-        spread = None if length == len(self.place) else self.place
+        length = int(self.indices[-1]) + 1
+        spread = None if length == len(self.indices) else self.indices
         if self.wander is None:
-            report = _report(steps, self.missing, self.deviation, self.rate)
+            report = _make_report(steps, self.missing, self.deviation, self.rate)
             return Grid(self.rate, length, report, spread)
-        return self._wandering(steps, length, spread, self.wander)
+        return self._make_wandering_grid(steps, length, spread, self.wander)
 
-    def _wandering(
+    def _make_wandering_grid(
         self, steps: Floats, length: int, spread: Integers | None, wander: Wander
     ) -> Grid:
         """Return the grid of stamps that are kept, for no even clock is theirs."""
-        even = self.place / self.rate
-        kept = wander.kept(even, self.deviation, 1.0 / self.rate)
+        even = self.indices / self.rate
+        kept = wander.stamp_times(even, self.deviation, 1.0 / self.rate)
         kept -= kept[0]
-        report = _report(steps, self.missing, self.deviation - wander.level, self.rate)
+        report = _make_report(steps, self.missing, self.deviation - wander.level, self.rate)
         report = replace(
             report,
             wander=float(np.abs(kept - even).max()),
             slowest=wander.slowest,
             fastest=wander.fastest,
         )
-        return Grid(self.rate, length, report, spread, kept=kept)
+        return Grid(self.rate, length, report, spread, stamp_times=kept)
 
 
-def _sampled(stamps: Floats, steps: Floats, start: float, period: float) -> _Fit:
+def _fit_samples(stamps: Floats, steps: Floats, start: float, period: float) -> _Fit:
     """Return the clock of stamps that may be late, early, coarse, or missing."""
-    even = _rebased(stamps, steps, period)
+    rebased = _remove_setbacks(stamps, steps, period)
     for _ in range(2):
-        missing = missing_samples(even, period)
-        place = places(missing, even)
-        period = _slope(even, place)
-    fit = _Fit(*clock_through(even, place, start), missing, place)
-    return _followed(fit, even, start)
+        missing = count_missing(rebased, period)
+        indices = grid_indices(missing, rebased)
+        period = _fit_period(rebased, indices)
+    fit = _Fit(*fit_rate(rebased, indices, start), missing, indices)
+    return _follow_wander(fit, rebased, start)
 
 
-def _followed(fit: _Fit, stamps: Floats, start: float) -> _Fit:
+def _follow_wander(fit: _Fit, stamps: Floats, start: float) -> _Fit:
     """Return a clock that wanders with its gaps judged against itself, any other as it is."""
-    apart = int(np.count_nonzero(np.diff(stamps) > 0.5 / fit.rate))
-    lump = len(stamps) / max(1, apart)
-    found = _wandering(fit, stamps, lump)
-    for _ in range(_ROUNDS):
-        if found.wander is None or not found.missing.any():
+    block_count = int(np.count_nonzero(np.diff(stamps) > 0.5 / fit.rate))
+    block_rows = len(stamps) / max(1, block_count)
+    best = _add_wander(fit, stamps, block_rows)
+    for _ in range(_MAX_ROUNDS):
+        if best.wander is None or not best.missing.any():
             break
-        straight = stamps - found.wander.slow
-        missing = missing_samples(straight, 1.0 / found.rate)
-        if missing.sum() >= found.missing.sum():
+        straight = stamps - best.wander.slow
+        missing = count_missing(straight, 1.0 / best.rate)
+        if missing.sum() >= best.missing.sum():
             break  # what wanders looks like gaps, not the reverse
-        place = places(missing, straight)
-        better = _Fit(*clock_through(stamps, place, start), missing, place)
-        found = _wandering(better, stamps, lump)
-    return fit if found.wander is None else found
+        indices = grid_indices(missing, straight)
+        better = _Fit(*fit_rate(stamps, indices, start), missing, indices)
+        best = _add_wander(better, stamps, block_rows)
+    return fit if best.wander is None else best
 
 
-def _wandering(fit: _Fit, stamps: Floats, lump: float) -> _Fit:
+def _add_wander(fit: _Fit, stamps: Floats, block_rows: float) -> _Fit:
     """Return a fit with the wander of its stamps, and how far they are from its rate."""
     # The rate is rounder than their slope, from which they deviate otherwise.
-    deviation = stamps - fit.place / fit.rate
+    deviation = stamps - fit.indices / fit.rate
     deviation -= np.median(deviation)
-    return fit._replace(deviation=deviation, wander=wander_of(deviation, 1.0 / fit.rate, lump))
+    return fit._replace(
+        deviation=deviation, wander=find_wander(deviation, 1.0 / fit.rate, block_rows)
+    )
 
 
-def _arrived(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid | None:
+def _fit_arrivals(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid | None:
     """Return the grid of samples that arrived in bursts, None if they did not."""
-    back = np.where(steps < -LONG_STEP * float(stamps[-1]) / len(steps), steps, 0.0)
+    back = np.where(steps < -LONG_STEP_PERIODS * float(stamps[-1]) / len(steps), steps, 0.0)
     if back.any():
         period = float(stamps[-1] - back.sum()) / len(steps)
-        even = stamps - np.append(0.0, np.cumsum(_with_gaps(back, period)))
+        even = stamps - np.append(0.0, np.cumsum(_leave_restart_gaps(back, period)))
     else:
         even = stamps
-    if (found := bursts(even, rate)) is None:
+    if (arrivals := find_bursts(even, rate)) is None:
         return None
-    place = places(found.missing, even)
-    own_rate, _ = clock_through(even[found.last], place[found.last], start)
-    if rate is not None and len(found.last) < LONG_WINDOW:
+    indices = grid_indices(arrivals.missing, even)
+    own_rate, _ = fit_rate(even[arrivals.last], indices[arrivals.last], start)
+    if rate is not None and len(arrivals.last) < LONG_WINDOW_ROWS:
         own_rate = rate  # which so few bursts do not tell better
-    late = even - place / own_rate
-    offset = floor(late[found.last])
-    wander = wander_of(late[found.last], 1.0 / own_rate, rows=found.last, n=len(stamps))
+    late = even - indices / own_rate
+    offset = find_floor(late[arrivals.last])
+    wander = find_wander(late[arrivals.last], 1.0 / own_rate, rows=arrivals.last, n=len(stamps))
     if wander is not None:
-        return _arrived_wandering(own_rate, place, wander, steps, found)
-    grid = _Fit(own_rate, late - offset, found.missing, place).grid(steps)
-    report = replace(grid.report, burst_count=len(found.last))
+        return _make_wandering_arrivals(own_rate, indices, wander, steps, arrivals)
+    grid = _Fit(own_rate, late - offset, arrivals.missing, indices).make_grid(steps)
+    report = replace(grid.report, burst_count=len(arrivals.last))
     return replace(grid, report=report, offset=offset)
 
 
-def _arrived_wandering(
-    rate: float, place: Integers, wander: Wander, steps: Floats, found: Bursts
+def _make_wandering_arrivals(
+    rate: float, indices: Integers, wander: Wander, steps: Floats, arrivals: Bursts
 ) -> Grid:
     """Return the grid of samples that arrived in bursts from a clock that wanders."""
     # A burst says when its samples came; the line under them, when they were made.
-    fit = _Fit(rate, wander.level, found.missing, place, wander)
-    grid = fit.grid(steps)
-    report = replace(grid.report, burst_count=len(found.last))
+    fit = _Fit(rate, wander.level, arrivals.missing, indices, wander)
+    grid = fit.make_grid(steps)
+    report = replace(grid.report, burst_count=len(arrivals.last))
     return replace(grid, report=report, offset=float(wander.level[0]))
 
 
@@ -241,7 +249,7 @@ def _check_forward(steps: Floats) -> None:
         )
 
 
-def _first_period(stamps: Floats, steps: Floats) -> float:
+def _estimate_period(stamps: Floats, steps: Floats) -> float:
     """Return the period to a few per cent, unmoved by gaps, coarse stamps and bursts."""
     middle = float(np.median(steps))
     near = np.abs(steps - middle) <= 0.5 * middle
@@ -249,7 +257,7 @@ def _first_period(stamps: Floats, steps: Floats) -> float:
         return float(steps[near].mean())
     # Lost samples never shorten a step: many short ones are late stamps or bursts.
     if np.mean(steps < 0.5 * middle) > 0.05 or middle <= 0:
-        return _slope(stamps, np.arange(len(stamps)))
+        return _fit_period(stamps, np.arange(len(stamps)))
     # Coarse stamps even out over many rows, where lost samples do not.
     lag = max(1, min(512, len(stamps) // 8))
     low, half, high = np.percentile(stamps[lag:] - stamps[:-lag], (25, 50, 75))
@@ -258,64 +266,64 @@ def _first_period(stamps: Floats, steps: Floats) -> float:
     return float(half) / lag
 
 
-def _advancing(period: float) -> float:
+def _check_period(period: float) -> float:
     if not 0 < period < np.inf:
         raise LogError("the timestamps do not advance")
     return period
 
 
-def _rebased(stamps: Floats, steps: Floats, period: float) -> Floats:
+def _remove_setbacks(stamps: Floats, steps: Floats, period: float) -> Floats:
     """Return the stamps with every lasting jump backward taken out.
 
     Where the clock began anew, `RESTART_GAP_S` seconds are left.
     """
-    jump = set_back(stamps, steps, period)
+    jump = find_setbacks(stamps, steps, period)
     if not jump.any():
         return stamps
-    return stamps - np.cumsum(_with_gaps(jump, period))
+    return stamps - np.cumsum(_leave_restart_gaps(jump, period))
 
 
-def _with_gaps(jump: Floats, period: float) -> Floats:
+def _leave_restart_gaps(jump: Floats, period: float) -> Floats:
     """Return jumps backward that leave a gap where the clock began anew."""
     gap = min(RESTART_GAP_S, len(jump) * period)
-    return np.where(jump < -RESTART_S, jump - gap, jump)
+    return np.where(jump < -MIN_RESTART_S, jump - gap, jump)
 
 
-def set_back(stamps: Floats, steps: Floats, period: float) -> Floats:
+def find_setbacks(stamps: Floats, steps: Floats, period: float) -> Floats:
     """Return the lasting jump backward of the stamps before each row, s, shape (n,)."""
     jump = np.zeros(len(stamps))
     if not (steps < 0.0).any():
         return jump
     deviation = stamps - period * np.arange(len(stamps))
     for row in np.flatnonzero(steps < 0) + 1:
-        before = np.median(deviation[max(0, row - WINDOW) : row])
-        after = np.median(deviation[row : row + WINDOW])
-        if after - before < -LONG_STEP * period:
+        before = np.median(deviation[max(0, row - WINDOW_ROWS) : row])
+        after = np.median(deviation[row : row + WINDOW_ROWS])
+        if after - before < -LONG_STEP_PERIODS * period:
             jump[row] = after - before
     return jump
 
 
-def _slope(stamps: Floats, place: Integers) -> float:
+def _fit_period(stamps: Floats, indices: Integers) -> float:
     half = len(stamps) // 2
-    slopes = (stamps[half:] - stamps[:-half]) / (place[half:] - place[:-half])
-    return _advancing(float(np.median(slopes)))
+    slopes = (stamps[half:] - stamps[:-half]) / (indices[half:] - indices[:-half])
+    return _check_period(float(np.median(slopes)))
 
 
-def clock_through(stamps: Floats, place: Integers, start: float = 0.0) -> tuple[float, Floats]:
+def fit_rate(stamps: Floats, indices: Integers, start: float = 0.0) -> tuple[float, Floats]:
     """Return the rate, Hz, of stamps whose places are known, and how far they are from it, s.
 
     It is the roundest one that they cannot tell from the fitted one.
     """
-    period = _slope(stamps, place)
-    deviation = stamps - period * place
+    period = _fit_period(stamps, indices)
+    deviation = stamps - period * indices
     deviation -= np.median(deviation)
-    unsure = float(np.median(np.abs(deviation))) + _resolution(start, float(stamps[-1]))
-    return _roundest(period, unsure / (period * int(place[-1]))), deviation
+    doubt = float(np.median(np.abs(deviation))) + _stamp_resolution(start, float(stamps[-1]))
+    return _round_rate(period, doubt / (period * int(indices[-1]))), deviation
 
 
-def _report(steps: Floats, missing: Floats, deviation: Floats, rate: float) -> ClockReport:
+def _make_report(steps: Floats, missing: Floats, deviation: Floats, rate: float) -> ClockReport:
     gaps = missing > 0
-    restarts = gaps & (steps < -RESTART_S)
+    restarts = gaps & (steps < -MIN_RESTART_S)
     lengths = np.where(restarts, missing / rate, steps)[gaps]
     whole = steps[~gaps & (steps > 0.0)]
     return ClockReport(

@@ -16,16 +16,16 @@ import numpy as np
 from zerorate.record.log import LogError
 from zerorate.types import Floats, Integers
 
-LONG_STEP = 1.5  # periods
-WINDOW = 15  # rows on each side of a step that judge it
-LONG_WINDOW = 100  # rows on each side that show whether a gap lasts
-ROUNDS = 10
-RARE = 0.05  # part of the rows: stamps late more often than this move no rows
+LONG_STEP_PERIODS = 1.5  # periods
+WINDOW_ROWS = 15  # rows on each side of a step that judge it
+LONG_WINDOW_ROWS = 100  # rows on each side that show whether a gap lasts
+MAX_ROUNDS = 10
+MAX_MOVED_PART = 0.05  # part of the rows: stamps late more often than this move no rows
 MAX_GROWTH = 10  # missing samples for each one present
 MAX_ROWS = 1_000_000_000
 
 
-def missing_samples(stamps: Floats, period: float) -> Floats:
+def count_missing(stamps: Floats, period: float) -> Floats:
     """Return how many samples are missing in each step of the stamps, shape (n - 1,).
 
     Raises
@@ -33,21 +33,21 @@ def missing_samples(stamps: Floats, period: float) -> Floats:
     LogError
         If the gaps are too long to fill.
     """
-    missing = _settled(stamps, _missing(stamps, period), period)
-    return _runs_moved(stamps, missing, period)
+    missing = _correct_missing(stamps, _count_at_long_steps(stamps, period), period)
+    return _move_runs(stamps, missing, period)
 
 
-def _missing(stamps: Floats, period: float) -> Floats:
+def _count_at_long_steps(stamps: Floats, period: float) -> Floats:
     """Return how many samples are missing in each step, shape (n - 1,)."""
     missing = np.zeros(len(stamps) - 1)
-    long = np.flatnonzero(np.diff(stamps) > LONG_STEP * period)
+    long = np.flatnonzero(np.diff(stamps) > LONG_STEP_PERIODS * period)
     if long.size:
         deviation = stamps - period * np.arange(len(stamps))
-        missing[long] = np.maximum(np.rint(_shift(deviation, long) / period), 0)
+        missing[long] = np.maximum(np.rint(_find_shifts(deviation, long) / period), 0)
     return missing
 
 
-def _shift(deviation: Floats, long: Integers) -> Floats:
+def _find_shifts(deviation: Floats, long: Integers) -> Floats:
     """Return the lasting shift of the deviation at each long step.
 
     Lowest, middle and highest deviation of both sides are compared, and the smallest change
@@ -56,14 +56,14 @@ def _shift(deviation: Floats, long: Integers) -> Floats:
     """
     first = np.concatenate(([0], long[:-1] + 1))
     last = np.concatenate((long[1:], [len(deviation) - 1]))
-    reach = np.arange(WINDOW)
-    before = _levels(deviation, long[:, None] - reach, first[:, None], long[:, None])
-    after = _levels(deviation, long[:, None] + 1 + reach, long[:, None] + 1, last[:, None])
+    offsets = np.arange(WINDOW_ROWS)
+    before = _side_levels(deviation, long[:, None] - offsets, first[:, None], long[:, None])
+    after = _side_levels(deviation, long[:, None] + 1 + offsets, long[:, None] + 1, last[:, None])
     change = after - before
     return np.asarray(change[np.abs(change).argmin(axis=0), np.arange(long.size)])
 
 
-def _levels(deviation: Floats, rows: Integers, first: Integers, last: Integers) -> Floats:
+def _side_levels(deviation: Floats, rows: Integers, first: Integers, last: Integers) -> Floats:
     inside = (rows >= first) & (rows <= last)
     values = np.where(inside, deviation[np.clip(rows, first, last)], np.nan)
     with warnings.catch_warnings():
@@ -73,81 +73,81 @@ def _levels(deviation: Floats, rows: Integers, first: Integers, last: Integers) 
         )
 
 
-def _settled(stamps: Floats, missing: Floats, period: float) -> Floats:
+def _correct_missing(stamps: Floats, missing: Floats, period: float) -> Floats:
     """Return the missing samples corrected by how the stamps go on.
 
     Around a rightly filled gap the stamps keep their level on the grid, other gaps being filled
     too; after a stall the clock makes up for, they fall back.
     """
-    for width in (WINDOW, LONG_WINDOW):
-        for _ in range(ROUNDS):
+    for width in (WINDOW_ROWS, LONG_WINDOW_ROWS):
+        for _ in range(MAX_ROUNDS):
             gaps = np.flatnonzero(missing)
-            deviation = stamps - period * places(missing, stamps)
+            deviation = stamps - period * grid_indices(missing, stamps)
             if not gaps.size or np.ptp(deviation) < 0.5 * period:
                 return missing
-            before = medians(deviation, gaps - width + 1, width)
-            after = medians(deviation, gaps + 1, width)
-            wrong = _apart(np.rint((after - before) / period), gaps, width)
-            if not wrong.any():
+            before = window_medians(deviation, gaps - width + 1, width)
+            after = window_medians(deviation, gaps + 1, width)
+            corrections = _thin_corrections(np.rint((after - before) / period), gaps, width)
+            if not corrections.any():
                 break
-            missing[gaps] = np.maximum(missing[gaps] + wrong, 0)
+            missing[gaps] = np.maximum(missing[gaps] + corrections, 0)
     return missing
 
 
-def _runs_moved(stamps: Floats, missing: Floats, period: float) -> Floats:
+def _move_runs(stamps: Floats, missing: Floats, period: float) -> Floats:
     """Return the missing samples with runs of rows moved to where their stamps say.
 
     A run between two gaps may lie a place off where jitter made one of the gaps look shorter.
     It is moved if there is room: late and old stamps among regular rows have none.
     """
-    place = places(missing, stamps)
-    deviation = stamps - period * place
+    indices = grid_indices(missing, stamps)
+    deviation = stamps - period * indices
     if not missing.any() or np.ptp(deviation) < 0.5 * period:
         return missing
-    off = np.rint((deviation - _block_level(deviation)) / period).astype(np.int64)
-    if np.mean(off != 0) > RARE:
+    off = np.rint((deviation - _block_medians(deviation)) / period).astype(np.int64)
+    if np.mean(off != 0) > MAX_MOVED_PART:
         return missing
     bounds = np.concatenate(([0], np.flatnonzero(np.diff(off)) + 1, [len(off)]))
     for first, stop in pairwise(bounds):
         moved = off[first]
-        fits_before = first == 0 or place[first] + moved > place[first - 1]
-        fits_after = stop == len(off) or place[stop - 1] + moved < place[stop]
+        fits_before = first == 0 or indices[first] + moved > indices[first - 1]
+        fits_after = stop == len(off) or indices[stop - 1] + moved < indices[stop]
         if moved and fits_before and fits_after:
-            place[first:stop] += moved
-    return np.diff(place) - 1.0
+            indices[first:stop] += moved
+    return np.diff(indices) - 1.0
 
 
-def _block_level(deviation: Floats) -> Floats:
+def _block_medians(deviation: Floats) -> Floats:
     """Return the median of the rows around each block of rows, for each row."""
-    starts = np.arange(0, len(deviation), LONG_WINDOW // 2)
-    blocks = medians(deviation, starts - LONG_WINDOW, 5 * LONG_WINDOW // 2)
-    return np.repeat(blocks, LONG_WINDOW // 2)[: len(deviation)]
+    starts = np.arange(0, len(deviation), LONG_WINDOW_ROWS // 2)
+    blocks = window_medians(deviation, starts - LONG_WINDOW_ROWS, 5 * LONG_WINDOW_ROWS // 2)
+    return np.repeat(blocks, LONG_WINDOW_ROWS // 2)[: len(deviation)]
 
 
-def _apart(wrong: Floats, gaps: Integers, width: int) -> Floats:
+def _thin_corrections(wrong: Floats, gaps: Integers, width: int) -> Floats:
     """Return the corrections without those that a larger one close by explains."""
-    kept = np.zeros(len(wrong))
-    some = np.flatnonzero(wrong)
-    for i in some[np.argsort(-np.abs(wrong[some]), kind="stable")]:
+    thinned = np.zeros(len(wrong))
+    nonzero = np.flatnonzero(wrong)
+    for i in nonzero[np.argsort(-np.abs(wrong[nonzero]), kind="stable")]:
         first, stop = np.searchsorted(gaps, (gaps[i] - width, gaps[i] + width + 1))
-        if not kept[first:stop].any():
-            kept[i] = wrong[i]
-    return kept
+        if not thinned[first:stop].any():
+            thinned[i] = wrong[i]
+    return thinned
 
 
-def medians(values: Floats, first: Integers, width: int) -> Floats:
+def window_medians(values: Floats, first: Integers, width: int) -> Floats:
     """Return the median of the rows from each first one on, within the log."""
-    found = np.full(len(first), np.nan)
+    result = np.full(len(first), np.nan)
     for block in range(0, len(first), 10_000):
         rows = first[block : block + 10_000, None] + np.arange(width)
         inside = (rows >= 0) & (rows < len(values))
-        known = np.where(inside, values[np.clip(rows, 0, len(values) - 1)], np.nan)
-        some = inside.any(axis=1)
-        found[block : block + 10_000][some] = np.nanmedian(known[some], axis=1)
-    return found
+        window_values = np.where(inside, values[np.clip(rows, 0, len(values) - 1)], np.nan)
+        has_rows = inside.any(axis=1)
+        result[block : block + 10_000][has_rows] = np.nanmedian(window_values[has_rows], axis=1)
+    return result
 
 
-def places(missing: Floats, stamps: Floats) -> Integers:
+def grid_indices(missing: Floats, stamps: Floats) -> Integers:
     """Return each row's place on the grid, shape (n,); LogError if it grows too long."""
     _check_growth(missing, np.diff(stamps))
     return np.concatenate(([0], np.cumsum(1 + missing))).astype(np.int64)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from zerorate.record.clock import ALIKE, ClockReport
+from zerorate.record.clock import RATE_TOLERANCE, ClockReport
 from zerorate.record.log import LogError
 from zerorate.types import Floats, Integers
 
@@ -21,13 +21,13 @@ class Grid:
         Samples per second, Hz, and how many there are.
     report
         What the timestamps told.
-    spread
+    gapped_indices
         Place of each row that is used, None where they leave no gaps.
-    used
+    used_rows
         The rows that are used, None for all.
     offset
         Time of the first place since the first stamp, s.
-    kept
+    stamp_times
         Time of each row that is used since the first place, s, where the clock wanders so that
         its stamps are kept; else None.
     """
@@ -35,40 +35,42 @@ class Grid:
     rate: float
     length: int
     report: ClockReport
-    spread: Integers | None = None
-    used: Integers | None = None
+    gapped_indices: Integers | None = None
+    used_rows: Integers | None = None
     offset: float = 0.0
-    kept: Floats | None = None
+    stamp_times: Floats | None = None
 
     @property
-    def place(self) -> Integers:
+    def indices(self) -> Integers:
         """Place of each row that is used, shape (n,)."""
-        return self.places(self.length)
+        return self.first_indices(self.length)
 
-    def places(self, count: int) -> Integers:
+    def first_indices(self, count: int) -> Integers:
         """Return the places of so many rows at the beginning, or of all if there are fewer."""
-        if self.spread is None:
+        if self.gapped_indices is None:
             return np.arange(min(count, self.length))
-        return self.spread[:count]
+        return self.gapped_indices[:count]
 
     def times(self, part: range) -> Floats | None:
         """Return the times of some places since the first, between rows where they are gaps.
 
         None stands for an even clock.
         """
-        if self.kept is None or self.spread is None:
-            return None if self.kept is None else self.kept[part.start : part.stop]
-        return np.asarray(np.interp(np.arange(part.start, part.stop), self.spread, self.kept))
+        if self.stamp_times is None or self.gapped_indices is None:
+            return None if self.stamp_times is None else self.stamp_times[part.start : part.stop]
+        return np.asarray(
+            np.interp(np.arange(part.start, part.stop), self.gapped_indices, self.stamp_times)
+        )
 
-    def agrees(self, rate: float) -> bool:
+    def agrees_with(self, rate: float) -> bool:
         """Whether a rate that somebody has stated is that of the stamps."""
-        return abs(self.report.rate / rate - 1) <= ALIKE
+        return abs(self.report.rate / rate - 1) <= RATE_TOLERANCE
 
-    def at(self, rate: float | None) -> Grid:
+    def at_rate(self, rate: float | None) -> Grid:
         """Return the grid at the rate stated, if there is one; LogError if the stamps differ."""
         if rate is None:
             return self
-        if not self.agrees(rate):
+        if not self.agrees_with(rate):
             raise LogError(
                 f"the rate is stated as {rate:g} Hz, but the timestamps run at "
                 f"{self.report.rate:g} Hz"
@@ -76,6 +78,6 @@ class Grid:
         return replace(self, rate=rate)
 
 
-def unstamped(n: int, rate: float) -> Grid:
+def make_unstamped_grid(n: int, rate: float) -> Grid:
     """Return the grid of n rows without timestamps."""
     return Grid(rate, n, ClockReport(rate, stamped=False))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from zerorate.record.names import plain
+from zerorate.record.names import to_snake_case
 
 UNITS: Final = {
     "s": ("s", "sec", "secs", "second", "seconds"),
@@ -18,34 +18,34 @@ UNITS: Final = {
 }
 """Units of time, each with the words that tell it."""
 
-_UNIT: Final = {spelling: unit for unit, all_ in UNITS.items() for spelling in all_}
-_ALONE: Final = (
+_UNIT_OF_WORD: Final = {spelling: unit for unit, all_ in UNITS.items() for spelling in all_}
+_UNIT_NAMES: Final = (
     "seconds", "millis", "milliseconds", "micros", "microseconds", "nanos", "nanoseconds"
 )  # fmt: skip
 """Names that are a unit and nothing else."""
-_COUNTED_FROM: Final = (
+_ORIGIN: Final = (
     r"(?:_(?:since|from|start|startup|begin|boot|reboot|epoch|unix|1970|since1970|utc|gps|local|tow"
     r"|abs|absolute|elapsed|fine|cal|sample|device|system|sys|host|header|txt|iso|of|day|week"
     r"|\d\d_\d\d))*"
 )
 """What may follow: whose time it is, and since when it counts; ``time (+02:00)``."""
-_SUFFIX: Final = rf"{_COUNTED_FROM}(?:_(?:{'|'.join(_UNIT)}))?"
-_TIME: Final = re.compile(
+_SUFFIX: Final = rf"{_ORIGIN}(?:_(?:{'|'.join(_UNIT_OF_WORD)}))?"
+_TIME_NAME: Final = re.compile(
     rf"^(?:t|(?:.*_)?(?:times?|time_?stamps?|stamps?|realtime|uptime|systime)){_SUFFIX}$"
 )
-_MAYBE_TIME: Final = re.compile(
-    rf"^(?:(?:ts|elapsed|epoch|unix|clock){_SUFFIX}|date|date_?times?|(?:{'|'.join(_ALONE)}"
-    rf"){_COUNTED_FROM})$"
+_MAYBE_TIME_NAME: Final = re.compile(
+    rf"^(?:(?:ts|elapsed|epoch|unix|clock){_SUFFIX}|date|date_?times?|(?:{'|'.join(_UNIT_NAMES)}"
+    rf"){_ORIGIN})$"
 )
-_IN_BRACKETS: Final = re.compile(rf"[\[(]\s*(?:{'|'.join(_UNIT)})\s*[\])]\s*(?:\.\d+)?$")
-_REPEATED: Final = re.compile(r"\.\d+$")
+_BRACKETED_UNIT: Final = re.compile(rf"[\[(]\s*(?:{'|'.join(_UNIT_OF_WORD)})\s*[\])]\s*(?:\.\d+)?$")
+_REPEAT_SUFFIX: Final = re.compile(r"\.\d+$")
 """What pandas adds to a name that stands twice."""
-_TAIL: Final = re.compile(_COUNTED_FROM + "$")
+_ORIGIN_END: Final = re.compile(_ORIGIN + "$")
 
 
 def looks_like_time(name: str) -> bool:
     """Whether a column of this name holds timestamps."""
-    return bool(_TIME.match(plain(name)))
+    return bool(_TIME_NAME.match(to_snake_case(name)))
 
 
 def may_be_time(name: str) -> bool:
@@ -53,19 +53,19 @@ def may_be_time(name: str) -> bool:
 
     What stands in a unit of time in brackets may, whatever its name: ``X[s]``.
     """
-    return bool(_MAYBE_TIME.match(plain(name)) or _IN_BRACKETS.search(name.lower()))
+    return bool(_MAYBE_TIME_NAME.match(to_snake_case(name)) or _BRACKETED_UNIT.search(name.lower()))
 
 
-def named_like_time(name: str) -> bool:
+def has_time_name(name: str) -> bool:
     """Whether a column of this name holds timestamps, for certain or perhaps."""
     return looks_like_time(name) or may_be_time(name)
 
 
-def time_unit(name: str) -> str | None:
+def find_time_unit(name: str) -> str | None:
     """Return the unit of timestamps that a column's name tells, None if it tells none."""
-    whole = plain(_REPEATED.sub("", name))
-    for told in (whole, _TAIL.sub("", whole)):
-        words = told.split("_")
-        if words[-1] in _UNIT and (len(words) > 1 or words[0] in _ALONE):
-            return _UNIT[words[-1]]
+    whole = to_snake_case(_REPEAT_SUFFIX.sub("", name))
+    for candidate in (whole, _ORIGIN_END.sub("", whole)):
+        words = candidate.split("_")
+        if words[-1] in _UNIT_OF_WORD and (len(words) > 1 or words[0] in _UNIT_NAMES):
+            return _UNIT_OF_WORD[words[-1]]
     return None

@@ -13,76 +13,80 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.io.clocks.clock import clock_through
-from zerorate.io.clocks.gaps import WINDOW
+from zerorate.io.clocks.clock import fit_rate
+from zerorate.io.clocks.gaps import WINDOW_ROWS
 from zerorate.io.clocks.grid import Grid
 from zerorate.types import Booleans, Floats, Integers
 
-HEAD: Final = 1 << 15
+HEAD_ROWS: Final = 1 << 15
 """Rows at the beginning of a log that tell whether its sensor is slower."""
-LEAST: Final = 1 + 2 / WINDOW
+MIN_ROWS_PER_SAMPLE: Final = 1 + 2 / WINDOW_ROWS
 """Rows a sample: repeats so often that a gap of the sensor is told from them."""
-_CHANGES: Final = 256
+_SPAN_CHANGES: Final = 256
 """Changes over which sensor and log keep their phase."""
-FEWEST_CHANGES: Final = 4 * _CHANGES
+MIN_CHANGES: Final = 4 * _SPAN_CHANGES
 """Changes that a sensor is judged by at least."""
-_CERTAIN: Final = 10.0
+_MIN_POWER_SIGMAS: Final = 10.0
 """Standard deviations by which chance does not come near the power of a clock."""
-_OFF: Final = 1.25
+_RUN_TOLERANCE_ROWS: Final = 1.25
 """Rows by which a run may differ from that, one for it is whole and some for what is read late."""
-_MOST: Final = 0.9
+_MIN_EVEN_PART: Final = 0.9
 """Part of the runs that are so."""
-_LATE: Final = 0.25
+_MIN_POWER_PART: Final = 0.25
 """Part of the power of a clock without fault that is left where its ticks are seen late."""
-_EXCESS: Final = 10.0
+_MIN_REPEAT_RATIO: Final = 10.0
 """Rows that repeat for each one that chance would let repeat."""
 
 
-def repeated(values: Floats, before: Floats | None = None) -> Booleans:
+def find_repeats(values: Floats, before: Floats | None = None) -> Booleans:
     """Return which rows (n, k) repeat the one before; the first is compared with one given."""
-    again = np.zeros(len(values), np.bool_)
-    again[1:] = _same(values[1:], values[:-1])
+    repeats = np.zeros(len(values), np.bool_)
+    repeats[1:] = _are_equal(values[1:], values[:-1])
     if before is not None:
-        again[:1] = _same(values[:1], before[None])
-    return again
+        repeats[:1] = _are_equal(values[:1], before[None])
+    return repeats
 
 
-def _same(rows: Floats, others: Floats) -> Booleans:
+def _are_equal(rows: Floats, previous: Floats) -> Booleans:
     missing = np.isnan(rows)
-    equal = (rows == others) | (missing & np.isnan(others))
+    equal = (rows == previous) | (missing & np.isnan(previous))
     return np.asarray(equal.all(axis=1) & ~missing.all(axis=1))
 
 
-def rows_held(values: Floats, place: Integers) -> float | None:
+def find_rows_per_sample(values: Floats, indices: Integers) -> float | None:
     """Return how many rows hold each sample, None unless the sensor is slower for certain.
 
-    ``place`` is where the rows (n, k) stand on their own grid, shape (n,).
+    ``indices`` is where the rows (n, k) stand on their own grid, shape (n,).
     """
-    again = repeated(values)
-    first = place[~again]
-    if len(place) < LEAST * len(first) or len(first) < FEWEST_CHANGES:
+    repeats = find_repeats(values)
+    first = indices[~repeats]
+    if len(indices) < MIN_ROWS_PER_SAMPLE * len(first) or len(first) < MIN_CHANGES:
         return None
-    held = _period(first) if _abrupt(values, again) else None
-    return held if held is not None and _even(first, held) else None
+    rows_per_sample = _find_period(first) if _is_abrupt(values, repeats) else None
+    return (
+        rows_per_sample
+        if rows_per_sample is not None and _is_even(first, rows_per_sample)
+        else None
+    )
 
 
-def _even(first: Integers, held: float) -> bool:
+def _is_even(first: Integers, rows_per_sample: float) -> bool:
     """Whether runs are as long as samples are held: a pattern has its period too, but others."""
-    off = np.abs(np.diff(first) - held)
-    return bool((off <= max(_OFF, held / 4)).mean() >= _MOST)
+    off = np.abs(np.diff(first) - rows_per_sample)
+    return bool((off <= max(_RUN_TOLERANCE_ROWS, rows_per_sample / 4)).mean() >= _MIN_EVEN_PART)
 
 
-def _period(first: Integers) -> float | None:
+def _find_period(first: Integers) -> float | None:
     """Return the rows from one change to the next, None if their moments are random.
 
     The power of the moments at any frequency is 1 on average if they are, and many times that at
     the frequency of a clock, whose ticks may also be late or leave out some.
     """
-    spans = first[: len(first) // _CHANGES * _CHANGES].reshape(-1, _CHANGES)
+    spans = first[: len(first) // _SPAN_CHANGES * _SPAN_CHANGES].reshape(-1, _SPAN_CHANGES)
     span = float(np.median(spans[:, -1] - spans[:, 0]))
-    guess = (_CHANGES - 1) / span
+    guess = (_SPAN_CHANGES - 1) / span
     # Ticks that are left out make the clock look slower.
-    low, high = 0.9 * guess, min(1.3 * guess, 1 / LEAST)
+    low, high = 0.9 * guess, min(1.3 * guess, 1 / MIN_ROWS_PER_SAMPLE)
     # Whole rows have the same power at f and 1 - f: more runs of one row than of three tell f.
     runs = np.diff(first)
     if np.count_nonzero(runs == 1) > np.count_nonzero(runs == 3):
@@ -92,17 +96,17 @@ def _period(first: Integers) -> float | None:
     frequencies = np.arange(low, high, 0.25 / span)
     if not frequencies.size:
         return None
-    turns = 2j * np.pi * (spans - spans[:, :1])
-    power = [float(np.mean(np.abs(np.exp(f * turns).sum(axis=1)) ** 2)) for f in frequencies]
+    phasors = 2j * np.pi * (spans - spans[:, :1])
+    power = [float(np.mean(np.abs(np.exp(f * phasors).sum(axis=1)) ** 2)) for f in frequencies]
     best = int(np.argmax(power))
     frequency = float(frequencies[best])
     # Each change is seen in the row after it: up to a whole row late.
-    whole = (_CHANGES * np.sinc(frequency)) ** 2
-    chance = _CHANGES * (1 + _CERTAIN / math.sqrt(len(spans)))
-    return 1 / frequency if power[best] >= max(chance, _LATE * whole) else None
+    whole = (_SPAN_CHANGES * np.sinc(frequency)) ** 2
+    chance = _SPAN_CHANGES * (1 + _MIN_POWER_SIGMAS / math.sqrt(len(spans)))
+    return 1 / frequency if power[best] >= max(chance, _MIN_POWER_PART * whole) else None
 
 
-def _abrupt(values: Floats, again: Booleans) -> bool:
+def _is_abrupt(values: Floats, repeats: Booleans) -> bool:
     """Whether far more rows change by nothing at all than by the least step of each column.
 
     By chance no change is about as probable as one step up or one down in any of the columns.
@@ -111,42 +115,42 @@ def _abrupt(values: Floats, again: Booleans) -> bool:
         steps = np.abs(np.diff(values, axis=0))
     least = np.where(steps > 0, steps, np.inf).min(axis=0)
     moving = np.isfinite(least)
-    small = (steps[:, moving] <= 1.5 * least[moving]).all(axis=1) & ~again[1:]
+    small = (steps[:, moving] <= 1.5 * least[moving]).all(axis=1) & ~repeats[1:]
     by_chance = float(small.sum()) / (3.0 ** int(moving.sum()) - 1)
-    return bool(moving.any() and again.sum() >= _EXCESS * by_chance)
+    return bool(moving.any() and repeats.sum() >= _MIN_REPEAT_RATIO * by_chance)
 
 
-def slower(grid: Grid, again: Booleans, held: float) -> Grid:
+def make_sensor_grid(grid: Grid, repeats: Booleans, rows_per_sample: float) -> Grid:
     """Return the grid of a sensor whose samples are held for about so many rows of a log's grid.
 
     A sample that happens to equal the one before is taken from the row in which it stands.
     """
-    place = grid.place
-    first = np.flatnonzero(~again)
-    ticks = _ticks(place[first], 1 / held)
-    rate, deviation = clock_through(place[first] / grid.rate, ticks)
-    used, spread = _with_equal(first, ticks, place, grid.rate / rate)
-    gaps = np.diff(spread) > 1
-    steps = np.diff(place[used])[gaps] / grid.rate
+    indices = grid.indices
+    first = np.flatnonzero(~repeats)
+    ticks = _number_ticks(indices[first], 1 / rows_per_sample)
+    rate, deviation = fit_rate(indices[first] / grid.rate, ticks)
+    used_rows, sensor_indices = _add_equal_samples(first, ticks, indices, grid.rate / rate)
+    gaps = np.diff(sensor_indices) > 1
+    steps = np.diff(indices[used_rows])[gaps] / grid.rate
     late = np.abs(deviation) if grid.report.stamped else np.zeros(1)
-    length = int(spread[-1]) + 1
+    length = int(sensor_indices[-1]) + 1
     report = replace(
         grid.report,
         rate=rate,
         jitter_rms=float(np.sqrt(np.mean(late**2))),
         jitter_max=float(late.max()),
         gap_count=int(gaps.sum()),
-        missing_count=length - len(used),
+        missing_count=length - len(used_rows),
         longest_gap=float(steps.max()) if steps.size else 0.0,
-        repeat_count=len(again) - len(used),
+        repeat_count=len(repeats) - len(used_rows),
     )
-    kept = None if grid.kept is None else grid.kept[used]
-    return Grid(rate, length, report, spread, used, grid.offset, kept)
+    stamp_times = None if grid.stamp_times is None else grid.stamp_times[used_rows]
+    return Grid(rate, length, report, sensor_indices, used_rows, grid.offset, stamp_times)
 
 
-def _ticks(first: Integers, frequency: float) -> Integers:
+def _number_ticks(first: Integers, frequency: float) -> Integers:
     """Return the number of the tick, from 0, that each change belongs to, all different."""
-    starts = np.arange(0, max(len(first) - _CHANGES // 2, 1), _CHANGES)
+    starts = np.arange(0, max(len(first) - _SPAN_CHANGES // 2, 1), _SPAN_CHANGES)
     phases = np.add.reduceat(np.exp(2j * np.pi * frequency * (first - first[0])), starts)
     centres = np.add.reduceat(first, starts) / np.diff(np.append(starts, len(first)))
     ahead = np.interp(first, centres, np.unwrap(np.angle(phases)) / (2 * np.pi))
@@ -159,21 +163,23 @@ def _ticks(first: Integers, frequency: float) -> Integers:
     return np.asarray(ticks - ticks[0])
 
 
-def _with_equal(
-    first: Integers, spread: Integers, place: Integers, held: float
+def _add_equal_samples(
+    first: Integers, ticks: Integers, indices: Integers, rows_per_sample: float
 ) -> tuple[Integers, Integers]:
     """Return rows and their places on the sensor's grid, with rows where it did not change.
 
-    ``first`` and ``spread`` are those of the changes, ``place`` that of all rows on their own.
+    ``first`` and ``ticks`` are those of the changes, ``indices`` that of all rows on their own.
     """
-    missing = np.diff(spread) - 1
+    missing = np.diff(ticks) - 1
     change = np.repeat(np.arange(len(missing)), missing)
     which = 1 + np.arange(len(change)) - np.repeat(np.cumsum(missing) - missing, missing)
-    sought = np.rint(place[first[change]] + which * held).astype(np.int64)
-    rows = np.searchsorted(place, sought)
+    wanted_indices = np.rint(indices[first[change]] + which * rows_per_sample).astype(np.int64)
+    rows = np.searchsorted(indices, wanted_indices)
     # A row that the log lost, or that is of the next change, tells nothing.
-    there = (rows < first[change + 1]) & (place[np.minimum(rows, len(place) - 1)] == sought)
-    used = np.concatenate((first, rows[there]))
-    spread = np.concatenate((spread, (spread[change] + which)[there]))
-    order = np.argsort(spread, kind="stable")
-    return used[order], spread[order]
+    is_present = (rows < first[change + 1]) & (
+        indices[np.minimum(rows, len(indices) - 1)] == wanted_indices
+    )
+    used_rows = np.concatenate((first, rows[is_present]))
+    ticks = np.concatenate((ticks, (ticks[change] + which)[is_present]))
+    order = np.argsort(ticks, kind="stable")
+    return used_rows[order], ticks[order]

@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from zerorate.io.clocks.clock import fitted_grid
-from zerorate.io.clocks.grid import Grid, unstamped
-from zerorate.io.clocks.repeats import HEAD, repeated, rows_held, slower
+from zerorate.io.clocks.clock import fit_own_grid
+from zerorate.io.clocks.grid import Grid, make_unstamped_grid
+from zerorate.io.clocks.repeats import (
+    HEAD_ROWS,
+    find_repeats,
+    find_rows_per_sample,
+    make_sensor_grid,
+)
 from zerorate.io.clocks.stamps import Stamps
-from zerorate.record.log import LogError, checked_rate
+from zerorate.record.log import LogError, check_rate
 from zerorate.types import Booleans, Floats, Integers
 
 
@@ -35,7 +40,7 @@ class Clock:
     rate: float | None
     notes: tuple[str, ...] = ()
 
-    def of_sensor(self, head: Floats, again: Callable[[], Booleans] | None = None) -> Clock:
+    def for_sensor(self, head: Floats, load_repeats: Callable[[], Booleans] | None = None) -> Clock:
         """Return the clock of the sensor whose values stand in the rows, at the rate stated.
 
         Where the rows repeat because the sensor is slower, it is the sensor's own, unless a rate
@@ -45,7 +50,7 @@ class Clock:
         ----------
         head
             The values, shape (n, k), or the first `HEAD` rows of them.
-        again
+        load_repeats
             Gives which rows repeat the one before, where these are not all values.
 
         Raises
@@ -53,48 +58,57 @@ class Clock:
         LogError
             If the timestamps contradict the rate stated.
         """
-        held = rows_held(head[:HEAD], self.grid.places(HEAD))
-        if held is None:
-            return self._settled()
-        own = slower(self.grid, repeated(head) if again is None else again(), held)
+        rows_per_sample = find_rows_per_sample(head[:HEAD_ROWS], self.grid.first_indices(HEAD_ROWS))
+        if rows_per_sample is None:
+            return self._apply_rate()
+        sensor_grid = make_sensor_grid(
+            self.grid,
+            find_repeats(head) if load_repeats is None else load_repeats(),
+            rows_per_sample,
+        )
         stamped, rows = self.grid.report.stamped, self.grid.rate
-        part = own.report.repeat_count / (own.report.repeat_count + len(own.place))
-        said = (
-            f"{part:.0%} of the rows repeat the one before, as of a sensor of {own.rate:.6g} Hz in "
+        repeat_part = sensor_grid.report.repeat_count / (
+            sensor_grid.report.repeat_count + len(sensor_grid.indices)
+        )
+        note = (
+            f"{repeat_part:.0%} of the rows repeat the one before, as of a sensor of "
+            f"{sensor_grid.rate:.6g} Hz in "
             f"a log of {rows:.6g} Hz"
         )
-        if stamped and self.rate is not None and self.grid.agrees(self.rate):
-            return self._settled(f"{said}; they are kept, for that is the rate stated")
+        if stamped and self.rate is not None and self.grid.agrees_with(self.rate):
+            return self._apply_rate(f"{note}; they are kept, for that is the rate stated")
         rate = self.rate if stamped else None
-        return replace(self, grid=own, rate=rate)._settled(f"{said}; each sample is taken once")
+        return replace(self, grid=sensor_grid, rate=rate)._apply_rate(
+            f"{note}; each sample is taken once"
+        )
 
-    def among(self, rows: Integers) -> Clock:
+    def for_rows(self, rows: Integers) -> Clock:
         """Return the clock of some of the rows; LogError if they have none."""
         if self.stamps is None:
-            seconds, start = rows / checked_rate(self.rate), 0.0
+            seconds, start = rows / check_rate(self.rate), 0.0
         else:
             seconds, start = self.stamps.seconds[rows], self.stamps.start
         start += float(seconds[0])
-        grid = fitted_grid(seconds - seconds[0], start)
+        grid = fit_own_grid(seconds - seconds[0], start)
         # A rate that is that of all rows says nothing of some of them.
-        rate = None if self.rate is None or self.grid.agrees(self.rate) else self.rate
+        rate = None if self.rate is None or self.grid.agrees_with(self.rate) else self.rate
         return Clock(grid, start + grid.offset, None, rate, self.notes)
 
-    def _settled(self, *said: str) -> Clock:
+    def _apply_rate(self, *notes: str) -> Clock:
         try:
-            return replace(self, grid=self.grid.at(self.rate), notes=(*self.notes, *said))
+            return replace(self, grid=self.grid.at_rate(self.rate), notes=(*self.notes, *notes))
         except LogError as error:
-            assumed = self.stamps and self.stamps.note
-            raise error.around("", f" ({assumed})" if assumed else "") from None
+            note = self.stamps and self.stamps.note
+            raise error.with_context("", f" ({note})" if note else "") from None
 
 
-def clock_of(stamps: Stamps | None, rate: float | None, rows: int) -> Clock:
+def make_clock(stamps: Stamps | None, rate: float | None, rows: int) -> Clock:
     """Return the clock that timestamps tell, or the rate stated."""
     if stamps is None:
-        return Clock(unstamped(rows, checked_rate(rate)), 0.0, None, rate)
+        return Clock(make_unstamped_grid(rows, check_rate(rate)), 0.0, None, rate)
     try:
-        grid = fitted_grid(stamps.seconds, stamps.start, rate)
+        grid = fit_own_grid(stamps.seconds, stamps.start, rate)
     except LogError as error:
-        raise error.around("", f" ({stamps.note})" if stamps.note else "") from None
+        raise error.with_context("", f" ({stamps.note})" if stamps.note else "") from None
     notes = (stamps.note,) if stamps.note else ()
     return Clock(grid, stamps.start + grid.offset, stamps, rate, notes)

@@ -8,14 +8,14 @@ from typing import Any, Final, Self
 
 import numpy as np
 
-from zerorate.io.clocks.iso8601 import dates_in, is_date
-from zerorate.io.clocks.names import time_unit
-from zerorate.io.clocks.stamps import DAY_S, WRAPS, is_wrap
-from zerorate.io.clocks.units import DATES, PER_SECOND, SAMPLES
+from zerorate.io.clocks.iso8601 import is_date, parse_date_column
+from zerorate.io.clocks.names import find_time_unit
+from zerorate.io.clocks.stamps import DAY_S, WRAP_COUNTS, is_wrap
+from zerorate.io.clocks.units import DATE_RANGE_S, PER_SECOND, SAMPLES
 from zerorate.record.log import LogError
 
-_DECIMAL: Final = ("s", "ms", "us", "ns")
-_MIDNIGHT: Final = 0.01
+_DECIMAL_UNITS: Final = ("s", "ms", "us", "ns")
+_MIDNIGHT_PART: Final = 0.01
 """Part of a day within which a step back of a day is midnight."""
 
 
@@ -51,7 +51,7 @@ class StampCells:
         self._zero: float = 0
         self._per_second: float | None = None
         self.wrap_count = 0
-        self._read_in(unit or (None if name is None else time_unit(name)))
+        self._set_unit(unit or (None if name is None else find_time_unit(name)))
 
     @property
     def start(self) -> float:
@@ -66,26 +66,26 @@ class StampCells:
         LogError
             If the cell holds no time.
         """
-        count = int(cell) if cell.isdecimal() else self._count(cell)
+        count = int(cell) if cell.isdecimal() else self._parse_count(cell)
         if count is None:
             return None
         if self._per_second is None or self._first is None or count < self._last:
-            self._with_care(count)
+            self._update_reference(count)
         self._last = count
         return (count - self._zero) / (self._per_second or 1.0)
 
-    def _with_care(self, count: float) -> None:
+    def _update_reference(self, count: float) -> None:
         """Begin, find the unit, or go on where a counter wrapped."""
         if self._first is None:
             self._first = self._last = self._zero = count
-            if self._per_second is None and DATES[0] <= count < DATES[1]:
-                self._read_in("s")
+            if self._per_second is None and DATE_RANGE_S[0] <= count < DATE_RANGE_S[1]:
+                self._set_unit("s")
         elif count < self._last:
-            self._turn(count)
+            self._unwrap(count)
         elif count > self._last and self._per_second is None:
-            self._read_in(self._nearest(count - self._last))
+            self._set_unit(self._guess_unit(count - self._last))
 
-    def _read_in(self, unit: str | None) -> None:
+    def _set_unit(self, unit: str | None) -> None:
         if unit is not None:
             self._per_second = self._rate if unit == SAMPLES else PER_SECOND[unit]
 
@@ -102,37 +102,37 @@ class StampCells:
         vars(cells).update(state)
         return cells
 
-    def _count(self, cell: str) -> float | None:
+    def _parse_count(self, cell: str) -> float | None:
         """Return the number in a cell, exact where it is whole; None where it is missing."""
         try:
-            return int(cell) if cell[1:].isdecimal() else _finite(float(cell or "nan"))
+            return int(cell) if cell[1:].isdecimal() else _finite_or_none(float(cell or "nan"))
         except ValueError:
-            return self._date(cell)
+            return self._parse_date(cell)
 
-    def _date(self, cell: str) -> int:
+    def _parse_date(self, cell: str) -> int:
         if not is_date(cell):
             raise LogError("its time is no number and no date")
-        self._read_in("ns")
-        found = dates_in(np.array([cell], dtype=object), "time")
-        return int(found.astype(f"{found.dtype.str[:2]}8[ns]").view(np.int64)[0])
+        self._set_unit("ns")
+        times = parse_date_column(np.array([cell], dtype=object), "time")
+        return int(times.astype(f"{times.dtype.str[:2]}8[ns]").view(np.int64)[0])
 
-    def _turn(self, count: float) -> None:
+    def _unwrap(self, count: float) -> None:
         """Go on where a counter wrapped, or a day ended."""
         per_second = self._per_second or 1.0
         day = DAY_S * per_second
-        turns = [w for w in WRAPS if is_wrap(w, self._last, count, per_second / self._rate)]
-        midnight = abs(count - self._last + day) < _MIDNIGHT * day
-        if midnight and 0 <= count < _MIDNIGHT * day:
-            turns.append(round(day))
-        if turns:
-            self._zero -= turns[0]
+        wraps = [w for w in WRAP_COUNTS if is_wrap(w, self._last, count, per_second / self._rate)]
+        midnight = abs(count - self._last + day) < _MIDNIGHT_PART * day
+        if midnight and 0 <= count < _MIDNIGHT_PART * day:
+            wraps.append(round(day))
+        if wraps:
+            self._zero -= wraps[0]
             self.wrap_count += 1
 
-    def _nearest(self, step: float) -> str:
+    def _guess_unit(self, step: float) -> str:
         """Return the unit in which a step is nearest to a period of the rate."""
-        periods = {unit: step * self._rate / PER_SECOND[unit] for unit in _DECIMAL}
+        periods = {unit: step * self._rate / PER_SECOND[unit] for unit in _DECIMAL_UNITS}
         return min(periods, key=lambda unit: abs(math.log(periods[unit])))
 
 
-def _finite(number: float) -> float | None:
+def _finite_or_none(number: float) -> float | None:
     return number if math.isfinite(number) else None

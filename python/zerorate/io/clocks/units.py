@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.faults import Argument, given, said
+from zerorate.faults import Argument, keyword_argument, make_sentence
 from zerorate.io.clocks.names import UNITS
 from zerorate.record.log import LogError
 from zerorate.types import Floats
@@ -32,29 +32,29 @@ PER_SECOND: Final = {
 SAMPLES: Final = "samples"
 TIME_UNITS: Final = (*PER_SECOND, SAMPLES)
 """What ``time_unit=`` takes; samples are counted at the rate that is stated."""
-_DECIMAL: Final = ("s", "ms", "us", "ns")
+_DECIMAL_UNITS: Final = ("s", "ms", "us", "ns")
 """Units of a clock that says no other; the larger ones are never meant without a word."""
-DATES: Final = (946_684_800, 4_102_444_800)
+DATE_RANGE_S: Final = (946_684_800, 4_102_444_800)
 """Seconds from 1970 to the years 2000 and 2100: of no two units are they the same numbers."""
-_DAYS: Final = {
+_DAY_EPOCHS: Final = {
     "days since 1900": 25_569.0,
     "days since year 0": 719_529.0,
     "Julian days": 2_440_587.5,
 }
 """Days of spreadsheets, of MATLAB and of astronomers on the first day of 1970."""
-_SLOWEST: Final = 60.0
+_MAX_DATED_STEP_S: Final = 60.0
 """Longest step of dated stamps, s. A counter passes the same numbers in larger ones: one of
 microseconds at 10 kHz in steps of 100."""
-_SHORT_DAYS: Final = 2.0 / 86_400
+_MAX_STEP_DAYS: Final = 2.0 / 86_400
 """Longest step of days, which seconds do not take but at a rate that no sensor has."""
-_RATES: Final = (0.5, 32_000.0)
+_RATE_RANGE_HZ: Final = (0.5, 32_000.0)
 """Rates of inertial sensors, Hz."""
-_NEAR: Final = 0.05
+_RATE_TOLERANCE: Final = 0.05
 """Part by which the steps of late stamps may miss a rate that is stated."""
-_LAG: Final = 512
+_LAG_ROWS: Final = 512
 """Rows over which late and coarse stamps even out."""
-_HEAD: Final = 1 << 16
-_TICKS: Final = 8_000.0
+_HEAD_ROWS: Final = 1 << 16
+_MIN_MICROSECOND_STEP: Final = 8_000.0
 """Steps of a SampleTimeFine from which it counts microseconds: its devices that do are no faster
 than 120 Hz, those that count tenths of a millisecond no slower than 4 Hz in practice."""
 
@@ -67,7 +67,7 @@ class Unit(NamedTuple):
     note: str | None = None
 
 
-class UnitsRemain(LogError):
+class AmbiguousUnitError(LogError):
     """Timestamps may be of several units, in each of which they are the clock of a sensor."""
 
     def __init__(self, message: str, units: tuple[str, ...]) -> None:
@@ -76,7 +76,7 @@ class UnitsRemain(LogError):
         self.units = units
 
 
-def checked_time_unit(unit: str | None) -> str | None:
+def check_time_unit(unit: str | None) -> str | None:
     """Return a unit of timestamps in its one spelling; ValueError that lists those known."""
     if unit is None or unit in TIME_UNITS:
         return unit
@@ -84,44 +84,48 @@ def checked_time_unit(unit: str | None) -> str | None:
         if isinstance(unit, str) and unit.lower() in spellings:
             return known
     raise ValueError(
-        said(given("time_unit"), f" must be one of {', '.join(TIME_UNITS)}, got {unit!r}")
+        make_sentence(
+            keyword_argument("time_unit"), f" must be one of {', '.join(TIME_UNITS)}, got {unit!r}"
+        )
     )
 
 
-def date_unit(name: str, first: float, since: Counts) -> tuple[str, Unit] | None:
+def find_date_unit(name: str, first: float, since: Counts) -> tuple[str, Unit] | None:
     """Return the unit in which the stamps are dates of this century, None if there is none."""
     # Of three stamps one may be wild.
-    middle = first + sorted(float(since[i]) for i in (0, len(since) // 2, -1))[1]
-    for unit in _DECIMAL:
-        if DATES[0] <= middle / PER_SECOND[unit] < DATES[1]:
-            slow = middle_step(since) > _SLOWEST * PER_SECOND[unit]
-            return None if slow else (unit, Unit(PER_SECOND[unit], 0.0, _on_dates(name, unit)))
-    for called, zero in _DAYS.items():
-        dated = DATES[0] <= 86_400 * (middle - zero) < DATES[1]
-        if dated and 0.0 < middle_step(since) <= _SHORT_DAYS:
-            note = _on_dates(name, f"days ({called})")
+    median_count = first + sorted(float(since[i]) for i in (0, len(since) // 2, -1))[1]
+    for unit in _DECIMAL_UNITS:
+        if DATE_RANGE_S[0] <= median_count / PER_SECOND[unit] < DATE_RANGE_S[1]:
+            slow = median_step(since) > _MAX_DATED_STEP_S * PER_SECOND[unit]
+            return (
+                None if slow else (unit, Unit(PER_SECOND[unit], 0.0, _describe_dates(name, unit)))
+            )
+    for epoch_name, zero in _DAY_EPOCHS.items():
+        dated = DATE_RANGE_S[0] <= 86_400 * (median_count - zero) < DATE_RANGE_S[1]
+        if dated and 0.0 < median_step(since) <= _MAX_STEP_DAYS:
+            note = _describe_dates(name, f"days ({epoch_name})")
             return "days", Unit(PER_SECOND["days"], -zero * 86_400, note)
     return None
 
 
-def _on_dates(name: str, unit: str) -> str:
+def _describe_dates(name: str, unit: str) -> str:
     return f"time column '{name}' read as {unit}: in that unit it holds dates"
 
 
-def unit_of_rate(name: str, step: float, rate: float) -> Unit | None:
+def find_rate_unit(name: str, step: float, rate: float) -> Unit | None:
     """Return the unit in which rows so many counts apart have the rate stated, None for none."""
-    for unit in _DECIMAL:
-        if abs(step * rate / PER_SECOND[unit] - 1) < _NEAR:
-            told = f"time column '{name}' read as {unit}, judged by the rate stated"
-            return Unit(PER_SECOND[unit], 0.0, None if unit == "s" else told)
+    for unit in _DECIMAL_UNITS:
+        if abs(step * rate / PER_SECOND[unit] - 1) < _RATE_TOLERANCE:
+            note = f"time column '{name}' read as {unit}, judged by the rate stated"
+            return Unit(PER_SECOND[unit], 0.0, None if unit == "s" else note)
     return None
 
 
-def unit_of(
+def find_unit(
     name: str,
     column: npt.NDArray[np.generic],
     step: float,
-    beside: Callable[[Sequence[str]], tuple[str, str] | None] | None,
+    unit_hint: Callable[[Sequence[str]], tuple[str, str] | None] | None,
 ) -> Unit:
     """Return the unit in which rows so many counts apart are those of an inertial sensor.
 
@@ -131,7 +135,7 @@ def unit_of(
         Name of the stamps, and their values.
     step
         Counts from one row to the next.
-    beside
+    unit_hint
         Returns which of some units another clock in the table tells, and the name of that.
 
     Raises
@@ -141,78 +145,88 @@ def unit_of(
     LogError
         If there is none.
     """
-    called = f"time column '{name}' read as"
+    prefix = f"time column '{name}' read as"
     if name.lower().replace("_", "").endswith("sampletimefine"):
-        unit = "us" if step >= _TICKS else "100us"
-        return Unit(PER_SECOND[unit], 0.0, f"{called} {unit}, as its steps of {step:g} are")
+        unit = "us" if step >= _MIN_MICROSECOND_STEP else "100us"
+        return Unit(PER_SECOND[unit], 0.0, f"{prefix} {unit}, as its steps of {step:g} are")
     if step <= 0.0:
         return Unit(1.0)
-    units = [u for u in _DECIMAL if _RATES[0] <= PER_SECOND[u] / step <= _RATES[1] * 1.001]
+    units = [
+        u
+        for u in _DECIMAL_UNITS
+        if _RATE_RANGE_HZ[0] <= PER_SECOND[u] / step <= _RATE_RANGE_HZ[1] * 1.001
+    ]
     if units == ["s"]:
         return Unit(1.0)
-    if len(units) > 1 and _fractional(column):
+    if len(units) > 1 and _has_fractions(column):
         # Counters count; decimals below one are those of seconds.
         units = ["s"] if step < 0.5 and "s" in units else [u for u in units if u in ("s", "ms")]
     if len(units) == 1:
-        told = f"{called} {units[0]}, judged by its step: {_rate(units[0], step)}"
-        return Unit(PER_SECOND[units[0]], 0.0, told)
-    if units and beside is not None and (found := beside(units)) is not None:
-        unit, other = found
-        return Unit(PER_SECOND[unit], 0.0, f"{called} {unit}, as column '{other}' tells")
-    raise _refusal(name, units, step)
+        note = f"{prefix} {units[0]}, judged by its step: {_format_rate(units[0], step)}"
+        return Unit(PER_SECOND[units[0]], 0.0, note)
+    if units and unit_hint is not None and (hint := unit_hint(units)) is not None:
+        unit, other = hint
+        return Unit(PER_SECOND[unit], 0.0, f"{prefix} {unit}, as column '{other}' tells")
+    raise _make_unit_error(name, units, step)
 
 
-def _refusal(name: str, units: Sequence[str], step: float) -> LogError:
+def _make_unit_error(name: str, units: Sequence[str], step: float) -> LogError:
     if not units:
-        readings = " or ".join(f"{_rate(u, step)} in {u}" for u in ("s", "ms"))
+        readings = " or ".join(f"{_format_rate(u, step)} in {u}" for u in ("s", "ms"))
         return LogError(
-            said(
+            make_sentence(
                 f"time column '{name}' is in no unit the clock of a sensor of 0.5 Hz to 32 kHz (it "
                 f"would be {readings}); ",
-                given("time_unit"),
+                keyword_argument("time_unit"),
                 " says its unit",
             )
         )
-    readings = " or ".join(f"{u} ({_rate(u, step)})" for u in units)
-    counted = (", or count samples (", in_unit(SAMPLES), " and ", given("rate"), ")")
+    readings = " or ".join(f"{u} ({_format_rate(u, step)})" for u in units)
+    counted = (
+        ", or count samples (",
+        unit_argument(SAMPLES),
+        " and ",
+        keyword_argument("rate"),
+        ")",
+    )
     counter = counted if step == 1.0 else ()
-    first, *others = map(in_unit, units)
+    first, *others = map(unit_argument, units)
     listed = [part for unit in others for part in (" or ", unit)]
     parts = (f"time column '{name}' may be in {readings}", *counter, ": say which by ")
-    return UnitsRemain(said(*parts, first, *listed), tuple(units))
+    return AmbiguousUnitError(make_sentence(*parts, first, *listed), tuple(units))
 
 
-def in_unit(unit: str) -> Argument:
+def unit_argument(unit: str) -> Argument:
     """Return the argument that says a unit of timestamps."""
-    return given("time_unit", unit, f"time_unit={unit!r}")
+    return keyword_argument("time_unit", unit, f"time_unit={unit!r}")
 
 
-def _rate(unit: str, step: float) -> str:
+def _format_rate(unit: str, step: float) -> str:
     return f"{PER_SECOND[unit] / step:.4g} Hz"
 
 
-def _fractional(column: npt.NDArray[np.generic]) -> bool:
+def _has_fractions(column: npt.NDArray[np.generic]) -> bool:
     if column.dtype.kind != "f":
         return False
-    head: Floats = column[:_HEAD].astype(np.float64)
+    head: Floats = column[:_HEAD_ROWS].astype(np.float64)
     return bool((head != np.rint(head)).any())
 
 
 def row_step(since: Counts) -> float:
     """Return the counts from one row to the next, unmoved by late, coarse and missing stamps."""
-    lag = min(_LAG, max(1, len(since) // 8))
+    lag = min(_LAG_ROWS, max(1, len(since) // 8))
     if len(since) < 2:
         return 0.0
-    some = slice(None, 4 * _HEAD)
-    over = (since[lag:][some] - since[:-lag][some]).astype(np.float64)
-    typical = float(np.median(over)) / lag
-    middle = middle_step(since)
+    head = slice(None, 4 * _HEAD_ROWS)
+    lag_steps = (since[lag:][head] - since[:-lag][head]).astype(np.float64)
+    typical = float(np.median(lag_steps)) / lag
+    middle = median_step(since)
     # Where hardly a row differs from the one after it by less, rows are missing and none is late.
     return middle if middle > 0.0 and 0.5 * middle < typical < 2.0 * middle else typical
 
 
-def middle_step(since: Counts) -> float:
+def median_step(since: Counts) -> float:
     """Return the median of the steps forward, 0 if there are none."""
-    steps = np.diff(since[: 4 * _HEAD]).astype(np.float64)
+    steps = np.diff(since[: 4 * _HEAD_ROWS]).astype(np.float64)
     steps = steps[steps > 0]
     return float(np.median(steps)) if steps.size else 0.0

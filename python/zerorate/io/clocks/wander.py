@@ -13,27 +13,27 @@ from typing import Final, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.clocks.gaps import WINDOW, medians
+from zerorate.io.clocks.gaps import WINDOW_ROWS, window_medians
 from zerorate.types import Floats, Integers
 
 _Number = TypeVar("_Number", np.float64, np.int64)
 
-_BLOCKS: Final = (40, 160, 640, 2560, 10_240)
+_LEVEL_COUNTS: Final = (40, 160, 640, 2560, 10_240)
 """Levels in a log, from slow wander to quick one."""
-_FEWEST: Final = 32
+_MIN_LEVEL_ROWS: Final = 32
 """Rows of a level."""
-_MANY: Final = 300
+_STEADY_LEVEL_ROWS: Final = 300
 """Rows of a level that a gap of one row, if it is none, hardly moves."""
-_SHORTEST: Final = 0.5
+_MIN_LEVEL_S: Final = 0.5
 """Seconds of a level: what is quicker is called jitter."""
-_LUMPS: Final = 8
+_MIN_LEVEL_BLOCKS: Final = 8
 """Lumps of rows that share a stamp, or arrived together, in a level."""
-_RATIO: Final = 4.0
+_MIN_VARIANCE_RATIO: Final = 4.0
 """Variance of the levels over that which their steps let expect (von Neumann's ratio): 1 by chance,
 with a deviation of 0.3 for forty of them."""
-_MATTERS: Final = 5e-3
+_MIN_WANDER_S: Final = 5e-3
 """Half the range, s, that four fifths of the levels take at least: 15 cm on a road."""
-_OWN: Final = 0.4
+_MAX_OFFSET_PERIODS: Final = 0.4
 """Periods by which a stamp may leave those around it and still be kept as it is."""
 
 
@@ -48,7 +48,7 @@ class Wander(NamedTuple):
     slowest: float
     fastest: float
 
-    def kept(self, even: Floats, deviation: Floats, period: float) -> Floats:
+    def stamp_times(self, even: Floats, deviation: Floats, period: float) -> Floats:
         """Return the times of rows: their stamps, or those around them where they came late.
 
         Parameters
@@ -58,21 +58,28 @@ class Wander(NamedTuple):
         period
             Of that clock, s.
         """
-        near = deviation.copy()
-        off = np.flatnonzero(np.abs(deviation - self.level) > _OWN * period)
+        offsets = deviation.copy()
+        off = np.flatnonzero(np.abs(deviation - self.level) > _MAX_OFFSET_PERIODS * period)
         # Across a gap the rows of the other side may stand elsewhere.
-        sides = medians(deviation, off - WINDOW, WINDOW), medians(deviation, off + 1, WINDOW)
-        apart = [np.abs(deviation[off] - side) for side in sides]
-        by = np.fmin(*apart)
+        sides = (
+            window_medians(deviation, off - WINDOW_ROWS, WINDOW_ROWS),
+            window_medians(deviation, off + 1, WINDOW_ROWS),
+        )
+        distances = [np.abs(deviation[off] - side) for side in sides]
+        distance = np.fmin(*distances)
         # At the ends of a log there is one side alone.
-        around = np.where(apart[0] == by, sides[0], sides[1])
-        late = by > _OWN * period
-        near[off[late]] = around[late]
-        return np.asarray(np.maximum.accumulate(even + near))
+        around = np.where(distances[0] == distance, sides[0], sides[1])
+        late = distance > _MAX_OFFSET_PERIODS * period
+        offsets[off[late]] = around[late]
+        return np.asarray(np.maximum.accumulate(even + offsets))
 
 
-def wander_of(
-    deviation: Floats, period: float, lump: float = 1.0, rows: Integers | None = None, n: int = 0
+def find_wander(
+    deviation: Floats,
+    period: float,
+    block_rows: float = 1.0,
+    rows: Integers | None = None,
+    n: int = 0,
 ) -> Wander | None:
     """Return the wander of a clock, None unless it is certain and matters.
 
@@ -82,57 +89,62 @@ def wander_of(
         How far stamps are from an even clock, s.
     period
         Of that clock, s.
-    lump
+    block_rows
         Rows that share a stamp or came together.
     rows, n
         The rows to which the deviations belong, and how many there are; by default all.
     """
-    least = max(_FEWEST, _SHORTEST / period, _LUMPS * lump)
+    min_rows = max(_MIN_LEVEL_ROWS, _MIN_LEVEL_S / period, _MIN_LEVEL_BLOCKS * block_rows)
     if rows is not None:
-        least = max(15.0, _SHORTEST / period * len(rows) / n)
-    matters = max(0.5 * period, _MATTERS)
-    scales = [k for k in _BLOCKS if len(deviation) >= k * least]
-    if not scales or not np.ptp(deviation) > 2.0 * matters:
+        min_rows = max(15.0, _MIN_LEVEL_S / period * len(rows) / n)
+    min_wander = max(0.5 * period, _MIN_WANDER_S)
+    scales = [k for k in _LEVEL_COUNTS if len(deviation) >= k * min_rows]
+    if not scales or not np.ptp(deviation) > 2.0 * min_wander:
         return None
-    seen = next((k for k in scales if _wanders(_levels(deviation, k), matters)), None)
-    if seen is None:
+    level_count = next(
+        (k for k in scales if _has_wander(_block_levels(deviation, k), min_wander)), None
+    )
+    if level_count is None:
         return None
-    own = np.arange(len(deviation)) if rows is None else rows
-    everywhere = np.arange(len(deviation) if rows is None else n)
+    own_rows = np.arange(len(deviation)) if rows is None else rows
+    all_rows = np.arange(len(deviation) if rows is None else n)
 
     def through(count: int) -> Floats:
-        centres = _blocks(own, count).mean(axis=1)
-        return _through(everywhere, centres, _levels(deviation, count))
+        centres = _split_blocks(own_rows, count).mean(axis=1)
+        return _interpolate_levels(all_rows, centres, _block_levels(deviation, count))
 
-    levels, centres = _levels(deviation, scales[-1]), _blocks(own, scales[-1]).mean(axis=1)
-    over = max(1, len(levels) // _BLOCKS[0])
-    slopes = (levels[over:] - levels[:-over]) / (centres[over:] - centres[:-over])
+    levels, centres = (
+        _block_levels(deviation, scales[-1]),
+        _split_blocks(own_rows, scales[-1]).mean(axis=1),
+    )
+    lag = max(1, len(levels) // _LEVEL_COUNTS[0])
+    slopes = (levels[lag:] - levels[:-lag]) / (centres[lag:] - centres[:-lag])
     low, high = 1.0 / (period + slopes.max()), 1.0 / (period + slopes.min())
-    long = [k for k in scales if len(deviation) >= k * _MANY]
-    slow = through(max([seen, *long]))
+    long = [k for k in scales if len(deviation) >= k * _STEADY_LEVEL_ROWS]
+    slow = through(max([level_count, *long]))
     return Wander(through(scales[-1]), slow, float(low), float(high))
 
 
-def _levels(deviation: Floats, blocks: int) -> Floats:
-    levels: Floats = np.median(_blocks(deviation, blocks), axis=1)
+def _block_levels(deviation: Floats, blocks: int) -> Floats:
+    levels: Floats = np.median(_split_blocks(deviation, blocks), axis=1)
     return levels
 
 
-def _blocks(values: npt.NDArray[_Number], count: int) -> npt.NDArray[_Number]:
+def _split_blocks(values: npt.NDArray[_Number], count: int) -> npt.NDArray[_Number]:
     """Return values in so many rows or some more, but for less than a row at the end."""
     width = len(values) // count
     return values[: len(values) // width * width].reshape(-1, width)
 
 
-def _wanders(levels: Floats, matters: float) -> bool:
+def _has_wander(levels: Floats, min_wander: float) -> bool:
     low, few, many, high = np.percentile(levels, (5, 10, 90, 95))
     # Some late blocks make no clock wander.
     levels = np.clip(levels, low, high)
     by_steps = 0.5 * float(np.mean(np.diff(levels) ** 2))
-    return bool(0.5 * (many - few) > matters and levels.var() > _RATIO * by_steps)
+    return bool(0.5 * (many - few) > min_wander and levels.var() > _MIN_VARIANCE_RATIO * by_steps)
 
 
-def _through(rows: Integers, centres: Floats, levels: Floats) -> Floats:
+def _interpolate_levels(rows: Integers, centres: Floats, levels: Floats) -> Floats:
     """Return the line through levels at all rows, which goes on at both ends."""
     slopes = np.diff(levels)[[0, -1]] / np.diff(centres)[[0, -1]]
     first, last = rows[0] - 1.0, rows[-1] + 1.0

@@ -36,18 +36,18 @@ _TIME: Final = re.compile(
     r"([0-9]{1,2}):([0-9]{2})(?::([0-9]{2}))?(?:[.,:]([0-9]{1,9}))?"
     r"(?: ?([AaPp])\.?[Mm]\.?)?(?: ?(Z|[+-][0-9]{2}:?[0-9]{2}))?"
 )
-_EPOCH: Final = date(1970, 1, 1).toordinal()
-_DAY: Final = 86_400 * 10**9
+_EPOCH_DAY: Final = date(1970, 1, 1).toordinal()
+_DAY_NS: Final = 86_400 * 10**9
 
 
-_HALF_DAY: Final = 43_200.0
-_LOOKED_AT: Final = 10_000
+_HALF_DAY_S: Final = 43_200.0
+_MAX_PROBED: Final = 10_000
 """Numbers that tell nearly any count from times of day, for little of what all would cost."""
-_PACKED: Final = (1, 1_000, 1_000_000)
+_PACKED_PER_SECOND: Final = (1, 1_000, 1_000_000)
 """Counts a second of hours, minutes and seconds written as one number: HHMMSS, HHMMSSmmm."""
 
 
-class _Parts(NamedTuple):
+class _TimeParts(NamedTuple):
     """Texts of a time: its date, hours, minutes, seconds, their fraction, half of day and zone."""
 
     day: str
@@ -61,38 +61,46 @@ class _Parts(NamedTuple):
 
 def is_written_time(cell: str) -> bool:
     """Whether a text is a time of day, maybe after a date."""
-    parts = _parts(cell)
-    return parts is not None and _nanoseconds(parts) is not None
+    parts = _split_time(cell)
+    return parts is not None and _time_of_day_ns(parts) is not None
 
 
-def _parts(cell: str) -> _Parts | None:
-    found = _TIME.fullmatch(cell.strip())
-    return None if found is None else _Parts(*(text or "" for text in found.groups()))
+def _split_time(cell: str) -> _TimeParts | None:
+    match = _TIME.fullmatch(cell.strip())
+    return None if match is None else _TimeParts(*(text or "" for text in match.groups()))
 
 
-def written_times(cells: Sequence[str]) -> npt.NDArray[Any] | None:
+def parse_written_times(cells: Sequence[str]) -> npt.NDArray[Any] | None:
     """Return texts as dates, or as durations since midnight where they tell no date for certain.
 
     None if one is no time, or not written like the first one.
     """
-    parts = [_parts(cell) for cell in cells]
-    if not parts or any(one is None for one in parts):
+    parts = [_split_time(cell) for cell in cells]
+    if not parts or any(time_parts is None for time_parts in parts):
         return None
-    known = [one for one in parts if one is not None]
-    shapes = {(bool(one.day), bool(one.half), bool(one.zone), bool(one.seconds)) for one in known}
-    clock = [_nanoseconds(one) for one in known]
+    known = [time_parts for time_parts in parts if time_parts is not None]
+    shapes = {
+        (
+            bool(time_parts.day),
+            bool(time_parts.half),
+            bool(time_parts.zone),
+            bool(time_parts.seconds),
+        )
+        for time_parts in known
+    }
+    clock = [_time_of_day_ns(time_parts) for time_parts in known]
     if len(shapes) != 1 or None in clock:
         return None
     time = np.array(clock, dtype=np.int64)
     if not known[0].day:
         return time.astype("timedelta64[ns]")
-    days = _days([one.day for one in known])
+    days = _parse_days([time_parts.day for time_parts in known])
     if isinstance(days, str):
         return None if days == "none" else time.astype("timedelta64[ns]")
-    return (time + days * _DAY).astype("datetime64[ns]")
+    return (time + days * _DAY_NS).astype("datetime64[ns]")
 
 
-def _nanoseconds(parts: _Parts) -> int | None:
+def _time_of_day_ns(parts: _TimeParts) -> int | None:
     """Return the time of day less its zone, None if no clock shows it."""
     fraction = int(parts.fraction.ljust(9, "0")) if parts.fraction else 0
     hours, minutes = int(parts.hours), int(parts.minutes)
@@ -108,17 +116,17 @@ def _nanoseconds(parts: _Parts) -> int | None:
         hours = hours % 12 + (12 if parts.half in "pP" else 0)
     if hours > 23 or minutes > 59 or seconds > 60:
         return None
-    return (3600 * hours + 60 * minutes + seconds) * 10**9 + fraction - _ahead(parts.zone)
+    return (3600 * hours + 60 * minutes + seconds) * 10**9 + fraction - _zone_offset_ns(parts.zone)
 
 
-def _ahead(zone: str) -> int:
+def _zone_offset_ns(zone: str) -> int:
     if zone in ("", "Z"):
         return 0
     minutes = 60 * int(zone[1:3]) + int(zone[-2:])
     return (-minutes if zone[0] == "-" else minutes) * 60 * 10**9
 
 
-def _days(texts: Sequence[str]) -> npt.NDArray[np.int64] | str:
+def _parse_days(texts: Sequence[str]) -> npt.NDArray[np.int64] | str:
     """Return days since 1970; "none" if one is no date, "unsure" if day and month may be either."""
     different = dict.fromkeys(texts)
     split = {text: re.split(r"[-/. ]", text) for text in different}
@@ -131,16 +139,16 @@ def _days(texts: Sequence[str]) -> npt.NDArray[np.int64] | str:
         same = all(parts[0] == parts[1] for parts in numbers)
         if not same:
             return "unsure"
-    found: dict[str, int] = {}
+    day_numbers: dict[str, int] = {}
     for text, parts in split.items():
-        day = _ordinal(parts, month_first and not day_first)
+        day = _parse_day(parts, month_first and not day_first)
         if day is None:
             return "none"
-        found[text] = day - _EPOCH
-    return np.array([found[text] for text in texts], dtype=np.int64)
+        day_numbers[text] = day - _EPOCH_DAY
+    return np.array([day_numbers[text] for text in texts], dtype=np.int64)
 
 
-def _ordinal(parts: Sequence[str], month_first: bool) -> int | None:
+def _parse_day(parts: Sequence[str], month_first: bool) -> int | None:
     if len(parts[0]) == 4:
         year, month, day = (int(part) for part in parts)
     elif parts[1].isdigit():
@@ -156,29 +164,31 @@ def _ordinal(parts: Sequence[str], month_first: bool) -> int | None:
         return None
 
 
-def unpacked_times(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
+def unpack_times(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
     """Return the seconds of day of numbers such as 120059990, None where they are no such times.
 
     ``HHMMSS`` with decimals, ``HHMMSSmmm`` and microseconds are told from a count by what they do
     at a full minute: they leap by forty seconds there, and no number has a 60 where seconds stand.
     """
-    some = numbers[:: max(1, len(numbers) // _LOOKED_AT)]
-    for per_second in map(float, _PACKED):
-        if _passes_minutes(numbers, per_second) and _split(some, per_second) is not None:
-            seconds = _unpacked(numbers, per_second)
+    probed = numbers[:: max(1, len(numbers) // _MAX_PROBED)]
+    for per_second in map(float, _PACKED_PER_SECOND):
+        if _spans_minutes(numbers, per_second) and _split_packed(probed, per_second) is not None:
+            seconds = _unpack(numbers, per_second)
             if seconds is not None:
                 return seconds
     return None
 
 
-def _passes_minutes(numbers: npt.NDArray[Any], per_second: float) -> bool:
+def _spans_minutes(numbers: npt.NDArray[Any], per_second: float) -> bool:
     """Whether numbers are within a day, and not all of one minute."""
-    least, most = float(numbers.min()), float(numbers.max())
+    smallest, largest = float(numbers.min()), float(numbers.max())
     minute = 100.0 * per_second
-    return 0.0 <= least <= most < 2_400.0 * minute and least // minute < most // minute
+    return 0.0 <= smallest <= largest < 2_400.0 * minute and smallest // minute < largest // minute
 
 
-def _split(numbers: npt.NDArray[Any], per_second: float) -> tuple[npt.NDArray[Any], ...] | None:
+def _split_packed(
+    numbers: npt.NDArray[Any], per_second: float
+) -> tuple[npt.NDArray[Any], ...] | None:
     """Return hours and minutes as one number, and seconds of day; None if one of these is none."""
     written = numbers / per_second
     whole = np.floor(written)
@@ -189,15 +199,19 @@ def _split(numbers: npt.NDArray[Any], per_second: float) -> tuple[npt.NDArray[An
     return minutes, 3600.0 * hour + 60.0 * minute + second + (written - whole)
 
 
-def _unpacked(numbers: npt.NDArray[Any], per_second: float) -> npt.NDArray[np.float64] | None:
-    split = _split(numbers, per_second)
+def _unpack(numbers: npt.NDArray[Any], per_second: float) -> npt.NDArray[np.float64] | None:
+    split = _split_packed(numbers, per_second)
     if split is None:
         return None
     minutes, seconds = split
-    turns = np.diff(minutes) != 0.0
-    if not turns.any() or turns.mean() > 0.5:
+    minute_changes = np.diff(minutes) != 0.0
+    if not minute_changes.any() or minute_changes.mean() > 0.5:
         return None
     step = float(np.median(np.diff(seconds)))
     # At a full minute, and at midnight, the rows go on as within it.
-    over = (np.diff(seconds)[turns] + _HALF_DAY) % (2.0 * _HALF_DAY) - _HALF_DAY
-    return seconds if float(np.median(np.abs(over - step))) <= max(1.0, 2.0 * step) else None
+    minute_steps = (np.diff(seconds)[minute_changes] + _HALF_DAY_S) % (
+        2.0 * _HALF_DAY_S
+    ) - _HALF_DAY_S
+    return (
+        seconds if float(np.median(np.abs(minute_steps - step))) <= max(1.0, 2.0 * step) else None
+    )

@@ -5,11 +5,11 @@ takes its rows as lines of text. To add one, write such a file and name it in `P
 """
 
 from zerorate.io.packets import phone, witmotion, xio, xsens
-from zerorate.io.packets.form import Damaged, Decoder, PacketForm, Row
+from zerorate.io.packets.protocol import Damage, Decoder, PacketProtocol, Row
 
-__all__ = ["PACKETS", "Damaged", "Decoder", "PacketForm", "Row"]
+__all__ = ["PACKETS", "Damage", "Decoder", "PacketProtocol", "Row"]
 
-PACKETS: dict[str, PacketForm] = {
-    form.name: form for form in (phone.FORM, witmotion.FORM, xio.FORM, xsens.FORM)
+PACKETS: dict[str, PacketProtocol] = {
+    form.name: form for form in (phone.PROTOCOL, witmotion.PROTOCOL, xio.PROTOCOL, xsens.PROTOCOL)
 }
 """The forms by their names."""

@@ -16,18 +16,18 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
-from zerorate.io.packets.form import (
+from zerorate.io.packets.protocol import (
     AXES,
     NO_TRIAD,
     Buffer,
-    Damaged,
-    PacketForm,
+    Damage,
+    PacketProtocol,
     Row,
-    by_lines,
-    named,
+    name_axes,
+    read_lines,
 )
 
-_LONGEST: Final = 1 << 22
+_MAX_MESSAGE_BYTES: Final = 1 << 22
 """Bytes of a message: Sensor Logger batches seconds of all sensors."""
 _SENSORS: Final = {
     "gyroscope": "gyro",
@@ -45,35 +45,35 @@ _SENSORS: Final = {
 
 class _Decoder:
     def __init__(self) -> None:
-        self._buffer = Buffer(_LONGEST)
+        self._buffer = Buffer(_MAX_MESSAGE_BYTES)
         self._last: dict[str, list[float]] = {}
 
-    def feed(self, raw: bytes) -> Iterator[Row | Damaged]:
+    def feed(self, raw: bytes) -> Iterator[Row | Damage]:
         self._buffer.raw += raw
-        why = "no JSON of events with a time and three numbers"
-        yield from by_lines(self._buffer, self._rows, why, "phone")
+        reason = "no JSON of events with a time and three numbers"
+        yield from read_lines(self._buffer, self._decode, reason, "phone")
 
-    def _rows(self, message: bytes) -> list[Row]:
+    def _decode(self, message: bytes) -> list[Row]:
         if not message.strip():
             return []
         try:
-            return list(self._of_events(_events(json.loads(message))))
+            return list(self._decode_events(_check_events(json.loads(message))))
         except RecursionError:
             raise ValueError("nested too deeply") from None
 
-    def _of_events(self, events: Iterable[Mapping[str, Any]]) -> Iterator[Row]:
+    def _decode_events(self, events: Iterable[Mapping[str, Any]]) -> Iterator[Row]:
         for event in events:
             sensor = _SENSORS.get(str(event.get("type", event.get("name"))).lower())
             if sensor is None:
                 continue
-            stamp, triad = _stamp(event), _triad(event.get("values"))
+            stamp, triad = _find_stamp(event), _check_triad(event.get("values"))
             if sensor != "gyro":
                 self._last[sensor] = triad
                 continue
-            yield (stamp, *triad, *self._force(), *self._last.get("mag", NO_TRIAD))
+            yield (stamp, *triad, *self._specific_force(), *self._last.get("mag", NO_TRIAD))
             self._last = {}
 
-    def _force(self) -> Row:
+    def _specific_force(self) -> Row:
         last = self._last
         if "accel" in last:
             return last["accel"]
@@ -82,34 +82,34 @@ class _Decoder:
         return NO_TRIAD
 
 
-def _events(message: Any) -> list[Mapping[str, Any]]:  # noqa: ANN401
+def _check_events(message: Any) -> list[Mapping[str, Any]]:  # noqa: ANN401
     events = message.get("payload", [message]) if isinstance(message, dict) else message
     if not isinstance(events, list) or not all(isinstance(event, dict) for event in events):
         raise ValueError("no events")
     return events
 
 
-def _stamp(event: Mapping[str, Any]) -> int:
+def _find_stamp(event: Mapping[str, Any]) -> int:
     stamp = event.get("timestamp", event.get("time"))
     if not isinstance(stamp, int):
         raise ValueError("no time")
     return stamp
 
 
-def _triad(values: Any) -> list[float]:  # noqa: ANN401
-    found = [values.get(axis) for axis in AXES] if isinstance(values, dict) else values
-    if not isinstance(found, list) or len(found) < 3:
+def _check_triad(values: Any) -> list[float]:  # noqa: ANN401
+    numbers = [values.get(axis) for axis in AXES] if isinstance(values, dict) else values
+    if not isinstance(numbers, list) or len(numbers) < 3:
         raise ValueError("no three numbers")
-    triad = [float(value) for value in found[:3] if isinstance(value, int | float)]
+    triad = [float(value) for value in numbers[:3] if isinstance(value, int | float)]
     if len(triad) < 3 or not all(map(math.isfinite, triad)):
         raise ValueError("no three numbers")
     return triad
 
 
-FORM: Final = PacketForm(
+PROTOCOL: Final = PacketProtocol(
     "phone",
     "phones: JSON of SensorServer (WebSocket) and of Sensor Logger (pushed)",
-    ("time_ns", *named("gyro_{}_radps", "accel_{}_mps2", "mag_{}_ut")),
+    ("time_ns", *name_axes("gyro_{}_radps", "accel_{}_mps2", "mag_{}_ut")),
     _Decoder,
     lines=True,
 )

@@ -12,71 +12,71 @@ import struct
 from collections.abc import Iterator
 from typing import Final
 
-from zerorate.io.packets.form import NO_TRIAD, Buffer, Damaged, PacketForm, Row, named
+from zerorate.io.packets.protocol import NO_TRIAD, Buffer, Damage, PacketProtocol, Row, name_axes
 
 _START: Final = 0x55
 _TIME, _ACCEL, _GYRO, _MAG = 0x50, 0x51, 0x52, 0x54
-_BOTH: Final = 0x61
+_COMBINED: Final = 0x61
 _KINDS: Final = range(0x50, 0x60)
-_LENGTH: Final = 11
-_BLUETOOTH: Final = 20
-_G: Final = 16.0 / 32768.0
-_DPS: Final = 2000.0 / 32768.0
+_PACKET_BYTES: Final = 11
+_BLUETOOTH_BYTES: Final = 20
+_G_PER_COUNT: Final = 16.0 / 32768.0
+_DPS_PER_COUNT: Final = 2000.0 / 32768.0
 
 
 class _Decoder:
     """A row is complete with the rate: acceleration comes before it, the field after."""
 
     def __init__(self) -> None:
-        self._buffer = Buffer(_BLUETOOTH)
+        self._buffer = Buffer(_BLUETOOTH_BYTES)
         self._accel: Row = NO_TRIAD
         self._mag: Row = NO_TRIAD
 
-    def feed(self, raw: bytes) -> Iterator[Row | Damaged]:
+    def feed(self, raw: bytes) -> Iterator[Row | Damage]:
         self._buffer.raw += raw
-        while (packet := self._packet()) is not None:
-            yield from self._buffer.damage("no packet with a right checksum")
-            yield from self._row(packet)
-        yield from self._buffer.hopeless("witmotion")
+        while (packet := self._next_packet()) is not None:
+            yield from self._buffer.report_damage("no packet with a right checksum")
+            yield from self._decode(packet)
+        yield from self._buffer.report_unknown("witmotion")
 
-    def _packet(self) -> bytes | None:
+    def _next_packet(self) -> bytes | None:
         raw = self._buffer.raw
         while raw:
             if raw[0] != _START:
                 start = raw.find(_START)
                 self._buffer.skip(start if start >= 0 else len(raw))
                 continue
-            if len(raw) < _LENGTH:
+            if len(raw) < _PACKET_BYTES:
                 return None
-            if raw[1] == _BOTH:
-                if len(raw) < _BLUETOOTH:
+            if raw[1] == _COMBINED:
+                if len(raw) < _BLUETOOTH_BYTES:
                     return None
                 # Without a checksum, the next one's start has to do.
-                if len(raw) == _BLUETOOTH or raw[_BLUETOOTH] == _START:
-                    return self._buffer.take(_BLUETOOTH)
-            elif raw[1] in _KINDS and sum(raw[: _LENGTH - 1]) % 256 == raw[_LENGTH - 1]:
-                return self._buffer.take(_LENGTH)
+                if len(raw) == _BLUETOOTH_BYTES or raw[_BLUETOOTH_BYTES] == _START:
+                    return self._buffer.take(_BLUETOOTH_BYTES)
+            elif raw[1] in _KINDS and sum(raw[: _PACKET_BYTES - 1]) % 256 == raw[_PACKET_BYTES - 1]:
+                return self._buffer.take(_PACKET_BYTES)
             self._buffer.skip(1)
         return None
 
-    def _row(self, packet: bytes) -> Iterator[Row]:
+    def _decode(self, packet: bytes) -> Iterator[Row]:
         kind, numbers = packet[1], struct.unpack_from("<3h", packet, 2)
         if kind == _ACCEL:
-            self._accel = [number * _G for number in numbers]
+            self._accel = [number * _G_PER_COUNT for number in numbers]
         elif kind == _MAG:
             self._mag = numbers
-        elif kind == _BOTH:
-            self._accel = [number * _G for number in numbers]
+        elif kind == _COMBINED:
+            self._accel = [number * _G_PER_COUNT for number in numbers]
             numbers = struct.unpack_from("<3h", packet, 8)
-        if kind in (_GYRO, _BOTH):
-            yield (*(number * _DPS for number in numbers), *self._accel, *self._mag)
+        if kind in (_GYRO, _COMBINED):
+            yield (*(number * _DPS_PER_COUNT for number in numbers), *self._accel, *self._mag)
             self._accel = self._mag = NO_TRIAD
 
 
-FORM: Final = PacketForm(
+PROTOCOL: Final = PacketProtocol(
     "witmotion",
     "WitMotion: packets 51, 52, 54 of serial lines, 61 of Bluetooth",
-    named("gyro_{}_dps", "accel_{}_g", "mag_{}"),
+    name_axes("gyro_{}_dps", "accel_{}_g", "mag_{}"),
     _Decoder,
     notify="0000ffe4-0000-1000-8000-00805f9a34fb",
 )

@@ -12,36 +12,44 @@ import struct
 from collections.abc import Iterator
 from typing import Final
 
-from zerorate.io.packets.form import NO_TRIAD, Buffer, Damaged, PacketForm, Row, by_lines, named
+from zerorate.io.packets.protocol import (
+    NO_TRIAD,
+    Buffer,
+    Damage,
+    PacketProtocol,
+    Row,
+    name_axes,
+    read_lines,
+)
 
-_BINARY: Final = 0x80
+_BINARY_BIT: Final = 0x80
 _INERTIAL, _MAG = ord("I"), ord("M")
-_NUMBERS: Final = {_INERTIAL: 6, _MAG: 3}
-_OTHERS: Final = b"ABEFHLNQRSTVW{"
+_NUMBER_COUNTS: Final = {_INERTIAL: 6, _MAG: 3}
+_IGNORED_KINDS: Final = b"ABEFHLNQRSTVW{"
 """What is not read: orientations, temperatures, notes, answers to commands."""
-_LONGEST: Final = 4096
+_MAX_MESSAGE_BYTES: Final = 4096
 
 
 class _Decoder:
     def __init__(self) -> None:
-        self._buffer = Buffer(_LONGEST)
+        self._buffer = Buffer(_MAX_MESSAGE_BYTES)
         self._mag: Row = NO_TRIAD
 
-    def feed(self, raw: bytes) -> Iterator[Row | Damaged]:
+    def feed(self, raw: bytes) -> Iterator[Row | Damage]:
         self._buffer.raw += raw
-        yield from by_lines(
-            self._buffer, self._rows, "no message as long as its letter says", "xio"
+        yield from read_lines(
+            self._buffer, self._decode, "no message as long as its letter says", "xio"
         )
 
-    def _rows(self, message: bytes) -> list[Row]:
+    def _decode(self, message: bytes) -> list[Row]:
         if not message.strip():
             return []
-        kind = message[0] & ~_BINARY
-        if kind not in _NUMBERS:
-            if kind in _OTHERS:
+        kind = message[0] & ~_BINARY_BIT
+        if kind not in _NUMBER_COUNTS:
+            if kind in _IGNORED_KINDS:
                 return []
             raise ValueError("no letter of a message")
-        stamp, numbers = (_of_bytes if message[0] & _BINARY else _of_text)(kind, message)
+        stamp, numbers = (_parse_binary if message[0] & _BINARY_BIT else _parse_text)(kind, message)
         if kind == _MAG:
             self._mag = numbers
             return []
@@ -49,32 +57,32 @@ class _Decoder:
         return [(stamp, *numbers, *mag)]
 
 
-def _of_bytes(kind: int, message: bytes) -> tuple[int, list[float]]:
-    plain = message.replace(b"\xdb\xdc", b"\n").replace(b"\xdb\xdd", b"\xdb")
-    form = f"<xQ{_NUMBERS[kind]}f"
-    if len(plain) != struct.calcsize(form):
+def _parse_binary(kind: int, message: bytes) -> tuple[int, list[float]]:
+    unescaped = message.replace(b"\xdb\xdc", b"\n").replace(b"\xdb\xdd", b"\xdb")
+    layout = f"<xQ{_NUMBER_COUNTS[kind]}f"
+    if len(unescaped) != struct.calcsize(layout):
         raise ValueError("too long or too short")
-    stamp, *numbers = struct.unpack(form, plain)
-    return stamp, _finite(numbers)
+    stamp, *numbers = struct.unpack(layout, unescaped)
+    return stamp, _check_finite(numbers)
 
 
-def _of_text(kind: int, message: bytes) -> tuple[int, list[float]]:
+def _parse_text(kind: int, message: bytes) -> tuple[int, list[float]]:
     cells = message.split(b",")
-    if len(cells) != 2 + _NUMBERS[kind]:
+    if len(cells) != 2 + _NUMBER_COUNTS[kind]:
         raise ValueError("too long or too short")
-    return int(cells[1]), _finite([float(cell) for cell in cells[2:]])
+    return int(cells[1]), _check_finite([float(cell) for cell in cells[2:]])
 
 
-def _finite(numbers: list[float]) -> list[float]:
+def _check_finite(numbers: list[float]) -> list[float]:
     if not all(map(math.isfinite, numbers)):
         raise ValueError("no numbers")
     return numbers
 
 
-FORM: Final = PacketForm(
+PROTOCOL: Final = PacketProtocol(
     "xio",
     "x-io x-IMU3: inertial and magnetometer messages, as text or bytes",
-    ("time_us", *named("gyro_{}_dps", "accel_{}_g", "mag_{}")),
+    ("time_us", *name_axes("gyro_{}_dps", "accel_{}_g", "mag_{}")),
     _Decoder,
     lines=True,
 )

@@ -10,44 +10,44 @@ import struct
 from collections.abc import Iterator, Mapping
 from typing import Final
 
-from zerorate.io.packets.form import NO_TRIAD, Buffer, Damaged, PacketForm, Row, named
+from zerorate.io.packets.protocol import NO_TRIAD, Buffer, Damage, PacketProtocol, Row, name_axes
 
 _START: Final = b"\xfa\xff"
-_DATA: Final = 0x36
-_EXTENDED: Final = 0xFF
+_MTDATA2: Final = 0x36
+_EXTENDED_LENGTH: Final = 0xFF
 """A length that is told by the next two bytes."""
-_LONGEST: Final = 2048 + 7
+_MAX_DATA_BYTES: Final = 2048 + 7
 
-_COUNTER: Final = 0x1020
-_FINE: Final = 0x1060
+_PACKET_COUNTER: Final = 0x1020
+_SAMPLE_TIME_FINE: Final = 0x1060
 _TRIADS: Final = {0x8020: "gyro", 0x4020: "accel", 0xC020: "mag"}
-_HIGH_RATE: Final = {0x8040: "gyro", 0x4040: "accel"}
+_HIGH_RATE_TRIADS: Final = {0x8040: "gyro", 0x4040: "accel"}
 """The same of the sensors alone, before what corrects them at the rate of the filter."""
 _TICK_US: Final = 100
 """Microseconds of a tick of the fine time."""
-_SYSTEM: Final = 0xFFF0
+_ID_MASK: Final = 0xFFF0
 """Without the bits for the number's format and the axes of the earth."""
 
-_NUMBER: Final = {0: (">f", 1.0), 1: (">i", 2.0**-20), 3: (">d", 1.0)}
+_NUMBER_FORMATS: Final = {0: (">f", 1.0), 1: (">i", 2.0**-20), 3: (">d", 1.0)}
 """By the two low bits: single, fixed point of 12.20 bits, double."""
-_FIXED: Final = 2
+_FIXED_16_32: Final = 2
 """Fixed point of 16.32 bits: the fraction comes first."""
 
 
 class _Decoder:
     def __init__(self) -> None:
-        self._buffer = Buffer(_LONGEST)
+        self._buffer = Buffer(_MAX_DATA_BYTES)
 
-    def feed(self, raw: bytes) -> Iterator[Row | Damaged]:
+    def feed(self, raw: bytes) -> Iterator[Row | Damage]:
         buffer = self._buffer
         buffer.raw += raw
-        while (message := self._message()) is not None:
-            yield from buffer.damage("no message with a right checksum")
-            if message[0] == _DATA:
-                yield from _rows(message[1])
-        yield from buffer.hopeless("xsens")
+        while (message := self._next_message()) is not None:
+            yield from buffer.report_damage("no message with a right checksum")
+            if message[0] == _MTDATA2:
+                yield from _decode(message[1])
+        yield from buffer.report_unknown("xsens")
 
-    def _message(self) -> tuple[int, bytes] | None:
+    def _next_message(self) -> tuple[int, bytes] | None:
         """Return the next whole message, its kind and data; None if it has not come."""
         raw = self._buffer.raw
         while True:
@@ -56,36 +56,36 @@ class _Decoder:
             if start < 0 or len(raw) < 4:
                 return None
             head, length = 4, raw[3]
-            if length == _EXTENDED:
+            if length == _EXTENDED_LENGTH:
                 if len(raw) < 6:
                     return None
                 head, length = 6, int.from_bytes(raw[4:6], "big")
             end = head + length + 1
-            if length <= _LONGEST and len(raw) < end:
+            if length <= _MAX_DATA_BYTES and len(raw) < end:
                 return None
-            if length <= _LONGEST and sum(raw[1:end]) % 256 == 0:
+            if length <= _MAX_DATA_BYTES and sum(raw[1:end]) % 256 == 0:
                 packet = self._buffer.take(end)
                 return packet[2], packet[head:-1]
             self._buffer.skip(1)
 
 
-def _rows(data: bytes) -> Iterator[Row | Damaged]:
+def _decode(data: bytes) -> Iterator[Row | Damage]:
     counter: object = ""
     stamp: object = ""
     triads: dict[str, Row] = {}
     try:
-        for kind, item in _items(data):
-            system = kind & _SYSTEM
-            if system == _COUNTER:
+        for kind, item in _split_items(data):
+            data_id = kind & _ID_MASK
+            if data_id == _PACKET_COUNTER:
                 counter = int.from_bytes(item, "big")
-            elif system == _FINE:
+            elif data_id == _SAMPLE_TIME_FINE:
                 stamp = int.from_bytes(item, "big") * _TICK_US
-            elif system in _TRIADS:
-                triads[_TRIADS[system]] = _numbers(kind, item)
-            elif system in _HIGH_RATE:
-                triads.setdefault(_HIGH_RATE[system], _numbers(kind, item))
+            elif data_id in _TRIADS:
+                triads[_TRIADS[data_id]] = _parse_numbers(kind, item)
+            elif data_id in _HIGH_RATE_TRIADS:
+                triads.setdefault(_HIGH_RATE_TRIADS[data_id], _parse_numbers(kind, item))
     except (ValueError, struct.error):
-        yield Damaged("a message's items are not as long as they say")
+        yield Damage("a message's items are not as long as they say")
         return
     if triads:
         yield (counter, stamp, *_cells(triads))
@@ -96,29 +96,29 @@ def _cells(triads: Mapping[str, Row]) -> Iterator[object]:
         yield from triads.get(sensor, NO_TRIAD)
 
 
-def _items(data: bytes) -> Iterator[tuple[int, bytes]]:
-    place = 0
-    while place < len(data):
-        if place + 3 > len(data) or place + 3 + data[place + 2] > len(data):
+def _split_items(data: bytes) -> Iterator[tuple[int, bytes]]:
+    position = 0
+    while position < len(data):
+        if position + 3 > len(data) or position + 3 + data[position + 2] > len(data):
             raise ValueError("an item is cut short")
-        begin = place + 3
-        place = begin + data[place + 2]
-        yield int.from_bytes(data[begin - 3 : begin - 1], "big"), data[begin:place]
+        begin = position + 3
+        position = begin + data[position + 2]
+        yield int.from_bytes(data[begin - 3 : begin - 1], "big"), data[begin:position]
 
 
-def _numbers(kind: int, item: bytes) -> list[float]:
-    form = kind & 3
-    if form == _FIXED:
+def _parse_numbers(kind: int, item: bytes) -> list[float]:
+    number_format = kind & 3
+    if number_format == _FIXED_16_32:
         parts = struct.unpack(">" + "Ih" * 3, item)
         return [high + low * 2.0**-32 for low, high in zip(parts[::2], parts[1::2], strict=True)]
-    code, scale = _NUMBER[form]
+    code, scale = _NUMBER_FORMATS[number_format]
     return [number * scale for number in struct.unpack(f">3{code[1]}", item)]
 
 
-FORM: Final = PacketForm(
+PROTOCOL: Final = PacketProtocol(
     "xsens",
     "Xsens MTi: MTData2 with rate of turn, acceleration, magnetic field",
-    ("packet_counter", "time_us", *named("gyro_{}_radps", "accel_{}_mps2", "mag_{}")),
+    ("packet_counter", "time_us", *name_axes("gyro_{}_radps", "accel_{}_mps2", "mag_{}")),
     _Decoder,
     counter="packet_counter",
     counter_bits=16,

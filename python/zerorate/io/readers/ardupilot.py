@@ -11,9 +11,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.geometry.rotations import from_euler_angles
-from zerorate.io.readers.dataflash import DataFlash, Message, binary, textual
+from zerorate.io.readers.dataflash import DataFlash, Message, parse_binary, parse_text
 from zerorate.io.readers.topics import choose_topic, has_gyro
 from zerorate.io.table import Column, Content, Metadata, Table
 from zerorate.record.log import FORWARD_RIGHT_DOWN
@@ -22,13 +22,13 @@ from zerorate.types import Floats, Integers
 _Columns = dict[str, Callable[[], Column]]
 
 _AXES: Final = "xyz"
-_TIMES: Final = {"SampleUS": "us", "TimeUS": "us", "TimeMS": "ms"}
+_TIME_FIELDS: Final = {"SampleUS": "us", "TimeUS": "us", "TimeMS": "ms"}
 """Fields with the time, that of the sample rather than that of its writing, and their units."""
-_INSTANCES: Final = ("I", "C")
+_INSTANCE_FIELDS: Final = ("I", "C")
 """Fields that tell sensors, and the cores of an estimator, apart."""
-_ANGLES: Final = ("Roll", "Pitch", "Yaw")
-_MOST: Final = 16
-_NUMBERED: Final = re.compile(r"(IMU|IMT|MAG|GPS|ACC|GYR)\d")
+_ANGLE_FIELDS: Final = ("Roll", "Pitch", "Yaw")
+_MAX_INSTANCES: Final = 16
+_NUMBERED_KIND: Final = re.compile(r"(IMU|IMT|MAG|GPS|ACC|GYR)\d")
 _CALIBRATION: Final = re.compile(
     r"INS_(GYR|ACC)\d?(OFFS|SCAL|_CALTEMP|_ID)|INS_(GYRO|ACC)\d?OFFS|INS\d?_(GYR|ACC)"
     r"|INS_TCAL|INS_POS|COMPASS_(OFS|DIA|ODI|MOT|SCALE|DEV_ID|ORIENT)|AHRS_(TRIM|ORIENT)|GPS\d?_POS"
@@ -38,51 +38,53 @@ _CALIBRATION: Final = re.compile(
 
 def read_binary(path: Path) -> Content:
     """Return the messages of a binary log."""
-    return _content(binary(path))
+    return _make_content(parse_binary(path))
 
 
 def read_text(path: Path) -> Content:
     """Return the messages of a log as text."""
-    return _content(textual(path))
+    return _make_content(parse_text(path))
 
 
-def _content(log: DataFlash) -> Content:
+def _make_content(log: DataFlash) -> Content:
     """Return a table of each kind of messages and each sensor, those that are read first."""
     if not any(message.rows for name, message in log.messages.items() if name != "FMT"):
         raise ValueError("no message is left")
-    meta = Metadata(calibration=_calibration(log), notes=_notes(log))
-    parts = {name: part for message in log.messages.values() for name, part in _parts(message)}
+    meta = Metadata(calibration=_find_calibration(log), notes=_describe_faults(log))
+    parts = {
+        name: part for message in log.messages.values() for name, part in _split_instances(message)
+    }
     ranked = sorted(parts, key=lambda name: (_rank(parts[name].name), name))
-    tables = {name: _table(name, parts[name], meta) for name in ranked if parts[name].rows}
-    batches = _batches(log, meta)
-    sensors = _sensors(parts, tables)
-    tables = _told(tables | batches, sensors)
+    tables = {name: _make_table(name, parts[name], meta) for name in ranked if parts[name].rows}
+    batches = _make_batches(log, meta)
+    sensors = _choose_sensors(parts, tables)
+    tables = _note_fast_topics(tables | batches, sensors)
     own = tuple(name for name in tables if tables[name].meta.axes)
     expected = "no message holds a gyro, expected IMU"
     return Content(tables, partial(choose_topic, tables, own, expected), sensors)
 
 
-def _parts(message: Message) -> Iterator[tuple[str, Message]]:
+def _split_instances(message: Message) -> Iterator[tuple[str, Message]]:
     """Yield the messages of each instance: IMU, IMU_1 and so on."""
-    told = next((name for name in _INSTANCES if name in message), None)
-    if told is None or _kind(message.name) not in _SENSORS or not message.rows:
+    instance_field = next((name for name in _INSTANCE_FIELDS if name in message), None)
+    if instance_field is None or _kind(message.name) not in _SENSORS or not message.rows:
         yield message.name, message
         return
-    numbers = message[told]
-    different = np.unique(numbers)
-    if len(different) > _MOST:
+    numbers = message[instance_field]
+    instances = np.unique(numbers)
+    if len(instances) > _MAX_INSTANCES:
         yield message.name, message
         return
-    for number in different.tolist():
+    for number in instances.tolist():
         name = f"{message.name}_{number:.0f}" if number else message.name
-        yield name, message.of(np.flatnonzero(numbers == number))
+        yield name, message.select_rows(np.flatnonzero(numbers == number))
 
 
 def _imu(message: Message) -> _Columns:
     return {
         **_vector(message, "Gyr", "gyro_{}_radps"),
         **_vector(message, "Acc", "accel_{}_mps2"),
-        **_renamed(message, {"T": "temperature_degc"}),
+        **_rename(message, {"T": "temperature_degc"}),
     }
 
 
@@ -109,46 +111,50 @@ def _magnetometer(message: Message) -> _Columns:
 
 def _barometer(message: Message) -> _Columns:
     named = {"Press": "pressure_pa", "Alt": "baro_altitude_m", "Temp": "baro_temperature_degc"}
-    return _renamed(message, named)
+    return _rename(message, named)
 
 
 def _fixes(message: Message) -> _Columns:
-    places = {
-        "latitude_deg": partial(_where_fixed, message, "Lat"),
-        "longitude_deg": partial(_where_fixed, message, "Lng"),
-        "altitude_msl_m": partial(_where_fixed, message, "Alt"),
+    columns = {
+        "latitude_deg": partial(_mask_without_fix, message, "Lat"),
+        "longitude_deg": partial(_mask_without_fix, message, "Lng"),
+        "altitude_msl_m": partial(_mask_without_fix, message, "Alt"),
         "velocity_north_mps": partial(_speed, message, np.cos),
         "velocity_east_mps": partial(_speed, message, np.sin),
     }
     if "VZ" in message:
-        places["velocity_down_mps"] = partial(_where_fixed, message, "VZ")
-    return places | _renamed(message, {"NSats": "satellites", "Status": "fix_type"})
+        columns["velocity_down_mps"] = partial(_mask_without_fix, message, "VZ")
+    return columns | _rename(message, {"NSats": "satellites", "Status": "fix_type"})
 
 
-def _where_fixed(message: Message, name: str) -> Column:
+def _mask_without_fix(message: Message, name: str) -> Column:
     return np.where(message["Status"] >= 2, message[name].astype(np.float64), np.nan)
 
 
 def _speed(message: Message, part: Callable[[Floats], Floats]) -> Column:
     with np.errstate(invalid="ignore", over="ignore"):
-        return _where_fixed(message, "Spd") * part(np.radians(message["GCrs"].astype(np.float64)))
+        return _mask_without_fix(message, "Spd") * part(
+            np.radians(message["GCrs"].astype(np.float64))
+        )
 
 
 def _attitude(message: Message) -> _Columns:
     """From the body, forward, right, down, to north, east, down."""
     if "Q1" in message:
-        return _renamed(message, {f"Q{i}": f"ref_quat_{axis}" for i, axis in enumerate("wxyz", 1)})
-    turned = cache(partial(_quaternions, message))
-    return {f"ref_quat_{axis}": partial(_part, turned, i) for i, axis in enumerate("wxyz")}
+        return _rename(message, {f"Q{i}": f"ref_quat_{axis}" for i, axis in enumerate("wxyz", 1)})
+    quaternions = cache(partial(_quaternions, message))
+    return {
+        f"ref_quat_{axis}": partial(_component, quaternions, i) for i, axis in enumerate("wxyz")
+    }
 
 
-def _part(quaternions: Callable[[], Floats], component: int) -> Column:
+def _component(quaternions: Callable[[], Floats], component: int) -> Column:
     return np.asarray(quaternions()[:, component])
 
 
 def _quaternions(message: Message) -> Floats:
     with np.errstate(invalid="ignore", over="ignore"):
-        angles = [np.radians(message[name].astype(np.float64)) for name in _ANGLES]
+        angles = [np.radians(message[name].astype(np.float64)) for name in _ANGLE_FIELDS]
     return from_euler_angles(*angles)
 
 
@@ -171,11 +177,11 @@ _SENSORS: Final[dict[str, _Sensor]] = {
     "BARO": _Sensor((), _barometer),
     "BAR2": _Sensor((), _barometer),
     "BAR3": _Sensor((), _barometer),
-    "SIM": _Sensor(_ANGLES, _attitude),
-    "ATT": _Sensor(_ANGLES, _attitude),
-    "XKF1": _Sensor(_ANGLES, _attitude),
-    "NKF1": _Sensor(_ANGLES, _attitude),
-    "AHR2": _Sensor(_ANGLES, _attitude),
+    "SIM": _Sensor(_ANGLE_FIELDS, _attitude),
+    "ATT": _Sensor(_ANGLE_FIELDS, _attitude),
+    "XKF1": _Sensor(_ANGLE_FIELDS, _attitude),
+    "NKF1": _Sensor(_ANGLE_FIELDS, _attitude),
+    "AHR2": _Sensor(_ANGLE_FIELDS, _attitude),
     "XKQ": _Sensor(("Q1", "Q2", "Q3", "Q4"), _attitude),
     "NKQ": _Sensor(("Q1", "Q2", "Q3", "Q4"), _attitude),
 }
@@ -187,7 +193,7 @@ _ESTIMATES: Final = ("ATT", "XKF1", "NKF1")
 
 def _kind(name: str) -> str:
     """Return what kind of sensor messages are of: IMU2 and IMU3 are as IMU."""
-    return name[:3] if _NUMBERED.fullmatch(name) or name in ("XKQ1", "NKQ1") else name
+    return name[:3] if _NUMBERED_KIND.fullmatch(name) or name in ("XKQ1", "NKQ1") else name
 
 
 def _rank(name: str) -> int:
@@ -201,36 +207,36 @@ def _vector(message: Message, field: str, name: str, default: float = 1.0) -> _C
         key = f"{field}{axis.upper()}"
         if key in message:
             factor = message.multipliers.get(key, default)
-            columns[name.format(axis)] = partial(_times, message, key, factor)
+            columns[name.format(axis)] = partial(_multiply, message, key, factor)
     return columns
 
 
-def _times(message: Message, name: str, factor: float) -> Column:
+def _multiply(message: Message, name: str, factor: float) -> Column:
     return message[name] if factor == 1.0 else message[name] * factor
 
 
-def _renamed(message: Message, names: Mapping[str, str]) -> _Columns:
+def _rename(message: Message, names: Mapping[str, str]) -> _Columns:
     return {to: partial(message.__getitem__, key) for key, to in names.items() if key in message}
 
 
-def _table(name: str, message: Message, meta: Metadata) -> Table:
+def _make_table(name: str, message: Message, meta: Metadata) -> Table:
     """Return a table: of a sensor in SI units by our names, of anything else as it is."""
     sensor = _SENSORS.get(_kind(message.name))
-    known = sensor is not None and all(key in message for key in sensor.needs)
-    time = _time(message)
-    make = sensor.columns if known and sensor is not None else _as_it_is
+    is_known = sensor is not None and all(key in message for key in sensor.needs)
+    time = _find_time(message)
+    make = sensor.columns if is_known and sensor is not None else _all_columns
 
     def columns(message: Message) -> _Columns:
         stamps: _Columns = {}
         if time is not None:
-            stamps[f"timestamp_{_TIMES[time]}"] = partial(_stamps, message, time)
+            stamps[f"timestamp_{_TIME_FIELDS[time]}"] = partial(_stamps, message, time)
         return stamps | make(message)
 
     names = tuple(columns(message))
 
     def load(wanted: Sequence[int]) -> list[Column]:
-        ways = columns(message.held() if len(wanted) > 1 else message)
-        return [ways[names[i]]() for i in wanted]
+        getters = columns(message.load_numbers() if len(wanted) > 1 else message)
+        return [getters[names[i]]() for i in wanted]
 
     notes = meta.notes
     if _kind(message.name) in _ESTIMATES:
@@ -238,52 +244,54 @@ def _table(name: str, message: Message, meta: Metadata) -> Table:
             *notes,
             f"the attitude {name} is the autopilot's own estimate, no reference to judge by",
         )
-    axes = FORWARD_RIGHT_DOWN if known else None
-    own = Metadata(
-        sensor=name, axes=axes, calibration=meta.calibration if known else None, notes=notes
+    axes = FORWARD_RIGHT_DOWN if is_known else None
+    own_meta = Metadata(
+        sensor=name, axes=axes, calibration=meta.calibration if is_known else None, notes=notes
     )
-    return Table(len(names), load, names=names, meta=own, time=0 if time is not None else None)
+    return Table(len(names), load, names=names, meta=own_meta, time=0 if time is not None else None)
 
 
-def _as_it_is(message: Message) -> _Columns:
-    return _renamed(message, {key: key for key in message.numbers() if key not in _TIMES})
+def _all_columns(message: Message) -> _Columns:
+    return _rename(message, {key: key for key in message.numbers() if key not in _TIME_FIELDS})
 
 
-def _time(message: Message) -> str | None:
+def _find_time(message: Message) -> str | None:
     """Return the field with the times: those of the samples, where a driver tells them."""
-    there = [name for name in _TIMES if name in message]
-    if there[:1] == ["SampleUS"] and not message["SampleUS"].all():
-        there = there[1:]
-    return there[0] if there else None
+    present = [name for name in _TIME_FIELDS if name in message]
+    if present[:1] == ["SampleUS"] and not message["SampleUS"].all():
+        present = present[1:]
+    return present[0] if present else None
 
 
 def _stamps(message: Message, name: str) -> Column:
     return message[name].astype(np.int64)
 
 
-_HEAD: Final = ("N", "type", "instance", "mul", "smp_cnt", "SampleUS", "smp_rate")
-_DATA: Final = ("N", "seqno", "x", "y", "z")
-_BATCHES: Final = {0: ("accel", "accel_{}_mps2"), 1: ("gyro", "gyro_{}_radps")}
+_BATCH_HEAD_FIELDS: Final = ("N", "type", "instance", "mul", "smp_cnt", "SampleUS", "smp_rate")
+_BATCH_DATA_FIELDS: Final = ("N", "seqno", "x", "y", "z")
+_BATCH_KINDS: Final = {0: ("accel", "accel_{}_mps2"), 1: ("gyro", "gyro_{}_radps")}
 """What batches are of, by their number, and the names of their columns."""
-_OF_A_PART: Final = 32
+_SAMPLES_PER_MESSAGE: Final = 32
 """Samples in a message of a batch."""
 
 
-def _batches(log: DataFlash, meta: Metadata) -> dict[str, Table]:
+def _make_batches(log: DataFlash, meta: Metadata) -> dict[str, Table]:
     """Return the batches of fast samples of each sensor, which are short and far apart."""
     head, data = log.messages.get("ISBH"), log.messages.get("ISBD")
     if head is None or data is None or not head.rows or not data.rows:
         return {}
-    if not all(map(head.__contains__, _HEAD)) or not all(map(data.__contains__, _DATA)):
+    if not all(map(head.__contains__, _BATCH_HEAD_FIELDS)) or not all(
+        map(data.__contains__, _BATCH_DATA_FIELDS)
+    ):
         return {}
     pairs = zip(head["type"].tolist(), head["instance"].tolist(), strict=True)
     tables = {}
     for kind, instance in sorted(set(pairs)):
-        if kind in _BATCHES and instance < _MOST:
-            name = f"ISB_{_BATCHES[kind][0]}_{instance}"
+        if kind in _BATCH_KINDS and instance < _MAX_INSTANCES:
+            name = f"ISB_{_BATCH_KINDS[kind][0]}_{instance}"
             own = replace(meta, sensor=name, axes=FORWARD_RIGHT_DOWN)
             batches = _Batches(head, data, kind, instance)
-            names = ("timestamp_us", *(_BATCHES[kind][1].format(axis) for axis in _AXES))
+            names = ("timestamp_us", *(_BATCH_KINDS[kind][1].format(axis) for axis in _AXES))
             tables[name] = Table(len(names), batches.load, names=names, meta=own, time=0)
     return tables
 
@@ -298,17 +306,23 @@ class _Batches(NamedTuple):
 
     def load(self, wanted: Sequence[int]) -> list[Column]:
         """Return the times of the samples, us, and their axes."""
-        parts, batch = self._placed()
-        at = self.data["seqno"].astype(np.int64)[parts, None] * _OF_A_PART + np.arange(_OF_A_PART)
-        used = at < self.head["smp_cnt"][batch, None]
-        if not used.any():
+        parts, batch = self._match_messages()
+        at = self.data["seqno"].astype(np.int64)[parts, None] * _SAMPLES_PER_MESSAGE + np.arange(
+            _SAMPLES_PER_MESSAGE
+        )
+        is_used = at < self.head["smp_cnt"][batch, None]
+        if not is_used.any():
             raise ValueError("no batch has a sample")
         return [
-            (self._times(batch, at) if i == 0 else self._values(_AXES[i - 1], parts, batch))[used]
+            (
+                self._sample_times(batch, at)
+                if i == 0
+                else self._axis_values(_AXES[i - 1], parts, batch)
+            )[is_used]
             for i in wanted
         ]
 
-    def _placed(self) -> tuple[Integers, Integers]:
+    def _match_messages(self) -> tuple[Integers, Integers]:
         """Return the messages of samples, (k,), in the order of time, and the head of each.
 
         Numbers of batches begin again after the last; then that of the same turn is meant.
@@ -318,29 +332,29 @@ class _Batches(NamedTuple):
         order = np.argsort(numbers, kind="stable")
         new = np.diff(numbers[order], prepend=-1) != 0
         ordinal = np.cumsum(new | (np.diff(seqno[order], prepend=0) <= 0))
-        turn = ordinal - np.maximum.accumulate(np.where(new, ordinal, 0))
+        repeat = ordinal - np.maximum.accumulate(np.where(new, ordinal, 0))
         heads = np.argsort(own, kind="stable")
-        place = np.searchsorted(own[heads], numbers[order]) + turn
-        fits = place < np.searchsorted(own[heads], numbers[order], "right")
-        parts, batch = order[fits], heads[place[fits]]
-        of = (self.head["type"] == self.kind) & (self.head["instance"] == self.instance)
-        parts, batch = parts[of[batch]], batch[of[batch]]
+        position = np.searchsorted(own[heads], numbers[order]) + repeat
+        fits = position < np.searchsorted(own[heads], numbers[order], "right")
+        parts, batch = order[fits], heads[position[fits]]
+        is_own = (self.head["type"] == self.kind) & (self.head["instance"] == self.instance)
+        parts, batch = parts[is_own[batch]], batch[is_own[batch]]
         by_time = np.lexsort((seqno[parts], self.head["SampleUS"][batch]))
         return parts[by_time], batch[by_time]
 
-    def _times(self, batch: Integers, at: Integers) -> Integers:
+    def _sample_times(self, batch: Integers, at: Integers) -> Integers:
         rate = self.head["smp_rate"].astype(np.float64)
         if not (rate[batch] > 1.0).all():
             raise ValueError("a batch does not say its rate")
         first = self.head["SampleUS"].astype(np.int64)
         return first[batch, None] + np.rint(1e6 * at / rate[batch, None]).astype(np.int64)
 
-    def _values(self, axis: str, parts: Integers, batch: Integers) -> Floats:
+    def _axis_values(self, axis: str, parts: Integers, batch: Integers) -> Floats:
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.data[axis][parts] / self.head["mul"].astype(np.float64)[batch, None]
 
 
-def _sensors(parts: Mapping[str, Message], tables: Mapping[str, Table]) -> tuple[str, ...]:
+def _choose_sensors(parts: Mapping[str, Message], tables: Mapping[str, Table]) -> tuple[str, ...]:
     """Return the tables that make a recording, each sensor once."""
 
     def of(*kinds: str) -> list[str]:
@@ -351,43 +365,46 @@ def _sensors(parts: Mapping[str, Message], tables: Mapping[str, Table]) -> tuple
     return (*imus, *of("MAG"), *of("GPS"), *references)
 
 
-def _told(tables: dict[str, Table], sensors: Sequence[str]) -> dict[str, Table]:
+def _note_fast_topics(tables: dict[str, Table], sensors: Sequence[str]) -> dict[str, Table]:
     """Return the tables, of which the first gyro's says where faster samples are."""
-    first = next((name for name in sensors if has_gyro(tables[name])), None)
-    others = [
+    first_gyro = next((name for name in sensors if has_gyro(tables[name])), None)
+    fast_topics = [
         n
         for n in tables
         if n not in sensors and n.startswith(("GYR", "ISB")) and has_gyro(tables[n])
     ]
-    if first is None or not others:
+    if first_gyro is None or not fast_topics:
         return tables
-    note = said("faster samples are read by ", given("topic"), f": {', '.join(others)}")
-    table = tables[first]
+    note = make_sentence(
+        "faster samples are read by ", keyword_argument("topic"), f": {', '.join(fast_topics)}"
+    )
+    table = tables[first_gyro]
     return tables | {
-        first: replace(table, meta=replace(table.meta, notes=(*table.meta.notes, note)))
+        first_gyro: replace(table, meta=replace(table.meta, notes=(*table.meta.notes, note)))
     }
 
 
-def _calibration(log: DataFlash) -> dict[str, float] | None:
+def _find_calibration(log: DataFlash) -> dict[str, float] | None:
     """Return the parameters with the autopilot's calibration of its sensors, the last of each."""
     message = log.messages.get("PARM")
     if message is None or "Name" not in message or "Value" not in message:
         return None
-    names = (_text(name) for name in message["Name"].tolist())
+    names = (_decode_text(name) for name in message["Name"].tolist())
     pairs = zip(names, message["Value"].tolist(), strict=True)
     return {name: float(value) for name, value in pairs if _CALIBRATION.match(name)} or None
 
 
-def _text(raw: bytes) -> str:
+def _decode_text(raw: bytes) -> str:
     return raw.partition(b"\0")[0].decode("ascii", "replace")
 
 
-def _notes(log: DataFlash) -> tuple[str, ...]:
+def _describe_faults(log: DataFlash) -> tuple[str, ...]:
     notes = []
-    if log.cut:
+    if log.cut_count:
         notes.append("the log ends within a message: it was cut off, and the rest is read")
-    if log.lost:
+    if log.lost_count:
         notes.append(
-            f"{log.lost} of its {log.size} {log.called} are damaged or unknown: they are left out"
+            f"{log.lost_count} of its {log.size} {log.counted_unit} are damaged or "
+            "unknown: they are left out"
         )
     return tuple(notes)

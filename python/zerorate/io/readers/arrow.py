@@ -13,13 +13,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from zerorate.io.clocks.names import named_like_time
+from zerorate.io.clocks.names import has_time_name
 from zerorate.io.limits import check_bytes
-from zerorate.io.table import Column, Content, Metadata, Table, listed_names
+from zerorate.io.table import Column, Content, Metadata, Table, apply_listed_names
 from zerorate.record.log import LogError
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 
-_AT_ONCE: Final = 1 << 18
+_MAX_ROWS_AT_ONCE: Final = 1 << 18
 """Rows of a column that Arrow has in memory, where it may hold less than all."""
 
 # Of type Any, for the stubs of pyarrow come from elsewhere and lag behind it.
@@ -27,13 +27,13 @@ _Schema = Any
 _Chunks = Any
 
 
-def needs_pyarrow(what: str) -> Any:  # noqa: ANN401
+def import_pyarrow(what: str) -> Any:  # noqa: ANN401
     """Return the module pyarrow, or say what needs it."""
     try:
         import pyarrow
         import pyarrow.ipc
     except ImportError:
-        raise ImportError(extra_needed("pyarrow", "io", what)) from None
+        raise ImportError(describe_missing_extra("pyarrow", "io", what)) from None
     return pyarrow
 
 
@@ -47,17 +47,17 @@ def arrow_table(schema: _Schema, read: Callable[[Sequence[int]], Sequence[_Chunk
         return [_to_numpy(column) for column in read(wanted)]
 
     def labels(index: int) -> Column:
-        pa = needs_pyarrow("Arrow")
+        pa = import_pyarrow("Arrow")
         values: Column = read([index])[0].cast(pa.string()).to_numpy(zero_copy_only=False)
         return values
 
-    meta = _metadata(schema.metadata or {})
-    return listed_names(
+    meta = _make_metadata(schema.metadata or {})
+    return apply_listed_names(
         Table(len(schema), load, names=_column_names(schema), meta=meta, labels=labels)
     )
 
 
-def in_pieces(
+def add_pieces(
     table: Table,
     schema: _Schema,
     rows: int,
@@ -75,29 +75,32 @@ def in_pieces(
             yield [_to_numpy(column) for column in columns]
 
     def load(wanted: Sequence[int]) -> list[Column]:
-        if rows <= _AT_ONCE:
+        if rows <= _MAX_ROWS_AT_ONCE:
             return table.load(wanted)
         _check_types(schema, wanted)
         check(wanted)
         # Arrow keeps the memory that it has had: a long log would be there twice.
-        return [_joined((_to_numpy(part) for (part,) in read([i], _AT_ONCE)), rows) for i in wanted]
+        return [
+            _join_parts((_to_numpy(part) for (part,) in read([i], _MAX_ROWS_AT_ONCE)), rows)
+            for i in wanted
+        ]
 
     return replace(table, load=load, pieces=pieces, rows=rows)
 
 
-def _joined(parts: Iterator[Column], rows: int) -> Column:
+def _join_parts(parts: Iterator[Column], rows: int) -> Column:
     """Return a column of so many rows by its parts, of which one with nulls may be of doubles."""
-    whole, there = np.empty(0), 0
+    whole, row_count = np.empty(0), 0
     for part in parts:
-        if there == 0:
+        if row_count == 0:
             whole = np.empty(rows, part.dtype)
         elif part.dtype != whole.dtype:
             whole = whole.astype(np.result_type(whole, part))
-        if there + len(part) > len(whole):  # more than the file says; others refuse it
-            return np.concatenate([whole[:there], part])
-        whole[there : there + len(part)] = part
-        there += len(part)
-    return whole[:there]
+        if row_count + len(part) > len(whole):  # more than the file says; others refuse it
+            return np.concatenate([whole[:row_count], part])
+        whole[row_count : row_count + len(part)] = part
+        row_count += len(part)
+    return whole[:row_count]
 
 
 def _column_names(schema: _Schema) -> tuple[str, ...]:
@@ -113,7 +116,7 @@ def _check_types(schema: _Schema, wanted: Sequence[int]) -> None:
 
 
 def _check_type(field: _Schema) -> None:
-    types = needs_pyarrow("Arrow").types
+    types = import_pyarrow("Arrow").types
     known = (
         types.is_integer,
         types.is_floating,
@@ -122,14 +125,14 @@ def _check_type(field: _Schema) -> None:
         types.is_duration,
     )
     texts = (types.is_string, types.is_large_string, types.is_string_view)
-    if named_like_time(field.name) and any(is_text(field.type) for is_text in texts):
+    if has_time_name(field.name) and any(is_text(field.type) for is_text in texts):
         return
     if not any(is_known(field.type) for is_known in known):
         raise LogError(f"column '{field.name}' holds {field.type}, expected numbers")
 
 
 def _to_numpy(column: _Chunks) -> Column:
-    pa = needs_pyarrow("Arrow")
+    pa = import_pyarrow("Arrow")
     chunks = getattr(column, "chunks", [column])
     plain = pa.types.is_integer(column.type) or pa.types.is_floating(column.type)
     if plain and chunks and not column.null_count:
@@ -144,7 +147,7 @@ def _to_numpy(column: _Chunks) -> Column:
 
 def to_arrow(column: Column) -> _Chunks:
     """Return an array of doubles or flags for Arrow, doubles without a copy."""
-    pa = needs_pyarrow("Arrow")
+    pa = import_pyarrow("Arrow")
     if column.dtype == np.bool_:
         bits = pa.py_buffer(np.packbits(column, bitorder="little"))
         return pa.Array.from_buffers(pa.bool_(), len(column), [None, bits])
@@ -153,21 +156,21 @@ def to_arrow(column: Column) -> _Chunks:
     return pa.Array.from_buffers(pa.float64(), len(column), [None, doubles])
 
 
-def _metadata(pairs: Mapping[bytes, bytes]) -> Metadata:
+def _make_metadata(pairs: Mapping[bytes, bytes]) -> Metadata:
     text = {key.decode(errors="replace"): value for key, value in pairs.items()}
     return Metadata(
-        rate=_rate(text.get("rate")),
-        unit=_text(text.get("unit")),
-        sensor=_text(text.get("sensor")),
-        names=_names(text.get("names")),
+        rate=_parse_rate(text.get("rate")),
+        unit=_decode_text(text.get("unit")),
+        sensor=_decode_text(text.get("sensor")),
+        names=_parse_names(text.get("names")),
     )
 
 
-def _text(value: bytes | None) -> str | None:
+def _decode_text(value: bytes | None) -> str | None:
     return None if value is None else value.decode(errors="replace")
 
 
-def _rate(value: bytes | None) -> float | None:
+def _parse_rate(value: bytes | None) -> float | None:
     try:
         return None if value is None else float(value)
     except ValueError:
@@ -175,7 +178,7 @@ def _rate(value: bytes | None) -> float | None:
         raise LogError(f"the metadata's rate is {shown}, expected a number of Hz") from None
 
 
-def _names(value: bytes | None) -> tuple[str, ...] | None:
+def _parse_names(value: bytes | None) -> tuple[str, ...] | None:
     try:
         listed = json.loads(value or b"null")
     except (ValueError, RecursionError):
@@ -192,36 +195,36 @@ def read(path: Path) -> Content:
 
     def load(wanted: Sequence[int]) -> list[Any]:
         fields = sorted(wanted)
-        with _opened(path, fields) as reader:
-            columns = _whole(path, reader)
+        with _open_reader(path, fields) as reader:
+            columns = _read_batches(path, reader)
         # Else a buffer that is shorter than its column says is read beyond its end.
         columns.validate()
         return [columns.column(fields.index(index)) for index in wanted]
 
-    with _opened(path, None) as reader:
+    with _open_reader(path, None) as reader:
         schema = reader.schema
     return Content.of(arrow_table(schema, load))
 
 
-def _whole(path: Path, reader: Any) -> Any:  # noqa: ANN401
+def _read_batches(path: Path, reader: Any) -> Any:  # noqa: ANN401
     """Return all batches as a table, as long as they keep to the bytes of a file of its size."""
     count = getattr(reader, "num_record_batches", None)
-    there = reader if count is None else map(reader.get_batch, range(count))
-    batches, taken = [], 0
-    for batch in there:
-        taken += batch.nbytes
-        check_bytes(path, taken, "the table")
+    source = reader if count is None else map(reader.get_batch, range(count))
+    batches, byte_count = [], 0
+    for batch in source:
+        byte_count += batch.nbytes
+        check_bytes(path, byte_count, "the table")
         batches.append(batch)
     schema = batches[0].schema if batches else reader.schema
-    return needs_pyarrow("Arrow IPC").Table.from_batches(batches, schema)
+    return import_pyarrow("Arrow IPC").Table.from_batches(batches, schema)
 
 
 @contextmanager
-def _opened(path: Path, fields: list[int] | None) -> Iterator[Any]:
-    pa = needs_pyarrow("Arrow IPC")
+def _open_reader(path: Path, fields: list[int] | None) -> Iterator[Any]:
+    pa = import_pyarrow("Arrow IPC")
     with path.open("rb") as file:
-        whole = file.read(len(_FILE_MARK)) == _FILE_MARK
-    open_as = pa.ipc.open_file if whole else pa.ipc.open_stream
+        is_file = file.read(len(_FILE_MARK)) == _FILE_MARK
+    open_as = pa.ipc.open_file if is_file else pa.ipc.open_stream
     options = pa.ipc.IpcReadOptions(included_fields=fields)
     with pa.memory_map(os.fsencode(path)) as source, open_as(source, options=options) as reader:
         yield reader

@@ -18,11 +18,11 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from zerorate.io.readers.apart import asked
-from zerorate.io.readers.rows import content_of
+from zerorate.io.readers.isolated import run_isolated
+from zerorate.io.readers.rows import make_content
 from zerorate.io.table import Column, Content, Metadata, Table
 from zerorate.record.log import LogError
-from zerorate.texts import extra_needed, one_line
+from zerorate.texts import describe_missing_extra, escape_line
 from zerorate.types import Floats
 
 _Group = Mapping[str, Any]
@@ -38,40 +38,42 @@ _UNITS: Final = {
     "µT": "ut",
     "μT": "ut",
 }
-_CLOCKS: Final = {"TimestampUs": 1, "0x5449434b": 1000}
+_CLOCK_FIELDS: Final = {"TimestampUs": 1, "0x5449434b": 1000}
 """Clocks of a packet: of GoPro's STMP and TICK, and their microseconds."""
-_CHANNELS: Final = {"up/down": "z", "right/left": "x", "forward/back": "y"}
-_NAMED: Final = re.compile(r"\(([\w/]+), ?([\w/]+), ?([\w/]+)\)")
-_COMMON: Final = {"gyro": "gyro_{}_dps", "accl": "accel_{}_mps2", "magn": "mag_{}_ut"}
+_CHANNEL_AXES: Final = {"up/down": "z", "right/left": "x", "forward/back": "y"}
+_CHANNEL_NAMES: Final = re.compile(r"\(([\w/]+), ?([\w/]+), ?([\w/]+)\)")
+_COMMON_COLUMNS: Final = {"gyro": "gyro_{}_dps", "accl": "accel_{}_mps2", "magn": "mag_{}_ut"}
 """What telemetry-parser makes of all cameras, and its units."""
-_MOST: Final = 12
+_MAX_LISTED: Final = 12
 """Things that a sentence lists."""
 
-_TOO_NEW: Final = (3, 13)
+_MIN_UNSUPPORTED_PYTHON: Final = (3, 13)
 """The first Python for which telemetry-parser has no wheel, and it has no sources on the index."""
 
 
 def read(path: Path) -> Content:
     """Return a table of each sensor of a camera or recorder."""
     if find_spec("telemetry_parser") is None:
-        needed = extra_needed("telemetry_parser", "camera", "a video or flight recorder")
-        newer = tuple(sys.version_info) >= _TOO_NEW
-        raise ImportError(f"{needed}, with Python 3.12 or older" if newer else needed)
-    told, arrays = asked("camera_sensors", path)
-    if not told["sensors"]:
-        listed = ", ".join(told["others"][:_MOST]) or "nothing that it knows"
-        raise LogError(f"no gyro is found in this file of {told['camera']}; there is: {listed}")
+        needed = describe_missing_extra("telemetry_parser", "camera", "a video or flight recorder")
+        is_unsupported = tuple(sys.version_info) >= _MIN_UNSUPPORTED_PYTHON
+        raise ImportError(f"{needed}, with Python 3.12 or older" if is_unsupported else needed)
+    result, arrays = run_isolated("camera_sensors", path)
+    if not result["sensors"]:
+        listed = ", ".join(result["others"][:_MAX_LISTED]) or "nothing that it knows"
+        raise LogError(f"no gyro is found in this file of {result['camera']}; there is: {listed}")
     columns = iter(arrays)
     tables = {}
-    for one in told["sensors"]:
-        own = [next(columns) for _ in one["names"]]
-        notes = (one["note"],) if one["note"] else ()
-        meta = Metadata(sensor=f"{told['camera']} {one['sensor']}", axes=one["axes"], notes=notes)
-        tables[one["sensor"]] = _table(tuple(one["names"]), own, meta)
-    return content_of(tables)
+    for sensor in result["sensors"]:
+        own = [next(columns) for _ in sensor["names"]]
+        notes = (sensor["note"],) if sensor["note"] else ()
+        meta = Metadata(
+            sensor=f"{result['camera']} {sensor['sensor']}", axes=sensor["axes"], notes=notes
+        )
+        tables[sensor["sensor"]] = _make_table(tuple(sensor["names"]), own, meta)
+    return make_content(tables)
 
 
-def _table(names: tuple[str, ...], columns: Sequence[Column], meta: Metadata) -> Table:
+def _make_table(names: tuple[str, ...], columns: Sequence[Column], meta: Metadata) -> Table:
     return Table(
         len(names), lambda wanted: [columns[i] for i in wanted], names=names, meta=meta, time=0
     )
@@ -87,7 +89,7 @@ class Sensor(NamedTuple):
     note: str
 
 
-class Found(NamedTuple):
+class CameraContent(NamedTuple):
     """A camera, its sensors, and what else its file holds."""
 
     camera: str
@@ -95,7 +97,7 @@ class Found(NamedTuple):
     others: list[str]
 
 
-def sensors(path: Path) -> Found:
+def find_sensors(path: Path) -> CameraContent:
     """Return the sensors that telemetry-parser finds in a file.
 
     This runs in a process of its own, because damaged files can end it.
@@ -108,28 +110,32 @@ def sensors(path: Path) -> Found:
     import telemetry_parser
 
     try:
-        with _named_in_text(path) as name:
+        with _link_with_text_name(path) as name:
             parser = telemetry_parser.Parser(name)
         packets = parser.telemetry()
     except BaseException as error:  # panics of the library are no Exception
         raise ValueError(str(error)) from None
-    camera = one_line(f"{parser.camera or ''} {parser.model or ''}".strip())
+    camera = escape_line(f"{parser.camera or ''} {parser.model or ''}".strip())
     groups: dict[str, list[_Group]] = {}
     for packet in packets:
         for name, group in packet.items():
             groups.setdefault(name, []).append(group)
-    found = [one for name in _KINDS if (one := _clocked(name, groups.get(name, ()))) is not None]
-    if not any(one.sensor == "gyro" for one in found):
+    found = [
+        sensor
+        for name in _KINDS
+        if (sensor := _read_clocked(name, groups.get(name, ()))) is not None
+    ]
+    if not any(sensor.sensor == "gyro" for sensor in found):
         try:
-            found = list(_common(parser.normalized_imu()))
+            found = list(_read_common(parser.normalized_imu()))
         except BaseException as error:
             raise ValueError(str(error)) from None
-    others = [_called(name, of) for name, of in groups.items() if name != "Default"]
-    return Found(camera, found, list(dict.fromkeys(others)))
+    others = [_group_name(name, of) for name, of in groups.items() if name != "Default"]
+    return CameraContent(camera, found, list(dict.fromkeys(others)))
 
 
 @contextmanager
-def _named_in_text(path: Path) -> Iterator[str]:
+def _link_with_text_name(path: Path) -> Iterator[str]:
     """Give a name of a file that is text: that of a link to it, where its own is none."""
     name = os.fspath(path)
     try:
@@ -143,15 +149,15 @@ def _named_in_text(path: Path) -> Iterator[str]:
         yield name
 
 
-def _called(name: str, groups: Sequence[_Group]) -> str:
-    told = groups[0].get("Name")
-    return one_line(told if isinstance(told, str) else name)
+def _group_name(name: str, groups: Sequence[_Group]) -> str:
+    group_label = groups[0].get("Name")
+    return escape_line(group_label if isinstance(group_label, str) else name)
 
 
-def _clocked(name: str, packets: Sequence[_Group]) -> Sensor | None:
+def _read_clocked(name: str, packets: Sequence[_Group]) -> Sensor | None:
     """Return a sensor whose packets have raw values and a clock of their own."""
     rows = [packet.get("Data") for packet in packets]
-    clock = next((key for key in _CLOCKS if all(key in packet for packet in packets)), None)
+    clock = next((key for key in _CLOCK_FIELDS if all(key in packet for packet in packets)), None)
     unit = {packet.get("Unit") for packet in packets}
     if len(rows) < 2 or clock is None or len(unit) > 1 or not all(map(_are_triads, rows)):
         return None
@@ -159,18 +165,18 @@ def _clocked(name: str, packets: Sequence[_Group]) -> Sensor | None:
     scales = {packet.get("Scale", 1) for packet in packets}
     if suffix is None or len(scales) > 1 or not isinstance(scale := scales.pop(), (int, float)):
         return None
-    flat = (float(one[axis]) for row in rows if row for one in row for axis in "xyz")
+    flat = (float(sample[axis]) for row in rows if row for sample in row for axis in "xyz")
     values = np.fromiter(flat, np.float64).reshape(-1, 3) / (scale or 1)
     counts = [len(row) for row in rows if row is not None]
     begins = np.concatenate(([0], np.cumsum(counts)[:-1]))
-    ticks = np.array([float(packet[clock]) for packet in packets]) * _CLOCKS[clock]
-    order, axes, note = _orientation(packets[0])
+    ticks = np.array([float(packet[clock]) for packet in packets]) * _CLOCK_FIELDS[clock]
+    order, axes, note = _find_orientation(packets[0])
     values = np.column_stack([sign * values[:, at] for at, sign in order])
     kind = _KINDS[name]
     names = ["timestamp_us", *(f"{kind}_{axis}_{suffix}" for axis in "xyz")]
-    columns: list[Column] = [_times(begins, ticks, len(values)), *values.T.copy()]
+    columns: list[Column] = [_interpolate_times(begins, ticks, len(values)), *values.T.copy()]
     temperatures = [packet.get("Temperature") for packet in packets]
-    if all(isinstance(one, (int, float)) for one in temperatures):
+    if all(isinstance(sample, (int, float)) for sample in temperatures):
         column = np.full(len(values), np.nan)
         column[begins[np.array(counts) > 0]] = [
             t for t, count in zip(temperatures, counts, strict=True) if count
@@ -185,7 +191,7 @@ def _are_triads(rows: object) -> bool:
     )
 
 
-def _times(begins: Column, ticks: Floats, count: int) -> Column:
+def _interpolate_times(begins: Column, ticks: Floats, count: int) -> Column:
     """Return times of samples, us, between the packets that tell theirs, and after the last."""
     rate = (begins[-1] - begins[0]) / (ticks[-1] - ticks[0]) if ticks[-1] > ticks[0] else 0.0
     if not rate > 0.0:
@@ -195,31 +201,37 @@ def _times(begins: Column, ticks: Floats, count: int) -> Column:
     return np.asarray(np.rint(times), dtype=np.int64)
 
 
-def _orientation(packet: _Group) -> tuple[list[tuple[int, int]], str, str]:
+def _find_orientation(packet: _Group) -> tuple[list[tuple[int, int]], str, str]:
     """Return the channel and sign of each axis, what axes these are, and a note."""
-    told = packet.get("Orientation")
-    if isinstance(told, str) and sorted(told.lower()) == ["x", "y", "z"]:
-        order = [("xyz".index(letter.lower()), 1 if letter.isupper() else -1) for letter in told]
-        return order, "those of telemetry-parser", f"axes are turned by the orientation {told}"
-    named = _NAMED.search(str(packet.get("Name", "")))
-    channels = [_CHANNELS.get(part, part) for part in named.groups()] if named else []
-    if named is not None and sorted(channels) == ["x", "y", "z"]:
+    orientation = packet.get("Orientation")
+    if isinstance(orientation, str) and sorted(orientation.lower()) == ["x", "y", "z"]:
+        order = [
+            ("xyz".index(letter.lower()), 1 if letter.isupper() else -1) for letter in orientation
+        ]
+        return (
+            order,
+            "those of telemetry-parser",
+            f"axes are turned by the orientation {orientation}",
+        )
+    match = _CHANNEL_NAMES.search(str(packet.get("Name", "")))
+    channels = [_CHANNEL_AXES.get(part, part) for part in match.groups()] if match else []
+    if match is not None and sorted(channels) == ["x", "y", "z"]:
         order = [(channels.index(axis), 1) for axis in "xyz"]
-        said = f"the channels are {named[0][1:-1]}, of which x, y, z are made"
-        return order, "right or left, forward or back, up", said
+        note = f"the channels are {match[0][1:-1]}, of which x, y, z are made"
+        return order, "right or left, forward or back, up", note
     return [(0, 1), (1, 1), (2, 1)], "those of the channels", "nothing tells where the axes point"
 
 
-def _common(rows: Sequence[Mapping[str, Any]]) -> Iterator[Sensor]:
+def _read_common(rows: Sequence[Mapping[str, Any]]) -> Iterator[Sensor]:
     """Yield the sensors in what telemetry-parser makes of any camera, by its clock."""
     times = np.array([row["timestamp_ms"] for row in rows], np.float64)
-    for key, name in _COMMON.items():
-        there = [row.get(key) is not None for row in rows]
-        if any(there):
-            flat = [row[key] for row, own in zip(rows, there, strict=True) if own]
+    for key, name in _COMMON_COLUMNS.items():
+        is_present = [row.get(key) is not None for row in rows]
+        if any(is_present):
+            flat = [row[key] for row, present in zip(rows, is_present, strict=True) if present]
             values = np.array(flat, np.float64).reshape(-1, 3)
             names = ("timestamp_ms", *(name.format(axis) for axis in "xyz"))
             note = "times, axes and units are as telemetry-parser makes them"
             kind = name.partition("_")[0]
-            columns = (times[np.array(there)], *values.T.copy())
+            columns = (times[np.array(is_present)], *values.T.copy())
             yield Sensor(kind, names, columns, "those of telemetry-parser", note)

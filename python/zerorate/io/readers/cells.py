@@ -26,7 +26,7 @@ _WHOLE: Final = re.compile(r"[+-]?[0-9]{1,19}", re.ASCII)
 _FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
 
 
-def inert(text: str) -> str:
+def make_inert(text: str) -> str:
     """Return a text as a cell that no spreadsheet takes for a formula, by an apostrophe before it.
 
     The characters are those that OWASP names under "CSV Injection".
@@ -34,24 +34,24 @@ def inert(text: str) -> str:
     return f"'{text}" if _FORMULA.match(text) else text
 
 
-def from_inert(cell: str) -> str:
-    """Return the text that `inert` made a cell of."""
+def undo_inert(cell: str) -> str:
+    """Return the text that `make_inert` made a cell of."""
     return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 
-def split(line: str, delimiter: str | None) -> list[str]:
+def split_cells(line: str, delimiter: str | None) -> list[str]:
     """Return the cells of a line; a delimiter of None stands for any run of blanks."""
     line = line.rstrip("\r\n")
-    cells = _unquoted(line, delimiter) if '"' in line else None
+    cells = _unquote(line, delimiter) if '"' in line else None
     return [cell.strip() for cell in (line.split(delimiter) if cells is None else cells)]
 
 
 def has_stray_quotes(line: str, delimiter: str | None) -> bool:
     """Whether a line has a quote that does not belong to a pair around a whole cell."""
-    return '"' in line and _unquoted(line.rstrip("\r\n"), delimiter) is None
+    return '"' in line and _unquote(line.rstrip("\r\n"), delimiter) is None
 
 
-def _unquoted(line: str, delimiter: str | None) -> list[str] | None:
+def _unquote(line: str, delimiter: str | None) -> list[str] | None:
     if delimiter is None:
         line, delimiter = " ".join(line.split()), " "
     try:
@@ -74,16 +74,16 @@ def is_blank(line: str, delimiter: str | None) -> bool:
 
 def is_number(cell: str, decimal_comma: bool) -> bool:
     """Whether a cell is written as a number."""
-    return _NUMBER.fullmatch(_with_point(cell, decimal_comma)) is not None
+    return _NUMBER.fullmatch(_to_decimal_point(cell, decimal_comma)) is not None
 
 
-def whole(cell: str) -> int | None:
+def parse_whole(cell: str) -> int | None:
     """Return the whole number in a cell, None if it is something else or longer than 64 bits."""
     text = cell.strip()
     return int(text) if _WHOLE.fullmatch(text) else None
 
 
-def number(cell: str, decimal_comma: bool) -> float:
+def parse_number(cell: str, decimal_comma: bool) -> float:
     """Return the number in a cell, NaN where it is missing.
 
     Raises
@@ -95,7 +95,7 @@ def number(cell: str, decimal_comma: bool) -> float:
     text = cell.strip()
     if text in MISSING:
         return math.nan
-    text = _with_point(text, decimal_comma)
+    text = _to_decimal_point(text, decimal_comma)
     if _NUMBER.fullmatch(text) is None:
         raise ValueError("is not a number")
     value = math.nan if text.endswith(")") else float(text)
@@ -104,9 +104,9 @@ def number(cell: str, decimal_comma: bool) -> float:
     return value
 
 
-def _with_point(text: str, decimal_comma: bool) -> str:
+def _to_decimal_point(text: str, decimal_comma: bool) -> str:
     # Swapped, for a point in a table of decimal commas is no decimal point.
-    return text.translate(_SWAPPED) if decimal_comma else text
+    return text.translate(_SWAP_COMMAS) if decimal_comma else text
 
 
-_SWAPPED: Final = str.maketrans(",.", ".,")
+_SWAP_COMMAS: Final = str.maketrans(",.", ".,")

@@ -18,14 +18,14 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from zerorate._native import dataflash_index
 from zerorate.io.readers.layouts import find_layout
-from zerorate.io.readers.parsers import parsed
+from zerorate.io.readers.parsers import parse_columns
 from zerorate.io.table import Column
 from zerorate.types import Integers
 
 MAGIC: Final = b"\xa3\x95"
-_START: Final = 3
+_HEAD_BYTES: Final = 3
 
-_KINDS: Final = {
+_DTYPES: Final = {
     "a": "<i2",
     "b": "i1",
     "B": "u1",
@@ -49,13 +49,13 @@ _KINDS: Final = {
     "Z": "S64",
 }
 """What the letters of fields stand for, as NumPy spells it."""
-_SIZES: Final = {name: np.dtype(kind).itemsize for name, kind in _KINDS.items()} | {"a": 64}
+_SIZES: Final = {name: np.dtype(kind).itemsize for name, kind in _DTYPES.items()} | {"a": 64}
 _DIVISORS: Final = {"c": 1e2, "C": 1e2, "e": 1e2, "E": 1e2, "L": 1e7}
 """What integers of some letters are divided by."""
-_NO_NUMBERS: Final = "anNZ"
-_TEXTS: Final = _NO_NUMBERS + "M"
+_NON_NUMBER_LETTERS: Final = "anNZ"
+_WORD_LETTERS: Final = _NON_NUMBER_LETTERS + "M"
 """Those that are words in a text."""
-_NUMBERS: Final = b"0123456789+-.eE, \tnaifNAIF\r"
+_NUMBER_BYTES: Final = b"0123456789+-.eE, \tnaifNAIF\r"
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Message:
     rows: int
     read: Callable[[Sequence[int], Integers | None], list[Column]]
     multipliers: Mapping[str, float] = field(default_factory=dict)
-    chosen: Integers | None = None
+    selected_rows: Integers | None = None
 
     def __contains__(self, name: object) -> bool:
         """Whether there is a field of a name."""
@@ -80,16 +80,16 @@ class Message:
 
     def __getitem__(self, name: str) -> Column:
         """Return a field of all rows, shape (n,), as its letter says."""
-        return self.read([self.names.index(name)], self.chosen)[0]
+        return self.read([self.names.index(name)], self.selected_rows)[0]
 
-    def of(self, rows: Integers) -> Message:
+    def select_rows(self, rows: Integers) -> Message:
         """Return some of the rows."""
-        return replace(self, rows=len(rows), chosen=rows)
+        return replace(self, rows=len(rows), selected_rows=rows)
 
-    def held(self) -> Message:
+    def load_numbers(self) -> Message:
         """Return the same with all numbers in memory."""
-        places = [self.names.index(name) for name in self.numbers()]
-        columns = dict(zip(places, self.read(places, self.chosen), strict=True))
+        indices = [self.names.index(name) for name in self.numbers()]
+        columns = dict(zip(indices, self.read(indices, self.selected_rows), strict=True))
 
         def read(wanted: Sequence[int], _: Integers | None) -> list[Column]:
             return [columns[index] for index in wanted]
@@ -99,129 +99,133 @@ class Message:
     def numbers(self) -> tuple[str, ...]:
         """Return the names of the fields that are numbers."""
         pairs = zip(self.names, self.letters, strict=True)
-        return tuple(name for name, letter in pairs if letter not in _NO_NUMBERS)
+        return tuple(name for name, letter in pairs if letter not in _NON_NUMBER_LETTERS)
 
 
 @dataclass
 class DataFlash:
     """Messages of a log by name, and what of it could not be read.
 
-    ``lost`` and ``cut`` are bytes that are damaged, and those of a message that the log ends
-    within; of a text they are lines, as ``called`` says.
+    ``lost_count`` and ``cut_count`` are damaged bytes, and those of a message that the log ends
+    within; for a text they are lines, as ``counted_unit`` says.
     """
 
     messages: dict[str, Message] = field(default_factory=dict)
-    lost: int = 0
-    cut: int = 0
+    lost_count: int = 0
+    cut_count: int = 0
     size: int = 0
-    called: str = "bytes"
+    counted_unit: str = "bytes"
 
     def add(self, message: Message, length: int) -> None:
         """Add messages of some length; of two declarations of a name the one of more rows stays."""
         before = self.messages.get(message.name)
         if before is None or before.rows < message.rows:
             self.messages[message.name] = message
-            self.lost += 0 if before is None else length * before.rows
+            self.lost_count += 0 if before is None else length * before.rows
         else:
-            self.lost += length * message.rows
+            self.lost_count += length * message.rows
 
 
-def binary(path: Path) -> DataFlash:
+def parse_binary(path: Path) -> DataFlash:
     """Return the messages of a binary log, whose file is mapped, not held in memory."""
-    raw = _bytes(path)
+    raw = _map_file(path)
     kinds, lost, cut = dataflash_index(raw)
-    log = DataFlash(lost=lost, cut=cut, size=len(raw))
+    log = DataFlash(lost_count=lost, cut_count=cut, size=len(raw))
     numbers: dict[int, str] = {}
     for number, name, letters, columns, length, places in kinds:
-        message = _declared(path, name, letters, columns, places)
+        message = _make_message(path, name, letters, columns, places)
         if message is None:
-            log.lost += length * len(places)
+            log.lost_count += length * len(places)
         else:
             numbers[number] = message.name
             log.add(message, length)
-    _multiply(log, numbers)
+    _add_multipliers(log, numbers)
     return log
 
 
-def _bytes(path: Path) -> Column:
+def _map_file(path: Path) -> Column:
     return np.asarray(np.memmap(path, np.uint8, "r"))
 
 
-def _declared(
+def _make_message(
     path: Path, name: bytes, letters: bytes, columns: bytes, places: Column
 ) -> Message | None:
     """Return the messages that a declaration tells of; None for letters that are not known."""
-    names = tuple(_plain(columns).split(","))
-    kinds = _plain(letters)
-    if len(set(names)) < len(names) or len(names) != len(kinds) or not set(kinds) <= set(_KINDS):
+    names = tuple(_decode_ascii(columns).split(","))
+    kinds = _decode_ascii(letters)
+    if len(set(names)) < len(names) or len(names) != len(kinds) or not set(kinds) <= set(_DTYPES):
         return None
     sizes = [_SIZES[letter] for letter in kinds]
-    offsets = np.cumsum([_START, *sizes])
+    offsets = np.cumsum([_HEAD_BYTES, *sizes])
 
     def read(wanted: Sequence[int], chosen: Integers | None) -> list[Column]:
-        at = places if chosen is None else places[chosen]
+        starts = places if chosen is None else places[chosen]
         # Of several fields the whole messages are taken out, at once.
-        one = len(wanted) == 1
-        size = sizes[wanted[0]] if one else int(offsets[-1])
-        windows = sliding_window_view(_bytes(path), size)
-        rows = windows[at + np.uint64(offsets[wanted[0]] if one else 0)] if len(at) else windows[:0]
-        found = []
+        is_single = len(wanted) == 1
+        size = sizes[wanted[0]] if is_single else int(offsets[-1])
+        windows = sliding_window_view(_map_file(path), size)
+        rows = (
+            windows[starts + np.uint64(offsets[wanted[0]] if is_single else 0)]
+            if len(starts)
+            else windows[:0]
+        )
+        fields = []
         for index in wanted:
-            begin = 0 if one else int(offsets[index])
+            begin = 0 if is_single else int(offsets[index])
             raw = rows[:, begin : begin + sizes[index]]
-            values = raw.view(np.dtype(_KINDS[kinds[index]]))
-            found.append(_scaled(values, kinds[index]))
-        return found
+            values = raw.view(np.dtype(_DTYPES[kinds[index]]))
+            fields.append(_scale_field(values, kinds[index]))
+        return fields
 
-    return Message(_plain(name), names, kinds, len(places), read)
+    return Message(_decode_ascii(name), names, kinds, len(places), read)
 
 
-def _scaled(values: Column, letter: str) -> Column:
+def _scale_field(values: Column, letter: str) -> Column:
     values = values if letter == "a" else values[:, 0]
     divisor = _DIVISORS.get(letter)
     return values if divisor is None else values / divisor
 
 
-def _plain(raw: bytes) -> str:
+def _decode_ascii(raw: bytes) -> str:
     return raw.decode("ascii", "replace")
 
 
-def textual(path: Path) -> DataFlash:
+def parse_text(path: Path) -> DataFlash:
     """Return the messages of a text log, a line each: ``IMU, 1000, 0.1, ...``."""
     raw = path.read_bytes()
     rows: dict[bytes, list[bytes]] = {}
     for line in raw.splitlines():
         label, _, rest = line.partition(b",")
         rows.setdefault(label.strip(), []).append(rest)
-    log = DataFlash(size=raw.count(b"\n"), called="lines")
-    for name, letters, names in _declarations(rows.pop(b"FMT", [])):
-        found = rows.pop(name.encode(), [])
-        message, sound = _of_lines(name, letters, names, found)
-        log.lost += len(found) - sound
+    log = DataFlash(size=raw.count(b"\n"), counted_unit="lines")
+    for name, letters, names in _parse_declarations(rows.pop(b"FMT", [])):
+        lines = rows.pop(name.encode(), [])
+        message, sound = _parse_lines(name, letters, names, lines)
+        log.lost_count += len(lines) - sound
         if message is not None:
             log.add(message, 1)
-    log.lost += sum(map(len, rows.values()))  # of no declaration
+    log.lost_count += sum(map(len, rows.values()))  # of no declaration
     return log
 
 
-def _declarations(lines: list[bytes]) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+def _parse_declarations(lines: list[bytes]) -> Iterator[tuple[str, str, tuple[str, ...]]]:
     """Yield name, letters and names of fields of each kind of messages, as last declared."""
-    found = {}
+    declared = {}
     for line in lines:
-        _, _, name, letters, *names = (*map(str.strip, _plain(line).split(",")), "", "", "")
-        names = [one for one in names if one]
-        known = names and len(names) == len(letters) and set(letters) <= set(_KINDS)
+        _, _, name, letters, *names = (*map(str.strip, _decode_ascii(line).split(",")), "", "", "")
+        names = [field_name for field_name in names if field_name]
+        known = names and len(names) == len(letters) and set(letters) <= set(_DTYPES)
         if name and known and len(set(names)) == len(names):
-            found[name] = (name, letters, tuple(names))
-    yield from found.values()
+            declared[name] = (name, letters, tuple(names))
+    yield from declared.values()
 
 
-def _of_lines(
+def _parse_lines(
     name: str, letters: str, names: tuple[str, ...], lines: list[bytes]
 ) -> tuple[Message | None, int]:
     """Return the messages in lines, and how many of these are sound."""
     commas = len(names) - 1
-    if not set(letters) & set(_TEXTS):
+    if not set(letters) & set(_WORD_LETTERS):
         sound = [line for line in lines if _is_sound(line, commas)]
     else:
         sound = [line for line in lines if line.count(b",") == commas]
@@ -233,37 +237,43 @@ def _of_lines(
         return None, 0
 
     def read(wanted: Sequence[int], chosen: Integers | None) -> list[Column]:
-        numbers = [index for index in wanted if letters[index] not in _TEXTS]
-        found = dict(zip(numbers, parsed(raw, layout, numbers) if numbers else (), strict=True))
+        numbers = [index for index in wanted if letters[index] not in _WORD_LETTERS]
+        columns = dict(
+            zip(numbers, parse_columns(raw, layout, numbers) if numbers else (), strict=True)
+        )
         for index in set(wanted) - set(numbers):
-            found[index] = np.array([line.split(b",")[index].strip() for line in sound])
-        return [found[index] if chosen is None else found[index][chosen] for index in wanted]
+            columns[index] = np.array([line.split(b",")[index].strip() for line in sound])
+        return [columns[index] if chosen is None else columns[index][chosen] for index in wanted]
 
     return Message(name, names, letters, len(sound), read), len(sound)
 
 
 def _is_sound(line: bytes, commas: int) -> bool:
-    return line.count(b",") == commas and not line.translate(None, _NUMBERS)
+    return line.count(b",") == commas and not line.translate(None, _NUMBER_BYTES)
 
 
-def _multiply(log: DataFlash, numbers: Mapping[int, str]) -> None:
+def _add_multipliers(log: DataFlash, numbers: Mapping[int, str]) -> None:
     """Tell the messages of a log what their fields are multiplied by, as far as it says so."""
-    told, letters = log.messages.get("MULT"), log.messages.get("FMTU")
-    if told is None or letters is None:
+    factor_message, unit_message = log.messages.get("MULT"), log.messages.get("FMTU")
+    if factor_message is None or unit_message is None:
         return
-    if not {"Id", "Mult"} <= set(told.names) or not {"FmtType", "MultIds"} <= set(letters.names):
+    if not {"Id", "Mult"} <= set(factor_message.names) or not {"FmtType", "MultIds"} <= set(
+        unit_message.names
+    ):
         return
-    pairs = zip(told["Id"].tolist(), told["Mult"].tolist(), strict=True)
+    pairs = zip(factor_message["Id"].tolist(), factor_message["Mult"].tolist(), strict=True)
     # Doubles that were floats before.
     factors = {chr(int(key) & 0x7F): float(f"{value:.7g}") for key, value in pairs}
     factors = {key: value for key, value in factors.items() if key not in "-?" and 0 < value < 1e12}
-    for number, ids in zip(letters["FmtType"].tolist(), letters["MultIds"].tolist(), strict=True):
+    for number, ids in zip(
+        unit_message["FmtType"].tolist(), unit_message["MultIds"].tolist(), strict=True
+    ):
         message = log.messages.get(numbers.get(int(number), ""))
         if message is not None:
             multipliers = {
                 name: factors[letter]
                 for name, kind, letter in zip(
-                    message.names, message.letters, _plain(ids), strict=False
+                    message.names, message.letters, _decode_ascii(ids), strict=False
                 )
                 if kind not in _DIVISORS and letter in factors
             }

@@ -9,56 +9,62 @@ from typing import Any
 
 import numpy as np
 
-from zerorate.io.limits import most_bytes
-from zerorate.io.readers.apart import asked
-from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_folder
-from zerorate.io.readers.stored import Stored
+from zerorate.io.limits import max_bytes
+from zerorate.io.readers.arrays import SCALAR_NAMES, from_arrays, strip_common_folder
+from zerorate.io.readers.isolated import run_isolated
+from zerorate.io.readers.lazy_array import LazyArray
 from zerorate.io.table import Column, Content
-from zerorate.record.names import spelled, with_suffix
-from zerorate.texts import extra_needed
+from zerorate.record.names import add_unit_suffix, canonical_spelling
+from zerorate.texts import describe_missing_extra
 
 
 def read(path: Path) -> Content:
     """Return the arrays in an HDF5 file."""
-    return _content(path, "an HDF5 file", matlab=False)
+    return _read_content(path, "an HDF5 file", matlab=False)
 
 
 def read_matlab_hdf5(path: Path) -> Content:
     """Return the content of a MAT file of version 7.3, which is HDF5."""
-    return _content(path, "a MAT file", matlab=True)
+    return _read_content(path, "a MAT file", matlab=True)
 
 
-def _content(path: Path, called: str, matlab: bool) -> Content:
+def _read_content(path: Path, called: str, matlab: bool) -> Content:
     """Return the content of a file whose library reads it in a process of its own.
 
     On some damaged files it would never come back.
     """
     if find_spec("h5py") is None:
-        raise ImportError(extra_needed("h5py", "hdf5", called))
-    entries, small = asked("hdf5_listing", path, SCALARS, matlab)
+        raise ImportError(describe_missing_extra("h5py", "hdf5", called))
+    entries, small = run_isolated("hdf5_listing", path, SCALAR_NAMES, matlab)
     read = iter(small)
-    arrays = {_name(entry): _array(path, entry, read, matlab) for entry in entries}
-    return Content.of(from_arrays(without_common_folder(arrays)))
+    arrays = {_entry_name(entry): _make_array(path, entry, read, matlab) for entry in entries}
+    return Content.of(from_arrays(strip_common_folder(arrays)))
 
 
-def _name(entry: dict[str, Any]) -> str:
+def _entry_name(entry: dict[str, Any]) -> str:
     """Return the name of an entry, with the suffix of the unit that an attribute tells."""
     unit = entry.get("unit")
-    return entry["name"] if unit is None else with_suffix(entry["name"], spelled(unit))
+    return (
+        entry["name"] if unit is None else add_unit_suffix(entry["name"], canonical_spelling(unit))
+    )
 
 
-def _array(path: Path, entry: dict[str, Any], read: Iterator[Column], matlab: bool) -> Stored:
+def _make_array(
+    path: Path, entry: dict[str, Any], read: Iterator[Column], matlab: bool
+) -> LazyArray:
     """Return an entry of the listing: one that was read, or one to read when it is asked for."""
     if entry["key"] is None:
-        return Stored.of(next(read))
+        return LazyArray.of(next(read))
 
     def values() -> Column:
-        return asked("hdf5_values", path, entry["key"], entry["field"], most_bytes(path))[1][0]
+        return run_isolated("hdf5_values", path, entry["key"], entry["field"], max_bytes(path))[1][
+            0
+        ]
 
-    array = Stored(tuple(entry["shape"]), np.dtype(entry["dtype"]), values)
-    return _transposed(array).upright() if matlab and entry["field"] is None else array
+    array = LazyArray(tuple(entry["shape"]), np.dtype(entry["dtype"]), values)
+    return _transpose(array).flatten_vector() if matlab and entry["field"] is None else array
 
 
-def _transposed(array: Stored) -> Stored:
+def _transpose(array: LazyArray) -> LazyArray:
     # MATLAB writes its columns as rows.
-    return Stored(array.shape[::-1], array.dtype, lambda: array.read().T)
+    return LazyArray(array.shape[::-1], array.dtype, lambda: array.read().T)

@@ -16,27 +16,34 @@ from typing import Final, NamedTuple
 
 from zerorate.io.clocks.iso8601 import is_date
 from zerorate.io.clocks.names import UNITS, looks_like_time
-from zerorate.io.readers.cells import MISSING, from_inert, is_comment, is_number, split, whole
-from zerorate.io.readers.parsers import BOM, Layout, decoded
+from zerorate.io.readers.cells import (
+    MISSING,
+    is_comment,
+    is_number,
+    parse_whole,
+    split_cells,
+    undo_inert,
+)
+from zerorate.io.readers.parsers import BOM, Layout, decode_text
 from zerorate.io.table import Metadata
 from zerorate.record.log import LogError
 from zerorate.record.names import is_unit
-from zerorate.record.words import parsed_name
+from zerorate.record.words import parse_name
 
 META_MARK: Final = "zerorate"
-_HEAD: Final = 1 << 17
+_HEAD_BYTES: Final = 1 << 17
 _LINE: Final = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r|\Z)")
 _SEP: Final = re.compile(r'"?sep=(.)"?[,;\t]*', re.IGNORECASE)
 _RATE: Final = re.compile(
     r"(?:rate|frequency|odr)\W{0,6}([0-9.]+) ?Hz|\bat ([0-9.]+) ?Hz", re.IGNORECASE
 )
 _TIME_OF_DAY: Final = re.compile(r"\d{1,4}[-/.:]\w+[-/.:]\d.*")
-_TIMES: Final = {spelling for spellings in UNITS.values() for spelling in spellings}
-_NO_UNIT: Final = ("", "-")
+_TIME_UNIT_WORDS: Final = {spelling for spellings in UNITS.values() for spelling in spellings}
+_EMPTY_CELLS: Final = ("", "-")
 """What stands for no value in a row, and for none in a line of units."""
-_LOOKED_AT: Final = 400
+_MAX_HEAD_LINES: Final = 400
 """Lines that tell how many cells a row has."""
-_FOR_COMMA: Final = 50
+_MAX_COMMA_ROWS: Final = 50
 """Rows that tell whether numbers have a decimal comma."""
 
 
@@ -58,65 +65,69 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
 
     ``names`` are those of the columns where the file has them elsewhere than in a header.
     """
-    lines = [line for line in _head_lines(raw) if line.text]
+    lines = [line for line in _read_head_lines(raw) if line.text]
     mark = _SEP.fullmatch(lines[0].text) if lines else None
     lines = lines[1:] if mark else lines
     body = [line for line in lines if not line.comment]
     if not body:
         raise LogError("the file holds no rows, expected a table of numbers")
-    delimiter = mark[1] if mark else _delimiter(_sample(body).text)
-    cells = [split(line.text, delimiter) for line in body[:_LOOKED_AT]]
-    width = len(split(_sample(body).text, delimiter))
-    rows = [row for row in cells if len(row) == width][:_FOR_COMMA]
+    delimiter = mark[1] if mark else _find_delimiter(_find_sample_row(body).text)
+    cells = [split_cells(line.text, delimiter) for line in body[:_MAX_HEAD_LINES]]
+    width = len(split_cells(_find_sample_row(body).text, delimiter))
+    rows = [row for row in cells if len(row) == width][:_MAX_COMMA_ROWS]
     decimal_comma = delimiter != "," and _has_decimal_comma(rows)
-    told = names or _names_in_comment(lines, body[0], delimiter, len(cells[0]))
-    below_names = told is not None and any(is_number(cell, decimal_comma) for cell in cells[0])
-    at = 0 if below_names else _first_row(cells, decimal_comma)
+    column_names = names or _find_comment_names(lines, body[0], delimiter, len(cells[0]))
+    below_names = column_names is not None and any(
+        is_number(cell, decimal_comma) for cell in cells[0]
+    )
+    at = 0 if below_names else _find_first_row(cells, decimal_comma)
     if at == len(body):
         raise LogError(f"line {body[0].number} is a header without rows, expected numbers below it")
     first, row, at_row = body[at], cells[at], at
     header = None
     if not below_names and at:
         _check_has_number(first, row, decimal_comma)
-        told, at = _header(cells, body, at)
+        column_names, at = _find_header(cells, body, at)
         # A space below the names is not what stands among the rows when a device is started anew.
         header = body[at].text if any(cells[at]) else None
-    told = told and _without_empty_times(told, cells[at_row:])
+    column_names = column_names and _mark_empty_times(column_names, cells[at_row:])
     layout = Layout(
         offset=first.offset,
         lines_before=first.number - 1,
         delimiter=delimiter,
         decimal_comma=decimal_comma,
         width=len(row),
-        names=told,
+        names=column_names,
         first_row=tuple(row),
         header=header,
     )
-    return layout, _metadata(lines, first)
+    return layout, _find_metadata(lines, first)
 
 
 def first_lines(raw: bytes, count: int) -> list[Line]:
     """Return the first lines of a file that are neither empty nor a remark."""
-    return [*islice((one for one in _head_lines(raw) if one.text and not one.comment), count)]
+    return [
+        *islice((line for line in _read_head_lines(raw) if line.text and not line.comment), count)
+    ]
 
 
-def _head_lines(raw: bytes) -> Iterator[Line]:
+def _read_head_lines(raw: bytes) -> Iterator[Line]:
     """Yield the lines at the beginning of a file, none of them cut."""
     start = len(BOM) if raw.startswith(BOM) else 0
     # One line more than the head, so that a long line is never cut in the middle.
-    newline = raw.find(b"\n", _HEAD)
+    newline = raw.find(b"\n", _HEAD_BYTES)
     stop = len(raw) if newline < 0 else newline + 1
     offset = start
     number = 1
-    while offset < stop and offset < _HEAD:
-        found = _LINE.match(raw, offset)
-        if found is None or found.end() == offset:
+    while offset < stop and offset < _HEAD_BYTES:
+        match = _LINE.match(raw, offset)
+        if match is None or match.end() == offset:
             return
-        yield Line(number, offset, decoded(found[0]).strip("\r\n").strip(" "))
-        offset, number = found.end(), number + 1
+        yield Line(number, offset, decode_text(match[0]).strip("\r\n").strip(" "))
+        offset, number = match.end(), number + 1
 
 
-def _sample(body: Sequence[Line]) -> Line:
+def _find_sample_row(body: Sequence[Line]) -> Line:
     """Return a line that is a row rather than one of a preamble."""
     if len(body) <= 2:
         return body[-1]
@@ -124,7 +135,7 @@ def _sample(body: Sequence[Line]) -> Line:
     return middle if re.search(r"\d", middle.text) else body[-1]
 
 
-def _delimiter(line: str) -> str | None:
+def _find_delimiter(line: str) -> str | None:
     line = re.sub(r'"[^"]*"', "", line)
     for mark in (";", "\t", ",", "|"):
         if mark in line:
@@ -143,35 +154,37 @@ def is_value(cell: str, decimal_comma: bool = False) -> bool:
     return is_number(cell, decimal_comma) or is_date(cell) or bool(_TIME_OF_DAY.fullmatch(cell))
 
 
-def _first_row(cells: list[list[str]], decimal_comma: bool) -> int:
+def _find_first_row(cells: list[list[str]], decimal_comma: bool) -> int:
     """Return which line is the first row: the second where none is plainly one."""
     values = [sum(1 for cell in row if is_value(cell, decimal_comma)) for row in cells]
     # A line above the rows may have a number in it, but not as many.
-    has_value = [2 * own >= max(values[len(values) // 2], 1) and own > 0 for own in values]
-    widths = Counter(len(row) for row, told in zip(cells, has_value, strict=True) if told)
+    has_value = [2 * count >= max(values[len(values) // 2], 1) and count > 0 for count in values]
+    widths = Counter(
+        len(row) for row, has_number in zip(cells, has_value, strict=True) if has_number
+    )
     if not widths:
         return 1
     (width, _), *_ = sorted(widths.items(), key=lambda item: (-item[1], -item[0]))
     at = next(i for i, row in enumerate(cells) if has_value[i] and len(row) == width)
-    at = _first_gappy(cells, at, decimal_comma)
+    at = _find_first_gappy_row(cells, at, decimal_comma)
     following = cells[at + 1] if at + 1 < len(cells) else None
     if following is not None and len(following) == width:
         return at + _is_header(cells[at], following, decimal_comma)
     return at + (at == 0 and not all(cell in MISSING or is_value(cell) for cell in cells[at]))
 
 
-def _first_gappy(cells: list[list[str]], at: int, decimal_comma: bool) -> int:
+def _find_first_gappy_row(cells: list[list[str]], at: int, decimal_comma: bool) -> int:
     """Return the first of the lines above a row that are rows, too: much may be missing in them.
 
     Lines without any cell are rows between two rows, and a space below a header.
     """
     first = at
     for above in reversed(range(at)):
-        told = [cell for cell in cells[above] if cell not in _NO_UNIT]
-        known = all(cell in MISSING or is_value(cell, decimal_comma) for cell in told)
-        if len(cells[above]) != len(cells[at]) or not known:
+        filled = [cell for cell in cells[above] if cell not in _EMPTY_CELLS]
+        is_row = all(cell in MISSING or is_value(cell, decimal_comma) for cell in filled)
+        if len(cells[above]) != len(cells[at]) or not is_row:
             break
-        first = above if told else first
+        first = above if filled else first
     return first
 
 
@@ -188,15 +201,17 @@ def _check_has_number(line: Line, cells: list[str], decimal_comma: bool) -> None
         raise LogError(f"line {line.number} holds no number, expected a row of a table of numbers")
 
 
-def _header(
+def _find_header(
     cells: list[list[str]], body: Sequence[Line], at: int
 ) -> tuple[tuple[str, ...] | None, int]:
     """Return the names above the first row, and which line has the last of them."""
     row = cells[at]
     rows: list[list[str]] = []
     above = at - 1
-    while above >= 0 and (not rows or _belongs(cells[above], rows[0], body[above : above + 2])):
-        fitting = _fitting(cells[above], row)
+    while above >= 0 and (
+        not rows or _is_header_part(cells[above], rows[0], body[above : above + 2])
+    ):
+        fitting = _fit_width(cells[above], row)
         if fitting is None:
             break
         rows.insert(0, fitting)
@@ -204,17 +219,17 @@ def _header(
     if not rows:
         if at > 1:
             return None, at - 1
-        raise LogError(_on_width(cells[at - 1], row, body[at - 1].number, body[at].number))
+        raise LogError(_describe_width(cells[at - 1], row, body[at - 1].number, body[at].number))
     units = next((own for own in rows if len(rows) > 1 and _are_units(own)), None)
-    named = [own for own in rows if own is not units]
-    together = _merged(named)
+    name_rows = [own for own in rows if own is not units]
+    merged = _merge_names(name_rows)
     if units is not None:
-        pairs = zip(together, units, strict=True)
-        together = [_with_unit(name, unit) for name, unit in pairs]
-    return _names(together), at - 1
+        pairs = zip(merged, units, strict=True)
+        merged = [_add_unit(name, unit) for name, unit in pairs]
+    return _make_names(merged), at - 1
 
 
-def _without_empty_times(names: tuple[str, ...], rows: list[list[str]]) -> tuple[str, ...]:
+def _mark_empty_times(names: tuple[str, ...], rows: list[list[str]]) -> tuple[str, ...]:
     """Return names of which those of a time that no row has are no longer that of one."""
     return tuple(
         f"{name} (empty)"
@@ -224,12 +239,12 @@ def _without_empty_times(names: tuple[str, ...], rows: list[list[str]]) -> tuple
     )
 
 
-def _belongs(cells: list[str], below: list[str], lines: Sequence[Line]) -> bool:
+def _is_header_part(cells: list[str], below: list[str], lines: Sequence[Line]) -> bool:
     """Whether a line above a header is a part of it, not of a preamble."""
     if lines[0].number != lines[1].number - 1 or (any(map(is_value, cells)) and cells[0]):
         return _is_block(cells)
-    known = any(parsed_name(f"{cell} x").kind for cell in cells if cell)
-    return _are_units(below) or (len(cells) > 2 and ("" in cells or known))
+    is_known = any(parse_name(f"{cell} x").kind for cell in cells if cell)
+    return _are_units(below) or (len(cells) > 2 and ("" in cells or is_known))
 
 
 def _is_block(cells: list[str]) -> bool:
@@ -237,7 +252,7 @@ def _is_block(cells: list[str]) -> bool:
     return 4 * sum(1 for cell in cells if cell) < len(cells)
 
 
-def _fitting(cells: list[str], row: list[str]) -> list[str] | None:
+def _fit_width(cells: list[str], row: list[str]) -> list[str] | None:
     """Return a line of a header with as many cells as a row; None if it has others."""
     if len(cells) == len(row) + 1 and not cells[-1]:
         return cells[:-1]
@@ -246,15 +261,16 @@ def _fitting(cells: list[str], row: list[str]) -> list[str] | None:
     return cells if len(cells) == len(row) else None
 
 
-def _on_width(cells: list[str], row: list[str], line: int, row_line: int) -> str:
-    told = f"the header on line {line} names {len(cells)} columns, but line {row_line} has"
-    if len(row) == 2 * len(cells) and all(whole(cell) is not None for cell in row):
+def _describe_width(cells: list[str], row: list[str], line: int, row_line: int) -> str:
+    sentence = f"the header on line {line} names {len(cells)} columns, but line {row_line} has"
+    if len(row) == 2 * len(cells) and all(parse_whole(cell) is not None for cell in row):
         return (
-            f"{told} {len(row)} whole numbers: they are written with a decimal comma, which cannot "
+            f"{sentence} {len(row)} whole numbers: they are written with a decimal comma, "
+            "which cannot "
             "be told from the commas between cells; write semicolons between cells, or decimal "
             "points"
         )
-    return f"{told} {len(row)} cells"
+    return f"{sentence} {len(row)} cells"
 
 
 def _are_units(cells: list[str]) -> bool:
@@ -265,16 +281,16 @@ def _are_units(cells: list[str]) -> bool:
 
 
 def _is_unit(text: str) -> bool:
-    return is_unit(text) or text.strip().lower() in _TIMES
+    return is_unit(text) or text.strip().lower() in _TIME_UNIT_WORDS
 
 
-def _with_unit(name: str, cell: str) -> str:
+def _add_unit(name: str, cell: str) -> str:
     unit = cell.strip("[]") if cell.startswith("[") else cell
     unit = unit[1:-1] if unit.startswith("(") and unit.endswith(")") else unit
     return f"{name} [{unit}]" if _is_unit(unit) else name
 
 
-def _merged(rows: list[list[str]]) -> list[str]:
+def _merge_names(rows: list[list[str]]) -> list[str]:
     """Return one line of names from several: what stands above belongs to the cells to its right.
 
     Where that leaves names that repeat, the line on top names each repetition.
@@ -284,18 +300,20 @@ def _merged(rows: list[list[str]]) -> list[str]:
         repeated = [name for name in names if name and names.count(name) > 1]
         begins = [i for i, name in enumerate(names) if repeated and name == repeated[0]]
         if above is upper[0] and len(upper) > 1 and begins:
-            return _in_blocks(names, above, begins)
-        names = [" ".join(filter(None, pair)) for pair in zip(_filled(above), names, strict=True)]
+            return _prefix_blocks(names, above, begins)
+        names = [
+            " ".join(filter(None, pair)) for pair in zip(_fill_cells(above), names, strict=True)
+        ]
     return names
 
 
-def _filled(cells: list[str]) -> list[str]:
+def _fill_cells(cells: list[str]) -> list[str]:
     """Return cells with empty ones taking what stands to their left."""
     last = ""
     return [last := cell or last for cell in cells]
 
 
-def _in_blocks(names: list[str], above: list[str], begins: list[int]) -> list[str]:
+def _prefix_blocks(names: list[str], above: list[str], begins: list[int]) -> list[str]:
     """Return names with the last text that stands above their block before them."""
     result = list(names)
     for begin, end in zip(begins, [*begins[1:], len(names)], strict=True):
@@ -305,38 +323,38 @@ def _in_blocks(names: list[str], above: list[str], begins: list[int]) -> list[st
     return result
 
 
-def _names_in_comment(
+def _find_comment_names(
     lines: Sequence[Line], first: Line, delimiter: str | None, width: int
 ) -> tuple[str, ...] | None:
     """Return the names in the comment just above the first row, as ROS and NumPy write them."""
     above = [line for line in lines if line.number < first.number]
     if not above:
         return None
-    cells = split(above[-1].text.lstrip("#%/ "), delimiter)
+    cells = split_cells(above[-1].text.lstrip("#%/ "), delimiter)
     if len(cells) != width or all(is_number(cell, False) for cell in cells):
         return None
-    return _names(cells)
+    return _make_names(cells)
 
 
-def _names(cells: Sequence[str]) -> tuple[str, ...]:
-    return tuple(from_inert(cell) or f"column_{i}" for i, cell in enumerate(cells))
+def _make_names(cells: Sequence[str]) -> tuple[str, ...]:
+    return tuple(undo_inert(cell) or f"column_{i}" for i, cell in enumerate(cells))
 
 
-def _metadata(lines: Sequence[Line], first: Line) -> Metadata:
+def _find_metadata(lines: Sequence[Line], first: Line) -> Metadata:
     above = [line for line in lines if line.number < first.number]
     for line in above:
         mark, _, text = line.text.lstrip("#% ").partition(" ")
         if line.comment and mark == META_MARK:
-            return _metadata_from_json(text)
+            return _parse_metadata(text)
     rates = {
-        float(found[1] or found[2])
-        for found in (_RATE.search(line.text.replace(",", " ")) for line in above)
-        if found is not None
+        float(match[1] or match[2])
+        for match in (_RATE.search(line.text.replace(",", " ")) for line in above)
+        if match is not None
     }
     return Metadata(rate=rates.pop() if len(rates) == 1 else None)
 
 
-def _metadata_from_json(text: str) -> Metadata:
+def _parse_metadata(text: str) -> Metadata:
     """Return the metadata in a JSON object; LogError if it is none."""
     try:
         fields = json.loads(text)

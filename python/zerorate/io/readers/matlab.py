@@ -5,12 +5,12 @@ from __future__ import annotations
 from importlib.util import find_spec
 from pathlib import Path
 
-from zerorate.io.readers.apart import asked
-from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_folder
+from zerorate.io.readers.arrays import SCALAR_NAMES, from_arrays, strip_common_folder
 from zerorate.io.readers.hdf5 import read_matlab_hdf5
-from zerorate.io.readers.stored import Stored
+from zerorate.io.readers.isolated import run_isolated
+from zerorate.io.readers.lazy_array import LazyArray
 from zerorate.io.table import Column, Content
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 
 _MARK = b"MATLAB 5.0"
 
@@ -20,16 +20,16 @@ def read(path: Path) -> Content:
     with path.open("rb") as file:
         if not file.read(len(_MARK)).startswith(_MARK):
             return read_matlab_hdf5(path)
-    arrays = {name: Stored.of(array) for name, array in _loaded(path).items()}
-    return Content.of(from_arrays(without_common_folder(arrays)))
+    arrays = {name: LazyArray.of(array) for name, array in _load_arrays(path).items()}
+    return Content.of(from_arrays(strip_common_folder(arrays)))
 
 
-def _loaded(path: Path) -> dict[str, Column]:
+def _load_arrays(path: Path) -> dict[str, Column]:
     """Return the arrays in a file, read by SciPy in a process of its own.
 
     Damaged bytes end the interpreter there, where no exception could be caught.
     """
     if find_spec("scipy") is None:
-        raise ImportError(extra_needed("scipy", "mat", "a MAT file"))
-    names, arrays = asked("mat_arrays", path, SCALARS)
+        raise ImportError(describe_missing_extra("scipy", "mat", "a MAT file"))
+    names, arrays = run_isolated("mat_arrays", path, SCALAR_NAMES)
     return dict(zip(names, arrays, strict=True))

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from zerorate.io.readers.parsers import decoded
+from zerorate.io.readers.parsers import decode_text
 from zerorate.io.table import Column, Content, Format, Metadata, Table
 from zerorate.record.log import LogError
 
@@ -21,12 +21,12 @@ def looks_like_json(head: bytes) -> bool:
 
 
 def _read(path: Path) -> Content:
-    messages, notes = _messages(decoded(path.read_bytes()))
-    rows = [dict(_flat(message)) for message in messages]
+    messages, notes = _parse_messages(decode_text(path.read_bytes()))
+    rows = [dict(_flatten(message)) for message in messages]
     names = tuple(dict.fromkeys(name for row in rows for name in row))
     if not any(name.endswith("latitude") for name in names):
         raise LogError("no message has a latitude, expected those of type sensor_msgs/NavSatFix")
-    columns = [_column([row.get(name) for row in rows]) for name in names]
+    columns = [_make_column([row.get(name) for row in rows]) for name in names]
     return Content.of(
         Table(
             width=len(names),
@@ -40,20 +40,20 @@ def _read(path: Path) -> Content:
 FORMAT: Final = Format("navsatfix", "messages of NavSatFix", (".json", ".jsonl"), (), _read)
 
 
-def _messages(text: str) -> tuple[list[Mapping[str, Any]], tuple[str, ...]]:
+def _parse_messages(text: str) -> tuple[list[Mapping[str, Any]], tuple[str, ...]]:
     try:
         whole = json.loads(text)
     except RecursionError:
         raise LogError("the JSON is nested too deeply for messages") from None
     except ValueError:
-        return _by_line(text)
+        return _parse_lines(text)
     listed = whole.get("messages", [whole]) if isinstance(whole, dict) else whole
-    if not isinstance(listed, list) or not all(isinstance(one, dict) for one in listed):
+    if not isinstance(listed, list) or not all(isinstance(message, dict) for message in listed):
         raise LogError("the JSON is no list of messages, each an object")
     return listed, ()
 
 
-def _by_line(text: str) -> tuple[list[Mapping[str, Any]], tuple[str, ...]]:
+def _parse_lines(text: str) -> tuple[list[Mapping[str, Any]], tuple[str, ...]]:
     """Return the messages of one a line; the last may be cut off."""
     lines = [(i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip()]
     messages: list[Mapping[str, Any]] = []
@@ -71,19 +71,19 @@ def _by_line(text: str) -> tuple[list[Mapping[str, Any]], tuple[str, ...]]:
     return messages, ()
 
 
-def _flat(message: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, object]]:
+def _flatten(message: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
     """Yield what a message holds by names such as ``header.stamp.secs``."""
     for key, value in message.items():
-        name = f"{before}{key}"
+        name = f"{prefix}{key}"
         if isinstance(value, dict):
-            yield from _flat(value, f"{name}.")
+            yield from _flatten(value, f"{name}.")
         elif isinstance(value, list):
-            yield from ((f"{name}_{i}", one) for i, one in enumerate(value))
+            yield from ((f"{name}_{i}", item) for i, item in enumerate(value))
         else:
             yield name, value
 
 
-def _column(values: list[object]) -> Column:
+def _make_column(values: list[object]) -> Column:
     """Return numbers, NaN where one is missing; texts as they stand."""
     if any(isinstance(value, str) for value in values):
         return np.array(values, dtype=object)

@@ -15,14 +15,16 @@ import numpy as np
 
 from zerorate.io.table import Column, Content, Format, Metadata, Needs, Table
 from zerorate.record.log import LogError
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 
 _SENTENCE: Final = re.compile(rb"\$[A-Z]{2}(GGA|RMC|GST|VTG|ZDA),[^$\r\n]*")
-_ANY: Final = re.compile(rb"^[^\r\n]{0,64}?\$(?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,}),", re.MULTILINE)
-_KNOT: Final = 1852.0 / 3600.0
-_DAY: Final = 86_400.0
-_YEAR: Final = 365
-_FIRST_DAY: Final = datetime.date(1970, 1, 1).toordinal()
+_ANY_SENTENCE: Final = re.compile(
+    rb"^[^\r\n]{0,64}?\$(?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,}),", re.MULTILINE
+)
+_KNOT_M_S: Final = 1852.0 / 3600.0
+_DAY_S: Final = 86_400.0
+_YEAR_DAYS: Final = 365
+_EPOCH_DAY: Final = datetime.date(1970, 1, 1).toordinal()
 
 _COLUMNS: Final = (
     "latitude_deg",
@@ -40,20 +42,20 @@ _COLUMNS: Final = (
 
 def looks_like_nmea(head: bytes) -> bool:
     """Whether the beginning of a file has a sentence of NMEA 0183 on one of its lines."""
-    return _ANY.search(head) is not None
+    return _ANY_SENTENCE.search(head) is not None
 
 
 def _read(path: Path) -> Content:
     raw = path.read_bytes()
     if not looks_like_nmea(raw[: 1 << 16]):
         raise LogError("no line has an NMEA sentence such as $GNGGA, expected those of a receiver")
-    reading = _Reading()
-    sentences = [found[0].rstrip() for found in _SENTENCE.finditer(raw)]
+    reading = _SentenceCollector()
+    sentences = [match[0].rstrip() for match in _SENTENCE.finditer(raw)]
     # Where the receiver writes none at all, nothing tells a sentence that is cut off.
-    summed = any(b"*" in sentence for sentence in sentences)
+    has_checksums = any(b"*" in sentence for sentence in sentences)
     for sentence in sentences:
-        reading.take(sentence, summed)
-    return Content.of(_table(reading))
+        reading.take(sentence, has_checksums)
+    return Content.of(_make_table(reading))
 
 
 FORMAT: Final = Format(
@@ -68,23 +70,23 @@ class _Epoch:
     seconds: float
     day: int | None = None
     values: dict[str, float] = field(default_factory=dict)
-    at_sea: bool = False
-    void: bool = False
+    lacks_geoid: bool = False
+    is_void: bool = False
 
 
-class _Reading:
+class _SentenceCollector:
     """Sentences as they come, gathered by their time."""
 
     def __init__(self) -> None:
         try:
             from pynmeagps import NMEAReader
         except ImportError:
-            raise ImportError(extra_needed("pynmeagps", "nmea", "an NMEA file")) from None
+            raise ImportError(describe_missing_extra("pynmeagps", "nmea", "an NMEA file")) from None
         self._parse = NMEAReader.parse
         self.epochs: list[_Epoch] = []
-        self.wrong = 0
-        self.unreadable = 0
-        self._takes: dict[str, Callable[[_Epoch, Any], None]] = {
+        self.checksum_error_count = 0
+        self.unreadable_count = 0
+        self._handlers: dict[str, Callable[[_Epoch, Any], None]] = {
             "GGA": _take_position,
             "RMC": _take_minimum,
             "GST": _take_errors,
@@ -92,25 +94,25 @@ class _Reading:
             "ZDA": _take_date,
         }
 
-    def take(self, sentence: bytes, summed: bool) -> None:
+    def take(self, sentence: bytes, has_checksums: bool) -> None:
         """Add what one sentence tells; a damaged one is counted."""
-        content, _, told = sentence.partition(b"*")
-        if summed and not _sums_up(content, told):
-            self.wrong += 1
+        content, _, checksum = sentence.partition(b"*")
+        if has_checksums and not _is_checksum_right(content, checksum):
+            self.checksum_error_count += 1
             return
         try:
-            found = self._parse(content + b"*00\r\n", validate=0)
-            epoch = self._epoch(found)
+            message = self._parse(content + b"*00\r\n", validate=0)
+            epoch = self._find_epoch(message)
             if epoch is not None:
-                self._takes[found.msgID](epoch, found)
+                self._handlers[message.msgID](epoch, message)
         except Exception:  # what garbage raises in the package has no common base
-            self.unreadable += 1
+            self.unreadable_count += 1
 
-    def _epoch(self, found: Any) -> _Epoch | None:  # noqa: ANN401
+    def _find_epoch(self, message: Any) -> _Epoch | None:  # noqa: ANN401
         """Return the moment of a sentence: its own, or for one without a time the last."""
-        if not hasattr(found, "time"):
+        if not hasattr(message, "time"):
             return self.epochs[-1] if self.epochs else None
-        time = found.time
+        time = message.time
         if not isinstance(time, datetime.time):
             return None  # no time before the first fix
         seconds = 3600.0 * time.hour + 60.0 * time.minute + time.second + 1e-6 * time.microsecond
@@ -119,57 +121,57 @@ class _Reading:
         return self.epochs[-1]
 
 
-def _sums_up(content: bytes, told: bytes) -> bool:
+def _is_checksum_right(content: bytes, checksum: bytes) -> bool:
     total = 0
     for byte in content[1:]:
         total ^= byte
-    return told[:2].upper() == b"%02X" % total
+    return checksum[:2].upper() == b"%02X" % total
 
 
-def _take_position(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401
-    quality = _number(found.quality)
+def _take_position(epoch: _Epoch, message: Any) -> None:  # noqa: ANN401
+    quality = _number(message.quality)
     if not quality > 0.0:
-        epoch.void = True
+        epoch.is_void = True
         return
-    above_sea, geoid = _number(found.alt), _number(found.sep)
-    epoch.at_sea = math.isnan(geoid) and not math.isnan(above_sea)
+    above_sea, geoid = _number(message.alt), _number(message.sep)
+    epoch.lacks_geoid = math.isnan(geoid) and not math.isnan(above_sea)
     epoch.values |= {
-        "latitude_deg": _number(found.lat),
-        "longitude_deg": _number(found.lon),
-        "height_m": above_sea + (0.0 if epoch.at_sea else geoid),
+        "latitude_deg": _number(message.lat),
+        "longitude_deg": _number(message.lon),
+        "height_m": above_sea + (0.0 if epoch.lacks_geoid else geoid),
         "quality": quality,
-        "satellites": _number(found.numSV),
+        "satellites": _number(message.numSV),
     }
 
 
-def _take_minimum(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401
-    if isinstance(found.date, datetime.date):
-        epoch.day = _days(found.date)
-    if found.status != "A":
-        epoch.void = True
+def _take_minimum(epoch: _Epoch, message: Any) -> None:  # noqa: ANN401
+    if isinstance(message.date, datetime.date):
+        epoch.day = _days(message.date)
+    if message.status != "A":
+        epoch.is_void = True
         return
-    epoch.values.setdefault("latitude_deg", _number(found.lat))
-    epoch.values.setdefault("longitude_deg", _number(found.lon))
-    epoch.values |= _velocity(_KNOT * _number(found.spd), _number(found.cog))
+    epoch.values.setdefault("latitude_deg", _number(message.lat))
+    epoch.values.setdefault("longitude_deg", _number(message.lon))
+    epoch.values |= _velocity(_KNOT_M_S * _number(message.spd), _number(message.cog))
 
 
-def _take_course(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401
+def _take_course(epoch: _Epoch, message: Any) -> None:  # noqa: ANN401
     if "velocity_north_mps" in epoch.values:
         return
-    speed = _number(found.sogk) / 3.6
+    speed = _number(message.sogk) / 3.6
     if math.isnan(speed):
-        speed = _KNOT * _number(found.sogn)
-    epoch.values |= _velocity(speed, _number(found.cogt))
+        speed = _KNOT_M_S * _number(message.sogn)
+    epoch.values |= _velocity(speed, _number(message.cogt))
 
 
-def _take_errors(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401
-    told = {"north": found.stdLat, "east": found.stdLong, "up": found.stdAlt}
-    epoch.values |= {f"position_sigma_{way}_m": _number(sigma) for way, sigma in told.items()}
+def _take_errors(epoch: _Epoch, message: Any) -> None:  # noqa: ANN401
+    sigmas = {"north": message.stdLat, "east": message.stdLong, "up": message.stdAlt}
+    epoch.values |= {f"position_sigma_{way}_m": _number(sigma) for way, sigma in sigmas.items()}
 
 
-def _take_date(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401
-    if all(isinstance(part, int) for part in (found.year, found.month, found.day)):
-        epoch.day = _days(datetime.date(found.year, found.month, found.day))
+def _take_date(epoch: _Epoch, message: Any) -> None:  # noqa: ANN401
+    if all(isinstance(part, int) for part in (message.year, message.month, message.day)):
+        epoch.day = _days(datetime.date(message.year, message.month, message.day))
 
 
 def _velocity(speed: float, course: float) -> dict[str, float]:
@@ -191,10 +193,10 @@ def _number(cell: object) -> float:
 
 
 def _days(date: datetime.date) -> int:
-    return date.toordinal() - _FIRST_DAY
+    return date.toordinal() - _EPOCH_DAY
 
 
-def _with_days(epochs: Sequence[_Epoch]) -> bool:
+def _assign_days(epochs: Sequence[_Epoch]) -> bool:
     """Give each moment its day, counted over midnight from those dated; return if any was.
 
     Without a date the days are counted from the first.
@@ -205,25 +207,25 @@ def _with_days(epochs: Sequence[_Epoch]) -> bool:
         epochs[0].day = 0
     for before, epoch in zip(epochs[first:], epochs[first + 1 :], strict=False):
         if epoch.day is None:
-            epoch.day = _day(before) + _midnights(before.seconds, epoch.seconds)
+            epoch.day = _day_of(before) + _midnights(before.seconds, epoch.seconds)
     for i in reversed(range(first)):
         following = epochs[i + 1]
-        epochs[i].day = _day(following) - _midnights(epochs[i].seconds, following.seconds)
+        epochs[i].day = _day_of(following) - _midnights(epochs[i].seconds, following.seconds)
     return bool(dated)
 
 
 def _check_days(epochs: Sequence[_Epoch]) -> None:
     """Raise LogError if the date leaps by a year or more, as receivers do that lost their week."""
     for before, after in pairwise(epochs):
-        if abs(_day(after) - _day(before)) >= _YEAR:
-            dates = [datetime.date.fromordinal(_day(e) + _FIRST_DAY) for e in (before, after)]
+        if abs(_day_of(after) - _day_of(before)) >= _YEAR_DAYS:
+            dates = [datetime.date.fromordinal(_day_of(e) + _EPOCH_DAY) for e in (before, after)]
             raise LogError(
                 f"the date leaps from {dates[0]} to {dates[1]}: cut the file there, or at the "
                 "first right date of a receiver that has just been switched on"
             )
 
 
-def _day(epoch: _Epoch) -> int:
+def _day_of(epoch: _Epoch) -> int:
     assert epoch.day is not None
     return epoch.day
 
@@ -231,21 +233,21 @@ def _day(epoch: _Epoch) -> int:
 def _midnights(earlier: float, later: float) -> int:
     """Return the days that begin between two times of the day, which are hours apart at most."""
     step = later - earlier
-    return 1 if step < -0.5 * _DAY else -1 if step > 0.5 * _DAY else 0
+    return 1 if step < -0.5 * _DAY_S else -1 if step > 0.5 * _DAY_S else 0
 
 
-def _table(reading: _Reading) -> Table:
-    dated = _with_days(reading.epochs)
+def _make_table(reading: _SentenceCollector) -> Table:
+    dated = _assign_days(reading.epochs)
     with_fix = [epoch for epoch in reading.epochs if _has_fix(epoch)]
     if not with_fix:
-        reasons = ", ".join(_faults(reading)) or "no sentence GGA or RMC tells a position"
+        reasons = ", ".join(_describe_faults(reading)) or "no sentence GGA or RMC tells a position"
         raise LogError(f"there is no fix: {reasons}")
     _check_days(with_fix)
-    without = sum(1 for epoch in reading.epochs if epoch.void and not _has_fix(epoch))
-    time = _times(with_fix, dated)
+    without = sum(1 for epoch in reading.epochs if epoch.is_void and not _has_fix(epoch))
+    time = _make_times(with_fix, dated)
     columns: list[Column] = [time]
     columns += [np.array([e.values.get(name, math.nan) for e in with_fix]) for name in _COLUMNS]
-    notes = tuple(_notes(reading, with_fix, without, dated))
+    notes = tuple(_list_notes(reading, with_fix, without, dated))
     return Table(
         width=len(columns),
         load=lambda wanted: [columns[i] for i in wanted],
@@ -256,36 +258,36 @@ def _table(reading: _Reading) -> Table:
 
 
 def _has_fix(epoch: _Epoch) -> bool:
-    place = (epoch.values.get(name, math.nan) for name in ("latitude_deg", "longitude_deg"))
-    return not epoch.void and not any(map(math.isnan, place))
+    coordinates = (epoch.values.get(name, math.nan) for name in ("latitude_deg", "longitude_deg"))
+    return not epoch.is_void and not any(map(math.isnan, coordinates))
 
 
-def _times(epochs: Sequence[_Epoch], dated: bool) -> Column:
+def _make_times(epochs: Sequence[_Epoch], dated: bool) -> Column:
     """Return dates to the microsecond, or seconds since the first midnight."""
     if not dated:
-        return np.array([_DAY * _day(epoch) + epoch.seconds for epoch in epochs])
-    counts = [86_400_000_000 * _day(epoch) + round(1e6 * epoch.seconds) for epoch in epochs]
+        return np.array([_DAY_S * _day_of(epoch) + epoch.seconds for epoch in epochs])
+    counts = [86_400_000_000 * _day_of(epoch) + round(1e6 * epoch.seconds) for epoch in epochs]
     return np.array(counts, dtype=np.int64).view("datetime64[us]")
 
 
-def _faults(reading: _Reading) -> Iterator[str]:
+def _describe_faults(reading: _SentenceCollector) -> Iterator[str]:
     for count, what in (
-        (reading.wrong, "with a wrong checksum or none"),
-        (reading.unreadable, "that cannot be read"),
+        (reading.checksum_error_count, "with a wrong checksum or none"),
+        (reading.unreadable_count, "that cannot be read"),
     ):
         if count:
             yield f"{count} sentence{'' if count == 1 else 's'} {what}"
 
 
-def _notes(
-    reading: _Reading, with_fix: Sequence[_Epoch], without: int, dated: bool
+def _list_notes(
+    reading: _SentenceCollector, with_fix: Sequence[_Epoch], without: int, dated: bool
 ) -> Iterator[str]:
-    faults = list(_faults(reading))
+    faults = list(_describe_faults(reading))
     if faults:
         yield f"left out: {', '.join(faults)}"
     if without:
         yield f"left out: {without} moment{'' if without == 1 else 's'} without a fix"
-    if any(epoch.at_sea for epoch in with_fix):
+    if any(epoch.lacks_geoid for epoch in with_fix):
         yield "heights are above mean sea level: the receiver does not tell that of the geoid"
     if not dated:
         yield "no sentence RMC or ZDA tells the date: times are seconds since the first midnight"

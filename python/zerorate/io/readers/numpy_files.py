@@ -12,7 +12,7 @@ from numpy.lib import format as npy
 
 from zerorate.io.limits import check_bytes
 from zerorate.io.readers.arrays import from_array, from_arrays
-from zerorate.io.readers.stored import Stored
+from zerorate.io.readers.lazy_array import LazyArray
 from zerorate.io.table import Column, Content
 from zerorate.record.log import LogError
 
@@ -27,7 +27,9 @@ def read_npy(path: Path) -> Content:
             return npy.read_array(file, allow_pickle=False)
 
     with path.open("rb") as file:
-        return Content.of(from_array(_stored(path, file, path.stat().st_size, "the array", read)))
+        return Content.of(
+            from_array(_make_lazy_array(path, file, path.stat().st_size, "the array", read))
+        )
 
 
 def read_npz(path: Path) -> Content:
@@ -37,13 +39,15 @@ def read_npz(path: Path) -> Content:
         for info in archive.infolist():
             if info.filename.endswith(_SUFFIX):
                 name = info.filename.removesuffix(_SUFFIX)
-                arrays[name] = _member(path, archive, info, name)
+                arrays[name] = _read_member(path, archive, info, name)
     return Content.of(from_arrays(arrays))
 
 
-def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, name: str) -> Stored:
+def _read_member(
+    path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, name: str
+) -> LazyArray:
     def read() -> Column:
-        with zipfile.ZipFile(path) as again, again.open(info) as file:
+        with zipfile.ZipFile(path) as archive_again, archive_again.open(info) as file:
             array = npy.read_array(file, allow_pickle=False)
             # The check sum is looked at where the member ends.
             if file.read(1):
@@ -51,12 +55,12 @@ def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, name: s
             return array
 
     with archive.open(info) as file:
-        return _stored(path, file, info.file_size, f"'{name}'", read)
+        return _make_lazy_array(path, file, info.file_size, f"'{name}'", read)
 
 
-def _stored(
+def _make_lazy_array(
     path: Path, file: IO[bytes], size: int, what: str, read: Callable[[], Column]
-) -> Stored:
+) -> LazyArray:
     """Return the array that a header declares; LogError if it cannot be in so many bytes."""
     version = npy.read_magic(file)
     # One of version 3 differs only in names of fields that are no Latin-1.
@@ -64,11 +68,12 @@ def _stored(
     shape, _, dtype = read_header(file)
     if dtype.hasobject:
         raise LogError(f"{what} holds Python objects, expected numbers")
-    declared, there = math.prod(shape) * dtype.itemsize, size - file.tell()
-    if declared > there or min(shape, default=0) < 0:
+    declared, available_bytes = math.prod(shape) * dtype.itemsize, size - file.tell()
+    if declared > available_bytes or min(shape, default=0) < 0:
         raise LogError(
-            f"{what} declares the shape {shape} of {dtype}, but {there} bytes of it are there: "
+            f"{what} declares the shape {shape} of {dtype}, but {available_bytes} bytes of "
+            "it are there: "
             "it is truncated or damaged"
         )
     check_bytes(path, declared, what)
-    return Stored.of(read()) if version > (2, 0) else Stored(shape, dtype, read)
+    return LazyArray.of(read()) if version > (2, 0) else LazyArray(shape, dtype, read)

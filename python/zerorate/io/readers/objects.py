@@ -8,16 +8,16 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from zerorate.io.clocks.names import looks_like_time, named_like_time
+from zerorate.io.clocks.names import has_time_name, looks_like_time
 from zerorate.io.readers.arrays import (
-    SCALARS,
+    SCALAR_NAMES,
+    find_metadata,
     from_array,
     from_arrays,
-    metadata_of,
-    without_common_folder,
+    strip_common_folder,
 )
-from zerorate.io.readers.arrow import arrow_table, needs_pyarrow
-from zerorate.io.readers.stored import Stored
+from zerorate.io.readers.arrow import arrow_table, import_pyarrow
+from zerorate.io.readers.lazy_array import LazyArray
 from zerorate.io.table import Column, Table
 from zerorate.record.log import LogError
 from zerorate.record.missing import without_masks
@@ -25,7 +25,7 @@ from zerorate.record.missing import without_masks
 _Frame = Any
 _Series = Any
 
-_WIDE = {"f": np.float64, "i": np.int64, "u": np.uint64, "b": np.bool_}
+_WIDE_DTYPES = {"f": np.float64, "i": np.int64, "u": np.uint64, "b": np.bool_}
 
 
 def from_pandas(frame: _Frame) -> Table:
@@ -34,20 +34,20 @@ def from_pandas(frame: _Frame) -> Table:
     Its ``attrs`` may tell the rate, the unit and the sensor.
     """
     series = [frame.iloc[:, i] for i in range(frame.shape[1])]
-    names = [_joined(label) for label in frame.columns]
+    names = [_join_label(label) for label in frame.columns]
     if not series:
         raise LogError("there are no columns")
-    timed = _is_time(frame.index) and not any(map(looks_like_time, names))
-    if timed:
+    has_time_index = _is_time(frame.index) and not any(map(looks_like_time, names))
+    if has_time_index:
         series, names = [frame.index, *series], [str(frame.index.name or "time"), *names]
-    named = any(isinstance(label, (str, tuple)) for label in frame.columns)
+    has_names = any(isinstance(label, (str, tuple)) for label in frame.columns)
     return Table(
         width=len(series),
         load=lambda wanted: [_from_pandas(series[i], names[i]) for i in wanted],
         labels=lambda index: np.asarray(series[index], dtype=object),
-        names=tuple(names) if named else None,
-        meta=metadata_of(_scalars(frame.attrs)),
-        time=0 if timed else None,
+        names=tuple(names) if has_names else None,
+        meta=find_metadata(_find_scalars(frame.attrs)),
+        time=0 if has_time_index else None,
     )
 
 
@@ -63,17 +63,17 @@ def from_polars(frame: _Frame) -> Table:
     )
 
 
-def _scalars(attributes: Mapping[Any, Any]) -> dict[str, Stored]:
-    return {k: Stored.of(np.asarray(v)) for k, v in attributes.items() if k in SCALARS}
+def _find_scalars(attributes: Mapping[Any, Any]) -> dict[str, LazyArray]:
+    return {k: LazyArray.of(np.asarray(v)) for k, v in attributes.items() if k in SCALAR_NAMES}
 
 
-def _joined(label: object) -> str:
+def _join_label(label: object) -> str:
     return "/".join(map(str, label)) if isinstance(label, tuple) else str(label)
 
 
 def _is_time(index: _Series) -> bool:
     name = index.name
-    return index.dtype.kind in "Mm" or (isinstance(name, str) and named_like_time(name))
+    return index.dtype.kind in "Mm" or (isinstance(name, str) and has_time_name(name))
 
 
 def _from_pandas(series: _Series, name: str) -> Column:
@@ -81,15 +81,15 @@ def _from_pandas(series: _Series, name: str) -> Column:
     if kind in "Mm":
         # Times of a zone become those of UTC, without objects between.
         return np.asarray(series.to_numpy(dtype=f"{kind}8[{_resolution(series.dtype)}]"))
-    if kind == "O" and named_like_time(name):
+    if kind == "O" and has_time_name(name):
         return np.asarray(series.to_numpy(dtype=object))
-    if kind not in _WIDE:
+    if kind not in _WIDE_DTYPES:
         raise LogError(f"column '{name}' holds {series.dtype}, expected numbers")
     if isinstance(series.dtype, np.dtype):
         return np.asarray(series.to_numpy())
     if series.isna().any():
         return np.asarray(series.to_numpy(dtype=np.float64, na_value=np.nan))
-    return np.asarray(series.to_numpy(dtype=_WIDE[kind]))
+    return np.asarray(series.to_numpy(dtype=_WIDE_DTYPES[kind]))
 
 
 def _resolution(dtype: Any) -> str:  # noqa: ANN401
@@ -109,7 +109,7 @@ def _from_polars(series: _Series) -> Column:
 
 
 def _is_text_of_time(series: _Series) -> bool:
-    return series.dtype == _polars().String and named_like_time(series.name)
+    return series.dtype == _polars().String and has_time_name(series.name)
 
 
 def _polars() -> Any:  # noqa: ANN401
@@ -118,7 +118,10 @@ def _polars() -> Any:  # noqa: ANN401
     return polars
 
 
-_FRAMES: Final[dict[str, Callable[[Any], Table]]] = {"pandas": from_pandas, "polars": from_polars}
+_FRAME_READERS: Final[dict[str, Callable[[Any], Table]]] = {
+    "pandas": from_pandas,
+    "polars": from_polars,
+}
 
 
 class ArrowStream(Protocol):
@@ -128,20 +131,20 @@ class ArrowStream(Protocol):
         """Return a capsule with the stream."""
 
 
-def described(source: object) -> str:
+def describe_object(source: object) -> str:
     """Return the package and class of an object, such as ``pandas DataFrame``."""
     kind = type(source)
     package = kind.__module__.partition(".")[0]
     return kind.__name__ if package == "builtins" else f"{package} {kind.__name__}"
 
 
-def table_of(source: object) -> tuple[str, Table]:
+def make_table(source: object) -> tuple[str, Table]:
     """Return the kind of an object and its table; TypeError if it holds none."""
     if isinstance(source, Mapping):
         return "arrays", _from_mapping(source)
     if isinstance(source, np.ndarray):
-        return "array", from_array(Stored.of(_plain(source)))
-    for package, read in _FRAMES.items():
+        return "array", from_array(LazyArray.of(_fill_masked(source)))
+    for package, read in _FRAME_READERS.items():
         # A frame exists only where its package is loaded.
         frame = getattr(sys.modules.get(package), "DataFrame", None)
         if frame is not None and isinstance(source, frame):
@@ -149,16 +152,18 @@ def table_of(source: object) -> tuple[str, Table]:
     if hasattr(source, "__arrow_c_stream__"):
         return "arrow", _from_stream(source)
     raise TypeError(
-        f"a log is read from a file, a data frame, a table or arrays, got {described(source)}"
+        f"a log is read from a file, a data frame, a table or arrays, got {describe_object(source)}"
     )
 
 
 def _from_mapping(source: Mapping[Any, Any]) -> Table:
-    arrays = {str(name): Stored.of(_array(str(name), values)) for name, values in source.items()}
-    return from_arrays(without_common_folder(arrays))
+    arrays = {
+        str(name): LazyArray.of(_make_array(str(name), values)) for name, values in source.items()
+    }
+    return from_arrays(strip_common_folder(arrays))
 
 
-def _array(name: str, values: Any) -> Column:  # noqa: ANN401
+def _make_array(name: str, values: Any) -> Column:  # noqa: ANN401
     try:
         array = without_masks(values)
     except OverflowError:
@@ -168,7 +173,7 @@ def _array(name: str, values: Any) -> Column:  # noqa: ANN401
     return array
 
 
-def _plain(array: Column) -> Column:
+def _fill_masked(array: Column) -> Column:
     """Return the array with what is masked as NaN; a structured one as columns of its fields."""
     if array.dtype.names is None or not isinstance(array, np.ma.MaskedArray):
         return without_masks(array)
@@ -181,7 +186,7 @@ def _plain(array: Column) -> Column:
 
 
 def _from_stream(source: ArrowStream) -> Table:
-    pa = needs_pyarrow(described(source))
+    pa = import_pyarrow(describe_object(source))
     try:
         table = pa.RecordBatchReader.from_stream(source).read_all()
     except (pa.ArrowException, TypeError):

@@ -12,49 +12,49 @@ from typing import Any, Final, Self
 import numpy as np
 
 from zerorate.io.limits import check_bytes
-from zerorate.io.readers.arrow import arrow_table, in_pieces, needs_pyarrow, to_arrow
+from zerorate.io.readers.arrow import add_pieces, arrow_table, import_pyarrow, to_arrow
 from zerorate.io.table import Column, Content
 from zerorate.record.log import Header, Log
 
 TIME_NAME = "time_s"
-_BUFFER: Final = 1 << 20
+_BUFFER_BYTES: Final = 1 << 20
 
 
 def read(path: Path) -> Content:
     """Return the table in a Parquet file."""
-    with _opened(path) as file:
+    with _open_file(path) as file:
         schema, rows = file.schema_arrow, file.metadata.num_rows
 
     def check(wanted: Sequence[int]) -> None:
-        taken = rows * sum(map(_bytes_of, (schema.field(i) for i in wanted)))
-        check_bytes(path, taken, "the table")
+        byte_count = rows * sum(map(_value_bytes, (schema.field(i) for i in wanted)))
+        check_bytes(path, byte_count, "the table")
 
     def load(wanted: Sequence[int]) -> list[Any]:
         check(wanted)
-        names, places = _places(schema.names, wanted)
-        with _opened(path) as file:
+        names, positions = _find_positions(schema.names, wanted)
+        with _open_file(path) as file:
             table = file.read(columns=names)
-        return [table.column(i) for i in places]
+        return [table.column(i) for i in positions]
 
     def pieces(wanted: Sequence[int], most: int) -> Iterator[Sequence[Any]]:
-        names, places = _places(schema.names, wanted)
+        names, positions = _find_positions(schema.names, wanted)
         # Else pyarrow would keep every column chunk it has read, the whole file in the end.
-        with _opened(path, buffer_size=_BUFFER, pre_buffer=False) as file:
+        with _open_file(path, buffer_size=_BUFFER_BYTES, pre_buffer=False) as file:
             for batch in file.iter_batches(most, columns=names, use_threads=False):
-                yield [batch.column(i) for i in places]
+                yield [batch.column(i) for i in positions]
 
     table = arrow_table(schema, load)
-    return Content.of(in_pieces(table, schema, rows, pieces, check))
+    return Content.of(add_pieces(table, schema, rows, pieces, check))
 
 
 def write_parquet(log: Log, path: Path, names: Sequence[str]) -> None:
     """Write a log and its extra columns; its rate, unit and names as key-value metadata."""
     columns = [log.sampled, *np.asfortranarray(log.data).T, *log.extra.values()]
-    with RowGroups(path, [TIME_NAME, *names, *log.extra], about(log)) as file:
+    with RowGroupWriter(path, [TIME_NAME, *names, *log.extra], make_metadata(log)) as file:
         file.write(columns)
 
 
-def about(log: Log | Header) -> dict[str, str]:
+def make_metadata(log: Log | Header) -> dict[str, str]:
     """Return the metadata of a file of a log."""
     fields = {"rate": repr(log.rate), "unit": log.unit, "names": json.dumps(log.names)}
     if "sensor" in log.meta:
@@ -62,7 +62,7 @@ def about(log: Log | Header) -> dict[str, str]:
     return fields
 
 
-def _bytes_of(field: Any) -> int:  # noqa: ANN401
+def _value_bytes(field: Any) -> int:  # noqa: ANN401
     """Return the bytes of a value of a column, those of a text with its place."""
     try:
         return max(int(field.type.bit_width) // 8, 1)
@@ -70,7 +70,7 @@ def _bytes_of(field: Any) -> int:  # noqa: ANN401
         return 8
 
 
-def _places(listed: Sequence[str], wanted: Sequence[int]) -> tuple[list[str], list[int]]:
+def _find_positions(listed: Sequence[str], wanted: Sequence[int]) -> tuple[list[str], list[int]]:
     """Return the names to read, and where the columns then are: all of one name are read."""
     names = list(dict.fromkeys(listed[i] for i in wanted))
     read = [i for name in names for i, own in enumerate(listed) if own == name]
@@ -78,24 +78,24 @@ def _places(listed: Sequence[str], wanted: Sequence[int]) -> tuple[list[str], li
 
 
 @contextmanager
-def _opened(path: Path, **options: Any) -> Iterator[Any]:  # noqa: ANN401
-    needs_pyarrow("Parquet")
+def _open_file(path: Path, **options: Any) -> Iterator[Any]:  # noqa: ANN401
+    import_pyarrow("Parquet")
     import pyarrow.parquet as pq
 
     # Not `read_table`: it loads the whole machinery of data sets first.
-    with native_file(path) as raw, pq.ParquetFile(raw, **options) as file:
+    with open_native_file(path) as raw, pq.ParquetFile(raw, **options) as file:
         yield file
 
 
-_ROWS: Final = 1 << 17
+_GROUP_ROWS: Final = 1 << 17
 
 
-def native_file(path: Path, mode: str = "rb") -> Any:  # noqa: ANN401  # its package is optional
+def open_native_file(path: Path, mode: str = "rb") -> Any:  # noqa: ANN401  # its package is optional
     """Return an open file of pyarrow; its name need not be UTF-8, as that of a path must."""
-    return needs_pyarrow("Parquet").OSFile(os.fsencode(path), mode)
+    return import_pyarrow("Parquet").OSFile(os.fsencode(path), mode)
 
 
-class RowGroups:
+class RowGroupWriter:
     """A Parquet file that is the same to the last byte whatever the pieces it is written in.
 
     Parameters
@@ -109,11 +109,11 @@ class RowGroups:
     """
 
     def __init__(self, path: Path, names: Sequence[str], metadata: Mapping[str, str]) -> None:
-        self._arrow = needs_pyarrow("Parquet")
+        self._arrow = import_pyarrow("Parquet")
         self._path = path
         self._names = list(names)
         self._metadata = metadata
-        self._waiting: list[list[Column]] = []
+        self._pending: list[list[Column]] = []
         self._rows = 0
         self._writer: Any = None
         self._file: Any = None
@@ -125,7 +125,7 @@ class RowGroups:
     def __exit__(self, kind: type[BaseException] | None, *fault: object) -> None:
         """Write what waits, unless something went wrong, and close the file."""
         try:
-            if kind is None and self._waiting:
+            if kind is None and self._pending:
                 self._write_group()
         finally:
             if self._writer is not None:
@@ -136,18 +136,18 @@ class RowGroups:
         """Take a piece of all columns; whole groups are written."""
         rows, done = len(columns[0]), 0
         while done < rows:
-            end = min(rows, done + _ROWS - self._rows)
-            self._waiting.append([column[done:end] for column in columns])
+            end = min(rows, done + _GROUP_ROWS - self._rows)
+            self._pending.append([column[done:end] for column in columns])
             self._rows += end - done
             done = end
-            if self._rows == _ROWS:
+            if self._rows == _GROUP_ROWS:
                 self._write_group()
 
     def _write_group(self) -> None:
-        waiting = zip(*self._waiting, strict=True)
+        pending = zip(*self._pending, strict=True)
         # A group is a page of each column, the same whatever the pieces: they need not be joined.
-        arrays = [self._arrow.chunked_array(map(to_arrow, parts)) for parts in waiting]
-        self._waiting, self._rows = [], 0
+        arrays = [self._arrow.chunked_array(map(to_arrow, parts)) for parts in pending]
+        self._pending, self._rows = [], 0
         # Where nothing can be missing (NaN is a number) no row is asked whether it is.
         fields = [
             self._arrow.field(name, array.type, nullable=False)
@@ -155,17 +155,17 @@ class RowGroups:
         ]
         schema = self._arrow.schema(fields, metadata=self._metadata)
         if self._writer is None:
-            self._writer = self._opened(schema)
+            self._writer = self._open_writer(schema)
         table = self._arrow.Table.from_arrays(arrays, schema=schema)
-        self._writer.write_table(table, row_group_size=_ROWS)
+        self._writer.write_table(table, row_group_size=_GROUP_ROWS)
 
-    def _opened(self, schema: Any) -> Any:  # noqa: ANN401
+    def _open_writer(self, schema: Any) -> Any:  # noqa: ANN401
         import pyarrow.parquet as pq
 
         # Doubles of a sensor hardly ever repeat: a dictionary is made in vain. By bytes of one
         # weight they shrink to less than by any stronger compression of whole numbers.
         doubles = [field.name for field in schema if self._arrow.types.is_float64(field.type)]
-        self._file = native_file(self._path, "wb")
+        self._file = open_native_file(self._path, "wb")
         return pq.ParquetWriter(
             self._file,
             schema,

@@ -15,15 +15,15 @@ from typing import Any, Final, NoReturn
 import numpy as np
 
 from zerorate._native import parse_rows
-from zerorate.io.clocks.iso8601 import dates, fault_among, is_date
+from zerorate.io.clocks.iso8601 import find_fault, is_date, parse_dates
 from zerorate.io.readers.cells import (
     MISSING,
     has_stray_quotes,
     is_blank,
     is_comment,
-    number,
-    split,
-    whole,
+    parse_number,
+    parse_whole,
+    split_cells,
 )
 from zerorate.io.table import Column
 from zerorate.record.log import LogError
@@ -34,7 +34,7 @@ _NO_ROW: Final = re.compile(rb"(?m)^[ \t]*(?:(?:#|%|//)[^\n]*)?\n")
 _NO_ROW_OF_TABS: Final = re.compile(rb"(?m)^(?: *|[ \t]*(?:#|%|//)[^\n]*)\n")
 _DELIMITERS: Final = (",", ";", "\t", "|", None)
 """Those of plain rows; a blank alone may stand in an empty line."""
-_WORDS: Final = [word.encode() for word in MISSING]
+_MISSING_WORDS: Final = [word.encode() for word in MISSING]
 _Kinds = list[type[np.float64] | type[np.int64] | type[np.str_]]
 
 
@@ -56,7 +56,7 @@ class Layout:
     header: str | None = None
 
 
-def decoded(raw: bytes) -> str:
+def decode_text(raw: bytes) -> str:
     """Return the text of UTF-8 bytes, or of Latin-1 where they are not UTF-8."""
     raw = raw.removeprefix(BOM)
     try:
@@ -65,29 +65,34 @@ def decoded(raw: bytes) -> str:
         return raw.decode("latin-1")
 
 
-def parsed(raw: bytes, layout: Layout, wanted: list[int]) -> list[Column]:
+def parse_columns(raw: bytes, layout: Layout, wanted: list[int]) -> list[Column]:
     """Return the columns at some indices; LogError that names line and column of a fault."""
-    kinds = _kinds(layout, wanted)
-    columns = None if _headers(raw, layout) else _plain(raw, layout.offset, layout, wanted, kinds)
+    kinds = _find_kinds(layout, wanted)
+    columns = (
+        None if _count_headers(raw, layout) else _plain(raw, layout.offset, layout, wanted, kinds)
+    )
     if columns is None:
         columns = _plain(_plain_rows(raw, layout), 0, layout, wanted, kinds)
     return _by_line(raw, layout, wanted, kinds) if columns is None else columns
 
 
-def texts(raw: bytes, layout: Layout, index: int) -> Column:
+def read_texts(raw: bytes, layout: Layout, index: int) -> Column:
     """Return a column as it is written; LogError if a row has more cells or fewer."""
-    return np.array([cells[index] for _, cells in _rows(raw, layout)], dtype=object)
+    return np.array([cells[index] for _, cells in _read_rows(raw, layout)], dtype=object)
 
 
-def notes_on_lines(raw: bytes, layout: Layout) -> Iterator[str]:
+def describe_lines(raw: bytes, layout: Layout) -> Iterator[str]:
     """Yield sentences on headers among the rows, and on quotes that are ordinary characters."""
-    again = _headers(raw, layout)
-    if again:
-        yield f"the header stands {again} more time{'s' * (again > 1)} among the rows; left out"
+    repeat_count = _count_headers(raw, layout)
+    if repeat_count:
+        yield (
+            f"the header stands {repeat_count} more time{'s' * (repeat_count > 1)} among the "
+            "rows; left out"
+        )
     stray = [
         start
         for start, end in _quoted_lines(raw)
-        if _is_stray(decoded(raw[start:end]), layout.delimiter)
+        if _is_stray(decode_text(raw[start:end]), layout.delimiter)
     ]
     if stray:
         line = 1 + sum(1 for _ in _LINE_END.finditer(raw, 0, stray[0]))
@@ -102,12 +107,12 @@ def _is_stray(line: str, delimiter: str | None) -> bool:
     return not is_comment(line) and has_stray_quotes(line, delimiter)
 
 
-def _kinds(layout: Layout, wanted: list[int]) -> _Kinds:
+def _find_kinds(layout: Layout, wanted: list[int]) -> _Kinds:
     """Return what columns hold, by their first row: numbers, or the text of dates."""
-    return [_kind(layout.first_row[i]) for i in wanted]
+    return [_find_kind(layout.first_row[i]) for i in wanted]
 
 
-def _kind(cell: str) -> type[np.float64] | type[np.int64] | type[np.str_]:
+def _find_kind(cell: str) -> type[np.float64] | type[np.int64] | type[np.str_]:
     if is_date(cell):
         return np.str_
     # Some integers are too long for a float64, such as nanoseconds.
@@ -128,7 +133,7 @@ def _plain(
     if end <= begin:
         return None
     out = np.empty((len(wanted), 1 + raw.count(b"\n", begin, end)))
-    plain = parse_rows(
+    is_plain = parse_rows(
         raw,
         begin,
         end,
@@ -136,16 +141,19 @@ def _plain(
         ord("," if layout.decimal_comma else "."),
         [slots.get(i, -1) for i in range(layout.width)],
         [kind is np.int64 for kind in kinds],
-        _WORDS,
+        _MISSING_WORDS,
         out,
     )
-    if not plain:
+    if not is_plain:
         return None
-    columns = [
-        dates(_cells(raw[begin:end], layout, i)) if kind is np.str_ else column.view(kind)
-        for column, kind, i in zip(out, kinds, wanted, strict=True)
-    ]
-    return None if any(column is None for column in columns) else columns
+    columns = []
+    for column, kind, i in zip(out, kinds, wanted, strict=True):
+        text = kind is np.str_
+        values = parse_dates(_cells(raw[begin:end], layout, i)) if text else column.view(kind)
+        if values is None:
+            return None
+        columns.append(values)
+    return columns
 
 
 def _cells(rows: bytes, layout: Layout, index: int) -> list[str]:
@@ -160,29 +168,29 @@ def _plain_rows(raw: bytes, layout: Layout) -> bytes:
     if b"\r" in rows:
         rows = rows.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     rows = (_NO_ROW_OF_TABS if layout.delimiter == "\t" else _NO_ROW).sub(b"", rows)
-    if _headers(raw, layout):
+    if _count_headers(raw, layout):
         lines = rows.split(b"\n")
-        rows = b"\n".join(line for line in lines if decoded(line).strip() != layout.header)
+        rows = b"\n".join(line for line in lines if decode_text(line).strip() != layout.header)
     if b'"' in rows:
-        rows = b"".join(_without_quotes(rows, layout.delimiter))
+        rows = b"".join(_strip_quotes(rows, layout.delimiter))
     return rows
 
 
-def _headers(raw: bytes, layout: Layout) -> int:
+def _count_headers(raw: bytes, layout: Layout) -> int:
     """Return how often the header stands among the rows, as where a device was started anew."""
     if not layout.header:
         return 0
-    # Latin-1 is what `decoded` falls back to.
+    # Latin-1 is what `decode_text` falls back to.
     encodings = {layout.header.encode(), layout.header.encode("latin-1", "ignore")}
     return sum(raw.count(b"\n" + header, layout.offset) for header in encodings)
 
 
-def _without_quotes(rows: bytes, delimiter: str | None) -> Iterator[bytes]:
+def _strip_quotes(rows: bytes, delimiter: str | None) -> Iterator[bytes]:
     """Yield the text piece by piece, cells that need their quotes as question marks."""
     mark = delimiter or " "
     done = 0
     for start, end in _quoted_lines(rows):
-        cells = [cell or "NA" for cell in split(decoded(rows[start:end]), delimiter)]
+        cells = [cell or "NA" for cell in split_cells(decode_text(rows[start:end]), delimiter)]
         yield rows[done:start]
         yield mark.join("?" if mark in c or '"' in c else c for c in cells).encode()
         done = end
@@ -203,37 +211,39 @@ def _quoted_lines(text: bytes) -> Iterator[tuple[int, int]]:
 def _by_line(raw: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> list[Column]:
     columns: list[list[Any]] = [[] for _ in wanted]
     lines = []
-    for line, cells in _rows(raw, layout):
+    for line, cells in _read_rows(raw, layout):
         lines.append(line)
         for values, index, kind in zip(columns, wanted, kinds, strict=True):
             if kind is np.str_:
                 values.append(cells[index])
                 continue
-            exact = whole(cells[index]) if kind is np.int64 else None
-            values.append(_value(cells[index], line, index, layout) if exact is None else exact)
+            exact = parse_whole(cells[index]) if kind is np.int64 else None
+            values.append(
+                _parse_value(cells[index], line, index, layout) if exact is None else exact
+            )
     return [
-        _dates(values, lines, index, layout) if kind is np.str_ else _as_array(values, kind)
+        _make_dates(values, lines, index, layout) if kind is np.str_ else _to_array(values, kind)
         for values, kind, index in zip(columns, kinds, wanted, strict=True)
     ]
 
 
-def _dates(cells: list[str], lines: list[int], index: int, layout: Layout) -> Column:
+def _make_dates(cells: list[str], lines: list[int], index: int, layout: Layout) -> Column:
     """Return the times in a column of texts; LogError that names line and column of a fault."""
-    found = dates(cells)
-    if found is None:
-        at, reason = fault_among(cells)
-        _refuse(cells[at], lines[at], index, layout, reason)
-    return found
+    times = parse_dates(cells)
+    if times is None:
+        at, reason = find_fault(cells)
+        _raise_fault(cells[at], lines[at], index, layout, reason)
+    return times
 
 
-def _rows(raw: bytes, layout: Layout) -> Iterator[tuple[int, list[str]]]:
+def _read_rows(raw: bytes, layout: Layout) -> Iterator[tuple[int, list[str]]]:
     """Yield the number and the cells of each row; LogError if it has more cells or fewer."""
-    for at, line in enumerate(io.StringIO(decoded(raw), newline=None), start=1):
+    for at, line in enumerate(io.StringIO(decode_text(raw), newline=None), start=1):
         if at <= layout.lines_before or is_blank(line, layout.delimiter) or is_comment(line):
             continue
         if line.strip() == layout.header:
             continue
-        cells = split(line, layout.delimiter)
+        cells = split_cells(line, layout.delimiter)
         if len(cells) != layout.width:
             raise LogError(
                 f"line {at} has {len(cells)} cells, expected {layout.width} "
@@ -242,19 +252,21 @@ def _rows(raw: bytes, layout: Layout) -> Iterator[tuple[int, list[str]]]:
         yield at, cells
 
 
-def _value(cell: str, line: int, index: int, layout: Layout) -> float:
+def _parse_value(cell: str, line: int, index: int, layout: Layout) -> float:
     try:
-        return number(cell, layout.decimal_comma)
+        return parse_number(cell, layout.decimal_comma)
     except ValueError as error:
-        _refuse(cell, line, index, layout, str(error))
+        _raise_fault(cell, line, index, layout, str(error))
 
 
-def _refuse(cell: str, line: int, index: int, layout: Layout, reason: str) -> NoReturn:
+def _raise_fault(cell: str, line: int, index: int, layout: Layout, reason: str) -> NoReturn:
     name = layout.names[index] if layout.names is not None else f"column_{index}"
     shown = cell if len(cell) <= 40 else cell[:37] + "..."
     raise LogError(f"line {line}, column '{name}': '{shown}' {reason}") from None
 
 
-def _as_array(values: Sequence[float], kind: type[np.generic]) -> Column:
-    whole = kind is np.int64 and all(isinstance(v, int) and -(2**63) <= v < 2**63 for v in values)
-    return np.array(values, dtype=np.int64 if whole else np.float64)
+def _to_array(values: Sequence[float], kind: type[np.generic]) -> Column:
+    is_whole = kind is np.int64 and all(
+        isinstance(v, int) and -(2**63) <= v < 2**63 for v in values
+    )
+    return np.array(values, dtype=np.int64 if is_whole else np.float64)

@@ -11,9 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.readers.topics import choose_topic, has_gyro
-from zerorate.io.readers.ulog import Topic, ULog, parsed
+from zerorate.io.readers.ulog import Topic, ULog, parse_log
 from zerorate.io.table import Column, Content, Metadata, Table
 from zerorate.record.log import FORWARD_RIGHT_DOWN
 
@@ -21,7 +21,7 @@ _Fields = Mapping[str, Column]
 _Columns = dict[str, Column]
 
 _AXES: Final = "xyz"
-_INVALID: Final = 0x7FFFFFFF
+_INVALID_RELATIVE_TIME: Final = 0x7FFFFFFF
 """Relative time of an accelerometer's sample that is none."""
 
 
@@ -31,62 +31,65 @@ def read(path: Path) -> Content:
     Instances after the first are called ``sensor_gyro_1`` and so on.
     """
     raw = path.read_bytes()
-    log = parsed(raw)
-    if not log.topics and (log.cut or log.lost):
+    log = parse_log(raw)
+    if not log.topics and (log.cut_bytes or log.lost_bytes):
         raise ValueError("no message is left")
-    notes = _notes(log, len(raw))
-    found = {_name(topic): topic for topic in log.topics}
-    ranked = sorted(found, key=lambda name: _rank(found[name]))
-    meta = Metadata(calibration=_calibration(log), notes=notes)
-    tables = {name: _table(name, found[name], meta) for name in ranked}
-    sensors = tuple(name for name in tables if found[name].name in _TOPICS)
-    measured = tuple(name for name in sensors if found[name].name not in _DERIVED)
-    if not any(found[name].name == _TRUTH for name in ranked):
-        measured += tuple(name for name in ranked if name == _ESTIMATE)
-    tables = _told(tables, found, measured)
+    notes = _describe_faults(log, len(raw))
+    topics = {_topic_name(topic): topic for topic in log.topics}
+    ranked = sorted(topics, key=lambda name: _rank(topics[name]))
+    meta = Metadata(calibration=_find_calibration(log), notes=notes)
+    tables = {name: _make_table(name, topics[name], meta) for name in ranked}
+    sensors = tuple(name for name in tables if topics[name].name in _TOPICS)
+    measured = tuple(name for name in sensors if topics[name].name not in _DERIVED_TOPICS)
+    if not any(topics[name].name == _TRUTH_TOPIC for name in ranked):
+        measured += tuple(name for name in ranked if name == _ESTIMATE_TOPIC)
+    tables = _note_topics(tables, topics, measured)
     expected = "no topic holds a gyro, expected sensor_combined"
     return Content(tables, partial(choose_topic, tables, sensors, expected), measured)
 
 
-def _calibration(log: ULog) -> dict[str, float] | None:
+def _find_calibration(log: ULog) -> dict[str, float] | None:
     return {n: v for n, v in log.parameters.items() if _CALIBRATION.match(n)} or None
 
 
-def _told(
-    tables: dict[str, Table], found: Mapping[str, Topic], measured: Sequence[str]
+def _note_topics(
+    tables: dict[str, Table], topics: Mapping[str, Topic], measured: Sequence[str]
 ) -> dict[str, Table]:
     """Return the tables with what is to be said of each: the same device, faster samples."""
     devices: dict[int, str] = {}
-    told = dict(tables)
+    noted = dict(tables)
     for name in measured:
-        notes = [_NO_TRUTH] if name == _ESTIMATE else []
-        ids = found[name].fields.get(_DEVICE.get(found[name].name, ""))
+        notes = [_ESTIMATE_NOTE] if name == _ESTIMATE_TOPIC else []
+        ids = topics[name].fields.get(_DEVICE_FIELDS.get(topics[name].name, ""))
         if ids is not None and ids.any():
             other = devices.setdefault(int(ids[0]), name)
             if other != name:
                 notes.append(f"{name} and {other} are of one device")
-        told[name] = _noting(tables[name], *notes)
+        noted[name] = _add_notes(tables[name], *notes)
     first = next((name for name in measured if has_gyro(tables[name])), None)
-    fast = [n for n in tables if found[n].name == "sensor_gyro_fifo"]
+    fast = [n for n in tables if topics[n].name == "sensor_gyro_fifo"]
     if first is not None and fast:
-        told[first] = _noting(
-            told[first], said("faster samples are read by ", given("topic"), f": {', '.join(fast)}")
+        noted[first] = _add_notes(
+            noted[first],
+            make_sentence(
+                "faster samples are read by ", keyword_argument("topic"), f": {', '.join(fast)}"
+            ),
         )
-    return told
+    return noted
 
 
-def _noting(table: Table, *notes: str) -> Table:
+def _add_notes(table: Table, *notes: str) -> Table:
     meta = replace(table.meta, notes=(*table.meta.notes, *notes))
     return replace(table, meta=meta) if notes else table
 
 
-def _combined(fields: _Fields) -> _Columns:
+def _combined_columns(fields: _Fields) -> _Columns:
     """``sensor_combined``: the gyro and accelerometer that the autopilot flies with."""
     accel = _vector(fields, "accelerometer_m_s2[{}]", "accel_{}_mps2")
     relative = fields.get("accelerometer_timestamp_relative")
     if relative is not None:
         for name, values in accel.items():
-            accel[name] = np.where(relative == _INVALID, np.nan, values)
+            accel[name] = np.where(relative == _INVALID_RELATIVE_TIME, np.nan, values)
     return _vector(fields, "gyro_rad[{}]", "gyro_{}_radps") | accel | _old_magnetometer(fields)
 
 
@@ -97,11 +100,11 @@ def _old_magnetometer(fields: _Fields) -> _Columns:
         return {}
     mag = _vector(fields, "magnetometer_ga[{}]", "mag_{}_gauss")
     stamps = fields["timestamp"].astype(np.int64) + relative
-    there = (relative != _INVALID) & (np.diff(stamps, prepend=-1) != 0)
-    return {name: np.where(there, values, np.nan) for name, values in mag.items()}
+    is_new = (relative != _INVALID_RELATIVE_TIME) & (np.diff(stamps, prepend=-1) != 0)
+    return {name: np.where(is_new, values, np.nan) for name, values in mag.items()}
 
 
-def _integrated(fields: _Fields) -> _Columns:
+def _integrated_columns(fields: _Fields) -> _Columns:
     """``vehicle_imu``: means over the time of integration, in microseconds."""
     gyro = _vector(fields, "delta_angle[{}]", "gyro_{}_radps")
     accel = _vector(fields, "delta_velocity[{}]", "accel_{}_mps2")
@@ -114,55 +117,55 @@ def _integrated(fields: _Fields) -> _Columns:
 def _fixes(fields: _Fields) -> _Columns:
     """GNSS: integers of 1e-7 deg and mm in old logs, degrees and metres in new ones."""
     if "lat" in fields:
-        places = {
+        fix_columns = {
             "latitude_deg": fields["lat"] * 1e-7,
             "longitude_deg": fields["lon"] * 1e-7,
             "altitude_msl_m": fields["alt"] * 1e-3,
         }
     else:
-        places = {
+        fix_columns = {
             "latitude_deg": fields["latitude_deg"],
             "longitude_deg": fields["longitude_deg"],
             "altitude_msl_m": fields["altitude_msl_m"],
         }
-    there = fields["fix_type"] >= 2
-    places = {name: np.where(there, values, np.nan) for name, values in places.items()}
-    ways = {"n": "north", "e": "east", "d": "down"}
-    return places | {
-        f"velocity_{way}_mps": np.where(there, fields[f"vel_{letter}_m_s"], np.nan)
-        for letter, way in ways.items()
+    has_fix = fields["fix_type"] >= 2
+    fix_columns = {name: np.where(has_fix, values, np.nan) for name, values in fix_columns.items()}
+    directions = {"n": "north", "e": "east", "d": "down"}
+    return fix_columns | {
+        f"velocity_{way}_mps": np.where(has_fix, fields[f"vel_{letter}_m_s"], np.nan)
+        for letter, way in directions.items()
         if f"vel_{letter}_m_s" in fields
     }
 
 
-def _of_vector(field: str, name: str) -> Callable[[_Fields], _Columns]:
+def _make_vector_reader(field: str, name: str) -> Callable[[_Fields], _Columns]:
     """Return what reads three axes, and the temperature of their sensor where it is told."""
 
     def columns(fields: _Fields) -> _Columns:
-        found = _vector(fields, field, name)
+        values = _vector(fields, field, name)
         if "temperature" in fields:
-            found["temperature_degc"] = fields["temperature"]
-        return found
+            values["temperature_degc"] = fields["temperature"]
+        return values
 
     return columns
 
 
-def _fifo(fields: _Fields, name: str) -> tuple[Column, _Columns]:
+def _read_fifo(fields: _Fields, name: str) -> tuple[Column, _Columns]:
     """Return times, us, and values of samples that come many in a row, the last at its time."""
-    count = np.clip(fields["samples"].astype(np.int64), 0, _OF_A_FIFO)[:, None]
-    place = np.arange(_OF_A_FIFO)
-    used = place < count
+    count = np.clip(fields["samples"].astype(np.int64), 0, _FIFO_SAMPLES)[:, None]
+    position = np.arange(_FIFO_SAMPLES)
+    is_used = position < count
     with np.errstate(invalid="ignore", over="ignore"):
-        before = (count - 1 - place) * np.nan_to_num(fields["dt"].astype(np.float64))[:, None]
+        before = (count - 1 - position) * np.nan_to_num(fields["dt"].astype(np.float64))[:, None]
         before = np.rint(np.clip(before, 0.0, 1e6)).astype(np.int64)
         scale = fields["scale"].astype(np.float64)[:, None]
         columns = {
             name.format(axis): (
-                np.stack([fields[f"{axis}[{i}]"] for i in range(_OF_A_FIFO)], axis=1) * scale
-            )[used]
+                np.stack([fields[f"{axis}[{i}]"] for i in range(_FIFO_SAMPLES)], axis=1) * scale
+            )[is_used]
             for axis in _AXES
         }
-    return (_stamps(fields)[:, None] - before)[used], columns
+    return (_stamps(fields)[:, None] - before)[is_used], columns
 
 
 def _attitude(fields: _Fields) -> _Columns:
@@ -170,34 +173,39 @@ def _attitude(fields: _Fields) -> _Columns:
 
 
 _TOPICS: Final[dict[str, Callable[[_Fields], _Columns]]] = {
-    "sensor_combined": _combined,
-    "vehicle_imu": _integrated,
-    "sensor_gyro": _of_vector("{}", "gyro_{}_radps"),
-    "vehicle_angular_velocity": _of_vector("xyz[{}]", "gyro_{}_radps"),
-    "sensor_accel": _of_vector("{}", "accel_{}_mps2"),
-    "vehicle_acceleration": _of_vector("xyz[{}]", "accel_{}_mps2"),
-    "vehicle_magnetometer": _of_vector("magnetometer_ga[{}]", "mag_{}_gauss"),
-    "sensor_mag": _of_vector("{}", "mag_{}_gauss"),
+    "sensor_combined": _combined_columns,
+    "vehicle_imu": _integrated_columns,
+    "sensor_gyro": _make_vector_reader("{}", "gyro_{}_radps"),
+    "vehicle_angular_velocity": _make_vector_reader("xyz[{}]", "gyro_{}_radps"),
+    "sensor_accel": _make_vector_reader("{}", "accel_{}_mps2"),
+    "vehicle_acceleration": _make_vector_reader("xyz[{}]", "accel_{}_mps2"),
+    "vehicle_magnetometer": _make_vector_reader("magnetometer_ga[{}]", "mag_{}_gauss"),
+    "sensor_mag": _make_vector_reader("{}", "mag_{}_gauss"),
     "vehicle_gps_position": _fixes,
     "sensor_gps": _fixes,
     "vehicle_attitude_groundtruth": _attitude,
     "vehicle_attitude": _attitude,
-    "sensor_gyro_fifo": _of_vector("{}", "gyro_{}_radps"),
-    "sensor_accel_fifo": _of_vector("{}", "accel_{}_mps2"),
+    "sensor_gyro_fifo": _make_vector_reader("{}", "gyro_{}_radps"),
+    "sensor_accel_fifo": _make_vector_reader("{}", "accel_{}_mps2"),
 }
 """Topics of sensors, the best of each kind first, and what turns their fields into columns."""
 
-_FIFOS: Final = {"sensor_gyro_fifo": "gyro_{}_radps", "sensor_accel_fifo": "accel_{}_mps2"}
+_FIFO_COLUMNS: Final = {"sensor_gyro_fifo": "gyro_{}_radps", "sensor_accel_fifo": "accel_{}_mps2"}
 """Topics of which a row has many samples, and the names of their columns."""
-_OF_A_FIFO: Final = 32
-_TRUTH: Final = "vehicle_attitude_groundtruth"
-_ESTIMATE: Final = "vehicle_attitude"
-_NO_TRUTH: Final = (
+_FIFO_SAMPLES: Final = 32
+_TRUTH_TOPIC: Final = "vehicle_attitude_groundtruth"
+_ESTIMATE_TOPIC: Final = "vehicle_attitude"
+_ESTIMATE_NOTE: Final = (
     "the attitude vehicle_attitude is the autopilot's own estimate, no reference to judge by"
 )
-_DERIVED: Final = ("vehicle_angular_velocity", "vehicle_acceleration", _ESTIMATE, *_FIFOS)
+_DERIVED_TOPICS: Final = (
+    "vehicle_angular_velocity",
+    "vehicle_acceleration",
+    _ESTIMATE_TOPIC,
+    *_FIFO_COLUMNS,
+)
 """Filtered, estimated, or further samples of a sensor: no further sensors."""
-_DEVICE: Final = {"vehicle_imu": "gyro_device_id", "sensor_gyro": "device_id"}
+_DEVICE_FIELDS: Final = {"vehicle_imu": "gyro_device_id", "sensor_gyro": "device_id"}
 """Fields with the number of a gyro, by which topics of one are known."""
 _CALIBRATION: Final = re.compile(
     r"CAL_(GYRO|ACC|MAG)|TC_[GAM]|SENS_BOARD_|SENS_IMU_|SENS_MAG_|EKF2_(IMU|GPS)_POS"
@@ -222,12 +230,12 @@ def _stamps(fields: _Fields) -> Column:
     return stamps.astype(np.int64)
 
 
-def _table(name: str, topic: Topic, meta: Metadata) -> Table:
+def _make_table(name: str, topic: Topic, meta: Metadata) -> Table:
     fields = topic.fields
     stamps = _stamps(fields)
     try:
-        if topic.name in _FIFOS:
-            stamps, columns = _fifo(fields, _FIFOS[topic.name])
+        if topic.name in _FIFO_COLUMNS:
+            stamps, columns = _read_fifo(fields, _FIFO_COLUMNS[topic.name])
         else:
             columns = _TOPICS[topic.name](fields)
     except KeyError:  # any other topic, or fields of a version that is not known
@@ -237,17 +245,17 @@ def _table(name: str, topic: Topic, meta: Metadata) -> Table:
     def load(wanted: Sequence[int]) -> list[Column]:
         return [arrays[i] for i in wanted]
 
-    known = topic.name in _TOPICS
-    own = replace(
+    is_known = topic.name in _TOPICS
+    own_meta = replace(
         meta,
         sensor=name,
-        axes=FORWARD_RIGHT_DOWN if known else None,
-        calibration=meta.calibration if known else None,
+        axes=FORWARD_RIGHT_DOWN if is_known else None,
+        calibration=meta.calibration if is_known else None,
     )
-    return Table(len(names), load, names=names, meta=own, time=0)
+    return Table(len(names), load, names=names, meta=own_meta, time=0)
 
 
-def _name(topic: Topic) -> str:
+def _topic_name(topic: Topic) -> str:
     return f"{topic.name}_{topic.instance}" if topic.instance else topic.name
 
 
@@ -255,15 +263,17 @@ def _rank(topic: Topic) -> tuple[int, str, int]:
     return _RANKS.get(topic.name, len(_RANKS)), topic.name, topic.instance
 
 
-def _notes(log: ULog, size: int) -> tuple[str, ...]:
+def _describe_faults(log: ULog, size: int) -> tuple[str, ...]:
     notes = []
-    if log.cut:
+    if log.cut_bytes:
         notes.append("the file ends within a message: it was cut off, and the rest is read")
-    if log.lost:
-        notes.append(f"{log.lost} of its {size} bytes are damaged or unknown: they are left out")
+    if log.lost_bytes:
+        notes.append(
+            f"{log.lost_bytes} of its {size} bytes are damaged or unknown: they are left out"
+        )
     if log.dropouts:
         plural = "" if log.dropouts == 1 else "s"
         notes.append(
-            f"{log.dropouts} dropout{plural} of the logger, {1e-3 * log.dropped:.3g} s in all"
+            f"{log.dropouts} dropout{plural} of the logger, {1e-3 * log.dropped_ms:.3g} s in all"
         )
     return tuple(notes)

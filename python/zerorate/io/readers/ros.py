@@ -12,96 +12,101 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.faults import given, said
-from zerorate.io.readers.apart import asked
-from zerorate.io.readers.ros_messages import Plan, columns_of, plan_of
+from zerorate.faults import keyword_argument, make_sentence
+from zerorate.io.readers.isolated import run_isolated
+from zerorate.io.readers.ros_messages import MessagePlan, decode_columns, make_plan
 from zerorate.io.table import Column, Content, Metadata, Table
 from zerorate.record.log import LogError
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 
 _Reader = Any
 _Connection = Any
 
-_IMU = "sensor_msgs/msg/Imu"
+_IMU_TYPE = "sensor_msgs/msg/Imu"
 _AXES = "xyz"
-_VALUES = (
+_VALUE_NAMES = (
     *(f"angular_velocity_{axis}_radps" for axis in _AXES),
     *(f"linear_acceleration_{axis}_mps2" for axis in _AXES),
 )
-_NAMES = ("stamp_ns", *_VALUES)
-_ROW = np.dtype(
-    [("seconds", np.int64), ("nanoseconds", np.int64), *((name, np.float64) for name in _VALUES)]
+_NAMES = ("stamp_ns", *_VALUE_NAMES)
+_ROW_DTYPE = np.dtype(
+    [
+        ("seconds", np.int64),
+        ("nanoseconds", np.int64),
+        *((name, np.float64) for name in _VALUE_NAMES),
+    ]
 )
 
 
 def read(path: Path) -> Content:
     """Return a table of each topic whose messages are ``sensor_msgs/Imu`` or tell of a sensor."""
     if find_spec("rosbags") is None:
-        raise ImportError(extra_needed("rosbags", "ros", "a ROS recording"))
-    told, _ = asked("bag_topics", path)
-    tables = {one["topic"]: _table(path, one) for one in told}
-    imus = [one["topic"] for one in told if one["names"] is None]
-    what = _IMU if imus else "a gyro"
-    gyros = imus or [one["topic"] for one in told if one["gyro"]]
-    others = [one["topic"] for one in told if one["topic"] not in gyros and not one["gyro"]]
+        raise ImportError(describe_missing_extra("rosbags", "ros", "a ROS recording"))
+    infos, _ = run_isolated("bag_topics", path)
+    tables = {info["topic"]: _make_table(path, info) for info in infos}
+    imus = [info["topic"] for info in infos if info["names"] is None]
+    what = _IMU_TYPE if imus else "a gyro"
+    gyros = imus or [info["topic"] for info in infos if info["gyro"]]
+    others = [info["topic"] for info in infos if info["topic"] not in gyros and not info["gyro"]]
     return Content(
-        tables, lambda asked: _chosen(gyros, list(tables), what, asked), (*gyros, *others)
+        tables, lambda asked: _choose_topic(gyros, list(tables), what, asked), (*gyros, *others)
     )
 
 
-def _table(path: Path, told: Mapping[str, Any]) -> Table:
-    topic, names = told["topic"], told["names"]
+def _make_table(path: Path, info: Mapping[str, Any]) -> Table:
+    topic, names = info["topic"], info["names"]
 
     def load(wanted: Sequence[int]) -> list[Column]:
-        return asked("bag_columns", path, topic, list(wanted))[1]
+        return run_isolated("bag_columns", path, topic, list(wanted))[1]
 
     notes: tuple[str, ...] = ()
-    if names is not None and told["gyro"]:
-        notes = (f"{topic} holds {told['type']}, read by the names of its fields",)
+    if names is not None and info["gyro"]:
+        notes = (f"{topic} holds {info['type']}, read by the names of its fields",)
     meta = Metadata(sensor=topic, notes=notes)
     names = _NAMES if names is None else tuple(names)
     return Table(len(names), load, names=names, meta=meta, time=0)
 
 
-def topics(path: Path) -> list[dict[str, Any]]:
-    """Return the topics of a recording that hold messages of a sensor, those of `_IMU` first.
+def list_topics(path: Path) -> list[dict[str, Any]]:
+    """Return the topics of a recording that hold messages of a sensor, those of `_IMU_TYPE` first.
 
-    Each has its type, whether there is a gyro in it, and the names of its columns, None for `_IMU`.
-    This and `columns` run in a process of its own: chunks may swell when they are unpacked.
+    Each has its type, whether there is a gyro in it, and the names of its columns, None for
+    `_IMU_TYPE`. This and `read_columns` run in a process of its own: chunks may swell when they are
+    unpacked.
     """
-    found: dict[str, dict[str, Any]] = {}
-    plans: dict[str, Plan | None] = {}
-    with _opened(path) as reader:
+    infos: dict[str, dict[str, Any]] = {}
+    plans: dict[str, MessagePlan | None] = {}
+    with _open_reader(path) as reader:
         for connection in sorted(reader.connections, key=lambda c: (not _is_imu(c), c.topic)):
-            told = {"topic": connection.topic, "type": connection.msgtype}
+            info = {"topic": connection.topic, "type": connection.msgtype}
             if _is_imu(connection):
-                found.setdefault(connection.topic, told | {"gyro": True, "names": None})
-            elif _is_decoded(connection) and connection.topic not in found:
+                infos.setdefault(connection.topic, info | {"gyro": True, "names": None})
+            elif _is_decoded(connection) and connection.topic not in infos:
                 if connection.msgtype not in plans:
-                    plans[connection.msgtype] = plan_of(connection)
+                    plans[connection.msgtype] = make_plan(connection)
                 plan = plans[connection.msgtype]
                 if plan is not None:
                     own = {"gyro": plan.has_gyro, "names": plan.names}
-                    found[connection.topic] = told | own
-    return list(found.values())
+                    infos[connection.topic] = info | own
+    return list(infos.values())
 
 
-def columns(path: Path, topic: str, wanted: Sequence[int]) -> list[Column]:
+def read_columns(path: Path, topic: str, wanted: Sequence[int]) -> list[Column]:
     """Return the stamps, ns, and the values of a topic's messages, those of them asked for."""
-    with _opened(path) as reader:
+    with _open_reader(path) as reader:
         on_topic = [c for c in reader.connections if c.topic == topic]
         if not any(map(_is_imu, on_topic)):
-            (plan, kind) = next((p, c.msgtype) for c in on_topic if (p := plan_of(c)) is not None)
-            own = [c for c in on_topic if c.msgtype == kind and _is_decoded(c)]
-            return columns_of(plan, reader.messages(connections=own), wanted)
-    rows = _messages(path, topic)
+            (plan, kind) = next((p, c.msgtype) for c in on_topic if (p := make_plan(c)) is not None)
+            own_connections = [c for c in on_topic if c.msgtype == kind and _is_decoded(c)]
+            return decode_columns(plan, reader.messages(connections=own_connections), wanted)
+    rows = _read_messages(path, topic)
     stamps = rows["seconds"] * 1_000_000_000 + rows["nanoseconds"]
-    found = [stamps, *(rows[name] for name in _VALUES)]
-    return [found[i] for i in wanted]
+    stamped_values = [stamps, *(rows[name] for name in _VALUE_NAMES)]
+    return [stamped_values[i] for i in wanted]
 
 
 def _is_imu(connection: _Connection) -> bool:
-    return connection.msgtype == _IMU and _is_decoded(connection)
+    return connection.msgtype == _IMU_TYPE and _is_decoded(connection)
 
 
 def _is_decoded(connection: _Connection) -> bool:
@@ -109,42 +114,43 @@ def _is_decoded(connection: _Connection) -> bool:
     return getattr(connection.ext, "serialization_format", "cdr") == "cdr"
 
 
-def _chosen(gyros: list[str], topics: list[str], what: str, asked: str | None) -> str:
+def _choose_topic(gyros: list[str], topics: list[str], what: str, topic: str | None) -> str:
     listed = ", ".join(gyros)
-    if asked is not None:
-        if asked in topics:
-            return asked
+    if topic is not None:
+        if topic in topics:
+            return topic
         raise LogError(
-            f"there is no topic '{asked}' of {_IMU}; the recording has: {', '.join(topics)}",
+            f"there is no topic '{topic}' of {_IMU_TYPE}; the recording has: {', '.join(topics)}",
             "topic",
         )
     if not gyros:
         raise LogError(
-            f"no topic holds {_IMU}, expected the messages of a gyro, or others with fields that "
+            f"no topic holds {_IMU_TYPE}, expected the messages of a gyro, or others with "
+            "fields that "
             "tell, such as angular_velocity"
         )
     if len(gyros) > 1:
         raise LogError(
-            said(
+            make_sentence(
                 f"{len(gyros)} topics hold {what}; choose with ",
-                given("topic"),
+                keyword_argument("topic"),
                 f" from: {listed}",
             )
         )
     return gyros[0]
 
 
-def _messages(path: Path, topic: str) -> npt.NDArray[np.void]:
+def _read_messages(path: Path, topic: str) -> npt.NDArray[np.void]:
     """Return the messages of a topic, (n,), as rows of named fields."""
-    decoded = imu_of_ros1 if path.suffix.lower() == ".bag" else imu_of_cdr
-    with _opened(path) as reader:
+    decode = decode_ros1_imu if path.suffix.lower() == ".bag" else decode_cdr_imu
+    with _open_reader(path) as reader:
         on_topic = [c for c in reader.connections if c.topic == topic and _is_imu(c)]
-        messages = (decoded(raw) for _, _, raw in reader.messages(connections=on_topic))
-        return np.fromiter(messages, _ROW)
+        messages = (decode(raw) for _, _, raw in reader.messages(connections=on_topic))
+        return np.fromiter(messages, _ROW_DTYPE)
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[_Reader]:
+def _open_reader(path: Path) -> Iterator[_Reader]:
     from rosbags import rosbag1, rosbag2
 
     package = rosbag1 if path.suffix.lower() == ".bag" else rosbag2
@@ -159,22 +165,22 @@ def _opened(path: Path) -> Iterator[_Reader]:
 # Seconds and nanoseconds of the stamp, rad/s (3), m/s^2 (3).
 Imu = tuple[int, int, float, float, float, float, float, float]
 
-_STAMP: Final = {order: struct.Struct(f"{order}iII") for order in "<>"}
-_NUMBERS: Final = {order: struct.Struct(f"{order}104x3d72x3d72x") for order in "<>"}
+_STAMP_STRUCTS: Final = {order: struct.Struct(f"{order}iII") for order in "<>"}
+_VALUE_STRUCTS: Final = {order: struct.Struct(f"{order}104x3d72x3d72x") for order in "<>"}
 # Four bytes come first: the sequence number in ROS 1, the encapsulation in CDR.
-_HEADER = 4
-_TEXT = _HEADER + 12
+_PREFIX_BYTES = 4
+_FRAME_ID_OFFSET = _PREFIX_BYTES + 12
 
 
-def imu_of_ros1(raw: bytes) -> Imu:
+def decode_ros1_imu(raw: bytes) -> Imu:
     """Return the stamp and the values of a message of ROS 1, which is packed."""
-    seconds, nanoseconds, length = _STAMP["<"].unpack_from(raw, _HEADER)
-    return (seconds, nanoseconds, *_NUMBERS["<"].unpack_from(raw, _TEXT + length))
+    seconds, nanoseconds, length = _STAMP_STRUCTS["<"].unpack_from(raw, _PREFIX_BYTES)
+    return (seconds, nanoseconds, *_VALUE_STRUCTS["<"].unpack_from(raw, _FRAME_ID_OFFSET + length))
 
 
-def imu_of_cdr(raw: bytes) -> Imu:
+def decode_cdr_imu(raw: bytes) -> Imu:
     """Return the stamp and the values of a message of ROS 2, where numbers of 8 bytes align."""
     order = "<" if raw[1] & 1 else ">"
-    seconds, nanoseconds, length = _STAMP[order].unpack_from(raw, _HEADER)
-    aligned = -(-(_TEXT - _HEADER + length) // 8) * 8
-    return (seconds, nanoseconds, *_NUMBERS[order].unpack_from(raw, _HEADER + aligned))
+    seconds, nanoseconds, length = _STAMP_STRUCTS[order].unpack_from(raw, _PREFIX_BYTES)
+    aligned = -(-(_FRAME_ID_OFFSET - _PREFIX_BYTES + length) // 8) * 8
+    return (seconds, nanoseconds, *_VALUE_STRUCTS[order].unpack_from(raw, _PREFIX_BYTES + aligned))

@@ -21,21 +21,25 @@ _Store = Any
 _Path = tuple[str | int, ...]
 
 _STAMP: Final = "stamp_ns"
-_TIMES: Final = ("builtin_interfaces/msg/Time", "builtin_interfaces/Time")
-_NUMBERS: Final = ("bool", "int", "uint", "float", "byte", "char", "octet")
-_FIX: Final = "sensor_msgs/msg/NavSatFix"
-_UNITS: Final = {"latitude": "latitude_deg", "longitude": "longitude_deg", "altitude": "altitude_m"}
+_TIME_TYPES: Final = ("builtin_interfaces/msg/Time", "builtin_interfaces/Time")
+_NUMBER_TYPES: Final = ("bool", "int", "uint", "float", "byte", "char", "octet")
+_FIX_TYPE: Final = "sensor_msgs/msg/NavSatFix"
+_FIX_COLUMNS: Final = {
+    "latitude": "latitude_deg",
+    "longitude": "longitude_deg",
+    "altitude": "altitude_m",
+}
 """Columns of a fix, as its definition has them."""
-_MAY_TELL: Final = re.compile(r"(?i)gyr|ang|rate|omega|rot|lat|acc|mag|imu|\b[wg]_?[xyz]\b")
+_SENSOR_HINT: Final = re.compile(r"(?i)gyr|ang|rate|omega|rot|lat|acc|mag|imu|\b[wg]_?[xyz]\b")
 """What stands in the definition of a type that may tell of a sensor; others are not parsed."""
-_DEEPEST: Final = 6
-_MOST: Final = 256
+_MAX_DEPTH: Final = 6
+_MAX_FIELDS: Final = 256
 """Fields that are looked at."""
-_LONGEST: Final = 36
+_MAX_ARRAY_NUMBERS: Final = 36
 """Numbers of an array that are columns: those of a covariance of six."""
 
 
-class Plan(NamedTuple):
+class MessagePlan(NamedTuple):
     """Where the numbers of a type of messages stand.
 
     ``stamp`` leads to the time of a header; it is None where there is none, and the time is that of
@@ -52,101 +56,103 @@ class Plan(NamedTuple):
         return any(map(looks_like_gyro, self.names))
 
 
-def plan_of(connection: _Connection) -> Plan | None:
+def make_plan(connection: _Connection) -> MessagePlan | None:
     """Return the plan of a connection's messages; None if nothing in them is of a sensor."""
-    if connection.msgdef.data and not _MAY_TELL.search(connection.msgdef.data):
+    if connection.msgdef.data and not _SENSOR_HINT.search(connection.msgdef.data):
         return None
     try:
-        found = list(_fields(_store(connection), connection.msgtype, (), 0))
+        fields = list(_find_fields(_make_type_store(connection), connection.msgtype, (), 0))
     except Exception:  # what a damaged definition raises has no common base
         return None
-    stamp = next((path for path, kind in found if kind == "time" and "header" in path), None)
-    paths = tuple(path for path, kind in found if kind == "number")[:_MOST]
-    names = tuple(map(_name, paths))
+    stamp = next((path for path, kind in fields if kind == "time" and "header" in path), None)
+    paths = tuple(path for path, kind in fields if kind == "number")[:_MAX_FIELDS]
+    names = tuple(map(_column_name, paths))
     kinds = {meaning.kind for meaning in map(meaning_of, names) if meaning is not None}
-    places = {"latitude", "longitude"} <= {name.rpartition("_")[2] for name in names}
-    if not kinds & {"gyro", "accel", "mag"} and not places:
+    has_position = {"latitude", "longitude"} <= {name.rpartition("_")[2] for name in names}
+    if not kinds & {"gyro", "accel", "mag"} and not has_position:
         return None
-    if connection.msgtype == _FIX:
-        names = tuple(_UNITS.get(name, name) for name in names)
-    return Plan((_STAMP, *names), paths, stamp)
+    if connection.msgtype == _FIX_TYPE:
+        names = tuple(_FIX_COLUMNS.get(name, name) for name in names)
+    return MessagePlan((_STAMP, *names), paths, stamp)
 
 
-def _name(path: _Path) -> str:
+def _column_name(path: _Path) -> str:
     *steps, last = path
     if isinstance(last, int):
         return f"{'_'.join(map(str, steps))}[{last}]"
     return "_".join(map(str, path))
 
 
-def columns_of(
-    plan: Plan, connections: Iterable[tuple[_Connection, int, bytes]], wanted: Sequence[int]
+def decode_columns(
+    plan: MessagePlan, connections: Iterable[tuple[_Connection, int, bytes]], wanted: Sequence[int]
 ) -> list[Column]:
     """Return columns of messages, each with its connection, time of reception, and bytes."""
     paths = [plan.paths[i - 1] for i in wanted if i]
-    getters = [partial(_reached, path=path) for path in paths]
+    getters = [partial(_get_field, path=path) for path in paths]
     decode: dict[int, Callable[[bytes], Any]] = {}
     stamps, rows = [], []
     for connection, received, raw in connections:
         if connection.id not in decode:
-            decode[connection.id] = _decoder(connection)
+            decode[connection.id] = _make_decoder(connection)
         message = decode[connection.id](raw)
-        stamps.append(received if plan.stamp is None else _time(_reached(message, plan.stamp)))
+        stamps.append(
+            received if plan.stamp is None else _to_nanoseconds(_get_field(message, plan.stamp))
+        )
         rows.append([float(get(message)) for get in getters])
     values = iter(np.array(rows, np.float64).reshape(len(rows), len(getters)).T.copy())
     return [next(values) if i else np.array(stamps, np.int64) for i in wanted]
 
 
-def _time(stamp: Any) -> int:  # noqa: ANN401
+def _to_nanoseconds(stamp: Any) -> int:  # noqa: ANN401
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
-def _reached(message: Any, path: _Path) -> Any:  # noqa: ANN401
+def _get_field(message: Any, path: _Path) -> Any:  # noqa: ANN401
     for step in path:
         message = message[step] if isinstance(step, int) else getattr(message, step)
     return message
 
 
-def _decoder(connection: _Connection) -> Callable[[bytes], Any]:
-    store = _store(connection)
+def _make_decoder(connection: _Connection) -> Callable[[bytes], Any]:
+    store = _make_type_store(connection)
     cdr = hasattr(connection.ext, "serialization_format")
     decode = store.deserialize_cdr if cdr else store.deserialize_ros1
     return lambda raw: decode(raw, connection.msgtype)
 
 
-def _store(connection: _Connection) -> _Store:
+def _make_type_store(connection: _Connection) -> _Store:
     """Return the types that a connection's messages are made of, as the recording defines them."""
     from rosbags.interfaces import MessageDefinitionFormat as Form
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
     cdr = hasattr(connection.ext, "serialization_format")
-    told = connection.msgdef
-    if told.format == Form.NONE or not told.data:
+    definition = connection.msgdef
+    if definition.format == Form.NONE or not definition.data:
         return get_typestore(Stores.ROS2_HUMBLE if cdr else Stores.ROS1_NOETIC)
     store = get_typestore(Stores.EMPTY)
-    if told.format == Form.MSG:
-        types = get_types_from_msg(told.data, connection.msgtype)
+    if definition.format == Form.MSG:
+        types = get_types_from_msg(definition.data, connection.msgtype)
     else:
-        types = get_types_from_idl(told.data)
+        types = get_types_from_idl(definition.data)
     store.register({name: own for name, own in types.items() if name not in store.fielddefs})
     return store
 
 
-def _fields(store: _Store, name: str, path: _Path, depth: int) -> Iterator[tuple[_Path, str]]:
+def _find_fields(store: _Store, name: str, path: _Path, depth: int) -> Iterator[tuple[_Path, str]]:
     """Yield the ways to the numbers and times in a type, of small arrays each of their own."""
-    if depth > _DEEPEST:
+    if depth > _MAX_DEPTH:
         return
-    for field, (node, about) in store.fielddefs[name][1]:
-        way = (*path, field)
+    for field, (node, details) in store.fielddefs[name][1]:
+        field_path = (*path, field)
         match node.name:
-            case "BASE" if about[0].startswith(_NUMBERS):
-                yield way, "number"
-            case "NAME" if about in _TIMES:
-                yield way, "time"
+            case "BASE" if details[0].startswith(_NUMBER_TYPES):
+                yield field_path, "number"
+            case "NAME" if details in _TIME_TYPES:
+                yield field_path, "time"
             case "NAME":
-                yield from _fields(store, about, way, depth + 1)
+                yield from _find_fields(store, details, field_path, depth + 1)
             case "ARRAY":
-                (inner, kind), count = about
-                numbers = inner.name == "BASE" and kind[0].startswith(_NUMBERS)
-                if numbers and count <= _LONGEST:
-                    yield from (((*way, i), "number") for i in range(count))
+                (inner, kind), count = details
+                numbers = inner.name == "BASE" and kind[0].startswith(_NUMBER_TYPES)
+                if numbers and count <= _MAX_ARRAY_NUMBERS:
+                    yield from (((*field_path, i), "number") for i in range(count))

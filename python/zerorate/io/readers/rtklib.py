@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.io.clocks.iso8601 import dates
-from zerorate.io.readers.parsers import decoded
+from zerorate.io.clocks.iso8601 import parse_dates
+from zerorate.io.readers.parsers import decode_text
 from zerorate.io.table import Column, Content, Format, Metadata, Table
 from zerorate.record.log import LogError
 
@@ -20,22 +20,22 @@ _ROW: Final = (
     r"(?:\d{4}/\d\d/\d\d[ ,]+\d\d:\d\d:\d\d(?:\.\d+)?|\d{3,4}[ ,]+\d{1,6}\.\d{1,9})"
     r"(?:[ ,\t]+[-+.\deE]+){5,}\s*$"
 )
-_LOOKS: Final = re.compile(
+_SOLUTION_START: Final = re.compile(
     rf"^%\s*(?:GPST|UTC|JST)\b.*\(|\A(?:%[^\n]*\n|[ \t\r]*\n)*{_ROW}".encode(), re.MULTILINE
 )
 """A row counts only at the beginning: a table of numbers below names may look like rows."""
 _DATE: Final = re.compile(r"(\d{4})/(\d\d)/(\d\d)$")
-_WEEK: Final = 604_800
-_GPS_DAYS: Final = 3657
+_WEEK_S: Final = 604_800
+_GPS_EPOCH_DAYS: Final = 3657
 """From 1970 to the beginning of the first week of GPS, 6 January 1980."""
 
-_STANDARD: Final = (
+_STANDARD_COLUMNS: Final = (
     "latitude(deg)", "longitude(deg)", "height(m)", "Q", "ns", "sdn(m)", "sde(m)", "sdu(m)",
     "sdne(m)", "sdeu(m)", "sdun(m)", "age(s)", "ratio", "vn(m/s)", "ve(m/s)", "vu(m/s)",
 )  # fmt: skip
 """Columns of a file without a header."""
 
-_NAMES: Final = {
+_COLUMN_NAMES: Final = {
     "latitude": "latitude_deg",
     "longitude": "longitude_deg",
     "height": "height_m",
@@ -51,7 +51,7 @@ _NAMES: Final = {
     "sdve": "velocity_sigma_east_mps",
     "sdvu": "velocity_sigma_up_mps",
 }
-_OTHERS: Final = {
+_UNSUPPORTED: Final = {
     "e-baseline": "baselines between two receivers (e/n/u)",
     "x-ecef": "earth-centred coordinates (x/y/z)",
     "latitude(d'\")": "degrees, minutes and seconds",
@@ -60,25 +60,29 @@ _OTHERS: Final = {
 
 def looks_like_rtklib(head: bytes) -> bool:
     """Whether the beginning of a file has the header or a row of a solution."""
-    return _LOOKS.search(head) is not None
+    return _SOLUTION_START.search(head) is not None
 
 
 def _read(path: Path) -> Content:
-    lines = decoded(path.read_bytes()).splitlines()
-    scale, names = _header(lines)
-    rows = list(_rows(lines, names))
+    lines = decode_text(path.read_bytes()).splitlines()
+    scale, names = _find_header(lines)
+    rows = list(_read_rows(lines, names))
     if not rows:
         raise LogError("the file holds no fix, expected rows of a solution")
-    times = _times([row[:2] for row in rows])
+    times = _parse_times([row[:2] for row in rows])
     values = np.array([row[2] for row in rows], dtype=np.float64)
-    kept = [(i, _NAMES[name]) for i, name in enumerate(map(_plain, names)) if name in _NAMES]
-    columns: list[Column] = [times, *(values[:, i] for i, _ in kept)]
+    known = [
+        (i, _COLUMN_NAMES[name])
+        for i, name in enumerate(map(_strip_unit, names))
+        if name in _COLUMN_NAMES
+    ]
+    columns: list[Column] = [times, *(values[:, i] for i, _ in known)]
     return Content.of(
         Table(
             width=len(columns),
             load=lambda wanted: [columns[i] for i in wanted],
-            names=(f"time_{scale}", *(name for _, name in kept)),
-            meta=Metadata(notes=tuple(_notes(lines, scale))),
+            names=(f"time_{scale}", *(name for _, name in known)),
+            meta=Metadata(notes=tuple(_list_notes(lines, scale))),
             time=0,
         )
     )
@@ -87,30 +91,33 @@ def _read(path: Path) -> Content:
 FORMAT: Final = Format("rtklib", "a solution of RTKLIB", (".pos",), (), _read)
 
 
-def _plain(name: str) -> str:
+def _strip_unit(name: str) -> str:
     return name.partition("(")[0].lower()
 
 
-def _header(lines: Sequence[str]) -> tuple[str, tuple[str, ...]]:
+def _find_header(lines: Sequence[str]) -> tuple[str, tuple[str, ...]]:
     """Return the scale of time, and the names of the columns after it."""
     for line in lines:
-        found = _HEADER.match(line)
-        if found is None:
+        match = _HEADER.match(line)
+        if match is None:
             continue
-        names = tuple(found[2].replace(",", " ").split())
+        names = tuple(match[2].replace(",", " ").split())
         first = names[0].partition("(m)")[0] if names else ""
-        if first in _OTHERS:
+        if first in _UNSUPPORTED:
             raise LogError(
-                f"the solution is in {_OTHERS[first]}, expected latitude, longitude and height "
+                f"the solution is in {_UNSUPPORTED[first]}, expected latitude, longitude "
+                "and height "
                 "in degrees and metres: set out-solformat=llh and out-degform=deg"
             )
         if first != "latitude(deg)":
             raise LogError(f"the header '{line[:60]}' does not begin with a latitude")
-        return {"GPST": "gps", "UTC": "utc", "JST": "jst"}[found[1]], names
-    return "gps", _STANDARD
+        return {"GPST": "gps", "UTC": "utc", "JST": "jst"}[match[1]], names
+    return "gps", _STANDARD_COLUMNS
 
 
-def _rows(lines: Sequence[str], names: Sequence[str]) -> Iterator[tuple[str, str, list[float]]]:
+def _read_rows(
+    lines: Sequence[str], names: Sequence[str]
+) -> Iterator[tuple[str, str, list[float]]]:
     """Yield the two cells of the time, and all numbers after them."""
     width = 0
     for number, line in enumerate(lines, start=1):
@@ -131,16 +138,17 @@ def _rows(lines: Sequence[str], names: Sequence[str]) -> Iterator[tuple[str, str
         yield cells[0], cells[1], values + [math.nan] * (len(names) - len(values))
 
 
-def _times(rows: Sequence[tuple[str, ...]]) -> Column:
+def _parse_times(rows: Sequence[tuple[str, ...]]) -> Column:
     """Return dates to the nanosecond, from dates or from weeks and seconds of GPS."""
     if _DATE.match(rows[0][0]):
-        found = dates([f"{day.replace('/', '-')}T{clock}" for day, clock in rows])
-        if found is None:
+        date_times = parse_dates([f"{day.replace('/', '-')}T{clock}" for day, clock in rows])
+        if date_times is None:
             raise LogError("a time is no date such as 2024/05/01 12:00:00.000")
-        return found
+        return date_times
     try:
         counts = [
-            1_000_000_000 * (_WEEK * int(week) + 86_400 * _GPS_DAYS) + round(1e9 * float(seconds))
+            1_000_000_000 * (_WEEK_S * int(week) + 86_400 * _GPS_EPOCH_DAYS)
+            + round(1e9 * float(seconds))
             for week, seconds in rows
         ]
     except ValueError:
@@ -148,7 +156,7 @@ def _times(rows: Sequence[tuple[str, ...]]) -> Column:
     return np.array(counts, dtype=np.int64).view("datetime64[ns]")
 
 
-def _notes(lines: Sequence[str], scale: str) -> Iterator[str]:
+def _list_notes(lines: Sequence[str], scale: str) -> Iterator[str]:
     head = [line for line in lines if line.startswith("%")]
     if not any(_HEADER.match(line) for line in head):
         yield "there is no header: the columns are taken for those of RTKLIB's default, in GPS time"

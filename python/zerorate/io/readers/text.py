@@ -14,18 +14,24 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from zerorate.io.beginnings import is_text
-from zerorate.io.readers.cells import inert
+from zerorate.io.readers.cells import make_inert
 from zerorate.io.readers.layouts import find_layout, first_lines
-from zerorate.io.readers.parsers import Layout, decoded, notes_on_lines, parsed, texts
-from zerorate.io.readers.rows import by_instance, by_label, content_of, messages
-from zerorate.io.table import Content, Metadata, Table, listed_names
+from zerorate.io.readers.parsers import (
+    Layout,
+    decode_text,
+    describe_lines,
+    parse_columns,
+    read_texts,
+)
+from zerorate.io.readers.rows import make_content, split_by_instance, split_by_label, split_messages
+from zerorate.io.signatures import is_text
+from zerorate.io.table import Content, Metadata, Table, apply_listed_names
 from zerorate.record.log import LogError
 from zerorate.record.names import meaning_of
-from zerorate.record.words import STAGES, parsed_name, words_of
+from zerorate.record.words import STAGES, parse_name, words_of
 
-_UTF_16: Final = (b"\xff\xfe", b"\xfe\xff")
-_STAMP: Final = rb"(?m)^(\d{1,2}:\d\d:\d\d[.,]?\d*) -> "
+_UTF_16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
+_SERIAL_STAMP: Final = rb"(?m)^(\d{1,2}:\d\d:\d\d[.,]?\d*) -> "
 """What the serial monitor of Arduino writes before a line."""
 _PAIR: Final = r"([A-Za-z_][\w.\[\]]*)[ \t]*[:=][ \t]*([-+.\deE]+|nan)"
 _LABEL: Final = rb"[A-Za-z_][\w.\[\]]*[ \t]*[:=][ \t]*"
@@ -34,30 +40,32 @@ _AXES: Final = (0, 1, 2)
 
 def read(path: Path) -> Content:
     """Return the content of a text."""
-    raw = _as_utf8(path.read_bytes())
+    raw = _to_utf8(path.read_bytes())
     if not is_text(raw):
         raise LogError("the content is binary, expected a text table")
-    _refuse_results(raw)
-    raw, stamped = _without_arrows(raw)
-    found = messages(raw)
-    if found is not None:
-        return found
-    table = _named_by_file(_table(raw), path.stem)
-    if stamped:
+    _check_no_result(raw)
+    raw, has_stamps = _strip_arrows(raw)
+    content = split_messages(raw)
+    if content is not None:
+        return content
+    table = _name_by_file(_read_table(raw), path.stem)
+    if has_stamps:
         names = table.names and ("time", *table.names[1:])
         table = replace(table, names=names, time=0)
-    return by_label(table) or by_instance(table) or Content.of(listed_names(table))
+    return (
+        split_by_label(table) or split_by_instance(table) or Content.of(apply_listed_names(table))
+    )
 
 
-def _refuse_results(raw: bytes) -> None:
+def _check_no_result(raw: bytes) -> None:
     """Refuse what this package has saved: a mistaken argument, never a log."""
-    found = re.match(rb'\{\s*"format": "zerorate ([\w -]+)"', raw.lstrip())
-    if found is not None:
-        raise LogError(f"the file holds a result of zerorate ({found[1].decode()}), expected a log")
+    match = re.match(rb'\{\s*"format": "zerorate ([\w -]+)"', raw.lstrip())
+    if match is not None:
+        raise LogError(f"the file holds a result of zerorate ({match[1].decode()}), expected a log")
 
 
-def _as_utf8(raw: bytes) -> bytes:
-    if not raw.startswith(_UTF_16):
+def _to_utf8(raw: bytes) -> bytes:
+    if not raw.startswith(_UTF_16_MARKS):
         return raw
     try:
         return raw.decode("utf-16").encode()
@@ -65,57 +73,57 @@ def _as_utf8(raw: bytes) -> bytes:
         raise LogError(f"damaged UTF-16: {error.reason}") from None
 
 
-def _without_arrows(raw: bytes) -> tuple[bytes, bool]:
+def _strip_arrows(raw: bytes) -> tuple[bytes, bool]:
     """Return the lines of a serial monitor with their times as cells, and whether they had any."""
-    found = re.match(_STAMP + rb"(.*)", raw)
-    if found is None:
+    match = re.match(_SERIAL_STAMP + rb"(.*)", raw)
+    if match is None:
         return raw, False
-    mark = next((mark for mark in (b";", b"\t", b",") if mark in found[2]), b" ")
-    return re.sub(_STAMP, rb"\1" + mark, raw), True
+    mark = next((mark for mark in (b";", b"\t", b",") if mark in match[2]), b" ")
+    return re.sub(_SERIAL_STAMP, rb"\1" + mark, raw), True
 
 
-def _table(raw: bytes) -> Table:
-    raw, names = _without_labels(raw)
+def _read_table(raw: bytes) -> Table:
+    raw, names = _strip_labels(raw)
     layout, meta = find_layout(raw, names)
-    return table_of(raw, layout, meta)
+    return make_table(raw, layout, meta)
 
 
-def table_of(raw: bytes, layout: Layout, meta: Metadata) -> Table:
+def make_table(raw: bytes, layout: Layout, meta: Metadata) -> Table:
     """Return the table of a layout in bytes."""
     return Table(
         width=layout.width,
-        load=lambda wanted: parsed(raw, layout, list(wanted)),
+        load=lambda wanted: parse_columns(raw, layout, list(wanted)),
         names=layout.names,
-        labels=lambda index: texts(raw, layout, index),
-        meta=replace(meta, notes=(*meta.notes, *notes_on_lines(raw, layout))),
+        labels=lambda index: read_texts(raw, layout, index),
+        meta=replace(meta, notes=(*meta.notes, *describe_lines(raw, layout))),
     )
 
 
-def _without_labels(raw: bytes) -> tuple[bytes, tuple[str, ...] | None]:
+def _strip_labels(raw: bytes) -> tuple[bytes, tuple[str, ...] | None]:
     """Return rows of ``gx:0.1,gy:0.2`` without their labels, and these as names."""
     lines = first_lines(raw, 2)
     labels = [tuple(name for name, _ in re.findall(_PAIR, line.text)) for line in lines]
     rest = [re.sub(_PAIR, "", line.text).strip(" ,;\t") for line in lines]
     if not lines or len(set(labels)) > 1 or len(labels[0]) < 2 or any(rest):
         return raw, None
-    found = re.findall(rb"([A-Za-z_][\w.\[\]]*)[ \t]*[:=]", raw)
-    if set(map(decoded, found)) != set(labels[0]):
+    row_labels = re.findall(rb"([A-Za-z_][\w.\[\]]*)[ \t]*[:=]", raw)
+    if set(map(decode_text, row_labels)) != set(labels[0]):
         raise LogError(f"the rows name other values than the first, {', '.join(labels[0])}")
     return re.sub(_LABEL, b"", raw), labels[0]
 
 
-def _named_by_file(table: Table, stem: str) -> Table:
+def _name_by_file(table: Table, stem: str) -> Table:
     """Return the table with x, y, z named after the sensor that the file is named after."""
-    parsed_names = [parsed_name(name) for name in table.names or ()]
+    parsed_names = [parse_name(name) for name in table.names or ()]
     bare = [i for i, own in enumerate(parsed_names) if own.kind == "" and own.axis is not None]
     axes = sorted(parsed_names[i].axis or 0 for i in bare)
     kinds = {meaning.kind for meaning in map(meaning_of, table.names or ()) if meaning}
     if tuple(axes) != _AXES or kinds & {"gyro", "accel", "mag"} or table.names is None:
         return table
-    told = parsed_name(f"{stem} x")
-    if not told.kind:
+    sensor_name = parse_name(f"{stem} x")
+    if not sensor_name.kind:
         return table
-    prefix = "_".join(filter(None, (told.kind, told.stage)))
+    prefix = "_".join(filter(None, (sensor_name.kind, sensor_name.stage)))
     names = [
         f"{prefix}_{'xyz'[parsed_names[i].axis or 0]}" if i in bare else name
         for i, name in enumerate(table.names)
@@ -126,10 +134,14 @@ def _named_by_file(table: Table, stem: str) -> Table:
     return replace(table, names=tuple(names), meta=meta)
 
 
-def sensor_files(folder: Path) -> list[Path]:
+def find_sensor_files(folder: Path) -> list[Path]:
     """Return the files of sensors, calibrated ones first, accelerations with gravity alone."""
-    kinds = {file: parsed_name(f"{file.stem} x") for file in sorted(folder.glob("*.csv"))}
-    files = [file for file, told in kinds.items() if told.kind and told.stage != "linear"]
+    kinds = {file: parse_name(f"{file.stem} x") for file in sorted(folder.glob("*.csv"))}
+    files = [
+        file
+        for file, sensor_name in kinds.items()
+        if sensor_name.kind and sensor_name.stage != "linear"
+    ]
     total = [file for file in files if "total" in words_of(file.stem)]
     if total:
         files = [file for file in files if kinds[file].kind != "accel" or file in total]
@@ -139,17 +151,17 @@ def sensor_files(folder: Path) -> list[Path]:
 def read_folder(folder: Path) -> Content:
     """Return a table of each file of a sensor in a folder."""
     tables = {}
-    for file in sensor_files(folder):
+    for file in find_sensor_files(folder):
         try:
-            table = _named_by_file(_table(_as_utf8(file.read_bytes())), file.stem)
+            table = _name_by_file(_read_table(_to_utf8(file.read_bytes())), file.stem)
         except LogError as error:
-            raise error.around(f"{file.name}: ") from None
+            raise error.with_context(f"{file.name}: ") from None
         tables[file.stem] = replace(table, meta=replace(table.meta, sensor=file.stem))
-    return content_of(tables)
+    return make_content(tables)
 
 
-def text_header(names: Sequence[str], delimiter: str) -> str:
+def make_text_header(names: Sequence[str], delimiter: str) -> str:
     """Return the header line of a text table, without its end."""
     line = io.StringIO()
-    csv.writer(line, delimiter=delimiter, lineterminator="").writerow(map(inert, names))
+    csv.writer(line, delimiter=delimiter, lineterminator="").writerow(map(make_inert, names))
     return line.getvalue()

@@ -24,11 +24,11 @@ def choose_topic(
     """
     listed = ", ".join(sorted(tables)) or "none"
     if topic is not None:
-        named = next((n for n in (topic, topic.removesuffix("_0")) if n in tables), None)
-        if named is not None:
-            return named
+        existing = next((n for n in (topic, topic.removesuffix("_0")) if n in tables), None)
+        if existing is not None:
+            return existing
         raise LogError(f"there is no topic '{topic}'; the log has: {listed}", "topic")
-    found = next((name for name in candidates if has_gyro(tables[name])), None)
-    if found is None:
+    gyro_topic = next((name for name in candidates if has_gyro(tables[name])), None)
+    if gyro_topic is None:
         raise LogError(f"{expected}; the log has: {listed}")
-    return found
+    return gyro_topic

@@ -39,26 +39,26 @@ _TIME: Final = _TYPES["uint64_t"]
 _SIZES: Final = {name: np.dtype(kind).itemsize for name, kind in _TYPES.items()}
 
 
-_HEAD: Final = struct.Struct("<HBH")
+_MESSAGE_HEAD: Final = struct.Struct("<HBH")
 """Bytes that follow the three of the header, the kind, and what a row begins with: its number."""
-_FRAME: Final = 3
-_START: Final = 16
-_ROW: Final = ord("D")
-_KINDS: Final = b"ABCDFILMOPQRS"
-_KNOWN: Final = re.compile(b"[" + _KINDS + b"]")
+_FRAME_BYTES: Final = 3
+_HEADER_BYTES: Final = 16
+_DATA_KIND: Final = ord("D")
+_MESSAGE_KINDS: Final = b"ABCDFILMOPQRS"
+_KNOWN_KIND: Final = re.compile(b"[" + _MESSAGE_KINDS + b"]")
 _SYNC: Final = b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
 _FORMAT: Final = re.compile(rb"[\w/-]{1,255}:[ -~]*")
 _PARAMETER: Final = re.compile(rb"(float|int32_t) (\w{1,64})")
 _FIELD: Final = re.compile(r"([\w/-]{1,255})(?:\[(\d{1,5})\])? (\S{1,255})")
 
-_MOST: Final = 0xFFFF
+_UINT16_MAX: Final = 0xFFFF
 """Bytes in a message, numbers of topics, and so formats that can be of use."""
-_DEEPEST: Final = 16
-_SURE: Final = 3
+_MAX_DEPTH: Final = 16
+_RESYNC_MESSAGES: Final = 3
 """Messages one behind the other that show that damage is over."""
-_OF_A_FIELD: Final = 256
+_FIELD_BYTES: Final = 256
 """Bytes of memory, about, that a field takes beside its name and its values."""
-_FREE: Final = 1 << 23
+_FREE_BYTES: Final = 1 << 23
 """Bytes that the fields of a log may take in any case; beyond, as many as the file has."""
 
 
@@ -75,19 +75,19 @@ class Topic:
 class ULog:
     """Topics of a log, its parameters as they were last, its dropouts with their time in ms.
 
-    ``lost`` are bytes that could not be read, ``cut`` those of a last message that the file ends
-    within.
+    ``lost_bytes`` are bytes that could not be read, ``cut_bytes`` those of a last message that
+    the file ends within.
     """
 
     topics: list[Topic] = field(default_factory=list)
     parameters: dict[str, float] = field(default_factory=dict)
     dropouts: int = 0
-    dropped: int = 0
-    lost: int = 0
-    cut: int = 0
+    dropped_ms: int = 0
+    lost_bytes: int = 0
+    cut_bytes: int = 0
 
 
-def parsed(raw: bytes) -> ULog:
+def parse_log(raw: bytes) -> ULog:
     """Return what is sound in the bytes of a log.
 
     Raises
@@ -96,25 +96,27 @@ def parsed(raw: bytes) -> ULog:
         If the header is damaged, the log must be read in a way that is not known here, or it
         declares more than it can hold.
     """
-    if len(raw) < _START or not raw.startswith(MAGIC):
+    if len(raw) < _HEADER_BYTES or not raw.startswith(MAGIC):
         raise ValueError("the header is damaged")
-    walk = _Walk(raw)
-    for start, end in _stretches(raw):
-        walk.over(start, end)
-    walk.gather()
+    walk = _LogWalker(raw)
+    for start, end in _find_parts(raw):
+        walk.read_part(start, end)
+    walk.gather_topics()
     return walk.log
 
 
-def _stretches(raw: bytes) -> list[tuple[int, int]]:
+def _find_parts(raw: bytes) -> list[tuple[int, int]]:
     """Return where messages lie: a log says at which places others were appended to it."""
     offsets: list[int] = []
-    first = raw[_START : _START + _FRAME + 40]
-    if len(first) == _FRAME + 40 and first[2:3] == b"B":
-        flags, told = first[11:19], struct.unpack_from("<3Q", first, 19)
+    first = raw[_HEADER_BYTES : _HEADER_BYTES + _FRAME_BYTES + 40]
+    if len(first) == _FRAME_BYTES + 40 and first[2:3] == b"B":
+        flags, stated_offsets = first[11:19], struct.unpack_from("<3Q", first, 19)
         if flags[0] & ~1 or any(flags[1:]):
             raise ValueError("it has flags of a version that is not known")
-        offsets = sorted({at for at in told if flags[0] and _START < at < len(raw)})
-    return list(zip([_START, *offsets], [*offsets, len(raw)], strict=True))
+        offsets = sorted(
+            {at for at in stated_offsets if flags[0] and _HEADER_BYTES < at < len(raw)}
+        )
+    return list(zip([_HEADER_BYTES, *offsets], [*offsets, len(raw)], strict=True))
 
 
 class _Field(NamedTuple):
@@ -125,11 +127,11 @@ class _Field(NamedTuple):
     name: str
 
 
-class _Row(NamedTuple):
+class _RowSize(NamedTuple):
     """Bytes that a row has, with and without what pads its end."""
 
-    least: int
-    most: int
+    min_bytes: int
+    max_bytes: int
 
 
 class _Formats:
@@ -137,46 +139,46 @@ class _Formats:
 
     def __init__(self) -> None:
         self._texts: dict[str, bytes] = {}
-        self._rows: dict[str, _Row | None] = {}
+        self._rows: dict[str, _RowSize | None] = {}
 
     def add(self, data: bytes) -> None:
         """Take a definition; the first of a name holds."""
         name, _, text = data.partition(b":")
-        if len(self._texts) < _MOST:
+        if len(self._texts) < _UINT16_MAX:
             fields = b";".join(filter(None, text.split(b";")))
             self._texts.setdefault(name.decode("ascii", "replace"), fields)
 
-    def row(self, name: str, depth: int = 0) -> _Row | None:
+    def row_size(self, name: str, depth: int = 0) -> _RowSize | None:
         """Return what a row of a format holds, None where that is unknown or damaged."""
-        if name not in self._rows and name in self._texts and depth < _DEEPEST:
+        if name not in self._rows and name in self._texts and depth < _MAX_DEPTH:
             self._rows[name] = None  # for a format within itself
             try:
-                self._rows[name] = self._measured(name, depth)
+                self._rows[name] = self._measure(name, depth)
             except ValueError:
                 return None
         return self._rows.get(name)
 
-    def _measured(self, name: str, depth: int) -> _Row | None:
-        least = most = 0
+    def _measure(self, name: str, depth: int) -> _RowSize | None:
+        min_bytes = max_bytes = 0
         for kind, times, label in self._fields(name):
-            inner = None if kind in _SIZES else self.row(kind, depth + 1)
-            size = inner.most if inner is not None else _SIZES.get(kind, 0)
-            most += size * (1 if times is None else times)
-            if not size or times == 0 or most > _MOST:
+            inner = None if kind in _SIZES else self.row_size(kind, depth + 1)
+            size = inner.max_bytes if inner is not None else _SIZES.get(kind, 0)
+            max_bytes += size * (1 if times is None else times)
+            if not size or times == 0 or max_bytes > _UINT16_MAX:
                 return None
             if not label.startswith("_padding"):
-                least = most
-        return _Row(least, most) if least else None
+                min_bytes = max_bytes
+        return _RowSize(min_bytes, max_bytes) if min_bytes else None
 
     def _fields(self, name: str) -> Iterator[_Field]:
         for part in self._texts[name].decode("ascii").split(";"):
-            found = _FIELD.fullmatch(part)
-            if found is None:
+            match = _FIELD.fullmatch(part)
+            if match is None:
                 raise ValueError(f"'{part}' is no field")
-            kind, times, label = found.groups()
+            kind, times, label = match.groups()
             yield _Field(kind, None if times is None else int(times), label)
 
-    def plain(self, name: str, size: int, free: int) -> dict[str, str]:
+    def plain_fields(self, name: str, size: int, free: int) -> dict[str, str]:
         """Return the plain fields in the first bytes of a row, empty if two have one name.
 
         Raises
@@ -184,37 +186,37 @@ class _Formats:
         ValueError
             If they take more memory than is free.
         """
-        found: dict[str, str] = {}
-        for label, kind in self._flat(name, ""):
+        fields: dict[str, str] = {}
+        for label, kind in self._flatten(name, ""):
             size -= _SIZES[kind]
-            free -= _OF_A_FIELD + len(label)
+            free -= _FIELD_BYTES + len(label)
             if free < 0:
                 raise ValueError("it declares more fields than a log of its size can hold")
             if size < 0:
                 break  # what is left pads the row
-            if label in found:
+            if label in fields:
                 return {}
-            found[label] = _TYPES[kind]
-        return found
+            fields[label] = _TYPES[kind]
+        return fields
 
-    def _flat(self, name: str, prefix: str) -> Iterator[tuple[str, str]]:
+    def _flatten(self, name: str, prefix: str) -> Iterator[tuple[str, str]]:
         for kind, times, label in self._fields(name):
             for index in [""] if times is None else (f"[{i}]" for i in range(times)):
                 if kind in _TYPES:
                     yield f"{prefix}{label}{index}", kind
                 else:
-                    yield from self._flat(kind, f"{prefix}{label}{index}.")
+                    yield from self._flatten(kind, f"{prefix}{label}{index}.")
 
 
-class _Rows(NamedTuple):
+class _TopicRows(NamedTuple):
     """Where the rows of a topic lie, and the bytes that a message of it may have."""
 
-    least: int
-    most: int
-    places: array[int]
+    min_bytes: int
+    max_bytes: int
+    offsets: array[int]
 
 
-class _Walk:
+class _LogWalker:
     """One walk over the messages of a log."""
 
     def __init__(self, raw: bytes) -> None:
@@ -222,28 +224,28 @@ class _Walk:
         self._raw = raw
         self._end = len(raw)
         self._formats = _Formats()
-        self._rows: dict[tuple[str, int], _Rows] = {}
-        self._numbered: dict[int, _Rows] = {}
+        self._rows: dict[tuple[str, int], _TopicRows] = {}
+        self._numbered: dict[int, _TopicRows] = {}
 
-    def over(self, at: int, end: int) -> None:
+    def read_part(self, at: int, end: int) -> None:
         """Take the messages between two places."""
         self._end = end
-        raw, unpack, numbered = self._raw, _HEAD.unpack_from, self._numbered
-        while at + _HEAD.size <= end:
+        raw, unpack, numbered = self._raw, _MESSAGE_HEAD.unpack_from, self._numbered
+        while at + _MESSAGE_HEAD.size <= end:
             size, kind, number = unpack(raw, at)
-            after = at + _FRAME + size
-            rows = numbered.get(number) if kind == _ROW else None
-            if rows is not None and rows.least <= size <= rows.most and after <= end:
-                rows.places.append(at + _HEAD.size)
+            after = at + _FRAME_BYTES + size
+            rows = numbered.get(number) if kind == _DATA_KIND else None
+            if rows is not None and rows.min_bytes <= size <= rows.max_bytes and after <= end:
+                rows.offsets.append(at + _MESSAGE_HEAD.size)
             elif self._is_sound(at):
-                self._take(kind, at + _FRAME, after)
+                self._handle(kind, at + _FRAME_BYTES, after)
             else:
-                after = self._behind_damage(at, after)
+                after = self._skip_damage(at, after)
             at = after
         if end == len(raw):
-            self.log.cut += end - at
+            self.log.cut_bytes += end - at
 
-    def _take(self, kind: int, at: int, after: int) -> None:
+    def _handle(self, kind: int, at: int, after: int) -> None:
         match chr(kind):
             case "F":
                 self._formats.add(self._raw[at:after])
@@ -253,38 +255,38 @@ class _Walk:
                 self._parameter(self._raw[at:after])
             case "O":
                 self.log.dropouts += 1
-                self.log.dropped += int.from_bytes(self._raw[at:after], "little")
+                self.log.dropped_ms += int.from_bytes(self._raw[at:after], "little")
 
     def _parameter(self, raw: bytes) -> None:
-        found = _PARAMETER.fullmatch(raw[1 : 1 + raw[0]])
-        if found is not None and len(raw) == 5 + raw[0]:
-            kind = "<f" if found[1] == b"float" else "<i"
+        match = _PARAMETER.fullmatch(raw[1 : 1 + raw[0]])
+        if match is not None and len(raw) == 5 + raw[0]:
+            kind = "<f" if match[1] == b"float" else "<i"
             (value,) = struct.unpack_from(kind, raw, 1 + raw[0])
-            self.log.parameters[found[2].decode("ascii")] = float(value)
+            self.log.parameters[match[2].decode("ascii")] = float(value)
 
     def _subscribe(self, at: int, after: int) -> None:
-        name, row = self._subscribed(at, after)
-        if row is not None and len(self._rows) < _MOST:
-            new = _Rows(row.least + 2, row.most + 2, array("Q"))
+        name, row = self._parse_subscription(at, after)
+        if row is not None and len(self._rows) < _UINT16_MAX:
+            new = _TopicRows(row.min_bytes + 2, row.max_bytes + 2, array("Q"))
             rows = self._rows.setdefault((name, self._raw[at]), new)
             self._numbered[int.from_bytes(self._raw[at + 1 : at + 3], "little")] = rows
 
-    def _subscribed(self, at: int, after: int) -> tuple[str, _Row | None]:
+    def _parse_subscription(self, at: int, after: int) -> tuple[str, _RowSize | None]:
         name = self._raw[at + 3 : after].decode("ascii", "replace")
-        return name, self._formats.row(name)
+        return name, self._formats.row_size(name)
 
     def _is_sound(self, at: int) -> bool:
         """Whether a message can be what it says, and all of it is there."""
-        size, kind, number = _HEAD.unpack_from(self._raw, at)
-        at, after = at + _FRAME, at + _FRAME + size
+        size, kind, number = _MESSAGE_HEAD.unpack_from(self._raw, at)
+        at, after = at + _FRAME_BYTES, at + _FRAME_BYTES + size
         if after > self._end:
             return False
         match chr(kind):
             case "D":
                 rows = self._numbered.get(number)
-                return rows is not None and bool(rows.least <= size <= rows.most)
+                return rows is not None and bool(rows.min_bytes <= size <= rows.max_bytes)
             case "A":
-                return 3 < size < 256 and self._subscribed(at, after)[1] is not None
+                return 3 < size < 256 and self._parse_subscription(at, after)[1] is not None
             case "F":
                 return _FORMAT.fullmatch(self._raw, at, after) is not None
             case "S":
@@ -293,51 +295,53 @@ class _Walk:
                 return bool(size == 2)
             case "B" | "I" | "M" | "P" | "Q" | "L" | "C":
                 # Their form says little; one that lost its true length ends anywhere.
-                return size > 1 and self._begins(after, _SURE)
+                return size > 1 and self._has_messages(after, _RESYNC_MESSAGES)
         return False
 
-    def _behind_damage(self, at: int, after: int) -> int:
+    def _skip_damage(self, at: int, after: int) -> int:
         """Return where to go on behind a message that cannot be read."""
-        known = after <= self._end and self._begins(after, _SURE)  # but for its kind or number
-        there = after if known else self._next(at)
-        if there < self._end or after <= self._end or self._raw[at + 2] not in _KINDS:
-            self.log.lost += there - at
+        is_framed = after <= self._end and self._has_messages(
+            after, _RESYNC_MESSAGES
+        )  # but for its kind or number
+        resume = after if is_framed else self._find_next(at)
+        if resume < self._end or after <= self._end or self._raw[at + 2] not in _MESSAGE_KINDS:
+            self.log.lost_bytes += resume - at
         elif self._end == len(self._raw):  # and not what another part was appended to
-            self.log.cut = self._end - at
-        return there
+            self.log.cut_bytes = self._end - at
+        return resume
 
-    def _next(self, at: int) -> int:
+    def _find_next(self, at: int) -> int:
         """Return where a message begins again behind a place, or where all ends."""
-        for known in _KNOWN.finditer(self._raw, at + _FRAME, self._end - 2):
-            there = known.start() - 2
-            after = there + _FRAME + _HEAD.unpack_from(self._raw, there)[0]
-            if self._is_sound(there) and self._begins(after, _SURE - 1):
-                return there
+        for known in _KNOWN_KIND.finditer(self._raw, at + _FRAME_BYTES, self._end - 2):
+            start = known.start() - 2
+            after = start + _FRAME_BYTES + _MESSAGE_HEAD.unpack_from(self._raw, start)[0]
+            if self._is_sound(start) and self._has_messages(after, _RESYNC_MESSAGES - 1):
+                return start
         return self._end
 
-    def _begins(self, at: int, messages: int) -> bool:
+    def _has_messages(self, at: int, messages: int) -> bool:
         """Whether so many messages may follow each other from a place on, or up to the end."""
         for _ in range(messages):
-            if at + _HEAD.size > self._end:
+            if at + _MESSAGE_HEAD.size > self._end:
                 break
-            size, kind, _ = _HEAD.unpack_from(self._raw, at)
-            if kind not in _KINDS or not size:
+            size, kind, _ = _MESSAGE_HEAD.unpack_from(self._raw, at)
+            if kind not in _MESSAGE_KINDS or not size:
                 return False
-            at += _FRAME + size
+            at += _FRAME_BYTES + size
         return True
 
-    def gather(self) -> None:
+    def gather_topics(self) -> None:
         """Take the rows of each topic together, its fields as views of them."""
-        free = _FREE + len(self._raw)
+        free = _FREE_BYTES + len(self._raw)
         for (name, instance), rows in self._rows.items():
-            size = rows.least - 2
-            fields = self._formats.plain(name, size, free) if rows.places else {}
-            free -= sum(_OF_A_FIELD + len(label) for label in fields)
+            size = rows.min_bytes - 2
+            fields = self._formats.plain_fields(name, size, free) if rows.offsets else {}
+            free -= sum(_FIELD_BYTES + len(label) for label in fields)
             if fields.get("timestamp") == _TIME:
                 windows = sliding_window_view(np.frombuffer(self._raw, np.uint8), size)
-                table = windows[np.frombuffer(rows.places, np.uint64)]
+                table = windows[np.frombuffer(rows.offsets, np.uint64)]
                 values = table.view(np.dtype(list(fields.items())))[:, 0]
                 topic = Topic(name, instance, {label: values[label] for label in fields})
                 self.log.topics.append(topic)
             else:
-                self.log.lost += len(rows.places) * (_HEAD.size + size)
+                self.log.lost_bytes += len(rows.offsets) * (_MESSAGE_HEAD.size + size)

@@ -14,7 +14,7 @@ from zerorate.noise.characterise import (
 )
 from zerorate.noise.quantities import si_unit
 from zerorate.record import Log, atomic_path
-from zerorate.tasks.batch.command import Command, Made, Quantity, Row, number
+from zerorate.tasks.batch.command import Command, LogOutput, Quantity, Row, finite_or_none
 from zerorate.tasks.characterise import characterise
 
 if TYPE_CHECKING:
@@ -24,19 +24,21 @@ _TERMS: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
 _TAUS: Final = {f"deviation_{tau:g}s": tau for tau in (1.0, 10.0, 100.0)}
 
 
-def _characterised(settings: "Settings", source: Path, output: Path) -> Made:
+def _characterise_log(settings: "Settings", source: Path, output: Path) -> LogOutput:
     """Write the noise models of all axes of a log."""
     # The second opinion is part of neither the models nor the rows.
-    made = characterise(source, second_opinion=False, **settings.reading)
-    found = made.sensors
+    result = characterise(source, second_opinion=False, **settings.reading)
+    sensors = result.sensors
     with atomic_path(output, force=True) as temporary:
-        temporary.write_text(models_json(found), encoding="utf-8", newline="\n")
-    return Made(tuple(row for one in found for row in _rows(one)), (*made.alarms, *made.notes))
+        temporary.write_text(models_json(sensors), encoding="utf-8", newline="\n")
+    return LogOutput(
+        tuple(row for sensor in sensors for row in _rows(sensor)), (*result.alarms, *result.notes)
+    )
 
 
-def _rows(found: Characterisation) -> Iterator[Row]:
-    log = found.log
-    parts = zip(found.axes, found.moved, _deviations(log), strict=True)
+def _rows(sensor: Characterisation) -> Iterator[Row]:
+    log = sensor.log
+    parts = zip(sensor.axes, sensor.moved, _deviations(log), strict=True)
     for i, (axis, moved, deviations) in enumerate(parts):
         yield {
             "axis": axis.name,
@@ -44,7 +46,7 @@ def _rows(found: Characterisation) -> Iterator[Row]:
             "rate": log.rate,
             "n": log.n,
             "missing_count": int(np.isnan(log.data[:, i]).sum()),
-            "mean": number(float(np.nanmean(log.data[:, i]))),
+            "mean": finite_or_none(float(np.nanmean(log.data[:, i]))),
             **_coefficients(axis, log.unit),
             **deviations,
             "moved": moved,
@@ -54,14 +56,16 @@ def _rows(found: Characterisation) -> Iterator[Row]:
 def _deviations(log: Log) -> list[Row]:
     """Return the deviations of each axis, None where the log is too short for them."""
     factors = {name: round(tau * log.rate) for name, tau in _TAUS.items()}
-    within = {name: m for name, m in factors.items() if 1 <= m <= log.n // 2}
+    cluster_lengths = {name: m for name, m in factors.items() if 1 <= m <= log.n // 2}
     rows: list[Row] = [dict.fromkeys(_TAUS) for _ in log.names]
-    if not within:
+    if not cluster_lengths:
         return rows
-    curve = allan(log, taus=[m / log.rate for m in within.values()])
-    places = {name: int(np.flatnonzero(curve.factors == m)[0]) for name, m in within.items()}
+    curve = allan(log, taus=[m / log.rate for m in cluster_lengths.values()])
+    indices = {
+        name: int(np.flatnonzero(curve.factors == m)[0]) for name, m in cluster_lengths.items()
+    }
     return [
-        {**row, **{name: number(axis.deviation[place]) for name, place in places.items()}}
+        {**row, **{name: finite_or_none(axis.deviation[index]) for name, index in indices.items()}}
         for row, axis in zip(rows, curve, strict=True)
     ]
 
@@ -73,29 +77,33 @@ def _coefficients(axis: Axis, unit: str) -> Row:
     factor = 1.0 / si_unit(unit)[0]
     row: dict[str, float | bool | None] = {}
     for name in _TERMS:
-        found = getattr(axis.model, name).scaled(factor)
+        coefficient = getattr(axis.model, name).scaled(factor)
         # What a record does not determine has a bound, and no value that could be sorted by.
-        value, sigma = (found.value, found.sigma) if found.identifiable else (None, None)
-        bound = number(found.upper_bound)
-        row |= zip(_columns(name), (value, sigma, found.identifiable, bound), strict=True)
+        value, sigma = (
+            (coefficient.value, coefficient.sigma) if coefficient.identifiable else (None, None)
+        )
+        bound = finite_or_none(coefficient.upper_bound)
+        row |= zip(
+            _term_columns(name), (value, sigma, coefficient.identifiable, bound), strict=True
+        )
     return row
 
 
-def _columns(term: str) -> tuple[str, ...]:
+def _term_columns(term: str) -> tuple[str, ...]:
     return term, f"{term}_sigma", f"{term}_identifiable", f"{term}_upper"
 
 
 _COEFFICIENTS: Final = {
     column: kind
     for term in _TERMS
-    for column, kind in zip(_columns(term), (float, float, bool, float), strict=True)
+    for column, kind in zip(_term_columns(term), (float, float, bool, float), strict=True)
 }
 
 ALLAN: Final = Command(
     name="allan",
     mark="-zerorate-allan",
     ending=lambda _: "-models.json",
-    work=_characterised,
+    work=_characterise_log,
     columns={
         "rate": float,
         "n": int,
@@ -105,9 +113,11 @@ ALLAN: Final = Command(
         **dict.fromkeys(_TAUS, float),
         "moved": bool,
     },
-    compared=(
+    quantities=(
         Quantity("mean", "{}", signed=True),
-        Quantity("angle_random_walk", "{}/sqrt(Hz)", sigma="angle_random_walk_sigma", both=True),
+        Quantity(
+            "angle_random_walk", "{}/sqrt(Hz)", sigma="angle_random_walk_sigma", two_sided=True
+        ),
         Quantity("bias_instability", "{}", sigma="bias_instability_sigma"),
         Quantity("rate_random_walk", "{}/sqrt(s)", sigma="rate_random_walk_sigma"),
         *(Quantity(column, "{}") for column in _TAUS),

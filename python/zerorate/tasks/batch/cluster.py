@@ -7,15 +7,15 @@ from contextlib import contextmanager
 from typing import Any, Final, TypeVar
 
 from zerorate.faults import ArgumentError
-from zerorate.tasks.batch.engines import Died, Finished
-from zerorate.tasks.interrupts import for_the_parent_alone
-from zerorate.tasks.workers import single_threaded
-from zerorate.texts import extra_needed
+from zerorate.tasks.batch.engines import TaskResult, WorkerDeath
+from zerorate.tasks.interrupts import block_child_interrupts
+from zerorate.tasks.workers import force_single_thread
+from zerorate.texts import describe_missing_extra
 
 T = TypeVar("T")
 R = TypeVar("R")
 
-_PATIENCE: Final = 30.0
+_CONNECT_TIMEOUT_S: Final = 30.0
 
 
 class Cluster:
@@ -25,40 +25,40 @@ class Cluster:
         self._client = client
 
     def run(
-        self, work: Callable[[T], R], tasks: Sequence[T], at_once: int | None = None
-    ) -> Generator[Finished[T, R] | Died[T]]:
+        self, work: Callable[[T], R], tasks: Sequence[T], max_running: int | None = None
+    ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
         """Yield each task's end as it comes; leaving early cancels what is not begun."""
-        step = at_once or max(1, len(tasks))
+        step = max_running or max(1, len(tasks))
         for first in range(0, len(tasks), step):
-            yield from self._together(work, tasks[first : first + step])
+            yield from self._run_chunk(work, tasks[first : first + step])
 
-    def _together(
+    def _run_chunk(
         self, work: Callable[[T], R], tasks: Sequence[T]
-    ) -> Generator[Finished[T, R] | Died[T]]:
+    ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
         # Not pure: a second try must not find the first one's failure under the same key.
         futures = self._client.map(work, tasks, pure=False)
-        held = dict(zip(futures, tasks, strict=True))
+        pending = dict(zip(futures, tasks, strict=True))
         del futures
-        ends = _distributed().as_completed(list(held))
+        ends = _import_distributed().as_completed(list(pending))
         try:
             for future in ends:
-                yield _end(future, held.pop(future))
+                yield _task_end(future, pending.pop(future))
                 # An answer that stays in a worker's memory is computed again if that one dies.
                 future.release()
         finally:
-            if held:
-                self._client.cancel(list(held))
+            if pending:
+                self._client.cancel(list(pending))
 
 
-def _end(future: Any, task: T) -> Finished[T, Any] | Died[T]:  # noqa: ANN401
+def _task_end(future: Any, task: T) -> TaskResult[T, Any] | WorkerDeath[T]:  # noqa: ANN401
     error = future.exception()
     if error is None:
-        return Finished(task, future.result())
+        return TaskResult(task, future.result())
     from distributed import KilledWorker
 
     if isinstance(error, KilledWorker):
-        return Died(task, "it ended every worker process that tried it")
-    return Died(task, f"its worker failed: {type(error).__name__}: {error}")
+        return WorkerDeath(task, "it ended every worker process that tried it")
+    return WorkerDeath(task, f"its worker failed: {type(error).__name__}: {error}")
 
 
 @contextmanager
@@ -72,12 +72,12 @@ def local_cluster(count: int) -> Iterator[Cluster]:
     """
     if count < 1:
         raise ArgumentError("local_cluster", f"must be at least 1 worker, got {count}")
-    distributed = _distributed()
+    distributed = _import_distributed()
     from dask import config as dask_config
 
     # A second try next to others would show nothing: suspects are run alone later.
-    with single_threaded(), dask_config.set({"distributed.scheduler.allowed-failures": 0}):
-        with for_the_parent_alone():
+    with force_single_thread(), dask_config.set({"distributed.scheduler.allowed-failures": 0}):
+        with block_child_interrupts():
             cluster = distributed.LocalCluster(
                 n_workers=count,
                 threads_per_worker=1,
@@ -90,7 +90,7 @@ def local_cluster(count: int) -> Iterator[Cluster]:
 
 
 @contextmanager
-def scheduler_at(address: str) -> Iterator[Cluster]:
+def connect_scheduler(address: str) -> Iterator[Cluster]:
     """Yield the cluster of a scheduler that runs already.
 
     Raises
@@ -100,14 +100,14 @@ def scheduler_at(address: str) -> Iterator[Cluster]:
     ImportError
         Without the package distributed, of the extra ``cluster``.
     """
-    distributed = _distributed()
+    distributed = _import_distributed()
     try:
-        client = distributed.Client(address, timeout=_PATIENCE)
+        client = distributed.Client(address, timeout=_CONNECT_TIMEOUT_S)
     except (OSError, ValueError, TimeoutError):
         raise ConnectionError(f"no scheduler answers at '{address}'") from None
-    with _told_in_words(), client:
+    with _silence_client_log(), client:
         try:
-            client.wait_for_workers(1, timeout=_PATIENCE)
+            client.wait_for_workers(1, timeout=_CONNECT_TIMEOUT_S)
         except TimeoutError:
             raise ConnectionError(f"the scheduler at '{address}' has no workers") from None
         try:
@@ -120,7 +120,7 @@ def scheduler_at(address: str) -> Iterator[Cluster]:
 
 
 @contextmanager
-def _told_in_words() -> Iterator[None]:
+def _silence_client_log() -> Iterator[None]:
     """Keep a client's log, which shows a lost connection by tracebacks, to itself."""
     log = logging.getLogger("distributed.client")
     before = log.level
@@ -131,9 +131,9 @@ def _told_in_words() -> Iterator[None]:
         log.setLevel(before)
 
 
-def _distributed() -> Any:  # noqa: ANN401
+def _import_distributed() -> Any:  # noqa: ANN401
     try:
         import distributed
     except ImportError:
-        raise ImportError(extra_needed("distributed", "cluster")) from None
+        raise ImportError(describe_missing_extra("distributed", "cluster")) from None
     return distributed

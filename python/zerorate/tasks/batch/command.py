@@ -16,7 +16,7 @@ Row = Mapping[str, str | float | int | bool | None]
 """Measures of one axis by the names of the columns; None where a number means nothing."""
 
 
-class Made(NamedTuple):
+class LogOutput(NamedTuple):
     """What a log has become: one row an axis, and sentences on it."""
 
     rows: tuple[Row, ...]
@@ -37,7 +37,7 @@ class Quantity:
         The column of its standard error.
     signed : bool
         Whether it lies on both sides of zero: logs are compared by differences, not by ratios.
-    both : bool
+    two_sided : bool
         Whether what is smaller than in the other logs stands out too.
     """
 
@@ -45,7 +45,7 @@ class Quantity:
     unit: str
     sigma: str | None = None
     signed: bool = False
-    both: bool = False
+    two_sided: bool = False
 
 
 @dataclass(frozen=True)
@@ -64,16 +64,16 @@ class Command:
         Reads a log by the settings, writes the output, and returns rows and notes.
     columns : mapping of str to type
         Those of the rows next to axis and unit: int, float, bool or str.
-    compared : tuple of Quantity
+    quantities : tuple of Quantity
         In what a log may stand out.
     """
 
     name: str
     mark: str
     ending: Callable[[str], str]
-    work: Callable[["Settings", Path, Path], Made]
+    work: Callable[["Settings", Path, Path], LogOutput]
     columns: Mapping[str, type]
-    compared: tuple[Quantity, ...]
+    quantities: tuple[Quantity, ...]
 
     def paths(self, log: Path, format: str) -> tuple[Path, Path]:
         """Return the output and its record for a log of this name, in the same folder."""
@@ -83,13 +83,15 @@ class Command:
 
 def recording_arguments(reading: Mapping[str, Any]) -> dict[str, Any]:
     """Return arguments of `zerorate.read_recording`, for which a unit belongs to a sensor."""
-    found = dict(reading)
-    if found["unit"] is not None:
-        listed = map(canonical_unit, found["unit"].split(","))
-        found["unit"] = {"accel" if kind(one) == "acceleration" else "gyro": one for one in listed}
-    return found
+    arguments = dict(reading)
+    if arguments["unit"] is not None:
+        units = map(canonical_unit, arguments["unit"].split(","))
+        arguments["unit"] = {
+            "accel" if kind(unit) == "acceleration" else "gyro": unit for unit in units
+        }
+    return arguments
 
 
-def number(value: float) -> float | None:
+def finite_or_none(value: float) -> float | None:
     """Return a measure as a record keeps it: JSON knows neither NaN nor infinity."""
     return float(value) if math.isfinite(value) else None

@@ -12,8 +12,8 @@ from multiprocessing.connection import Connection, wait
 from typing import Any, Final, Generic, Protocol, TypeVar
 
 from zerorate.faults import ArgumentError
-from zerorate.tasks.interrupts import for_the_parent_alone
-from zerorate.tasks.workers import single_threaded
+from zerorate.tasks.interrupts import block_child_interrupts
+from zerorate.tasks.workers import force_single_thread
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -23,7 +23,7 @@ _SPAWN: Final = get_context("spawn")
 
 
 @dataclass(frozen=True)
-class Finished(Generic[T, R]):
+class TaskResult(Generic[T, R]):
     """A task and what it returned."""
 
     task: T
@@ -31,7 +31,7 @@ class Finished(Generic[T, R]):
 
 
 @dataclass(frozen=True)
-class Died(Generic[T]):
+class WorkerDeath(Generic[T]):
     """A task whose worker died, and how."""
 
     task: T
@@ -42,15 +42,15 @@ class Engine(Protocol):
     """Runs a function over tasks on workers that may die."""
 
     def run(
-        self, work: Callable[[T], R], tasks: Sequence[T], at_once: int | None = None
-    ) -> Generator[Finished[T, R] | Died[T]]:
-        """Yield each task's end as it comes, `at_once` at most running at a time."""
+        self, work: Callable[[T], R], tasks: Sequence[T], max_running: int | None = None
+    ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
+        """Yield each task's end as it comes, `max_running` at most running at a time."""
         ...
 
 
-def outlived(
+def run_with_retry(
     engine: Engine, work: Callable[[T], R], tasks: Sequence[T]
-) -> Generator[Finished[T, R] | Died[T]]:
+) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
     """Yield each task's end; one whose worker died gets another try, alone, after all others.
 
     What died for want of memory next to others, or was killed from outside, then succeeds; what
@@ -60,12 +60,12 @@ def outlived(
     # Closed here: an interrupt must have ended the workers before it goes on.
     with closing(engine.run(work, tasks)) as ends:
         for end in ends:
-            if isinstance(end, Died):
+            if isinstance(end, WorkerDeath):
                 suspects.append(end.task)
             else:
                 yield end
     if suspects:
-        yield from engine.run(work, suspects, at_once=1)
+        yield from engine.run(work, suspects, max_running=1)
 
 
 class Processes:
@@ -78,31 +78,31 @@ class Processes:
     def __init__(self, count: int | None = None) -> None:
         if count is not None and count < 1:
             raise ArgumentError("workers", f"must be at least 1, got {count}")
-        self._count = count or _cores()
+        self._count = count or _count_cores()
 
     def run(
-        self, work: Callable[[T], R], tasks: Sequence[T], at_once: int | None = None
-    ) -> Generator[Finished[T, R] | Died[T]]:
+        self, work: Callable[[T], R], tasks: Sequence[T], max_running: int | None = None
+    ) -> Generator[TaskResult[T, R] | WorkerDeath[T]]:
         """Yield each task's end as it comes; leaving early ends the workers."""
         waiting = deque(tasks)
-        count = min(at_once or self._count, len(waiting))
+        count = min(max_running or self._count, len(waiting))
         busy: dict[Connection, _Worker[T, R]] = {}
         try:
             for _ in range(count):
-                _engage(_Worker(work), waiting, busy)
+                _assign_task(_Worker(work), waiting, busy)
             while busy:
                 for pipe in wait(list(busy)):
                     worker = busy.pop(pipe)  # type: ignore[call-overload]
                     end = worker.end()
-                    fresh = _Worker(work) if isinstance(end, Died) and waiting else worker
-                    _engage(fresh, waiting, busy)
+                    fresh = _Worker(work) if isinstance(end, WorkerDeath) and waiting else worker
+                    _assign_task(fresh, waiting, busy)
                     yield end
         finally:
             for worker in busy.values():
                 worker.stop()
 
 
-def _engage(
+def _assign_task(
     worker: "_Worker[T, R]", waiting: deque[T], busy: dict[Connection, "_Worker[T, R]"]
 ) -> None:
     """Give a worker the next task, or send it home."""
@@ -113,7 +113,7 @@ def _engage(
         worker.stop()
 
 
-def _cores() -> int:
+def _count_cores() -> int:
     """Return the cores that this process may use, which a batch system may have limited."""
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
@@ -124,13 +124,13 @@ class _Worker(Generic[T, R]):
     """One process, and the task that it holds."""
 
     def __init__(self, work: Callable[[T], R]) -> None:
-        self.pipe, theirs = _SPAWN.Pipe()
+        self.pipe, child_pipe = _SPAWN.Pipe()
         self._task: T
-        self._process = _SPAWN.Process(target=_serve, args=(work, theirs), daemon=True)
-        with single_threaded(), for_the_parent_alone():
+        self._process = _SPAWN.Process(target=_serve, args=(work, child_pipe), daemon=True)
+        with force_single_thread(), block_child_interrupts():
             self._process.start()
         # The pipe must end with the process, so nobody else may hold its other side.
-        theirs.close()
+        child_pipe.close()
 
     def begin(self, task: T) -> None:
         """Hand over a task; that the process is dead by now shows in `end`."""
@@ -140,13 +140,13 @@ class _Worker(Generic[T, R]):
         except OSError:
             return
 
-    def end(self) -> Finished[T, R] | Died[T]:
+    def end(self) -> TaskResult[T, R] | WorkerDeath[T]:
         """Return the answer, or how the process died; one of them is there."""
         try:
-            return Finished(self._task, self.pipe.recv())
+            return TaskResult(self._task, self.pipe.recv())
         except (EOFError, OSError):
             self._process.join()
-            return Died(self._task, _how(self._process.exitcode or 0))
+            return WorkerDeath(self._task, _describe_exit(self._process.exitcode or 0))
 
     def stop(self) -> None:
         """End the process now; a log that it is writing stays what it was."""
@@ -165,7 +165,7 @@ def _serve(work: Callable[[Any], Any], pipe: Connection) -> None:
         return
 
 
-def _how(code: int) -> str:
+def _describe_exit(code: int) -> str:
     if code < 0:
         return f"its worker process was ended by {signal.Signals(-code).name}"
     return f"its worker process ended with exit code {code}"

@@ -13,16 +13,16 @@ import numpy as np
 from zerorate.tasks.batch.command import Quantity, Row
 from zerorate.types import Floats
 
-LEAST_LOGS: Final = 8
+MIN_LOGS: Final = 8
 """Fewer do not tell how much sensors of a kind differ."""
 
-FALSE_ALARMS: Final = 0.1
+EXPECTED_FALSE_ALARMS: Final = 0.1
 """How many are expected in a whole batch of equal sensors, where differences are normal."""
 
-_SIGMA_OF_MAD: Final = 1.4826022185056018
+_SIGMA_PER_MAD: Final = 1.4826022185056018
 """Standard deviation of a normal distribution over its median absolute deviation."""
 
-_FREEDOM_OF_MAD: Final = 0.4
+_MAD_FREEDOM_PER_VALUE: Final = 0.4
 """Degrees of freedom of a spread by the median absolute deviation, for each value.
 
 Simulated for 8 to 300 normal values: how far the values lie from their median, in such spreads,
@@ -30,7 +30,7 @@ has the tails of Student's t with 0.40 to 0.48 degrees of freedom a value, from 
 in 100 000.
 """
 
-_LEAST_SPREAD: Final = 0.01
+_MIN_RELATIVE_SPREAD: Final = 0.01
 """Relative: equal logs, as copies are, have no spread of their own."""
 
 
@@ -73,28 +73,28 @@ class Fleet:
 
     Parameters
     ----------
-    outlying : tuple of Outlier
+    outliers : tuple of Outlier
         What stands out most first.
-    unjudged : frozenset of (str, str)
+    untested_axes : frozenset of (str, str)
         Log and axis where fewer than eight logs have this axis in this unit.
     """
 
-    outlying: tuple[Outlier, ...]
-    unjudged: frozenset[tuple[str, str]]
+    outliers: tuple[Outlier, ...]
+    untested_axes: frozenset[tuple[str, str]]
 
     def of(self, log: str, axis: object) -> list[str] | None:
         """Return in which quantities an axis stands out; None where that was not judged."""
-        place = (log, str(axis))
-        if axis is None or place in self.unjudged:
+        key = (log, str(axis))
+        if axis is None or key in self.untested_axes:
             return None
-        return self._quantities.get(place, [])
+        return self._quantities.get(key, [])
 
     @cached_property
     def _quantities(self) -> dict[tuple[str, str], list[str]]:
-        found: dict[tuple[str, str], list[str]] = {}
-        for one in self.outlying:
-            found.setdefault((one.log, one.axis), []).append(one.quantity)
-        return found
+        quantities: dict[tuple[str, str], list[str]] = {}
+        for outlier in self.outliers:
+            quantities.setdefault((outlier.log, outlier.axis), []).append(outlier.quantity)
+        return quantities
 
 
 class _Sample(NamedTuple):
@@ -113,9 +113,9 @@ def fleet_of(logs: Mapping[str, Sequence[Row]], quantities: Sequence[Quantity]) 
 
     The spread of the fleet is estimated by the median absolute deviation, of logarithms for what
     is positive. A value stands out if it is further from the median than chance explains: the
-    limit follows from the number of all values, so that a batch of equal sensors has `FALSE_ALARMS`
-    on average. What lies within its own standard error never stands out, nor does an axis that
-    moved.
+    limit follows from the number of all values, so that a batch of equal sensors has
+    `EXPECTED_FALSE_ALARMS` on average. What lies within its own standard error never stands out,
+    nor does an axis that moved.
 
     Parameters
     ----------
@@ -138,21 +138,23 @@ def fleet_of(logs: Mapping[str, Sequence[Row]], quantities: Sequence[Quantity]) 
     for log, rows in logs.items():
         for row in rows:
             groups[str(row["axis"]), str(row["unit"])].append((log, row))
-    large = {key: group for key, group in groups.items() if len(group) >= LEAST_LOGS}
+    large = {key: group for key, group in groups.items() if len(group) >= MIN_LOGS}
     small = {(log, key[0]) for key in groups.keys() - large.keys() for log, _ in groups[key]}
     samples = [
         sample
         for (axis, unit), group in large.items()
         for quantity in quantities
-        if len((sample := _sample(quantity, axis, unit, group)).logs) >= LEAST_LOGS
+        if len((sample := _collect_sample(quantity, axis, unit, group)).logs) >= MIN_LOGS
     ]
     comparisons = sum(len(sample.logs) for sample in samples)
-    found = [one for sample in samples for one in _outliers(sample, comparisons)]
-    found.sort(key=lambda one: -one.deviations)
-    return Fleet(tuple(found), frozenset(small))
+    outliers = [one for sample in samples for one in _find_outliers(sample, comparisons)]
+    outliers.sort(key=lambda one: -one.deviations)
+    return Fleet(tuple(outliers), frozenset(small))
 
 
-def _sample(quantity: Quantity, axis: str, unit: str, group: Iterable[tuple[str, Row]]) -> _Sample:
+def _collect_sample(
+    quantity: Quantity, axis: str, unit: str, group: Iterable[tuple[str, Row]]
+) -> _Sample:
     """Return the values that can be compared."""
     logs, values, sigmas = [], [], []
     for log, row in group:
@@ -166,31 +168,31 @@ def _sample(quantity: Quantity, axis: str, unit: str, group: Iterable[tuple[str,
     return _Sample(quantity, axis, unit, logs, np.array(values, float), np.array(sigmas, float))
 
 
-def _outliers(sample: _Sample, comparisons: int) -> Iterator[Outlier]:
+def _find_outliers(sample: _Sample, comparisons: int) -> Iterator[Outlier]:
     quantity, values, sigmas = sample.quantity, sample.values, sample.sigmas
     median = float(np.median(values))
-    off = values - median if quantity.signed else np.log(values / median)
+    offsets = values - median if quantity.signed else np.log(values / median)
     errors = sigmas if quantity.signed else sigmas / values
-    floor = _LEAST_SPREAD * (abs(median) if quantity.signed else 1.0)
-    spread = _SIGMA_OF_MAD * float(np.median(np.abs(off)))
+    floor = _MIN_RELATIVE_SPREAD * (abs(median) if quantity.signed else 1.0)
+    spread = _SIGMA_PER_MAD * float(np.median(np.abs(offsets)))
     width = np.maximum(errors, max(spread, floor, np.finfo(float).tiny))
-    deviations = off / width
-    sides = np.abs(deviations) if quantity.both or quantity.signed else deviations
-    for i in np.flatnonzero(sides > _limit(len(values), comparisons)):
+    deviations = offsets / width
+    scores = np.abs(deviations) if quantity.two_sided or quantity.signed else deviations
+    for i in np.flatnonzero(scores > _score_limit(len(values), comparisons)):
         value = float(values[i])
         times = None if quantity.signed else value / median
         yield Outlier(
             sample.logs[i], sample.axis, quantity.column, sample.unit,
-            value, median, float(sides[i]), times,
+            value, median, float(scores[i]), times,
         )  # fmt: skip
 
 
-def _limit(count: int, comparisons: int) -> float:
+def _score_limit(count: int, comparisons: int) -> float:
     """Return how many spreads a value of so many is from their median by chance alone.
 
     The quantile of Student's t by D. L. Wallace, Annals of Mathematical Statistics 30 (1959).
     """
-    normal = NormalDist().inv_cdf(1.0 - FALSE_ALARMS / (2.0 * comparisons))
-    freedom = _FREEDOM_OF_MAD * count
+    normal = NormalDist().inv_cdf(1.0 - EXPECTED_FALSE_ALARMS / (2.0 * comparisons))
+    freedom = _MAD_FREEDOM_PER_VALUE * count
     scaled = normal * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0)
     return math.sqrt(freedom * math.expm1(scaled**2 / freedom))

@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from zerorate.io.readers.parquet import native_file
-from zerorate.tasks.batch.patterns import SUFFIXES, find
+from zerorate.io.readers.parquet import open_native_file
+from zerorate.tasks.batch.patterns import LOG_SUFFIXES, find_files
 
 SUMMARY: Final = "summary.parquet"
 SUMMARY_MARK: Final = b"zerorate batch"
 """Key of the summary's metadata by which it is known wherever it lies."""
 
-_RESULT: Final = re.compile("-zerorate(?=-|$)")
+_RESULT_MARK: Final = re.compile("-zerorate(?=-|$)")
 """What every command adds to the name of a log whose results it writes."""
 
-_TRUTH: Final = "-truth"
+_TRUTH_SUFFIX: Final = "-truth"
 """What ``zerorate simulate`` adds to the name of a log for the file of its true drift."""
 
 
@@ -43,23 +43,23 @@ class Inputs:
     left_out: tuple[Path, ...]
 
 
-def inputs(patterns: Sequence[str]) -> Inputs:
+def find_inputs(patterns: Sequence[str]) -> Inputs:
     """Return what folders and patterns name; FileNotFoundError if one of them names no log.
 
     What zerorate has written is left out wherever it lies, unless a pattern asks for it: results,
     by the mark in their name, the summary of a batch, and the true drift next to a simulated log.
     """
-    found = [find(pattern) for pattern in patterns]
-    root = Path(os.path.commonpath([one.root for one in found]))
+    matches = [find_files(pattern) for pattern in patterns]
+    root = Path(os.path.commonpath([matched.root for matched in matches]))
     logs: set[Path] = set()
     left_out: set[Path] = set()
-    for pattern, one in zip(patterns, found, strict=True):
-        own = {path for path in one.files if _is_written(path, pattern)}
-        if not one.files - own and not one.failed:
-            raise FileNotFoundError(_nothing(pattern, len(own)))
-        logs |= one.files - own
-        left_out |= own - logs
-    failed = {path: why for one in found for path, why in one.failed.items()}
+    for pattern, matched in zip(patterns, matches, strict=True):
+        own_outputs = {path for path in matched.files if _is_own_output(path, pattern)}
+        if not matched.files - own_outputs and not matched.failed:
+            raise FileNotFoundError(_describe_no_match(pattern, len(own_outputs)))
+        logs |= matched.files - own_outputs
+        left_out |= own_outputs - logs
+    failed = {path: why for matched in matches for path, why in matched.failed.items()}
     return Inputs(root, tuple(sorted(logs)), failed, tuple(sorted(left_out - logs)))
 
 
@@ -69,27 +69,31 @@ def command_of(summary: Path) -> str | None:
     import pyarrow.parquet as pq
 
     try:
-        metadata = pq.read_schema(native_file(summary)).metadata
+        metadata = pq.read_schema(open_native_file(summary)).metadata
     except (OSError, pa.ArrowException):
         return None
     name = (metadata or {}).get(SUMMARY_MARK)
     return None if name is None else name.decode()
 
 
-def _is_written(path: Path, pattern: str) -> bool:
+def _is_own_output(path: Path, pattern: str) -> bool:
     """Return whether zerorate has written a file that a pattern names, but does not ask for."""
-    asked = Path(pattern).stem
+    pattern_stem = Path(pattern).stem
     if path.name == SUMMARY:
         return command_of(path) is not None
-    if _RESULT.search(path.stem):
-        return not _RESULT.search(asked)
-    log = path.with_name(path.stem.removesuffix(_TRUTH) + path.suffix)
-    return path.stem.endswith(_TRUTH) and not asked.endswith(_TRUTH) and log.exists()
+    if _RESULT_MARK.search(path.stem):
+        return not _RESULT_MARK.search(pattern_stem)
+    log = path.with_name(path.stem.removesuffix(_TRUTH_SUFFIX) + path.suffix)
+    return (
+        path.stem.endswith(_TRUTH_SUFFIX)
+        and not pattern_stem.endswith(_TRUTH_SUFFIX)
+        and log.exists()
+    )
 
 
-def _nothing(pattern: str, written: int) -> str:
+def _describe_no_match(pattern: str, written: int) -> str:
     if Path(pattern).is_dir():
-        which = f"no file in the folder '{pattern}' ends in one of {', '.join(SUFFIXES)}"
+        which = f"no file in the folder '{pattern}' ends in one of {', '.join(LOG_SUFFIXES)}"
     else:
         which = f"no file matches '{pattern}'"
     return f"{which} but {written} that zerorate has written" if written else which

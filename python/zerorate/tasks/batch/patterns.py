@@ -13,12 +13,12 @@ from typing import Final
 
 from zerorate.io.formats import FORMATS, is_bag_folder
 
-SUFFIXES: Final = tuple(dict.fromkeys(suffix for form in FORMATS for suffix in form.suffixes))
+LOG_SUFFIXES: Final = tuple(dict.fromkeys(suffix for form in FORMATS for suffix in form.suffixes))
 """Of the files in a folder that are taken for logs."""
 
 
 @dataclass
-class Found:
+class MatchedFiles:
     """What a pattern has led to.
 
     Attributes
@@ -36,7 +36,7 @@ class Found:
     failed: dict[Path, str] = field(default_factory=dict)
 
 
-def find(pattern: str) -> Found:
+def find_files(pattern: str) -> MatchedFiles:
     """Return the files that a folder or a pattern names; the folder of a ROS 2 bag is one of them.
 
     A folder names all in it and below that has the suffix of a log. In a pattern ``**`` is any
@@ -45,30 +45,30 @@ def find(pattern: str) -> Found:
     """
     whole = Path(os.path.abspath(pattern))
     if whole.is_dir() and not _is_bag(whole):
-        return _below(whole)
+        return _find_in_folder(whole)
     first, *parts = whole.parts
     folder = Path(first)
     while len(parts) > 1 and _is_name(folder, parts[0]):
         folder /= parts.pop(0)
-    found = Found(folder)
-    for path in _matches(folder, parts, found) if parts else ():
-        _sort(path, found)
+    matched = MatchedFiles(folder)
+    for path in _match_parts(folder, parts, matched) if parts else ():
+        _add_path(path, matched)
     # What lies in the folder of a bag that matches is that bag's.
-    found.files -= {path for path in found.files if path.parent in found.files}
-    return found
+    matched.files -= {path for path in matched.files if path.parent in matched.files}
+    return matched
 
 
-def _below(top: Path) -> Found:
+def _find_in_folder(top: Path) -> MatchedFiles:
     """Return the logs of a folder."""
-    found = Found(top)
-    for folder in _folders(top, found):
+    matched = MatchedFiles(top)
+    for folder in _walk_folders(top, matched):
         if _is_bag(folder):
-            found.files.add(folder)
+            matched.files.add(folder)
             continue
-        for name in _names(folder, found):
-            if not name.startswith(".") and Path(name).suffix.lower() in SUFFIXES:
-                _sort(folder / name, found)
-    return found
+        for name in _list_names(folder, matched):
+            if not name.startswith(".") and Path(name).suffix.lower() in LOG_SUFFIXES:
+                _add_path(folder / name, matched)
+    return matched
 
 
 def _is_bag(folder: Path) -> bool:
@@ -80,67 +80,69 @@ def _is_bag(folder: Path) -> bool:
 
 def _is_name(folder: Path, part: str) -> bool:
     """Return whether a part of a pattern is a name, and not itself a pattern."""
-    wild = "*" in part or "?" in part
-    return not has_magic(part) or (not wild and os.path.lexists(folder / part))
+    has_wildcard = "*" in part or "?" in part
+    return not has_magic(part) or (not has_wildcard and os.path.lexists(folder / part))
 
 
-def _matches(folder: Path, parts: Sequence[str], found: Found) -> Iterator[Path]:
+def _match_parts(folder: Path, parts: Sequence[str], matched: MatchedFiles) -> Iterator[Path]:
     part, rest = parts[0], parts[1:]
     if part == "**":
-        for inner in _folders(folder, found):
-            yield from _matches(inner, rest or ["*"], found)
+        for inner in _walk_folders(folder, matched):
+            yield from _match_parts(inner, rest or ["*"], matched)
         return
     if _is_name(folder, part):
         names = [part] if os.path.lexists(folder / part) else []
     else:
-        names = [name for name in _names(folder, found) if _fits(name, part)]
+        names = [name for name in _list_names(folder, matched) if _is_match(name, part)]
     for name in names:
         if rest:
-            yield from _matches(folder / name, rest, found)
+            yield from _match_parts(folder / name, rest, matched)
         else:
             yield folder / name
 
 
-def _fits(name: str, part: str) -> bool:
+def _is_match(name: str, part: str) -> bool:
     return fnmatch(name, part) and (not name.startswith(".") or part.startswith("."))
 
 
-def _folders(top: Path, found: Found) -> Iterator[Path]:
+def _walk_folders(top: Path, matched: MatchedFiles) -> Iterator[Path]:
     """Yield a folder and all below, each once: by its own name rather than by a link's."""
-    seen: set[tuple[int, int]] = set()
+    visited: set[tuple[int, int]] = set()
     own = [top]
     links: list[Path] = []
     while own or links:
         folder = own.pop() if own else links.pop(0)
         try:
             state = folder.stat()
-            if (state.st_dev, state.st_ino) in seen:
+            if (state.st_dev, state.st_ino) in visited:
                 continue
-            seen.add((state.st_dev, state.st_ino))
-            inner = [folder / name for name in _names(folder, found) if not name.startswith(".")]
+            visited.add((state.st_dev, state.st_ino))
+            inner = [
+                folder / name for name in _list_names(folder, matched) if not name.startswith(".")
+            ]
             own += [path for path in inner if not path.is_symlink() and path.is_dir()]
             links += [path for path in inner if path.is_symlink() and path.is_dir()]
         except OSError as error:
-            found.failed[folder] = error.strerror or str(error)
+            matched.failed[folder] = error.strerror or str(error)
             continue
         yield folder
 
 
-def _names(folder: Path, found: Found) -> list[str]:
+def _list_names(folder: Path, matched: MatchedFiles) -> list[str]:
     try:
         return sorted(os.listdir(folder))
     except (FileNotFoundError, NotADirectoryError):
         return []
     except OSError as error:
-        found.failed[folder] = error.strerror or str(error)
+        matched.failed[folder] = error.strerror or str(error)
         return []
 
 
-def _sort(path: Path, found: Found) -> None:
+def _add_path(path: Path, matched: MatchedFiles) -> None:
     try:
         if path.is_file() or (path.is_dir() and _is_bag(path)):
-            found.files.add(path)
+            matched.files.add(path)
         elif not path.is_dir():
-            found.failed[path] = "a link to nothing" if path.is_symlink() else "no regular file"
+            matched.failed[path] = "a link to nothing" if path.is_symlink() else "no regular file"
     except OSError as error:
-        found.failed[path] = error.strerror or str(error)
+        matched.failed[path] = error.strerror or str(error)

@@ -4,60 +4,60 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from zerorate.progress import silent
+from zerorate.progress import report_nothing
 from zerorate.record import atomic_path
-from zerorate.tasks.batch.command import Command, Made, Row, number
+from zerorate.tasks.batch.command import Command, LogOutput, Row, finite_or_none
 
 if TYPE_CHECKING:
     from zerorate.findings import Finding, Report
     from zerorate.tasks.batch.task import Settings
 
-_SENSOR: Final = "figure-"
+_FIGURE_PREFIX: Final = "figure-"
 
 
-def _reported(settings: "Settings", source: Path, output: Path) -> Made:
+def _report_log(settings: "Settings", source: Path, output: Path) -> LogOutput:
     """Write the page of a log."""
     # What it takes is not needed by the other commands.
     from zerorate.tasks.report import report as report_on
 
-    found = report_on(source, progress=silent, **settings.reading)
+    report = report_on(source, progress=report_nothing, **settings.reading)
     with atomic_path(output, force=True) as temporary:
-        temporary.write_text(found.to_html(), encoding="utf-8", newline="\n")
-    return Made(tuple(_rows(found)), found.recording.notes)
+        temporary.write_text(report.to_html(), encoding="utf-8", newline="\n")
+    return LogOutput(tuple(_rows(report)), report.recording.notes)
 
 
-def _rows(found: "Report") -> Iterator[Row]:
-    from zerorate.findings.origin import began
+def _rows(report: "Report") -> Iterator[Row]:
+    from zerorate.findings.origin import find_start_date
 
-    device, start = found.recording.device, began(found.recording)
-    for one in found.findings:
+    device, start = report.recording.device, find_start_date(report.recording)
+    for finding in report.findings:
         yield {
-            "axis": one.figure.removeprefix(_SENSOR),
-            "unit": one.unit,
-            "section": one.section,
-            "kind": one.kind,
-            "severity": one.severity,
-            "text": one.text,
-            "value": None if one.value is None else number(one.value),
-            "sigma": None if one.sigma is None else number(one.sigma),
-            **_times(one),
-            "advice": one.advice,
+            "axis": finding.figure.removeprefix(_FIGURE_PREFIX),
+            "unit": finding.unit,
+            "section": finding.section,
+            "kind": finding.kind,
+            "severity": finding.severity,
+            "text": finding.text,
+            "value": None if finding.value is None else finite_or_none(finding.value),
+            "sigma": None if finding.sigma is None else finite_or_none(finding.sigma),
+            **_span_times(finding),
+            "advice": finding.advice,
             "device": device,
             "began": start,
         }
 
 
-def _times(one: "Finding") -> dict[str, float | int | None]:
-    first = one.spans[0][0] if one.spans else None
-    last = one.spans[-1][1] if one.spans else None
-    return {"first": first, "last": last, "spans": len(one.spans)}
+def _span_times(finding: "Finding") -> dict[str, float | int | None]:
+    first = finding.spans[0][0] if finding.spans else None
+    last = finding.spans[-1][1] if finding.spans else None
+    return {"first": first, "last": last, "spans": len(finding.spans)}
 
 
 REPORT: Final = Command(
     name="report",
     mark="-zerorate-report",
     ending=lambda _: ".html",
-    work=_reported,
+    work=_report_log,
     columns={
         **dict.fromkeys(("section", "kind", "severity", "text"), str),
         **dict.fromkeys(("value", "sigma", "first", "last"), float),
@@ -65,5 +65,5 @@ REPORT: Final = Command(
         **dict.fromkeys(("advice", "device"), str),
         "began": float,
     },
-    compared=(),
+    quantities=(),
 )

@@ -9,20 +9,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Literal, Unpack
 
-from zerorate.faults import said
-from zerorate.progress import counted
+from zerorate.faults import make_sentence
+from zerorate.progress import choose_counter
 from zerorate.record import atomic_path, check_writable
-from zerorate.record.atomic import sweep
+from zerorate.record.atomic import remove_leftovers
+from zerorate.tasks.batch.cluster import connect_scheduler
 from zerorate.tasks.batch.cluster import local_cluster as on_local_cluster
-from zerorate.tasks.batch.cluster import scheduler_at
-from zerorate.tasks.batch.engines import Died, Engine, Finished, Processes, outlived
+from zerorate.tasks.batch.engines import Engine, Processes, TaskResult, WorkerDeath, run_with_retry
 from zerorate.tasks.batch.fleet import Fleet, fleet_of
-from zerorate.tasks.batch.inputs import SUMMARY, Inputs, command_of, inputs
+from zerorate.tasks.batch.inputs import SUMMARY, Inputs, command_of, find_inputs
 from zerorate.tasks.batch.reporting import REPORT
 from zerorate.tasks.batch.summary import write_summary
 from zerorate.tasks.batch.task import BatchArguments, Outcome, Settings, Task, run_task
 from zerorate.tasks.saving import Files, figure_writer, text_writer
-from zerorate.texts import extra_needed
+from zerorate.texts import describe_missing_extra
 from zerorate.views import Result, page_of
 
 OVERVIEW: Final = "overview.html"
@@ -71,34 +71,36 @@ class BatchResult(Result):
     @property
     def failed(self) -> tuple[Outcome, ...]:
         """The logs without a result."""
-        return tuple(one for one in self.outcomes if one.status == "failed")
+        return tuple(outcome for outcome in self.outcomes if outcome.status == "failed")
 
     @property
     def alarms(self) -> tuple[str, ...]:
         """The logs without a result and why, a sentence each."""
-        return tuple(said(f"{one.name}: ", one.error or "") for one in self.failed)
+        return tuple(
+            make_sentence(f"{outcome.name}: ", outcome.error or "") for outcome in self.failed
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:
         """The notes on the logs with how many logs each is about, those of most logs first."""
         return tuple(
-            said(f"{logs[0]}{_and_others(len(logs) - 1)}: ", note)
-            for note, logs in self.noted.items()
+            make_sentence(f"{logs[0]}{_count_others(len(logs) - 1)}: ", note)
+            for note, logs in self.logs_by_note.items()
         )
 
     @property
-    def noted(self) -> dict[str, list[str]]:
+    def logs_by_note(self) -> dict[str, list[str]]:
         """The logs that each note is about, by name, the notes of most logs first."""
-        about: dict[str, list[str]] = {}
-        for one in self.outcomes:
-            for note in one.notes:
-                about.setdefault(note, []).append(one.name)
-        return dict(sorted(about.items(), key=lambda pair: -len(pair[1])))
+        logs_by_note: dict[str, list[str]] = {}
+        for outcome in self.outcomes:
+            for note in outcome.notes:
+                logs_by_note.setdefault(note, []).append(outcome.name)
+        return dict(sorted(logs_by_note.items(), key=lambda pair: -len(pair[1])))
 
     @property
     def counts(self) -> Counter[str]:
         """How many logs have each status."""
-        return Counter(one.status for one in self.outcomes)
+        return Counter(outcome.status for outcome in self.outcomes)
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -111,7 +113,7 @@ class BatchResult(Result):
         return page_of(self)
 
 
-def _and_others(count: int) -> str:
+def _count_others(count: int) -> str:
     return f" and {count} other{'s' if count > 1 else ''}" if count else ""
 
 
@@ -192,30 +194,30 @@ def batch(
     begin = time.perf_counter()
     _check_pyarrow()
     listed = [sources] if isinstance(sources, str | os.PathLike) else sources
-    chosen, folder = Settings(command=command, **settings), Path(folder)
-    engine = _engine(workers, local_cluster, scheduler)
-    found = inputs([os.fspath(one) for one in listed])
-    tasks, unread = _tasks(found, folder, chosen, force)
+    batch_settings, folder = Settings(command=command, **settings), Path(folder)
+    engine = _choose_engine(workers, local_cluster, scheduler)
+    log_files = find_inputs([os.fspath(one) for one in listed])
+    tasks, unread = _make_tasks(log_files, folder, batch_settings, force)
     summary = folder / SUMMARY
-    _check_summary(summary, chosen)
+    _check_summary(summary, batch_settings)
     folder.mkdir(parents=True, exist_ok=True)
     check_writable(summary, force=True)
-    ends = {task.name: end for task in tasks if (end := task.finished("skipped")) is not None}
+    ends = {task.name: end for task in tasks if (end := task.read_outcome("skipped")) is not None}
     todo = [task for task in tasks if task.name not in ends]
     if todo:
-        with closing(_ended(engine, todo, sweeping=scheduler is None)) as fresh:
-            ends |= _counted(fresh, len(todo), counted(progress))
-    through = (_still_there(task, ends[task.name]) for task in tasks)
-    outcomes = tuple(sorted((*through, *unread), key=lambda one: one.name))
-    fleet = fleet_of({one.name: one.rows for one in outcomes}, chosen.does.compared)
+        with closing(_run_tasks(engine, todo, sweeping=scheduler is None)) as outcomes_of_run:
+            ends |= _collect_outcomes(outcomes_of_run, len(todo), choose_counter(progress))
+    finished = (_check_output(task, ends[task.name]) for task in tasks)
+    outcomes = tuple(sorted((*finished, *unread), key=lambda one: one.name))
+    fleet = fleet_of({one.name: one.rows for one in outcomes}, batch_settings.operation.quantities)
     seconds = time.perf_counter() - begin
-    result = BatchResult(outcomes, summary, seconds, fleet, found.left_out, chosen)
+    result = BatchResult(outcomes, summary, seconds, fleet, log_files.left_out, batch_settings)
     folder.mkdir(parents=True, exist_ok=True)
-    _write(result)
+    _write_tables(result)
     return result
 
 
-def _write(result: BatchResult) -> None:
+def _write_tables(result: BatchResult) -> None:
     """Write what is about all logs: the summary, and the overview of reports."""
     write_summary(result.outcomes, result.fleet, result.settings, result.summary)
     for overview in result.files[1:]:
@@ -235,52 +237,52 @@ def files_of(result: BatchResult) -> Files:
     return Files("-zerorate-batch", ".parquet", [table, *pages], endings, figures)
 
 
-def _counted(ends: Iterable[Outcome], count: int, report: Progress) -> dict[str, Outcome]:
+def _collect_outcomes(ends: Iterable[Outcome], count: int, report: Progress) -> dict[str, Outcome]:
     """Return the outcomes by name, telling how many there are as they come."""
-    found: dict[str, Outcome] = {}
+    outcomes: dict[str, Outcome] = {}
     report(0, count)
     for end in ends:
-        found[end.name] = end
-        report(len(found), count)
-    return found
+        outcomes[end.name] = end
+        report(len(outcomes), count)
+    return outcomes
 
 
-def _ended(
+def _run_tasks(
     engine: AbstractContextManager[Engine], tasks: list[Task], sweeping: bool
 ) -> Generator[Outcome]:
     """Yield what becomes of each task, then remove what killed workers left."""
-    whole = False
+    completed = False
     try:
-        with engine as running, closing(outlived(running, run_task, tasks)) as ends:
+        with engine as running, closing(run_with_retry(running, run_task, tasks)) as ends:
             for end in ends:
-                yield _outcome(end)
-        whole = True
+                yield _outcome_of_end(end)
+        completed = True
     finally:
         # On another's cluster tasks that were begun go on after an interrupt.
-        if whole or sweeping:
-            sweep(path for task in tasks for path in (task.output, task.record))
+        if completed or sweeping:
+            remove_leftovers(path for task in tasks for path in (task.output, task.record))
 
 
-def _outcome(end: Finished[Task, Outcome] | Died[Task]) -> Outcome:
-    if isinstance(end, Died):
+def _outcome_of_end(end: TaskResult[Task, Outcome] | WorkerDeath[Task]) -> Outcome:
+    if isinstance(end, WorkerDeath):
         return Outcome(end.task.name, "failed", error=f"{end.reason}, alone as well")
     return end.answer
 
 
-def _still_there(task: Task, outcome: Outcome) -> Outcome:
+def _check_output(task: Task, outcome: Outcome) -> Outcome:
     """Return the outcome, failed if somebody has removed the output in the meantime."""
     if outcome.status == "failed" or task.output.exists():
         return outcome
     return replace(outcome, status="failed", error=f"{task.output} was removed during the run")
 
 
-def _engine(
+def _choose_engine(
     workers: int | None, local_cluster: int | None, scheduler: str | None
 ) -> AbstractContextManager[Engine]:
     if sum(one is not None for one in (workers, local_cluster, scheduler)) > 1:
         raise ValueError("workers, local_cluster and scheduler exclude each other")
     if scheduler is not None:
-        return scheduler_at(scheduler)
+        return connect_scheduler(scheduler)
     if local_cluster is not None:
         return on_local_cluster(local_cluster)
     return nullcontext(Processes(workers))
@@ -290,11 +292,11 @@ def _check_pyarrow() -> None:
     try:
         import pyarrow  # noqa: F401
     except ImportError:
-        raise ImportError(extra_needed("pyarrow", "io", "a batch")) from None
+        raise ImportError(describe_missing_extra("pyarrow", "io", "a batch")) from None
 
 
-def _tasks(
-    found: Inputs, output: Path, settings: Settings, force: bool = False
+def _make_tasks(
+    log_files: Inputs, output: Path, settings: Settings, force: bool = False
 ) -> tuple[list[Task], list[Outcome]]:
     """Return a task for each log, whose output mirrors its folder, and what cannot be one.
 
@@ -305,31 +307,33 @@ def _tasks(
     """
     # Absolute, since a worker may stand elsewhere; links are kept, as a cluster may mount them so.
     folder = Path(os.path.abspath(output))
-    tasks, failed = [], dict(found.failed)
-    for path in found.files:
+    tasks, failed = [], dict(log_files.failed)
+    for path in log_files.files:
         try:
-            tasks.append(_task(path, path.relative_to(found.root), folder, settings, force))
+            tasks.append(
+                _make_task(path, path.relative_to(log_files.root), folder, settings, force)
+            )
         except OSError as error:
             failed[path] = error.strerror or str(error)
-    _check_apart(tasks)
-    names = ((path.relative_to(found.root).as_posix(), why) for path, why in failed.items())
+    _check_distinct_outputs(tasks)
+    names = ((path.relative_to(log_files.root).as_posix(), why) for path, why in failed.items())
     return tasks, [Outcome(name, "failed", error=why) for name, why in names]
 
 
-def _task(source: Path, relative: Path, folder: Path, settings: Settings, force: bool) -> Task:
+def _make_task(source: Path, relative: Path, folder: Path, settings: Settings, force: bool) -> Task:
     name = relative.as_posix()
-    output, record = settings.does.paths(folder / relative, settings.format)
-    fingerprint = settings.fingerprint(name, *_state(source))
+    output, record = settings.operation.paths(folder / relative, settings.format)
+    fingerprint = settings.fingerprint(name, *_file_state(source))
     return Task(name, source, output, record, settings, fingerprint, force)
 
 
-def _state(source: Path) -> tuple[int, int]:
+def _file_state(source: Path) -> tuple[int, int]:
     """Return the size of a file, or of all in a bag's folder, and when it was changed, ns."""
     states = [path.stat() for path in (source.iterdir() if source.is_dir() else [source])]
-    return sum(one.st_size for one in states), max(one.st_mtime_ns for one in states)
+    return sum(status.st_size for status in states), max(status.st_mtime_ns for status in states)
 
 
-def _check_apart(tasks: Iterable[Task]) -> None:
+def _check_distinct_outputs(tasks: Iterable[Task]) -> None:
     owners: dict[Path, str] = {}
     for task in tasks:
         other = owners.setdefault(task.output, task.name)

@@ -14,19 +14,19 @@ from zerorate.calibration.calibration import Calibration
 from zerorate.faults import (
     ArgumentError,
     Sentence,
-    bare,
-    packed,
-    said,
+    bare_argument,
+    make_sentence,
+    pack_text,
     sentence_of,
-    unpacked,
-    without,
+    strip_prefix,
+    unpack_text,
 )
 from zerorate.io.columns import TimeColumn, Timing
 from zerorate.io.counts import Scale, Scaling
 from zerorate.io.formats import label_of
-from zerorate.options import StreamOptions, checked_options
+from zerorate.options import StreamOptions, check_options
 from zerorate.record import LogError, atomic_path
-from zerorate.record.log import checked_rate
+from zerorate.record.log import check_rate
 from zerorate.record.names import canonical_unit
 from zerorate.record.span import Span
 from zerorate.tasks.batch.characterising import ALLAN
@@ -34,7 +34,7 @@ from zerorate.tasks.batch.command import Command, Row
 from zerorate.tasks.batch.replaying import REPLAY
 from zerorate.tasks.batch.reporting import REPORT
 from zerorate.tasks.corrections import calibration_of
-from zerorate.tasks.workers import on_threads
+from zerorate.tasks.workers import limit_threads
 
 Status = Literal["done", "skipped", "failed"]
 
@@ -150,26 +150,29 @@ class Settings:
     ) -> None:
         # Refused here is what would otherwise fail in every log.
         if command not in COMMANDS:
-            raise ArgumentError("command", f"must be {_either(COMMANDS)}, got '{command}'")
+            raise ArgumentError("command", f"must be {_join_or(COMMANDS)}, got '{command}'")
         if rate is not None:
-            checked_rate(rate)
+            check_rate(rate)
         several = command != "replay" or calibration is not None
         units = () if unit is None else unit.split(",") if several else (unit,)
-        for one in units:
-            canonical_unit(one)
+        for unit_name in units:
+            canonical_unit(unit_name)
         Scaling.of(data_scale)
         Span(start, stop)
         Timing(time, time_unit)
-        chosen: dict[str, Any] = {}
+        filter_options: dict[str, Any] = {}
         if command == "replay":
-            chosen = checked_options(options)
+            filter_options = check_options(options)
             if format not in (None, *_FORMATS):
                 raise ArgumentError(
                     "format", f"must be one of {', '.join(_FORMATS)}, got '{format}'"
                 )
-        elif given := [*options, *_named(format=format, calibration=calibration)]:
+        elif unused := [*options, *_given_names(format=format, calibration=calibration)]:
             raise ValueError(
-                said(bare(given[0]), f" has no effect on command '{command}', only on 'replay'")
+                make_sentence(
+                    bare_argument(unused[0]),
+                    f" has no effect on command '{command}', only on 'replay'",
+                )
             )
         reading = {
             "rate": rate,
@@ -183,18 +186,18 @@ class Settings:
             "time": time,
             "time_unit": time_unit,
         }
-        form, known = format or _FORMATS[0], calibration_of(calibration)
+        output_format, loaded_calibration = format or _FORMATS[0], calibration_of(calibration)
         vars(self).update(
             command=command,
             reading=reading,
-            format=form,
-            options=chosen,
-            calibration=None if known is None else known.to_json(),
+            format=output_format,
+            options=filter_options,
+            calibration=None if loaded_calibration is None else loaded_calibration.to_json(),
             accel=accel,
         )
 
     @property
-    def does(self) -> Command:
+    def operation(self) -> Command:
         """What becomes of each log."""
         return COMMANDS[self.command]
 
@@ -255,16 +258,19 @@ class Record:
         """Return the record of an output if both are there and belong together."""
         try:
             fields = json.loads(path.read_bytes())
-            listed = {"rows": tuple(fields["rows"]), "notes": tuple(map(unpacked, fields["notes"]))}
-            found = cls(**{**fields, **listed})
-            return found if output.stat().st_size == found.output_bytes else None
+            listed = {
+                "rows": tuple(fields["rows"]),
+                "notes": tuple(map(unpack_text, fields["notes"])),
+            }
+            record = cls(**{**fields, **listed})
+            return record if output.stat().st_size == record.output_bytes else None
         except (OSError, ValueError, TypeError, KeyError):
             return None
 
     def write(self, path: Path) -> None:
         """Write the record of an output that is in its place."""
         with atomic_path(path, force=True) as temporary:
-            fields = {**vars(self), "notes": [*map(packed, self.notes)]}
+            fields = {**vars(self), "notes": [*map(pack_text, self.notes)]}
             text = json.dumps(fields, indent=1) + "\n"
             temporary.write_text(text, encoding="utf-8", newline="\n")
 
@@ -282,12 +288,12 @@ class Task:
     force: bool = False
     version: str = __version__
 
-    def finished(self, status: Status) -> Outcome | None:
+    def read_outcome(self, status: Status) -> Outcome | None:
         """Return what the record says, if this log is finished with these settings."""
-        found = None if self.force else Record.read(self.record, self.output)
-        if found is None or found.fingerprint != self.fingerprint:
+        record = None if self.force else Record.read(self.record, self.output)
+        if record is None or record.fingerprint != self.fingerprint:
             return None
-        return Outcome(self.name, status, found.seconds, found.rows, notes=found.notes)
+        return Outcome(self.name, status, record.seconds, record.rows, notes=record.notes)
 
 
 def run_task(task: Task) -> Outcome:
@@ -299,21 +305,21 @@ def run_task(task: Task) -> Outcome:
     try:
         _check_version(task.version)
         # A worker may have died between the record and its answer.
-        if (earlier := task.finished("done")) is not None:
+        if (earlier := task.read_outcome("done")) is not None:
             return earlier
         task.output.parent.mkdir(parents=True, exist_ok=True)
         # Gone before another output takes the place of the one that it speaks of.
         task.record.unlink(missing_ok=True)
-        with on_threads(1):
-            made = task.settings.does.work(task.settings, task.source, task.output)
+        with limit_threads(1):
+            result = task.settings.operation.work(task.settings, task.source, task.output)
         seconds = time.perf_counter() - begin
         size = task.output.stat().st_size
-        Record(task.fingerprint, size, seconds, made.rows, made.notes).write(task.record)
-        return Outcome(task.name, "done", seconds, made.rows, notes=made.notes)
+        Record(task.fingerprint, size, seconds, result.rows, result.notes).write(task.record)
+        return Outcome(task.name, "done", seconds, result.rows, notes=result.notes)
     except Exception as error:
         # Whatever is wrong with one log must not stop the others.
-        told = _told(error, task.source)
-        return Outcome(task.name, "failed", time.perf_counter() - begin, error=told)
+        message = _describe_error(error, task.source)
+        return Outcome(task.name, "failed", time.perf_counter() - begin, error=message)
 
 
 def _check_version(expected: str) -> None:
@@ -321,19 +327,19 @@ def _check_version(expected: str) -> None:
         raise RuntimeError(f"the worker has zerorate {__version__}, expected {expected}")
 
 
-def _told(error: Exception, source: Path) -> str:
+def _describe_error(error: Exception, source: Path) -> str:
     """Return one line without the log's path, with the kind of an error that needs it."""
     text = sentence_of(error)
     line = text if isinstance(text, Sentence) else " ".join(text.split())
-    line = without(line, f"{label_of(source)}: ")
-    told = isinstance(error, LogError | OSError | ArgumentError)
-    return line if told else said(f"{type(error).__name__}: ", line)
+    line = strip_prefix(line, f"{label_of(source)}: ")
+    is_user_error = isinstance(error, LogError | OSError | ArgumentError)
+    return line if is_user_error else make_sentence(f"{type(error).__name__}: ", line)
 
 
-def _named(**given: object) -> list[str]:
+def _given_names(**arguments: object) -> list[str]:
     """Return the names of what is not None."""
-    return [name for name, value in given.items() if value is not None]
+    return [name for name, value in arguments.items() if value is not None]
 
 
-def _either(words: Iterable[str]) -> str:
+def _join_or(words: Iterable[str]) -> str:
     return " or ".join(f"'{word}'" for word in words)

@@ -4,7 +4,7 @@ from zerorate.tasks.compare.attitude import ATTITUDE_METHODS, compare_attitude
 from zerorate.tasks.compare.comparison import Comparison, compare_methods
 from zerorate.tasks.compare.measures import Row
 from zerorate.tasks.compare.methods import METHODS
-from zerorate.tasks.compare.own import MethodError, OwnMethod
+from zerorate.tasks.compare.own_method import MethodError, OwnMethod
 from zerorate.tasks.compare.task import Compared, compare
 from zerorate.tasks.compare.trial import Kind, Trial, read_trial
 

@@ -15,49 +15,52 @@ SCHEMA: Final = "zerorate-compare/1"
 """The form of the document; the number rises when a reader has to change."""
 
 
-def as_json(found: Sequence[Comparison], simulated: Sequence[Regret] = ()) -> str:
+def as_json(comparisons: Sequence[Comparison], simulated: Sequence[Regret] = ()) -> str:
     """Return comparisons as strict JSON: every measure of every axis, null where there is none.
 
     Parameters
     ----------
-    found : sequence of Comparison
+    comparisons : sequence of Comparison
         Of different kinds, or of different contaminations.
     simulated : sequence of Regret
         What came of the methods on simulated gyros, of different contaminations.
     """
-    given = [one.contamination for one in found] + [one.contamination for one in simulated]
-    faults = dict.fromkeys(fault for fault in given if fault is not None)
+    contaminations = [result.contamination for result in comparisons] + [
+        result.contamination for result in simulated
+    ]
+    faults = dict.fromkeys(fault for fault in contaminations if fault is not None)
     content = {
         "schema": SCHEMA,
         "zerorate": __version__,
-        **_content(found, simulated, None),
+        **_content(comparisons, simulated, None),
         "contaminated": [
-            {"contamination": str(fault), **_content(found, simulated, fault)} for fault in faults
+            {"contamination": str(fault), **_content(comparisons, simulated, fault)}
+            for fault in faults
         ],
     }
     return strict(content, indent=1)
 
 
 def _content(
-    found: Sequence[Comparison], simulated: Sequence[Regret], fault: Contamination | None
+    comparisons: Sequence[Comparison], simulated: Sequence[Regret], fault: Contamination | None
 ) -> dict[str, Any]:
     """Return what came of the records with one contamination, or with none."""
     kinds = {
-        one.kind: {"rows": list(map(_row, one.rows)), "notes": list(one.notes)}
-        for one in found
-        if one.contamination == fault
+        result.kind: {"rows": list(map(_row_fields, result.rows)), "notes": list(result.notes)}
+        for result in comparisons
+        if result.contamination == fault
     }
     gyros = [
         row
-        for one in simulated
-        if one.contamination == fault
-        for i in range(len(one.models))
-        for row in _gyro(one, i)
+        for result in simulated
+        if result.contamination == fault
+        for i in range(len(result.models))
+        for row in _gyro_rows(result, i)
     ]
     return {"kinds": kinds} | ({"simulated": gyros} if simulated else {})
 
 
-def _row(row: Row) -> dict[str, Any]:
+def _row_fields(row: Row) -> dict[str, Any]:
     return {
         "source": Path(row.source).name,
         "axis": row.axis,
@@ -68,7 +71,7 @@ def _row(row: Row) -> dict[str, Any]:
     }
 
 
-def _gyro(simulated: Regret, i: int) -> Iterator[dict[str, Any]]:
+def _gyro_rows(simulated: Regret, i: int) -> Iterator[dict[str, Any]]:
     """Yield what each method came to on one gyro."""
     for j, method in enumerate(simulated.methods):
         yield {

@@ -12,25 +12,25 @@ from zerorate.attitude.estimate import METHODS
 from zerorate.faults import ArgumentError
 from zerorate.geometry.frames import FRAMES, Frame, in_enu
 from zerorate.metrics import orientation_errors
-from zerorate.progress import Progress, reported
+from zerorate.progress import Progress, choose_reporter
 from zerorate.record import LogError, Recording
 from zerorate.tasks.compare.comparison import Comparison
 from zerorate.tasks.compare.imu import Imu
 from zerorate.tasks.compare.measures import Row
 from zerorate.tasks.compare.orientation import turning_speed
-from zerorate.tasks.compare.peers import PEERS, Run, missing
+from zerorate.tasks.compare.peers import PEERS, Run, is_missing
 from zerorate.tasks.compare.trial import Orientation, Trial
-from zerorate.tasks.compare.turning import MOVING
+from zerorate.tasks.compare.turning import MIN_MOVING_RATE_RAD_S
 from zerorate.types import Booleans, Floats
 
 _ERRORS: Final = ("total", "heading", "inclination")
-_SPEED_OVER: Final = 0.5
+_SPEED_WINDOW_S: Final = 0.5
 """Seconds over which the reference's speed is taken: so long that jitter of markers is none."""
-_OWN: Final = METHODS
-_SMOOTHED: Final = "auto+smooth"
-ATTITUDE_METHODS: Final = (*_OWN, *PEERS, _SMOOTHED)
+_OWN_METHODS: Final = METHODS
+_SMOOTHER: Final = "auto+smooth"
+ATTITUDE_METHODS: Final = (*_OWN_METHODS, *PEERS, _SMOOTHER)
 """Methods of `zerorate.Attitude`, and filters of other packages."""
-OFFLINE: Final = (_SMOOTHED, *(name for name, peer in PEERS.items() if not peer.causal))
+OFFLINE_METHODS: Final = (_SMOOTHER, *(name for name, peer in PEERS.items() if not peer.causal))
 """Those that see the whole record."""
 
 
@@ -84,22 +84,25 @@ def compare_attitude(
     >>> row.method, row.values["inclination"] < 0.02  # rad
     ('auto', True)
     """
-    check_attitude(methods, frame)
-    chosen, notes = _installed(methods)
-    trials = [one if isinstance(one, Trial) else Trial.of(one) for one in recordings]
-    report, rows = reported(progress), []
+    check_attitude_methods(methods, frame)
+    available, notes = _split_installed(methods)
+    trials = [
+        recording if isinstance(recording, Trial) else Trial.of(recording)
+        for recording in recordings
+    ]
+    report, rows = choose_reporter(progress), []
     for i, trial in enumerate(trials):
         if trial.orientation is None:
             raise LogError(f"{trial.source}: there is no orientation to compare attitudes with")
         imu = Imu.of(trial)
-        notes.extend(_on_clocks(trial))
-        for j, row in enumerate(_rows(trial, imu, trial.orientation, chosen, frame)):
+        notes.extend(_clock_notes(trial))
+        for j, row in enumerate(_rows(trial, imu, trial.orientation, available, frame)):
             rows.append(row)
-            report("attitude", (i + (j + 1) / len(chosen)) / len(trials))
+            report("attitude", (i + (j + 1) / len(available)) / len(trials))
     return Comparison("attitude", tuple(rows), tuple(notes))
 
 
-def check_attitude(methods: Sequence[str], frame: str) -> None:
+def check_attitude_methods(methods: Sequence[str], frame: str) -> None:
     """Raise ValueError if a method is not known or named twice, or the frame is not known."""
     unknown = [name for name in methods if name not in ATTITUDE_METHODS]
     if unknown:
@@ -112,15 +115,15 @@ def check_attitude(methods: Sequence[str], frame: str) -> None:
         raise ArgumentError("frame", f"must be one of {', '.join(FRAMES)}, got {frame!r}")
 
 
-def _installed(methods: Sequence[str]) -> tuple[list[str], list[str]]:
+def _split_installed(methods: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return the methods that can be run, and notes on those that cannot."""
-    absent = [name for name in methods if name in PEERS and missing(name)]
+    absent = [name for name in methods if name in PEERS and is_missing(name)]
     packages = dict.fromkeys(PEERS[name].package for name in absent)
     notes = [f"not installed, so left out: {', '.join(packages)}"] if packages else []
     return [name for name in methods if name not in absent], notes
 
 
-def _on_clocks(trial: Trial) -> Iterator[str]:
+def _clock_notes(trial: Trial) -> Iterator[str]:
     for log in (trial.accel, trial.mag):
         if log is not None and (log.n, log.rate) != (trial.log.n, trial.log.rate):
             yield (
@@ -133,27 +136,27 @@ def _rows(
     trial: Trial, imu: Imu, truth: Orientation, methods: Sequence[str], frame: Frame
 ) -> Iterator[Row]:
     true = in_enu(truth.quaternions, frame)
-    moving = turning_speed(true, imu.rate, _SPEED_OVER) > MOVING
+    moving = turning_speed(true, imu.rate, _SPEED_WINDOW_S) > MIN_MOVING_RATE_RAD_S
     for method in methods:
         values: dict[str, float] = {}
         if imu.mag is not None:
-            nine = _run(method, imu)
-            values |= _errors(nine.quaternions, true, moving, "absolute")
-            values["time"] = nine.seconds / len(true)
-        six = _run(method, imu.six_axes())
-        drift = _errors(six.quaternions, true, moving, "relative")
+            nine_axes = _run_method(method, imu)
+            values |= _errors(nine_axes.quaternions, true, moving, "absolute")
+            values["time"] = nine_axes.seconds / len(true)
+        six_axes = _run_method(method, imu.six_axes())
+        drift = _errors(six_axes.quaternions, true, moving, "relative")
         values |= {f"{name}_6": drift[name] for name in ("heading", "inclination")}
-        values["time_6"] = six.seconds / len(true)
-        yield Row(trial.source, "all", method, "rad", values, causal=method not in OFFLINE)
+        values["time_6"] = six_axes.seconds / len(true)
+        yield Row(trial.source, "all", method, "rad", values, causal=method not in OFFLINE_METHODS)
 
 
-def _run(method: str, imu: Imu) -> Run:
+def _run_method(method: str, imu: Imu) -> Run:
     if method in PEERS:
         return PEERS[method].run(imu)
     name = method.removesuffix("+smooth")
     attitude: Any = Attitude(imu.rate, mag=imu.mag is not None, method=cast(Any, name))
     start = time.perf_counter()
-    if method == _SMOOTHED:
+    if method == _SMOOTHER:
         quaternions = attitude.smooth(imu.gyro, imu.accel, imu.mag)["quaternion"]
     else:
         quaternions = attitude.process(imu.gyro, imu.accel, imu.mag)
@@ -165,7 +168,7 @@ def _errors(
 ) -> dict[str, float]:
     """Return the errors by name, NaN where nothing moves while the reference is there."""
     try:
-        found = orientation_errors(quaternions, true, where=where, heading=heading)
+        errors = orientation_errors(quaternions, true, where=where, heading=heading)
     except ValueError:
         return dict.fromkeys(_ERRORS, math.nan)
-    return {name: getattr(found, name) for name in _ERRORS}
+    return {name: getattr(errors, name) for name in _ERRORS}

@@ -10,21 +10,21 @@ from typing import Any, Final
 import numpy as np
 
 from zerorate.faults import ArgumentError
-from zerorate.progress import Progress, reported
+from zerorate.progress import Progress, choose_reporter
 from zerorate.record import Recording
 from zerorate.record.log import notes_of
 from zerorate.simulation import Contamination
-from zerorate.tasks.compare.measures import Row, degraded
-from zerorate.tasks.compare.methods import METHODS, Chosen, resolved
+from zerorate.tasks.compare.measures import Row, add_degradation
+from zerorate.tasks.compare.methods import METHODS, MethodSpec, resolve_methods
 from zerorate.tasks.compare.orientation import orientation_rows
-from zerorate.tasks.compare.own import OwnMethod, while_on
+from zerorate.tasks.compare.own_method import OwnMethod, prefix_errors
 from zerorate.tasks.compare.rest import rest_notes, rest_rows, scored_axes
 from zerorate.tasks.compare.trial import Kind, Orientation, Trial
-from zerorate.tasks.compare.turning import fitted, turning_rows
+from zerorate.tasks.compare.turning import fit_reference, turning_rows
 from zerorate.types import Floats
 from zerorate.views import Result
 
-Judge = Callable[[Sequence[Chosen], Floats], Iterator[Row]]
+Evaluator = Callable[[Sequence[MethodSpec], Floats], Iterator[Row]]
 """Called with methods and what they are fed with, shape (n, k)."""
 
 _SEED: Final = 1
@@ -120,88 +120,95 @@ def compare_methods(
     >>> error["auto"] < error["raw"]
     True
     """
-    faults = _faults(contaminate)
-    listed = resolved(methods)
-    trials = [one if isinstance(one, Trial) else Trial.of(one) for one in recordings]
+    faults = _parse_faults(contaminate)
+    listed = resolve_methods(methods)
+    trials = [
+        recording if isinstance(recording, Trial) else Trial.of(recording)
+        for recording in recordings
+    ]
     runs = len(listed) * (1 + len(faults))
-    report = _Report(trials, runs, reported(progress))
-    found = []
+    report = _RowProgress(trials, runs, choose_reporter(progress))
+    comparisons = []
     # Numbers near the largest double overflow when squared: the measure is then infinite.
     with np.errstate(over="ignore", invalid="ignore"):
         for kind in _KINDS:
-            own = [trial for trial in trials if trial.kind == kind]
-            if own:
-                found += _compared(kind, own, listed, faults, report)
-    return tuple(found)
+            kind_trials = [trial for trial in trials if trial.kind == kind]
+            if kind_trials:
+                comparisons += _compare_kind(kind, kind_trials, listed, faults, report)
+    return tuple(comparisons)
 
 
-def _faults(
-    given: str | Contamination | Sequence[str | Contamination],
+def _parse_faults(
+    contaminations: str | Contamination | Sequence[str | Contamination],
 ) -> list[Contamination]:
-    listed = [given] if isinstance(given, str | Contamination) else given
-    found = [Contamination.parse(one) if isinstance(one, str) else one for one in listed]
-    if len(set(found)) < len(found):
+    listed = [contaminations] if isinstance(contaminations, str | Contamination) else contaminations
+    faults = [Contamination.parse(fault) if isinstance(fault, str) else fault for fault in listed]
+    if len(set(faults)) < len(faults):
         raise ArgumentError(
-            "contaminations", f"must all be different, got {', '.join(map(str, found))}"
+            "contaminations", f"must all be different, got {', '.join(map(str, faults))}"
         )
-    return found
+    return faults
 
 
-def _compared(
+def _compare_kind(
     kind: Kind,
     recordings: list[Trial],
-    methods: list[Chosen],
+    methods: list[MethodSpec],
     faults: list[Contamination],
-    report: _Report,
+    report: _RowProgress,
 ) -> list[Comparison]:
     notes: list[str] = []
     clean: list[Row] = []
-    faulty: list[list[Row]] = [[] for _ in faults]
+    faulty_rows: list[list[Row]] = [[] for _ in faults]
     for recording in recordings:
-        notes.extend(f"{recording.source}: {note}" for note in notes_of(recording.log, even=True))
-        judge = _judge(recording, notes)
-        with while_on(recording.source):
-            own = list(report.each(judge(methods, recording.log.data)))
-            for rows, fault in zip(faulty, faults, strict=True):
-                fed = fault.apply(recording.log.data, recording.log.rate, _SEED)
-                rows += map(degraded, report.each(judge(methods, fed)), own)
-        clean += own
+        notes.extend(
+            f"{recording.source}: {note}" for note in notes_of(recording.log, evenly_spaced=True)
+        )
+        evaluate = _make_evaluator(recording, notes)
+        with prefix_errors(recording.source):
+            clean_rows = list(report.count_rows(evaluate(methods, recording.log.data)))
+            for rows, fault in zip(faulty_rows, faults, strict=True):
+                faulty_data = fault.apply(recording.log.data, recording.log.rate, _SEED)
+                rows += map(
+                    add_degradation, report.count_rows(evaluate(methods, faulty_data)), clean_rows
+                )
+        clean += clean_rows
     return [
         Comparison(kind, tuple(clean), tuple(notes)),
         *(
             Comparison(kind, tuple(rows), (), fault)
-            for rows, fault in zip(faulty, faults, strict=True)
+            for rows, fault in zip(faulty_rows, faults, strict=True)
         ),
     ]
 
 
-def _judge(recording: Trial, notes: list[str]) -> Judge:
+def _make_evaluator(recording: Trial, notes: list[str]) -> Evaluator:
     """Return what measures methods on a recording, and note what is to be known of it."""
     if recording.reference is None:
         recording.check_axes()
     if recording.orientation is not None:
-        notes.append(_on_orientation(recording.source, recording.orientation))
+        notes.append(_orientation_note(recording.source, recording.orientation))
         return partial(orientation_rows, recording, recording.orientation)
     if recording.reference is not None:
-        match = fitted(recording, recording.reference)
+        match = fit_reference(recording, recording.reference)
         notes.append(match.note(recording.source, recording.reference.name))
         return partial(turning_rows, recording, match)
     notes.extend(rest_notes(recording))
     return partial(rest_rows, recording, scored_axes(recording))
 
 
-def _on_orientation(source: str, truth: Orientation) -> str:
+def _orientation_note(source: str, truth: Orientation) -> str:
     return f"{source}: the reference is the orientation in {', '.join(truth.names)}"
 
 
-class _Report:
+class _RowProgress:
     """How much of the work is done."""
 
     def __init__(self, recordings: Sequence[Trial], runs: int, progress: Progress) -> None:
-        axes = (one.log.channels if one.kind == "rest" else 1 for one in recordings)
+        axes = (trial.log.channels if trial.kind == "rest" else 1 for trial in recordings)
         self._total, self._done, self._progress = runs * sum(axes), 0, progress
 
-    def each(self, rows: Iterable[Row]) -> Iterator[Row]:
+    def count_rows(self, rows: Iterable[Row]) -> Iterator[Row]:
         """Yield rows, and tell of each."""
         for row in rows:
             self._done += 1

@@ -8,7 +8,7 @@ import numpy as np
 
 from zerorate.geometry.rotations import from_matrices
 from zerorate.record import Log, LogError
-from zerorate.tasks.compare.trial import Trial, spread
+from zerorate.tasks.compare.trial import Trial, align_to_gyros
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
@@ -54,15 +54,15 @@ class Imu:
             )
         if trial.accel is None:
             raise LogError(f"{trial.source}: an attitude needs an accelerometer of three axes")
-        accel = _in_si(trial.source, trial.accel)
+        accel = _to_si(trial.source, trial.accel)
         _check_samples(trial.source, accel)
         if mag is not None:
             _check_samples(trial.source, mag)
         return cls(
             gyro.rate,
             gyro.data,
-            spread(accel, gyro),
-            None if mag is None else spread(mag, gyro),
+            align_to_gyros(accel, gyro),
+            None if mag is None else align_to_gyros(mag, gyro),
             min(accel.rate, gyro.rate),
             gyro.rate if mag is None else min(mag.rate, gyro.rate),
         )
@@ -71,29 +71,33 @@ class Imu:
         """Return the samples without a magnetometer."""
         return replace(self, mag=None)
 
-    def filled(self) -> Imu:
+    def fill_missing(self) -> Imu:
         """Return samples for filters that know no missing ones.
 
         A gyro's is held, which is zero before the first; an accelerometer's or magnetometer's is a
         vector of zeros, which such filters leave out.
         """
-        mag = None if self.mag is None else _zeros(self.mag)
-        return replace(self, gyro=_held(self.gyro), accel=_zeros(self.accel), mag=mag)
+        mag = None if self.mag is None else _fill_zeros(self.mag)
+        return replace(self, gyro=_hold_last(self.gyro), accel=_fill_zeros(self.accel), mag=mag)
 
     def first_orientation(self) -> Floats:
         """Return the orientation of the first samples, from sensor to east, north and up.
 
         Without a magnetometer the heading is any.
         """
-        up = _first(self.accel)
-        north = np.eye(3)[int(np.argmin(np.abs(up)))] if self.mag is None else _first(self.mag)
+        up = _first_direction(self.accel)
+        north = (
+            np.eye(3)[int(np.argmin(np.abs(up)))]
+            if self.mag is None
+            else _first_direction(self.mag)
+        )
         east = np.cross(north, up)
         east /= np.linalg.norm(east)
         start: Floats = from_matrices(np.array([[east, np.cross(up, east), up]]))[0]
         return start
 
 
-def _in_si(source: str, accel: Log) -> Log:
+def _to_si(source: str, accel: Log) -> Log:
     if accel.unit not in UNITS or UNITS[accel.unit].kind != "acceleration":
         raise LogError(
             f"{source}: an attitude needs an accelerometer of a known unit, got '{accel.unit}'"
@@ -102,26 +106,26 @@ def _in_si(source: str, accel: Log) -> Log:
 
 
 def _check_samples(source: str, log: Log) -> None:
-    there = np.isfinite(log.data).all(axis=1) & log.data.any(axis=1)
-    if not there.any():
+    complete = np.isfinite(log.data).all(axis=1) & log.data.any(axis=1)
+    if not complete.any():
         raise LogError(f"{source}: {', '.join(log.names)}: no sample is there in all axes")
 
 
-def _first(values: Floats) -> Floats:
+def _first_direction(values: Floats) -> Floats:
     """Return the direction of the first sample that has one."""
     rows = values[np.isfinite(values).all(axis=1)]
     lengths = np.linalg.norm(rows, axis=1)
-    place = int(np.argmax(lengths > 0.0))
-    first: Floats = rows[place] / lengths[place]
+    index = int(np.argmax(lengths > 0.0))
+    first: Floats = rows[index] / lengths[index]
     return first
 
 
-def _zeros(values: Floats) -> Floats:
+def _fill_zeros(values: Floats) -> Floats:
     return np.where(np.isfinite(values).all(axis=1, keepdims=True), values, 0.0)
 
 
-def _held(values: Floats) -> Floats:
-    there = np.isfinite(values).all(axis=1)
-    last = np.cumsum(there)
-    held: Floats = np.concatenate((np.zeros((1, 3)), values[there]))[last]
-    return held
+def _hold_last(values: Floats) -> Floats:
+    complete = np.isfinite(values).all(axis=1)
+    last = np.cumsum(complete)
+    filled: Floats = np.concatenate((np.zeros((1, 3)), values[complete]))[last]
+    return filled

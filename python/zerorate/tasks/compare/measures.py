@@ -11,7 +11,7 @@ from zerorate import metrics
 from zerorate.tasks.compare.methods import AxisResult
 from zerorate.types import Booleans
 
-ERRORS: Final = frozenset(
+ERROR_MEASURES: Final = frozenset(
     (
         *("coasting_10", "coasting_60"),
         *("compensated_rmse", "angle_drift", "smooth_rmse"),
@@ -20,7 +20,7 @@ ERRORS: Final = frozenset(
 )
 """Measures that are compared with those on the clean record."""
 
-DEGRADATION: Final = "_degradation"
+DEGRADATION_SUFFIX: Final = "_degradation"
 """What stands after the name of an error in that of its ratio to the error on the clean record."""
 
 
@@ -61,17 +61,19 @@ class Row:
     causal: bool = True
 
 
-def degraded(row: Row, clean: Row) -> Row:
+def add_degradation(row: Row, clean: Row) -> Row:
     """Return the row of a contaminated record with its errors over those on the clean one, too."""
     ratios = {
-        f"{name}{DEGRADATION}": value / clean.values[name] if clean.values[name] > 0.0 else math.nan
+        f"{name}{DEGRADATION_SUFFIX}": value / clean.values[name]
+        if clean.values[name] > 0.0
+        else math.nan
         for name, value in row.values.items()
-        if name in ERRORS
+        if name in ERROR_MEASURES
     }
     return replace(row, values={**row.values, **ratios})
 
 
-def if_possible(measure: Callable[[], object]) -> float:
+def measure_or_nan(measure: Callable[[], object]) -> float:
     """Return a measure, or NaN where the record is too short, too gappy or constant for it."""
     try:
         return np.asarray(measure(), dtype=np.float64).item()
@@ -79,16 +81,16 @@ def if_possible(measure: Callable[[], object]) -> float:
         return math.nan
 
 
-def consistency(found: AxisResult, where: Booleans) -> float:
+def mean_nis(result: AxisResult, where: Booleans) -> float:
     """Return the mean normalised innovation squared of some samples, NaN without innovations.
 
     A sample in what the method takes for motion is not used, and has none.
     """
-    innovation, variance = found.innovation, found.innovation_variance
+    innovation, variance = result.innovation, result.innovation_variance
     if innovation is None or variance is None:
         return math.nan
-    known = where & (variance > 0.0)
-    if found.at_rest is not None:
-        known &= found.at_rest
-    positive = np.where(known, variance, 1.0)
-    return if_possible(lambda: metrics.nis(innovation, positive, where=known))
+    counted = where & (variance > 0.0)
+    if result.at_rest is not None:
+        counted &= result.at_rest
+    positive = np.where(counted, variance, 1.0)
+    return measure_or_nan(lambda: metrics.nis(innovation, positive, where=counted))

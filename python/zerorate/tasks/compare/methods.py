@@ -11,24 +11,24 @@ from zerorate import metrics
 from zerorate._native import DriftFilter, exponential_mean
 from zerorate.denoising import denoise
 from zerorate.faults import ArgumentError
-from zerorate.options import FILTER_OPTIONS, with_limits
+from zerorate.options import FILTER_OPTIONS, add_rest_limits
 from zerorate.options import METHODS as FILTERS
-from zerorate.tasks.compare.own import OwnMethod
-from zerorate.tasks.replay.history import Recorder, memory
+from zerorate.tasks.compare.own_method import OwnMethod
+from zerorate.tasks.replay.history import Recorder, time_constants
 from zerorate.tasks.trace import Trace
 from zerorate.types import Booleans, Floats
 
-Chosen = str | OwnMethod
+MethodSpec = str | OwnMethod
 """A method of the package by its name, or one of the user's own."""
 
 
 _SUFFIXES: Final = {"hold": ("motion", "hold"), "reject": ("outliers", "reject")}
 """Options of the filter by the words that stand after a method's name and a plus."""
 
-WHOLE: Final = ("wu-ran", "visushrink")
+WHOLE_RECORD_METHODS: Final = ("wu-ran", "visushrink")
 """Wavelets, which see the whole record: Wu & Ran's after their robust filter, and VisuShrink."""
 
-_LEVEL: Final = 5
+_VISUSHRINK_LEVELS: Final = 5
 """Octaves that VisuShrink thresholds, as in Wu & Ran's comparison."""
 
 METHODS: Final = (
@@ -42,14 +42,14 @@ METHODS: Final = (
     "fading+reject",
     "robust",
     "auto",
-    *WHOLE,
+    *WHOLE_RECORD_METHODS,
 )
 """What is compared unless something else is asked for."""
 
-FIRST_REST: Final = 10.0
+FIRST_REST_S: Final = 10.0
 """Seconds at the start whose mean is taken for the bias."""
 
-_BLOCKS: Final = 64
+_TRACE_BLOCKS: Final = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ class AxisResult:
     smooth : ndarray or None
         The rate of a method that smooths, for use in place of the raw one; NaN where that is
         missing, for a prediction is no measurement.
-    memory : float
+    time_constant : float
         Time in which the estimate makes 63 % of a step, s; infinite if that time keeps growing,
         NaN if it is not known.
     sigma : ndarray or None
@@ -81,7 +81,7 @@ class AxisResult:
     estimate: Floats
     bias: Floats | None
     smooth: Floats | None = None
-    memory: float = np.nan
+    time_constant: float = np.nan
     sigma: Floats | None = None
     at_rest: Booleans | None = None
     innovation: Floats | None = None
@@ -89,7 +89,7 @@ class AxisResult:
     causal: bool = True
 
 
-def resolved(methods: Sequence[str | OwnMethod | Callable[..., Any]]) -> list[Chosen]:
+def resolve_methods(methods: Sequence[str | OwnMethod | Callable[..., Any]]) -> list[MethodSpec]:
     """Return methods in their order, those of the user found and checked by their names.
 
     Parameters
@@ -104,14 +104,14 @@ def resolved(methods: Sequence[str | OwnMethod | Callable[..., Any]]) -> list[Ch
         If there is none, two have one name, an own one has a name of the package's, or cannot be
         found.
     """
-    found = [_resolved(one) for one in methods]
-    names = [name_of(one) for one in found]
+    specs = [_resolve_method(spec) for spec in methods]
+    names = [name_of(spec) for spec in specs]
     if not names or len(set(names)) < len(names):
         raise ArgumentError("methods", f"must be at least one and all different, got {names}")
-    return found
+    return specs
 
 
-def _resolved(method: str | OwnMethod | Callable[..., Any]) -> Chosen:
+def _resolve_method(method: str | OwnMethod | Callable[..., Any]) -> MethodSpec:
     if isinstance(method, str):
         if "=" not in method:
             return method
@@ -127,8 +127,8 @@ _OPTIMUM: Final = "optimum"
 """What tables call the filter that knows a simulated gyro."""
 
 
-def on_axis(
-    method: Chosen, z: Floats, rate: float, gain: Callable[[], float], unit: str | None = None
+def run_on_axis(
+    method: MethodSpec, z: Floats, rate: float, gain: Callable[[], float], unit: str | None = None
 ) -> AxisResult:
     """Return what a method makes of one axis.
 
@@ -158,79 +158,84 @@ def on_axis(
         bias = method.run(z, rate)
         return AxisResult(bias, bias, causal=method.is_causal(z, bias, rate))
     if method == "raw":
-        return AxisResult(z, np.zeros_like(z), memory=0.0)
+        return AxisResult(z, np.zeros_like(z), time_constant=0.0)
     if method == "mean":
         mean = metrics.running_mean(z)
-        return AxisResult(mean, mean, memory=np.inf)
+        return AxisResult(mean, mean, time_constant=np.inf)
     if method == "ema":
-        best = gain()
-        average = exponential_mean(z, best)
-        return AxisResult(average, average, memory=1.0 / (best * rate))
-    if method in WHOLE:
-        smooth = _denoised(method, z, rate)
+        best_gain = gain()
+        average = exponential_mean(z, best_gain)
+        return AxisResult(average, average, time_constant=1.0 / (best_gain * rate))
+    if method in WHOLE_RECORD_METHODS:
+        smooth = _run_wavelet(method, z, rate)
         return AxisResult(smooth, None, smooth, causal=False)
-    return _filtered(method, z, rate, unit)
+    return _run_filter(method, z, rate, unit)
 
 
 def filter_arguments(method: str) -> dict[str, Any]:
     """Return the arguments of `zerorate.DriftFilter` that a name such as ``fading+hold`` means."""
     name, *words = method.split("+")
-    chosen = dict(_SUFFIXES.get(word, ("", "")) for word in words)
+    options = dict(_SUFFIXES.get(word, ("", "")) for word in words)
     # The filter itself says which methods it knows, so what is not known here is left to it.
-    known = FILTER_OPTIONS.keys() >= chosen.keys()
-    return {"method": name} | chosen if known else {"method": method}
+    is_known = FILTER_OPTIONS.keys() >= options.keys()
+    return {"method": name} | options if is_known else {"method": method}
 
 
 def _is_known(method: str) -> bool:
-    return method in (*_OWN, *WHOLE) or filter_arguments(method)["method"] in FILTERS
+    return (
+        method in (*_SIMPLE_METHODS, *WHOLE_RECORD_METHODS)
+        or filter_arguments(method)["method"] in FILTERS
+    )
 
 
-_OWN: Final = ("raw", "mean", "ema")
+_SIMPLE_METHODS: Final = ("raw", "mean", "ema")
 
 
-def first_rest(z: Floats, rate: float) -> AxisResult:
+def first_rest_bias(z: Floats, rate: float) -> AxisResult:
     """Return the bias of a user who lets the sensor rest for ten seconds at the start."""
-    start = z[: max(1, round(FIRST_REST * rate))]
+    start = z[: max(1, round(FIRST_REST_S * rate))]
     present = start[np.isfinite(start)]
     bias = np.full(z.shape, present.mean() if present.size else np.nan)
     return AxisResult(bias, bias)
 
 
-def _filtered(method: str, z: Floats, rate: float, unit: str | None) -> AxisResult:
-    chosen = filter_arguments(method)
-    filter_ = DriftFilter(rate, channels=1, **with_limits(chosen, [chosen["method"]], unit))
+def _run_filter(method: str, z: Floats, rate: float, unit: str | None) -> AxisResult:
+    arguments = filter_arguments(method)
+    filter_ = DriftFilter(
+        rate, channels=1, **add_rest_limits(arguments, [arguments["method"]], unit)
+    )
     recorder, parts = Recorder(), []
     # The traces of a long record at once would fill the memory with what nobody reads.
-    for block in np.array_split(z[:, np.newaxis], min(_BLOCKS, z.size)):
-        parts.append(_readings(filter_.trace(block)))
+    for block in np.array_split(z[:, np.newaxis], min(_TRACE_BLOCKS, z.size)):
+        parts.append(_select_fields(filter_.trace(block)))
         recorder.take(filter_)
-    found: dict[str, Any]
-    found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    readings: dict[str, Any]
+    readings = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     if filter_.order is None:
         gain = float(filter_.gain[0, 0])
-        return AxisResult(**found, memory=1.0 / (gain * rate) if gain > 0.0 else np.nan)
-    seconds = float(memory(recorder.history(), filter_.order, rate)[0])
-    smooth = np.where(np.isfinite(z), found["estimate"], np.nan)
-    return AxisResult(**found, smooth=smooth, memory=seconds)
+        return AxisResult(**readings, time_constant=1.0 / (gain * rate) if gain > 0.0 else np.nan)
+    seconds = float(time_constants(recorder.history(), filter_.order, rate)[0])
+    smooth = np.where(np.isfinite(z), readings["estimate"], np.nan)
+    return AxisResult(**readings, smooth=smooth, time_constant=seconds)
 
 
-def _denoised(method: str, z: Floats, rate: float) -> Floats:
+def _run_wavelet(method: str, z: Floats, rate: float) -> Floats:
     """Return a whole record through a wavelet: NaN if a sample is missing or it is too short."""
     try:
         if method == "visushrink":
-            return _wavelet(z, level=_LEVEL)
+            return _denoise_signal(z, level=_VISUSHRINK_LEVELS)
         robust = DriftFilter(rate, output="estimate", **filter_arguments("robust")).process(z)
-        return _wavelet(robust, level="psr", approximation=True)
+        return _denoise_signal(robust, level="psr", approximation=True)
     except ValueError:
         return np.full_like(z, np.nan)
 
 
-def _wavelet(z: Floats, **options: Any) -> Floats:  # noqa: ANN401
+def _denoise_signal(z: Floats, **options: Any) -> Floats:  # noqa: ANN401
     signal: Floats = denoise(z, **options).signal
     return signal
 
 
-_READINGS: Final = {
+_TRACE_FIELDS: Final = {
     "estimate": "estimate",
     "bias": "bias",
     "bias_sigma": "sigma",
@@ -240,15 +245,15 @@ _READINGS: Final = {
 }
 
 
-def _readings(trace: Trace) -> dict[str, Any]:
+def _select_fields(trace: Trace) -> dict[str, Any]:
     """Return what of it is kept, of the one channel."""
-    return {own: getattr(trace, name)[:, 0] for name, own in _READINGS.items()}
+    return {own: getattr(trace, name)[:, 0] for name, own in _TRACE_FIELDS.items()}
 
 
 # A trace keeps all that the filter knew at every sample: so many samples of it at a time.
-_SLAB: Final = 10_000
+_BLOCK_SAMPLES: Final = 10_000
 
-HINDSIGHT: Final = "ema"
+HINDSIGHT_METHOD: Final = "ema"
 """The method that is chosen after the fact, with the truth at hand."""
 
 
@@ -267,50 +272,52 @@ Method = Callable[[Floats, float], Floats | Estimate]
 """Called with k records, shape (n, k), and their rate in Hz; returns their drift, causally."""
 
 
-def name_of(method: Chosen | Method) -> str:
+def name_of(method: MethodSpec | Method) -> str:
     """Return what a method is called in a table."""
     if isinstance(method, OwnMethod):
         return method.name
     return method if isinstance(method, str) else getattr(method, "__name__", repr(method))
 
 
-def causal_method(method: Chosen | Method) -> Method:
-    """Return a method by its name, or itself: causal but for those in `WHOLE`."""
+def causal_method(method: MethodSpec | Method) -> Method:
+    """Return a method by its name, or itself: causal but for those in `WHOLE_RECORD_METHODS`."""
     if isinstance(method, OwnMethod):
-        return partial(_own, method=method)
+        return partial(_run_own, method=method)
     if not isinstance(method, str):
         return method
-    return _NAMED.get(method) or partial(_whole if method in WHOLE else _published, method=method)
+    return _METHOD_FUNCTIONS.get(method) or partial(
+        _run_whole_record if method in WHOLE_RECORD_METHODS else _run_published, method=method
+    )
 
 
-def check_name(method: Chosen | Method) -> None:
+def check_name(method: MethodSpec | Method) -> None:
     """Raise ValueError for a name that is not known."""
     if isinstance(method, str) and not _is_known(method):
         raise ValueError(f"unknown method {method!r}; known are {', '.join(METHODS)}")
 
 
-def _raw(signal: Floats, rate: float) -> Floats:
+def _run_raw(signal: Floats, rate: float) -> Floats:
     return signal
 
 
-def _mean(signal: Floats, rate: float) -> Floats:
+def _run_mean(signal: Floats, rate: float) -> Floats:
     total: Floats = np.cumsum(signal, axis=0)
     return total / np.arange(1.0, len(signal) + 1.0)[:, np.newaxis]
 
 
-def _published(signal: Floats, rate: float, *, method: str) -> Floats:
+def _run_published(signal: Floats, rate: float, *, method: str) -> Floats:
     arguments = filter_arguments(method)
     bank = DriftFilter(rate, channels=signal.shape[1], output="estimate", **arguments)
     return bank.process(signal)
 
 
-def _whole(signal: Floats, rate: float, *, method: str) -> Estimate:
+def _run_whole_record(signal: Floats, rate: float, *, method: str) -> Estimate:
     records = np.ascontiguousarray(signal.T)
-    drift = np.column_stack([_denoised(method, record, rate) for record in records])
+    drift = np.column_stack([_run_wavelet(method, record, rate) for record in records])
     return Estimate(drift, None, causal=False)
 
 
-def _own(signal: Floats, rate: float, *, method: OwnMethod) -> Estimate:
+def _run_own(signal: Floats, rate: float, *, method: OwnMethod) -> Estimate:
     """Return what a user's own method learned, which takes rad/s; the first record tells causal."""
     records = np.radians(np.ascontiguousarray(signal.T))
     biases = [method.run(record, rate) for record in records]
@@ -318,21 +325,25 @@ def _own(signal: Floats, rate: float, *, method: OwnMethod) -> Estimate:
     return Estimate(np.degrees(np.column_stack(biases)), None, causal)
 
 
-def _learned(signal: Floats, rate: float) -> Estimate:
+def _run_auto(signal: Floats, rate: float) -> Estimate:
     """Return what the self-tuning filter learned at rest, one record at a time."""
-    found = [_learned_of_one(record, rate) for record in np.ascontiguousarray(signal.T)]
-    drifts, sigmas = zip(*found, strict=True)
+    estimates = [_run_auto_record(record, rate) for record in np.ascontiguousarray(signal.T)]
+    drifts, sigmas = zip(*estimates, strict=True)
     return Estimate(np.column_stack(drifts), np.column_stack(sigmas))
 
 
-def _learned_of_one(record: Floats, rate: float) -> tuple[Floats, Floats]:
+def _run_auto_record(record: Floats, rate: float) -> tuple[Floats, Floats]:
     drift_filter = DriftFilter(rate, method="auto")
     drift, sigma = np.empty_like(record), np.empty_like(record)
-    for begin in range(0, record.size, _SLAB):
-        slab = slice(begin, begin + _SLAB)
-        trace = drift_filter.trace(record[slab])
-        drift[slab], sigma[slab] = trace.bias, trace.bias_sigma
+    for begin in range(0, record.size, _BLOCK_SAMPLES):
+        block = slice(begin, begin + _BLOCK_SAMPLES)
+        trace = drift_filter.trace(record[block])
+        drift[block], sigma[block] = trace.bias, trace.bias_sigma
     return drift, sigma
 
 
-_NAMED: Final[Mapping[str, Method]] = {"raw": _raw, "mean": _mean, "auto": _learned}
+_METHOD_FUNCTIONS: Final[Mapping[str, Method]] = {
+    "raw": _run_raw,
+    "mean": _run_mean,
+    "auto": _run_auto,
+}

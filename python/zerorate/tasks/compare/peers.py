@@ -17,8 +17,8 @@ from zerorate.tasks.compare.imu import Imu
 from zerorate.types import Floats
 from zerorate.units import UNITS
 
-_DEG: Final = math.degrees(1.0)
-_G: Final = UNITS["g"].amount
+_DEG_PER_RAD: Final = math.degrees(1.0)
+_G_M_S2: Final = UNITS["g"].amount
 
 
 class Run(NamedTuple):
@@ -36,46 +36,46 @@ class Peer(NamedTuple):
     causal: bool = True
 
 
-def missing(peer: str) -> bool:
+def is_missing(peer: str) -> bool:
     """Return whether the package of a peer is not installed."""
     return find_spec(PEERS[peer].package) is None
 
 
-def _vqf(imu: Imu) -> Run:
+def _run_vqf(imu: Imu) -> Run:
     from vqf import VQF
 
-    filled = imu.filled()
+    filled = imu.fill_missing()
     # It wants to be told how often accelerometer and magnetometer have a sample.
     vqf = VQF(1.0 / imu.rate, 1.0 / imu.accel_rate, 1.0 / imu.mag_rate)
     start = time.perf_counter()
-    found = vqf.updateBatch(filled.gyro, filled.accel, filled.mag)
+    output = vqf.updateBatch(filled.gyro, filled.accel, filled.mag)
     seconds = time.perf_counter() - start
-    return Run(found["quat6D" if imu.mag is None else "quat9D"], seconds)
+    return Run(output["quat6D" if imu.mag is None else "quat9D"], seconds)
 
 
-def _vqf_offline(imu: Imu) -> Run:
+def _run_vqf_offline(imu: Imu) -> Run:
     """Run vqf forward and backward; it knows no missing samples, so there is no result with any."""
     from vqf import offlineVQF
 
     sensors = [imu.gyro, imu.accel] if imu.mag is None else [imu.gyro, imu.accel, imu.mag]
-    if not all(np.isfinite(one).all() for one in sensors):
+    if not all(np.isfinite(samples).all() for samples in sensors):
         return Run(np.full((len(imu.gyro), 4), np.nan), math.nan)
     start = time.perf_counter()
-    found = offlineVQF(imu.gyro, imu.accel, imu.mag, 1.0 / imu.rate)
+    output = offlineVQF(imu.gyro, imu.accel, imu.mag, 1.0 / imu.rate)
     seconds = time.perf_counter() - start
-    return Run(found["quat6D" if imu.mag is None else "quat9D"], seconds)
+    return Run(output["quat6D" if imu.mag is None else "quat9D"], seconds)
 
 
-def _imufusion(imu: Imu) -> Run:
+def _run_imufusion(imu: Imu) -> Run:
     """Run the filter behind the same package's estimate of the bias, as its examples do."""
     import imufusion
 
     ahrs, bias = imufusion.Ahrs(), imufusion.Bias()
-    of_ahrs, of_bias = imufusion.AhrsSettings(), imufusion.BiasSettings()
-    of_ahrs.sample_rate = of_bias.sample_rate = imu.rate
-    of_ahrs.convention = imufusion.CONVENTION_ENU
-    ahrs.set_settings(of_ahrs)
-    bias.set_settings(of_bias)
+    ahrs_settings, bias_settings = imufusion.AhrsSettings(), imufusion.BiasSettings()
+    ahrs_settings.sample_rate = bias_settings.sample_rate = imu.rate
+    ahrs_settings.convention = imufusion.CONVENTION_ENU
+    ahrs.set_settings(ahrs_settings)
+    bias.set_settings(bias_settings)
 
     def step(_: Floats, gyro: Floats, accel: Floats, mag: Floats | None) -> Floats:
         rate = bias.update(gyro)
@@ -86,56 +86,56 @@ def _imufusion(imu: Imu) -> Run:
         quaternion: Floats = ahrs.get_quaternion()
         return quaternion
 
-    filled = imu.filled()
-    scaled = replace(filled, gyro=filled.gyro * _DEG, accel=filled.accel / _G)
-    return _stepped(step, scaled, np.array([1.0, 0.0, 0.0, 0.0]))
+    filled = imu.fill_missing()
+    scaled = replace(filled, gyro=filled.gyro * _DEG_PER_RAD, accel=filled.accel / _G_M_S2)
+    return _run_steps(step, scaled, np.array([1.0, 0.0, 0.0, 0.0]))
 
 
-def _ahrs_madgwick(imu: Imu) -> Run:
+def _run_ahrs_madgwick(imu: Imu) -> Run:
     from ahrs.filters import Madgwick
 
     # With a magnetometer its earth has north, west and up; without, any heading will do.
     turn = np.array([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])
     start = product(inverse(turn), imu.first_orientation())
-    run = _stepped(_ahrs_step(Madgwick(frequency=imu.rate)), imu.filled(), start)
+    run = _run_steps(_make_ahrs_step(Madgwick(frequency=imu.rate)), imu.fill_missing(), start)
     return run._replace(quaternions=in_enu(run.quaternions, "nwu"))
 
 
-def _ahrs_mahony(imu: Imu) -> Run:
+def _run_ahrs_mahony(imu: Imu) -> Run:
     from ahrs.filters import Mahony
 
-    step = _ahrs_step(Mahony(frequency=imu.rate))
-    return _stepped(step, imu.filled(), imu.first_orientation())
+    step = _make_ahrs_step(Mahony(frequency=imu.rate))
+    return _run_steps(step, imu.fill_missing(), imu.first_orientation())
 
 
 Step: TypeAlias = Callable[[Floats, Floats, Floats, Floats | None], Floats]
 """Called with an orientation and the samples after it; returns the next orientation."""
 
 
-def _ahrs_step(ahrs: Any) -> Step:  # noqa: ANN401
+def _make_ahrs_step(ahrs: Any) -> Step:  # noqa: ANN401
     def step(q: Floats, gyro: Floats, accel: Floats, mag: Floats | None) -> Floats:
-        found: Floats = (
+        quaternion: Floats = (
             ahrs.updateIMU(q, gyro, accel) if mag is None else ahrs.updateMARG(q, gyro, accel, mag)
         )
-        return found
+        return quaternion
 
     return step
 
 
-def _stepped(step: Step, imu: Imu, q: Floats) -> Run:
-    found = np.empty((len(imu.gyro), 4))
-    mags = [None] * len(found) if imu.mag is None else imu.mag
+def _run_steps(step: Step, imu: Imu, q: Floats) -> Run:
+    quaternions = np.empty((len(imu.gyro), 4))
+    mags = [None] * len(quaternions) if imu.mag is None else imu.mag
     start = time.perf_counter()
     for i, (gyro, accel, mag) in enumerate(zip(imu.gyro, imu.accel, mags, strict=True)):
-        q = found[i] = step(q, gyro, accel, mag)
-    return Run(found, time.perf_counter() - start)
+        q = quaternions[i] = step(q, gyro, accel, mag)
+    return Run(quaternions, time.perf_counter() - start)
 
 
 PEERS: Final = {
-    "vqf": Peer("vqf", _vqf),
-    "imufusion": Peer("imufusion", _imufusion),
-    "ahrs-madgwick": Peer("ahrs", _ahrs_madgwick),
-    "ahrs-mahony": Peer("ahrs", _ahrs_mahony),
-    "vqf-offline": Peer("vqf", _vqf_offline, causal=False),
+    "vqf": Peer("vqf", _run_vqf),
+    "imufusion": Peer("imufusion", _run_imufusion),
+    "ahrs-madgwick": Peer("ahrs", _run_ahrs_madgwick),
+    "ahrs-mahony": Peer("ahrs", _run_ahrs_mahony),
+    "vqf-offline": Peer("vqf", _run_vqf_offline, causal=False),
 }
 """By the names under which they stand in a comparison."""

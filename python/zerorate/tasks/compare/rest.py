@@ -9,23 +9,29 @@ import numpy as np
 from zerorate import metrics
 from zerorate._native import exponential_mean
 from zerorate.metrics import BestEma
+from zerorate.noise.motion_check import moving_spans
 from zerorate.noise.records import is_constant
-from zerorate.noise.rest import moving_spans
 from zerorate.record import LogError
-from zerorate.tasks.compare.measures import Row, consistency, if_possible
-from zerorate.tasks.compare.methods import HINDSIGHT, AxisResult, Chosen, name_of, on_axis
+from zerorate.tasks.compare.measures import Row, mean_nis, measure_or_nan
+from zerorate.tasks.compare.methods import (
+    HINDSIGHT_METHOD,
+    AxisResult,
+    MethodSpec,
+    name_of,
+    run_on_axis,
+)
 from zerorate.tasks.compare.trial import Trial
 from zerorate.types import Floats
 
 HORIZONS: Final = (10.0, 60.0)
 """Seconds to coast."""
 
-_LEARNING: Final = 120.0
+_LEARNING_TIME_S: Final = 120.0
 
 
-def scored_from(duration: float) -> float:
+def scoring_start(duration: float) -> float:
     """Return the time from which a record of so many seconds is scored, s."""
-    return min(_LEARNING, duration / 3.0)
+    return min(_LEARNING_TIME_S, duration / 3.0)
 
 
 def scored_axes(recording: Trial) -> list["ScoredAxis"]:
@@ -35,7 +41,7 @@ def scored_axes(recording: Trial) -> list["ScoredAxis"]:
 
 
 def rest_rows(
-    recording: Trial, axes: Sequence["ScoredAxis"], methods: Sequence[Chosen], seen: Floats
+    recording: Trial, axes: Sequence["ScoredAxis"], methods: Sequence[MethodSpec], samples: Floats
 ) -> Iterator[Row]:
     """Yield the measures of every axis and method, one after the other.
 
@@ -45,16 +51,16 @@ def rest_rows(
         What methods are judged by.
     methods : sequence of str or OwnMethod
         What is judged.
-    seen : ndarray, shape (n, k)
+    samples : ndarray, shape (n, k)
         What they are fed with: the record's data, or a contaminated copy.
     """
-    for name, scored, column in zip(recording.log.names, axes, seen.T, strict=True):
+    for name, scored, column in zip(recording.log.names, axes, samples.T, strict=True):
         z = np.ascontiguousarray(column)
         for method in methods:
-            found = scored.run(method, z)
-            values = scored.measured(method, found, z)
+            result = scored.run(method, z)
+            values = scored.measure(method, result, z)
             label = name_of(method)
-            yield Row(recording.source, name, label, recording.angle, values, found.causal)
+            yield Row(recording.source, name, label, recording.angle, values, result.causal)
 
 
 def rest_notes(recording: Trial) -> Iterator[str]:
@@ -76,8 +82,8 @@ class ScoredAxis:
     def __init__(self, z: Floats, recording: Trial, axis: str) -> None:
         rate = recording.log.rate
         self._z, self._rate, self._unit = z, rate, recording.log.unit
-        self._start = scored_from(z.size / rate)
-        bests = {horizon: self._best(horizon) for horizon in HORIZONS}
+        self._start = scoring_start(z.size / rate)
+        bests = {horizon: self._find_best_ema(horizon) for horizon in HORIZONS}
         self._bests = {horizon: best for horizon, best in bests.items() if best is not None}
         if not self._bests:
             raise LogError(
@@ -85,37 +91,37 @@ class ScoredAxis:
                 f"coast through after the first {self._start:.3g} s"
             )
 
-    def run(self, method: Chosen, seen: Floats) -> AxisResult:
+    def run(self, method: MethodSpec, samples: Floats) -> AxisResult:
         """Return what a method makes of other samples, or of the same."""
-        return on_axis(method, seen, self._rate, self._gain, self._unit)
+        return run_on_axis(method, samples, self._rate, self._gain, self._unit)
 
-    def measured(self, method: Chosen, found: AxisResult, seen: Floats) -> dict[str, float]:
+    def measure(self, method: MethodSpec, result: AxisResult, samples: Floats) -> dict[str, float]:
         """Return the measures of what a method made of the samples it has seen."""
         values = {}
         for horizon in HORIZONS:
-            estimate = found.estimate
-            if method == HINDSIGHT and horizon in self._bests:
+            estimate = result.estimate
+            if method == HINDSIGHT_METHOD and horizon in self._bests:
                 # Each horizon has a best gain of its own.
-                estimate = exponential_mean(seen, float(self._bests[horizon].gain))
-            error = self._coasting(estimate, horizon)
+                estimate = exponential_mean(samples, float(self._bests[horizon].gain))
+            error = self._coasting_error(estimate, horizon)
             values[f"coasting_{horizon:g}"] = error
-            values[f"coasting_{horizon:g}_over_best"] = error / self._least(horizon)
-        return values | self._others(found)
+            values[f"coasting_{horizon:g}_over_best"] = error / self._best_error(horizon)
+        return values | self._other_measures(result)
 
-    def _others(self, found: AxisResult) -> dict[str, float]:
-        z, x = self._scored(self._z), self._scored(found.estimate)
+    def _other_measures(self, result: AxisResult) -> dict[str, float]:
+        z, x = self._scored_part(self._z), self._scored_part(result.estimate)
         counted = np.arange(self._z.size) >= self._z.size - z.size
         return {
-            "allan_ratio": _allan(self._z, found, self._rate),
-            "nis": consistency(found, counted),
-            "reduction": if_possible(lambda: metrics.reduction(z, x)),
+            "allan_ratio": _allan_ratio(self._z, result, self._rate),
+            "nis": mean_nis(result, counted),
+            "reduction": measure_or_nan(lambda: metrics.reduction(z, x)),
         }
 
-    def _coasting(self, estimate: Floats, horizon: float) -> float:
-        z, x = self._scored(self._z), self._scored(estimate)
-        return if_possible(lambda: metrics.coasting_error(z, x, self._rate, horizon))
+    def _coasting_error(self, estimate: Floats, horizon: float) -> float:
+        z, x = self._scored_part(self._z), self._scored_part(estimate)
+        return measure_or_nan(lambda: metrics.coasting_error(z, x, self._rate, horizon))
 
-    def _least(self, horizon: float) -> float:
+    def _best_error(self, horizon: float) -> float:
         """Return the error of the best average, NaN if there is none or it is without error."""
         least = float(self._bests[horizon].error) if horizon in self._bests else 0.0
         return least if least > 0.0 else math.nan
@@ -123,16 +129,18 @@ class ScoredAxis:
     def _gain(self) -> float:
         return float(self._bests[max(self._bests)].gain)
 
-    def _best(self, horizon: float) -> BestEma | None:
+    def _find_best_ema(self, horizon: float) -> BestEma | None:
         try:
             return metrics.best_ema(self._z, self._rate, horizon, start=self._start)
         except ValueError:
             return None
 
-    def _scored(self, x: Floats) -> Floats:
+    def _scored_part(self, x: Floats) -> Floats:
         return x[round(self._start * self._rate) :]
 
 
-def _allan(z: Floats, found: AxisResult, rate: float) -> float:
+def _allan_ratio(z: Floats, result: AxisResult, rate: float) -> float:
     """Return the ratio of Allan deviations at ten times the memory."""
-    return if_possible(lambda: metrics.allan_ratio(z, found.estimate, rate, found.memory).ratio[0])
+    return measure_or_nan(
+        lambda: metrics.allan_ratio(z, result.estimate, rate, result.time_constant).ratio[0]
+    )

@@ -9,20 +9,20 @@ import numpy as np
 
 from zerorate.faults import ArgumentError
 from zerorate.metrics.averages import best_shared_ema
-from zerorate.progress import Progress, reported
+from zerorate.progress import Progress, choose_reporter
 from zerorate.simulation import Contamination
-from zerorate.simulation.models import MODELS, GyroModel, records
-from zerorate.simulation.optimum import optimum
+from zerorate.simulation.models import MODELS, GyroModel, simulate_records
+from zerorate.simulation.optimal_filter import optimum
 from zerorate.tasks.compare.methods import (
-    HINDSIGHT,
-    Chosen,
+    HINDSIGHT_METHOD,
     Estimate,
     Method,
+    MethodSpec,
     causal_method,
     check_name,
     name_of,
 )
-from zerorate.tasks.compare.own import while_on
+from zerorate.tasks.compare.own_method import prefix_errors
 from zerorate.types import Booleans, Floats
 
 _SEED: Final = 1
@@ -64,7 +64,7 @@ class Regret:
     contamination: Contamination | None = None
 
     @property
-    def lasting(self) -> Booleans:
+    def lasting_mask(self) -> Booleans:
         """Which models are not transient, shape (models,)."""
         return np.array([not model.transient for model in self.models])
 
@@ -82,14 +82,18 @@ class Regret:
         self, methods: Sequence[str], first: int, contamination: Contamination | None
     ) -> "Regret":
         """Return some neighbouring methods, the first of them by its place, by these names."""
-        chosen = slice(first, first + len(methods))
+        columns = slice(first, first + len(methods))
         fields = ("regret", "sigma", "coverage", "causal")
-        found = {name: getattr(self, name)[..., chosen] for name in fields}
-        return replace(self, methods=tuple(methods), contamination=contamination, **found)
+        parts = {name: getattr(self, name)[..., columns] for name in fields}
+        return replace(self, methods=tuple(methods), contamination=contamination, **parts)
 
     def _over_models(self, summary: Callable[..., Floats]) -> Floats:
-        kept = self.regret[self.lasting]
-        return summary(kept, axis=0) if len(kept) else np.full(len(self.methods), np.nan)
+        lasting_regret = self.regret[self.lasting_mask]
+        return (
+            summary(lasting_regret, axis=0)
+            if len(lasting_regret)
+            else np.full(len(self.methods), np.nan)
+        )
 
 
 class _Score(NamedTuple):
@@ -111,27 +115,29 @@ class _Trial(NamedTuple):
     rate: float
     first: int
 
-    def score(self, method: Chosen | Method) -> _Score:
+    def score(self, method: MethodSpec | Method) -> _Score:
         """Return the score of a method; its coverage is NaN if it gives no sigma."""
-        if method == HINDSIGHT:
+        if method == HINDSIGHT_METHOD:
             return _Score(best_shared_ema(self.signal, self.truth, self.first), np.nan)
         answer = causal_method(method)(self.signal, self.rate)
-        found = answer if isinstance(answer, Estimate) else Estimate(answer, None)
-        drift = found.drift
+        estimate = answer if isinstance(answer, Estimate) else Estimate(answer, None)
+        drift = estimate.drift
         if drift.shape != self.truth.shape:
             raise ValueError(
                 f"{name_of(method)} must return the shape of the records {self.truth.shape}, "
                 f"got {drift.shape}"
             )
         error = np.abs(drift[self.first :] - self.truth[self.first :])
-        return _Score(np.mean(error**2, axis=0), self._coverage(error, found.sigma), found.causal)
+        return _Score(
+            np.mean(error**2, axis=0), self._coverage(error, estimate.sigma), estimate.causal
+        )
 
     def _coverage(self, error: Floats, sigma: Floats | None) -> float:
         return np.nan if sigma is None else float(np.mean(error <= sigma[self.first :]))
 
 
 def run(
-    methods: Sequence[Chosen | Method],
+    methods: Sequence[MethodSpec | Method],
     *,
     models: Sequence[GyroModel] | None = None,
     seeds: int = 12,
@@ -182,26 +188,26 @@ def run(
     >>> found.regret[:, 1].round(6).tolist()
     [1.0]
     """
-    names = _checked(methods)
-    chosen = tuple(MODELS if models is None else models)
-    counted = scored_span(duration, score_from, rate)
-    if not chosen or seeds < 1:
-        raise ValueError(f"regret needs models and seeds, got {len(chosen)} and {seeds}")
-    report = reported(progress)
+    names = _check_methods(methods)
+    gyros = tuple(MODELS if models is None else models)
+    span = scored_span(duration, score_from, rate)
+    if not gyros or seeds < 1:
+        raise ValueError(f"regret needs models and seeds, got {len(gyros)} and {seeds}")
+    report = choose_reporter(progress)
     rows: list[list[_Score]] = []
-    for model in chosen:
+    for model in gyros:
         scores: list[_Score] = []
-        with while_on(f"simulated gyro {model.name}"):
-            for score in _scores(model, methods, seeds, rate, counted):
+        with prefix_errors(f"simulated gyro {model.name}"):
+            for score in _scores(model, methods, seeds, rate, span):
                 scores.append(score)
                 done = len(rows) + len(scores) / (1 + len(methods))
-                report(model.name, done / len(chosen))
+                report(model.name, done / len(gyros))
         rows.append(scores)
-    return _regret(names, chosen, rows)
+    return _compute_regret(names, gyros, rows)
 
 
 def run_contaminated(
-    methods: Sequence[Chosen],
+    methods: Sequence[MethodSpec],
     faults: Sequence[Contamination],
     *,
     seeds: int = 12,
@@ -226,19 +232,21 @@ def run_contaminated(
     ValueError, MethodError
         As of `run`.
     """
-    live = [method for method in methods if method != HINDSIGHT]
-    fed = [_fed(method, fault) for fault in faults for method in live]
-    found = run([*methods, *fed], seeds=seeds, duration=duration, progress=progress)
-    firsts = range(len(methods), len(methods) + len(fed), max(1, len(live)))
-    parts = zip(firsts, faults if live else (), strict=True)
-    names = list(map(name_of, live))
+    causal_methods = [method for method in methods if method != HINDSIGHT_METHOD]
+    faulty_methods = [
+        _contaminate_method(method, fault) for fault in faults for method in causal_methods
+    ]
+    regret = run([*methods, *faulty_methods], seeds=seeds, duration=duration, progress=progress)
+    firsts = range(len(methods), len(methods) + len(faulty_methods), max(1, len(causal_methods)))
+    parts = zip(firsts, faults if causal_methods else (), strict=True)
+    names = list(map(name_of, causal_methods))
     return [
-        found.part(found.methods[: len(methods)], 0, None),
-        *(found.part(names, first, fault) for first, fault in parts),
+        regret.part(regret.methods[: len(methods)], 0, None),
+        *(regret.part(names, first, fault) for first, fault in parts),
     ]
 
 
-def _fed(method: Chosen, fault: Contamination) -> Method:
+def _contaminate_method(method: MethodSpec, fault: Contamination) -> Method:
     """Return a method that gets contaminated records."""
 
     def fed(signal: Floats, rate: float) -> Floats | Estimate:
@@ -250,21 +258,21 @@ def _fed(method: Chosen, fault: Contamination) -> Method:
 
 def _scores(
     model: GyroModel,
-    methods: Sequence[Chosen | Method],
+    methods: Sequence[MethodSpec | Method],
     seeds: int,
     rate: float,
-    counted: tuple[int, int],
+    span: tuple[int, int],
 ) -> Iterator[_Score]:
     """Yield the score of the optimum, then of each method."""
-    first, n = counted
-    signal, truth = records(model, rate, n, range(seeds))
+    first, n = span
+    signal, truth = simulate_records(model, rate, n, range(seeds))
     trial = _Trial(signal, truth, rate, first)
     yield trial.score(lambda z, _: optimum(model, rate, n).filtered(z)[0])
     for method in methods:
         yield trial.score(method)
 
 
-def _checked(methods: Sequence[Chosen | Method]) -> tuple[str, ...]:
+def _check_methods(methods: Sequence[MethodSpec | Method]) -> tuple[str, ...]:
     names = tuple(name_of(method) for method in methods)
     if not names or len(set(names)) < len(names):
         raise ArgumentError("methods", f"must be at least one and all different, got {list(names)}")
@@ -273,28 +281,28 @@ def _checked(methods: Sequence[Chosen | Method]) -> tuple[str, ...]:
     return names
 
 
-def _regret(
+def _compute_regret(
     names: tuple[str, ...], models: tuple[GyroModel, ...], rows: Sequence[Sequence[_Score]]
 ) -> Regret:
     """Return the regret from the scores of each model: those of the optimum, then the methods."""
     squares = np.array([[score.squares for score in scores] for scores in rows])
     coverage = np.array([[score.coverage for score in scores[1:]] for scores in rows])
     causal = np.logical_and.reduce([[score.causal for score in scores[1:]] for scores in rows])
-    least = squares[:, :1]
-    regret = np.sqrt(squares.mean(axis=2)[:, 1:] / least.mean(axis=2))
-    optimum_error = np.sqrt(least.mean(axis=(1, 2)))
-    sigma = _error(squares[:, 1:], least)
+    optimum_squares = squares[:, :1]
+    regret = np.sqrt(squares.mean(axis=2)[:, 1:] / optimum_squares.mean(axis=2))
+    optimum_error = np.sqrt(optimum_squares.mean(axis=(1, 2)))
+    sigma = _ratio_error(squares[:, 1:], optimum_squares)
     return Regret(names, models, regret, sigma, coverage, optimum_error, causal)
 
 
-def _error(squares: Floats, least: Floats) -> Floats:
+def _ratio_error(squares: Floats, optimum_squares: Floats) -> Floats:
     """Return the standard error of the root of a ratio of means, to first order."""
     records = squares.shape[2]
     if records == 1:
         return np.full(squares.shape[:2], np.nan)
-    ratio = squares.mean(axis=2) / least.mean(axis=2)
-    residual = squares - ratio[:, :, np.newaxis] * least
-    slope = 2.0 * np.sqrt(ratio) * least.mean(axis=2)
+    ratio = squares.mean(axis=2) / optimum_squares.mean(axis=2)
+    residual = squares - ratio[:, :, np.newaxis] * optimum_squares
+    slope = 2.0 * np.sqrt(ratio) * optimum_squares.mean(axis=2)
     sigma: Floats = residual.std(axis=2, ddof=1) / (math.sqrt(records) * slope)
     return sigma
 

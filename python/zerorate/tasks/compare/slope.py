@@ -6,11 +6,11 @@ import numpy as np
 
 from zerorate.types import Floats
 
-_HALF_WIDTH: Final = 0.03
+_HALF_WINDOW_S: Final = 0.03
 """Seconds: wide enough for the steps of an encoder, narrow enough for a shaft that vibrates."""
 
-_LEAST: Final = 2
-_DEGREE: Final = 3
+_MIN_HALF_WINDOW: Final = 2
+_POLYNOMIAL_DEGREE: Final = 3
 
 
 def slope(angle: Floats, rate: float) -> Floats:
@@ -30,24 +30,24 @@ def slope(angle: Floats, rate: float) -> Floats:
     ndarray, shape (n,)
         In rad/s; NaN at both ends and near missing angles.
     """
-    half = max(_LEAST, round(_HALF_WIDTH * rate))
+    half = max(_MIN_HALF_WINDOW, round(_HALF_WINDOW_S * rate))
     slopes = np.full(angle.size, np.nan)
     if angle.size > 2 * half:
         # A convolution turns its second factor round.
-        weights = _weights(half)[::-1] * rate
-        slopes[half:-half] = np.convolve(_unwrapped(angle), weights, mode="valid")
+        weights = _slope_weights(half)[::-1] * rate
+        slopes[half:-half] = np.convolve(_unwrap_present(angle), weights, mode="valid")
     return slopes
 
 
-def _weights(half: int) -> Floats:
+def _slope_weights(half: int) -> Floats:
     """Return what each of 2 half + 1 samples counts in the slope of their cubic."""
     steps = np.arange(-half, half + 1)
-    weights: Floats = np.linalg.pinv(np.vander(steps, _DEGREE + 1, increasing=True))[1]
+    weights: Floats = np.linalg.pinv(np.vander(steps, _POLYNOMIAL_DEGREE + 1, increasing=True))[1]
     return weights
 
 
-def _unwrapped(angle: Floats) -> Floats:
-    there = np.isfinite(angle)
-    whole = np.full(angle.size, np.nan)
-    whole[there] = np.unwrap(angle[there])
-    return whole
+def _unwrap_present(angle: Floats) -> Floats:
+    present = np.isfinite(angle)
+    unwrapped = np.full(angle.size, np.nan)
+    unwrapped[present] = np.unwrap(angle[present])
+    return unwrapped

@@ -6,21 +6,25 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Unpack
 
-from zerorate.checks.preparation import AS_MEASURED, prepare
+from zerorate.checks.preparation import AS_MEASURED_CHOICES, prepare
 from zerorate.faults import ArgumentError, sentence_of
 from zerorate.geometry.frames import Frame
-from zerorate.progress import Progress, reported
-from zerorate.record.log import Log, LogError, present_axes
+from zerorate.progress import Progress, choose_reporter
+from zerorate.record.log import Log, LogError, drop_empty_channels
 from zerorate.record.recording import Recording
 from zerorate.simulation import Contamination
 from zerorate.tasks.compare.as_json import as_json
-from zerorate.tasks.compare.attitude import ATTITUDE_METHODS, check_attitude, compare_attitude
+from zerorate.tasks.compare.attitude import (
+    ATTITUDE_METHODS,
+    check_attitude_methods,
+    compare_attitude,
+)
 from zerorate.tasks.compare.comparison import Comparison, compare_methods
 from zerorate.tasks.compare.measures import Row
-from zerorate.tasks.compare.methods import METHODS, Chosen, name_of, resolved
-from zerorate.tasks.compare.own import OwnMethod
+from zerorate.tasks.compare.methods import METHODS, MethodSpec, name_of, resolve_methods
+from zerorate.tasks.compare.own_method import OwnMethod
 from zerorate.tasks.compare.simulated import Regret, run_contaminated
-from zerorate.tasks.compare.trial import Trial, read_with_truth
+from zerorate.tasks.compare.trial import Trial, read_with_reference
 from zerorate.tasks.saving import Files, Writer, figure_writer, text_writer
 from zerorate.tasks.source import ReadingArguments, Source, recording_of
 from zerorate.views import Result, table_of
@@ -55,13 +59,15 @@ class Compared(Result):
     @property
     def source(self) -> str:
         """Names of the recordings."""
-        rows = (row.source for one in self.comparisons for row in one.rows)
+        rows = (row.source for comparison in self.comparisons for row in comparison.rows)
         return ", ".join(dict.fromkeys(rows))
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Sentences on the recordings."""
-        return tuple(dict.fromkeys(note for one in self.comparisons for note in one.notes))
+        return tuple(
+            dict.fromkeys(note for comparison in self.comparisons for note in comparison.notes)
+        )
 
     def table(self, per_axis: bool = False) -> str:
         """Return the tables as text.
@@ -151,26 +157,28 @@ def compare(
     sources = list(source) if isinstance(source, list | tuple) else [source]
     if not sources and not simulated:
         raise ArgumentError("source", "must be at least one recording, unless simulated is true")
-    chosen, faults = resolved(methods), _faults(contaminate)
-    check_attitude(attitude, frame)
-    report = reported(progress)
+    method_specs, faults = resolve_methods(methods), _parse_faults(contaminate)
+    check_attitude_methods(attitude, frame)
+    report = choose_reporter(progress)
     trials: list[Trial] = []
     alarms: list[str] = []
-    for one in sources:
-        trial, said = _trial(one, reference, quaternion, fix, reading)
-        trials.append(replace(trial, log=present_axes(trial.log)))
-        alarms += said
-    found = compare_methods(trials, chosen, report, faults) if trials else ()
-    found += _attitudes(trials, attitude, frame, report)
-    regret = _simulated(chosen, faults, seeds, report) if simulated else []
-    return Compared(found, tuple(regret), tuple(dict.fromkeys(alarms)))
+    for entry in sources:
+        trial, trial_alarms = _prepare_trial(entry, reference, quaternion, fix, reading)
+        trials.append(replace(trial, log=drop_empty_channels(trial.log)))
+        alarms += trial_alarms
+    comparisons = compare_methods(trials, method_specs, report, faults) if trials else ()
+    comparisons += _compare_attitudes(trials, attitude, frame, report)
+    regret = _run_simulated(method_specs, faults, seeds, report) if simulated else []
+    return Compared(comparisons, tuple(regret), tuple(dict.fromkeys(alarms)))
 
 
-def _faults(given: Sequence[str | Contamination]) -> list[Contamination]:
-    return [Contamination.parse(one) if isinstance(one, str) else one for one in given]
+def _parse_faults(contaminations: Sequence[str | Contamination]) -> list[Contamination]:
+    return [
+        Contamination.parse(fault) if isinstance(fault, str) else fault for fault in contaminations
+    ]
 
 
-def _trial(
+def _prepare_trial(
     source: Any,  # noqa: ANN401
     reference: str | None,
     quaternion: Sequence[str] | None,
@@ -183,48 +191,48 @@ def _trial(
     if isinstance(source, Recording | Log):
         recording = recording_of(source, reading)
     else:
-        asked: dict[str, Any] = dict(reading)
-        unit = asked.pop("unit", None)
-        recording = read_with_truth(source, unit, reference, quaternion, **asked)
-    made = prepare(recording, replace(AS_MEASURED, gravity=False, fix=fix, skip=()))
-    return Trial.of(made.recording), made.alarms
+        arguments: dict[str, Any] = dict(reading)
+        unit = arguments.pop("unit", None)
+        recording = read_with_reference(source, unit, reference, quaternion, **arguments)
+    prepared = prepare(recording, replace(AS_MEASURED_CHOICES, gravity=False, fix=fix, skip=()))
+    return Trial.of(prepared.recording), prepared.alarms
 
 
-def _attitudes(
+def _compare_attitudes(
     trials: Sequence[Trial], methods: Sequence[str], frame: Frame, progress: Progress
 ) -> tuple[Comparison, ...]:
     """Return the comparison of filters of attitude on the recordings that allow it."""
     rows: list[Row] = []
     notes: list[str] = []
-    for one in trials if methods else ():
-        if one.orientation is None or one.accel is None:
+    for trial in trials if methods else ():
+        if trial.orientation is None or trial.accel is None:
             continue
         try:
-            found = compare_attitude([one], methods, progress, frame=frame)
+            comparison = compare_attitude([trial], methods, progress, frame=frame)
         except LogError as error:
             notes.append(f"no attitude: {sentence_of(error)}")
         else:
-            rows.extend(found.rows)
-            notes.extend(found.notes)
+            rows.extend(comparison.rows)
+            notes.extend(comparison.notes)
     if not rows and not notes:
         return ()
     return (Comparison("attitude", tuple(rows), tuple(dict.fromkeys(notes))),)
 
 
-def _simulated(
-    methods: Sequence[Chosen], faults: list[Contamination], seeds: int, progress: Progress
+def _run_simulated(
+    methods: Sequence[MethodSpec], faults: list[Contamination], seeds: int, progress: Progress
 ) -> list[Regret]:
     # Simulated gyros rest.
     plain = [method for method in methods if "+hold" not in name_of(method)]
     return run_contaminated(plain, faults, seeds=seeds, progress=progress)
 
 
-def files_of(found: Compared) -> Files:
+def files_of(result: Compared) -> Files:
     """Return what a comparison is saved as: all numbers as JSON, and a figure of each table."""
     figures: dict[str, Writer] = {}
-    for one in found.comparisons:
-        if one.rows:
-            faults = sum(name.startswith(f"-{one.kind}") for name in figures)
-            name = f"-{one.kind}" if not faults else f"-{one.kind}-{faults + 1}"
-            figures[name] = figure_writer(one.plot)
-    return Files("-compare", ".json", [text_writer(found.to_json())], (), figures, "zerorate")
+    for comparison in result.comparisons:
+        if comparison.rows:
+            faults = sum(name.startswith(f"-{comparison.kind}") for name in figures)
+            name = f"-{comparison.kind}" if not faults else f"-{comparison.kind}-{faults + 1}"
+            figures[name] = figure_writer(comparison.plot)
+    return Files("-compare", ".json", [text_writer(result.to_json())], (), figures, "zerorate")

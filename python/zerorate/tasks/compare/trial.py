@@ -9,12 +9,18 @@ from typing import Final, Literal, Unpack, get_args
 
 import numpy as np
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.formats import LogSource
 from zerorate.io.reading import ReadArguments
 from zerorate.io.recording import read_topic
 from zerorate.record import Log, LogError, Recording
-from zerorate.record.names import UNKNOWN, is_quaternion, looks_like_gyro, meaning_of, plain
+from zerorate.record.names import (
+    UNKNOWN_UNIT,
+    is_quaternion,
+    looks_like_gyro,
+    meaning_of,
+    to_snake_case,
+)
 from zerorate.tasks.compare.slope import slope
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
@@ -24,8 +30,8 @@ Kind = Literal["rest", "turning", "orientation", "attitude"]
 
 KINDS: Final = get_args(Kind)
 
-_KIND: Final = re.compile(r"(gyr|acc|mag)[a-z]*")
-_SENSORS: Final = ("gyro", "accel", "mag", "reference")
+_SENSOR_WORD: Final = re.compile(r"(gyr|acc|mag)[a-z]*")
+_TRIAL_LOGS: Final = ("gyro", "accel", "mag", "reference")
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,22 +109,22 @@ class Trial:
         LogError
             If there is no gyro, or there is a reference and the gyros are of no known unit.
         """
-        log = _gyros(recording)
+        log = _join_gyros(recording)
         truth = recording.reference
         if truth is None:
             return cls(log)
         if log.unit != "rad/s":
             raise LogError(
-                said(
+                make_sentence(
                     f"{recording.source}: motion needs gyros of a known unit, got '{log.unit}'; "
                     "give ",
-                    given("unit"),
+                    keyword_argument("unit"),
                 )
             )
-        values = spread(truth, log)
+        values = align_to_gyros(truth, log)
         if truth.channels == 4:
-            others = (_of_one_sensor(recording, kind, log) for kind in ("accel", "mag"))
-            return cls(log, None, Orientation(truth.names, values), *others)
+            companions = (_find_companion(recording, kind, log) for kind in ("accel", "mag"))
+            return cls(log, None, Orientation(truth.names, values), *companions)
         return cls(log, Reference(truth.names[0], _reference_rate(recording, truth, log)))
 
     @property
@@ -188,10 +194,10 @@ def read_trial(
     >>> trial.log.names, trial.reference.name
     (('gyro_z_dps',), 'shaft_deg')
     """
-    return Trial.of(read_with_truth(path, unit, reference, quaternion, **arguments))
+    return Trial.of(read_with_reference(path, unit, reference, quaternion, **arguments))
 
 
-def read_with_truth(
+def read_with_reference(
     path: LogSource,
     unit: str | None,
     reference: str | None,
@@ -205,36 +211,43 @@ def read_with_truth(
         raise ValueError(f"a quaternion has four columns w, x, y, z, got {len(quaternion)}")
     truth = [reference] if reference is not None else quaternion
     bare = truth is None and arguments.get("columns") is not None
-    only = ("gyro",) if bare else _SENSORS
+    only = ("gyro",) if bare else _TRIAL_LOGS
     recording = read_topic(path, reference=truth, unit=unit, only=only, **arguments)
-    return recording if truth is not None else _with_quaternion(recording)
+    return recording if truth is not None else _keep_quaternion(recording)
 
 
-def _with_quaternion(recording: Recording) -> Recording:
+def _keep_quaternion(recording: Recording) -> Recording:
     """Return a recording whose reference is its one quaternion, or that has none."""
-    found = [log for log in recording.of_kind("reference") if any(map(is_quaternion, log.names))]
+    references = [
+        log for log in recording.of_kind("reference") if any(map(is_quaternion, log.names))
+    ]
     logs = {name: log for name, log in recording.items() if not name.startswith("reference")}
-    if found:
-        listed = [name for log in found for name in log.names]
-        if len(found) > 1 or [plain(name)[-1] for name in listed] != list("wxyz"):
+    if references:
+        listed = [name for log in references for name in log.names]
+        if len(references) > 1 or [to_snake_case(name)[-1] for name in listed] != list("wxyz"):
             raise LogError(
                 f"{recording.source}: these columns are not one quaternion w, x, y, z: "
                 f"{', '.join(listed)}"
             )
-        logs["reference"] = found[0]
+        logs["reference"] = references[0]
     return replace(recording, logs=logs)
 
 
-def _gyros(recording: Recording) -> Log:
+def _join_gyros(recording: Recording) -> Log:
     """Return the channels of all gyros of the first's topic and clock, in rad/s if known."""
-    found = [_in_si(log) for log in recording.of_kind("gyro")]
-    if not found:
+    gyro_logs = [_to_si(log) for log in recording.of_kind("gyro")]
+    if not gyro_logs:
         raise LogError(
-            said(f"{recording.source}: no column looks like a gyro; choose with ", given("columns"))
+            make_sentence(
+                f"{recording.source}: no column looks like a gyro; choose with ",
+                keyword_argument("columns"),
+            )
         )
-    first = found[0]
+    first = gyro_logs[0]
     topic = first.meta.get("sensor")
-    logs = [log for log in found if _same_clock(log, first) and log.meta.get("sensor") == topic]
+    logs = [
+        log for log in gyro_logs if _has_same_clock(log, first) and log.meta.get("sensor") == topic
+    ]
     units = {log.unit for log in logs}
     if len(units) > 1:
         raise LogError(
@@ -252,40 +265,40 @@ def _gyros(recording: Recording) -> Log:
     )
 
 
-def _same_clock(one: Log, other: Log) -> bool:
-    return (one.n, one.rate, one.time[0]) == (other.n, other.rate, other.time[0])
+def _has_same_clock(log: Log, other: Log) -> bool:
+    return (log.n, log.rate, log.time[0]) == (other.n, other.rate, other.time[0])
 
 
-def _of_one_sensor(recording: Recording, kind: str, gyros: Log) -> Log | None:
+def _find_companion(recording: Recording, kind: str, gyros: Log) -> Log | None:
     """Return the log of another kind that shares the name of the gyros' sensor, or the only one."""
     logs = [log for log in recording.of_kind(kind) if log.channels == 3]
-    own = [log for log in logs if _sensor(log) == _sensor(gyros)]
-    if own:
-        return own[0]
+    same_sensor = [log for log in logs if _sensor_key(log) == _sensor_key(gyros)]
+    if same_sensor:
+        return same_sensor[0]
     return logs[0] if len(logs) == 1 else None
 
 
-def _sensor(log: Log) -> tuple[object, str]:
+def _sensor_key(log: Log) -> tuple[object, str]:
     """Return what tells the sensor of a log: its topic, and the name without the word of its kind.
 
     So ``left_gyro_x`` and ``left_accel_x`` are of one sensor.
     """
     meaning = meaning_of(log.names[0])
-    return log.meta.get("sensor"), "" if meaning is None else _KIND.sub("", meaning.sensor)
+    return log.meta.get("sensor"), "" if meaning is None else _SENSOR_WORD.sub("", meaning.sensor)
 
 
-def spread(log: Log, gyros: Log) -> Floats:
+def align_to_gyros(log: Log, gyros: Log) -> Floats:
     """Return a log's samples at the nearest samples of the gyros, NaN between them."""
-    if _same_clock(log, gyros):
+    if _has_same_clock(log, gyros):
         return log.data
-    places = np.rint((log.time - gyros.time[0]) * gyros.rate).astype(np.int64)
-    inside = (places >= 0) & (places < gyros.n)
+    indices = np.rint((log.time - gyros.time[0]) * gyros.rate).astype(np.int64)
+    inside = (indices >= 0) & (indices < gyros.n)
     values = np.full((gyros.n, log.channels), np.nan)
-    values[places[inside]] = log.data[inside]
+    values[indices[inside]] = log.data[inside]
     return values
 
 
-def _in_si(log: Log) -> Log:
+def _to_si(log: Log) -> Log:
     if log.unit not in UNITS or UNITS[log.unit].kind != "rate":
         return log
     return replace(log, data=convert(log.data, log.unit, "rad/s"), unit="rad/s")
@@ -293,13 +306,13 @@ def _in_si(log: Log) -> Log:
 
 def _reference_rate(recording: Recording, log: Log, gyros: Log) -> Floats:
     """Return a reference in rad/s where its unit is known; an angle without one is in deg."""
-    rate = _in_si(log)
-    if rate.unit == "rad/s" or (log.unit == UNKNOWN and looks_like_gyro(log.names[0])):
-        return spread(rate, gyros)[:, 0]
-    unit = "deg" if log.unit == UNKNOWN else log.unit
+    rate = _to_si(log)
+    if rate.unit == "rad/s" or (log.unit == UNKNOWN_UNIT and looks_like_gyro(log.names[0])):
+        return align_to_gyros(rate, gyros)[:, 0]
+    unit = "deg" if log.unit == UNKNOWN_UNIT else log.unit
     if unit not in UNITS or UNITS[unit].kind != "angle":
         raise LogError(
             f"{recording.source}: column '{log.names[0]}' is in {unit}, expected an angle or a rate"
         )
-    turned = convert(spread(log, gyros)[:, 0], unit, "rad")
-    return slope(turned, gyros.rate)
+    angle = convert(align_to_gyros(log, gyros)[:, 0], unit, "rad")
+    return slope(angle, gyros.rate)

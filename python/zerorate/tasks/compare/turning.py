@@ -9,25 +9,25 @@ import numpy as np
 
 from zerorate import metrics
 from zerorate.metrics import MotionError
-from zerorate.metrics.motion import moved
+from zerorate.metrics.motion import shift_samples
 from zerorate.record import LogError
-from zerorate.tasks.compare.measures import Row, consistency, if_possible
-from zerorate.tasks.compare.methods import AxisResult, Chosen, name_of, on_axis
+from zerorate.tasks.compare.measures import Row, mean_nis, measure_or_nan
+from zerorate.tasks.compare.methods import AxisResult, MethodSpec, name_of, run_on_axis
 from zerorate.tasks.compare.trial import Reference, Trial
 from zerorate.types import Floats
 
-MOVING: Final = math.radians(2.0)
+MIN_MOVING_RATE_RAD_S: Final = math.radians(2.0)
 """rad/s: a reference that turns faster moves."""
 
-_LATEST: Final = 0.5
+_MAX_DELAY_S: Final = 0.5
 """Seconds by which a reference and a gyro may disagree on the time."""
 
-_ENDS: Final = 4
+_DELAY_MARGIN_SAMPLES: Final = 4
 """Samples that a delay needs besides."""
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class ReferenceFit:
     """A reference in the unit, sign and time of the gyro that it belongs to.
 
     Attributes
@@ -59,7 +59,7 @@ class Fitted:
         )
 
 
-def fitted(recording: Trial, reference: Reference) -> Fitted:
+def fit_reference(recording: Trial, reference: Reference) -> ReferenceFit:
     """Return the reference as the gyro that follows it best would see it.
 
     Raises
@@ -68,25 +68,25 @@ def fitted(recording: Trial, reference: Reference) -> Fitted:
         If the record is too short, the reference constant, or no gyro follows it.
     """
     log = recording.log
-    if not log.duration > 2.0 * _LATEST + _ENDS / log.rate:
+    if not log.duration > 2.0 * _MAX_DELAY_S + _DELAY_MARGIN_SAMPLES / log.rate:
         raise LogError(
-            f"{recording.source}: motion needs more than {2.0 * _LATEST:g} s, "
+            f"{recording.source}: motion needs more than {2.0 * _MAX_DELAY_S:g} s, "
             f"got {log.duration:g} s"
         )
-    fits = [_fit(z, reference.rate) for z in log.data.T]
-    best = int(np.argmax([abs(fit.correlation) for fit in fits]))
-    z, fit = np.ascontiguousarray(log.data[:, best]), fits[best]
+    lines = [_fit_line(z, reference.rate) for z in log.data.T]
+    best = int(np.argmax([abs(fit.correlation) for fit in lines]))
+    z, fit = np.ascontiguousarray(log.data[:, best]), lines[best]
     try:
-        late = float(metrics.delay(np.sign(fit.scale) * reference.rate, z, log.rate, _LATEST))
+        delay = float(metrics.delay(np.sign(fit.scale) * reference.rate, z, log.rate, _MAX_DELAY_S))
     except ValueError as error:
         raise LogError(f"{recording.source}: no gyro follows {reference.name}: {error}") from None
-    timely = moved(reference.rate, late * log.rate)
-    fit = _fit(z, timely)
-    return Fitted(log.names[best], z, fit.scale * timely, fit.scale, fit.offset, late)
+    aligned = shift_samples(reference.rate, delay * log.rate)
+    fit = _fit_line(z, aligned)
+    return ReferenceFit(log.names[best], z, fit.scale * aligned, fit.scale, fit.offset, delay)
 
 
 def turning_rows(
-    recording: Trial, match: Fitted, methods: Sequence[Chosen], seen: Floats
+    recording: Trial, match: ReferenceFit, methods: Sequence[MethodSpec], samples: Floats
 ) -> Iterator[Row]:
     """Yield the measures of every method on the gyro that the reference belongs to.
 
@@ -96,41 +96,41 @@ def turning_rows(
         What methods are judged by.
     methods : sequence of str or OwnMethod
         What is judged.
-    seen : ndarray, shape (n, k)
+    samples : ndarray, shape (n, k)
         What they are fed with: the record's data, or a contaminated copy.
     """
     truth = match.raw - match.rate
-    z = np.ascontiguousarray(seen[:, recording.log.names.index(match.axis)])
+    z = np.ascontiguousarray(samples[:, recording.log.names.index(match.axis)])
 
     def gain() -> float:
         return float(metrics.best_ema(match.raw, recording.log.rate, truth=truth).gain)
 
     for method in methods:
-        found = on_axis(method, z, recording.log.rate, gain, recording.log.unit)
-        values = _measured(found, match, recording.log.rate)
+        result = run_on_axis(method, z, recording.log.rate, gain, recording.log.unit)
+        values = _row_values(result, match, recording.log.rate)
         label = name_of(method)
-        yield Row(recording.source, match.axis, label, recording.angle, values, found.causal)
+        yield Row(recording.source, match.axis, label, recording.angle, values, result.causal)
 
 
-def _measured(found: AxisResult, match: Fitted, rate: float) -> dict[str, float]:
-    compensated = None if found.bias is None else match.raw - found.bias
-    moving = np.abs(match.rate) > MOVING
+def _row_values(result: AxisResult, match: ReferenceFit, rate: float) -> dict[str, float]:
+    compensated = None if result.bias is None else match.raw - result.bias
+    moving = np.abs(match.rate) > MIN_MOVING_RATE_RAD_S
     return {
-        **_motion("compensated", _error(match, compensated, rate)),
-        **_motion("smooth", _error(match, found.smooth, rate)),
+        **_motion_values("compensated", _motion_error(match, compensated, rate)),
+        **_motion_values("smooth", _motion_error(match, result.smooth, rate)),
         "angle_drift": _angle_drift(match, compensated, rate),
-        "nis_rest": consistency(found, ~moving & np.isfinite(match.rate)),
-        "nis_motion": consistency(found, moving),
+        "nis_rest": mean_nis(result, ~moving & np.isfinite(match.rate)),
+        "nis_motion": mean_nis(result, moving),
     }
 
 
-def _error(match: Fitted, estimate: Floats | None, rate: float) -> MotionError | None:
+def _motion_error(match: ReferenceFit, estimate: Floats | None, rate: float) -> MotionError | None:
     if estimate is None:
         return None
     return metrics.motion_error(match.rate, estimate, rate, raw=match.raw)
 
 
-def _motion(name: str, error: MotionError | None) -> dict[str, float]:
+def _motion_values(name: str, error: MotionError | None) -> dict[str, float]:
     fields = ("rmse", "delay", "rmse_undelayed", "rmse_lowpass")
     return {
         f"{name}_{field}": math.nan if error is None else float(getattr(error, field))
@@ -138,13 +138,13 @@ def _motion(name: str, error: MotionError | None) -> dict[str, float]:
     }
 
 
-def _angle_drift(match: Fitted, estimate: Floats | None, rate: float) -> float:
+def _angle_drift(match: ReferenceFit, estimate: Floats | None, rate: float) -> float:
     """Return the largest error of the integrated angle."""
     if estimate is None:
         return math.nan
-    wrong = estimate - match.rate
-    present = wrong[np.isfinite(wrong)]
-    return if_possible(lambda: np.abs(np.cumsum(present)).max() / rate)
+    errors = estimate - match.rate
+    present = errors[np.isfinite(errors)]
+    return measure_or_nan(lambda: np.abs(np.cumsum(present)).max() / rate)
 
 
 @dataclass(frozen=True)
@@ -154,12 +154,12 @@ class _Line:
     correlation: float
 
 
-def _fit(z: Floats, reference: Floats) -> _Line:
+def _fit_line(z: Floats, reference: Floats) -> _Line:
     """Return the straight line that leaves least of the gyro's output."""
-    there = np.isfinite(z) & np.isfinite(reference)
-    if not there.any():
+    present = np.isfinite(z) & np.isfinite(reference)
+    if not present.any():
         return _Line(0.0, 0.0, 0.0)
-    x, y = reference[there], z[there]
+    x, y = reference[present], z[present]
     dx, dy = x - x.mean(), y - y.mean()
     power, total, both = (float(np.dot(a, b)) for a, b in ((dx, dx), (dy, dy), (dx, dy)))
     if not (power > 0.0 and total > 0.0):

@@ -1,31 +1,31 @@
 """A stream of lines: samples in, answers out, and a state that can be saved between any two."""
 
-from zerorate.io.packets import PACKETS, Damaged, PacketForm
-from zerorate.tasks.live.array import ArraySettings, WithArray
-from zerorate.tasks.live.attitude import AttitudeSettings, WithAttitude
+from zerorate.io.packets import PACKETS, Damage, PacketProtocol
+from zerorate.tasks.live.array import ArrayColumn, ArraySettings
+from zerorate.tasks.live.attitude import AttitudeColumn, AttitudeSettings
 from zerorate.tasks.live.checkpoint import CheckpointError, SettingsError
-from zerorate.tasks.live.lines import Beside, ColumnError, LineError
-from zerorate.tasks.live.navigation import NavigationSettings, WithNavigation
+from zerorate.tasks.live.lines import ColumnError, DriftColumn, LineError
+from zerorate.tasks.live.navigation import NavigationColumn, NavigationSettings
 from zerorate.tasks.live.settings import Settings
 from zerorate.tasks.live.stream import LineStream
 
 __all__ = [
     "PACKETS",
+    "ArrayColumn",
     "ArraySettings",
+    "AttitudeColumn",
     "AttitudeSettings",
-    "Beside",
     "CheckpointError",
     "ColumnError",
-    "Damaged",
+    "Damage",
+    "DriftColumn",
     "LineError",
     "LineStream",
+    "NavigationColumn",
     "NavigationSettings",
-    "PacketForm",
+    "PacketProtocol",
     "Settings",
     "SettingsError",
-    "WithArray",
-    "WithAttitude",
-    "WithNavigation",
 ]
 
 

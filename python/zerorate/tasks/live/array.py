@@ -10,27 +10,34 @@ from typing import Any, ClassVar, Final, Self
 import numpy as np
 
 from zerorate._native import GyroArray
-from zerorate.faults import ArgumentError, given, said
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.io.clocks.causal import Step
-from zerorate.io.clocks.units import checked_time_unit
+from zerorate.io.clocks.units import check_time_unit
 from zerorate.record.names import looks_like_gyro
-from zerorate.tasks.live.checkpoint import as_tuples, filter_of, whole
+from zerorate.tasks.live.checkpoint import check_count, lists_to_tuples, restore_filter
 from zerorate.tasks.live.engine import Engine
-from zerorate.tasks.live.lines import ColumnError, Layout, Wanted, find_layout, names_in, texts_of
-from zerorate.tasks.live.timed import Clocked, ClockedEngine, clocked_in
+from zerorate.tasks.live.lines import (
+    ColumnError,
+    ColumnRequest,
+    Layout,
+    find_layout,
+    format_numbers,
+    header_names,
+)
+from zerorate.tasks.live.stamp_clock import StampClock, TimedEngine, restore_stamp_clock
 
 _AXES: Final = ("x", "y", "z")
-_PIECE: Final = 1 << 14
+_MISSING_BLOCK_SAMPLES: Final = 1 << 14
 """Missing samples that the array is given at once."""
 
 
-class WithArray(StrEnum):
+class ArrayColumn(StrEnum):
     """Columns that may follow the rate in an answer.
 
     Examples
     --------
-    >>> from zerorate.tasks.live import WithArray
-    >>> [column.value for column in WithArray]
+    >>> from zerorate.tasks.live import ArrayColumn
+    >>> [column.value for column in ArrayColumn]
     ['at_rest', 'health']
     """
 
@@ -47,7 +54,7 @@ class ArraySettings:
     array : GyroArray
         One that has seen no sample; its state is copied.
     beside : tuple of str
-        Further columns of an answer, of `WithArray`: ``"at_rest"`` of each axis, the ``"health"``
+        Further columns of an answer, of `ArrayColumn`: ``"at_rest"`` of each axis, the ``"health"``
         of each sensor.
     columns : tuple of str or int, optional
         Sensor by sensor, of each its axes. By default those that a header line names like gyros, in
@@ -93,33 +100,38 @@ class ArraySettings:
                 f"must be one that has seen no sample, got {self.array.samples_seen} samples",
             )
         object.__setattr__(self, "array", self.array.copy())
-        object.__setattr__(self, "time_unit", checked_time_unit(self.time_unit))
+        object.__setattr__(self, "time_unit", check_time_unit(self.time_unit))
         for name in self.beside:
-            WithArray(name)
+            ArrayColumn(name)
 
     @property
     def rate(self) -> float:
         """Samples a second."""
         return self.array.rate
 
-    def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
+    def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
         """Return a new array for lines as the first one is; LineError or ColumnError if none."""
-        names = names_in(cells) if any(cells) else None
+        names = header_names(cells) if any(cells) else None
         gyros = tuple(i for i, name in enumerate(names or ()) if looks_like_gyro(name))
         columns = self.columns or gyros or None
-        layout = find_layout(cells, Wanted(columns, self.sequence, fields, time=self.time))
+        layout = find_layout(cells, ColumnRequest(columns, self.sequence, fields, time=self.time))
         self._check(layout)
-        clocked = Clocked.of(self.rate, self.time, self.time_unit, layout.names, layout.fields)
-        return ArrayEngine(layout, self.array.copy(), self.beside, clocked=clocked)
+        stamp_clock = StampClock.of(
+            self.rate, self.time, self.time_unit, layout.names, layout.fields
+        )
+        return ArrayEngine(layout, self.array.copy(), self.beside, stamp_clock=stamp_clock)
 
-    def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
+    def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
         """Return the array of a checkpoint; ValueError if its parts do not belong together."""
-        found, samples = filter_of(GyroArray.from_bytes, filter_), whole(saved["samples"])
+        array, samples = (
+            restore_filter(GyroArray.from_bytes, filter_),
+            check_count(saved["samples"]),
+        )
         self._check(layout)
-        if repr(found) != repr(self.array) or found.samples_seen != samples:
+        if repr(array) != repr(self.array) or array.samples_seen != samples:
             raise ValueError("the parts of the state do not belong together")
-        clocked = clocked_in(self.rate, saved)
-        engine = ArrayEngine(layout, found, self.beside, samples, clocked)
+        stamp_clock = restore_stamp_clock(self.rate, saved)
+        engine = ArrayEngine(layout, array, self.beside, samples, stamp_clock)
         engine.go_on(saved)
         return engine
 
@@ -138,24 +150,24 @@ class ArraySettings:
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
         """Return the settings that `as_json` gave."""
-        given = as_tuples(fields)
-        raw = base64.b64decode(given.pop("array"))
-        return cls(filter_of(GyroArray.from_bytes, raw), **given)
+        arguments = lists_to_tuples(fields)
+        raw = base64.b64decode(arguments.pop("array"))
+        return cls(restore_filter(GyroArray.from_bytes, raw), **arguments)
 
     def _check(self, layout: Layout) -> None:
         sensors, axes = self.array.sensors, self.array.axes
         if len(layout.channels) != sensors * axes:
             raise ColumnError(
-                said(
+                make_sentence(
                     f"an array of {sensors} sensors needs {sensors * axes} columns, got "
                     f"{len(layout.channels)}: choose with ",
-                    given("columns"),
+                    keyword_argument("columns"),
                     " sensor by sensor",
                 )
             )
 
 
-class ArrayEngine(ClockedEngine):
+class ArrayEngine(TimedEngine):
     """Answers each sample with the rate of the body, and what is beside.
 
     Parameters
@@ -176,12 +188,12 @@ class ArrayEngine(ClockedEngine):
         self,
         layout: Layout,
         array: GyroArray,
-        beside: Sequence[str],
+        extra_columns: Sequence[str],
         samples: int = 0,
-        clocked: Clocked | None = None,
+        stamp_clock: StampClock | None = None,
     ) -> None:
-        super().__init__(layout, samples, clocked)
-        self._array, self._beside = array, [WithArray(name) for name in beside]
+        super().__init__(layout, samples, stamp_clock)
+        self._array, self._extra_columns = array, [ArrayColumn(name) for name in extra_columns]
         self._rate: Any = math.nan
         self._shape = (array.sensors, 3) if array.axes == 3 else (array.sensors,)
 
@@ -190,15 +202,15 @@ class ArrayEngine(ClockedEngine):
         """Names of the rate's axes, and of what stands beside them."""
         axes = [f"_{axis}" for axis in _AXES] if self._array.axes == 3 else [""]
         names = [f"rate{axis}" for axis in axes]
-        beside = {
-            WithArray.at_rest: [f"at_rest{axis}" for axis in axes],
-            WithArray.health: [f"health_{label}" for label in self._array.labels],
+        extra_names = {
+            ArrayColumn.at_rest: [f"at_rest{axis}" for axis in axes],
+            ArrayColumn.health: [f"health_{label}" for label in self._array.labels],
         }
-        return names + [name for column in self._beside for name in beside[column]]
+        return names + [name for column in self._extra_columns for name in extra_names[column]]
 
     def miss(self, count: int) -> None:
         """Take so many samples as missing."""
-        if self.clocked is None:
+        if self.stamp_clock is None:
             self._predict(count)
         else:
             super().miss(count)
@@ -206,7 +218,7 @@ class ArrayEngine(ClockedEngine):
     def _predict(self, count: int) -> None:
         self.samples += count
         while count > 0:
-            n = min(count, _PIECE)
+            n = min(count, _MISSING_BLOCK_SAMPLES)
             self._array.process(np.full((n, *self._shape), np.nan))
             count -= n
 
@@ -221,7 +233,7 @@ class ArrayEngine(ClockedEngine):
         self.samples += 1
         self._rate = self._array.update(np.reshape(row, self._shape))
 
-    def saved(self) -> list[Any]:
+    def snapshot(self) -> list[Any]:
         """Return the array as it is."""
         return [self.samples, self._array.to_bytes()]
 
@@ -232,10 +244,10 @@ class ArrayEngine(ClockedEngine):
 
     def texts(self) -> list[str]:
         """Return the rate of the body, and what was asked for beside it."""
-        texts = texts_of(self._rate)
-        for column in self._beside:
-            known = getattr(self._array, column)
-            texts += known if column is WithArray.health else texts_of(known)
+        texts = format_numbers(self._rate)
+        for column in self._extra_columns:
+            value = getattr(self._array, column)
+            texts += value if column is ArrayColumn.health else format_numbers(value)
         return texts
 
     def state(self) -> dict[str, Any]:

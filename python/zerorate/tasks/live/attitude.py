@@ -9,56 +9,61 @@ from typing import Any, ClassVar, Final, Self
 import numpy as np
 
 from zerorate._native import Attitude
-from zerorate.checks.impossible import ImpossibleRates
-from zerorate.faults import ArgumentError, given, said
+from zerorate.checks.impossible import ImpossibleRateDetector
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.io.clocks.causal import Step
-from zerorate.io.clocks.units import checked_time_unit
+from zerorate.io.clocks.units import check_time_unit
 from zerorate.io.counts import Scale, Scaling
-from zerorate.io.triads import places_of
+from zerorate.io.triads import find_sensor_columns
 from zerorate.record.names import Meaning, canonical_unit, meaning_of
-from zerorate.tasks.live.checkpoint import as_lists, as_tuples, filter_of, whole
+from zerorate.tasks.live.checkpoint import (
+    check_count,
+    lists_to_tuples,
+    restore_filter,
+    tuples_to_lists,
+)
 from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import (
     ColumnError,
     Layout,
     LineError,
-    names_in,
+    format_numbers,
+    header_names,
     position_of,
-    texts_of,
 )
-from zerorate.tasks.live.timed import Clocked, ClockedEngine, clocked_in
+from zerorate.tasks.live.stamp_clock import StampClock, TimedEngine, restore_stamp_clock
 from zerorate.tasks.live.view import View
 from zerorate.tasks.source import units_of_sensors
 from zerorate.units import UNITS, convert
 
-_APART: Final = 30.0
+_MAX_STEP_RATIO: Final = 30.0
 """Factor by which steps of the time may be off the rate, unless lines are lost."""
-_ODD: Final = 10
+_MAX_ODD_LINES: Final = 10
 """Lines in a row that are."""
-_LOOKED_AT: Final = 1000
+_CHECKED_LINES: Final = 1000
 """Lines at the beginning that show whether they are."""
-_PIECE: Final = 1 << 16
+_MISSING_BLOCK_SAMPLES: Final = 1 << 16
 """Missing samples that the filter is given at once."""
 
 _QUATERNION: Final = tuple(f"quat_{axis}" for axis in "wxyz")
-_DEG: Final = math.degrees(1.0)
+_DEG_PER_RAD: Final = math.degrees(1.0)
 
 
 # Half a turn about the first axis makes of north, east, down axes of which the third is up.
-_UP: Final[Mapping[str, Callable[..., tuple[float, ...]]]] = {
+_TO_Z_UP: Final[Mapping[str, Callable[..., tuple[float, ...]]]] = {
     "enu": lambda w, x, y, z: (w, x, y, z),
     "nwu": lambda w, x, y, z: (w, x, y, z),
     "ned": lambda w, x, y, z: (-x, w, -z, y),
 }
 
 
-class WithAttitude(StrEnum):
+class AttitudeColumn(StrEnum):
     """Columns that may follow the quaternion in an answer, angles in deg.
 
     Examples
     --------
-    >>> from zerorate.tasks.live import WithAttitude
-    >>> [column.value for column in WithAttitude]
+    >>> from zerorate.tasks.live import AttitudeColumn
+    >>> [column.value for column in AttitudeColumn]
     ['euler', 'heading', 'tilt_sigma', 'heading_sigma', 'at_rest', 'disturbed', 'linear', 'bias']
     """
 
@@ -72,18 +77,26 @@ class WithAttitude(StrEnum):
     bias = "bias"
 
 
-_BESIDE: Final[Mapping[WithAttitude, tuple[tuple[str, ...], Callable[[Attitude], Any]]]] = {
-    WithAttitude.euler: (("roll_deg", "pitch_deg", "yaw_deg"), lambda f: f.euler * _DEG),
-    WithAttitude.heading: (("heading_deg",), lambda f: f.heading * _DEG),
-    WithAttitude.tilt_sigma: (("tilt_sigma_deg",), lambda f: f.tilt_sigma * _DEG),
-    WithAttitude.heading_sigma: (("heading_sigma_deg",), lambda f: f.heading_sigma * _DEG),
-    WithAttitude.at_rest: (("at_rest",), lambda f: f.at_rest),
-    WithAttitude.disturbed: (("disturbed",), lambda f: f.disturbed),
-    WithAttitude.linear: (
+_EXTRA_COLUMNS: Final[
+    Mapping[AttitudeColumn, tuple[tuple[str, ...], Callable[[Attitude], Any]]]
+] = {
+    AttitudeColumn.euler: (("roll_deg", "pitch_deg", "yaw_deg"), lambda f: f.euler * _DEG_PER_RAD),
+    AttitudeColumn.heading: (("heading_deg",), lambda f: f.heading * _DEG_PER_RAD),
+    AttitudeColumn.tilt_sigma: (("tilt_sigma_deg",), lambda f: f.tilt_sigma * _DEG_PER_RAD),
+    AttitudeColumn.heading_sigma: (
+        ("heading_sigma_deg",),
+        lambda f: f.heading_sigma * _DEG_PER_RAD,
+    ),
+    AttitudeColumn.at_rest: (("at_rest",), lambda f: f.at_rest),
+    AttitudeColumn.disturbed: (("disturbed",), lambda f: f.disturbed),
+    AttitudeColumn.linear: (
         tuple(f"linear_{axis}_mps2" for axis in "xyz"),
         lambda f: f.linear_acceleration,
     ),
-    WithAttitude.bias: (tuple(f"bias_{axis}_dps" for axis in "xyz"), lambda f: f.bias * _DEG),
+    AttitudeColumn.bias: (
+        tuple(f"bias_{axis}_dps" for axis in "xyz"),
+        lambda f: f.bias * _DEG_PER_RAD,
+    ),
 }
 
 
@@ -100,7 +113,7 @@ class AttitudeSettings:
     mag : bool
         Whether to use a magnetometer, if the lines hold one.
     beside : tuple of str
-        Further columns of an answer, of `WithAttitude`.
+        Further columns of an answer, of `AttitudeColumn`.
     columns : tuple of str or int, optional
         Six or nine columns: gyro, accelerometer and maybe magnetometer, each x, y, z. By default
         those that a header line names so; without a header line all but the next two.
@@ -161,23 +174,23 @@ class AttitudeSettings:
             rate,
             gyro_unit=scaling.unit("gyro", units.get("gyro")),
             accel_unit=scaling.unit("accel", units.get("accel")),
-            gyro_scale=scaling.of_kind("gyro", first=True),
-            accel_scale=scaling.of_kind("accel", first=False),
+            gyro_scale=scaling.factor_for("gyro", first=True),
+            accel_scale=scaling.factor_for("accel", first=False),
             **asked,
         )
 
     def __post_init__(self) -> None:
         """Check all that does not depend on the lines."""
-        object.__setattr__(self, "time_unit", checked_time_unit(self.time_unit))
+        object.__setattr__(self, "time_unit", check_time_unit(self.time_unit))
         if self.limit is not None and not 0.0 < self.limit < math.inf:
             raise ArgumentError("limit", f"must be a positive number, got {self.limit}")
         self.filter(True, "rad/s", "m/s^2")
         for name in self.beside:
-            WithAttitude(name)
+            AttitudeColumn(name)
         if self.columns is not None and len(self.columns) not in (6, 9):
             raise ValueError(
-                said(
-                    given("columns"),
+                make_sentence(
+                    keyword_argument("columns"),
                     " takes six columns, or nine with a magnetometer, of gyro and accelerometer, "
                     f"got {len(self.columns)}",
                 )
@@ -188,30 +201,37 @@ class AttitudeSettings:
                 _check_unit(name, unit, kind)
                 object.__setattr__(self, name, canonical_unit(unit))
 
-    def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
+    def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
         """Return a new filter for lines as the first one is; LineError or ColumnError if none."""
-        opened = _found(cells, self, fields)
-        mag = len(opened.layout.channels) == 9
+        first_line = _read_first_line(cells, self, fields)
+        mag = len(first_line.layout.channels) == 9
         if self.learn_magnetometer and not mag:
             raise ColumnError("the lines hold no magnetometer to be learned")
-        filter_ = self.filter(mag, opened.gyro_unit, opened.accel_unit)
-        layout = opened.layout
-        clocked = Clocked.of(self.rate, self.time, self.time_unit, layout.names, layout.fields)
-        return AttitudeEngine(opened, self, filter_, clocked=clocked)
+        filter_ = self.filter(mag, first_line.gyro_unit, first_line.accel_unit)
+        layout = first_line.layout
+        stamp_clock = StampClock.of(
+            self.rate, self.time, self.time_unit, layout.names, layout.fields
+        )
+        return AttitudeEngine(first_line, self, filter_, stamp_clock=stamp_clock)
 
-    def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
+    def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
         """Return the filter of a checkpoint; ValueError if its parts do not belong together."""
-        found, samples = filter_of(Attitude.from_bytes, filter_), whole(saved["samples"])
-        if found.samples_seen != samples:
+        attitude, samples = (
+            restore_filter(Attitude.from_bytes, filter_),
+            check_count(saved["samples"]),
+        )
+        if attitude.samples_seen != samples:
             raise ValueError("the parts of the state do not belong together")
-        opened = Opened(layout, **saved["opened"])
-        engine = AttitudeEngine(opened, self, found, samples, clocked_in(self.rate, saved))
+        first_line = FirstLine(layout, **saved["opened"])
+        engine = AttitudeEngine(
+            first_line, self, attitude, samples, restore_stamp_clock(self.rate, saved)
+        )
         engine.go_on(saved)
         return engine
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
-        return as_lists(asdict(self))
+        return tuples_to_lists(asdict(self))
 
     def filter(self, mag: bool, gyro_unit: str, accel_unit: str) -> Attitude:
         """Return a new filter of samples in these units."""
@@ -223,7 +243,7 @@ class AttitudeSettings:
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
         """Return the settings that `as_json` gave."""
-        return cls(**as_tuples(fields))
+        return cls(**lists_to_tuples(fields))
 
 
 def _check_unit(name: str, unit: str, kind: str) -> None:
@@ -232,7 +252,7 @@ def _check_unit(name: str, unit: str, kind: str) -> None:
         raise ValueError(f"{name} is no unit of {kind}: '{unit}'")
 
 
-class AttitudeEngine(ClockedEngine):
+class AttitudeEngine(TimedEngine):
     """Answers each sample with the quaternion w, x, y, z from sensor to earth, and what is beside.
 
     A line holds gyro, accelerometer and maybe magnetometer, three numbers each; an empty cell or
@@ -254,41 +274,41 @@ class AttitudeEngine(ClockedEngine):
 
     def __init__(
         self,
-        opened: "Opened",
+        first_line: "FirstLine",
         settings: AttitudeSettings,
         filter: Attitude,  # what it is everywhere
         samples: int = 0,
-        clocked: Clocked | None = None,
+        stamp_clock: StampClock | None = None,
     ) -> None:
-        radian = convert(1.0, opened.gyro_unit, "rad/s")
+        radian = convert(1.0, first_line.gyro_unit, "rad/s")
         limit = None if settings.limit is None else settings.limit * radian
         scale = radian * (settings.gyro_scale or 1.0)
-        check = ImpossibleRates(limit, settings.rate, scale)
-        super().__init__(opened.layout, samples, clocked, check)
-        self._opened, self._settings, self._filter = opened, settings, filter
-        self._mag = settings.mag and len(opened.layout.channels) == 9
-        self._last, self._odd, self._unchecked = 0.0, 0, _LOOKED_AT
+        check = ImpossibleRateDetector(limit, settings.rate, scale)
+        super().__init__(first_line.layout, samples, stamp_clock, check)
+        self._first_line, self._settings, self._filter = first_line, settings, filter
+        self._mag = settings.mag and len(first_line.layout.channels) == 9
+        self._last, self._odd, self._unchecked = 0.0, 0, _CHECKED_LINES
         self._gyro: Any = None
         self._quaternion: Any = None
-        self._beside = [_BESIDE[WithAttitude(name)] for name in settings.beside]
+        self._extra_columns = [_EXTRA_COLUMNS[AttitudeColumn(name)] for name in settings.beside]
 
     @property
     def columns(self) -> Sequence[str]:
         """Names of the quaternion's numbers and of what stands beside them."""
-        return [*_QUATERNION, *(name for names, _ in self._beside for name in names)]
+        return [*_QUATERNION, *(name for names, _ in self._extra_columns for name in names)]
 
     @property
     def opening(self) -> str:
         """A sentence on which columns are of which sensor."""
-        labels, opened = self.layout.labels, self._opened
+        labels, first_line = self.layout.labels, self._first_line
         groups = [", ".join(labels[i : i + 3]) for i in range(0, len(labels), 3)]
-        told = [f"gyro {groups[0]} in {opened.gyro_unit}"]
-        told.append(f"accelerometer {groups[1]} in {opened.accel_unit}")
+        parts = [f"gyro {groups[0]} in {first_line.gyro_unit}"]
+        parts.append(f"accelerometer {groups[1]} in {first_line.accel_unit}")
         if len(groups) == 3:
             unused = "" if self._settings.mag else " (not used)"
-            told.append(f"magnetometer {groups[2]}{unused}")
-        passing = self.layout.passing
-        return "; ".join((*told, *([f"passes on {', '.join(passing)}"] if passing else [])))
+            parts.append(f"magnetometer {groups[2]}{unused}")
+        passing = self.layout.passthrough_labels
+        return "; ".join((*parts, *([f"passes on {', '.join(passing)}"] if passing else [])))
 
     def read(self, cells: Sequence[str]) -> tuple[list[float], float | None]:
         """Return the numbers of all sensors, and the stamp in s."""
@@ -301,7 +321,7 @@ class AttitudeEngine(ClockedEngine):
         """Give a sample to the filter, after those that are missing before it."""
         if step.missing:
             self._miss(step.missing, step.dt)
-        gyro, accel, mag = self._scaled(row)
+        gyro, accel, mag = self._scale_row(row)
         if left_out:
             gyro = np.full(3, np.nan)
         self.samples += 1
@@ -312,7 +332,7 @@ class AttitudeEngine(ClockedEngine):
         """Give so many missing samples to the filter."""
         self.samples += count
         while count > 0:
-            n = min(count, _PIECE)
+            n = min(count, _MISSING_BLOCK_SAMPLES)
             nothing = np.full((n, 3), np.nan)
             steps = None if dt is None else np.full(n, dt)
             self._filter.process(nothing, nothing, nothing if self._mag else None, dt=steps)
@@ -320,12 +340,12 @@ class AttitudeEngine(ClockedEngine):
 
     def texts(self) -> list[str]:
         """Return the orientation, and what was asked for beside it."""
-        texts = texts_of(self._quaternion)
-        for _, read in self._beside:
-            texts += texts_of(read(self._filter))
+        texts = format_numbers(self._quaternion)
+        for _, read in self._extra_columns:
+            texts += format_numbers(read(self._filter))
         return texts
 
-    def saved(self) -> list[Any]:
+    def snapshot(self) -> list[Any]:
         """Return the filter as it is."""
         return [self.samples, self._filter.to_bytes()]
 
@@ -342,13 +362,13 @@ class AttitudeEngine(ClockedEngine):
         return View(
             seconds=self.samples / self._settings.rate,
             names=tuple(self.layout.labels[:3]),
-            unit=self._opened.gyro_unit,
+            unit=self._first_line.gyro_unit,
             rate=tuple((self._gyro - filter_.bias).tolist()),
             bias=tuple(filter_.bias.tolist()),
             bias_sigma=tuple(filter_.bias_sigma.tolist()),
             status=str(filter_.status),
-            quaternion=tuple(_UP[self._settings.frame](*filter_.quaternion.tolist())),
-            euler_deg=tuple((filter_.euler * _DEG).tolist()),
+            quaternion=tuple(_TO_Z_UP[self._settings.frame](*filter_.quaternion.tolist())),
+            euler_deg=tuple((filter_.euler * _DEG_PER_RAD).tolist()),
         )
 
     def sentences(self) -> Iterator[str]:
@@ -359,9 +379,9 @@ class AttitudeEngine(ClockedEngine):
 
     def state(self) -> dict[str, Any]:
         """Return what the first line told, and how the time goes on."""
-        opened = asdict(self._opened)
-        del opened["layout"]
-        return {"opened": opened, **self.timing()}
+        first_line = asdict(self._first_line)
+        del first_line["layout"]
+        return {"opened": first_line, **self.timing()}
 
     def to_bytes(self) -> bytes:
         """Return the filter."""
@@ -372,21 +392,22 @@ class AttitudeEngine(ClockedEngine):
         step, self._last = stamp - self._last, stamp
         self._unchecked -= 1
         rate = self._settings.rate
-        odd = step > 0.0 and not 1.0 / _APART < step * rate < _APART
+        odd = step > 0.0 and not 1.0 / _MAX_STEP_RATIO < step * rate < _MAX_STEP_RATIO
         self._odd = self._odd + 1 if odd else 0
-        if self._odd >= _ODD:
+        if self._odd >= _MAX_ODD_LINES:
             raise ColumnError(
-                said(
+                make_sentence(
                     "the time and ",
-                    given("rate"),
-                    f" contradict: {_ODD} lines are {step:.4g} s apart, and at {rate:g} Hz they "
+                    keyword_argument("rate"),
+                    f" contradict: {_MAX_ODD_LINES} lines are {step:.4g} s apart, and at "
+                    f"{rate:g} Hz they "
                     f"would be {1.0 / rate:.4g} s; name the column with its unit, time_ms for "
                     "instance, or leave out ",
-                    given("time"),
+                    keyword_argument("time"),
                 )
             )
 
-    def _scaled(self, row: list[float]) -> list[Any]:
+    def _scale_row(self, row: list[float]) -> list[Any]:
         """Return the samples of the sensors, None for a magnetometer that is not there."""
         gyro, accel = np.array(row[:3]), np.array(row[3:6])
         if self._settings.gyro_scale is not None:
@@ -397,7 +418,7 @@ class AttitudeEngine(ClockedEngine):
 
 
 @dataclass(frozen=True)
-class Opened:
+class FirstLine:
     """What the first line tells: where everything stands, and the units."""
 
     layout: Layout
@@ -405,13 +426,15 @@ class Opened:
     accel_unit: str
 
 
-def _found(cells: Sequence[str], settings: AttitudeSettings, fields: int | None) -> Opened:
+def _read_first_line(
+    cells: Sequence[str], settings: AttitudeSettings, fields: int | None
+) -> FirstLine:
     """Return what the first line shows, be it a header or a sample."""
     if list(cells) == [""]:
         raise LineError("it is empty, expected names or numbers")
     if fields not in (None, len(cells)):
         raise LineError(f"it has {len(cells)} cells, expected {fields}")
-    names, width = names_in(cells), len(cells)
+    names, width = header_names(cells), len(cells)
     sequence, time = (
         None if column is None else position_of(column, names, width)
         for column in (settings.sequence, settings.time)
@@ -419,42 +442,50 @@ def _found(cells: Sequence[str], settings: AttitudeSettings, fields: int | None)
     if settings.columns is not None:
         channels = [position_of(column, names, width) for column in settings.columns]
     elif names is not None:
-        channels = _sensors(names)
+        channels = _find_sensors(names)
     else:
         channels = [i for i in range(width) if i not in (sequence, time)]
     if len(channels) not in (6, 9) or len(set(channels)) < len(channels):
         raise ColumnError(
-            said(
+            make_sentence(
                 f"an attitude needs six or nine columns, got {len(channels)}: choose with ",
-                given("columns"),
+                keyword_argument("columns"),
                 " gyro x,y,z, accelerometer x,y,z and maybe magnetometer x,y,z",
             )
         )
     if {sequence, time} & set(channels):
         raise ColumnError("the column of the time or of the sequence number is one of a sensor too")
     meanings = [None if names is None else meaning_of(names[i]) for i in channels]
-    return Opened(
+    return FirstLine(
         Layout(width, tuple(channels), sequence, names),
-        _unit("gyro", "rad/s or deg/s", settings.gyro_unit, meanings[0]),
-        _unit("accelerometer", "g or m/s^2", settings.accel_unit, meanings[3]),
+        _choose_unit("gyro", "rad/s or deg/s", settings.gyro_unit, meanings[0]),
+        _choose_unit("accelerometer", "g or m/s^2", settings.accel_unit, meanings[3]),
     )
 
 
-def _sensors(names: Sequence[str]) -> list[int]:
+def _find_sensors(names: Sequence[str]) -> list[int]:
     """Return the columns of one sensor of each kind, in the order x, y, z."""
-    kinds = [places_of(names, kind) for kind in ("gyro", "accel", "mag")]
-    return [place for places in kinds if len(places) == 3 for place in places]
+    kinds = [find_sensor_columns(names, kind) for kind in ("gyro", "accel", "mag")]
+    return [column for columns in kinds if len(columns) == 3 for column in columns]
 
 
-def _unit(sensor: str, known: str, asked: str | None, meaning: Meaning | None) -> str:
-    own = None if meaning is None else meaning.unit
-    if own is not None and asked is not None and own != asked:
+def _choose_unit(sensor: str, examples: str, stated: str | None, meaning: Meaning | None) -> str:
+    named_unit = None if meaning is None else meaning.unit
+    if named_unit is not None and stated is not None and named_unit != stated:
         raise ColumnError(
-            said(f"the {sensor} is named in {own}, but ", given("unit"), f" is {asked}")
+            make_sentence(
+                f"the {sensor} is named in {named_unit}, but ",
+                keyword_argument("unit"),
+                f" is {stated}",
+            )
         )
-    found = own or asked
-    if found is None:
+    unit = named_unit or stated
+    if unit is None:
         raise ColumnError(
-            said(f"the unit of the {sensor} is not known; ", given("unit"), f" gives it: {known}")
+            make_sentence(
+                f"the unit of the {sensor} is not known; ",
+                keyword_argument("unit"),
+                f" gives it: {examples}",
+            )
         )
-    return found
+    return unit

@@ -8,20 +8,20 @@ from typing import Any, Final
 import numpy as np
 
 from zerorate.io.clocks.causal import Step
-from zerorate.io.counts import note_on_counts
-from zerorate.record.names import UNKNOWN
-from zerorate.tasks.left_out import LeftOut
+from zerorate.io.counts import describe_counts
+from zerorate.record.names import UNKNOWN_UNIT
+from zerorate.tasks.exclusion_counts import ExclusionCounts
+from zerorate.tasks.live.backlog import BacklogFilter
 from zerorate.tasks.live.lines import Layout, number_or_nan
-from zerorate.tasks.live.running import Running
-from zerorate.tasks.live.timed import Clocked, ClockedEngine
+from zerorate.tasks.live.stamp_clock import StampClock, TimedEngine
 from zerorate.tasks.live.view import View
 
-_NEXT: Final = Step(0, None, math.nan)
-_HEAD: Final = 100
+_NEXT_STEP: Final = Step(0, None, math.nan)
+_HEAD_SAMPLES: Final = 100
 """Samples that tell whether they look like raw counts."""
 
 
-class DriftEngine(ClockedEngine):
+class DriftEngine(TimedEngine):
     """Answers each sample with its rate, in the place of the channels.
 
     Parameters
@@ -43,16 +43,16 @@ class DriftEngine(ClockedEngine):
     def __init__(
         self,
         layout: Layout,
-        running: Running,
+        backlog: BacklogFilter,
         scale: float | None,
         limit: float | None,
         samples: int = 0,
         accel: Sequence[int] = (),
-        clocked: Clocked | None = None,
+        stamp_clock: StampClock | None = None,
     ) -> None:
-        super().__init__(layout, samples, clocked)
+        super().__init__(layout, samples, stamp_clock)
         self._texts: list[str] = []
-        self._running, self._scale, self._limit = running, scale, limit
+        self._backlog, self._scale, self._limit = backlog, scale, limit
         self._head: list[list[float]] = []
         self._gyro: list[float] | None = None
         self._accel = tuple(accel)
@@ -60,8 +60,10 @@ class DriftEngine(ClockedEngine):
     @property
     def columns(self) -> Sequence[str]:
         """Names of the channels, and of what stands beside them."""
-        beside = (f"{column}_{name}" for column in self._running.beside for name in self._names)
-        return [*self._names, *beside]
+        extra_names = (
+            f"{column}_{name}" for column in self._backlog.extra_columns for name in self._names
+        )
+        return [*self._names, *extra_names]
 
     @property
     def _names(self) -> list[str]:
@@ -69,9 +71,9 @@ class DriftEngine(ClockedEngine):
 
     def miss(self, count: int) -> None:
         """Take so many samples as missing."""
-        if self.clocked is None:
+        if self.stamp_clock is None:
             self.samples += count
-            self._running.miss(count)
+            self._backlog.miss(count)
         else:
             super().miss(count)
 
@@ -88,50 +90,50 @@ class DriftEngine(ClockedEngine):
         """Give a sample to the filter, after those that are missing before it."""
         if step.missing:
             self.samples += step.missing
-            self._running.miss(step.missing)
+            self._backlog.miss(step.missing)
         self.samples += 1
         gyro, force = row
         if self._scale is not None:
             gyro = [value * self._scale for value in gyro]
-        elif self.samples <= _HEAD:
+        elif self.samples <= _HEAD_SAMPLES:
             self._head.append(gyro)
         self._gyro = gyro
-        running = self._running
-        self._texts = running.answer(gyro, force) if force else running.answer(gyro)
+        backlog = self._backlog
+        self._texts = backlog.answer(gyro, force) if force else backlog.answer(gyro)
 
     def answer(self, sample: tuple[Any, float | None]) -> list[str]:
         """Return what there is to say after a sample."""
-        if self.clocked is not None:
+        if self.stamp_clock is not None:
             return super().answer(sample)
-        self.feed(sample[0], _NEXT, False)
+        self.feed(sample[0], _NEXT_STEP, False)
         return self._texts
 
     def texts(self) -> list[str]:
         """Return the rate of each channel, and what was asked for beside it."""
         return self._texts
 
-    def saved(self) -> list[Any]:
+    def snapshot(self) -> list[Any]:
         """Return the filter as it is."""
-        return [self.samples, *self._running.saved()]
+        return [self.samples, *self._backlog.snapshot()]
 
     def restore(self, saved: Sequence[Any]) -> None:
         """Take the filter as it was."""
-        self.samples, *running = saved
-        self._running.restore(running)
+        self.samples, *backlog_state = saved
+        self._backlog.restore(backlog_state)
         del self._head[self.samples :]
 
-    def placed(self, cells: Sequence[str], texts: Sequence[str]) -> str:
+    def format_answer(self, cells: Sequence[str], texts: Sequence[str]) -> str:
         """Return the answer to a line: texts in the place of channels, further ones at its end."""
         return self.layout.answer(cells, texts)
 
     def header(self, cells: Sequence[str]) -> str:
         """Return the names of an answer's columns."""
-        return self.layout.header(cells, self._running.beside)
+        return self.layout.header(cells, self._backlog.extra_columns)
 
     @property
     def opening(self) -> str | None:
         """A sentence on which columns are filtered, None if a line holds nothing but a sample."""
-        layout, passing = self.layout, self.layout.passing
+        layout, passing = self.layout, self.layout.passthrough_labels
         if layout.names is None and not passing:
             count = layout.fields
             return f"no header: all {count} columns are filtered as gyros" if count > 1 else None
@@ -145,23 +147,23 @@ class DriftEngine(ClockedEngine):
 
     def notice(self) -> str | None:
         """Return a sentence on the first samples if they look like raw counts, once."""
-        if self.samples < _HEAD or not self._head:
+        if self.samples < _HEAD_SAMPLES or not self._head:
             return None
         head, self._head = np.array(self._head), []
-        return note_on_counts(self._names, "gyro", self.layout.unit or UNKNOWN, head)
+        return describe_counts(self._names, "gyro", self.layout.unit or UNKNOWN_UNIT, head)
 
     def sentences(self) -> Iterator[str]:
         """Yield what there is to say of the samples that the filter has left out so far."""
         yield from super().sentences()
-        filter_ = self._running.filter
+        filter_ = self._backlog.filter
         seen = filter_.samples_seen
-        yield from LeftOut.of(filter_).sentences(self._names, seen, self._limit)
+        yield from ExclusionCounts.of(filter_).sentences(self._names, seen, self._limit)
 
     def view(self) -> View | None:
         """Return the last sample without its bias, and the bias."""
         if self._gyro is None:
             return None
-        filter_ = self._running.filter
+        filter_ = self._backlog.filter
         bias = np.atleast_1d(filter_.bias)
         status = filter_.status
         return View(
@@ -176,13 +178,13 @@ class DriftEngine(ClockedEngine):
 
     def state(self) -> dict[str, Any]:
         """Return how many missing samples the filter has not been given, and who sees motion."""
-        motion = self._running.motion
-        own = {"owed": self._running.owed, **self.timing()}
+        motion = self._backlog.motion
+        fields = {"owed": self._backlog.pending_count, **self.timing()}
         if motion is None:
-            return own
-        kept = base64.b64encode(motion.to_bytes()).decode()
-        return {**own, "accel": list(self._accel), "motion": kept}
+            return fields
+        motion_state = base64.b64encode(motion.to_bytes()).decode()
+        return {**fields, "accel": list(self._accel), "motion": motion_state}
 
     def to_bytes(self) -> bytes:
         """Return the filter."""
-        return self._running.filter.to_bytes()
+        return self._backlog.filter.to_bytes()

@@ -51,24 +51,24 @@ class Engine(ABC):
         """Return the filter."""
 
     @property
-    def unknown(self) -> list[str]:
+    def nan_texts(self) -> list[str]:
         """The answer to a sample that was not taken."""
         return ["nan"] * len(self.columns)
 
     @property
     def no_answer(self) -> str:
         """The answer to a garbled line: as many ``nan`` as an answer has columns."""
-        return ",".join([*["nan"] * len(self.layout.passing), *self.unknown])
+        return ",".join([*["nan"] * len(self.layout.passthrough_labels), *self.nan_texts])
 
-    def placed(self, cells: Sequence[str], texts: Sequence[str]) -> str:
+    def format_answer(self, cells: Sequence[str], texts: Sequence[str]) -> str:
         """Return the answer to a line."""
-        return ",".join([*self._passing(cells), *texts])
+        return ",".join([*self._passthrough_cells(cells), *texts])
 
     def header(self, cells: Sequence[str]) -> str:
         """Return the names of an answer's columns."""
-        return ",".join([*self._passing(cells), *self.columns])
+        return ",".join([*self._passthrough_cells(cells), *self.columns])
 
-    def _passing(self, cells: Sequence[str]) -> Iterator[str]:
+    def _passthrough_cells(self, cells: Sequence[str]) -> Iterator[str]:
         return (cell for i, cell in enumerate(cells) if i not in self.layout.channels)
 
     def view(self) -> View | None:
@@ -107,10 +107,10 @@ class EngineSettings(Protocol):
     def sequence_bits(self) -> int | None:
         """Width of the counter that numbers the samples."""
 
-    def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
+    def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
         """Return a new engine for lines as the first one is; LineError or ColumnError if none."""
 
-    def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
+    def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
         """Return the engine of a checkpoint; ValueError if its parts do not belong together."""
 
     def as_json(self) -> dict[str, Any]:

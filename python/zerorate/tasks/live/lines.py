@@ -12,13 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import DriftFilter
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.clocks.iso8601 import is_date
-from zerorate.io.clocks.names import named_like_time
-from zerorate.io.readers.cells import from_inert, inert, number
-from zerorate.io.triads import places_of
+from zerorate.io.clocks.names import has_time_name
+from zerorate.io.readers.cells import make_inert, parse_number, undo_inert
+from zerorate.io.triads import find_sensor_columns
 from zerorate.record import LogError
-from zerorate.record.names import UNKNOWN, common_unit
+from zerorate.record.names import UNKNOWN_UNIT, common_unit
 
 # As many digits as a counter of 64 bits may have.
 _INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
@@ -37,7 +37,7 @@ class ColumnError(LineError):
     """A line shows that the columns are others than was asked for: no later line can be used."""
 
 
-def cells_of(line: str) -> list[str]:
+def split_cells(line: str) -> list[str]:
     """Return the cells of a line; commas separate them, or blanks where there is no comma."""
     if "," in line:
         return [cell.strip() for cell in line.split(",")]
@@ -45,7 +45,7 @@ def cells_of(line: str) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ColumnRequest:
     """What was asked for: columns by name or position, None for those that hold gyros."""
 
     columns: tuple[str | int, ...] | None = None
@@ -78,7 +78,7 @@ class Layout:
         return [names[i] for i in self.channels]
 
     @property
-    def passing(self) -> list[str]:
+    def passthrough_labels(self) -> list[str]:
         """What the columns that pass through are called."""
         names = self.names or tuple(map(str, range(self.fields)))
         return [name for i, name in enumerate(names) if i not in self.channels]
@@ -86,7 +86,7 @@ class Layout:
     def row(self, cells: Sequence[str]) -> list[float]:
         """Return the sample in the cells of a line, one number a channel; LineError if none."""
         self._check_count(cells)
-        row = [_number(cells[i]) for i in self.channels]
+        row = [_parse_number(cells[i]) for i in self.channels]
         # What passes through may reach a terminal.
         if len(row) < self.fields and not "".join(cells).isprintable():
             raise LineError(_UNPRINTABLE)
@@ -97,40 +97,40 @@ class Layout:
         self._check_count(cells)
         cell = cells[self.sequence or 0]
         if not _INTEGER.fullmatch(cell):
-            raise LineError(f"the sequence number is '{_shortened(cell)}', expected an integer")
+            raise LineError(f"the sequence number is '{_shorten_cell(cell)}', expected an integer")
         return int(cell)
 
     def is_header(self, cells: Sequence[str]) -> bool:
         """Return whether a line names the columns again; ColumnError if it names others."""
         if self.names is None or not any(cell[:1].isalpha() for cell in cells):
             return False
-        found = _filled(cells)
-        if found == self.names:
+        cell_names = _fill_names(cells)
+        if cell_names == self.names:
             return True
         # A garbled line may hold any words, but hardly some of the names and nothing else.
-        whole = len(found) == self.fields and all(map(_name_like, found))
-        if whole and set(found) & set(self.names):
-            names, known = ",".join(found), ",".join(self.names)
+        is_complete = len(cell_names) == self.fields and all(map(_is_name_like, cell_names))
+        if is_complete and set(cell_names) & set(self.names):
+            names, known = ",".join(cell_names), ",".join(self.names)
             raise ColumnError(f"it names the columns {names}, before they were {known}")
         return False
 
     def answer(self, cells: Sequence[str], texts: Sequence[str]) -> str:
         """Return the answer to a line: texts in the place of channels, further ones at its end."""
-        if self._alone:
+        if self._is_all_channels:
             return ",".join(texts)
-        whole = list(cells)
-        for place, text in zip(self.channels, texts, strict=False):
-            whole[place] = text
-        return ",".join([*whole, *texts[len(self.channels) :]])
+        answer_cells = list(cells)
+        for position, text in zip(self.channels, texts, strict=False):
+            answer_cells[position] = text
+        return ",".join([*answer_cells, *texts[len(self.channels) :]])
 
-    def header(self, cells: Sequence[str], beside: Sequence["Beside"]) -> str:
+    def header(self, cells: Sequence[str], extra_columns: Sequence["DriftColumn"]) -> str:
         """Return the names of an answer's columns."""
-        names = [from_inert(cell) for cell in cells]
-        further = [f"{column}_{names[i]}" for column in beside for i in self.channels]
-        return ",".join([*map(inert, names), *further])
+        names = [undo_inert(cell) for cell in cells]
+        extra_names = [f"{column}_{names[i]}" for column in extra_columns for i in self.channels]
+        return ",".join([*map(make_inert, names), *extra_names])
 
     @cached_property
-    def _alone(self) -> bool:
+    def _is_all_channels(self) -> bool:
         return self.channels == tuple(range(self.fields))
 
     def _check_count(self, cells: Sequence[str]) -> None:
@@ -139,7 +139,7 @@ class Layout:
             raise LineError(f"it has {len(cells)} cells, expected {self.fields}")
 
 
-def find_layout(cells: Sequence[str], wanted: Wanted) -> Layout:
+def find_layout(cells: Sequence[str], request: ColumnRequest) -> Layout:
     """Return the layout that the first line shows, be it a header or a sample.
 
     Raises
@@ -151,42 +151,48 @@ def find_layout(cells: Sequence[str], wanted: Wanted) -> Layout:
     """
     if list(cells) == [""]:
         raise LineError("it is empty, expected names or numbers")
-    if wanted.fields not in (None, len(cells)):
-        raise LineError(f"it has {len(cells)} cells, expected {wanted.fields}")
-    names = names_in(cells)
-    sequence = None if wanted.sequence is None else position_of(wanted.sequence, names, len(cells))
-    time = None if wanted.time is None else position_of(wanted.time, names, len(cells))
-    apart = (sequence, time)
-    if wanted.columns is not None:
-        channels = tuple(position_of(column, names, len(cells)) for column in wanted.columns)
+    if request.fields not in (None, len(cells)):
+        raise LineError(f"it has {len(cells)} cells, expected {request.fields}")
+    names = header_names(cells)
+    sequence = (
+        None if request.sequence is None else position_of(request.sequence, names, len(cells))
+    )
+    time = None if request.time is None else position_of(request.time, names, len(cells))
+    reserved = (sequence, time)
+    if request.columns is not None:
+        channels = tuple(position_of(column, names, len(cells)) for column in request.columns)
         _check_channels(channels, sequence, names)
         if time in channels:
-            raise ColumnError(said(given("columns"), " names the column of the time"))
+            raise ColumnError(
+                make_sentence(keyword_argument("columns"), " names the column of the time")
+            )
     elif names is not None:
-        channels = tuple(i for i in _gyros(names) if i not in apart)
+        channels = tuple(i for i in _find_gyros(names) if i not in reserved)
     else:
-        places = (i for i, cell in enumerate(cells) if not is_date(cell))
-        channels = tuple(i for i in places if i not in apart)
+        positions = (i for i, cell in enumerate(cells) if not is_date(cell))
+        channels = tuple(i for i in positions if i not in reserved)
     if not channels:
-        raise ColumnError(_on_no_channel(names))
-    unit = None if wanted.mixed else _unit(channels, names, wanted.unit)
+        raise ColumnError(_describe_no_channel(names))
+    unit = None if request.mixed else _choose_unit(channels, names, request.unit)
     return Layout(len(cells), channels, sequence, names, unit)
 
 
-def names_in(cells: Sequence[str]) -> tuple[str, ...] | None:
+def header_names(cells: Sequence[str]) -> tuple[str, ...] | None:
     """Return the names in a first line, None if it holds a sample; LineError if neither."""
-    return None if all(is_date(cell) or _is_number(cell) for cell in cells) else _names(cells)
+    return None if all(is_date(cell) or _is_number(cell) for cell in cells) else _parse_names(cells)
 
 
-def _gyros(names: Sequence[str]) -> list[int]:
-    return list(places_of(names, "gyro"))
+def _find_gyros(names: Sequence[str]) -> list[int]:
+    return list(find_sensor_columns(names, "gyro"))
 
 
-def _on_no_channel(names: Sequence[str] | None) -> str:
+def _describe_no_channel(names: Sequence[str] | None) -> str:
     if names is None:
         return "it holds the sequence number alone, expected a sample next to it"
-    return said(
-        "no column looks like a gyro; choose with ", given("columns"), f" from: {', '.join(names)}"
+    return make_sentence(
+        "no column looks like a gyro; choose with ",
+        keyword_argument("columns"),
+        f" from: {', '.join(names)}",
     )
 
 
@@ -195,44 +201,51 @@ def _check_channels(
 ) -> None:
     """Refuse columns that were asked for as gyros and are none."""
     if len(set(channels)) < len(channels):
-        raise ColumnError(said(given("columns"), " names a column twice"))
+        raise ColumnError(make_sentence(keyword_argument("columns"), " names a column twice"))
     if sequence in channels:
-        raise ColumnError(said(given("columns"), " names the column of the sequence number"))
+        raise ColumnError(
+            make_sentence(keyword_argument("columns"), " names the column of the sequence number")
+        )
     named = tuple(names or ())
-    times = [named[i] for i in channels if named and named_like_time(named[i])]
+    times = [named[i] for i in channels if named and has_time_name(named[i])]
     if times:
-        gyros = ", ".join(named[gyro] for gyro in _gyros(named))
+        gyros = ", ".join(named[gyro] for gyro in _find_gyros(named))
         hint = f"; the gyro columns are {gyros}" if gyros else ""
         raise ColumnError(
-            said(given("columns"), f" names '{times[0]}', which holds the time, not samples{hint}")
+            make_sentence(
+                keyword_argument("columns"),
+                f" names '{times[0]}', which holds the time, not samples{hint}",
+            )
         )
 
 
-def _unit(channels: Sequence[int], names: Sequence[str] | None, given: str | None) -> str | None:
+def _choose_unit(
+    channels: Sequence[int], names: Sequence[str] | None, stated: str | None
+) -> str | None:
     if names is None:
-        return given
+        return stated
     try:
-        found = common_unit([names[i] for i in channels], given, None)
+        unit = common_unit([names[i] for i in channels], stated, None)
     except LogError as error:
         raise ColumnError(str(error)) from None
-    return None if found == UNKNOWN else found
+    return None if unit == UNKNOWN_UNIT else unit
 
 
-def _name_like(cell: str) -> bool:
+def _is_name_like(cell: str) -> bool:
     return cell[:1].isalpha() and not _is_number(cell)
 
 
-def _names(cells: Sequence[str]) -> tuple[str, ...]:
+def _parse_names(cells: Sequence[str]) -> tuple[str, ...]:
     # A header of numbers and names is more likely a sample that was garbled.
     if any(cell and _is_number(cell) for cell in cells):
         raise LineError("it holds names and numbers, expected one or the other")
     if not "".join(cells).isprintable():
         raise LineError(_UNPRINTABLE)
-    return _filled(cells)
+    return _fill_names(cells)
 
 
-def _filled(cells: Sequence[str]) -> tuple[str, ...]:
-    return tuple(from_inert(cell) or f"column_{i}" for i, cell in enumerate(cells))
+def _fill_names(cells: Sequence[str]) -> tuple[str, ...]:
+    return tuple(undo_inert(cell) or f"column_{i}" for i, cell in enumerate(cells))
 
 
 def position_of(column: str | int, names: tuple[str, ...] | None, fields: int) -> int:
@@ -248,7 +261,7 @@ def position_of(column: str | int, names: tuple[str, ...] | None, fields: int) -
     return names.index(column)
 
 
-def _number(cell: str) -> float:
+def _parse_number(cell: str) -> float:
     """Return the number in a cell, NaN where it is missing.
 
     Raises
@@ -257,15 +270,15 @@ def _number(cell: str) -> float:
         If it is neither.
     """
     try:
-        return number(cell, decimal_comma=False)
+        return parse_number(cell, decimal_comma=False)
     except ValueError as error:
-        raise LineError(f"'{_shortened(cell)}' {error}") from None
+        raise LineError(f"'{_shorten_cell(cell)}' {error}") from None
 
 
 def number_or_nan(cell: str) -> float:
     """Return the number in a cell, NaN where there is none."""
     try:
-        return _number(cell)
+        return _parse_number(cell)
     except LineError:
         return math.nan
 
@@ -273,25 +286,25 @@ def number_or_nan(cell: str) -> float:
 def _is_number(cell: str) -> bool:
     """Return whether a cell holds a number, or says that one is missing."""
     try:
-        _number(cell)
+        _parse_number(cell)
     except LineError:
         return False
     return True
 
 
-def _shortened(cell: str) -> str:
+def _shorten_cell(cell: str) -> str:
     """Return a cell as a message may show it."""
     shown = cell if len(cell) <= 40 else cell[:37] + "..."
     return shown.encode("unicode_escape").decode("ascii")
 
 
-class Beside(StrEnum):
+class DriftColumn(StrEnum):
     """Columns that may follow the rate in an answer.
 
     Examples
     --------
-    >>> from zerorate.tasks.live import Beside
-    >>> [column.value for column in Beside]
+    >>> from zerorate.tasks.live import DriftColumn
+    >>> [column.value for column in DriftColumn]
     ['bias', 'bias_sigma', 'at_rest', 'saturated', 'stuck']
     """
 
@@ -302,15 +315,17 @@ class Beside(StrEnum):
     stuck = "stuck"
 
 
-def answer(rate: _Column, filter_: DriftFilter, beside: Sequence[Beside]) -> list[str]:
+def answer_texts(
+    rate: _Column, filter_: DriftFilter, extra_columns: Sequence[DriftColumn]
+) -> list[str]:
     """Return the rate of every channel, then every further column of every channel."""
-    if not beside:
-        return texts_of(rate)
-    columns = (rate, *(getattr(filter_, name) for name in beside))
-    return [text for column in columns for text in texts_of(column)]
+    if not extra_columns:
+        return format_numbers(rate)
+    columns = (rate, *(getattr(filter_, name) for name in extra_columns))
+    return [text for column in columns for text in format_numbers(column)]
 
 
-def texts_of(column: _Column) -> list[str]:
+def format_numbers(column: _Column) -> list[str]:
     """Return numbers as the shortest texts that give the same floats again; a flag as 0 or 1."""
     values = column.tolist() if isinstance(column, np.ndarray) else [column]
     return [repr(value) if type(value) is float else str(int(value)) for value in values]

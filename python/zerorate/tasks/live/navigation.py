@@ -9,46 +9,51 @@ from typing import Any, ClassVar, Final, Self
 import numpy as np
 
 from zerorate._native import NavigationFilter
-from zerorate.faults import ArgumentError, given, said
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.io.clocks.causal import Step
-from zerorate.io.clocks.units import checked_time_unit
+from zerorate.io.clocks.units import check_time_unit
 from zerorate.record.names import meaning_of
-from zerorate.tasks.live.checkpoint import as_lists, as_tuples, filter_of, whole
+from zerorate.tasks.live.checkpoint import (
+    check_count,
+    lists_to_tuples,
+    restore_filter,
+    tuples_to_lists,
+)
 from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import (
     ColumnError,
+    ColumnRequest,
     Layout,
     LineError,
-    Wanted,
     find_layout,
-    names_in,
+    format_numbers,
+    header_names,
     position_of,
-    texts_of,
 )
-from zerorate.tasks.live.timed import Clocked, ClockedEngine, clocked_in
+from zerorate.tasks.live.stamp_clock import StampClock, TimedEngine, restore_stamp_clock
 
 _NED: Final = ("north", "east", "down")
-_PLACE: Final = ("latitude_deg", "longitude_deg", "height_m")
+_POSITION_COLUMNS: Final = ("latitude_deg", "longitude_deg", "height_m")
 _COLUMNS: Final = (
-    *_PLACE,
+    *_POSITION_COLUMNS,
     *(f"velocity_{axis}_mps" for axis in _NED),
     *(f"quat_{axis}" for axis in "wxyz"),
 )
-_WIDTHS: Final = (6, 9, 12)
-_UNITS: Final = ("rad/s", "m/s^2")
-_LATEST: Final = 4e9
+_COLUMN_COUNTS: Final = (6, 9, 12)
+_SENSOR_UNITS: Final = ("rad/s", "m/s^2")
+_MAX_TIME_S: Final = 4e9
 """Seconds that the filter can tell apart to a microsecond."""
-_MOST_MISSING: Final = 1 << 14
+_MAX_MISSING_SAMPLES: Final = 1 << 14
 """Missing samples that are given one by one."""
 
 
-class WithNavigation(StrEnum):
+class NavigationColumn(StrEnum):
     """Columns that may follow place, velocity and orientation in an answer.
 
     Examples
     --------
-    >>> from zerorate.tasks.live import WithNavigation
-    >>> [column.value for column in WithNavigation]
+    >>> from zerorate.tasks.live import NavigationColumn
+    >>> [column.value for column in NavigationColumn]
     ['status', 'sigma', 'verdict']
     """
 
@@ -57,10 +62,10 @@ class WithNavigation(StrEnum):
     verdict = "verdict"
 
 
-_BESIDE: Final[Mapping[WithNavigation, tuple[str, ...]]] = {
-    WithNavigation.status: ("status",),
-    WithNavigation.sigma: tuple(f"sigma_{axis}_m" for axis in _NED),
-    WithNavigation.verdict: ("verdict",),
+_EXTRA_COLUMNS: Final[Mapping[NavigationColumn, tuple[str, ...]]] = {
+    NavigationColumn.status: ("status",),
+    NavigationColumn.sigma: tuple(f"sigma_{axis}_m" for axis in _NED),
+    NavigationColumn.verdict: ("verdict",),
 }
 
 
@@ -79,8 +84,8 @@ class NavigationSettings:
     time_unit : str, optional
         Its unit, as ``time_unit`` of `zerorate.read_log`, where its name does not say it.
     beside : tuple of str
-        Further columns of an answer, of `WithNavigation`: the ``"status"``, the ``"sigma"`` of the
-        place, the ``"verdict"`` on a fix.
+        Further columns of an answer, of `NavigationColumn`: the ``"status"``, the position's
+        ``"sigma"``, the ``"verdict"`` on a fix.
     columns : tuple of str or int, optional
         Six columns: gyro x, y, z, rad/s, accelerometer x, y, z, m/s^2; nine with the latitude,
         longitude, deg, and height, m, of a fix at this time; twelve with its velocity north, east,
@@ -130,81 +135,91 @@ class NavigationSettings:
                 "filter", f"must be one that has seen no sample, got {seen} samples"
             )
         object.__setattr__(self, "filter", self.filter.copy())
-        object.__setattr__(self, "time_unit", checked_time_unit(self.time_unit))
+        object.__setattr__(self, "time_unit", check_time_unit(self.time_unit))
         for name in self.beside:
-            WithNavigation(name)
+            NavigationColumn(name)
         for name in ("rate", "position_sigma", "velocity_sigma"):
             if not 0.0 < getattr(self, name) < np.inf:
                 raise ArgumentError(name, f"must be a positive number, got {getattr(self, name)}")
 
-    def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
+    def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
         """Return a new filter for lines as the first one is; LineError or ColumnError if none."""
-        names = names_in(cells) if list(cells) != [""] else None
+        names = header_names(cells) if list(cells) != [""] else None
         time = position_of(self.time, names, len(cells))
         columns = self.columns
         if columns is None:
             sequence = self.sequence
-            number = None if sequence is None else position_of(sequence, names, len(cells))
-            columns = tuple(i for i in range(len(cells)) if i not in (time, number))
-        layout = find_layout(cells, Wanted(columns, self.sequence, fields, mixed=True))
+            sequence_position = (
+                None if sequence is None else position_of(sequence, names, len(cells))
+            )
+            columns = tuple(i for i in range(len(cells)) if i not in (time, sequence_position))
+        layout = find_layout(cells, ColumnRequest(columns, self.sequence, fields, mixed=True))
         _check_units([names[i] for i in layout.channels[:6]] if names else [])
-        clocked = Clocked.of(self.rate, self.time, self.time_unit, names, len(cells), times=True)
-        assert clocked is not None
-        return self._engine(layout, clocked, self.filter.copy(), 0)
+        stamp_clock = StampClock.of(
+            self.rate, self.time, self.time_unit, names, len(cells), times=True
+        )
+        assert stamp_clock is not None
+        return self._make_engine(layout, stamp_clock, self.filter.copy(), 0)
 
-    def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
+    def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
         """Return the filter of a checkpoint; ValueError if its parts do not belong together."""
-        found, samples = filter_of(NavigationFilter.from_bytes, filter_), whole(saved["samples"])
-        if found.samples_seen != samples:
+        nav, samples = (
+            restore_filter(NavigationFilter.from_bytes, filter_),
+            check_count(saved["samples"]),
+        )
+        if nav.samples_seen != samples:
             raise ValueError("the parts of the state do not belong together")
-        clocked = clocked_in(self.rate, saved)
-        if clocked is None:
+        stamp_clock = restore_stamp_clock(self.rate, saved)
+        if stamp_clock is None:
             raise ValueError("the parts of the state do not belong together")
-        engine = self._engine(layout, clocked, found, samples)
+        engine = self._make_engine(layout, stamp_clock, nav, samples)
         engine.go_on(saved)
         return engine
 
-    def _engine(
-        self, layout: Layout, clocked: Clocked, nav: NavigationFilter, samples: int
+    def _make_engine(
+        self, layout: Layout, stamp_clock: StampClock, nav: NavigationFilter, samples: int
     ) -> "NavigationEngine":
-        time = clocked.column
-        if len(layout.channels) not in _WIDTHS:
+        time = stamp_clock.column
+        if len(layout.channels) not in _COLUMN_COUNTS:
             raise ColumnError(
-                said(
+                make_sentence(
                     "a navigation needs six, nine or twelve columns, got "
                     f"{len(layout.channels)}: choose with ",
-                    given("columns"),
+                    keyword_argument("columns"),
                     " gyro and accelerometer x, y, z, then maybe latitude, longitude, height and "
                     "velocity north, east, down of a fix",
                 )
             )
         if time in layout.channels or time >= layout.fields:
             raise ColumnError("the column of the time is one of a sensor too")
-        return NavigationEngine(layout, self, nav, clocked, samples)
+        return NavigationEngine(layout, self, nav, stamp_clock, samples)
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
         raw = base64.b64encode(self.filter.to_bytes()).decode()
-        return {"filter": raw, **as_lists({name: getattr(self, name) for name in _OWN})}
+        return {
+            "filter": raw,
+            **tuples_to_lists({name: getattr(self, name) for name in _SETTING_FIELDS}),
+        }
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
         """Return the settings that `as_json` gave."""
-        given = as_tuples(fields)
-        raw = base64.b64decode(given.pop("filter"))
-        return cls(filter_of(NavigationFilter.from_bytes, raw), **given)
+        arguments = lists_to_tuples(fields)
+        raw = base64.b64decode(arguments.pop("filter"))
+        return cls(restore_filter(NavigationFilter.from_bytes, raw), **arguments)
 
 
 def _check_units(names: Sequence[str]) -> None:
     """Raise ColumnError if names say that sensors are in other units than the filter's."""
     for i, name in enumerate(names):
-        meaning, expected = meaning_of(name), _UNITS[i // 3]
+        meaning, expected = meaning_of(name), _SENSOR_UNITS[i // 3]
         unit = None if meaning is None else meaning.unit
         if unit not in (None, expected):
             raise ColumnError(f"'{name}' is in {unit}, a navigation takes {expected}")
 
 
-_OWN: Final = (
+_SETTING_FIELDS: Final = (
     "rate",
     "time",
     "beside",
@@ -217,7 +232,7 @@ _OWN: Final = (
 )
 
 
-class NavigationEngine(ClockedEngine):
+class NavigationEngine(TimedEngine):
     """Answers each sample with place, velocity and orientation, and what is beside.
 
     Parameters
@@ -239,35 +254,38 @@ class NavigationEngine(ClockedEngine):
         layout: Layout,
         settings: NavigationSettings,
         nav: NavigationFilter,
-        clocked: Clocked,
+        stamp_clock: StampClock,
         samples: int = 0,
     ) -> None:
-        super().__init__(layout, samples, clocked)
+        super().__init__(layout, samples, stamp_clock)
         self._settings, self._nav = settings, nav
-        self._told = ("", "")
-        if len(layout.channels) > _WIDTHS[0]:
-            self._held = None  # a fix is in one row of those that repeat
-        self._beside = [WithNavigation(name) for name in settings.beside]
+        self._status_and_verdict = ("", "")
+        if len(layout.channels) > _COLUMN_COUNTS[0]:
+            self._held_rows = None  # a fix is in one row of those that repeat
+        self._extra_columns = [NavigationColumn(name) for name in settings.beside]
 
     @property
     def columns(self) -> Sequence[str]:
         """Names of what an answer says."""
-        return [*_COLUMNS, *(name for column in self._beside for name in _BESIDE[column])]
+        return [
+            *_COLUMNS,
+            *(name for column in self._extra_columns for name in _EXTRA_COLUMNS[column]),
+        ]
 
     def read(self, cells: Sequence[str]) -> tuple[list[float], float | None]:
         """Return the numbers of a line and its stamp; LineError if there is none."""
         row, stamp = self.layout.row(cells), self.stamp(cells)
-        if stamp is None or abs(self._start + stamp) > _LATEST:
+        if stamp is None or abs(self._start + stamp) > _MAX_TIME_S:
             raise LineError("its time is missing, or none in seconds")
         return row, stamp
 
     @property
     def _start(self) -> float:
-        return self.clocked.cells.start if self.clocked is not None else 0.0
+        return self.stamp_clock.cells.start if self.stamp_clock is not None else 0.0
 
     def feed(self, row: list[float], step: Step, left_out: bool) -> None:
         """Give a sample to the filter, after those that are missing before it, and its fix."""
-        time, nav, told = self._start + step.time, self._nav, self._settings
+        time, nav, settings = self._start + step.time, self._nav, self._settings
         if step.missing:
             self._miss(step, time)
         self.samples += 1
@@ -278,38 +296,40 @@ class NavigationEngine(ClockedEngine):
                 time,
                 numbers[6:9],
                 numbers[9:] if len(numbers) > 9 else None,
-                told.position_sigma,
-                told.velocity_sigma,
+                settings.position_sigma,
+                settings.velocity_sigma,
             )
             status = nav.status
-        self._told = status, verdict
+        self._status_and_verdict = status, verdict
 
     def _miss(self, step: Step, time: float) -> None:
         """Give missing samples to the filter; of a long gap the time tells the rest."""
         dt = 1.0 / self._settings.rate if step.dt is None else step.dt
         nothing = np.full(3, np.nan)
-        for i in range(min(step.missing, _MOST_MISSING), 0, -1):
+        for i in range(min(step.missing, _MAX_MISSING_SAMPLES), 0, -1):
             self.samples += 1
             self._nav.update(time - i * dt, nothing, nothing)
 
     def texts(self) -> list[str]:
         """Return place, velocity and orientation, and what was asked for beside them."""
-        nav, (status, verdict) = self._nav, self._told
+        nav, (status, verdict) = self._nav, self._status_and_verdict
         texts = [
-            text for part in (nav.position, nav.velocity, nav.quaternion) for text in texts_of(part)
+            text
+            for part in (nav.position, nav.velocity, nav.quaternion)
+            for text in format_numbers(part)
         ]
-        for column in self._beside:
-            if column is WithNavigation.sigma:
-                texts += texts_of(nav.sigma[:3])
+        for column in self._extra_columns:
+            if column is NavigationColumn.sigma:
+                texts += format_numbers(nav.sigma[:3])
             else:
-                texts.append(status if column is WithNavigation.status else verdict)
+                texts.append(status if column is NavigationColumn.status else verdict)
         return texts
 
     def state(self) -> dict[str, Any]:
         """Return the clock: the filter holds all else."""
         return self.timing()
 
-    def saved(self) -> list[Any]:
+    def snapshot(self) -> list[Any]:
         """Return the filter as it is."""
         return [self.samples, self._nav.to_bytes()]
 

@@ -5,13 +5,13 @@ from typing import Final
 
 from zerorate.tasks.live.lines import LineError
 
-MOST_BITS: Final = 64
+MAX_BITS: Final = 64
 
-_LATE_SECONDS: Final = 1.0
-_GAP_SECONDS: Final = 3600.0
+_MAX_LATE_S: Final = 1.0
+_MAX_GAP_S: Final = 3600.0
 # Longer than packets that overtake each other come in a row, shorter than what a filter would miss.
-_LATE_RUN: Final = 32
-_LEAST_LEARNED_BITS: Final = 8
+_MAX_LATE_RUN: Final = 32
+_MIN_LEARNED_BITS: Final = 8
 
 
 @dataclass
@@ -57,13 +57,13 @@ class SequenceCount:
     def __post_init__(self) -> None:
         """Set out from the range of unsigned numbers if the width is known."""
         if self.bits is not None and self.turn is None:
-            self._wrap_in(*_range(self.bits, signed=False))
+            self._set_wrap(*_counter_range(self.bits, signed=False))
 
     @property
-    def possible(self) -> bool:
+    def is_possible(self) -> bool:
         """Whether numbers could have come to this state."""
         if self.bits is not None:
-            ranges = [_range(self.bits, signed) for signed in (False, True)]
+            ranges = [_counter_range(self.bits, signed) for signed in (False, True)]
             return self.wraps and self.turn in ranges
         return not self.wraps if self.turn is None else self.turn[0] < self.turn[1]
 
@@ -84,74 +84,74 @@ class SequenceCount:
         LineError
             If a counter of so many bits cannot hold the number.
         """
-        self._look_at_range(number)
+        self._check_range(number)
         last = number - 1 if self.last is None else self.last
-        ahead = self._ahead(last, number)
-        if -_LATE_SECONDS * self.rate <= ahead <= 0:
-            return self._behind(last, number)
+        ahead = self._steps_ahead(last, number)
+        if -_MAX_LATE_S * self.rate <= ahead <= 0:
+            return self._count_late(last, number)
         self.last, self.run = number, 0
-        if not 0 < ahead <= _GAP_SECONDS * self.rate:
-            self._begin_anew(number, last)
+        if not 0 < ahead <= _MAX_GAP_S * self.rate:
+            self._restart(number, last)
             return 0
         self.lost_count += ahead - 1
         return ahead - 1
 
-    def _ahead(self, last: int, number: int) -> int:
+    def _steps_ahead(self, last: int, number: int) -> int:
         """Return how far a number is ahead, in numbers of which the wrap is one as any other."""
         ahead = number - last
         if not self.wraps and ahead < 0:
-            self._learn(last, number)
+            self._learn_wrap(last, number)
         if not self.wraps or self.turn is None:
             return ahead
         period = self.turn[1] + 1 - self.turn[0]
         ahead %= period
         return ahead - period if period - ahead <= self._tolerance(period) else ahead
 
-    def _behind(self, last: int, number: int) -> int | None:
+    def _count_late(self, last: int, number: int) -> int | None:
         self.lowest = min(self.lowest, number) if self.run else number
         self.run += 1
-        if self.run < _LATE_RUN:
+        if self.run < _MAX_LATE_RUN:
             self.late_count += 1
             return None
-        self._begin_anew(self.lowest, last)
+        self._restart(self.lowest, last)
         self.last, self.run = number, 0
         return 0
 
-    def _begin_anew(self, lowest: int, highest: int) -> None:
+    def _restart(self, lowest: int, highest: int) -> None:
         self.restart_count += 1
         if not self.wraps:
             self.turn = (lowest, highest) if lowest < highest else None
 
-    def _learn(self, last: int, number: int) -> None:
+    def _learn_wrap(self, last: int, number: int) -> None:
         """Take a step back for a wrap if it is one of a counter of so many bits, or comes again."""
-        power = max((last - number).bit_length(), _LEAST_LEARNED_BITS)
-        lowest, highest = _range(power, signed=number < 0)
+        power = max((last - number).bit_length(), _MIN_LEARNED_BITS)
+        lowest, highest = _counter_range(power, signed=number < 0)
         if (number, last) == (lowest, highest):
-            self._wrap_in(lowest, highest)
+            self._set_wrap(lowest, highest)
         elif self.turn is not None:
             lowest, highest = min(number, self.turn[0]), max(last, self.turn[1])
             near = self._tolerance(highest + 1 - lowest)
             if abs(number - self.turn[0]) <= near and abs(last - self.turn[1]) <= near:
-                self._wrap_in(lowest, highest)
+                self._set_wrap(lowest, highest)
 
     def _tolerance(self, period: int) -> int:
-        return min(int(_LATE_SECONDS * self.rate), period // 4)
+        return min(int(_MAX_LATE_S * self.rate), period // 4)
 
-    def _wrap_in(self, lowest: int, highest: int) -> None:
+    def _set_wrap(self, lowest: int, highest: int) -> None:
         self.turn, self.wraps = (lowest, highest), True
 
-    def _look_at_range(self, number: int) -> None:
+    def _check_range(self, number: int) -> None:
         """Forget a wrap that a number disproves; refuse the number if the width was given."""
         if not self.wraps or self.turn is None or self.turn[0] <= number <= self.turn[1]:
             return
         if self.bits is None:
             self.wraps = False
         elif self.turn[0] == 0 and -number in range(1, (1 << (self.bits - 1)) + 1):
-            self._wrap_in(*_range(self.bits, signed=True))
+            self._set_wrap(*_counter_range(self.bits, signed=True))
         else:
             raise LineError(f"the sequence number {number} is none of {self.bits} bits")
 
 
-def _range(bits: int, signed: bool) -> tuple[int, int]:
+def _counter_range(bits: int, signed: bool) -> tuple[int, int]:
     lowest = -1 << (bits - 1) if signed else 0
     return lowest, lowest + (1 << bits) - 1

@@ -9,42 +9,42 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, Final, TypeAlias
 
-from zerorate.faults import said, sentence_of
-from zerorate.io.packets import Damaged, PacketForm
+from zerorate.faults import make_sentence, sentence_of
+from zerorate.io.packets import Damage, PacketProtocol
 from zerorate.record import atomic_path
-from zerorate.record.atomic import sweep
+from zerorate.record.atomic import remove_leftovers
 from zerorate.tasks.interrupts import Interrupts
 from zerorate.tasks.live.lines import ColumnError, LineError
 from zerorate.tasks.live.stream import LineStream
 from zerorate.tasks.live.view import Watcher
 
-_TOLD: Final = 10
-_LONGEST: Final = 1 << 16
+_MAX_WARNINGS: Final = 10
+_MAX_LINE_BYTES: Final = 1 << 16
 
-Line: TypeAlias = tuple[str | Damaged, Callable[[str], None]]
+Line: TypeAlias = tuple[str | Damage, Callable[[str], None]]
 """A line, or bytes that should have been a packet; and what sends its answer."""
 
 
 def lines_of(source: BinaryIO, answers: BinaryIO, interrupts: Interrupts) -> Iterator[Line]:
     """Yield each line as soon as it is complete, with a function that writes its answer."""
-    reply = _to(answers)
-    while raw := interrupts.wait(lambda: _line(source)):
-        yield _text(raw), reply
+    reply = _make_reply(answers)
+    while raw := interrupts.wait(lambda: _read_line(source)):
+        yield _decode_line(raw), reply
 
 
 def packets_of(
-    source: BinaryIO, form: PacketForm, answers: BinaryIO, interrupts: Interrupts
+    source: BinaryIO, protocol: PacketProtocol, answers: BinaryIO, interrupts: Interrupts
 ) -> Iterator[Line]:
     """Yield the names of a form's columns, then each of its samples as a line."""
-    reply, decoder = _to(answers), form.decoder()
-    yield ",".join(form.columns), reply
+    reply, decoder = _make_reply(answers), protocol.decoder()
+    yield ",".join(protocol.columns), reply
     # Not read, which would wait for a piece as long as that.
-    while raw := interrupts.wait(lambda: source.read1(_LONGEST)):  # type: ignore[attr-defined]
+    while raw := interrupts.wait(lambda: source.read1(_MAX_LINE_BYTES)):  # type: ignore[attr-defined]
         for row in decoder.feed(raw):
-            yield row if isinstance(row, Damaged) else ",".join(map(str, row)), reply
+            yield row if isinstance(row, Damage) else ",".join(map(str, row)), reply
 
 
-def _to(answers: BinaryIO) -> Callable[[str], None]:
+def _make_reply(answers: BinaryIO) -> Callable[[str], None]:
     def reply(answer: str) -> None:
         answers.write(f"{answer}\n".encode())
         answers.flush()
@@ -55,17 +55,17 @@ def _to(answers: BinaryIO) -> Callable[[str], None]:
 def datagrams(port: socket.socket, interrupts: Interrupts) -> Iterator[Line]:
     """Yield each datagram as a line, with a function that sends its answer back."""
     while True:
-        raw, sender = interrupts.wait(lambda: port.recvfrom(_LONGEST))
+        raw, sender = interrupts.wait(lambda: port.recvfrom(_MAX_LINE_BYTES))
 
         def reply(answer: str, sender: tuple[str, int] = sender) -> None:
             # A sender that is gone is no fault of the stream: datagrams may be lost.
             with suppress(OSError):
                 port.sendto(answer.encode(), sender)
 
-        yield _text(raw), reply
+        yield _decode_line(raw), reply
 
 
-def loopback(address: str) -> socket.socket:
+def bind_loopback(address: str) -> socket.socket:
     """Return a socket bound to ``HOST:PORT`` of this machine alone; port 0 is any free one.
 
     Raises
@@ -77,38 +77,38 @@ def loopback(address: str) -> socket.socket:
     if not host or not number.isdecimal() or int(number) > 65535:
         raise ValueError(f"--udp takes HOST:PORT such as 127.0.0.1:5005, got '{address}'")
     try:
-        found = socket.getaddrinfo(host.strip("[]"), int(number), type=socket.SOCK_DGRAM)
-        return _bound(*found[0])
+        addresses = socket.getaddrinfo(host.strip("[]"), int(number), type=socket.SOCK_DGRAM)
+        return _bind_socket(*addresses[0])
     except OSError as error:
         raise ValueError(f"--udp cannot use {address}: {error.strerror}") from None
 
 
-def _bound(
-    family: int, kind: int, _protocol: int, _name: str, place: tuple[Any, ...]
+def _bind_socket(
+    family: int, kind: int, _protocol: int, _name: str, address: tuple[Any, ...]
 ) -> socket.socket:
     # Datagrams are taken from whoever sends them, so from this machine alone.
-    if not ipaddress.ip_address(place[0]).is_loopback:
-        raise ValueError(f"--udp takes an address of this machine alone, got '{place[0]}'")
+    if not ipaddress.ip_address(address[0]).is_loopback:
+        raise ValueError(f"--udp takes an address of this machine alone, got '{address[0]}'")
     port = socket.socket(family, kind)
     try:
-        port.bind(place)
+        port.bind(address)
     except OSError:
         port.close()
         raise
     return port
 
 
-def _line(source: BinaryIO) -> bytes:
-    raw = source.readline(_LONGEST)
-    if len(raw) < _LONGEST or raw.endswith(b"\n"):
+def _read_line(source: BinaryIO) -> bytes:
+    raw = source.readline(_MAX_LINE_BYTES)
+    if len(raw) < _MAX_LINE_BYTES or raw.endswith(b"\n"):
         return raw
-    while (rest := source.readline(_LONGEST)) and not rest.endswith(b"\n"):
+    while (rest := source.readline(_MAX_LINE_BYTES)) and not rest.endswith(b"\n"):
         pass
     # Cut short it could pass for a number.
     return raw[:80] + b"..."
 
 
-def _text(raw: bytes) -> str:
+def _decode_line(raw: bytes) -> str:
     return raw.decode("utf-8", "replace")
 
 
@@ -129,7 +129,7 @@ class Saver:
 
     def __init__(self, path: Path, every: int, warn: Callable[[str], None]) -> None:
         # The last run may have been killed while it wrote.
-        sweep([path])
+        remove_leftovers([path])
         self._path = path
         self._every = every
         self._warn = warn
@@ -138,13 +138,13 @@ class Saver:
         self._thread = ThreadPoolExecutor(1)
         self._job: Future[None] | None = None
 
-    def answered(self, stream: LineStream) -> None:
+    def after_answer(self, stream: LineStream) -> None:
         """Save the stream if it is time to, counted from the first answer."""
         if self._next is None:
             self._next = stream.samples + self._every
         if stream.samples < self._next or (self._job is not None and not self._job.done()):
             return
-        self._look_after_last()
+        self._check_last_job()
         self._next = stream.samples + self._every
         self._job = self._thread.submit(self._write, stream.to_bytes())
 
@@ -161,7 +161,7 @@ class Saver:
         with atomic_path(self._path, force=True) as temporary:
             temporary.write_bytes(raw)
 
-    def _look_after_last(self) -> None:
+    def _check_last_job(self) -> None:
         error = None if self._job is None else self._job.exception()
         if error is not None and not self._failing:
             self._warn(f"the checkpoint cannot be written: {error}")
@@ -181,7 +181,7 @@ class Server:
     warn : callable
         Takes a sentence on which columns are filtered, on what looks like raw counts, on each of
         the first ten garbled lines, and of the first ten restarts of the sequence numbers.
-    patient : bool
+    allow_garbled_start : bool
         Whether garbled lines may come before the first whole one.
     watcher : Watcher, optional
         Looks at the stream after an answer has been given.
@@ -190,34 +190,34 @@ class Server:
     stream: LineStream
     saver: Saver | None
     warn: Callable[[str], None]
-    patient: bool = False
+    allow_garbled_start: bool = False
     watcher: Watcher | None = None
     garbled_count: int = field(default=0, init=False)
     restart_count: int = field(default=0, init=False)
-    owing: bool = field(default=False, init=False)
+    answer_pending: bool = field(default=False, init=False)
     """Whether a sample was taken, but its answer not given: such a state is not to be saved."""
 
     def serve(self, source: Iterable[Line]) -> None:
         """Answer every line of a source."""
         opening = True
         for number, (line, reply) in enumerate(source, start=1):
-            self.owing = True
+            self.answer_pending = True
             restarts = self.stream.sequence.restart_count
             answer = self._answer(number, line)
             if opening and self.stream.open:
                 opening = False
-                self._tell_opening()
+                self._warn_opening()
             if restarts < self.stream.sequence.restart_count:
-                self._tell_restart(number)
+                self._warn_restart(number)
             if answer is not None:
                 reply(answer)
             if (notice := self.stream.notice()) is not None:
                 self.warn(notice)
-            self.owing = False
+            self.answer_pending = False
             if self.saver is not None:
-                self.saver.answered(self.stream)
+                self.saver.after_answer(self.stream)
             if self.watcher is not None:
-                self.watcher.answered(self.stream)
+                self.watcher.after_answer(self.stream)
         if self.watcher is not None:
             self.watcher.finish(self.stream)
 
@@ -235,32 +235,36 @@ class Server:
         if self.garbled_count:
             yield f"garbled lines: {self.garbled_count}"
 
-    def _tell_opening(self) -> None:
+    def _warn_opening(self) -> None:
         sentence = self.stream.opening
         if sentence is not None:
             self.warn(sentence)
 
-    def _answer(self, number: int, line: str | Damaged) -> str | None:
-        if isinstance(line, Damaged):
-            self._tell(f"after {self.stream.samples} samples {line.reason}; it is taken as missing")
+    def _answer(self, number: int, line: str | Damage) -> str | None:
+        if isinstance(line, Damage):
+            self._warn_garbled(
+                f"after {self.stream.samples} samples {line.reason}; it is taken as missing"
+            )
             return self.stream.take_damaged()
         try:
             return self.stream.take(line)
         except ColumnError as error:
-            raise ColumnError(said(f"line {number}: ", sentence_of(error))) from None
+            raise ColumnError(make_sentence(f"line {number}: ", sentence_of(error))) from None
         except LineError as error:
-            if not self.stream.open and not self.patient:
-                raise LineError(said(f"line {number}: ", sentence_of(error))) from None
-            self._tell(said(f"line {number}: ", sentence_of(error), "; it is taken as missing"))
+            if not self.stream.open and not self.allow_garbled_start:
+                raise LineError(make_sentence(f"line {number}: ", sentence_of(error))) from None
+            self._warn_garbled(
+                make_sentence(f"line {number}: ", sentence_of(error), "; it is taken as missing")
+            )
         return self.stream.no_answer if self.stream.open else None
 
-    def _tell(self, sentence: str) -> None:
+    def _warn_garbled(self, sentence: str) -> None:
         self.garbled_count += 1
-        if self.garbled_count <= _TOLD:
+        if self.garbled_count <= _MAX_WARNINGS:
             self.warn(sentence)
 
-    def _tell_restart(self, number: int) -> None:
+    def _warn_restart(self, number: int) -> None:
         self.restart_count += 1
-        if self.restart_count <= _TOLD:
+        if self.restart_count <= _MAX_WARNINGS:
             last = self.stream.sequence.last
             self.warn(f"line {number}: the sequence numbers begin anew, here with {last}")

@@ -6,21 +6,39 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Self, Unpack
 
 from zerorate._native import DriftFilter, MotionDetector
-from zerorate.faults import ArgumentError, given, said
-from zerorate.io.clocks.units import checked_time_unit
+from zerorate.faults import ArgumentError, keyword_argument, make_sentence
+from zerorate.io.clocks.units import check_time_unit
 from zerorate.io.counts import Scale, Scaling
-from zerorate.io.triads import accelerometer_of
-from zerorate.options import FILTER_OPTIONS, LIMITS, StreamOptions, checked_options, with_limits
+from zerorate.io.triads import find_accelerometer
+from zerorate.options import (
+    FILTER_OPTIONS,
+    REST_LIMITS,
+    StreamOptions,
+    add_rest_limits,
+    check_options,
+)
 from zerorate.record.names import canonical_unit
-from zerorate.tasks.live.checkpoint import as_lists, as_tuples, filter_of, whole
+from zerorate.tasks.live.backlog import BacklogFilter
+from zerorate.tasks.live.checkpoint import (
+    check_count,
+    lists_to_tuples,
+    restore_filter,
+    tuples_to_lists,
+)
 from zerorate.tasks.live.drift import DriftEngine
 from zerorate.tasks.live.engine import Engine
-from zerorate.tasks.live.lines import Beside, ColumnError, Layout, Wanted, find_layout, position_of
-from zerorate.tasks.live.running import Running
-from zerorate.tasks.live.sequence import MOST_BITS
-from zerorate.tasks.live.timed import Clocked, clocked_in
+from zerorate.tasks.live.lines import (
+    ColumnError,
+    ColumnRequest,
+    DriftColumn,
+    Layout,
+    find_layout,
+    position_of,
+)
+from zerorate.tasks.live.sequence import MAX_BITS
+from zerorate.tasks.live.stamp_clock import StampClock, restore_stamp_clock
 
-_LINES: Final = (
+_LINE_FIELDS: Final = (
     "beside",
     "columns",
     "unit",
@@ -85,7 +103,7 @@ class Settings:
     kind: ClassVar[str] = "drift"
 
     rate: float
-    beside: tuple[Beside, ...]
+    beside: tuple[DriftColumn, ...]
     columns: tuple[str | int, ...] | None
     unit: str | None
     data_scale: float | None
@@ -100,7 +118,7 @@ class Settings:
         self,
         rate: float,
         *,
-        beside: tuple[Beside, ...] = (),
+        beside: tuple[DriftColumn, ...] = (),
         columns: tuple[str | int, ...] | None = None,
         unit: str | None = None,
         data_scale: float | None = None,
@@ -115,16 +133,16 @@ class Settings:
             _check_bits(sequence_bits, sequence)
         if accel_columns and len(accel_columns) != _AXES:
             raise ArgumentError("accel_columns", f"takes three columns, got {len(accel_columns)}")
-        asked = checked_options(options)
+        filter_options = check_options(options)
         # Written out, so that it is the same setting whether given or not, but for the limits: what
         # they are by default depends on the unit, which a header line may tell.
-        params: Mapping[str, Any] = DriftFilter(rate, **asked).params
-        settled = params.keys() - (LIMITS.keys() - asked.keys())
-        known = {name: params[name] for name in FILTER_OPTIONS if name in settled}
+        params: Mapping[str, Any] = DriftFilter(rate, **filter_options).params
+        settled = params.keys() - (REST_LIMITS.keys() - filter_options.keys())
+        stored_options = {name: params[name] for name in FILTER_OPTIONS if name in settled}
         Scaling.of(data_scale)
         vars(self).update(
             rate=rate,
-            beside=tuple(map(Beside, beside)),
+            beside=tuple(map(DriftColumn, beside)),
             columns=columns,
             unit=None if unit is None else canonical_unit(unit),
             data_scale=data_scale,
@@ -132,96 +150,113 @@ class Settings:
             sequence_bits=sequence_bits,
             accel_columns=accel_columns,
             time=time,
-            time_unit=checked_time_unit(time_unit),
-            options=known,
+            time_unit=check_time_unit(time_unit),
+            options=stored_options,
         )
 
     @classmethod
     def of_reading(cls, rate: float, unit: str | None, scale: Scale, **asked: Any) -> Self:  # noqa: ANN401
         """Return settings of lines with this unit and scale, as `zerorate.read_log` takes them."""
         scaling = Scaling.of(scale)
-        factor = scaling.of_kind("gyro", first=True)
+        factor = scaling.factor_for("gyro", first=True)
         return cls(rate, unit=scaling.unit("gyro", unit), data_scale=factor, **asked)
 
     def filter(self, channels: int, unit: str | None = None) -> DriftFilter:
         """Return a new filter of samples of some unit; of one channel it takes floats."""
-        options = with_limits(self.options, [self.options["method"]], unit)
+        options = add_rest_limits(self.options, [self.options["method"]], unit)
         return DriftFilter(self.rate, channels=None if channels == 1 else channels, **options)
 
-    def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
+    def open_engine(self, cells: Sequence[str], fields: int | None) -> Engine:
         """Return a new filter for lines as the first one is; LineError or ColumnError if none."""
-        wanted = Wanted(self.columns, self.sequence, fields, self.unit, self.time)
-        layout = find_layout(cells, wanted)
-        accel = self._accel(layout)
+        request = ColumnRequest(self.columns, self.sequence, fields, self.unit, self.time)
+        layout = find_layout(cells, request)
+        accel = self._find_accel_columns(layout)
         motion = MotionDetector(self.rate) if accel else None
-        running = Running(self._of(layout), self.beside, motion=motion)
-        clocked = Clocked.of(self.rate, self.time, self.time_unit, layout.names, layout.fields)
-        return self._engine(layout, running, 0, accel, clocked)
+        backlog = BacklogFilter(self._make_filter(layout), self.beside, motion=motion)
+        stamp_clock = StampClock.of(
+            self.rate, self.time, self.time_unit, layout.names, layout.fields
+        )
+        return self._make_engine(layout, backlog, 0, accel, stamp_clock)
 
-    def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
+    def restore_engine(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
         """Return the filter of a checkpoint; ValueError if its parts do not belong together."""
-        found = filter_of(DriftFilter.from_bytes, filter_)
-        samples, owed, new = whole(saved["samples"]), whole(saved["owed"]), self._of(layout)
-        if (found.channels, found.params) != (new.channels, new.params) or (
-            found.samples_seen != samples - owed
-        ):
+        drift_filter = restore_filter(DriftFilter.from_bytes, filter_)
+        samples, pending_count, fresh_filter = (
+            check_count(saved["samples"]),
+            check_count(saved["owed"]),
+            self._make_filter(layout),
+        )
+        if (drift_filter.channels, drift_filter.params) != (
+            fresh_filter.channels,
+            fresh_filter.params,
+        ) or (drift_filter.samples_seen != samples - pending_count):
             raise ValueError("the parts of the state do not belong together")
-        accel = tuple(map(whole, saved.get("accel", ())))
-        motion = _motion(saved, self.rate) if accel else None
-        if accel and (accel != self._accel(layout) or motion is None):
+        accel = tuple(map(check_count, saved.get("accel", ())))
+        motion = _restore_motion(saved, self.rate) if accel else None
+        if accel and (accel != self._find_accel_columns(layout) or motion is None):
             raise ValueError("the parts of the state do not belong together")
-        running, clocked = Running(found, self.beside, owed, motion), clocked_in(self.rate, saved)
-        engine = self._engine(layout, running, samples, accel, clocked)
+        backlog, stamp_clock = (
+            BacklogFilter(drift_filter, self.beside, pending_count, motion),
+            restore_stamp_clock(self.rate, saved),
+        )
+        engine = self._make_engine(layout, backlog, samples, accel, stamp_clock)
         engine.go_on(saved)
         return engine
 
-    def _of(self, layout: Layout) -> DriftFilter:
+    def _make_filter(self, layout: Layout) -> DriftFilter:
         return self.filter(len(layout.channels), layout.unit)
 
-    def _accel(self, layout: Layout) -> tuple[int, ...]:
+    def _find_accel_columns(self, layout: Layout) -> tuple[int, ...]:
         """Return the columns of the accelerometer; ColumnError if one is not there."""
         if self.accel_columns is None:
-            return accelerometer_of(layout.names or (), layout.channels)
-        wanted = self.accel_columns
-        places = tuple(position_of(one, layout.names, layout.fields) for one in wanted)
-        if set(places) & {*layout.channels, layout.sequence}:
+            return find_accelerometer(layout.names or (), layout.channels)
+        requested = self.accel_columns
+        positions = tuple(position_of(column, layout.names, layout.fields) for column in requested)
+        if set(positions) & {*layout.channels, layout.sequence}:
             raise ColumnError(
-                said(given("accel_columns"), " names a column of a gyro or of the sequence number")
+                make_sentence(
+                    keyword_argument("accel_columns"),
+                    " names a column of a gyro or of the sequence number",
+                )
             )
-        return places
+        return positions
 
-    def _engine(
+    def _make_engine(
         self,
         layout: Layout,
-        running: Running,
+        backlog: BacklogFilter,
         samples: int,
         accel: tuple[int, ...],
-        clocked: Clocked | None,
+        stamp_clock: StampClock | None,
     ) -> DriftEngine:
         limit = self.options["limit"]
-        return DriftEngine(layout, running, self.data_scale, limit, samples, accel, clocked)
+        return DriftEngine(layout, backlog, self.data_scale, limit, samples, accel, stamp_clock)
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
-        own = {name: getattr(self, name) for name in _LINES}
-        return as_lists({"rate": self.rate, **self.options, **own})
+        line_fields = {name: getattr(self, name) for name in _LINE_FIELDS}
+        return tuples_to_lists({"rate": self.rate, **self.options, **line_fields})
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
         """Return the settings that `as_json` gave."""
-        kept = as_tuples(fields)
-        own = {name: kept.pop(name) for name in ("rate", *_LINES) if name in kept}
-        return cls(**own, **kept)
+        options = lists_to_tuples(fields)
+        line_fields = {
+            name: options.pop(name) for name in ("rate", *_LINE_FIELDS) if name in options
+        }
+        return cls(**line_fields, **options)
 
 
-def _motion(saved: Mapping[str, Any], rate: float) -> MotionDetector[bool] | None:
+def _restore_motion(saved: Mapping[str, Any], rate: float) -> MotionDetector[bool] | None:
     """Return what a checkpoint holds that sees motion; None if it is of another rate."""
-    found = filter_of(MotionDetector.from_bytes, base64.b64decode(saved["motion"], validate=True))
-    return found if found.rate == rate and found.channels is None else None
+    detector = restore_filter(
+        MotionDetector.from_bytes, base64.b64decode(saved["motion"], validate=True)
+    )
+    return detector if detector.rate == rate and detector.channels is None else None
 
 
 def _check_bits(bits: int, sequence: str | int | None) -> None:
     if sequence is None:
         raise ValueError("sequence_bits needs sequence, the column of the numbers")
-    if not 1 <= bits <= MOST_BITS:
-        raise ArgumentError("sequence_bits", f"must be 1 to {MOST_BITS}, got {bits}")
+    if not 1 <= bits <= MAX_BITS:
+        raise ArgumentError("sequence_bits", f"must be 1 to {MAX_BITS}, got {bits}")

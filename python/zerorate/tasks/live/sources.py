@@ -13,16 +13,16 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any, BinaryIO, Final, TypeAlias
 
-from zerorate.io.packets import PacketForm
-from zerorate.texts import extra_needed
+from zerorate.io.packets import PacketProtocol
+from zerorate.texts import describe_missing_extra
 
-_PIECE: Final = 1 << 16
-_MOST: Final = 1 << 22
+_READ_BYTES: Final = 1 << 16
+_MAX_PUSH_BYTES: Final = 1 << 22
 """Bytes that one push may have: some seconds of all sensors."""
-_SECONDS: Final = 30.0
+_TIMEOUT_S: Final = 30.0
 """How long a connection or a device is waited for."""
-_BAUD: Final = 115200
-_QUEUED: Final = 1 << 12
+_DEFAULT_BAUD: Final = 115200
+_MAX_QUEUED: Final = 1 << 12
 """Messages that wait at most; a source that is faster than the filter is held up, or told off."""
 
 _Read: TypeAlias = Callable[[], bytes]
@@ -39,10 +39,10 @@ class SourceKind:
 
     address: str
     meaning: str
-    opened: Callable[[str, PacketForm | None], Any]
+    opener: Callable[[str, PacketProtocol | None], Any]
 
 
-class _Pieces(io.RawIOBase):
+class _ByteReader(io.RawIOBase):
     """Pieces of any size as a file, so that lines and bytes are read of it alike."""
 
     def __init__(self, read: _Read) -> None:
@@ -60,7 +60,7 @@ class _Pieces(io.RawIOBase):
 
 
 @contextmanager
-def live_source(address: str, form: PacketForm | None) -> Iterator[BinaryIO]:
+def live_source(address: str, protocol: PacketProtocol | None) -> Iterator[BinaryIO]:
     """Open ``KIND:ADDRESS``, one of `SOURCES`, and give its bytes as a file.
 
     Raises
@@ -72,64 +72,64 @@ def live_source(address: str, form: PacketForm | None) -> Iterator[BinaryIO]:
     OSError
         If it cannot be opened, or fails later.
     """
-    name, colon, place = address.partition(":")
-    if name not in SOURCES or not colon or not place:
+    name, colon, target = address.partition(":")
+    if name not in SOURCES or not colon or not target:
         known = ", ".join(kind.address for kind in SOURCES.values())
         raise AddressError(f"takes one of {known}, got '{address}'")
-    with SOURCES[name].opened(place, form) as read:
-        yield io.BufferedReader(_Pieces(read), _PIECE)
+    with SOURCES[name].opener(target, protocol) as read:
+        yield io.BufferedReader(_ByteReader(read), _READ_BYTES)
 
 
-def _needed(module: str, what: str) -> None:
+def _check_installed(module: str, what: str) -> None:
     if find_spec(module) is None:
-        raise ImportError(extra_needed(module, "live", what))
+        raise ImportError(describe_missing_extra(module, "live", what))
 
 
-def _ended(message: bytes, form: PacketForm | None) -> bytes:
+def _end_line(message: bytes, protocol: PacketProtocol | None) -> bytes:
     """Return a message with a line's end, where lines are what is read."""
-    whole = message.endswith(b"\n") or not (form is None or form.lines)
-    return message if whole else message + b"\n"
+    is_complete = message.endswith(b"\n") or not (protocol is None or protocol.lines)
+    return message if is_complete else message + b"\n"
 
 
-def _host_and_port(place: str, kind: str) -> tuple[str, int]:
-    host, _, port = place.rpartition(":")
+def _parse_host_port(target: str, kind: str) -> tuple[str, int]:
+    host, _, port = target.rpartition(":")
     if not host or not port.isdecimal() or not 0 <= int(port) <= 65535:
-        raise AddressError(f"takes {SOURCES[kind].address}, got '{kind}:{place}'")
+        raise AddressError(f"takes {SOURCES[kind].address}, got '{kind}:{target}'")
     return host.strip("[]"), int(port)
 
 
 @contextmanager
-def _serial(place: str, _form: PacketForm | None) -> Iterator[_Read]:
-    _needed("serial", "a serial line")
+def _open_serial(target: str, _protocol: PacketProtocol | None) -> Iterator[_Read]:
+    _check_installed("serial", "a serial line")
     import serial
 
-    device, _, speed = place.partition("@")
+    device, _, speed = target.partition("@")
     if speed and not speed.isdecimal():
-        raise AddressError(f"takes {SOURCES['serial'].address}, got 'serial:{place}'")
-    with serial.Serial(device, int(speed or _BAUD)) as port:
+        raise AddressError(f"takes {SOURCES['serial'].address}, got 'serial:{target}'")
+    with serial.Serial(device, int(speed or _DEFAULT_BAUD)) as port:
         yield lambda: port.read(max(1, port.in_waiting))
 
 
 @contextmanager
-def _tcp(place: str, _form: PacketForm | None) -> Iterator[_Read]:
-    with socket.create_connection(_host_and_port(place, "tcp"), _SECONDS) as port:
+def _open_tcp(target: str, _protocol: PacketProtocol | None) -> Iterator[_Read]:
+    with socket.create_connection(_parse_host_port(target, "tcp"), _TIMEOUT_S) as port:
         port.settimeout(None)
-        yield lambda: port.recv(_PIECE)
+        yield lambda: port.recv(_READ_BYTES)
 
 
 @contextmanager
-def _udp(place: str, form: PacketForm | None) -> Iterator[_Read]:
-    host, number = _host_and_port(place, "udp")
-    family, kind, _, _, bound = socket.getaddrinfo(host, number, type=socket.SOCK_DGRAM)[0]
+def _open_udp(target: str, protocol: PacketProtocol | None) -> Iterator[_Read]:
+    host, number = _parse_host_port(target, "udp")
+    family, kind, _, _, local_address = socket.getaddrinfo(host, number, type=socket.SOCK_DGRAM)[0]
     with socket.socket(family, kind) as port:
-        port.bind(bound)
+        port.bind(local_address)
         # A datagram without a byte is not the end.
-        yield lambda: _ended(port.recv(_PIECE), form) or b"\n"
+        yield lambda: _end_line(port.recv(_READ_BYTES), protocol) or b"\n"
 
 
 @contextmanager
-def _websocket(place: str, form: PacketForm | None) -> Iterator[_Read]:
-    _needed("websockets", "a WebSocket")
+def _open_websocket(target: str, protocol: PacketProtocol | None) -> Iterator[_Read]:
+    _check_installed("websockets", "a WebSocket")
     from websockets.exceptions import ConnectionClosed, WebSocketException
     from websockets.sync.client import connect
 
@@ -138,31 +138,31 @@ def _websocket(place: str, form: PacketForm | None) -> Iterator[_Read]:
             message = socket_.recv()
         except ConnectionClosed:
             return b""
-        return _ended(message.encode() if isinstance(message, str) else message, form)
+        return _end_line(message.encode() if isinstance(message, str) else message, protocol)
 
     try:
-        socket_ = connect(f"ws:{place}", open_timeout=_SECONDS, max_size=_MOST)
+        socket_ = connect(f"ws:{target}", open_timeout=_TIMEOUT_S, max_size=_MAX_PUSH_BYTES)
     except WebSocketException as error:
-        raise OSError(f"ws:{place} is no WebSocket: {error}") from None
+        raise OSError(f"ws:{target} is no WebSocket: {error}") from None
     with socket_:
         yield read
 
 
 @contextmanager
-def _pushed(place: str, form: PacketForm | None) -> Iterator[_Read]:
+def _open_http(target: str, protocol: PacketProtocol | None) -> Iterator[_Read]:
     from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-    bodies: queue.Queue[bytes] = queue.Queue(_QUEUED)
+    bodies: queue.Queue[bytes] = queue.Queue(_MAX_QUEUED)
 
     class Handler(BaseHTTPRequestHandler):
-        timeout = _SECONDS
+        timeout = _TIMEOUT_S
 
         def do_POST(self) -> None:
             length = self.headers.get("Content-Length", "")
-            if not length.isdecimal() or int(length) > _MOST:
+            if not length.isdecimal() or int(length) > _MAX_PUSH_BYTES:
                 self.send_error(413)
                 return
-            bodies.put(_ended(self.rfile.read(int(length)), form))
+            bodies.put(_end_line(self.rfile.read(int(length)), protocol))
             self.send_response(200)
             self.send_header("Content-Length", "0")
             self.end_headers()
@@ -170,7 +170,7 @@ def _pushed(place: str, form: PacketForm | None) -> Iterator[_Read]:
         def log_message(self, *_: object) -> None:
             """Say nothing: stderr is for what is wrong with the samples."""
 
-    with ThreadingHTTPServer(_host_and_port(place, "http"), Handler) as server:
+    with ThreadingHTTPServer(_parse_host_port(target, "http"), Handler) as server:
         thread = threading.Thread(target=server.serve_forever, daemon=True)
         thread.start()
         try:
@@ -180,52 +180,52 @@ def _pushed(place: str, form: PacketForm | None) -> Iterator[_Read]:
 
 
 @contextmanager
-def _bluetooth(place: str, form: PacketForm | None) -> Iterator[_Read]:
-    _needed("bleak", "a Bluetooth device")
-    device, _, characteristic = place.partition("/")
-    characteristic = characteristic or (form.notify if form is not None else None) or ""
+def _open_bluetooth(target: str, protocol: PacketProtocol | None) -> Iterator[_Read]:
+    _check_installed("bleak", "a Bluetooth device")
+    device, _, characteristic = target.partition("/")
+    characteristic = characteristic or (protocol.notify if protocol is not None else None) or ""
     if not characteristic:
-        raise AddressError(f"takes {SOURCES['ble'].address}, got 'ble:{place}'")
-    pieces: queue.Queue[bytes | Exception] = queue.Queue(_QUEUED)
-    ended = threading.Event()
+        raise AddressError(f"takes {SOURCES['ble'].address}, got 'ble:{target}'")
+    pieces: queue.Queue[bytes | Exception] = queue.Queue(_MAX_QUEUED)
+    stopped = threading.Event()
     work = threading.Thread(
-        target=lambda: _notified(device, characteristic, pieces, ended), daemon=True
+        target=lambda: _read_notifications(device, characteristic, pieces, stopped), daemon=True
     )
     work.start()
 
     def read() -> bytes:
         piece = pieces.get()
         if isinstance(piece, Exception):
-            raise OSError(f"ble:{place}: {piece}") from None
+            raise OSError(f"ble:{target}: {piece}") from None
         return piece
 
     try:
         yield read
     finally:
-        ended.set()
-        work.join(_SECONDS)
+        stopped.set()
+        work.join(_TIMEOUT_S)
 
 
-def _notified(
+def _read_notifications(
     device: str,
     characteristic: str,
     pieces: queue.Queue[bytes | Exception],
-    ended: threading.Event,
+    stopped: threading.Event,
 ) -> None:
     """Put what a device notifies, nothing at its end, or the error that ends it."""
     from bleak import BleakClient
 
     async def run() -> None:
-        gone = asyncio.Event()
+        disconnected = asyncio.Event()
         loop = asyncio.get_running_loop()
 
         def left(_: BleakClient) -> None:
-            loop.call_soon_threadsafe(gone.set)
+            loop.call_soon_threadsafe(disconnected.set)
 
-        client = BleakClient(device, disconnected_callback=left, timeout=_SECONDS)
+        client = BleakClient(device, disconnected_callback=left, timeout=_TIMEOUT_S)
         async with client:
             await client.start_notify(characteristic, lambda _, raw: pieces.put(bytes(raw)))
-            while not gone.is_set() and not ended.is_set():
+            while not disconnected.is_set() and not stopped.is_set():
                 await asyncio.sleep(0.1)
 
     try:
@@ -236,11 +236,17 @@ def _notified(
 
 
 SOURCES: Final = {
-    "serial": SourceKind("serial:DEVICE@BAUD", "a serial line, 115200 baud without @", _serial),
-    "tcp": SourceKind("tcp:HOST:PORT", "a server of bytes or lines", _tcp),
-    "udp": SourceKind("udp:HOST:PORT", "datagrams to this address of this machine", _udp),
-    "ws": SourceKind("ws://HOST:PORT/PATH", "a WebSocket", _websocket),
-    "http": SourceKind("http:HOST:PORT", "what is pushed to this address of this machine", _pushed),
-    "ble": SourceKind("ble:ADDRESS/CHARACTERISTIC", "a Bluetooth device's notices", _bluetooth),
+    "serial": SourceKind(
+        "serial:DEVICE@BAUD", "a serial line, 115200 baud without @", _open_serial
+    ),
+    "tcp": SourceKind("tcp:HOST:PORT", "a server of bytes or lines", _open_tcp),
+    "udp": SourceKind("udp:HOST:PORT", "datagrams to this address of this machine", _open_udp),
+    "ws": SourceKind("ws://HOST:PORT/PATH", "a WebSocket", _open_websocket),
+    "http": SourceKind(
+        "http:HOST:PORT", "what is pushed to this address of this machine", _open_http
+    ),
+    "ble": SourceKind(
+        "ble:ADDRESS/CHARACTERISTIC", "a Bluetooth device's notices", _open_bluetooth
+    ),
 }
 """The kinds of live sources, by what their addresses begin with."""

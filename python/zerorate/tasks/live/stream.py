@@ -7,18 +7,18 @@ from typing import Final, Self
 from zerorate.tasks.live.array import ArraySettings
 from zerorate.tasks.live.attitude import AttitudeSettings
 from zerorate.tasks.live.checkpoint import (
-    FOREIGN,
+    FOREIGN_STATE_ERRORS,
     CheckpointError,
-    Saved,
+    StreamState,
+    check_count,
     check_settings,
-    numbers_of,
-    sealed,
-    sequence_of,
-    unsealed,
-    whole,
+    pack_checkpoint,
+    restore_sequence,
+    sequence_state,
+    unpack_checkpoint,
 )
 from zerorate.tasks.live.engine import Engine, EngineSettings
-from zerorate.tasks.live.lines import LineError, cells_of
+from zerorate.tasks.live.lines import LineError, split_cells
 from zerorate.tasks.live.navigation import NavigationSettings
 from zerorate.tasks.live.sequence import SequenceCount
 from zerorate.tasks.live.settings import Settings
@@ -89,12 +89,12 @@ class LineStream:
     @property
     def no_answer(self) -> str:
         """The answer to a garbled line: as many ``nan`` as an answer has columns."""
-        return self._known.no_answer
+        return self._require_engine.no_answer
 
     @property
     def opening(self) -> str | None:
         """A sentence on what the columns are, None if there is none to say."""
-        return self._known.opening
+        return self._require_engine.opening
 
     def take(self, line: str) -> str | None:
         """Return the answer to a line, without a line end; None for a comment.
@@ -110,19 +110,19 @@ class LineStream:
         text = line.strip(" \t\r\n")
         if text.startswith("#"):
             return None
-        cells = cells_of(text)
+        cells = split_cells(text)
         if self._engine is None:
-            self._engine = self.settings.opened(cells, self._fields)
+            self._engine = self.settings.open_engine(cells, self._fields)
         if self._engine.layout.is_header(cells):
             return self._engine.header(cells)
-        return self._sample(self._engine, cells)
+        return self._answer_sample(self._engine, cells)
 
     def take_damaged(self) -> str:
         """Return the answer to a sample that came damaged; the columns must be known.
 
         It is missing, unless numbers will tell.
         """
-        engine = self._known
+        engine = self._require_engine
         if engine.layout.sequence is None:
             self._lines += 1
             engine.miss(1)
@@ -143,7 +143,7 @@ class LineStream:
 
     def to_bytes(self) -> bytes:
         """Return all that is needed to go on, with a checksum; the columns must be known."""
-        engine = self._known
+        engine = self._require_engine
         layout = engine.layout
         kind = self.settings.kind
         fields = {
@@ -152,10 +152,10 @@ class LineStream:
             "layout": [layout.fields, layout.channels, layout.sequence, layout.names, layout.unit],
             "samples": engine.samples,
             "lines": self._lines,
-            "sequence": numbers_of(self.sequence),
+            "sequence": sequence_state(self.sequence),
             **engine.state(),
         }
-        return sealed(json.dumps(fields).encode(), engine.to_bytes())
+        return pack_checkpoint(json.dumps(fields).encode(), engine.to_bytes())
 
     @classmethod
     def from_bytes(
@@ -170,48 +170,48 @@ class LineStream:
         SettingsError
             They were saved with other settings.
         """
-        text, filter_ = unsealed(raw)
+        text, filter_ = unpack_checkpoint(raw)
         try:
-            saved = Saved.of(json.loads(text))
+            saved = StreamState.of(json.loads(text))
             kind = _KINDS[saved.engine]
             stream = cls(kind.from_json(saved.settings), saved.layout.fields)
-            stream._lines = whole(saved.fields["lines"])
-            stream.sequence = sequence_of(stream.settings, saved.fields["sequence"])
+            stream._lines = check_count(saved.fields["lines"])
+            stream.sequence = restore_sequence(stream.settings, saved.fields["sequence"])
             saved.check(stream.settings.sequence, stream.sequence)
-        except FOREIGN:
+        except FOREIGN_STATE_ERRORS:
             raise CheckpointError("its checksum fits, but it holds no state of a stream") from None
-        stream._engine = _engine(stream.settings, saved, filter_)
+        stream._engine = _restore_engine(stream.settings, saved, filter_)
         if settings is not None:
             check_settings(stream.settings, saved.layout.fields, settings, fields)
         return stream
 
     @property
-    def _known(self) -> Engine:
+    def _require_engine(self) -> Engine:
         if self._engine is None:
             raise RuntimeError("no line has come yet, so the columns are not known")
         return self._engine
 
-    def _sample(self, engine: Engine, cells: list[str]) -> str:
+    def _answer_sample(self, engine: Engine, cells: list[str]) -> str:
         if engine.layout.sequence is not None:
             number, sample = engine.layout.sequence_number(cells), engine.read(cells)
             missing = self.sequence.step(number)
             if missing is None:
-                return engine.placed(cells, engine.unknown)
+                return engine.format_answer(cells, engine.nan_texts)
             engine.miss(missing)
-            return engine.placed(cells, engine.answer(sample))
+            return engine.format_answer(cells, engine.answer(sample))
         self._lines += 1
         try:
             sample = engine.read(cells)
         except LineError:
             engine.miss(1)
             raise
-        return engine.placed(cells, engine.answer(sample))
+        return engine.format_answer(cells, engine.answer(sample))
 
 
-def _engine(settings: EngineSettings, saved: Saved, filter_: bytes) -> Engine:
+def _restore_engine(settings: EngineSettings, saved: StreamState, filter_: bytes) -> Engine:
     try:
-        return settings.restored(saved.layout, saved.fields, filter_)
+        return settings.restore_engine(saved.layout, saved.fields, filter_)
     except CheckpointError:
         raise
-    except FOREIGN:
+    except FOREIGN_STATE_ERRORS:
         raise CheckpointError("its checksum fits, but it holds no state of a stream") from None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from zerorate.tasks.live.stream import LineStream
 
-PERIOD: Final = 0.05
+PERIOD_S: Final = 0.05
 """Seconds between two views: twenty a second, which is as many as an eye tells apart."""
 
 
@@ -77,11 +77,11 @@ class Watcher:
     put: Callable[[View], None]
     _next: float = -math.inf
 
-    def answered(self, stream: "LineStream") -> None:
+    def after_answer(self, stream: "LineStream") -> None:
         """Look at the stream if it is time to."""
         now = monotonic()
         if now >= self._next and self._look(stream):
-            self._next = now + PERIOD
+            self._next = now + PERIOD_S
 
     def finish(self, stream: "LineStream") -> None:
         """Look once more, at the end."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from zerorate._native import allan_deviations
-from zerorate.tasks.workers import workers
+from zerorate.tasks.workers import thread_pool
 from zerorate.types import Floats
 
 
@@ -29,11 +29,11 @@ class AllanCurves:
 def allan_curves(raw: Floats, filtered: Floats, rate: float) -> AllanCurves:
     """Return the curves of two records of shape (n, k), of the samples that both have."""
     # Predictions in a gap are no measurement.
-    there = np.isfinite(raw)
-    compared = filtered if there.all() else np.where(there, filtered, np.nan)
+    present = np.isfinite(raw)
+    present_filtered = filtered if present.all() else np.where(present, filtered, np.nan)
     factors = _octaves(len(raw))
-    with workers() as executor:
-        jobs = [executor.submit(_deviations, record, factors) for record in (raw, compared)]
+    with thread_pool() as executor:
+        jobs = [executor.submit(_deviations, record, factors) for record in (raw, present_filtered)]
         return AllanCurves(np.array(factors) / rate, *(job.result() for job in jobs))
 
 

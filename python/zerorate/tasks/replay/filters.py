@@ -10,13 +10,13 @@ import numpy as np
 
 from zerorate._native import DriftFilter
 from zerorate.faults import ArgumentError
-from zerorate.options import FilterOptions, check_used, used_by, with_limits
+from zerorate.options import FilterOptions, add_rest_limits, check_used, select_options
 from zerorate.record.log import Header
 from zerorate.tasks.replay.history import Recorder, moments
 from zerorate.types import Booleans, Floats
 
 Output = Literal["compensated", "estimate"]
-_Noted = tuple[Floats, Booleans, Booleans]
+_StateArrays = tuple[Floats, Booleans, Booleans]
 """Standard deviation of the bias, rest, and a stuck sensor, to be filled."""
 
 
@@ -65,56 +65,59 @@ class Filters:
         options: FilterOptions,
         moving: Booleans | None = None,
     ) -> None:
-        listed, channels = _checked(methods), header.channels
-        given = cast(dict[str, Any], options)
-        known = with_limits(given, listed, header.unit, ["rest_limit"])
+        listed, channels = _check_methods(methods), header.channels
+        filter_options = cast(dict[str, Any], options)
+        limited_options = add_rest_limits(filter_options, listed, header.unit, ["rest_limit"])
         self.runs = {
-            method: _Run(header.rate, channels, method, used_by(method, known)) for method in listed
+            method: _Run(header.rate, channels, method, select_options(method, limited_options))
+            for method in listed
         }
-        check_used(given, listed)
-        self.output: Final = _checked_output(output)
+        check_used(filter_options, listed)
+        self.output: Final = _check_output(output)
         self.recorder = Recorder()
-        self.holds = self.chosen.params["motion"] == "hold"
-        self.notes = self.holds or self.chosen.method == "auto" or self.output == "compensated"
-        self.limit: Final = self.chosen.params["limit"]
+        self.holds = self.chosen_filter.params["motion"] == "hold"
+        self.records_state = (
+            self.holds or self.chosen_filter.method == "auto" or self.output == "compensated"
+        )
+        self.limit: Final = self.chosen_filter.params["limit"]
         self.moving: Final = moving
         self._moments = moments(header.n)
-        self._known = np.zeros(channels, dtype=np.bool_)
+        self._has_sample = np.zeros(channels, dtype=np.bool_)
 
     @property
-    def chosen(self) -> DriftFilter:
+    def chosen_filter(self) -> DriftFilter:
         """The filter that the filtered log is of."""
         return list(self.runs.values())[-1].filter
 
-    def through(self, raws: Iterator[Floats], executor: Executor) -> Iterator[Block]:
+    def process_blocks(self, raws: Iterator[Floats], executor: Executor) -> Iterator[Block]:
         """Yield what becomes of each block (k, n)."""
         for raw in raws:
-            first = self.chosen.samples_seen
-            noted = _room(raw) if self.notes else None
-            bias = self._bias(raw, first, executor, noted)
-            counted, saturated = within_range(raw, self.limit)
-            self._blank_before_first(counted, bias)
-            sigma, at_rest, stuck = noted or (None, None, None)
-            yield Block(first, counted, bias, sigma, at_rest, stuck, saturated)
+            first = self.chosen_filter.samples_seen
+            state = _allocate_state(raw) if self.records_state else None
+            bias = self._estimate_bias(raw, first, executor, state)
+            in_range, saturated = mask_saturated(raw, self.limit)
+            self._blank_before_first(in_range, bias)
+            sigma, at_rest, stuck = state or (None, None, None)
+            yield Block(first, in_range, bias, sigma, at_rest, stuck, saturated)
 
-    def _bias(
-        self, raw: Floats, first: int, executor: Executor, noted: _Noted | None
+    def _estimate_bias(
+        self, raw: Floats, first: int, executor: Executor, state: _StateArrays | None
     ) -> dict[str, Floats]:
-        *others, (name, chosen) = self.runs.items()
+        *other_runs, (name, chosen_run) = self.runs.items()
         low, high = np.searchsorted(self._moments, (first, first + raw.shape[1]), side="right")
         stops = (self._moments[low:high] - first).tolist()
         # The chosen one, which is noted meanwhile, takes longest.
         moving = None if self.moving is None else self.moving[first : first + raw.shape[1]]
-        job = executor.submit(chosen.watched, raw, stops, self.recorder, noted, moving)
-        jobs = {method: executor.submit(run.through, raw, moving) for method, run in others}
+        job = executor.submit(chosen_run.process_recorded, raw, stops, self.recorder, state, moving)
+        jobs = {method: executor.submit(run.process, raw, moving) for method, run in other_runs}
         return {method: other.result() for method, other in jobs.items()} | {name: job.result()}
 
     def _blank_before_first(self, raw: Floats, bias: dict[str, Floats]) -> None:
         """Put NaN where a filter had nothing yet to predict from."""
-        for i in np.flatnonzero(~self._known):
-            there = np.isfinite(raw[i])
-            self._known[i] = there.any()
-            unknown = int(there.argmax()) if self._known[i] else None
+        for i in np.flatnonzero(~self._has_sample):
+            present = np.isfinite(raw[i])
+            self._has_sample[i] = present.any()
+            unknown = int(present.argmax()) if self._has_sample[i] else None
             for series in bias.values():
                 series[i, :unknown] = np.nan
 
@@ -129,42 +132,42 @@ class _Run:
         self._holds = self.filter.params["motion"] == "hold"
         self._seconds = 0.0
 
-    def through(self, raw: Floats, moving: Booleans | None) -> Floats:
+    def process(self, raw: Floats, moving: Booleans | None) -> Floats:
         """Return the bias of a block (k, n)."""
         bias = np.empty_like(raw)
         self._advance(raw, bias, None, moving)
         return bias
 
-    def watched(
+    def process_recorded(
         self,
         raw: Floats,
         stops: Sequence[int],
         recorder: Recorder,
-        noted: _Noted | None,
+        state: _StateArrays | None,
         moving: Booleans | None,
     ) -> Floats:
-        """Return the bias of a block, note the state at some of its samples, and fill `noted`."""
+        """Return the bias of a block, note the state at some of its samples, and fill `state`."""
         bias = np.empty_like(raw)
         first = 0
         for stop in dict.fromkeys((*stops, raw.shape[1])):
             part = np.s_[:, first:stop]
-            piece = None if noted is None else (noted[0][part], noted[1][part], noted[2][part])
-            known = None if moving is None else moving[first:stop]
-            self._advance(raw[part], bias[part], piece, known)
+            piece = None if state is None else (state[0][part], state[1][part], state[2][part])
+            moving_piece = None if moving is None else moving[first:stop]
+            self._advance(raw[part], bias[part], piece, moving_piece)
             if stop in stops:
                 recorder.take(self.filter)
             first = stop
         return bias
 
     def _advance(
-        self, raw: Floats, bias: Floats, noted: _Noted | None, moving: Booleans | None
+        self, raw: Floats, bias: Floats, state: _StateArrays | None, moving: Booleans | None
     ) -> None:
-        told = moving if self._holds else None
-        if told is not None and noted is None:
-            noted = _room(raw)
+        hold_mask = moving if self._holds else None
+        if hold_mask is not None and state is None:
+            state = _allocate_state(raw)
         # Only the processor's time of this thread counts.
         begin = time.thread_time()
-        self.filter._replay(raw, bias, noted, told)
+        self.filter._replay(raw, bias, state, hold_mask)
         self._seconds += time.thread_time() - begin
 
     @property
@@ -174,7 +177,7 @@ class _Run:
         return samples / self._seconds if self._seconds > 0.0 else np.nan
 
 
-def within_range(raw: Floats, limit: float | None) -> tuple[Floats, Booleans | None]:
+def mask_saturated(raw: Floats, limit: float | None) -> tuple[Floats, Booleans | None]:
     """Return samples without those at the end of the sensor's range, and which these are."""
     if limit is None:
         return raw, None
@@ -182,17 +185,17 @@ def within_range(raw: Floats, limit: float | None) -> tuple[Floats, Booleans | N
     return np.where(saturated, np.nan, raw), saturated
 
 
-def _room(raw: Floats) -> _Noted:
+def _allocate_state(raw: Floats) -> _StateArrays:
     return np.empty_like(raw), np.empty(raw.shape, np.bool_), np.empty(raw.shape, np.bool_)
 
 
-def _checked_output(output: Output) -> Output:
+def _check_output(output: Output) -> Output:
     if output not in get_args(Output):
         raise ArgumentError("output", f"must be 'compensated' or 'estimate', got {output!r}")
     return output
 
 
-def _checked(methods: Sequence[str]) -> list[str]:
+def _check_methods(methods: Sequence[str]) -> list[str]:
     listed = list(methods)
     if not listed or len(set(listed)) < len(listed):
         raise ArgumentError("methods", f"must be at least one and all different, got {listed}")

@@ -11,10 +11,10 @@ from zerorate.noise.quantities import term_of
 from zerorate.types import Floats, Integers
 from zerorate.units import convert
 
-_EVEN: Final = 600
-_PER_DECADE: Final = 60
-_REACHED: Final = 1.0 - math.exp(-1.0)
-_RATES: Final = ("rad/s", "deg/s", "deg/h")
+_LINEAR_MOMENTS: Final = 600
+_MOMENTS_PER_DECADE: Final = 60
+_STEP_FRACTION: Final = 1.0 - math.exp(-1.0)
+_RATE_UNITS: Final = ("rad/s", "deg/s", "deg/h")
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +56,9 @@ def moments(n: int) -> Integers:
     Six hundred in even steps, for a linear time axis, and sixty a decade, for a logarithmic
     one.
     """
-    even = np.linspace(n / _EVEN, n, _EVEN)
+    even = np.linspace(n / _LINEAR_MOMENTS, n, _LINEAR_MOMENTS)
     decades = int(np.ceil(np.log10(n)))
-    rising = np.logspace(0.0, decades, decades * _PER_DECADE + 1)
+    rising = np.logspace(0.0, decades, decades * _MOMENTS_PER_DECADE + 1)
     both = np.ceil(np.concatenate((even, rising))).astype(np.int64)
     return np.unique(both[both <= n])
 
@@ -92,7 +92,7 @@ class Recorder:
         return History(np.array(self._samples, dtype=np.int64), *columns)
 
 
-def memory(history: History, order: tuple[int, int] | None, rate: float) -> Floats:
+def time_constants(history: History, order: tuple[int, int] | None, rate: float) -> Floats:
     """Return the time in which each axis' estimate makes 63 % of a step, s.
 
     The filter is taken as it stood at the end. Of a published method the gain is the median over
@@ -116,45 +116,47 @@ def memory(history: History, order: tuple[int, int] | None, rate: float) -> Floa
     """
     late = history.samples > history.samples[-1] // 2
     gains = history.gain[late].swapaxes(0, 1)
-    most = int(history.samples[-1])
+    max_samples = int(history.samples[-1])
     if order is None:
-        samples = [_samples_of_walk(gain[:, 0], most) for gain in gains]
+        samples = [_random_walk_samples(gain[:, 0], max_samples) for gain in gains]
     else:
         samples = [
-            _samples(coefficients, _middle(gain), order[0], most)
+            _model_samples(coefficients, _median_gain(gain), order[0], max_samples)
             for coefficients, gain in zip(history.coefficients[-1], gains, strict=True)
         ]
     return np.array(samples, dtype=np.float64) / rate
 
 
-def _middle(gain: Floats) -> Floats:
+def _median_gain(gain: Floats) -> Floats:
     """Return the median of shape (m, p + 1), without the zeros of missing samples."""
     used = gain[gain[:, 0] != 0.0]
     median: Floats = np.median(used, axis=0) if used.size else np.full(gain.shape[1], np.nan)
     return median
 
 
-def _samples_of_walk(gain: Floats, most: int) -> float:
+def _random_walk_samples(gain: Floats, max_samples: int) -> float:
     """Return 1/K for the last gain that was not that of a missing sample."""
     used = gain[gain > 0.0]
     samples = 1.0 / float(used[-1]) if used.size else math.nan
-    return math.inf if samples > most else samples
+    return math.inf if samples > max_samples else samples
 
 
-def _samples(coefficients: Floats, gain: Floats, p: int, most: int) -> float:
+def _model_samples(coefficients: Floats, gain: Floats, p: int, max_samples: int) -> float:
     """Return the first sample count, found by halving, at which the response is reached."""
     if not (np.isfinite(coefficients).all() and np.isfinite(gain).all()):
         return math.nan
     step = _step_matrix(coefficients[:p], gain)
     high = 1
-    while not _response(step, high) >= _REACHED:
+    while not _step_response(step, high) >= _STEP_FRACTION:
         high *= 2
-        if high > 2 * most:
+        if high > 2 * max_samples:
             return math.inf
     low = high // 2
     while high - low > 1:
         middle = (low + high) // 2
-        low, high = (low, middle) if _response(step, middle) >= _REACHED else (middle, high)
+        low, high = (
+            (low, middle) if _step_response(step, middle) >= _STEP_FRACTION else (middle, high)
+        )
     return float(high)
 
 
@@ -172,22 +174,22 @@ def _step_matrix(phi: Floats, gain: Floats) -> Floats:
     return step
 
 
-def _response(step: Floats, samples: int) -> float:
+def _step_response(step: Floats, samples: int) -> float:
     with np.errstate(all="ignore"):
         return float(np.linalg.matrix_power(step, samples)[0, -1])
 
 
-def last_known(values: Floats) -> Floats:
+def last_finite(values: Floats) -> Floats:
     """Return the last row's value of each column, or the last one before that is not NaN."""
-    known = np.isfinite(values)
-    last = len(values) - 1 - known[::-1].argmax(axis=0)
-    found: Floats = values[last, np.arange(values.shape[1])]
-    return found
+    finite = np.isfinite(values)
+    last = len(values) - 1 - finite[::-1].argmax(axis=0)
+    result: Floats = values[last, np.arange(values.shape[1])]
+    return result
 
 
 def noise_units(unit: str) -> tuple[tuple[str, float], tuple[str, float]]:
     """Return unit and factor of the angle random walk and the rate random walk of a log's unit."""
-    if unit not in _RATES:
+    if unit not in _RATE_UNITS:
         return (f"{unit} √s", 1.0), (f"{unit}/√s", 1.0)
     factor = convert(1.0, unit, "rad/s")
     terms = (term_of("angular rate", field) for field in ("angle_random_walk", "rate_random_walk"))

@@ -11,8 +11,8 @@ from zerorate.record.log import Header
 from zerorate.tasks.replay.filters import Block
 from zerorate.types import Booleans, Floats, Integers
 
-_ONSET: Final = 0.5
-_FEWEST: Final = 8
+_ONSET_S: Final = 0.5
+_MIN_ONSET_SAMPLES: Final = 8
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Score:
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class SampleCounts:
     """Counts of each axis' samples, shape (k,).
 
     Parameters
@@ -68,22 +68,22 @@ class Seen:
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class ReplayMeasures:
     """What all samples gave.
 
     Parameters
     ----------
     scores : tuple of Score
         Axis by axis: the raw data, then each method.
-    compensated : ndarray, shape (k,)
+    compensated_deviation : ndarray, shape (k,)
         Deviation of raw minus the chosen method's bias, in the unit of the log.
-    seen : Seen
+    sample_counts : Seen
         Counts of samples.
     """
 
     scores: tuple[Score, ...]
-    compensated: Floats
-    seen: Seen
+    compensated_deviation: Floats
+    sample_counts: SampleCounts
 
 
 class Measures:
@@ -106,9 +106,9 @@ class Measures:
         self._truth = truth
         self._lengths = [round(horizon * header.rate) for horizon in horizons]
         self._used = [i for i, m in enumerate(self._lengths) if 1 <= m < header.n]
-        self._notes = False
+        self._records_state = False
         self._stuck = np.zeros(header.channels, dtype=np.int64)
-        delay = onset(header.rate) if holds else None
+        delay = onset_samples(header.rate) if holds else None
         lengths = [self._lengths[i] for i in self._used]
         self._native = ReplayScores(header.channels, len(self._methods), lengths, delay)
         self._compensated = ReplayScores(header.channels, 0, [], delay)
@@ -116,7 +116,7 @@ class Measures:
     def take(self, block: Block) -> None:
         """Measure one block."""
         rest = block.rest
-        self._notes = rest is not None
+        self._records_state = rest is not None
         if block.stuck is not None:
             self._stuck += np.count_nonzero(block.stuck, axis=1)
         bias = [block.bias[method] for method in self._methods]
@@ -124,33 +124,35 @@ class Measures:
         truth = None if self._truth is None else self._truth[:, block.first : block.end]
         self._native.take(block.raw, bias, rest, truth)
 
-    def finish(self) -> Measured:
+    def finish(self) -> ReplayMeasures:
         """Return the scores and what was seen, when all blocks have come."""
-        found = self._native.finish()
-        seen = Seen(
-            missing_count=found["missing"],
-            present_count=found["present"],
-            equal=found["least"] == found["most"],
-            at_rest_count=found["at_rest"] if self._notes else None,
-            stuck_count=self._stuck if self._notes else None,
+        native = self._native.finish()
+        sample_counts = SampleCounts(
+            missing_count=native["missing"],
+            present_count=native["present"],
+            equal=native["least"] == native["most"],
+            at_rest_count=native["at_rest"] if self._records_state else None,
+            stuck_count=self._stuck if self._records_state else None,
         )
-        scores = self._scores(_Found(**{name: found[name] for name in _NAMES}))
-        return Measured(tuple(scores), self._compensated.finish()["deviation"][:, 0], seen)
+        scores = self._scores(_NativeScores(**{name: native[name] for name in _SCORE_FIELDS}))
+        return ReplayMeasures(
+            tuple(scores), self._compensated.finish()["deviation"][:, 0], sample_counts
+        )
 
-    def _scores(self, found: "_Found") -> list[Score]:
+    def _scores(self, native: "_NativeScores") -> list[Score]:
         if self._truth is None:
-            found.error[:] = np.nan
-        coasting = np.full((*found.mean.shape, len(self._lengths)), np.nan)
-        coasting[..., self._used] = found.coasting / self._header.rate
+            native.error[:] = np.nan
+        coasting = np.full((*native.mean.shape, len(self._lengths)), np.nan)
+        coasting[..., self._used] = native.coasting / self._header.rate
         return [
-            _score(found, i, j, (axis, method), coasting[i, j])
+            _make_score(native, i, j, (axis, method), coasting[i, j])
             for i, axis in enumerate(self._header.names)
             for j, method in enumerate(("raw", *self._methods))
         ]
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class _NativeScores:
     """Native results (k, m + 1), the coasting errors with an axis of horizons."""
 
     mean: Floats
@@ -159,21 +161,23 @@ class _Found:
     coasting: Floats
 
 
-_NAMES = ("mean", "deviation", "error", "coasting")
+_SCORE_FIELDS = ("mean", "deviation", "error", "coasting")
 
 
-def _score(found: _Found, i: int, j: int, of: tuple[str, str], coasting: Floats) -> Score:
-    raw, deviation = float(found.deviation[i, 0]), float(found.deviation[i, j])
+def _make_score(
+    native: _NativeScores, i: int, j: int, labels: tuple[str, str], coasting: Floats
+) -> Score:
+    raw, deviation = float(native.deviation[i, 0]), float(native.deviation[i, j])
     return Score(
-        *of,
-        mean=float(found.mean[i, j]),
+        *labels,
+        mean=float(native.mean[i, j]),
         deviation=deviation,
         reduction=deviation / raw if raw > 0.0 else np.nan,
         coasting=tuple(coasting.tolist()),
-        error=float(found.error[i, j]),
+        error=float(native.error[i, j]),
     )
 
 
-def onset(rate: float) -> int:
+def onset_samples(rate: float) -> int:
     """Return the samples before a motion is seen in which it may have begun."""
-    return max(round(_ONSET * rate), _FEWEST)
+    return max(round(_ONSET_S * rate), _MIN_ONSET_SAMPLES)

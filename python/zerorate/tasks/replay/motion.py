@@ -8,10 +8,10 @@ import numpy as np
 from zerorate._native import MotionDetector
 from zerorate.io import LogFile
 from zerorate.record import LogError
-from zerorate.tasks.workers import ahead
+from zerorate.tasks.workers import prefetch
 from zerorate.types import Booleans
 
-_ROWS: Final = 1 << 15
+_BLOCK_ROWS: Final = 1 << 15
 
 
 def motion_of(accel: LogFile, gyro: LogFile) -> Booleans:
@@ -31,18 +31,18 @@ def motion_of(accel: LogFile, gyro: LogFile) -> Booleans:
             f"{', '.join(header.names)}: an accelerometer has three axes, got {header.channels}"
         )
     detector = MotionDetector(header.rate)
-    with closing(ahead(accel.blocks(_ROWS))) as blocks:
-        shown = [detector.process(np.ascontiguousarray(block.T)) for block in blocks]
-    moving = np.concatenate((*shown, np.zeros(1, dtype=np.bool_)))
+    with closing(prefetch(accel.blocks(_BLOCK_ROWS))) as blocks:
+        moving_blocks = [detector.process(np.ascontiguousarray(block.T)) for block in blocks]
+    moving = np.concatenate((*moving_blocks, np.zeros(1, dtype=np.bool_)))
     start = float(accel.time(0, 1)[0])
-    known = np.empty(gyro.header.n, dtype=np.bool_)
-    for first in range(0, gyro.header.n, _ROWS):
-        end = min(first + _ROWS, gyro.header.n)
+    is_moving = np.empty(gyro.header.n, dtype=np.bool_)
+    for first in range(0, gyro.header.n, _BLOCK_ROWS):
+        end = min(first + _BLOCK_ROWS, gyro.header.n)
         # Stamps are rounded; a sample of the same instant counts.
         last = np.floor((gyro.time(first, end) - start) * header.rate + 1e-3).astype(np.int64)
         # The place after the last says that nothing is known.
-        known[first:end] = moving[np.where((last < 0) | (last >= header.n), header.n, last)]
-    return known
+        is_moving[first:end] = moving[np.where((last < 0) | (last >= header.n), header.n, last)]
+    return is_moving
 
 
 def note_on_motion(accel: LogFile, moving: Booleans, rate: float) -> str:

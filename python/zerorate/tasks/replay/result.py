@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.record import Log
 from zerorate.record.log import Header, notes_of
-from zerorate.record.names import split_unit, with_suffix
-from zerorate.tasks.left_out import LeftOut
+from zerorate.record.names import add_unit_suffix, split_unit
+from zerorate.tasks.exclusion_counts import ExclusionCounts
 from zerorate.tasks.replay.allan import AllanCurves, allan_curves
-from zerorate.tasks.replay.filters import Output, within_range
+from zerorate.tasks.replay.filters import Output, mask_saturated
 from zerorate.tasks.replay.history import History
-from zerorate.tasks.replay.measures import Score, Seen, onset
+from zerorate.tasks.replay.measures import SampleCounts, Score, onset_samples
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result, figure_of
 
@@ -62,7 +62,7 @@ class Readings:
         at the end of the tick in which it began, or of the next.
         """
         rest = self.rest
-        before = onset(rate)
+        before = onset_samples(rate)
         begins = np.argwhere(rest[:-1] & ~rest[1:])
         for i, axis in begins:
             rest[max(0, i + 1 - before) : i + 1, axis] = False
@@ -101,9 +101,9 @@ class Summary(Result):
         How often the noise learned at the start proved wrong by many orders.
     history : History
         What the chosen filter knew over time.
-    memory : ndarray, shape (k,)
+    time_constant : ndarray, shape (k,)
         Time in which the chosen filter makes 63 % of a step, s.
-    seen : Seen
+    sample_counts : Seen
         How many samples were missing, and at rest.
     left_out : LeftOut
         How many samples the chosen filter left out although they were there.
@@ -124,9 +124,9 @@ class Summary(Result):
     status: tuple[str, ...]
     restart_count: Integers
     history: History
-    memory: Floats
-    seen: Seen
-    left_out: LeftOut
+    time_constant: Floats
+    sample_counts: SampleCounts
+    left_out: ExclusionCounts
     alarms: tuple[str, ...] = ()
 
     @property
@@ -142,14 +142,14 @@ class Summary(Result):
     @property
     def moved_count(self) -> Integers | None:
         """Samples of each axis that were neither of the rest nor of a stuck sensor, shape (k,)."""
-        seen = self.seen
-        if seen.at_rest_count is None or seen.stuck_count is None:
+        counts = self.sample_counts
+        if counts.at_rest_count is None or counts.stuck_count is None:
             return None
-        return self.header.n - seen.at_rest_count - seen.stuck_count
+        return self.header.n - counts.at_rest_count - counts.stuck_count
 
     def summary(self) -> "Summary":
         """Return this without the samples of the log."""
-        return Summary(**{one.name: getattr(self, one.name) for one in fields(Summary)})
+        return Summary(**{field.name: getattr(self, field.name) for field in fields(Summary)})
 
     @property
     def limit(self) -> float | None:
@@ -194,7 +194,7 @@ class Replay(Summary, Result):
     @property
     def saturated(self) -> Booleans | None:
         """Which samples are at the end of the sensor's range, shape (n, k), where that is known."""
-        return within_range(self.log.data, self.limit)[1]
+        return mask_saturated(self.log.data, self.limit)[1]
 
     @property
     def lost(self) -> Booleans:
@@ -208,8 +208,8 @@ class Replay(Summary, Result):
     @cached_property
     def allan(self) -> AllanCurves:
         """Allan deviations of the raw data and of the filtered log, at rest where that is known."""
-        raw, _ = within_range(self.log.data, self.limit)
-        filtered = self.bias if self.output == "estimate" else compensated(raw, self.bias)
+        raw, _ = mask_saturated(self.log.data, self.limit)
+        filtered = self.bias if self.output == "estimate" else subtract_bias(raw, self.bias)
         if self.params["motion"] == "hold" and self.readings is not None:
             raw = np.where(self.readings.certain_rest(self.log.rate), raw, np.nan)
         return allan_curves(raw, filtered, self.log.rate)
@@ -232,18 +232,18 @@ class Replay(Summary, Result):
         """
         if self.output == "estimate":
             return self.log.with_data(self.bias)
-        counted, _ = within_range(self.log.data, self.limit)
-        filtered = self.log.with_data(compensated(counted, self.bias))
+        counted, _ = mask_saturated(self.log.data, self.limit)
+        filtered = self.log.with_data(subtract_bias(counted, self.bias))
         return replace(filtered, extra={**filtered.extra, **self._extra()})
 
     def _extra(self) -> Columns:
         if self.readings is None:
             return {}
-        noted, saturated = self.readings, self.saturated
-        flags = (noted.at_rest, noted.stuck, *(() if saturated is None else (saturated,)))
-        turned = (flag.T for flag in flags)
+        readings, saturated = self.readings, self.saturated
+        flags = (readings.at_rest, readings.stuck, *(() if saturated is None else (saturated,)))
+        columns = (flag.T for flag in flags)
         return extra_columns(
-            self.log.names, self.log.unit, self.bias.T, noted.bias_sigma.T, *turned
+            self.log.names, self.log.unit, self.bias.T, readings.bias_sigma.T, *columns
         )
 
 
@@ -262,8 +262,8 @@ class Replays(Result):
 
 def notes_on(replay: Summary) -> Iterator[str]:
     """Yield the sentences on the log, and on what the filter did."""
-    yield from _on_log(replay)
-    yield from unlearned(replay)
+    yield from _log_notes(replay)
+    yield from describe_unlearned(replay)
     guarded = int(np.sum(replay.guard_count[replay.method]))
     if guarded:
         steps = replay.header.n * replay.header.channels
@@ -272,13 +272,13 @@ def notes_on(replay: Summary) -> Iterator[str]:
             "keep it positive"
         )
     if replay.method != "auto":
-        yield from _on_memory(replay)
-        yield from _on_motion(replay)
+        yield from _time_constant_notes(replay)
+        yield from _motion_notes(replay)
 
 
-def _on_log(replay: Summary) -> Iterator[str]:
-    header, missing = replay.header, replay.seen.missing_count
-    yield from notes_of(header, even=True)
+def _log_notes(replay: Summary) -> Iterator[str]:
+    header, missing = replay.header, replay.sample_counts.missing_count
+    yield from notes_of(header, evenly_spaced=True)
     if missing.any():
         counts = zip(header.names, missing.tolist(), strict=True)
         listed = ", ".join(f"{name} {n}" for name, n in counts if n)
@@ -293,10 +293,10 @@ def _on_log(replay: Summary) -> Iterator[str]:
             )
 
 
-def _on_memory(replay: Summary) -> Iterator[str]:
+def _time_constant_notes(replay: Summary) -> Iterator[str]:
     times = {
         name: "longer than the record" if math.isinf(seconds) else f"{seconds:.3g} s"
-        for name, seconds in zip(replay.header.names, replay.memory, strict=True)
+        for name, seconds in zip(replay.header.names, replay.time_constant, strict=True)
         if not math.isnan(seconds)
     }
     if times:
@@ -304,7 +304,7 @@ def _on_memory(replay: Summary) -> Iterator[str]:
         yield f"time in which {replay.method} makes 63 % of a step: {listed}"
 
 
-def _on_motion(replay: Summary) -> Iterator[str]:
+def _motion_notes(replay: Summary) -> Iterator[str]:
     moved = replay.moved_count
     if moved is None or not moved.any():
         return
@@ -316,14 +316,17 @@ def _on_motion(replay: Summary) -> Iterator[str]:
     )
 
 
-def unlearned(replay: Summary) -> Iterator[str]:
+def describe_unlearned(replay: Summary) -> Iterator[str]:
     """Yield a sentence on each axis of which the chosen filter learned nothing for certain."""
-    needed, seen = max(10, round(replay.params["startup"] * replay.header.rate)), replay.seen
+    needed, counts = (
+        max(10, round(replay.params["startup"] * replay.header.rate)),
+        replay.sample_counts,
+    )
     for i, name in enumerate(replay.header.names):
-        present, ready = int(seen.present_count[i]), bool(replay.ready[i])
+        present, ready = int(counts.present_count[i]), bool(replay.ready[i])
         if present == 0:
             continue
-        if not ready and seen.equal[i] and present >= needed:
+        if not ready and counts.equal[i] and present >= needed:
             yield f"{name}: all samples are equal, so no noise, model or gain was learned"
         elif replay.status[i] == _NO_REST and present >= needed:
             yield f"{name}: no rest was found, so no bias is known: a filter learns while it rests"
@@ -333,20 +336,20 @@ def unlearned(replay: Summary) -> Iterator[str]:
                 "no noise, model or gain was learned"
             )
         elif replay.status[i] == _PROVISIONAL:
-            yield said(
+            yield make_sentence(
                 f"{name}: what was learned as rest may be motion: nothing louder was seen, and it "
                 "did not last a minute; ",
-                given("rest_limit"),
+                keyword_argument("rest_limit"),
                 " tells them apart",
             )
 
 
-def compensated(raw: Floats, bias: Floats) -> Floats:
+def subtract_bias(raw: Floats, bias: Floats) -> Floats:
     """Return raw minus bias, NaN where a sample is missing."""
     # Numbers near the largest double overflow: the estimate of a filter is at its limit then.
     with np.errstate(over="ignore", invalid="ignore"):
-        there = np.isfinite(raw)
-        return raw - bias if there.all() else np.where(there, raw - bias, np.nan)
+        present = np.isfinite(raw)
+        return raw - bias if present.all() else np.where(present, raw - bias, np.nan)
 
 
 def extra_names(names: Sequence[str], unit: str, limited: bool) -> Iterator[tuple[str, ...]]:
@@ -356,7 +359,7 @@ def extra_names(names: Sequence[str], unit: str, limited: bool) -> Iterator[tupl
     """
     flags = ("at_rest", "stuck", "saturated") if limited else ("at_rest", "stuck")
     for name in names:
-        dimensional, bare = with_suffix(name, unit), split_unit(name)[0]
+        dimensional, bare = add_unit_suffix(name, unit), split_unit(name)[0]
         of_flags = (f"{flag}_{bare}" for flag in flags)
         yield f"bias_{dimensional}", f"bias_sigma_{dimensional}", *of_flags
 

@@ -11,30 +11,30 @@ import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
 from zerorate.io import LogFile, write_log
-from zerorate.io.readers.parquet import TIME_NAME, RowGroups, about
-from zerorate.io.reading import notes_on_missing
-from zerorate.io.writing import column_names
+from zerorate.io.readers.parquet import TIME_NAME, RowGroupWriter, make_metadata
+from zerorate.io.reading import describe_missing
+from zerorate.io.writing import make_column_names
 from zerorate.options import METHODS, FilterOptions
-from zerorate.progress import Progress, reported
+from zerorate.progress import Progress, choose_reporter
 from zerorate.record import Log, LogError, atomic_path
 from zerorate.record.missing import floats
-from zerorate.tasks.left_out import LeftOut
+from zerorate.tasks.exclusion_counts import ExclusionCounts
 from zerorate.tasks.replay.filters import Block, Filters, Output
-from zerorate.tasks.replay.history import memory
+from zerorate.tasks.replay.history import time_constants
 from zerorate.tasks.replay.measures import Measures
 from zerorate.tasks.replay.motion import motion_of, note_on_motion
 from zerorate.tasks.replay.result import (
     Readings,
     Replay,
     Summary,
-    compensated,
     extra_columns,
     extra_names,
+    subtract_bias,
 )
-from zerorate.tasks.workers import Behind, ahead, workers
+from zerorate.tasks.workers import BackgroundStep, prefetch, thread_pool
 from zerorate.types import Booleans, Floats
 
-ROWS: Final = 1 << 15
+BLOCK_ROWS: Final = 1 << 15
 """Samples of a block: enough to hide what a block costs, few enough for the processor's caches."""
 
 HORIZONS: Final = (10.0, 60.0)
@@ -102,17 +102,19 @@ def run_filters(
     >>> [s.method for s in result.scores if s.reduction < 0.6]
     ['kf', 'akf', 'fading', 'robust', 'auto']
     """
-    report = reported(progress)
+    report = choose_reporter(progress)
     source = LogFile.of(log)
-    source, moving = _with_motion(source, None if accel is None else LogFile.of(accel))
+    source, moving = _detect_motion(source, None if accel is None else LogFile.of(accel))
     filters = Filters(source.header, methods, output, options, moving)
-    known = None if truth is None else _like(truth, log)
-    measures = Measures(source.header, list(filters.runs), horizons, filters.holds, known)
-    series = _Series(log.data.shape, list(filters.runs), filters.notes)
-    _drive(source, filters, (measures.take, series.take), report)
-    summary = _summary(source, filters, measures, horizons)
-    said: dict[str, Any] = {field.name: getattr(summary, field.name) for field in fields(summary)}
-    return Replay(**said, log=log, filtered=series.filtered, readings=series.readings)
+    true_bias = None if truth is None else _check_truth(truth, log)
+    measures = Measures(source.header, list(filters.runs), horizons, filters.holds, true_bias)
+    series = _Series(log.data.shape, list(filters.runs), filters.records_state)
+    _run_pipeline(source, filters, (measures.take, series.take), report)
+    summary = _summarise(source, filters, measures, horizons)
+    summary_fields: dict[str, Any] = {
+        field.name: getattr(summary, field.name) for field in fields(summary)
+    }
+    return Replay(**summary_fields, log=log, filtered=series.filtered, readings=series.readings)
 
 
 def filter_to_file(
@@ -125,7 +127,7 @@ def filter_to_file(
     horizons: Sequence[float] = HORIZONS,
     force: bool = False,
     progress: Progress | None = None,
-    rows: int = ROWS,
+    rows: int = BLOCK_ROWS,
     **options: Unpack[FilterOptions],
 ) -> Summary:
     """Filter a recording block by block and write the filtered log.
@@ -171,76 +173,76 @@ def filter_to_file(
         )
         write_log(result.to_log(), path, force=force)
         return result.summary()
-    recording, moving = _with_motion(recording, accel)
+    recording, moving = _detect_motion(recording, accel)
     header = recording.header
     filters = Filters(header, methods, output, options, moving)
     measures = Measures(header, list(filters.runs), horizons, filters.holds)
     with atomic_path(path, force) as temporary:
         with _FilteredFile(temporary, recording, filters) as file:
             sinks = (measures.take, file.take)
-            _drive(recording, filters, sinks, reported(progress), rows)
-        return _summary(recording, filters, measures, horizons)
+            _run_pipeline(recording, filters, sinks, choose_reporter(progress), rows)
+        return _summarise(recording, filters, measures, horizons)
 
 
-def _with_motion(gyro: LogFile, accel: LogFile | None) -> tuple[LogFile, Booleans | None]:
+def _detect_motion(gyro: LogFile, accel: LogFile | None) -> tuple[LogFile, Booleans | None]:
     """Return the log of a gyro, whose notes tell of the accelerometer, and where that moves."""
     if accel is None:
         return gyro, None
     moving = motion_of(accel, gyro)
-    header = gyro.header.noting([note_on_motion(accel, moving, gyro.header.rate)])
+    header = gyro.header.with_notes([note_on_motion(accel, moving, gyro.header.rate)])
     return replace(gyro, header=header), moving
 
 
-def _drive(
+def _run_pipeline(
     recording: LogFile,
     filters: Filters,
     sinks: Sequence[Callable[[Block], None]],
     progress: Progress,
-    rows: int = ROWS,
+    rows: int = BLOCK_ROWS,
 ) -> None:
     """Read blocks ahead, filter them, and give them to every sink in a thread of its own."""
     with ExitStack() as stack:
-        executor = stack.enter_context(workers())
-        raws = stack.enter_context(closing(ahead(recording.blocks(rows))))
-        steps = [stack.enter_context(Behind(sink)) for sink in sinks]
-        for block in filters.through(raws, executor):
+        executor = stack.enter_context(thread_pool())
+        raws = stack.enter_context(closing(prefetch(recording.blocks(rows))))
+        steps = [stack.enter_context(BackgroundStep(sink)) for sink in sinks]
+        for block in filters.process_blocks(raws, executor):
             for step in steps:
                 step.put(block)
             progress("filtering", block.end / recording.header.n)
 
 
-def _summary(
+def _summarise(
     recording: LogFile, filters: Filters, measures: Measures, horizons: Sequence[float]
 ) -> Summary:
     """Return what is said of a recording of which all blocks are through."""
     measured = measures.finish()
-    seen = measured.seen
-    if not seen.present_count.any():
+    counts = measured.sample_counts
+    if not counts.present_count.any():
         saturated = "" if filters.limit is None else f", or beyond the limit of {filters.limit:g}"
         raise LogError(f"no axis holds a sample: all are missing{saturated}")
     header = recording.header
-    chosen, history = filters.chosen, filters.recorder.history()
+    chosen_filter, history = filters.chosen_filter, filters.recorder.history()
     return Summary(
-        header=header.noting(
-            notes_on_missing(header.names, (seen.missing_count == header.n).tolist())
+        header=header.with_notes(
+            describe_missing(header.names, (counts.missing_count == header.n).tolist())
         ),
-        method=chosen.method,
+        method=chosen_filter.method,
         output=filters.output,
-        params=chosen.params,
+        params=chosen_filter.params,
         scores=measured.scores,
-        compensated_deviation=measured.compensated,
+        compensated_deviation=measured.compensated_deviation,
         horizons=tuple(horizons),
         speed={method: run.speed for method, run in filters.runs.items()},
         guard_count={
             method: np.asarray(run.filter.guard_count) for method, run in filters.runs.items()
         },
-        ready=np.asarray(chosen.ready),
-        status=tuple(chosen.status),
-        restart_count=np.asarray(chosen.restart_count),
+        ready=np.asarray(chosen_filter.ready),
+        status=tuple(chosen_filter.status),
+        restart_count=np.asarray(chosen_filter.restart_count),
         history=history,
-        memory=memory(history, chosen.order, header.rate),
-        seen=seen,
-        left_out=LeftOut.of(chosen),
+        time_constant=time_constants(history, chosen_filter.order, header.rate),
+        sample_counts=counts,
+        left_out=ExclusionCounts.of(chosen_filter),
     )
 
 
@@ -249,20 +251,20 @@ class _Series:
 
     def __init__(self, shape: tuple[int, int], methods: Sequence[str], notes: bool) -> None:
         # An axis after the other, as everything that measures or writes them wants them.
-        turned = shape[::-1]
-        self._bias = {method: np.empty(turned) for method in methods}
+        axes_first = shape[::-1]
+        self._bias = {method: np.empty(axes_first) for method in methods}
         kinds = (np.float64, np.bool_, np.bool_)
-        self._noted = [np.empty(turned, dtype=kind) for kind in kinds] if notes else None
+        self._state = [np.empty(axes_first, dtype=kind) for kind in kinds] if notes else None
 
     def take(self, block: Block) -> None:
         """Put one block in its place."""
-        place = np.s_[:, block.first : block.end]
+        columns = np.s_[:, block.first : block.end]
         for method, bias in self._bias.items():
-            bias[place] = block.bias[method]
-        if self._noted is not None:
+            bias[columns] = block.bias[method]
+        if self._state is not None:
             parts = (block.bias_sigma, block.at_rest, block.stuck)
-            for noted, part in zip(self._noted, parts, strict=True):
-                noted[place] = part
+            for series, part in zip(self._state, parts, strict=True):
+                series[columns] = part
 
     @property
     def filtered(self) -> dict[str, Floats]:
@@ -272,22 +274,22 @@ class _Series:
     @property
     def readings(self) -> Readings | None:
         """What the chosen filter said at every sample, where that is noted."""
-        return None if self._noted is None else Readings(*(part.T for part in self._noted))
+        return None if self._state is None else Readings(*(part.T for part in self._state))
 
 
-class _FilteredFile(RowGroups):
+class _FilteredFile(RowGroupWriter):
     """Blocks written as the filtered log."""
 
     def __init__(self, path: Path, recording: LogFile, filters: Filters) -> None:
         header = recording.header
         self._recording = recording
         # Not the filter itself: it works on the next block while this one is written.
-        self._method = filters.chosen.method
+        self._method = filters.chosen_filter.method
         self._compensates = filters.output == "compensated"
         every = extra_names(header.names, header.unit, limited=filters.limit is not None)
         others = [name for names in every for name in names] if self._compensates else []
-        names = column_names(header.names, header.unit, others)
-        super().__init__(path, [TIME_NAME, *names, *others], about(header))
+        names = make_column_names(header.names, header.unit, others)
+        super().__init__(path, [TIME_NAME, *names, *others], make_metadata(header))
 
     def take(self, block: Block) -> None:
         """Write one block."""
@@ -299,15 +301,15 @@ class _FilteredFile(RowGroups):
         header = self._recording.header
         flags = [flag for flag in (block.at_rest, block.stuck, block.saturated) if flag is not None]
         others = extra_columns(header.names, header.unit, bias, block.bias_sigma, *flags)
-        self.write([time, *compensated(block.raw, bias), *others.values()])
+        self.write([time, *subtract_bias(block.raw, bias), *others.values()])
 
 
-def _like(truth: npt.ArrayLike, log: Log) -> Floats:
+def _check_truth(truth: npt.ArrayLike, log: Log) -> Floats:
     """Return the truth an axis after the other, shape (k, n)."""
-    known = floats(truth, "truth")
-    known = known[:, np.newaxis] if known.ndim == 1 else known
-    if known.shape != log.data.shape:
+    true_bias = floats(truth, "truth")
+    true_bias = true_bias[:, np.newaxis] if true_bias.ndim == 1 else true_bias
+    if true_bias.shape != log.data.shape:
         raise ArgumentError(
-            "truth", f"must have the log's shape {log.data.shape}, got {known.shape}"
+            "truth", f"must have the log's shape {log.data.shape}, got {true_bias.shape}"
         )
-    return np.ascontiguousarray(known.T)
+    return np.ascontiguousarray(true_bias.T)

@@ -12,20 +12,20 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Self, Unpack
 import numpy.typing as npt
 
 from zerorate.calibration.calibration import Calibration
-from zerorate.checks.preparation import FILTERED
+from zerorate.checks.preparation import FILTER_CHOICES
 from zerorate.faults import ArgumentError
 from zerorate.io.counts import Scale
 from zerorate.io.logfile import LogFile
 from zerorate.io.writing import write_log
-from zerorate.options import METHODS, check_used, with_limits
-from zerorate.progress import Progress, reported
+from zerorate.options import METHODS, add_rest_limits, check_used
+from zerorate.progress import Progress, choose_reporter
 from zerorate.record.log import Log
 from zerorate.tasks.corrections import calibration_of
 from zerorate.tasks.imu import Imu
 from zerorate.tasks.replay.result import Panels, Replay, Summary
-from zerorate.tasks.replay.run import HORIZONS, ROWS, filter_to_file, run_filters
+from zerorate.tasks.replay.run import BLOCK_ROWS, HORIZONS, filter_to_file, run_filters
 from zerorate.tasks.saving import Files, figure_writer
-from zerorate.tasks.source import Source, UnscaledArguments, explained
+from zerorate.tasks.source import Source, UnscaledArguments, name_source_in_errors
 
 if TYPE_CHECKING:
     from zerorate._native import _FilterOptions, _Method, _Output
@@ -39,7 +39,7 @@ else:
     ReplayOptions = dict
 
 Path_ = str | os.PathLike[str]
-_READING: Final = UnscaledArguments.__optional_keys__
+_READING_OPTIONS: Final = UnscaledArguments.__optional_keys__
 _ALL: Final = "all"
 
 
@@ -108,15 +108,17 @@ def replay(
     >>> found.method, found.alarms, found.to_log().names
     ('auto', (), ('gyro_x_radps', 'gyro_y_radps', 'gyro_z_radps'))
     """
-    report = reported(progress)
-    asked = _Asked.of(method, methods, horizons, options)
+    report = choose_reporter(progress)
+    request = _ReplayRequest.of(method, methods, horizons, options)
     report("reading", 0.0)
-    imu = _imu(source, asked, accel, calibration, fix)
-    with explained(imu.source, imu.alarms):
+    imu = _load_imu(source, request, accel, calibration, fix)
+    with name_source_in_errors(imu.source, imu.alarms):
         log = imu.gyro.log()
-        own = None if imu.accel is None else imu.accel.log()
-        found = run_filters(log, accel=own, truth=truth, progress=report, **asked.of_log(log.unit))
-    return replace(found, alarms=imu.alarms)
+        accel_log = None if imu.accel is None else imu.accel.log()
+        result = run_filters(
+            log, accel=accel_log, truth=truth, progress=report, **request.of_log(log.unit)
+        )
+    return replace(result, alarms=imu.alarms)
 
 
 def replay_to_file(
@@ -131,7 +133,7 @@ def replay_to_file(
     horizons: Sequence[float] = HORIZONS,
     force: bool = False,
     progress: Progress | None = None,
-    rows: int = ROWS,
+    rows: int = BLOCK_ROWS,
     **options: Unpack[ReplayOptions],
 ) -> Summary:
     """Remove the bias from a log of any length, block by block, and write the filtered log.
@@ -179,18 +181,18 @@ def replay_to_file(
     >>> summary.header.n, [score.method for score in summary.scores]
     (6000, ['raw', 'auto'])
     """
-    asked = _Asked.of(method, methods, horizons, options)
-    imu = _imu(source, asked, accel, calibration, fix)
-    with explained(imu.source, imu.alarms):
-        found = filter_to_file(
+    request = _ReplayRequest.of(method, methods, horizons, options)
+    imu = _load_imu(source, request, accel, calibration, fix)
+    with name_source_in_errors(imu.source, imu.alarms):
+        summary = filter_to_file(
             imu.gyro, Path(path), accel=imu.accel, force=force, progress=progress, rows=rows,
-            **asked.of_log(imu.gyro.header.unit),
+            **request.of_log(imu.gyro.header.unit),
         )  # fmt: skip
-    return replace(found, alarms=imu.alarms)
+    return replace(summary, alarms=imu.alarms)
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _ReplayRequest:
     """What is asked of the filters, and of the reader."""
 
     methods: tuple[str, ...]
@@ -202,28 +204,28 @@ class _Asked:
     def of(
         cls,
         method: str,
-        compared: Sequence[str] | Literal["all"],
+        comparison: Sequence[str] | Literal["all"],
         horizons: Sequence[float],
-        given: Mapping[str, Any],
+        arguments: Mapping[str, Any],
     ) -> Self:
         """Return what was given, sorted and checked."""
-        reading = {name: value for name, value in given.items() if name in _READING}
-        options = {name: value for name, value in given.items() if name not in _READING}
+        reading = {name: value for name, value in arguments.items() if name in _READING_OPTIONS}
+        options = {name: value for name, value in arguments.items() if name not in _READING_OPTIONS}
         if "data_scale" in options:
             reading["scale"] = options.pop("data_scale")
-        methods = (*_others(compared, method), method)
+        methods = (*_comparison_methods(comparison, method), method)
         check_used((name for name in options if name != "output"), methods)
         return cls(methods, horizons, options, reading)
 
     def of_log(self, unit: str) -> dict[str, Any]:
         """Return the arguments of the filters of a log in a unit."""
-        known = with_limits(self.options, self.methods, unit)
-        return {"methods": self.methods, "horizons": self.horizons, **known}
+        filter_options = add_rest_limits(self.options, self.methods, unit)
+        return {"methods": self.methods, "horizons": self.horizons, **filter_options}
 
 
-def _others(compared: Sequence[str], method: str) -> tuple[str, ...]:
+def _comparison_methods(comparison: Sequence[str], method: str) -> tuple[str, ...]:
     """Return the methods that the chosen one is compared with."""
-    names = METHODS if isinstance(compared, str) and compared == _ALL else tuple(compared)
+    names = METHODS if isinstance(comparison, str) and comparison == _ALL else tuple(comparison)
     for name in names:
         if name not in METHODS:
             known = ", ".join(METHODS)
@@ -231,23 +233,23 @@ def _others(compared: Sequence[str], method: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for name in names if name != method))
 
 
-def _imu(
+def _load_imu(
     source: Source | LogFile,
-    asked: _Asked,
+    request: _ReplayRequest,
     accel: bool | Log,
     calibration: Calibration | Path_ | None,
     fix: bool,
 ) -> Imu:
-    limit = asked.options.get("bias_limit", 0.0)
-    known = math.inf if limit is None else limit or None
-    choices = replace(FILTERED, fix=fix, bias_limit=known)
-    imu = Imu.of(source, asked.reading, calibration_of(calibration), choices)
+    limit = request.options.get("bias_limit", 0.0)
+    bias_limit = math.inf if limit is None else limit or None
+    choices = replace(FILTER_CHOICES, fix=fix, bias_limit=bias_limit)
+    imu = Imu.of(source, request.reading, calibration_of(calibration), choices)
     if isinstance(accel, Log):
         return replace(imu, accel=LogFile.of(accel))
     return imu if accel else replace(imu, accel=None)
 
 
-def files_of(found: Replay, *, panels: Panels = "usual") -> Files:
+def files_of(result: Replay, *, panels: Panels = "usual") -> Files:
     """Return what a replay is saved as: the filtered log and a figure."""
-    figure = figure_writer(lambda: found.plot(panels))
-    return Files("-zerorate", "", [lambda path: write_log(found.to_log(), path)], (), {"": figure})
+    figure = figure_writer(lambda: result.plot(panels))
+    return Files("-zerorate", "", [lambda path: write_log(result.to_log(), path)], (), {"": figure})

@@ -12,7 +12,7 @@ from zerorate.io.table import Column
 
 
 @dataclass(frozen=True)
-class Stored:
+class LazyArray:
     """An array that is read when it is asked for."""
 
     shape: tuple[int, ...]
@@ -20,7 +20,7 @@ class Stored:
     read: Callable[[], Column]
 
     @classmethod
-    def of(cls, array: Column) -> Stored:
+    def of(cls, array: Column) -> LazyArray:
         """Return an array in memory in the same form."""
         return cls(array.shape, array.dtype, lambda: array)
 
@@ -29,22 +29,22 @@ class Stored:
         """Number of dimensions."""
         return len(self.shape)
 
-    def upright(self) -> Stored:
+    def flatten_vector(self) -> LazyArray:
         """Return the row and column vectors of MATLAB as one dimension."""
         if self.ndim != 2 or 1 not in self.shape:
             return self
         rows = max(self.shape) if 0 not in self.shape else 0
-        return Stored((rows,), self.dtype, lambda: self.read().reshape(-1))
+        return LazyArray((rows,), self.dtype, lambda: self.read().reshape(-1))
 
 
 class Axis(NamedTuple):
     """An array (n,), or one column of an array (n, k)."""
 
-    array: Stored
+    array: LazyArray
     at: int | None = None
 
 
-def loaded(axes: Sequence[Axis]) -> list[Column]:
+def load_axes(axes: Sequence[Axis]) -> list[Column]:
     """Return the columns, of which those of one array are read together."""
     arrays = {array: array.read() for array in {axis.array for axis in axes}}
     return [a if axis.at is None else a[:, axis.at] for axis in axes for a in [arrays[axis.array]]]

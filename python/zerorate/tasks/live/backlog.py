@@ -8,18 +8,18 @@ from typing import Any, Final
 import numpy as np
 
 from zerorate._native import DriftFilter, MotionDetector
-from zerorate.tasks.live.lines import Beside, answer
+from zerorate.tasks.live.lines import DriftColumn, answer_texts
 
 # About a millisecond of the slowest method, after which nobody asks in a stream that has a gap.
-_AT_ONCE: Final = 1 << 14
+_MAX_IMMEDIATE_SAMPLES: Final = 1 << 14
 # What the slowest method predicts in a third of a second: the samples that come leave that free.
-_A_SECOND: Final = 1 << 22
-_CHUNK: Final = 1 << 16
+_PREDICTED_SAMPLES_PER_S: Final = 1 << 22
+_BLOCK_SAMPLES: Final = 1 << 16
 _NO_FORCE: Final = (math.nan, math.nan, math.nan)
 
 
 @dataclass
-class Running:
+class BacklogFilter:
     """A filter with the missing samples that it has not been given yet.
 
     It catches up with a long gap in pieces, one with each sample that comes. Such a sample is
@@ -40,70 +40,72 @@ class Running:
     """
 
     filter: DriftFilter
-    beside: Sequence[Beside]
-    owed: int = 0
+    extra_columns: Sequence[DriftColumn]
+    pending_count: int = 0
     motion: MotionDetector[Any] | None = None
 
     def __post_init__(self) -> None:
         """Derive how much is predicted in between."""
-        self._told = self.motion is not None and self.filter.params["motion"] == "hold"
+        self._holds_in_motion = self.motion is not None and self.filter.params["motion"] == "hold"
         self._width = self.filter.channels or 1
         params = self.filter.params
         # A sample at the end of the sensor's range is missing.
         self._limit = math.inf if params["limit"] is None else params["limit"]
         self._compensates = params["output"] == "compensated"
         # Two at least: the sample that comes meanwhile is owed as well.
-        self._piece = max(2, int(_A_SECOND / (self.filter.rate * self._width)))
+        self._catch_up_samples = max(
+            2, int(_PREDICTED_SAMPLES_PER_S / (self.filter.rate * self._width))
+        )
 
     def answer(self, row: list[float], force: Sequence[float] = _NO_FORCE) -> list[str]:
         """Return what a sample is answered with: one text a channel, then those beside it.
 
         `force` is what the accelerometer shows, three numbers, if there is one.
         """
-        self._predict(self._piece)
-        if self.owed:
-            self.owed += 1
-            rate = self._held(row)
+        self._predict(self._catch_up_samples)
+        if self.pending_count:
+            self.pending_count += 1
+            rate = self._rate_from_bias(row)
         else:
             moving = self.motion is not None and bool(self.motion.update(force))
             sample = row[0] if self.filter.channels is None else row
-            rate = self.filter.update(sample, moving and self._told)
-        return answer(rate, self.filter, self.beside)
+            rate = self.filter.update(sample, moving and self._holds_in_motion)
+        return answer_texts(rate, self.filter, self.extra_columns)
 
     def miss(self, count: int) -> None:
         """Take so many samples as missing."""
-        behind = self.owed > 0
-        self.owed += count
-        if not behind and count * self._width <= _AT_ONCE:
-            self._predict(self.owed)
+        is_behind = self.pending_count > 0
+        self.pending_count += count
+        if not is_behind and count * self._width <= _MAX_IMMEDIATE_SAMPLES:
+            self._predict(self.pending_count)
 
-    def saved(self) -> list[Any]:
+    def snapshot(self) -> list[Any]:
         """Return all that samples change: what is owed, the filter, what sees motion."""
         motion = None if self.motion is None else self.motion.to_bytes()
-        return [self.owed, self.filter.to_bytes(), motion]
+        return [self.pending_count, self.filter.to_bytes(), motion]
 
     def restore(self, saved: Sequence[Any]) -> None:
         """Take what `saved` gave."""
-        self.owed, filter_, motion = saved
+        self.pending_count, filter_, motion = saved
         self.filter = DriftFilter.from_bytes(filter_)
         self.motion = None if motion is None else MotionDetector.from_bytes(motion)
 
-    def _held(self, row: list[float]) -> Any:  # noqa: ANN401  # a float, or one a channel
+    def _rate_from_bias(self, row: list[float]) -> Any:  # noqa: ANN401  # a float, or one a channel
         if not self._compensates:
             return self.filter.estimate
         z = np.array(row)
-        held = np.where(np.abs(z) < self._limit, z, np.nan) - self.filter.bias
-        return float(held[0]) if self.filter.channels is None else held
+        rate = np.where(np.abs(z) < self._limit, z, np.nan) - self.filter.bias
+        return float(rate[0]) if self.filter.channels is None else rate
 
-    def _predict(self, most: int) -> None:
-        count = min(most, self.owed)
-        self.owed -= count
+    def _predict(self, max_samples: int) -> None:
+        count = min(max_samples, self.pending_count)
+        self.pending_count -= count
         while count > 0:
-            n = min(count, max(1, _CHUNK // self._width))
+            n = min(count, max(1, _BLOCK_SAMPLES // self._width))
             shape = n if self.filter.channels is None else (n, self._width)
             moving = None
             if self.motion is not None:
-                shown = self.motion.process(np.full((n, len(_NO_FORCE)), np.nan))
-                moving = shown if self._told else None
+                shows_motion = self.motion.process(np.full((n, len(_NO_FORCE)), np.nan))
+                moving = shows_motion if self._holds_in_motion else None
             self.filter.process(np.full(shape, np.nan), moving=moving)
             count -= n

@@ -7,18 +7,18 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 
-_MAX_LONGITUDE: Final = 360.0
+_MAX_LONGITUDE_DEG: Final = 360.0
 
 
-def place_of(at: npt.ArrayLike, max_latitude: float = 90.0) -> tuple[float, float]:
+def parse_position(at: npt.ArrayLike, max_latitude: float = 90.0) -> tuple[float, float]:
     """Return latitude and longitude, deg; ValueError if that is no place."""
     numbers = np.asarray(at, dtype=np.float64)
-    limits = np.array([max_latitude, _MAX_LONGITUDE])
+    limits = np.array([max_latitude, _MAX_LONGITUDE_DEG])
     if numbers.shape != (2,) or not (np.abs(numbers) <= limits).all():
         got = ",".join(f"{x:g}" for x in numbers.ravel())
         takes = f" takes deg, latitude within {max_latitude:g} first, got '{got}'"
-        raise ValueError(said(given("at"), takes))
+        raise ValueError(make_sentence(keyword_argument("at"), takes))
     latitude, longitude = numbers.tolist()
     return latitude, longitude

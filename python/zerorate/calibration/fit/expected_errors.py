@@ -6,26 +6,28 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.calibration.fit.joint_fit import LOWER, Fit
+from zerorate.calibration.fit.joint_fit import LOWER_TRIANGLE, Fit
 from zerorate.types import Floats
 
-MOST_NORM: Final = 10e-3
+MAX_NORM_ERROR: Final = 10e-3
 """RMS of |f|/g - 1 at rests beyond which a calibration is not valid."""
 
-MOST_MISS: Final = 0.03
+MAX_MISS_SHARE: Final = 0.03
 """Miss of carried gravity, parts of the angle turned, likewise."""
 
-WEAK_NORM: Final = 5e-3
+MAX_POSE_SIGMA: Final = 5e-3
 """Standard error of |f|/g in a pose beyond which that pose is asked for."""
 
-WEAK_TURN: Final = 10e-3
+MAX_TURN_SIGMA_RAD: Final = 10e-3
 """Standard error of a turn by a right angle, rad, likewise."""
 
 
-def norm_rows(accel: Floats, up: Floats) -> Floats:
+def norm_jacobian(accel: Floats, up: Floats) -> Floats:
     """Return what A and b_a move |f|/g by in some directions, but for its sign, shape (n, 9)."""
     levers = up @ np.linalg.inv(accel)
-    return np.concatenate((levers[:, LOWER[:, 0]] * up[:, LOWER[:, 1]], levers), axis=1)
+    return np.concatenate(
+        (levers[:, LOWER_TRIANGLE[:, 0]] * up[:, LOWER_TRIANGLE[:, 1]], levers), axis=1
+    )
 
 
 def turn_sigmas(fit: Fit, size: float) -> Floats:
@@ -37,7 +39,7 @@ def turn_sigmas(fit: Fit, size: float) -> Floats:
     return np.asarray(0.5 * np.pi * sigmas.max(axis=0) / size)
 
 
-def foretells(fit: Fit, up: Floats, size: float) -> bool:
+def is_expected_valid(fit: Fit, up: Floats, size: float) -> bool:
     """Return whether a fit is expected to stay within half of what a valid one may err by.
 
     If not, its errors in other poses and turns say nothing of the sensors.
@@ -51,7 +53,9 @@ def foretells(fit: Fit, up: Floats, size: float) -> bool:
     size
         Scale of M.
     """
-    rows = norm_rows(fit.accel, up)
+    rows = norm_jacobian(fit.accel, up)
     variances = np.einsum("ij,jk,ik->i", rows, fit.covariance[:9, :9], rows)
     turns = turn_sigmas(fit, size) / (0.5 * np.pi)
-    return bool(variances.max() <= (0.5 * MOST_NORM) ** 2 and turns.max() <= 0.5 * MOST_MISS)
+    return bool(
+        variances.max() <= (0.5 * MAX_NORM_ERROR) ** 2 and turns.max() <= 0.5 * MAX_MISS_SHARE
+    )

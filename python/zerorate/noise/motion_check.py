@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.noise.quantities import Quantity, si_unit
-from zerorate.noise.records import as_record, centred, resolution
+from zerorate.noise.records import as_record, centre_record, resolution
 from zerorate.record.named import rate_of
 from zerorate.record.runs import runs_of_rows
 from zerorate.types import Booleans, Floats
 
-MOVED: Final = 8.0
+MOTION_SIGMAS: Final = 8.0
 """How many usual deviations from rest are motion.
 
 At rest the largest of 10 000 steps from the mean of a second to the next is 4.5 for Gaussian noise
@@ -23,33 +23,33 @@ of any colour; recordings at rest reach 4.5, next to a running motor 5.3. The lo
 variance of a second reaches 4.2. Recordings that turn begin at 10.8, motion by hand at 30.
 """
 
-LEAST_SECONDS: Final = 21.0
+MIN_REST_S: Final = 21.0
 """A shorter record does not tell whether it is one of a sensor at rest."""
 
-_LEAST_WINDOWS: Final = 20
-_LEAST_SAMPLES: Final = 10
+_MIN_WINDOWS: Final = 20
+_MIN_SAMPLES: Final = 10
 
-_SHORTEST_REST: Final = 5
+_MIN_REST_WINDOWS: Final = 5
 """Windows: a shorter pause between two motions is no rest that could be characterised."""
 
-_QUIET: Final = 0.25
+_QUIET_SHARE: Final = 0.25
 """Share of the windows that is at rest at least."""
 
-_LEAST_RATIO: Final = 3.0
+_MIN_VARIANCE_RATIO: Final = 3.0
 """Variance of motion over that at rest, at least: vibration of the surroundings is no motion."""
 
-_ROUGHEST: Final = 10.0
+_MAX_ROUGHNESS: Final = 10.0
 """Mean square step of a random walk over its variance within a window, its slope taken off.
 
 No noise of a gyro is smoother; what is, moves.
 """
 
 _MEDIAN_OF_NORMAL: Final = 0.6744897501960817
-_QUANTILES: Final = 0.9703637767
+_QUANTILE_SPAN: Final = 0.9703637767
 """Between the 0.05 and the 0.25 quantile of the standard normal distribution."""
 
 
-_RESTLESS: Final[Mapping[Quantity, float]] = {
+_MAX_MEAN_CHANGE: Final[Mapping[Quantity, float]] = {
     "angular rate": math.radians(0.5),
     "acceleration": 0.2,
 }
@@ -121,12 +121,12 @@ def moving_spans(z: npt.ArrayLike, rate: float | None = None) -> tuple[Span, ...
     """
     hertz = rate_of(rate, z)
     record = as_record(z)
-    width = max(round(hertz), _LEAST_SAMPLES)
+    width = max(round(hertz), _MIN_SAMPLES)
     count = record.size // width
-    if count < _LEAST_WINDOWS or resolution(record) == 0.0:
+    if count < _MIN_WINDOWS or resolution(record) == 0.0:
         return ()
-    windows = centred(record)[: count * width].reshape(count, width)
-    return _spans(_moving(windows), width / hertz)
+    windows = centre_record(record)[: count * width].reshape(count, width)
+    return _join_spans(_find_moving(windows), width / hertz)
 
 
 def largest_step(z: Floats, rate: float) -> Step:
@@ -147,10 +147,10 @@ def largest_step(z: Floats, rate: float) -> Step:
     Step
         Its size is 0 where the record is shorter than 20 s or so coarse that most means are equal.
     """
-    return _Seconds.of(z, rate).largest
+    return _SecondMeans.of(z, rate).largest
 
 
-def doubts_of_rest(
+def find_doubts(
     record: npt.NDArray[np.generic], rate: float, unit: str, names: Sequence[str]
 ) -> tuple[Doubt, ...]:
     """Return why noise coefficients of each axis of a sensor are not to be trusted.
@@ -175,15 +175,18 @@ def doubts_of_rest(
         One an axis; its `why` is empty without a doubt.
     """
     factor, quantity = si_unit(unit)
-    most = _RESTLESS.get(quantity, math.inf) / factor
+    max_change = _MAX_MEAN_CHANGE.get(quantity, math.inf) / factor
     columns = record.reshape(len(record), -1)
-    axes = [_Seconds.of(columns[:, i], rate) for i in range(columns.shape[1])]
-    moved = [one.largest.size > MOVED or one.usual > most for one in axes]
-    together = 2 * sum(moved) > len(moved)
-    whys = (_why(one, its, together, most) for one, its in zip(axes, moved, strict=True))
+    axes = [_SecondMeans.of(columns[:, i], rate) for i in range(columns.shape[1])]
+    moved = [axis.largest.size > MOTION_SIGMAS or axis.usual_change > max_change for axis in axes]
+    mostly_moved = 2 * sum(moved) > len(moved)
+    reasons = (
+        _explain_doubt(axis, its, mostly_moved, max_change)
+        for axis, its in zip(axes, moved, strict=True)
+    )
     return tuple(
-        Doubt(f"{name}: {why}" if name and why else why, itself or together)
-        for name, why, itself in zip(names, whys, moved, strict=True)
+        Doubt(f"{name}: {why}" if name and why else why, itself or mostly_moved)
+        for name, why, itself in zip(names, reasons, moved, strict=True)
     )
 
 
@@ -194,42 +197,42 @@ class Doubt(NamedTuple):
     moved: bool = False
 
 
-def _why(one: _Seconds, itself: bool, together: bool, most: float) -> str:
-    if itself:
-        return f"looks as if it moved ({one.sign(most)}): {_DESCRIBES}"
-    if together:
+def _explain_doubt(means: _SecondMeans, moved: bool, mostly_moved: bool, max_change: float) -> str:
+    if moved:
+        return f"looks as if it moved ({means.evidence(max_change)}): {_MOTION_WARNING}"
+    if mostly_moved:
         return "the other axes of this sensor moved, so it probably did too"
-    if one.duration < LEAST_SECONDS:
-        return f"{one.duration:.3g} s are too short to tell noise from motion"
+    if means.duration < MIN_REST_S:
+        return f"{means.duration:.3g} s are too short to tell noise from motion"
     return ""
 
 
-_DESCRIBES: Final = "the numbers describe the motion, not the sensor"
+_MOTION_WARNING: Final = "the numbers describe the motion, not the sensor"
 
 
-class _Seconds(NamedTuple):
+class _SecondMeans(NamedTuple):
     """What the means of the seconds of a record show."""
 
     duration: float
-    usual: float
+    usual_change: float
     largest: Step
 
     @classmethod
-    def of(cls, z: npt.NDArray[np.generic], rate: float) -> _Seconds:
+    def of(cls, z: npt.NDArray[np.generic], rate: float) -> _SecondMeans:
         width = max(round(rate), 1)
-        changes = np.diff(_means(z[: len(z) // width * width].reshape(-1, width)))
+        changes = np.diff(_row_means(z[: len(z) // width * width].reshape(-1, width)))
         present = np.abs(changes[np.isfinite(changes)])
-        usual = _usual(present) if present.size else 0.0
+        usual = _robust_sigma(present) if present.size else 0.0
         duration = len(z) / rate
-        if present.size < _LEAST_WINDOWS or usual == 0.0:
+        if present.size < _MIN_WINDOWS or usual == 0.0:
             return cls(duration, usual, Step(0.0, 0.0))
-        place = int(np.nanargmax(np.abs(changes)))
-        size = float(abs(changes[place])) / usual
-        return cls(duration, usual, Step(size, (place + 1) * width / rate))
+        index = int(np.nanargmax(np.abs(changes)))
+        size = float(abs(changes[index])) / usual
+        return cls(duration, usual, Step(size, (index + 1) * width / rate))
 
-    def sign(self, most: float) -> str:
+    def evidence(self, max_change: float) -> str:
         """Return what shows the motion."""
-        if self.usual > most:
+        if self.usual_change > max_change:
             return "its mean over one second changes all the time, as no sensor's at rest"
         return (
             f"at {self.largest.time:g} s its mean over one second changes "
@@ -237,25 +240,25 @@ class _Seconds(NamedTuple):
         )
 
 
-def _moving(windows: Floats) -> Booleans:
+def _find_moving(windows: Floats) -> Booleans:
     """Return which windows move, shape (m,)."""
-    found = _Windows.of(windows)
-    noisy = found.variance > _variance_limit(found.variance, windows.shape[1])
-    steps = np.abs(np.diff(found.mean))
+    statistics = _WindowStatistics.of(windows)
+    noisy = statistics.variance > _variance_limit(statistics.variance, windows.shape[1])
+    steps = np.abs(np.diff(statistics.mean))
     # A step into a window that moves anyway says nothing of its neighbour.
     between = ~(noisy[1:] | noisy[:-1]) & np.isfinite(steps)
     if not between.any():
         return noisy
-    usual = _usual(steps[between])
-    smoothest = float(np.sqrt(_ROUGHEST * np.nanquantile(found.about_line, _QUIET)))
-    far = between & (steps > MOVED * min(usual, smoothest)) & (usual > 0.0)
+    usual = _robust_sigma(steps[between])
+    smoothest = float(np.sqrt(_MAX_ROUGHNESS * np.nanquantile(statistics.about_line, _QUIET_SHARE)))
+    jumped = between & (steps > MOTION_SIGMAS * min(usual, smoothest)) & (usual > 0.0)
     moving = noisy.copy()
-    moving[1:] |= far
-    moving[:-1] |= far
+    moving[1:] |= jumped
+    moving[:-1] |= jumped
     return moving
 
 
-class _Windows(NamedTuple):
+class _WindowStatistics(NamedTuple):
     """Mean, variance, and variance about a straight line of each window, NaN of half-empty ones."""
 
     mean: Floats
@@ -263,10 +266,10 @@ class _Windows(NamedTuple):
     about_line: Floats
 
     @classmethod
-    def of(cls, windows: Floats) -> _Windows:
+    def of(cls, windows: Floats) -> _WindowStatistics:
         there = np.isfinite(windows)
         count = np.maximum(there.sum(axis=1), 1)
-        mean = _means(windows)
+        mean = _row_means(windows)
         level = np.where(there, windows - mean[:, None], 0.0)
         squares = np.einsum("ij,ij->i", level, level)
         time = np.arange(windows.shape[1]) - (windows.shape[1] - 1) / 2.0
@@ -282,30 +285,30 @@ class _Windows(NamedTuple):
         )
 
 
-def _means(rows: npt.NDArray[np.generic]) -> Floats:
+def _row_means(rows: npt.NDArray[np.generic]) -> Floats:
     """Return the mean of each row, NaN where half of it or more is missing."""
-    whole: Floats = np.asarray(rows.sum(axis=1, dtype=np.float64))
-    if np.isfinite(whole).all():
-        return np.asarray(whole / rows.shape[1])
+    totals: Floats = np.asarray(rows.sum(axis=1, dtype=np.float64))
+    if np.isfinite(totals).all():
+        return np.asarray(totals / rows.shape[1])
     there = np.isfinite(rows)
     count = there.sum(axis=1)
     sums = np.where(there, rows, 0.0).sum(axis=1)
-    found: Floats = np.where(2 * count > rows.shape[1], sums / np.maximum(count, 1), np.nan)
-    return found
+    means: Floats = np.where(2 * count > rows.shape[1], sums / np.maximum(count, 1), np.nan)
+    return means
 
 
-def _usual(steps: Floats) -> float:
+def _robust_sigma(steps: Floats) -> float:
     """Return the deviation of Gaussian steps whose sizes have this median."""
     return float(np.median(steps)) / _MEDIAN_OF_NORMAL
 
 
 def _variance_limit(variance: Floats, width: int) -> float:
-    lowest, quiet = np.nanquantile(variance, [0.05, _QUIET])
+    lowest, quiet = np.nanquantile(variance, [0.05, _QUIET_SHARE])
     # The logarithm of a variance of Gaussian noise varies by sqrt(2 / width) at least.
-    spread = max(float(np.log(quiet / lowest)) / _QUANTILES, float(np.sqrt(2.0 / width)))
-    return float(quiet) * max(float(np.exp(MOVED * spread)), _LEAST_RATIO)
+    spread = max(float(np.log(quiet / lowest)) / _QUANTILE_SPAN, float(np.sqrt(2.0 / width)))
+    return float(quiet) * max(float(np.exp(MOTION_SIGMAS * spread)), _MIN_VARIANCE_RATIO)
 
 
-def _spans(moving: Booleans, seconds: float) -> tuple[Span, ...]:
-    joined = runs_of_rows(np.flatnonzero(moving), _SHORTEST_REST)
+def _join_spans(moving: Booleans, seconds: float) -> tuple[Span, ...]:
+    joined = runs_of_rows(np.flatnonzero(moving), _MIN_REST_WINDOWS)
     return tuple(Span(start, end) for start, end in (joined * seconds).tolist())

@@ -6,52 +6,52 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from zerorate.findings.axes import SECTION as AXES
-from zerorate.findings.enter import Known
+from zerorate.findings.external_settings import LogModels
 from zerorate.findings.finding import Finding
 from zerorate.findings.imus import Imu
 from zerorate.findings.magnetometer import SECTION as MAGNETOMETER
 from zerorate.findings.pairs import SECTION as PAIRS
 from zerorate.findings.receiver import SECTION as RECEIVER
-from zerorate.findings.rests import OF_BIAS, OF_NOISE
+from zerorate.findings.rests import MIN_BIAS_REST_S, MIN_NOISE_REST_S
 from zerorate.noise import NoiseModel
-from zerorate.noise.exports import left_out
+from zerorate.noise.exports import list_undetermined
 from zerorate.record.recording import Recording
 
 SECTION: Final = "What to record next"
-_FAST: Final = 90.0
+_MIN_VIBRATION_RATE_HZ: Final = 90.0
 """Hz from which on a log shows vibration."""
-_MINUTES: Final = "Ten minutes at rest, on a firm table"
+_LONG_REST_ADVICE: Final = "Ten minutes at rest, on a firm table"
 
 
-def record(
-    recording: Recording, imu: Imu, told: Known, findings: Sequence[Finding]
+def next_record_findings(
+    recording: Recording, imu: Imu, models: LogModels, findings: Sequence[Finding]
 ) -> Iterator[Finding]:
     """Yield what this log does not determine, with the record that would."""
-    wanted: dict[str, list[str]] = {}
-    for what, how in _missing(recording, imu, told, findings):
-        wanted.setdefault(how, []).append(what)
-    for how, unknown in wanted.items():
+    missing_by_advice: dict[str, list[str]] = {}
+    for what, advice in _list_missing(recording, imu, models, findings):
+        missing_by_advice.setdefault(advice, []).append(what)
+    for advice, unknown in missing_by_advice.items():
         yield Finding(
             SECTION, "not identifiable", "good",
-            f"{how}, for what this log does not determine: {', '.join(unknown)}.",
+            f"{advice}, for what this log does not determine: {', '.join(unknown)}.",
         )  # fmt: skip
 
 
-def _missing(
-    recording: Recording, imu: Imu, told: Known, findings: Sequence[Finding]
+def _list_missing(
+    recording: Recording, imu: Imu, models: LogModels, findings: Sequence[Finding]
 ) -> Iterator[tuple[str, str]]:
     """Yield what is not known, and what to record."""
     longest = max((rest.seconds for rest in imu.rests), default=0.0)
-    if imu.sensors[0].log.rate < _FAST:
+    if imu.sensors[0].log.rate < _MIN_VIBRATION_RATE_HZ:
         yield "vibration", "Gyro and accelerometer at 100 Hz and more"
-    if longest < OF_BIAS:
+    if longest < MIN_BIAS_REST_S:
         yield "the gyro's bias", "Ten seconds at rest before and after the motion"
         yield "gravity", "Ten seconds at rest before and after the motion"
-    if longest < OF_NOISE:
-        yield "white noise", _MINUTES
-    yield from _of_noise(told.gyro, "gyro")
-    yield from _of_noise(told.accel, "accelerometer")
-    if told.calibration is None:
+    if longest < MIN_NOISE_REST_S:
+        yield "white noise", _LONG_REST_ADVICE
+    yield from _list_missing_noise(models.gyro, "gyro")
+    yield from _list_missing_noise(models.accel, "accelerometer")
+    if models.calibration is None:
         yield (
             "scale, misalignment and bias of the accelerometer",
             "Twelve poses and more, five seconds each, with turns between them",
@@ -60,30 +60,34 @@ def _missing(
         yield "the bias by temperature", "The sensor's temperature, beside its samples"
     elif any(one.kind == "bias by temperature" and one.value is None for one in findings):
         yield "the bias by temperature", "Still from cold until it is warm, and cool again"
-    yield from _of_motion(recording, findings)
+    yield from _list_missing_motion(recording, findings)
 
 
-def _of_noise(model: NoiseModel | None, name: str) -> Iterator[tuple[str, str]]:
+def _list_missing_noise(model: NoiseModel | None, name: str) -> Iterator[tuple[str, str]]:
     if model is None:
         return
     if model.doubt:
-        yield f"noise of the {name}", _MINUTES
+        yield f"noise of the {name}", _LONG_REST_ADVICE
         return
-    for one in left_out(model):
-        term, _, how = one.partition(": record ")
-        yield f"{term} of the {name}", f"{how[0].upper()}{how[1:]}"
+    for missing_term in list_undetermined(model):
+        term, _, advice = missing_term.partition(": record ")
+        yield f"{term} of the {name}", f"{advice[0].upper()}{advice[1:]}"
 
 
-def _of_motion(recording: Recording, findings: Sequence[Finding]) -> Iterator[tuple[str, str]]:
+def _list_missing_motion(
+    recording: Recording, findings: Sequence[Finding]
+) -> Iterator[tuple[str, str]]:
     kinds = {(one.section, one.kind) for one in findings}
     if not any(section == AXES and kind.startswith("scale") for section, kind in kinds):
         yield "the scale of the gyro", "Turns by hand about all three axes, a minute of them"
-    other = recording.get("gyro_1")
-    if other is not None and (PAIRS, "delay") not in kinds:
+    second_gyro = recording.get("gyro_1")
+    if second_gyro is not None and (PAIRS, "delay") not in kinds:
         turns = "Turns by hand about all three axes, a minute of them"
         yield (
             "delay, rotation and scale between its IMUs",
-            turns if other.rate >= _FAST else "Gyro and accelerometer at 100 Hz and more",
+            turns
+            if second_gyro.rate >= _MIN_VIBRATION_RATE_HZ
+            else "Gyro and accelerometer at 100 Hz and more",
         )
     if recording.mag is not None and (MAGNETOMETER, "field") not in kinds:
         yield "iron near the magnetometer", "Turns by hand about all three axes, a minute of them"

@@ -11,9 +11,9 @@ from zerorate.record.runs import runs
 from zerorate.record.samples import Samples
 from zerorate.types import Floats
 
-_SECONDS: Final = 1.0
-_SAMPLES: Final = 10
-_TOTAL: Final = (3.0, 0.01)
+_MIN_FROZEN_S: Final = 1.0
+_MIN_FROZEN_SAMPLES: Final = 10
+_MIN_TOTAL: Final = (3.0, 0.01)
 """Seconds, and part of the recording, from which on it counts."""
 
 
@@ -32,11 +32,11 @@ def frozen_spans(
     moving = epochs.speed > np.maximum(0.2, 3.0 * epochs.sigma)
     for first, last in runs(same).tolist():
         start, stop = float(time[max(first - 1, 0)]), float(time[last - 1])
-        if stop - start < _SECONDS or last - first < _SAMPLES:
+        if stop - start < _MIN_FROZEN_S or last - first < _MIN_FROZEN_SAMPLES:
             continue
         inside = (epochs.time >= start) & (epochs.time <= stop)
         if inside.any() and moving[inside].mean() > 0.5:
             spans.append((start, stop))
     total = sum(stop - start for start, stop in spans)
-    enough = total >= max(_TOTAL[0], _TOTAL[1] * float(time[-1] - time[0]))
+    enough = total >= max(_MIN_TOTAL[0], _MIN_TOTAL[1] * float(time[-1] - time[0]))
     return spans if enough else []

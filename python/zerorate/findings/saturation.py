@@ -10,33 +10,33 @@ import numpy as np
 from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
 
-_FEWEST: Final = 100
+_MIN_SAMPLES: Final = 100
 """Samples without which nothing is told."""
-_STEPS: Final = 20.0
+_MIN_SPAN_STEPS: Final = 20.0
 """Steps of the numbers that half the span of an axis must have."""
-_RUN: Final = 3
+_MIN_RUN: Final = 3
 """Samples at the limit next to each other that may tell it alone; fewer must be many."""
-_CORNER: Final = 2.0
+_CORNER_STEEPNESS: Final = 2.0
 """How many times steeper than a smooth peak the edges of a plateau are."""
-_PEAK: Final = 4.6
+_PEAK_BIN_RATIO: Final = 4.6
 """Samples in the highest bin of equal smooth peaks over those of a bin beneath: a bin of width w
 holds them as √w, and the eight bins beneath (√9 − √1) √w / 8 on average, or fewer on a grid."""
-_CHANCE: Final = 1e-7
+_MAX_CHANCE: Final = 1e-7
 """Chance of so many equal samples that is told: a log has a dozen axes and signs, people many."""
-_TOP: Final = 1000
+_TOP_SAMPLES: Final = 1000
 """Largest samples, which tell the step where the whole tells none."""
-_BAND: Final = 0.03
+_SOFT_BAND_FRACTION: Final = 0.03
 """Part of the largest value in which a limit is that is not flat."""
-_TOUCHES: Final = 5
+_MIN_EXCURSIONS: Final = 5
 """Excursions into that band without which no soft limit is told."""
-_FLAT: Final = 10.0
+_MIN_FLATNESS: Final = 10.0
 """Steepness at the edge times time in the band over its height: 4 of a parabola, up to 7 as it is
 sampled three times."""
-_LONGEST: Final = 0.5
+_MAX_EXCURSION_S: Final = 0.5
 """Seconds in the band of an excursion; a sensor that stays longer is turned evenly."""
 
 
-class Stop(NamedTuple):
+class Saturation(NamedTuple):
     """Rows at a limit, the longest run of them, the value, and whether all are equal there."""
 
     rows: Integers
@@ -58,7 +58,9 @@ class _Plateaus(NamedTuple):
         return self.last - self.first + 1
 
 
-def stop_of(column: Floats, others: Floats, rate: float, step: float) -> Stop | None:
+def find_saturation(
+    column: Floats, other_axes: Floats, rate: float, step: float
+) -> Saturation | None:
     """Return where an axis is at its largest value as at a limit, None if it is not.
 
     A limit shows in the shape alone: a plateau with corners, which no smooth peak has, or more
@@ -77,48 +79,58 @@ def stop_of(column: Floats, others: Floats, rate: float, step: float) -> Stop | 
         Of the numbers, 0 where they are on no grid.
     """
     finite = np.isfinite(column)
-    if np.count_nonzero(finite) < _FEWEST:
+    if np.count_nonzero(finite) < _MIN_SAMPLES:
         return None
-    most, least = float(np.fmax.reduce(column)), float(np.fmin.reduce(column))
-    reach = 0.5 * (most - least)
+    largest, smallest = float(np.fmax.reduce(column)), float(np.fmin.reduce(column))
+    half_range = 0.5 * (largest - smallest)
     # A limit is on its own side of zero: where a sensor falls to zero it has none.
-    if not (most > 0.0 and 0.0 < reach < math.inf):
+    if not (largest > 0.0 and 0.0 < half_range < math.inf):
         return None
-    return _hard(column, others, most, reach, step) or _soft(column, most, reach, rate)
-
-
-def _hard(column: Floats, others: Floats, most: float, reach: float, step: float) -> Stop | None:
-    quantum = max(step or _gap(column, most, reach), 1e-9 * reach)
-    if reach < _STEPS * quantum:
-        return None
-    rows = np.flatnonzero(column >= most - 0.5 * quantum)
-    if rows.size < _RUN:
-        return None
-    plateaus = _plateaus(column, rows, most)
-    found = (
-        _has_corners(plateaus, quantum)
-        or _is_long(column, plateaus, quantum)
-        or _is_many(column, plateaus, reach, quantum)
+    return _find_hard_limit(column, other_axes, largest, half_range, step) or _find_soft_limit(
+        column, largest, half_range, rate
     )
-    if not found or _stands(others, rows) or _repeats(plateaus, reach, quantum):
+
+
+def _find_hard_limit(
+    column: Floats, other_axes: Floats, largest: float, half_range: float, step: float
+) -> Saturation | None:
+    quantum = max(step or _smallest_step(column, largest, half_range), 1e-9 * half_range)
+    if half_range < _MIN_SPAN_STEPS * quantum:
         return None
-    return Stop(rows, int(plateaus.length.max()), most, True)
+    rows = np.flatnonzero(column >= largest - 0.5 * quantum)
+    if rows.size < _MIN_RUN:
+        return None
+    plateaus = _find_plateaus(column, rows, largest)
+    is_limit = (
+        _has_corners(plateaus, quantum)
+        or _has_long_run(column, plateaus, quantum)
+        or _has_many_equal(column, plateaus, half_range, quantum)
+    )
+    if (
+        not is_limit
+        or _is_standstill(other_axes, rows)
+        or _has_exact_repeats(plateaus, half_range, quantum)
+    ):
+        return None
+    return Saturation(rows, int(plateaus.length.max()), largest, True)
 
 
-def _gap(column: Floats, most: float, reach: float) -> float:
+def _smallest_step(column: Floats, largest: float, half_range: float) -> float:
     """Return the smallest difference of the highest values: the step, if they are on a grid."""
     values = column[:0]
     for part in (0.02, 0.2, 2.1):  # all of it is a copy of a long log
-        if values.size < _TOP:
-            values = column[column >= most - part * reach]
-    steps = np.diff(np.unique(np.partition(values, max(0, values.size - _TOP))[-_TOP:]))
+        if values.size < _TOP_SAMPLES:
+            values = column[column >= largest - part * half_range]
+    steps = np.diff(
+        np.unique(np.partition(values, max(0, values.size - _TOP_SAMPLES))[-_TOP_SAMPLES:])
+    )
     return float(steps.min()) if steps.size else 0.0
 
 
-def _plateaus(column: Floats, rows: Integers, most: float) -> _Plateaus:
+def _find_plateaus(column: Floats, rows: Integers, largest: float) -> _Plateaus:
     first, stop = runs_of_rows(rows).T
     around = np.concatenate([[np.nan], column, [np.nan]])
-    return _Plateaus(first, stop - 1, most - around[first], most - around[stop + 1])
+    return _Plateaus(first, stop - 1, largest - around[first], largest - around[stop + 1])
 
 
 def _has_corners(plateaus: _Plateaus, quantum: float) -> bool:
@@ -127,89 +139,97 @@ def _has_corners(plateaus: _Plateaus, quantum: float) -> bool:
     One that stays within a step for L samples is, one sample further, at most
     ((L + 1) / (L − 1))² steps beneath.
     """
-    long = plateaus.length >= _RUN
+    long = plateaus.length >= _MIN_RUN
     length = plateaus.length[long].astype(np.float64)
-    bound = _CORNER * quantum * np.square((length + 1.0) / (length - 1.0))
+    bound = _CORNER_STEEPNESS * quantum * np.square((length + 1.0) / (length - 1.0))
     lower = np.minimum(plateaus.before[long], plateaus.after[long])
     return bool((lower > bound).any())
 
 
-def _is_long(column: Floats, plateaus: _Plateaus, quantum: float) -> bool:
+def _has_long_run(column: Floats, plateaus: _Plateaus, quantum: float) -> bool:
     """Whether a run is longer than chance makes it as often as neighbours are equal elsewhere."""
     length = int(plateaus.length.max())
-    least = np.nanmin(column)
+    smallest = np.nanmin(column)
     same = np.abs(np.diff(column)) < 0.5 * quantum
-    inside = (column[1:] < np.nanmax(column) - 0.5 * quantum) & (column[1:] > least + 0.5 * quantum)
-    elsewhere = same[inside]
-    blocks = elsewhere[: elsewhere.size // _FEWEST * _FEWEST].reshape(-1, _FEWEST)
-    usual = float(np.quantile(blocks.mean(axis=1), 0.95)) if len(blocks) else 1.0
-    return length >= _RUN and bool(column.size * usual ** (length - 1) < _CHANCE)
+    inside = (column[1:] < np.nanmax(column) - 0.5 * quantum) & (
+        column[1:] > smallest + 0.5 * quantum
+    )
+    equal_elsewhere = same[inside]
+    blocks = equal_elsewhere[: equal_elsewhere.size // _MIN_SAMPLES * _MIN_SAMPLES].reshape(
+        -1, _MIN_SAMPLES
+    )
+    equal_share = float(np.quantile(blocks.mean(axis=1), 0.95)) if len(blocks) else 1.0
+    return length >= _MIN_RUN and bool(column.size * equal_share ** (length - 1) < _MAX_CHANCE)
 
 
-def _is_many(column: Floats, plateaus: _Plateaus, reach: float, quantum: float) -> bool:
+def _has_many_equal(column: Floats, plateaus: _Plateaus, half_range: float, quantum: float) -> bool:
     """Whether more samples equal the largest than the bins beneath let expect."""
-    count, off = int(plateaus.length.sum()), np.fmax(plateaus.before, plateaus.after)
+    count, drops = int(plateaus.length.sum()), np.fmax(plateaus.before, plateaus.after)
     # Where noise is less than a step, a rest flickers between neighbours.
-    if not np.median(off[np.isfinite(off)]) >= 3.0 * quantum:
+    if not np.median(drops[np.isfinite(drops)]) >= 3.0 * quantum:
         return False
-    most = float(np.nanmax(column))
-    beneath = np.count_nonzero(column >= most - 8.5 * quantum) - count
-    near = column[1:-1] >= most - 0.25 * reach
-    near &= column[1:-1] < most - 0.5 * quantum
-    bends = np.abs(np.diff(column, 2))[near]
+    largest = float(np.nanmax(column))
+    beneath = np.count_nonzero(column >= largest - 8.5 * quantum) - count
+    is_near = column[1:-1] >= largest - 0.25 * half_range
+    is_near &= column[1:-1] < largest - 0.5 * quantum
+    bends = np.abs(np.diff(column, 2))[is_near]
     noise = float(np.nanmedian(bends)) / (0.6745 * math.sqrt(6.0)) if bends.size else 0.0
-    expected = (beneath + 1.0) / 8.0 * (1.0 if noise > 4.0 * quantum else _PEAK)
-    return _chance(count, expected) < _CHANCE
+    expected = (beneath + 1.0) / 8.0 * (1.0 if noise > 4.0 * quantum else _PEAK_BIN_RATIO)
+    return _chernoff_bound(count, expected) < _MAX_CHANCE
 
 
-def _chance(count: int, expected: float) -> float:
+def _chernoff_bound(count: int, expected: float) -> float:
     """Return a bound of the chance of a count or more where another is expected (Chernoff)."""
     if count <= expected:
         return 1.0
     return math.exp(count - expected - count * math.log(count / expected))
 
 
-def _stands(others: Floats, rows: Integers) -> bool:
+def _is_standstill(other_axes: Floats, rows: Integers) -> bool:
     """Whether the other axes keep their numbers while this one does: a motion without noise."""
     next_to = rows[1:][np.diff(rows) == 1]
-    if next_to.size < _RUN - 1:
+    if next_to.size < _MIN_RUN - 1:
         return False
-    changes = (others[next_to] != others[next_to - 1]).any(axis=1)
+    changes = (other_axes[next_to] != other_axes[next_to - 1]).any(axis=1)
     return bool(np.mean(changes) < 0.3)
 
 
-def _repeats(plateaus: _Plateaus, reach: float, quantum: float) -> bool:
+def _has_exact_repeats(plateaus: _Plateaus, half_range: float, quantum: float) -> bool:
     """Whether most plateaus have the same samples beside them: a motion that repeats exactly."""
     sides = np.stack([plateaus.before, plateaus.after], axis=1)
     sides = np.sort(sides[np.isfinite(sides).all(axis=1)], axis=1)
-    if len(sides) < _RUN:
+    if len(sides) < _MIN_RUN:
         return False
-    off = np.abs(sides - np.median(sides, axis=0)).max(axis=1)
-    return bool(np.mean(off < max(0.5 * quantum, 1e-6 * reach)) > 0.8)
+    deviations = np.abs(sides - np.median(sides, axis=0)).max(axis=1)
+    return bool(np.mean(deviations < max(0.5 * quantum, 1e-6 * half_range)) > 0.8)
 
 
-def _soft(column: Floats, most: float, reach: float, rate: float) -> Stop | None:
+def _find_soft_limit(
+    column: Floats, largest: float, half_range: float, rate: float
+) -> Saturation | None:
     """Return excursions that bend within a band beneath the largest value, as no peak does."""
-    height = _BAND * reach
-    inside = column >= most - height
-    if np.count_nonzero(inside) < _RUN * _TOUCHES:
+    height = _SOFT_BAND_FRACTION * half_range
+    inside = column >= largest - height
+    if np.count_nonzero(inside) < _MIN_RUN * _MIN_EXCURSIONS:
         return None
     first, stop = runs(inside).T
     last = stop - 1
-    kept = (first >= 2) & (last < len(column) - 2) & (last - first + 1 <= _LONGEST * rate)
-    first, last = first[kept], last[kept]
-    if first.size < _TOUCHES:
+    is_excursion = (
+        (first >= 2) & (last < len(column) - 2) & (last - first + 1 <= _MAX_EXCURSION_S * rate)
+    )
+    first, last = first[is_excursion], last[is_excursion]
+    if first.size < _MIN_EXCURSIONS:
         return None
     slope = np.fmin(column[first - 1] - column[first - 2], column[last + 1] - column[last + 2])
     length = last - first + 1
-    flat = (length >= _RUN) & (slope * length > _FLAT * height)
-    if np.count_nonzero(flat) < _TOUCHES or np.count_nonzero(flat) < 0.5 * first.size:
+    is_flat = (length >= _MIN_RUN) & (slope * length > _MIN_FLATNESS * height)
+    if np.count_nonzero(is_flat) < _MIN_EXCURSIONS or np.count_nonzero(is_flat) < 0.5 * first.size:
         return None
-    rows = np.flatnonzero(_between(first[flat], last[flat], len(column)))
-    return Stop(rows, int(length[flat].max()), most, False)
+    rows = np.flatnonzero(_mask_ranges(first[is_flat], last[is_flat], len(column)))
+    return Saturation(rows, int(length[is_flat].max()), largest, False)
 
 
-def _between(first: Integers, last: Integers, n: int) -> Booleans:
+def _mask_ranges(first: Integers, last: Integers, n: int) -> Booleans:
     marks = np.zeros(n + 1, dtype=np.int64)
     marks[first] += 1
     marks[last + 1] -= 1

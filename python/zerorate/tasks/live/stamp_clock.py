@@ -6,17 +6,17 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple, Self
 
-from zerorate.checks.impossible import ImpossibleRates
+from zerorate.checks.impossible import ImpossibleRateDetector
 from zerorate.io.clocks.causal import CausalClock, Step
 from zerorate.io.clocks.held import HeldRows
 from zerorate.io.clocks.stamp_cells import StampCells
 from zerorate.record import LogError
-from zerorate.tasks.live.checkpoint import whole
+from zerorate.tasks.live.checkpoint import check_count
 from zerorate.tasks.live.engine import Engine
 from zerorate.tasks.live.lines import Layout, LineError, position_of
 
 
-class Clocked(NamedTuple):
+class StampClock(NamedTuple):
     """The column of the stamps, what reads them, and their clock."""
 
     column: int
@@ -46,7 +46,7 @@ class Clocked(NamedTuple):
             yield f"clock: began anew {self.cells.wrap_count} times as counters do; it goes on"
         yield from self.clock.sentences()
 
-    def anew(self) -> Self:
+    def with_new_clock(self) -> Self:
         """Return the same with a clock that has seen nothing."""
         return self._replace(clock=CausalClock(self.clock.rate, self.clock.times))
 
@@ -59,14 +59,14 @@ class Clocked(NamedTuple):
         """Return what `state` gave; ValueError, TypeError or KeyError if it is of another kind."""
         column, cells, clock = state
         return cls(
-            whole(column), StampCells.of_state(rate, cells), CausalClock.of_state(rate, clock)
+            check_count(column), StampCells.of_state(rate, cells), CausalClock.of_state(rate, clock)
         )
 
 
-_NEXT: Final = Step(0, None, math.nan)
+_NEXT_STEP: Final = Step(0, None, math.nan)
 
 
-class ClockedEngine(Engine):
+class TimedEngine(Engine):
     """An engine whose samples may be seen again in the light of later ones.
 
     While the clock or the check of rates is undecided, samples are kept next to what the filter was
@@ -90,18 +90,18 @@ class ClockedEngine(Engine):
         self,
         layout: Layout,
         samples: int = 0,
-        clocked: Clocked | None = None,
-        check: ImpossibleRates | None = None,
+        stamp_clock: StampClock | None = None,
+        check: ImpossibleRateDetector | None = None,
     ) -> None:
         super().__init__(layout, samples)
-        self.clocked, self._check = clocked, check
-        self._clock = None if clocked is None else clocked.clock
-        self._seconds = None if clocked is None else clocked.cells.seconds
-        self._column = 0 if clocked is None else clocked.column
+        self.stamp_clock, self._check = stamp_clock, check
+        self._clock = None if stamp_clock is None else stamp_clock.clock
+        self._seconds = None if stamp_clock is None else stamp_clock.cells.seconds
+        self._column = 0 if stamp_clock is None else stamp_clock.column
         self._lost = 0
-        self._kept: list[list[Any]] = []
-        self._before: Any = None
-        self._held = None if self._clock is None or samples else HeldRows(self._clock.rate)
+        self._undecided_rows: list[list[Any]] = []
+        self._last_snapshot: Any = None
+        self._held_rows = None if self._clock is None or samples else HeldRows(self._clock.rate)
         self._origin: list[Any] = []
 
     @abstractmethod
@@ -113,7 +113,7 @@ class ClockedEngine(Engine):
         """Return what there is to say after the last sample."""
 
     @abstractmethod
-    def saved(self) -> list[int | bytes]:
+    def snapshot(self) -> list[int | bytes]:
         """Return the filter as it is."""
 
     @abstractmethod
@@ -131,36 +131,36 @@ class ClockedEngine(Engine):
 
     def miss(self, count: int) -> None:
         """Take so many samples as missing; where no numbers count them, the stamps do."""
-        if self.clocked is None or self.layout.sequence is not None:
+        if self.stamp_clock is None or self.layout.sequence is not None:
             self._lost += count
 
     def answer(self, sample: tuple[Any, float | None]) -> list[str]:
         """Return what there is to say after a sample."""
         row, stamp = sample
-        if self._held is None:
+        if self._held_rows is None:
             self._take(row, stamp)
-        elif self._held.period is None:
-            self._look(self._held, row, stamp)
+        elif self._held_rows.period is None:
+            self._examine_row(self._held_rows, row, stamp)
         else:
-            self._take_all(self._held.take(row, stamp, self.numbers(row)))
+            self._take_all(self._held_rows.take(row, stamp, self.numbers(row)))
         return self.texts()
 
     def numbers(self, row: Any) -> list[float]:  # noqa: ANN401
         """Return the numbers that all are the same where a row repeats the one before."""
         return row  # type: ignore[no-any-return]
 
-    def _look(self, held: HeldRows, row: Any, stamp: float | None) -> None:  # noqa: ANN401
+    def _examine_row(self, held: HeldRows, row: Any, stamp: float | None) -> None:  # noqa: ANN401
         """Take a row that may hold a sample of a slower sensor; if it does, take all anew."""
         if not self._origin:
             check = None if self._check is None else self._check.state()
-            self._origin = [self.saved(), check]
+            self._origin = [self.snapshot(), check]
         self._take(row, stamp)
         samples = held.look(row, stamp, self.numbers(row))
         if samples is not None:
-            self._begin_anew()
+            self._restart()
             self._take_all(samples)
         if not held.possible:
-            self._held = None
+            self._held_rows = None
         if samples is not None or not held.possible:
             self._origin = []
 
@@ -170,16 +170,16 @@ class ClockedEngine(Engine):
         for row, stamp in samples:
             self._take(row, stamp)
 
-    def _begin_anew(self) -> None:
+    def _restart(self) -> None:
         """Go back to the first row, with a new clock."""
         filter_, check = self._origin
         self.restore(filter_)
-        self._kept, self._before = [], None
+        self._undecided_rows, self._last_snapshot = [], None
         if self._check is not None:
             self._check.go_on(check)
-        assert self.clocked is not None
-        self.clocked = self.clocked.anew()
-        self._clock = self.clocked.clock
+        assert self.stamp_clock is not None
+        self.stamp_clock = self.stamp_clock.with_new_clock()
+        self._clock = self.stamp_clock.clock
 
     def _take(self, row: Any, stamp: float | None) -> None:  # noqa: ANN401
         """Give a sample to the filter at its time, or with doubt."""
@@ -188,100 +188,108 @@ class ClockedEngine(Engine):
         if clock is not None:
             step = clock.take(stamp, lost)
         else:
-            step = Step(lost, None, math.nan) if lost else _NEXT
+            step = Step(lost, None, math.nan) if lost else _NEXT_STEP
         left_out = check is not None and check.take(row)
-        if self._kept or left_out or (clock is not None and clock.undecided):
-            self._with_doubt(row, step, left_out)
+        if self._undecided_rows or left_out or (clock is not None and clock.undecided):
+            self._take_undecided(row, step, left_out)
         else:
             self.feed(row, step, left_out)
 
-    def _with_doubt(self, row: Any, step: Step, left_out: bool) -> None:  # noqa: ANN401
-        if not self._kept:
-            self._before = self.saved()
-        self._kept.append([row, step, left_out])
-        if self._revised():
-            self.restore(self._before)
-            for kept in self._kept:
-                self.feed(*kept)
+    def _take_undecided(self, row: Any, step: Step, left_out: bool) -> None:  # noqa: ANN401
+        if not self._undecided_rows:
+            self._last_snapshot = self.snapshot()
+        self._undecided_rows.append([row, step, left_out])
+        if self._revise_undecided():
+            self.restore(self._last_snapshot)
+            for undecided in self._undecided_rows:
+                self.feed(*undecided)
         else:
             self.feed(row, step, left_out)
-        if not self._undecided:
-            self._kept, self._before = [], None
+        if not self._is_undecided:
+            self._undecided_rows, self._last_snapshot = [], None
 
     @property
-    def _undecided(self) -> bool:
-        later = self._check is not None and self._check.undecided
-        return later or (self._clock is not None and self._clock.undecided > 0)
+    def _is_undecided(self) -> bool:
+        check_undecided = self._check is not None and self._check.undecided
+        return check_undecided or (self._clock is not None and self._clock.undecided > 0)
 
-    def _revised(self) -> bool:
+    def _revise_undecided(self) -> bool:
         """Correct what is kept by what the last sample has shown; return True if that was wrong."""
-        steps = None if self.clocked is None else self.clocked.clock.revised
+        steps = None if self.stamp_clock is None else self.stamp_clock.clock.revised
         if steps is not None:
-            for kept, step in zip(self._kept[-len(steps) :], steps, strict=True):
-                kept[1] = step
+            for undecided, step in zip(self._undecided_rows[-len(steps) :], steps, strict=True):
+                undecided[1] = step
         motion = self._check is not None and self._check.revised
         if motion:
-            self._kept[-2][2] = False
+            self._undecided_rows[-2][2] = False
         return motion or steps is not None
 
     def sentences(self) -> Iterator[str]:
         """Yield what there is to say at the end."""
-        if self.clocked is not None:
-            yield from self.clocked.sentences()
-        if self._held is not None:
-            yield from self._held.sentences()
+        if self.stamp_clock is not None:
+            yield from self.stamp_clock.sentences()
+        if self._held_rows is not None:
+            yield from self._held_rows.sentences()
         if self._check is not None:
             yield from self._check.sentences()
 
     def timing(self) -> dict[str, Any]:
         """Return clock and check, and what is undecided, as JSON keeps it; nothing without."""
-        if self.clocked is None and self._check is None:
+        if self.stamp_clock is None and self._check is None:
             return {}
-        before = None if self._before is None else [_packed(x) for x in self._before]
-        held = {} if self._held is None else {"held": self._held.state(), "origin": self._first()}
+        snapshot = (
+            None if self._last_snapshot is None else [_encode_bytes(x) for x in self._last_snapshot]
+        )
+        held = (
+            {}
+            if self._held_rows is None
+            else {"held": self._held_rows.state(), "origin": self._origin_state()}
+        )
         return {
-            "clock": None if self.clocked is None else self.clocked.state(),
+            "clock": None if self.stamp_clock is None else self.stamp_clock.state(),
             "check": None if self._check is None else self._check.state(),
             "lost": self._lost,
-            "kept": self._kept,
-            "before": before,
+            "kept": self._undecided_rows,
+            "before": snapshot,
             **held,
         }
 
-    def _first(self) -> list[Any]:
+    def _origin_state(self) -> list[Any]:
         """Return what was known before the first row, as JSON keeps it."""
         if not self._origin:
             return []
         filter_, check = self._origin
-        return [[_packed(x) for x in filter_], check]
+        return [[_encode_bytes(x) for x in filter_], check]
 
     def go_on(self, saved: Mapping[str, Any]) -> None:
         """Go on from what `timing` gave, the clock already being there."""
-        self._lost = whole(saved.get("lost", 0))
+        self._lost = check_count(saved.get("lost", 0))
         if self._check is not None and saved.get("check") is not None:
             self._check.go_on(saved["check"])
-        self._kept = [[row, Step(*step), left_out] for row, step, left_out in saved.get("kept", ())]
-        before = saved.get("before")
-        self._before = None if before is None else [_unpacked(x) for x in before]
-        self._held = None
+        self._undecided_rows = [
+            [row, Step(*step), left_out] for row, step, left_out in saved.get("kept", ())
+        ]
+        snapshot = saved.get("before")
+        self._last_snapshot = None if snapshot is None else [_decode_bytes(x) for x in snapshot]
+        self._held_rows = None
         if self._clock is not None and "held" in saved:
-            self._held = HeldRows.of_state(self._clock.rate, saved["held"])
+            self._held_rows = HeldRows.of_state(self._clock.rate, saved["held"])
             self._origin = (
-                [[_unpacked(x) for x in saved["origin"][0]], saved["origin"][1]]
+                [[_decode_bytes(x) for x in saved["origin"][0]], saved["origin"][1]]
                 if saved["origin"]
                 else []
             )
 
 
-def clocked_in(rate: float, saved: Mapping[str, Any]) -> Clocked | None:
+def restore_stamp_clock(rate: float, saved: Mapping[str, Any]) -> StampClock | None:
     """Return the clock of a checkpoint, None where there is none."""
     state = saved.get("clock")
-    return None if state is None else Clocked.of_state(rate, state)
+    return None if state is None else StampClock.of_state(rate, state)
 
 
-def _packed(part: int | bytes | None) -> int | str | None:
+def _encode_bytes(part: int | bytes | None) -> int | str | None:
     return base64.b64encode(part).decode() if isinstance(part, bytes) else part
 
 
-def _unpacked(part: int | str | None) -> int | bytes | None:
+def _decode_bytes(part: int | str | None) -> int | bytes | None:
     return base64.b64decode(part, validate=True) if isinstance(part, str) else part

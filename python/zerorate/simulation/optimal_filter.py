@@ -149,7 +149,11 @@ def optimum(model: GyroModel, rate: float, n: int) -> Optimum:
     """
     known = system(model, rate)
     gains, variance, innovation_variance = np.empty((n, known.H.size)), np.empty(n), np.empty(n)
-    gains[0], P, innovation_variance[0] = np.eye(1, known.H.size)[0], _after_first(known), math.inf
+    gains[0], P, innovation_variance[0] = (
+        np.eye(1, known.H.size)[0],
+        _first_covariance(known),
+        math.inf,
+    )
     variance[0] = known.drift @ P @ known.drift
     for k in range(1, n):
         P = known.F @ P @ known.F.T + known.Q
@@ -163,12 +167,12 @@ def optimum(model: GyroModel, rate: float, n: int) -> Optimum:
     return Optimum(known, gains, variance, innovation_variance)
 
 
-def _after_first(known: System) -> Floats:
+def _first_covariance(known: System) -> Floats:
     """Return the covariance when the level is the first sample less all else in it."""
-    others = known.H[1:]
-    shared = known.P @ others
+    outputs = known.H[1:]
+    shared = known.P @ outputs
     P = np.empty_like(known.F)
-    P[0, 0] = others @ shared + known.R
+    P[0, 0] = outputs @ shared + known.R
     P[0, 1:] = P[1:, 0] = -shared
     P[1:, 1:] = known.P
     return P

@@ -23,18 +23,18 @@ from typing import Any, Final
 
 import numpy as np
 
-from zerorate.io.limits import most_bytes, most_seconds
+from zerorate.io.limits import max_bytes, max_seconds
 from zerorate.io.table import Column
 from zerorate.record.log import LogError
 
 _PROGRAM: Final = Path(__file__).with_name("apart_child.py")
 """What the process runs; it knows the readers, so it is not imported here."""
-_PATIENCE: Final = 1.0 if sys.platform == "win32" else 10.0
+_CLOCK_S_PER_CPU_S: Final = 1.0 if sys.platform == "win32" else 10.0
 """Seconds on the clock for one of computing, which most systems count: they may be busy."""
-_OUT_OF_TIME: Final = -int(getattr(signal, "SIGXCPU", 0))
+_CPU_LIMIT_CODE: Final = -int(getattr(signal, "SIGXCPU", 0))
 
 
-def asked(work: str, path: Path, *arguments: Any) -> tuple[Any, list[Column]]:  # noqa: ANN401
+def run_isolated(work: str, path: Path, *arguments: Any) -> tuple[Any, list[Column]]:  # noqa: ANN401
     """Return what a function of `apart_child` tells of a file, and its arrays.
 
     Raises
@@ -44,21 +44,21 @@ def asked(work: str, path: Path, *arguments: Any) -> tuple[Any, list[Column]]:  
     ValueError, OSError, MemoryError
         If the file is damaged, or cannot be read within the limits.
     """
-    seconds = most_seconds(path)
+    seconds = max_seconds(path)
     request = {
         "work": work,
         "arguments": (os.fspath(path.absolute()), *arguments),
         "seconds": seconds,
-        "bytes": most_bytes(path),
+        "bytes": max_bytes(path),
     }
-    with _kept.lock:
-        answer, arrays = _kept.answer(json.dumps(request).encode() + b"\n", seconds)
+    with _worker.lock:
+        answer, arrays = _worker.answer(json.dumps(request).encode() + b"\n", seconds)
     if "error" in answer:
-        raise _fault(**answer)
+        raise _make_error(**answer)
     return answer["told"], arrays
 
 
-class _Kept:
+class _WorkerProcess:
     """The process that is kept."""
 
     def __init__(self) -> None:
@@ -67,10 +67,10 @@ class _Kept:
 
     def answer(self, request: bytes, seconds: float) -> tuple[dict[str, Any], list[Column]]:
         """Send a request and return its answer; ValueError if the process does not survive it."""
-        process, new = self._running()
+        process, new = self._get_process()
         try:
-            with _killed_after(process, seconds * _PATIENCE) as late:
-                answer, arrays = _exchanged(process, request)
+            with _kill_after(process, seconds * _CLOCK_S_PER_CPU_S) as late:
+                answer, arrays = _exchange(process, request)
         except EOFError:
             code = process.wait()
             self.end()
@@ -81,7 +81,7 @@ class _Kept:
             if answer.pop("harmed", False):
                 self.end()
             return answer, arrays
-        if late.is_set() or code == _OUT_OF_TIME:
+        if late.is_set() or code == _CPU_LIMIT_CODE:
             raise ValueError(
                 f"reading it would take more than {seconds:.0f} s, as in no sound file"
             )
@@ -89,12 +89,12 @@ class _Kept:
             return self.answer(request, seconds)
         raise ValueError(f"it ended the process that read it, with code {code}")
 
-    def _running(self) -> tuple[subprocess.Popen[bytes], bool]:
+    def _get_process(self) -> tuple[subprocess.Popen[bytes], bool]:
         """Return the process, and whether it is a new one."""
         if self._process is not None and self._process.poll() is None:
             return self._process, False
         self.end()
-        self._process = _begun()
+        self._process = _start_process()
         return self._process, True
 
     def end(self) -> None:
@@ -105,7 +105,7 @@ class _Kept:
             process.wait()
             _close(process)
 
-    def forget(self) -> None:
+    def abandon(self) -> None:
         """Leave the process to the parent, in a process that was forked."""
         self.lock = threading.Lock()
         process, self._process = self._process, None
@@ -115,7 +115,7 @@ class _Kept:
 
 
 @contextlib.contextmanager
-def _killed_after(process: subprocess.Popen[bytes], seconds: float) -> Iterator[threading.Event]:
+def _kill_after(process: subprocess.Popen[bytes], seconds: float) -> Iterator[threading.Event]:
     """Kill a process that is not done in time; the event says so."""
     late = threading.Event()
 
@@ -139,20 +139,20 @@ def _close(process: subprocess.Popen[bytes]) -> None:
                 pipe.close()
 
 
-def _begun() -> subprocess.Popen[bytes]:
+def _start_process() -> subprocess.Popen[bytes]:
     if not sys.executable:
         raise LogError("it is read by another interpreter, but this one knows of none")
-    found = os.pathsep.join(filter(None, sys.path))
+    module_path = os.pathsep.join(filter(None, sys.path))
     return subprocess.Popen(
         [sys.executable, "-P", os.fspath(_PROGRAM)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        env={**os.environ, "PYTHONPATH": found, "OPENBLAS_NUM_THREADS": "1"},
+        env={**os.environ, "PYTHONPATH": module_path, "OPENBLAS_NUM_THREADS": "1"},
     )
 
 
-def _exchanged(
+def _exchange(
     process: subprocess.Popen[bytes], request: bytes
 ) -> tuple[dict[str, Any], list[Column]]:
     """Return what a process answers; EOFError if it ends."""
@@ -167,10 +167,10 @@ def _exchanged(
     if not line.endswith(b"\n"):
         raise EOFError
     answer = json.loads(line)
-    return answer, [_array(process.stdout, *about) for about in answer.get("arrays", ())]
+    return answer, [_read_array(process.stdout, *about) for about in answer.get("arrays", ())]
 
 
-def _array(file: BufferedReader, kind: str, shape: list[int]) -> Column:
+def _read_array(file: BufferedReader, kind: str, shape: list[int]) -> Column:
     size = math.prod(shape) * np.dtype(kind).itemsize
     raw = bytearray(size)
     if file.readinto(raw) < size:
@@ -178,7 +178,7 @@ def _array(file: BufferedReader, kind: str, shape: list[int]) -> Column:
     return np.frombuffer(raw, kind).reshape(shape) if size else np.empty(shape, kind)
 
 
-def _fault(error: str, kind: str, errno: int | None) -> Exception:
+def _make_error(error: str, kind: str, errno: int | None) -> Exception:
     if kind == "Refused":
         return LogError(error)
     if kind == "memory":
@@ -186,7 +186,7 @@ def _fault(error: str, kind: str, errno: int | None) -> Exception:
     return ValueError(error) if errno is None else OSError(errno, error)
 
 
-_kept = _Kept()
-atexit.register(_kept.end)
+_worker = _WorkerProcess()
+atexit.register(_worker.end)
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_kept.forget)
+    os.register_at_fork(after_in_child=_worker.abandon)

@@ -7,38 +7,38 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.findings.imus import BLOCK, Sensor
+from zerorate.findings.imus import BLOCK_S, Sensor
 from zerorate.types import Booleans, Floats
 
-_CELL: Final = 0.04
+_CELL_S: Final = 0.04
 """Seconds of which the mean rates are compared; more where samples are fewer."""
-_WINDOW: Final = 20.0
-_WINDOWS: Final = 90
+_WINDOW_S: Final = 20.0
+_MAX_WINDOWS: Final = 90
 """Windows that are looked at, those that turn most: half an hour."""
-_FARTHEST: Final = 0.5
+_MAX_DELAY_S: Final = 0.5
 """Largest delay that is looked for, s."""
-_BLOCKS: Final = 12
+_JACKKNIFE_PARTS: Final = 12
 """Parts of equal evidence whose jackknife tells the errors."""
-_CELLS: Final = 200
-ALIKE: Final = 0.95
+_MIN_CELLS: Final = 200
+MIN_CORRELATION: Final = 0.95
 """Correlation of what two gyros of one body show."""
-_HOLE: Final = 3.5
+_MAX_GAP_PERIODS: Final = 3.5
 """Periods of a gap over which nothing is compared."""
-_TOP: Final = 0.995
+_CLIPPING_FRACTION: Final = 0.995
 """Part of the largest rate of an axis above which it may be clipped."""
-_ROUNDS: Final = 20
-_SETTLED: Final = 1e-5
+_MAX_ITERATIONS: Final = 20
+_DELAY_TOLERANCE_S: Final = 1e-5
 """Seconds of a step after which the delay is found."""
 
 
-class Against(NamedTuple):
+class GyroDifference(NamedTuple):
     """How a second gyro differs from a first.
 
     The rate of the first at t is that of the second at t + delay, turned by `matrix` and times
     `scale` along the axes of the first. Sigmas are infinite where turns do not tell.
     """
 
-    alike: float
+    correlation: float
     """Correlation of the two after all that; below 0.95 they are not on one body."""
     delay: float
     delay_sigma: float
@@ -59,18 +59,18 @@ class _Cells(NamedTuple):
     high: Floats
 
 
-class _Angle:
+class _GyroIntegral:
     """The integral of a gyro: a piecewise cubic whose slope is the samples."""
 
-    def __init__(self, one: Sensor) -> None:
-        kept = np.append(True, np.diff(one.log.sampled) > 0.0)
-        self.time = one.log.sampled[kept]
-        self.rate = (one.factor or 1.0) * one.log.data[kept]
-        self.period = 1.0 / one.log.rate
+    def __init__(self, sensor: Sensor) -> None:
+        increasing = np.append(True, np.diff(sensor.log.sampled) > 0.0)
+        self.time = sensor.log.sampled[increasing]
+        self.rate = (sensor.factor or 1.0) * sensor.log.data[increasing]
+        self.period = 1.0 / sensor.log.rate
         known = np.isfinite(self.rate).all(axis=1)
         largest = np.abs(self.rate[known]).max(axis=0, initial=0.0)
         with np.errstate(invalid="ignore"):
-            self.good = known & (np.abs(self.rate) < _TOP * largest).all(axis=1)
+            self.good = known & (np.abs(self.rate) < _CLIPPING_FRACTION * largest).all(axis=1)
         values = np.where(known[:, np.newaxis], self.rate, 0.0)
         steps = np.diff(self.time)[:, np.newaxis]
         slopes = np.gradient(values, self.time, axis=0)
@@ -78,7 +78,9 @@ class _Angle:
         parts = 0.5 * steps * (values[1:] + values[:-1]) - steps**2 / 12.0 * np.diff(slopes, axis=0)
         self.values = values
         self.angle = np.concatenate([np.zeros((1, 3)), np.cumsum(parts, axis=0)])
-        holes = (np.diff(self.time) > _HOLE * self.period) | ~self.good[1:] | ~self.good[:-1]
+        holes = (
+            (np.diff(self.time) > _MAX_GAP_PERIODS * self.period) | ~self.good[1:] | ~self.good[:-1]
+        )
         self.holes = np.append(0, np.cumsum(holes))
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
@@ -92,7 +94,7 @@ class _Angle:
         angle = self.angle[i] + u * (step * first + u * (bend + u * twist))
         return angle, first + u * (2.0 * bend + 3.0 * u * twist) / step
 
-    def whole(self, low: Floats, high: Floats) -> Booleans:
+    def is_unbroken(self, low: Floats, high: Floats) -> Booleans:
         """Return whether each span is inside the log and has no gap, no NaN and no clipping."""
         inside = (low > self.time[0]) & (high < self.time[-1])
         a = np.clip(np.searchsorted(self.time, low) - 1, 0, len(self.holes) - 1)
@@ -100,7 +102,7 @@ class _Angle:
         return np.asarray(inside & (self.holes[a] == self.holes[b]))
 
 
-def against(first: Sensor, second: Sensor) -> Against | None:
+def compare_gyros(first: Sensor, second: Sensor) -> GyroDifference | None:
     """Return how a gyro differs from another, None where they turn too little to tell.
 
     Mean rates over cells of 0.04 s, by integrals of both, follow a linear model of nine numbers, a
@@ -108,107 +110,109 @@ def against(first: Sensor, second: Sensor) -> Against | None:
     of a jackknife over twelve parts of equal evidence, which holds for coloured noise too, and of
     the noise in what is compared with, which makes scales look small.
     """
-    mine, its = _Angle(first), _Angle(second)
-    cells = _cells(first, mine, its)
+    mine, its = _GyroIntegral(first), _GyroIntegral(second)
+    cells = _select_cells(first, mine, its)
     if cells is None:
         return None
-    delay = _roughly(cells, its)
+    delay = _search_delay(cells, its)
     linear = np.eye(3)
-    for _ in range(_ROUNDS):
-        usable = its.whole(cells.low + delay, cells.high + delay)
-        kept = _Cells(*(part[usable] for part in cells))
-        if len(kept.low) < _CELLS:
+    for _ in range(_MAX_ITERATIONS):
+        usable = its.is_unbroken(cells.low + delay, cells.high + delay)
+        usable_cells = _Cells(*(part[usable] for part in cells))
+        if len(usable_cells.low) < _MIN_CELLS:
             return None
-        rates, changes = _shifted(kept, its, delay)
-        step, linear, _ = _solved(kept.rates, rates, changes @ linear.T)
-        if abs(step) < _SETTLED or abs(delay + step) > _FARTHEST:
+        rates, changes = _mean_rates_at_delay(usable_cells, its, delay)
+        step, linear, _ = _solve_step(usable_cells.rates, rates, changes @ linear.T)
+        if abs(step) < _DELAY_TOLERANCE_S or abs(delay + step) > _MAX_DELAY_S:
             break
         delay += step
-    found = _judged(kept.rates, rates, changes @ linear.T, delay)
+    difference = _estimate_difference(usable_cells.rates, rates, changes @ linear.T, delay)
     # Where no delay fits there is none to tell, and the two may be of two bodies.
-    return found if abs(step) < _SETTLED else found._replace(delay_sigma=math.inf)
+    return (
+        difference if abs(step) < _DELAY_TOLERANCE_S else difference._replace(delay_sigma=math.inf)
+    )
 
 
-def _cells(first: Sensor, mine: _Angle, its: _Angle) -> _Cells | None:
+def _select_cells(first: Sensor, mine: _GyroIntegral, its: _GyroIntegral) -> _Cells | None:
     """Return the cells of the windows that turn most."""
-    length = max(_CELL, 2.0 * max(mine.period, its.period))
+    length = max(_CELL_S, 2.0 * max(mine.period, its.period))
     begin, end = max(mine.time[0], its.time[0]), min(mine.time[-1], its.time[-1])
     sizes = np.linalg.norm(first.blocks.mean, axis=1)
-    starts = np.arange(begin, end - 1.0, _WINDOW)
-    edges = np.clip(((starts - first.start) / BLOCK).astype(np.int64), 0, max(len(sizes) - 1, 0))
+    starts = np.arange(begin, end - 1.0, _WINDOW_S)
+    edges = np.clip(((starts - first.start) / BLOCK_S).astype(np.int64), 0, max(len(sizes) - 1, 0))
     if not starts.size or not sizes.size:
         return None
-    turning = np.add.reduceat(np.nan_to_num(sizes), edges)
-    chosen = np.sort(np.argsort(-turning, kind="stable")[:_WINDOWS])
-    spans = [np.arange(s, min(s + _WINDOW, end), length) for s in starts[chosen]]
-    low = np.concatenate([one[:-1] for one in spans])
-    high = np.concatenate([one[1:] for one in spans])
-    whole = mine.whole(low, high)
-    low, high = low[whole], high[whole]
-    if len(low) < _CELLS:
+    window_rates = np.add.reduceat(np.nan_to_num(sizes), edges)
+    busiest = np.sort(np.argsort(-window_rates, kind="stable")[:_MAX_WINDOWS])
+    spans = [np.arange(s, min(s + _WINDOW_S, end), length) for s in starts[busiest]]
+    low = np.concatenate([edges_of_window[:-1] for edges_of_window in spans])
+    high = np.concatenate([edges_of_window[1:] for edges_of_window in spans])
+    unbroken = mine.is_unbroken(low, high)
+    low, high = low[unbroken], high[unbroken]
+    if len(low) < _MIN_CELLS:
         return None
     rates = (mine.at(high)[0] - mine.at(low)[0]) / (high - low)[:, np.newaxis]
     return _Cells(rates, low, high)
 
 
-def _shifted(cells: _Cells, its: _Angle, delay: float) -> tuple[Floats, Floats]:
+def _mean_rates_at_delay(cells: _Cells, its: _GyroIntegral, delay: float) -> tuple[Floats, Floats]:
     """Return mean rates of the second, later by a delay, and how they change with it."""
     (below, slow), (above, fast) = its.at(cells.low + delay), its.at(cells.high + delay)
     length = (cells.high - cells.low)[:, np.newaxis]
     return (above - below) / length, (fast - slow) / length
 
 
-def _roughly(cells: _Cells, its: _Angle) -> float:
+def _search_delay(cells: _Cells, its: _GyroIntegral) -> float:
     """Return the delay at which a linear map of the second is most like the first, to a cell.
 
     Not that at which the sizes of the rates are: a bias is a part of them.
     """
     length = float(cells.high[0] - cells.low[0])
-    count = round(_FARTHEST / length)
-    best, least = 0.0, math.inf
+    count = round(_MAX_DELAY_S / length)
+    best, least_square = 0.0, math.inf
     for delay in length * np.arange(-count, count + 1):
-        usable = its.whole(cells.low + delay, cells.high + delay)
-        if np.count_nonzero(usable) < max(_CELLS, 0.5 * len(usable)):
+        usable = its.is_unbroken(cells.low + delay, cells.high + delay)
+        if np.count_nonzero(usable) < max(_MIN_CELLS, 0.5 * len(usable)):
             continue
         part = _Cells(*(one[usable] for one in cells))
-        rates = _shifted(part, its, delay)[0]
+        rates = _mean_rates_at_delay(part, its, delay)[0]
         known = np.column_stack([rates, np.ones(len(rates))])
         inverse = np.linalg.pinv(known.T @ known, hermitian=True)
-        left = part.rates - known @ (inverse @ (known.T @ part.rates))
-        size = float(np.mean(np.square(left)))
-        if size < least:
-            best, least = float(delay), size
+        residual = part.rates - known @ (inverse @ (known.T @ part.rates))
+        size = float(np.mean(np.square(residual)))
+        if size < least_square:
+            best, least_square = float(delay), size
     return best
 
 
-def _correlation(one: Floats, other: Floats) -> float:
-    one, other = one - one.mean(axis=0), other - other.mean(axis=0)
-    size = math.sqrt(float(np.square(one).sum()) * float(np.square(other).sum()))
-    return float((one * other).sum()) / size if size > 0.0 else 0.0
+def _correlation(first: Floats, second: Floats) -> float:
+    first, second = first - first.mean(axis=0), second - second.mean(axis=0)
+    size = math.sqrt(float(np.square(first).sum()) * float(np.square(second).sum()))
+    return float((first * second).sum()) / size if size > 0.0 else 0.0
 
 
-def _sums(mine: Floats, its: Floats, turned: Floats) -> tuple[Floats, ...]:
+def _normal_sums(mine: Floats, its: Floats, delay_slopes: Floats) -> tuple[Floats, ...]:
     """Return the sums of the normal equations."""
     known = np.column_stack([its, np.ones(len(its))])
-    squares = np.array([float(np.square(turned).sum()), float((turned * mine).sum())])
-    return known.T @ known, known.T @ mine, known.T @ turned, squares
+    squares = np.array([float(np.square(delay_slopes).sum()), float((delay_slopes * mine).sum())])
+    return known.T @ known, known.T @ mine, known.T @ delay_slopes, squares
 
 
-def _of_sums(sums: tuple[Floats, ...]) -> tuple[float, Floats, Floats]:
+def _solve_sums(sums: tuple[Floats, ...]) -> tuple[float, Floats, Floats]:
     """Return what is to be added to the delay, the linear map and the offset."""
-    gram, onto, along, (size, seen) = sums
+    gram, onto, along, (size, projection) = sums
     inverse = np.linalg.pinv(gram, hermitian=True)
     rest = size - float((along * (inverse @ along)).sum())
-    step = (seen - float((along * (inverse @ onto)).sum())) / rest if rest > 0.0 else 0.0
+    step = (projection - float((along * (inverse @ onto)).sum())) / rest if rest > 0.0 else 0.0
     solution = inverse @ (onto - step * along)
     return step, np.asarray(solution[:3].T), np.asarray(solution[3])
 
 
-def _solved(mine: Floats, its: Floats, turned: Floats) -> tuple[float, Floats, Floats]:
-    return _of_sums(_sums(mine, its, turned))
+def _solve_step(mine: Floats, its: Floats, delay_slopes: Floats) -> tuple[float, Floats, Floats]:
+    return _solve_sums(_normal_sums(mine, its, delay_slopes))
 
 
-def _polar(linear: Floats) -> tuple[Floats, Floats]:
+def _split_polar(linear: Floats) -> tuple[Floats, Floats]:
     """Return the rotation next to a linear map, and its stretch along the axes of the first."""
     left, sizes, right = np.linalg.svd(linear)
     sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right)) or 1.0])
@@ -216,34 +220,40 @@ def _polar(linear: Floats) -> tuple[Floats, Floats]:
     return np.asarray(left @ sign @ right), np.asarray(np.diag(stretch))
 
 
-def _judged(mine: Floats, its: Floats, turned: Floats, delay: float) -> Against:
+def _estimate_difference(
+    mine: Floats, its: Floats, delay_slopes: Floats, delay: float
+) -> GyroDifference:
     evidence = np.cumsum(np.square(its - its.mean(axis=0)).sum(axis=1))
-    cuts = np.searchsorted(evidence, evidence[-1] * np.arange(1, _BLOCKS) / _BLOCKS)
-    triples = zip(*(np.split(one, cuts) for one in (mine, its, turned)), strict=True)
-    parts = [_sums(*triple) for triple in triples]
+    cuts = np.searchsorted(
+        evidence, evidence[-1] * np.arange(1, _JACKKNIFE_PARTS) / _JACKKNIFE_PARTS
+    )
+    triples = zip(*(np.split(one, cuts) for one in (mine, its, delay_slopes)), strict=True)
+    parts = [_normal_sums(*triple) for triple in triples]
     total = tuple(np.sum([part[k] for part in parts], axis=0) for k in range(4))
-    step, linear, offset = _of_sums(total)
-    matrix, scale = _polar(linear)
-    left = mine - its @ linear.T - offset - step * turned
+    step, linear, offset = _solve_sums(total)
+    matrix, scale = _split_polar(linear)
+    residual = mine - its @ linear.T - offset - step * delay_slopes
     numbers = []
     for part in parts:
-        less, other, _ = _of_sums(tuple(a - b for a, b in zip(total, part, strict=True)))
-        turn, stretch = _polar(other)
-        numbers.append(np.concatenate([[less], _vector(turn @ matrix.T), stretch]))
-    spread = np.std(numbers, axis=0) * math.sqrt(_BLOCKS - 1.0)
+        step_change, partial_map, _ = _solve_sums(
+            tuple(a - b for a, b in zip(total, part, strict=True))
+        )
+        turn, stretch = _split_polar(partial_map)
+        numbers.append(np.concatenate([[step_change], _rotation_vector(turn @ matrix.T), stretch]))
+    spread = np.std(numbers, axis=0) * math.sqrt(_JACKKNIFE_PARTS - 1.0)
     # Noise in what is compared with makes the answer small, by this much at most.
-    weak = (
+    attenuation = (
         0.5
-        * float(np.mean(np.square(left)))
+        * float(np.mean(np.square(residual)))
         * np.diag(np.linalg.pinv(np.cov(its @ matrix.T, rowvar=False), hermitian=True))
     )
-    return Against(
-        _correlation(mine, mine - left), delay + step, float(spread[0]), matrix, spread[1:4],
-        scale, np.hypot(spread[4:], weak), math.sqrt(float(np.mean(np.square(left)))),
+    return GyroDifference(
+        _correlation(mine, mine - residual), delay + step, float(spread[0]), matrix, spread[1:4],
+        scale, np.hypot(spread[4:], attenuation), math.sqrt(float(np.mean(np.square(residual)))),
     )  # fmt: skip
 
 
-def _vector(small: Floats) -> Floats:
+def _rotation_vector(small: Floats) -> Floats:
     """Return the rotation vector of a small rotation."""
     off = 0.5 * (small - small.T)
     return np.array([off[2, 1], off[0, 2], off[1, 0]])

@@ -14,9 +14,9 @@ import numpy.typing as npt
 from zerorate.types import Floats
 
 _NAME: Final = re.compile(r"[\w.-]+")
-_FORM: Final = "expected NAME=MODULE:FUNCTION, as in mine=my_filter:bias"
+_SYNTAX_HINT: Final = "expected NAME=MODULE:FUNCTION, as in mine=my_filter:bias"
 
-_SAME: Final = 1e-6
+_MAX_RELATIVE_DIFFERENCE: Final = 1e-6
 """Of the largest sample: two runs that differ by less are equal. A function may work in float32."""
 
 
@@ -68,7 +68,7 @@ class OwnMethod:
         if not callable(self.call):
             kind = type(self.call).__name__
             raise TypeError(f"{self.name} must be a function or a class, got {kind}")
-        if self._streams and not callable(getattr(self.call, "update", None)):
+        if self._is_class and not callable(getattr(self.call, "update", None)):
             raise ValueError(f"{self.name}: the class {self.call.__name__} has no method update")
 
     @classmethod
@@ -80,17 +80,17 @@ class OwnMethod:
         ValueError
             If the text has another form, the module cannot be imported, or does not hold that.
         """
-        name, _, place = text.partition("=")
-        module, _, attribute = place.partition(":")
+        name, _, target = text.partition("=")
+        module, _, attribute = target.partition(":")
         if not (name and module and attribute.isidentifier()):
-            raise ValueError(f"{text!r} is no method, {_FORM}")
+            raise ValueError(f"{text!r} is no method, {_SYNTAX_HINT}")
         if module.endswith(".py"):
             raise ValueError(f"{text!r} names a file, expected {name}={module[:-3]}:{attribute}")
-        found = _imported(name, module)
-        if not hasattr(found, attribute):
+        loaded = _import_module(name, module)
+        if not hasattr(loaded, attribute):
             raise ValueError(f"{name}: the module {module} has no {attribute!r}")
         try:
-            return cls(name, getattr(found, attribute))
+            return cls(name, getattr(loaded, attribute))
         except TypeError as error:
             raise ValueError(str(error)) from None
 
@@ -103,9 +103,9 @@ class OwnMethod:
             If it fails, or returns anything but a finite number for each sample.
         """
         # A copy, which it may change.
-        found = self._called(z.copy(), rate)
+        output = self._call_method(z.copy(), rate)
         try:
-            bias = np.asarray(found)
+            bias = np.asarray(output)
         except ValueError:
             raise MethodError(f"{self.name} must return one number a sample") from None
         self._check(bias, z)
@@ -116,27 +116,27 @@ class OwnMethod:
 
         A class sees one sample after the other, so it cannot look ahead.
         """
-        if self._streams:
+        if self._is_class:
             return True
         half = z.size // 2
-        with while_on("its first half alone"):
+        with prefix_errors("its first half alone"):
             alone = self.run(z[:half], rate)
         difference = np.abs(alone - bias[:half]).max(initial=0.0)
         largest = np.abs(z[np.isfinite(z)]).max(initial=0.0)
-        return bool(difference <= _SAME * largest)
+        return bool(difference <= _MAX_RELATIVE_DIFFERENCE * largest)
 
     @property
-    def _streams(self) -> bool:
+    def _is_class(self) -> bool:
         return isinstance(self.call, type)
 
-    def _called(self, z: Floats, rate: float) -> Any:  # noqa: ANN401
+    def _call_method(self, z: Floats, rate: float) -> Any:  # noqa: ANN401
         try:
-            if not self._streams:
+            if not self._is_class:
                 return self.call(z, rate)
             update = self.call(rate).update
             return [update(sample) for sample in z.tolist()]
         except Exception as error:
-            raise MethodError(f"{self.name} failed: {_told(error)}") from error
+            raise MethodError(f"{self.name} failed: {_describe_error(error)}") from error
 
     def _check(self, bias: npt.NDArray[Any], z: Floats) -> None:
         if bias.shape != z.shape:
@@ -157,15 +157,15 @@ class OwnMethod:
 
 
 @contextmanager
-def while_on(place: str) -> Iterator[None]:
+def prefix_errors(subject: str) -> Iterator[None]:
     """Put what was being measured before the text of a `MethodError`."""
     try:
         yield
     except MethodError as error:
-        raise MethodError(f"{place}: {error}") from error.__cause__
+        raise MethodError(f"{subject}: {error}") from error.__cause__
 
 
-def _imported(name: str, module: str) -> object:
+def _import_module(name: str, module: str) -> object:
     try:
         return import_module(module)
     except (Exception, SystemExit) as error:
@@ -173,19 +173,21 @@ def _imported(name: str, module: str) -> object:
             raise ValueError(
                 f"{name}: there is no module {module!r}, neither in this folder nor installed"
             ) from None
-        raise ValueError(f"{name}: {module} cannot be imported: {_told(error)}") from error
+        raise ValueError(
+            f"{name}: {module} cannot be imported: {_describe_error(error)}"
+        ) from error
 
 
-def _told(error: BaseException) -> str:
+def _describe_error(error: BaseException) -> str:
     """Return an error in one line, with the place in the user's own file that it comes from."""
     text = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if _is_theirs(frame)]
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if _is_user_frame(frame)]
     if not frames:
         return text
     last = [frame for frame in frames if frame.filename == frames[0].filename][-1]
     return f"{text} ({last.filename}, line {last.lineno})"
 
 
-def _is_theirs(frame: traceback.FrameSummary) -> bool:
+def _is_user_frame(frame: traceback.FrameSummary) -> bool:
     ours = (__file__, import_module.__code__.co_filename)
     return frame.filename not in ours and not frame.filename.startswith("<frozen")

@@ -11,10 +11,15 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from zerorate._native import longest_quiet
-from zerorate.faults import given, said
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.geometry.earth import local_ned
-from zerorate.navigation.alignment import Alignment, align, leveled
-from zerorate.navigation.heading import LONGEST, compass, find_heading, looking
+from zerorate.navigation.alignment import Alignment, align, level_attitude
+from zerorate.navigation.heading import (
+    MAX_DECISION_S,
+    find_heading,
+    format_heading,
+    turn_to_heading,
+)
 from zerorate.navigation.windows import Epochs, sigma_of_position
 from zerorate.record import LogError, Recording
 from zerorate.record.fixes import Fixes
@@ -22,27 +27,27 @@ from zerorate.record.offset import TimeOffset
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
 
-_TICK: Final = 0.5
-_STEADY: Final = (math.radians(0.85), 0.26, 0.26)
+_TICK_S: Final = 0.5
+_STEADY_LIMITS: Final = (math.radians(0.85), 0.26, 0.26)
 """By how much means of half a second scatter at rest over the three axes, rad/s and m/s^2, and how
 far gravity may turn, m/s^2: an engine may run."""
-_RATE: Final = math.radians(10.0)
+_MAX_GYRO_BIAS_RAD_S: Final = math.radians(10.0)
 """Largest bias of a gyro."""
-_REST: Final = 3.0
-_LAST: Final = 300.0
+_MIN_REST_S: Final = 3.0
+_MAX_REST_SEARCH_S: Final = 300.0
 """Seconds before the body leaves in which a rest is looked for."""
-_SLOWEST: Final = 0.3
+_MIN_DRIFT_M_S: Final = 0.3
 """A drift of positions, m/s, that is seen of a rest only after so long."""
-_BIAS: Final = (math.radians(0.1), math.radians(0.5))
+_GYRO_BIAS_SIGMAS_RAD_S: Final = (math.radians(0.1), math.radians(0.5))
 """Deviation of the bias of a gyro after a rest, and without one, rad/s."""
-_LEVEL: Final = math.radians(5.0)
-_LEVEL_SECONDS: Final = 5.0
-_LEAST_FORCE: Final = 0.5
+_LEVEL_SIGMA_RAD: Final = math.radians(5.0)
+_LEVEL_S: Final = 5.0
+_FORCE_TOLERANCE: Final = 0.5
 """Part of gravity that the mean force in motion may be off."""
-_ACCEL_BIAS: Final = 0.05
-_SPANS: Final = (3.0, 10.0, 30.0)
+_ACCEL_BIAS_SIGMA_M_S2: Final = 0.05
+_DISPLACEMENT_SPANS_S: Final = (3.0, 10.0, 30.0)
 """Seconds over which a displacement shows motion: a slow body needs longer."""
-_TRIES: Final = 20
+_MAX_TRIES: Final = 20
 
 
 def find_start(
@@ -100,54 +105,56 @@ def find_start(
     (True, 2)
     """
     samples = Samples.of(imu, mag=False, what="navigation")
-    fixes = _within(imu, samples, TimeOffset.of(time_offset).applied(gnss), gnss.source)
-    moves = _Moves.of(fixes)
-    rest = _rest(samples, moves)
+    fixes = _select_fixes(imu, samples, TimeOffset.of(time_offset).applied(gnss), gnss.source)
+    motion = _ReceiverMotion.of(fixes)
+    rest = _find_rest(samples, motion)
     if heading is not None and rest is not None:
         return align(imu, latitude=_latitude(fixes), heading=heading, span=rest)
-    begins = moves.begins if heading is None else [_first(samples, fixes)]
+    begins = motion.motion_starts if heading is None else [_first_fix_time(samples, fixes)]
     if not begins:
-        raise LogError(_no_motion(imu, moves))
-    for begin in begins[:_TRIES]:
-        level = _in_motion(imu.source, samples, fixes, begin, rest)
+        raise LogError(_describe_no_motion(imu, motion))
+    for begin in begins[:_MAX_TRIES]:
+        level = _align_in_motion(imu.source, samples, fixes, begin, rest)
         if heading == "course":
             return replace(level, course=True)
         if heading is not None:
-            turned = looking(level.quaternion, float(heading))
-            return replace(level, quaternion=turned, heading_known=True, heading_sigma=_LEVEL)
-        found = find_heading(samples, fixes, level, options)
-        if found is None:
+            turned = turn_to_heading(level.quaternion, float(heading))
+            return replace(
+                level, quaternion=turned, heading_known=True, heading_sigma=_LEVEL_SIGMA_RAD
+            )
+        solution = find_heading(samples, fixes, level, options)
+        if solution is None:
             continue
         note = (
-            f"the heading is told by the motion: {compass(found.decided, 0)} deg "
-            f"(sigma {math.degrees(found.decided_sigma):.0f}) at {found.time:.1f} s, "
-            f"{found.time - begin:.1f} s after the start"
+            f"the heading is told by the motion: {format_heading(solution.heading, 0)} deg "
+            f"(sigma {math.degrees(solution.sigma):.0f}) at {solution.time:.1f} s, "
+            f"{solution.time - begin:.1f} s after the start"
         )
         return replace(
             level,
-            quaternion=looking(level.quaternion, found.begun),
+            quaternion=turn_to_heading(level.quaternion, solution.start_heading),
             heading_known=True,
-            heading_sigma=found.begun_sigma,
+            heading_sigma=solution.start_sigma,
             notes=(*level.notes, note),
         )
-    raise LogError(_no_heading(imu, begins))
+    raise LogError(_describe_no_heading(imu, begins))
 
 
-def _within(imu: Recording, samples: Samples, fixes: Fixes, source: str) -> Fixes:
+def _select_fixes(imu: Recording, samples: Samples, fixes: Fixes, source: str) -> Fixes:
     """Return the fixes that the samples overlap, with a position."""
-    there = np.isfinite(fixes.position[:, :2].sum(axis=1))
+    present = np.isfinite(fixes.position[:, :2].sum(axis=1))
     time = samples.time
-    inside = fixes.chosen(there).between(float(time[0]), float(time[-1]))
+    inside = fixes.chosen(present).between(float(time[0]), float(time[-1]))
     if len(inside):
         return inside
     if not len(fixes):
         raise LogError(f"{source}: there are no fixes")
     raise LogError(
-        said(
+        make_sentence(
             f"{imu.source}: the filter cannot start: its samples are from {time[0]:.6g} to "
             f"{time[-1]:.6g} s and the fixes from {fixes.time[0]:.6g} to {fixes.time[-1]:.6g} s, "
             "as on another clock: ",
-            given("time_offset"),
+            keyword_argument("time_offset"),
             " moves these",
         )
     )
@@ -158,139 +165,142 @@ def _latitude(fixes: Fixes) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class _Moves:
+class _ReceiverMotion:
     """When a receiver stands, and when it surely moves."""
 
     fixes: Fixes
-    leaves: float
+    departure: float
     """Up to when it stands, s; before the first fix if it never does."""
-    begins: list[float]
+    motion_starts: list[float]
     """Fixes from which on it moves, a minute apart, s."""
-    farthest: float
+    max_displacement: float
     """Largest displacement in three seconds, m."""
 
     @classmethod
-    def of(cls, fixes: Fixes) -> _Moves:
+    def of(cls, fixes: Fixes) -> _ReceiverMotion:
         sigma = sigma_of_position(fixes)
         epochs = Epochs.of(fixes)
         time = fixes.time
-        place = np.nan_to_num(fixes.position)
-        way = local_ned(place, place[0])[:, :2]
-        left, moving = np.zeros(len(time), bool), np.zeros(len(time), bool)
+        position = np.nan_to_num(fixes.position)
+        way = local_ned(position, position[0])[:, :2]
+        departed, moving = np.zeros(len(time), bool), np.zeros(len(time), bool)
         farthest = 0.0
-        for i, seconds in enumerate(_SPANS):
+        for i, seconds in enumerate(_DISPLACEMENT_SPANS_S):
             before = np.clip(np.searchsorted(time, time - seconds - 1e-6), 0, None)
-            far = np.hypot(*(way - way[before]).T)
-            moving |= far > np.maximum(0.5, 4.0 * math.sqrt(2.0) * sigma)
+            displacement = np.hypot(*(way - way[before]).T)
+            moving |= displacement > np.maximum(0.5, 4.0 * math.sqrt(2.0) * sigma)
             if i == 0:
-                left = far > np.maximum(0.3, 5.7 * sigma)
-                farthest = float(far.max())
-        if epochs.told:
+                departed = displacement > np.maximum(0.3, 5.7 * sigma)
+                farthest = float(displacement.max())
+        if epochs.is_reported:
             fast = epochs.speed > np.maximum(0.2, 4.0 * epochs.sigma)
             at = np.searchsorted(time, epochs.time[fast])
-            left[at] = True
+            departed[at] = True
             fast = epochs.speed > np.maximum(0.5, 4.0 * epochs.sigma)
             moving[np.searchsorted(time, epochs.time[fast])] = True
-        leaving = np.flatnonzero(left | moving)
-        leaves = float(time[leaving[0]] if leaving.size else time[-1]) - 1.0
-        return cls(fixes, leaves, list(_begins(time, moving)), farthest)
+        leaving = np.flatnonzero(departed | moving)
+        departure = float(time[leaving[0]] if leaving.size else time[-1]) - 1.0
+        return cls(fixes, departure, list(_motion_starts(time, moving)), farthest)
 
 
-def _begins(time: Floats, moving: Booleans) -> Iterator[float]:
+def _motion_starts(time: Floats, moving: Booleans) -> Iterator[float]:
     """Yield times of fixes in motion, each a minute after the one before."""
     after = -math.inf
     for t in time[moving].tolist():
         if t >= after:
             yield t
-            after = t + LONGEST
+            after = t + MAX_DECISION_S
 
 
-def _rest(samples: Samples, moves: _Moves) -> tuple[float, float] | None:
+def _find_rest(samples: Samples, motion: _ReceiverMotion) -> tuple[float, float] | None:
     """Return the longest rest before the receiver leaves, from and to when, s."""
-    stop = moves.leaves
-    fixes = moves.fixes
-    start = max(float(fixes.time[0]), float(samples.time[0]), stop - _LAST)
-    count = math.floor((stop - start) / _TICK)
-    if count * _TICK < _REST:
+    stop = motion.departure
+    fixes = motion.fixes
+    start = max(float(fixes.time[0]), float(samples.time[0]), stop - _MAX_REST_SEARCH_S)
+    count = math.floor((stop - start) / _TICK_S)
+    if count * _TICK_S < _MIN_REST_S:
         return None
-    start = stop - count * _TICK
-    edges = np.searchsorted(samples.time, start + _TICK * np.arange(count + 1))
-    means = np.array([_mean(samples, a, b) for a, b in pairwise(edges)])
-    shortest = _REST
+    start = stop - count * _TICK_S
+    edges = np.searchsorted(samples.time, start + _TICK_S * np.arange(count + 1))
+    means = np.array([_mean_sample(samples, a, b) for a, b in pairwise(edges)])
+    shortest = _MIN_REST_S
     if fixes.velocity is None:
-        shortest = max(_REST, 1.4 * float(np.median(sigma_of_position(fixes))) / _SLOWEST)
-    first, last = longest_quiet(means, *_STEADY, _RATE)
-    if (last - first) * _TICK < shortest:
+        shortest = max(
+            _MIN_REST_S, 1.4 * float(np.median(sigma_of_position(fixes))) / _MIN_DRIFT_M_S
+        )
+    first, last = longest_quiet(means, *_STEADY_LIMITS, _MAX_GYRO_BIAS_RAD_S)
+    if (last - first) * _TICK_S < shortest:
         return None
-    return start + first * _TICK, start + last * _TICK
+    return start + first * _TICK_S, start + last * _TICK_S
 
 
-def _mean(samples: Samples, first: int, last: int) -> Floats:
+def _mean_sample(samples: Samples, first: int, last: int) -> Floats:
     values = np.concatenate((samples.gyro[first:last], samples.accel[first:last]), axis=1)
-    there = np.isfinite(values).all(axis=1)
-    return values[there].mean(axis=0) if there.any() else np.full(6, np.nan)
+    present = np.isfinite(values).all(axis=1)
+    return values[present].mean(axis=0) if present.any() else np.full(6, np.nan)
 
 
-def _first(samples: Samples, fixes: Fixes) -> float:
+def _first_fix_time(samples: Samples, fixes: Fixes) -> float:
     """Return the first fix with a second of samples before it."""
     late = fixes.time >= samples.time[0] + 1.0
     return float(fixes.time[late][0] if late.any() else fixes.time[0])
 
 
-def _in_motion(
+def _align_in_motion(
     source: str, samples: Samples, fixes: Fixes, begin: float, rest: tuple[float, float] | None
 ) -> Alignment:
     """Return what is known at a fix but for the heading."""
-    a, b = np.searchsorted(samples.time, [begin - _LEVEL_SECONDS, begin])
+    a, b = np.searchsorted(samples.time, [begin - _LEVEL_S, begin])
     # In the first seconds of a recording those that follow have to do.
     b = max(b, int(np.searchsorted(samples.time, samples.time[0] + 1.0)))
-    mean = _mean(samples, int(a), int(b))
+    mean = _mean_sample(samples, int(a), int(b))
     force = float(np.linalg.norm(mean[3:]))
-    if not abs(force / 9.81 - 1.0) <= _LEAST_FORCE:
+    if not abs(force / 9.81 - 1.0) <= _FORCE_TOLERANCE:
         raise LogError(
             f"{source}: the filter cannot start: the mean force from {samples.time[a]:.1f} to "
             f"{begin:.1f} s is {force:.3g} m/s^2, expected about 9.8: the accelerometer has "
             "another unit, or lacks samples"
         )
-    bias, sigma = np.zeros(3), _BIAS[1]
+    bias, sigma = np.zeros(3), _GYRO_BIAS_SIGMAS_RAD_S[1]
     note = "there is no rest of 3 s before the receiver moves: the bias of the gyro is taken for 0"
     if rest is not None:
         x, y = np.searchsorted(samples.time, rest)
-        bias, sigma = _mean(samples, int(x), int(y))[:3], _BIAS[0]
+        bias, sigma = _mean_sample(samples, int(x), int(y))[:3], _GYRO_BIAS_SIGMAS_RAD_S[0]
         note = f"the bias of the gyro is of a rest from {rest[0]:.1f} to {rest[1]:.1f} s"
     return Alignment(
         time=begin,
-        quaternion=leveled(mean[3:], 0.0),
+        quaternion=level_attitude(mean[3:], 0.0),
         latitude=_latitude(fixes),
         heading_known=False,
         course=False,
         gyro_bias=bias,
         accel_bias=np.zeros(3),
-        level_sigma=_LEVEL,
+        level_sigma=_LEVEL_SIGMA_RAD,
         heading_sigma=math.pi / 2.0,
         gyro_bias_sigma=sigma,
-        accel_bias_sigma=_ACCEL_BIAS,
+        accel_bias_sigma=_ACCEL_BIAS_SIGMA_M_S2,
         notes=(f"{note}, to {math.degrees(sigma):.1f} deg/s",),
     )
 
 
-def _no_motion(imu: Recording, moves: _Moves) -> str:
-    time = moves.fixes.time
-    return said(
+def _describe_no_motion(imu: Recording, motion: _ReceiverMotion) -> str:
+    time = motion.fixes.time
+    return make_sentence(
         f"{imu.source}: the filter cannot start: from {time[0]:.1f} to {time[-1]:.1f} s the fixes "
-        f"show no motion beyond their noise, {moves.farthest:.2g} m in 3 s at most, so neither a "
+        f"show no motion beyond their noise, {motion.max_displacement:.2g} m in 3 s at "
+        "most, so neither a "
         "course nor a change of speed tells the heading: ",
-        given("heading"),
+        keyword_argument("heading"),
         " says it",
     )
 
 
-def _no_heading(imu: Recording, begins: list[float]) -> str:
+def _describe_no_heading(imu: Recording, begins: list[float]) -> str:
     times = ", ".join(f"{t:.1f}" for t in begins[:3])
-    return said(
+    return make_sentence(
         f"{imu.source}: the filter cannot start: it moves from {times} s on, but in a minute of it "
         "no heading fits the fixes better than all others: either it neither speeds up, brakes nor "
         "turns, or units, axes or clock are not as told; ",
-        given("heading"),
+        keyword_argument("heading"),
         " says the heading",
     )

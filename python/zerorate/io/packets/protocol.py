@@ -15,12 +15,12 @@ NO_TRIAD: Final[Row] = ("", "", "")
 """The cells of a sensor that has not spoken since the last row."""
 
 
-_PATIENCE: Final = 1 << 12
+_MAX_UNKNOWN_BYTES: Final = 1 << 12
 """Bytes after which a packet should have come."""
 
 
 @dataclass(frozen=True)
-class Damaged:
+class Damage:
     """Bytes that are no packet where one should be, or a packet that holds no sample of use.
 
     Examples
@@ -36,12 +36,12 @@ class Damaged:
 class Decoder(Protocol):
     """Takes bytes as they come, in pieces of any size."""
 
-    def feed(self, raw: bytes) -> Iterator[Row | Damaged]:
+    def feed(self, raw: bytes) -> Iterator[Row | Damage]:
         """Yield the samples that are complete with these bytes, and what is damaged."""
 
 
 @dataclass(frozen=True)
-class PacketForm:
+class PacketProtocol:
     """A form of packets, as a maker's devices send them.
 
     Attributes
@@ -82,7 +82,7 @@ class PacketForm:
     lines: bool = False
 
 
-def named(*sensors: str) -> tuple[str, ...]:
+def name_axes(*sensors: str) -> tuple[str, ...]:
     """Return the names of three axes for each sensor, such as ``gyro_{}_dps``."""
     return tuple(sensor.format(axis) for sensor in sensors for axis in AXES)
 
@@ -94,9 +94,9 @@ class Buffer:
     What comes before the first packet is not told: a device is often joined in the middle of one.
     """
 
-    longest: int
+    max_bytes: int
     raw: bytearray = field(default_factory=bytearray)
-    _found: bool = False
+    _has_packet: bool = False
     _skipped: int = 0
     _lost: int = 0
 
@@ -104,9 +104,9 @@ class Buffer:
         """Return a packet and forget its bytes."""
         packet = bytes(self.raw[:count])
         del self.raw[:count]
-        if self._found or self._skipped >= self.longest:
+        if self._has_packet or self._skipped >= self.max_bytes:
             self._lost += self._skipped
-        self._found, self._skipped = True, 0
+        self._has_packet, self._skipped = True, 0
         return packet
 
     def skip(self, count: int) -> None:
@@ -114,26 +114,27 @@ class Buffer:
         del self.raw[:count]
         self._skipped += count
 
-    def damage(self, why: str) -> Iterator[Damaged]:
+    def report_damage(self, reason: str) -> Iterator[Damage]:
         """Yield what there is to tell of the bytes between the last two packets."""
-        many, self._lost = self._lost, 0
-        if many:
-            are = "a byte is" if many == 1 else f"{many} bytes are"
-            yield Damaged(f"{are} no packet: {why}")
+        count, self._lost = self._lost, 0
+        if count:
+            are = "a byte is" if count == 1 else f"{count} bytes are"
+            yield Damage(f"{are} no packet: {reason}")
 
-    def hopeless(self, form: str) -> Iterator[Damaged]:
+    def report_unknown(self, protocol: str) -> Iterator[Damage]:
         """Yield that the bytes look like another form, where none of many was a packet."""
-        if not self._found and self._skipped >= _PATIENCE:
-            many, self._skipped = self._skipped, 0
-            yield Damaged(
-                f"the first {many} bytes hold no packet of {form}; is the form another, or the "
+        if not self._has_packet and self._skipped >= _MAX_UNKNOWN_BYTES:
+            count, self._skipped = self._skipped, 0
+            yield Damage(
+                f"the first {count} bytes hold no packet of {protocol}; is the form "
+                "another, or the "
                 "speed of the line?"
             )
 
 
-def by_lines(
-    buffer: Buffer, parse: Callable[[bytes], Sequence[Row]], why: str, form: str
-) -> Iterator[Row | Damaged]:
+def read_lines(
+    buffer: Buffer, parse: Callable[[bytes], Sequence[Row]], reason: str, protocol: str
+) -> Iterator[Row | Damage]:
     """Yield the rows of messages that a line's end ends; `parse` raises ValueError for others."""
     while (end := buffer.raw.find(b"\n")) >= 0:
         try:
@@ -142,8 +143,8 @@ def by_lines(
             buffer.skip(end + 1)
             continue
         buffer.take(end + 1)
-        yield from buffer.damage(why)
+        yield from buffer.report_damage(reason)
         yield from rows
-    if len(buffer.raw) > buffer.longest:
+    if len(buffer.raw) > buffer.max_bytes:
         buffer.skip(len(buffer.raw))
-    yield from buffer.hopeless(form)
+    yield from buffer.report_unknown(protocol)

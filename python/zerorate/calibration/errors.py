@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from zerorate.faults import said, sentence_of
+from zerorate.faults import make_sentence, sentence_of
 from zerorate.record.log import LogError
 
 if TYPE_CHECKING:
@@ -27,4 +27,4 @@ class CalibrationError(LogError):
 
     def around(self, before: str = "", after: str = "") -> CalibrationError:
         """Return the error with more text, as the name of the log before."""
-        return CalibrationError(said(before, sentence_of(self), after), self.calibration)
+        return CalibrationError(make_sentence(before, sentence_of(self), after), self.calibration)

@@ -11,7 +11,7 @@ from zerorate.types import Integers
 
 
 @dataclass(frozen=True, eq=False)
-class LeftOut:
+class ExclusionCounts:
     """Counts of each of k axes, shape (k,).
 
     Parameters
@@ -37,13 +37,13 @@ class LeftOut:
     def sentences(self, names: Sequence[str], samples: int, limit: float | None) -> Iterator[str]:
         """Yield a sentence on each kind of which there are any, of so many samples an axis."""
         beyond = "" if limit is None else f", at or beyond the limit of {limit:g}"
-        said = (
+        kinds = (
             (f"saturated{beyond}, so missing", self.saturated_count),
             ("left out as outliers", self.outlier_count),
             ("left out because the sensor was stuck at one value", self.stuck_count),
         )
-        for what, counts in said:
+        for label, counts in kinds:
             if counts.any():
                 pairs = zip(names, counts.tolist(), strict=True)
                 listed = ", ".join(f"{name} {count}" for name, count in pairs if count)
-                yield f"{what}: {listed} of {samples} samples"
+                yield f"{label}: {listed} of {samples} samples"

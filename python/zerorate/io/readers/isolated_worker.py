@@ -36,14 +36,14 @@ def main(requests: IO[bytes], answers: IO[bytes]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # which is for the parent, as is its answer to it
     for line in requests:
         request = json.loads(line)
-        work, package, compiled = _WORKS[request["work"]]
+        work, package, compiled = _FUNCTIONS[request["work"]]
         importlib.import_module(package)  # before the limits, which are for the file
-        _limit(request["seconds"], request["bytes"])
+        _apply_limits(request["seconds"], request["bytes"])
         try:
-            told, arrays = work(*request["arguments"])
-            answer = {"told": told, "arrays": [(a.dtype.str, a.shape) for a in arrays]}
+            result, arrays = work(*request["arguments"])
+            answer = {"told": result, "arrays": [(a.dtype.str, a.shape) for a in arrays]}
         except Exception as error:  # what damaged bytes raise has no common base
-            answer, arrays = _refusal(error), []
+            answer, arrays = _describe_error(error), []
             answer["harmed"] = compiled and not isinstance(error, Refused)
         answers.write(json.dumps(answer).encode() + b"\n")
         for array in (a for a in arrays if a.nbytes):
@@ -52,31 +52,31 @@ def main(requests: IO[bytes], answers: IO[bytes]) -> None:
         answers.flush()
 
 
-def _refusal(error: Exception) -> dict[str, Any]:
+def _describe_error(error: Exception) -> dict[str, Any]:
     text = str(error).strip() or type(error).__name__
     kind = "memory" if isinstance(error, MemoryError) else type(error).__name__
     return {"error": text, "kind": kind, "errno": getattr(error, "errno", None)}
 
 
-def _limit(seconds: float, size: int) -> None:
+def _apply_limits(seconds: float, size: int) -> None:
     """Allow so much computing and memory from now on; beyond, the system ends this process."""
     if sys.platform == "win32":
         return
-    used = sum(os.times()[:2])
-    _allow(resource.RLIMIT_CORE, 0)
-    _allow(resource.RLIMIT_CPU, math.ceil(used + seconds))
+    used_s = sum(os.times()[:2])
+    _set_limit(resource.RLIMIT_CORE, 0)
+    _set_limit(resource.RLIMIT_CPU, math.ceil(used_s + seconds))
     try:
         with open("/proc/self/statm") as file:
-            taken = int(file.read().split()[5]) * os.sysconf("SC_PAGE_SIZE")
+            used_bytes = int(file.read().split()[5]) * os.sysconf("SC_PAGE_SIZE")
     except OSError:
         return  # no such limit is kept elsewhere
-    _allow(resource.RLIMIT_DATA, taken + size)
+    _set_limit(resource.RLIMIT_DATA, used_bytes + size)
 
 
-def _allow(what: int, most: int) -> None:
+def _set_limit(limit: int, value: int) -> None:
     if sys.platform != "win32":
-        hard = resource.getrlimit(what)[1]
-        resource.setrlimit(what, (most if hard < 0 else min(most, hard), hard))
+        hard = resource.getrlimit(limit)[1]
+        resource.setrlimit(limit, (value if hard < 0 else min(value, hard), hard))
 
 
 def mat_arrays(path: str, texts: Collection[str]) -> _Answer:
@@ -97,12 +97,12 @@ def _mat_arrays(name: str, value: _Array, texts: Collection[str]) -> Iterator[tu
             inner = np.asarray(value[field].reshape(-1)[0])
             yield from _mat_arrays(f"{name}/{field}", inner, texts)
     elif name.rpartition("/")[2] in texts:
-        yield name, _of_cells(value) if value.dtype.kind == "O" else value
+        yield name, _join_cells(value) if value.dtype.kind == "O" else value
     elif value.dtype.kind in "fiub" and value.ndim == 2 and value.size > 1:
         yield name, value.reshape(-1) if 1 in value.shape else value
 
 
-def _of_cells(value: _Array) -> _Array:
+def _join_cells(value: _Array) -> _Array:
     """Return a cell array of strings as NumPy's strings."""
     return np.array(["".join(map(str, np.asarray(c).reshape(-1)[:1])) for c in value.reshape(-1)])
 
@@ -124,37 +124,37 @@ def hdf5_listing(path: str, texts: Collection[str], matlab: bool) -> _Answer:
             links.append(name)
 
     def add(name: str | bytes, node: _Node) -> None:
-        for entry, array in _entries(name, node, texts, matlab):
+        for entry, array in _list_entries(name, node, texts, matlab):
             entries.append(entry)
             small.extend([] if array is None else [array])
 
     with h5py.File(path) as file:
         file.visititems_links(note)
         if links:
-            raise Refused(_elsewhere(str(links[0])))
+            raise Refused(_describe_external(str(links[0])))
         add("", file)
         file.visititems(add)
     return entries, small
 
 
-def hdf5_values(path: str, key: str, field: str | None, most: int) -> _Answer:
+def hdf5_values(path: str, key: str, field: str | None, max_bytes: int) -> _Answer:
     """Return the values of a data set, or of a field of one."""
     import h5py
 
     with h5py.File(path) as file:
         node = file[key.encode("utf-8", "surrogateescape")]
         _check_written(node, key)
-        if node.nbytes > most:
+        if node.nbytes > max_bytes:
             raise Refused(
                 f"'{key}' declares {node.nbytes} bytes, far more than a file of this size"
             )
-        return None, [_texts(node[()] if field is None else node[field])]
+        return None, [_to_texts(node[()] if field is None else node[field])]
 
 
 _Entry = tuple[dict[str, Any], _Array | None]
 
 
-def _entries(
+def _list_entries(
     key: str | bytes, node: _Node, texts: Collection[str], matlab: bool
 ) -> Iterator[_Entry]:
     """Yield what a group or data set at some path in the file holds."""
@@ -162,33 +162,38 @@ def _entries(
     if name.startswith("#"):
         return
     if not hasattr(node, "dtype"):
-        for own in texts:
-            if own in node.attrs:
-                yield _read(f"{name}/{own}".lstrip("/"), _texts(np.asarray(node.attrs[own])))
+        for key_name in texts:
+            if key_name in node.attrs:
+                yield _read_entry(
+                    f"{name}/{key_name}".lstrip("/"), _to_texts(np.asarray(node.attrs[key_name]))
+                )
         return
     if node.is_virtual or node.external:
-        raise Refused(_elsewhere(name))
+        raise Refused(_describe_external(name))
     if node.shape is None:
         return
     if node.dtype.names is not None:
         for field in node.dtype.names:
-            yield _unread(f"{name}/{field}", key, node, node.dtype[field]) | {"field": field}, None
+            yield (
+                _unread_entry(f"{name}/{field}", key, node, node.dtype[field]) | {"field": field},
+                None,
+            )
     elif name.rpartition("/")[2] in texts:
-        yield _read(name, _scalar(node, matlab))
+        yield _read_entry(name, _read_scalar(node, matlab))
     elif node.dtype.kind in "fiub" and node.ndim in (1, 2):
-        yield _unread(name, key, node, node.dtype) | {"unit": _unit(node)}, None
+        yield _unread_entry(name, key, node, node.dtype) | {"unit": _find_unit(node)}, None
 
 
-def _read(name: str, array: _Array) -> _Entry:
+def _read_entry(name: str, array: _Array) -> _Entry:
     return {"name": name, "key": None}, array
 
 
-def _unread(name: str, key: str | bytes, node: _Node, kind: np.dtype[Any]) -> dict[str, Any]:
+def _unread_entry(name: str, key: str | bytes, node: _Node, kind: np.dtype[Any]) -> dict[str, Any]:
     path = key if isinstance(key, str) else key.decode("utf-8", "surrogateescape")
     return {"name": name, "key": path, "field": None, "shape": node.shape, "dtype": kind.str}
 
 
-def _elsewhere(name: str) -> str:
+def _describe_external(name: str) -> str:
     return f"'{name}' lies in another file, expected an HDF5 file that holds all its data"
 
 
@@ -202,18 +207,18 @@ def _check_written(node: _Node, name: str) -> None:
         raise Refused(f"'{name}' declares {node.size} values, but only {written} were written")
 
 
-def _unit(node: _Node) -> str | None:
-    told = (node.attrs.get(key) for key in ("unit", "units"))
-    return next((unit for unit in told if isinstance(unit, str)), None)
+def _find_unit(node: _Node) -> str | None:
+    units = (node.attrs.get(key) for key in ("unit", "units"))
+    return next((unit for unit in units if isinstance(unit, str)), None)
 
 
-def _scalar(node: _Node, matlab: bool) -> _Array:
+def _read_scalar(node: _Node, matlab: bool) -> _Array:
     if matlab and node.attrs.get("MATLAB_class") == b"char":
         return np.array("".join(map(chr, node[()].reshape(-1))))
-    return _texts(np.asarray(node[()]))
+    return _to_texts(np.asarray(node[()]))
 
 
-def _texts(array: _Array) -> _Array:
+def _to_texts(array: _Array) -> _Array:
     """Return bytes and Python strings as NumPy's, other arrays as they are."""
     if array.dtype.kind not in "OS":
         return array
@@ -226,30 +231,30 @@ def bag_topics(path: str) -> _Answer:
     """Return the topics of a ROS recording that hold messages of a sensor."""
     from zerorate.io.readers import ros
 
-    return ros.topics(Path(path)), []
+    return ros.list_topics(Path(path)), []
 
 
 def bag_columns(path: str, topic: str, wanted: list[int]) -> _Answer:
     """Return columns of the messages of a topic."""
     from zerorate.io.readers import ros
 
-    return None, ros.columns(Path(path), topic, wanted)
+    return None, ros.read_columns(Path(path), topic, wanted)
 
 
 def camera_sensors(path: str) -> _Answer:
     """Return what telemetry-parser finds in a file: the camera, its sensors, and what else."""
     from zerorate.io.readers import camera
 
-    found = camera.sensors(Path(path))
+    content = camera.find_sensors(Path(path))
     sensors = [
-        {"sensor": one.sensor, "names": one.names, "axes": one.axes, "note": one.note}
-        for one in found.sensors
+        {"sensor": sensor.sensor, "names": sensor.names, "axes": sensor.axes, "note": sensor.note}
+        for sensor in content.sensors
     ]
-    told = {"camera": found.camera, "sensors": sensors, "others": found.others}
-    return told, [column for one in found.sensors for column in one.columns]
+    result = {"camera": content.camera, "sensors": sensors, "others": content.others}
+    return result, [column for sensor in content.sensors for column in sensor.columns]
 
 
-_WORKS: Final[dict[str, tuple[Callable[..., _Answer], str, bool]]] = {
+_FUNCTIONS: Final[dict[str, tuple[Callable[..., _Answer], str, bool]]] = {
     "mat_arrays": (mat_arrays, "scipy.io", True),
     "hdf5_listing": (hdf5_listing, "h5py", True),
     "hdf5_values": (hdf5_values, "h5py", True),

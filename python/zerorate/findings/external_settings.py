@@ -9,11 +9,11 @@ import numpy as np
 
 from zerorate.calibration.calibrate import calibrate
 from zerorate.calibration.calibration import Calibration
-from zerorate.calibration.refusal import CalibrationError
+from zerorate.calibration.errors import CalibrationError
 from zerorate.faults import sentence_of
 from zerorate.findings.finding import Finding, Spans
-from zerorate.findings.imus import Imu, part
-from zerorate.findings.rests import OF_NOISE, means, spans
+from zerorate.findings.imus import Imu, cut_log
+from zerorate.findings.rests import MIN_NOISE_REST_S, rest_mean, rest_spans
 from zerorate.noise import NoiseModel
 from zerorate.noise.characterise import characterise_log
 from zerorate.record.log import LogError
@@ -21,13 +21,13 @@ from zerorate.record.recording import Recording
 from zerorate.types import Floats
 
 SECTION: Final = "What to enter"
-_SLOW: Final = 50.0
-_POSES: Final = 6
+_MIN_RATE_HZ: Final = 50.0
+_MIN_POSES: Final = 6
 """Rests that may be the poses of a calibration, in as many directions as half of that."""
-_APART: Final = np.cos(np.radians(30.0))
+_MAX_POSE_COSINE: Final = np.cos(np.radians(30.0))
 
 
-class Known(NamedTuple):
+class LogModels(NamedTuple):
     """What a log tells for the settings of others.
 
     A model of the noise of the gyro and one of the accelerometer, a calibration, and why there is
@@ -40,76 +40,76 @@ class Known(NamedTuple):
     missing: str
 
 
-def known(recording: Recording, imu: Imu) -> Known:
+def fit_log_models(recording: Recording, imu: Imu) -> LogModels:
     """Return what the longest rest tells of noise, and the poses of a calibration, if any."""
-    models = [_model(imu, one) for one in (0, 1)]
-    calibration, missing = _calibration(recording, imu)
-    return Known(models[0], models[1], calibration, missing)
+    models = [_fit_noise(imu, one) for one in (0, 1)]
+    calibration, missing = _fit_calibration(recording, imu)
+    return LogModels(models[0], models[1], calibration, missing)
 
 
-def _model(imu: Imu, which: int) -> NoiseModel | None:
+def _fit_noise(imu: Imu, sensor_index: int) -> NoiseModel | None:
     """Return the noise of the noisiest axis of a gyro or an accelerometer; None without a rest."""
-    one = (imu.gyro, imu.accel)[which]
+    sensor = (imu.gyro, imu.accel)[sensor_index]
     rest = max(imu.rests, key=lambda rest: rest.seconds, default=None)
-    if one is None or one.factor is None or one.log.rate < _SLOW or rest is None:
+    if sensor is None or sensor.factor is None or sensor.log.rate < _MIN_RATE_HZ or rest is None:
         return None
-    if rest.seconds < OF_NOISE:
+    if rest.seconds < MIN_NOISE_REST_S:
         return None
-    begin, end = spans([rest])[0]
+    begin, end = rest_spans([rest])[0]
     try:
-        found = characterise_log(
-            part(one.log, one.start + begin, one.start + end),
+        characterisation = characterise_log(
+            cut_log(sensor.log, sensor.start + begin, sensor.start + end),
             second_opinion=False,
             progress=lambda step, done: None,
         )
     except LogError:
         return None
-    return found.worst
+    return characterisation.worst
 
 
-def _calibration(recording: Recording, imu: Imu) -> tuple[Calibration | None, str]:
+def _fit_calibration(recording: Recording, imu: Imu) -> tuple[Calibration | None, str]:
     if imu.gyro is None or imu.accel is None or not _is_posed(imu):
         return None, ""
     try:
-        found = calibrate(recording, gyro=imu.gyro.name, accel=imu.accel.name)
+        calibration = calibrate(recording, gyro=imu.gyro.name, accel=imu.accel.name)
     except CalibrationError as error:
         return None, str(sentence_of(error)).partition(": ")[0]
     except LogError:
         return None, ""
-    return (found, "") if found.valid else (None, "; ".join(found.problems))
+    return (calibration, "") if calibration.valid else (None, "; ".join(calibration.problems))
 
 
 def _is_posed(imu: Imu) -> bool:
     """Return whether rests are in many directions, as those of a calibration are."""
-    if imu.accel is None or len(imu.rests) < _POSES:
+    if imu.accel is None or len(imu.rests) < _MIN_POSES:
         return False
     directions: list[Floats] = []
     for rest in imu.rests:
-        mean = means(imu.accel, rest)[0]
+        mean = rest_mean(imu.accel, rest)[0]
         mean = mean / np.linalg.norm(mean)
-        if all(mean @ other < _APART for other in directions):
+        if all(mean @ other < _MAX_POSE_COSINE for other in directions):
             directions.append(mean)
-    return len(directions) >= _POSES // 2
+    return len(directions) >= _MIN_POSES // 2
 
 
-def enter(imu: Imu, told: Known) -> Iterator[Finding]:
+def settings_findings(imu: Imu, models: LogModels) -> Iterator[Finding]:
     """Yield the settings of each program that the log tells, as lines of its own files."""
     longest = max(imu.rests, key=lambda rest: rest.seconds, default=None)
-    rested = () if longest is None else spans([longest])
-    for program, write in _noise_files(imu, told).items():
-        if (text := _written(write)) is not None:
-            yield _of(
+    static_spans = () if longest is None else rest_spans([longest])
+    for program, write in _noise_files(imu, models).items():
+        if (text := _write_or_none(write)) is not None:
+            yield _make_finding(
                 imu, program, "noise of the noisiest axis at rest; in motion a filter wants more",
-                text, rested,
+                text, static_spans,
             )  # fmt: skip
-    for program, write in _calibration_files(told.calibration).items():
-        if (text := _written(write)) is not None:
+    for program, write in _calibration_files(models.calibration).items():
+        if (text := _write_or_none(write)) is not None:
             what = f"offsets and scales by {len(imu.rests)} rests and the turns between them"
-            yield _of(imu, program, what, text, spans(imu.rests))
+            yield _make_finding(imu, program, what, text, rest_spans(imu.rests))
 
 
-def _noise_files(imu: Imu, told: Known) -> dict[str, Callable[[], str]]:
-    gyro, accel = told.gyro, told.accel
+def _noise_files(imu: Imu, models: LogModels) -> dict[str, Callable[[], str]]:
+    gyro, accel = models.gyro, models.accel
     if gyro is None or imu.gyro is None:
         return {}
     rate = imu.gyro.log.rate
@@ -120,13 +120,13 @@ def _noise_files(imu: Imu, told: Known) -> dict[str, Callable[[], str]]:
     }
 
 
-def _calibration_files(found: Calibration | None) -> dict[str, Callable[[], str]]:
-    if found is None:
+def _calibration_files(calibration: Calibration | None) -> dict[str, Callable[[], str]]:
+    if calibration is None:
         return {}
-    return {"PX4, sensors": found.to_px4, "ArduPilot": found.to_ardupilot}
+    return {"PX4, sensors": calibration.to_px4, "ArduPilot": calibration.to_ardupilot}
 
 
-def _written(write: Callable[[], str]) -> str | None:
+def _write_or_none(write: Callable[[], str]) -> str | None:
     """Return a file's text, None where the log does not bear it out."""
     try:
         return write()
@@ -134,8 +134,8 @@ def _written(write: Callable[[], str]) -> str | None:
         return None
 
 
-def _of(imu: Imu, program: str, what: str, text: str, rested: Spans) -> Finding:
+def _make_finding(imu: Imu, program: str, what: str, text: str, static_spans: Spans) -> Finding:
     return Finding(
         SECTION, program, "good", f"{program}: {what}.",
-        spans=rested, figure=imu.sensors[0].figure, code=text,
+        spans=static_spans, figure=imu.sensors[0].figure, code=text,
     )  # fmt: skip

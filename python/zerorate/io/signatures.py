@@ -3,27 +3,27 @@
 import re
 from typing import Final
 
-_HEAD: Final = 1 << 17
-_BOXES: Final = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
+_HEAD_BYTES: Final = 1 << 17
+_VIDEO_BOXES: Final = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
 """Boxes with which videos begin."""
-_RECORDERS: Final = (b"H Product:Blackbox", b"GYROFLOW IMU LOG")
+_RECORDER_MARKS: Final = (b"H Product:Blackbox", b"GYROFLOW IMU LOG")
 
 MAVLINK_1, MAVLINK_2 = 0xFE, 0xFD
 """First bytes of packets."""
-BEHIND_STAMP: Final = 8
+PACKET_OFFSET: Final = 8
 """Where the packet of a record of telemetry begins."""
 
 
 def is_text(raw: bytes) -> bool:
     """Whether bytes may be those of a text, rather than of a binary file."""
-    head = raw[:_HEAD]
-    strange = sum(
+    head = raw[:_HEAD_BYTES]
+    control_count = sum(
         head.count(bytes([code])) for code in range(32) if code not in (9, 10, 11, 12, 13)
     )
-    return b"\0" not in head and strange <= 0.01 * len(head)
+    return b"\0" not in head and control_count <= 0.01 * len(head)
 
 
-def is_text_log(head: bytes) -> bool:
+def is_dataflash_text(head: bytes) -> bool:
     """Whether a text begins with the declarations of a DataFlash log."""
     return re.match(rb"\s*FMT\s*,\s*\d+\s*,\s*\d+\s*,\s*\w+\s*,", head) is not None
 
@@ -31,9 +31,11 @@ def is_text_log(head: bytes) -> bool:
 def is_telemetry(head: bytes) -> bool:
     """Whether a file begins with a time of this century and a packet of MAVLink."""
     packet = (MAVLINK_1, MAVLINK_2)
-    return len(head) > BEHIND_STAMP and head[0] == 0 and head[BEHIND_STAMP] in packet
+    return len(head) > PACKET_OFFSET and head[0] == 0 and head[PACKET_OFFSET] in packet
 
 
-def is_of_camera(head: bytes) -> bool:
+def is_camera_file(head: bytes) -> bool:
     """Whether a file begins as a video, or as the log of a flight recorder."""
-    return head[4:8] in _BOXES or any(head.startswith(text[: len(head)]) for text in _RECORDERS)
+    return head[4:8] in _VIDEO_BOXES or any(
+        head.startswith(text[: len(head)]) for text in _RECORDER_MARKS
+    )
