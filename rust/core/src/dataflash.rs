@@ -17,10 +17,10 @@ const FMT: u8 = 128;
 const FMT_LENGTH: usize = 89;
 
 /// Declarations that a log may have: one a number, and some of other versions appended to it.
-const MOST_KINDS: usize = 1024;
+const MAX_KINDS: usize = 1024;
 
 /// Messages between two looks at whether the work is to end.
-const OFTEN: usize = 1 << 16;
+const MESSAGES_PER_CHECK: usize = 1 << 16;
 
 /// A kind of messages as it is declared, in texts that zeros end, and where its rows begin.
 #[derive(Debug, Clone)]
@@ -117,7 +117,7 @@ impl<'a> Walk<'a> {
         let mut at = 0;
         while at < self.end {
             work::pause();
-            for _ in 0..OFTEN {
+            for _ in 0..MESSAGES_PER_CHECK {
                 match self.sound(at) {
                     Some(after) => {
                         self.take(at);
@@ -173,7 +173,7 @@ impl<'a> Walk<'a> {
         let known = self.lengths[usize::from(kind.number)] > 0;
         let before = &self.kinds[self.current[usize::from(kind.number)]];
         let same = known && before.length == kind.length && before.format == kind.format;
-        if kind.number != FMT && kind.is_sound() && !same && self.kinds.len() < MOST_KINDS {
+        if kind.number != FMT && kind.is_sound() && !same && self.kinds.len() < MAX_KINDS {
             self.add(kind);
         }
     }

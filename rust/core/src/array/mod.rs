@@ -29,10 +29,10 @@ use crate::memory;
 use crate::stream::Stream;
 
 /// Largest sample that sums are made of; squares and their sums are far from overflowing.
-const MOST: f64 = 1e75;
+const MAX_SAMPLE: f64 = 1e75;
 
 /// Part of their sizes that weights, some of which may be negative, must add up to.
-const LEFT: f64 = 0.25;
+const MIN_WEIGHT_SUM: f64 = 0.25;
 
 /// Gyros of one body, with `A` axes each, as one gyro.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -306,7 +306,7 @@ impl<const A: usize> GyroArray<A> {
             (sum, size) = (sum + weight, size + weight.abs());
         }
         // Weights that all but cancel, once some sensors are out, say nothing of those that are left.
-        if sum <= LEFT * size {
+        if sum <= MIN_WEIGHT_SUM * size {
             sum = self.count_alike(axis);
         }
         if sum <= 0.0 {
@@ -350,7 +350,7 @@ impl<const A: usize> GyroArray<A> {
                 let calm = self.at_rest[axis]
                     && self.rests(sensor, axis)
                     && !self.vote.is_excluded(sensor);
-                let means = if calm { halves.map(|half| half[axis]) } else { noise::NONE };
+                let means = if calm { halves.map(|half| half[axis]) } else { noise::NO_MEAN };
                 let sigma = self.deviation(sensor, axis);
                 self.noise.end_place(sensor * A + axis, means, calm);
                 self.vote.know(sensor * A + axis, sigma);
@@ -361,7 +361,7 @@ impl<const A: usize> GyroArray<A> {
             self.vote.know_centre(axis, A);
         }
         if n > 1 {
-            self.vote.end_tick(A, self.ticks(vote::BACK));
+            self.vote.end_tick(A, self.ticks(vote::READMISSION_S));
         }
     }
 

@@ -8,13 +8,13 @@ use crate::memory;
 use crate::rest::RestLimits;
 
 /// Most sensors of an array: covariances grow with their square.
-const SENSORS_MAX: usize = 256;
+const MAX_SENSORS: usize = 256;
 
 /// Distance of a rotation from one that is orthonormal, at most.
-const ORTHONORMAL: f64 = 1e-6;
+const MAX_ORTHONORMALITY_ERROR: f64 = 1e-6;
 
 /// Distance of an element of a correction from that of no correction, at most.
-const CORRECTION: f64 = 0.5;
+const MAX_CORRECTION: f64 = 0.5;
 
 /// How sensors become one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -94,7 +94,7 @@ impl ArrayParams {
     pub(super) fn check(&self, axes: usize) -> Result<(), Error> {
         check_rate(self.rate)?;
         let n = self.sensors;
-        if n == 0 || n > SENSORS_MAX {
+        if n == 0 || n > MAX_SENSORS {
             let expected = "from 1 to 256";
             return Err(Error::Parameter { name: "sensors", expected, value: n as f64 });
         }
@@ -141,7 +141,7 @@ impl ArrayParams {
         let usual = |place: usize| if place.is_multiple_of(axes + 1) { 1.0 } else { 0.0 };
         for (sensor, c) in corrections.chunks_exact(axes * axes).enumerate() {
             // Not so for NaN.
-            if !c.iter().enumerate().all(|(place, x)| (x - usual(place)).abs() <= CORRECTION) {
+            if !c.iter().enumerate().all(|(place, x)| (x - usual(place)).abs() <= MAX_CORRECTION) {
                 let expected = "within 0.5 of the unit matrix (the number is that of the first sensor whose is not)";
                 return Err(Error::Parameter { name, expected, value: (sensor + 1) as f64 });
             }
@@ -171,5 +171,7 @@ fn is_orthonormal(r: &[f64], axes: usize) -> bool {
     let product =
         |i: usize, j: usize| -> f64 { (0..axes).map(|k| r[i * axes + k] * r[j * axes + k]).sum() };
     let expected = |i, j| if i == j { 1.0 } else { 0.0 };
-    (0..axes).all(|i| (0..axes).all(|j| (product(i, j) - expected(i, j)).abs() <= ORTHONORMAL))
+    (0..axes).all(|i| {
+        (0..axes).all(|j| (product(i, j) - expected(i, j)).abs() <= MAX_ORTHONORMALITY_ERROR)
+    })
 }

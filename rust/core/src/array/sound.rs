@@ -4,18 +4,18 @@ use super::centralised::{Centralised, Walk};
 use super::noise::{Halves, Noise, Sums};
 use super::octaves::{OCTAVES, Octave, Octaves};
 use super::vote::{Standing, Vote};
-use super::{GyroArray, LEFT, MOST};
+use super::{GyroArray, MAX_SAMPLE, MIN_WEIGHT_SUM};
 use crate::math::sound::{is_count, is_sample, is_size, is_within};
 use crate::stream::checkpoint::Checkpoint;
 
 /// Largest mean of samples in the axes of the body: three of them, each times one and a half at most.
-const TURNED: f64 = 8.0 * MOST;
+const MAX_ROTATED_MEAN: f64 = 8.0 * MAX_SAMPLE;
 
 /// Squares of the largest differences.
-const SQUARE: f64 = 4.0 * TURNED * TURNED;
+const MAX_SQUARED_DIFFERENCE: f64 = 4.0 * MAX_ROTATED_MEAN * MAX_ROTATED_MEAN;
 
 /// Largest share of a sensor, of others that are negative.
-const MOST_WEIGHT: f64 = 1.0 / LEFT + 1e-9;
+const MAX_WEIGHT: f64 = 1.0 / MIN_WEIGHT_SUM + 1e-9;
 
 impl<const A: usize> Checkpoint for GyroArray<A> {
     const TAG: &'static str = "gyro-array";
@@ -46,7 +46,7 @@ impl<const A: usize> Checkpoint for GyroArray<A> {
                     && filter.is_sound()
             })
             && self.position < self.length
-            && self.weights.iter().all(|w| w.abs() <= MOST_WEIGHT)
+            && self.weights.iter().all(|w| w.abs() <= MAX_WEIGHT)
             && self.centralised.is_sound(n, A)
             && self.noise.is_sound(n, A, self.position)
             && self.vote.is_sound(n, A, self.position)
@@ -56,7 +56,7 @@ impl<const A: usize> Checkpoint for GyroArray<A> {
 impl Centralised {
     fn is_sound(&self, sensors: usize, axes: usize) -> bool {
         let is_walk = |walk: &Walk| {
-            is_sample(walk.level, MOST) && 0.0 < walk.variance && walk.variance <= 1e6
+            is_sample(walk.level, MAX_SAMPLE) && 0.0 < walk.variance && walk.variance <= 1e6
         };
         (self.first.len(), self.second.len(), self.took.len())
             == (sensors * axes, axes, sensors * axes)
@@ -79,10 +79,13 @@ impl Noise {
             && (self.octaves.len(), self.second.len()) == (axes, axes)
             && self.sums.iter().all(|sums| sums.is_sound(position))
             && self.ticks.iter().all(Halves::is_sound)
-            && self.halves.iter().all(|one| is_size(one.sum, SQUARE * f64::from(one.count)))
+            && self
+                .halves
+                .iter()
+                .all(|one| is_size(one.sum, MAX_SQUARED_DIFFERENCE * f64::from(one.count)))
             && self.octaves.iter().all(|octaves| octaves.is_sound(sensors))
             && self.ratios.iter().chain(&self.white).all(|x| (1e-2..=1e4).contains(x))
-            && self.second.iter().all(|x| x.is_nan() || is_size(*x, SQUARE))
+            && self.second.iter().all(|x| x.is_nan() || is_size(*x, MAX_SQUARED_DIFFERENCE))
     }
 }
 
@@ -90,7 +93,7 @@ impl Sums {
     fn is_sound(&self, position: u32) -> bool {
         let counts = self.counts.iter().map(|count| u64::from(*count)).sum::<u64>();
         counts <= u64::from(position)
-            && (0..2).all(|k| is_within(self.sums[k], MOST * f64::from(self.counts[k])))
+            && (0..2).all(|k| is_within(self.sums[k], MAX_SAMPLE * f64::from(self.counts[k])))
     }
 }
 
@@ -98,7 +101,8 @@ impl Halves {
     fn is_sound(&self) -> bool {
         // Both halves of a tick, or none.
         [self.waiting, self.followed].iter().all(|tick| {
-            tick.iter().all(|x| is_sample(*x, TURNED)) && tick[0].is_nan() == tick[1].is_nan()
+            tick.iter().all(|x| is_sample(*x, MAX_ROTATED_MEAN))
+                && tick[0].is_nan() == tick[1].is_nan()
         })
     }
 }
@@ -108,17 +112,17 @@ impl Octaves {
         self.sensors == sensors
             && self.all.len() == OCTAVES
             && self.mean.len() == sensors
-            && self.mean.iter().all(|x| is_sample(*x, TURNED))
+            && self.mean.iter().all(|x| is_sample(*x, MAX_ROTATED_MEAN))
             && self.all.iter().all(|octave| octave.is_sound(sensors))
     }
 }
 
 impl Octave {
     fn is_sound(&self, sensors: usize) -> bool {
-        let most = 4.0 * SQUARE;
+        let most = 4.0 * MAX_SQUARED_DIFFERENCE;
         (self.last.len(), self.half.len()) == (sensors, sensors)
             && (self.products.len(), self.counts.len()) == (sensors * sensors, sensors * sensors)
-            && self.last.iter().chain(&self.half).all(|x| is_sample(*x, TURNED))
+            && self.last.iter().chain(&self.half).all(|x| is_sample(*x, MAX_ROTATED_MEAN))
             && self.products.iter().zip(&self.counts).enumerate().all(|(place, (x, count))| {
                 let least = if place % (sensors + 1) == 0 { 0.0 } else { -most };
                 let count = f64::from(*count);
@@ -135,16 +139,16 @@ impl Vote {
             && self.sums.iter().all(|sums| {
                 sums.far <= sums.count
                     && sums.count <= position
-                    && is_within(sums.difference, MOST * samples)
-                    && is_within(sums.product, SQUARE * samples)
-                    && is_within(sums.largest[0], TURNED)
-                    && is_within(sums.largest[1], SQUARE)
+                    && is_within(sums.difference, MAX_SAMPLE * samples)
+                    && is_within(sums.product, MAX_SQUARED_DIFFERENCE * samples)
+                    && is_within(sums.largest[0], MAX_ROTATED_MEAN)
+                    && is_within(sums.largest[1], MAX_SQUARED_DIFFERENCE)
             })
-            && self.sigmas.iter().all(|x| x.is_nan() || is_size(*x, TURNED))
+            && self.sigmas.iter().all(|x| x.is_nan() || is_size(*x, MAX_ROTATED_MEAN))
             && self.sorted.len() == sensors
-            && self.squares.iter().all(|x| is_size(*x, SQUARE * samples))
+            && self.squares.iter().all(|x| is_size(*x, MAX_SQUARED_DIFFERENCE * samples))
             && self.voters.iter().all(|count| *count as usize <= sensors)
-            && is_size(self.speeds, SQUARE * samples)
+            && is_size(self.speeds, MAX_SQUARED_DIFFERENCE * samples)
             && self.samples <= position
             && self.standings.iter().all(Standing::is_sound)
     }
@@ -152,6 +156,6 @@ impl Vote {
 
 impl Standing {
     fn is_sound(&self) -> bool {
-        is_size(self.exposed, TURNED) && self.agreed < 1 << 20
+        is_size(self.exposed, MAX_ROTATED_MEAN) && self.agreed < 1 << 20
     }
 }

@@ -11,8 +11,8 @@ use super::{Auto, Estimator, Inertial, Knowledge, NamedOptions};
 use crate::error::{Error, require};
 
 /// Largest element of a matrix, and hard iron in any unit.
-const MATRIX_MOST: f64 = 10.0;
-const IRON_MOST: f64 = 1e9;
+const MAX_MATRIX: f64 = 10.0;
+const MAX_IRON: f64 = 1e9;
 
 /// What a calibration found of a magnetometer: the field is `matrix (sample - iron)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -30,11 +30,11 @@ impl FieldCorrection {
     /// [`Error::Parameter`] for the first that is not.
     pub fn checked(self) -> Result<Self, Error> {
         for x in self.iron {
-            require(x.abs() <= IRON_MOST, "magnetometer", "a hard iron of at most 1e9", x)?;
+            require(x.abs() <= MAX_IRON, "magnetometer", "a hard iron of at most 1e9", x)?;
         }
         for x in self.matrix.as_flattened() {
             let expected = "a matrix of elements of at most 10";
-            require(x.abs() <= MATRIX_MOST, "magnetometer", expected, *x)?;
+            require(x.abs() <= MAX_MATRIX, "magnetometer", expected, *x)?;
         }
         Ok(self)
     }

@@ -7,7 +7,7 @@ use crate::math::rotation::{step, turned};
 
 /// Steps between two looks at whether to go on.
 #[cfg(feature = "std")]
-const PIECE: usize = 1 << 14;
+const STEPS_PER_CHECK: usize = 1 << 14;
 
 /// What the rotation of a step is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,7 +58,7 @@ pub fn integrate(
     *first = [1.0, 0.0, 0.0, 0.0];
     for (k, (dt, place)) in steps.iter().zip(&mut quaternions[1..]).enumerate() {
         #[cfg(feature = "std")]
-        if k % PIECE == PIECE - 1 {
+        if k % STEPS_PER_CHECK == STEPS_PER_CHECK - 1 {
             crate::work::pause();
         }
         let (before, after) = (axes(&rates[k]), axes(&rates[k + 1]));

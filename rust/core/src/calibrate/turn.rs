@@ -7,7 +7,7 @@ use crate::math::rotation::{right_jacobian, step, turned};
 
 /// Steps between two looks at whether to go on.
 #[cfg(feature = "std")]
-const PIECE: usize = 1 << 14;
+const STEPS_PER_CHECK: usize = 1 << 14;
 
 /// The rotation of a turn, and what small errors do to it.
 ///
@@ -47,7 +47,7 @@ pub fn propagate_turn(
     let (bias, matrix) = (axes(bias), Matrix3::from_fn(|i, j| limited(matrix[i][j])));
     for (k, dt) in steps.iter().enumerate().rev() {
         #[cfg(feature = "std")]
-        if k % PIECE == PIECE - 1 {
+        if k % STEPS_PER_CHECK == STEPS_PER_CHECK - 1 {
             crate::work::pause();
         }
         let (raw, dt) = ([k, k + 1].map(|k| axes(&rates[k]) - bias), limited(*dt));

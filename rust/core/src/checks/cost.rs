@@ -8,16 +8,16 @@ use crate::math::rotation::exponential;
 use crate::work::{filled, gathered};
 
 /// Largest cost of a window.
-const MOST: f64 = 4.0;
+const MAX_COST: f64 = 4.0;
 /// Part of gravity by which its size may differ: a sensor is not calibrated.
-const UNCALIBRATED: f64 = 0.05;
+const MAX_GRAVITY_ERROR: f64 = 0.05;
 /// Part of the median force that is gravity at least: of a hypothesis under which all averages to
 /// nothing there is no more.
-const LEAST: f64 = 0.6;
+const MIN_GRAVITY_SHARE: f64 = 0.6;
 /// Root of the cost that does not count more than another.
-const FLOOR: f64 = 0.05;
+const COST_FLOOR: f64 = 0.05;
 /// Deviation of the whole bias, rad/s.
-pub(super) const BIAS: f64 = 0.1;
+pub(super) const BIAS_SIGMA_RAD_S: f64 = 0.1;
 const ROUNDS: usize = 2;
 
 /// The means of a window.
@@ -28,21 +28,21 @@ pub(super) fn costs(windows: &[Means]) -> (Vec<f64>, f64) {
     let sizes = gathered(windows.iter().map(|f| mean(f).norm()));
     let g = median(sizes).unwrap_or(0.0);
     let square = (g * g).max(f64::MIN_POSITIVE);
-    let lost = (LEAST - g).max(0.0).powi(2);
+    let lost = (MIN_GRAVITY_SHARE - g).max(0.0).powi(2);
     let cost = |f: &Means| {
         let centre = mean(f);
         let scatter = f.iter().map(|f| (f - centre).norm_squared()).sum::<f64>() / MEANS as f64;
-        let off = ((centre.norm() - g).abs() - UNCALIBRATED * g).max(0.0).powi(2);
+        let off = ((centre.norm() - g).abs() - MAX_GRAVITY_ERROR * g).max(0.0).powi(2);
         let cost = (scatter + off + lost) / square;
         // NaN explains nothing.
-        if cost < MOST { cost } else { MOST }
+        if cost < MAX_COST { cost } else { MAX_COST }
     };
     (gathered(windows.iter().map(cost)), g)
 }
 
 /// What a window's scatter counts in a fit.
 pub(super) fn weight(cost: f64, g: f64) -> f64 {
-    1.0 / ((cost + FLOOR * FLOOR) * MEANS as f64 * (g * g).max(f64::MIN_POSITIVE))
+    1.0 / ((cost + COST_FLOOR * COST_FLOOR) * MEANS as f64 * (g * g).max(f64::MIN_POSITIVE))
 }
 
 pub(super) fn mean(f: &Means) -> Vector3<f64> {
@@ -85,7 +85,7 @@ fn better(
     g: f64,
     bias: &Vector3<f64>,
 ) -> Option<Vector3<f64>> {
-    let prior = 1.0 / (BIAS * BIAS);
+    let prior = 1.0 / (BIAS_SIGMA_RAD_S * BIAS_SIGMA_RAD_S);
     let (mut normal, mut right) = (Matrix3::identity() * prior, bias * -prior);
     for ((f, psi), cost) in windows.iter().zip(integrals).zip(costs) {
         let jacobian: [_; MEANS] = core::array::from_fn(|k| f[k].cross_matrix() * psi[k]);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 
-use super::cost::{BIAS, Means, average, costs, mean, weight};
+use super::cost::{BIAS_SIGMA_RAD_S, Means, average, costs, mean, weight};
 use super::gyro::Record;
 use super::ticks::TICK;
 use super::window::MEANS;
@@ -13,10 +13,10 @@ use crate::work::{gathered, pause};
 const SIZE: usize = 13;
 const ROUNDS: usize = 4;
 /// Deviations of an element of the matrix from that of 1, and of the delay, s.
-const MATRIX: f64 = 0.1;
-const DELAY: f64 = 0.05;
+const MATRIX_SIGMA: f64 = 0.1;
+const DELAY_SIGMA_S: f64 = 0.05;
 /// Root of the cost that no model is better than.
-const FLOOR: f64 = 0.01;
+const COST_FLOOR: f64 = 0.01;
 
 type Numbers = SVector<f64, SIZE>;
 type Rows = SMatrix<f64, 3, SIZE>;
@@ -45,7 +45,7 @@ impl Trust {
     fn weight(self, cost: f64, g: f64) -> f64 {
         match self {
             Self::Little => weight(cost, g),
-            Self::Full => 3.0 / ((cost + FLOOR * FLOOR) * (g * g).max(f64::MIN_POSITIVE)),
+            Self::Full => 3.0 / ((cost + COST_FLOOR * COST_FLOOR) * (g * g).max(f64::MIN_POSITIVE)),
         }
     }
 }
@@ -94,11 +94,11 @@ fn normal_equations(
 ) -> (SMatrix<f64, SIZE, SIZE>, Numbers) {
     let deviation = |k: usize| {
         if k < 3 {
-            BIAS
+            BIAS_SIGMA_RAD_S
         } else if k < 12 {
-            MATRIX
+            MATRIX_SIGMA
         } else {
-            DELAY
+            DELAY_SIGMA_S
         }
     };
     let prior = Numbers::from_fn(|k, _| deviation(k).powi(-2));

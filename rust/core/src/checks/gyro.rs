@@ -12,15 +12,15 @@ use crate::work::{gathered, pause, push};
 /// Both signs of the rotations.
 const SENSES: usize = 2 * ROTATIONS;
 /// Ticks of a window: of the first look, and of one that sees slower things.
-const SHORT: usize = 400;
-const LONG: usize = 800;
+const SHORT_WINDOW_TICKS: usize = 400;
+const LONG_WINDOW_TICKS: usize = 800;
 /// Long windows without which short ones have to do.
-const FEWEST: usize = 6;
+const MIN_LONG_WINDOWS: usize = 6;
 /// Windows that are enough.
-const MOST: usize = 150;
+const MAX_WINDOWS: usize = 150;
 /// Bias that a hypothesis of a unit begins with at most, and one that no gyro has, rad/s.
-const BEGUN: f64 = 0.175;
-const NO_GYRO: f64 = 0.35;
+const MAX_INITIAL_BIAS_RAD_S: f64 = 0.175;
+const MAX_GYRO_BIAS_RAD_S: f64 = 0.35;
 
 /// Costs of the hypotheses on a gyro.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,28 +40,28 @@ pub struct GyroCosts {
 /// Judges all units and senses by ticks of a gyro, rad/s as it is named, and of an accelerometer.
 pub fn gyro_costs(rates: &[[f64; 3]], forces: &[[f64; 3]]) -> GyroCosts {
     let record = Record::of(rates, forces);
-    let starts = windows(&record.rates, &record.forces, SHORT, MOST);
+    let starts = windows(&record.rates, &record.forces, SHORT_WINDOW_TICKS, MAX_WINDOWS);
     let zero = [Vector3::zeros(); 3];
-    let short = record.of_units(&starts, SHORT, &zero);
-    let longer = windows(&record.rates, &record.forces, LONG, MOST);
-    if longer.len() < FEWEST {
-        return record.gathered(starts, SHORT, short);
+    let short = record.of_units(&starts, SHORT_WINDOW_TICKS, &zero);
+    let longer = windows(&record.rates, &record.forces, LONG_WINDOW_TICKS, MAX_WINDOWS);
+    if longer.len() < MIN_LONG_WINDOWS {
+        return record.gathered(starts, SHORT_WINDOW_TICKS, short);
     }
     let begun = core::array::from_fn(|u| {
         let best = short[u].iter().min_by(|a, b| a.average().total_cmp(&b.average()));
         let bias = best.map_or_else(Vector3::zeros, |best| best.bias);
-        bias * (BEGUN / bias.norm().max(BEGUN))
+        bias * (MAX_INITIAL_BIAS_RAD_S / bias.norm().max(MAX_INITIAL_BIAS_RAD_S))
     });
-    let mut long = record.of_units(&longer, LONG, &begun);
+    let mut long = record.of_units(&longer, LONG_WINDOW_TICKS, &begun);
     // What was given begins where it may be best for it, too.
     let own = short[0][0].bias;
     for bias in [Vector3::zeros(), own] {
-        let other = record.of_sense(&longer, LONG, &bias);
+        let other = record.of_sense(&longer, LONG_WINDOW_TICKS, &bias);
         if other.average() < long[0][0].average() {
             long[0][0] = other;
         }
     }
-    record.gathered(longer, LONG, long)
+    record.gathered(longer, LONG_WINDOW_TICKS, long)
 }
 
 pub(super) struct Record {
@@ -152,7 +152,7 @@ fn judged(windows: &[Carried], senses: &[Sense], sign: f64, bias: &Vector3<f64>)
         let means = gathered(windows.iter().map(means));
         let (mut costs, more) = with_bias(&means, &integrals, bias);
         let bias = bias + more;
-        if bias.norm() > NO_GYRO {
+        if bias.norm() > MAX_GYRO_BIAS_RAD_S {
             costs.iter_mut().for_each(|cost| *cost += 1.0);
         }
         Judged { costs, bias }

@@ -6,13 +6,13 @@ use crate::work::{filled, gathered, pause, room};
 pub const TICK: f64 = 0.02;
 
 /// Seconds without a sample, beside its period, that are bridged.
-const BRIDGED: f64 = 0.05;
+const MAX_BRIDGED_S: f64 = 0.05;
 /// Largest value of a sensor, or of a time.
-const LARGEST: f64 = 1e30;
+const MAX_VALUE: f64 = 1e30;
 /// Samples that tell a median well enough.
-const SOME: usize = 20_000;
+const MEDIAN_SAMPLES: usize = 20_000;
 /// Samples between two looks at whether to go on.
-const PIECE: usize = 1 << 14;
+const SAMPLES_PER_CHECK: usize = 1 << 14;
 
 /// Means over `count` ticks from `start` on, of samples at increasing times; NaN where the half of a
 /// tick or more is missing. A sample that is not finite or at the end of the range is missing.
@@ -25,12 +25,12 @@ pub fn ticks(time: &[f64], values: &[[f64; 3]], start: f64, count: usize) -> Vec
     let Some(mut k) = there.next() else { return means.sums };
     let mut left = time[k] - period / 2.0;
     for next in there.by_ref() {
-        if next.is_multiple_of(PIECE) {
+        if next.is_multiple_of(SAMPLES_PER_CHECK) {
             pause();
         }
         let step = time[next] - time[k];
         // The middle between two samples, or a period's half from each.
-        let half = if step - period <= BRIDGED + 1e-9 { step / 2.0 } else { period / 2.0 };
+        let half = if step - period <= MAX_BRIDGED_S + 1e-9 { step / 2.0 } else { period / 2.0 };
         means.add(left, time[k] + half, &values[k]);
         left = time[next] - half;
         k = next;
@@ -62,8 +62,9 @@ impl Means {
             if part > 0.0 {
                 let sum = &mut self.sums[k];
                 let before = if self.held[k] > 0.0 { *sum } else { [0.0; 3] };
-                *sum =
-                    core::array::from_fn(|i| before[i] + part * value[i].clamp(-LARGEST, LARGEST));
+                *sum = core::array::from_fn(|i| {
+                    before[i] + part * value[i].clamp(-MAX_VALUE, MAX_VALUE)
+                });
                 self.held[k] += part;
             }
         }
@@ -83,7 +84,7 @@ fn clipped(values: &[[f64; 3]]) -> Vec<bool> {
     for axis in 0..3 {
         let at = |k: usize| Some(values[k][axis]).filter(|x| x.is_finite());
         let all = || (0..values.len()).filter_map(at);
-        let step = values.len().div_ceil(SOME).max(1);
+        let step = values.len().div_ceil(MEDIAN_SAMPLES).max(1);
         let Some(middle) = median(gathered((0..values.len()).step_by(step).filter_map(at))) else {
             continue;
         };
@@ -118,7 +119,7 @@ fn is_end(values: &[[f64; 3]], axis: usize, is_hit: impl Fn(f64) -> bool) -> boo
 
 /// Of every so-manieth value, so that it takes no time.
 pub(super) fn median_of_some(values: impl Iterator<Item = f64>, length: usize) -> Option<f64> {
-    let step = length.div_ceil(SOME).max(1);
+    let step = length.div_ceil(MEDIAN_SAMPLES).max(1);
     let mut some = room(length.div_ceil(step));
     some.extend(values.step_by(step).filter(|x| x.is_finite()).take(length.div_ceil(step)));
     median(some)

@@ -23,7 +23,7 @@ pub(super) struct Units {
 
 impl Units {
     /// As they are.
-    pub const OWN: Self = Self { scale: 1.0, origin: 0.0 };
+    pub const IDENTITY: Self = Self { scale: 1.0, origin: 0.0 };
 }
 
 /// How many approximations, and as many details, come of `n` samples.
@@ -198,7 +198,7 @@ mod tests {
     fn apart(x: &[f64], wavelet: Wavelet) -> [Vec<f64>; 2] {
         let k = length(x.len(), wavelet);
         let (mut a, mut d) = (vec![0.0; k], vec![0.0; k]);
-        analyse(x, Units::OWN, wavelet, &mut a, &mut d);
+        analyse(x, Units::IDENTITY, wavelet, &mut a, &mut d);
         [a, d]
     }
 
@@ -209,7 +209,7 @@ mod tests {
                 let x: Vec<f64> = (0..n).map(|k| ((k * k * 7 + 3 * k) % 101) as f64).collect();
                 let [a, d] = apart(&x, wavelet);
                 let mut back = vec![0.0; n];
-                synthesise(&a, &d, (Mode::Soft, 0.0), wavelet, Units::OWN, &mut back);
+                synthesise(&a, &d, (Mode::Soft, 0.0), wavelet, Units::IDENTITY, &mut back);
                 let off = x.iter().zip(&back).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
                 assert!(off < 1e-13, "{name} {n}: {off}");
             }

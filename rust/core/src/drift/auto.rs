@@ -119,7 +119,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             Some(model) if !begins(self.status) => (self.estimate, model.measurement_noise()),
             _ => (self.startup.mean(), self.startup.variance()),
         };
-        sigma.at_least((level.simd_abs() + noise.simd_sqrt()).at_most(T::RAW_MAX))
+        sigma.at_least((level.simd_abs() + noise.simd_sqrt()).at_most(T::MAX_RAW))
     }
 
     /// What it is taken for as rest is rest for certain.
@@ -321,10 +321,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     /// Follows a sample that is there until its tick is judged.
     #[inline(always)]
     fn follow(&mut self, z: T) {
-        let z = z.within(T::RAW_MAX);
+        let z = z.within(T::MAX_RAW);
         self.reach = self.reach.at_least(z.simd_abs());
         if self.learns() {
-            self.innovation = (z - self.estimate).within(T::RAW_MAX);
+            self.innovation = (z - self.estimate).within(T::MAX_RAW);
             self.estimate = self.interim.step(self.estimate, z);
         }
     }
@@ -436,7 +436,7 @@ impl<T: DriftNumber> Traced for AutoFilter<T> {
 
     fn snapshot(&self) -> Snapshot<T, 1, 1> {
         let sigma = self.own_sigma();
-        let variance = (sigma.at_most(T::DIFFERENCE_MAX) * sigma).at_most(T::RAW_MAX);
+        let variance = (sigma.at_most(T::MAX_DIFFERENCE) * sigma).at_most(T::MAX_RAW);
         let one = |x: T| SVector::<T, 1>::repeat(x);
         let (R, G) = match &self.model {
             Some(model) => (model.measurement_noise(), model.process_noise()),
@@ -446,7 +446,7 @@ impl<T: DriftNumber> Traced for AutoFilter<T> {
         Snapshot {
             estimate: self.estimate,
             innovation: self.innovation,
-            innovation_variance: (R + variance).at_most(T::RAW_MAX),
+            innovation_variance: (R + variance).at_most(T::MAX_RAW),
             gain: one(K),
             measurement_noise: R,
             process_noise: SMatrix::repeat(G),

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::kalman::{Correction, State};
 use super::least_squares::Rls;
 use super::options::Options;
-use super::start::{PEAK, Start};
+use super::start::{MAX_NORMALISED_SAMPLE, Start};
 use super::{
     Behaviour, Drift, DriftNumber, DriftStream, Params, PublishedFilter, RobustParams, Status,
     sage_husa,
@@ -24,7 +24,7 @@ use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Number, Output, Scaling, Shape, Startup, Stream, Traced, Watch};
 
 /// The largest coefficient of a stationary autoregression of order three.
-const COEFFICIENT_MAX: f64 = 3.0;
+const MAX_COEFFICIENT: f64 = 3.0;
 
 /// The filter on normalised samples, one signal a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -55,7 +55,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         const { assert!(N >= 2 && M >= N, "N = p + 1 >= 2, M = p + q + 1 >= N") };
         let params = params.checked()?;
         let floor = Self::floor();
-        let most = T::limit(<T::Element as Limits>::COVARIANCE_MAX);
+        let most = T::limit(<T::Element as Limits>::MAX_COVARIANCE);
         let start = T::of(params.process_noise).at_least(floor).at_most(most);
         Ok(Self {
             adapts_measurement_noise: params.adapts_measurement_noise(),
@@ -118,7 +118,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
     pub(super) fn row(&self) -> SVector<T, N> {
         let parameters = self.model.parameters();
         vector(|i| match i {
-            i if i < N - 1 => parameters[i].within(T::of(COEFFICIENT_MAX)),
+            i if i < N - 1 => parameters[i].within(T::of(MAX_COEFFICIENT)),
             _ => T::one(),
         })
     }
@@ -199,7 +199,7 @@ where
         inner.state = Self::started_state(start)?;
         inner.last.variance = inner.state.P.at(0, 0) + inner.measurement_noise.variance();
         inner.count += T::of(samples as f64);
-        inner.peak = T::of(PEAK);
+        inner.peak = T::of(MAX_NORMALISED_SAMPLE);
         Ok(inner)
     }
 
@@ -420,7 +420,7 @@ where
 
     /// Process noise and covariance during start-up.
     fn startup_noise(&self) -> T {
-        (self.startup.variance() * T::of(self.params.process_noise)).at_most(T::RAW_MAX)
+        (self.startup.variance() * T::of(self.params.process_noise)).at_most(T::MAX_RAW)
     }
 
     /// Measurement noise during start-up.
@@ -525,7 +525,7 @@ where
                 let deviation = scaling.normalised_difference(startup.variance().simd_sqrt());
                 noise.interrupt();
                 noise.set_known(deviation * deviation, startup.samples());
-                inner.peak = T::of(PEAK);
+                inner.peak = T::of(MAX_NORMALISED_SAMPLE);
             }
         }
         inner.count += T::of(startup.samples() as f64);

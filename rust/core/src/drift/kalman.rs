@@ -134,8 +134,8 @@ where
 {
     /// Whether a running filter can have it.
     pub(super) fn is_sound(&self) -> bool {
-        self.x.iter().all(|x| is_within(*x, T::RAW_MAX))
-            && self.P.is_covariance(T::COVARIANCE_MAX + T::COVARIANCE_MAX)
+        self.x.iter().all(|x| is_within(*x, T::MAX_RAW))
+            && self.P.is_covariance(T::MAX_COVARIANCE + T::MAX_COVARIANCE)
     }
 }
 

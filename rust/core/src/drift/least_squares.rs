@@ -216,13 +216,13 @@ where
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         let known = (0..M).flat_map(|j| (0..M).map(move |i| (i, j)));
         let is_factor = |(i, j): (usize, usize)| match i < j {
-            true => is_within(self.unit_upper[(i, j)], T::DIFFERENCE_MAX),
+            true => is_within(self.unit_upper[(i, j)], T::MAX_DIFFERENCE),
             false => self.unit_upper[(i, j)] == fresh.unit_upper[(i, j)],
         };
         let most = T::of(2.0 * M as f64);
         self.growth == fresh.growth
-            && self.parameters.iter().all(|x| is_within(*x, T::RAW_MAX))
-            && self.history.iter().all(|y| is_within(*y, T::LEARNED_MAX))
+            && self.parameters.iter().all(|x| is_within(*x, T::MAX_RAW))
+            && self.history.iter().all(|y| is_within(*y, T::MAX_LEARNED))
             && self.diagonal.iter().all(|d| is_size(*d, most))
             && known.into_iter().all(is_factor)
             && self.trace() <= most
@@ -231,7 +231,7 @@ where
 
 #[inline(always)]
 fn learned_max<T: Real>() -> T {
-    T::limit(<T::Element as Limits>::LEARNED_MAX)
+    T::limit(<T::Element as Limits>::MAX_LEARNED)
 }
 
 /// What a person chooses for [`RecursiveLeastSquares`].

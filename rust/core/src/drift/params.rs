@@ -68,7 +68,7 @@ impl Behaviour {
     {
         match (self.compensated, z.finite()) {
             (false, _) => drift,
-            (true, true) => (z.within(T::RAW_MAX) - drift).within(T::RAW_MAX),
+            (true, true) => (z.within(T::MAX_RAW) - drift).within(T::MAX_RAW),
             (true, false) => T::of(f64::NAN),
         }
     }
@@ -117,7 +117,7 @@ impl Default for Params {
 }
 
 /// Fewest samples of a start-up window, whatever the rate.
-const STARTUP_SAMPLES_MIN: f64 = 10.0;
+const MIN_STARTUP_SAMPLES: f64 = 10.0;
 
 impl Params {
     /// The parameters, if each is in its range.
@@ -163,7 +163,7 @@ impl Params {
 
 /// Samples of a start-up window.
 fn window(rate: f64, startup: f64) -> u64 {
-    rounded((startup * rate).max(STARTUP_SAMPLES_MIN))
+    rounded((startup * rate).max(MIN_STARTUP_SAMPLES))
 }
 
 /// [`window`] of parameters that are in their range.

@@ -8,7 +8,7 @@ use crate::work;
 const DEVIATION_OF_MAD: f64 = 1.482_602_218_505_602;
 
 /// Samples after which work that was asked to stop does.
-const LOOKED_AT: usize = 64;
+const SAMPLES_PER_CHECK: usize = 64;
 
 /// The window and what lies outside of it.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +29,7 @@ impl Hampel {
         let mut window = Window::with_capacity(self.width.min(record.len()));
         let (mut within, mut found) = (0..0, Vec::new());
         for k in 0..record.len() {
-            if k.is_multiple_of(LOOKED_AT) {
+            if k.is_multiple_of(SAMPLES_PER_CHECK) {
                 work::pause();
             }
             let wanted = reach(k, self.width, record.len());

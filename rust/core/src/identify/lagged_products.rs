@@ -9,7 +9,7 @@ use crate::work;
 const BLOCK: usize = 2048;
 
 /// Lags after which work that was asked to stop does.
-const LAGS: usize = 256;
+const LAGS_PER_CHECK: usize = 256;
 
 /// Independent sums, which hide the time that one addition takes.
 const SUMS: usize = 4;
@@ -51,7 +51,7 @@ impl WithSimd for AddProducts<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         for start in (0..self.segment.len()).step_by(BLOCK) {
             for (lag, sum) in self.sums.iter_mut().enumerate() {
-                if lag.is_multiple_of(LAGS) {
+                if lag.is_multiple_of(LAGS_PER_CHECK) {
                     work::pause();
                 }
                 let later = self.segment.get(start + lag..).unwrap_or_default();

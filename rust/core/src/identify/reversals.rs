@@ -6,7 +6,7 @@ use crate::work;
 const BLOCK: usize = 16;
 
 /// Blocks of more are sorted only as long as nobody has asked the work to stop.
-const LOOKED_AT: usize = 1 << 14;
+const VALUES_PER_CHECK: usize = 1 << 14;
 
 /// How often the order of values is reversed, and how often it cannot be told.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,7 @@ fn sort(values: &mut [i64], scratch: &mut [i64]) -> u64 {
     if values.len() <= BLOCK {
         return insert(values);
     }
-    if values.len() > LOOKED_AT {
+    if values.len() > VALUES_PER_CHECK {
         work::pause();
     }
     let (left, right) = values.split_at_mut(values.len() / 2);

@@ -5,7 +5,7 @@ use wide::f64x4;
 
 use super::check::{check_matrix, check_state, settle_covariance};
 use super::step::{
-    Advance, ELEMENT_MAX, Fixed, FixedRoom, LANES, Places, Size, VARIANCE_MAX, Work, advance_one,
+    Advance, Fixed, FixedRoom, LANES, MAX_ELEMENT, MAX_VARIANCE, Places, Size, Work, advance_one,
     advance_several, correct_covariance, is_known, predict_covariance, product,
 };
 use crate::error::Error;
@@ -13,9 +13,9 @@ use crate::math::Pairs;
 use crate::memory;
 
 /// Largest number of states, measurements, inputs.
-pub(super) const SIZE_MAX: usize = 256;
+pub(super) const MAX_SIZE: usize = 256;
 /// Deviations of the unknown initial state, in units of what as many samples as it has numbers tell.
-const UNKNOWN: f64 = 1e4;
+const UNKNOWN_SIGMAS: f64 = 1e4;
 
 /// The matrices of a filter, row after row: n states, m measurements, p inputs.
 #[derive(Debug, Clone, PartialEq)]
@@ -455,7 +455,7 @@ impl Model {
         })
     }
 
-    /// Covariance of states of which nothing is known: variances [`UNKNOWN`]² times what n samples
+    /// Covariance of states of which nothing is known: variances [`UNKNOWN_SIGMAS`]² times what n samples
     /// tell of each state alone, so that it has the states' units.
     fn unknown(&self) -> Result<Vec<f64>, Error> {
         let [n, m, _] = self.sizes;
@@ -477,7 +477,7 @@ impl Model {
                 }
                 product(Pairs, false, [1, n, n], &row, &self.F, &mut next);
                 // Powers of F may leave the range.
-                let held = next.iter().map(|h| h.clamp(-ELEMENT_MAX, ELEMENT_MAX));
+                let held = next.iter().map(|h| h.clamp(-MAX_ELEMENT, MAX_ELEMENT));
                 row.iter_mut().zip(held).for_each(|(row, h)| *row = h);
             }
         }
@@ -493,7 +493,7 @@ impl Model {
                 };
                 return Err(Error::Matrix { name: "P0", step: None, expected });
             }
-            P0[i * n + i] = (UNKNOWN * UNKNOWN / told).min(VARIANCE_MAX / n as f64);
+            P0[i * n + i] = (UNKNOWN_SIGMAS * UNKNOWN_SIGMAS / told).min(MAX_VARIANCE / n as f64);
         }
         Ok(P0)
     }
@@ -510,7 +510,7 @@ impl Size for Free {
     type States = Self;
     type Column<'a, T: Copy + 'a> = &'a mut [T];
     type Row<'a, T: Copy + 'a> = &'a mut [T];
-    const FEW: bool = false;
+    const IS_SMALL: bool = false;
 
     fn states(self) -> Self {
         self
@@ -544,7 +544,7 @@ impl<const N: usize> Size for States<N> {
     type States = Fixed<N, 1>;
     type Column<'a, T: Copy + 'a> = [T; N];
     type Row<'a, T: Copy + 'a> = &'a mut [T];
-    const FEW: bool = false;
+    const IS_SMALL: bool = false;
 
     #[inline(always)]
     fn states(self) -> Fixed<N, 1> {

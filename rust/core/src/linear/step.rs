@@ -12,17 +12,17 @@ use wide::{f64x2, f64x4};
 use crate::math::{Fours, OnRows, Pairs, widest};
 
 /// Largest element of F, B and H.
-pub const ELEMENT_MAX: f64 = 1e30;
+pub const MAX_ELEMENT: f64 = 1e30;
 /// Largest element of Q, R and the initial covariance, and largest trace of a covariance.
-pub const VARIANCE_MAX: f64 = 1e60;
+pub const MAX_VARIANCE: f64 = 1e60;
 /// Largest measurement and input; what is larger is missing.
-pub const SAMPLE_MAX: f64 = 1e150;
+pub const MAX_SAMPLE: f64 = 1e150;
 /// Largest state; what would be larger is held there.
-pub const STATE_MAX: f64 = 1e150;
+pub const MAX_STATE: f64 = 1e150;
 /// Variance of an innovation that none can have: nothing is divided by a smaller one.
-const PIVOT_MIN: f64 = 1e-100;
+const MIN_PIVOT: f64 = 1e-100;
 /// Variance too small to be computed with.
-pub(super) const VARIANCE_MIN: f64 = 1e-250;
+pub(super) const MIN_VARIANCE: f64 = 1e-250;
 /// What one rounding costs, relative to the terms of a sum; and what may have cost a covariance its
 /// definiteness, relative to its variances, a state.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -38,7 +38,7 @@ pub(super) trait Size: Copy {
     type Column<'a, T: Copy + 'a>: AsMut<[T]>;
     type Row<'a, T: Copy + 'a>: AsMut<[T]>;
     /// Whether so little is done for them that a call would take longer.
-    const FEW: bool;
+    const IS_SMALL: bool;
 
     fn n(self) -> usize;
     fn m(self) -> usize;
@@ -56,7 +56,7 @@ impl<const N: usize, const M: usize> Size for Fixed<N, M> {
     type States = Fixed<N, 1>;
     type Column<'a, T: Copy + 'a> = [T; N];
     type Row<'a, T: Copy + 'a> = [T; M];
-    const FEW: bool = N <= 4;
+    const IS_SMALL: bool = N <= 4;
 
     #[inline(always)]
     fn n(self) -> usize {
@@ -222,7 +222,7 @@ pub(super) fn correct_covariance<S: Size>(
     gain(n, m, hp, l, inverse, v, k);
     transpose(m, n, k, hp);
     let joseph = Joseph { size, H, R, k: hp, kt: k, rk, a, d };
-    if S::FEW {
+    if S::IS_SMALL {
         joseph.run(Pairs)
     } else {
         apart(joseph)
@@ -279,7 +279,7 @@ fn transform<S: Size>(
     room: &mut [f64],
     before: &mut [f64],
 ) {
-    if S::FEW {
+    if S::IS_SMALL {
         transform_by(Pairs, size, A, D, P, ap, room, before);
     } else {
         apart(Transform { size, A, D, P, ap, room, before });
@@ -343,8 +343,8 @@ fn transform_by<S: Size, F: Fours>(
             P[i * n + j] = room[i.min(j) * n + i.max(j)];
         }
     }
-    if trace > VARIANCE_MAX {
-        shrink(P, VARIANCE_MAX / trace);
+    if trace > MAX_VARIANCE {
+        shrink(P, MAX_VARIANCE / trace);
     }
     if !is_left(n, P, n as f64 * ROUNDING, room) {
         repair(n, A, D, before, P, room);
@@ -405,7 +405,7 @@ fn factorise(n: usize, m: usize, counts: &[bool], S: &mut [f64], inverse: &mut [
             pivot -= S[j * m + h] * S[j * m + h] * S[h * m + h];
         }
         let known = (n + m) as f64 * ROUNDING * variance;
-        if !(pivot > known && pivot > PIVOT_MIN) {
+        if !(pivot > known && pivot > MIN_PIVOT) {
             inverse[j] = 0.0;
             for i in j..m {
                 S[i * m + j] = 0.0;
@@ -618,7 +618,7 @@ trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
     /// The same of an input; a missing one is none.
     fn known(width: usize, place: usize, rows: &[f64]) -> Self;
     fn write(self, width: usize, place: usize, rows: &mut [f64]);
-    /// Within ±[`STATE_MAX`].
+    /// Within ±[`MAX_STATE`].
     fn held(self) -> Self;
 }
 
@@ -647,7 +647,7 @@ impl Lanes for f64 {
 
     #[inline(always)]
     fn held(self) -> Self {
-        self.clamp(-STATE_MAX, STATE_MAX)
+        self.clamp(-MAX_STATE, MAX_STATE)
     }
 }
 
@@ -684,14 +684,14 @@ impl Lanes for f64x4 {
 
     #[inline(always)]
     fn held(self) -> Self {
-        self.fast_max(Self::splat(-STATE_MAX)).fast_min(Self::splat(STATE_MAX))
+        self.fast_max(Self::splat(-MAX_STATE)).fast_min(Self::splat(MAX_STATE))
     }
 }
 
 /// Whether a measurement or an input is there.
 #[inline(always)]
 pub(super) fn is_known(z: f64) -> bool {
-    z.abs() <= SAMPLE_MAX
+    z.abs() <= MAX_SAMPLE
 }
 
 /// c = a b, of sizes rows × inner and inner × columns; of a square the `upper` triangle at least.
@@ -828,8 +828,8 @@ fn repair(n: usize, A: &[f64], D: &[f64], before: &[f64], P: &mut [f64], room: &
         }
         let lost = n as f64 * ROUNDING * (spread * spread + D[i * n + i].max(0.0));
         let variance = P[i * n + i].max(0.0) + lost;
-        P[i * n + i] = variance.min(VARIANCE_MAX);
-        if variance < VARIANCE_MIN {
+        P[i * n + i] = variance.min(MAX_VARIANCE);
+        if variance < MIN_VARIANCE {
             for h in 0..n {
                 (P[i * n + h], P[h * n + i]) = (0.0, 0.0);
             }

@@ -18,7 +18,7 @@ pub(crate) mod sound;
 mod symmetric;
 
 #[cfg(feature = "std")]
-pub(crate) use lane::{Lane, Mask, WIDEST};
+pub(crate) use lane::{Lane, MAX_LANES, Mask};
 #[cfg(feature = "std")]
 pub(crate) use laned::{Laned, laned};
 pub use real::{Aside, Limits, Real};

@@ -52,7 +52,7 @@ fn sinc<T: Limits>(x: T) -> T {
 
 /// So that squares are finite.
 fn limited<T: Limits>(v: &Vector3<T>) -> Vector3<T> {
-    v.map(|x| x.clamp(-T::DIFFERENCE_MAX, T::DIFFERENCE_MAX))
+    v.map(|x| x.clamp(-T::MAX_DIFFERENCE, T::MAX_DIFFERENCE))
 }
 
 fn of<T: Limits>(x: f64) -> T {

@@ -72,7 +72,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     /// may have cost, and scales it down as a whole where the trace passes its bound.
     #[inline(always)]
     pub fn settle(&mut self, large: T::SimdBool) {
-        let bound = T::limit(<T::Element as Limits>::COVARIANCE_MAX);
+        let bound = T::limit(<T::Element as Limits>::MAX_COVARIANCE);
         let factor = (bound / self.trace()).at_most(T::one());
         self.scale(choose(large, factor, T::one()));
         let raise = T::one() + T::limit(<T::Element as Limits>::ROUNDING);
@@ -114,7 +114,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
 
 /// Times [`Limits::ROUNDING`] by which a running covariance may miss semidefiniteness: sizes thirty
 /// orders apart add up roundings, and a true state must never be refused.
-const UNSETTLED: f64 = 1024.0;
+const MAX_INDEFINITENESS: f64 = 1024.0;
 
 impl<T, const N: usize> Symmetric<T, N>
 where
@@ -137,7 +137,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     pub(crate) fn semidefinite(&self) -> T::SimdBool {
         let scale = vector::<T, N>(|i| T::one() / (self.at(i, i) + T::tiny()).simd_sqrt());
         let rounding = T::limit(<T::Element as Limits>::ROUNDING);
-        let one = T::one() + rounding * T::of(N as f64 * UNSETTLED);
+        let one = T::one() + rounding * T::of(N as f64 * MAX_INDEFINITENESS);
         let mut rest = Self::from_upper(|i, j| match i == j {
             true => one,
             false => self.at(i, j) * scale[i] * scale[j],

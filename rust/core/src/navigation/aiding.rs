@@ -5,26 +5,26 @@ use nalgebra::{Matrix3, Vector3};
 use super::covariance::{
     ACCEL, ANTENNA, CONSTANTS, Constants, Errors, GYRO, Innovation, PHI, R, Row, STATES, V,
 };
-use super::filter::{GAP_ANGLES, NavigationFilter, Sums, Witness};
+use super::filter::{GAP_VARIANCES_RAD2, NavigationFilter, Sums, Witness};
 use super::fix::{Given, Verdict, position_rows, velocity_rows};
-use super::judge::{INNOVATION_MAX, Judgement, Return};
-use super::params::{BIAS_MAX, LEVER_MAX, Wheels};
+use super::judge::{Judgement, MAX_INNOVATION, Return};
+use super::params::{MAX_BIAS, MAX_LEVER, Wheels};
 use crate::math::Real;
 
 /// Variances of level and heading that a filter gains that was wrong, rad².
-const WRONG: [f64; 2] = [1e-3, 0.03];
+const WIDENED_VARIANCES_RAD2: [f64; 2] = [1e-3, 0.03];
 /// What fixes may leave after an outage, squared and over their noise: more is one in a thousand.
-const SURPRISE: f64 = 16.27;
+const MAX_OUTAGE_NIS: f64 = 16.27;
 /// Seconds between two looks at the wheels, and speed above which they tell something, m/s.
-const WHEELS_EVERY: f64 = 0.2;
-const WHEELS_SPEED: f64 = 1.0;
+const WHEELS_INTERVAL_S: f64 = 0.2;
+const MIN_WHEELS_SPEED_M_S: f64 = 1.0;
 /// Of a body at rest, m/s, and the speed above which one is not believed to rest.
-const REST_SIGMA: f64 = 0.05;
-const REST_SPEED: f64 = 0.5;
+const REST_SIGMA_M_S: f64 = 0.05;
+const MAX_REST_SPEED_M_S: f64 = 0.5;
 /// Least noise of the mean rate at rest, rad/s.
-const REST_RATE: f64 = 1e-7;
+const MIN_REST_RATE_SIGMA_RAD_S: f64 = 1e-7;
 /// A correction after which the Earth is that of another place, m.
-const FAR: f64 = 1e3;
+const MAX_EARTH_DISTANCE_M: f64 = 1e3;
 
 /// What is new of a position or a velocity, how errors move it, and its deviations as told.
 pub(crate) struct Measured {
@@ -136,7 +136,7 @@ impl NavigationFilter {
     ) -> [Option<bool>; 2] {
         let before = (self.covariance, *found);
         self.believed(measured, found);
-        if (0..2).any(|kind| self.left(measured, kind, found) > SURPRISE) {
+        if (0..2).any(|kind| self.left(measured, kind, found) > MAX_OUTAGE_NIS) {
             (self.covariance, *found) = before;
             let [position, velocity] = measured.each_ref().map(|one| one.as_ref().map(|m| m.z));
             let z = position.unwrap_or_default();
@@ -265,7 +265,7 @@ impl NavigationFilter {
     }
 
     fn add_angles(&mut self) {
-        let [level, heading] = WRONG;
+        let [level, heading] = WIDENED_VARIANCES_RAD2;
         for (i, more) in [level, level, heading].into_iter().enumerate() {
             self.covariance.widen(PHI + i, more);
         }
@@ -279,18 +279,18 @@ impl NavigationFilter {
             let found = *constants.insert(core::mem::take(&mut beside.found));
             self.odometer.take_out(&found);
             let [.., x, y, z] = found;
-            self.antenna = (self.antenna + Vector3::new(x, y, z)).map(|x| x.within(LEVER_MAX));
+            self.antenna = (self.antenna + Vector3::new(x, y, z)).map(|x| x.within(MAX_LEVER));
         }
         let part = |i: usize| Vector3::new(found[i], found[i + 1], found[i + 2]);
         self.motion.correct(&part(R), &part(V), &part(PHI));
-        let within = |b: Vector3<f64>| b.map(|x| x.within(BIAS_MAX));
+        let within = |b: Vector3<f64>| b.map(|x| x.within(MAX_BIAS));
         self.gyro_bias = within(self.gyro_bias + part(GYRO));
         self.accel_bias = within(self.accel_bias + part(ACCEL));
         if !self.is_somewhere() {
-            self.lose(GAP_ANGLES);
+            self.lose(GAP_VARIANCES_RAD2);
             return;
         }
-        if part(R).norm_squared() > FAR * FAR {
+        if part(R).norm_squared() > MAX_EARTH_DISTANCE_M * MAX_EARTH_DISTANCE_M {
             self.motion.settle();
         }
         self.refresh_sigma();
@@ -304,9 +304,9 @@ impl NavigationFilter {
     #[inline(always)]
     pub(crate) fn look_at_wheels<W: Witness>(&mut self, witness: &mut W) {
         let Some(wheels) = self.params.wheels else { return };
-        if self.wheels >= WHEELS_EVERY - 1e-6 && self.navigating {
+        if self.wheels >= WHEELS_INTERVAL_S - 1e-6 && self.navigating {
             self.wheels = 0.0;
-            if self.motion.velocity.norm_squared() > WHEELS_SPEED * WHEELS_SPEED {
+            if self.motion.velocity.norm_squared() > MIN_WHEELS_SPEED_M_S * MIN_WHEELS_SPEED_M_S {
                 self.roll(&wheels, witness);
             }
         }
@@ -336,14 +336,14 @@ impl NavigationFilter {
     pub(crate) fn stand<W: Witness>(&mut self, sums: &Sums, witness: &mut W) {
         let speed = self.motion.velocity.norm();
         let sigma = (V..PHI).map(|i| self.sigma[i] * self.sigma[i]).sum::<f64>().simd_sqrt();
-        if speed >= REST_SPEED + 3.0 * sigma {
+        if speed >= MAX_REST_SPEED_M_S + 3.0 * sigma {
             return;
         }
         let mut found = [0.0; STATES];
         let z = self.motion.velocity;
         let rows = velocity_rows(&z, &Matrix3::zeros());
         for i in 0..3 {
-            let noise = REST_SIGMA * REST_SIGMA;
+            let noise = REST_SIGMA_M_S * REST_SIGMA_M_S;
             self.covariance.correct(&rows[i], z[i], noise, &mut found, witness);
         }
         if sums.unknown[0] == 0.0 {
@@ -352,7 +352,8 @@ impl NavigationFilter {
             for i in 0..3 {
                 let mut h = [0.0; 16];
                 h[GYRO + i] = 1.0;
-                let noise = self.params.gyro_noise[i] / sums.seconds + REST_RATE * REST_RATE;
+                let noise = self.params.gyro_noise[i] / sums.seconds
+                    + MIN_REST_RATE_SIGMA_RAD_S * MIN_REST_RATE_SIGMA_RAD_S;
                 self.covariance.correct(&h, z[i], noise, &mut found, witness);
             }
         }
@@ -361,5 +362,5 @@ impl NavigationFilter {
 }
 
 fn limited(z: &Vector3<f64>) -> Vector3<f64> {
-    z.map(|x| x.within(INNOVATION_MAX))
+    z.map(|x| x.within(MAX_INNOVATION))
 }

@@ -15,7 +15,7 @@ pub(crate) type Row = [f64; 16];
 
 /// Least noise of a scalar, over what the errors do to it: below it rounding would leave variances
 /// below zero.
-const NOISE_MIN: f64 = 1e-8;
+const MIN_NOISE: f64 = 1e-8;
 
 /// Where each error begins.
 pub(crate) const R: usize = 0;
@@ -398,7 +398,7 @@ impl Covariance {
             variance += gain[i] * h[i];
             innovation -= found[i] * h[i];
         }
-        variance += noise.at_least(NOISE_MIN * variance);
+        variance += noise.at_least(MIN_NOISE * variance);
         let inverse = 1.0 / variance;
         for i in 0..STATES {
             found[i] += gain[i] * (innovation * inverse);
@@ -452,7 +452,7 @@ impl Covariance {
             variance += own[k] * hw[k];
             innovation -= beside.found[k] * hw[k];
         }
-        variance += noise.at_least(NOISE_MIN * variance);
+        variance += noise.at_least(MIN_NOISE * variance);
         let inverse = 1.0 / variance;
         for i in 0..STATES {
             found[i] += gain[i] * (innovation * inverse);

@@ -15,9 +15,9 @@ const GRAVITY: [f64; 2] = [9.780_325_335_9, 9.832_184_937_8];
 const POLAR: f64 = 0.996_647_189_335_258_2;
 
 /// Latitudes beyond ±89.5° have no useful north.
-pub(crate) const LATITUDE_MAX: f64 = 1.562_069_680_534_925;
+pub(crate) const MAX_LATITUDE: f64 = 1.562_069_680_534_925;
 /// Heights and depths of which something is known, m.
-pub(crate) const HEIGHT_MAX: f64 = 1e6;
+pub(crate) const MAX_HEIGHT: f64 = 1e6;
 
 /// What the mechanisation needs to know of a place; it is found anew at each step of the covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

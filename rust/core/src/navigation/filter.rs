@@ -7,7 +7,7 @@ use super::covariance::{
     ACCEL, ANTENNA, Beside, Constants, Course, Covariance, Errors, GYRO, Growth, Innovation, PHI,
     STATES, Scalar, Transition, V,
 };
-use super::earth::{HEIGHT_MAX, LATITUDE_MAX, wrapped};
+use super::earth::{MAX_HEIGHT, MAX_LATITUDE, wrapped};
 use super::fix::{Fix, Given, Verdict, velocity_rows};
 use super::initialise::Before;
 use super::judge::Judge;
@@ -18,27 +18,27 @@ use crate::error::{Error, require};
 use crate::math::Real;
 
 /// Samples beyond are missing: rad/s and m/s².
-pub(crate) const SAMPLE_MAX: f64 = 1e4;
+pub(crate) const MAX_SAMPLE: f64 = 1e4;
 /// Longest time between two samples, s: after a longer one the filter waits for a fix.
-const GAP: f64 = 1.0;
+const MAX_SAMPLE_INTERVAL_S: f64 = 1.0;
 /// A missing sample is the last one for so long, s, then unknown.
-const HELD: f64 = 0.1;
+const MAX_HELD_S: f64 = 0.1;
 /// A gyro that is unknown for so long, s, is a gap: errors of the orientation are not small any more.
-pub(crate) const UNKNOWN_MAX: f64 = 2.0;
+pub(crate) const MAX_UNKNOWN_S: f64 = 2.0;
 /// Power densities of a rate and of a force of which nothing is measured, rad²/s and m²/s³.
-const UNKNOWN: [f64; 2] = [1.0, 25.0];
+const UNKNOWN_DENSITIES: [f64; 2] = [1.0, 25.0];
 /// Oldest fix, s, and how far one may be ahead of the sensors.
-const LATE: f64 = 1.0;
-const AHEAD: f64 = 0.1;
+const MAX_FIX_AGE_S: f64 = 1.0;
+const MAX_FIX_LEAD_S: f64 = 0.1;
 /// Variances of level and heading that it gains at a gap, rad².
-pub(crate) const GAP_ANGLES: [f64; 2] = [1e-2, 0.25];
+pub(crate) const GAP_VARIANCES_RAD2: [f64; 2] = [1e-2, 0.25];
 /// Without a fix for so long, s, it coasts.
-const COASTING: f64 = 2.0;
+const COASTING_S: f64 = 2.0;
 /// Bounds of a state of which something is known: m/s, and sums of variances.
-const VELOCITY_MAX: f64 = 1e5;
-pub(crate) const SIZES_MAX: [f64; 3] = [1e14, 1e10, 1e3];
+const MAX_VELOCITY: f64 = 1e5;
+pub(crate) const MAX_SIZES: [f64; 3] = [1e14, 1e10, 1e3];
 /// Largest time, s: digits enough for a microsecond.
-const TIME_MAX: f64 = 4e9;
+const MAX_TIME: f64 = 4e9;
 
 /// One sample of the sensors, body axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -306,7 +306,7 @@ impl NavigationFilter {
         witness: &mut W,
     ) -> Result<(), Error> {
         let dt = sample.time - self.sensors.time;
-        if !(dt > 0.0 && dt <= GAP) || sample.time.abs() > TIME_MAX {
+        if !(dt > 0.0 && dt <= MAX_SAMPLE_INTERVAL_S) || sample.time.abs() > MAX_TIME {
             return self.begin(sample);
         }
         let step = self.step(sample, dt);
@@ -330,7 +330,7 @@ impl NavigationFilter {
     #[cold]
     fn begin(&mut self, sample: &Inertial) -> Result<(), Error> {
         let before = self.sensors.time;
-        require(sample.time.abs() <= TIME_MAX, "t", "a time in seconds", sample.time)?;
+        require(sample.time.abs() <= MAX_TIME, "t", "a time in seconds", sample.time)?;
         require(
             before.is_nan() || sample.time > before,
             "t",
@@ -338,7 +338,7 @@ impl NavigationFilter {
             sample.time,
         )?;
         if !before.is_nan() {
-            self.lose(GAP_ANGLES);
+            self.lose(GAP_VARIANCES_RAD2);
         }
         // The first sample of increments belongs to a time that is not known.
         let rates = self.params.kind == Kind::Rate;
@@ -347,7 +347,7 @@ impl NavigationFilter {
         let samples = self.sensors.samples + 1;
         let gyro: Option<Vector3<f64>> = known(sample.gyro);
         let accel = known(sample.accel);
-        let age = |known: bool| if known { 0.0 } else { HELD };
+        let age = |known: bool| if known { 0.0 } else { MAX_HELD_S };
         self.sensors = Sensors {
             time: sample.time,
             gyro: gyro.unwrap_or(zero),
@@ -400,7 +400,7 @@ impl NavigationFilter {
     ) -> (Vector3<f64>, Vector3<f64>) {
         let level = self.motion.attitude.transpose().column(2) * self.motion.place.gravity;
         // It turns and moves on as it did, where nothing better is known.
-        let unknown = [self.gyro_bias, (self.accel_bias - level).map(|x| x.within(SAMPLE_MAX))];
+        let unknown = [self.gyro_bias, (self.accel_bias - level).map(|x| x.within(MAX_SAMPLE))];
         let mut found = [self.sensors.gyro, self.sensors.accel];
         let ages = [&mut self.sensors.gyro_age, &mut self.sensors.accel_age];
         for (i, (age, given)) in ages.into_iter().zip([gyro, accel]).enumerate() {
@@ -408,8 +408,8 @@ impl NavigationFilter {
                 (found[i], *age) = (given, 0.0);
                 continue;
             }
-            *age = (*age + dt).min(TIME_MAX);
-            if *age > HELD {
+            *age = (*age + dt).min(MAX_TIME);
+            if *age > MAX_HELD_S {
                 found[i] = unknown[i];
                 self.sums.unknown[i] += dt;
             }
@@ -422,7 +422,7 @@ impl NavigationFilter {
     fn turn(&mut self, step: &Step) {
         self.motion.turn(step, &(self.motion.place.earth * step.dt));
         self.motion.settle();
-        self.alone = (self.alone + step.dt).min(TIME_MAX);
+        self.alone = (self.alone + step.dt).min(MAX_TIME);
     }
 
     #[inline(always)]
@@ -467,15 +467,15 @@ impl NavigationFilter {
             [&params.gyro_noise.into(), &params.accel_noise.into()],
             [&params.gyro_walk.into(), &params.accel_walk.into()],
         );
-        let more = [0, 1].map(|i| UNKNOWN[i] * unknown[i] + extra[i]);
+        let more = [0, 1].map(|i| UNKNOWN_DENSITIES[i] * unknown[i] + extra[i]);
         if more != [0.0; 2] {
             growth.add_unknown(&course, 0.5 * more[0], 0.5 * more[1]);
         }
         self.covariance.propagate(&transition, &growth);
         self.sums = Sums::new();
-        self.wheels = (self.wheels + seconds).min(TIME_MAX);
+        self.wheels = (self.wheels + seconds).min(MAX_TIME);
         if !self.is_somewhere() {
-            self.lose(GAP_ANGLES);
+            self.lose(GAP_VARIANCES_RAD2);
             return;
         }
         self.refresh_sigma();
@@ -491,12 +491,12 @@ impl NavigationFilter {
     /// Whether anything is known of where it is.
     pub(crate) fn is_somewhere(&self) -> bool {
         let sizes = self.covariance.sizes();
-        let known = sizes.iter().zip(SIZES_MAX).all(|(size, most)| *size < most);
+        let known = sizes.iter().zip(MAX_SIZES).all(|(size, most)| *size < most);
         known
-            && self.sensors.gyro_age <= UNKNOWN_MAX
-            && self.motion.velocity.norm_squared() < VELOCITY_MAX * VELOCITY_MAX
-            && self.motion.height.abs() < HEIGHT_MAX
-            && self.motion.latitude.abs() < LATITUDE_MAX
+            && self.sensors.gyro_age <= MAX_UNKNOWN_S
+            && self.motion.velocity.norm_squared() < MAX_VELOCITY * MAX_VELOCITY
+            && self.motion.height.abs() < MAX_HEIGHT
+            && self.motion.latitude.abs() < MAX_LATITUDE
     }
 
     /// Position and velocity are lost, the orientation nearly; biases are kept.
@@ -528,7 +528,7 @@ impl NavigationFilter {
 
     fn is_on_earth(&self) -> bool {
         let motion = &self.motion;
-        motion.height.abs() < HEIGHT_MAX && motion.latitude.abs() < LATITUDE_MAX
+        motion.height.abs() < MAX_HEIGHT && motion.latitude.abs() < MAX_LATITUDE
     }
 
     /// Takes a fix.
@@ -551,7 +551,10 @@ impl NavigationFilter {
         let given = Given::checked(fix)?;
         let age = self.sensors.time - fix.time;
         let verdict = match given {
-            Some(given) if given.time >= self.start.time && (-AHEAD..=LATE).contains(&age) => {
+            Some(given)
+                if given.time >= self.start.time
+                    && (-MAX_FIX_LEAD_S..=MAX_FIX_AGE_S).contains(&age) =>
+            {
                 self.take(&given, age, witness)
             }
             _ => Verdict::Refused,
@@ -588,10 +591,10 @@ impl NavigationFilter {
         if !self.navigating {
             return if self.heading_known { Status::Waiting } else { Status::NoHeading };
         }
-        if sensors.gyro_age > HELD || sensors.accel_age > HELD {
+        if sensors.gyro_age > MAX_HELD_S || sensors.accel_age > MAX_HELD_S {
             return Status::Missing;
         }
-        let coasts = sensors.time - self.last_used > COASTING;
+        let coasts = sensors.time - self.last_used > COASTING_S;
         if coasts { Status::Coasting } else { Status::Navigating }
     }
 
@@ -663,7 +666,7 @@ impl NavigationFilter {
 
 #[inline(always)]
 pub(crate) fn is_known(v: &Vector3<f64>) -> bool {
-    v.x.abs() <= SAMPLE_MAX && v.y.abs() <= SAMPLE_MAX && v.z.abs() <= SAMPLE_MAX
+    v.x.abs() <= MAX_SAMPLE && v.y.abs() <= MAX_SAMPLE && v.z.abs() <= MAX_SAMPLE
 }
 
 /// Of a unit quaternion, scalar first.

@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, RealField, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::covariance::{GYRO, PHI, R, STATES, V};
-use super::earth::{HEIGHT_MAX, LATITUDE_MAX, Place, wrapped};
-use super::filter::{GAP_ANGLES, NavigationFilter, Sums, UNKNOWN_MAX, Witness, is_known};
+use super::earth::{MAX_HEIGHT, MAX_LATITUDE, Place, wrapped};
+use super::filter::{GAP_VARIANCES_RAD2, MAX_UNKNOWN_S, NavigationFilter, Sums, Witness, is_known};
 use super::fix::{Given, Verdict};
 use super::judge::Judge;
 use super::motion::{Motion, rotation};
@@ -13,16 +13,16 @@ use crate::math::Real;
 use crate::math::sound::is_within;
 
 /// Of a velocity of which nothing is known, m/s.
-const UNKNOWN_VELOCITY: f64 = 10.0;
+const UNKNOWN_VELOCITY_SIGMA_M_S: f64 = 10.0;
 /// A course is a heading above this speed, m/s, and above so many deviations of it; it is wrong by so
 /// much at best, rad.
-const COURSE_SPEED: f64 = 1.0;
-const COURSE_DEVIATIONS: f64 = 10.0;
-const COURSE_SIGMA: f64 = 0.03;
+const MIN_COURSE_SPEED_M_S: f64 = 1.0;
+const MIN_COURSE_SIGMAS: f64 = 10.0;
+const MIN_COURSE_SIGMA_RAD: f64 = 0.03;
 /// Two fixes tell a velocity if they are farther apart than so many deviations of their places, and no
 /// longer than so many seconds.
-const APART_DEVIATIONS: f64 = 20.0;
-const APART_SECONDS: f64 = 10.0;
+const MIN_APART_SIGMAS: f64 = 20.0;
+const MAX_APART_S: f64 = 10.0;
 
 /// A fix that a velocity is reckoned from.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -46,7 +46,8 @@ impl NavigationFilter {
         age: f64,
         witness: &mut W,
     ) -> Verdict {
-        let Some(position) = given.position.filter(|_| self.sensors.gyro_age <= UNKNOWN_MAX) else {
+        let Some(position) = given.position.filter(|_| self.sensors.gyro_age <= MAX_UNKNOWN_S)
+        else {
             return Verdict::Refused;
         };
         let told = given.velocity.map(|velocity| Moves { velocity, sigma: given.velocity_sigma });
@@ -62,7 +63,7 @@ impl NavigationFilter {
         }
         self.begin_at(given, position, moves, heading_sigma, age);
         if !self.is_somewhere() {
-            self.lose(GAP_ANGLES);
+            self.lose(GAP_VARIANCES_RAD2);
             return Verdict::Refused;
         }
         self.refresh_sigma();
@@ -82,12 +83,12 @@ impl NavigationFilter {
             wrapped(position[1] - longitude) / place.east,
             height - position[2],
         );
-        let far = way.xy().norm() > APART_DEVIATIONS * given.position_sigma.xy().amax();
-        if far || !(0.0..=APART_SECONDS).contains(&seconds) {
+        let far = way.xy().norm() > MIN_APART_SIGMAS * given.position_sigma.xy().amax();
+        if far || !(0.0..=MAX_APART_S).contains(&seconds) {
             self.before = Some(now);
         }
         let velocity = way / seconds;
-        let possible = seconds > 0.0 && seconds <= APART_SECONDS && is_known(&velocity);
+        let possible = seconds > 0.0 && seconds <= MAX_APART_S && is_known(&velocity);
         // Two places, and a velocity that has changed meanwhile.
         let sigma = given.position_sigma * (2.0 / seconds.at_least(0.1));
         (possible && far).then_some(Moves { velocity, sigma })
@@ -97,7 +98,7 @@ impl NavigationFilter {
     fn look_along(&mut self, moves: &Moves) -> Option<f64> {
         let (v, sigma) = (moves.velocity, moves.sigma.xy().amax());
         let speed = v.xy().norm();
-        if speed < COURSE_SPEED || speed < COURSE_DEVIATIONS * sigma {
+        if speed < MIN_COURSE_SPEED_M_S || speed < MIN_COURSE_SIGMAS * sigma {
             return None;
         }
         // The axle goes forward; what is ahead of it goes sideways in a turn.
@@ -109,7 +110,7 @@ impl NavigationFilter {
         let off = RealField::atan2(v.y, v.x) - drift - self.motion.heading();
         self.motion.attitude = rotation(&Vector3::new(0.0, 0.0, off)) * self.motion.attitude;
         let course = sigma / speed;
-        Some((course * course + COURSE_SIGMA * COURSE_SIGMA).simd_sqrt())
+        Some((course * course + MIN_COURSE_SIGMA_RAD * MIN_COURSE_SIGMA_RAD).simd_sqrt())
     }
 
     fn begin_at(
@@ -143,8 +144,9 @@ impl NavigationFilter {
             let t = self.alone;
             let bias = variances[GYRO + i];
             variances[PHI + i] += (self.params.gyro_noise[i] + bias * t) * t;
-            let told =
-                moves.map_or(UNKNOWN_VELOCITY, |moves| moves.sigma[i].at_most(UNKNOWN_VELOCITY));
+            let told = moves.map_or(UNKNOWN_VELOCITY_SIGMA_M_S, |moves| {
+                moves.sigma[i].at_most(UNKNOWN_VELOCITY_SIGMA_M_S)
+            });
             variances[R + i] = given.position_sigma[i] * given.position_sigma[i];
             variances[V + i] = told * told;
             variances[PHI + i] = variances[PHI + i].min(10.0);
@@ -175,8 +177,8 @@ impl Before {
     pub fn is_sound(&self) -> bool {
         let [latitude, longitude, height] = self.position;
         is_within(self.time, 4e9)
-            && is_within(latitude, LATITUDE_MAX)
+            && is_within(latitude, MAX_LATITUDE)
             && is_within(longitude, 7.0)
-            && is_within(height, HEIGHT_MAX)
+            && is_within(height, MAX_HEIGHT)
     }
 }

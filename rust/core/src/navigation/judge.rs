@@ -12,27 +12,27 @@ use super::params::Adapt;
 use crate::math::Real;
 
 /// Rejected fixes in a row after which the filter, not the receiver, is wrong.
-const REJECTED_MAX: u32 = 10;
+const MAX_REJECTED: u32 = 10;
 /// Seconds across which differences of innovations say nothing; fixes come once a second, about.
-const APART: f64 = 1.5;
+const MAX_DIFFERENCE_S: f64 = 1.5;
 /// Memory of the Allan variance, and differences from which on it counts.
 const FADING: f64 = 0.03;
-const LEARNED: u32 = 10;
+const MIN_DIFFERENCES: u32 = 10;
 /// After so many seconds, and so many times the usual, without a fix no gate decides: how far a filter
 /// has drifted it knows only as well as its noise model. A position is taken if the next one agrees
 /// with it; of velocities without positions all are for a while.
-const OUTAGE: f64 = 2.0;
-const OUTAGE_TIMES: f64 = 5.0;
-const AMNESTY: f64 = 1.0;
+const MIN_OUTAGE_S: f64 = 2.0;
+const MIN_OUTAGE_RATIO: f64 = 5.0;
+const OPEN_GATE_S: f64 = 1.0;
 /// Two positions agree to so many deviations, so many metres, and so much of what the first was off
 /// over the part of the outage that has passed since: a drift grows at most as its square.
-const AGREE_SIGMAS: f64 = 3.0;
-const AGREE_WITHIN: f64 = 0.5;
-const AGREE_DRIFT: f64 = 4.5;
+const MAX_AGREEMENT_SIGMAS: f64 = 3.0;
+const MAX_AGREEMENT_M: f64 = 0.5;
+const MAX_AGREEMENT_DRIFT: f64 = 4.5;
 /// Part of its change that the usual time between fixes takes over.
-const USUAL: f64 = 0.1;
+const INTERVAL_GAIN: f64 = 0.1;
 /// Part of the noise told below which it never goes.
-const FREE_MIN: f64 = 1e-4;
+const MIN_NOISE_SHARE: f64 = 1e-4;
 
 /// One kind of measurement: positions, or velocities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -110,25 +110,25 @@ impl Judge {
     pub fn learn(&mut self, time: f64, innovation: &Vector3<f64>) -> Option<f64> {
         let difference = innovation - self.last;
         let apart = time - self.last_time;
-        let ended = apart > OUTAGE.max(OUTAGE_TIMES * self.usual);
+        let ended = apart > MIN_OUTAGE_S.max(MIN_OUTAGE_RATIO * self.usual);
         if ended {
-            self.open_until = time + AMNESTY;
+            self.open_until = time + OPEN_GATE_S;
         }
         // Of a receiver whose usual time is not known yet nobody knows what an outage is.
         let outage = (ended && self.usual > 0.0).then_some(apart);
         // NaN before the first.
         if apart > 0.0 {
-            let part = if self.usual > 0.0 { USUAL } else { 1.0 };
-            self.usual += part * (apart.min(USUAL_MAX) - self.usual);
+            let part = if self.usual > 0.0 { INTERVAL_GAIN } else { 1.0 };
+            self.usual += part * (apart.min(MAX_INTERVAL_S) - self.usual);
         }
-        if apart <= APART {
+        if apart <= MAX_DIFFERENCE_S {
             self.count = self.count.saturating_add(1);
             let w = FADING.max(1.0 / f64::from(self.count));
             for i in 0..3 {
                 let half = 0.5 * difference[i] * difference[i];
                 let a = self.spread[i];
                 let new = if self.count > 1 { half.min(4.0 * a) } else { half };
-                self.spread[i] = (1.0 - w) * a + w * new.min(SPREAD_MAX);
+                self.spread[i] = (1.0 - w) * a + w * new.min(MAX_SPREAD);
             }
         }
         (self.last, self.last_time) = (*innovation, time);
@@ -155,38 +155,38 @@ impl Judge {
         let Some(first) = self.first.filter(|_| outage.is_none()) else {
             let Some(seconds) = outage else { return Return::None };
             let before = self.first.map_or(0.0, |first| first.outage);
-            self.first = now((seconds + before).min(OUTAGE_MAX));
+            self.first = now((seconds + before).min(MAX_OUTAGE_S));
             return Return::First;
         };
         let dt = time - first.time;
         let agrees = (0..3).all(|i| {
-            let drift = AGREE_DRIFT * first.innovation[i].abs() * dt / first.outage;
+            let drift = MAX_AGREEMENT_DRIFT * first.innovation[i].abs() * dt / first.outage;
             let sigma = (2.0 * noise[i] + walk[i] * dt * dt).simd_sqrt();
             let apart = (innovation[i] - first.innovation[i]).abs();
-            apart <= AGREE_SIGMAS * sigma + AGREE_WITHIN + drift
+            apart <= MAX_AGREEMENT_SIGMAS * sigma + MAX_AGREEMENT_M + drift
         });
-        if agrees || self.rejected >= REJECTED_MAX {
+        if agrees || self.rejected >= MAX_REJECTED {
             (self.first, self.rejected) = (None, 0);
             return Return::Agrees(first.outage);
         }
         self.rejected += 1;
-        self.first = now((first.outage + dt).min(OUTAGE_MAX));
+        self.first = now((first.outage + dt).min(MAX_OUTAGE_S));
         Return::First
     }
 
     /// Variance of an axis, told to be `told`.
     pub fn noise(&self, axis: usize, told: f64, adapt: Adapt) -> f64 {
         match adapt {
-            _ if self.count < LEARNED => told,
+            _ if self.count < MIN_DIFFERENCES => told,
             Adapt::Fixed => told,
             Adapt::Inflate => told.max(self.spread[axis]),
-            Adapt::Free => self.spread[axis].max(FREE_MIN * told),
+            Adapt::Free => self.spread[axis].max(MIN_NOISE_SHARE * told),
         }
     }
 
     /// Standard deviations that the innovations show; NaN before they do.
     pub fn learned(&self) -> [f64; 3] {
-        let known = self.count >= LEARNED;
+        let known = self.count >= MIN_DIFFERENCES;
         [0, 1, 2].map(|i| if known { self.spread[i].simd_sqrt() } else { f64::NAN })
     }
 
@@ -203,7 +203,7 @@ impl Judge {
             return Judgement::Take;
         }
         self.rejected += 1;
-        if self.rejected <= REJECTED_MAX {
+        if self.rejected <= MAX_REJECTED {
             return Judgement::Reject;
         }
         self.rejected = 0;
@@ -212,10 +212,10 @@ impl Judge {
 
     pub fn is_sound(&self) -> bool {
         let time = |t: f64| t.is_nan() || t.is_finite();
-        self.spread.iter().all(|a| (0.0..=SPREAD_MAX).contains(a))
-            && self.last.iter().all(|e| e.abs() <= INNOVATION_MAX)
-            && (0.0..=USUAL_MAX).contains(&self.usual)
-            && self.rejected <= REJECTED_MAX
+        self.spread.iter().all(|a| (0.0..=MAX_SPREAD).contains(a))
+            && self.last.iter().all(|e| e.abs() <= MAX_INNOVATION)
+            && (0.0..=MAX_INTERVAL_S).contains(&self.usual)
+            && self.rejected <= MAX_REJECTED
             && [self.last_time, self.open_until].into_iter().all(time)
             && self.first.is_none_or(|first| first.is_sound())
             && self.new.iter().all(Innovation::is_sound)
@@ -224,9 +224,9 @@ impl Judge {
 
 impl First {
     fn is_sound(&self) -> bool {
-        self.innovation.iter().all(|e| e.abs() <= INNOVATION_MAX)
+        self.innovation.iter().all(|e| e.abs() <= MAX_INNOVATION)
             && self.time.is_finite()
-            && (OUTAGE..=OUTAGE_MAX).contains(&self.outage)
+            && (MIN_OUTAGE_S..=MAX_OUTAGE_S).contains(&self.outage)
     }
 }
 
@@ -239,8 +239,8 @@ impl Innovation {
 }
 
 /// Largest innovation: farther than anything on Earth.
-pub(crate) const INNOVATION_MAX: f64 = 1e8;
-const USUAL_MAX: f64 = 60.0;
+pub(crate) const MAX_INNOVATION: f64 = 1e8;
+const MAX_INTERVAL_S: f64 = 60.0;
 /// Longest outage that is told apart from a longer one, s.
-const OUTAGE_MAX: f64 = 1e9;
-const SPREAD_MAX: f64 = INNOVATION_MAX * INNOVATION_MAX;
+const MAX_OUTAGE_S: f64 = 1e9;
+const MAX_SPREAD: f64 = MAX_INNOVATION * MAX_INNOVATION;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::earth::{Place, wrapped};
 
 /// Square of the angle of a step, rad², up to which its sine and cosine are series.
-const SERIES: f64 = 0.01;
+const MAX_SERIES_ANGLE_SQUARED: f64 = 0.01;
 
 /// Where the body is, how fast it moves and how it is turned.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -113,7 +113,7 @@ impl Motion {
 pub(crate) fn rotation(phi: &Vector3<f64>) -> Matrix3<f64> {
     let square = phi.norm_squared();
     // sin(x)/x and (1 - cos x)/x².
-    let (s, c) = if square <= SERIES {
+    let (s, c) = if square <= MAX_SERIES_ANGLE_SQUARED {
         let x = square;
         (
             1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0 * (1.0 - x / 72.0))),

@@ -3,12 +3,12 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::covariance::{Beside, CONSTANTS, Covariance, STATES};
-use super::earth::{HEIGHT_MAX, LATITUDE_MAX};
-use super::filter::{FixCounts, NavigationFilter, SAMPLE_MAX, SIZES_MAX, Sensors, Sums};
-use super::judge::INNOVATION_MAX;
+use super::earth::{MAX_HEIGHT, MAX_LATITUDE};
+use super::filter::{FixCounts, MAX_SAMPLE, MAX_SIZES, NavigationFilter, Sensors, Sums};
+use super::judge::MAX_INNOVATION;
 use super::motion::Motion;
-use super::odometer::{CONSTANT_MAX, Odometer, Rolled, SPEED_MAX};
-use super::params::{BIAS_MAX, LEVER_MAX};
+use super::odometer::{MAX_CONSTANT, MAX_SPEED, Odometer, Rolled};
+use super::params::{MAX_BIAS, MAX_LEVER};
 use crate::checkpoint::Checkpoint;
 use crate::math::Symmetric;
 use crate::math::sound::{are_within, is_count, is_size, is_whole, is_within};
@@ -22,8 +22,8 @@ impl Checkpoint for NavigationFilter {
         let sigma = |x: &f64| if self.navigating { is_size(*x, 1e8) } else { x.is_nan() };
         chosen
             && self.motion.is_sound()
-            && are_within(&self.gyro_bias, BIAS_MAX)
-            && are_within(&self.accel_bias, BIAS_MAX)
+            && are_within(&self.gyro_bias, MAX_BIAS)
+            && are_within(&self.accel_bias, MAX_BIAS)
             && self.covariance.is_sound()
             && self.sigma.iter().all(sigma)
             && self.judges.iter().all(|judge| judge.is_sound())
@@ -31,10 +31,10 @@ impl Checkpoint for NavigationFilter {
             && self.sums.is_sound()
             && self.before.is_none_or(|before| before.is_sound())
             && (!self.navigating || (self.heading_known && self.sensors.time.is_finite()))
-            && is_size(self.alone, TIME_MAX)
-            && is_size(self.wheels, TIME_MAX)
+            && is_size(self.alone, MAX_TIME)
+            && is_size(self.wheels, MAX_TIME)
             && self.odometer.is_sound()
-            && are_within(&self.antenna, LEVER_MAX)
+            && are_within(&self.antenna, MAX_LEVER)
             && (self.last_used.is_nan() || is_within(self.last_used, self.sensors.time))
             && is_count(self.sensors.samples)
             && self.fixes.is_sound()
@@ -45,15 +45,15 @@ impl FixCounts {
     fn is_sound(&self) -> bool {
         let [at, by] = self.last_move;
         let counts = [self.used, self.rejected, self.refused, self.moved];
-        let moved = is_within(at, TIME_MAX) && is_size(by, 2.0 * INNOVATION_MAX);
+        let moved = is_within(at, MAX_TIME) && is_size(by, 2.0 * MAX_INNOVATION);
         counts.into_iter().chain(self.rejected_of).all(is_count)
             && if self.moved > 0 { moved } else { at.is_nan() && by.is_nan() }
     }
 }
 
-const TIME_MAX: f64 = 4e9;
+const MAX_TIME: f64 = 4e9;
 /// Longest time between two steps of the covariance, s: a step and a sample.
-const STEP_MAX: f64 = 2.5;
+const MAX_STEP: f64 = 2.5;
 
 impl Motion {
     fn is_sound(&self) -> bool {
@@ -63,9 +63,9 @@ impl Motion {
             && self.attitude.determinant() > 0.0
             && are_within(&self.velocity, 2e5)
             && are_within(&self.acceleration, 1e9)
-            && is_within(self.latitude, LATITUDE_MAX + 0.1)
+            && is_within(self.latitude, MAX_LATITUDE + 0.1)
             && is_within(self.longitude, 10.0)
-            && is_within(self.height, 2.0 * HEIGHT_MAX)
+            && is_within(self.height, 2.0 * MAX_HEIGHT)
             && self.place.is_sound()
     }
 }
@@ -77,7 +77,7 @@ impl Covariance {
         let symmetric = |i: usize| (0..=i).all(|j| is_same(self.at(i, j), self.at(j, i)));
         let upper = Symmetric::<f64, STATES>::from_upper(|i, j| self.at(i, j));
         (0..STATES).all(|i| symmetric(i) && self.at(i, STATES) == 0.0)
-            && upper.is_covariance(10.0 * SIZES_MAX[0])
+            && upper.is_covariance(10.0 * MAX_SIZES[0])
             && self.1.is_none_or(|beside| self.goes_with(&beside))
     }
 
@@ -90,7 +90,7 @@ impl Covariance {
         };
         let symmetric = |i: usize| (0..i).all(|j| is_same(beside.own[i][j], beside.own[j][i]));
         let whole = Symmetric::<f64, { STATES + CONSTANTS }>::from_upper(of);
-        whole.is_covariance(10.0 * SIZES_MAX[0])
+        whole.is_covariance(10.0 * MAX_SIZES[0])
             && (0..CONSTANTS).all(|k| symmetric(k) && beside.cross[k][STATES] == 0.0)
             && beside.found == [0.0; CONSTANTS]
     }
@@ -104,30 +104,30 @@ fn is_same(one: f64, other: f64) -> bool {
 impl Odometer {
     fn is_sound(&self) -> bool {
         let Rolled { count, speed, variance, velocity, rate } = self.sums;
-        self.constants.iter().all(|x| is_within(*x, CONSTANT_MAX))
-            && self.slips.is_none_or(|since| is_within(since, TIME_MAX))
+        self.constants.iter().all(|x| is_within(*x, MAX_CONSTANT))
+            && self.slips.is_none_or(|since| is_within(since, MAX_TIME))
             && is_whole(count, 1e12)
-            && is_within(speed, SPEED_MAX * count)
-            && is_size(variance, SPEED_MAX * SPEED_MAX * count)
+            && is_within(speed, MAX_SPEED * count)
+            && is_size(variance, MAX_SPEED * MAX_SPEED * count)
             && are_within(&velocity, 2e9 * count)
-            && are_within(&rate, 2.0 * SAMPLE_MAX * count)
+            && are_within(&rate, 2.0 * MAX_SAMPLE * count)
     }
 }
 
 impl Sensors {
     fn is_sound(&self) -> bool {
-        let rates = are_within(&self.gyro, SAMPLE_MAX) && are_within(&self.accel, SAMPLE_MAX);
+        let rates = are_within(&self.gyro, MAX_SAMPLE) && are_within(&self.accel, MAX_SAMPLE);
         let time =
-            if self.samples > 0 { is_within(self.time, TIME_MAX) } else { self.time.is_nan() };
-        rates && time && is_size(self.gyro_age, TIME_MAX) && is_size(self.accel_age, TIME_MAX)
+            if self.samples > 0 { is_within(self.time, MAX_TIME) } else { self.time.is_nan() };
+        rates && time && is_size(self.gyro_age, MAX_TIME) && is_size(self.accel_age, MAX_TIME)
     }
 }
 
 impl Sums {
     fn is_sound(&self) -> bool {
         let n = self.samples;
-        let rates = Vector3::from_element(2.0 * SAMPLE_MAX * n);
-        is_size(self.seconds, STEP_MAX)
+        let rates = Vector3::from_element(2.0 * MAX_SAMPLE * n);
+        is_size(self.seconds, MAX_STEP)
             && is_whole(n, 1e12)
             && is_size(self.rests, n)
             && (n > 0.0) == (self.seconds > 0.0)

@@ -4,7 +4,7 @@
 use nalgebra::{ComplexField, SMatrix};
 use serde::{Deserialize, Serialize};
 
-use super::options::{PositionConstants, PositionMethod, PositionParams, WINDOW_MAX};
+use super::options::{MAX_WINDOW, PositionConstants, PositionMethod, PositionParams};
 use super::pair::{Pair, Plane, Step};
 use crate::error::Error;
 use crate::math::Real;
@@ -13,15 +13,15 @@ use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Input, Output, Shape, Stream, Traced};
 
 /// Largest coordinate and velocity of a sample, far beyond any.
-const SAMPLE_MAX: f64 = 1e150;
+const MAX_SAMPLE: f64 = 1e150;
 /// Longest time between two samples, s.
-const SPAN_MAX: f64 = 1e9;
+const MAX_SPAN: f64 = 1e9;
 /// Signals of this strength and more are strong, dB-Hz; one below zero is none.
-const STRONG: f64 = 45.0;
+const MIN_STRONG_DB_HZ: f64 = 45.0;
 /// Seconds after which nothing is known of a velocity that is missing.
-const UNKNOWN_MAX: f64 = 100.0;
+const MAX_UNKNOWN_S: f64 = 100.0;
 /// Times `sigma` in a second: velocity of which nothing is known but that it is one.
-const DIFFUSE: f64 = 100.0;
+const DIFFUSE_SIGMAS: f64 = 100.0;
 
 /// A fix as it is given, NaN where something is missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,7 +149,7 @@ impl PositionFilter {
         if !weighed || !cn0.is_finite() {
             return sigma * sigma;
         }
-        let tenths = (STRONG - cn0.clamp(0.0, STRONG)) / 10.0;
+        let tenths = (MIN_STRONG_DB_HZ - cn0.clamp(0.0, MIN_STRONG_DB_HZ)) / 10.0;
         sigma * sigma * ComplexField::exp(core::f64::consts::LN_10 * tenths)
     }
 
@@ -171,7 +171,7 @@ impl Stream for PositionFilter {
     type Output = [f64; 2];
 
     fn update(&mut self, fix: Fix) -> [f64; 2] {
-        let dt = if fix.dt >= 0.0 { fix.dt.min(SPAN_MAX) } else { self.period.min(SPAN_MAX) };
+        let dt = if fix.dt >= 0.0 { fix.dt.min(MAX_SPAN) } else { self.period.min(MAX_SPAN) };
         let (known, R) = (plane(fix.position), self.noise(fix.cn0));
         let constants = &self.params.constants;
         let begins = !self.begun && known.is_some();
@@ -181,7 +181,7 @@ impl Stream for PositionFilter {
             State::Average(average) => average.take(known, self.params.window()),
             State::Course(course) => self.held = course.take(known, self.begun, constants),
             State::Constant(pair) if begins => {
-                let speed = DIFFUSE * constants.sigma;
+                let speed = DIFFUSE_SIGMAS * constants.sigma;
                 *pair = Pair::measured(known.unwrap_or_default(), R, speed * speed);
             }
             State::Constant(pair) if self.begun => {
@@ -228,7 +228,7 @@ impl Traced for PositionFilter {
 
 /// Both axes, unless one is missing.
 fn plane(given: Plane) -> Option<Plane> {
-    given.iter().all(|x| is_within(*x, SAMPLE_MAX)).then_some(given)
+    given.iter().all(|x| is_within(*x, MAX_SAMPLE)).then_some(given)
 }
 
 /// Position and velocity over a time T: Q = q [T³/3, T²/2; T²/2, T].
@@ -251,7 +251,7 @@ struct Aided {
 
 impl Aided {
     fn new() -> Self {
-        Self { pair: Pair::unknown(), velocity: [0.0; 2], unknown: UNKNOWN_MAX, rests: false }
+        Self { pair: Pair::unknown(), velocity: [0.0; 2], unknown: MAX_UNKNOWN_S, rests: false }
     }
 
     fn position(&self) -> Plane {
@@ -286,12 +286,12 @@ impl Aided {
         let rested = core::mem::replace(&mut self.rests, fix.rest);
         let (before, unknown) = (self.velocity, self.unknown);
         let now = if fix.rest { Some([0.0; 2]) } else { plane(fix.speed) };
-        self.unknown = if now.is_some() { 0.0 } else { (unknown + dt).min(UNKNOWN_MAX) };
+        self.unknown = if now.is_some() { 0.0 } else { (unknown + dt).min(MAX_UNKNOWN_S) };
         self.velocity = now.unwrap_or(before);
         if rested && fix.rest {
             return ([0.0; 2], 0.0);
         }
-        let guessed = constants.acceleration * dt.min(UNKNOWN_MAX).max(self.unknown);
+        let guessed = constants.acceleration * dt.min(MAX_UNKNOWN_S).max(self.unknown);
         let (mean, sigma) = match now {
             Some(v) if unknown == 0.0 => {
                 ([0, 1].map(|i| 0.5 * (v[i] + before[i])), constants.speed_sigma)
@@ -303,8 +303,8 @@ impl Aided {
 
     fn is_sound(&self) -> bool {
         self.pair.is_sound()
-            && self.velocity.iter().all(|v| is_within(*v, SAMPLE_MAX))
-            && (0.0..=UNKNOWN_MAX).contains(&self.unknown)
+            && self.velocity.iter().all(|v| is_within(*v, MAX_SAMPLE))
+            && (0.0..=MAX_UNKNOWN_S).contains(&self.unknown)
     }
 }
 
@@ -319,7 +319,7 @@ fn wandering(moved: Plane, sigma: f64, dt: f64, spread: f64, time: f64) -> Step 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Average {
     /// One a column, in the order of a ring.
-    fixes: SMatrix<f64, 2, WINDOW_MAX>,
+    fixes: SMatrix<f64, 2, MAX_WINDOW>,
     count: u8,
     next: u8,
     mean: Plane,
@@ -343,11 +343,11 @@ impl Average {
     }
 
     fn is_sound(&self, window: u8, begun: bool) -> bool {
-        are_within(&self.fixes, SAMPLE_MAX)
+        are_within(&self.fixes, MAX_SAMPLE)
             && self.count <= window
             && self.next == if self.count < window { self.count } else { self.next % window }
             && (self.count > 0) == begun
-            && self.mean.iter().all(|x| is_within(*x, 2.0 * SAMPLE_MAX))
+            && self.mean.iter().all(|x| is_within(*x, 2.0 * MAX_SAMPLE))
     }
 }
 
@@ -385,8 +385,8 @@ impl Course {
     }
 
     fn is_sound(&self) -> bool {
-        let step = self.step.iter().all(|x| is_within(*x, 2.0 * SAMPLE_MAX));
-        step && self.position.iter().all(|x| is_within(*x, SAMPLE_MAX))
+        let step = self.step.iter().all(|x| is_within(*x, 2.0 * MAX_SAMPLE));
+        step && self.position.iter().all(|x| is_within(*x, MAX_SAMPLE))
     }
 }
 

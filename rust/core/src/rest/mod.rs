@@ -39,7 +39,7 @@ use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Stream};
 
 /// Fewest samples that tell a mean and a variance without the farthest of them.
-pub(crate) const LEAST: u32 = 4;
+pub(crate) const MIN_SAMPLES: u32 = 4;
 
 /// What changed at the end of a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

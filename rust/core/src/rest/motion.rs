@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::LEAST;
+use super::MIN_SAMPLES;
 use super::decision::Times;
 use crate::error::{Error, check_rate};
 use crate::math::sound::{is_size, is_within};
@@ -19,27 +19,27 @@ const SCALES: usize = 7;
 
 /// Part of gravity by which means differ at least where a body moves: a turn of 0.4 degrees. Cheap
 /// accelerometers at rest jump by a third of it.
-const TURN: f64 = 1.0 / 150.0;
+const MIN_TURN_SHARE: f64 = 1.0 / 150.0;
 
 /// Square of a difference over its variance that chance does not reach. The variance is that of all
 /// axes together, so even noise on one axis alone is five deviations away.
-const CERTAIN: f64 = 25.0;
+const MIN_DIFFERENCE_RATIO: f64 = 25.0;
 
 /// Samples of a tick at most that count as independent: a sensor's filter makes neighbours alike.
-const INDEPENDENT: u32 = 8;
+const MAX_INDEPENDENT_SAMPLES: u32 = 8;
 
 /// Variance over that of the quiet ticks above which a body that has moved shakes on.
-const LOUD: f64 = 4.0;
+const MIN_SHAKE_RATIO: f64 = 4.0;
 
 /// Ticks for which a loud one prolongs a motion.
-const SHAKEN: u32 = 3;
+const SHAKE_TICKS: u32 = 3;
 
 /// How fast the variance of quiet ticks is followed downwards and upwards, a tick.
-const FALL: f64 = 1.0 / 8.0;
-const RISE: f64 = 1.0 / 240.0;
+const VARIANCE_FALL_GAIN: f64 = 1.0 / 8.0;
+const VARIANCE_RISE_GAIN: f64 = 1.0 / 240.0;
 
 /// Largest component; squares of it are far from overflowing.
-const MOST: f64 = 1e75;
+const MAX_COMPONENT: f64 = 1e75;
 
 /// Tells that a body moves, from its accelerometer alone; that it does not, nobody can.
 ///
@@ -121,7 +121,7 @@ impl MotionDetector {
         self.position = 0;
         self.left = self.left.saturating_sub(1);
         self.since = (self.since + 1).min(self.patience);
-        if self.sums.count >= LEAST {
+        if self.sums.count >= MIN_SAMPLES {
             let (mean, variance) = self.sums.told();
             self.sums = Sums::none();
             self.judge(mean, variance);
@@ -135,11 +135,11 @@ impl MotionDetector {
             self.since = 0;
             self.scales = [Successive::NONE; SCALES];
         } else if self.is_moving() && self.shakes(variance) {
-            self.left = self.left.max(SHAKEN);
+            self.left = self.left.max(SHAKE_TICKS);
         }
         if !self.is_moving() {
             let quiet = self.quiet.unwrap_or(variance);
-            let share = if variance < quiet { FALL } else { RISE };
+            let share = if variance < quiet { VARIANCE_FALL_GAIN } else { VARIANCE_RISE_GAIN };
             self.quiet = Some(quiet + (variance - quiet) * share);
         }
     }
@@ -161,7 +161,8 @@ impl MotionDetector {
 
     /// Whether a tick of a motion is louder than rest; nothing is known before a rest.
     fn shakes(&self, variance: f64) -> bool {
-        self.since < self.patience && self.quiet.is_some_and(|quiet| variance > LOUD * quiet)
+        self.since < self.patience
+            && self.quiet.is_some_and(|quiet| variance > MIN_SHAKE_RATIO * quiet)
     }
 }
 
@@ -171,7 +172,7 @@ impl Sums {
     }
 
     fn add(&mut self, sample: [f64; 3]) {
-        let sample = sample.map(|x| x.clamp(-MOST, MOST));
+        let sample = sample.map(|x| x.clamp(-MAX_COMPONENT, MAX_COMPONENT));
         if self.count == 0 {
             self.origin = sample;
         }
@@ -189,7 +190,7 @@ impl Sums {
         let above = self.sum.map(|x| x / n);
         let variance = ((self.squares - n * square(above)) / (n - 1.0)).max(0.0);
         let level = core::array::from_fn(|i| self.origin[i] + above[i]);
-        let variance_of_mean = variance / f64::from(self.count.min(INDEPENDENT));
+        let variance_of_mean = variance / f64::from(self.count.min(MAX_INDEPENDENT_SAMPLES));
         (Mean { level, variance: variance_of_mean }, variance)
     }
 }
@@ -204,8 +205,8 @@ impl Mean {
     /// Whether gravity has turned, beyond what noise explains.
     fn differs(&self, before: &Self) -> bool {
         let change = square(core::array::from_fn(|i| self.level[i] - before.level[i]));
-        let noise = CERTAIN * (self.variance + before.variance);
-        change > noise && change > TURN * TURN * square(self.level)
+        let noise = MIN_DIFFERENCE_RATIO * (self.variance + before.variance);
+        change > noise && change > MIN_TURN_SHARE * MIN_TURN_SHARE * square(self.level)
     }
 }
 
@@ -266,18 +267,19 @@ impl Sums {
     /// Whether samples can have made it, at most `position` of them in this tick.
     fn is_sound(&self, position: u32) -> bool {
         // A few wait for those of the next tick.
-        let most = 2.0 * MOST * f64::from(self.count);
-        self.count < position + LEAST
-            && is_vector(self.origin, MOST)
+        let most = 2.0 * MAX_COMPONENT * f64::from(self.count);
+        self.count < position + MIN_SAMPLES
+            && is_vector(self.origin, MAX_COMPONENT)
             && is_vector(self.sum, most)
-            && is_size(self.squares, 6.0 * MOST * most)
+            && is_size(self.squares, 6.0 * MAX_COMPONENT * most)
     }
 }
 
 impl Successive {
     fn is_sound(&self) -> bool {
         // Means are rounded.
-        let is_mean = |mean: Mean| is_vector(mean.level, 3.0 * MOST) && is_variance(mean.variance);
+        let is_mean =
+            |mean: Mean| is_vector(mean.level, 3.0 * MAX_COMPONENT) && is_variance(mean.variance);
         self.last.is_none_or(is_mean) && (self.last.is_some() || !self.halves)
     }
 }
@@ -288,5 +290,5 @@ fn is_vector(x: [f64; 3], most: f64) -> bool {
 
 /// A variance that samples within the bounds can have.
 fn is_variance(x: f64) -> bool {
-    is_size(x, 24.0 * MOST * MOST)
+    is_size(x, 24.0 * MAX_COMPONENT * MAX_COMPONENT)
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::LEAST;
+use super::MIN_SAMPLES;
 use crate::math::sound::{is_size, is_within};
 use crate::math::{Limits, Real, choose};
 
@@ -47,7 +47,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
     /// Mean and variance about it without the farthest: one sample far off is no motion. What is less
     /// than `rounding` is nothing.
     pub(super) fn without_farthest(&self, rounding: T) -> (T, T) {
-        if self.count < LEAST {
+        if self.count < MIN_SAMPLES {
             return (T::zero(), T::zero());
         }
         let n = T::of(f64::from(self.count - 1));

@@ -8,7 +8,7 @@ use crate::memory;
 
 /// Rows that channels sharing registers work on before the next ones: putting their states
 /// together and taking them apart costs as much as some thirty rows.
-const ROWS_ABREAST: usize = 1 << 10;
+const ROWS_IN_LANES: usize = 1 << 10;
 
 /// Rows that a channel alone works on before the next one: they stay in the first-level cache.
 const ROWS: usize = 1 << 8;
@@ -219,7 +219,7 @@ struct Layout {
 impl Layout {
     fn of<S: Stream>(channels: usize) -> Self {
         let (input, numbers, flags) = (S::Input::NUMBERS, S::Output::NUMBERS, S::Output::FLAGS);
-        let block = if S::abreast() > 1 && channels > 1 { ROWS_ABREAST } else { ROWS };
+        let block = if S::abreast() > 1 && channels > 1 { ROWS_IN_LANES } else { ROWS };
         Self { channels, input, numbers, flags, block }
     }
 
@@ -256,7 +256,7 @@ mod on_threads {
     use crate::stream::threads::{both, started_on_pool};
 
     /// Samples that make another thread worth its while: some 100 µs of work.
-    const SAMPLES_A_THREAD: usize = 1 << 15;
+    const MIN_SAMPLES_PER_THREAD: usize = 1 << 15;
 
     impl<S: Stream + Send> Bank<S> {
         /// [`process`](Self::process) with the channels spread over up to `threads` threads; the
@@ -287,7 +287,7 @@ mod on_threads {
         threads: usize,
     ) -> Result<(), Error> {
         let channels = layout.channels;
-        let worth = rows.len() / layout.input / SAMPLES_A_THREAD;
+        let worth = rows.len() / layout.input / MIN_SAMPLES_PER_THREAD;
         let threads = threads.min(worth).max(1);
         let share = channels.div_ceil(threads).next_multiple_of(abreast);
         if share >= channels {

@@ -252,7 +252,7 @@ impl Reflected {
 }
 
 /// Samples of reflected windows after which work that was asked to stop does.
-const LOOKED_AT: usize = 1 << 16;
+const SAMPLES_PER_CHECK: usize = 1 << 16;
 
 struct Over<'a>(&'a mut Reflected);
 
@@ -262,7 +262,7 @@ impl WithSimd for Over<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let windows = self.0;
-        let often = (LOOKED_AT / windows.m).max(1);
+        let often = (SAMPLES_PER_CHECK / windows.m).max(1);
         (0..windows.running.len() - 3 * windows.m)
             .map(|start| {
                 if start.is_multiple_of(often) {

@@ -37,17 +37,17 @@ pub struct StreamingAllan {
 
 impl StreamingAllan {
     /// The most octaves: 8 million samples, 256 MiB.
-    pub const OCTAVES_MAX: usize = 24;
+    pub const MAX_OCTAVES: usize = 24;
 
     /// An estimator for `rate` samples a second, which scales the averaging times alone.
     ///
     /// # Errors
     /// [`Error::Parameter`] for the rate, or octaves out of 1 to
-    /// [`OCTAVES_MAX`](Self::OCTAVES_MAX),
+    /// [`MAX_OCTAVES`](Self::OCTAVES_MAX),
     /// [`Error::Memory`] if there is none for the ring.
     pub fn new(rate: f64, octaves: usize) -> Result<Self, Error> {
         check_rate(rate)?;
-        if !(1..=Self::OCTAVES_MAX).contains(&octaves) {
+        if !(1..=Self::MAX_OCTAVES).contains(&octaves) {
             return Err(Error::Parameter {
                 name: "octaves",
                 expected: "from 1 to 24",
@@ -164,7 +164,7 @@ impl Checkpoint for StreamingAllan {
 
     fn is_sound(&self) -> bool {
         check_rate(self.rate).is_ok()
-            && (1..=Self::OCTAVES_MAX).contains(&self.octaves())
+            && (1..=Self::MAX_OCTAVES).contains(&self.octaves())
             && is_count(self.samples_seen)
             && self.phases.is_sound(distance(self.octaves()))
             && self.phases.count() <= self.samples_seen + 1

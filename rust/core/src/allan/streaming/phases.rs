@@ -16,7 +16,7 @@ pub(super) const BLOCK: usize = 32;
 pub(super) const FIRST_BLOCK: u64 = 3 * BLOCK as u64;
 
 /// Largest distance from the first sample: whatever 2²⁵ of them add up to, its square is finite.
-const DISTANCE_MAX: f64 = 1e140;
+const MAX_DISTANCE: f64 = 1e140;
 
 /// Phases `x_0 = 0, x_1, …`: running sums of the samples' distances from the first one of the
 /// piece, so that an offset costs no precision.
@@ -64,7 +64,7 @@ impl Phases {
 
     /// Whether [`new`](Self::new) for this distance could have come to this state.
     pub(super) fn is_sound(&self, distance: usize) -> bool {
-        let most = self.count as f64 * DISTANCE_MAX;
+        let most = self.count as f64 * MAX_DISTANCE;
         self.capacity == capacity(distance)
             && self.count != 1
             && self.ring.len() as u64 == self.count.min(self.capacity as u64)
@@ -145,7 +145,7 @@ impl Phases {
     }
 
     fn distance(&self, z: f64) -> f64 {
-        (z - self.origin).clamp(-DISTANCE_MAX, DISTANCE_MAX)
+        (z - self.origin).clamp(-MAX_DISTANCE, MAX_DISTANCE)
     }
 
     fn at(&self, k: u64) -> f64 {

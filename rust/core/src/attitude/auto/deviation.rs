@@ -9,16 +9,16 @@ use super::iron::Iron;
 use crate::math::sound::{are_within, is_size};
 
 /// Deviation that is always left, rad, and that at the start.
-const LEFT: f64 = 0.5 * DEGREE;
-const FIRST: f64 = 3.0 * DEGREE;
+const MIN_DEVIATION_RAD: f64 = 0.5 * DEGREE;
+const INITIAL_DEVIATION_RAD: f64 = 3.0 * DEGREE;
 /// Seconds of the mean innovation whose square says how wrong places are.
-const PLACE: f64 = 5.0;
+const INNOVATION_MEAN_S: f64 = 5.0;
 /// Of a heading that nothing is known of, rad².
-const MOST: f64 = 10.0;
+const MAX_HEADING_VARIANCE_RAD2: f64 = 10.0;
 /// Largest tangent of a dip.
-const STEEPEST: f64 = 10.0;
+const MAX_DIP_TANGENT: f64 = 10.0;
 /// Variance of a tilt of which nothing is known, rad²: it cannot be further off than half a turn.
-const ANY_TILT: f64 = core::f64::consts::PI * core::f64::consts::PI;
+const MAX_TILT_VARIANCE_RAD2: f64 = core::f64::consts::PI * core::f64::consts::PI;
 
 /// What is seen of the field when it corrects the heading.
 #[derive(Debug, Clone, Copy)]
@@ -66,7 +66,7 @@ impl Deviation {
             known: heading,
             tilted: 0.0,
             mean: 0.0,
-            places: FIRST * FIRST,
+            places: INITIAL_DEVIATION_RAD * INITIAL_DEVIATION_RAD,
             shares: Vector3::zeros(),
         }
     }
@@ -80,13 +80,14 @@ impl Deviation {
     pub fn correct(&mut self, by: &Correction, before: f64, after: f64, strength: f64) {
         let (gain, rest) = (by.gain, 1.0 - by.gain);
         self.white = rest * rest * self.white + gain * gain * by.noise;
-        let slope = (by.down.abs() / by.level).min(STEEPEST);
-        self.tilted += gain * (slope * ComplexField::sqrt(by.tilt.min(ANY_TILT)) - self.tilted);
-        self.mean += (by.span / PLACE).min(1.0) * (by.innovation - self.mean);
+        let slope = (by.down.abs() / by.level).min(MAX_DIP_TANGENT);
+        self.tilted +=
+            gain * (slope * ComplexField::sqrt(by.tilt.min(MAX_TILT_VARIANCE_RAD2)) - self.tilted);
+        self.mean += (by.span / INNOVATION_MEAN_S).min(1.0) * (by.innovation - self.mean);
         self.places += by.places * (self.mean * self.mean - self.places);
         self.own = (rest * rest * self.since_field(before))
             .min((after - self.white).max(0.0))
-            .min(self.places + LEFT * LEFT);
+            .min(self.places + MIN_DEVIATION_RAD * MIN_DEVIATION_RAD);
         self.known = after;
         let east = by.east * (1.0 / by.level.max(1e-6 * strength));
         self.shares += (east - self.shares) * gain;
@@ -101,8 +102,11 @@ impl Deviation {
     /// The variance of the heading, of which the filter says this one.
     pub fn variance(&self, heading: f64, iron: &Iron) -> f64 {
         let (iron, unsure) = iron.of_heading(&self.shares);
-        let seen = LEFT * LEFT + self.tilted * self.tilted + iron * iron + unsure;
-        (self.since_field(heading).max(self.places) + seen).min(MOST)
+        let seen = MIN_DEVIATION_RAD * MIN_DEVIATION_RAD
+            + self.tilted * self.tilted
+            + iron * iron
+            + unsure;
+        (self.since_field(heading).max(self.places) + seen).min(MAX_HEADING_VARIANCE_RAD2)
     }
 
     /// Variance that a field of this covariance, in the sensor's axes, has given the heading.

@@ -6,23 +6,23 @@ use super::deviation::Correction;
 use super::drift::share_of_places;
 use super::magnet::Magnet;
 use super::strapdown::{self, Sums};
-use super::{Auto, DEGREE, HEADING_FREE, square};
+use super::{Auto, DEGREE, FREE_HEADING_VARIANCE_RAD2, square};
 use crate::attitude::frame;
 
 /// Seconds of rest after which the bias is known.
-const KNOWN: f64 = 2.0;
+const BIAS_REST_S: f64 = 2.0;
 /// How much less a field that is not used says of iron.
-const UNUSED: f64 = 16.0;
+const UNUSED_NOISE_FACTOR: f64 = 16.0;
 /// Direction of the magnetic field, rad √s, and how it changes on the way, rad/√s.
-const FIELD: f64 = 25.0 * DEGREE;
+const FIELD_NOISE: f64 = 25.0 * DEGREE;
 pub(super) const FIELD_WALK: f64 = 0.02 * DEGREE;
 /// Square of the share of a field that is level, from which on the noise of its direction grows: of
 /// a dip of 72 degrees.
-const LEVEL: f64 = 0.1;
+const LEVEL_SHARE_SQUARED: f64 = 0.1;
 /// The same of a field that tells no heading at all, as far as its size can be rounded.
-const VERTICAL: f64 = 1e-12;
+const VERTICAL_SHARE_SQUARED: f64 = 1e-12;
 /// Longest time that a field stands for, s.
-pub(super) const FIELD_HOLDS: f64 = 1.0;
+pub(super) const MAX_FIELD_AGE_S: f64 = 1.0;
 
 /// What a field did to the heading.
 #[derive(Debug, Clone, Copy)]
@@ -37,7 +37,7 @@ impl Auto {
     /// The mean direction of the field corrects the heading, and nothing else.
     pub(super) fn see_field(&mut self, sums: &Sums, rate: f64, news: bool) -> Option<Pull> {
         self.follow_drift(sums.elapsed);
-        self.field_age = (self.field_age + sums.elapsed).min(FIELD_HOLDS);
+        self.field_age = (self.field_age + sums.elapsed).min(MAX_FIELD_AGE_S);
         if !news {
             return None;
         }
@@ -45,20 +45,20 @@ impl Auto {
         let seconds = core::mem::take(&mut self.field_age);
         let doubt = self.magnet.observe(&field, seconds, rate);
         let level_squared = field.x * field.x + field.y * field.y;
-        if seconds <= 0.0 || level_squared <= VERTICAL * field.norm_squared() {
+        if seconds <= 0.0 || level_squared <= VERTICAL_SHARE_SQUARED * field.norm_squared() {
             return None;
         }
         let level = ComplexField::sqrt(level_squared);
         let places = share_of_places(rate, seconds);
         self.drift.places().observe(level, -field.z, places);
         let rotation = sums.rotation();
-        let unused = doubt.unwrap_or(UNUSED);
+        let unused = doubt.unwrap_or(UNUSED_NOISE_FACTOR);
         self.iron.observe(&field, &rotation, seconds, unused, self.drift.walk());
         let innovation = self.east_of_north(&field);
         self.judge_drift(innovation, seconds);
         let doubt = doubt?;
-        let steep = (LEVEL * field.norm_squared() / level_squared).max(1.0);
-        let noise = square(FIELD) / seconds * doubt * steep;
+        let steep = (LEVEL_SHARE_SQUARED * field.norm_squared() / level_squared).max(1.0);
+        let noise = square(FIELD_NOISE) / seconds * doubt * steep;
         let before = self.errors.heading();
         let gain = before / (before + noise);
         self.drift.correct(gain);
@@ -95,8 +95,8 @@ impl Auto {
 
     /// The fields to come find the heading anew; tilt and bias stay.
     pub fn find_heading(&mut self) {
-        self.errors.restart_heading(HEADING_FREE);
-        self.deviation.restart(HEADING_FREE);
+        self.errors.restart_heading(FREE_HEADING_VARIANCE_RAD2);
+        self.deviation.restart(FREE_HEADING_VARIANCE_RAD2);
         self.by_bias = Vector3::zeros();
         self.forget_field();
     }
@@ -115,7 +115,7 @@ impl Auto {
         }
         if self.at_rest {
             self.drift.rest(span);
-            if self.rest.lasted() >= KNOWN {
+            if self.rest.lasted() >= BIAS_REST_S {
                 self.end_drift();
             }
         }

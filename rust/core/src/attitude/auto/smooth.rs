@@ -16,10 +16,10 @@ use crate::stream::{Block, Stream};
 use crate::{memory, work};
 
 /// Samples between two looks at whether to go on.
-const PIECE: usize = 1 << 12;
+const SAMPLES_PER_CHECK: usize = 1 << 12;
 
 /// Deviations of the headings of both passes, rad, below which they are joined half and half.
-const HALVED: f64 = core::f64::consts::PI / 6.0;
+const MAX_JOINED_SIGMA_RAD: f64 = core::f64::consts::PI / 6.0;
 
 /// A filter around this one that sees fields of its own making.
 pub trait Around: Tagged + Clone + Send + Sync {
@@ -308,7 +308,7 @@ fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Kno
     let leaned = small_rotation(&Vector3::new(level.x * tilt, level.y * tilt, 0.0));
     let (orientation, heading_sigma) = if mag {
         // Both follow the same field: what the forward pass lags behind a drift, the backward one leads.
-        let sure = a.max(b) < HALVED * HALVED;
+        let sure = a.max(b) < MAX_JOINED_SIGMA_RAD * MAX_JOINED_SIGMA_RAD;
         let heading = if sure { 0.5 } else { share(a, b) };
         let about_up = f64::atan2(about_up.sin(), about_up.cos()) * heading;
         let turned = small_rotation(&(Vector3::z() * about_up)) * leaned;
@@ -373,7 +373,7 @@ impl Drift {
 }
 
 fn pause(k: usize) {
-    if k % PIECE == PIECE - 1 {
+    if k % SAMPLES_PER_CHECK == SAMPLES_PER_CHECK - 1 {
         work::pause();
     }
 }

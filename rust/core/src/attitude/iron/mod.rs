@@ -28,10 +28,10 @@ use crate::error::Error;
 use crate::math::sound::are_within;
 
 /// Change of a hard iron, by the field's size, with which the shape of the field is another one.
-const RESHAPED: f64 = 0.1;
+const MIN_SHAPE_CHANGE: f64 = 0.1;
 /// By how much a hard iron may have turned the heading, rad, for that to be taken back: the square of
 /// it, which is not, is two degrees.
-const TAKEN_BACK: f64 = 0.25;
+const MAX_REVERSED_TURN_RAD: f64 = 0.25;
 
 /// What is known of a magnetometer's hard iron, in the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -134,7 +134,7 @@ impl Learning {
     fn take_off(&mut self, before: &Vector3<f64>) {
         let value = self.choice.iron.value;
         self.iron = Some(value * self.learner.norm());
-        if (value - before).norm() > RESHAPED {
+        if (value - before).norm() > MIN_SHAPE_CHANGE {
             self.auto.forget_field();
         }
     }
@@ -144,7 +144,7 @@ impl Learning {
         let Present::Of(place) = present else { return };
         let Some(start) = self.learner.start(place) else { return };
         let turned = start.turned(&self.choice.iron.value);
-        if turned.abs() > TAKEN_BACK {
+        if turned.abs() > MAX_REVERSED_TURN_RAD {
             self.auto.find_heading();
             self.learner.forget_heading();
         } else if turned != 0.0 {

@@ -4,7 +4,7 @@ use nalgebra::{Quaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::body::Body;
-use super::options::BIAS_MAX;
+use super::options::MAX_BIAS;
 use super::{Named, NamedOptions};
 use crate::attitude::sample::Inertial;
 use crate::attitude::stream::Tagged;
@@ -68,7 +68,7 @@ impl Estimator for Mahony {
         let mut rate = error * kp;
         if sample.known {
             let bias = self.bias - error * (ki * sample.dt);
-            self.bias = bias.map(|x| x.clamp(-BIAS_MAX, BIAS_MAX));
+            self.bias = bias.map(|x| x.clamp(-MAX_BIAS, MAX_BIAS));
             rate += sample.gyro - self.bias;
         }
         self.body.turn(&(rate * sample.dt));
@@ -97,7 +97,7 @@ impl Estimator for Mahony {
     }
 
     fn is_sound(&self) -> bool {
-        self.options.checked().is_ok() && self.body.is_sound() && are_within(&self.bias, BIAS_MAX)
+        self.options.checked().is_ok() && self.body.is_sound() && are_within(&self.bias, MAX_BIAS)
     }
 
     fn is_like(&self, other: &Self) -> bool {

@@ -2,13 +2,13 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::span::{Cost, DROP, LONGEST, PRICE, Seen, Span, WILD_TICK};
+use super::span::{Cost, MAX_EXTRA_COST, MAX_OUTLIER_S, OUTLIER_COST, SPAN_COST, Seen, Span};
 use super::together::{gather, scatter};
 use crate::math::{Lane, Real, parallel};
 use crate::work::pause;
 
 /// Ticks of a second, in which a span begins and ends.
-const SECOND: usize = 10;
+const TICKS_PER_SECOND: usize = 10;
 /// Seconds of a tick.
 const TICK: f64 = 0.1;
 
@@ -94,12 +94,13 @@ impl<'a> Search<'a> {
         let Some(last) = self.ticks.number.last() else {
             return Partition { cost: 0.0, pieces: Vec::new() };
         };
-        let seconds = last / SECOND + 1;
+        let seconds = last / TICKS_PER_SECOND + 1;
         let mut first = 0;
         for second in 0..seconds {
             pause();
             let rest = &self.ticks.number[first..];
-            let inside = first..first + rest.partition_point(|k| *k < (second + 1) * SECOND);
+            let inside =
+                first..first + rest.partition_point(|k| *k < (second + 1) * TICKS_PER_SECOND);
             first = inside.end;
             self.take(second, inside);
         }
@@ -107,7 +108,7 @@ impl<'a> Search<'a> {
     }
 
     fn take(&mut self, second: usize, inside: core::ops::Range<usize>) {
-        self.wild.push(WILD_TICK * inside.len() as f64);
+        self.wild.push(OUTLIER_COST * inside.len() as f64);
         if !inside.is_empty() {
             let span = Span::new(median(&self.ticks.turned[inside.clone()]));
             self.going.push(Going { start: second, cost: 0.0, span });
@@ -120,17 +121,17 @@ impl<'a> Search<'a> {
                 (least, piece) = (cost, Piece { start: one.start, wild: false, ..piece });
             }
         }
-        let found = least + PRICE;
+        let found = least + SPAN_COST;
         self.came.push(piece);
         let best = &self.best;
-        self.going.retain(|one| best[one.start] + one.cost <= found + DROP);
+        self.going.retain(|one| best[one.start] + one.cost <= found + MAX_EXTRA_COST);
         self.best.push(found);
     }
 
     /// The wild piece of least cost that ends with a second.
     fn wildest(&self, second: usize) -> (f64, Piece) {
         let (mut least, mut start, mut sum) = (f64::INFINITY, second, 0.0);
-        for i in ((second + 1).saturating_sub(LONGEST)..=second).rev() {
+        for i in ((second + 1).saturating_sub(MAX_OUTLIER_S)..=second).rev() {
             sum += self.wild[i];
             if self.best[i] + sum <= least {
                 (least, start) = (self.best[i] + sum, i);

@@ -32,10 +32,10 @@ impl<T: DriftNumber> AutoFilter<T> {
     }
 
     fn has_numbers(&self) -> bool {
-        is_within(self.estimate, T::RAW_MAX * T::of(32.0))
-            && is_size(self.sigma, T::RAW_MAX)
+        is_within(self.estimate, T::MAX_RAW * T::of(32.0))
+            && is_size(self.sigma, T::MAX_RAW)
             && self.interim.is_sound()
-            && is_within(self.innovation, T::RAW_MAX)
-            && is_size(self.reach, T::RAW_MAX)
+            && is_within(self.innovation, T::MAX_RAW)
+            && is_size(self.reach, T::MAX_RAW)
     }
 }

@@ -8,7 +8,7 @@ use pulp::{Simd, WithSimd};
 use super::{DriftFilter, DriftLoop};
 use crate::allan::AllanKind;
 use crate::drift::Method;
-use crate::math::{Lane, Laned, Mask, Real, WIDEST, laned};
+use crate::math::{Lane, Laned, MAX_LANES, Mask, Real, laned};
 use crate::stream::{Block, Scaling, Watch};
 
 /// How many filters share a register.
@@ -138,7 +138,7 @@ impl<S: Simd, const N: usize, const M: usize> Lanes<S, N, M> {
         members: &[usize],
         block: &mut Block<'_>,
     ) -> usize {
-        let places: [usize; WIDEST] = from_fn(|i| *members.get(i).unwrap_or(&members[0]));
+        let places: [usize; MAX_LANES] = from_fn(|i| *members.get(i).unwrap_or(&members[0]));
         let seen_before = filters[places[0]].samples_seen;
         let mut rows = 0;
         for (input, output) in block.rows() {

@@ -11,13 +11,13 @@ where
     /// Whether samples can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         let scaling = if self.start.is_some() { fresh.scaling } else { self.startup.finished() };
-        let reach = self.scaling.map_or(T::INPUT_MAX, |scaling| scaling.reach());
+        let reach = self.scaling.map_or(T::MAX_INPUT, |scaling| scaling.reach());
         self.start == fresh.start
             && is_count(self.samples_seen)
             && self.startup.is_after(&fresh.startup, self.samples_seen)
             && self.scaling == scaling
             && self.inner.is_after(&fresh.inner, reach)
-            && is_within(self.estimate, T::RAW_MAX * T::of(32.0))
+            && is_within(self.estimate, T::MAX_RAW * T::of(32.0))
             && self.watch.is_sound()
             && self.restarts <= self.samples_seen
     }
@@ -33,14 +33,14 @@ where
             && self.adapts_process_noise == fresh.adapts_process_noise
             && self.learning_left <= fresh.learning_left
             && self.model.is_after(&fresh.model)
-            && self.measurement_noise.is_after(&fresh.measurement_noise, T::INPUT_MAX * T::of(4.0))
+            && self.measurement_noise.is_after(&fresh.measurement_noise, T::MAX_INPUT * T::of(4.0))
             // A single wild sample raises it beyond all bounds of a covariance; the next settles it.
-            && self.process_noise.is_covariance(T::DIFFERENCE_MAX)
+            && self.process_noise.is_covariance(T::MAX_DIFFERENCE)
             && self.state.is_sound()
             && self.last.is_sound()
             && self.count >= fresh.count
             && self.count <= T::MAX
             && is_size(self.peak, reach)
-            && is_size(self.guards, T::RAW_MAX)
+            && is_size(self.guards, T::MAX_RAW)
     }
 }

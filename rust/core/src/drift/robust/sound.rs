@@ -21,7 +21,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
 impl<T: Limits> Moments<T> {
     fn is_sound(&self, most: T) -> bool {
         is_size(self.count, T::MAX)
-            && is_within(self.mean, T::INPUT_MAX * nalgebra::convert(16.0))
+            && is_within(self.mean, T::MAX_INPUT * nalgebra::convert(16.0))
             && is_size(self.variance, most)
     }
 }

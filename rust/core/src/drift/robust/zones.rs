@@ -74,11 +74,11 @@ const EXIT_SECONDS: f64 = 0.03;
 const EXIT_SAMPLES: f64 = 3.0;
 
 /// As many times that are none whatever their signs.
-const EXIT_ANYWAY: i64 = 10;
+const EXIT_ANY_SIGN_FACTOR: i64 = 10;
 
 /// Accepted innovations after which one counts for 1/e: enough to know their deviation to seven
 /// percent, and few enough to forget a motion, or outliers that were taken, within seconds.
-const MEMORY: f64 = 100.0;
+const TIME_CONSTANT_INNOVATIONS: f64 = 100.0;
 
 /// What becomes of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -166,7 +166,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
             true if correction > T::zero() => (e, Verdict::Corrected(correction * e)),
             true => (e.within(inner), Verdict::Bounded(e.within(inner))),
         };
-        self.taken.observe(counted, T::of(MEMORY));
+        self.taken.observe(counted, T::of(TIME_CONSTANT_INNOVATIONS));
         verdict
     }
 
@@ -200,7 +200,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
             (false, true) => 1,
             (false, false) => -1,
         };
-        let all = T::of(self.exit.saturating_mul(EXIT_ANYWAY) as f64);
+        let all = T::of(self.exit.saturating_mul(EXIT_ANY_SIGN_FACTOR) as f64);
         if self.row.abs() < self.exit && self.outliers.count < all {
             return self.damp();
         }
@@ -224,7 +224,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
 
     /// A bound of all variances of innovations.
     pub fn most() -> T {
-        let innovation = T::INPUT_MAX * T::of(16.0);
+        let innovation = T::MAX_INPUT * T::of(16.0);
         innovation * innovation
     }
 }

@@ -3,7 +3,7 @@
 use super::{Block, Interim, SensorModel, TickNoise};
 use crate::math::sound::{is_size, is_within};
 use crate::math::{Limits, Real};
-use crate::rest::LEAST;
+use crate::rest::MIN_SAMPLES;
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
     /// Whether ticks of `length` samples can have made it.
@@ -14,7 +14,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
             && fresh.is_ok_and(|fresh| {
                 self.length == fresh.length
                     && self.noise.is_after(&fresh.noise)
-                    && self.sample_noise() <= T::DIFFERENCE_MAX
+                    && self.sample_noise() <= T::MAX_DIFFERENCE
                     && self.block.is_after(&fresh.block, reach)
                     && self.bank.is_after(&fresh.bank, reach)
             })
@@ -23,10 +23,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
     fn is_after(&self, fresh: &Self) -> bool {
-        self.of_means.is_after(&fresh.of_means, T::INPUT_MAX)
+        self.of_means.is_after(&fresh.of_means, T::MAX_INPUT)
             && self.of_mean() <= Self::most_of_means()
-            && is_size(self.of_samples, T::DIFFERENCE_MAX)
-            && is_size(self.ticks, T::RAW_MAX)
+            && is_size(self.of_samples, T::MAX_DIFFERENCE)
+            && is_size(self.ticks, T::MAX_RAW)
     }
 }
 
@@ -35,7 +35,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Block<T> {
         self.length == fresh.length
             && is_size(self.elapsed, self.length)
             // Those of a tick before it, and a few more, may have waited for each tick.
-            && is_size(self.present, self.elapsed * T::of(2.0 + f64::from(LEAST)))
+            && is_size(self.present, self.elapsed * T::of(2.0 + f64::from(MIN_SAMPLES)))
             && (self.present == T::zero() || self.present >= T::one())
             && is_within(self.sum, reach * self.present)
     }
@@ -44,7 +44,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Block<T> {
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Interim<T> {
     /// Whether a model can have told it.
     pub(crate) fn is_sound(&self) -> bool {
-        is_size(self.gain, T::one()) && is_size(self.most, T::RAW_MAX)
+        is_size(self.gain, T::one()) && is_size(self.most, T::MAX_RAW)
     }
 }
 
@@ -67,7 +67,7 @@ mod tests {
         let mut noise = fresh;
         noise.of_means.set_known(TickNoise::<f64>::most_of_means(), 8);
         assert!(noise.is_after(&fresh));
-        noise.relearn(f64::INPUT_MAX);
+        noise.relearn(f64::MAX_INPUT);
         assert!(noise.is_after(&fresh));
         noise.of_means.set_known(1e121, 8);
         assert!(!noise.is_after(&fresh));

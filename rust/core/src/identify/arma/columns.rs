@@ -116,7 +116,7 @@ impl<'a> Columns<'a> {
 }
 
 /// As many sums as the registers hold next to their factors.
-const TOGETHER: usize = 8;
+const REGISTER_SUMS: usize = 8;
 
 /// Puts the sums of the products of `a` with each of `others` into `out`.
 pub fn against<S: Simd>(simd: S, a: &[f64], others: &[&[f64]], out: &mut [f64]) {
@@ -136,7 +136,7 @@ impl<S: Simd> NullaryFnOnce for Against<'_, S> {
     #[inline(always)]
     fn call(self) {
         let Self { simd, a, others, out } = self;
-        for (others, out) in others.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+        for (others, out) in others.chunks(REGISTER_SUMS).zip(out.chunks_mut(REGISTER_SUMS)) {
             match others.len() {
                 1 => put::<S, 1>(simd, a, others, out),
                 2 => put::<S, 2>(simd, a, others, out),

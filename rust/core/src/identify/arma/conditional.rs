@@ -8,7 +8,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::MAX_ORDER;
 use super::columns::{BLOCK, Columns, HISTORY, Line, Sums, against};
 use super::descent::{Normal, Problem};
-use super::partial::{self, EDGE, from_free, negated, to_nearest_free};
+use super::partial::{self, MAX_COORDINATE, from_free, negated, to_nearest_free};
 use super::series::Series;
 use crate::work;
 
@@ -28,7 +28,7 @@ impl<'a> Conditional<'a> {
     /// Every segment gives up its first `skip` samples, at least `p`.
     pub fn new(series: &'a Series, p: usize, q: usize, has_constant: bool, skip: usize) -> Self {
         let mut bounds = vec![f64::INFINITY; p + q + usize::from(has_constant)];
-        bounds[p..p + q].fill(EDGE);
+        bounds[p..p + q].fill(MAX_COORDINATE);
         Self { series, p, q, has_constant, skip, bounds, arch: Arch::new() }
     }
 
@@ -246,7 +246,7 @@ fn add_lanes<S: Simd>(simd: S, sums: &[S::f64s; PACKS], total: &mut [f64; LANES]
 }
 
 /// What is left of an impulse once it no longer counts next to noise of unit size.
-const NEGLIGIBLE: f64 = 1e-18;
+const MIN_IMPULSE: f64 = 1e-18;
 
 /// One pass over a record: residuals, their derivatives, and all products of these.
 #[derive(Debug, Clone, Copy)]
@@ -335,7 +335,7 @@ impl<const Q: usize> Sweep<'_, Q> {
                 self.add_curvatures(simd, lines, n, total);
             }
             lines.carry(n);
-            if is_transient && start > 0 && lines.h[..HISTORY].iter().all(|h| h.abs() < NEGLIGIBLE)
+            if is_transient && start > 0 && lines.h[..HISTORY].iter().all(|h| h.abs() < MIN_IMPULSE)
             {
                 is_transient = false;
                 let settled = lines.g[HISTORY - 1];

@@ -41,23 +41,23 @@ pub struct Stop {
     /// Length of a Newton step in standard errors.
     pub step: f64,
     pub evaluations: usize,
-    /// Passes after which a search has to be lower by [`WORTH`]: where roots cancel each other, the
+    /// Passes after which a search has to be lower by [`MIN_DECREASE`]: where roots cancel each other, the
     /// sum of squares is a valley without an end.
     pub patience: usize,
 }
 
 /// Variances of a residual: no criterion of order tells so little from nothing.
-const WORTH: f64 = 1e-2;
+const MIN_DECREASE: f64 = 1e-2;
 
 /// Sums of squares whose relative difference is less are equal: what rounding makes of a million
 /// terms.
 const ROUNDING: f64 = 1e-12;
 /// A coordinate moves at most so far in a step; none needs more where the model is good.
-const LONGEST_MOVE: f64 = 3.0;
+const MAX_MOVE: f64 = 3.0;
 /// The first radius, in deviations of the residuals: a coefficient moves by that much.
-const FIRST_RADIUS: f64 = 0.3;
+const INITIAL_RADIUS: f64 = 0.3;
 /// Steps shorter than this part of it go nowhere.
-const SHORTEST: f64 = 1e-12;
+const MIN_STEP: f64 = 1e-12;
 
 /// Descends from `start`, unless `is_futile` says at some point, given the decrease that the model
 /// predicts from there, that it is of no use.
@@ -68,14 +68,14 @@ pub fn minimise(
     is_futile: impl Fn(&Descent, f64) -> bool,
 ) -> Descent {
     let normal = problem.normal(&start);
-    let first = FIRST_RADIUS * normal.sum_of_squares.sqrt();
+    let first = INITIAL_RADIUS * normal.sum_of_squares.sqrt();
     let mut radius = first;
     let mut at = Descent { point: start, normal, end: End::Unfinished, evaluations: 1 };
     let (mut since, mut height) = (at.evaluations, at.normal.sum_of_squares);
-    while at.evaluations < stop.evaluations && radius > SHORTEST * first {
+    while at.evaluations < stop.evaluations && radius > MIN_STEP * first {
         if at.evaluations - since >= stop.patience {
             let variance = height / problem.count() as f64;
-            if height - at.normal.sum_of_squares < WORTH * variance {
+            if height - at.normal.sum_of_squares < MIN_DECREASE * variance {
                 break;
             }
             (since, height) = (at.evaluations, at.normal.sum_of_squares);
@@ -136,7 +136,7 @@ fn frozen(at: &Descent, bounds: &[f64]) -> Vec<bool> {
 fn moved(point: &[f64], step: &Step, bounds: &[f64]) -> Vec<f64> {
     let step = &step.step;
     let longest = (0..bounds.len()).filter(|i| bounds[*i].is_finite()).map(|i| step[i].abs());
-    let share = (LONGEST_MOVE / longest.fold(LONGEST_MOVE, f64::max)).min(1.0);
+    let share = (MAX_MOVE / longest.fold(MAX_MOVE, f64::max)).min(1.0);
     let moved = |(i, x): (usize, &f64)| (x + share * step[i]).clamp(-bounds[i], bounds[i]);
     point.iter().enumerate().map(moved).collect()
 }
@@ -236,7 +236,7 @@ pub struct Step {
 }
 
 /// Curvatures below this part of the largest are rounding.
-const FLAT: f64 = 1e-14;
+const MIN_CURVATURE: f64 = 1e-14;
 
 impl Model {
     /// How much lower the model is at its minimum, infinite where it has none.
@@ -268,7 +268,7 @@ impl Model {
 
     fn is_convex(&self) -> bool {
         let largest = self.curvatures.iter().copied().fold(0.0, f64::max);
-        self.curvatures.iter().all(|x| *x > FLAT * largest)
+        self.curvatures.iter().all(|x| *x > MIN_CURVATURE * largest)
     }
 
     fn at(&self, damping: f64) -> Step {

@@ -14,22 +14,22 @@ use crate::work;
 
 /// Good to 1e-4 in a criterion on the scale of `N ln σ²`; where the order is more than the record has,
 /// to some tenths.
-const COARSE: Stop = Stop { step: 1e-2, evaluations: 100, patience: 12 };
+const COARSE_STOP: Stop = Stop { step: 1e-2, evaluations: 100, patience: 12 };
 
 /// A second search is worth no more passes than this.
-const SECOND: Stop = Stop { step: 1e-2, evaluations: 25, patience: 6 };
+const SECOND_STOP: Stop = Stop { step: 1e-2, evaluations: 25, patience: 6 };
 
 /// On the spectrum, where a pass costs next to nothing.
-const GUIDED: Stop = Stop { step: 1e-2, evaluations: 300, patience: 24 };
+const GUIDED_STOP: Stop = Stop { step: 1e-2, evaluations: 300, patience: 24 };
 
 /// From where a search on the spectrum ended.
-const NEAR: Stop = Stop { step: 1e-2, evaluations: 25, patience: 4 };
+const NEAR_STOP: Stop = Stop { step: 1e-2, evaluations: 25, patience: 4 };
 
 /// Variances of a residual: by less the spectrum does not say which of two ends is the lower.
-const UNDECIDED: f64 = 1.0;
+const MIN_END_DIFFERENCE: f64 = 1.0;
 
 /// Two searches that come so near, in standard errors, end at the same place.
-const SAME: f64 = 0.1;
+const SAME_END_SIGMAS: f64 = 0.1;
 
 /// The fit of one order in a grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,7 +87,7 @@ pub fn best_fits(
             let starts = starts(&problem, &regression, has_constant, slow, &below);
             let best = match guide {
                 Some(guide) => guided(&guide, starts, &below),
-                None => best(&problem, starts, COARSE, SECOND),
+                None => best(&problem, starts, COARSE_STOP, SECOND_STOP),
             };
             (i * (q + 1) + j, best)
         };
@@ -126,20 +126,20 @@ fn guided(guide: &Guide<'_>, starts: Vec<Vec<f64>>, below: &[Lower<'_>]) -> (Des
     let (problem, count) = (guide.problem, guide.count());
     let mut ends: Vec<Descent> = Vec::new();
     for start in starts {
-        let found = minimise(guide, start, GUIDED, |_, _| false);
+        let found = minimise(guide, start, GUIDED_STOP, |_, _| false);
         if !ends.iter().any(|end| is_futile(&found, 0.0, end, count)) {
             ends.push(found);
         }
     }
     ends.sort_by(|a, b| a.normal.sum_of_squares.total_cmp(&b.normal.sum_of_squares));
     let lowest = ends.first().map_or(f64::INFINITY, |end| end.normal.sum_of_squares);
-    let near = lowest * (1.0 + UNDECIDED / count as f64);
+    let near = lowest * (1.0 + MIN_END_DIFFERENCE / count as f64);
     let points = ends.into_iter().take_while(|end| end.normal.sum_of_squares <= near);
     let points = points.map(|end| end.point);
-    let (mut best, mut evaluations) = best(problem, points.collect(), NEAR, NEAR);
+    let (mut best, mut evaluations) = best(problem, points.collect(), NEAR_STOP, NEAR_STOP);
     for lower in below {
         if best.normal.sum_of_squares > lower.at.normal.sum_of_squares {
-            let found = minimise(problem, grown(problem, *lower), NEAR, |_, _| false);
+            let found = minimise(problem, grown(problem, *lower), NEAR_STOP, |_, _| false);
             evaluations += found.evaluations;
             if found.normal.sum_of_squares < best.normal.sum_of_squares {
                 best = found;
@@ -159,7 +159,8 @@ fn is_futile(at: &Descent, decrease: f64, best: &Descent, count: usize) -> bool 
     let variance = best.normal.sum_of_squares / count as f64;
     let above = at.normal.sum_of_squares - best.normal.sum_of_squares;
     above >= 0.0
-        && (above > 2.0 * decrease || best.normal.length(&between) <= SAME * SAME * variance)
+        && (above > 2.0 * decrease
+            || best.normal.length(&between) <= SAME_END_SIGMAS * SAME_END_SIGMAS * variance)
 }
 
 /// The best model of a lower order.
@@ -234,7 +235,7 @@ fn with_root(coefficients: &[f64], first: f64, root: f64) -> Vec<f64> {
 }
 
 /// Order of the long autoregression.
-const LONG: usize = 20;
+const LONG_ORDER: usize = 20;
 
 /// Hannan and Rissanen's regression on past samples and on residuals of a long autoregression:
 /// products of everything that may explain a sample, up to the highest orders.
@@ -272,17 +273,17 @@ impl Regression {
 struct Autocovariances<'a>(&'a Series);
 
 impl WithSimd for Autocovariances<'_> {
-    type Output = [f64; LONG + 1];
+    type Output = [f64; LONG_ORDER + 1];
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let mut total = [0.0; LONG + 1];
+        let mut total = [0.0; LONG_ORDER + 1];
         for segment in &self.0.segments {
             let y = &self.0.values[segment.clone()];
             for start in (0..y.len()).step_by(BLOCK) {
                 work::pause();
                 let end = y.len().min(start + BLOCK);
-                for lag in 0..=LONG.min(end - 1) {
+                for lag in 0..=LONG_ORDER.min(end - 1) {
                     let later = &y[start.max(lag)..end];
                     let mut sum = [0.0];
                     against(simd, later, &[&y[start.max(lag) - lag..][..later.len()]], &mut sum);
@@ -295,9 +296,9 @@ impl WithSimd for Autocovariances<'_> {
 }
 
 /// The Yule-Walker solution of no more orders than make it better.
-fn long_autoregression(autocovariances: &[f64; LONG + 1]) -> Vec<f64> {
+fn long_autoregression(autocovariances: &[f64; LONG_ORDER + 1]) -> Vec<f64> {
     let mut models = Reflections::new(autocovariances[0]);
-    for _ in 0..LONG {
+    for _ in 0..LONG_ORDER {
         let r = models.levinson(autocovariances);
         if r.is_nan() || r.abs() >= 1.0 {
             break;

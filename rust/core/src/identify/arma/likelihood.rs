@@ -60,7 +60,7 @@ fn of_size<const R: usize>(z: &[f64], phi: &[f64], theta: &[f64], mean: f64) -> 
 type Matrix<const R: usize> = [[f64; R]; R];
 
 /// Once the covariance is that of the steady state to this, it is no longer carried along.
-const STEADY: f64 = 1e-14;
+const STEADY_TOLERANCE: f64 = 1e-14;
 
 /// Innovations by the filter of the process in Harvey's form: state `x_k = T x_{k-1} + b a_k`, `y_k` its first element, at unit innovation variance;
 /// `R >= max(p, q + 1)`.
@@ -145,7 +145,7 @@ impl<const R: usize> Kalman<R> {
     fn has_settled(&self) -> bool {
         let near = |i: usize, j: usize| {
             let steady = self.b[i] * self.b[j];
-            (self.covariance[i][j] - steady).abs() <= STEADY * (1.0 + steady.abs())
+            (self.covariance[i][j] - steady).abs() <= STEADY_TOLERANCE * (1.0 + steady.abs())
         };
         (0..R).all(|i| (i..R).all(|j| near(i, j)))
     }

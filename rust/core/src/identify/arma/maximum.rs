@@ -7,23 +7,23 @@ use super::columns::{BLOCK, against};
 use super::descent::{Descent, Normal, Problem, Stop, minimise};
 use super::likelihood::{Kalman, Likelihood, likelihood};
 use super::series::{Series, phi_of_one};
-use super::{FINE, MAX_ORDER, Scaled, partial};
+use super::{FINE_STOP, MAX_ORDER, Scaled, partial};
 
 /// One round: a search with the curvature of its first point.
-const ROUND: Stop = Stop { evaluations: 30, ..FINE };
+const ROUND_STOP: Stop = Stop { evaluations: 30, ..FINE_STOP };
 /// In a round that moves less, in standard errors, the curvature stays the same.
-const SHORT: f64 = 0.01;
+const SHORT_MOVE: f64 = 0.01;
 const ROUNDS: usize = 5;
 
 /// Steps of second differences, in standard errors: small next to the curvature's own changes,
 /// large next to the rounding of a million terms.
 const HESSIAN_STEP: f64 = 0.02;
 /// The same at most, in free coordinates and deviations of the record.
-const LARGEST_STEP: f64 = 0.05;
+const MAX_HESSIAN_STEP: f64 = 0.05;
 
 /// By what a point is shrunk at a time, and how often at most: to a hundredth of 8 in the end.
-const SHRINK: f64 = 0.9;
-const MOST_SHRINKS: usize = 64;
+const SHRINK_FACTOR: f64 = 0.9;
+const MAX_SHRINKS: usize = 64;
 
 /// The most likely stationary model near conditional coefficients, and the search for it.
 pub fn maximum(
@@ -39,11 +39,11 @@ pub fn maximum(
         let normal = problem.normal(&start);
         let curvature = problem.set_curvature(&normal, information(&problem, &start, &normal));
         let curved = Normal::of_gram(&normal.gram + curvature);
-        let found = minimise(&problem, start.clone(), ROUND, |_, _| false);
+        let found = minimise(&problem, start.clone(), ROUND_STOP, |_, _| false);
         evaluations += found.evaluations + 1;
         let moved = DVector::from_fn(start.len(), |i, _| found.point[i] - start[i]);
         let variance = normal.sum_of_squares / problem.count() as f64;
-        if round == ROUNDS || curved.length(&moved) <= SHORT * SHORT * variance {
+        if round == ROUNDS || curved.length(&moved) <= SHORT_MOVE * SHORT_MOVE * variance {
             let free = curved.inverse().0 * variance;
             let scaled = scaled(&problem, &last_point(&problem, &found), &free, has_constant);
             return (scaled, Descent { evaluations, ..found });
@@ -63,8 +63,8 @@ fn last_point(problem: &Exact<'_>, found: &Descent) -> Vec<f64> {
 fn shrunk_until_likely(problem: &Exact<'_>, mut point: Vec<f64>) -> Vec<f64> {
     let mut count = 0;
     let may_start = |point: &[f64]| problem.is_stationary(point) && is_likely(problem, point);
-    while !may_start(&point) && count < MOST_SHRINKS {
-        point.iter_mut().for_each(|x| *x *= SHRINK);
+    while !may_start(&point) && count < MAX_SHRINKS {
+        point.iter_mut().for_each(|x| *x *= SHRINK_FACTOR);
         count += 1;
     }
     point
@@ -105,7 +105,10 @@ fn inside(coefficients: &[f64], p: usize, q: usize) -> Vec<f64> {
     let (phi, rest) = coefficients.split_at(p);
     let (theta, constant) = rest.split_at(q);
     let free = |x: &[f64]| -> Vec<f64> {
-        partial::to_nearest_free(x).into_iter().map(|x| x.clamp(-EDGE, EDGE)).collect()
+        partial::to_nearest_free(x)
+            .into_iter()
+            .map(|x| x.clamp(-MAX_COORDINATE, MAX_COORDINATE))
+            .collect()
     };
     // The record's mean is zero, and near it that of any process that could have made it.
     [free(phi), free(&partial::negated(theta)), constant.iter().map(|_| 0.0).collect()].concat()
@@ -116,7 +119,7 @@ fn inside(coefficients: &[f64], p: usize, q: usize) -> Vec<f64> {
 fn information(problem: &Exact<'_>, point: &[f64], normal: &Normal) -> Option<DMatrix<f64>> {
     let sigma2 = normal.sum_of_squares / problem.count() as f64;
     let variances = normal.inverse().0.diagonal() * sigma2;
-    let step = |variance: &f64| (HESSIAN_STEP * variance.sqrt()).min(LARGEST_STEP);
+    let step = |variance: &f64| (HESSIAN_STEP * variance.sqrt()).min(MAX_HESSIAN_STEP);
     let steps: Vec<f64> = variances.iter().map(step).collect();
     let value = |point: &[f64]| Some(problem.likelihood(point)?.log_likelihood());
     negative_hessian(value, point, &steps).filter(|found| found.clone().cholesky().is_some())
@@ -128,7 +131,7 @@ const WIDTH: f64 = 1e-5;
 
 /// How far a search goes: partial autocorrelations of 1 - 2e-7. Beyond, the variance of the
 /// stationary state is lost in rounding.
-const EDGE: f64 = 8.0;
+const MAX_COORDINATE: f64 = 8.0;
 
 /// The exact likelihood of ARMA(p, q) about a mean as a sum of squares (Ansley 1979).
 ///
@@ -146,7 +149,7 @@ struct Exact<'a> {
 
 impl<'a> Exact<'a> {
     fn new(series: &'a Series, p: usize, q: usize, has_constant: bool) -> Self {
-        let mut bounds = vec![EDGE; p + q];
+        let mut bounds = vec![MAX_COORDINATE; p + q];
         bounds.extend(has_constant.then_some(f64::INFINITY));
         let curvature = DMatrix::zeros(bounds.len(), bounds.len());
         Self { series, p, q, bounds, curvature }

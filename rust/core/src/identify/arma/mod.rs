@@ -31,7 +31,7 @@ pub const MAX_ORDER: usize = 8;
 
 /// Steps this small, in standard errors, let two searches agree to 1e-6 in well determined
 /// coefficients.
-const FINE: Stop = Stop { step: 1e-6, evaluations: 60, patience: usize::MAX };
+const FINE_STOP: Stop = Stop { step: 1e-6, evaluations: 60, patience: usize::MAX };
 
 /// What a fit minimises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,7 +100,7 @@ pub fn fit(
         Some(start) => (problem.point(&series.without_units(start, p, p + q)), 0),
         None => searched(series, p, q, has_constant),
     };
-    let descent = minimise(&problem, start, FINE, |_, _| false);
+    let descent = minimise(&problem, start, FINE_STOP, |_, _| false);
     let evaluations = evaluations + descent.evaluations;
     let (scaled, descent) = match method {
         Method::Conditional => (conditional(&problem, &descent), descent),

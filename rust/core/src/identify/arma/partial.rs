@@ -5,10 +5,10 @@ use nalgebra::{DMatrix, DVector};
 use crate::identify::autoregression::step_up;
 
 /// Where a search ends: partial autocorrelations of 1 - 1e-10.
-pub const EDGE: f64 = 12.0;
+pub const MAX_COORDINATE: f64 = 12.0;
 
 /// Partial autocorrelations this near to one count as lying on the unit circle.
-const ON_CIRCLE: f64 = 1e-7;
+const UNIT_CIRCLE_DISTANCE: f64 = 1e-7;
 
 /// `φ` of the autoregression with these partial autocorrelations (Levinson).
 fn from_partials(partials: impl Iterator<Item = f64>) -> Vec<f64> {
@@ -43,7 +43,7 @@ pub fn from_free(free: &[f64]) -> Vec<f64> {
 
 /// Unbounded coordinates of `φ`, if it is stationary.
 fn to_free(phi: &[f64]) -> Option<Vec<f64>> {
-    let free = |r: f64| r.atanh().clamp(-EDGE, EDGE);
+    let free = |r: f64| r.atanh().clamp(-MAX_COORDINATE, MAX_COORDINATE);
     Some(partials(phi)?.into_iter().map(free).collect())
 }
 
@@ -73,7 +73,7 @@ pub fn negated(coefficients: &[f64]) -> Vec<f64> {
 
 /// Whether a root lies on the unit circle as far as a search can tell.
 pub fn on_circle(phi: &[f64]) -> bool {
-    partials(phi).is_none_or(|r| r.iter().any(|r| r.abs() > 1.0 - ON_CIRCLE))
+    partials(phi).is_none_or(|r| r.iter().any(|r| r.abs() > 1.0 - UNIT_CIRCLE_DISTANCE))
 }
 
 /// Derivatives of `φ` (rows) by the unbounded coordinates (columns).

@@ -16,20 +16,20 @@ use super::series::Series;
 use crate::work;
 
 /// Below so many samples a pass costs little more than the guide.
-const LEAST: usize = 1 << 14;
+const MIN_SAMPLES: usize = 1 << 14;
 
 /// Of the samples have to be there: the others are taken as the ones before them.
-const PRESENT: f64 = 0.9;
+const MIN_PRESENT_SHARE: f64 = 0.9;
 
 /// The part of a record over which each end fades in or out, so that the step from the last sample
 /// to the first does not look like noise of all frequencies.
-const FADE: f64 = 0.025;
+const FADE_SHARE: f64 = 0.025;
 
 /// Frequencies of one bin over their number from zero, at most: less than any pole is wide.
-const RELATIVE_WIDTH: f64 = 1.0 / 64.0;
+const MAX_RELATIVE_WIDTH: f64 = 1.0 / 64.0;
 
 /// Bins of a spectrum are no wider than this part of it: what a vibration's peak needs.
-const LARGEST_WIDTH: f64 = 1.0 / 4096.0;
+const MAX_WIDTH: f64 = 1.0 / 4096.0;
 
 /// The power of a record in bins of frequency; all of them together are its sum of squares.
 #[derive(Debug, Clone)]
@@ -47,14 +47,14 @@ impl Spectrum {
     /// Of a record that is long and has few gaps.
     pub fn new(series: &Series) -> Option<Self> {
         let n = series.values.len();
-        if n < LEAST || (series.present as f64) < PRESENT * n as f64 {
+        if n < MIN_SAMPLES || (series.present as f64) < MIN_PRESENT_SHARE * n as f64 {
             return None;
         }
         let powers = periodogram(&faded(series));
         let (mut power, mut angles) = (Vec::new(), Vec::new());
         let mut first = 1;
         while first < powers.len() {
-            let narrow = (RELATIVE_WIDTH * first as f64).min(LARGEST_WIDTH * powers.len() as f64);
+            let narrow = (MAX_RELATIVE_WIDTH * first as f64).min(MAX_WIDTH * powers.len() as f64);
             let end = (first + narrow.max(1.0) as usize).min(powers.len());
             power.push(powers[first..end].iter().sum());
             angles.push(PI * 0.5 * (first + end - 1) as f64 / powers.len() as f64);
@@ -283,7 +283,7 @@ fn faded(series: &Series) -> Vec<f64> {
         before = if z.is_finite() { *z } else { before };
         before
     });
-    let ramp = FADE * n as f64;
+    let ramp = FADE_SHARE * n as f64;
     let weighted = samples.enumerate().map(|(t, z)| {
         let from_end = (t.min(n - 1 - t) as f64 + 0.5) / ramp;
         if from_end < 1.0 { z * 0.5 * (1.0 - (PI * from_end).cos()) } else { z }
@@ -382,7 +382,7 @@ impl Complex {
 mod tests {
     use std::f64::consts::TAU;
 
-    use super::{Guide, LEAST, Spectrum, periodogram};
+    use super::{Guide, MIN_SAMPLES, Spectrum, periodogram};
     use crate::identify::arma::conditional::Conditional;
     use crate::identify::arma::descent::Problem;
     use crate::identify::arma::series::Series;
@@ -454,7 +454,7 @@ mod tests {
 
     #[test]
     fn its_slope_is_that_of_its_sum() {
-        let series = coloured(LEAST);
+        let series = coloured(MIN_SAMPLES);
         let spectrum = Spectrum::new(&series).expect("long and whole");
         let problem = Conditional::new(&series, 2, 3, true, 3);
         let guide = Guide { spectrum: &spectrum, problem: &problem };
@@ -474,11 +474,14 @@ mod tests {
 
     #[test]
     fn short_records_and_those_with_gaps_have_none() {
-        let mut values = noise(LEAST);
+        let mut values = noise(MIN_SAMPLES);
         assert!(Spectrum::new(&Series::new(values[1..].to_vec(), true)).is_none());
         values.iter_mut().step_by(9).for_each(|z| *z = f64::NAN);
         assert!(Spectrum::new(&Series::new(values.clone(), true)).is_none());
-        values.iter_mut().skip(LEAST / 2).for_each(|z| *z = if z.is_nan() { 0.0 } else { *z });
+        values
+            .iter_mut()
+            .skip(MIN_SAMPLES / 2)
+            .for_each(|z| *z = if z.is_nan() { 0.0 } else { *z });
         assert!(Spectrum::new(&Series::new(values, true)).is_some());
     }
 }

@@ -6,7 +6,7 @@ use super::normal_equations::Centre;
 
 /// Lags whose sums stay in registers together; numbers of lags are rounded up to a multiple.
 pub const TILE: usize = 4;
-const LARGEST_TILE: usize = 3 * TILE;
+const MAX_TILE: usize = 3 * TILE;
 
 /// Vectors of targets that share what is loaded: with them and the sums the registers are full.
 const TARGETS: usize = 2;
@@ -63,12 +63,12 @@ impl WithSimd for AddProducts<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for (tile, sums) in self.sums.chunks_mut(LARGEST_TILE).enumerate() {
-            let (start, lag) = (self.start, tile * LARGEST_TILE);
+        for (tile, sums) in self.sums.chunks_mut(MAX_TILE).enumerate() {
+            let (start, lag) = (self.start, tile * MAX_TILE);
             match sums.len() / TILE {
                 1 => add_tile::<S, { TILE }>(simd, self.block, start, lag, sums),
                 2 => add_tile::<S, { 2 * TILE }>(simd, self.block, start, lag, sums),
-                _ => add_tile::<S, LARGEST_TILE>(simd, self.block, start, lag, sums),
+                _ => add_tile::<S, MAX_TILE>(simd, self.block, start, lag, sums),
             }
         }
     }

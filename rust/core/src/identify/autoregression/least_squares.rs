@@ -62,7 +62,7 @@ fn constant_last(rows: DMatrix<f64>, constant: bool) -> DMatrix<f64> {
 
 /// Bound on the condition of the normal equations up to which their products are precise enough:
 /// relative errors of a fit are about the condition times the rounding of a sum.
-const LARGEST_CONDITION: f64 = 1e10;
+const MAX_CONDITION: f64 = 1e10;
 
 /// A pivot below this part of its column is rounding.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
@@ -82,7 +82,7 @@ impl Factor {
     fn of_gram(gram: DMatrix<f64>, constant: bool) -> Option<Self> {
         let upper = gram.cholesky()?.l().transpose();
         let factor = Self { upper, constant };
-        (factor.condition_bound() <= LARGEST_CONDITION).then_some(factor)
+        (factor.condition_bound() <= MAX_CONDITION).then_some(factor)
     }
 
     /// From a triangle made of the rows themselves.

@@ -205,7 +205,7 @@ pub enum FitError {
 }
 
 /// Below this, what is left of a sum of squares may have lost digits to underflow.
-const LEAST_ENERGY: f64 = 1e-260;
+const MIN_ENERGY: f64 = 1e-260;
 
 /// Whether a model can be fitted to a record of `n` residuals and a sum of squares `energy`.
 fn check(
@@ -216,7 +216,7 @@ fn check(
     energy: f64,
 ) -> Result<(), FitError> {
     let least = order + usize::from(constant) + 1;
-    if n >= least && energy.is_finite() && energy > LEAST_ENERGY {
+    if n >= least && energy.is_finite() && energy > MIN_ENERGY {
         return Ok(());
     }
     Err(why_unfit(record, order, n, least))

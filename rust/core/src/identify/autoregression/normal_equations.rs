@@ -180,7 +180,7 @@ impl Pass {
 }
 
 /// Samples whose mean is near enough to the record for its products to keep their digits.
-const NEAR: usize = 256;
+const MEAN_SAMPLES: usize = 256;
 
 /// What is taken off every sample, in two parts: next to a large offset one number is too coarse.
 #[derive(Debug, Clone, Copy, Default)]
@@ -192,7 +192,7 @@ pub struct Centre {
 impl Centre {
     /// The level of the first samples that are there; that of equal samples, exactly.
     pub fn provisional(record: &[f64]) -> Self {
-        let mut present = record.iter().filter(|z| z.is_finite()).take(NEAR);
+        let mut present = record.iter().filter(|z| z.is_finite()).take(MEAN_SAMPLES);
         let first = *present.next().unwrap_or(&0.0);
         let (count, sum) =
             present.fold((1.0, 0.0), |(count, sum), z| (count + 1.0, sum + (z - first)));

@@ -4,10 +4,13 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::beginning::{AtRest, Beginning, is_gravity};
-use super::recent::{HALF_MAX, Recent};
-use super::still::{BLOCK, News, Still, Told};
+use super::recent::{MAX_HALF, Recent};
+use super::still::{BLOCK_S, News, Still, Told};
 use super::walker::Walker;
-use super::{APART, GRAVITY, HALF, SLOWEST, SOON, STEP, may_stand, samples_in};
+use super::{
+    GRAVITY, HALF_WINDOW_S, MAX_FIRST_REST_S, MIN_RATE_HZ, MIN_STANCE_INTERVAL_S, STEP_S,
+    may_stand, samples_in,
+};
 use crate::checkpoint::Checkpoint;
 use crate::error::{Error, check_positive, require};
 use crate::math::sound::{are_within, is_count, is_size, is_within};
@@ -16,20 +19,20 @@ use crate::navigation::filter::Inertial;
 use crate::stream::Stream;
 
 /// Before a sample, s, the lowest bound is looked for.
-const BACK: f64 = 1.5;
+const LOOK_BACK_S: f64 = 1.5;
 /// Nodes of that time at most.
 const ROW: usize = 16;
 const ROWS: usize = 7;
 const NODES: usize = ROW * ROWS;
 /// Without a rest it begins where it moves least in so many seconds.
-const FIRST: f64 = 1.0;
+const START_WINDOW_S: f64 = 1.0;
 /// With a range, for so long rates that are clipped wait for their end, s.
-const CLIPPED: f64 = 0.05;
+const MAX_CLIPPED_S: f64 = 0.05;
 /// Largest range of a gyro, rad/s.
-const RANGE_MAX: f64 = 1e4;
+const MAX_RANGE: f64 = 1e4;
 /// Most samples a second.
-const FASTEST: f64 = 1200.0;
-const BOUND_MAX: f64 = 1e9;
+const MAX_RATE_HZ: f64 = 1200.0;
+const MAX_BOUND: f64 = 1e9;
 
 /// What a person chooses.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -97,16 +100,16 @@ pub struct FootFilter {
 impl Lengths {
     fn of(params: &FootParams) -> Self {
         let dt = 1.0 / params.rate;
-        let every = samples_in(STEP, dt);
-        let half = samples_in(HALF, dt) as u64;
-        let waits = params.gyro_range.map_or(0, |_| samples_in(CLIPPED, dt) as u64);
+        let every = samples_in(STEP_S, dt);
+        let half = samples_in(HALF_WINDOW_S, dt) as u64;
+        let waits = params.gyro_range.map_or(0, |_| samples_in(MAX_CLIPPED_S, dt) as u64);
         Self {
             dt,
             half,
             late: 2 * half + waits,
             every: every as u64,
-            block: samples_in(BLOCK, dt) as u32,
-            nodes: samples_in(BACK, every as f64 * dt).min(NODES) as u32,
+            block: samples_in(BLOCK_S, dt) as u32,
+            nodes: samples_in(LOOK_BACK_S, every as f64 * dt).min(NODES) as u32,
         }
     }
 }
@@ -118,13 +121,13 @@ impl FootFilter {
     /// [`Error::Parameter`] if one is out of its range.
     pub fn new(params: FootParams) -> Result<Self, Error> {
         let (rate, expected) = (params.rate, "from 48 to 1200 samples a second");
-        require((SLOWEST..=FASTEST).contains(&rate), "rate", expected, rate)?;
+        require((MIN_RATE_HZ..=MAX_RATE_HZ).contains(&rate), "rate", expected, rate)?;
         if let Some(range) = params.gyro_range {
             check_positive("gyro_range", "a positive number of rad/s", range)?;
-            require(range <= RANGE_MAX, "gyro_range", "at most 10000 rad/s", range)?;
+            require(range <= MAX_RANGE, "gyro_range", "at most 10000 rad/s", range)?;
         }
         let lengths = Lengths::of(&params);
-        debug_assert!(lengths.half <= HALF_MAX, "two windows fit in what is kept");
+        debug_assert!(lengths.half <= MAX_HALF, "two windows fit in what is kept");
         Ok(Self {
             params,
             lengths,
@@ -139,7 +142,13 @@ impl FootFilter {
             still: Still::new(),
             rested: false,
             rest: None,
-            standing: Standing { gap: APART, lowest: 0.0, floored: false, stood: false, count: 0 },
+            standing: Standing {
+                gap: MIN_STANCE_INTERVAL_S,
+                lowest: 0.0,
+                floored: false,
+                stood: false,
+                count: 0,
+            },
             fastest: 0.0,
         })
     }
@@ -169,7 +178,7 @@ impl FootFilter {
     /// Whether it begins here, for nothing is known, or it moves less than at any sample of the first
     /// second so far.
     fn begins(&mut self, k: u64) -> bool {
-        let lower = self.bound < self.least && self.seconds(k) < FIRST && !self.rested;
+        let lower = self.bound < self.least && self.seconds(k) < START_WINDOW_S && !self.rested;
         if lower {
             self.least = self.bound;
         }
@@ -201,7 +210,8 @@ impl FootFilter {
     fn look_for_rests(&mut self, k: u64) {
         let Lengths { block, dt, .. } = self.lengths;
         let slot = self.recent.slot(k);
-        let at_start = self.still.since().is_some_and(|since| self.seconds(since) < SOON);
+        let at_start =
+            self.still.since().is_some_and(|since| self.seconds(since) < MAX_FIRST_REST_S);
         match self.still.look(k, self.bound, [slot.gyro, slot.accel], (block, dt)) {
             News::Better(told) if at_start => {
                 let from = Beginning::at_rest(&told.force, &told.rate, told.sigma);
@@ -249,10 +259,14 @@ impl FootFilter {
     fn note(&mut self, stands: bool, seconds: f64) -> bool {
         let standing = &mut self.standing;
         if !stands {
-            standing.gap = if standing.gap < APART { standing.gap + seconds } else { APART };
+            standing.gap = if standing.gap < MIN_STANCE_INTERVAL_S {
+                standing.gap + seconds
+            } else {
+                MIN_STANCE_INTERVAL_S
+            };
             return false;
         }
-        if standing.gap >= APART {
+        if standing.gap >= MIN_STANCE_INTERVAL_S {
             standing.count += 1;
             (standing.lowest, standing.floored) = (self.bound, false);
         }
@@ -382,7 +396,7 @@ impl Checkpoint for FootFilter {
     const VERSION: u16 = 1;
 
     fn is_sound(&self) -> bool {
-        let bound = |x: f64| is_size(x, BOUND_MAX) || x == f64::INFINITY;
+        let bound = |x: f64| is_size(x, MAX_BOUND) || x == f64::INFINITY;
         Self::new(self.params).is_ok_and(|fresh| {
             self.lengths == fresh.lengths
                 && is_count(self.samples)
@@ -397,10 +411,10 @@ impl Checkpoint for FootFilter {
                 && bound(self.least)
                 && self.still.is_sound(self.lengths.block)
                 && self.rest.as_ref().is_none_or(Told::is_sound)
-                && is_size(self.standing.gap, 2.0 * APART)
-                && is_size(self.standing.lowest, BOUND_MAX)
+                && is_size(self.standing.gap, 2.0 * MIN_STANCE_INTERVAL_S)
+                && is_size(self.standing.lowest, MAX_BOUND)
                 && is_count(self.standing.count)
-                && is_size(self.fastest, 2.0 * RANGE_MAX)
+                && is_size(self.fastest, 2.0 * MAX_RANGE)
         })
     }
 

@@ -6,14 +6,17 @@ use super::beginning::{AtRest, Beginning, is_gravity};
 use super::bound::bound;
 use super::clip::{Clipped, restore_clipped};
 use super::rests::{Rest, find};
-use super::{APART, GRAVITY, HELD, SLOWEST, SOON, STEP, may_stand, samples_in};
+use super::{
+    GRAVITY, MAX_FIRST_REST_S, MAX_HELD_S, MIN_RATE_HZ, MIN_STANCE_INTERVAL_S, STEP_S, may_stand,
+    samples_in,
+};
 use crate::error::{Error, require};
 use crate::math::Real;
 use crate::memory;
-use crate::navigation::filter::SAMPLE_MAX;
+use crate::navigation::filter::MAX_SAMPLE;
 
 /// The lowest bound round about, s.
-const ROUND: f64 = 0.7;
+const NEIGHBOURHOOD_S: f64 = 0.7;
 
 /// What a person chooses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,7 +82,7 @@ impl Plan {
         let seconds = if n > 1 { time[n - 1] - time[0] } else { 0.0 };
         require(seconds >= 1.0, "time", "over a second or more", seconds)?;
         let dt = seconds / (n - 1) as f64;
-        require(1.0 / dt >= SLOWEST, "time", "of 48 samples a second or more", 1.0 / dt)?;
+        require(1.0 / dt >= MIN_RATE_HZ, "time", "of 48 samples a second or more", 1.0 / dt)?;
         let (mut gyro, lost) = filled(time, gyro)?;
         let (accel, missed) = filled(time, accel)?;
         let mut variance = memory::filled(0.0, n)?;
@@ -93,7 +96,8 @@ impl Plan {
         };
         let mut bound_ = known(bound(&gyro, &accel, dt, &unbiased)?);
         let mut rests = find(&bound_, &gyro, dt, 0)?;
-        let first = rests.first().copied().filter(|rest| rest.samples.0 as f64 * dt < SOON);
+        let first =
+            rests.first().copied().filter(|rest| rest.samples.0 as f64 * dt < MAX_FIRST_REST_S);
         let beginning = match &first {
             Some(rest) => {
                 let force = mean(&accel[rest.samples.0..rest.samples.1]);
@@ -109,8 +113,8 @@ impl Plan {
             memory::reserve(&mut rests, 1)?;
             rests.insert(0, rest);
         }
-        let every = samples_in(STEP, dt);
-        let stands = standing(&bound_, every, samples_in(ROUND, dt))?;
+        let every = samples_in(STEP_S, dt);
+        let stands = standing(&bound_, every, samples_in(NEIGHBOURHOOD_S, dt))?;
         let stances = joined(&stands, &bound_, every, dt)?;
         Ok(Self {
             gyro,
@@ -132,7 +136,7 @@ impl Plan {
 /// The last sample where one is missing, the first one before that; and where it is older than a tenth
 /// of a second.
 fn filled(time: &[f64], given: &[[f64; 3]]) -> Result<(Vec<[f64; 3]>, Vec<bool>), Error> {
-    let is_known = |v: &[f64; 3]| v.iter().all(|x| x.abs() <= SAMPLE_MAX);
+    let is_known = |v: &[f64; 3]| v.iter().all(|x| x.abs() <= MAX_SAMPLE);
     let first = given.iter().position(is_known);
     require(first.is_some(), "gyro and accel", "arrays with a finite sample each", f64::NAN)?;
     let first = first.unwrap_or(0);
@@ -143,7 +147,7 @@ fn filled(time: &[f64], given: &[[f64; 3]]) -> Result<(Vec<[f64; 3]>, Vec<bool>)
             last = k;
         }
         values.push(given[last]);
-        lost.push((time[k] - time[last]).abs() > HELD);
+        lost.push((time[k] - time[last]).abs() > MAX_HELD_S);
     }
     Ok((values, lost))
 }
@@ -195,7 +199,8 @@ fn standing(bound: &[f64], every: usize, round: usize) -> Result<Vec<bool>, Erro
 fn joined(stands: &[bool], bound: &[f64], every: usize, dt: f64) -> Result<Vec<Stance>, Error> {
     let mut found: Vec<Stance> = Vec::new();
     for k in (0..stands.len()).filter(|i| stands[*i]).map(|i| (i + 1) * every) {
-        let joins = |stance: &Stance| ((k + 1 - stance.samples.1) as f64) * dt < APART;
+        let joins =
+            |stance: &Stance| ((k + 1 - stance.samples.1) as f64) * dt < MIN_STANCE_INTERVAL_S;
         match found.last_mut().filter(|last| joins(last)) {
             Some(last) => {
                 last.samples.1 = k + 1;

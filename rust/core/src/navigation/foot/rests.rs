@@ -2,15 +2,15 @@
 
 use nalgebra::Vector3;
 
-use super::still::{BLOCK, BLOCKS, STILL, WORST, sigma_of};
+use super::still::{BLOCK_S, MAX_SIGMA_RAD_S, MAX_STILL_SPEED_M_S, MIN_BLOCKS, sigma_of};
 use super::{runs, samples_in};
 use crate::error::Error;
 use crate::memory;
 
 /// Least duration of a still interval, s.
-const LEAST: f64 = 0.5;
+const MIN_INTERVAL_S: f64 = 0.5;
 /// Parts of a long interval that are tried: its length over this apart.
-const STEPS: usize = 40;
+const INTERVAL_STEPS: usize = 40;
 
 /// Where the sensor rests.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,8 +33,8 @@ pub(super) fn find(
     from: usize,
 ) -> Result<Vec<Rest>, Error> {
     let mut found = Vec::new();
-    for (first, end) in runs(bound.len(), |k| bound[k] < STILL) {
-        if (end - first) as f64 * dt < LEAST {
+    for (first, end) in runs(bound.len(), |k| bound[k] < MAX_STILL_SPEED_M_S) {
+        if (end - first) as f64 * dt < MIN_INTERVAL_S {
             continue;
         }
         if let Some(mut rest) = best(&gyro[first..end], dt)? {
@@ -51,7 +51,7 @@ pub(super) fn find(
 
 /// The part whose mean rate is known best, if any is known well.
 fn best(gyro: &[[f64; 3]], dt: f64) -> Result<Option<Rest>, Error> {
-    let size = samples_in(BLOCK, dt);
+    let size = samples_in(BLOCK_S, dt);
     let n = gyro.len() / size;
     let mut means: Vec<Vector3<f64>> = memory::room(n)?;
     for block in gyro.chunks_exact(size) {
@@ -59,8 +59,8 @@ fn best(gyro: &[[f64; 3]], dt: f64) -> Result<Option<Rest>, Error> {
         means.push(sum / size as f64);
     }
     let mut best: Option<Rest> = None;
-    for count in (BLOCKS..=n).step_by((n / STEPS).max(1)) {
-        for first in (0..=n - count).step_by((count / STEPS).max(1)) {
+    for count in (MIN_BLOCKS..=n).step_by((n / INTERVAL_STEPS).max(1)) {
+        for first in (0..=n - count).step_by((count / INTERVAL_STEPS).max(1)) {
             let (rate, sigma) = mean_of(&means[first..first + count], size as f64 * dt);
             if best.is_none_or(|best| sigma < best.sigma) {
                 let samples = (first * size, (first + count) * size);
@@ -68,7 +68,7 @@ fn best(gyro: &[[f64; 3]], dt: f64) -> Result<Option<Rest>, Error> {
             }
         }
     }
-    Ok(best.filter(|rest| rest.sigma <= WORST))
+    Ok(best.filter(|rest| rest.sigma <= MAX_SIGMA_RAD_S))
 }
 
 /// The mean of blocks and its deviation.

@@ -12,7 +12,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         }
         (self.window, self.known_scale) == (fresh.window, fresh.known_scale)
             && self.samples <= samples_seen
-            && is_within(self.origin, T::RAW_MAX)
+            && is_within(self.origin, T::MAX_RAW)
             && self.has_unit()
             && self.has_moments()
             && self.sketch.is_sound()
@@ -21,13 +21,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
     fn has_unit(&self) -> bool {
         match self.known_scale {
             Some(scale) => self.unit == scale,
-            None => is_size(self.unit, T::RAW_MAX + T::RAW_MAX),
+            None => is_size(self.unit, T::MAX_RAW + T::MAX_RAW),
         }
     }
 
     /// The first sample is zero and another one lies at the peak.
     fn has_moments(&self) -> bool {
-        let farthest = if self.unit > T::zero() { T::INPUT_MAX } else { T::zero() };
+        let farthest = if self.unit > T::zero() { T::MAX_INPUT } else { T::zero() };
         let (square, samples) = (self.peak * self.peak, T::of(self.samples as f64));
         is_size(self.peak, farthest)
             && is_within(self.mean, self.peak + self.peak)
@@ -39,15 +39,15 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Scaling<T> {
     /// Whether a start-up can have found it.
     pub(crate) fn is_sound(&self, known_scale: Option<f64>) -> bool {
-        let most = T::RAW_MAX * T::of(4.0);
+        let most = T::MAX_RAW * T::of(4.0);
         let most = known_scale.map_or(most, |scale| T::of(scale).at_least(most));
-        is_within(self.offset, T::RAW_MAX + T::RAW_MAX)
+        is_within(self.offset, T::MAX_RAW + T::MAX_RAW)
             && is_size(self.scale, most)
             && *self == Self::new(self.offset, self.scale)
     }
 
     /// A bound of all that is computed of normalised samples, raw and normalised.
     pub(crate) fn reach(&self) -> T {
-        (T::RAW_MAX * T::of(8.0) * self.inverse).at_most(T::INPUT_MAX * T::of(4.0))
+        (T::MAX_RAW * T::of(8.0) * self.inverse).at_most(T::MAX_INPUT * T::of(4.0))
     }
 }

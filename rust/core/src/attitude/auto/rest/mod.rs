@@ -17,33 +17,33 @@ use serde::{Deserialize, Serialize};
 use self::calm::Calm;
 use self::limits::Limits;
 use self::quiet::Candidate;
-pub use self::quiet::NOISE;
+pub use self::quiet::RATE_NOISE;
 use self::witness::Witness;
 use super::strapdown::Sums;
 use super::{DEGREE, square};
-use crate::attitude::sample::RATE_MAX;
+use crate::attitude::sample::MAX_RATE;
 use crate::math::sound::{are_within, is_size};
 
 /// How far the level of a rest may lie from the bias, rad/s: always, beside three deviations of the
 /// bias, which do not count for more than this once a rest was used.
-const NEAR: f64 = 0.15 * DEGREE;
-const DEVIATIONS: f64 = 9.0;
-const NEAR_MOST: f64 = 0.3 * DEGREE;
+const MAX_BIAS_CHANGE_RAD_S: f64 = 0.15 * DEGREE;
+const BIAS_SIGMAS_SQUARED: f64 = 9.0;
+const MAX_USED_BIAS_CHANGE_RAD_S: f64 = 0.3 * DEGREE;
 /// Seconds that a level far from the bias has to be steady, before any rest was used and after,
 /// within how many rad/s.
-const FAR: [f64; 2] = [10.0, 30.0];
-const STEADY: f64 = 0.5 * DEGREE;
+const FAR_REST_S: [f64; 2] = [10.0, 30.0];
+const MAX_STEADY_RATE_RAD_S: f64 = 0.5 * DEGREE;
 /// By how much a bias that a rest has shown drifts, rad/s, if three deviations of it are no more: a level
 /// that differs by more is that of a turn, until gravity or a field proves that it is none.
-const DRIFTS: f64 = 0.9 * DEGREE;
+const MAX_BIAS_DRIFT_RAD_S: f64 = 0.9 * DEGREE;
 /// Seconds of rest from which on a bias is one that jumped, not one that never was.
-const SUPPORTED: f64 = 10.0;
+const MIN_SUPPORT_S: f64 = 10.0;
 /// Seconds of a rest that prove an earlier one wrong: by its length, at the least and in times of
 /// the support, and by its steadiness.
-const LONGER: [f64; 3] = [2.0, 2.0, 9.9];
-const STEADIER: f64 = 1.5;
+const REFUTING_REST_S: [f64; 3] = [2.0, 2.0, 9.9];
+const REFUTING_STEADINESS: f64 = 1.5;
 /// How many times as large as the largest bias a rate is that no part has: it is a turn.
-const BEYOND: f64 = 3.0;
+const MAX_BIAS_RATIO: f64 = 3.0;
 
 /// What a rest detector sees of a tick, in the axes of the sensor.
 #[derive(Debug, Clone, Copy)]
@@ -174,7 +174,9 @@ impl Rest {
             self.witness.begin();
         }
         self.steady += seen.span;
-        if (self.limits.level() - self.anchor).norm_squared() > STEADY * STEADY {
+        if (self.limits.level() - self.anchor).norm_squared()
+            > MAX_STEADY_RATE_RAD_S * MAX_STEADY_RATE_RAD_S
+        {
             (self.anchor, self.steady) = (*self.limits.level(), 0.0);
         }
         let Some(field) = field else { return false };
@@ -185,7 +187,7 @@ impl Rest {
         let only = !self.candidate.is_new() && self.support <= 2.0 * self.candidate.seconds;
         let denied = moved
             && only
-            && self.support < SUPPORTED
+            && self.support < MIN_SUPPORT_S
             && self.witness.turned_with(&self.candidate.gyro, self.candidate.seconds);
         if moved {
             self.begin_anew();
@@ -204,11 +206,12 @@ impl Rest {
     fn decide(&mut self, seen: &Seen, known: &Known) -> State {
         let Known { bias, variance, most, pushed } = known;
         let bound = match (self.used, self.denied) {
-            (true, _) => NEAR_MOST * NEAR_MOST,
+            (true, _) => MAX_USED_BIAS_CHANGE_RAD_S * MAX_USED_BIAS_CHANGE_RAD_S,
             (false, false) => f64::INFINITY,
             (false, true) => 0.0,
         };
-        let bound = NEAR * NEAR + (DEVIATIONS * variance).min(bound);
+        let bound = MAX_BIAS_CHANGE_RAD_S * MAX_BIAS_CHANGE_RAD_S
+            + (BIAS_SIGMAS_SQUARED * variance).min(bound);
         let calm = self.is_calm(seen, bias, bound);
         if *pushed {
             return State::Motion;
@@ -232,7 +235,9 @@ impl Rest {
     /// Whether the tick is as calm as rests of this sensor are.
     fn is_calm(&mut self, seen: &Seen, bias: &Vector3<f64>, bound: f64) -> bool {
         let level = self.limits.level();
-        if (level - bias).norm_squared() <= bound.min(limits::GYRO * limits::GYRO) {
+        if (level - bias).norm_squared()
+            <= bound.min(limits::MAX_GYRO_RAD_S * limits::MAX_GYRO_RAD_S)
+        {
             // A level is steady for as long as it is far.
             (self.anchor, self.steady) = (*level, 0.0);
         }
@@ -271,7 +276,7 @@ impl Rest {
     /// it does not turn about a level axis, a field that stays that it does not about the vertical.
     fn beyond(&mut self, seen: &Seen, most: f64) -> Option<State> {
         let rest = &self.candidate;
-        if !rest.is_long() || rest.gyro.norm() > BEYOND * most {
+        if !rest.is_long() || rest.gyro.norm() > MAX_BIAS_RATIO * most {
             return None;
         }
         let about_up = rest.gyro.dot(&rest.up()).abs();
@@ -289,7 +294,7 @@ impl Rest {
     fn quiet(&mut self, seen: &Seen) -> State {
         let rest = &mut self.candidate;
         self.support += if rest.is_new() { rest.seconds } else { seen.span };
-        self.used |= rest.seconds >= STEADIER * (1.0 - 1e-9);
+        self.used |= rest.seconds >= REFUTING_STEADINESS * (1.0 - 1e-9);
         self.spread = rest.gyro_spread();
         self.calm.learn(rest);
         self.witness.learn();
@@ -300,10 +305,11 @@ impl Rest {
     fn is_refuted(&self, off: f64) -> bool {
         let rest = &self.candidate;
         let seconds = rest.seconds * (1.0 + 1e-9);
-        let long = LONGER[0].max((LONGER[1] * self.support).min(LONGER[2]));
-        let steadier = seconds >= STEADIER && rest.gyro_spread() < 0.25 * self.spread;
-        (self.support < SUPPORTED && (seconds >= long || steadier))
-            || (seconds >= LONGER[0] && self.witness.refutes_turn(off, rest.seconds))
+        let long =
+            REFUTING_REST_S[0].max((REFUTING_REST_S[1] * self.support).min(REFUTING_REST_S[2]));
+        let steadier = seconds >= REFUTING_STEADINESS && rest.gyro_spread() < 0.25 * self.spread;
+        (self.support < MIN_SUPPORT_S && (seconds >= long || steadier))
+            || (seconds >= REFUTING_REST_S[0] && self.witness.refutes_turn(off, rest.seconds))
     }
 
     fn refuted(&mut self, seen: &Seen) -> State {
@@ -327,19 +333,19 @@ impl Rest {
         calm: bool,
     ) -> State {
         let (level, since) = (*self.limits.level(), self.limits.since());
-        let bound = bound.min(limits::GYRO * limits::GYRO);
+        let bound = bound.min(limits::MAX_GYRO_RAD_S * limits::MAX_GYRO_RAD_S);
         if (level - bias).norm_squared() <= bound {
-            if since < limits::NEAR * (1.0 - 1e-9) || self.calm.is_known() {
+            if since < limits::MIN_REST_S * (1.0 - 1e-9) || self.calm.is_known() {
                 return State::Motion;
             }
             self.used = true;
             return State::Rest(Some((seen.gyro, seen.noise() / seen.span)));
         }
-        let long = FAR[usize::from(self.used)];
+        let long = FAR_REST_S[usize::from(self.used)];
         if !calm || since.min(self.steady) < long * (1.0 - 1e-9) || level.norm() > most {
             return State::Motion;
         }
-        let drifts = square(DRIFTS).max(DEVIATIONS * variance);
+        let drifts = square(MAX_BIAS_DRIFT_RAD_S).max(BIAS_SIGMAS_SQUARED * variance);
         if self.used && (level - bias).norm_squared() > drifts {
             return State::Motion;
         }
@@ -352,7 +358,7 @@ impl Rest {
             && self.candidate.is_sound()
             && self.calm.is_sound()
             && self.witness.is_sound()
-            && are_within(&self.anchor, 2.0 * RATE_MAX)
+            && are_within(&self.anchor, 2.0 * MAX_RATE)
             && [self.steady, self.support, self.lasted].iter().all(|x| is_size(*x, 1e18))
             && is_size(self.spread, 1.0)
     }

@@ -4,31 +4,31 @@
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::limits::MEAN;
-use crate::attitude::sample::FIELD_MAX;
+use super::limits::MEAN_S;
+use crate::attitude::sample::MAX_FIELD;
 use crate::math::rotation::exponential;
 use crate::math::sound::{are_within, is_size};
-use crate::rest::quiet::{RECENT, SETTLED};
+use crate::rest::quiet::{FIRST_DIRECTION_TICKS, LAST_DIRECTION_GAIN};
 
 /// Deviations by which a field that stands still moves at most, squared, and the least of them as a
 /// share of its strength.
-const MOVED: f64 = 9.0;
-const LEAST: f64 = 0.01;
+const MAX_SIGMAS_SQUARED: f64 = 9.0;
+const MIN_SIGMA_SHARE: f64 = 0.01;
 /// Ticks with a field until a candidate has been witnessed.
-const ENOUGH: f64 = 20.0;
+const MIN_TICKS: f64 = 20.0;
 /// Level share of the earth's field, seconds by which a mean is behind, and how many times
 /// further than the limit a turn would have carried it.
-const LEVEL: f64 = 0.4;
-const BEHIND: f64 = 0.4;
-const SURELY: f64 = 3.0;
+const LEVEL_SHARE: f64 = 0.4;
+const MEAN_DELAY_S: f64 = 0.4;
+const MIN_TURN_RATIO: f64 = 3.0;
 /// Least sum of squared changes of what is measured, by its own square.
-const CHANGES: f64 = 1e-12;
+const MIN_CHANGE_RATIO: f64 = 1e-12;
 /// Seconds at whose end the first mean is taken in its middle, and the share of how far the field has
 /// moved, squared, by which it may miss where the gyro would have turned it.
-const BEGUN: f64 = 0.25;
-const MATCHES: f64 = 0.25;
+const FIRST_MEAN_DELAY_S: f64 = 0.25;
+const MAX_MISS_RATIO: f64 = 0.25;
 /// Seconds in which the noise known doubles.
-const DOUBLES: f64 = 300.0;
+const NOISE_DOUBLING_S: f64 = 300.0;
 
 /// The field while something may be a rest, in the axes of the sensor.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -51,8 +51,8 @@ pub struct Witness {
 impl Witness {
     /// So many seconds passed.
     pub fn age(&mut self, span: f64) {
-        let grown = 1.0 + 2.0 * core::f64::consts::LN_2 / DOUBLES * span;
-        self.noise = (self.noise * grown).min(FIELD_MAX * FIELD_MAX);
+        let grown = 1.0 + 2.0 * core::f64::consts::LN_2 / NOISE_DOUBLING_S * span;
+        self.noise = (self.noise * grown).min(MAX_FIELD * MAX_FIELD);
     }
 
     /// A candidate begins.
@@ -66,17 +66,17 @@ impl Witness {
         if !self.seen {
             (self.seen, self.mean, self.anchor) = (true, *field, *field);
         }
-        self.mean += (field - self.mean) * (span / MEAN).min(1.0);
+        self.mean += (field - self.mean) * (span / MEAN_S).min(1.0);
         self.ticks += 1.0;
-        if self.ticks >= SETTLED {
+        if self.ticks >= FIRST_DIRECTION_TICKS {
             self.changes += (field - self.before).norm_squared() * 0.5;
         }
         self.before = *field;
-        if self.ticks <= SETTLED {
+        if self.ticks <= FIRST_DIRECTION_TICKS {
             self.first += (field - self.first) * (1.0 / self.ticks);
             self.last = self.first;
         } else {
-            self.last += (field - self.last) * RECENT;
+            self.last += (field - self.last) * LAST_DIRECTION_GAIN;
         }
         let limit = self.limit_squared();
         let moved = (self.last - self.first).norm_squared() > limit;
@@ -94,24 +94,27 @@ impl Witness {
     /// Square of how far the field of a body at rest moves at most.
     fn limit_squared(&self) -> f64 {
         let noise = if self.noise > 0.0 { self.noise } else { self.own() };
-        MOVED * noise.max(LEAST * LEAST * self.before.norm_squared())
+        MAX_SIGMAS_SQUARED
+            * noise.max(MIN_SIGMA_SHARE * MIN_SIGMA_SHARE * self.before.norm_squared())
     }
 
     /// Whether a turn at this rate, for as long as the candidate lasts, would have moved the field: one
     /// that never changes is none.
     pub fn refutes_turn(&self, rate: f64, seconds: f64) -> bool {
-        let carried = rate * (seconds - 2.0 * BEHIND) * LEVEL * self.before.norm();
-        let lives = self.changes > CHANGES * self.before.norm_squared();
-        self.ticks >= ENOUGH && lives && carried > SURELY * ComplexField::sqrt(self.limit_squared())
+        let carried = rate * (seconds - 2.0 * MEAN_DELAY_S) * LEVEL_SHARE * self.before.norm();
+        let lives = self.changes > MIN_CHANGE_RATIO * self.before.norm_squared();
+        self.ticks >= MIN_TICKS
+            && lives
+            && carried > MIN_TURN_RATIO * ComplexField::sqrt(self.limit_squared())
     }
 
     /// Whether the field has turned as the gyro says that the body does, in so many seconds: it is
     /// no magnet that has moved it.
     pub fn turned_with(&self, rate: &Vector3<f64>, seconds: f64) -> bool {
-        let angle = rate * -(seconds - BEGUN - BEHIND).max(0.0);
+        let angle = rate * -(seconds - FIRST_MEAN_DELAY_S - MEAN_DELAY_S).max(0.0);
         let expected = exponential(&angle) * self.first;
         let apart = (self.last - expected).norm_squared();
-        apart < MATCHES * (self.last - self.first).norm_squared()
+        apart < MAX_MISS_RATIO * (self.last - self.first).norm_squared()
     }
 
     /// Forgets what a rest that was none has taught.
@@ -122,18 +125,18 @@ impl Witness {
 
     /// Takes a rest.
     pub fn learn(&mut self) {
-        if self.ticks >= ENOUGH {
+        if self.ticks >= MIN_TICKS {
             let own = self.own();
             self.noise = if self.noise > 0.0 { self.noise.min(own) } else { own };
         }
     }
 
     pub fn is_sound(&self) -> bool {
-        let most = 4.0 * FIELD_MAX;
+        let most = 4.0 * MAX_FIELD;
         let fields = [self.first, self.last, self.before, self.mean, self.anchor];
         fields.iter().all(|v| are_within(v, most))
             && is_size(self.ticks, 1e15)
             && is_size(self.changes, 1e36)
-            && is_size(self.noise, FIELD_MAX * FIELD_MAX)
+            && is_size(self.noise, MAX_FIELD * MAX_FIELD)
     }
 }
