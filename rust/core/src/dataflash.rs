@@ -118,7 +118,7 @@ impl<'a> Walk<'a> {
         while at < self.end {
             work::pause();
             for _ in 0..MESSAGES_PER_CHECK {
-                match self.sound(at) {
+                match self.valid_message_end(at) {
                     Some(after) => {
                         self.take(at);
                         at = after;
@@ -144,7 +144,7 @@ impl<'a> Walk<'a> {
 
     /// The same, if another message or the end follows.
     #[inline(always)]
-    fn sound(&self, at: usize) -> Option<usize> {
+    fn valid_message_end(&self, at: usize) -> Option<usize> {
         let after = self.whole(at)?;
         let next = self.raw.get(after..after + HEAD.len());
         let followed = after >= self.end || next.is_none_or(|head| head == HEAD);
@@ -173,7 +173,7 @@ impl<'a> Walk<'a> {
         let known = self.lengths[usize::from(kind.number)] > 0;
         let before = &self.kinds[self.current[usize::from(kind.number)]];
         let same = known && before.length == kind.length && before.format == kind.format;
-        if kind.number != FMT && kind.is_sound() && !same && self.kinds.len() < MAX_KINDS {
+        if kind.number != FMT && kind.is_valid() && !same && self.kinds.len() < MAX_KINDS {
             self.add(kind);
         }
     }
@@ -196,7 +196,7 @@ impl<'a> Walk<'a> {
             };
             let there = from + there;
             let surely = self
-                .sound(there)
+                .valid_message_end(there)
                 .is_some_and(|after| after >= self.end || self.whole(after).is_some());
             if surely {
                 break there;
@@ -216,7 +216,7 @@ impl<'a> Walk<'a> {
 
 impl Kind {
     /// Whether a declaration may be meant so: its fields fill its messages, as far as all are known.
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let named = self.name[0].is_ascii_uppercase();
         let fields = self.format.split(|byte| *byte == 0).next().unwrap_or_default();
         let known: Option<usize> = fields.iter().map(|letter| width(*letter)).sum();

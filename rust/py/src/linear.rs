@@ -132,7 +132,7 @@ impl LinearKalman {
         let B = B.transpose()?.unwrap_or(Record { values: vec![], shape: vec![n, 0] });
         for (name, size) in [("states", n), ("measurements", m), ("inputs", B.shape[1])] {
             if size > MAX_SIZE {
-                let text = format!("a filter has at most {SIZE_MAX} {name}, got {size}");
+                let text = format!("a filter has at most {MAX_SIZE} {name}, got {size}");
                 return Err(PyValueError::new_err(text));
             }
         }
@@ -427,7 +427,7 @@ impl Filters {
             py.detach(|| self.bank.run(batch, known));
             return Ok(());
         }
-        let before = self.bank.twin().map_err(NativeError::from)?;
+        let before = self.bank.try_clone().map_err(NativeError::from)?;
         let count = self.bank.count();
         let inputs = batch.u.len() / batch.steps;
         let rows = |all: usize| all / batch.steps;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::math::sound::{is_sample, is_size};
+use crate::math::validity::{is_sample, is_size};
 use crate::math::{Limits, Real, choose};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Stream};
@@ -197,7 +197,7 @@ impl<T: Number> Checkpoint for AllanNoise<T> {
     const TAG: &'static str = "allan-noise";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let Self { fading, kind, floor, .. } = *self;
         Self::new(fading.into(), kind, floor.into())
             .is_ok_and(|fresh| self.is_after(&fresh, T::MAX_DIFFERENCE))

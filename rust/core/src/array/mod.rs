@@ -13,7 +13,7 @@ mod centralised;
 mod noise;
 mod octaves;
 mod params;
-mod sound;
+mod validity;
 mod vote;
 
 use serde::{Deserialize, Serialize};
@@ -39,7 +39,7 @@ const MIN_WEIGHT_SUM: f64 = 0.25;
 pub struct GyroArray<const A: usize> {
     params: ArrayParams,
     /// Sensor by sensor: from its samples to the axes of the body.
-    turns: Option<Vec<f64>>,
+    body_rotations: Option<Vec<f64>>,
     /// Axis by axis of the first sensor, then of the next.
     filters: Vec<AutoFilter<f64>>,
     centralised: Centralised,
@@ -127,7 +127,7 @@ impl<const A: usize> GyroArray<A> {
             rates: memory::filled(f64::NAN, n * A)?,
             near: memory::filled(false, n * A)?,
             sorted: memory::filled(f64::INFINITY, n * A)?,
-            turns: params.turns::<A>()?,
+            body_rotations: params.body_rotations::<A>()?,
             params,
         })
     }
@@ -212,7 +212,7 @@ impl<const A: usize> GyroArray<A> {
     #[inline(always)]
     fn turned(&self, sensor: usize, rates: &[f64; A]) -> [f64; A] {
         match self.turn(sensor) {
-            Some(turn) => rotated(turn, rates),
+            Some(turn) => rotate(turn, rates),
             None => *rates,
         }
     }
@@ -220,7 +220,9 @@ impl<const A: usize> GyroArray<A> {
     /// What turns a sensor's samples, row by row.
     #[inline(always)]
     fn turn(&self, sensor: usize) -> Option<&[f64]> {
-        self.turns.as_deref().map(|turns| &turns[sensor * A * A..][..A * A])
+        self.body_rotations
+            .as_deref()
+            .map(|body_rotations| &body_rotations[sensor * A * A..][..A * A])
     }
 
     fn alone(&mut self, rate: &mut [f64]) {
@@ -236,7 +238,7 @@ impl<const A: usize> GyroArray<A> {
         let (centre, counts) = self.median();
         let speed = self.vote.note_speed(&centre);
         self.vote.note_centre(&centre, &counts);
-        self.judge(&centre, &counts, speed);
+        self.test_sensors(&centre, &counts, speed);
         self.weigh(speed);
         for axis in 0..A {
             rate[axis] = self.mean(axis, centre[axis]);
@@ -269,7 +271,7 @@ impl<const A: usize> GyroArray<A> {
 
     /// Leaves samples out that are far from the middle.
     #[inline(always)]
-    fn judge(&mut self, centre: &[f64; A], counts: &[usize; A], speed: f64) {
+    fn test_sensors(&mut self, centre: &[f64; A], counts: &[usize; A], speed: f64) {
         for sensor in 0..self.params.sensors {
             for axis in 0..A {
                 let place = sensor * A + axis;
@@ -338,21 +340,21 @@ impl<const A: usize> GyroArray<A> {
         self.position = 0;
         let n = self.params.sensors;
         for axis in 0..A {
-            let resting = |sensor: &usize| self.rests(*sensor, axis);
+            let resting = |sensor: &usize| self.is_resting(*sensor, axis);
             let resting = (0..n).filter(|i| !self.vote.is_excluded(*i)).filter(resting).count();
-            let judged = (0..n).filter(|i| !self.vote.is_excluded(*i)).count();
-            self.at_rest[axis] = 2 * resting > judged;
+            let tested = (0..n).filter(|i| !self.vote.is_excluded(*i)).count();
+            self.at_rest[axis] = 2 * resting > tested;
         }
         for sensor in 0..n {
             let halves = self.noise.take_halves::<A>(sensor, self.length);
             let halves = halves.map(|means| self.turned(sensor, &means));
             for axis in 0..A {
                 let calm = self.at_rest[axis]
-                    && self.rests(sensor, axis)
+                    && self.is_resting(sensor, axis)
                     && !self.vote.is_excluded(sensor);
                 let means = if calm { halves.map(|half| half[axis]) } else { noise::NO_MEAN };
                 let sigma = self.deviation(sensor, axis);
-                self.noise.end_place(sensor * A + axis, means, calm);
+                self.noise.end_position(sensor * A + axis, means, calm);
                 self.vote.know(sensor * A + axis, sigma);
             }
         }
@@ -378,7 +380,7 @@ impl<const A: usize> GyroArray<A> {
         entries.into_iter().enumerate().filter(|(_, x)| *x != 0.0)
     }
 
-    fn rests(&self, sensor: usize, axis: usize) -> bool {
+    fn is_resting(&self, sensor: usize, axis: usize) -> bool {
         self.parts(sensor, axis).all(|(k, _)| self.filters[sensor * A + k].drift().at_rest)
     }
 
@@ -475,7 +477,7 @@ impl<const A: usize> GyroArray<A> {
 
 /// A sample in the axes of the body; of an axis that is missing, all that it is a part of are.
 #[inline(always)]
-fn rotated<const A: usize>(turn: &[f64], from: &[f64; A]) -> [f64; A] {
+fn rotate<const A: usize>(turn: &[f64], from: &[f64; A]) -> [f64; A] {
     core::array::from_fn(|i| {
         let mut sum = 0.0;
         for k in 0..A {

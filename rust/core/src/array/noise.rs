@@ -130,7 +130,7 @@ impl Noise {
     }
 
     /// Ends the tick of a sensor on an axis of the body, which was calm or not.
-    pub(super) fn end_place(&mut self, place: usize, means: [f64; 2], calm: bool) {
+    pub(super) fn end_position(&mut self, place: usize, means: [f64; 2], calm: bool) {
         let tick = &mut self.ticks[place];
         tick.followed = if calm { tick.waiting } else { NO_MEAN };
         let whole = means.iter().all(|mean| !mean.is_nan());

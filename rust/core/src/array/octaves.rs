@@ -113,16 +113,16 @@ impl Octave {
 impl Covariance<'_> {
     /// Covariance of two sensors, NaN where there is none.
     pub fn of(&self, one: usize, other: usize) -> f64 {
-        let place = self.place(one, other);
+        let place = self.index(one, other);
         self.octave.products[place] / f64::from(self.octave.counts[place])
     }
 
     /// Differences that it is the mean of.
     pub fn count(&self, one: usize, other: usize) -> u32 {
-        self.octave.counts[self.place(one, other)]
+        self.octave.counts[self.index(one, other)]
     }
 
-    fn place(&self, one: usize, other: usize) -> usize {
+    fn index(&self, one: usize, other: usize) -> usize {
         one.min(other) * self.sensors + one.max(other)
     }
 }

@@ -75,13 +75,13 @@ impl ArrayParams {
     ///
     /// # Errors
     /// [`Error::Memory`] if there is none.
-    pub(super) fn turns<const A: usize>(&self) -> Result<Option<Vec<f64>>, Error> {
-        let (Some(turns), Some(corrections)) = (&self.rotations, &self.corrections) else {
+    pub(super) fn body_rotations<const A: usize>(&self) -> Result<Option<Vec<f64>>, Error> {
+        let (Some(body_rotations), Some(corrections)) = (&self.rotations, &self.corrections) else {
             let only = self.rotations.as_ref().or(self.corrections.as_ref());
             return only.map(|only| memory::copied(only)).transpose();
         };
-        let mut all = memory::filled(0.0, turns.len())?;
-        let pairs = turns.chunks_exact(A * A).zip(corrections.chunks_exact(A * A));
+        let mut all = memory::filled(0.0, body_rotations.len())?;
+        let pairs = body_rotations.chunks_exact(A * A).zip(corrections.chunks_exact(A * A));
         for (product, (r, c)) in all.chunks_exact_mut(A * A).zip(pairs) {
             for (place, x) in product.iter_mut().enumerate() {
                 let (i, j) = (place / A, place % A);
@@ -107,7 +107,7 @@ impl ArrayParams {
             return Err(Error::Parameter { name, expected: "from 0 to 1", value });
         }
         self.limit.map_or(Ok(()), |limit| check_positive("limit", "a positive number", limit))?;
-        self.limits.checked()?;
+        self.limits.validate()?;
         self.check_rotations(axes)?;
         self.check_corrections(axes)?;
         self.check_weights(axes)
@@ -151,8 +151,8 @@ impl ArrayParams {
 
     fn check_weights(&self, axes: usize) -> Result<(), Error> {
         let Weights::Given(weights) = &self.weights else { return Ok(()) };
-        let (name, sound) = ("weights", |w: &f64| (-1.0..=1.0).contains(w));
-        if weights.len() != self.sensors * axes || !weights.iter().all(sound) {
+        let (name, valid) = ("weights", |w: &f64| (-1.0..=1.0).contains(w));
+        if weights.len() != self.sensors * axes || !weights.iter().all(valid) {
             let expected = "from -1 to 1, one a sensor";
             return Err(Error::Parameter { name, expected, value: weights.len() as f64 });
         }

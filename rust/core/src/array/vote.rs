@@ -195,12 +195,12 @@ impl Vote {
         let wrong = |vote: &Self, sensor| {
             (0..axes).any(|axis| vote.disagrees(sensor * axes + axis, axis, speed, typical[axis]))
         };
-        let judged = self.standings.iter().filter(|one| !one.excluded).count();
+        let tested = self.standings.iter().filter(|one| !one.excluded).count();
         let accused = (0..n).filter(|i| !self.is_excluded(*i) && wrong(self, *i)).count();
         // Of two nobody knows which is wrong, nor where half of all are.
-        self.disputed = accused > 0 && 2 * accused >= judged;
+        self.disputed = accused > 0 && 2 * accused >= tested;
         for sensor in 0..n {
-            let (wrong, present) = (wrong(self, sensor), self.was_judged(sensor, axes));
+            let (wrong, present) = (wrong(self, sensor), self.was_tested(sensor, axes));
             let standing = &mut self.standings[sensor];
             match (standing.excluded, wrong) {
                 (false, true) if !self.disputed => {
@@ -230,7 +230,7 @@ impl Vote {
     }
 
     /// Whether a sensor was compared on every axis on which there was something to compare with.
-    fn was_judged(&self, sensor: usize, axes: usize) -> bool {
+    fn was_tested(&self, sensor: usize, axes: usize) -> bool {
         (0..axes).all(|axis| {
             let place = sensor * axes + axis;
             self.sums[place].count >= MIN_TICK_SAMPLES && !self.sigmas[place].is_nan()

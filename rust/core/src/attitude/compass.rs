@@ -28,7 +28,7 @@ impl FieldCorrection {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         for x in self.iron {
             require(x.abs() <= MAX_IRON, "magnetometer", "a hard iron of at most 1e9", x)?;
         }
@@ -59,7 +59,7 @@ impl Compass {
     /// # Errors
     /// [`Error::Parameter`] if its numbers are out of their ranges.
     pub fn new(auto: Auto, correction: FieldCorrection) -> Result<Self, Error> {
-        Ok(Self { auto, correction: correction.checked()? })
+        Ok(Self { auto, correction: correction.validate()? })
     }
 
     /// The calibration.
@@ -100,8 +100,8 @@ impl Estimator for Compass {
         self.auto.power_on();
     }
 
-    fn is_sound(&self) -> bool {
-        self.correction.checked().is_ok() && self.auto.is_sound()
+    fn is_valid(&self) -> bool {
+        self.correction.validate().is_ok() && self.auto.is_valid()
     }
 
     fn is_like(&self, other: &Self) -> bool {
@@ -178,7 +178,7 @@ mod tests {
         }
         let apart = compass.orientation() - plain.orientation();
         assert!(apart.norm() < 1e-12, "{apart}");
-        assert!(compass.is_sound());
+        assert!(compass.is_valid());
         let wrong = FieldCorrection { iron: [f64::NAN, 0.0, 0.0], matrix };
         assert!(Compass::new(auto, wrong).is_err());
     }

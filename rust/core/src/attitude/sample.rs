@@ -73,18 +73,18 @@ pub(super) fn rate(gyro: [f64; 3], unit: f64) -> Option<Vector3<f64>> {
 /// The specific force in m/s², likewise; none is not one.
 #[inline(always)]
 pub(super) fn force(accel: [f64; 3], unit: f64) -> Option<Vector3<f64>> {
-    measured(Vector3::from(accel) * unit, MIN_FORCE, MAX_FORCE)
+    measure(Vector3::from(accel) * unit, MIN_FORCE, MAX_FORCE)
 }
 
 /// The magnetic field, likewise.
 #[inline(always)]
 pub(super) fn field(mag: [f64; 3]) -> Option<Vector3<f64>> {
-    measured(Vector3::from(mag), MIN_FIELD, MAX_FIELD)
+    measure(Vector3::from(mag), MIN_FIELD, MAX_FIELD)
 }
 
 /// Not so for NaN, nor where a square is no number any more.
 #[inline(always)]
-fn measured(v: Vector3<f64>, least: f64, most: f64) -> Option<Vector3<f64>> {
+fn measure(v: Vector3<f64>, least: f64, most: f64) -> Option<Vector3<f64>> {
     let square = v.norm_squared();
     ((square >= least * least) & (square <= most * most)).then_some(v)
 }

@@ -9,7 +9,7 @@ use super::frame::{self, Frame};
 use super::sample::{self, Inertial, MAX_FORCE, MAX_RATE, Sample};
 use super::{Estimator, GRAVITY, Knowledge};
 use crate::error::{Error, check_rate, require};
-use crate::math::sound::{is_count, is_sample, is_within};
+use crate::math::validity::{is_count, is_sample, is_within};
 #[cfg(feature = "std")]
 use crate::stream::Block;
 use crate::stream::checkpoint::Checkpoint;
@@ -56,7 +56,7 @@ impl AttitudeParams {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         check_rate(self.rate)?;
         // What comes more rarely than a gap is long would be all gaps.
         require(self.rate >= 1.0 / MIN_GAP_S, "rate", "at least 1 sample a second", self.rate)?;
@@ -157,7 +157,7 @@ impl<E: Estimator> Attitude<E> {
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
     pub fn new(params: AttitudeParams, estimator: E) -> Result<Self, Error> {
-        let params = params.checked()?;
+        let params = params.validate()?;
         let mut this = Self {
             params,
             period: 1.0 / params.rate,
@@ -262,7 +262,7 @@ impl<E: Estimator> Attitude<E> {
 
     /// A sample in the units of an estimator.
     #[inline(always)]
-    fn measured(&mut self, sample: &Sample, dt: f64) -> Inertial {
+    fn measure(&mut self, sample: &Sample, dt: f64) -> Inertial {
         let before = self.rate;
         let rate = Vector3::from(sample.gyro) * self.params.gyro_unit;
         let rated =
@@ -427,7 +427,7 @@ impl<E: Estimator> Stream for Attitude<E> {
             self.bridge(if dt > MIN_GAP_S { dt } else { MIN_GAP_S });
             dt = 0.0;
         }
-        let measured = self.measured(&sample, dt);
+        let measured = self.measure(&sample, dt);
         self.estimator.step(&measured);
         self.quaternion()
     }
@@ -492,8 +492,8 @@ impl<E: Tagged> Checkpoint for Attitude<E> {
     const TAG: &'static str = E::TAG;
     const VERSION: u16 = E::VERSION;
 
-    fn is_sound(&self) -> bool {
-        self.params.checked().is_ok()
+    fn is_valid(&self) -> bool {
+        self.params.validate().is_ok()
             && self.period == 1.0 / self.params.rate
             && self.rate.iter().all(|x| is_within(*x, MAX_RATE))
             && self.unknown >= 0.0
@@ -502,7 +502,7 @@ impl<E: Tagged> Checkpoint for Attitude<E> {
             && is_count(self.samples)
             && self.left_out <= self.samples
             && self.limit_squared == self.params.limit_squared()
-            && self.estimator.is_sound()
+            && self.estimator.is_valid()
     }
 
     fn is_like(&self, other: &Self) -> bool {

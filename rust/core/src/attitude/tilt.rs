@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::named::Constant;
 use crate::error::{Error, check_rate};
-use crate::math::sound::{is_count, is_within};
+use crate::math::validity::{is_count, is_within};
 use crate::math::{Real, Symmetric};
 use crate::stream::Stream;
 use crate::stream::checkpoint::Checkpoint;
@@ -135,7 +135,7 @@ pub struct TiltParams {
 }
 
 impl TiltParams {
-    fn checked(self) -> Result<Self, Error> {
+    fn validate(self) -> Result<Self, Error> {
         check_rate(self.rate)?;
         TILT_CONSTANTS.iter().try_for_each(|constant| constant.check(&self.constants))?;
         Ok(self)
@@ -171,7 +171,7 @@ impl Tilt {
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
     pub fn new(params: TiltParams) -> Result<Self, Error> {
-        let params = params.checked()?;
+        let params = params.validate()?;
         Ok(Self {
             params,
             period: 1.0 / params.rate,
@@ -224,7 +224,7 @@ impl Tilt {
     }
 
     /// The rate that holds for the time since the sample before, and for how much of it.
-    fn held(&mut self, gyro: f64, dt: f64) -> f64 {
+    fn hold(&mut self, gyro: f64, dt: f64) -> f64 {
         if is_within(gyro, MAX_SAMPLE) {
             (self.rate, self.unknown) = (gyro, 0.0);
             return dt;
@@ -292,7 +292,7 @@ impl Stream for Tilt {
     fn update(&mut self, [gyro, angle, dt]: [f64; 3]) -> f64 {
         let dt = if dt >= 0.0 { dt.min(MAX_SPAN) } else { self.period };
         let angle = is_within(angle, MAX_SAMPLE).then_some(angle);
-        let held = self.held(gyro, dt);
+        let held = self.hold(gyro, dt);
         self.samples += 1;
         if !self.begun
             && let Some(angle) = angle
@@ -325,10 +325,10 @@ impl Checkpoint for Tilt {
     const TAG: &'static str = "tilt";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         // Settling raises a variance by some roundings.
         let most = MAX_VARIANCE * (1.0 + 1e-9);
-        self.params.checked().is_ok()
+        self.params.validate().is_ok()
             && self.period == 1.0 / self.params.rate
             && is_within(self.angle, MAX_STATE)
             && is_within(self.bias, MAX_STATE)
@@ -362,7 +362,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_sample_makes_an_unsound_state(
+        fn no_sample_makes_an_invalid_state(
             ends in prop::collection::vec(0..3_usize, TILT_CONSTANTS.len()),
             kalman in any::<bool>(),
             samples in prop::collection::vec((number(), number(), number()), 1..120),
@@ -377,7 +377,7 @@ mod tests {
             let mut tilt = Tilt::new(TiltParams { rate: 100.0, method, constants }).unwrap();
             for (gyro, angle, dt) in samples {
                 tilt.update([gyro, angle, dt]);
-                prop_assert!(tilt.is_sound(), "{gyro:e} {angle:e} {dt:e}: {tilt:?}");
+                prop_assert!(tilt.is_valid(), "{gyro:e} {angle:e} {dt:e}: {tilt:?}");
             }
         }
     }

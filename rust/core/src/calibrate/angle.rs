@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::{axes, limited};
+use super::{axes, clamp};
 use crate::math::rotation::{step, turned};
 
 /// Steps between two looks at whether to go on.
@@ -62,7 +62,7 @@ pub fn integrate(
             crate::work::pause();
         }
         let (before, after) = (axes(&rates[k]), axes(&rates[k + 1]));
-        let phi = method.rotation_vector(&before, &after, limited(*dt));
+        let phi = method.rotation_vector(&before, &after, clamp(*dt));
         rotation = turned(&rotation, &phi);
         *place = [rotation.w, rotation.i, rotation.j, rotation.k];
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, require};
-use crate::math::sound::{is_sample, is_within};
+use crate::math::validity::{is_sample, is_within};
 use crate::math::{Real, choose};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Output, Shape, Stream};
@@ -56,7 +56,7 @@ impl Correction {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         check("gyro_matrix", self.gyro_matrix.as_flattened())?;
         check("gyro_bias", &self.gyro_bias)?;
         check("accel_matrix", self.accel_matrix.as_flattened())?;
@@ -188,7 +188,7 @@ impl<const N: usize> ImuCorrector<N> {
     /// # Errors
     /// [`Error::Parameter`] if a number of the correction is not finite, or beyond any sensor.
     pub fn new(correction: Correction) -> Result<Self, Error> {
-        let correction = correction.checked()?;
+        let correction = correction.validate()?;
         Ok(Self { correction, force: [0.0; 3], temperature: f64::NAN })
     }
 
@@ -226,7 +226,7 @@ impl<const N: usize> ImuCorrector<N> {
         Imu { gyro: self.correction.rate(gyro, &self.bias(), &self.force), accel }
     }
 
-    fn is_sound_after(&self, forces: bool, temperatures: bool) -> bool {
+    fn is_valid_after(&self, forces: bool, temperatures: bool) -> bool {
         let most = if forces { MAX_FORCE } else { 0.0 };
         Self::new(self.correction).is_ok()
             && self.force.iter().all(|x| is_within(*x, most))
@@ -256,8 +256,8 @@ macro_rules! corrector {
             const TAG: &'static str = $tag;
             const VERSION: u16 = 1;
 
-            fn is_sound(&self) -> bool {
-                self.is_sound_after($n > 3, $n > 6)
+            fn is_valid(&self) -> bool {
+                self.is_valid_after($n > 3, $n > 6)
             }
 
             fn is_like(&self, other: &Self) -> bool {

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::ticks::median;
 use super::window::MEANS;
 use crate::math::rotation::exponential;
-use crate::work::{filled, gathered};
+use crate::work::{collect, filled};
 
 /// Largest cost of a window.
 const MAX_COST: f64 = 4.0;
@@ -25,7 +25,7 @@ pub(super) type Means = [Vector3<f64>; MEANS];
 
 /// Costs, and gravity.
 pub(super) fn costs(windows: &[Means]) -> (Vec<f64>, f64) {
-    let sizes = gathered(windows.iter().map(|f| mean(f).norm()));
+    let sizes = collect(windows.iter().map(|f| mean(f).norm()));
     let g = median(sizes).unwrap_or(0.0);
     let square = (g * g).max(f64::MIN_POSITIVE);
     let lost = (MIN_GRAVITY_SHARE - g).max(0.0).powi(2);
@@ -37,7 +37,7 @@ pub(super) fn costs(windows: &[Means]) -> (Vec<f64>, f64) {
         // NaN explains nothing.
         if cost < MAX_COST { cost } else { MAX_COST }
     };
-    (gathered(windows.iter().map(cost)), g)
+    (collect(windows.iter().map(cost)), g)
 }
 
 /// What a window's scatter counts in a fit.
@@ -57,13 +57,13 @@ pub(super) fn average(costs: &[f64]) -> f64 {
 pub(super) fn with_bias(
     windows: &[Means],
     integrals: &[[Matrix3<f64>; MEANS]],
-    carried: &Vector3<f64>,
+    propagated: &Vector3<f64>,
 ) -> (Vec<f64>, Vector3<f64>) {
     let (mut now, mut g) = costs(windows);
-    let (mut best, mut bias) = (gathered(now.iter().copied()), Vector3::zeros());
-    let (mut beta, mut moved) = (Vector3::zeros(), gathered(windows.iter().copied()));
+    let (mut best, mut bias) = (collect(now.iter().copied()), Vector3::zeros());
+    let (mut beta, mut moved) = (Vector3::zeros(), collect(windows.iter().copied()));
     for _ in 0..ROUNDS {
-        let Some(step) = better(&moved, integrals, &now, g, &(beta + carried)) else { break };
+        let Some(step) = better(&moved, integrals, &now, g, &(beta + propagated)) else { break };
         beta += step;
         for ((moved, f), psi) in moved.iter_mut().zip(windows).zip(integrals) {
             *moved = core::array::from_fn(|k| exponential(&(psi[k] * -beta)) * f[k]);
@@ -103,7 +103,8 @@ fn better(
 
 /// The costs of what no gyro has turned.
 pub(super) fn null(forces: &[Vector3<f64>], starts: &[usize], length: usize) -> Vec<f64> {
-    let of = |first: &usize| super::carry::uncarried(&forces[*first..*first + length]);
-    let windows = gathered(starts.iter().map(of));
+    let of =
+        |first: &usize| super::propagation::average_unrotated(&forces[*first..*first + length]);
+    let windows = collect(starts.iter().map(of));
     if windows.is_empty() { filled(0.0, 0) } else { costs(&windows).0 }
 }

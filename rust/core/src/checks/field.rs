@@ -9,7 +9,7 @@ use super::window::windows;
 use super::{ROTATIONS, Sense};
 use crate::math::parallel;
 use crate::math::rotation::{exponential, turned};
-use crate::work::{filled, gathered, pause};
+use crate::work::{collect, filled, pause};
 
 /// Ticks of a window, in which field and hard iron are constant, and of each mean in it.
 const WINDOW_TICKS: usize = 1200;
@@ -43,17 +43,17 @@ pub struct FieldCosts {
 pub fn field_costs(rates: &[[f64; 3]], fields: &[[f64; 3]]) -> FieldCosts {
     let record = Record::of(rates, fields);
     let starts = windows(&record.rates, &record.forces, WINDOW_TICKS, MAX_WINDOWS);
-    let all = gathered(starts.iter().map(|first| {
+    let all = collect(starts.iter().map(|first| {
         pause();
         let part = *first..*first + WINDOW_TICKS;
         Window::of(&record.rates[part.clone()], &record.forces[part])
     }));
-    let senses = gathered(Sense::rotations());
+    let senses = collect(Sense::rotations());
     let costs = parallel::map(senses, true, |sense| costs(&all, &sense));
     FieldCosts {
         length: WINDOW_TICKS,
-        costs: gathered(costs.into_iter().flatten()),
-        null: gathered(
+        costs: collect(costs.into_iter().flatten()),
+        null: collect(
             starts.iter().map(|first| scatter(&record.forces[*first..*first + WINDOW_TICKS])),
         ),
         starts,
@@ -136,15 +136,15 @@ impl Window {
 
 /// Costs of a sense in all windows, with the bias of the gyro that makes them least.
 fn costs(windows: &[Window], sense: &Sense) -> Vec<f64> {
-    let fields = gathered(
-        windows.iter().map(|window| gathered(window.tensors.iter().map(|tensor| sense.of(tensor)))),
+    let fields = collect(
+        windows.iter().map(|window| collect(window.tensors.iter().map(|tensor| sense.of(tensor)))),
     );
-    let (mut bias, mut best) = (Vector3::zeros(), gathered([]));
+    let (mut bias, mut best) = (Vector3::zeros(), collect([]));
     for round in 0..=ROUNDS {
         pause();
         let prior = 1.0 / (BIAS_SIGMA_RAD_S * BIAS_SIGMA_RAD_S);
         let (mut normal, mut right) = (Matrix3::identity() * prior, bias * -prior);
-        let now = gathered(windows.iter().zip(&fields).map(|(window, fields)| {
+        let now = collect(windows.iter().zip(&fields).map(|(window, fields)| {
             let mut all = moved(window, fields, &bias);
             window.left(&mut all);
             let number = all.len() as f64;
@@ -176,7 +176,7 @@ fn moved(
     fields: &[Vector3<f64>],
     bias: &SVector<f64, 3>,
 ) -> Vec<SMatrix<f64, 3, 4>> {
-    gathered(fields.iter().zip(&window.integrals).map(|(field, psi)| {
+    collect(fields.iter().zip(&window.integrals).map(|(field, psi)| {
         let field = exponential(&(psi * -bias)) * field;
         let jacobian = field.cross_matrix() * psi;
         SMatrix::from_columns(&[
@@ -191,7 +191,7 @@ fn moved(
 /// Variance of the means of blocks.
 fn scatter(fields: &[Vector3<f64>]) -> f64 {
     let mean = |part: &[Vector3<f64>]| part.iter().sum::<Vector3<f64>>() / part.len() as f64;
-    let means = gathered(fields.chunks(MEAN_TICKS).map(mean));
+    let means = collect(fields.chunks(MEAN_TICKS).map(mean));
     let centre = mean(&means);
     means.iter().map(|m| (m - centre).norm_squared()).sum::<f64>() / means.len() as f64
 }

@@ -7,7 +7,7 @@ use super::gyro::Record;
 use super::ticks::TICK;
 use super::window::MEANS;
 use crate::math::rotation::{exponential, turned};
-use crate::work::{gathered, pause};
+use crate::work::{collect, pause};
 
 /// Bias, nine elements of the matrix by rows, delay.
 const SIZE: usize = 13;
@@ -63,14 +63,14 @@ pub fn fit(
     let mut numbers = Numbers::zeros();
     numbers.fixed_rows_mut::<3>(0).copy_from_slice(bias);
     let nothing = [f64::NAN; SIZE];
-    let mut best = Fit { costs: gathered([]), numbers: nothing, sigmas: nothing };
+    let mut best = Fit { costs: collect([]), numbers: nothing, sigmas: nothing };
     for _ in 0..ROUNDS {
-        let windows = gathered(starts.iter().map(|first| {
+        let windows = collect(starts.iter().map(|first| {
             pause();
             let part = *first..*first + length;
             sensitive(&record.rates[part.clone()], &record.forces[part], &numbers)
         }));
-        let (costs, g) = costs(&gathered(windows.iter().map(|window| window.means)));
+        let (costs, g) = costs(&collect(windows.iter().map(|window| window.means)));
         let (normal, right) = normal_equations(&windows, &costs, g, &numbers, trust);
         let Some(normal) = normal.cholesky() else { break };
         if best.costs.is_empty() || average(&costs) < average(&best.costs) {

@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::carry::{Carried, carried};
 use super::cost::{Means, average, null, with_bias};
+use super::propagation::{WindowMeans, propagate};
 use super::window::{MEANS, windows};
 use super::{ROTATIONS, Sense, UNITS};
 use crate::math::parallel;
-use crate::work::{gathered, pause, push};
+use crate::work::{collect, pause, push};
 
 /// Both signs of the rotations.
 const SENSES: usize = 2 * ROTATIONS;
@@ -45,7 +45,7 @@ pub fn gyro_costs(rates: &[[f64; 3]], forces: &[[f64; 3]]) -> GyroCosts {
     let short = record.of_units(&starts, SHORT_WINDOW_TICKS, &zero);
     let longer = windows(&record.rates, &record.forces, LONG_WINDOW_TICKS, MAX_WINDOWS);
     if longer.len() < MIN_LONG_WINDOWS {
-        return record.gathered(starts, SHORT_WINDOW_TICKS, short);
+        return record.collect(starts, SHORT_WINDOW_TICKS, short);
     }
     let begun = core::array::from_fn(|u| {
         let best = short[u].iter().min_by(|a, b| a.average().total_cmp(&b.average()));
@@ -61,7 +61,7 @@ pub fn gyro_costs(rates: &[[f64; 3]], forces: &[[f64; 3]]) -> GyroCosts {
             long[0][0] = other;
         }
     }
-    record.gathered(longer, LONG_WINDOW_TICKS, long)
+    record.collect(longer, LONG_WINDOW_TICKS, long)
 }
 
 pub(super) struct Record {
@@ -70,12 +70,12 @@ pub(super) struct Record {
 }
 
 /// A hypothesis: its costs by window, and its bias.
-struct Judged {
+struct SenseCosts {
     costs: Vec<f64>,
     bias: Vector3<f64>,
 }
 
-impl Judged {
+impl SenseCosts {
     fn average(&self) -> f64 {
         average(&self.costs)
     }
@@ -83,7 +83,7 @@ impl Judged {
 
 impl Record {
     pub(super) fn of(rates: &[[f64; 3]], forces: &[[f64; 3]]) -> Self {
-        let vectors = |all: &[[f64; 3]]| gathered(all.iter().map(|v| Vector3::from(*v)));
+        let vectors = |all: &[[f64; 3]]| collect(all.iter().map(|v| Vector3::from(*v)));
         Self { rates: vectors(rates), forces: vectors(forces) }
     }
 
@@ -93,13 +93,13 @@ impl Record {
         starts: &[usize],
         length: usize,
         biases: &[Vector3<f64>; 3],
-    ) -> Vec<Vec<Judged>> {
-        let tasks = gathered((0..UNITS.len()).flat_map(|u| [(u, 1.0), (u, -1.0)]));
+    ) -> Vec<Vec<SenseCosts>> {
+        let tasks = collect((0..UNITS.len()).flat_map(|u| [(u, 1.0), (u, -1.0)]));
         let halves = parallel::map(tasks, true, |(unit, sign)| {
-            let all = self.carried(starts, length, UNITS[unit], sign, &biases[unit]);
-            judged(&all, &Sense::rotations(), sign, &biases[unit])
+            let all = self.propagate(starts, length, UNITS[unit], sign, &biases[unit]);
+            evaluate_senses(&all, &Sense::rotations(), sign, &biases[unit])
         });
-        let mut units: Vec<Vec<Judged>> = gathered([]);
+        let mut units: Vec<Vec<SenseCosts>> = collect([]);
         for (k, half) in halves.into_iter().enumerate() {
             match units.last_mut() {
                 Some(unit) if k % 2 == 1 => half.into_iter().for_each(|one| push(unit, one)),
@@ -110,52 +110,58 @@ impl Record {
     }
 
     /// The given sense alone, in the given unit.
-    fn of_sense(&self, starts: &[usize], length: usize, bias: &Vector3<f64>) -> Judged {
-        let all = self.carried(starts, length, UNITS[0], 1.0, bias);
-        judged(&all, &Sense::rotations()[..1], 1.0, bias).swap_remove(0)
+    fn of_sense(&self, starts: &[usize], length: usize, bias: &Vector3<f64>) -> SenseCosts {
+        let all = self.propagate(starts, length, UNITS[0], 1.0, bias);
+        evaluate_senses(&all, &Sense::rotations()[..1], 1.0, bias).swap_remove(0)
     }
 
-    fn carried(
+    fn propagate(
         &self,
         starts: &[usize],
         length: usize,
         unit: f64,
         sign: f64,
         bias: &Vector3<f64>,
-    ) -> Vec<Carried> {
-        gathered(starts.iter().map(|first| {
+    ) -> Vec<WindowMeans> {
+        collect(starts.iter().map(|first| {
             pause();
             let part = *first..*first + length;
-            carried(&self.rates[part.clone()], &self.forces[part], sign * unit, &(bias * sign))
+            propagate(&self.rates[part.clone()], &self.forces[part], sign * unit, &(bias * sign))
         }))
     }
 
-    fn gathered(&self, starts: Vec<usize>, length: usize, units: Vec<Vec<Judged>>) -> GyroCosts {
+    fn collect(&self, starts: Vec<usize>, length: usize, units: Vec<Vec<SenseCosts>>) -> GyroCosts {
         let all = || units.iter().flatten();
         GyroCosts {
             null: null(&self.forces, &starts, length),
-            costs: gathered(all().flat_map(|one| one.costs.iter().copied())),
-            biases: gathered(all().map(|one| one.bias.into())),
+            costs: collect(all().flat_map(|one| one.costs.iter().copied())),
+            biases: collect(all().map(|one| one.bias.into())),
             starts,
             length,
         }
     }
 }
 
-fn judged(windows: &[Carried], senses: &[Sense], sign: f64, bias: &Vector3<f64>) -> Vec<Judged> {
+fn evaluate_senses(
+    windows: &[WindowMeans],
+    senses: &[Sense],
+    sign: f64,
+    bias: &Vector3<f64>,
+) -> Vec<SenseCosts> {
     let integrals: Vec<[Matrix3<f64>; MEANS]> =
-        gathered(windows.iter().map(|window| window.integrals.map(|psi| psi * sign)));
-    gathered(senses.iter().map(|sense| {
+        collect(windows.iter().map(|window| window.integrals.map(|psi| psi * sign)));
+    collect(senses.iter().map(|sense| {
         pause();
-        let means =
-            |window: &Carried| -> Means { core::array::from_fn(|k| sense.of(&window.tensors[k])) };
-        let means = gathered(windows.iter().map(means));
+        let means = |window: &WindowMeans| -> Means {
+            core::array::from_fn(|k| sense.of(&window.tensors[k]))
+        };
+        let means = collect(windows.iter().map(means));
         let (mut costs, more) = with_bias(&means, &integrals, bias);
         let bias = bias + more;
         if bias.norm() > MAX_GYRO_BIAS_RAD_S {
             costs.iter_mut().for_each(|cost| *cost += 1.0);
         }
-        Judged { costs, bias }
+        SenseCosts { costs, bias }
     }))
 }
 

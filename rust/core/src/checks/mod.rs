@@ -8,11 +8,11 @@
 //!
 //! All is in *ticks* of 0.02 s, rad/s, and forces by their median size.
 
-mod carry;
 mod cost;
 mod field;
 mod fit;
 mod gyro;
+mod propagation;
 mod ticks;
 mod window;
 

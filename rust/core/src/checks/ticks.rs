@@ -1,6 +1,6 @@
 //! A sensor's samples as means over ticks: what is missing, what is clipped.
 
-use crate::work::{filled, gathered, pause, room};
+use crate::work::{collect, filled, pause, room};
 
 /// Seconds of a tick.
 pub const TICK: f64 = 0.02;
@@ -18,8 +18,8 @@ const SAMPLES_PER_CHECK: usize = 1 << 14;
 /// tick or more is missing. A sample that is not finite or at the end of the range is missing.
 pub fn ticks(time: &[f64], values: &[[f64; 3]], start: f64, count: usize) -> Vec<[f64; 3]> {
     let mut means = Means::of(start, count);
-    let period = median(gathered(time.windows(2).map(|t| t[1] - t[0]))).unwrap_or(TICK);
-    let full = clipped(values);
+    let period = median(collect(time.windows(2).map(|t| t[1] - t[0]))).unwrap_or(TICK);
+    let full = find_clipped(values);
     let is_there = |k: usize| !full[k] && values[k].iter().all(|x| x.is_finite());
     let mut there = (0..time.len().min(values.len())).filter(|k| is_there(*k));
     let Some(mut k) = there.next() else { return means.sums };
@@ -36,7 +36,7 @@ pub fn ticks(time: &[f64], values: &[[f64; 3]], start: f64, count: usize) -> Vec
         k = next;
     }
     means.add(left, time[k] + period / 2.0, &values[k]);
-    means.finished()
+    means.finish()
 }
 
 /// Sums over ticks, and the seconds that they are of.
@@ -70,7 +70,7 @@ impl Means {
         }
     }
 
-    fn finished(mut self) -> Vec<[f64; 3]> {
+    fn finish(mut self) -> Vec<[f64; 3]> {
         for (sum, held) in self.sums.iter_mut().zip(&self.held) {
             *sum = if *held >= 0.5 { sum.map(|x| x / held) } else { [f64::NAN; 3] };
         }
@@ -79,17 +79,17 @@ impl Means {
 }
 
 /// Which samples are at the end of the range: there for several together, and rarely.
-fn clipped(values: &[[f64; 3]]) -> Vec<bool> {
+fn find_clipped(values: &[[f64; 3]]) -> Vec<bool> {
     let mut full = filled(false, values.len());
     for axis in 0..3 {
         let at = |k: usize| Some(values[k][axis]).filter(|x| x.is_finite());
         let all = || (0..values.len()).filter_map(at);
         let step = values.len().div_ceil(MEDIAN_SAMPLES).max(1);
-        let Some(middle) = median(gathered((0..values.len()).step_by(step).filter_map(at))) else {
+        let Some(middle) = median(collect((0..values.len()).step_by(step).filter_map(at))) else {
             continue;
         };
         let off = |x: f64| (x - middle).abs();
-        let some = gathered((0..values.len()).step_by(step).filter_map(at).map(off));
+        let some = collect((0..values.len()).step_by(step).filter_map(at).map(off));
         let spread = median(some).unwrap_or(0.0);
         let ends = [all().fold(f64::MIN, f64::max), all().fold(f64::MAX, f64::min)];
         for end in ends {
@@ -106,13 +106,13 @@ fn clipped(values: &[[f64; 3]]) -> Vec<bool> {
 
 /// Whether so many samples are hit as by the end of a range.
 fn is_end(values: &[[f64; 3]], axis: usize, is_hit: impl Fn(f64) -> bool) -> bool {
-    let (mut hits, mut there, mut beside, mut most) = (0_usize, 0_usize, 0_usize, 0_usize);
+    let (mut hits, mut there, mut run, mut most) = (0_usize, 0_usize, 0_usize, 0_usize);
     for value in values {
         let hit = is_hit(value[axis]);
         there += usize::from(value[axis].is_finite());
         hits += usize::from(hit);
-        beside = if hit { beside + 1 } else { 0 };
-        most = most.max(beside);
+        run = if hit { run + 1 } else { 0 };
+        most = most.max(run);
     }
     hits >= 5 && 10 * hits < there && most >= 3
 }
@@ -139,7 +139,7 @@ pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{TICK, clipped, median, ticks};
+    use super::{TICK, find_clipped, median, ticks};
 
     fn times(n: usize, rate: f64) -> Vec<f64> {
         (0..n).map(|k| (k as f64 + 0.5) / rate).collect()
@@ -169,8 +169,8 @@ mod tests {
 
     #[test]
     fn no_times_are_not_ticks() {
-        for wild in [f64::NAN, f64::INFINITY, -1e300, 1e300] {
-            assert_eq!(ticks(&[0.0, wild], &[[1.0; 3]; 2], 0.0, 2).len(), 2);
+        for outlier in [f64::NAN, f64::INFINITY, -1e300, 1e300] {
+            assert_eq!(ticks(&[0.0, outlier], &[[1.0; 3]; 2], 0.0, 2).len(), 2);
         }
         assert!(ticks(&[], &[], 0.0, 2)[0][0].is_nan());
     }
@@ -179,9 +179,9 @@ mod tests {
     fn an_end_is_hit_again_and_again() {
         let mut values: Vec<_> = (0..1000).map(|k| [f64::from(k % 7), 0.0, 0.0]).collect();
         values[400..410].fill([500.0, 0.0, 0.0]);
-        assert_eq!(clipped(&values).iter().filter(|full| **full).count(), 10);
+        assert_eq!(find_clipped(&values).iter().filter(|full| **full).count(), 10);
         values[404] = [600.0, 0.0, 0.0];
-        assert!(!clipped(&values).contains(&true));
+        assert!(!find_clipped(&values).contains(&true));
     }
 
     #[test]

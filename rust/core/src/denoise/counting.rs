@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::NORMAL_MEDIAN;
-use crate::math::sound::{is_count, is_size};
+use crate::math::validity::{is_count, is_size};
 
 /// Part of normal noise within its deviation.
 const WITHIN_ONE_SIGMA: f64 = 0.682_689;
@@ -61,7 +61,7 @@ impl Counting {
     }
 
     /// Whether at most `samples` samples can have made it.
-    pub(super) fn is_sound(&self, samples: u64) -> bool {
+    pub(super) fn is_valid(&self, samples: u64) -> bool {
         let held = self.count.min(INITIAL_SIZES as u64) as usize;
         is_count(self.count)
             && self.count <= samples

@@ -18,7 +18,7 @@ pub(super) fn median_size(values: &[f64]) -> f64 {
     }
     let found = if values.len() < MIN_LENGTH { None } else { among_near(values) };
     found.unwrap_or_else(|| {
-        let mut sizes = work::gathered(values.iter().map(|x| x.abs()));
+        let mut sizes = work::collect(values.iter().map(|x| x.abs()));
         median(&mut sizes, 0, values.len())
     })
 }

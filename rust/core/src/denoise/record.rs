@@ -162,7 +162,7 @@ pub fn decompose(z: &[f64], wavelet: Wavelet, levels: usize) -> Vec<Vec<f64>> {
     while parts.level() < levels {
         parts.deepen(wavelet, |_, _| true);
     }
-    let copied = |values: &[f64]| work::gathered(values.iter().copied());
+    let copied = |values: &[f64]| work::collect(values.iter().copied());
     let mut found = Vec::new();
     let mut rest: &[f64] = parts.details;
     for k in &parts.lengths {

@@ -6,7 +6,7 @@ use super::counting::{Counting, MAX_SIZE};
 use super::wavelet::{Taps, with_taps};
 use super::{Mode, Wavelet};
 use crate::error::{Error, check_not_negative, check_rate};
-use crate::math::sound::{is_count, is_sample, is_within};
+use crate::math::validity::{is_count, is_sample, is_within};
 use crate::math::{Limits, Real};
 use crate::memory;
 use crate::stream::Stream;
@@ -284,7 +284,7 @@ impl Stream for WaveletDenoiser {
         x
     }
 
-    fn twin(&self) -> Result<Self, Error> {
+    fn try_clone(&self) -> Result<Self, Error> {
         let state = memory::copied(&self.state)?;
         Ok(Self { state, ..*self })
     }
@@ -304,7 +304,7 @@ impl Checkpoint for WaveletDenoiser {
     const TAG: &'static str = "wavelet-denoiser";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let within = |x: f64| is_within(x, MAX_SIZE);
         Self::new(self.params).is_ok_and(|fresh| {
             self.state.len() == fresh.state.len()
@@ -314,7 +314,7 @@ impl Checkpoint for WaveletDenoiser {
                 && is_sample(self.origin, f64::MAX_RAW)
                 && is_within(self.last, MAX_DISTANCE)
                 && within(self.next)
-                && self.noise.is_sound(self.samples_seen)
+                && self.noise.is_valid(self.samples_seen)
                 && self.state.iter().all(|x| within(*x))
                 && (!self.origin.is_nan() || self.has_not_begun(&fresh))
         })

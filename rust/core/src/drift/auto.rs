@@ -8,7 +8,7 @@
 
 #[cfg(feature = "std")]
 pub(super) mod side_by_side;
-mod sound;
+mod validity;
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -72,7 +72,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     pub fn new(params: AutoParams) -> Result<Self, Error> {
         let window = params::checked_window(params.rate, params.startup)?;
         crate::error::check_scale(params.scale)?;
-        params.behaviour.checked()?;
+        params.behaviour.validate()?;
         Ok(Self {
             params,
             detector: RestDetector::new(params.rate, params.limits)?,
@@ -200,7 +200,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             None => {}
         }
         if self.disproves(tick) {
-            return self.start_anew();
+            return self.restart_from_scratch();
         }
         if self.status == Status::NoRestYet && self.detector.standing() <= 1 {
             self.startup.reset();
@@ -291,7 +291,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     }
 
     /// Noise and drift are learned anew, from the next sample on.
-    fn start_anew(&mut self) {
+    fn restart_from_scratch(&mut self) {
         self.startup.reset();
         (self.model, self.experienced) = (None, false);
         self.interim = Interim::held();
@@ -408,7 +408,7 @@ impl<T: DriftNumber> Stream for AutoFilter<T> {
 
     /// It holds plain numbers, which are copied at once, and not field by field.
     #[cfg(feature = "std")]
-    fn twin(&self) -> Result<Self, Error> {
+    fn try_clone(&self) -> Result<Self, Error> {
         Ok(*self)
     }
 
@@ -467,7 +467,7 @@ impl<T: DriftNumber> Checkpoint for AutoFilter<T> {
     const TAG: &'static str = "drift-auto";
     const VERSION: u16 = 4;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         Self::new(self.params).is_ok_and(|fresh| self.is_after(&fresh))
     }
 

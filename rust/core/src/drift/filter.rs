@@ -3,7 +3,7 @@
 
 #[cfg(feature = "std")]
 pub(super) mod side_by_side;
-mod sound;
+mod validity;
 
 use nalgebra::{SMatrix, SVector, SimdBool};
 use serde::{Deserialize, Serialize};
@@ -53,7 +53,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
     /// [`Error::Parameter`] for a parameter out of range.
     pub fn new(params: &Params) -> Result<Self, Error> {
         const { assert!(N >= 2 && M >= N, "N = p + 1 >= 2, M = p + q + 1 >= N") };
-        let params = params.checked()?;
+        let params = params.validate()?;
         let floor = Self::floor();
         let most = T::limit(<T::Element as Limits>::MAX_COVARIANCE);
         let start = T::of(params.process_noise).at_least(floor).at_most(most);
@@ -62,7 +62,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
             adapts_process_noise: params.adapts_process_noise(),
             learning_left: params.adapt_samples(),
             model: Rls::new(params.forgetting_factor),
-            measurement_noise: AllanNoise::with_floor(params.memory(), params.noise, floor)?,
+            measurement_noise: AllanNoise::with_floor(params.fading_factor(), params.noise, floor)?,
             process_noise: Symmetric::diagonal(start),
             state: State::new(start),
             last: Correction { innovation: T::zero(), variance: T::one(), inverse: T::zero() },
@@ -355,7 +355,7 @@ where
     /// # Errors
     /// [`Error::Parameter`] for a parameter or a number of the start out of range.
     pub fn started(params: Params, start: Start<T, N, M>) -> Result<Self, Error> {
-        let start = start.checked()?;
+        let start = start.validate()?;
         Ok(Self {
             inner: DriftLoop::started(&params, &start)?,
             scaling: Some(Scaling::new(start.offset, start.scale)),
@@ -488,7 +488,7 @@ where
             Some(scaling) => {
                 (self.estimate, self.missing, self.guarded) = step(&mut self.inner, scaling, z);
                 if Watch::<T>::is_due(self.samples_seen) && self.disproves(z) {
-                    self.start_anew_if_disproved();
+                    self.restart_if_disproved();
                 }
             }
             None => {
@@ -539,8 +539,8 @@ where
     /// Whether a sample proves the scale wrong by many orders, if it was learned and not told.
     #[cold]
     fn disproves(&mut self, z: T) -> bool {
-        let told = self.start.is_some() || self.params.scale.is_some();
-        match self.scaling.filter(|_| !told) {
+        let scale_given = self.start.is_some() || self.params.scale.is_some();
+        match self.scaling.filter(|_| !scale_given) {
             Some(scaling) => self.watch.disproves(z, scaling.scale()),
             None => false,
         }
@@ -548,7 +548,7 @@ where
 
     /// Learns everything anew if the scale is proved wrong.
     #[cold]
-    fn start_anew_if_disproved(&mut self) {
+    fn restart_if_disproved(&mut self) {
         if self.watch.has_disproved()
             && let Ok(fresh) = Self::new(self.params)
         {
@@ -581,7 +581,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
 
     /// It holds plain numbers, which are copied at once, and not field by field.
     #[cfg(feature = "std")]
-    fn twin(&self) -> Result<Self, Error> {
+    fn try_clone(&self) -> Result<Self, Error> {
         Ok(*self)
     }
 
@@ -592,8 +592,8 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
     }
 
     #[cfg(feature = "std")]
-    fn abreast() -> usize {
-        T::abreast()
+    fn lane_count() -> usize {
+        T::lane_count()
     }
 
     #[cfg(feature = "std")]
@@ -620,7 +620,7 @@ impl<T: Number, const N: usize, const M: usize> Checkpoint for DriftFilter<T, N,
     const VERSION: u16 = 2;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         self.fresh().is_ok_and(|fresh| self.is_after(&fresh))
     }
 

@@ -15,7 +15,7 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real};
 
 /// Members: no drift, then two ratios a decade.

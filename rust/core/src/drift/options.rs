@@ -362,10 +362,10 @@ impl Options {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
-        let (params, behaviour) = (self.params.checked()?, self.behaviour.checked()?);
-        let robust = self.robust.map(RobustParams::checked).transpose()?;
-        Ok(Self { params, robust, behaviour, limits: self.limits.checked()?, ..self })
+    pub fn validate(self) -> Result<Self, Error> {
+        let (params, behaviour) = (self.params.validate()?, self.behaviour.validate()?);
+        let robust = self.robust.map(RobustParams::validate).transpose()?;
+        Ok(Self { params, robust, behaviour, limits: self.limits.validate()?, ..self })
     }
 }
 

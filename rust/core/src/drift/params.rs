@@ -49,7 +49,7 @@ impl Behaviour {
     ///
     /// # Errors
     /// [`Error::Parameter`] if it is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         self.limit.map_or(Ok(()), |limit| check_positive("limit", "a positive number", limit))?;
         Ok(self)
     }
@@ -124,7 +124,7 @@ impl Params {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         check_rate(self.rate)?;
         check_fading(self.fading)?;
         check_forgetting_factor(self.forgetting_factor)?;
@@ -156,7 +156,7 @@ impl Params {
     }
 
     /// The memory of the measurement noise: equal weights unless the method fades.
-    pub(crate) fn memory(&self) -> f64 {
+    pub(crate) fn fading_factor(&self) -> f64 {
         if self.method == Method::Fading { self.fading } else { 1.0 }
     }
 }

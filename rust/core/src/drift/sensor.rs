@@ -1,6 +1,6 @@
 //! The model of one sensor: its noise, and its drift as far as it has been at rest.
 
-mod sound;
+mod validity;
 
 use serde::{Deserialize, Serialize};
 

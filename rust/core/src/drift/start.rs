@@ -44,7 +44,7 @@ where
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         require(self.offset.finite(), "offset", "finite", self.offset)?;
         let scale = self.scale;
         require(scale.finite() && scale > T::zero(), "scale", "a positive number", scale)?;

@@ -2,7 +2,7 @@
 
 use super::step::{MAX_ELEMENT, MAX_STATE, MAX_VARIANCE, MIN_VARIANCE, is_semidefinite};
 use crate::error::Error;
-use crate::math::sound::is_within;
+use crate::math::validity::is_within;
 use crate::memory;
 
 /// Times its variances by which a matrix that a person computed may miss symmetry, and definiteness.

@@ -7,7 +7,7 @@ use super::bank::{LinearBank, MAX_SIZE, Model};
 use super::check::{check_state, settle_covariance};
 use super::step::{MAX_VARIANCE, is_semidefinite};
 use crate::error::Error;
-use crate::math::sound::is_within;
+use crate::math::validity::is_within;
 use crate::memory;
 use crate::stream::checkpoint::{self, Checkpoint};
 
@@ -85,7 +85,7 @@ impl Checkpoint for Saved {
     const TAG: &'static str = "linear-kalman";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let [n, m, p] = self.sizes;
         let count = self.channels.unwrap_or(1);
         let [F, H, Q, R, B, x0, P0] = &self.chosen;

@@ -464,7 +464,7 @@ pub(super) struct Advance<'a> {
 /// What becomes of channels: states, innovations, sums of the squares of the whitened innovations,
 /// log-likelihoods.
 #[derive(Debug)]
-pub(super) struct Places<'a> {
+pub(super) struct ChannelOutputs<'a> {
     pub state: &'a mut [f64],
     pub innovation: &'a mut [f64],
     pub nis: &'a mut [f64],
@@ -477,11 +477,11 @@ pub(super) fn advance_one<S: Size>(
     size: S,
     channel: usize,
     step: &Advance<'_>,
-    places: &mut Places<'_>,
+    outputs: &mut ChannelOutputs<'_>,
     work: &mut Work<'_>,
 ) {
     let Work { counts, l, inverse, v, one, .. } = work;
-    advance(size, channel, step, &Gain { counts, l, inverse, v }, places, one);
+    advance(size, channel, step, &Gain { counts, l, inverse, v }, outputs, one);
 }
 
 /// The same of so many times [`LANES`] channels, that many at once.
@@ -491,13 +491,13 @@ pub(super) fn advance_several<S: Size>(
     size: S,
     channels: core::ops::Range<usize>,
     step: &Advance<'_>,
-    places: &mut Places<'_>,
+    outputs: &mut ChannelOutputs<'_>,
     work: &mut Work<'_>,
 ) {
     let Work { counts, l, inverse, v, several, .. } = work;
     let gain = Gain { counts, l, inverse, v };
     for first in channels.step_by(LANES) {
-        advance(size, first, step, &gain, places, several);
+        advance(size, first, step, &gain, outputs, several);
     }
 }
 
@@ -516,11 +516,11 @@ fn advance<S: Size, T: Lanes>(
     first: usize,
     step: &Advance<'_>,
     gain: &Gain<'_>,
-    places: &mut Places<'_>,
+    outputs: &mut ChannelOutputs<'_>,
     [x, next, w]: &mut [&mut [T]; 3],
 ) {
     let (n, m) = (size.n(), size.m());
-    let state = &mut places.state[first * n..][..T::COUNT * n];
+    let state = &mut outputs.state[first * n..][..T::COUNT * n];
     let zero = T::of(0.0);
     let (mut x, mut next) = (size.column(zero, x), size.column(zero, next));
     let mut w = size.row(zero, w);
@@ -537,18 +537,18 @@ fn advance<S: Size, T: Lanes>(
                 sum = sum + T::of(F[i * n + j]) * x[j];
             }
             for j in 0..p {
-                let u = T::known(p, j, &u[first * p..][..T::COUNT * p]);
+                let u = T::read_input(p, j, &u[first * p..][..T::COUNT * p]);
                 sum = sum + T::of(B[i * p + j]) * u;
             }
-            next[i] = sum.held();
+            next[i] = sum.bound();
         }
         x.copy_from_slice(next);
     }
     if let Some((H, z, weighed)) = step.correct {
         let z = &z[first * m..][..T::COUNT * m];
-        let innovation = &mut places.innovation[first * m..][..T::COUNT * m];
-        let nis = &mut places.nis[first..][..T::COUNT];
-        let log_likelihood = &mut places.log_likelihood[first..][..T::COUNT];
+        let innovation = &mut outputs.innovation[first * m..][..T::COUNT * m];
+        let nis = &mut outputs.nis[first..][..T::COUNT];
+        let log_likelihood = &mut outputs.log_likelihood[first..][..T::COUNT];
         if let Some(weighed) = weighed {
             let squares = correct(size, H, z, gain, innovation, x, w);
             squares.write(1, 0, nis);
@@ -594,8 +594,8 @@ fn correct<S: Size, T: Lanes>(
         for h in 0..j {
             y = y - T::of(l[j * m + h] * l[h * m + h]) * w[h];
         }
-        let whitened = y.held();
-        w[j] = (whitened * T::of(gain.inverse[j])).held();
+        let whitened = y.bound();
+        w[j] = (whitened * T::of(gain.inverse[j])).bound();
         squares = squares + whitened * w[j];
     }
     for i in 0..n {
@@ -603,7 +603,7 @@ fn correct<S: Size, T: Lanes>(
         for j in 0..m {
             sum = sum + T::of(v[j * n + i]) * w[j];
         }
-        x[i] = (x[i] + sum).held();
+        x[i] = (x[i] + sum).bound();
     }
     squares
 }
@@ -614,12 +614,12 @@ trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
 
     fn of(x: f64) -> Self;
     /// The number at a place of each channel's row, of `width` numbers.
-    fn read(width: usize, place: usize, rows: &[f64]) -> Self;
+    fn read(width: usize, index: usize, rows: &[f64]) -> Self;
     /// The same of an input; a missing one is none.
-    fn known(width: usize, place: usize, rows: &[f64]) -> Self;
-    fn write(self, width: usize, place: usize, rows: &mut [f64]);
+    fn read_input(width: usize, index: usize, rows: &[f64]) -> Self;
+    fn write(self, width: usize, index: usize, rows: &mut [f64]);
     /// Within ±[`MAX_STATE`].
-    fn held(self) -> Self;
+    fn bound(self) -> Self;
 }
 
 impl Lanes for f64 {
@@ -631,22 +631,22 @@ impl Lanes for f64 {
     }
 
     #[inline(always)]
-    fn read(_: usize, place: usize, rows: &[f64]) -> Self {
-        rows[place]
+    fn read(_: usize, index: usize, rows: &[f64]) -> Self {
+        rows[index]
     }
 
     #[inline(always)]
-    fn known(_: usize, place: usize, rows: &[f64]) -> Self {
-        if is_known(rows[place]) { rows[place] } else { 0.0 }
+    fn read_input(_: usize, index: usize, rows: &[f64]) -> Self {
+        if is_known(rows[index]) { rows[index] } else { 0.0 }
     }
 
     #[inline(always)]
-    fn write(self, _: usize, place: usize, rows: &mut [f64]) {
-        rows[place] = self;
+    fn write(self, _: usize, index: usize, rows: &mut [f64]) {
+        rows[index] = self;
     }
 
     #[inline(always)]
-    fn held(self) -> Self {
+    fn bound(self) -> Self {
         self.clamp(-MAX_STATE, MAX_STATE)
     }
 }
@@ -660,30 +660,30 @@ impl Lanes for f64x4 {
     }
 
     #[inline(always)]
-    fn read(width: usize, place: usize, rows: &[f64]) -> Self {
+    fn read(width: usize, index: usize, rows: &[f64]) -> Self {
         let rows = &rows[..LANES * width];
-        Self::from([0, 1, 2, 3].map(|lane| rows[lane * width + place]))
+        Self::from([0, 1, 2, 3].map(|lane| rows[lane * width + index]))
     }
 
     #[inline(always)]
-    fn known(width: usize, place: usize, rows: &[f64]) -> Self {
+    fn read_input(width: usize, index: usize, rows: &[f64]) -> Self {
         let rows = &rows[..LANES * width];
         Self::from([0, 1, 2, 3].map(|lane| {
-            let u = rows[lane * width + place];
+            let u = rows[lane * width + index];
             if is_known(u) { u } else { 0.0 }
         }))
     }
 
     #[inline(always)]
-    fn write(self, width: usize, place: usize, rows: &mut [f64]) {
+    fn write(self, width: usize, index: usize, rows: &mut [f64]) {
         let rows = &mut rows[..LANES * width];
         for (lane, x) in self.to_array().into_iter().enumerate() {
-            rows[lane * width + place] = x;
+            rows[lane * width + index] = x;
         }
     }
 
     #[inline(always)]
-    fn held(self) -> Self {
+    fn bound(self) -> Self {
         self.fast_max(Self::splat(-MAX_STATE)).fast_min(Self::splat(MAX_STATE))
     }
 }

@@ -14,8 +14,8 @@ pub mod rotation;
 mod rows;
 #[cfg(feature = "std")]
 pub(crate) mod segments;
-pub(crate) mod sound;
 mod symmetric;
+pub(crate) mod validity;
 
 #[cfg(feature = "std")]
 pub(crate) use lane::{Lane, MAX_LANES, Mask};

@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use super::sound::is_size;
+use super::validity::is_size;
 use super::{Limits, Real, choose};
 
 /// Symmetric `N × N` matrix; only the upper triangle is kept up to date and read.

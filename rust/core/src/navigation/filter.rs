@@ -4,13 +4,13 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::covariance::{
-    ACCEL, ANTENNA, Beside, Constants, Course, Covariance, Errors, GYRO, Growth, Innovation, PHI,
-    STATES, Scalar, Transition, V,
+    ACCEL, ANTENNA, Constants, ConstantsCovariance, Course, Covariance, Errors, GYRO, Growth,
+    Innovation, PHI, STATES, Scalar, Transition, V,
 };
-use super::earth::{MAX_HEIGHT, MAX_LATITUDE, wrapped};
+use super::earth::{MAX_HEIGHT, MAX_LATITUDE, wrap};
 use super::fix::{Fix, Given, Verdict, velocity_rows};
 use super::initialise::Before;
-use super::judge::Judge;
+use super::innovation_gate::InnovationGate;
 use super::motion::{Motion, Step};
 use super::odometer::{Odometer, Rolled};
 use super::params::{Kind, NavigationParams, Start};
@@ -90,39 +90,39 @@ pub struct Snapshot {
 }
 
 /// Somebody who watches steps, for the smoother.
-pub trait Witness {
+pub trait Observer {
     /// This sample of a record is under way.
     #[inline(always)]
     fn sample(&mut self, _number: usize) {}
     /// Errors were carried over a step, by `transition` to `covariance`.
-    fn stepped(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion);
+    fn record_step(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion);
     /// `found` was taken out of the motion.
-    fn corrected(&mut self, found: &Errors, covariance: &Covariance, motion: &Motion);
+    fn record_correction(&mut self, found: &Errors, covariance: &Covariance, motion: &Motion);
     /// This was found of constants that are estimated, which `corrected` follows.
     #[inline(always)]
-    fn told(&mut self, _constants: &Constants) {}
+    fn record_constants(&mut self, _constants: &Constants) {}
     /// A scalar was taken, on the way to `corrected`. Who takes some and tells none of them leaves
     /// it to the covariances before and after.
     #[inline(always)]
-    fn scalar(&mut self, _scalar: &Scalar) {}
+    fn record_scalar(&mut self, _scalar: &Scalar) {}
     /// So many scalars were not taken after all.
     #[inline(always)]
-    fn taken_back(&mut self, _scalars: usize) {}
+    fn drop_scalars(&mut self, _scalars: usize) {}
     /// The last three were not taken before the filter was made less sure of itself: covariances
     /// before and after do not follow from scalars alone.
     #[inline(always)]
-    fn widened(&mut self) {}
+    fn mark_widened(&mut self) {}
     /// The filter began anew, with this covariance.
-    fn started(&mut self, covariance: &Covariance, motion: &Motion);
+    fn record_start(&mut self, covariance: &Covariance, motion: &Motion);
 }
 
-impl Witness for () {
+impl Observer for () {
     #[inline(always)]
-    fn stepped(&mut self, _: &Transition, _: &Covariance, _: &Motion) {}
+    fn record_step(&mut self, _: &Transition, _: &Covariance, _: &Motion) {}
     #[inline(always)]
-    fn corrected(&mut self, _: &Errors, _: &Covariance, _: &Motion) {}
+    fn record_correction(&mut self, _: &Errors, _: &Covariance, _: &Motion) {}
     #[inline(always)]
-    fn started(&mut self, _: &Covariance, _: &Motion) {}
+    fn record_start(&mut self, _: &Covariance, _: &Motion) {}
 }
 
 /// The navigation filter.
@@ -135,7 +135,7 @@ pub struct NavigationFilter {
     pub(crate) accel_bias: Vector3<f64>,
     pub(crate) covariance: Covariance,
     pub(crate) sigma: Errors,
-    pub(crate) judges: [Judge; 2],
+    pub(crate) gates: [InnovationGate; 2],
     pub(crate) sensors: Sensors,
     pub(crate) sums: Sums,
     pub(crate) before: Option<Before>,
@@ -196,7 +196,7 @@ pub(crate) struct Sums {
     pub seconds: f64,
     pub samples: f64,
     /// Samples at rest.
-    pub rests: f64,
+    pub rest_samples: f64,
     pub attitude: Matrix3<f64>,
     pub velocity: Vector3<f64>,
     /// Of the rate, biases in it.
@@ -210,7 +210,7 @@ impl Sums {
         Self {
             seconds: 0.0,
             samples: 0.0,
-            rests: 0.0,
+            rest_samples: 0.0,
             attitude: Matrix3::zeros(),
             velocity: Vector3::zeros(),
             gyro: Vector3::zeros(),
@@ -233,7 +233,7 @@ impl NavigationFilter {
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
     pub fn new(start: Start, params: NavigationParams) -> Result<Self, Error> {
-        let (start, params) = (start.checked()?, params.checked()?);
+        let (start, params) = (start.validate()?, params.validate()?);
         Ok(Self {
             params,
             start,
@@ -242,7 +242,7 @@ impl NavigationFilter {
             accel_bias: start.accel_bias.into(),
             covariance: Self::first_covariance(&start, params.antenna_sigma),
             sigma: [f64::NAN; STATES],
-            judges: [Judge::new(); 2],
+            gates: [InnovationGate::new(); 2],
             sensors: Sensors::new(),
             sums: Sums::new(),
             before: None,
@@ -260,7 +260,7 @@ impl NavigationFilter {
     fn first_covariance(start: &Start, antenna_sigma: f64) -> Covariance {
         let mut covariance = Covariance::of(&Self::first_variances(start));
         if antenna_sigma > 0.0 {
-            covariance.1 = Some(Beside::NONE.with(ANTENNA, [antenna_sigma; 3]));
+            covariance.1 = Some(ConstantsCovariance::NONE.with(ANTENNA, [antenna_sigma; 3]));
         }
         covariance
     }
@@ -300,10 +300,10 @@ impl NavigationFilter {
     /// # Errors
     /// As of [`update`](Self::update).
     #[inline]
-    pub fn update_before<W: Witness>(
+    pub fn update_before<W: Observer>(
         &mut self,
         sample: &Inertial,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Result<(), Error> {
         let dt = sample.time - self.sensors.time;
         if !(dt > 0.0 && dt <= MAX_SAMPLE_INTERVAL_S) || sample.time.abs() > MAX_TIME {
@@ -320,8 +320,8 @@ impl NavigationFilter {
         self.motion.advance(&step);
         self.accumulate(dt, sample.rest);
         if self.sums.seconds >= self.params.covariance_step - 0.25 * dt {
-            self.propagate(witness);
-            self.look_at_wheels(witness);
+            self.propagate(observer);
+            self.look_at_wheels(observer);
         }
         Ok(())
     }
@@ -363,7 +363,7 @@ impl NavigationFilter {
     #[inline(always)]
     fn step(&mut self, sample: &Inertial, dt: f64) -> Step {
         let (gyro, accel) = (self.sensors.gyro, self.sensors.accel);
-        let (now, force) = self.measured(sample, dt);
+        let (now, force) = self.measure(sample, dt);
         // Increments are means already.
         let (rate, mean) = match self.params.kind {
             Kind::Rate => ((gyro + now) * (0.5 * dt), (accel + force) * (0.5 * dt)),
@@ -381,18 +381,18 @@ impl NavigationFilter {
 
     /// Rate and force of a sample, the last ones where they are missing.
     #[inline(always)]
-    fn measured(&mut self, sample: &Inertial, dt: f64) -> (Vector3<f64>, Vector3<f64>) {
+    fn measure(&mut self, sample: &Inertial, dt: f64) -> (Vector3<f64>, Vector3<f64>) {
         let per = if self.params.kind == Kind::Rate { 1.0 } else { 1.0 / dt };
         let (gyro, accel) = (Vector3::from(sample.gyro) * per, Vector3::from(sample.accel) * per);
         if !(is_known(&gyro) && is_known(&accel)) {
-            return self.held(gyro, accel, dt);
+            return self.hold(gyro, accel, dt);
         }
         (self.sensors.gyro_age, self.sensors.accel_age) = (0.0, 0.0);
         (gyro, accel)
     }
 
     #[cold]
-    fn held(
+    fn hold(
         &mut self,
         gyro: Vector3<f64>,
         accel: Vector3<f64>,
@@ -430,7 +430,7 @@ impl NavigationFilter {
         let sums = &mut self.sums;
         sums.seconds += dt;
         sums.samples += 1.0;
-        sums.rests += f64::from(u8::from(rest));
+        sums.rest_samples += f64::from(u8::from(rest));
         sums.attitude += self.motion.attitude;
         sums.velocity += self.motion.velocity;
         sums.gyro += self.sensors.gyro;
@@ -438,13 +438,13 @@ impl NavigationFilter {
 
     /// Propagates the covariance to the last sample.
     #[inline(always)]
-    pub(crate) fn propagate<W: Witness>(&mut self, witness: &mut W) {
-        self.propagate_with([0.0; 2], witness);
+    pub(crate) fn propagate<W: Observer>(&mut self, observer: &mut W) {
+        self.propagate_with([0.0; 2], observer);
     }
 
     /// The same; an orientation and a velocity are less sure by these variances besides.
     #[inline(never)]
-    pub(crate) fn propagate_with<W: Witness>(&mut self, extra: [f64; 2], witness: &mut W) {
+    pub(crate) fn propagate_with<W: Observer>(&mut self, extra: [f64; 2], observer: &mut W) {
         let sums = self.sums;
         let Sums { seconds, samples, attitude, velocity, unknown, .. } = sums;
         if samples == 0.0 {
@@ -479,12 +479,12 @@ impl NavigationFilter {
             return;
         }
         self.refresh_sigma();
-        witness.stepped(&transition, &self.covariance, &self.motion);
-        if sums.rests == samples {
-            self.stand(&sums, witness);
+        observer.record_step(&transition, &self.covariance, &self.motion);
+        if sums.rest_samples == samples {
+            self.stand(&sums, observer);
         }
         if self.odometer.sums.count > 0.0 && self.navigating {
-            self.rolled(witness);
+            self.rolled(observer);
         }
     }
 
@@ -516,7 +516,7 @@ impl NavigationFilter {
             let place = Motion::new(self.motion.attitude, self.start.latitude, 0.0, 0.0);
             self.motion = place;
         }
-        self.covariance = self.covariance.anew(&variances);
+        self.covariance = self.covariance.with_variances(&variances);
         self.odometer.sums = Rolled::default();
         self.sigma = [f64::NAN; STATES];
         self.navigating = false;
@@ -543,19 +543,19 @@ impl NavigationFilter {
     ///
     /// # Errors
     /// As of [`update_gnss`](Self::update_gnss).
-    pub fn update_gnss_before<W: Witness>(
+    pub fn update_gnss_before<W: Observer>(
         &mut self,
         fix: &Fix,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Result<Verdict, Error> {
-        let given = Given::checked(fix)?;
+        let given = Given::validate(fix)?;
         let age = self.sensors.time - fix.time;
         let verdict = match given {
             Some(given)
                 if given.time >= self.start.time
                     && (-MAX_FIX_LEAD_S..=MAX_FIX_AGE_S).contains(&age) =>
             {
-                self.take(&given, age, witness)
+                self.take(&given, age, observer)
             }
             _ => Verdict::Refused,
         };
@@ -604,7 +604,7 @@ impl NavigationFilter {
         let Motion { attitude, velocity, latitude, longitude, height, .. } = &self.motion;
         let known = |x: [f64; 3]| if self.navigating { x } else { [f64::NAN; 3] };
         Snapshot {
-            position: known([*latitude, wrapped(*longitude), *height]),
+            position: known([*latitude, wrap(*longitude), *height]),
             velocity: known((*velocity).into()),
             quaternion: quaternion(attitude),
             gyro_bias: self.gyro_bias.into(),
@@ -647,20 +647,20 @@ impl NavigationFilter {
     /// Normalised innovations squared of the last position and velocity, 3 on average; NaN before
     /// the first.
     pub fn nis(&self) -> [f64; 2] {
-        [self.judges[0].nis(), self.judges[1].nis()]
+        [self.gates[0].nis(), self.gates[1].nis()]
     }
 
     /// What was new of the last position and velocity, north, east, down, each given those before it,
     /// and its standard deviation; NaN before the first.
     pub fn innovations(&self) -> [[f64; 6]; 2] {
-        let all = self.judges.map(|judge| judge.new);
+        let all = self.gates.map(|gate| gate.new);
         let of = |of: fn(&Innovation) -> f64| core::array::from_fn(|i| of(&all[i / 3][i % 3]));
         [of(|new| new.value), of(|new| new.variance.simd_sqrt())]
     }
 
     /// Standard deviations of position and velocity that the innovations show; NaN before they do.
     pub fn learned_noise(&self) -> [[f64; 3]; 2] {
-        self.judges.map(|judge| judge.learned())
+        self.gates.map(|gate| gate.standard_deviations())
     }
 }
 

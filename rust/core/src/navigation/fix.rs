@@ -51,7 +51,7 @@ pub(crate) struct Given {
 
 impl Given {
     /// None if nothing is there. A height or a vertical velocity may be missing.
-    pub fn checked(fix: &Fix) -> Result<Option<Self>, Error> {
+    pub fn validate(fix: &Fix) -> Result<Option<Self>, Error> {
         let Fix {
             time,
             position: [latitude, longitude, height],
@@ -68,10 +68,10 @@ impl Given {
         let level = !down.is_finite();
         let velocity =
             Some(Vector3::new(north, east, if level { 0.0 } else { down })).filter(is_known);
-        let sigma = |name, told: bool, without_down: bool, sigmas: &[f64; 3]| {
+        let sigma = |name, stated: bool, without_down: bool, sigmas: &[f64; 3]| {
             let mut found = Vector3::from_element(MAX_SIGMA);
             let count = if without_down { 2 } else { 3 };
-            for (place, sigma) in found.iter_mut().zip(sigmas).take(count).filter(|_| told) {
+            for (place, sigma) in found.iter_mut().zip(sigmas).take(count).filter(|_| stated) {
                 require(*sigma > 0.0, name, "positive", *sigma)?;
                 *place = sigma.at_most(MAX_SIGMA).at_least(MIN_SIGMA);
             }

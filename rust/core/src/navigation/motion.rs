@@ -3,7 +3,7 @@
 use nalgebra::{ComplexField, Matrix3, RealField, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::earth::{Place, wrapped};
+use super::earth::{LocalEarth, wrap};
 
 /// Square of the angle of a step, rad², up to which its sine and cosine are series.
 const MAX_SERIES_ANGLE_SQUARED: f64 = 0.01;
@@ -23,7 +23,7 @@ pub struct Motion {
     pub height: f64,
     /// Of the last step, m/s².
     pub acceleration: Vector3<f64>,
-    pub(crate) place: Place,
+    pub(crate) place: LocalEarth,
 }
 
 /// One step of the sensors, biases removed: rotation vector, rad, and velocity gained, m/s, both in
@@ -39,7 +39,7 @@ impl Motion {
     /// A body at rest in some place.
     pub fn new(attitude: Matrix3<f64>, latitude: f64, longitude: f64, height: f64) -> Self {
         let (velocity, acceleration) = (Vector3::zeros(), Vector3::zeros());
-        let place = Place::at(latitude, height);
+        let place = LocalEarth::at(latitude, height);
         Self { attitude, velocity, latitude, longitude, height, acceleration, place }
     }
 
@@ -72,15 +72,15 @@ impl Motion {
     pub(crate) fn turn(&mut self, step: &Step, frame: &Vector3<f64>) {
         let turned = self.attitude * rotation(&step.turn);
         // What a square of the frame's turn would add, `settle` takes for a stretch.
-        self.attitude = turned - crossed(frame, &turned);
+        self.attitude = turned - cross_columns(frame, &turned);
     }
 
     /// One Newton step towards a rotation, and the Earth of the place where the body is now.
     pub(crate) fn settle(&mut self) {
         let square = self.attitude.transpose() * self.attitude;
         self.attitude *= Matrix3::from_diagonal_element(1.5) - square * 0.5;
-        self.longitude = wrapped(self.longitude);
-        self.place = self.place.moved_to(self.latitude, self.height);
+        self.longitude = wrap(self.longitude);
+        self.place = self.place.relocate(self.latitude, self.height);
     }
 
     /// Takes errors out: of position, m, of velocity, and of orientation.
@@ -89,7 +89,7 @@ impl Motion {
         self.attitude = turn * self.attitude;
         self.velocity = turn * (self.velocity - v);
         self.latitude -= r.x * self.place.north;
-        self.longitude = wrapped(self.longitude - r.y * self.place.east);
+        self.longitude = wrap(self.longitude - r.y * self.place.east);
         self.height += r.z;
     }
 
@@ -97,7 +97,7 @@ impl Motion {
     pub(crate) fn offset_from(&self, [latitude, longitude, height]: [f64; 3]) -> Vector3<f64> {
         Vector3::new(
             (self.latitude - latitude) / self.place.north,
-            wrapped(self.longitude - longitude) / self.place.east,
+            wrap(self.longitude - longitude) / self.place.east,
             height - self.height,
         )
     }
@@ -142,7 +142,7 @@ pub(crate) fn rotation(phi: &Vector3<f64>) -> Matrix3<f64> {
 
 /// The cross product of a vector with each column.
 #[inline(always)]
-pub(crate) fn crossed(v: &Vector3<f64>, m: &Matrix3<f64>) -> Matrix3<f64> {
+pub(crate) fn cross_columns(v: &Vector3<f64>, m: &Matrix3<f64>) -> Matrix3<f64> {
     Matrix3::new(
         v.y * m.m31 - v.z * m.m21,
         v.y * m.m32 - v.z * m.m22,
@@ -163,7 +163,7 @@ mod tests {
 
     /// A perfect sensor at rest at 45°, for so many seconds at 100 Hz, with an error of tilt and one
     /// of the gyro.
-    fn rests(seconds: usize, tilt: Vector3<f64>, gyro: Vector3<f64>) -> Vector3<f64> {
+    fn stand_still(seconds: usize, tilt: Vector3<f64>, gyro: Vector3<f64>) -> Vector3<f64> {
         let latitude = 45.0_f64.to_radians();
         let mut body = Motion::new(rotation(&tilt), latitude, 0.3, 0.0);
         let (place, dt) = (body.place, 0.01);
@@ -181,14 +181,14 @@ mod tests {
 
     #[test]
     fn a_perfect_sensor_at_rest_stays() {
-        assert!(rests(600, Vector3::zeros(), Vector3::zeros()).amax() < 1e-5);
+        assert!(stand_still(600, Vector3::zeros(), Vector3::zeros()).amax() < 1e-5);
     }
 
     #[test]
     fn errors_grow_as_known() {
-        let tilt = rests(60, Vector3::new(1e-3, 0.0, 0.0), Vector3::zeros());
+        let tilt = stand_still(60, Vector3::new(1e-3, 0.0, 0.0), Vector3::zeros());
         assert!((tilt.y - 17.64).abs() < 0.01, "{tilt}");
-        let bias = rests(60, Vector3::zeros(), Vector3::new(0.0, 1e-4, 0.0));
+        let bias = stand_still(60, Vector3::zeros(), Vector3::new(0.0, 1e-4, 0.0));
         assert!((bias.x + 35.29).abs() < 0.01, "{bias}");
     }
 

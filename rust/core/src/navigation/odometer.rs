@@ -3,8 +3,8 @@
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::covariance::{ANTENNA, Beside, Constants, GYRO, PHI, Row, STATES, V};
-use super::filter::{NavigationFilter, Witness};
+use super::covariance::{ANTENNA, Constants, ConstantsCovariance, GYRO, PHI, Row, STATES, V};
+use super::filter::{NavigationFilter, Observer};
 use super::params::Wheels;
 use crate::error::{Error, require};
 use crate::math::Real;
@@ -98,14 +98,14 @@ impl NavigationFilter {
         let age = self.sensors.time - time;
         let known =
             speed.abs() <= MAX_SPEED && (-MAX_SPEED_LEAD_S..=MAX_SPEED_AGE_S).contains(&age);
-        let begun = self.covariance.1.is_some_and(|beside| beside.has(0));
+        let begun = self.covariance.1.is_some_and(|extra| extra.has(0));
         let looks = begun || self.sigma[PHI + 2] < MAX_HEADING_SIGMA_RAD;
         if !(known && looks && self.navigating) {
             return Ok(false);
         }
-        let beside = self.covariance.1.get_or_insert(Beside::NONE);
-        if !beside.has(0) {
-            *beside = beside.with(0, PRIOR_SIGMAS);
+        let extra = self.covariance.1.get_or_insert(ConstantsCovariance::NONE);
+        if !extra.has(0) {
+            *extra = extra.with(0, PRIOR_SIGMAS);
         }
         let moved = self.motion.velocity - self.motion.acceleration * age;
         let sigma = sigma.at_most(MAX_SPEED).at_least(1e-3);
@@ -120,7 +120,7 @@ impl NavigationFilter {
 
     /// What wheels have told since the last step.
     #[inline(never)]
-    pub(crate) fn rolled<W: Witness>(&mut self, witness: &mut W) {
+    pub(crate) fn rolled<W: Observer>(&mut self, observer: &mut W) {
         let sums = core::mem::take(&mut self.odometer.sums);
         let Some(wheels) = self.params.wheels.filter(|_| sums.count > 0.0) else { return };
         let each = 1.0 / sums.count;
@@ -131,7 +131,7 @@ impl NavigationFilter {
         // By the speed that is expected: the one that is told has noise of its own.
         hw[0] = u / scale;
         let z = u - scale * sums.speed * each;
-        let variance = self.covariance.variance_beside(&h, &hw);
+        let variance = self.covariance.variance_with_constants(&h, &hw);
         let mut noise = sums.variance * each;
         if z * z > MAX_WHEEL_NIS * (variance + noise) {
             let now = self.sensors.time;
@@ -143,8 +143,8 @@ impl NavigationFilter {
             self.odometer.slips = None;
         }
         let mut found = [0.0; STATES];
-        self.covariance.correct_beside(&h, &hw, z, noise, &mut found, witness);
-        self.apply(&found, witness);
+        self.covariance.correct_with_constants(&h, &hw, z, noise, &mut found, observer);
+        self.apply(&found, observer);
     }
 
     /// The velocity at the axle in the axes of the wheels, and how errors and constants move it.
@@ -174,9 +174,9 @@ impl NavigationFilter {
 
     /// Scale, yaw and pitch of the wheels, rad, and their deviations; NaN before they told anything.
     pub fn wheels(&self) -> [[f64; WHEEL_CONSTANTS]; 2] {
-        let told = self.covariance.1.as_ref().filter(|beside| beside.has(0));
-        told.map_or([[f64::NAN; WHEEL_CONSTANTS]; 2], |beside| {
-            [self.odometer.constants, core::array::from_fn(|k| beside.sigma(k))]
+        let estimated = self.covariance.1.as_ref().filter(|extra| extra.has(0));
+        estimated.map_or([[f64::NAN; WHEEL_CONSTANTS]; 2], |extra| {
+            [self.odometer.constants, core::array::from_fn(|k| extra.sigma(k))]
         })
     }
 
@@ -186,7 +186,7 @@ impl NavigationFilter {
             .covariance
             .1
             .as_ref()
-            .map_or([0.0; 3], |beside| core::array::from_fn(|k| beside.sigma(ANTENNA + k)));
+            .map_or([0.0; 3], |extra| core::array::from_fn(|k| extra.sigma(ANTENNA + k)));
         [self.antenna.into(), sigma]
     }
 }

@@ -73,7 +73,7 @@ const MAX_NOISE: f64 = 1e4;
 impl NavigationParams {
     /// # Errors
     /// [`Error::Parameter`] if one is out of its range.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         let noises = [
             ("gyro noise", &self.gyro_noise),
             ("accel noise", &self.accel_noise),
@@ -137,7 +137,7 @@ pub struct Start {
 impl Start {
     /// # Errors
     /// [`Error::Parameter`] if one is out of its range.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         let square = self.quaternion.iter().map(|x| x * x).sum::<f64>();
         require((square - 1.0).abs() < 1e-6, "quaternion", "a unit quaternion", square)?;
         require(self.time.abs() <= 4e9, "time", "a time in seconds", self.time)?;

@@ -8,7 +8,7 @@ use super::options::{MAX_WINDOW, PositionConstants, PositionMethod, PositionPara
 use super::pair::{Pair, Plane, Step};
 use crate::error::Error;
 use crate::math::Real;
-use crate::math::sound::{are_within, is_count, is_within};
+use crate::math::validity::{are_within, is_count, is_within};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Input, Output, Shape, Stream, Traced};
 
@@ -120,7 +120,7 @@ impl PositionFilter {
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
     pub fn new(params: PositionParams) -> Result<Self, Error> {
-        let params = params.checked()?;
+        let params = params.validate()?;
         let state = match params.method {
             PositionMethod::Aided => State::Aided(Aided::new()),
             PositionMethod::MovingAverage => State::Average(Average::new()),
@@ -246,12 +246,12 @@ struct Aided {
     velocity: Plane,
     unknown: f64,
     /// Whether the last sample was one at rest.
-    rests: bool,
+    at_rest: bool,
 }
 
 impl Aided {
     fn new() -> Self {
-        Self { pair: Pair::unknown(), velocity: [0.0; 2], unknown: MAX_UNKNOWN_S, rests: false }
+        Self { pair: Pair::unknown(), velocity: [0.0; 2], unknown: MAX_UNKNOWN_S, at_rest: false }
     }
 
     fn position(&self) -> Plane {
@@ -283,7 +283,7 @@ impl Aided {
     /// The way since the sample before, and its deviation an axis. Of a body that rests at both ends
     /// it is none. Where rest begins or ends it moved in between: its velocity there is zero.
     fn moved(&mut self, fix: &Fix, dt: f64, constants: &PositionConstants) -> (Plane, f64) {
-        let rested = core::mem::replace(&mut self.rests, fix.rest);
+        let rested = core::mem::replace(&mut self.at_rest, fix.rest);
         let (before, unknown) = (self.velocity, self.unknown);
         let now = if fix.rest { Some([0.0; 2]) } else { plane(fix.speed) };
         self.unknown = if now.is_some() { 0.0 } else { (unknown + dt).min(MAX_UNKNOWN_S) };
@@ -301,8 +301,8 @@ impl Aided {
         (mean.map(|v| v * dt), sigma * dt)
     }
 
-    fn is_sound(&self) -> bool {
-        self.pair.is_sound()
+    fn is_valid(&self) -> bool {
+        self.pair.is_valid()
             && self.velocity.iter().all(|v| is_within(*v, MAX_SAMPLE))
             && (0.0..=MAX_UNKNOWN_S).contains(&self.unknown)
     }
@@ -342,7 +342,7 @@ impl Average {
         self.mean = [sum[0] / count as f64, sum[1] / count as f64];
     }
 
-    fn is_sound(&self, window: u8, begun: bool) -> bool {
+    fn is_valid(&self, window: u8, begun: bool) -> bool {
         are_within(&self.fixes, MAX_SAMPLE)
             && self.count <= window
             && self.next == if self.count < window { self.count } else { self.next % window }
@@ -384,7 +384,7 @@ impl Course {
         false
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let step = self.step.iter().all(|x| is_within(*x, 2.0 * MAX_SAMPLE));
         step && self.position.iter().all(|x| is_within(*x, MAX_SAMPLE))
     }
@@ -398,20 +398,20 @@ impl Checkpoint for PositionFilter {
     const TAG: &'static str = "position";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         // What follows counts on them.
-        if self.params.checked().is_err() {
+        if self.params.validate().is_err() {
             return false;
         }
         let state = match (&self.state, self.params.method) {
-            (State::Aided(aided), PositionMethod::Aided) => aided.is_sound(),
+            (State::Aided(aided), PositionMethod::Aided) => aided.is_valid(),
             (State::Average(average), PositionMethod::MovingAverage) => {
-                average.is_sound(self.params.window(), self.begun)
+                average.is_valid(self.params.window(), self.begun)
             }
             (State::Constant(pair), PositionMethod::Kalman | PositionMethod::Strength) => {
-                pair.is_sound()
+                pair.is_valid()
             }
-            (State::Course(course), PositionMethod::Heading) => course.is_sound(),
+            (State::Course(course), PositionMethod::Heading) => course.is_valid(),
             _ => false,
         };
         state
@@ -459,7 +459,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_fix_makes_an_unsound_state(
+        fn no_fix_makes_an_invalid_state(
             ends in prop::collection::vec(0..3_usize, POSITION_CONSTANTS.len()),
             method in prop::sample::select(METHODS.to_vec()),
             fixes in prop::collection::vec(fix(), 1..120),
@@ -475,7 +475,7 @@ mod tests {
             for fix in fixes {
                 begun |= fix.position.iter().all(|x| x.abs() <= 1e150);
                 let position = filter.update(fix);
-                prop_assert!(filter.is_sound(), "{fix:?}: {filter:?}");
+                prop_assert!(filter.is_valid(), "{fix:?}: {filter:?}");
                 prop_assert!(position.iter().all(|x| x.is_finite() == begun));
                 let sigma = filter.snapshot().sigma;
                 prop_assert!(sigma.is_nan() || sigma >= 0.0);

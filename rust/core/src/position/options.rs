@@ -204,7 +204,7 @@ pub struct PositionParams {
 }
 
 impl PositionParams {
-    pub(super) fn checked(self) -> Result<Self, Error> {
+    pub(super) fn validate(self) -> Result<Self, Error> {
         check_rate(self.rate)?;
         POSITION_CONSTANTS.iter().try_for_each(|constant| constant.check(&self.constants))?;
         let window = self.constants.window;

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::is_within;
+use crate::math::validity::is_within;
 use crate::math::{Real, Symmetric};
 
 /// East and north.
@@ -108,7 +108,7 @@ impl Pair {
         self.P.set(0, 1, self.P.at(0, 1).clamp(-most, most));
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         self.x.iter().flatten().all(|x| is_within(*x, MAX_STATE))
             && self.P.is_covariance(2.0 * MAX_VARIANCE)
     }

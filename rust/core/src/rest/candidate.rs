@@ -6,7 +6,7 @@ use super::MIN_SAMPLES;
 use super::bounds::{CERTAIN_SIGMAS, MAX_FREEDOM, MAX_LEVEL_RATIO, chi_squared_bound, flips};
 use super::model::RestModel;
 use super::ticker::{TickSums, level_max};
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real};
 
 /// Variance of the mean of so many samples at most, over that of white noise, that is even.
@@ -126,7 +126,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Run<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
     /// Whether ticks can have made it.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         let most = level_max::<T>() + level_max();
         self.count >= MIN_SAMPLES
             && is_within(self.level, most)
@@ -137,7 +137,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Run<T> {
     /// Whether ticks can have made it.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         is_within(self.level, level_max::<T>() + level_max())
     }
 }

@@ -301,13 +301,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
     /// Whether ticks can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
-        let is_sound = |model: &RestModel<T>| model.is_sound();
+        let is_valid = |model: &RestModel<T>| model.is_valid();
         self.times == fresh.times
             && (self.known.is_some() || !self.at_rest && self.earlier.is_none())
-            && self.known.iter().chain(&self.earlier).all(is_sound)
-            && self.candidate.is_sound()
-            && self.back.is_sound()
-            && self.near_earlier.is_sound()
+            && self.known.iter().chain(&self.earlier).all(is_valid)
+            && self.candidate.is_valid()
+            && self.back.is_valid()
+            && self.near_earlier.is_valid()
             && self.still.is_after(&fresh.still)
             && (self.proven || !fresh.proven)
     }

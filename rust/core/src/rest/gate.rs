@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::is_size;
+use crate::math::validity::is_size;
 use crate::math::{Limits, Real};
 use crate::stream::Sketch;
 
@@ -212,7 +212,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
 
     /// Whether samples can have made it of `fresh`, at most `position` of them in this tick.
     pub(super) fn is_after(&self, fresh: &Self, position: u32, most: T) -> bool {
-        self.sketch.is_sound()
+        self.sketch.is_valid()
             && self.learning <= fresh.learning
             && self.longest == fresh.longest
             && is_size(self.scale, most)

@@ -8,7 +8,7 @@ use super::bounds::{
 };
 use super::candidate::Candidate;
 use super::ticker::{TickSums, level_max};
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real};
 
 /// Averages of 4, 16 and 64 ticks.
@@ -227,10 +227,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
     /// Whether ticks can have made it.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         let most = level_max::<T>() + level_max();
         let levels = &self.levels;
-        self.noise.is_sound(most)
+        self.noise.is_valid(most)
             && levels.averages.iter().all(|level| is_within(*level, most))
             && levels.ticks >= T::one()
             && levels.ticks <= ticks_of(SCALES)
@@ -240,7 +240,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
     /// Whether ticks whose levels lie within `most` can have made it.
-    fn is_sound(&self, most: T) -> bool {
+    fn is_valid(&self, most: T) -> bool {
         let square = most * most;
         is_size(self.variance, square)
             && is_size(self.spread, square * square + square * square)

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::MIN_SAMPLES;
 use super::decision::Times;
 use crate::error::{Error, check_rate};
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 use crate::stream::Stream;
 use crate::stream::checkpoint::Checkpoint;
 
@@ -122,13 +122,13 @@ impl MotionDetector {
         self.left = self.left.saturating_sub(1);
         self.since = (self.since + 1).min(self.patience);
         if self.sums.count >= MIN_SAMPLES {
-            let (mean, variance) = self.sums.told();
+            let (mean, variance) = self.sums.mean_and_variance();
             self.sums = Sums::none();
-            self.judge(mean, variance);
+            self.test(mean, variance);
         }
     }
 
-    fn judge(&mut self, mean: Mean, variance: f64) {
+    fn test(&mut self, mean: Mean, variance: f64) {
         if let Some(scale) = self.turned(mean) {
             // What took so long to be seen may go on for as long before it is seen again.
             self.left = self.left.max((3 << scale) - 1);
@@ -154,7 +154,7 @@ impl MotionDetector {
             }
             let first = before.filter(|_| successive.halves);
             successive.halves = !successive.halves;
-            mean = first?.joined(&mean);
+            mean = first?.join(&mean);
         }
         None
     }
@@ -185,7 +185,7 @@ impl Sums {
     }
 
     /// Their mean, and the variance of a sample.
-    fn told(&self) -> (Mean, f64) {
+    fn mean_and_variance(&self) -> (Mean, f64) {
         let n = f64::from(self.count);
         let above = self.sum.map(|x| x / n);
         let variance = ((self.squares - n * square(above)) / (n - 1.0)).max(0.0);
@@ -197,7 +197,7 @@ impl Sums {
 
 impl Mean {
     /// The mean of two equally long ones.
-    fn joined(&self, next: &Self) -> Self {
+    fn join(&self, next: &Self) -> Self {
         let level = core::array::from_fn(|i| 0.5 * (self.level[i] + next.level[i]));
         Self { level, variance: 0.25 * (self.variance + next.variance) }
     }
@@ -246,12 +246,12 @@ impl Checkpoint for MotionDetector {
     const TAG: &'static str = "motion-detector";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         Self::new(self.rate).is_ok_and(|fresh| {
             (self.length, self.patience) == (fresh.length, fresh.patience)
                 && self.position < self.length
-                && self.sums.is_sound(self.position)
-                && self.scales.iter().all(Successive::is_sound)
+                && self.sums.is_valid(self.position)
+                && self.scales.iter().all(Successive::is_valid)
                 && self.left < 3 << (SCALES - 1)
                 && self.since <= self.patience
                 && self.quiet.is_none_or(is_variance)
@@ -265,7 +265,7 @@ impl Checkpoint for MotionDetector {
 
 impl Sums {
     /// Whether samples can have made it, at most `position` of them in this tick.
-    fn is_sound(&self, position: u32) -> bool {
+    fn is_valid(&self, position: u32) -> bool {
         // A few wait for those of the next tick.
         let most = 2.0 * MAX_COMPONENT * f64::from(self.count);
         self.count < position + MIN_SAMPLES
@@ -276,7 +276,7 @@ impl Sums {
 }
 
 impl Successive {
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         // Means are rounded.
         let is_mean =
             |mean: Mean| is_vector(mean.level, 3.0 * MAX_COMPONENT) && is_variance(mean.variance);

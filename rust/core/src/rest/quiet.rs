@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 
 /// Ticks of the first direction of gravity, and share of each tick in the last.
 pub const FIRST_DIRECTION_TICKS: f64 = 5.0;
@@ -101,7 +101,7 @@ impl Quiet {
     }
 
     /// Whether ticks of rates and forces within these sizes can have made it.
-    pub fn is_sound(&self, rates: f64, forces: f64) -> bool {
+    pub fn is_valid(&self, rates: f64, forces: f64) -> bool {
         is_size(self.ticks, 1e15)
             && is_size(self.seconds, 2.0 * self.ticks)
             && are_within(&self.gyro, rates)

@@ -127,7 +127,7 @@ impl Repeats {
 
     /// Whether samples can have made it, at most `position` of them of this tick; the last one is
     /// `known`, or it was missing.
-    pub(super) fn is_sound(&self, position: u32, known: bool) -> bool {
+    pub(super) fn is_valid(&self, position: u32, known: bool) -> bool {
         (self.run > 0) == known
             && self.held <= self.run.min(position)
             && self.dropped <= position
@@ -145,10 +145,10 @@ mod tests {
     #[test]
     fn a_missing_sample_has_no_run() {
         let mut repeats = Repeats::new();
-        assert!(repeats.is_sound(0, false) && !repeats.is_sound(0, true));
+        assert!(repeats.is_valid(0, false) && !repeats.is_valid(0, true));
         repeats.begin(false);
-        assert!(repeats.is_sound(1, true) && !repeats.is_sound(1, false));
+        assert!(repeats.is_valid(1, true) && !repeats.is_valid(1, false));
         repeats.interrupt();
-        assert!(repeats.is_sound(1, false));
+        assert!(repeats.is_valid(1, false));
     }
 }

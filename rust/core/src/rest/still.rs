@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::RestLimits;
 use super::ticker::TickSums;
-use crate::math::sound::is_within;
+use crate::math::validity::is_within;
 use crate::math::{Limits, Real};
 
 /// Ticks that have to stay within the limits: one and a half seconds.

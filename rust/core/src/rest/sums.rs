@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::MIN_SAMPLES;
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real, choose};
 
 /// Sums over distances from a centre.
@@ -72,7 +72,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
     }
 
     /// Whether at most `count` distances within `most` can have made it.
-    pub(super) fn is_sound(&self, count: u32, most: T) -> bool {
+    pub(super) fn is_valid(&self, count: u32, most: T) -> bool {
         let own = T::of(f64::from(self.count));
         self.count <= count
             && is_within(self.sum, most * own)

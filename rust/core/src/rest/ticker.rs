@@ -6,7 +6,7 @@ use super::MIN_SAMPLES;
 use super::gate::{Gate, Zone};
 use super::repeats::Repeats;
 use super::sums::Sums;
-use crate::math::sound::{is_sample, is_size, is_within};
+use crate::math::validity::{is_sample, is_size, is_within};
 use crate::math::{Limits, Real, choose};
 
 /// Ticks in a row whose samples the origin or the unit swallows, and after which both are lost.
@@ -212,7 +212,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
 
     /// A sample as the gate sees it before its tick is complete: within the bounds, NaN if it is far
     /// from the level or the sensor is stuck.
-    pub(super) fn judged(&self, z: T) -> T {
+    pub(super) fn gate_sample(&self, z: T) -> T {
         if self.is_stuck() && z == self.previous || !z.finite() {
             return T::of(f64::NAN);
         }
@@ -254,7 +254,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         let enough = self.plain.count >= MIN_SAMPLES;
         let exits = enough && self.gate.exits(self.plain.count);
         let used = if exits { self.plain } else { self.kept };
-        let seen = TickSums { stuck, ..self.told(&used) };
+        let seen = TickSums { stuck, ..self.summarise(&used) };
         if used.count < MIN_SAMPLES {
             self.wait();
             return TickSums { count: 0, ..seen };
@@ -266,7 +266,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     }
 
     /// What sums tell.
-    fn told(&self, sums: &Sums<T>) -> TickSums<T> {
+    fn summarise(&self, sums: &Sums<T>) -> TickSums<T> {
         let (above, variance) = sums.without_farthest(self.rounding(sums));
         let level = self.centre + above;
         let share = T::of(f64::from(sums.count)) / T::of(f64::from(self.length));
@@ -328,11 +328,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         let (origin, deviation) = (self.origin.simd_abs(), variance.simd_sqrt());
         let rounding = T::of(MAX_ROUNDING_RATIO) * T::ROUNDING * origin;
         let coarse = self.step <= rounding && self.unit * deviation <= rounding;
-        let beside = coarse && mean.simd_abs() < T::of(MAX_LEVEL_RATIO) * origin;
+        let far_origin = coarse && mean.simd_abs() < T::of(MAX_LEVEL_RATIO) * origin;
         let range = self.plain.range();
         let small = range > T::zero() && range < T::one() / self.bound;
         let large = level.simd_abs() + deviation >= self.bound * T::of(MIN_BOUND_RATIO);
-        self.swallowed = if beside || small || large { self.swallowed + 1 } else { 0 };
+        self.swallowed = if far_origin || small || large { self.swallowed + 1 } else { 0 };
     }
 
     /// The next tick, after one whose sums are used.
@@ -370,10 +370,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             && self.step <= T::MAX
             && is_within(self.centre, reach + reach)
             && self.position < self.length
-            && self.repeats.is_sound(self.position, self.previous.finite())
+            && self.repeats.is_valid(self.position, self.previous.finite())
             && self.gate.is_after(&fresh.gate, most, self.bound + self.bound)
-            && self.plain.is_sound(most, reach * T::of(4.0))
-            && self.kept.is_sound(self.plain.count, reach * T::of(4.0))
+            && self.plain.is_valid(most, reach * T::of(4.0))
+            && self.kept.is_valid(self.plain.count, reach * T::of(4.0))
             && self.waited <= MAX_WAIT_TICKS
     }
 

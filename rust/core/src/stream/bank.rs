@@ -96,7 +96,7 @@ impl<S: Stream + Clone> Bank<S> {
     pub fn new(stream: &S, channels: usize) -> Result<Self, Error> {
         let mut streams = memory::room(channels)?;
         for _ in 0..channels {
-            streams.push(stream.twin()?);
+            streams.push(stream.try_clone()?);
         }
         Ok(Self { streams })
     }
@@ -105,10 +105,10 @@ impl<S: Stream + Clone> Bank<S> {
     ///
     /// # Errors
     /// [`Error::Memory`] if there is none for it.
-    pub fn twin(&self) -> Result<Self, Error> {
+    pub fn try_clone(&self) -> Result<Self, Error> {
         let mut streams = memory::room(self.streams.len())?;
         for stream in &self.streams {
-            streams.push(stream.twin()?);
+            streams.push(stream.try_clone()?);
         }
         Ok(Self { streams })
     }
@@ -219,7 +219,7 @@ struct Layout {
 impl Layout {
     fn of<S: Stream>(channels: usize) -> Self {
         let (input, numbers, flags) = (S::Input::NUMBERS, S::Output::NUMBERS, S::Output::FLAGS);
-        let block = if S::abreast() > 1 && channels > 1 { ROWS_IN_LANES } else { ROWS };
+        let block = if S::lane_count() > 1 && channels > 1 { ROWS_IN_LANES } else { ROWS };
         Self { channels, input, numbers, flags, block }
     }
 
@@ -273,13 +273,13 @@ mod on_threads {
         ) -> Result<(), Error> {
             let layout = Layout::of::<S>(self.streams.len());
             let streams = &mut &mut *self.streams;
-            spread(streams, S::abreast(), &layout, rows, numbers, flags, threads)
+            spread(streams, S::lane_count(), &layout, rows, numbers, flags, threads)
         }
     }
 
     fn spread(
         streams: &mut dyn Channels,
-        abreast: usize,
+        lane_count: usize,
         layout: &Layout,
         rows: &[f64],
         numbers: &mut [f64],
@@ -289,7 +289,7 @@ mod on_threads {
         let channels = layout.channels;
         let worth = rows.len() / layout.input / MIN_SAMPLES_PER_THREAD;
         let threads = threads.min(worth).max(1);
-        let share = channels.div_ceil(threads).next_multiple_of(abreast);
+        let share = channels.div_ceil(threads).next_multiple_of(lane_count);
         if share >= channels {
             process(streams, layout, rows, numbers, flags);
             return Ok(());

@@ -48,7 +48,7 @@ pub trait Stream: Sized {
     /// # Errors
     /// [`Error::Memory`] if there is none for it.
     #[cfg(feature = "std")]
-    fn twin(&self) -> Result<Self, Error>
+    fn try_clone(&self) -> Result<Self, Error>
     where
         Self: Clone,
     {
@@ -86,7 +86,7 @@ pub trait Stream: Sized {
 
     /// How many channels take hardly longer than one, because they share SIMD registers.
     #[cfg(feature = "std")]
-    fn abreast() -> usize {
+    fn lane_count() -> usize {
         1
     }
 

@@ -1,6 +1,6 @@
 //! Offset and scale of a signal, learned from its own first samples: no filter needs a unit.
 
-mod sound;
+mod validity;
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::is_within;
+use crate::math::validity::is_within;
 use crate::math::{Limits, Real};
 
 /// Samples that are kept at most.
@@ -86,7 +86,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
     }
 
     /// Whether samples can have made it.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let kept = &self.sorted[..self.held()];
         self.held as usize == self.held()
             && kept.iter().all(|z| is_within(*z, T::MAX_RAW))

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::is_sample;
+use crate::math::validity::is_sample;
 use crate::math::{Limits, Real};
 
 /// A change of samples over the scale at least that proves the scale wrong: 24 bits hardly span as
@@ -55,16 +55,16 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
         let z = z.within(T::MAX_RAW);
         let change = (z - self.last).simd_abs();
         self.last = z;
-        self.judge(change, scale, MIN_CHANGE_RATIO)
+        self.test(change, scale, MIN_CHANGE_RATIO)
     }
 
     /// Looks at the deviation of a tick; returns whether the scale is proved wrong.
     pub(crate) fn disproves_by_tick(&mut self, deviation: T, scale: T) -> bool {
-        self.judge(deviation, scale, MIN_TICK_RATIO)
+        self.test(deviation, scale, MIN_TICK_RATIO)
     }
 
     /// Looks at the size of a change; one of zero, or not known, says nothing.
-    fn judge(&mut self, change: T, scale: T, louder: f64) -> bool {
+    fn test(&mut self, change: T, scale: T, louder: f64) -> bool {
         if change > T::zero() {
             self.count(change, scale, T::of(louder).at_most(T::MAX_INPUT));
         }
@@ -72,7 +72,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
     }
 
     /// Whether samples can have made it.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         is_sample(self.last, T::MAX_RAW) && !self.has_disproved()
     }
 

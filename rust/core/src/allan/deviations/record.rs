@@ -34,7 +34,7 @@ impl Record {
         let mut summary = Summary::of(&samples, &present, arch);
         if !summary.sum.is_finite() {
             bridge(&mut samples, bridged);
-            present = work::gathered(segment_ranges(&samples).filter(|range| range.len() > 1));
+            present = work::collect(segment_ranges(&samples).filter(|range| range.len() > 1));
             summary = Summary::of(&samples, &present, arch);
         }
         let unit = unit(summary.largest);

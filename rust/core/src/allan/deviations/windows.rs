@@ -163,7 +163,7 @@ pub fn hadamard_total(record: &Record, factors: &[usize]) -> Vec<f64> {
 }
 
 fn rates(x: &[f64]) -> Vec<f64> {
-    work::gathered(x.windows(2).map(|pair| pair[1] - pair[0]))
+    work::collect(x.windows(2).map(|pair| pair[1] - pair[0]))
 }
 
 /// Sum over all windows of 3 m values, each without its slope and reflected at both ends.
@@ -202,7 +202,7 @@ struct Reflected {
 
 impl Reflected {
     fn new(m: usize) -> Self {
-        let index = work::gathered((0..=3 * m).map(|k| k as f64));
+        let index = work::collect((0..=3 * m).map(|k| k as f64));
         let odd = work::filled(0.0, 3 * m + 3 * m / 2 * 2 + 1);
         Self { m, index, running: work::room(2 * share(m)), odd }
     }

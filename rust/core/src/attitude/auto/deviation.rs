@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::DEGREE;
 use super::iron::Iron;
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 
 /// Deviation that is always left, rad, and that at the start.
 const MIN_DEVIATION_RAD: f64 = 0.5 * DEGREE;
@@ -114,7 +114,7 @@ impl Deviation {
         (covariance * self.shares).dot(&self.shares).max(0.0)
     }
 
-    pub fn is_sound_with(&self, iron: &Iron) -> bool {
+    pub fn is_valid_with(&self, iron: &Iron) -> bool {
         let sizes = [
             (self.white, 1e3),
             (self.own, 1e3),
@@ -124,11 +124,11 @@ impl Deviation {
         ];
         sizes.iter().all(|(x, most)| is_size(*x, *most))
             && self.mean.abs() <= 4.0
-            && self.is_shared_soundly(iron.strength())
+            && self.has_valid_shares(iron.strength())
     }
 
     /// Before the first field nothing has a share.
-    fn is_shared_soundly(&self, strength: f64) -> bool {
+    fn has_valid_shares(&self, strength: f64) -> bool {
         match strength {
             0.0 => self.shares == Vector3::zeros(),
             strength => are_within(&(self.shares * strength), 1e7),

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::iron::{FRAME_DRIFT_WALK, Turning};
 use super::{DEGREE, square};
-use crate::math::sound::is_size;
+use crate::math::validity::is_size;
 
 /// Seconds of the mean innovation, and those in which a rest forgets it.
 const INNOVATION_MEAN_S: f64 = 10.0;
@@ -35,7 +35,7 @@ const INITIAL_FIELD_SIGMA_RAD: f64 = 3.0 * DEGREE;
 /// How much the field differs from place to place: the iron of a room or of the body shows in its
 /// level and vertical part before it shows in its direction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Places {
+pub struct FieldSpread {
     level: f64,
     down: f64,
     /// Square of the angle by which the direction differs, rad².
@@ -43,7 +43,7 @@ pub struct Places {
     seen: bool,
 }
 
-impl Default for Places {
+impl Default for FieldSpread {
     fn default() -> Self {
         Self {
             level: 0.0,
@@ -55,11 +55,11 @@ impl Default for Places {
 }
 
 /// The share of a mean over places that a tick at this rate has.
-pub fn share_of_places(rate: f64, span: f64) -> f64 {
+pub fn spread_weight(rate: f64, span: f64) -> f64 {
     (span / FIELD_SPREAD_S * (rate / TURN_RATE_RAD_S).min(1.0)).min(1.0)
 }
 
-impl Places {
+impl FieldSpread {
     /// Takes the level part and the one down of a field.
     pub fn observe(&mut self, level: f64, down: f64, weight: f64) {
         if !self.seen {
@@ -72,7 +72,7 @@ impl Places {
         self.spread += weight * (angle - self.spread);
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         is_size(self.level, 1e10) && self.down.abs() <= 1e10 && is_size(self.spread, 1.0)
     }
 }
@@ -87,12 +87,12 @@ pub struct HeadingDrift {
     lag: f64,
     mean: f64,
     since: f64,
-    places: Places,
+    places: FieldSpread,
 }
 
 impl Default for HeadingDrift {
     fn default() -> Self {
-        let places = Places::default();
+        let places = FieldSpread::default();
         Self {
             active: false,
             with_heading: 0.0,
@@ -129,7 +129,7 @@ impl HeadingDrift {
 
     /// Takes an innovation, the heading's variance, whether the field can be believed in motion, and
     /// what field and iron leave for a drift.
-    pub fn judge(
+    pub fn test(
         &mut self,
         innovation: f64,
         heading: f64,
@@ -199,17 +199,17 @@ impl HeadingDrift {
         (self.active, self.with_heading) = (false, 0.0);
     }
 
-    pub fn places(&mut self) -> &mut Places {
+    pub fn places(&mut self) -> &mut FieldSpread {
         &mut self.places
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         (self.with_heading == 0.0 || self.active)
             && is_size(-self.with_heading, 1e3)
             && self.lag.abs() <= 4.0
             && self.mean.abs() <= 4.0
             && is_size(self.since, INNOVATION_MEAN_S)
-            && self.places.is_sound()
+            && self.places.is_valid()
     }
 }
 
@@ -225,7 +225,7 @@ mod tests {
     /// field and iron leave this for one, rad/s.
     fn drifts(lag: f64, believed: bool, rate: f64, sigma: f64) -> bool {
         let (mut drift, by) = (HeadingDrift::default(), Turning { rate, variance: square(sigma) });
-        (0..300).any(|_| drift.judge(lag, 1e-3, believed, by, TICK).is_some())
+        (0..300).any(|_| drift.test(lag, 1e-3, believed, by, TICK).is_some())
     }
 
     #[test]
@@ -253,7 +253,7 @@ mod tests {
         let by = Turning { rate: DEGREE, variance: square(0.2 * DEGREE) };
         let mut drift = HeadingDrift::default();
         assert_eq!(drift.predict(by, 1e-3, TICK), (0.0, 0.0));
-        drift.judge(0.0, 1e-3, true, by, TICK).expect("a drift that is sure");
+        drift.test(0.0, 1e-3, true, by, TICK).expect("a drift that is sure");
         let mut variance = 1e-3;
         for _ in 0..100 {
             let (turned, grown) = drift.predict(by, variance, TICK);
@@ -263,7 +263,7 @@ mod tests {
         // Ten seconds of an unknown rate are an unknown angle; what else is unknown is less.
         let angle = square(10.0 * 0.2 * DEGREE);
         assert!((variance - 1e-3 - angle).abs() < 1e-12, "{variance} {angle}");
-        assert!(drift.is_sound());
+        assert!(drift.is_valid());
         drift.end();
         assert_eq!(drift.predict(by, 1e-3, TICK), (0.0, 0.0));
     }

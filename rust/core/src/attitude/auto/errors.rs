@@ -386,7 +386,7 @@ impl Errors {
 
 impl Errors {
     /// Whether this is a covariance.
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let all = Symmetric::<f64, { STATES + 1 }>::from_upper(|i, j| match (i, j) {
             (0..STATES, 0..STATES) => self.covariance[(i, j)],
             (_, STATES) if i < STATES => self.with_heading[i],
@@ -564,7 +564,7 @@ mod tests {
             let by = Transition { bias_cap: 1e-4, matrix_caps: [1e-5; 2], ..by };
             let before = errors;
             errors.predict(&by);
-            prop_assert!(errors.is_sound());
+            prop_assert!(errors.is_valid());
             // Noise raises a variance up to its cap; one above stays.
             for i in BIAS..VELOCITY {
                 let cap = if i < MATRIX { by.bias_cap } else { by.matrix_caps[0] };
@@ -572,7 +572,7 @@ mod tests {
                 prop_assert!(errors.variance(i) <= most * (1.0 + 1e-12));
             }
             errors.blur(1.0, 20.0);
-            prop_assert!(errors.is_sound());
+            prop_assert!(errors.is_valid());
             // To the rounding of a root and its square.
             prop_assert!(errors.variance(0) <= 0.5 + 1e-15 && errors.heading() <= 10.0);
         }

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::attitude::stream::Tagged;
 use crate::attitude::{Estimator, Inertial, Knowledge};
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 use nalgebra::{ComplexField, Matrix3, Quaternion, Vector3};
 
 impl Auto {
@@ -134,7 +134,7 @@ impl Estimator for Auto {
         self.errors.keep_matrix(&errors);
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let sizes = [
             (self.velocity[0].abs(), MAX_VELOCITY),
             (self.velocity[1].abs(), MAX_VELOCITY),
@@ -144,30 +144,30 @@ impl Estimator for Auto {
             (self.speed_squared, 1e7),
         ];
         let [c, s] = self.turn;
-        self.options.checked().is_ok()
+        self.options.validate().is_ok()
             && sizes.iter().all(|(x, most)| is_size(*x, *most))
             && are_within(&self.bias, MAX_BIAS)
             && are_within(&(self.matrix - Matrix3::identity()), MAX_MATRIX + 1e-12)
             && (c * c + s * s - 1.0).abs() < 1e-9
-            && self.strapdown.is_sound()
-            && self.sums.is_sound()
-            && self.drift.is_sound()
-            && self.errors.is_sound()
-            && self.start.is_sound()
-            && self.rest.is_sound()
-            && self.accelerations.is_sound()
-            && self.lasting.is_sound()
-            && self.scale_noise.is_sound()
-            && self.spikes.is_sound()
-            && self.straight.is_sound()
-            && self.recovery.is_sound()
-            && self.magnet.is_sound()
-            && self.held.is_sound()
-            && self.deviation.is_sound_with(&self.iron)
-            && self.iron.is_sound()
-            && self.lost.is_sound()
-            && self.first.is_sound()
-            && self.unit.is_sound()
+            && self.strapdown.is_valid()
+            && self.sums.is_valid()
+            && self.drift.is_valid()
+            && self.errors.is_valid()
+            && self.start.is_valid()
+            && self.rest.is_valid()
+            && self.accelerations.is_valid()
+            && self.lasting.is_valid()
+            && self.scale_noise.is_valid()
+            && self.spikes.is_valid()
+            && self.straight.is_valid()
+            && self.recovery.is_valid()
+            && self.magnet.is_valid()
+            && self.held.is_valid()
+            && self.deviation.is_valid_with(&self.iron)
+            && self.iron.is_valid()
+            && self.lost.is_valid()
+            && self.first.is_valid()
+            && self.unit.is_valid()
             && are_within(&self.by_bias, MAX_BIAS_TIME_S)
     }
 

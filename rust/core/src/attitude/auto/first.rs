@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{DEGREE, square};
-use crate::math::sound::is_size;
+use crate::math::validity::is_size;
 
 /// Rate about the vertical, rad/s, up to which a first level is a bias: good gyros have no more.
 const MAX_BIAS_RAD_S: f64 = 0.8 * DEGREE;
@@ -54,7 +54,7 @@ impl FirstRest {
         square(self.turned / ANGLE_SIGMAS)
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         is_size(self.turned, MAX_ANGLE_RAD) && is_size(self.moved, 1e3)
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{ComplexField, Matrix3, RealField, Vector3};
 
 use super::deviation::Correction;
-use super::drift::share_of_places;
+use super::drift::spread_weight;
 use super::magnet::Magnet;
 use super::strapdown::{self, Sums};
 use super::{Auto, DEGREE, FREE_HEADING_VARIANCE_RAD2, square};
@@ -26,7 +26,7 @@ pub(super) const MAX_FIELD_AGE_S: f64 = 1.0;
 
 /// What a field did to the heading.
 #[derive(Debug, Clone, Copy)]
-pub struct Pull {
+pub struct HeadingCorrection {
     /// The share of its direction that the heading took over.
     pub gain: f64,
     /// By how much a field of the sensor's axes changes that direction, rad in one of its unit.
@@ -35,7 +35,12 @@ pub struct Pull {
 
 impl Auto {
     /// The mean direction of the field corrects the heading, and nothing else.
-    pub(super) fn see_field(&mut self, sums: &Sums, rate: f64, news: bool) -> Option<Pull> {
+    pub(super) fn see_field(
+        &mut self,
+        sums: &Sums,
+        rate: f64,
+        news: bool,
+    ) -> Option<HeadingCorrection> {
         self.follow_drift(sums.elapsed);
         self.field_age = (self.field_age + sums.elapsed).min(MAX_FIELD_AGE_S);
         if !news {
@@ -49,13 +54,13 @@ impl Auto {
             return None;
         }
         let level = ComplexField::sqrt(level_squared);
-        let places = share_of_places(rate, seconds);
+        let places = spread_weight(rate, seconds);
         self.drift.places().observe(level, -field.z, places);
         let rotation = sums.rotation();
         let unused = doubt.unwrap_or(UNUSED_NOISE_FACTOR);
         self.iron.observe(&field, &rotation, seconds, unused, self.drift.walk());
         let innovation = self.east_of_north(&field);
-        self.judge_drift(innovation, seconds);
+        self.test_drift(innovation, seconds);
         let doubt = doubt?;
         let steep = (LEVEL_SHARE_SQUARED * field.norm_squared() / level_squared).max(1.0);
         let noise = square(FIELD_NOISE) / seconds * doubt * steep;
@@ -78,7 +83,7 @@ impl Auto {
         };
         self.deviation.correct(&by, before, self.errors.heading(), self.iron.strength());
         self.turn_heading(gain * innovation);
-        Some(Pull { gain, share: east * (1.0 / level) })
+        Some(HeadingCorrection { gain, share: east * (1.0 / level) })
     }
 
     /// From the axes of the sensor to those of a level frame that the gyro alone turns.
@@ -128,13 +133,13 @@ impl Auto {
     }
 
     /// Whether the field keeps the heading on one side, in motion.
-    fn judge_drift(&mut self, innovation: f64, span: f64) {
+    fn test_drift(&mut self, innovation: f64, span: f64) {
         if self.at_rest || !self.start.over {
             return;
         }
         let (believed, by) = (self.magnet.is_believed(), self.iron.turning());
         let heading = self.errors.heading();
-        if let Some(found) = self.drift.judge(innovation, heading, believed, by, span) {
+        if let Some(found) = self.drift.test(innovation, heading, believed, by, span) {
             self.iron.widen(found.drift);
             self.blur(0.0, found.heading);
             self.by_bias = Vector3::zeros();

@@ -12,7 +12,7 @@ use wide::f64x4;
 use super::{BIAS_LIMIT, BIAS_SIGMA, DEGREE, square};
 use crate::attitude::sample::MIN_FIELD;
 use crate::math::Symmetric;
-use crate::math::sound::is_size;
+use crate::math::validity::is_size;
 
 /// The earth's field, iron, and the drift of the frame.
 const STATES: usize = 7;
@@ -122,13 +122,13 @@ impl Iron {
         for i in 0..3 {
             fits &= self.correct(i, &rotation.row(i).into_owned(), seen[i], noise);
         }
-        self.judge(fits, span);
+        self.test_fit(fits, span);
         let limits = SVector::<f64, STATES>::from_fn(|i, _| most(i));
         self.state = self.state.zip_map(&limits, |x, most| x.clamp(-most, most));
     }
 
     /// What differs for too long is the field now: of what it is made, is to be learned anew.
-    fn judge(&mut self, fits: bool, span: f64) {
+    fn test_fit(&mut self, fits: bool, span: f64) {
         self.apart = if fits { 0.0 } else { self.apart + span };
         if self.apart >= MIN_CHANGE_S {
             self.forget();
@@ -274,7 +274,7 @@ impl Iron {
         self.strength
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let (p, first) = (&self.covariance, self.strength == 0.0 || self.strength >= MIN_FIELD);
         let square = p.fixed_rows::<STATES>(0);
         is_size(self.strength, 1e10)
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn both_are_told_apart() {
+    fn both_are_distinguished() {
         let iron = Vector3::new(10.0, -10.0, 0.0);
         let found = driven(&iron, -DEGREE, 5);
         assert!((found.turning().rate + DEGREE).abs() < 0.05 * DEGREE, "{:?}", found.turning());
@@ -360,7 +360,7 @@ mod tests {
         seen(&mut found, 60.0);
         let all = found.state.fixed_rows::<3>(EARTH) + found.state.fixed_rows::<3>(IRON);
         assert!((all * found.strength - magnet).norm() < 2.0, "{all}");
-        assert!(found.is_sound());
+        assert!(found.is_valid());
     }
 
     #[test]
@@ -368,7 +368,7 @@ mod tests {
         let mut found = driven(&Vector3::new(10.0, 0.0, 0.0), DEGREE, 1);
         found.rest(1e-8);
         assert_eq!((found.turning().rate, found.turning().variance), (0.0, 1e-8));
-        assert!(found.is_sound());
+        assert!(found.is_valid());
         found.learned(-0.5 * DEGREE);
         assert_eq!(found.turning().rate, 0.5 * DEGREE);
     }
@@ -387,7 +387,7 @@ mod tests {
             for (angle, field) in &seen {
                 let rotation = Rotation3::new(Vector3::from(*angle));
                 found.observe(&Vector3::from(*field), rotation.matrix(), TICK, 1.0, FRAME_DRIFT_WALK);
-                prop_assert!(found.is_sound());
+                prop_assert!(found.is_valid());
             }
             let before = found;
             found.turn(span);
@@ -403,11 +403,11 @@ mod tests {
             let got = found.covariance.fixed_rows::<STATES>(0);
             prop_assert!((got - expected).amax() <= 1e-12 * expected.amax());
             prop_assert_eq!(found.state[EARTH], cosine * x - sine * y);
-            prop_assert!(found.is_sound());
+            prop_assert!(found.is_valid());
         }
 
         #[test]
-        fn it_stays_sound_whatever_happens(
+        fn it_stays_valid_whatever_happens(
             seen in prop::collection::vec(seen(), 5..60), variance in 0.0..10.0_f64,
         ) {
             let mut found = Iron::default();
@@ -422,7 +422,7 @@ mod tests {
                     3 => found.lose_earth(),
                     _ => found.rest(variance),
                 }
-                prop_assert!(found.is_sound());
+                prop_assert!(found.is_valid());
             }
         }
     }

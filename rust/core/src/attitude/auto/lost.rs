@@ -4,7 +4,7 @@ use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::attitude::sample::{Inertial, MAX_RATE};
-use crate::math::sound::is_size;
+use crate::math::validity::is_size;
 
 /// Seconds in which the last rate is forgotten, and those of the usual rate.
 const RATE_DECAY_S: f64 = 0.3;
@@ -63,7 +63,7 @@ impl Lost {
         grown + UNKNOWN_RATE_VARIANCE * (unknown - covered).max(0.0)
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         is_size(self.angle, MAX_ANGLE_RAD)
             && is_size(self.grown, 2.0 * MAX_ANGLE_RAD * MAX_ANGLE_RAD)
             && is_size(self.covered, 1e3)

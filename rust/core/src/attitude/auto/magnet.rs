@@ -73,7 +73,7 @@ impl Spikes {
         true
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let size = |square: f64| (0.0..=1e20).contains(&square);
         size(self.usual) && size(self.other) && self.count < MIN_AGREEING_SAMPLES
     }
@@ -122,7 +122,7 @@ impl Held {
         self.seconds >= STUCK_S * (1.0 - 1e-9)
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         (0.0..=1e20).contains(&self.square)
             && self.turn.iter().all(|x| x.abs() <= MAX_TURN_RAD)
             && (0.0..1e18).contains(&self.seconds)
@@ -162,7 +162,7 @@ impl Shape {
         self.strength += weight * (other.strength - self.strength);
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         (0.0..=1e10).contains(&self.strength)
             && (0.0..=1e10).contains(&self.level)
             && self.down.abs() <= 1e10
@@ -259,10 +259,10 @@ impl Magnet {
         }
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let times = [self.turned, self.stayed, self.undisturbed, self.rejected];
-        self.known.is_none_or(|known| known.is_sound())
-            && self.candidate.is_sound()
+        self.known.is_none_or(|known| known.is_valid())
+            && self.candidate.is_valid()
             && times.iter().all(|x| (0.0..1e18).contains(x))
     }
 }

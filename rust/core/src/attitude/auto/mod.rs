@@ -35,7 +35,7 @@ use self::drift::HeadingDrift;
 use self::errors::{BIAS, Errors, Found, MATRIX, States, Transition, VELOCITY};
 use self::first::FirstRest;
 use self::heading::FIELD_WALK;
-pub use self::heading::Pull;
+pub use self::heading::HeadingCorrection;
 use self::iron::Iron;
 use self::lost::Lost;
 use self::magnet::{Held, Magnet, Spikes};
@@ -161,7 +161,7 @@ pub struct Ticked {
     /// Whether its field was that of a magnetometer that is held while the body turns.
     pub held: bool,
     /// What its field did to the heading, if that was used.
-    pub pull: Option<Pull>,
+    pub heading_correction: Option<HeadingCorrection>,
 }
 
 impl Auto {
@@ -170,7 +170,7 @@ impl Auto {
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.
     pub fn new(options: AutoOptions) -> Result<Self, Error> {
-        Ok(Self::with(options.checked()?))
+        Ok(Self::with(options.validate()?))
     }
 
     fn with(options: AutoOptions) -> Self {
@@ -267,10 +267,11 @@ impl Auto {
             self.velocity = [0.0; 2];
         }
         self.correct(&sums, state, moving && !starting);
-        let pull = if self.options.mag { self.see_field(&sums, rate, news) } else { None };
+        let heading_correction =
+            if self.options.mag { self.see_field(&sums, rate, news) } else { None };
         self.strapdown.settle();
         let held = self.options.mag && sums.fields > 0.0 && !news;
-        Ticked { seconds: sums.elapsed, held, pull }
+        Ticked { seconds: sums.elapsed, held, heading_correction }
     }
 
     #[inline(never)]
@@ -364,7 +365,7 @@ impl Auto {
             self.recovery.doubt() * variance / span
         };
         let expected = self.expected(noise);
-        let shown = self.at_rest || self.knowing || self.rest.has_told();
+        let shown = self.at_rest || self.knowing || self.rest.has_evidence();
         let hidden = if shown { None } else { self.hidden(sums) };
         self.errors.correct(VELOCITY, velocity.map(|x| -x), noise, found);
         if let Some(hidden) = &hidden {
@@ -424,7 +425,7 @@ impl Auto {
         let known = self.known_gravity();
         self.recovery.observe(&force, &felt, self.speed_squared, known, sums.elapsed);
         let variance = self.errors.variance(0) + self.errors.variance(1);
-        match self.recovery.judge(persistence, variance, known.unwrap_or(GRAVITY)) {
+        match self.recovery.test(persistence, variance, known.unwrap_or(GRAVITY)) {
             None => {}
             Some(Wrong::Fallen) => self.start.again(),
             Some(Wrong::Tilted(variance)) => {
@@ -566,7 +567,7 @@ mod tests {
             prop_assert_eq!(with.velocity, without.velocity);
             prop_assert_eq!(with.errors.covariance(), without.errors.covariance());
             prop_assert_eq!(with.scale_noise, without.scale_noise);
-            prop_assert!(with.is_sound());
+            prop_assert!(with.is_valid());
             prop_assert!(with.errors.heading() < without.errors.heading());
         }
 

@@ -36,7 +36,7 @@ impl Default for AutoOptions {
 }
 
 impl AutoOptions {
-    pub(super) fn checked(self) -> Result<Self, Error> {
+    pub(super) fn validate(self) -> Result<Self, Error> {
         for (x, sigma) in self.bias.into_iter().zip(self.bias_sigma) {
             require(x.abs() <= MAX_BIAS, "bias", "a rate of at most 10 rad/s", x)?;
             let expected = "a positive rate of at most 0.2 rad/s";

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::attitude::GRAVITY;
 use crate::attitude::sample::MAX_FORCE;
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 
 /// Seconds of the mean force, and those between two recoveries.
 const FORCE_MEAN_S: f64 = 1.5;
@@ -116,12 +116,7 @@ impl Recovery {
 
     /// What is wrong, if corrections persist in these times of what is expected, the tilt has this
     /// variance and gravity this strength; in a rest only a fall is seen.
-    pub fn judge(
-        &mut self,
-        persistence: Option<f64>,
-        variance: f64,
-        gravity: f64,
-    ) -> Option<Wrong> {
+    pub fn test(&mut self, persistence: Option<f64>, variance: f64, gravity: f64) -> Option<Wrong> {
         if self.is_pushed(gravity, MIN_PUSH_SHARE) {
             return None;
         }
@@ -143,7 +138,7 @@ impl Recovery {
         Some(Wrong::Tilted(angle.min(MAX_TILT_SIGMA_RAD * MAX_TILT_SIGMA_RAD)))
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         are_within(&self.mean, 2.0 * MAX_FORCE)
             && are_within(&self.last, 2.0 * MAX_FORCE)
             && is_size(self.since, MIN_RECOVERY_INTERVAL_S)
@@ -169,17 +164,17 @@ mod tests {
     fn a_wrong_tilt_turns_gravity() {
         let mut knocked = felt(Vector3::new(4.0, 0.0, 8.957));
         assert!(!knocked.is_strong());
-        assert!(matches!(knocked.judge(Some(3.0), 0.01, GRAVITY), Some(Wrong::Tilted(_))));
+        assert!(matches!(knocked.test(Some(3.0), 0.01, GRAVITY), Some(Wrong::Tilted(_))));
         let mut fallen = felt(Vector3::new(0.0, 1.0, -12.0));
-        assert_eq!(fallen.judge(None, 0.01, GRAVITY), Some(Wrong::Fallen));
+        assert_eq!(fallen.test(None, 0.01, GRAVITY), Some(Wrong::Fallen));
     }
 
     #[test]
     fn what_speeds_up_adds_to_it() {
         let mut pushed = felt(Vector3::new(4.0, 0.0, GRAVITY));
         assert!(pushed.is_strong() && pushed.doubt() > 1.0);
-        assert_eq!(pushed.judge(Some(3.0), 0.01, GRAVITY), None);
+        assert_eq!(pushed.test(Some(3.0), 0.01, GRAVITY), None);
         let mut faster = felt(Vector3::new(12.0, 0.0, GRAVITY));
-        assert_eq!(faster.judge(Some(3.0), 0.01, GRAVITY), None);
+        assert_eq!(faster.test(Some(3.0), 0.01, GRAVITY), None);
     }
 }

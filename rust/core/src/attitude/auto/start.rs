@@ -67,10 +67,10 @@ impl Start {
 
     /// Whether a field is the first, or the first that is `known` to be no spike.
     pub fn is_first_field(&mut self, known: bool) -> bool {
-        let told = if known { North::Known } else { North::Doubted };
-        let first = told > self.north;
+        let north = if known { North::Known } else { North::Doubted };
+        let first = north > self.north;
         if first {
-            self.north = told;
+            self.north = north;
         }
         first
     }
@@ -96,7 +96,7 @@ impl Start {
         true
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         (0.0..=MAX_SUM).contains(&self.sum) && (0.0..=1e3).contains(&self.elapsed)
     }
 }
@@ -162,7 +162,7 @@ mod tests {
                 (coupled - if tilt < 0.25 { slope * MAX_SPEED_CHANGE_M_S } else { 0.0 }).abs()
                     < 1e-15
             );
-            assert!(errors.is_sound());
+            assert!(errors.is_valid());
         }
         assert!(!start.over);
         assert!(!start.observe(0.1, &mut errors));

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{BIAS_SIGMA, DEGREE, square};
 use crate::attitude::sample::MAX_RATE;
-use crate::math::sound::is_size;
+use crate::math::validity::is_size;
 
 /// How far the rate of a tick lies from the mean of so many seconds, rad/s, and for how long.
 const MAX_RATE_CHANGE_RAD_S: f64 = 3.0 * DEGREE;
@@ -73,7 +73,7 @@ impl Straight {
         self.since = 0.0;
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         self.mean.abs() <= 2.0 * MAX_RATE
             && is_size(self.since, 1e18)
             && self.usual.abs() <= 2.0 * MAX_RATE
@@ -90,7 +90,7 @@ mod tests {
     use super::{DEGREE, Straight};
 
     /// Whether the last of so many seconds at each of these rates, deg/s, says the bias.
-    fn told(rates: &[f64], seconds: usize) -> bool {
+    fn finds_bias(rates: &[f64], seconds: usize) -> bool {
         let mut straight = Straight::default();
         let mut last = None;
         for rate in rates {
@@ -103,13 +103,13 @@ mod tests {
 
     #[test]
     fn a_rate_that_stays_is_the_bias() {
-        assert!(!told(&[0.5], 10), "one stretch has one vote");
-        assert!(told(&[0.5], 30), "and another in twenty seconds");
+        assert!(!finds_bias(&[0.5], 10), "one stretch has one vote");
+        assert!(finds_bias(&[0.5], 30), "and another in twenty seconds");
     }
 
     #[test]
     fn arcs_are_each_of_another_rate() {
-        assert!(!told(&[1.0, 2.5, -1.5, 2.0, -0.4], 8));
-        assert!(!told(&[4.0, 9.0, 4.0], 20), "beyond three deviations it is none");
+        assert!(!finds_bias(&[1.0, 2.5, -1.5, 2.0, -0.4], 8));
+        assert!(!finds_bias(&[4.0, 9.0, 4.0], 20), "beyond three deviations it is none");
     }
 }

@@ -7,7 +7,7 @@ use super::TICK;
 use super::errors::Drivers;
 use crate::attitude::sample::{Inertial, MAX_FIELD, MAX_FORCE, MAX_RATE};
 use crate::math::rotation::exponential;
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 
 /// Square of the angle of a step, rad², up to which its sine and cosine are series.
 const MAX_SERIES_ANGLE_SQUARED: f64 = 0.25;
@@ -149,18 +149,18 @@ impl Strapdown {
 }
 
 impl Strapdown {
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         (self.orientation.norm_squared() - 1.0).abs() < 1e-6
             && self.rotation == matrix(&self.orientation)
             && are_within(&self.before, 1e4)
             && self.alert
                 == if self.doubted.is_some() { -1.0 } else { LARGE_STEP_RAD * LARGE_STEP_RAD }
-            && self.doubted.is_none_or(|one| one.is_sound())
+            && self.doubted.is_none_or(|one| one.is_valid())
     }
 }
 
 impl Doubted {
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         are_within(&self.before, 2e5)
             && are_within(&self.angle, 1e10)
             && are_within(&self.gyro, MAX_RATE)
@@ -169,7 +169,7 @@ impl Doubted {
 
 impl Sums {
     /// No sum is larger than its samples can make it.
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let (rates, forces) = (2.0 * MAX_RATE * self.samples, 2.0 * MAX_FORCE * self.forces);
         let sizes = [
             (self.elapsed, TICK),

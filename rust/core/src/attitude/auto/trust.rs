@@ -52,7 +52,7 @@ impl Accelerations {
         *self = Self::default();
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         (0.0..=1e18).contains(&self.square)
     }
 }
@@ -120,7 +120,7 @@ impl Lasting {
         2.0 * VELOCITY_TIME_CONSTANT_S * (self.squares[1] - self.squares[0]).max(0.0)
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         self.ground.iter().chain(self.body.iter()).all(|x| x.abs() <= 1e9)
             && self.squares.iter().all(|x| (0.0..=1e18).contains(x))
             && (0.0..=INITIAL_SPEED_SQUARED).contains(&self.first)
@@ -194,7 +194,7 @@ impl ScaleNoise {
         (self.sum, self.expected) = ([0.0; 2], 0.0);
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let range = MIN_SCALE_NOISE * MIN_SCALE_NOISE
             ..=MAX_SCALE_NOISE_RATIO * MIN_SCALE_NOISE * MIN_SCALE_NOISE;
         range.contains(&self.square)

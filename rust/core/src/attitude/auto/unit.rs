@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{DEGREE, square};
 use crate::attitude::sample::{MAX_FORCE, MAX_RATE};
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 
 /// Seconds over which turns are compared.
 const COMPARISON_S: f64 = 10.0;
@@ -102,7 +102,7 @@ impl UnitWatch {
                 && self.mean.norm_squared() < MAX_ONE_WAY_SHARE_SQUARED * self.square
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let sizes = [(self.seen, 1e12), (self.said, 1e18), (self.both.abs(), 1e18)];
         sizes.iter().all(|(x, most)| is_size(*x, *most))
             && is_size(self.fast, 4.0 * MAX_RATE * MAX_RATE)

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::learner::{Learner, Present, Start};
 use super::sums::{apart, known_part, root};
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 
 /// Seconds of a span that tells its hard iron, and how many directions have to be known.
 const MIN_SPAN_S: f64 = 5.0;
@@ -60,7 +60,7 @@ impl Iron {
         covariance: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         are_within(&self.value, MAX_IRON) && are_within(&self.covariance, MAX_IRON)
     }
 }
@@ -100,7 +100,7 @@ impl Choice {
     pub fn decide(&mut self, learner: &Learner, present: Present, seconds: f64) {
         let start = match present {
             Present::Nothing => return,
-            Present::Wild => return self.withhold(seconds),
+            Present::Outlier => return self.withhold(seconds),
             Present::Of(place) => learner.start(place),
         };
         let Some(start) = start else { return };
@@ -208,9 +208,9 @@ impl Choice {
         self.taken = if self.withheld < MAX_WITHHELD_S { Taken::Withheld } else { Taken::Kept };
     }
 
-    pub fn is_sound(&self) -> bool {
-        self.iron.is_sound()
-            && self.remembered.iter().flatten().all(Iron::is_sound)
+    pub fn is_valid(&self) -> bool {
+        self.iron.is_valid()
+            && self.remembered.iter().flatten().all(Iron::is_valid)
             && self.next < REMEMBERED_IRONS
             && self.field.is_none_or(|field| are_within(&field, MAX_IRON))
             && is_size(self.withheld, MAX_WITHHELD_S)

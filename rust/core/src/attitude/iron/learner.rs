@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use super::sums::{Products, Sums};
 use super::ticks::Tick;
-use crate::attitude::auto::Pull;
+use crate::attitude::auto::HeadingCorrection;
 use crate::calibrate::magnet::{
     Cost, MAX_EXTRA_COST, MAX_OUTLIER_S, OUTLIER_COST, SPAN_COST, Seen, Span, step_all,
 };
-use crate::math::sound::{are_within, is_size, is_within};
+use crate::math::validity::{are_within, is_size, is_within};
 
 /// Filters that go on.
 const FILTERS: usize = 4;
@@ -71,7 +71,7 @@ impl Start {
     }
 
     /// By what a hard iron that was there all along turned the heading, and what was not taken off.
-    pub fn turned(&self, iron: &Vector3<f64>) -> f64 {
+    pub fn turn_by_iron(&self, iron: &Vector3<f64>) -> f64 {
         self.shares.dot(iron) - self.taken
     }
 
@@ -86,9 +86,9 @@ impl Start {
         self.sums.add(tick, weight, (1.0 - seconds / TICK_TIME_CONSTANT_S).max(0.0));
     }
 
-    fn is_sound(&self) -> bool {
-        self.span.is_sound()
-            && self.sums.is_sound()
+    fn is_valid(&self) -> bool {
+        self.span.is_valid()
+            && self.sums.is_valid()
             && is_within(self.cost, MAX_COST)
             && is_size(self.age, MAX_AGE_S)
             && are_within(&self.shares, 1e9)
@@ -102,7 +102,7 @@ pub enum Present {
     /// Nothing was seen.
     Nothing,
     /// No hard iron explains the field.
-    Wild,
+    Outlier,
     /// The one of this start does.
     Of(usize),
 }
@@ -119,8 +119,8 @@ pub struct Learner {
     window: Sums,
     starts: [Option<Start>; FILTERS],
     /// Of the path that ends in seconds that nothing explains, and how many these are.
-    wild: f64,
-    wild_seconds: f64,
+    outlier_cost: f64,
+    outlier_seconds: f64,
     /// Seconds since the last tick, and of the present second.
     since: f64,
     second: f64,
@@ -137,8 +137,8 @@ impl Default for Learner {
             windows: 0.0,
             window: Sums::default(),
             starts: [None; FILTERS],
-            wild: 0.0,
-            wild_seconds: 0.0,
+            outlier_cost: 0.0,
+            outlier_seconds: 0.0,
             since: 0.0,
             second: 0.0,
             seen: false,
@@ -163,11 +163,15 @@ impl Learner {
     }
 
     /// Follows what a field did to the heading while this hard iron was taken off.
-    pub fn pull(&mut self, pull: &Pull, taken: &Vector3<f64>) {
-        let share = pull.share * self.norm;
+    pub fn correct_heading(
+        &mut self,
+        heading_correction: &HeadingCorrection,
+        taken: &Vector3<f64>,
+    ) {
+        let share = heading_correction.share * self.norm;
         for start in self.starts.iter_mut().flatten() {
-            start.shares += (share - start.shares) * pull.gain;
-            start.taken += (share.dot(taken) - start.taken) * pull.gain;
+            start.shares += (share - start.shares) * heading_correction.gain;
+            start.taken += (share.dot(taken) - start.taken) * heading_correction.gain;
         }
     }
 
@@ -188,7 +192,7 @@ impl Learner {
     /// Takes a tick of so many seconds; at the end of a second tells what it was.
     pub fn take(&mut self, tick: Option<Tick>, seconds: f64) -> Option<Present> {
         self.since += seconds;
-        if let Some(tick) = tick.and_then(|tick| self.sized(tick)) {
+        if let Some(tick) = tick.and_then(|tick| self.normalise(tick)) {
             self.see(&tick);
         }
         self.second += seconds;
@@ -200,7 +204,7 @@ impl Learner {
     }
 
     /// A tick in units of the field's size, once that is known.
-    fn sized(&mut self, tick: Tick) -> Option<Tick> {
+    fn normalise(&mut self, tick: Tick) -> Option<Tick> {
         if self.norm == 0.0 {
             self.sizes[self.ticks] = tick.size;
             self.ticks += 1;
@@ -219,7 +223,7 @@ impl Learner {
     fn see(&mut self, tick: &Tick) {
         let since = core::mem::take(&mut self.since);
         let products = Products::of(tick);
-        self.judge_noise(&products);
+        self.update_noise(&products);
         if !core::mem::replace(&mut self.seen, true) {
             self.begin(tick);
         }
@@ -237,7 +241,7 @@ impl Learner {
                 one.take(&products, costs[k], since);
             }
         }
-        self.wild += OUTLIER_COST;
+        self.outlier_cost += OUTLIER_COST;
     }
 
     /// Another filter, in the place of the one that costs most.
@@ -253,7 +257,7 @@ impl Learner {
     }
 
     /// The noise is what the best hard iron leaves of two seconds in which the sensor turns.
-    fn judge_noise(&mut self, tick: &Products) {
+    fn update_noise(&mut self, tick: &Products) {
         self.window.add(tick, 1.0, 1.0);
         if self.window.weight() < NOISE_TICKS {
             return;
@@ -276,11 +280,11 @@ impl Learner {
         if !core::mem::take(&mut self.seen) {
             return Present::Nothing;
         }
-        self.wild_seconds += START_INTERVAL_S;
-        let (mut least, mut present) = (self.wild, Present::Wild);
+        self.outlier_seconds += START_INTERVAL_S;
+        let (mut least, mut present) = (self.outlier_cost, Present::Outlier);
         for (place, start) in self.starts.iter_mut().enumerate() {
             if let Some(one) = start {
-                if !one.is_sound() {
+                if !one.is_valid() {
                     *start = None;
                 } else if one.cost < least {
                     (least, present) = (one.cost, Present::Of(place));
@@ -297,19 +301,19 @@ impl Learner {
             }
         }
         // Seconds that nothing explains go on, or begin after the best path.
-        self.wild -= found;
-        if self.wild > 0.0 || self.wild_seconds >= MAX_OUTLIER_S as f64 {
-            (self.wild, self.wild_seconds) = (0.0, 0.0);
+        self.outlier_cost -= found;
+        if self.outlier_cost > 0.0 || self.outlier_seconds >= MAX_OUTLIER_S as f64 {
+            (self.outlier_cost, self.outlier_seconds) = (0.0, 0.0);
         }
         present
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let sizes = [
             (self.norm, 1e10),
             (self.noise, MAX_NOISE),
             (self.windows, 1e15),
-            (self.wild_seconds, MAX_OUTLIER_S as f64),
+            (self.outlier_seconds, MAX_OUTLIER_S as f64),
             (self.since, MAX_AGE_S),
             (self.second, START_INTERVAL_S),
         ];
@@ -317,8 +321,8 @@ impl Learner {
             && self.noise >= MIN_NOISE
             && self.sizes.iter().all(|x| is_size(*x, 1e10))
             && self.ticks < INITIAL_TICKS
-            && self.window.is_sound()
-            && is_within(self.wild, MAX_COST)
-            && self.starts.iter().flatten().all(Start::is_sound)
+            && self.window.is_valid()
+            && is_within(self.outlier_cost, MAX_COST)
+            && self.starts.iter().flatten().all(Start::is_valid)
     }
 }

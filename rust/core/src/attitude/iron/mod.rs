@@ -25,7 +25,7 @@ use super::named::Named;
 use super::stream::Tagged;
 use super::{Auto, Estimator, Inertial, Knowledge, NamedOptions};
 use crate::error::Error;
-use crate::math::sound::are_within;
+use crate::math::validity::are_within;
 
 /// Change of a hard iron, by the field's size, with which the shape of the field is another one.
 const MIN_SHAPE_CHANGE: f64 = 0.1;
@@ -62,7 +62,7 @@ impl Learning {
     /// # Errors
     /// [`Error::Parameter`] if the calibration's numbers are out of their ranges.
     pub fn new(auto: Auto, correction: Option<FieldCorrection>) -> Result<Self, Error> {
-        let correction = correction.map(FieldCorrection::checked).transpose()?;
+        let correction = correction.map(FieldCorrection::validate).transpose()?;
         Ok(Self::with(auto, correction))
     }
 
@@ -116,8 +116,8 @@ impl Learning {
 
     #[inline(never)]
     fn tick(&mut self, ticked: &Ticked) {
-        if let Some(pull) = &ticked.pull {
-            self.learner.pull(pull, &self.choice.iron.value);
+        if let Some(heading_correction) = &ticked.heading_correction {
+            self.learner.correct_heading(heading_correction, &self.choice.iron.value);
         }
         // What is held says nothing of iron.
         let tick = self.gathered.end().filter(|_| !ticked.held);
@@ -143,7 +143,7 @@ impl Learning {
     fn take_back(&mut self, present: Present) {
         let Present::Of(place) = present else { return };
         let Some(start) = self.learner.start(place) else { return };
-        let turned = start.turned(&self.choice.iron.value);
+        let turned = start.turn_by_iron(&self.choice.iron.value);
         if turned.abs() > MAX_REVERSED_TURN_RAD {
             self.auto.find_heading();
             self.learner.forget_heading();
@@ -213,13 +213,13 @@ impl Estimator for Learning {
         *self = Self::with(self.auto, self.correction);
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let iron = self.iron.is_none_or(|iron| are_within(&iron, 1e16));
-        self.correction.is_none_or(|one| one.checked().is_ok())
-            && self.auto.is_sound()
-            && self.gathered.is_sound()
-            && self.learner.is_sound()
-            && self.choice.is_sound()
+        self.correction.is_none_or(|one| one.validate().is_ok())
+            && self.auto.is_valid()
+            && self.gathered.is_valid()
+            && self.learner.is_valid()
+            && self.choice.is_valid()
             && iron
     }
 

@@ -7,7 +7,7 @@ use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::ticks::Tick;
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 
 /// Scatter that no field goes below: of places, not of noise.
 const MIN_SCATTER: f64 = 0.01;
@@ -117,7 +117,7 @@ impl Sums {
         (found + found.transpose()) * 0.5
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let sizes = is_size(self.weight(), MAX_SUM) && is_size(self.0[FIELD_SQUARED], MAX_SUM);
         sizes && self.0.iter().all(|x| is_within(*x, MAX_SUM))
     }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::attitude::sample::MAX_FIELD;
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 
 /// Share of the usual number of samples below which a tick is missing, and that of a tick in the mean
 /// number: a magnetometer may be slower than the gyro.
@@ -65,7 +65,7 @@ impl Gathered {
         *self = Self { usual: self.usual, ..Self::default() };
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         is_size(self.count, MAX_COUNT)
             && is_size(self.usual, MAX_COUNT)
             && are_within(&self.turned, 2.0 * MAX_FIELD * self.count)

@@ -15,7 +15,7 @@ use crate::attitude::sample::Inertial;
 use crate::attitude::stream::Tagged;
 use crate::attitude::{Estimator, GRAVITY, Knowledge};
 use crate::error::Error;
-use crate::math::sound::are_within;
+use crate::math::validity::are_within;
 use crate::math::{Real, Symmetric};
 
 /// Standard deviation of a tilt, and of a heading, that one sample has shown, rad.
@@ -93,7 +93,7 @@ impl<L: Linearised> Kalman<L> {
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.
     pub fn new(options: NamedOptions) -> Result<Self, Error> {
-        Ok(Self::with(options.checked()?))
+        Ok(Self::with(options.validate()?))
     }
 
     fn with(options: NamedOptions) -> Self {
@@ -164,10 +164,10 @@ impl Gauss {
         }
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         // What a restart leaves may lie a rounding above its cap.
         let caps = MAX_VARIANCES.map(|cap| cap * (1.0 + 1e-9));
-        self.body.is_sound()
+        self.body.is_valid()
             && are_within(&self.bias, MAX_BIAS)
             && self.P.is_covariance(3.0 * (caps[0] + caps[1]))
             && (0..6).all(|i| self.P.at(i, i) <= caps[i / 3])
@@ -241,8 +241,8 @@ impl<L: Linearised> Estimator for Kalman<L> {
         *self = Self::with(self.options);
     }
 
-    fn is_sound(&self) -> bool {
-        self.options.checked().is_ok() && self.state.is_sound()
+    fn is_valid(&self) -> bool {
+        self.options.validate().is_ok() && self.state.is_valid()
     }
 
     fn is_like(&self, other: &Self) -> bool {

@@ -35,7 +35,7 @@ impl Madgwick {
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.
     pub fn new(options: NamedOptions) -> Result<Self, Error> {
-        Ok(Self { options: options.checked()?, body: Body::default() })
+        Ok(Self { options: options.validate()?, body: Body::default() })
     }
 
     /// ∇F of all directions that are measured.
@@ -116,8 +116,8 @@ impl Estimator for Madgwick {
         self.body = Body::default();
     }
 
-    fn is_sound(&self) -> bool {
-        self.options.checked().is_ok() && self.body.is_sound()
+    fn is_valid(&self) -> bool {
+        self.options.validate().is_ok() && self.body.is_valid()
     }
 
     fn is_like(&self, other: &Self) -> bool {

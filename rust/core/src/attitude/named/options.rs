@@ -205,7 +205,7 @@ impl NamedOptions {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         for (x, sigma) in self.bias.into_iter().zip(self.bias_sigma) {
             require(x.abs() <= MAX_BIAS, "bias", "a rate of at most 10 rad/s", x)?;
             let expected = "a positive rate of at most 0.2 rad/s";

@@ -135,8 +135,8 @@ impl Normal {
             if w + 1 < self.inner.len() {
                 // The coupling of neighbours is -walk.
                 self.inner[w + 1] -= inverse * (self.walk * self.walk);
-                let carried = inverse * self.right[w] * self.walk;
-                self.right[w + 1] += carried;
+                let propagated = inverse * self.right[w] * self.walk;
+                self.right[w + 1] += propagated;
                 self.across[w + 1] += solved * self.walk;
             }
             inverses.push(inverse);

@@ -31,7 +31,7 @@ pub struct Piece {
     /// Past the last one.
     pub stop: usize,
     /// Whether nothing is believed of it.
-    pub wild: bool,
+    pub outlier: bool,
 }
 
 /// What a record falls into, and its cost.
@@ -80,14 +80,14 @@ struct Search<'a> {
     best: Vec<f64>,
     came: Vec<Piece>,
     /// Cost of each second if it is wild.
-    wild: Vec<f64>,
+    outlier: Vec<f64>,
     going: Vec<Going>,
 }
 
 impl<'a> Search<'a> {
     fn new(ticks: &'a Turned<'a>, noise: f64, walk: f64) -> Self {
-        let (best, came, wild, going) = (vec![0.0], Vec::new(), Vec::new(), Vec::new());
-        Self { ticks, noise, walk, best, came, wild, going }
+        let (best, came, outlier, going) = (vec![0.0], Vec::new(), Vec::new(), Vec::new());
+        Self { ticks, noise, walk, best, came, outlier, going }
     }
 
     fn run(mut self) -> Partition {
@@ -108,17 +108,17 @@ impl<'a> Search<'a> {
     }
 
     fn take(&mut self, second: usize, inside: core::ops::Range<usize>) {
-        self.wild.push(OUTLIER_COST * inside.len() as f64);
+        self.outlier.push(OUTLIER_COST * inside.len() as f64);
         if !inside.is_empty() {
             let span = Span::new(median(&self.ticks.turned[inside.clone()]));
             self.going.push(Going { start: second, cost: 0.0, span });
             self.step(inside);
         }
-        let (mut least, mut piece) = self.wildest(second);
+        let (mut least, mut piece) = self.cheapest_outlier(second);
         for one in &self.going {
             let cost = self.best[one.start] + one.cost;
             if cost < least {
-                (least, piece) = (cost, Piece { start: one.start, wild: false, ..piece });
+                (least, piece) = (cost, Piece { start: one.start, outlier: false, ..piece });
             }
         }
         let found = least + SPAN_COST;
@@ -129,15 +129,15 @@ impl<'a> Search<'a> {
     }
 
     /// The wild piece of least cost that ends with a second.
-    fn wildest(&self, second: usize) -> (f64, Piece) {
+    fn cheapest_outlier(&self, second: usize) -> (f64, Piece) {
         let (mut least, mut start, mut sum) = (f64::INFINITY, second, 0.0);
         for i in ((second + 1).saturating_sub(MAX_OUTLIER_S)..=second).rev() {
-            sum += self.wild[i];
+            sum += self.outlier[i];
             if self.best[i] + sum <= least {
                 (least, start) = (self.best[i] + sum, i);
             }
         }
-        (least, Piece { start, stop: second + 1, wild: true })
+        (least, Piece { start, stop: second + 1, outlier: true })
     }
 
     fn step(&mut self, inside: core::ops::Range<usize>) {

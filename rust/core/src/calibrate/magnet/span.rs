@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::math::Real;
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 
 /// What another span costs, beside the evidence of its prior.
 pub const SPAN_COST: f64 = 24.0;
@@ -88,7 +88,7 @@ impl Span<f64> {
     }
 
     /// Whether every number is one of a running filter.
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let row = self.row();
         let variances = SYMMETRIC_INDEX.iter().enumerate().map(|(i, at)| at[i]);
         row.iter().all(|x| is_within(*x, MAX_NUMBER))

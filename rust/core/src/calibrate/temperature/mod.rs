@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use self::thermometer::Thermometer;
 use self::walks::{MAX_LEVEL, MAX_SLOPE, Mixture, Walks};
 use crate::error::{Error, check_not_negative, require};
-use crate::math::sound::{is_count, is_size, is_within};
+use crate::math::validity::{is_count, is_size, is_within};
 use crate::math::{Limits, Real};
 use crate::rest::{Event, RestDetector, RestLimits, Tick};
 use crate::stream::Stream;
@@ -55,7 +55,7 @@ impl Default for TemperatureParams {
 }
 
 impl TemperatureParams {
-    fn checked(self) -> Result<Self, Error> {
+    fn validate(self) -> Result<Self, Error> {
         let finite = |name, value: f64| require(value.is_finite(), name, "a finite number", value);
         let size = |name, value| check_not_negative(name, "zero or a positive number", value);
         finite("reference", self.reference)?;
@@ -99,7 +99,7 @@ impl TemperatureFilter {
     /// # Errors
     /// [`Error::Parameter`] for a parameter out of range.
     pub fn new(params: TemperatureParams) -> Result<Self, Error> {
-        let params = params.checked()?;
+        let params = params.validate()?;
         let detector = RestDetector::new(params.rate, params.limits)?;
         Ok(Self {
             params,
@@ -277,12 +277,12 @@ impl Checkpoint for TemperatureFilter {
     const TAG: &'static str = "temperature";
     const VERSION: u16 = 2;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let most = f64::MAX_RAW * 32.0;
         Self::new(self.params).is_ok_and(|fresh| {
-            self.detector.is_sound()
+            self.detector.is_valid()
                 && self.detector.is_like(&fresh.detector)
-                && self.thermometer.is_sound(self.detector.tick_length())
+                && self.thermometer.is_valid(self.detector.tick_length())
                 && is_count(self.samples_seen)
                 && is_size(self.reach, f64::MAX_RAW)
                 && is_within(self.offset, most)
@@ -291,7 +291,7 @@ impl Checkpoint for TemperatureFilter {
                 && (self.begun || (self.offset, self.scale) == (0.0, 0.0))
                 && match self.scale == 0.0 {
                     true => self.walks == Walks::none() && self.bias == self.offset,
-                    false => self.walks.is_sound(),
+                    false => self.walks.is_valid(),
                 }
         })
     }

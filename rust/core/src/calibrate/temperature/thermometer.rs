@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::{is_sample, is_within};
+use crate::math::validity::{is_sample, is_within};
 
 /// Kelvins from the reference beyond which there is no temperature.
 pub const MAX_KELVIN: f64 = 1e4;
@@ -74,7 +74,7 @@ impl Thermometer {
     }
 
     /// Whether temperatures can have made it, in ticks of so many samples.
-    pub fn is_sound(&self, length: u32) -> bool {
+    pub fn is_valid(&self, length: u32) -> bool {
         // A mean is off by some roundings.
         let most = MAX_KELVIN * (1.0 + 1e-6);
         is_sample(self.last, MAX_KELVIN)

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::thermometer::MAX_KELVIN;
 use crate::math::Real;
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 
 /// Of what is counted in deviations of the noise.
 pub const MAX_LEVEL: f64 = 1e12;
@@ -182,7 +182,7 @@ impl Walks {
     }
 
     /// Whether ticks can have made it.
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let every = |values: &Each, holds: &dyn Fn(f64) -> bool| values.iter().all(|x| holds(*x));
         let size = |bound: f64| move |x: f64| is_size(x, bound);
         let level = |x: f64| is_within(x, MAX_LEVEL);

@@ -154,7 +154,7 @@ impl<S: Simd, const N: usize, const M: usize> Lanes<S, N, M> {
         }
         for (i, c) in members.iter().enumerate() {
             self.leave(i, rows, &mut filters[*c]);
-            filters[*c].start_anew_if_disproved();
+            filters[*c].restart_if_disproved();
         }
         rows as usize
     }

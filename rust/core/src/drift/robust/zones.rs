@@ -45,7 +45,7 @@ impl RobustParams {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         if let Zones::Deviations(kappa, beta) = self.zones {
             require(kappa > 0.0 && kappa.is_finite(), "zones", ZONES_EXPECTED, kappa)?;
             require(beta > 0.0 && beta <= 1.0, "zones", ZONES_EXPECTED, beta)?;
@@ -137,18 +137,18 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
     /// Judges the innovation `e`, of which the filter expects the variance `S`, its own prediction's
     /// `P` in it; `scale` leads to the unit of the samples.
     #[inline(always)]
-    pub fn judge(&mut self, e: T, P: T, S: T, scale: T) -> Verdict<T> {
+    pub fn classify(&mut self, e: T, P: T, S: T, scale: T) -> Verdict<T> {
         self.outlier = false;
         match self.law.zones {
-            Zones::Published => self.judge_as_published(e, scale),
+            Zones::Published => self.classify_as_published(e, scale),
             Zones::Deviations(kappa, beta) => {
-                self.judge_by_deviations(e, [P, S], T::of(kappa), T::of(beta))
+                self.classify_by_deviations(e, [P, S], T::of(kappa), T::of(beta))
             }
         }
     }
 
     #[inline(always)]
-    fn judge_by_deviations(&mut self, e: T, [P, S]: [T; 2], kappa: T, beta: T) -> Verdict<T> {
+    fn classify_by_deviations(&mut self, e: T, [P, S]: [T; 2], kappa: T, beta: T) -> Verdict<T> {
         if self.taken.count == T::zero() {
             self.begin(S);
         }
@@ -172,7 +172,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
 
     /// Equations 7 to 9 of the source and its figure 1.
     #[inline(always)]
-    fn judge_as_published(&mut self, e: T, scale: T) -> Verdict<T> {
+    fn classify_as_published(&mut self, e: T, scale: T) -> Verdict<T> {
         self.taken.observe(e, T::MAX);
         let outer = scale * self.taken.variance;
         let distance = e.simd_abs() - self.taken.mean.simd_abs();

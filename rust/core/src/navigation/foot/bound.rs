@@ -26,9 +26,9 @@ pub(super) fn bound(
     let turned = |i: usize| (Vector3::from(gyro[i]) - known.gyro_bias).norm_squared();
     let mut found = memory::room(n)?;
     for k in 0..n {
-        let turns: f64 = window(k).map(turned).sum();
+        let rotations: f64 = window(k).map(turned).sum();
         let pushes: f64 = window(k).map(|i| pushed[i]).sum();
-        let square = PIVOT_DISTANCE_M * PIVOT_DISTANCE_M * turns + FORCE_S * FORCE_S * pushes;
+        let square = PIVOT_DISTANCE_M * PIVOT_DISTANCE_M * rotations + FORCE_S * FORCE_S * pushes;
         found.push((square / window(k).len() as f64).sqrt());
     }
     Ok(found)

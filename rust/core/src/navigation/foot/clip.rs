@@ -115,14 +115,14 @@ mod tests {
     use super::{DEGREE, restore_clipped};
 
     /// Swings of 700 deg/s, half a second each, of which a gyro shows no more than its range.
-    fn swings(range: f64) -> Vec<[f64; 3]> {
+    fn oscillations(range: f64) -> Vec<[f64; 3]> {
         let rate = |k: usize| 700.0 * DEGREE * (k as f64 * 0.005 * core::f64::consts::TAU).sin();
         (0..2000).map(|k| [0.0, rate(k).min(range * DEGREE), 0.0]).collect()
     }
 
     #[test]
-    fn clipped_swings_come_back() {
-        let (whole, mut gyro) = (swings(1e9), swings(500.0));
+    fn clipped_oscillations_come_back() {
+        let (whole, mut gyro) = (oscillations(1e9), oscillations(500.0));
         let mut variance = [0.0; 2000];
         let found = restore_clipped(&mut gyro, 0.005, &mut variance).unwrap();
         assert_eq!((found.len(), found[0].axis, found[0].sign), (1, 1, 1.0));
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn round_peaks_stay() {
-        let mut gyro = swings(1e9);
+        let mut gyro = oscillations(1e9);
         let before = gyro.clone();
         assert!(restore_clipped(&mut gyro, 0.005, &mut [0.0; 2000]).unwrap().is_empty());
         assert_eq!(gyro, before);

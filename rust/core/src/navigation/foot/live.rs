@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::beginning::{AtRest, Beginning, is_gravity};
 use super::recent::{MAX_HALF, Recent};
-use super::still::{BLOCK_S, News, Still, Told};
+use super::still::{BLOCK_S, News, RestMean, Still};
 use super::walker::Walker;
 use super::{
     GRAVITY, HALF_WINDOW_S, MAX_FIRST_REST_S, MIN_RATE_HZ, MIN_STANCE_INTERVAL_S, STEP_S,
@@ -13,7 +13,7 @@ use super::{
 };
 use crate::checkpoint::Checkpoint;
 use crate::error::{Error, check_positive, require};
-use crate::math::sound::{are_within, is_count, is_size, is_within};
+use crate::math::validity::{are_within, is_count, is_size, is_within};
 use crate::navigation::covariance::{Errors, STATES};
 use crate::navigation::filter::Inertial;
 use crate::stream::Stream;
@@ -91,7 +91,7 @@ pub struct FootFilter {
     /// Whether it began in a rest.
     rested: bool,
     /// A rest that has ended, for the next node.
-    rest: Option<Told>,
+    rest: Option<RestMean>,
     standing: Standing,
     /// The largest rate about an axis so far, rad/s.
     fastest: f64,
@@ -165,7 +165,7 @@ impl FootFilter {
         } else {
             self.step(k);
         }
-        self.look_for_rests(k);
+        self.find_static_intervals(k);
         if k.is_multiple_of(self.lengths.every) {
             self.node(k);
         }
@@ -207,21 +207,22 @@ impl FootFilter {
         }
     }
 
-    fn look_for_rests(&mut self, k: u64) {
+    fn find_static_intervals(&mut self, k: u64) {
         let Lengths { block, dt, .. } = self.lengths;
         let slot = self.recent.slot(k);
         let at_start =
             self.still.since().is_some_and(|since| self.seconds(since) < MAX_FIRST_REST_S);
         match self.still.look(k, self.bound, [slot.gyro, slot.accel], (block, dt)) {
-            News::Better(told) if at_start => {
-                let from = Beginning::at_rest(&told.force, &told.rate, told.sigma);
-                let size = told.force.norm();
+            News::Better(found_rest) if at_start => {
+                let from =
+                    Beginning::at_rest(&found_rest.force, &found_rest.rate, found_rest.sigma);
+                let size = found_rest.force.norm();
                 let force = if is_gravity(size) { size } else { self.known.force };
                 self.known = AtRest { gyro_bias: from.gyro_bias, force };
                 self.rested = true;
                 self.begin(k, &from);
             }
-            News::Ended(told) if !at_start => self.rest = Some(told),
+            News::Ended(found_rest) if !at_start => self.rest = Some(found_rest),
             _ => {}
         }
     }
@@ -245,8 +246,8 @@ impl FootFilter {
         let mut found: Errors = [0.0; STATES];
         let stood = may && walker.stand(self.bound, seconds, &mut found);
         let floored = floors && walker.take_floor(&mut found);
-        if let Some(told) = &rest {
-            walker.take_rest(&told.rate, told.sigma, &mut found);
+        if let Some(found_rest) = &rest {
+            walker.take_rest(&found_rest.rate, found_rest.sigma, &mut found);
         }
         if stood || floored || rest.is_some() {
             walker.apply(&found, &mut ());
@@ -331,7 +332,7 @@ impl FootFilter {
 
     /// Whether it has stood still for half a second, and the gyro's bias can be told.
     pub fn is_at_rest(&self) -> bool {
-        self.still.rests()
+        self.still.is_resting()
     }
 
     /// The speed bound, m/s; NaN before it is known.
@@ -395,22 +396,22 @@ impl Checkpoint for FootFilter {
     const TAG: &'static str = "foot";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let bound = |x: f64| is_size(x, MAX_BOUND) || x == f64::INFINITY;
         Self::new(self.params).is_ok_and(|fresh| {
             self.lengths == fresh.lengths
                 && is_count(self.samples)
                 && self.recent.count() <= self.samples
-                && self.recent.is_sound()
+                && self.recent.is_valid()
                 && are_within(&self.known.gyro_bias, 10.0)
                 && is_within(self.known.force - GRAVITY, 1.0)
-                && self.walker.as_ref().is_none_or(Walker::is_sound)
+                && self.walker.as_ref().is_none_or(Walker::is_valid)
                 && (self.bound.is_nan() || bound(self.bound))
                 && self.lows.iter().flatten().all(|x| bound(*x))
                 && bound(self.low)
                 && bound(self.least)
-                && self.still.is_sound(self.lengths.block)
-                && self.rest.as_ref().is_none_or(Told::is_sound)
+                && self.still.is_valid(self.lengths.block)
+                && self.rest.as_ref().is_none_or(RestMean::is_valid)
                 && is_size(self.standing.gap, 2.0 * MIN_STANCE_INTERVAL_S)
                 && is_size(self.standing.lowest, MAX_BOUND)
                 && is_count(self.standing.count)

@@ -19,7 +19,7 @@ mod live;
 mod plan;
 mod recent;
 #[cfg(feature = "std")]
-mod rests;
+mod static_intervals;
 mod still;
 #[cfg(feature = "std")]
 mod walk;
@@ -31,7 +31,7 @@ pub use live::{FootFilter, FootParams};
 #[cfg(feature = "std")]
 pub use plan::{Feet, Plan, Stance};
 #[cfg(feature = "std")]
-pub use rests::Rest;
+pub use static_intervals::StaticInterval;
 #[cfg(feature = "std")]
 pub use walk::{Trodden, Walk};
 

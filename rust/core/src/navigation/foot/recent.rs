@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::beginning::AtRest;
 use super::cubic::{Cubic, MAX_RATE_RATIO, density};
 use super::{FORCE_S, MAX_HELD_S, PIVOT_DISTANCE_M};
-use crate::math::sound::{are_within, is_count, is_size};
+use crate::math::validity::{are_within, is_count, is_size};
 use crate::navigation::filter::{MAX_SAMPLE, is_known};
 
 /// Samples that are kept: two windows on either side of the one that is told of, and those for which
@@ -70,7 +70,7 @@ impl Slot {
         lost: false,
     };
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         are_within(&self.gyro, MAX_RATE_RATIO * MAX_SAMPLE)
             && are_within(&self.accel, MAX_SAMPLE)
             && is_size(self.variance, MAX_SQUARE)
@@ -156,9 +156,9 @@ impl Recent {
             return f64::INFINITY;
         }
         let turned = |i: u64| (self.slot(i).gyro - known.gyro_bias).norm_squared();
-        let turns: f64 = self.window(k, half).map(turned).sum();
+        let rotations: f64 = self.window(k, half).map(turned).sum();
         let pushes: f64 = self.window(k, half).map(|i| self.slot(i).pushed).sum();
-        let square = PIVOT_DISTANCE_M * PIVOT_DISTANCE_M * turns + FORCE_S * FORCE_S * pushes;
+        let square = PIVOT_DISTANCE_M * PIVOT_DISTANCE_M * rotations + FORCE_S * FORCE_S * pushes;
         let count = 1 + half + k.min(half);
         ComplexField::sqrt(square / count as f64)
     }
@@ -211,18 +211,19 @@ impl Recent {
         // That which was told of when the sample before the last one came is used.
         let unused = (end + 1).saturating_sub(late);
         for k in first.max(unused)..end {
-            let (given, told) = (side_of(self.slot(k), axis, sign), cubic.at((k - first) as usize));
+            let (given, fitted) =
+                (side_of(self.slot(k), axis, sign), cubic.at((k - first) as usize));
             let most = MAX_RATE_RATIO * range;
-            let more = if told > given { told } else { given };
+            let more = if fitted > given { fitted } else { given };
             let slot = self.slot_mut(k);
             slot.gyro[axis] = sign * if more < most { more } else { most };
             slot.variance = density;
         }
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         is_count(self.count)
-            && self.slots.iter().flatten().all(Slot::is_sound)
+            && self.slots.iter().flatten().all(Slot::is_valid)
             && self.last.iter().flatten().all(is_known)
             && self.ages.iter().all(|age| is_size(*age, MAX_TIME_S))
     }

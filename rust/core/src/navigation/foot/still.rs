@@ -4,7 +4,7 @@ use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::DEGREE;
-use crate::math::sound::{are_within, is_count, is_size};
+use crate::math::validity::{are_within, is_count, is_size};
 use crate::navigation::filter::MAX_SAMPLE;
 
 /// The speed bound of a still interval, m/s.
@@ -25,7 +25,7 @@ const MAX_RATE: f64 = 2.0 * MAX_SAMPLE;
 
 /// A part of a still interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) struct Told {
+pub(super) struct RestMean {
     pub rate: Vector3<f64>,
     pub force: Vector3<f64>,
     /// Of the rate, rad/s.
@@ -49,9 +49,9 @@ impl Means {
 pub(super) enum News {
     None,
     /// A better part than before of an interval under way.
-    Better(Told),
+    Better(RestMean),
     /// An interval has ended, with its best part.
-    Ended(Told),
+    Ended(RestMean),
 }
 
 /// A still interval under way, if there is one.
@@ -65,7 +65,7 @@ pub(super) struct Still {
     /// The last blocks, and how many there were.
     blocks: [Means; MAX_BLOCKS],
     count: u64,
-    best: Option<Told>,
+    best: Option<RestMean>,
 }
 
 impl Still {
@@ -80,7 +80,7 @@ impl Still {
     }
 
     /// Whether a part of it is a rest.
-    pub fn rests(&self) -> bool {
+    pub fn is_resting(&self) -> bool {
         self.best.is_some()
     }
 
@@ -112,11 +112,11 @@ impl Still {
         (self.sum, self.samples) = (Means::ZERO, 0);
         self.blocks[(self.count % MAX_BLOCKS as u64) as usize] = block;
         self.count += 1;
-        self.judge(f64::from(size) * dt)
+        self.test(f64::from(size) * dt)
     }
 
     /// Whether one of the parts that end with this block is better than any before.
-    fn judge(&mut self, seconds: f64) -> News {
+    fn test(&mut self, seconds: f64) -> News {
         let most = if self.count < MAX_BLOCKS as u64 { self.count as usize } else { MAX_BLOCKS };
         let block = |back: usize| {
             let place = (self.count - 1).saturating_sub(back as u64) % MAX_BLOCKS as u64;
@@ -145,21 +145,23 @@ impl Still {
             let products = products - mean.component_mul(&(sum * 2.0 - rate))
                 + mean.component_mul(&mean) * (n - 1.0);
             let sigma = sigma_of(&squares, &products, n, seconds);
-            let least = better.or(self.best).map_or(MAX_SIGMA_RAD_S, |told: Told| told.sigma);
+            let least = better
+                .or(self.best)
+                .map_or(MAX_SIGMA_RAD_S, |found_rest: RestMean| found_rest.sigma);
             if sigma < least {
-                better = Some(Told { rate: newest + mean, force: force / n, sigma });
+                better = Some(RestMean { rate: newest + mean, force: force / n, sigma });
             }
         }
-        let Some(told) = better else { return News::None };
+        let Some(found_rest) = better else { return News::None };
         self.best = better;
-        News::Better(told)
+        News::Better(found_rest)
     }
 
-    pub fn is_sound(&self, size: u32) -> bool {
+    pub fn is_valid(&self, size: u32) -> bool {
         let means = |of: &Means, most: f64| {
             are_within(&of.rate, MAX_RATE * most) && are_within(&of.force, MAX_RATE * most)
         };
-        let told = |of: &Told| {
+        let found_rest = |of: &RestMean| {
             are_within(&of.rate, 10.0)
                 && are_within(&of.force, MAX_RATE)
                 && is_size(of.sigma, MAX_SIGMA_RAD_S)
@@ -169,12 +171,12 @@ impl Still {
             && means(&self.sum, f64::from(size))
             && self.blocks.iter().all(|block| means(block, 1.0))
             && is_count(self.count)
-            && self.best.as_ref().is_none_or(told)
+            && self.best.as_ref().is_none_or(found_rest)
     }
 }
 
-impl Told {
-    pub fn is_sound(&self) -> bool {
+impl RestMean {
+    pub fn is_valid(&self) -> bool {
         are_within(&self.rate, 10.0)
             && are_within(&self.force, MAX_RATE)
             && is_size(self.sigma, MAX_SIGMA_RAD_S)

@@ -7,10 +7,10 @@ use super::beginning::Beginning;
 use super::{DEGREE, GRAVITY};
 use crate::checkpoint::Checkpoint;
 use crate::error::Error;
-use crate::math::sound::{is_count, is_size, is_within};
+use crate::math::validity::{is_count, is_size, is_within};
 use crate::navigation::covariance::{Covariance, Errors, GYRO, PHI, R, STATES, V};
-use crate::navigation::earth::Place;
-use crate::navigation::filter::{Inertial, NavigationFilter, Sums, Witness, quaternion};
+use crate::navigation::earth::LocalEarth;
+use crate::navigation::filter::{Inertial, NavigationFilter, Observer, Sums, quaternion};
 use crate::navigation::motion::Motion;
 use crate::navigation::params::{Adapt, Kind, NavigationParams, Start};
 
@@ -62,11 +62,11 @@ impl Walker {
     ///
     /// # Errors
     /// [`Error::Parameter`] if the time is none.
-    pub fn begin<W: Witness>(
+    pub fn begin<W: Observer>(
         from: &Beginning,
         time: f64,
         [gyro, accel]: [[f64; 3]; 2],
-        witness: &mut W,
+        observer: &mut W,
     ) -> Result<Self, Error> {
         let start = Start {
             quaternion: quaternion(&from.attitude),
@@ -98,7 +98,7 @@ impl Walker {
         let mut filter = NavigationFilter::new(start, params)?;
         filter.update(&Inertial { time, gyro, accel, rest: false })?;
         filter.motion.attitude = from.attitude;
-        filter.motion.place = Place::plane(GRAVITY);
+        filter.motion.place = LocalEarth::plane(GRAVITY);
         let of = |first: usize| match first {
             R => POSITION_SIGMA_M,
             V => from.velocity,
@@ -108,7 +108,7 @@ impl Walker {
         };
         let mut variances: Errors = core::array::from_fn(|i| of(i - i % 3) * of(i - i % 3));
         variances[PHI + 2] = HEADING_SIGMA_RAD * HEADING_SIGMA_RAD;
-        filter.begin_on_plane(&variances, witness);
+        filter.begin_on_plane(&variances, observer);
         let (rejected, rejections) = (0.0, 0);
         Ok(Self { filter, rejected, rejections, floor: None, extra: [0.0; 2], lost: f64::NAN })
     }
@@ -118,20 +118,20 @@ impl Walker {
     /// # Errors
     /// [`Error::Parameter`] if its time is not later than that before.
     #[inline(always)]
-    pub fn step<W: Witness>(
+    pub fn step<W: Observer>(
         &mut self,
         sample: &Inertial,
         variance: f64,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Result<(), Error> {
         let (was, before) = (self.filter.navigating, self.filter.sensors.time);
-        self.filter.update_before(sample, witness)?;
+        self.filter.update_before(sample, observer)?;
         if was && !self.filter.navigating {
             self.lost = before;
         }
         let known = |of: &[f64; 3]| of.iter().all(|x| x.is_finite());
         if !self.filter.navigating && known(&sample.gyro) && known(&sample.accel) {
-            self.resume(sample.time, witness);
+            self.resume(sample.time, observer);
         }
         let dt = sample.time - before;
         // Noise relative to rate and shock, and that of restored rates.
@@ -144,40 +144,40 @@ impl Walker {
 
     /// After a gap: where it was, as far as it may have gone.
     #[cold]
-    fn resume<W: Witness>(&mut self, time: f64, witness: &mut W) {
+    fn resume<W: Observer>(&mut self, time: f64, observer: &mut W) {
         let since = time - self.lost;
         let far = UNKNOWN_SPEED_M_S * if since > 0.0 { since } else { 0.0 } + POSITION_SIGMA_M;
         let filter = &mut self.filter;
         let motion = &filter.motion;
-        let mut anew = Motion::new(motion.attitude, 0.0, 0.0, 0.0);
-        (anew.latitude, anew.longitude, anew.height) =
+        let mut restarted = Motion::new(motion.attitude, 0.0, 0.0, 0.0);
+        (restarted.latitude, restarted.longitude, restarted.height) =
             (motion.latitude, motion.longitude, motion.height);
-        anew.place = Place::plane(GRAVITY);
-        filter.motion = anew;
+        restarted.place = LocalEarth::plane(GRAVITY);
+        filter.motion = restarted;
         let mut variances: Errors = core::array::from_fn(|i| filter.covariance.at(i, i));
         for i in 0..3 {
             variances[R + i] = far * far;
             variances[V + i] = UNKNOWN_SPEED_M_S * UNKNOWN_SPEED_M_S;
         }
-        filter.begin_on_plane(&variances, witness);
+        filter.begin_on_plane(&variances, observer);
         (self.rejected, self.floor) = (0.0, None);
     }
 
     /// Carries the covariance on; whether anything is known of where it is.
     #[inline(always)]
-    pub fn propagate<W: Witness>(&mut self, witness: &mut W) -> bool {
+    pub fn propagate<W: Observer>(&mut self, observer: &mut W) -> bool {
         let extra = core::mem::take(&mut self.extra);
         let was = self.filter.navigating;
-        self.filter.propagate_with(extra, witness);
+        self.filter.propagate_with(extra, observer);
         self.note_lost(was);
         self.filter.navigating
     }
 
     /// Takes what was found out of the motion.
     #[inline(always)]
-    pub fn apply<W: Witness>(&mut self, found: &Errors, witness: &mut W) {
+    pub fn apply<W: Observer>(&mut self, found: &Errors, observer: &mut W) {
         let was = self.filter.navigating;
-        self.filter.apply(found, witness);
+        self.filter.apply(found, observer);
         self.note_lost(was);
     }
 
@@ -260,8 +260,8 @@ impl Walker {
     }
 
     /// Whether samples can have led here.
-    pub fn is_sound(&self) -> bool {
-        self.filter.is_sound()
+    pub fn is_valid(&self) -> bool {
+        self.filter.is_valid()
             && is_size(self.rejected, 2.0 * MAX_REJECTION_S)
             && is_count(self.rejections)
             && self.floor.is_none_or(|floor| is_within(floor, MAX_HEIGHT_M))
@@ -272,14 +272,14 @@ impl Walker {
 
 impl NavigationFilter {
     /// Somewhere on a plane, with these variances.
-    fn begin_on_plane<W: Witness>(&mut self, variances: &Errors, witness: &mut W) {
+    fn begin_on_plane<W: Observer>(&mut self, variances: &Errors, observer: &mut W) {
         self.covariance = Covariance::of(variances);
         self.covariance.couple(&self.motion.velocity);
         self.navigating = true;
         self.heading_known = true;
         self.sums = Sums::new();
         self.refresh_sigma();
-        witness.started(&self.covariance, &self.motion);
+        observer.record_start(&self.covariance, &self.motion);
     }
 
     /// Takes the velocity for zero, with this noise; what is known of the gyro's bias stays. Returns

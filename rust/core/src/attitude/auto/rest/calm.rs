@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::quiet::{Candidate, MAX_ACCEL_SPREAD_M_S2, MAX_GYRO_SPREAD_RAD_S};
 use super::{DEGREE, Seen};
-use crate::math::sound::is_size;
+use crate::math::validity::is_size;
 use crate::rest::quiet::FIRST_DIRECTION_TICKS;
 
 /// How much louder than the calmest rest another may be, and a single tick off its mean: squared.
@@ -82,7 +82,7 @@ impl Calm {
         self.accel = least(self.accel, accel.max(MIN_ACCEL_M_S2 * MIN_ACCEL_M_S2));
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         (0.0..=MAX_GYRO_SPREAD_RAD_S * MAX_GYRO_SPREAD_RAD_S).contains(&self.gyro)
             && (0.0..=MAX_ACCEL_SPREAD_M_S2 * MAX_ACCEL_SPREAD_M_S2).contains(&self.accel)
             && is_size(self.strayed, 1e18)

@@ -70,7 +70,7 @@ impl Limits {
         }
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let finite = |v: &Vector3<f64>| v.iter().all(|x| x.abs() <= 2e3);
         finite(&self.gyro)
             && finite(&self.accel)

@@ -3,26 +3,26 @@
 //! A rest shows the bias of the gyro, and nothing else does so well; a false one ruins the heading.
 //! So each part of this folder is for a body that seems to rest or does not: [`limits`] for the usual
 //! rest, [`quiet`] for one of seconds and with motors running, [`calm`] for what a road or a table
-//! makes of either, [`witness`] for a turn that only a field shows. Here they are put together, and
+//! makes of either, [`field_observer`] for a turn that only a field shows. Here they are put together, and
 //! it is decided what becomes of a rest at a rate that is far from the bias.
 
 mod calm;
+mod field_observer;
 mod limits;
 mod quiet;
-mod witness;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use self::calm::Calm;
+use self::field_observer::FieldObserver;
 use self::limits::Limits;
 use self::quiet::Candidate;
 pub use self::quiet::RATE_NOISE;
-use self::witness::Witness;
 use super::strapdown::Sums;
 use super::{DEGREE, square};
 use crate::attitude::sample::MAX_RATE;
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 
 /// How far the level of a rest may lie from the bias, rad/s: always, beside three deviations of the
 /// bias, which do not count for more than this once a rest was used.
@@ -101,7 +101,7 @@ pub struct Rest {
     limits: Limits,
     candidate: Candidate,
     calm: Calm,
-    witness: Witness,
+    field_observer: FieldObserver,
     /// Where the level last was when it began to be steady, rad/s, and seconds since then.
     anchor: Vector3<f64>,
     steady: f64,
@@ -128,7 +128,7 @@ impl Rest {
     }
 
     /// Whether any rest, however short, has said something of the bias, or one was a turn.
-    pub fn has_told(&self) -> bool {
+    pub fn has_evidence(&self) -> bool {
         self.tells() || self.support > 0.0
     }
 
@@ -140,7 +140,7 @@ impl Rest {
     /// Nothing is known of a while.
     pub fn interrupt(&mut self) {
         (self.limits, self.candidate) = (Limits::default(), Candidate::default());
-        self.witness.begin();
+        self.field_observer.begin();
         (self.steady, self.lasted) = (0.0, 0.0);
     }
 
@@ -148,7 +148,7 @@ impl Rest {
     #[inline(always)]
     pub fn observe(&mut self, sums: &Sums, field: Option<&Vector3<f64>>, known: &Known) -> State {
         self.calm.age(sums.elapsed);
-        self.witness.age(sums.elapsed);
+        self.field_observer.age(sums.elapsed);
         let state = match Seen::of(sums) {
             Some(seen) if self.follow(sums, &seen, field) => {
                 self.deny();
@@ -157,7 +157,7 @@ impl Rest {
             Some(seen) => self.decide(&seen, known),
             None => {
                 self.limits.end();
-                self.begin_anew();
+                self.restart_candidate();
                 State::Motion
             }
         };
@@ -171,7 +171,7 @@ impl Rest {
     fn follow(&mut self, sums: &Sums, seen: &Seen, field: Option<&Vector3<f64>>) -> bool {
         self.limits.observe(sums, seen);
         if self.candidate.observe(seen) {
-            self.witness.begin();
+            self.field_observer.begin();
         }
         self.steady += seen.span;
         if (self.limits.level() - self.anchor).norm_squared()
@@ -180,7 +180,7 @@ impl Rest {
             (self.anchor, self.steady) = (*self.limits.level(), 0.0);
         }
         let Some(field) = field else { return false };
-        let [moved, away] = self.witness.observe(field, seen.span);
+        let [moved, away] = self.field_observer.observe(field, seen.span);
         if away {
             self.steady = 0.0;
         }
@@ -188,9 +188,9 @@ impl Rest {
         let denied = moved
             && only
             && self.support < MIN_SUPPORT_S
-            && self.witness.turned_with(&self.candidate.gyro, self.candidate.seconds);
+            && self.field_observer.follows_rotation(&self.candidate.gyro, self.candidate.seconds);
         if moved {
-            self.begin_anew();
+            self.restart_candidate();
         }
         denied
     }
@@ -198,7 +198,7 @@ impl Rest {
     /// The first rest was a turn: what it has taught is forgotten.
     fn deny(&mut self) {
         (self.calm, self.denied) = (Calm::default(), true);
-        self.witness.forget();
+        self.field_observer.forget();
         (self.used, self.support, self.spread) = (false, 0.0, 0.0);
     }
 
@@ -243,26 +243,26 @@ impl Rest {
         }
         let left = self.calm.is_left(&self.candidate, level, seen.span);
         if self.calm.is_gone() {
-            self.begin_anew();
+            self.restart_candidate();
         }
         !left && self.calm.holds(&self.candidate, seen)
     }
 
-    fn begin_anew(&mut self) {
+    fn restart_candidate(&mut self) {
         self.candidate = Candidate::default();
-        self.witness.begin();
+        self.field_observer.begin();
     }
 
     /// What a candidate that may be a rest is, if it is one.
     fn quietly(&mut self, seen: &Seen, bias: &Vector3<f64>, bound: f64) -> Option<State> {
         let off = (self.candidate.gyro - bias).norm();
-        let first =
-            !self.used && (!self.denied || self.witness.refutes_turn(off, self.candidate.seconds));
+        let first = !self.used
+            && (!self.denied || self.field_observer.refutes_turn(off, self.candidate.seconds));
         if off * off <= bound || first {
             return Some(self.quiet(seen));
         }
         if self.is_refuted(off) {
-            return Some(self.refuted(seen));
+            return Some(self.refute(seen));
         }
         if self.candidate.refutes_lean(bias) {
             self.candidate.is_known();
@@ -281,11 +281,11 @@ impl Rest {
         }
         let about_up = rest.gyro.dot(&rest.up()).abs();
         let stays = match about_up > most {
-            true => self.witness.refutes_turn(about_up, rest.seconds),
+            true => self.field_observer.refutes_turn(about_up, rest.seconds),
             false => rest.refutes_level_turn(),
         };
         if stays {
-            return Some(self.refuted(seen));
+            return Some(self.refute(seen));
         }
         (!self.used).then(|| State::Unclear(rest.up()))
     }
@@ -297,7 +297,7 @@ impl Rest {
         self.used |= rest.seconds >= REFUTING_STEADINESS * (1.0 - 1e-9);
         self.spread = rest.gyro_spread();
         self.calm.learn(rest);
-        self.witness.learn();
+        self.field_observer.learn();
         State::Rest(rest.measure(seen))
     }
 
@@ -309,15 +309,16 @@ impl Rest {
             REFUTING_REST_S[0].max((REFUTING_REST_S[1] * self.support).min(REFUTING_REST_S[2]));
         let steadier = seconds >= REFUTING_STEADINESS && rest.gyro_spread() < 0.25 * self.spread;
         (self.support < MIN_SUPPORT_S && (seconds >= long || steadier))
-            || (seconds >= REFUTING_REST_S[0] && self.witness.refutes_turn(off, rest.seconds))
+            || (seconds >= REFUTING_REST_S[0]
+                && self.field_observer.refutes_turn(off, rest.seconds))
     }
 
-    fn refuted(&mut self, seen: &Seen) -> State {
+    fn refute(&mut self, seen: &Seen) -> State {
         let rest = &mut self.candidate;
         rest.is_known();
         (self.used, self.support, self.spread) = (true, rest.seconds, rest.gyro_spread());
         self.calm.learn(rest);
-        self.witness.learn();
+        self.field_observer.learn();
         State::Refuted(rest.gyro, seen.noise() / rest.seconds)
     }
 
@@ -353,11 +354,11 @@ impl Rest {
         State::Jumped(level)
     }
 
-    pub fn is_sound(&self) -> bool {
-        self.limits.is_sound()
-            && self.candidate.is_sound()
-            && self.calm.is_sound()
-            && self.witness.is_sound()
+    pub fn is_valid(&self) -> bool {
+        self.limits.is_valid()
+            && self.candidate.is_valid()
+            && self.calm.is_valid()
+            && self.field_observer.is_valid()
             && are_within(&self.anchor, 2.0 * MAX_RATE)
             && [self.steady, self.support, self.lasted].iter().all(|x| is_size(*x, 1e18))
             && is_size(self.spread, 1.0)

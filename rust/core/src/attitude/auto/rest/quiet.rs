@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{DEGREE, Seen};
 use crate::attitude::sample::{MAX_FORCE, MAX_RATE};
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 use crate::rest::quiet::{Quiet, QuietLimits};
 
 /// How far means of ticks vary at rest, over the three axes: rad/s and m/s².
@@ -114,12 +114,12 @@ impl Candidate {
     pub fn refutes_lean(&self, bias: &Vector3<f64>) -> bool {
         let off = self.gyro - bias;
         let leans = self.level_part(&off);
-        self.is_long() && leans > MIN_LEVEL_SHARE * off.norm() && self.would_carry(leans)
+        self.is_long() && leans > MIN_LEVEL_SHARE * off.norm() && self.would_rotate_gravity(leans)
     }
 
     /// Whether gravity proves the part of its level about level axes to be no turn.
     pub fn refutes_level_turn(&self) -> bool {
-        self.would_carry(self.level_part(&self.gyro))
+        self.would_rotate_gravity(self.level_part(&self.gyro))
     }
 
     /// Whether it has lasted until a turn would show.
@@ -138,7 +138,7 @@ impl Candidate {
     }
 
     /// Whether a turn at this rate about a level axis would have carried gravity along.
-    fn would_carry(&self, rate: f64) -> bool {
+    fn would_rotate_gravity(&self, rate: f64) -> bool {
         rate * (self.seconds - DIRECTION_DELAY_S) * self.accel.norm()
             > MIN_TURN_RATIO * MAX_GRAVITY_TURN_M_S2
     }
@@ -148,8 +148,8 @@ impl Candidate {
         self.measured = MEASURED_AFTER_S.len() as u8;
     }
 
-    pub fn is_sound(&self) -> bool {
-        self.quiet.is_sound(2.0 * MAX_RATE, 2.0 * MAX_FORCE)
+    pub fn is_valid(&self) -> bool {
+        self.quiet.is_valid(2.0 * MAX_RATE, 2.0 * MAX_FORCE)
             && are_within(&self.weighted, 2.0 * MAX_RATE)
             && is_size(self.weight, 1e24)
             && usize::from(self.measured) <= MEASURED_AFTER_S.len()

@@ -102,7 +102,7 @@ impl<const R: usize> Kalman<R> {
         let variance = self.covariance[0][0];
         let first = self.covariance[0];
         self.advance(y, |i| first[i] / variance * innovation);
-        self.covariance = self.predicted(|i, j| first[i] * first[j] / variance);
+        self.covariance = self.predict(|i, j| first[i] * first[j] / variance);
         self.is_steady = self.has_settled();
         self.log_determinant += variance.ln();
         innovation / variance.sqrt()
@@ -120,12 +120,12 @@ impl<const R: usize> Kalman<R> {
     fn skip(&mut self) {
         let expected = self.x[0];
         self.advance(expected, |_| 0.0);
-        self.covariance = self.predicted(|_, _| 0.0);
+        self.covariance = self.predict(|_, _| 0.0);
         self.is_steady = false;
     }
 
     /// `T (P - known) Tᵀ + b bᵀ`.
-    fn predicted(&self, known: impl Fn(usize, usize) -> f64) -> Matrix<R> {
+    fn predict(&self, known: impl Fn(usize, usize) -> f64) -> Matrix<R> {
         let left = |i: usize, j: usize| match i < R && j < R {
             true => self.covariance[i][j] - known(i, j),
             false => 0.0,
@@ -160,7 +160,7 @@ fn stationary<const R: usize>(phi: &[f64; R], b: &[f64; R]) -> Matrix<R> {
     });
     // Any stationary process that a search may meet has forgotten its start after 2^60 samples.
     for _ in 0..60 {
-        let added = times(&times(&power, &covariance), &transposed(&power));
+        let added = times(&times(&power, &covariance), &transpose(&power));
         let grows = |i: usize| added[i][i] > f64::EPSILON * 0.1 * covariance[i][i];
         let goes_on = (0..R).any(grows);
         for i in 0..R {
@@ -178,6 +178,6 @@ fn times<const R: usize>(a: &Matrix<R>, b: &Matrix<R>) -> Matrix<R> {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..R).map(|k| a[i][k] * b[k][j]).sum()))
 }
 
-fn transposed<const R: usize>(a: &Matrix<R>) -> Matrix<R> {
+fn transpose<const R: usize>(a: &Matrix<R>) -> Matrix<R> {
     std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
 }

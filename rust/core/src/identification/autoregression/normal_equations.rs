@@ -121,7 +121,7 @@ impl NormalEquations {
 
     fn add_ends(&mut self, centre: Centre, segment: &[f64]) -> Option<()> {
         let order = self.order;
-        let value = |t: usize| centre.taken_off(segment[t]);
+        let value = |t: usize| centre.subtract_centre(segment[t]);
         let first: Vec<f64> = (0..order.min(segment.len())).map(value).collect();
         for t in 0..first.len() {
             for j in 0..=t {
@@ -203,19 +203,19 @@ impl Centre {
     pub fn mean(record: &[f64]) -> Self {
         let near = Self::provisional(record);
         let present = || record.iter().filter(|z| z.is_finite());
-        let sum: f64 = present().map(|z| near.taken_off(*z)).sum();
+        let sum: f64 = present().map(|z| near.subtract_centre(*z)).sum();
         Self { rest: sum / present().count().max(1) as f64, ..near }
     }
 
     /// The sample's distance from the level.
     #[inline(always)]
-    pub fn taken_off(self, z: f64) -> f64 {
+    pub fn subtract_centre(self, z: f64) -> f64 {
         (z - self.origin) - self.rest
     }
 
     /// The same of many samples.
     #[inline(always)]
-    pub fn taken_off_all<S: Simd>(self, simd: S, z: S::f64s) -> S::f64s {
+    pub fn subtract_centre_all<S: Simd>(self, simd: S, z: S::f64s) -> S::f64s {
         let origin = simd.sub_f64s(z, simd.splat_f64s(self.origin));
         simd.sub_f64s(origin, simd.splat_f64s(self.rest))
     }

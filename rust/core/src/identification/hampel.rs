@@ -40,7 +40,7 @@ impl Hampel {
             }
         }
         found.iter().for_each(|(k, median)| record[*k] = *median);
-        work::gathered(found.into_iter().map(|(k, _)| k))
+        work::collect(found.into_iter().map(|(k, _)| k))
     }
 
     /// The median, if `z` is too far from it.

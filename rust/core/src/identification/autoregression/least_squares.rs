@@ -199,14 +199,14 @@ fn triangle(record: &[f64], order: usize, centre: Centre, constant: bool) -> DMa
         for start in (0..late).step_by(depth) {
             work::pause();
             let block = &segment[start..segment.len().min(start + depth + order)];
-            upper = joined(&upper, block, order, centre, constant);
+            upper = join_factors(&upper, block, order, centre, constant);
         }
     }
     upper
 }
 
 /// Triangle of that of earlier rows and those of a block.
-fn joined(
+fn join_factors(
     upper: &DMatrix<f64>,
     block: &[f64],
     order: usize,
@@ -219,7 +219,7 @@ fn joined(
     rows.view_mut((0, 0), (size, size)).copy_from(upper);
     for lag in 0..=order {
         let column = if lag == 0 { size - 1 } else { lag - 1 + first };
-        let values = block[order - lag..].iter().map(|z| centre.taken_off(*z));
+        let values = block[order - lag..].iter().map(|z| centre.subtract_centre(*z));
         rows.view_mut((size, column), (count, 1))
             .iter_mut()
             .zip(values)

@@ -98,7 +98,7 @@ pub fn fit(
     let problem = Conditional::new(series, p, q, has_constant, p);
     let (start, evaluations) = match start {
         Some(start) => (problem.point(&series.without_units(start, p, p + q)), 0),
-        None => searched(series, p, q, has_constant),
+        None => search(series, p, q, has_constant),
     };
     let descent = minimise(&problem, start, FINE_STOP, |_, _| false);
     let evaluations = evaluations + descent.evaluations;
@@ -113,7 +113,7 @@ pub fn fit(
 }
 
 /// The best point that starts at all orders below lead to, and the passes of the last search.
-fn searched(series: &Series, p: usize, q: usize, has_constant: bool) -> (Vec<f64>, usize) {
+fn search(series: &Series, p: usize, q: usize, has_constant: bool) -> (Vec<f64>, usize) {
     let mut found = best_fits(series, p, q, has_constant, p);
     let (descent, evaluations) = found.swap_remove(found.len() - 1);
     (descent.point, evaluations)

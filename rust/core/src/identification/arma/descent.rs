@@ -80,7 +80,7 @@ pub fn minimise(
             }
             (since, height) = (at.evaluations, at.normal.sum_of_squares);
         }
-        let model = at.normal.model(&frozen(&at, problem.bounds()));
+        let model = at.normal.model(&find_frozen(&at, problem.bounds()));
         let variance = at.normal.sum_of_squares / problem.count() as f64;
         let decrease = model.largest_decrease();
         if decrease <= stop.step * stop.step * variance {
@@ -92,7 +92,7 @@ pub fn minimise(
         radius = advance(&mut at, problem, &model.step(radius), radius);
     }
     // Along a direction that hardly matters rounding may keep a search from its end.
-    let decrease = at.normal.model(&frozen(&at, problem.bounds())).largest_decrease();
+    let decrease = at.normal.model(&find_frozen(&at, problem.bounds())).largest_decrease();
     let is_level = decrease <= ROUNDING * at.normal.sum_of_squares;
     Descent { end: if is_level { End::Minimum } else { End::Unfinished }, ..at }
 }
@@ -101,9 +101,9 @@ impl Descent {
     /// The minimum that the model predicts: from the end of a search, a step too short to be worth
     /// a pass.
     pub fn predicted_minimum(&self, problem: &impl Problem) -> Vec<f64> {
-        let model = self.normal.model(&frozen(self, problem.bounds()));
+        let model = self.normal.model(&find_frozen(self, problem.bounds()));
         match self.end {
-            End::Minimum => moved(&self.point, &model.step(f64::INFINITY), problem.bounds()),
+            End::Minimum => move_point(&self.point, &model.step(f64::INFINITY), problem.bounds()),
             _ => self.point.clone(),
         }
     }
@@ -111,7 +111,7 @@ impl Descent {
 
 /// Takes the step if that leads no higher, and returns the radius of the next one.
 fn advance(at: &mut Descent, problem: &impl Problem, step: &Step, radius: f64) -> f64 {
-    let point = moved(&at.point, step, problem.bounds());
+    let point = move_point(&at.point, step, problem.bounds());
     let normal = problem.normal(&point);
     at.evaluations += 1;
     let rounding = ROUNDING * at.normal.sum_of_squares;
@@ -128,12 +128,12 @@ fn advance(at: &mut Descent, problem: &impl Problem, step: &Step, radius: f64) -
 }
 
 /// Coordinates on their bound from which the sum of squares falls only beyond it.
-fn frozen(at: &Descent, bounds: &[f64]) -> Vec<bool> {
+fn find_frozen(at: &Descent, bounds: &[f64]) -> Vec<bool> {
     let outward = |i: usize| at.normal.descent[i] * at.point[i] >= 0.0;
     (0..bounds.len()).map(|i| at.point[i].abs() >= bounds[i] && outward(i)).collect()
 }
 
-fn moved(point: &[f64], step: &Step, bounds: &[f64]) -> Vec<f64> {
+fn move_point(point: &[f64], step: &Step, bounds: &[f64]) -> Vec<f64> {
     let step = &step.step;
     let longest = (0..bounds.len()).filter(|i| bounds[*i].is_finite()).map(|i| step[i].abs());
     let share = (MAX_MOVE / longest.fold(MAX_MOVE, f64::max)).min(1.0);
@@ -158,7 +158,7 @@ impl Normal {
     }
 
     /// The same in other coordinates, of whose change `slopes` are the derivatives.
-    pub fn transformed(&self, slopes: &DMatrix<f64>) -> Self {
+    pub fn transform(&self, slopes: &DMatrix<f64>) -> Self {
         Self {
             gram: slopes.tr_mul(&self.gram) * slopes,
             curvature: slopes.tr_mul(&self.curvature) * slopes,

@@ -8,7 +8,7 @@ use super::conditional::Conditional;
 use super::descent::{Descent, End, Problem, Stop, minimise};
 use super::series::Series;
 use super::spectrum::{Guide, Spectrum};
-use crate::identify::autoregression::Reflections;
+use crate::identification::autoregression::Reflections;
 use crate::math::parallel;
 use crate::work;
 
@@ -86,7 +86,7 @@ pub fn best_fits(
             let slow = lower(1, 1).and_then(|lower| with_slow_noise(&problem, guide, lower));
             let starts = starts(&problem, &regression, has_constant, slow, &below);
             let best = match guide {
-                Some(guide) => guided(&guide, starts, &below),
+                Some(guide) => search_guided(&guide, starts, &below),
                 None => best(&problem, starts, COARSE_STOP, SECOND_STOP),
             };
             (i * (q + 1) + j, best)
@@ -122,7 +122,11 @@ fn best(
 }
 
 /// Searches on the spectrum from every start, then on the record from where they ended.
-fn guided(guide: &Guide<'_>, starts: Vec<Vec<f64>>, below: &[Lower<'_>]) -> (Descent, usize) {
+fn search_guided(
+    guide: &Guide<'_>,
+    starts: Vec<Vec<f64>>,
+    below: &[Lower<'_>],
+) -> (Descent, usize) {
     let (problem, count) = (guide.problem, guide.count());
     let mut ends: Vec<Descent> = Vec::new();
     for start in starts {
@@ -139,7 +143,7 @@ fn guided(guide: &Guide<'_>, starts: Vec<Vec<f64>>, below: &[Lower<'_>]) -> (Des
     let (mut best, mut evaluations) = best(problem, points.collect(), NEAR_STOP, NEAR_STOP);
     for lower in below {
         if best.normal.sum_of_squares > lower.at.normal.sum_of_squares {
-            let found = minimise(problem, grown(problem, *lower), NEAR_STOP, |_, _| false);
+            let found = minimise(problem, grow(problem, *lower), NEAR_STOP, |_, _| false);
             evaluations += found.evaluations;
             if found.normal.sum_of_squares < best.normal.sum_of_squares {
                 best = found;
@@ -182,12 +186,12 @@ fn starts(
 ) -> Vec<Vec<f64>> {
     let regressed = regression.coefficients(problem.p, problem.q, has_constant);
     let regressed = regressed.map(|coefficients| problem.point(&coefficients));
-    let grown = below.iter().map(|lower| grown(problem, *lower));
+    let grown = below.iter().map(|lower| grow(problem, *lower));
     slow.into_iter().chain(grown).chain(regressed).collect()
 }
 
 /// The lower model, its new coefficients zero.
-fn grown(problem: &Conditional<'_>, Lower { p, q, at }: Lower<'_>) -> Vec<f64> {
+fn grow(problem: &Conditional<'_>, Lower { p, q, at }: Lower<'_>) -> Vec<f64> {
     let mut point = at.point.clone();
     (q..problem.q).for_each(|_| point.insert(p + q, 0.0));
     (p..problem.p).for_each(|_| point.insert(p, 0.0));
@@ -207,7 +211,9 @@ fn with_slow_noise(
     let scales = scales.take_while(|scale| 8.0 * scale < problem.count() as f64);
     let pairs = scales.flat_map(|scale| [(8.0 * scale, scale), (scale, 8.0 * scale)]);
     let points: Vec<_> = pairs
-        .map(|(ar, ma)| problem.point(&multiplied(&lower, p, q, 1.0 - 1.0 / ar, 1.0 - 1.0 / ma)))
+        .map(|(ar, ma)| {
+            problem.point(&multiply_factors(&lower, p, q, 1.0 - 1.0 / ar, 1.0 - 1.0 / ma))
+        })
         .collect();
     let sums = match guide {
         Some(guide) => points.iter().map(|point| guide.sum_of_squares(point)).collect(),
@@ -218,7 +224,7 @@ fn with_slow_noise(
 }
 
 /// `[φ, θ, c]` of `φ(B)(1 - ar B)` and `θ(B)(1 - ma B)`, of the same mean.
-fn multiplied(lower: &[f64], p: usize, q: usize, ar: f64, ma: f64) -> Vec<f64> {
+fn multiply_factors(lower: &[f64], p: usize, q: usize, ar: f64, ma: f64) -> Vec<f64> {
     let (phi, rest) = lower.split_at(p);
     let (theta, constant) = rest.split_at(q);
     let mut coefficients = with_root(phi, -1.0, ar);
@@ -319,7 +325,7 @@ impl WithSimd for LongResiduals<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Vec<f64> {
-        let mut residuals = work::gathered(self.series.values.iter().copied());
+        let mut residuals = work::collect(self.series.values.iter().copied());
         for segment in &self.series.segments {
             let y = &self.series.values[segment.clone()];
             let out = &mut residuals[segment.clone()];

@@ -33,17 +33,17 @@ impl WithSimd for Centring<'_> {
         let mut sums = [simd.splat_f64s(0.0); SUMS];
         for (from, to) in from.iter().zip(to) {
             for k in 0..SUMS {
-                to[k] = self.centre.taken_off_all(simd, from[k]);
+                to[k] = self.centre.subtract_centre_all(simd, from[k]);
                 sums[k] = simd.add_f64s(sums[k], to[k]);
             }
         }
         for (from, to) in from_last.iter().zip(to_last) {
-            *to = self.centre.taken_off_all(simd, *from);
+            *to = self.centre.subtract_centre_all(simd, *from);
             sums[0] = simd.add_f64s(sums[0], *to);
         }
         let mut sum = sums.into_iter().map(|sum| simd.reduce_sum_f64s(sum)).sum();
         for (from, to) in from_rest.iter().zip(to_rest) {
-            *to = self.centre.taken_off(*from);
+            *to = self.centre.subtract_centre(*from);
             sum += *to;
         }
         sum

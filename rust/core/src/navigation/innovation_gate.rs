@@ -36,7 +36,7 @@ const MIN_NOISE_SHARE: f64 = 1e-4;
 
 /// One kind of measurement: positions, or velocities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Judge {
+pub(crate) struct InnovationGate {
     /// Allan variance of the innovations an axis, and differences it was learned from.
     pub spread: Vector3<f64>,
     pub count: u32,
@@ -77,14 +77,14 @@ pub(crate) enum Return {
 
 /// What becomes of a fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Judgement {
+pub(crate) enum GateDecision {
     Take,
     /// The filter is wrong: widen, then take.
     Widen,
     Reject,
 }
 
-impl Judge {
+impl InnovationGate {
     pub fn new() -> Self {
         Self {
             spread: Vector3::zeros(),
@@ -143,7 +143,7 @@ impl Judge {
 
     /// What a position is to an outage that ended with it, or before. `noise` is its variances,
     /// `walk` those of the velocity.
-    pub fn returns(
+    pub fn classify_return(
         &mut self,
         time: f64,
         outage: Option<f64>,
@@ -174,18 +174,18 @@ impl Judge {
         Return::First
     }
 
-    /// Variance of an axis, told to be `told`.
-    pub fn noise(&self, axis: usize, told: f64, adapt: Adapt) -> f64 {
+    /// Variance of an axis, told to be `stated`.
+    pub fn noise(&self, axis: usize, stated: f64, adapt: Adapt) -> f64 {
         match adapt {
-            _ if self.count < MIN_DIFFERENCES => told,
-            Adapt::Fixed => told,
-            Adapt::Inflate => told.max(self.spread[axis]),
-            Adapt::Free => self.spread[axis].max(MIN_NOISE_SHARE * told),
+            _ if self.count < MIN_DIFFERENCES => stated,
+            Adapt::Fixed => stated,
+            Adapt::Inflate => stated.max(self.spread[axis]),
+            Adapt::Free => self.spread[axis].max(MIN_NOISE_SHARE * stated),
         }
     }
 
     /// Standard deviations that the innovations show; NaN before they do.
-    pub fn learned(&self) -> [f64; 3] {
+    pub fn standard_deviations(&self) -> [f64; 3] {
         let known = self.count >= MIN_DIFFERENCES;
         [0, 1, 2].map(|i| if known { self.spread[i].simd_sqrt() } else { f64::NAN })
     }
@@ -196,34 +196,34 @@ impl Judge {
     }
 
     /// Judges a fix by its normalised innovation squared.
-    pub fn judge(&mut self, time: f64, new: [Innovation; 3], gate: f64) -> Judgement {
+    pub fn test(&mut self, time: f64, new: [Innovation; 3], gate: f64) -> GateDecision {
         self.new = new;
         if self.nis() <= gate || time < self.open_until {
             self.rejected = 0;
-            return Judgement::Take;
+            return GateDecision::Take;
         }
         self.rejected += 1;
         if self.rejected <= MAX_REJECTED {
-            return Judgement::Reject;
+            return GateDecision::Reject;
         }
         self.rejected = 0;
-        Judgement::Widen
+        GateDecision::Widen
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let time = |t: f64| t.is_nan() || t.is_finite();
         self.spread.iter().all(|a| (0.0..=MAX_SPREAD).contains(a))
             && self.last.iter().all(|e| e.abs() <= MAX_INNOVATION)
             && (0.0..=MAX_INTERVAL_S).contains(&self.usual)
             && self.rejected <= MAX_REJECTED
             && [self.last_time, self.open_until].into_iter().all(time)
-            && self.first.is_none_or(|first| first.is_sound())
-            && self.new.iter().all(Innovation::is_sound)
+            && self.first.is_none_or(|first| first.is_valid())
+            && self.new.iter().all(Innovation::is_valid)
     }
 }
 
 impl First {
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         self.innovation.iter().all(|e| e.abs() <= MAX_INNOVATION)
             && self.time.is_finite()
             && (MIN_OUTAGE_S..=MAX_OUTAGE_S).contains(&self.outage)
@@ -231,7 +231,7 @@ impl First {
 }
 
 impl Innovation {
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let Self { value, variance } = *self;
         let there = value.is_finite() && variance > 0.0 && variance.is_finite();
         there || (value.is_nan() && variance.is_nan())

@@ -14,7 +14,7 @@ const INTERVAL_STEPS: usize = 40;
 
 /// Where the sensor rests.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rest {
+pub struct StaticInterval {
     /// First sample and past the last.
     pub samples: (usize, usize),
     /// Past the last of the still interval that it is a part of.
@@ -31,7 +31,7 @@ pub(super) fn find(
     gyro: &[[f64; 3]],
     dt: f64,
     from: usize,
-) -> Result<Vec<Rest>, Error> {
+) -> Result<Vec<StaticInterval>, Error> {
     let mut found = Vec::new();
     for (first, end) in runs(bound.len(), |k| bound[k] < MAX_STILL_SPEED_M_S) {
         if (end - first) as f64 * dt < MIN_INTERVAL_S {
@@ -50,7 +50,7 @@ pub(super) fn find(
 }
 
 /// The part whose mean rate is known best, if any is known well.
-fn best(gyro: &[[f64; 3]], dt: f64) -> Result<Option<Rest>, Error> {
+fn best(gyro: &[[f64; 3]], dt: f64) -> Result<Option<StaticInterval>, Error> {
     let size = samples_in(BLOCK_S, dt);
     let n = gyro.len() / size;
     let mut means: Vec<Vector3<f64>> = memory::room(n)?;
@@ -58,13 +58,13 @@ fn best(gyro: &[[f64; 3]], dt: f64) -> Result<Option<Rest>, Error> {
         let sum: Vector3<f64> = block.iter().map(|rate| Vector3::from(*rate)).sum();
         means.push(sum / size as f64);
     }
-    let mut best: Option<Rest> = None;
+    let mut best: Option<StaticInterval> = None;
     for count in (MIN_BLOCKS..=n).step_by((n / INTERVAL_STEPS).max(1)) {
         for first in (0..=n - count).step_by((count / INTERVAL_STEPS).max(1)) {
             let (rate, sigma) = mean_of(&means[first..first + count], size as f64 * dt);
             if best.is_none_or(|best| sigma < best.sigma) {
                 let samples = (first * size, (first + count) * size);
-                best = Some(Rest { samples, until: 0, rate, sigma });
+                best = Some(StaticInterval { samples, until: 0, rate, sigma });
             }
         }
     }

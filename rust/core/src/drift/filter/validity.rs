@@ -1,7 +1,7 @@
 //! What a published filter can be after any samples.
 
 use super::{DriftFilter, DriftLoop};
-use crate::math::sound::{is_count, is_size, is_within};
+use crate::math::validity::{is_count, is_size, is_within};
 use crate::math::{Limits, Real};
 
 impl<T, const N: usize, const M: usize> DriftFilter<T, N, M>
@@ -18,7 +18,7 @@ where
             && self.scaling == scaling
             && self.inner.is_after(&fresh.inner, reach)
             && is_within(self.estimate, T::MAX_RAW * T::of(32.0))
-            && self.watch.is_sound()
+            && self.watch.is_valid()
             && self.restarts <= self.samples_seen
     }
 }
@@ -36,8 +36,8 @@ where
             && self.measurement_noise.is_after(&fresh.measurement_noise, T::MAX_INPUT * T::of(4.0))
             // A single wild sample raises it beyond all bounds of a covariance; the next settles it.
             && self.process_noise.is_covariance(T::MAX_DIFFERENCE)
-            && self.state.is_sound()
-            && self.last.is_sound()
+            && self.state.is_valid()
+            && self.last.is_valid()
             && self.count >= fresh.count
             && self.count <= T::MAX
             && is_size(self.peak, reach)

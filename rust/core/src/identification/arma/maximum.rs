@@ -45,7 +45,7 @@ pub fn maximum(
         let variance = normal.sum_of_squares / problem.count() as f64;
         if round == ROUNDS || curved.length(&moved) <= SHORT_MOVE * SHORT_MOVE * variance {
             let free = curved.inverse().0 * variance;
-            let scaled = scaled(&problem, &last_point(&problem, &found), &free, has_constant);
+            let scaled = scale(&problem, &last_point(&problem, &found), &free, has_constant);
             return (scaled, Descent { evaluations, ..found });
         }
         start = found.point;
@@ -75,7 +75,7 @@ fn is_likely(problem: &Exact<'_>, point: &[f64]) -> bool {
 }
 
 /// `[φ, θ, c]` from a point and the covariance of its coordinates.
-fn scaled(problem: &Exact<'_>, point: &[f64], free: &DMatrix<f64>, has_constant: bool) -> Scaled {
+fn scale(problem: &Exact<'_>, point: &[f64], free: &DMatrix<f64>, has_constant: bool) -> Scaled {
     let (phi, theta, mean) = problem.model(point);
     let (p, end) = (phi.len(), phi.len() + theta.len());
     let phi_of_one = phi_of_one(&phi);

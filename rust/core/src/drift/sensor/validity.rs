@@ -1,16 +1,16 @@
 //! What the model of a sensor can be after any ticks.
 
 use super::{Block, Interim, SensorModel, TickNoise};
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real};
 use crate::rest::MIN_SAMPLES;
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
     /// Whether ticks of `length` samples can have made it.
-    pub(crate) fn is_sound(&self, length: T, known_scale: Option<f64>) -> bool {
+    pub(crate) fn is_valid(&self, length: T, known_scale: Option<f64>) -> bool {
         let reach = self.scaling.reach() + self.scaling.reach();
         let fresh = Self::new(self.scaling, length, T::one());
-        self.scaling.is_sound(known_scale)
+        self.scaling.is_valid(known_scale)
             && fresh.is_ok_and(|fresh| {
                 self.length == fresh.length
                     && self.noise.is_after(&fresh.noise)
@@ -43,7 +43,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Block<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Interim<T> {
     /// Whether a model can have told it.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         is_size(self.gain, T::one()) && is_size(self.most, T::MAX_RAW)
     }
 }

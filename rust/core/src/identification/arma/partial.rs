@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::identify::autoregression::step_up;
+use crate::identification::autoregression::step_up;
 
 /// Where a search ends: partial autocorrelations of 1 - 1e-10.
 pub const MAX_COORDINATE: f64 = 12.0;
@@ -49,11 +49,11 @@ fn to_free(phi: &[f64]) -> Option<Vec<f64>> {
 
 /// Unbounded coordinates of `φ`, or of the nearest stationary one on the way to zero.
 pub fn to_nearest_free(phi: &[f64]) -> Vec<f64> {
-    to_free(phi).or_else(|| to_free(&shrunk(phi))).unwrap_or_default()
+    to_free(phi).or_else(|| to_free(&shrink(phi))).unwrap_or_default()
 }
 
 /// The nearest `φ` on the way to zero that is stationary with a margin.
-fn shrunk(phi: &[f64]) -> Vec<f64> {
+fn shrink(phi: &[f64]) -> Vec<f64> {
     let mut phi = phi.to_vec();
     let within = |r: &Vec<f64>| r.iter().all(|r| r.abs() < 0.9999);
     while !partials(&phi).is_some_and(|r| within(&r)) {
@@ -154,7 +154,7 @@ mod tests {
         assert!(partials(&[0.5, 0.3]).is_some());
         for phi in [vec![1.0], vec![-1.5], vec![2.0, -1.0], vec![0.6, 0.5], vec![f64::NAN]] {
             assert!(partials(&phi).is_none(), "{phi:?}");
-            assert!(partials(&shrunk(&phi)).is_some());
+            assert!(partials(&shrink(&phi)).is_some());
             assert!(on_circle(&phi));
         }
     }

@@ -8,7 +8,7 @@ use crate::math::rotation::turned;
 
 /// What the triangular means of a window are made of.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Carried {
+pub(super) struct WindowMeans {
     /// Element `(i, j)` of matrix `c` is the mean of R_ij a_c.
     pub(super) tensors: [[Matrix3<f64>; 3]; MEANS],
     /// Mean of the integral of R from the middle of the window on.
@@ -38,12 +38,12 @@ impl Sums {
 const ZEROS: nalgebra::ArrayStorage<f64, 3, 3> = nalgebra::ArrayStorage([[0.0; 3]; 3]);
 
 /// Goes through the ticks with `factor rate - bias`, in rad/s.
-pub(super) fn carried(
+pub(super) fn propagate(
     rates: &[Vector3<f64>],
     forces: &[Vector3<f64>],
     factor: f64,
     bias: &Vector3<f64>,
-) -> Carried {
+) -> WindowMeans {
     let block = rates.len() / (MEANS + 1);
     let mut rotation = UnitQuaternion::identity();
     let (mut integral, mut middle) = (Matrix3::zeros(), Matrix3::zeros());
@@ -77,11 +77,11 @@ pub(super) fn carried(
             means[b - 1].plus(&rise, -part);
         }
     }
-    Carried { tensors: means.map(|m| m.tensor), integrals: means.map(|m| m.integral - middle) }
+    WindowMeans { tensors: means.map(|m| m.tensor), integrals: means.map(|m| m.integral - middle) }
 }
 
 /// The triangular means of what no gyro has turned.
-pub(super) fn uncarried(forces: &[Vector3<f64>]) -> [Vector3<f64>; MEANS] {
+pub(super) fn average_unrotated(forces: &[Vector3<f64>]) -> [Vector3<f64>; MEANS] {
     let block = forces.len() / (MEANS + 1);
     let weight =
         |k: usize| (k as f64 + 0.5).min((2 * block - k) as f64 - 0.5) / (block * block) as f64;
@@ -93,7 +93,7 @@ pub(super) fn uncarried(forces: &[Vector3<f64>]) -> [Vector3<f64>; MEANS] {
 
 #[cfg(test)]
 mod tests {
-    use super::{carried, uncarried};
+    use super::{average_unrotated, propagate};
     use nalgebra::{Rotation3, Vector3};
 
     #[test]
@@ -103,14 +103,14 @@ mod tests {
         let up = Vector3::new(0.1, 0.2, 0.9);
         let at = |k: usize| Rotation3::new(rate * (-0.02 * (k as f64 + 0.5))) * up;
         let forces: Vec<_> = (0..40).map(at).collect();
-        let found = carried(&rates, &forces, 0.5, &Vector3::zeros());
+        let found = propagate(&rates, &forces, 0.5, &Vector3::zeros());
         for tensor in &found.tensors {
             let force: Vector3<f64> = (0..3).map(|c| tensor[c].column(c).into_owned()).sum();
             // A few roundings.
             assert!((force - up).amax() < 1e-14);
         }
-        let still = carried(&rates, &forces, 0.0, &Vector3::zeros());
-        for (tensor, plain) in still.tensors.iter().zip(uncarried(&forces)) {
+        let still = propagate(&rates, &forces, 0.0, &Vector3::zeros());
+        for (tensor, plain) in still.tensors.iter().zip(average_unrotated(&forces)) {
             assert!((0..3).all(|c| (tensor[c][(c, c)] - plain[c]).abs() < 1e-14));
         }
         // The integral of 1 is the time, from the middle on: means at a quarter, the middle, ...

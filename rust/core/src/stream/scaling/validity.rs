@@ -1,7 +1,7 @@
 //! What a start-up and its scaling can be after any samples.
 
 use super::{Scaling, Startup};
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real};
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
@@ -15,7 +15,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
             && is_within(self.origin, T::MAX_RAW)
             && self.has_unit()
             && self.has_moments()
-            && self.sketch.is_sound()
+            && self.sketch.is_valid()
     }
 
     fn has_unit(&self) -> bool {
@@ -38,7 +38,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Scaling<T> {
     /// Whether a start-up can have found it.
-    pub(crate) fn is_sound(&self, known_scale: Option<f64>) -> bool {
+    pub(crate) fn is_valid(&self, known_scale: Option<f64>) -> bool {
         let most = T::MAX_RAW * T::of(4.0);
         let most = known_scale.map_or(most, |scale| T::of(scale).at_least(most));
         is_within(self.offset, T::MAX_RAW + T::MAX_RAW)

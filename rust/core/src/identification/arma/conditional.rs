@@ -88,7 +88,7 @@ impl<'a> Conditional<'a> {
         let mut slopes = DMatrix::identity(point.len(), point.len());
         slopes.view_mut(corner, size).copy_from(&-partial::jacobian(free));
         let weights = -natural.descent.rows(self.p, self.q);
-        let mut normal = natural.transformed(&slopes);
+        let mut normal = natural.transform(&slopes);
         normal.curvature.view_mut(corner, size).sub_assign(&partial::hessian(free, &weights));
         normal
     }
@@ -280,7 +280,7 @@ impl Lines {
 
     /// Keeps the end of a block of `n` samples as the history of the next.
     #[inline(always)]
-    fn carry(&mut self, n: usize) {
+    fn shift_history(&mut self, n: usize) {
         for line in self.all() {
             line.copy_within(n..n + HISTORY, 0);
         }
@@ -334,7 +334,7 @@ impl<const Q: usize> Sweep<'_, Q> {
                 self.columns(lines, n).add_products(simd, &mut total.products);
                 self.add_curvatures(simd, lines, n, total);
             }
-            lines.carry(n);
+            lines.shift_history(n);
             if is_transient && start > 0 && lines.h[..HISTORY].iter().all(|h| h.abs() < MIN_IMPULSE)
             {
                 is_transient = false;
@@ -450,7 +450,7 @@ impl<S: Simd, const Q: usize> Recursion<S, Q> {
     fn step(&self, input: f64, past: &mut [f64; Q]) -> f64 {
         let mut output = input;
         for j in (0..Q).rev() {
-            output = self.fused(self.minus_theta[j], past[j], output);
+            output = self.fuse(self.minus_theta[j], past[j], output);
         }
         for j in (1..Q).rev() {
             past[j] = past[j - 1];
@@ -463,7 +463,7 @@ impl<S: Simd, const Q: usize> Recursion<S, Q> {
 
     /// `a b + c`, rounded once where the processor can, as it does on its wide registers.
     #[inline(always)]
-    fn fused(&self, a: f64, b: f64, c: f64) -> f64 {
+    fn fuse(&self, a: f64, b: f64, c: f64) -> f64 {
         let _ = self.simd;
         if size_of::<S::f64s>() > size_of::<f64>() { a.mul_add(b, c) } else { a * b + c }
     }
@@ -478,8 +478,8 @@ fn last<const Q: usize>(line: &Line) -> [f64; Q] {
 #[cfg(test)]
 mod tests {
     use super::Conditional;
-    use crate::identify::arma::descent::Problem;
-    use crate::identify::arma::series::Series;
+    use crate::identification::arma::descent::Problem;
+    use crate::identification::arma::series::Series;
 
     #[test]
     fn sums_side_by_side_are_those_of_one_point_each() {

@@ -5,7 +5,7 @@ use super::noise::{Halves, Noise, Sums};
 use super::octaves::{OCTAVES, Octave, Octaves};
 use super::vote::{Standing, Vote};
 use super::{GyroArray, MAX_SAMPLE, MIN_WEIGHT_SUM};
-use crate::math::sound::{is_count, is_sample, is_size, is_within};
+use crate::math::validity::{is_count, is_sample, is_size, is_within};
 use crate::stream::checkpoint::Checkpoint;
 
 /// Largest mean of samples in the axes of the body: three of them, each times one and a half at most.
@@ -22,7 +22,7 @@ impl<const A: usize> Checkpoint for GyroArray<A> {
     const VERSION: u16 = 2;
     const SIZES: [u8; 2] = [A as u8, 0];
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let (n, params) = (self.params.sensors, &self.params);
         if params.check(A).is_err() {
             return false;
@@ -38,23 +38,25 @@ impl<const A: usize> Checkpoint for GyroArray<A> {
             (self.sorted.len(), n * A),
         ];
         sizes.iter().all(|(found, expected)| found == expected)
-            && params.turns::<A>().is_ok_and(|turns| turns == self.turns)
+            && params
+                .body_rotations::<A>()
+                .is_ok_and(|body_rotations| body_rotations == self.body_rotations)
             && is_count(self.samples)
             && self.filters.iter().all(|filter| {
                 filter.params() == &params.of_filter()
                     && self.length == filter.tick_length()
-                    && filter.is_sound()
+                    && filter.is_valid()
             })
             && self.position < self.length
             && self.weights.iter().all(|w| w.abs() <= MAX_WEIGHT)
-            && self.centralised.is_sound(n, A)
-            && self.noise.is_sound(n, A, self.position)
-            && self.vote.is_sound(n, A, self.position)
+            && self.centralised.is_valid(n, A)
+            && self.noise.is_valid(n, A, self.position)
+            && self.vote.is_valid(n, A, self.position)
     }
 }
 
 impl Centralised {
-    fn is_sound(&self, sensors: usize, axes: usize) -> bool {
+    fn is_valid(&self, sensors: usize, axes: usize) -> bool {
         let is_walk = |walk: &Walk| {
             is_sample(walk.level, MAX_SAMPLE) && 0.0 < walk.variance && walk.variance <= 1e6
         };
@@ -65,7 +67,7 @@ impl Centralised {
 }
 
 impl Noise {
-    fn is_sound(&self, sensors: usize, axes: usize, position: u32) -> bool {
+    fn is_valid(&self, sensors: usize, axes: usize, position: u32) -> bool {
         let all = sensors * axes;
         let sizes = [
             self.sums.len(),
@@ -77,20 +79,20 @@ impl Noise {
         self.axes == axes
             && sizes.iter().all(|size| *size == all)
             && (self.octaves.len(), self.second.len()) == (axes, axes)
-            && self.sums.iter().all(|sums| sums.is_sound(position))
-            && self.ticks.iter().all(Halves::is_sound)
+            && self.sums.iter().all(|sums| sums.is_valid(position))
+            && self.ticks.iter().all(Halves::is_valid)
             && self
                 .halves
                 .iter()
                 .all(|one| is_size(one.sum, MAX_SQUARED_DIFFERENCE * f64::from(one.count)))
-            && self.octaves.iter().all(|octaves| octaves.is_sound(sensors))
+            && self.octaves.iter().all(|octaves| octaves.is_valid(sensors))
             && self.ratios.iter().chain(&self.white).all(|x| (1e-2..=1e4).contains(x))
             && self.second.iter().all(|x| x.is_nan() || is_size(*x, MAX_SQUARED_DIFFERENCE))
     }
 }
 
 impl Sums {
-    fn is_sound(&self, position: u32) -> bool {
+    fn is_valid(&self, position: u32) -> bool {
         let counts = self.counts.iter().map(|count| u64::from(*count)).sum::<u64>();
         counts <= u64::from(position)
             && (0..2).all(|k| is_within(self.sums[k], MAX_SAMPLE * f64::from(self.counts[k])))
@@ -98,7 +100,7 @@ impl Sums {
 }
 
 impl Halves {
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         // Both halves of a tick, or none.
         [self.waiting, self.followed].iter().all(|tick| {
             tick.iter().all(|x| is_sample(*x, MAX_ROTATED_MEAN))
@@ -108,17 +110,17 @@ impl Halves {
 }
 
 impl Octaves {
-    fn is_sound(&self, sensors: usize) -> bool {
+    fn is_valid(&self, sensors: usize) -> bool {
         self.sensors == sensors
             && self.all.len() == OCTAVES
             && self.mean.len() == sensors
             && self.mean.iter().all(|x| is_sample(*x, MAX_ROTATED_MEAN))
-            && self.all.iter().all(|octave| octave.is_sound(sensors))
+            && self.all.iter().all(|octave| octave.is_valid(sensors))
     }
 }
 
 impl Octave {
-    fn is_sound(&self, sensors: usize) -> bool {
+    fn is_valid(&self, sensors: usize) -> bool {
         let most = 4.0 * MAX_SQUARED_DIFFERENCE;
         (self.last.len(), self.half.len()) == (sensors, sensors)
             && (self.products.len(), self.counts.len()) == (sensors * sensors, sensors * sensors)
@@ -132,7 +134,7 @@ impl Octave {
 }
 
 impl Vote {
-    fn is_sound(&self, sensors: usize, axes: usize, position: u32) -> bool {
+    fn is_valid(&self, sensors: usize, axes: usize, position: u32) -> bool {
         let (all, samples) = (sensors * axes, f64::from(position));
         (self.sums.len(), self.sigmas.len(), self.standings.len()) == (all, all, sensors)
             && (self.squares.len(), self.voters.len(), self.known.len()) == (axes, axes, axes)
@@ -150,12 +152,12 @@ impl Vote {
             && self.voters.iter().all(|count| *count as usize <= sensors)
             && is_size(self.speeds, MAX_SQUARED_DIFFERENCE * samples)
             && self.samples <= position
-            && self.standings.iter().all(Standing::is_sound)
+            && self.standings.iter().all(Standing::is_valid)
     }
 }
 
 impl Standing {
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         is_size(self.exposed, MAX_ROTATED_MEAN) && self.agreed < 1 << 20
     }
 }

@@ -134,7 +134,7 @@ pub fn burg(
     constant: bool,
     centre: Centre,
 ) -> Result<(Reflections, usize), FitError> {
-    let mut errors = work::gathered(segments(record).map(|z| Errors::new(z, centre)));
+    let mut errors = work::collect(segments(record).map(|z| Errors::new(z, centre)));
     let n: usize = errors.iter().map(|errors| errors.forward.len()).sum();
     let energy = errors.iter().map(|errors| dot(&errors.forward, &errors.forward)).sum();
     let any = errors.iter().any(|errors| errors.forward.len() > order);
@@ -169,8 +169,8 @@ struct Errors {
 
 impl Errors {
     fn new(segment: &[f64], centre: Centre) -> Self {
-        let forward = work::gathered(segment.iter().map(|z| centre.taken_off(*z)));
-        Self { backward: work::gathered(forward.iter().copied()), forward, m: 0 }
+        let forward = work::collect(segment.iter().map(|z| centre.subtract_centre(*z)));
+        Self { backward: work::collect(forward.iter().copied()), forward, m: 0 }
     }
 
     /// Sums of the products of what is to be forecast from each other, and of the squares.

@@ -3,8 +3,8 @@
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use zerorate_core::identify::arma::{self, Estimate, MAX_ORDER, Method, Series};
-use zerorate_core::identify::{self, Arma, Estimator, FitError, Hampel};
+use zerorate_core::identification::arma::{self, Estimate, MAX_ORDER, Method, Series};
+use zerorate_core::identification::{self, Arma, Estimator, FitError, Hampel};
 
 use crate::common::arrays;
 use crate::common::streaming::positive;
@@ -325,7 +325,8 @@ pub fn lagged_products<'py>(
 ) -> PyResult<(Vector<'py>, Vector<'py, i64>)> {
     let lags = positive("lags", lags)?;
     let (py, values) = (z.py(), arrays::record(z)?);
-    let products = interruptible(py, values.len(), || identify::lagged_products(&values, lags))?;
+    let products =
+        interruptible(py, values.len(), || identification::lagged_products(&values, lags))?;
     let pairs: Vec<i64> = products.pairs.into_iter().map(|count| count as i64).collect();
     Ok((products.sums.into_pyarray(py), pairs.into_pyarray(py)))
 }
@@ -353,7 +354,7 @@ pub fn reversals(z: &Bound<'_, PyAny>) -> PyResult<(u64, u64, f64)> {
     let values = arrays::record(z)?;
     let found = interruptible(z.py(), values.len(), || {
         let complete = values.iter().all(|z| z.is_finite());
-        complete.then(|| identify::reversals(values))
+        complete.then(|| identification::reversals(values))
     })?;
     let found = found.ok_or_else(|| PyValueError::new_err("z must hold finite samples only"))?;
     Ok((found.count, found.ties, found.tie_weight))

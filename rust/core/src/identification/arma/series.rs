@@ -21,7 +21,7 @@ pub struct Series {
 impl Series {
     /// Takes samples of which those not finite are missing.
     pub fn new(mut values: Vec<f64>, centred: bool) -> Self {
-        let segments = work::gathered(segment_ranges(&values));
+        let segments = work::collect(segment_ranges(&values));
         let present = segments.iter().map(Range::len).sum();
         let origin = if centred { mean(&values, &segments) } else { 0.0 };
         values.iter_mut().for_each(|z| *z = if z.is_finite() { *z - origin } else { f64::NAN });

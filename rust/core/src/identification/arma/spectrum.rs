@@ -50,7 +50,7 @@ impl Spectrum {
         if n < MIN_SAMPLES || (series.present as f64) < MIN_PRESENT_SHARE * n as f64 {
             return None;
         }
-        let powers = periodogram(&faded(series));
+        let powers = periodogram(&fade_ends(series));
         let (mut power, mut angles) = (Vec::new(), Vec::new());
         let mut first = 1;
         while first < powers.len() {
@@ -276,7 +276,7 @@ impl Problem for Guide<'_> {
 }
 
 /// The samples without gaps, their ends faded, and zeros up to a power of two.
-fn faded(series: &Series) -> Vec<f64> {
+fn fade_ends(series: &Series) -> Vec<f64> {
     let n = series.values.len();
     let mut before = 0.0;
     let samples = series.values.iter().map(|z| {
@@ -288,7 +288,7 @@ fn faded(series: &Series) -> Vec<f64> {
         let from_end = (t.min(n - 1 - t) as f64 + 0.5) / ramp;
         if from_end < 1.0 { z * 0.5 * (1.0 - (PI * from_end).cos()) } else { z }
     });
-    work::gathered(weighted.chain(std::iter::repeat_n(0.0, n.next_power_of_two() - n)))
+    work::collect(weighted.chain(std::iter::repeat_n(0.0, n.next_power_of_two() - n)))
 }
 
 /// Squares of the absolute values of a discrete Fourier transform, of frequencies 0 up to a half;
@@ -296,22 +296,22 @@ fn faded(series: &Series) -> Vec<f64> {
 fn periodogram(samples: &[f64]) -> Vec<f64> {
     let half = samples.len() / 2;
     let pairs = samples.chunks_exact(2).map(|pair| Complex { re: pair[0], im: pair[1] });
-    let mut both = work::gathered(pairs);
-    let turns = work::gathered((0..half).map(|k| Complex::turned(k, samples.len())));
-    transform(&mut both, &turns);
+    let mut both = work::collect(pairs);
+    let twiddles = work::collect((0..half).map(|k| Complex::turned(k, samples.len())));
+    transform(&mut both, &twiddles);
     // Even samples are the real parts, odd ones the imaginary parts.
     let power = |k: usize| {
         let (here, there) = (both[k], both[(half - k) % half].conjugate());
         let even = here.plus(there).scaled(0.5);
         let odd = here.plus(there.scaled(-1.0)).times(Complex { re: 0.0, im: -0.5 });
-        even.plus(odd.times(turns[k])).square()
+        even.plus(odd.times(twiddles[k])).square()
     };
-    work::gathered((0..half).map(power))
+    work::collect((0..half).map(power))
 }
 
 /// The discrete Fourier transform in place, of a power of two numbers (Cooley and Tukey), with the
 /// first half of as many turns of half a step.
-fn transform(values: &mut [Complex], turns: &[Complex]) {
+fn transform(values: &mut [Complex], twiddles: &[Complex]) {
     let n = values.len();
     let unused = usize::BITS - n.trailing_zeros();
     for i in 0..n {
@@ -327,7 +327,7 @@ fn transform(values: &mut [Complex], turns: &[Complex]) {
         for pair in values.chunks_exact_mut(2 * width) {
             let (low, high) = pair.split_at_mut(width);
             for (k, (a, b)) in low.iter_mut().zip(high).enumerate() {
-                let turned = b.times(turns[k * stride]);
+                let turned = b.times(twiddles[k * stride]);
                 (*a, *b) = (a.plus(turned), a.plus(turned.scaled(-1.0)));
             }
         }
@@ -383,9 +383,9 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::{Guide, MIN_SAMPLES, Spectrum, periodogram};
-    use crate::identify::arma::conditional::Conditional;
-    use crate::identify::arma::descent::Problem;
-    use crate::identify::arma::series::Series;
+    use crate::identification::arma::conditional::Conditional;
+    use crate::identification::arma::descent::Problem;
+    use crate::identification::arma::series::Series;
 
     /// Uniform numbers from -1 to 1 by a linear congruential generator.
     fn noise(n: usize) -> Vec<f64> {

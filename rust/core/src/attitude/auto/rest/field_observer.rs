@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::limits::MEAN_S;
 use crate::attitude::sample::MAX_FIELD;
 use crate::math::rotation::exponential;
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 use crate::rest::quiet::{FIRST_DIRECTION_TICKS, LAST_DIRECTION_GAIN};
 
 /// Deviations by which a field that stands still moves at most, squared, and the least of them as a
@@ -32,7 +32,7 @@ const NOISE_DOUBLING_S: f64 = 300.0;
 
 /// The field while something may be a rest, in the axes of the sensor.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Witness {
+pub struct FieldObserver {
     ticks: f64,
     /// Its means at the begin and now, and the last tick's.
     first: Vector3<f64>,
@@ -48,7 +48,7 @@ pub struct Witness {
     seen: bool,
 }
 
-impl Witness {
+impl FieldObserver {
     /// So many seconds passed.
     pub fn age(&mut self, span: f64) {
         let grown = 1.0 + 2.0 * core::f64::consts::LN_2 / NOISE_DOUBLING_S * span;
@@ -101,16 +101,16 @@ impl Witness {
     /// Whether a turn at this rate, for as long as the candidate lasts, would have moved the field: one
     /// that never changes is none.
     pub fn refutes_turn(&self, rate: f64, seconds: f64) -> bool {
-        let carried = rate * (seconds - 2.0 * MEAN_DELAY_S) * LEVEL_SHARE * self.before.norm();
+        let rotated = rate * (seconds - 2.0 * MEAN_DELAY_S) * LEVEL_SHARE * self.before.norm();
         let lives = self.changes > MIN_CHANGE_RATIO * self.before.norm_squared();
         self.ticks >= MIN_TICKS
             && lives
-            && carried > MIN_TURN_RATIO * ComplexField::sqrt(self.limit_squared())
+            && rotated > MIN_TURN_RATIO * ComplexField::sqrt(self.limit_squared())
     }
 
     /// Whether the field has turned as the gyro says that the body does, in so many seconds: it is
     /// no magnet that has moved it.
-    pub fn turned_with(&self, rate: &Vector3<f64>, seconds: f64) -> bool {
+    pub fn follows_rotation(&self, rate: &Vector3<f64>, seconds: f64) -> bool {
         let angle = rate * -(seconds - FIRST_MEAN_DELAY_S - MEAN_DELAY_S).max(0.0);
         let expected = exponential(&angle) * self.first;
         let apart = (self.last - expected).norm_squared();
@@ -131,7 +131,7 @@ impl Witness {
         }
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let most = 4.0 * MAX_FIELD;
         let fields = [self.first, self.last, self.before, self.mean, self.anchor];
         fields.iter().all(|v| are_within(v, most))
