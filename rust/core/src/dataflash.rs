@@ -39,19 +39,19 @@ pub struct Kind {
     pub places: Vec<u64>,
 }
 
-/// What is sound in a log.
+/// What is valid in a log.
 #[derive(Debug, Clone)]
 pub struct Index {
     /// Kinds of messages in the order in which they are declared; `FMT` is the first.
     pub kinds: Vec<Kind>,
-    /// Bytes that belong to no sound message.
+    /// Bytes that belong to no valid message.
     pub lost: usize,
     /// Bytes of a last message that the log ends within.
     pub cut: usize,
 }
 
 impl Index {
-    /// The sound messages in the bytes of a log. Zeros or ones that fill it up are no damage.
+    /// The valid messages in the bytes of a log. Zeros or ones that fill it up are no damage.
     #[must_use]
     pub fn of(raw: &[u8]) -> Self {
         let mut walk = Walk::new(raw);
@@ -185,7 +185,7 @@ impl<'a> Walk<'a> {
         work::push(&mut self.kinds, kind);
     }
 
-    /// Where to go on behind a place where no sound message is.
+    /// Where to go on behind a place where no valid message is.
     fn behind_damage(&mut self, at: usize) -> usize {
         let begins = self.raw[at..].starts_with(&HEAD);
         let mut from = at + 1;

@@ -25,7 +25,7 @@ pub struct Turn {
     pub angle: f64,
 }
 
-/// Carries a turn through rates, `steps` seconds apart, that are corrected by
+/// Propagate a rotation through rates, `steps` seconds apart, that are corrected by
 /// `matrix (rate - bias)`; `matrix` holds its rows.
 ///
 /// The steps are gone through from the last to the first: the rotation after a step, which its

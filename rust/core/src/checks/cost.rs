@@ -53,7 +53,7 @@ pub(super) fn average(costs: &[f64]) -> f64 {
     costs.iter().sum::<f64>() / costs.len() as f64
 }
 
-/// The costs with the bias that makes them least, beside the one with which the windows were carried.
+/// The costs with the bias that makes them least, added to the one with which the windows were propagated.
 pub(super) fn with_bias(
     windows: &[Means],
     integrals: &[[Matrix3<f64>; MEANS]],

@@ -32,13 +32,13 @@ pub struct FieldCosts {
     pub starts: Vec<usize>,
     /// Ticks of a window.
     pub length: usize,
-    /// By rotation and window. The negative of a sense is not to be told from it.
+    /// By rotation and window. The negative of a sense cannot be distinguished from it.
     pub costs: Vec<f64>,
     /// Of the field as the sensor has it, by window.
     pub null: Vec<f64>,
 }
 
-/// Judges the rotations by ticks of a gyro, rad/s and without bias, and of a magnetometer, whose
+/// Test the rotations by ticks of a gyro, rad/s and without bias, and of a magnetometer, whose
 /// median field is 1.
 pub fn field_costs(rates: &[[f64; 3]], fields: &[[f64; 3]]) -> FieldCosts {
     let record = Record::of(rates, fields);
@@ -60,7 +60,7 @@ pub fn field_costs(rates: &[[f64; 3]], fields: &[[f64; 3]]) -> FieldCosts {
     }
 }
 
-/// Means of a window's blocks, carried into a frame that does not turn.
+/// Means of a window's blocks, rotated into a frame that does not turn.
 struct Window {
     /// Element `(i, j)` of matrix `c` is the mean of R_ij m_c.
     tensors: Vec<[Matrix3<f64>; 3]>,

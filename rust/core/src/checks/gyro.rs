@@ -37,7 +37,7 @@ pub struct GyroCosts {
     pub biases: Vec<[f64; 3]>,
 }
 
-/// Judges all units and senses by ticks of a gyro, rad/s as it is named, and of an accelerometer.
+/// Test all units and senses by ticks of a gyro, rad/s as it is named, and of an accelerometer.
 pub fn gyro_costs(rates: &[[f64; 3]], forces: &[[f64; 3]]) -> GyroCosts {
     let record = Record::of(rates, forces);
     let starts = windows(&record.rates, &record.forces, SHORT_WINDOW_TICKS, MAX_WINDOWS);
@@ -87,7 +87,7 @@ impl Record {
         Self { rates: vectors(rates), forces: vectors(forces) }
     }
 
-    /// All senses of each unit, whose windows are carried with a bias of it.
+    /// All senses of each unit, whose windows are propagated with a bias of it.
     fn of_units(
         &self,
         starts: &[usize],

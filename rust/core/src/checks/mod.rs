@@ -1,10 +1,10 @@
 //! What motion shows of mistaken units, signs and axes: costs of hypotheses on a whole record.
 //!
 //! A hypothesis is a unit u and one of the 48 signed permutations P of the gyro's axes: the rate is
-//! `u P (gyro - b)`. Carried by it into a frame that does not turn, gravity is constant, and what is
-//! felt besides averages out in a *triangular* mean, which leaves a second difference of the position
+//! `u P (gyro - b)`. Rotated by it into a frame that does not turn, gravity is constant, and what is
+//! felt in addition averages out in a *triangular* mean, which leaves a second difference of the position
 //! where a plain mean leaves one of the velocity. With `P = s Q`, Q a rotation, the orientation is
-//! `Q R(s ω) Qᵀ`: two integrations a unit judge all 48, by the tensor of `R_ij a_c` in each mean.
+//! `Q R(s ω) Qᵀ`: two integrations a unit test all 48, by the tensor of `R_ij a_c` in each mean.
 //!
 //! All is in *ticks* of 0.02 s, rad/s, and forces by their median size.
 

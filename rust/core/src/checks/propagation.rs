@@ -1,4 +1,4 @@
-//! A window's forces carried by the rates into a frame that does not turn.
+//! A window's forces, rotated by the rates into a frame that does not turn.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -6,7 +6,7 @@ use super::ticks::TICK;
 use super::window::MEANS;
 use crate::math::rotation::turned;
 
-/// What the triangular means of a window are made of.
+/// The triangular means of a window.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WindowMeans {
     /// Element `(i, j)` of matrix `c` is the mean of R_ij a_c.
@@ -37,7 +37,7 @@ impl Sums {
 
 const ZEROS: nalgebra::ArrayStorage<f64, 3, 3> = nalgebra::ArrayStorage([[0.0; 3]; 3]);
 
-/// Goes through the ticks with `factor rate - bias`, in rad/s.
+/// Propagate the rotation through the ticks with `factor rate - bias`, in rad/s.
 pub(super) fn propagate(
     rates: &[Vector3<f64>],
     forces: &[Vector3<f64>],
@@ -80,7 +80,7 @@ pub(super) fn propagate(
     WindowMeans { tensors: means.map(|m| m.tensor), integrals: means.map(|m| m.integral - middle) }
 }
 
-/// The triangular means of what no gyro has turned.
+/// Return the triangular means of forces that no gyro has rotated.
 pub(super) fn average_unrotated(forces: &[Vector3<f64>]) -> [Vector3<f64>; MEANS] {
     let block = forces.len() / (MEANS + 1);
     let weight =

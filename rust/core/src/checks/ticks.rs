@@ -5,7 +5,7 @@ use crate::work::{collect, filled, pause, room};
 /// Seconds of a tick.
 pub const TICK: f64 = 0.02;
 
-/// Seconds without a sample, beside its period, that are bridged.
+/// Seconds without a sample, in addition to its period, that are bridged.
 const MAX_BRIDGED_S: f64 = 0.05;
 /// Largest value of a sensor, or of a time.
 const MAX_VALUE: f64 = 1e30;

@@ -290,7 +290,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// Noise and drift are learned anew, from the next sample on.
+    /// Learn noise and drift again, from the next sample on.
     fn restart_from_scratch(&mut self) {
         self.startup.reset();
         (self.model, self.experienced) = (None, false);
@@ -318,7 +318,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// Follows a sample that is there until its tick is judged.
+    /// Follows a sample that is there until its tick is tested.
     #[inline(always)]
     fn follow(&mut self, z: T) {
         let z = z.within(T::MAX_RAW);

@@ -186,7 +186,7 @@ impl<T, const N: usize, const M: usize> DriftLoop<T, N, M>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// A loop that knows what `start` says, as firmly as a start-up would have told it.
+    /// A loop that knows what `start` says, as firmly as a start-up would have learned it.
     fn started(params: &Params, start: &Start<T, N, M>) -> Result<Self, Error> {
         let mut inner = Self::new(params)?;
         let samples = params.startup_samples();
@@ -536,7 +536,7 @@ where
         };
     }
 
-    /// Whether a sample proves the scale wrong by many orders, if it was learned and not told.
+    /// Whether a sample proves the scale wrong by many orders, if it was learned and not given.
     #[cold]
     fn disproves(&mut self, z: T) -> bool {
         let scale_given = self.start.is_some() || self.params.scale.is_some();
@@ -546,7 +546,7 @@ where
         }
     }
 
-    /// Learns everything anew if the scale is proved wrong.
+    /// Restart the learning if the scale is proved wrong.
     #[cold]
     fn restart_if_disproved(&mut self) {
         if self.watch.has_disproved()

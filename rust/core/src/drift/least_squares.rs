@@ -317,7 +317,7 @@ where
         self.samples_seen
     }
 
-    /// A scale that was learned, not told, and is proved wrong by many orders is learned anew.
+    /// Learn a scale again that was learned, not given, and is proved wrong by many orders.
     #[cold]
     fn check_scale(&mut self, z: T) {
         let scale_given = self.params.scale.is_some();

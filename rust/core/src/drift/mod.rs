@@ -106,12 +106,12 @@ impl Tally {
         self.stuck += u64::from(tick.stuck);
     }
 
-    /// Whether so many samples can have made it, so many of which are yet to be judged.
+    /// Whether so many samples can have made it, so many of which are yet to be tested.
     fn is_within(&self, samples: u64, pending: u64) -> bool {
         self.is_within_each(samples, pending, pending)
     }
 
-    /// The same, if fewer of them are yet to be judged as outliers.
+    /// The same, if fewer of them are yet to be tested as outliers.
     fn is_within_each(&self, samples: u64, maybe_outliers: u64, maybe_stuck: u64) -> bool {
         let few = |count: u64, pending: u64| {
             samples.checked_sub(pending).is_some_and(|tested| count <= tested)

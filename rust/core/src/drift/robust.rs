@@ -1,6 +1,6 @@
 //! The robust filter of Wu & Ran 2021 (section 2): three zones of the innovation.
 //!
-//! The chain is that of [`DriftFilter`] with `akf`; every innovation is judged before it is used.
+//! The chain is that of [`DriftFilter`] with `akf`; every innovation is classified before it is used.
 //! What the source leaves out is here: a way back, for a step of the signal is no outlier.
 #![allow(non_snake_case)]
 
@@ -133,7 +133,7 @@ fn gate_sample<T, const N: usize, const M: usize>(
         Verdict::Damped(gain, fall) => damp(&mut inner.state, &prior, innovation, R, gain, fall),
         Verdict::Corrected(shift) => {
             prior.x[0] += shift;
-            // As printed, the innovation is not taken anew: what the prediction moves by, the gain
+            // As printed, the innovation is not computed again: what the prediction moves by, the gain
             // adds once more.
             let again = if gate.law.zones == Zones::Published { shift } else { T::zero() };
             inner.state.correct(&prior, y + again, true, R)

@@ -392,7 +392,7 @@ impl LinearBank {
         keep(step, covariances, known.covariance);
     }
 
-    /// The room that steps of these sizes need beside the stack.
+    /// The room that steps of these sizes need in addition to the stack.
     pub(super) fn room(n: usize, m: usize) -> Result<FreeRoom, Error> {
         if n <= 8 && m <= n.min(4) { Ok(FreeRoom::default()) } else { FreeRoom::of(n, m) }
     }

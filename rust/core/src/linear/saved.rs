@@ -16,7 +16,7 @@ const MAX_INNOVATION: f64 = 1e190;
 const MAX_NIS: f64 = 1e303;
 /// Times its variances by which a running covariance may miss definiteness.
 const MAX_INDEFINITENESS: f64 = 1e-12;
-/// Bytes of a number, and of what stands beside numbers.
+/// Bytes of a number, and of what stands next to numbers.
 const NUMBER_BYTES: usize = 8;
 const OTHER_BYTES: usize = 256;
 

@@ -26,7 +26,7 @@ const MIN_REST_RATE_SIGMA_RAD_S: f64 = 1e-7;
 /// A correction after which the Earth is that of another place, m.
 const MAX_EARTH_DISTANCE_M: f64 = 1e3;
 
-/// What is new of a position or a velocity, how errors move it, and its deviations as told.
+/// What is new of a position or a velocity, how errors move it, and its stated standard deviations.
 pub(crate) struct Measured {
     z: Vector3<f64>,
     rows: [Row; 3],
@@ -66,7 +66,7 @@ impl NavigationFilter {
         }
     }
 
-    /// What a fix says of position and velocity, beside what is expected of the antenna.
+    /// Measure position and velocity by a fix, less what is expected of the antenna.
     #[inline(always)]
     fn measure_fix(&self, given: &Given, age: f64) -> [Option<Measured>; 2] {
         let lever = self.motion.attitude * self.antenna;

@@ -55,12 +55,12 @@ pub struct Scalar {
 /// Errors, estimated less true; those of biases true less estimated.
 pub type Errors = [f64; STATES];
 
-/// Their covariance, symmetric to the bit. Each row has a sixteenth place, zero. Beside it that of
+/// Their covariance, symmetric to the bit. Each row has a sixteenth place, zero. With it that of
 /// constants, where some are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Covariance(pub(crate) [Row; STATES], pub(crate) Option<ConstantsCovariance>);
 
-/// Constants that may be estimated beside the errors: scale, yaw and pitch of wheels, and where the
+/// Constants that may be estimated with the errors: scale, yaw and pitch of wheels, and where the
 /// antenna is. Their errors are true less estimated.
 pub const CONSTANTS: usize = 6;
 
@@ -107,7 +107,7 @@ impl ConstantsCovariance {
         self.own[constant][constant] > 0.0
     }
 
-    /// What stays where the errors begin anew.
+    /// Return what stays where the errors restart.
     pub fn alone(&self) -> Self {
         Self { cross: [[0.0; 16]; CONSTANTS], found: [0.0; CONSTANTS], ..*self }
     }
@@ -133,10 +133,10 @@ impl ConstantsCovariance {
 }
 
 /// How errors at the end of a step follow from those at its start: the blocks of Φ that are neither
-/// zero nor one, a row beside all that it multiplies.
+/// zero nor one, a row next to all that it multiplies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition {
-    /// From velocity, orientation and biases; those of the position stay besides.
+    /// From velocity, orientation and biases; those of the position stay.
     position: [[f64; 12]; 3],
     /// From velocity, orientation and biases.
     velocity: [[f64; 12]; 3],
@@ -268,7 +268,7 @@ impl Transition {
     }
 }
 
-/// Blocks of three rows side by side.
+/// Stack blocks of three rows horizontally.
 #[inline(always)]
 fn hstack<const N: usize, const W: usize>(blocks: &[Matrix3<f64>; N]) -> [[f64; W]; 3] {
     let mut rows = [[0.0; W]; 3];
@@ -308,7 +308,7 @@ impl Growth {
         Self { phi, velocity_phi, velocity, gyro: walk[0] * half, accel: walk[1] * half }
     }
 
-    /// Besides, an orientation and a velocity of which nothing was measured: variances.
+    /// Additional variances of an orientation and a velocity that were not measured.
     pub fn add_unknown(&mut self, course: &Course, phi: f64, velocity: f64) {
         let v = course.velocity.cross_matrix();
         self.phi += Matrix3::from_diagonal_element(phi);
@@ -497,7 +497,7 @@ impl Covariance {
         }
     }
 
-    /// Variances of errors that begin anew; of constants all that is known stays.
+    /// Return the covariance of errors that restart; of constants all that is known stays.
     pub(crate) fn with_variances(&self, variances: &Errors) -> Self {
         Self(Self::of(variances).0, self.1.map(|extra| extra.alone()))
     }

@@ -89,30 +89,30 @@ pub struct Snapshot {
     pub status: Status,
 }
 
-/// Somebody who watches steps, for the smoother.
+/// Record the steps of a filter, for the smoother.
 pub trait Observer {
-    /// This sample of a record is under way.
+    /// Take the number of the sample under way.
     #[inline(always)]
     fn sample(&mut self, _number: usize) {}
-    /// Errors were carried over a step, by `transition` to `covariance`.
+    /// Record a step of the covariance, by `transition` to `covariance`.
     fn record_step(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion);
-    /// `found` was taken out of the motion.
+    /// Record that `found` was taken out of the motion.
     fn record_correction(&mut self, found: &Errors, covariance: &Covariance, motion: &Motion);
-    /// This was found of constants that are estimated, which `corrected` follows.
+    /// Record the corrections of estimated constants, before `record_correction`.
     #[inline(always)]
     fn record_constants(&mut self, _constants: &Constants) {}
-    /// A scalar was taken, on the way to `corrected`. Who takes some and tells none of them leaves
-    /// it to the covariances before and after.
+    /// Record a scalar measurement, before `record_correction`. Without any, the covariances before
+    /// and after stand for them.
     #[inline(always)]
     fn record_scalar(&mut self, _scalar: &Scalar) {}
-    /// So many scalars were not taken after all.
+    /// Drop the last scalars, which were not taken after all.
     #[inline(always)]
     fn drop_scalars(&mut self, _scalars: usize) {}
-    /// The last three were not taken before the filter was made less sure of itself: covariances
-    /// before and after do not follow from scalars alone.
+    /// Record that the covariance was widened: covariances before and after do not follow from scalars
+    /// alone.
     #[inline(always)]
     fn mark_widened(&mut self) {}
-    /// The filter began anew, with this covariance.
+    /// Record a start of the filter, with this covariance.
     fn record_start(&mut self, covariance: &Covariance, motion: &Motion);
 }
 
@@ -141,7 +141,7 @@ pub struct NavigationFilter {
     pub(crate) before: Option<Before>,
     pub(crate) heading_known: bool,
     pub(crate) navigating: bool,
-    /// Seconds since the start or a gap in which nothing but the gyro told of the orientation.
+    /// Seconds since the start or a gap in which nothing but the gyro has shown the orientation.
     pub(crate) alone: f64,
     /// Seconds since the wheels were looked at.
     pub(crate) wheels: f64,
@@ -295,7 +295,7 @@ impl NavigationFilter {
         self.update_before(sample, &mut ())
     }
 
-    /// The same, with a witness.
+    /// The same, with an observer.
     ///
     /// # Errors
     /// As of [`update`](Self::update).
@@ -417,7 +417,7 @@ impl NavigationFilter {
         (found[0], found[1])
     }
 
-    /// While nothing is known of the position, the orientation is carried on.
+    /// While nothing is known of the position, the orientation is propagated.
     #[inline(never)]
     fn turn(&mut self, step: &Step) {
         self.motion.turn(step, &(self.motion.place.earth * step.dt));
@@ -442,7 +442,7 @@ impl NavigationFilter {
         self.propagate_with([0.0; 2], observer);
     }
 
-    /// The same; an orientation and a velocity are less sure by these variances besides.
+    /// The same; an orientation and a velocity have these variances added.
     #[inline(never)]
     pub(crate) fn propagate_with<W: Observer>(&mut self, extra: [f64; 2], observer: &mut W) {
         let sums = self.sums;
@@ -539,7 +539,7 @@ impl NavigationFilter {
         self.update_gnss_before(fix, &mut ())
     }
 
-    /// The same, with a witness.
+    /// The same, with an observer.
     ///
     /// # Errors
     /// As of [`update_gnss`](Self::update_gnss).

@@ -15,7 +15,7 @@ use crate::math::Real;
 const MAX_REJECTED: u32 = 10;
 /// Seconds across which differences of innovations say nothing; fixes come once a second, about.
 const MAX_DIFFERENCE_S: f64 = 1.5;
-/// Memory of the Allan variance, and differences from which on it counts.
+/// Gain of the Allan variance, and differences from which on it counts.
 const FADING: f64 = 0.03;
 const MIN_DIFFERENCES: u32 = 10;
 /// After so many seconds, and so many times the usual, without a fix no gate decides: how far a filter
@@ -31,7 +31,7 @@ const MAX_AGREEMENT_M: f64 = 0.5;
 const MAX_AGREEMENT_DRIFT: f64 = 4.5;
 /// Part of its change that the usual time between fixes takes over.
 const INTERVAL_GAIN: f64 = 0.1;
-/// Part of the noise told below which it never goes.
+/// Least noise, as a share of the stated one.
 const MIN_NOISE_SHARE: f64 = 1e-4;
 
 /// One kind of measurement: positions, or velocities.
@@ -99,7 +99,7 @@ impl InnovationGate {
         }
     }
 
-    /// The filter begins anew; what was learned of the receiver stays.
+    /// Restart the gate; what was learned of the receiver stays.
     pub fn restart(&mut self) {
         let Self { spread, count, usual, .. } = *self;
         *self = Self { spread, count, usual, ..Self::new() };
@@ -174,7 +174,7 @@ impl InnovationGate {
         Return::First
     }
 
-    /// Variance of an axis, told to be `stated`.
+    /// Return the variance of an axis, of which the receiver states `stated`.
     pub fn noise(&self, axis: usize, stated: f64, adapt: Adapt) -> f64 {
         match adapt {
             _ if self.count < MIN_DIFFERENCES => stated,
@@ -195,7 +195,7 @@ impl InnovationGate {
         self.new.iter().map(Innovation::nis).sum()
     }
 
-    /// Judges a fix by its normalised innovation squared.
+    /// Test a fix by its normalised innovation squared.
     pub fn test(&mut self, time: f64, new: [Innovation; 3], gate: f64) -> GateDecision {
         self.new = new;
         if self.nis() <= gate || time < self.open_until {
@@ -241,6 +241,6 @@ impl Innovation {
 /// Largest innovation: farther than anything on Earth.
 pub(crate) const MAX_INNOVATION: f64 = 1e8;
 const MAX_INTERVAL_S: f64 = 60.0;
-/// Longest outage that is told apart from a longer one, s.
+/// Longest outage that is distinguished from a longer one, s.
 const MAX_OUTAGE_S: f64 = 1e9;
 const MAX_SPREAD: f64 = MAX_INNOVATION * MAX_INNOVATION;

@@ -11,7 +11,7 @@ use crate::math::Real;
 
 /// Scale, yaw and pitch: the first of the constants.
 const WHEEL_CONSTANTS: usize = 3;
-/// Deviations of scale, yaw and pitch before anything is told.
+/// Deviations of scale, yaw and pitch before any measurement.
 const PRIOR_SIGMAS: [f64; WHEEL_CONSTANTS] = [0.03, 0.035, 0.035];
 /// What they are at most: a scale of one half, a right angle.
 pub(crate) const MAX_CONSTANT: f64 = 1.5;
@@ -79,7 +79,7 @@ impl Odometer {
 
 impl NavigationFilter {
     /// Takes the speed of the wheels, m/s, forward, at a time, s, as a mean about it; a deviation that
-    /// is not told is that of the parameters. Returns whether it will be used: not if it is missing, too
+    /// is not given is that of the parameters. Returns whether it will be used: not if it is missing, too
     /// old, or nothing is known of where the filter is, nor before its heading is known to 0.1 rad.
     ///
     /// # Errors
@@ -118,7 +118,7 @@ impl NavigationFilter {
         Ok(true)
     }
 
-    /// What wheels have told since the last step.
+    /// What wheels have measured since the last step.
     #[inline(never)]
     pub(crate) fn rolled<W: Observer>(&mut self, observer: &mut W) {
         let sums = core::mem::take(&mut self.odometer.sums);
@@ -128,7 +128,7 @@ impl NavigationFilter {
         let rows = self.rows_of_wheels(&wheels, &(sums.velocity * each), &rate);
         let (u, h, mut hw) = (rows.speed.x, rows.errors[0], rows.constants[0]);
         let scale = 1.0 + self.odometer.constants[0];
-        // By the speed that is expected: the one that is told has noise of its own.
+        // By the speed that is expected: the measured one has noise of its own.
         hw[0] = u / scale;
         let z = u - scale * sums.speed * each;
         let variance = self.covariance.variance_with_constants(&h, &hw);
@@ -172,7 +172,7 @@ impl NavigationFilter {
         WheelRows { speed, errors, constants }
     }
 
-    /// Scale, yaw and pitch of the wheels, rad, and their deviations; NaN before they told anything.
+    /// Scale, yaw and pitch of the wheels, rad, and their deviations; NaN before the first measurement.
     pub fn wheels(&self) -> [[f64; WHEEL_CONSTANTS]; 2] {
         let estimated = self.covariance.1.as_ref().filter(|extra| extra.has(0));
         estimated.map_or([[f64::NAN; WHEEL_CONSTANTS]; 2], |extra| {

@@ -535,7 +535,7 @@ mod tests {
         velocity: Vector3<f64>,
     }
 
-    /// A record, and beside it all that Rauch, Tung and Striebel need.
+    /// A record, and next to it all that Rauch, Tung and Striebel need.
     #[derive(Default)]
     struct Watched {
         record: Record,

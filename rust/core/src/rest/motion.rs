@@ -1,4 +1,4 @@
-//! Motion told from an accelerometer: in the axes of a body that turns, gravity does not stand still.
+//! Motion detected by an accelerometer: in the axes of a body that turns, gravity does not stand still.
 //!
 //! Nothing is known of unit, bias or noise, and gravity itself is the measure. Means of 1, 2, 4, …,
 //! 64 successive ticks are each compared with the one before: where gravity has turned, or the body

@@ -13,7 +13,7 @@ use crate::math::{Limits, Real, choose};
 const MAX_SWALLOWED_TICKS: u32 = 4;
 
 /// Level over the origin at most, where the origin is far from all samples; deviation and steps over
-/// the rounding of the origin at most, where little of the samples is left beside it.
+/// the rounding of the origin at most, where little of the samples is left next to it.
 const MAX_LEVEL_RATIO: f64 = 1e-3;
 const MAX_ROUNDING_RATIO: f64 = 16.0;
 
@@ -320,7 +320,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.swallowed >= MAX_SWALLOWED_TICKS
     }
 
-    /// Counts ticks whose samples vanish beside the origin, or leave the range of the unit.
+    /// Counts ticks whose samples vanish next to the origin, or leave the range of the unit.
     fn note_swallowed(&mut self) {
         let (above, variance) = self.plain.without_farthest(self.rounding(&self.plain));
         let level = self.centre + above;

@@ -39,7 +39,7 @@ pub trait Checkpoint: Serialize + DeserializeOwned {
     /// that samples can lead to, so that what follows is as finite as after these samples.
     fn is_valid(&self) -> bool;
 
-    /// A sound state that was read, with the memory that its steps need.
+    /// Return a valid state that was read, with the memory that its steps need.
     ///
     /// # Errors
     /// [`Error::Memory`] if there is none.

@@ -1,7 +1,7 @@
 //! A heading that drifts from its field: the gyro's bias has jumped along the vertical, where no
 //! gravity shows it.
 //!
-//! A magnetometer corrects the heading alone, so a bias that neither a rest nor a tilt has told stays.
+//! A magnetometer corrects the heading alone, so a bias that neither a rest nor a tilt has shown stays.
 //! Once a field that is trusted keeps the heading on one side for ten seconds, or the field and the
 //! iron of the body leave a drift that is sure, the heading is turned back as fast as it drifts.
 //! Nothing else knows of it.
@@ -112,7 +112,7 @@ pub struct Found {
 }
 
 impl HeadingDrift {
-    /// Carries a heading of this variance through a tick; returns by what it turns and by what its
+    /// Propagate a heading of this variance through a tick; returns by what it turns and by what its
     /// variance grows.
     pub fn predict(&mut self, by: Turning, heading: f64, span: f64) -> (f64, f64) {
         self.since = (self.since + span).min(INNOVATION_MEAN_S);

@@ -53,7 +53,7 @@ pub struct Transition {
     pub bias_noise: f64,
     pub matrix_noise: f64,
     pub velocity_noise: f64,
-    /// Variances that the noise does not carry bias and matrix beyond: elements of the matrix on
+    /// Variances that the noise does not widen bias and matrix beyond: elements of the matrix on
     /// the diagonal and off it.
     pub bias_cap: f64,
     pub matrix_caps: [f64; 2],
@@ -100,7 +100,7 @@ impl Errors {
         &self.covariance
     }
 
-    /// Carries the errors through a tick; returns by what the heading was shrunk to its bound.
+    /// Propagate the errors through a tick; returns by what the heading was shrunk to its bound.
     #[inline(always)]
     pub fn predict(&mut self, by: &Transition) -> f64 {
         let driven = self.driven(&by.drivers);

@@ -24,7 +24,7 @@ const VERTICAL_SHARE_SQUARED: f64 = 1e-12;
 /// Longest time that a field stands for, s.
 pub(super) const MAX_FIELD_AGE_S: f64 = 1.0;
 
-/// What a field did to the heading.
+/// The correction of the heading by a field.
 #[derive(Debug, Clone, Copy)]
 pub struct HeadingCorrection {
     /// The share of its direction that the heading took over.
@@ -98,7 +98,7 @@ impl Auto {
         self.iron.forget();
     }
 
-    /// The fields to come find the heading anew; tilt and bias stay.
+    /// Let the fields to come find the heading again; tilt and bias stay.
     pub fn find_heading(&mut self) {
         self.errors.restart_heading(FREE_HEADING_VARIANCE_RAD2);
         self.deviation.restart(FREE_HEADING_VARIANCE_RAD2);

@@ -127,7 +127,7 @@ impl Iron {
         self.state = self.state.zip_map(&limits, |x, most| x.clamp(-most, most));
     }
 
-    /// What differs for too long is the field now: of what it is made, is to be learned anew.
+    /// What differs for too long is the field now: of what it is made, is to be learned again.
     fn test_fit(&mut self, fits: bool, span: f64) {
         self.apart = if fits { 0.0 } else { self.apart + span };
         if self.apart >= MIN_CHANGE_S {

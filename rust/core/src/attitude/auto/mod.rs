@@ -293,7 +293,7 @@ impl Auto {
         self.held.observe(self.spikes.last(), &turned, sums.elapsed)
     }
 
-    /// Carries velocity and errors through a tick; false where no force was known in it.
+    /// Propagate velocity and errors through a tick; false where no force was known in it.
     #[inline(always)]
     fn predict(&mut self, sums: &Sums, rate: f64) -> bool {
         let span = sums.elapsed;
@@ -488,7 +488,7 @@ impl Auto {
         (doubt * own).min(MAX_TILT_VARIANCE_RAD2) + 2.0 * square(ACCEL_BIAS / GRAVITY)
     }
 
-    /// By what variances of bias and matrix are told larger: what a velocity that lasts does to the
+    /// Return the factor by which stated variances of bias and matrix are larger: what a velocity that lasts does to the
     /// tilt, it does to what is learned from it.
     fn doubt(&self) -> f64 {
         self.accelerations.doubt(&self.lasting).max(1.0)
@@ -499,7 +499,7 @@ impl Auto {
         if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN }
     }
 
-    /// The same once rests have told it.
+    /// The same once rests have shown it.
     fn known_gravity(&self) -> Option<f64> {
         if self.gravity[1] >= MIN_GRAVITY_TICKS { Some(self.gravity[0]) } else { None }
     }

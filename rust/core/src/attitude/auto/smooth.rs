@@ -39,7 +39,7 @@ impl Around for Auto {
     }
 }
 
-/// The bias after a sample, rad/s, with the filter's variance of it and the deviation to be told.
+/// The bias after a sample, rad/s, with the filter's variance of it and the standard deviation to report.
 #[derive(Debug, Clone, Copy)]
 struct Bias {
     value: Vector3<f64>,
@@ -61,7 +61,7 @@ struct Known {
     /// The filter's variances of both tilts together, and of the heading.
     tilt: f64,
     heading: f64,
-    /// What is told of them.
+    /// What is reported of them.
     tilt_sigma: f64,
     heading_sigma: f64,
     gravity: f64,

@@ -31,7 +31,7 @@ pub struct Start {
     north: North,
 }
 
-/// What has told the heading so far.
+/// What has shown the heading to date.
 #[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 enum North {
     #[default]

@@ -36,7 +36,7 @@ impl Accelerations {
     /// By how much the variance of the tilt is really larger than the filter's own.
     ///
     /// That allows for errors of accelerometer and mounting that turn with the body, and takes all
-    /// of the velocity for white noise over a second, of which a swing leaves little in seconds:
+    /// of the velocity for white noise over a second, of which an oscillation leaves little in seconds:
     /// too much of both, by a share found in simulation. A velocity that lasts is as much too little,
     /// in its power at slow frequencies against the noise assumed.
     pub fn doubt(&self, lasting: &Lasting) -> f64 {
@@ -57,14 +57,14 @@ impl Accelerations {
     }
 }
 
-/// Seconds of the means that leave what swings and keep what goes on, and those for which a
+/// Seconds of the means that leave oscillations and keep what goes on, and those for which a
 /// velocity lasts.
 const SLOW_MEAN_S: f64 = 1.5;
 const VELOCITY_TIME_CONSTANT_S: f64 = 6.0;
 /// Square of the velocity that a body may have from the start, (m/s)².
 const INITIAL_SPEED_SQUARED: f64 = 1.0;
 /// Share of the filter's variance of the tilt that is left once it goes, and of the power of what
-/// swings that the slow means keep.
+/// oscillates that the slow means keep.
 const TILT_VARIANCE_SHARE: f64 = 0.3;
 const OSCILLATION_POWER_SHARE: f64 = 0.1;
 

@@ -25,7 +25,7 @@ const TICK_TIME_CONSTANT_S: f64 = 60.0;
 const INITIAL_TICKS: usize = 10;
 /// No field of so many sizes is one.
 const MAX_FIELD_RATIO: f64 = 20.0;
-/// Largest cost that is told from others.
+/// Largest cost that is distinguished from others.
 const MAX_COST: f64 = 1e9;
 /// Seconds that are counted.
 const MAX_AGE_S: f64 = 1e9;
@@ -275,7 +275,7 @@ impl Learner {
         self.noise = (self.noise * ComplexField::exp(2.0 * step)).clamp(MIN_NOISE, MAX_NOISE);
     }
 
-    /// The second's end: paths that cost too much are dropped, and costs told against the best.
+    /// The second's end: paths that cost too much are dropped, and costs are relative to the best.
     fn end(&mut self) -> Present {
         if !core::mem::take(&mut self.seen) {
             return Present::Nothing;

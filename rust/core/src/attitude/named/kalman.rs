@@ -57,7 +57,7 @@ pub trait Linearised: core::fmt::Debug + Clone + Copy + PartialEq {
     /// As of a checkpoint.
     const TAG: &'static str;
 
-    /// Carries mean and covariance through a step.
+    /// Propagate mean and covariance through a step.
     fn predict(state: &mut Gauss, step: &Step);
 
     /// Corrects by the direction of the force, of length one, in the estimated axes of the earth: up,

@@ -1,4 +1,4 @@
-//! The spans of least cost, each of one hard iron or *wild*, by dynamic programming.
+//! The spans of least cost, each of one hard iron or an *outlier*, by dynamic programming.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -79,7 +79,7 @@ struct Search<'a> {
     /// Least cost of all before each second, and the last piece of it.
     best: Vec<f64>,
     came: Vec<Piece>,
-    /// Cost of each second if it is wild.
+    /// Cost of each second if it is an outlier.
     outlier: Vec<f64>,
     going: Vec<Going>,
 }
@@ -128,7 +128,7 @@ impl<'a> Search<'a> {
         self.best.push(found);
     }
 
-    /// The wild piece of least cost that ends with a second.
+    /// Return the outlier piece of least cost that ends with a second.
     fn cheapest_outlier(&self, second: usize) -> (f64, Piece) {
         let (mut least, mut start, mut sum) = (f64::INFINITY, second, 0.0);
         for i in ((second + 1).saturating_sub(MAX_OUTLIER_S)..=second).rev() {

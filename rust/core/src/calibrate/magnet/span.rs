@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::math::Real;
 use crate::math::validity::{is_size, is_within};
 
-/// What another span costs, beside the evidence of its prior.
+/// Cost of another span, in addition to the evidence of its prior.
 pub const SPAN_COST: f64 = 24.0;
 /// By how much a span may be dearer than the best, and still go on.
 pub const MAX_EXTRA_COST: f64 = 64.0;

@@ -34,7 +34,7 @@ where
             && self.learning_left <= fresh.learning_left
             && self.model.is_after(&fresh.model)
             && self.measurement_noise.is_after(&fresh.measurement_noise, T::MAX_INPUT * T::of(4.0))
-            // A single wild sample raises it beyond all bounds of a covariance; the next settles it.
+            // A single outlier raises it beyond all bounds of a covariance; the next settles it.
             && self.process_noise.is_covariance(T::MAX_DIFFERENCE)
             && self.state.is_valid()
             && self.last.is_valid()

@@ -95,7 +95,7 @@ pub(super) enum Verdict<T> {
     Exit,
 }
 
-/// Innovations so far, which a judgement of the next one rests on.
+/// Innovations so far, which the class of the next one rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Gate<T> {
     pub law: RobustParams,
@@ -134,7 +134,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.accept();
     }
 
-    /// Judges the innovation `e`, of which the filter expects the variance `S`, its own prediction's
+    /// Classify the innovation `e`, of which the filter expects the variance `S`, its own prediction's
     /// `P` in it; `scale` leads to the unit of the samples.
     #[inline(always)]
     pub fn classify(&mut self, e: T, P: T, S: T, scale: T) -> Verdict<T> {
@@ -189,7 +189,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         Verdict::Damped(T::of(self.law.damping), T::of(self.law.fall()))
     }
 
-    /// An outlier, or the last of so many that they are none: then the innovations begin anew,
+    /// An outlier, or the last of so many that they are none: then the innovations start again,
     /// with the scatter of these, if that is more than the filter expects.
     fn refuse(&mut self, e: T, S: T) -> Verdict<T> {
         self.outliers.observe(e, T::MAX);

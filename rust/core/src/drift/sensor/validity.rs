@@ -42,7 +42,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Block<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Interim<T> {
-    /// Whether a model can have told it.
+    /// Whether a model can have reported it.
     pub(crate) fn is_valid(&self) -> bool {
         is_size(self.gain, T::one()) && is_size(self.most, T::MAX_RAW)
     }

@@ -59,7 +59,7 @@ fn of_size<const R: usize>(z: &[f64], phi: &[f64], theta: &[f64], mean: f64) -> 
 
 type Matrix<const R: usize> = [[f64; R]; R];
 
-/// Once the covariance is that of the steady state to this, it is no longer carried along.
+/// Once the covariance is that of the steady state to this, it is no longer propagated.
 const STEADY_TOLERANCE: f64 = 1e-14;
 
 /// Innovations by the filter of the process in Harvey's form: state `x_k = T x_{k-1} + b a_k`, `y_k` its first element, at unit innovation variance;

@@ -114,7 +114,7 @@ fn restore_side(
 mod tests {
     use super::{DEGREE, restore_clipped};
 
-    /// Swings of 700 deg/s, half a second each, of which a gyro shows no more than its range.
+    /// Oscillations of 700 deg/s, half a second each, of which a gyro shows no more than its range.
     fn oscillations(range: f64) -> Vec<[f64; 3]> {
         let rate = |k: usize| 700.0 * DEGREE * (k as f64 * 0.005 * core::f64::consts::TAU).sin();
         (0..2000).map(|k| [0.0, rate(k).min(range * DEGREE), 0.0]).collect()

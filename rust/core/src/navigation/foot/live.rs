@@ -51,7 +51,7 @@ struct Lengths {
     dt: f64,
     /// Samples of half a window, between two nodes, and of a block of a rest.
     half: u64,
-    /// By how many samples what is told of is behind the last one.
+    /// By how many samples what is reported is behind the last one.
     late: u64,
     every: u64,
     block: u32,
@@ -80,7 +80,7 @@ pub struct FootFilter {
     recent: Recent,
     known: AtRest,
     walker: Option<Walker>,
-    /// The bound at the sample that is told of, m/s; NaN before one.
+    /// The bound at the reported sample, m/s; NaN before one.
     bound: f64,
     /// The lowest bound of each of the last nodes, and of that under way.
     lows: [[f64; ROW]; ROWS],
@@ -285,7 +285,7 @@ impl FootFilter {
         &self.params
     }
 
-    /// Seconds by which what is told is behind the last sample.
+    /// Seconds by which what is reported is behind the last sample.
     pub fn delay(&self) -> f64 {
         self.seconds(self.lengths.late)
     }
@@ -330,7 +330,7 @@ impl FootFilter {
         self.standing.stood
     }
 
-    /// Whether it has stood still for half a second, and the gyro's bias can be told.
+    /// Whether it has stood still for half a second, and the gyro's bias can be estimated.
     pub fn is_at_rest(&self) -> bool {
         self.still.is_resting()
     }

@@ -9,7 +9,7 @@ use super::{FORCE_S, MAX_HELD_S, PIVOT_DISTANCE_M};
 use crate::math::validity::{are_within, is_count, is_size};
 use crate::navigation::filter::{MAX_SAMPLE, is_known};
 
-/// Samples that are kept: two windows on either side of the one that is told of, and those for which
+/// Samples that are kept: two windows on either side of the one that is reported, and those for which
 /// clipped rates wait.
 const ROW: usize = 16;
 const ROWS: usize = 12;
@@ -20,7 +20,7 @@ pub(super) const MAX_HALF: u64 = 30;
 const CLIPPING_SHARE: f64 = 0.965;
 /// What a clipped rate is wrong by before its flanks are known, as a part of the range.
 const UNKNOWN_RATE_SHARE: f64 = 0.2;
-/// Bounds of a sound state: seconds, and squares and densities of what samples can be.
+/// Bounds of a valid state: seconds, and squares and densities of what samples can be.
 const MAX_TIME_S: f64 = 4e9;
 const MAX_SQUARE: f64 = 1e12;
 
@@ -104,7 +104,7 @@ impl Recent {
     }
 
     /// Takes a sample; whether both sensors are known, or were. `half` is half a window, `late` how many
-    /// samples before the last one that which is told of is.
+    /// samples before the last one the reported one is.
     pub fn push(
         &mut self,
         given: [Vector3<f64>; 2],
@@ -208,7 +208,7 @@ impl Recent {
         let beyond = |i: u64| cubic.at(i as usize) - side(first + i);
         let added = (0..n).map(beyond).sum::<f64>() / n as f64;
         let density = density(added, range, n as f64 * dt);
-        // That which was told of when the sample before the last one came is used.
+        // The one that was reported when the sample before the last one came is used.
         let unused = (end + 1).saturating_sub(late);
         for k in first.max(unused)..end {
             let (given, fitted) =

@@ -20,7 +20,7 @@ pub(super) const MAX_SIGMA_RAD_S: f64 = 0.2 * DEGREE;
 pub(super) const MAX_CORRELATION: f64 = 0.9;
 /// Blocks of a rest at most: beyond, the floor of its deviation is reached.
 const MAX_BLOCKS: usize = 32;
-/// Bounds of a sound state.
+/// Bounds of a valid state.
 const MAX_RATE: f64 = 2.0 * MAX_SAMPLE;
 
 /// A part of a still interval.

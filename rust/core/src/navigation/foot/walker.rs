@@ -39,7 +39,7 @@ const MAX_FLOOR_STEP_M: f64 = 0.1;
 const FLOOR_SIGMA_M: f64 = 0.02;
 /// How fast a foot goes while nothing is known of it, m/s.
 const UNKNOWN_SPEED_M_S: f64 = 2.0;
-/// Bounds of a sound state: heights, m, and times, s.
+/// Bounds of a valid state: heights, m, and times, s.
 const MAX_HEIGHT_M: f64 = 3e6;
 const MAX_TIME_S: f64 = 4e9;
 
@@ -51,7 +51,7 @@ pub(super) struct Walker {
     rejected: f64,
     pub rejections: u64,
     floor: Option<f64>,
-    /// Noise besides since the last node, rad² and m²/s².
+    /// Additional noise since the last node, rad² and m²/s².
     extra: [f64; 2],
     /// When the filter was lost, s; NaN before it ever was.
     lost: f64,
@@ -113,7 +113,7 @@ impl Walker {
         Ok(Self { filter, rejected, rejections, floor: None, extra: [0.0; 2], lost: f64::NAN })
     }
 
-    /// One sample, NaN where it is missing; the gyro has this noise besides, rad²/s.
+    /// One sample, NaN where it is missing; the gyro has this additional noise, rad²/s.
     ///
     /// # Errors
     /// [`Error::Parameter`] if its time is not later than that before.
@@ -163,7 +163,7 @@ impl Walker {
         (self.rejected, self.floor) = (0.0, None);
     }
 
-    /// Carries the covariance on; whether anything is known of where it is.
+    /// Propagate the covariance. Returns false if the position is unknown.
     #[inline(always)]
     pub fn propagate<W: Observer>(&mut self, observer: &mut W) -> bool {
         let extra = core::mem::take(&mut self.extra);

@@ -65,7 +65,7 @@ impl Calm {
         off
     }
 
-    /// Whether it has for so long that the next rest begins anew: sooner, a smooth drive had many
+    /// Whether it has for so long that the next rest starts again: sooner, a smooth drive had many
     /// short candidates, of which one would be calm by chance.
     pub fn is_gone(&self) -> bool {
         self.strayed > MAX_STRAY_S * (1.0 + 1e-9)

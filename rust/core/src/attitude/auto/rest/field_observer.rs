@@ -14,10 +14,10 @@ use crate::rest::quiet::{FIRST_DIRECTION_TICKS, LAST_DIRECTION_GAIN};
 /// share of its strength.
 const MAX_SIGMAS_SQUARED: f64 = 9.0;
 const MIN_SIGMA_SHARE: f64 = 0.01;
-/// Ticks with a field until a candidate has been witnessed.
+/// Ticks with a field until a candidate has been observed.
 const MIN_TICKS: f64 = 20.0;
 /// Level share of the earth's field, seconds by which a mean is behind, and how many times
-/// further than the limit a turn would have carried it.
+/// further than the limit a turn would have rotated it.
 const LEVEL_SHARE: f64 = 0.4;
 const MEAN_DELAY_S: f64 = 0.4;
 const MIN_TURN_RATIO: f64 = 3.0;

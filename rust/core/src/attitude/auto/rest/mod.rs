@@ -24,7 +24,7 @@ use super::{DEGREE, square};
 use crate::attitude::sample::MAX_RATE;
 use crate::math::validity::{are_within, is_size};
 
-/// How far the level of a rest may lie from the bias, rad/s: always, beside three deviations of the
+/// How far the level of a rest may lie from the bias, rad/s: always, in addition to three standard deviations of the
 /// bias, which do not count for more than this once a rest was used.
 const MAX_BIAS_CHANGE_RAD_S: f64 = 0.15 * DEGREE;
 const BIAS_SIGMAS_SQUARED: f64 = 9.0;

@@ -21,7 +21,7 @@ const LIMITS: QuietLimits = QuietLimits {
     turned: MAX_GRAVITY_TURN_M_S2,
 };
 /// Seconds by which the last direction of gravity is behind, how many times further a turn would have
-/// carried it, and the least share of a jump that is about level axes.
+/// rotated it, and the least share of a jump that is about level axes.
 const DIRECTION_DELAY_S: f64 = 0.8;
 const MIN_TURN_RATIO: f64 = 3.0;
 const MIN_LEVEL_SHARE: f64 = 0.2;
@@ -110,7 +110,7 @@ impl Candidate {
     }
 
     /// Whether its level is not the bias, but no turn either: about a level axis that would have
-    /// carried gravity along. A jump of the bias shows about all axes.
+    /// rotated gravity. A jump of the bias shows about all axes.
     pub fn refutes_lean(&self, bias: &Vector3<f64>) -> bool {
         let off = self.gyro - bias;
         let leans = self.level_part(&off);
@@ -137,7 +137,7 @@ impl Candidate {
         (rate - up * rate.dot(&up)).norm()
     }
 
-    /// Whether a turn at this rate about a level axis would have carried gravity along.
+    /// Whether a turn at this rate about a level axis would have rotated gravity.
     fn would_rotate_gravity(&self, rate: f64) -> bool {
         rate * (self.seconds - DIRECTION_DELAY_S) * self.accel.norm()
             > MIN_TURN_RATIO * MAX_GRAVITY_TURN_M_S2
