@@ -30,7 +30,7 @@ pub struct WaveletParams {
     pub rate: f64,
     /// The wavelet.
     pub wavelet: Wavelet,
-    /// Octaves that are denoised, from 1 to [`MAX_LEVEL`](WaveletDenoiser::LEVEL_MAX).
+    /// Octaves that are denoised, from 1 to [`MAX_LEVEL`](WaveletDenoiser::MAX_LEVEL).
     pub level: usize,
     /// What becomes of details above the threshold.
     pub mode: Mode,

@@ -12,8 +12,8 @@ type Matrix<const R: usize, const C: usize> = [[f64; C]; R];
 /// State and covariance of `N` states of which `M` combinations are measured; the matrices of the model
 /// come with each step.
 ///
-/// The matrices are taken as they are: finite, their elements below [`MAX_ELEMENT`](super::ELEMENT_MAX),
-/// covariances symmetric, positive semidefinite and below [`MAX_VARIANCE`](super::VARIANCE_MAX).
+/// The matrices are taken as they are: finite, their elements below [`MAX_ELEMENT`](super::MAX_ELEMENT),
+/// covariances symmetric, positive semidefinite and below [`MAX_VARIANCE`](super::MAX_VARIANCE).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearKalman<const N: usize, const M: usize> {
     /// The state.

@@ -30,7 +30,7 @@ pub trait AnyBank: Any + Send + Sync {
     fn bytes(&self) -> usize;
     /// An independent bank in the same state.
     fn try_clone(&self) -> Result<Box<dyn Any + Send>, Error>;
-    /// Takes over the state of a twin.
+    /// Take over the state of a clone.
     fn replace_with(&mut self, other: Box<dyn Any + Send>);
     fn update(&mut self, row: &[f64], numbers: &mut [f64], flags: &mut [bool]);
     fn process(

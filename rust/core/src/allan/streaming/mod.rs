@@ -43,7 +43,7 @@ impl StreamingAllan {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the rate, or octaves out of 1 to
-    /// [`MAX_OCTAVES`](Self::OCTAVES_MAX),
+    /// [`MAX_OCTAVES`](Self::MAX_OCTAVES),
     /// [`Error::Memory`] if there is none for the ring.
     pub fn new(rate: f64, octaves: usize) -> Result<Self, Error> {
         check_rate(rate)?;
