@@ -36,7 +36,7 @@ pub struct Kind {
     /// Bytes of a message, with the three before its fields.
     pub length: usize,
     /// Where its messages begin, in the order of the log.
-    pub places: Vec<u64>,
+    pub offsets: Vec<u64>,
 }
 
 /// What is valid in a log.
@@ -107,7 +107,7 @@ impl<'a> Walk<'a> {
             format: padded(b"BBnNZ"),
             columns: padded(b"Type,Length,Name,Format,Columns"),
             length: FMT_LENGTH,
-            places: Vec::new(),
+            offsets: Vec::new(),
         };
         walk.add(itself);
         walk
@@ -153,7 +153,7 @@ impl<'a> Walk<'a> {
 
     fn take(&mut self, at: usize) {
         let number = usize::from(self.raw[at + HEAD.len()]);
-        work::push(&mut self.kinds[self.current[number]].places, at as u64);
+        work::push(&mut self.kinds[self.current[number]].offsets, at as u64);
         if number == usize::from(FMT) {
             self.declare(at);
         }
@@ -168,7 +168,7 @@ impl<'a> Walk<'a> {
             format: padded(&head[6..]),
             columns: padded(columns),
             length: usize::from(head[1]),
-            places: Vec::new(),
+            offsets: Vec::new(),
         };
         let known = self.lengths[usize::from(kind.number)] > 0;
         let before = &self.kinds[self.current[usize::from(kind.number)]];
@@ -268,8 +268,8 @@ mod tests {
     fn every_row_has_its_place() {
         let index = Index::of(&log(5));
         assert_eq!((index.kinds.len(), index.lost, index.cut), (2, 0, 0));
-        let places: Vec<u64> = (0..5).map(|row| (2 * FMT_LENGTH + row * ROW) as u64).collect();
-        assert_eq!(gyro(&index).places, places);
+        let offsets: Vec<u64> = (0..5).map(|row| (2 * FMT_LENGTH + row * ROW) as u64).collect();
+        assert_eq!(gyro(&index).offsets, offsets);
         assert_eq!(&gyro(&index).columns[..11], b"TimeUS,GyrX");
     }
 
@@ -278,7 +278,7 @@ mod tests {
         for cut in 1..ROW {
             let whole = log(5);
             let index = Index::of(&whole[..whole.len() - cut]);
-            assert_eq!(gyro(&index).places.len(), 4);
+            assert_eq!(gyro(&index).offsets.len(), 4);
             // Zeros at its end may fill the log up.
             assert!((1..=ROW - cut).contains(&(index.cut + index.lost)));
             assert!(index.lost < START);
@@ -291,7 +291,7 @@ mod tests {
             let mut raw = log(5);
             raw.extend([fill; 500]);
             let index = Index::of(&raw);
-            assert_eq!((gyro(&index).places.len(), index.lost, index.cut), (5, 0, 0));
+            assert_eq!((gyro(&index).offsets.len(), index.lost, index.cut), (5, 0, 0));
         }
     }
 
@@ -301,7 +301,7 @@ mod tests {
         let at = 2 * FMT_LENGTH + 10 * ROW;
         raw.drain(at + 4..at + 9);
         let index = Index::of(&raw);
-        assert_eq!((gyro(&index).places.len(), index.lost), (19, ROW - 5));
+        assert_eq!((gyro(&index).offsets.len(), index.lost), (19, ROW - 5));
     }
 
     #[test]
@@ -324,10 +324,10 @@ mod tests {
                 raw[at] = byte;
             }
             let index = Index::of(&raw);
-            let read: usize = index.kinds.iter().map(|kind| kind.length * kind.places.len()).sum();
+            let read: usize = index.kinds.iter().map(|kind| kind.length * kind.offsets.len()).sum();
             prop_assert!(read + index.lost + index.cut <= raw.len());
             for kind in &index.kinds {
-                for place in &kind.places {
+                for place in &kind.offsets {
                     prop_assert!(*place as usize + kind.length <= raw.len());
                 }
             }

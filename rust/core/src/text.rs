@@ -84,9 +84,9 @@ impl Form {
                 let last = i + 1 == self.cells.len();
                 match *cell {
                     Cell::Unwanted => text.pass()?,
-                    Cell::Double(place) => columns[place][row] = text.double()?,
-                    Cell::Whole(place) => {
-                        columns[place][row] = f64::from_bits(text.whole()?.cast_unsigned());
+                    Cell::Double(index) => columns[index][row] = text.double()?,
+                    Cell::Whole(index) => {
+                        columns[index][row] = f64::from_bits(text.whole()?.cast_unsigned());
                     }
                 }
                 text.end_cell(last)?;

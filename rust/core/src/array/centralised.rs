@@ -47,16 +47,16 @@ impl Centralised {
     #[inline(always)]
     pub(super) fn take(&mut self, axis: usize, axes: usize, z: &[f64], limit: Option<f64>) -> u32 {
         let (mut sum, mut count) = (0.0, 0);
-        for place in (axis..z.len()).step_by(axes) {
-            let there = z[place].is_finite() && limit.is_none_or(|limit| z[place].abs() < limit);
-            self.took[place] = there;
-            self.first[place].step(if there {
-                z[place].clamp(-MAX_SAMPLE, MAX_SAMPLE)
+        for index in (axis..z.len()).step_by(axes) {
+            let there = z[index].is_finite() && limit.is_none_or(|limit| z[index].abs() < limit);
+            self.took[index] = there;
+            self.first[index].step(if there {
+                z[index].clamp(-MAX_SAMPLE, MAX_SAMPLE)
             } else {
                 f64::NAN
             });
             if there {
-                (sum, count) = (sum + self.first[place].level, count + 1);
+                (sum, count) = (sum + self.first[index].level, count + 1);
             }
         }
         self.second[axis].step(if count > 0 { sum / f64::from(count) } else { f64::NAN });
@@ -67,8 +67,8 @@ impl Centralised {
         self.second[axis].level
     }
 
-    pub(super) fn took(&self, place: usize) -> bool {
-        self.took[place]
+    pub(super) fn took(&self, index: usize) -> bool {
+        self.took[index]
     }
 }
 

@@ -252,16 +252,16 @@ impl<const A: usize> GyroArray<A> {
         for sensor in 0..self.params.sensors {
             let mut row = [f64::INFINITY; A];
             for axis in 0..A {
-                let place = sensor * A + axis;
+                let index = sensor * A + axis;
                 let counts_here =
-                    self.vote.counts(sensor, place, axis) && self.rates[place].is_finite();
-                self.used[place] = counts_here;
-                row[axis] = if counts_here { self.rates[place] } else { f64::INFINITY };
+                    self.vote.counts(sensor, index, axis) && self.rates[index].is_finite();
+                self.used[index] = counts_here;
+                row[axis] = if counts_here { self.rates[index] } else { f64::INFINITY };
                 counts[axis] += usize::from(counts_here);
             }
             insert(&mut self.sorted[..(sensor + 1) * A], row);
         }
-        let at = |place: usize, axis: usize| self.sorted[place * A + axis];
+        let at = |index: usize, axis: usize| self.sorted[index * A + axis];
         let middle = |axis: usize| match counts[axis] {
             0 => f64::NAN,
             count => 0.5 * at((count - 1) / 2, axis) + 0.5 * at(count / 2, axis),
@@ -274,11 +274,11 @@ impl<const A: usize> GyroArray<A> {
     fn test_sensors(&mut self, centre: &[f64; A], counts: &[usize; A], speed: f64) {
         for sensor in 0..self.params.sensors {
             for axis in 0..A {
-                let place = sensor * A + axis;
+                let index = sensor * A + axis;
                 if counts[axis] > 1 {
-                    let far = self.vote.is_far(place, self.rates[place], centre[axis], speed);
+                    let far = self.vote.is_far(index, self.rates[index], centre[axis], speed);
                     if far && counts[axis] > 2 {
-                        self.used[place] = false;
+                        self.used[index] = false;
                         self.near[sensor * A..][..A].fill(false);
                     }
                 }
@@ -293,9 +293,9 @@ impl<const A: usize> GyroArray<A> {
         let motion: [f64; A] = core::array::from_fn(|axis| self.noise.motion(axis, wrong));
         for sensor in 0..self.params.sensors {
             for axis in 0..A {
-                let place = sensor * A + axis;
-                let weight = self.noise.weight(&self.params.weights, place, motion[axis]);
-                self.weights[place] = if self.used[place] { weight } else { 0.0 };
+                let index = sensor * A + axis;
+                let weight = self.noise.weight(&self.params.weights, index, motion[axis]);
+                self.weights[index] = if self.used[index] { weight } else { 0.0 };
             }
         }
     }
@@ -315,10 +315,10 @@ impl<const A: usize> GyroArray<A> {
             return centre;
         }
         let mut rate = 0.0;
-        for place in (axis..self.used.len()).step_by(A) {
-            self.weights[place] /= sum;
-            if self.used[place] {
-                rate += self.weights[place] * self.rates[place];
+        for index in (axis..self.used.len()).step_by(A) {
+            self.weights[index] /= sum;
+            if self.used[index] {
+                rate += self.weights[index] * self.rates[index];
             }
         }
         rate
@@ -328,9 +328,9 @@ impl<const A: usize> GyroArray<A> {
     #[cold]
     fn count_alike(&mut self, axis: usize) -> f64 {
         let mut count = 0.0;
-        for place in (axis..self.used.len()).step_by(A) {
-            self.weights[place] = f64::from(u8::from(self.used[place]));
-            count += self.weights[place];
+        for index in (axis..self.used.len()).step_by(A) {
+            self.weights[index] = f64::from(u8::from(self.used[index]));
+            count += self.weights[index];
         }
         count
     }
@@ -406,10 +406,10 @@ impl<const A: usize> GyroArray<A> {
             let count = self.centralised.take(axis, A, &self.rates, self.params.limit);
             rate[axis] = self.centralised.rate(axis);
             for sensor in 0..self.params.sensors {
-                let place = sensor * A + axis;
-                self.used[place] = self.centralised.took(place);
-                let part = if self.used[place] { 1.0 / f64::from(count) } else { 0.0 };
-                self.weights[place] = part;
+                let index = sensor * A + axis;
+                self.used[index] = self.centralised.took(index);
+                let part = if self.used[index] { 1.0 / f64::from(count) } else { 0.0 };
+                self.weights[index] = part;
             }
         }
     }

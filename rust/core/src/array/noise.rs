@@ -101,12 +101,12 @@ impl Noise {
     }
 
     #[inline(always)]
-    pub(super) fn weight(&self, kind: &Weights, place: usize, motion: f64) -> f64 {
+    pub(super) fn weight(&self, kind: &Weights, index: usize, motion: f64) -> f64 {
         match kind {
-            Weights::Auto => 1.0 / (self.ratios[place] + motion),
+            Weights::Auto => 1.0 / (self.ratios[index] + motion),
             Weights::Mean => 1.0,
-            Weights::White => 1.0 / self.white[place],
-            Weights::Given(weights) => weights[place],
+            Weights::White => 1.0 / self.white[index],
+            Weights::Given(weights) => weights[index],
         }
     }
 
@@ -130,14 +130,14 @@ impl Noise {
     }
 
     /// Ends the tick of a sensor on an axis of the body, which was calm or not.
-    pub(super) fn end_position(&mut self, place: usize, means: [f64; 2], calm: bool) {
-        let tick = &mut self.ticks[place];
+    pub(super) fn end_position(&mut self, index: usize, means: [f64; 2], calm: bool) {
+        let tick = &mut self.ticks[index];
         tick.followed = if calm { tick.waiting } else { NO_MEAN };
         let whole = means.iter().all(|mean| !mean.is_nan());
         tick.waiting = if whole { means } else { NO_MEAN };
         let [first, second] = tick.followed;
         if !first.is_nan() {
-            let variance = &mut self.halves[place];
+            let variance = &mut self.halves[index];
             variance.sum += 0.5 * (second - first) * (second - first);
             variance.count = variance.count.saturating_add(1);
         }

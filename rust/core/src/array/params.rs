@@ -83,8 +83,8 @@ impl ArrayParams {
         let mut all = memory::filled(0.0, body_rotations.len())?;
         let pairs = body_rotations.chunks_exact(A * A).zip(corrections.chunks_exact(A * A));
         for (product, (r, c)) in all.chunks_exact_mut(A * A).zip(pairs) {
-            for (place, x) in product.iter_mut().enumerate() {
-                let (i, j) = (place / A, place % A);
+            for (index, x) in product.iter_mut().enumerate() {
+                let (i, j) = (index / A, index % A);
                 *x = (0..A).map(|k| r[i * A + k] * c[k * A + j]).sum();
             }
         }
@@ -138,10 +138,10 @@ impl ArrayParams {
             let value = (corrections.len() / (axes * axes)) as f64;
             return Err(Error::Parameter { name, expected, value });
         }
-        let usual = |place: usize| if place.is_multiple_of(axes + 1) { 1.0 } else { 0.0 };
+        let usual = |index: usize| if index.is_multiple_of(axes + 1) { 1.0 } else { 0.0 };
         for (sensor, c) in corrections.chunks_exact(axes * axes).enumerate() {
             // Not so for NaN.
-            if !c.iter().enumerate().all(|(place, x)| (x - usual(place)).abs() <= MAX_CORRECTION) {
+            if !c.iter().enumerate().all(|(index, x)| (x - usual(index)).abs() <= MAX_CORRECTION) {
                 let expected = "within 0.5 of the unit matrix (the number is that of the first sensor whose is not)";
                 return Err(Error::Parameter { name, expected, value: (sensor + 1) as f64 });
             }

@@ -125,8 +125,8 @@ impl Octave {
         (self.last.len(), self.half.len()) == (sensors, sensors)
             && (self.products.len(), self.counts.len()) == (sensors * sensors, sensors * sensors)
             && self.last.iter().chain(&self.half).all(|x| is_sample(*x, MAX_ROTATED_MEAN))
-            && self.products.iter().zip(&self.counts).enumerate().all(|(place, (x, count))| {
-                let least = if place % (sensors + 1) == 0 { 0.0 } else { -most };
+            && self.products.iter().zip(&self.counts).enumerate().all(|(index, (x, count))| {
+                let least = if index % (sensors + 1) == 0 { 0.0 } else { -most };
                 let count = f64::from(*count);
                 least * count <= *x && *x <= most * count
             })

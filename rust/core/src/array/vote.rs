@@ -104,8 +104,8 @@ impl Vote {
 
     /// Whether a sensor has a say: who does not know its bias has none beside one that does.
     #[inline(always)]
-    pub(super) fn counts(&self, sensor: usize, place: usize, axis: usize) -> bool {
-        !self.standings[sensor].excluded && (!self.known[axis] || !self.sigmas[place].is_nan())
+    pub(super) fn counts(&self, sensor: usize, index: usize, axis: usize) -> bool {
+        !self.standings[sensor].excluded && (!self.known[axis] || !self.sigmas[index].is_nan())
     }
 
     /// How fast the body turns, by the middle of all axes.
@@ -132,14 +132,14 @@ impl Vote {
 
     /// Sums up how far a rate is from the middle; returns whether it is out of the question.
     #[inline(always)]
-    pub(super) fn is_far(&mut self, place: usize, rate: f64, centre: f64, speed: f64) -> bool {
+    pub(super) fn is_far(&mut self, index: usize, rate: f64, centre: f64, speed: f64) -> bool {
         if rate.is_nan() {
             return false;
         }
         let difference = (rate - centre).clamp(-MAX_SAMPLE, MAX_SAMPLE);
         let far = difference.abs()
-            > MAX_SAMPLE_SIGMAS * self.sigmas[place] + MAX_SAMPLE_RATE_SHARE * speed;
-        let sums = &mut self.sums[place];
+            > MAX_SAMPLE_SIGMAS * self.sigmas[index] + MAX_SAMPLE_RATE_SHARE * speed;
+        let sums = &mut self.sums[index];
         sums.count += 1;
         sums.far += u32::from(far);
         // One that is left out says nothing of the others.
@@ -154,13 +154,13 @@ impl Vote {
     }
 
     /// Deviation of a sensor's samples on an axis, NaN if it or the bias is not known.
-    pub(super) fn know(&mut self, place: usize, sigma: f64) {
-        if self.sigmas[place].is_nan() {
+    pub(super) fn know(&mut self, index: usize, sigma: f64) {
+        if self.sigmas[index].is_nan() {
             // Up to now its rate had the bias in it.
-            self.sums[place] = Sums::default();
+            self.sums[index] = Sums::default();
         }
         // Not so for NaN.
-        self.sigmas[place] = if sigma > MAX_SAMPLE { MAX_SAMPLE } else { sigma };
+        self.sigmas[index] = if sigma > MAX_SAMPLE { MAX_SAMPLE } else { sigma };
     }
 
     /// Takes the noise of the middle into account, once the sensors' own is known: that of a median
@@ -232,8 +232,8 @@ impl Vote {
     /// Whether a sensor was compared on every axis on which there was something to compare with.
     fn was_tested(&self, sensor: usize, axes: usize) -> bool {
         (0..axes).all(|axis| {
-            let place = sensor * axes + axis;
-            self.sums[place].count >= MIN_TICK_SAMPLES && !self.sigmas[place].is_nan()
+            let index = sensor * axes + axis;
+            self.sums[index].count >= MIN_TICK_SAMPLES && !self.sigmas[index].is_nan()
         })
     }
 
@@ -256,8 +256,8 @@ impl Vote {
         sorted[(count - 1) / 2]
     }
 
-    fn disagrees(&self, place: usize, axis: usize, speed: f64, typical: [f64; 2]) -> bool {
-        let (sums, sigma) = (self.sums[place], self.sigmas[place]);
+    fn disagrees(&self, index: usize, axis: usize, speed: f64, typical: [f64; 2]) -> bool {
+        let (sums, sigma) = (self.sums[index], self.sigmas[index]);
         if sums.count < MIN_TICK_SAMPLES || sigma.is_nan() || self.voters[axis] < 2 {
             return false;
         }

@@ -56,7 +56,7 @@ pub fn integrate(
     let mut rotation = UnitQuaternion::identity();
     let Some(first) = quaternions.first_mut() else { return };
     *first = [1.0, 0.0, 0.0, 0.0];
-    for (k, (dt, place)) in steps.iter().zip(&mut quaternions[1..]).enumerate() {
+    for (k, (dt, slot)) in steps.iter().zip(&mut quaternions[1..]).enumerate() {
         #[cfg(feature = "std")]
         if k % STEPS_PER_CHECK == STEPS_PER_CHECK - 1 {
             crate::work::pause();
@@ -64,7 +64,7 @@ pub fn integrate(
         let (before, after) = (axes(&rates[k]), axes(&rates[k + 1]));
         let phi = method.rotation_vector(&before, &after, clamp(*dt));
         rotation = turned(&rotation, &phi);
-        *place = [rotation.w, rotation.i, rotation.j, rotation.k];
+        *slot = [rotation.w, rotation.i, rotation.j, rotation.k];
     }
 }
 

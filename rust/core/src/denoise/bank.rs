@@ -122,11 +122,11 @@ impl<const F: usize> Analysis<'_, F> {
         let inside = begin.and_then(|begin| self.x.get(begin..begin + 2 * REACH));
         if let Some(samples) = inside {
             let pairs = samples.as_chunks::<2>().0;
-            for (place, pair) in even.iter_mut().zip(pairs) {
-                *place = pair[0] * scale - origin;
+            for (slot, pair) in even.iter_mut().zip(pairs) {
+                *slot = pair[0] * scale - origin;
             }
-            for (place, pair) in odd.iter_mut().zip(pairs) {
-                *place = pair[1] * scale - origin;
+            for (slot, pair) in odd.iter_mut().zip(pairs) {
+                *slot = pair[1] * scale - origin;
             }
             return;
         }
@@ -136,13 +136,13 @@ impl<const F: usize> Analysis<'_, F> {
         }
     }
 
-    /// The sample at `place + 2 - F`.
-    fn reflected(&self, place: usize) -> f64 {
+    /// The sample at `slot + 2 - F`.
+    fn reflected(&self, slot: usize) -> f64 {
         let n = self.x.len();
-        let inside = match (place + 2).checked_sub(F) {
+        let inside = match (slot + 2).checked_sub(F) {
             Some(i) if i < n => i,
             Some(i) => 2 * n - 1 - i,
-            None => F - 3 - place,
+            None => F - 3 - slot,
         };
         self.x[inside]
     }
@@ -185,8 +185,8 @@ impl<const F: usize> WithSimd for Synthesis<'_, F> {
             *pair = [even, odd];
         }
         let Units { scale, origin } = self.units;
-        for (place, x) in self.x.iter_mut().zip(pairs.as_flattened()) {
-            *place = ((*x + origin) * scale).clamp(-f64::MAX, f64::MAX);
+        for (slot, x) in self.x.iter_mut().zip(pairs.as_flattened()) {
+            *slot = ((*x + origin) * scale).clamp(-f64::MAX, f64::MAX);
         }
     }
 }

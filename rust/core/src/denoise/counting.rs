@@ -49,12 +49,12 @@ impl Counting {
 
     #[cold]
     fn begin(&mut self, size: f64) {
-        let mut place = self.count as usize - 1;
-        while place > 0 && self.first[place - 1] > size {
-            self.first[place] = self.first[place - 1];
-            place -= 1;
+        let mut index = self.count as usize - 1;
+        while index > 0 && self.first[index - 1] > size {
+            self.first[index] = self.first[index - 1];
+            index -= 1;
         }
-        self.first[place] = size;
+        self.first[index] = size;
         if self.count == INITIAL_SIZES as u64 {
             self.sigma = (self.first[INITIAL_SIZES / 2] / NORMAL_MEDIAN).max(f64::MIN_POSITIVE);
         }

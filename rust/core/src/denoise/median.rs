@@ -26,9 +26,9 @@ pub(super) fn median_size(values: &[f64]) -> f64 {
 /// The median of those near to that of a sample, if it is one of them.
 fn among_near(values: &[f64]) -> Option<f64> {
     let mut sample = [0.0; SAMPLE_COUNT];
-    for (i, place) in sample.iter_mut().enumerate() {
+    for (i, slot) in sample.iter_mut().enumerate() {
         // Scattered, so that no period of the record decides.
-        *place = values[i.wrapping_mul(2_654_435_761) % values.len()].abs();
+        *slot = values[i.wrapping_mul(2_654_435_761) % values.len()].abs();
     }
     sample.sort_unstable_by(f64::total_cmp);
     let (least, most) =

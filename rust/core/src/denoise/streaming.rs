@@ -208,10 +208,10 @@ impl<const F: usize> Levels<'_, F> {
     /// One of the two copies that are written, and where all of the last ones begin.
     #[inline(always)]
     fn write(&mut self, begin: usize, length: usize, k: u64, x: f64) -> usize {
-        let place = begin + k as usize % length;
-        self.state[place] = x;
-        self.state[place + length] = x;
-        place + 1
+        let index = begin + k as usize % length;
+        self.state[index] = x;
+        self.state[index + length] = x;
+        index + 1
     }
 
     #[inline(always)]
@@ -246,8 +246,8 @@ impl<const F: usize> Levels<'_, F> {
         match waiting(self.levels - level - 1, F) as u64 {
             0 => d,
             length => {
-                let place = self.begin(level) + 4 * F + 1 + (j % length) as usize;
-                core::mem::replace(&mut self.state[place], d)
+                let index = self.begin(level) + 4 * F + 1 + (j % length) as usize;
+                core::mem::replace(&mut self.state[index], d)
             }
         }
     }

@@ -288,13 +288,13 @@ where
             self.coefficients.as_slice(),
             self.covariance.as_slice(),
         ];
-        let mut places = numbers;
+        let mut slots = numbers;
         for part in parts {
-            let (own, others) = places.split_at_mut(part.len());
-            for (place, number) in own.iter_mut().zip(part) {
-                *place = (*number).into();
+            let (own, others) = slots.split_at_mut(part.len());
+            for (slot, number) in own.iter_mut().zip(part) {
+                *slot = (*number).into();
             }
-            places = others;
+            slots = others;
         }
         flags.copy_from_slice(&[
             self.missing,

@@ -384,12 +384,12 @@ fn maybe(value: Option<f64>) -> Value {
     value.map_or(Value::None, Value::Number)
 }
 
-fn set_number(place: &mut f64, value: Value) {
+fn set_number(slot: &mut f64, value: Value) {
     if let Value::Number(number) = value {
-        *place = number;
+        *slot = number;
     }
 }
 
-fn set_maybe(place: &mut Option<f64>, value: Value) {
-    *place = if let Value::Number(number) = value { Some(number) } else { None };
+fn set_maybe(slot: &mut Option<f64>, value: Value) {
+    *slot = if let Value::Number(number) = value { Some(number) } else { None };
 }

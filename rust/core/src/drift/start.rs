@@ -120,8 +120,8 @@ impl<T: Number, const N: usize, const M: usize> Output for Start<T, N, M> {
             .chain(self.covariance.iter().copied())
             .chain([self.measurement_noise, self.process_noise])
             .chain(self.state_covariance.iter().copied());
-        for (place, value) in numbers.iter_mut().zip(values) {
-            *place = value.into();
+        for (slot, value) in numbers.iter_mut().zip(values) {
+            *slot = value.into();
         }
     }
 }

@@ -95,13 +95,13 @@ impl Window {
 
     /// Removes one and inserts another, moving only what lies between them.
     fn replace(&mut self, old: f64, new: f64) {
-        let (hole, place) = (self.rank(old), self.rank(new));
-        if hole < place {
-            self.0.copy_within(hole + 1..place, hole);
-            self.0[place - 1] = new;
+        let (hole, index) = (self.rank(old), self.rank(new));
+        if hole < index {
+            self.0.copy_within(hole + 1..index, hole);
+            self.0[index - 1] = new;
         } else {
-            self.0.copy_within(place..hole, place + 1);
-            self.0[place] = new;
+            self.0.copy_within(index..hole, index + 1);
+            self.0[index] = new;
         }
     }
 

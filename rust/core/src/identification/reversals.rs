@@ -59,13 +59,13 @@ fn insert(values: &mut [i64]) -> u64 {
     let mut count = 0;
     for k in 1..values.len() {
         let value = values[k];
-        let mut place = k;
-        while place > 0 && values[place - 1] > value {
-            values[place] = values[place - 1];
-            place -= 1;
+        let mut index = k;
+        while index > 0 && values[index - 1] > value {
+            values[index] = values[index - 1];
+            index -= 1;
         }
-        values[place] = value;
-        count += k - place;
+        values[index] = value;
+        count += k - index;
     }
     count as u64
 }

@@ -98,8 +98,8 @@ impl Filtered<'_> {
                 let members = if groups == 1 { 0..channels } else { group..group + 1 };
                 for channel in members {
                     for j in 0..n {
-                        let place = channel * n + j;
-                        let news = those[place] - expected[place];
+                        let index = channel * n + j;
+                        let news = those[index] - expected[index];
                         for i in 0..n {
                             these[channel * n + i] += work.k[j * n + i] * news;
                         }

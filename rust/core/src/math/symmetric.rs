@@ -125,7 +125,7 @@ where
     pub(crate) fn is_covariance(&self, bound: T) -> bool {
         let below = (0..N).flat_map(|j| (j + 1..N).map(move |i| (i, j)));
         (0..N).all(|i| is_size(self.at(i, i), bound))
-            && below.into_iter().all(|place| self.upper[place] == T::zero())
+            && below.into_iter().all(|index| self.upper[index] == T::zero())
             && self.trace() <= bound
             && self.semidefinite()
     }

@@ -74,18 +74,18 @@ impl NavigationFilter {
         let lever_arm_velocity = self.motion.attitude * rate.cross(&self.antenna);
         let velocity = self.motion.velocity + lever_arm_velocity;
         let acceleration = self.motion.acceleration;
-        let place = given.position.map(|position| {
+        let position = given.position.map(|position| {
             let here = self.motion.offset_from(position) + lever;
             let z = here - velocity * age + acceleration * (0.5 * age * age);
             Measured { z: clamp(&z), rows: position_rows(&lever), stated: given.position_sigma }
         });
-        let moved = given.velocity.map(|measured| {
+        let velocity = given.velocity.map(|measured| {
             let z = velocity - acceleration * age - measured;
             let turned = self.motion.attitude * self.antenna.cross_matrix();
             let rows = velocity_rows(&velocity, &turned);
             Measured { z: clamp(&z), rows, stated: given.velocity_sigma }
         });
-        [place, moved]
+        [position, velocity]
     }
 
     /// Whether a fix is the first after an outage, or one that follows it.
@@ -361,7 +361,7 @@ impl NavigationFilter {
             self.covariance.correct(&rows[i], z[i], noise, &mut found, observer);
         }
         if sums.unknown[0] == 0.0 {
-            let earth = self.motion.attitude.transpose() * self.motion.place.earth;
+            let earth = self.motion.attitude.transpose() * self.motion.local_earth.earth;
             let z = sums.gyro * (1.0 / sums.samples) - self.gyro_bias - earth;
             for i in 0..3 {
                 let mut h = [0.0; 16];

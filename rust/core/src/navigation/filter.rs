@@ -398,7 +398,7 @@ impl NavigationFilter {
         accel: Vector3<f64>,
         dt: f64,
     ) -> (Vector3<f64>, Vector3<f64>) {
-        let level = self.motion.attitude.transpose().column(2) * self.motion.place.gravity;
+        let level = self.motion.attitude.transpose().column(2) * self.motion.local_earth.gravity;
         // It turns and moves on as it did, where nothing better is known.
         let unknown = [self.gyro_bias, (self.accel_bias - level).map(|x| x.within(MAX_SAMPLE))];
         let mut found = [self.sensors.gyro, self.sensors.accel];
@@ -420,7 +420,7 @@ impl NavigationFilter {
     /// While nothing is known of the position, the orientation is propagated.
     #[inline(never)]
     fn turn(&mut self, step: &Step) {
-        self.motion.turn(step, &(self.motion.place.earth * step.dt));
+        self.motion.turn(step, &(self.motion.local_earth.earth * step.dt));
         self.motion.settle();
         self.alone = (self.alone + step.dt).min(MAX_TIME);
     }
@@ -458,7 +458,7 @@ impl NavigationFilter {
             velocity: velocity * (1.0 / samples),
             earth,
             transport,
-            gravity: self.motion.place.gravity,
+            gravity: self.motion.local_earth.gravity,
         };
         let transition = Transition::over(&course);
         let params = &self.params;
@@ -513,8 +513,8 @@ impl NavigationFilter {
             variances[PHI + i] = (variances[PHI + i] + more).min(10.0);
         }
         if self.navigating && !self.is_on_earth() {
-            let place = Motion::new(self.motion.attitude, self.start.latitude, 0.0, 0.0);
-            self.motion = place;
+            let motion = Motion::new(self.motion.attitude, self.start.latitude, 0.0, 0.0);
+            self.motion = motion;
         }
         self.covariance = self.covariance.with_variances(&variances);
         self.odometer.sums = Rolled::default();

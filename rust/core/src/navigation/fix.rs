@@ -71,9 +71,9 @@ impl Given {
         let sigma = |name, stated: bool, without_down: bool, sigmas: &[f64; 3]| {
             let mut found = Vector3::from_element(MAX_SIGMA);
             let count = if without_down { 2 } else { 3 };
-            for (place, sigma) in found.iter_mut().zip(sigmas).take(count).filter(|_| stated) {
+            for (slot, sigma) in found.iter_mut().zip(sigmas).take(count).filter(|_| stated) {
                 require(*sigma > 0.0, name, "positive", *sigma)?;
-                *place = sigma.at_most(MAX_SIGMA).at_least(MIN_SIGMA);
+                *slot = sigma.at_most(MAX_SIGMA).at_least(MIN_SIGMA);
             }
             Ok(found)
         };

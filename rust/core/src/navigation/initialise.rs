@@ -79,11 +79,11 @@ impl NavigationFilter {
         let now = Before { time: given.time, position };
         let before = *self.before.get_or_insert(now);
         let seconds = given.time - before.time;
-        let place = LocalEarth::at(position[0], position[2]);
+        let local_earth = LocalEarth::at(position[0], position[2]);
         let [latitude, longitude, height] = before.position;
         let way = Vector3::new(
-            (position[0] - latitude) / place.north,
-            wrap(position[1] - longitude) / place.east,
+            (position[0] - latitude) / local_earth.north,
+            wrap(position[1] - longitude) / local_earth.east,
             height - position[2],
         );
         let far = way.xy().norm() > MIN_APART_SIGMAS * given.position_sigma.xy().amax();

@@ -110,7 +110,7 @@ impl Observer for Record {
 
     fn record_constants(&mut self, constants: &Constants) {
         let kept = self.nodes.last().and_then(|node| node.prior);
-        let kept = kept.and_then(|place| self.priors.get_mut(place));
+        let kept = kept.and_then(|index| self.priors.get_mut(index));
         for prior in self.prior.iter_mut().map(|(prior, _)| prior).chain(kept) {
             prior.found.iter_mut().zip(constants).for_each(|(all, more)| *all += more);
         }
@@ -240,9 +240,9 @@ impl<const N: usize, const W: usize, const D: bool> OnRows for Back<'_, N, W, D>
             after: core::array::from_fn(|i| error[i]),
             sigma: later.sigma(fours, &after, &node.velocity),
         };
-        if let Some(place) = node.prior {
-            let prior = &record.priors[place];
-            let extra = of_last(&record.prior_constants, place, record.priors.len());
+        if let Some(index) = node.prior {
+            let prior = &record.priors[index];
+            let extra = of_last(&record.prior_constants, index, record.priors.len());
             let before = rows::<N, W>(&prior.errors, extra);
             later.add_change(&before, &after, &node.found, &prior.found);
         } else {
@@ -454,10 +454,10 @@ fn rows<const N: usize, const W: usize>(
     extra: Option<&ConstantsCovariance>,
 ) -> Rows<N, W> {
     let mut rows = [[0.0; W]; N];
-    let mut places = errors.iter();
+    let mut slots = errors.iter();
     for i in 0..STATES {
-        for (j, place) in (0..=i).zip(&mut places) {
-            (rows[i][j], rows[j][i]) = (*place, *place);
+        for (j, slot) in (0..=i).zip(&mut slots) {
+            (rows[i][j], rows[j][i]) = (*slot, *slot);
         }
     }
     if let Some(extra) = extra {
@@ -508,10 +508,10 @@ fn try_push<T>(all: &mut Vec<T>, one: T) -> Result<(), Error> {
 
 fn pack(covariance: &Covariance) -> Triangle {
     let mut triangle = [0.0; STATES * (STATES + 1) / 2];
-    let mut places = triangle.iter_mut();
+    let mut slots = triangle.iter_mut();
     for i in 0..STATES {
-        for (j, place) in (0..=i).zip(&mut places) {
-            *place = covariance.at(i, j);
+        for (j, slot) in (0..=i).zip(&mut slots) {
+            *slot = covariance.at(i, j);
         }
     }
     triangle

@@ -66,7 +66,7 @@ impl Motion {
             && is_within(self.latitude, MAX_LATITUDE + 0.1)
             && is_within(self.longitude, 10.0)
             && is_within(self.height, 2.0 * MAX_HEIGHT)
-            && self.place.is_valid()
+            && self.local_earth.is_valid()
     }
 }
 

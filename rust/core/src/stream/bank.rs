@@ -71,13 +71,13 @@ impl<'a> Block<'a> {
         let inputs = self.input.chunks_exact(channels * S::Input::NUMBERS);
         let inputs = inputs.map(|row| S::Input::read(&row[first..][..S::Input::NUMBERS]));
         let (numbers, flags) = (&mut *self.numbers, &mut *self.flags);
-        let mut place = channel;
+        let mut index = channel;
         stream.run(inputs, |output| {
             output.write(
-                &mut numbers[place * S::Output::NUMBERS..][..S::Output::NUMBERS],
-                &mut flags[place * S::Output::FLAGS..][..S::Output::FLAGS],
+                &mut numbers[index * S::Output::NUMBERS..][..S::Output::NUMBERS],
+                &mut flags[index * S::Output::FLAGS..][..S::Output::FLAGS],
             );
-            place += channels;
+            index += channels;
         });
     }
 }
@@ -172,10 +172,10 @@ impl<S: Stream + Send> Bank<S> {
         // By the loop that fills batches: a step may be large, and is compiled no second time here.
         let mut returned = vec![0.0; layout.channels * layout.numbers];
         let mut marks = vec![false; layout.channels * layout.flags];
-        let mut places = 0..;
+        let mut indices = 0..;
         for row in rows.chunks_exact((layout.channels * layout.input).max(1)) {
             process(&mut &mut *self.streams, &layout, row, &mut returned, &mut marks);
-            for (stream, k) in self.streams.iter().zip(&mut places) {
+            for (stream, k) in self.streams.iter().zip(&mut indices) {
                 stream.snapshot().write(&mut numbers[k * n..][..n], &mut flags[k * f..][..f]);
             }
         }

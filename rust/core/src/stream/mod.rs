@@ -78,8 +78,8 @@ pub trait Stream: Sized {
     fn process(&mut self, inputs: &[Self::Input], outputs: &mut [Self::Output]) {
         let mut outputs = outputs.iter_mut();
         self.run(inputs.iter().copied().take(outputs.len()), |output| {
-            if let Some(place) = outputs.next() {
-                *place = output;
+            if let Some(slot) = outputs.next() {
+                *slot = output;
             }
         });
     }

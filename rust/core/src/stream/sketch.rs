@@ -37,12 +37,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
         if self.held() == CAPACITY {
             self.thin();
         }
-        let mut place = self.held();
-        while place > 0 && self.sorted[place - 1] > z {
-            self.sorted[place] = self.sorted[place - 1];
-            place -= 1;
+        let mut index = self.held();
+        while index > 0 && self.sorted[index - 1] > z {
+            self.sorted[index] = self.sorted[index - 1];
+            index -= 1;
         }
-        self.sorted[place] = z;
+        self.sorted[index] = z;
         self.held += 1;
         self.passing = self.stride - 1;
     }
@@ -70,9 +70,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
         for nearest in 0..held {
             let is_above = below == 0
                 || above < held && self.sorted[above] - centre <= centre - self.sorted[below - 1];
-            let place = if is_above { above } else { below - 1 };
-            (below, above) = if is_above { (below, above + 1) } else { (place, above) };
-            distance = (self.sorted[place] - centre).simd_abs();
+            let index = if is_above { above } else { below - 1 };
+            (below, above) = if is_above { (below, above + 1) } else { (index, above) };
+            distance = (self.sorted[index] - centre).simd_abs();
             if nearest >= held / 2 && distance > T::zero() {
                 let is_median = nearest == held / 2;
                 return if is_median {

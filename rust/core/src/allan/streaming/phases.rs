@@ -159,8 +159,8 @@ impl Phases {
 
     /// Into the part of the ring that is not yet there, or over the oldest.
     fn store(&mut self, x: f64) {
-        let place = self.index(self.count);
-        match self.ring.get_mut(place) {
+        let index = self.index(self.count);
+        match self.ring.get_mut(index) {
             Some(oldest) => *oldest = x,
             None => self.ring.push(x),
         }

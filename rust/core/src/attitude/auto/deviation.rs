@@ -35,7 +35,7 @@ pub struct Correction {
     /// East in the axes of the sensor.
     pub east: Vector3<f64>,
     /// Share of a mean over places.
-    pub places: f64,
+    pub field_weight: f64,
     pub span: f64,
 }
 
@@ -52,7 +52,7 @@ pub struct Deviation {
     tilted: f64,
     /// Mean innovation over a place, rad, and its mean square over places.
     mean: f64,
-    places: f64,
+    field_variance: f64,
     /// What a field of the sensor's axes does to the heading, 1 over the field's unit.
     shares: Vector3<f64>,
 }
@@ -66,7 +66,7 @@ impl Deviation {
             known: heading,
             tilted: 0.0,
             mean: 0.0,
-            places: INITIAL_DEVIATION_RAD * INITIAL_DEVIATION_RAD,
+            field_variance: INITIAL_DEVIATION_RAD * INITIAL_DEVIATION_RAD,
             shares: Vector3::zeros(),
         }
     }
@@ -84,10 +84,10 @@ impl Deviation {
         self.tilted +=
             gain * (slope * ComplexField::sqrt(by.tilt.min(MAX_TILT_VARIANCE_RAD2)) - self.tilted);
         self.mean += (by.span / INNOVATION_MEAN_S).min(1.0) * (by.innovation - self.mean);
-        self.places += by.places * (self.mean * self.mean - self.places);
+        self.field_variance += by.field_weight * (self.mean * self.mean - self.field_variance);
         self.own = (rest * rest * self.since_field(before))
             .min((after - self.white).max(0.0))
-            .min(self.places + MIN_DEVIATION_RAD * MIN_DEVIATION_RAD);
+            .min(self.field_variance + MIN_DEVIATION_RAD * MIN_DEVIATION_RAD);
         self.known = after;
         let east = by.east * (1.0 / by.level.max(1e-6 * strength));
         self.shares += (east - self.shares) * gain;
@@ -95,8 +95,8 @@ impl Deviation {
 
     /// Forgets what the heading was made of: it has this variance now.
     pub fn restart(&mut self, heading: f64) {
-        let Self { places, .. } = *self;
-        *self = Self { places, ..Self::new(heading) };
+        let Self { field_variance, .. } = *self;
+        *self = Self { field_variance, ..Self::new(heading) };
     }
 
     /// The variance of the heading, of which the filter says this one.
@@ -106,7 +106,7 @@ impl Deviation {
             + self.tilted * self.tilted
             + iron * iron
             + unsure;
-        (self.since_field(heading).max(self.places) + seen).min(MAX_HEADING_VARIANCE_RAD2)
+        (self.since_field(heading).max(self.field_variance) + seen).min(MAX_HEADING_VARIANCE_RAD2)
     }
 
     /// Variance that a field of this covariance, in the sensor's axes, has given the heading.
@@ -120,7 +120,7 @@ impl Deviation {
             (self.own, 1e3),
             (self.known, 1e3),
             (self.tilted, 1e2),
-            (self.places, 16.0),
+            (self.field_variance, 16.0),
         ];
         sizes.iter().all(|(x, most)| is_size(*x, *most))
             && self.mean.abs() <= 4.0

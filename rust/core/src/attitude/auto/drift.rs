@@ -87,19 +87,19 @@ pub struct HeadingDrift {
     lag: f64,
     mean: f64,
     since: f64,
-    places: FieldSpread,
+    field_spread: FieldSpread,
 }
 
 impl Default for HeadingDrift {
     fn default() -> Self {
-        let places = FieldSpread::default();
+        let field_spread = FieldSpread::default();
         Self {
             active: false,
             with_heading: 0.0,
             lag: 0.0,
             mean: 0.0,
             since: INNOVATION_MEAN_S,
-            places,
+            field_spread,
         }
     }
 }
@@ -161,8 +161,9 @@ impl HeadingDrift {
     /// Whether innovations lie on one side, further than anything but a drift would bring them, and
     /// field and iron leave one that way.
     fn is_one_sided(&self, heading: f64, rate: f64) -> bool {
-        let usual =
-            heading.max(MIN_MEAN_SIGMA_RAD * MIN_MEAN_SIGMA_RAD).max(4.0 * self.places.spread);
+        let usual = heading
+            .max(MIN_MEAN_SIGMA_RAD * MIN_MEAN_SIGMA_RAD)
+            .max(4.0 * self.field_spread.spread);
         self.mean * self.lag > 0.0
             && self.mean * rate <= 0.0
             && self.mean * self.mean > MIN_MEAN_SIGMAS * MIN_MEAN_SIGMAS * usual
@@ -199,8 +200,8 @@ impl HeadingDrift {
         (self.active, self.with_heading) = (false, 0.0);
     }
 
-    pub fn places(&mut self) -> &mut FieldSpread {
-        &mut self.places
+    pub fn field_spread(&mut self) -> &mut FieldSpread {
+        &mut self.field_spread
     }
 
     pub fn is_valid(&self) -> bool {
@@ -209,7 +210,7 @@ impl HeadingDrift {
             && self.lag.abs() <= 4.0
             && self.mean.abs() <= 4.0
             && is_size(self.since, INNOVATION_MEAN_S)
-            && self.places.is_valid()
+            && self.field_spread.is_valid()
     }
 }
 

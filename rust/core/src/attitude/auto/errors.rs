@@ -421,7 +421,7 @@ mod tests {
         All::from_fn(|i, j| match (i, j) {
             (STATES, STATES) => errors.heading,
             (STATES, k) | (k, STATES) => errors.with_heading[k],
-            place => errors.covariance[place],
+            index => errors.covariance[index],
         })
     }
 

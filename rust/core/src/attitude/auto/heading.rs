@@ -54,8 +54,8 @@ impl Auto {
             return None;
         }
         let level = ComplexField::sqrt(level_squared);
-        let places = spread_weight(rate, seconds);
-        self.drift.places().observe(level, -field.z, places);
+        let field_weight = spread_weight(rate, seconds);
+        self.drift.field_spread().observe(level, -field.z, field_weight);
         let rotation = sums.rotation();
         let unused = doubt.unwrap_or(UNUSED_NOISE_FACTOR);
         self.iron.observe(&field, &rotation, seconds, unused, self.drift.walk());
@@ -78,7 +78,7 @@ impl Auto {
             down: field.z,
             tilt,
             east,
-            places,
+            field_weight,
             span: seconds,
         };
         self.deviation.correct(&by, before, self.errors.heading(), self.iron.strength());

@@ -201,9 +201,9 @@ fn take<E: Around>(filter: &mut Attitude<E>, sample: &Sample) {
 /// The k-th sample of a record backward in time: the rate that leads from a sample to the one before
 /// it is the sample's own, the other way round.
 fn turned(samples: &[Sample], k: usize, rate: f64) -> Sample {
-    let place = samples.len() - 1 - k;
-    let sample = samples[place];
-    let (gyro, dt) = match samples.get(place + 1) {
+    let index = samples.len() - 1 - k;
+    let sample = samples[index];
+    let (gyro, dt) = match samples.get(index + 1) {
         Some(next) => (next.gyro, next.dt),
         None => (sample.gyro, 1.0 / rate),
     };

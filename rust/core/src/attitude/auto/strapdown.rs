@@ -359,10 +359,10 @@ impl Sums {
     /// Means of the rate and of the force in the sensor's axes, and the mean squared distances of
     /// the samples from places given; zero of the force if there is none.
     pub fn spread(&self, gyro: &Vector3<f64>, accel: &Vector3<f64>) -> (f64, f64) {
-        let about = |count: f64, sum: &Vector3<f64>, squared: f64, place: &Vector3<f64>| match count
+        let about = |count: f64, sum: &Vector3<f64>, squared: f64, point: &Vector3<f64>| match count
         {
             0.0 => 0.0,
-            n => (squared - 2.0 * sum.dot(place)) / n + place.norm_squared(),
+            n => (squared - 2.0 * sum.dot(point)) / n + point.norm_squared(),
         };
         let of_gyro = about(self.samples, &self.gyro, self.gyro_squared, gyro);
         (of_gyro, about(self.forces, &self.accel, self.accel_squared, accel))

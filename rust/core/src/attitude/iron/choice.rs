@@ -101,7 +101,7 @@ impl Choice {
         let start = match present {
             Present::Nothing => return,
             Present::Outlier => return self.withhold(seconds),
-            Present::Of(place) => learner.start(place),
+            Present::Of(index) => learner.start(index),
         };
         let Some(start) = start else { return };
         if start.age < MIN_SPAN_S {
@@ -143,10 +143,10 @@ impl Choice {
             apart(&(one.value - iron.value), &(one.covariance + iron.covariance))
                 < MAX_SAME_DISTANCE
         };
-        for place in self.remembered.iter_mut().flatten() {
-            if same(place) {
-                if iron.covariance.trace() < 1.5 * place.covariance.trace() {
-                    *place = *iron;
+        for known in self.remembered.iter_mut().flatten() {
+            if same(known) {
+                if iron.covariance.trace() < 1.5 * known.covariance.trace() {
+                    *known = *iron;
                 }
                 return;
             }

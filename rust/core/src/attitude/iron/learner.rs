@@ -152,8 +152,8 @@ impl Learner {
         self.norm
     }
 
-    pub fn start(&self, place: usize) -> Option<&Start> {
-        self.starts[place].as_ref()
+    pub fn start(&self, index: usize) -> Option<&Start> {
+        self.starts[index].as_ref()
     }
 
     /// The frame of the gyro is another from now on.
@@ -247,13 +247,13 @@ impl Learner {
     /// Another filter, in the place of the one that costs most.
     fn begin(&mut self, tick: &Tick) {
         let dearest = |start: &Option<Start>| start.as_ref().map_or(f64::INFINITY, |one| one.cost);
-        let mut place = 0;
+        let mut index = 0;
         for k in 1..FILTERS {
-            if dearest(&self.starts[k]) > dearest(&self.starts[place]) {
-                place = k;
+            if dearest(&self.starts[k]) > dearest(&self.starts[index]) {
+                index = k;
             }
         }
-        self.starts[place] = Some(Start::new(tick));
+        self.starts[index] = Some(Start::new(tick));
     }
 
     /// The noise is what the best hard iron leaves of two seconds in which the sensor turns.
@@ -282,12 +282,12 @@ impl Learner {
         }
         self.outlier_seconds += START_INTERVAL_S;
         let (mut least, mut present) = (self.outlier_cost, Present::Outlier);
-        for (place, start) in self.starts.iter_mut().enumerate() {
+        for (index, start) in self.starts.iter_mut().enumerate() {
             if let Some(one) = start {
                 if !one.is_valid() {
                     *start = None;
                 } else if one.cost < least {
-                    (least, present) = (one.cost, Present::Of(place));
+                    (least, present) = (one.cost, Present::Of(index));
                 }
             }
         }

@@ -141,8 +141,8 @@ impl Learning {
 
     /// The heading becomes what it were if this hard iron had been taken off since the span began.
     fn take_back(&mut self, present: Present) {
-        let Present::Of(place) = present else { return };
-        let Some(start) = self.learner.start(place) else { return };
+        let Present::Of(index) = present else { return };
+        let Some(start) = self.learner.start(index) else { return };
         let turned = start.turn_by_iron(&self.choice.iron.value);
         if turned.abs() > MAX_REVERSED_TURN_RAD {
             self.auto.find_heading();

@@ -43,11 +43,11 @@ pub fn covariance(
         let observations =
             (length * TICK / OBSERVATION_S).clamp(MIN_OBSERVATIONS, MAX_OBSERVATIONS);
         let scale = observations / length / (limit * limit);
-        let place = |k: usize| if k < soft { k } else { k + 3 * group };
+        let index = |k: usize| if k < soft { k } else { k + 3 * group };
         for i in 0..soft + 3 {
             for j in 0..soft + 3 {
                 let both = 0.5 * (part[(i, j)] + part[(j, i)]);
-                information[(place(i), place(j))] += both * scale;
+                information[(index(i), index(j))] += both * scale;
             }
         }
     }
@@ -73,7 +73,7 @@ fn of_group(
     let mut count = 0;
     for stretch in stretches {
         let window = ticks.window[stretch.start];
-        let place = windows.partition_point(|w| *w < window);
+        let index = windows.partition_point(|w| *w < window);
         let (field, mut sums) = (fit.fields[window], Sums::default());
         count += stretch.len();
         for k in stretch {
@@ -81,7 +81,7 @@ fn of_group(
             let (a, s) = (matrix * back, back * field);
             sums.add(fit.weights[k], &a, &s, &Vector3::zeros(), true);
         }
-        normal.add(place, 0, &sums, elements);
+        normal.add(index, 0, &sums, elements);
     }
     let fields = vec![Vector3::zeros(); windows.len()];
     normal.smooth(&fields, RIDGE);

@@ -38,9 +38,9 @@ impl WithSimd for Together<'_, '_> {
     fn with_simd<S: Simd>(self, _: S) {
         let Self { filters, block } = self;
         let first = filters.iter().find(|filter| filter.runs_with(filter)).copied();
-        let places = 0..filters.len();
+        let indices = 0..filters.len();
         let (running, others): (Vec<usize>, Vec<usize>) =
-            places.partition(|c| first.as_ref().is_some_and(|first| filters[*c].runs_with(first)));
+            indices.partition(|c| first.as_ref().is_some_and(|first| filters[*c].runs_with(first)));
         one_by_one(filters, &others, block);
         for members in running.chunks(S::F64_LANES) {
             match members.len() >= FILTERS {
@@ -156,16 +156,16 @@ impl<S: Simd> Lanes<S> {
         block: &mut Block<'_>,
         rows: usize,
     ) -> usize {
-        let places: [usize; MAX_LANES] = from_fn(|i| *members.get(i).unwrap_or(&members[0]));
+        let indices: [usize; MAX_LANES] = from_fn(|i| *members.get(i).unwrap_or(&members[0]));
         let mut taken = 0;
         for (input, output) in block.rows().take(rows) {
-            let numbers = from_fn(|i| if i < S::F64_LANES { input[places[i]] } else { 0.0 });
+            let numbers = from_fn(|i| if i < S::F64_LANES { input[indices[i]] } else { 0.0 });
             let z = Lane::load(&numbers);
             if !self.takes(z) {
                 break;
             }
             let outputs = self.step(z.within(Lane::of(f64::MAX_RAW))).store();
-            for (number, c) in outputs.iter().zip(places).take(S::F64_LANES) {
+            for (number, c) in outputs.iter().zip(indices).take(S::F64_LANES) {
                 output[c] = *number;
             }
             taken += 1;

@@ -221,10 +221,10 @@ impl<const Q: usize> Trials<'_, Q> {
 
 /// Minus the coefficients at one place of some models, one a lane; zero where there is none.
 #[inline(always)]
-fn negated_lanes<S: Simd>(simd: S, models: &[Vec<f64>], place: usize) -> [S::f64s; PACKS] {
+fn negated_lanes<S: Simd>(simd: S, models: &[Vec<f64>], index: usize) -> [S::f64s; PACKS] {
     let mut lanes = [0.0; LANES];
     for (lane, model) in lanes.iter_mut().zip(models) {
-        *lane = -model.get(place).copied().unwrap_or(0.0);
+        *lane = -model.get(index).copied().unwrap_or(0.0);
     }
     let mut packs = [simd.splat_f64s(0.0); PACKS];
     for k in 0..PACKS {

@@ -91,8 +91,8 @@ pub fn best_fits(
             };
             (i * (q + 1) + j, best)
         };
-        for (place, fitted) in parallel::map(orders, true, fit) {
-            found[place] = Some(fitted);
+        for (index, fitted) in parallel::map(orders, true, fit) {
+            found[index] = Some(fitted);
         }
     }
     found.into_iter().flatten().collect()

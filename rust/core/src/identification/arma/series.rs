@@ -53,8 +53,8 @@ pub(super) fn phi_of_one(phi: &[f64]) -> f64 {
     1.0 - phi.iter().sum::<f64>()
 }
 
-fn changed(mut values: Vec<f64>, place: usize, change: impl Fn(f64) -> f64) -> Vec<f64> {
-    if let Some(value) = values.get_mut(place) {
+fn changed(mut values: Vec<f64>, index: usize, change: impl Fn(f64) -> f64) -> Vec<f64> {
+    if let Some(value) = values.get_mut(index) {
         *value = change(*value);
     }
     values

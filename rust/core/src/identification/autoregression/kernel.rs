@@ -110,12 +110,12 @@ fn add_vectors<S: Simd, const K: usize>(
     let target: [S::f64s; TARGETS] =
         std::array::from_fn(|u| vector(simd, &targets[u * lanes..(u + 1) * lanes]));
     // Two loops: the compiler writes out no longer ones, and only then the sums stay in registers.
-    let places = K + (TARGETS - 1) * lanes;
-    for place in 0..places / 2 {
-        add_vector(simd, &target, window, place, totals);
+    let offsets = K + (TARGETS - 1) * lanes;
+    for offset in 0..offsets / 2 {
+        add_vector(simd, &target, window, offset, totals);
     }
-    for place in places / 2..places {
-        add_vector(simd, &target, window, place, totals);
+    for offset in offsets / 2..offsets {
+        add_vector(simd, &target, window, offset, totals);
     }
 }
 
@@ -126,12 +126,12 @@ fn add_vector<S: Simd, const K: usize>(
     simd: S,
     target: &[S::f64s; TARGETS],
     window: &[f64],
-    place: usize,
+    offset: usize,
     totals: &mut [S::f64s; K],
 ) {
-    let earlier = vector(simd, &window[place..place + S::F64_LANES]);
+    let earlier = vector(simd, &window[offset..offset + S::F64_LANES]);
     for u in 0..TARGETS {
-        let lag = (K - 1 + u * S::F64_LANES).wrapping_sub(place);
+        let lag = (K - 1 + u * S::F64_LANES).wrapping_sub(offset);
         if lag < K {
             totals[lag] = simd.mul_add_e_f64s(target[u], earlier, totals[lag]);
         }

@@ -230,8 +230,8 @@ impl FootFilter {
     fn node(&mut self, k: u64) {
         let Lengths { every, dt, nodes, .. } = self.lengths;
         let seconds = every as f64 * dt;
-        let place = ((k / every) % u64::from(nodes)) as usize;
-        self.lows[place / ROW][place % ROW] = self.low;
+        let index = ((k / every) % u64::from(nodes)) as usize;
+        self.lows[index / ROW][index % ROW] = self.low;
         self.low = f64::INFINITY;
         let lower = |low: f64, x: &f64| if *x < low { *x } else { low };
         let low = self.lows.iter().flatten().fold(f64::INFINITY, lower);

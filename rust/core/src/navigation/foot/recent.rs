@@ -94,13 +94,13 @@ impl Recent {
     }
 
     pub fn slot(&self, k: u64) -> &Slot {
-        let place = (k % SLOTS) as usize;
-        &self.slots[place / ROW][place % ROW]
+        let index = (k % SLOTS) as usize;
+        &self.slots[index / ROW][index % ROW]
     }
 
     fn slot_mut(&mut self, k: u64) -> &mut Slot {
-        let place = (k % SLOTS) as usize;
-        &mut self.slots[place / ROW][place % ROW]
+        let index = (k % SLOTS) as usize;
+        &mut self.slots[index / ROW][index % ROW]
     }
 
     /// Takes a sample; whether both sensors are known, or were. `half` is half a window, `late` how many

@@ -119,8 +119,8 @@ impl Still {
     fn test(&mut self, seconds: f64) -> News {
         let most = if self.count < MAX_BLOCKS as u64 { self.count as usize } else { MAX_BLOCKS };
         let block = |back: usize| {
-            let place = (self.count - 1).saturating_sub(back as u64) % MAX_BLOCKS as u64;
-            &self.blocks[place as usize]
+            let index = (self.count - 1).saturating_sub(back as u64) % MAX_BLOCKS as u64;
+            &self.blocks[index as usize]
         };
         let newest = block(0).rate;
         let zero = Vector3::<f64>::zeros();

@@ -98,7 +98,7 @@ impl Walker {
         let mut filter = NavigationFilter::new(start, params)?;
         filter.update(&Inertial { time, gyro, accel, rest: false })?;
         filter.motion.attitude = from.attitude;
-        filter.motion.place = LocalEarth::plane(GRAVITY);
+        filter.motion.local_earth = LocalEarth::plane(GRAVITY);
         let of = |first: usize| match first {
             R => POSITION_SIGMA_M,
             V => from.velocity,
@@ -152,7 +152,7 @@ impl Walker {
         let mut restarted = Motion::new(motion.attitude, 0.0, 0.0, 0.0);
         (restarted.latitude, restarted.longitude, restarted.height) =
             (motion.latitude, motion.longitude, motion.height);
-        restarted.place = LocalEarth::plane(GRAVITY);
+        restarted.local_earth = LocalEarth::plane(GRAVITY);
         filter.motion = restarted;
         let mut variances: Errors = core::array::from_fn(|i| filter.covariance.at(i, i));
         for i in 0..3 {
