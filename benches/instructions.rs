@@ -16,7 +16,7 @@ use zerorate_core::attitude::{
 };
 use zerorate_core::calibrate::{Correction, ImuCorrector};
 use zerorate_core::denoise::{Mode, Wavelet, WaveletDenoiser, WaveletParams, decompose};
-use zerorate_core::identify::Estimator as Autoregression;
+use zerorate_core::identification::Estimator as Autoregression;
 use zerorate_core::linear::{Batch, Known, LinearBank, Model};
 use zerorate_core::navigation::foot::{FootFilter, FootParams};
 use zerorate_core::navigation::{

@@ -124,8 +124,8 @@ mod tests {
     #[test]
     fn another_device_is_refused() {
         let mut device = Resting { identity: 0x98, ..Resting::new() };
-        let told = Imu::new(&mut device, &mut Patient(0), 200.0).err();
-        assert_eq!(told, Some(Fault::Identity(0x98)));
+        let fault = Imu::new(&mut device, &mut Patient(0), 200.0).err();
+        assert_eq!(fault, Some(Fault::Identity(0x98)));
     }
 
     #[test]

@@ -94,7 +94,7 @@ impl From<Status> for zr_drift_status {
     fn from(status: Status) -> Self {
         match status {
             Status::Starting => Self::ZR_STARTING,
-            Status::StartingAnew => Self::ZR_STARTING_ANEW,
+            Status::Restarting => Self::ZR_STARTING_ANEW,
             Status::AtRest => Self::ZR_AT_REST,
             Status::InMotion => Self::ZR_IN_MOTION,
             Status::NoRestYet => Self::ZR_NO_REST_YET,
@@ -161,7 +161,7 @@ impl zr_drift_params {
         let place = |place: &mut f64, value| *place = given(value).unwrap_or(*place);
         place(&mut options.params.startup, self.startup);
         place(&mut options.params.process_noise, self.process_noise);
-        options.checked()
+        options.validate()
     }
 
     fn filter(&self) -> Result<zr_drift, Error> {

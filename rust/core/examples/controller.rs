@@ -28,14 +28,14 @@ fn main() -> Result<(), Error> {
     println!("in motion: a checkpoint of {} bytes", saved.len());
     let mut restarted = Controller { gyro: checkpoint::read(saved)?, ..controller };
 
-    let mut twin = platform.clone();
+    let mut other_platform = platform.clone();
     run(57.0, &mut platform, &mut controller, 90.0);
-    run(57.0, &mut twin, &mut restarted, 90.0);
+    run(57.0, &mut other_platform, &mut restarted, 90.0);
     let bits = |controller: &Controller, platform: &Platform| {
         let known = [controller.gyro.bias(), controller.gyro.bias_sigma(), controller.heading];
         (known.map(f32::to_bits), platform.heading.to_bits())
     };
-    let same = bits(&restarted, &twin) == bits(&controller, &platform);
+    let same = bits(&restarted, &other_platform) == bits(&controller, &platform);
     println!("after the restart: {}", if same { "the same bits" } else { "other numbers" });
 
     println!("samples lost: {}", platform.lost);
@@ -98,8 +98,8 @@ impl Platform {
     }
 
     /// Follows the rate it is told within a tenth of a second; brakes hold it when that is small.
-    fn turn(&mut self, told: f32) {
-        let wanted = if told.abs() < 0.05 { 0.0 } else { told };
+    fn turn(&mut self, command: f32) {
+        let wanted = if command.abs() < 0.05 { 0.0 } else { command };
         self.rate += (wanted - self.rate) * 10.0 * STEP;
         self.heading += self.rate * STEP;
     }

@@ -17,10 +17,10 @@ const FMT: u8 = 128;
 const FMT_LENGTH: usize = 89;
 
 /// Declarations that a log may have: one a number, and some of other versions appended to it.
-const MOST_KINDS: usize = 1024;
+const MAX_KINDS: usize = 1024;
 
 /// Messages between two looks at whether the work is to end.
-const OFTEN: usize = 1 << 16;
+const MESSAGES_PER_CHECK: usize = 1 << 16;
 
 /// A kind of messages as it is declared, in texts that zeros end, and where its rows begin.
 #[derive(Debug, Clone)]
@@ -36,22 +36,22 @@ pub struct Kind {
     /// Bytes of a message, with the three before its fields.
     pub length: usize,
     /// Where its messages begin, in the order of the log.
-    pub places: Vec<u64>,
+    pub offsets: Vec<u64>,
 }
 
-/// What is sound in a log.
+/// What is valid in a log.
 #[derive(Debug, Clone)]
 pub struct Index {
     /// Kinds of messages in the order in which they are declared; `FMT` is the first.
     pub kinds: Vec<Kind>,
-    /// Bytes that belong to no sound message.
+    /// Bytes that belong to no valid message.
     pub lost: usize,
     /// Bytes of a last message that the log ends within.
     pub cut: usize,
 }
 
 impl Index {
-    /// The sound messages in the bytes of a log. Zeros or ones that fill it up are no damage.
+    /// The valid messages in the bytes of a log. Zeros or ones that fill it up are no damage.
     #[must_use]
     pub fn of(raw: &[u8]) -> Self {
         let mut walk = Walk::new(raw);
@@ -107,7 +107,7 @@ impl<'a> Walk<'a> {
             format: padded(b"BBnNZ"),
             columns: padded(b"Type,Length,Name,Format,Columns"),
             length: FMT_LENGTH,
-            places: Vec::new(),
+            offsets: Vec::new(),
         };
         walk.add(itself);
         walk
@@ -117,8 +117,8 @@ impl<'a> Walk<'a> {
         let mut at = 0;
         while at < self.end {
             work::pause();
-            for _ in 0..OFTEN {
-                match self.sound(at) {
+            for _ in 0..MESSAGES_PER_CHECK {
+                match self.valid_message_end(at) {
                     Some(after) => {
                         self.take(at);
                         at = after;
@@ -144,7 +144,7 @@ impl<'a> Walk<'a> {
 
     /// The same, if another message or the end follows.
     #[inline(always)]
-    fn sound(&self, at: usize) -> Option<usize> {
+    fn valid_message_end(&self, at: usize) -> Option<usize> {
         let after = self.whole(at)?;
         let next = self.raw.get(after..after + HEAD.len());
         let followed = after >= self.end || next.is_none_or(|head| head == HEAD);
@@ -153,7 +153,7 @@ impl<'a> Walk<'a> {
 
     fn take(&mut self, at: usize) {
         let number = usize::from(self.raw[at + HEAD.len()]);
-        work::push(&mut self.kinds[self.current[number]].places, at as u64);
+        work::push(&mut self.kinds[self.current[number]].offsets, at as u64);
         if number == usize::from(FMT) {
             self.declare(at);
         }
@@ -168,12 +168,12 @@ impl<'a> Walk<'a> {
             format: padded(&head[6..]),
             columns: padded(columns),
             length: usize::from(head[1]),
-            places: Vec::new(),
+            offsets: Vec::new(),
         };
         let known = self.lengths[usize::from(kind.number)] > 0;
         let before = &self.kinds[self.current[usize::from(kind.number)]];
         let same = known && before.length == kind.length && before.format == kind.format;
-        if kind.number != FMT && kind.is_sound() && !same && self.kinds.len() < MOST_KINDS {
+        if kind.number != FMT && kind.is_valid() && !same && self.kinds.len() < MAX_KINDS {
             self.add(kind);
         }
     }
@@ -185,7 +185,7 @@ impl<'a> Walk<'a> {
         work::push(&mut self.kinds, kind);
     }
 
-    /// Where to go on behind a place where no sound message is.
+    /// Where to go on behind a place where no valid message is.
     fn behind_damage(&mut self, at: usize) -> usize {
         let begins = self.raw[at..].starts_with(&HEAD);
         let mut from = at + 1;
@@ -196,7 +196,7 @@ impl<'a> Walk<'a> {
             };
             let there = from + there;
             let surely = self
-                .sound(there)
+                .valid_message_end(there)
                 .is_some_and(|after| after >= self.end || self.whole(after).is_some());
             if surely {
                 break there;
@@ -216,7 +216,7 @@ impl<'a> Walk<'a> {
 
 impl Kind {
     /// Whether a declaration may be meant so: its fields fill its messages, as far as all are known.
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let named = self.name[0].is_ascii_uppercase();
         let fields = self.format.split(|byte| *byte == 0).next().unwrap_or_default();
         let known: Option<usize> = fields.iter().map(|letter| width(*letter)).sum();
@@ -268,8 +268,8 @@ mod tests {
     fn every_row_has_its_place() {
         let index = Index::of(&log(5));
         assert_eq!((index.kinds.len(), index.lost, index.cut), (2, 0, 0));
-        let places: Vec<u64> = (0..5).map(|row| (2 * FMT_LENGTH + row * ROW) as u64).collect();
-        assert_eq!(gyro(&index).places, places);
+        let offsets: Vec<u64> = (0..5).map(|row| (2 * FMT_LENGTH + row * ROW) as u64).collect();
+        assert_eq!(gyro(&index).offsets, offsets);
         assert_eq!(&gyro(&index).columns[..11], b"TimeUS,GyrX");
     }
 
@@ -278,7 +278,7 @@ mod tests {
         for cut in 1..ROW {
             let whole = log(5);
             let index = Index::of(&whole[..whole.len() - cut]);
-            assert_eq!(gyro(&index).places.len(), 4);
+            assert_eq!(gyro(&index).offsets.len(), 4);
             // Zeros at its end may fill the log up.
             assert!((1..=ROW - cut).contains(&(index.cut + index.lost)));
             assert!(index.lost < START);
@@ -291,7 +291,7 @@ mod tests {
             let mut raw = log(5);
             raw.extend([fill; 500]);
             let index = Index::of(&raw);
-            assert_eq!((gyro(&index).places.len(), index.lost, index.cut), (5, 0, 0));
+            assert_eq!((gyro(&index).offsets.len(), index.lost, index.cut), (5, 0, 0));
         }
     }
 
@@ -301,7 +301,7 @@ mod tests {
         let at = 2 * FMT_LENGTH + 10 * ROW;
         raw.drain(at + 4..at + 9);
         let index = Index::of(&raw);
-        assert_eq!((gyro(&index).places.len(), index.lost), (19, ROW - 5));
+        assert_eq!((gyro(&index).offsets.len(), index.lost), (19, ROW - 5));
     }
 
     #[test]
@@ -324,10 +324,10 @@ mod tests {
                 raw[at] = byte;
             }
             let index = Index::of(&raw);
-            let read: usize = index.kinds.iter().map(|kind| kind.length * kind.places.len()).sum();
+            let read: usize = index.kinds.iter().map(|kind| kind.length * kind.offsets.len()).sum();
             prop_assert!(read + index.lost + index.cut <= raw.len());
             for kind in &index.kinds {
-                for place in &kind.places {
+                for place in &kind.offsets {
                     prop_assert!(*place as usize + kind.length <= raw.len());
                 }
             }

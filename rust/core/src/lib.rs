@@ -30,7 +30,7 @@ pub mod denoise;
 pub mod drift;
 mod error;
 #[cfg(feature = "std")]
-pub mod identify;
+pub mod identification;
 pub mod linear;
 pub mod math;
 #[cfg(feature = "std")]

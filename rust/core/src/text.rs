@@ -7,13 +7,13 @@ use crate::math::parallel;
 use crate::work;
 
 /// Bytes of a text that are a task.
-const TASK: usize = 1 << 18;
+const TASK_BYTES: usize = 1 << 18;
 
 /// Digits that 64 bits surely hold.
-const DIGITS: usize = 19;
+const MAX_DIGITS: usize = 19;
 
 /// What a double holds of whole numbers without rounding.
-const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
+const MAX_EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
 
 /// Powers of ten that doubles hold without rounding.
 const POWERS: [f64; 23] = [
@@ -53,10 +53,10 @@ impl Form {
     /// Not plain are quotes, remarks, empty lines, texts, infinities, numbers too large for a double
     /// or for 64 bits, and rows of more cells or fewer.
     pub fn read(&self, text: &[u8], mut columns: Vec<&mut [f64]>, parallel: bool) -> bool {
-        let mut tasks = work::room(text.len() / TASK + 1);
+        let mut tasks = work::room(text.len() / TASK_BYTES + 1);
         let mut rest = text;
         while !rest.is_empty() {
-            let lines = &rest[..line_end(rest, TASK)];
+            let lines = &rest[..line_end(rest, TASK_BYTES)];
             rest = rest.get(lines.len() + 1..).unwrap_or_default();
             let count = count(lines);
             let mut parts = work::room(columns.len());
@@ -84,9 +84,9 @@ impl Form {
                 let last = i + 1 == self.cells.len();
                 match *cell {
                     Cell::Unwanted => text.pass()?,
-                    Cell::Double(place) => columns[place][row] = text.double()?,
-                    Cell::Whole(place) => {
-                        columns[place][row] = f64::from_bits(text.whole()?.cast_unsigned());
+                    Cell::Double(index) => columns[index][row] = text.double()?,
+                    Cell::Whole(index) => {
+                        columns[index][row] = f64::from_bits(text.whole()?.cast_unsigned());
                     }
                 }
                 text.end_cell(last)?;
@@ -208,7 +208,7 @@ impl Cursor<'_> {
         let power = POWERS.get(usize::try_from(exponent.unsigned_abs()).ok()?);
         let value = match power {
             // Of two doubles without an error the result has one rounding, as it must.
-            Some(power) if digits <= DIGITS && mantissa <= EXACT => {
+            Some(power) if digits <= MAX_DIGITS && mantissa <= MAX_EXACT => {
                 let whole = mantissa as f64;
                 let size = if exponent < 0 { whole / power } else { whole * power };
                 if negative { -size } else { size }
@@ -275,7 +275,7 @@ impl Cursor<'_> {
         self.sign();
         let from = self.at;
         self.digits(0);
-        if !matches!(self.at - from, 1..=DIGITS) {
+        if !matches!(self.at - from, 1..=MAX_DIGITS) {
             return None;
         }
         str::from_utf8(&self.text[begin..self.at]).ok()?.parse().ok()
@@ -284,7 +284,7 @@ impl Cursor<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cell, Form, TASK};
+    use super::{Cell, Form, TASK_BYTES};
 
     fn comma(cells: &[Cell]) -> Form {
         let missing = vec![b"".to_vec(), b"nan".to_vec(), b"-".to_vec()];
@@ -377,7 +377,7 @@ mod tests {
 
     #[test]
     fn tasks_join_without_a_seam() {
-        let rows: Vec<String> = (0..TASK / 8).map(|i| format!("{i};{},5", i % 7)).collect();
+        let rows: Vec<String> = (0..TASK_BYTES / 8).map(|i| format!("{i};{},5", i % 7)).collect();
         let cells = vec![Cell::Double(0), Cell::Double(1)];
         let form = Form { delimiter: Some(b';'), point: b',', cells, missing: Vec::new() };
         let found = read(&form, &rows.join("\n"), 2).expect("all plain");

@@ -106,7 +106,7 @@ pub(crate) fn push<T>(values: &mut Vec<T>, value: T) {
 }
 
 /// What an iterator gives, or the end of the work.
-pub(crate) fn gathered<T>(values: impl IntoIterator<Item = T>) -> Vec<T> {
+pub(crate) fn collect<T>(values: impl IntoIterator<Item = T>) -> Vec<T> {
     let values = values.into_iter();
     let mut all = room(values.size_hint().0);
     values.for_each(|value| push(&mut all, value));
@@ -127,7 +127,7 @@ fn refuse<T>(length: usize, error: Error) -> ! {
 
 #[cfg(test)]
 mod tests {
-    use super::{Stop, gathered, pause, room};
+    use super::{Stop, collect, pause, room};
     use crate::error::Error;
     use crate::math::parallel;
 
@@ -144,7 +144,7 @@ mod tests {
         };
         let found = stop.run(|| parallel::map((0..8).collect(), true, endless));
         assert_eq!(found, Err(Error::Stopped));
-        assert_eq!(Stop::default().run(|| gathered(0..3)), Ok(vec![0, 1, 2]));
+        assert_eq!(Stop::default().run(|| collect(0..3)), Ok(vec![0, 1, 2]));
     }
 
     #[test]

@@ -155,7 +155,7 @@ impl StreamingAllan {
     #[new]
     #[pyo3(signature = (rate, octaves=16, *, channels=None))]
     fn new(rate: f64, octaves: i128, channels: Option<i128>) -> PyResult<Self> {
-        let most = core::StreamingAllan::OCTAVES_MAX;
+        let most = core::StreamingAllan::MAX_OCTAVES;
         let octaves =
             usize::try_from(octaves).ok().filter(|n| (1..=most).contains(n)).ok_or_else(|| {
                 PyValueError::new_err(format!("octaves must be from 1 to {most}, got {octaves}"))

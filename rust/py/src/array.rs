@@ -72,13 +72,13 @@ impl<const A: usize> AnyBank for One<A> {
         size_of::<Core<A>>()
     }
 
-    fn twin(&self) -> Result<Box<dyn Any + Send>, Error> {
+    fn try_clone(&self) -> Result<Box<dyn Any + Send>, Error> {
         Ok(Box::new(Self(self.0.clone())))
     }
 
-    fn become_twin(&mut self, twin: Box<dyn Any + Send>) {
-        if let Ok(twin) = twin.downcast::<Self>() {
-            *self = *twin;
+    fn replace_with(&mut self, other: Box<dyn Any + Send>) {
+        if let Ok(other) = other.downcast::<Self>() {
+            *self = *other;
         }
     }
 
@@ -285,14 +285,14 @@ impl GyroArray {
         let axes = axes as usize;
         let rotations = rotations.map(|given| matrices("rotations", given, axes)).transpose()?;
         let corrections = calibrations.map(|given| corrections_of(given, axes)).transpose()?;
-        let told = rotations
+        let given_sensors = rotations
             .as_ref()
             .or(corrections.as_ref())
             .map(|all| all.len() / (axes * axes))
             .or(labels.as_ref().map(Vec::len));
-        let sensors = match (sensors, told) {
+        let sensors = match (sensors, given_sensors) {
             (Some(given), _) => streaming::positive("sensors", given)?,
-            (None, Some(told)) => told,
+            (None, Some(given_sensors)) => given_sensors,
             (None, None) => {
                 return Err(PyTypeError::new_err(
                     "sensors must be given, or rotations or calibrations, which say it",

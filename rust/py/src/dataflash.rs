@@ -55,7 +55,7 @@ pub fn dataflash_index<'py>(
     };
     let kinds = index.kinds.into_iter().map(|kind| {
         let (name, format, columns) = (text(&kind.name), text(&kind.format), text(&kind.columns));
-        (kind.number, name, format, columns, kind.length, kind.places.into_pyarray(py))
+        (kind.number, name, format, columns, kind.length, kind.offsets.into_pyarray(py))
     });
     Ok((kinds.collect(), index.lost, index.cut))
 }

@@ -12,7 +12,7 @@ mod denoise;
 mod deviations;
 mod drift;
 mod foot;
-mod identify;
+mod identification;
 mod least_squares;
 mod linear;
 mod magnet;
@@ -50,7 +50,7 @@ mod _native {
     #[pymodule_export]
     use crate::foot::{FootFilter, foot_track, restore_clipped_rates};
     #[pymodule_export]
-    use crate::identify::{
+    use crate::identification::{
         arma_fit, arma_grid, arma_likelihood, arma_residuals, autoregression_variances,
         fit_autoregression, lagged_products, reversals, without_outliers,
     };

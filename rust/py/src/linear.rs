@@ -18,7 +18,7 @@ use crate::common::streaming::{self, exclusive, reading, streaming};
 use crate::common::work::interruptible;
 
 /// Most states, measurements and inputs.
-const SIZE_MAX: usize = 256;
+const MAX_SIZE: usize = 256;
 /// Multiplications between two looks for signals.
 const PIECE: usize = 1 << 21;
 
@@ -131,8 +131,8 @@ impl LinearKalman {
         let B = B.map(|B| arrays::named("B", B, &rows, |shape| is_matrix(shape) && shape[0] == n));
         let B = B.transpose()?.unwrap_or(Record { values: vec![], shape: vec![n, 0] });
         for (name, size) in [("states", n), ("measurements", m), ("inputs", B.shape[1])] {
-            if size > SIZE_MAX {
-                let text = format!("a filter has at most {SIZE_MAX} {name}, got {size}");
+            if size > MAX_SIZE {
+                let text = format!("a filter has at most {MAX_SIZE} {name}, got {size}");
                 return Err(PyValueError::new_err(text));
             }
         }
@@ -427,7 +427,7 @@ impl Filters {
             py.detach(|| self.bank.run(batch, known));
             return Ok(());
         }
-        let before = self.bank.twin().map_err(NativeError::from)?;
+        let before = self.bank.try_clone().map_err(NativeError::from)?;
         let count = self.bank.count();
         let inputs = batch.u.len() / batch.steps;
         let rows = |all: usize| all / batch.steps;
@@ -618,7 +618,7 @@ fn read_matrices(
         is_matrix(shape)
             && shape[0] == rows
             && columns.is_none_or(|columns| shape[1] == columns)
-            && shape[1] <= SIZE_MAX
+            && shape[1] <= MAX_SIZE
     };
     let mut read = arrays::named(name, given, &expected, |shape| match (shape, steps) {
         ([first, shape @ ..], Some(steps)) if shape.len() == 2 => *first == steps && is_one(shape),

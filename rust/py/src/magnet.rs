@@ -63,7 +63,7 @@ pub fn magnet_partition(
         magnet::partition(&Turned { number: &number, turned, rotation }, noise, &walks)
     })?;
     let spans = |pieces: Vec<magnet::Piece>| {
-        pieces.iter().map(|piece| (piece.start, piece.stop, piece.wild)).collect()
+        pieces.iter().map(|piece| (piece.start, piece.stop, piece.outlier)).collect()
     };
     Ok(found.into_iter().map(|one| (one.cost, spans(one.pieces))).collect())
 }

@@ -337,7 +337,7 @@ impl NavigationFilter {
             }
             Ok(())
         })?;
-        steps.checked().map_err(NativeError::from)?;
+        steps.validate().map_err(NativeError::from)?;
         this.shared.bank = filter;
         Ok((outputs.into_dict(py)?, record.then_some(NavigationRecord { steps })))
     }
@@ -465,8 +465,8 @@ fn rollings(given: &Bound<'_, PyAny>, time: &[f64]) -> PyResult<Vec<Rolling>> {
     if found.shape.len() == 2 {
         all.extend(rows.iter().map(|&[time, speed, sigma]| Rolling { time, speed, sigma }));
     } else {
-        let told = time.iter().zip(found.values.iter()).filter(|(_, speed)| !speed.is_nan());
-        all.extend(told.map(|(&time, &speed)| Rolling { time, speed, sigma: f64::NAN }));
+        let present = time.iter().zip(found.values.iter()).filter(|(_, speed)| !speed.is_nan());
+        all.extend(present.map(|(&time, &speed)| Rolling { time, speed, sigma: f64::NAN }));
     }
     Ok(all)
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::math::sound::{is_sample, is_size};
+use crate::math::validity::{is_sample, is_size};
 use crate::math::{Limits, Real, choose};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Stream};
@@ -170,7 +170,7 @@ impl<T: Number> Stream for AllanNoise<T> {
 
     #[inline]
     fn update(&mut self, z: T) -> T {
-        let bound = T::limit(<T::Element as Limits>::DIFFERENCE_MAX);
+        let bound = T::limit(<T::Element as Limits>::MAX_DIFFERENCE);
         self.observe(choose(z.finite(), z.within(bound), T::of(f64::NAN)));
         self.variance()
     }
@@ -187,7 +187,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AllanNoise<T> {
     pub(crate) fn is_after(&self, fresh: &Self, reach: T) -> bool {
         let parameters = |noise: &Self| (noise.kind, noise.fading, noise.floor);
         parameters(self) == parameters(fresh)
-            && is_size(self.variance, T::RAW_MAX * T::of(4.0))
+            && is_size(self.variance, T::MAX_RAW * T::of(4.0))
             && is_size(self.weight_sum, T::MAX)
             && self.previous.iter().all(|z| is_sample(*z, reach))
     }
@@ -197,10 +197,10 @@ impl<T: Number> Checkpoint for AllanNoise<T> {
     const TAG: &'static str = "allan-noise";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let Self { fading, kind, floor, .. } = *self;
         Self::new(fading.into(), kind, floor.into())
-            .is_ok_and(|fresh| self.is_after(&fresh, T::DIFFERENCE_MAX))
+            .is_ok_and(|fresh| self.is_after(&fresh, T::MAX_DIFFERENCE))
     }
 
     fn is_like(&self, other: &Self) -> bool {

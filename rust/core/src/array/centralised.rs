@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::MOST;
+use super::MAX_SAMPLE;
 use crate::error::Error;
 use crate::memory;
 
@@ -27,32 +27,36 @@ pub(super) struct Walk {
     pub(super) variance: f64,
 }
 
-const NEW: Walk = Walk { level: f64::NAN, variance: 1.0 };
+const INITIAL_WALK: Walk = Walk { level: f64::NAN, variance: 1.0 };
 
 impl Centralised {
     pub(super) fn new(sensors: usize, axes: usize) -> Result<Self, Error> {
         Ok(Self {
-            first: memory::filled(NEW, sensors * axes)?,
-            second: memory::filled(NEW, axes)?,
+            first: memory::filled(INITIAL_WALK, sensors * axes)?,
+            second: memory::filled(INITIAL_WALK, axes)?,
             took: memory::filled(false, sensors * axes)?,
         })
     }
 
     pub(super) fn restart(&mut self) {
-        self.first.fill(NEW);
-        self.second.fill(NEW);
+        self.first.fill(INITIAL_WALK);
+        self.second.fill(INITIAL_WALK);
     }
 
     /// Takes the samples of an axis; returns how many there were.
     #[inline(always)]
     pub(super) fn take(&mut self, axis: usize, axes: usize, z: &[f64], limit: Option<f64>) -> u32 {
         let (mut sum, mut count) = (0.0, 0);
-        for place in (axis..z.len()).step_by(axes) {
-            let there = z[place].is_finite() && limit.is_none_or(|limit| z[place].abs() < limit);
-            self.took[place] = there;
-            self.first[place].step(if there { z[place].clamp(-MOST, MOST) } else { f64::NAN });
+        for index in (axis..z.len()).step_by(axes) {
+            let there = z[index].is_finite() && limit.is_none_or(|limit| z[index].abs() < limit);
+            self.took[index] = there;
+            self.first[index].step(if there {
+                z[index].clamp(-MAX_SAMPLE, MAX_SAMPLE)
+            } else {
+                f64::NAN
+            });
             if there {
-                (sum, count) = (sum + self.first[place].level, count + 1);
+                (sum, count) = (sum + self.first[index].level, count + 1);
             }
         }
         self.second[axis].step(if count > 0 { sum / f64::from(count) } else { f64::NAN });
@@ -63,8 +67,8 @@ impl Centralised {
         self.second[axis].level
     }
 
-    pub(super) fn took(&self, place: usize) -> bool {
-        self.took[place]
+    pub(super) fn took(&self, index: usize) -> bool {
+        self.took[index]
     }
 }
 

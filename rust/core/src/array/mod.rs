@@ -13,7 +13,7 @@ mod centralised;
 mod noise;
 mod octaves;
 mod params;
-mod sound;
+mod validity;
 mod vote;
 
 use serde::{Deserialize, Serialize};
@@ -29,17 +29,17 @@ use crate::memory;
 use crate::stream::Stream;
 
 /// Largest sample that sums are made of; squares and their sums are far from overflowing.
-const MOST: f64 = 1e75;
+const MAX_SAMPLE: f64 = 1e75;
 
 /// Part of their sizes that weights, some of which may be negative, must add up to.
-const LEFT: f64 = 0.25;
+const MIN_WEIGHT_SUM: f64 = 0.25;
 
 /// Gyros of one body, with `A` axes each, as one gyro.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GyroArray<const A: usize> {
     params: ArrayParams,
     /// Sensor by sensor: from its samples to the axes of the body.
-    turns: Option<Vec<f64>>,
+    body_rotations: Option<Vec<f64>>,
     /// Axis by axis of the first sensor, then of the next.
     filters: Vec<AutoFilter<f64>>,
     centralised: Centralised,
@@ -127,7 +127,7 @@ impl<const A: usize> GyroArray<A> {
             rates: memory::filled(f64::NAN, n * A)?,
             near: memory::filled(false, n * A)?,
             sorted: memory::filled(f64::INFINITY, n * A)?,
-            turns: params.turns::<A>()?,
+            body_rotations: params.body_rotations::<A>()?,
             params,
         })
     }
@@ -212,7 +212,7 @@ impl<const A: usize> GyroArray<A> {
     #[inline(always)]
     fn turned(&self, sensor: usize, rates: &[f64; A]) -> [f64; A] {
         match self.turn(sensor) {
-            Some(turn) => rotated(turn, rates),
+            Some(turn) => rotate(turn, rates),
             None => *rates,
         }
     }
@@ -220,7 +220,9 @@ impl<const A: usize> GyroArray<A> {
     /// What turns a sensor's samples, row by row.
     #[inline(always)]
     fn turn(&self, sensor: usize) -> Option<&[f64]> {
-        self.turns.as_deref().map(|turns| &turns[sensor * A * A..][..A * A])
+        self.body_rotations
+            .as_deref()
+            .map(|body_rotations| &body_rotations[sensor * A * A..][..A * A])
     }
 
     fn alone(&mut self, rate: &mut [f64]) {
@@ -236,7 +238,7 @@ impl<const A: usize> GyroArray<A> {
         let (centre, counts) = self.median();
         let speed = self.vote.note_speed(&centre);
         self.vote.note_centre(&centre, &counts);
-        self.judge(&centre, &counts, speed);
+        self.test_sensors(&centre, &counts, speed);
         self.weigh(speed);
         for axis in 0..A {
             rate[axis] = self.mean(axis, centre[axis]);
@@ -250,16 +252,16 @@ impl<const A: usize> GyroArray<A> {
         for sensor in 0..self.params.sensors {
             let mut row = [f64::INFINITY; A];
             for axis in 0..A {
-                let place = sensor * A + axis;
+                let index = sensor * A + axis;
                 let counts_here =
-                    self.vote.counts(sensor, place, axis) && self.rates[place].is_finite();
-                self.used[place] = counts_here;
-                row[axis] = if counts_here { self.rates[place] } else { f64::INFINITY };
+                    self.vote.counts(sensor, index, axis) && self.rates[index].is_finite();
+                self.used[index] = counts_here;
+                row[axis] = if counts_here { self.rates[index] } else { f64::INFINITY };
                 counts[axis] += usize::from(counts_here);
             }
             insert(&mut self.sorted[..(sensor + 1) * A], row);
         }
-        let at = |place: usize, axis: usize| self.sorted[place * A + axis];
+        let at = |index: usize, axis: usize| self.sorted[index * A + axis];
         let middle = |axis: usize| match counts[axis] {
             0 => f64::NAN,
             count => 0.5 * at((count - 1) / 2, axis) + 0.5 * at(count / 2, axis),
@@ -269,14 +271,14 @@ impl<const A: usize> GyroArray<A> {
 
     /// Leaves samples out that are far from the middle.
     #[inline(always)]
-    fn judge(&mut self, centre: &[f64; A], counts: &[usize; A], speed: f64) {
+    fn test_sensors(&mut self, centre: &[f64; A], counts: &[usize; A], speed: f64) {
         for sensor in 0..self.params.sensors {
             for axis in 0..A {
-                let place = sensor * A + axis;
+                let index = sensor * A + axis;
                 if counts[axis] > 1 {
-                    let far = self.vote.is_far(place, self.rates[place], centre[axis], speed);
+                    let far = self.vote.is_far(index, self.rates[index], centre[axis], speed);
                     if far && counts[axis] > 2 {
-                        self.used[place] = false;
+                        self.used[index] = false;
                         self.near[sensor * A..][..A].fill(false);
                     }
                 }
@@ -291,9 +293,9 @@ impl<const A: usize> GyroArray<A> {
         let motion: [f64; A] = core::array::from_fn(|axis| self.noise.motion(axis, wrong));
         for sensor in 0..self.params.sensors {
             for axis in 0..A {
-                let place = sensor * A + axis;
-                let weight = self.noise.weight(&self.params.weights, place, motion[axis]);
-                self.weights[place] = if self.used[place] { weight } else { 0.0 };
+                let index = sensor * A + axis;
+                let weight = self.noise.weight(&self.params.weights, index, motion[axis]);
+                self.weights[index] = if self.used[index] { weight } else { 0.0 };
             }
         }
     }
@@ -306,17 +308,17 @@ impl<const A: usize> GyroArray<A> {
             (sum, size) = (sum + weight, size + weight.abs());
         }
         // Weights that all but cancel, once some sensors are out, say nothing of those that are left.
-        if sum <= LEFT * size {
+        if sum <= MIN_WEIGHT_SUM * size {
             sum = self.count_alike(axis);
         }
         if sum <= 0.0 {
             return centre;
         }
         let mut rate = 0.0;
-        for place in (axis..self.used.len()).step_by(A) {
-            self.weights[place] /= sum;
-            if self.used[place] {
-                rate += self.weights[place] * self.rates[place];
+        for index in (axis..self.used.len()).step_by(A) {
+            self.weights[index] /= sum;
+            if self.used[index] {
+                rate += self.weights[index] * self.rates[index];
             }
         }
         rate
@@ -326,9 +328,9 @@ impl<const A: usize> GyroArray<A> {
     #[cold]
     fn count_alike(&mut self, axis: usize) -> f64 {
         let mut count = 0.0;
-        for place in (axis..self.used.len()).step_by(A) {
-            self.weights[place] = f64::from(u8::from(self.used[place]));
-            count += self.weights[place];
+        for index in (axis..self.used.len()).step_by(A) {
+            self.weights[index] = f64::from(u8::from(self.used[index]));
+            count += self.weights[index];
         }
         count
     }
@@ -338,21 +340,21 @@ impl<const A: usize> GyroArray<A> {
         self.position = 0;
         let n = self.params.sensors;
         for axis in 0..A {
-            let resting = |sensor: &usize| self.rests(*sensor, axis);
+            let resting = |sensor: &usize| self.is_resting(*sensor, axis);
             let resting = (0..n).filter(|i| !self.vote.is_excluded(*i)).filter(resting).count();
-            let judged = (0..n).filter(|i| !self.vote.is_excluded(*i)).count();
-            self.at_rest[axis] = 2 * resting > judged;
+            let tested = (0..n).filter(|i| !self.vote.is_excluded(*i)).count();
+            self.at_rest[axis] = 2 * resting > tested;
         }
         for sensor in 0..n {
             let halves = self.noise.take_halves::<A>(sensor, self.length);
             let halves = halves.map(|means| self.turned(sensor, &means));
             for axis in 0..A {
                 let calm = self.at_rest[axis]
-                    && self.rests(sensor, axis)
+                    && self.is_resting(sensor, axis)
                     && !self.vote.is_excluded(sensor);
-                let means = if calm { halves.map(|half| half[axis]) } else { noise::NONE };
+                let means = if calm { halves.map(|half| half[axis]) } else { noise::NO_MEAN };
                 let sigma = self.deviation(sensor, axis);
-                self.noise.end_place(sensor * A + axis, means, calm);
+                self.noise.end_position(sensor * A + axis, means, calm);
                 self.vote.know(sensor * A + axis, sigma);
             }
         }
@@ -361,7 +363,7 @@ impl<const A: usize> GyroArray<A> {
             self.vote.know_centre(axis, A);
         }
         if n > 1 {
-            self.vote.end_tick(A, self.ticks(vote::BACK));
+            self.vote.end_tick(A, self.ticks(vote::READMISSION_S));
         }
     }
 
@@ -378,7 +380,7 @@ impl<const A: usize> GyroArray<A> {
         entries.into_iter().enumerate().filter(|(_, x)| *x != 0.0)
     }
 
-    fn rests(&self, sensor: usize, axis: usize) -> bool {
+    fn is_resting(&self, sensor: usize, axis: usize) -> bool {
         self.parts(sensor, axis).all(|(k, _)| self.filters[sensor * A + k].drift().at_rest)
     }
 
@@ -404,10 +406,10 @@ impl<const A: usize> GyroArray<A> {
             let count = self.centralised.take(axis, A, &self.rates, self.params.limit);
             rate[axis] = self.centralised.rate(axis);
             for sensor in 0..self.params.sensors {
-                let place = sensor * A + axis;
-                self.used[place] = self.centralised.took(place);
-                let part = if self.used[place] { 1.0 / f64::from(count) } else { 0.0 };
-                self.weights[place] = part;
+                let index = sensor * A + axis;
+                self.used[index] = self.centralised.took(index);
+                let part = if self.used[index] { 1.0 / f64::from(count) } else { 0.0 };
+                self.weights[index] = part;
             }
         }
     }
@@ -475,7 +477,7 @@ impl<const A: usize> GyroArray<A> {
 
 /// A sample in the axes of the body; of an axis that is missing, all that it is a part of are.
 #[inline(always)]
-fn rotated<const A: usize>(turn: &[f64], from: &[f64; A]) -> [f64; A] {
+fn rotate<const A: usize>(turn: &[f64], from: &[f64; A]) -> [f64; A] {
     core::array::from_fn(|i| {
         let mut sum = 0.0;
         for k in 0..A {

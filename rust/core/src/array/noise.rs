@@ -2,22 +2,22 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::MOST;
+use super::MAX_SAMPLE;
 use super::octaves::{Covariance, Octaves};
 use super::params::Weights;
 use crate::error::Error;
 use crate::memory;
 
 /// Octaves of one and of four seconds.
-const SECOND: usize = 2;
-const FOUR: usize = 4;
+const ONE_SECOND_OCTAVE: usize = 2;
+const FOUR_SECOND_OCTAVE: usize = 4;
 
 /// Differences below which a variance tells nothing.
-const TELLING: u32 = 8;
+const MIN_DIFFERENCES: u32 = 8;
 
 /// Variances over those of the others, as far as they count.
-const LEAST: f64 = 1e-2;
-const MOST_RATIO: f64 = 1e4;
+const MIN_VARIANCE_RATIO: f64 = 1e-2;
+const MAX_VARIANCE_RATIO: f64 = 1e4;
 
 /// Allan variances of all sensors, of half a tick, of one and of four seconds, learned from ticks at
 /// rest that are followed by another, and the weights that follow from them.
@@ -61,7 +61,7 @@ pub(super) struct Variance {
 }
 
 /// No mean.
-pub(super) const NONE: [f64; 2] = [f64::NAN; 2];
+pub(super) const NO_MEAN: [f64; 2] = [f64::NAN; 2];
 
 impl Noise {
     pub(super) fn new(sensors: usize, axes: usize) -> Result<Self, Error> {
@@ -69,7 +69,7 @@ impl Noise {
         for _ in 0..axes {
             octaves.push(Octaves::new(sensors)?);
         }
-        let tick = Halves { waiting: NONE, followed: NONE };
+        let tick = Halves { waiting: NO_MEAN, followed: NO_MEAN };
         Ok(Self {
             axes,
             sums: memory::filled(Sums::default(), sensors * axes)?,
@@ -87,7 +87,7 @@ impl Noise {
     pub(super) fn add(&mut self, z: &[f64], near: &[bool], first_half: bool) {
         let half = usize::from(!first_half);
         for ((sums, z), near) in self.sums.iter_mut().zip(z).zip(near) {
-            sums.sums[half] += if *near { z.clamp(-MOST, MOST) } else { 0.0 };
+            sums.sums[half] += if *near { z.clamp(-MAX_SAMPLE, MAX_SAMPLE) } else { 0.0 };
             sums.counts[half] += u32::from(*near);
         }
     }
@@ -95,18 +95,18 @@ impl Noise {
     /// What a rate costs in weight, where a part of it is wrong.
     #[inline(always)]
     pub(super) fn motion(&self, axis: usize, wrong: f64) -> f64 {
-        let ratio = wrong.min(MOST) * (wrong.min(MOST) / self.second[axis]);
+        let ratio = wrong.min(MAX_SAMPLE) * (wrong.min(MAX_SAMPLE) / self.second[axis]);
         // Unknown, or against no noise at all: all count alike.
         if ratio.is_nan() { 0.0 } else { ratio.min(1e12) }
     }
 
     #[inline(always)]
-    pub(super) fn weight(&self, kind: &Weights, place: usize, motion: f64) -> f64 {
+    pub(super) fn weight(&self, kind: &Weights, index: usize, motion: f64) -> f64 {
         match kind {
-            Weights::Auto => 1.0 / (self.ratios[place] + motion),
+            Weights::Auto => 1.0 / (self.ratios[index] + motion),
             Weights::Mean => 1.0,
-            Weights::White => 1.0 / self.white[place],
-            Weights::Given(weights) => weights[place],
+            Weights::White => 1.0 / self.white[index],
+            Weights::Given(weights) => weights[index],
         }
     }
 
@@ -130,14 +130,14 @@ impl Noise {
     }
 
     /// Ends the tick of a sensor on an axis of the body, which was calm or not.
-    pub(super) fn end_place(&mut self, place: usize, means: [f64; 2], calm: bool) {
-        let tick = &mut self.ticks[place];
-        tick.followed = if calm { tick.waiting } else { NONE };
+    pub(super) fn end_position(&mut self, index: usize, means: [f64; 2], calm: bool) {
+        let tick = &mut self.ticks[index];
+        tick.followed = if calm { tick.waiting } else { NO_MEAN };
         let whole = means.iter().all(|mean| !mean.is_nan());
-        tick.waiting = if whole { means } else { NONE };
+        tick.waiting = if whole { means } else { NO_MEAN };
         let [first, second] = tick.followed;
         if !first.is_nan() {
-            let variance = &mut self.halves[place];
+            let variance = &mut self.halves[index];
             variance.sum += 0.5 * (second - first) * (second - first);
             variance.count = variance.count.saturating_add(1);
         }
@@ -157,7 +157,7 @@ impl Noise {
     /// No tick follows another.
     pub(super) fn interrupt(&mut self) {
         self.octaves.iter_mut().for_each(Octaves::interrupt);
-        self.ticks.fill(Halves { waiting: NONE, followed: NONE });
+        self.ticks.fill(Halves { waiting: NO_MEAN, followed: NO_MEAN });
         self.sums.fill(Sums::default());
     }
 
@@ -168,7 +168,8 @@ impl Noise {
     /// Variance of a sensor at one of the three averaging times, and of how many differences it is.
     fn variance(&self, sensor: usize, axis: usize, time: usize) -> (f64, u32) {
         if time > 0 {
-            return self.octaves[axis].variance(sensor, [SECOND, FOUR][time - 1]);
+            return self.octaves[axis]
+                .variance(sensor, [ONE_SECOND_OCTAVE, FOUR_SECOND_OCTAVE][time - 1]);
         }
         let half = self.halves[sensor * self.axes + axis];
         (half.sum / f64::from(half.count.max(1)), half.count)
@@ -183,8 +184,8 @@ impl Noise {
             for (time, mean) in means.iter().enumerate() {
                 let (variance, differences) = self.variance(sensor, axis, time);
                 let ratio = variance / mean;
-                if differences >= TELLING && ratio.is_finite() {
-                    let ratio = ratio.clamp(LEAST, MOST_RATIO);
+                if differences >= MIN_DIFFERENCES && ratio.is_finite() {
+                    let ratio = ratio.clamp(MIN_VARIANCE_RATIO, MAX_VARIANCE_RATIO);
                     (sum, count) = (sum + ratio, count + 1);
                     if time == 0 {
                         self.white[sensor * self.axes + axis] = ratio;
@@ -201,7 +202,7 @@ impl Noise {
         let (mut sum, mut count) = (0.0, 0);
         for sensor in 0..self.octaves[axis].sensors {
             let (variance, differences) = self.variance(sensor, axis, time);
-            if differences >= TELLING {
+            if differences >= MIN_DIFFERENCES {
                 (sum, count) = (sum + variance, count + 1);
             }
         }

@@ -80,9 +80,9 @@ impl Octaves {
 
     /// Allan variance of a sensor at an octave, and of how many differences it is.
     pub(super) fn variance(&self, sensor: usize, octave: usize) -> (f64, u32) {
-        let (place, octave) = (sensor * (self.sensors + 1), &self.all[octave]);
-        let count = octave.counts[place];
-        (octave.products[place] / f64::from(count.max(1)), count)
+        let (index, octave) = (sensor * (self.sensors + 1), &self.all[octave]);
+        let count = octave.counts[index];
+        (octave.products[index] / f64::from(count.max(1)), count)
     }
 
     pub(super) fn covariances(&self) -> impl Iterator<Item = Covariance<'_>> {
@@ -113,16 +113,16 @@ impl Octave {
 impl Covariance<'_> {
     /// Covariance of two sensors, NaN where there is none.
     pub fn of(&self, one: usize, other: usize) -> f64 {
-        let place = self.place(one, other);
-        self.octave.products[place] / f64::from(self.octave.counts[place])
+        let index = self.index(one, other);
+        self.octave.products[index] / f64::from(self.octave.counts[index])
     }
 
     /// Differences that it is the mean of.
     pub fn count(&self, one: usize, other: usize) -> u32 {
-        self.octave.counts[self.place(one, other)]
+        self.octave.counts[self.index(one, other)]
     }
 
-    fn place(&self, one: usize, other: usize) -> usize {
+    fn index(&self, one: usize, other: usize) -> usize {
         one.min(other) * self.sensors + one.max(other)
     }
 }

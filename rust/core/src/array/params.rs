@@ -8,13 +8,13 @@ use crate::memory;
 use crate::rest::RestLimits;
 
 /// Most sensors of an array: covariances grow with their square.
-const SENSORS_MAX: usize = 256;
+const MAX_SENSORS: usize = 256;
 
 /// Distance of a rotation from one that is orthonormal, at most.
-const ORTHONORMAL: f64 = 1e-6;
+const MAX_ORTHONORMALITY_ERROR: f64 = 1e-6;
 
 /// Distance of an element of a correction from that of no correction, at most.
-const CORRECTION: f64 = 0.5;
+const MAX_CORRECTION: f64 = 0.5;
 
 /// How sensors become one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -75,16 +75,16 @@ impl ArrayParams {
     ///
     /// # Errors
     /// [`Error::Memory`] if there is none.
-    pub(super) fn turns<const A: usize>(&self) -> Result<Option<Vec<f64>>, Error> {
-        let (Some(turns), Some(corrections)) = (&self.rotations, &self.corrections) else {
+    pub(super) fn body_rotations<const A: usize>(&self) -> Result<Option<Vec<f64>>, Error> {
+        let (Some(body_rotations), Some(corrections)) = (&self.rotations, &self.corrections) else {
             let only = self.rotations.as_ref().or(self.corrections.as_ref());
             return only.map(|only| memory::copied(only)).transpose();
         };
-        let mut all = memory::filled(0.0, turns.len())?;
-        let pairs = turns.chunks_exact(A * A).zip(corrections.chunks_exact(A * A));
+        let mut all = memory::filled(0.0, body_rotations.len())?;
+        let pairs = body_rotations.chunks_exact(A * A).zip(corrections.chunks_exact(A * A));
         for (product, (r, c)) in all.chunks_exact_mut(A * A).zip(pairs) {
-            for (place, x) in product.iter_mut().enumerate() {
-                let (i, j) = (place / A, place % A);
+            for (index, x) in product.iter_mut().enumerate() {
+                let (i, j) = (index / A, index % A);
                 *x = (0..A).map(|k| r[i * A + k] * c[k * A + j]).sum();
             }
         }
@@ -94,7 +94,7 @@ impl ArrayParams {
     pub(super) fn check(&self, axes: usize) -> Result<(), Error> {
         check_rate(self.rate)?;
         let n = self.sensors;
-        if n == 0 || n > SENSORS_MAX {
+        if n == 0 || n > MAX_SENSORS {
             let expected = "from 1 to 256";
             return Err(Error::Parameter { name: "sensors", expected, value: n as f64 });
         }
@@ -107,7 +107,7 @@ impl ArrayParams {
             return Err(Error::Parameter { name, expected: "from 0 to 1", value });
         }
         self.limit.map_or(Ok(()), |limit| check_positive("limit", "a positive number", limit))?;
-        self.limits.checked()?;
+        self.limits.validate()?;
         self.check_rotations(axes)?;
         self.check_corrections(axes)?;
         self.check_weights(axes)
@@ -138,10 +138,10 @@ impl ArrayParams {
             let value = (corrections.len() / (axes * axes)) as f64;
             return Err(Error::Parameter { name, expected, value });
         }
-        let usual = |place: usize| if place.is_multiple_of(axes + 1) { 1.0 } else { 0.0 };
+        let usual = |index: usize| if index.is_multiple_of(axes + 1) { 1.0 } else { 0.0 };
         for (sensor, c) in corrections.chunks_exact(axes * axes).enumerate() {
             // Not so for NaN.
-            if !c.iter().enumerate().all(|(place, x)| (x - usual(place)).abs() <= CORRECTION) {
+            if !c.iter().enumerate().all(|(index, x)| (x - usual(index)).abs() <= MAX_CORRECTION) {
                 let expected = "within 0.5 of the unit matrix (the number is that of the first sensor whose is not)";
                 return Err(Error::Parameter { name, expected, value: (sensor + 1) as f64 });
             }
@@ -151,8 +151,8 @@ impl ArrayParams {
 
     fn check_weights(&self, axes: usize) -> Result<(), Error> {
         let Weights::Given(weights) = &self.weights else { return Ok(()) };
-        let (name, sound) = ("weights", |w: &f64| (-1.0..=1.0).contains(w));
-        if weights.len() != self.sensors * axes || !weights.iter().all(sound) {
+        let (name, valid) = ("weights", |w: &f64| (-1.0..=1.0).contains(w));
+        if weights.len() != self.sensors * axes || !weights.iter().all(valid) {
             let expected = "from -1 to 1, one a sensor";
             return Err(Error::Parameter { name, expected, value: weights.len() as f64 });
         }
@@ -171,5 +171,7 @@ fn is_orthonormal(r: &[f64], axes: usize) -> bool {
     let product =
         |i: usize, j: usize| -> f64 { (0..axes).map(|k| r[i * axes + k] * r[j * axes + k]).sum() };
     let expected = |i, j| if i == j { 1.0 } else { 0.0 };
-    (0..axes).all(|i| (0..axes).all(|j| (product(i, j) - expected(i, j)).abs() <= ORTHONORMAL))
+    (0..axes).all(|i| {
+        (0..axes).all(|j| (product(i, j) - expected(i, j)).abs() <= MAX_ORTHONORMALITY_ERROR)
+    })
 }

@@ -4,33 +4,33 @@ use serde::{Deserialize, Serialize};
 
 use core::f64::consts::FRAC_PI_2;
 
-use super::MOST;
+use super::MAX_SAMPLE;
 use crate::error::Error;
 use crate::memory;
 
 /// Deviations, and part of the rate, by which a single sample is off.
-const SAMPLE_SIGMA: f64 = 6.0;
-const SAMPLE_RATE: f64 = 0.5;
+const MAX_SAMPLE_SIGMAS: f64 = 6.0;
+const MAX_SAMPLE_RATE_SHARE: f64 = 0.5;
 
 /// The same for means over a tick: sensors that work differ by a fiftieth of the rate at most.
-const TICK_SIGMA: f64 = 9.0;
-const TICK_RATE: f64 = 0.1;
+const MAX_TICK_SIGMAS: f64 = 9.0;
+const MAX_TICK_RATE_SHARE: f64 = 0.1;
 
 /// Times what sensors usually differ by in the same tick, where something is alike for all: motion that
 /// they are not quite synchronous in, biases that change with the pose.
-const TYPICAL: f64 = 5.0;
+const MAX_TYPICAL_RATIO: f64 = 5.0;
 
 /// Samples of a tick that tell anything.
-const LEAST: u32 = 4;
+const MIN_TICK_SAMPLES: u32 = 4;
 
 /// Axes that a gyro has at most.
-const AXES_MAX: usize = 3;
+const MAX_AXES: usize = 3;
 
 /// Seconds of agreement after which a sensor is back.
-pub(super) const BACK: f64 = 10.0;
+pub(super) const READMISSION_S: f64 = 10.0;
 
 /// Part of the rate that has shown a fault, above which agreement counts.
-const LIKE: f64 = 0.3;
+const MIN_RATE_SHARE: f64 = 0.3;
 
 /// Differences from the middle, sample by sample and summed over a tick.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -104,14 +104,14 @@ impl Vote {
 
     /// Whether a sensor has a say: who does not know its bias has none beside one that does.
     #[inline(always)]
-    pub(super) fn counts(&self, sensor: usize, place: usize, axis: usize) -> bool {
-        !self.standings[sensor].excluded && (!self.known[axis] || !self.sigmas[place].is_nan())
+    pub(super) fn counts(&self, sensor: usize, index: usize, axis: usize) -> bool {
+        !self.standings[sensor].excluded && (!self.known[axis] || !self.sigmas[index].is_nan())
     }
 
     /// How fast the body turns, by the middle of all axes.
     #[inline(always)]
     pub(super) fn note_speed(&mut self, centre: &[f64]) -> f64 {
-        let bounded = |x: &f64| if x.is_nan() { 0.0 } else { x.clamp(-MOST, MOST) };
+        let bounded = |x: &f64| if x.is_nan() { 0.0 } else { x.clamp(-MAX_SAMPLE, MAX_SAMPLE) };
         let square: f64 = centre.iter().map(bounded).map(|x| x * x).sum();
         self.speeds += square;
         self.samples += 1;
@@ -124,7 +124,7 @@ impl Vote {
         for (axis, (centre, count)) in centre.iter().zip(counts).enumerate() {
             self.voters[axis] = self.voters[axis].max(*count as u32);
             if *count > 1 {
-                let centre = centre.clamp(-MOST, MOST);
+                let centre = centre.clamp(-MAX_SAMPLE, MAX_SAMPLE);
                 self.squares[axis] += centre * centre;
             }
         }
@@ -132,18 +132,19 @@ impl Vote {
 
     /// Sums up how far a rate is from the middle; returns whether it is out of the question.
     #[inline(always)]
-    pub(super) fn is_far(&mut self, place: usize, rate: f64, centre: f64, speed: f64) -> bool {
+    pub(super) fn is_far(&mut self, index: usize, rate: f64, centre: f64, speed: f64) -> bool {
         if rate.is_nan() {
             return false;
         }
-        let difference = (rate - centre).clamp(-MOST, MOST);
-        let far = difference.abs() > SAMPLE_SIGMA * self.sigmas[place] + SAMPLE_RATE * speed;
-        let sums = &mut self.sums[place];
+        let difference = (rate - centre).clamp(-MAX_SAMPLE, MAX_SAMPLE);
+        let far = difference.abs()
+            > MAX_SAMPLE_SIGMAS * self.sigmas[index] + MAX_SAMPLE_RATE_SHARE * speed;
+        let sums = &mut self.sums[index];
         sums.count += 1;
         sums.far += u32::from(far);
         // One that is left out says nothing of the others.
         let near = if far { 0.0 } else { difference };
-        let product = near * centre.clamp(-MOST, MOST);
+        let product = near * centre.clamp(-MAX_SAMPLE, MAX_SAMPLE);
         sums.difference += near;
         sums.product += product;
         if near.abs() > sums.largest[0].abs() {
@@ -153,13 +154,13 @@ impl Vote {
     }
 
     /// Deviation of a sensor's samples on an axis, NaN if it or the bias is not known.
-    pub(super) fn know(&mut self, place: usize, sigma: f64) {
-        if self.sigmas[place].is_nan() {
+    pub(super) fn know(&mut self, index: usize, sigma: f64) {
+        if self.sigmas[index].is_nan() {
             // Up to now its rate had the bias in it.
-            self.sums[place] = Sums::default();
+            self.sums[index] = Sums::default();
         }
         // Not so for NaN.
-        self.sigmas[place] = if sigma > MOST { MOST } else { sigma };
+        self.sigmas[index] = if sigma > MAX_SAMPLE { MAX_SAMPLE } else { sigma };
     }
 
     /// Takes the noise of the middle into account, once the sensors' own is known: that of a median
@@ -187,26 +188,26 @@ impl Vote {
     pub(super) fn end_tick(&mut self, axes: usize, back: u32) {
         let speed = (self.speeds / f64::from(self.samples.max(1))).sqrt();
         let n = self.standings.len();
-        let mut typical = [[0.0; 2]; AXES_MAX];
+        let mut typical = [[0.0; 2]; MAX_AXES];
         for (axis, typical) in typical.iter_mut().enumerate().take(axes) {
             *typical = [0, 1].map(|kind| self.typical(axis, axes, kind));
         }
         let wrong = |vote: &Self, sensor| {
             (0..axes).any(|axis| vote.disagrees(sensor * axes + axis, axis, speed, typical[axis]))
         };
-        let judged = self.standings.iter().filter(|one| !one.excluded).count();
+        let tested = self.standings.iter().filter(|one| !one.excluded).count();
         let accused = (0..n).filter(|i| !self.is_excluded(*i) && wrong(self, *i)).count();
         // Of two nobody knows which is wrong, nor where half of all are.
-        self.disputed = accused > 0 && 2 * accused >= judged;
+        self.disputed = accused > 0 && 2 * accused >= tested;
         for sensor in 0..n {
-            let (wrong, present) = (wrong(self, sensor), self.was_judged(sensor, axes));
+            let (wrong, present) = (wrong(self, sensor), self.was_tested(sensor, axes));
             let standing = &mut self.standings[sensor];
             match (standing.excluded, wrong) {
                 (false, true) if !self.disputed => {
                     *standing = Standing { excluded: true, exposed: speed, agreed: 0 };
                 }
                 (true, true) => *standing = Standing { excluded: true, exposed: speed, agreed: 0 },
-                (true, false) if present && speed >= LIKE * standing.exposed => {
+                (true, false) if present && speed >= MIN_RATE_SHARE * standing.exposed => {
                     standing.agreed += 1;
                     standing.excluded = standing.agreed < back;
                 }
@@ -229,10 +230,10 @@ impl Vote {
     }
 
     /// Whether a sensor was compared on every axis on which there was something to compare with.
-    fn was_judged(&self, sensor: usize, axes: usize) -> bool {
+    fn was_tested(&self, sensor: usize, axes: usize) -> bool {
         (0..axes).all(|axis| {
-            let place = sensor * axes + axis;
-            self.sums[place].count >= LEAST && !self.sigmas[place].is_nan()
+            let index = sensor * axes + axis;
+            self.sums[index].count >= MIN_TICK_SAMPLES && !self.sigmas[index].is_nan()
         })
     }
 
@@ -242,7 +243,7 @@ impl Vote {
         let mut count = 0;
         for sensor in 0..self.standings.len() {
             let sums = self.sums[sensor * axes + axis];
-            if !self.standings[sensor].excluded && sums.count >= LEAST {
+            if !self.standings[sensor].excluded && sums.count >= MIN_TICK_SAMPLES {
                 self.sorted[count] = sums.off(self.squares[axis])[kind];
                 count += 1;
             }
@@ -255,9 +256,9 @@ impl Vote {
         sorted[(count - 1) / 2]
     }
 
-    fn disagrees(&self, place: usize, axis: usize, speed: f64, typical: [f64; 2]) -> bool {
-        let (sums, sigma) = (self.sums[place], self.sigmas[place]);
-        if sums.count < LEAST || sigma.is_nan() || self.voters[axis] < 2 {
+    fn disagrees(&self, index: usize, axis: usize, speed: f64, typical: [f64; 2]) -> bool {
+        let (sums, sigma) = (self.sums[index], self.sigmas[index]);
+        if sums.count < MIN_TICK_SAMPLES || sigma.is_nan() || self.voters[axis] < 2 {
             return false;
         }
         let n = f64::from(sums.count);
@@ -267,9 +268,13 @@ impl Vote {
         let root = n.sqrt();
         2 * sums.far > sums.count
             || mean
-                > part * (TICK_SIGMA * sigma / root + TICK_RATE * speed).max(TYPICAL * typical[0])
+                > part
+                    * (MAX_TICK_SIGMAS * sigma / root + MAX_TICK_RATE_SHARE * speed)
+                        .max(MAX_TYPICAL_RATIO * typical[0])
             || along
-                > part * (TICK_SIGMA * sigma + TICK_RATE * root * speed).max(TYPICAL * typical[1])
+                > part
+                    * (MAX_TICK_SIGMAS * sigma + MAX_TICK_RATE_SHARE * root * speed)
+                        .max(MAX_TYPICAL_RATIO * typical[1])
     }
 }
 

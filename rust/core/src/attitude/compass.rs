@@ -11,8 +11,8 @@ use super::{Auto, Estimator, Inertial, Knowledge, NamedOptions};
 use crate::error::{Error, require};
 
 /// Largest element of a matrix, and hard iron in any unit.
-const MATRIX_MOST: f64 = 10.0;
-const IRON_MOST: f64 = 1e9;
+const MAX_MATRIX: f64 = 10.0;
+const MAX_IRON: f64 = 1e9;
 
 /// What a calibration found of a magnetometer: the field is `matrix (sample - iron)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -28,13 +28,13 @@ impl FieldCorrection {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         for x in self.iron {
-            require(x.abs() <= IRON_MOST, "magnetometer", "a hard iron of at most 1e9", x)?;
+            require(x.abs() <= MAX_IRON, "magnetometer", "a hard iron of at most 1e9", x)?;
         }
         for x in self.matrix.as_flattened() {
             let expected = "a matrix of elements of at most 10";
-            require(x.abs() <= MATRIX_MOST, "magnetometer", expected, *x)?;
+            require(x.abs() <= MAX_MATRIX, "magnetometer", expected, *x)?;
         }
         Ok(self)
     }
@@ -59,7 +59,7 @@ impl Compass {
     /// # Errors
     /// [`Error::Parameter`] if its numbers are out of their ranges.
     pub fn new(auto: Auto, correction: FieldCorrection) -> Result<Self, Error> {
-        Ok(Self { auto, correction: correction.checked()? })
+        Ok(Self { auto, correction: correction.validate()? })
     }
 
     /// The calibration.
@@ -100,8 +100,8 @@ impl Estimator for Compass {
         self.auto.power_on();
     }
 
-    fn is_sound(&self) -> bool {
-        self.correction.checked().is_ok() && self.auto.is_sound()
+    fn is_valid(&self) -> bool {
+        self.correction.validate().is_ok() && self.auto.is_valid()
     }
 
     fn is_like(&self, other: &Self) -> bool {
@@ -178,7 +178,7 @@ mod tests {
         }
         let apart = compass.orientation() - plain.orientation();
         assert!(apart.norm() < 1e-12, "{apart}");
-        assert!(compass.is_sound());
+        assert!(compass.is_valid());
         let wrong = FieldCorrection { iron: [f64::NAN, 0.0, 0.0], matrix };
         assert!(Compass::new(auto, wrong).is_err());
     }

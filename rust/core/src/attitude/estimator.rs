@@ -32,7 +32,7 @@ pub trait Estimator {
     }
 
     /// Whether all numbers of a state that was read can be those of a running one.
-    fn is_sound(&self) -> bool;
+    fn is_valid(&self) -> bool;
 
     /// Whether another one has the same parameters.
     fn is_like(&self, other: &Self) -> bool;

@@ -5,13 +5,13 @@ use nalgebra::Vector3;
 use crate::stream::Input;
 
 /// Largest rate, rad/s, and specific force, m/s², that a sensor of a body can have felt.
-pub(super) const RATE_MAX: f64 = 1e3;
-pub(super) const FORCE_MAX: f64 = 1e3;
+pub(super) const MAX_RATE: f64 = 1e3;
+pub(super) const MAX_FORCE: f64 = 1e3;
 /// Largest and least strength of a magnetic field, in whatever unit.
-pub(super) const FIELD_MAX: f64 = 1e9;
-pub(super) const FIELD_MIN: f64 = 1e-9;
+pub(super) const MAX_FIELD: f64 = 1e9;
+pub(super) const MIN_FIELD: f64 = 1e-9;
 /// Less than this is no specific force: a sensor that is not there, or free fall.
-const FORCE_MIN: f64 = 1e-9;
+const MIN_FORCE: f64 = 1e-9;
 
 /// A sample as it is given: three axes of gyro, accelerometer and magnetometer in their units, and
 /// the seconds since the sample before it. NaN where something is missing.
@@ -67,24 +67,24 @@ pub struct Inertial {
 #[inline(always)]
 pub(super) fn rate(gyro: [f64; 3], unit: f64) -> Option<Vector3<f64>> {
     let rate = Vector3::from(gyro) * unit;
-    (rate.norm_squared() <= RATE_MAX * RATE_MAX).then_some(rate)
+    (rate.norm_squared() <= MAX_RATE * MAX_RATE).then_some(rate)
 }
 
 /// The specific force in m/s², likewise; none is not one.
 #[inline(always)]
 pub(super) fn force(accel: [f64; 3], unit: f64) -> Option<Vector3<f64>> {
-    measured(Vector3::from(accel) * unit, FORCE_MIN, FORCE_MAX)
+    measure(Vector3::from(accel) * unit, MIN_FORCE, MAX_FORCE)
 }
 
 /// The magnetic field, likewise.
 #[inline(always)]
 pub(super) fn field(mag: [f64; 3]) -> Option<Vector3<f64>> {
-    measured(Vector3::from(mag), FIELD_MIN, FIELD_MAX)
+    measure(Vector3::from(mag), MIN_FIELD, MAX_FIELD)
 }
 
 /// Not so for NaN, nor where a square is no number any more.
 #[inline(always)]
-fn measured(v: Vector3<f64>, least: f64, most: f64) -> Option<Vector3<f64>> {
+fn measure(v: Vector3<f64>, least: f64, most: f64) -> Option<Vector3<f64>> {
     let square = v.norm_squared();
     ((square >= least * least) & (square <= most * most)).then_some(v)
 }

@@ -6,31 +6,31 @@ use nalgebra::{Quaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::frame::{self, Frame};
-use super::sample::{self, FORCE_MAX, Inertial, RATE_MAX, Sample};
+use super::sample::{self, Inertial, MAX_FORCE, MAX_RATE, Sample};
 use super::{Estimator, GRAVITY, Knowledge};
 use crate::error::{Error, check_rate, require};
-use crate::math::sound::{is_count, is_sample, is_within};
+use crate::math::validity::{is_count, is_sample, is_within};
 #[cfg(feature = "std")]
 use crate::stream::Block;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Output, Shape, Stream, Traced};
 
 /// Seconds for which the last rate stands for missing ones.
-const HELD: f64 = 0.05;
+const MAX_HELD_S: f64 = 0.05;
 /// Periods after the last sample that are more than jitter.
-const LONG: f64 = 1.5;
+const MAX_PERIODS: f64 = 1.5;
 /// More seconds between two samples are a gap.
-const GAP: f64 = 1.0;
+const MIN_GAP_S: f64 = 1.0;
 /// No gap is longer, s.
-const GAP_MAX: f64 = 1e9;
+const MAX_GAP_S: f64 = 1e9;
 /// Share of its range at which a gyro clips.
-const CLIPPED: f64 = 0.999;
+const CLIPPING_SHARE: f64 = 0.999;
 /// A gyro whose rate was no higher, rad/s, may have come to rest.
-const SLOW: f64 = 5.0 * core::f64::consts::PI / 180.0;
+const MAX_SLOW_RATE_RAD_S: f64 = 5.0 * core::f64::consts::PI / 180.0;
 /// Seconds that count at most of a gyro's zeros, less those of its low rates that are none, and from
 /// how many on zeros are a rate: after a low one, and after any.
-const ZEROS_MOST: f64 = 4.0;
-const ZEROS: [f64; 2] = [-2.0, 0.5];
+const MAX_ZEROS_S: f64 = 4.0;
+const MIN_ZEROS_S: [f64; 2] = [-2.0, 0.5];
 /// What a sensor at rest may take gravity for, m/s²: beyond, its unit is not the one said.
 const GRAVITY_RANGE: [f64; 2] = [9.3, 10.3];
 
@@ -56,10 +56,10 @@ impl AttitudeParams {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         check_rate(self.rate)?;
         // What comes more rarely than a gap is long would be all gaps.
-        require(self.rate >= 1.0 / GAP, "rate", "at least 1 sample a second", self.rate)?;
+        require(self.rate >= 1.0 / MIN_GAP_S, "rate", "at least 1 sample a second", self.rate)?;
         for (name, unit) in [("gyro_unit", self.gyro_unit), ("accel_unit", self.accel_unit)] {
             // Of these any number in SI is one that can be written down.
             let expected = "a unit from 1e-12 to 1e12 of that in SI";
@@ -67,7 +67,7 @@ impl AttitudeParams {
         }
         if let Some(range) = self.gyro_range {
             let expected = "a positive rate of at most 1000 rad/s";
-            require(range > 0.0 && range <= RATE_MAX, "gyro_range", expected, range)?;
+            require(range > 0.0 && range <= MAX_RATE, "gyro_range", expected, range)?;
         }
         Ok(self)
     }
@@ -75,7 +75,7 @@ impl AttitudeParams {
 
 impl AttitudeParams {
     fn limit_squared(&self) -> f64 {
-        let limit = self.gyro_range.unwrap_or(RATE_MAX);
+        let limit = self.gyro_range.unwrap_or(MAX_RATE);
         limit * limit
     }
 
@@ -157,7 +157,7 @@ impl<E: Estimator> Attitude<E> {
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
     pub fn new(params: AttitudeParams, estimator: E) -> Result<Self, Error> {
-        let params = params.checked()?;
+        let params = params.validate()?;
         let mut this = Self {
             params,
             period: 1.0 / params.rate,
@@ -222,7 +222,7 @@ impl<E: Estimator> Attitude<E> {
             Knowledge { wrong_unit: true, .. } => "wrong unit?",
             _ if !known.started => "starting",
             _ if self.is_clipped() => "clipped",
-            _ if self.unknown > HELD => "rate missing",
+            _ if self.unknown > MAX_HELD_S => "rate missing",
             _ if self.wrong_gravity().is_some() => "wrong unit",
             Knowledge { stuck: true, .. } => "magnetometer stuck",
             Knowledge { unclear: true, .. } => "at rest, or on a rate table: bias_limit",
@@ -262,13 +262,15 @@ impl<E: Estimator> Attitude<E> {
 
     /// A sample in the units of an estimator.
     #[inline(always)]
-    fn measured(&mut self, sample: &Sample, dt: f64) -> Inertial {
+    fn measure(&mut self, sample: &Sample, dt: f64) -> Inertial {
         let before = self.rate;
         let rate = Vector3::from(sample.gyro) * self.params.gyro_unit;
         let rated =
             if rate.norm_squared() <= self.limit_squared { Some(rate) } else { self.within(rate) };
         let given = match rated {
-            Some(rate) if rate.norm_squared() <= SLOW * SLOW => self.slow(rate, dt),
+            Some(rate) if rate.norm_squared() <= MAX_SLOW_RATE_RAD_S * MAX_SLOW_RATE_RAD_S => {
+                self.slow(rate, dt)
+            }
             given => given,
         };
         let accel = sample::force(sample.accel, self.params.accel_unit);
@@ -277,7 +279,7 @@ impl<E: Estimator> Attitude<E> {
         let mut gyro = given.unwrap_or(before);
         let (mut known, mut unknown, mut age) = (given.is_some(), 0.0, 0.0);
         self.rate = gyro;
-        if !known | (dt > LONG * self.period) {
+        if !known | (dt > MAX_PERIODS * self.period) {
             if !known {
                 self.leave_out(sample.gyro);
             }
@@ -295,13 +297,13 @@ impl<E: Estimator> Attitude<E> {
     #[inline(never)]
     fn within(&self, rate: Vector3<f64>) -> Option<Vector3<f64>> {
         let range = self.params.gyro_range? * (1.0 + 1e-9);
-        let fits = rate.iter().all(|x| x.abs() <= range) && rate.norm() <= RATE_MAX;
+        let fits = rate.iter().all(|x| x.abs() <= range) && rate.norm() <= MAX_RATE;
         if fits { Some(rate) } else { None }
     }
 
     /// Whether the last rate known is one at which the gyro clips.
     fn is_clipped(&self) -> bool {
-        self.params.gyro_range.is_some_and(|range| self.rate.amax() >= CLIPPED * range)
+        self.params.gyro_range.is_some_and(|range| self.rate.amax() >= CLIPPING_SHARE * range)
     }
 
     /// Counts a rate that is none: what is not finite, or a vector of zeros, is a missing one.
@@ -320,12 +322,13 @@ impl<E: Estimator> Attitude<E> {
     #[inline(never)]
     fn slow(&mut self, rate: Vector3<f64>, dt: f64) -> Option<Vector3<f64>> {
         if rate.norm_squared() > 0.0 {
-            self.zeros = (self.zeros - dt).max(-ZEROS_MOST);
+            self.zeros = (self.zeros - dt).max(-MAX_ZEROS_S);
             return Some(rate);
         }
-        let least = ZEROS[usize::from(self.rate.norm_squared() > SLOW * SLOW)];
+        let least = MIN_ZEROS_S
+            [usize::from(self.rate.norm_squared() > MAX_SLOW_RATE_RAD_S * MAX_SLOW_RATE_RAD_S)];
         let is_rate = self.zeros > least;
-        self.zeros = (self.zeros + dt).min(ZEROS_MOST);
+        self.zeros = (self.zeros + dt).min(MAX_ZEROS_S);
         is_rate.then_some(rate)
     }
 
@@ -336,11 +339,11 @@ impl<E: Estimator> Attitude<E> {
     fn stretch(&mut self, known: bool, dt: f64) -> (bool, f64) {
         if known {
             self.unknown = 0.0;
-            return (true, (dt - HELD).max(0.0));
+            return (true, (dt - MAX_HELD_S).max(0.0));
         }
-        let unknown = (self.unknown + dt - HELD).clamp(0.0, dt);
+        let unknown = (self.unknown + dt - MAX_HELD_S).clamp(0.0, dt);
         self.unknown += dt;
-        (self.unknown <= HELD, unknown)
+        (self.unknown <= MAX_HELD_S, unknown)
     }
 
     /// Seconds in which nothing is known.
@@ -349,7 +352,7 @@ impl<E: Estimator> Attitude<E> {
     fn bridge(&mut self, seconds: f64) {
         self.unknown += seconds;
         if self.samples > 1 {
-            self.estimator.gap(seconds.min(GAP_MAX));
+            self.estimator.gap(seconds.min(MAX_GAP_S));
         }
     }
 }
@@ -419,12 +422,12 @@ impl<E: Estimator> Stream for Attitude<E> {
     fn update(&mut self, sample: Sample) -> [f64; 4] {
         self.samples += 1;
         let mut dt = if sample.dt >= 0.0 { sample.dt } else { self.period };
-        if (dt > GAP) | (sample.dt < 0.0) {
+        if (dt > MIN_GAP_S) | (sample.dt < 0.0) {
             // Of the time over which a clock was set back nothing is known either.
-            self.bridge(if dt > GAP { dt } else { GAP });
+            self.bridge(if dt > MIN_GAP_S { dt } else { MIN_GAP_S });
             dt = 0.0;
         }
-        let measured = self.measured(&sample, dt);
+        let measured = self.measure(&sample, dt);
         self.estimator.step(&measured);
         self.quaternion()
     }
@@ -489,17 +492,17 @@ impl<E: Tagged> Checkpoint for Attitude<E> {
     const TAG: &'static str = E::TAG;
     const VERSION: u16 = E::VERSION;
 
-    fn is_sound(&self) -> bool {
-        self.params.checked().is_ok()
+    fn is_valid(&self) -> bool {
+        self.params.validate().is_ok()
             && self.period == 1.0 / self.params.rate
-            && self.rate.iter().all(|x| is_within(*x, RATE_MAX))
+            && self.rate.iter().all(|x| is_within(*x, MAX_RATE))
             && self.unknown >= 0.0
-            && is_within(self.zeros, ZEROS_MOST)
-            && self.force.iter().all(|x| is_sample(*x, FORCE_MAX))
+            && is_within(self.zeros, MAX_ZEROS_S)
+            && self.force.iter().all(|x| is_sample(*x, MAX_FORCE))
             && is_count(self.samples)
             && self.left_out <= self.samples
             && self.limit_squared == self.params.limit_squared()
-            && self.estimator.is_sound()
+            && self.estimator.is_valid()
     }
 
     fn is_like(&self, other: &Self) -> bool {

@@ -5,19 +5,19 @@ use serde::{Deserialize, Serialize};
 
 use super::named::Constant;
 use crate::error::{Error, check_rate};
-use crate::math::sound::{is_count, is_within};
+use crate::math::validity::{is_count, is_within};
 use crate::math::{Real, Symmetric};
 use crate::stream::Stream;
 use crate::stream::checkpoint::Checkpoint;
 
 /// Seconds for which the last rate stands for missing ones.
-const HELD: f64 = 0.05;
+const MAX_HELD_S: f64 = 0.05;
 /// Longest time between two samples, s.
-const SPAN_MAX: f64 = 1e9;
+const MAX_SPAN: f64 = 1e9;
 /// Largest rate and angle of a sample, and of what comes of them; largest variance.
-const SAMPLE_MAX: f64 = 1e150;
-const STATE_MAX: f64 = 1e170;
-const VARIANCE_MAX: f64 = 1e100;
+const MAX_SAMPLE: f64 = 1e150;
+const MAX_STATE: f64 = 1e170;
+const MAX_VARIANCE: f64 = 1e100;
 /// What rounding may cost the variance of a difference, relative to what was there before.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
@@ -135,7 +135,7 @@ pub struct TiltParams {
 }
 
 impl TiltParams {
-    fn checked(self) -> Result<Self, Error> {
+    fn validate(self) -> Result<Self, Error> {
         check_rate(self.rate)?;
         TILT_CONSTANTS.iter().try_for_each(|constant| constant.check(&self.constants))?;
         Ok(self)
@@ -171,7 +171,7 @@ impl Tilt {
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
     pub fn new(params: TiltParams) -> Result<Self, Error> {
-        let params = params.checked()?;
+        let params = params.validate()?;
         Ok(Self {
             params,
             period: 1.0 / params.rate,
@@ -224,13 +224,13 @@ impl Tilt {
     }
 
     /// The rate that holds for the time since the sample before, and for how much of it.
-    fn held(&mut self, gyro: f64, dt: f64) -> f64 {
-        if is_within(gyro, SAMPLE_MAX) {
+    fn hold(&mut self, gyro: f64, dt: f64) -> f64 {
+        if is_within(gyro, MAX_SAMPLE) {
             (self.rate, self.unknown) = (gyro, 0.0);
             return dt;
         }
-        let left = (HELD - self.unknown).max(0.0);
-        self.unknown = (self.unknown + dt).min(SPAN_MAX);
+        let left = (MAX_HELD_S - self.unknown).max(0.0);
+        self.unknown = (self.unknown + dt).min(MAX_SPAN);
         dt.min(left)
     }
 
@@ -273,9 +273,9 @@ impl Tilt {
     fn limit(&mut self) {
         for i in 0..2 {
             let variance = self.P.at(i, i);
-            if variance > VARIANCE_MAX {
-                self.P.set(0, 1, self.P.at(0, 1) * (VARIANCE_MAX / variance).simd_sqrt());
-                self.P.set(i, i, VARIANCE_MAX);
+            if variance > MAX_VARIANCE {
+                self.P.set(0, 1, self.P.at(0, 1) * (MAX_VARIANCE / variance).simd_sqrt());
+                self.P.set(i, i, MAX_VARIANCE);
             }
         }
         let [angle, bias] = [0, 1].map(|i| self.P.at(i, i).max(0.0).simd_sqrt());
@@ -290,9 +290,9 @@ impl Stream for Tilt {
 
     #[inline]
     fn update(&mut self, [gyro, angle, dt]: [f64; 3]) -> f64 {
-        let dt = if dt >= 0.0 { dt.min(SPAN_MAX) } else { self.period };
-        let angle = is_within(angle, SAMPLE_MAX).then_some(angle);
-        let held = self.held(gyro, dt);
+        let dt = if dt >= 0.0 { dt.min(MAX_SPAN) } else { self.period };
+        let angle = is_within(angle, MAX_SAMPLE).then_some(angle);
+        let held = self.hold(gyro, dt);
         self.samples += 1;
         if !self.begun
             && let Some(angle) = angle
@@ -309,8 +309,8 @@ impl Stream for Tilt {
                 angle.into_iter().for_each(|angle| self.correct(angle));
             }
         }
-        self.angle = self.angle.clamp(-STATE_MAX, STATE_MAX);
-        self.bias = self.bias.clamp(-STATE_MAX, STATE_MAX);
+        self.angle = self.angle.clamp(-MAX_STATE, MAX_STATE);
+        self.bias = self.bias.clamp(-MAX_STATE, MAX_STATE);
         self.angle
     }
 
@@ -325,16 +325,16 @@ impl Checkpoint for Tilt {
     const TAG: &'static str = "tilt";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         // Settling raises a variance by some roundings.
-        let most = VARIANCE_MAX * (1.0 + 1e-9);
-        self.params.checked().is_ok()
+        let most = MAX_VARIANCE * (1.0 + 1e-9);
+        self.params.validate().is_ok()
             && self.period == 1.0 / self.params.rate
-            && is_within(self.angle, STATE_MAX)
-            && is_within(self.bias, STATE_MAX)
+            && is_within(self.angle, MAX_STATE)
+            && is_within(self.bias, MAX_STATE)
             && self.P.is_covariance(2.0 * most)
-            && is_within(self.rate, SAMPLE_MAX)
-            && (0.0..=SPAN_MAX).contains(&self.unknown)
+            && is_within(self.rate, MAX_SAMPLE)
+            && (0.0..=MAX_SPAN).contains(&self.unknown)
             && is_count(self.samples)
     }
 
@@ -362,7 +362,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_sample_makes_an_unsound_state(
+        fn no_sample_makes_an_invalid_state(
             ends in prop::collection::vec(0..3_usize, TILT_CONSTANTS.len()),
             kalman in any::<bool>(),
             samples in prop::collection::vec((number(), number(), number()), 1..120),
@@ -377,7 +377,7 @@ mod tests {
             let mut tilt = Tilt::new(TiltParams { rate: 100.0, method, constants }).unwrap();
             for (gyro, angle, dt) in samples {
                 tilt.update([gyro, angle, dt]);
-                prop_assert!(tilt.is_sound(), "{gyro:e} {angle:e} {dt:e}: {tilt:?}");
+                prop_assert!(tilt.is_valid(), "{gyro:e} {angle:e} {dt:e}: {tilt:?}");
             }
         }
     }

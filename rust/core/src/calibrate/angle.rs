@@ -2,12 +2,12 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::{axes, limited};
+use super::{axes, clamp};
 use crate::math::rotation::{step, turned};
 
 /// Steps between two looks at whether to go on.
 #[cfg(feature = "std")]
-const PIECE: usize = 1 << 14;
+const STEPS_PER_CHECK: usize = 1 << 14;
 
 /// What the rotation of a step is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,15 +56,15 @@ pub fn integrate(
     let mut rotation = UnitQuaternion::identity();
     let Some(first) = quaternions.first_mut() else { return };
     *first = [1.0, 0.0, 0.0, 0.0];
-    for (k, (dt, place)) in steps.iter().zip(&mut quaternions[1..]).enumerate() {
+    for (k, (dt, slot)) in steps.iter().zip(&mut quaternions[1..]).enumerate() {
         #[cfg(feature = "std")]
-        if k % PIECE == PIECE - 1 {
+        if k % STEPS_PER_CHECK == STEPS_PER_CHECK - 1 {
             crate::work::pause();
         }
         let (before, after) = (axes(&rates[k]), axes(&rates[k + 1]));
-        let phi = method.rotation_vector(&before, &after, limited(*dt));
+        let phi = method.rotation_vector(&before, &after, clamp(*dt));
         rotation = turned(&rotation, &phi);
-        *place = [rotation.w, rotation.i, rotation.j, rotation.k];
+        *slot = [rotation.w, rotation.i, rotation.j, rotation.k];
     }
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, require};
-use crate::math::sound::{is_sample, is_within};
+use crate::math::validity::{is_sample, is_within};
 use crate::math::{Real, choose};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Output, Shape, Stream};
@@ -12,11 +12,11 @@ type Vector = [f64; 3];
 type Matrix = [Vector; 3];
 
 /// Largest number of a correction, raw sample and temperature: what is computed of them is finite.
-const NUMBER_MAX: f64 = 1e50;
-const SAMPLE_MAX: f64 = 1e150;
-const TEMPERATURE_MAX: f64 = 1e6;
+const MAX_NUMBER: f64 = 1e50;
+const MAX_SAMPLE: f64 = 1e150;
+const MAX_TEMPERATURE: f64 = 1e6;
 /// No force is larger.
-const FORCE_MAX: f64 = 1e201;
+const MAX_FORCE: f64 = 1e201;
 
 /// What is done to raw samples: `force = accel_matrix (accel - accel_bias)` and
 /// `rate = gyro_matrix (gyro - bias - g_sensitivity force)`. Matrices hold their rows.
@@ -56,7 +56,7 @@ impl Correction {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         check("gyro_matrix", self.gyro_matrix.as_flattened())?;
         check("gyro_bias", &self.gyro_bias)?;
         check("accel_matrix", self.accel_matrix.as_flattened())?;
@@ -70,14 +70,14 @@ impl Correction {
     #[inline(always)]
     fn rate(&self, gyro: Vector, bias: &Vector, force: &Vector) -> Vector {
         let felt = product(&self.g_sensitivity, force);
-        let driven = [0, 1, 2].map(|i| gyro[i].within(SAMPLE_MAX) - bias[i] - felt[i]);
+        let driven = [0, 1, 2].map(|i| gyro[i].within(MAX_SAMPLE) - bias[i] - felt[i]);
         shown(gyro, product(&self.gyro_matrix, &driven))
     }
 
     /// The accelerometer, whether or not it is missing.
     #[inline(always)]
     fn force(&self, accel: Vector) -> Vector {
-        let driven = [0, 1, 2].map(|i| accel[i].within(SAMPLE_MAX) - self.accel_bias[i]);
+        let driven = [0, 1, 2].map(|i| accel[i].within(MAX_SAMPLE) - self.accel_bias[i]);
         product(&self.accel_matrix, &driven)
     }
 }
@@ -101,7 +101,7 @@ impl TemperatureCurve {
         let expected = "a temperature within 1e6 degC";
         let [low, high] = self.range;
         for (name, value) in [("reference", self.reference), ("range", low), ("range", high)] {
-            require(is_within(value, TEMPERATURE_MAX), name, expected, value)?;
+            require(is_within(value, MAX_TEMPERATURE), name, expected, value)?;
         }
         require(low <= high, "range", "least and highest temperature", low)
     }
@@ -110,7 +110,7 @@ impl TemperatureCurve {
     #[inline(always)]
     pub fn bias(&self, temperature: f64) -> Vector {
         let [low, high] = self.range;
-        let (temperature, span) = (temperature.within(TEMPERATURE_MAX), high - low);
+        let (temperature, span) = (temperature.within(MAX_TEMPERATURE), high - low);
         let inside = temperature.at_least(low).at_most(high);
         let beyond = temperature.at_least(low - span).at_most(high + span) - inside;
         let (x, dx) = ((inside - self.reference) * 0.1, beyond * 0.1);
@@ -124,7 +124,7 @@ impl TemperatureCurve {
 
 fn check(name: &'static str, numbers: &[f64]) -> Result<(), Error> {
     let expected = "of finite numbers, at most 1e50 in size";
-    let wrong = numbers.iter().find(|x| !is_within(**x, NUMBER_MAX));
+    let wrong = numbers.iter().find(|x| !is_within(**x, MAX_NUMBER));
     wrong.map_or(Ok(()), |x| require(false, name, expected, *x))
 }
 
@@ -188,7 +188,7 @@ impl<const N: usize> ImuCorrector<N> {
     /// # Errors
     /// [`Error::Parameter`] if a number of the correction is not finite, or beyond any sensor.
     pub fn new(correction: Correction) -> Result<Self, Error> {
-        let correction = correction.checked()?;
+        let correction = correction.validate()?;
         Ok(Self { correction, force: [0.0; 3], temperature: f64::NAN })
     }
 
@@ -226,11 +226,11 @@ impl<const N: usize> ImuCorrector<N> {
         Imu { gyro: self.correction.rate(gyro, &self.bias(), &self.force), accel }
     }
 
-    fn is_sound_after(&self, forces: bool, temperatures: bool) -> bool {
-        let most = if forces { FORCE_MAX } else { 0.0 };
+    fn is_valid_after(&self, forces: bool, temperatures: bool) -> bool {
+        let most = if forces { MAX_FORCE } else { 0.0 };
         Self::new(self.correction).is_ok()
             && self.force.iter().all(|x| is_within(*x, most))
-            && is_sample(self.temperature, TEMPERATURE_MAX)
+            && is_sample(self.temperature, MAX_TEMPERATURE)
             && (temperatures || self.temperature.is_nan())
     }
 }
@@ -256,8 +256,8 @@ macro_rules! corrector {
             const TAG: &'static str = $tag;
             const VERSION: u16 = 1;
 
-            fn is_sound(&self) -> bool {
-                self.is_sound_after($n > 3, $n > 6)
+            fn is_valid(&self) -> bool {
+                self.is_valid_after($n > 3, $n > 6)
             }
 
             fn is_like(&self, other: &Self) -> bool {
@@ -272,7 +272,7 @@ corrector!(3, "corrector-3", [f64; 3], |this, z| {
 });
 corrector!(6, "corrector-6", Imu, |this, z| this.both([z[0], z[1], z[2]], [z[3], z[4], z[5]]));
 corrector!(7, "corrector-7", Imu, |this, z| {
-    let temperature = z[6].within(TEMPERATURE_MAX);
+    let temperature = z[6].within(MAX_TEMPERATURE);
     this.temperature = choose(z[6].is_finite(), temperature, this.temperature);
     this.both([z[0], z[1], z[2]], [z[3], z[4], z[5]])
 });

@@ -22,16 +22,16 @@ pub use turn::{Turn, propagate_turn};
 use nalgebra::Vector3;
 
 /// Largest number of a rate, a step or a matrix: products of all of them are finite.
-const LARGEST: f64 = 1e30;
+const MAX_NUMBER: f64 = 1e30;
 
 /// A number within what is expected of any sensor; NaN where it is missing.
 #[inline(always)]
-fn limited(x: f64) -> f64 {
-    x.clamp(-LARGEST, LARGEST)
+fn clamp(x: f64) -> f64 {
+    x.clamp(-MAX_NUMBER, MAX_NUMBER)
 }
 
 /// A sample of three axes.
 #[inline(always)]
 fn axes(sample: &[f64; 3]) -> Vector3<f64> {
-    Vector3::from(sample.map(limited))
+    Vector3::from(sample.map(clamp))
 }

@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::{axes, limited};
+use super::{axes, clamp};
 use crate::math::rotation::{right_jacobian, step, turned};
 
 /// Steps between two looks at whether to go on.
 #[cfg(feature = "std")]
-const PIECE: usize = 1 << 14;
+const STEPS_PER_CHECK: usize = 1 << 14;
 
 /// The rotation of a turn, and what small errors do to it.
 ///
@@ -25,7 +25,7 @@ pub struct Turn {
     pub angle: f64,
 }
 
-/// Carries a turn through rates, `steps` seconds apart, that are corrected by
+/// Propagate a rotation through rates, `steps` seconds apart, that are corrected by
 /// `matrix (rate - bias)`; `matrix` holds its rows.
 ///
 /// The steps are gone through from the last to the first: the rotation after a step, which its
@@ -44,14 +44,14 @@ pub fn propagate_turn(
         by_rate: Matrix3::zeros(),
         angle: 0.0,
     };
-    let (bias, matrix) = (axes(bias), Matrix3::from_fn(|i, j| limited(matrix[i][j])));
+    let (bias, matrix) = (axes(bias), Matrix3::from_fn(|i, j| clamp(matrix[i][j])));
     for (k, dt) in steps.iter().enumerate().rev() {
         #[cfg(feature = "std")]
-        if k % PIECE == PIECE - 1 {
+        if k % STEPS_PER_CHECK == STEPS_PER_CHECK - 1 {
             crate::work::pause();
         }
-        let (raw, dt) = ([k, k + 1].map(|k| axes(&rates[k]) - bias), limited(*dt));
-        let rate = raw.map(|raw| (matrix * raw).map(limited));
+        let (raw, dt) = ([k, k + 1].map(|k| axes(&rates[k]) - bias), clamp(*dt));
+        let rate = raw.map(|raw| (matrix * raw).map(clamp));
         let phi = step(&rate[0], &rate[1], dt);
         turn.add(&raw, &rate, &phi, &back, dt);
         back = turned(&back, &-phi);
@@ -105,7 +105,7 @@ mod tests {
         ((0..=STEPS).map(rate).collect(), steps)
     }
 
-    fn carried(
+    fn propagate(
         (rates, steps): &(Vec<[f64; 3]>, Vec<f64>),
         bias: &Vector3<f64>,
         matrix: &Matrix3<f64>,
@@ -126,8 +126,8 @@ mod tests {
             let record = record(&waves);
             let bias = Vector3::from(bias);
             let matrix = Matrix3::identity() + Matrix3::from_row_slice(&errors);
-            let turn = carried(&record, &bias, &matrix);
-            let rotation = |bias: Vector3<f64>, matrix: Matrix3<f64>| carried(&record, &bias, &matrix).rotation;
+            let turn = propagate(&record, &bias, &matrix);
+            let rotation = |bias: Vector3<f64>, matrix: Matrix3<f64>| propagate(&record, &bias, &matrix).rotation;
             let h = 1e-5;
             // ψ of the turn that is further by it, small, from both sides.
             let psi = |moved: [Matrix3<f64>; 2]| {
@@ -157,7 +157,7 @@ mod tests {
     fn a_constant_rate_is_one_rotation() {
         let rate = [0.4, -0.9, 1.3];
         let record = (vec![rate; 201], vec![0.01; 200]);
-        let turn = carried(&record, &Vector3::zeros(), &Matrix3::identity());
+        let turn = propagate(&record, &Vector3::zeros(), &Matrix3::identity());
         let phi = Vector3::from(rate) * 2.0;
         // A rounding a step.
         assert!((turn.rotation - Rotation3::new(phi).matrix()).amax() < 1e-13);

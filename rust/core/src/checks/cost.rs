@@ -5,19 +5,19 @@ use nalgebra::{Matrix3, Vector3};
 use super::ticks::median;
 use super::window::MEANS;
 use crate::math::rotation::exponential;
-use crate::work::{filled, gathered};
+use crate::work::{collect, filled};
 
 /// Largest cost of a window.
-const MOST: f64 = 4.0;
+const MAX_COST: f64 = 4.0;
 /// Part of gravity by which its size may differ: a sensor is not calibrated.
-const UNCALIBRATED: f64 = 0.05;
+const MAX_GRAVITY_ERROR: f64 = 0.05;
 /// Part of the median force that is gravity at least: of a hypothesis under which all averages to
 /// nothing there is no more.
-const LEAST: f64 = 0.6;
+const MIN_GRAVITY_SHARE: f64 = 0.6;
 /// Root of the cost that does not count more than another.
-const FLOOR: f64 = 0.05;
+const COST_FLOOR: f64 = 0.05;
 /// Deviation of the whole bias, rad/s.
-pub(super) const BIAS: f64 = 0.1;
+pub(super) const BIAS_SIGMA_RAD_S: f64 = 0.1;
 const ROUNDS: usize = 2;
 
 /// The means of a window.
@@ -25,24 +25,24 @@ pub(super) type Means = [Vector3<f64>; MEANS];
 
 /// Costs, and gravity.
 pub(super) fn costs(windows: &[Means]) -> (Vec<f64>, f64) {
-    let sizes = gathered(windows.iter().map(|f| mean(f).norm()));
+    let sizes = collect(windows.iter().map(|f| mean(f).norm()));
     let g = median(sizes).unwrap_or(0.0);
     let square = (g * g).max(f64::MIN_POSITIVE);
-    let lost = (LEAST - g).max(0.0).powi(2);
+    let lost = (MIN_GRAVITY_SHARE - g).max(0.0).powi(2);
     let cost = |f: &Means| {
         let centre = mean(f);
         let scatter = f.iter().map(|f| (f - centre).norm_squared()).sum::<f64>() / MEANS as f64;
-        let off = ((centre.norm() - g).abs() - UNCALIBRATED * g).max(0.0).powi(2);
+        let off = ((centre.norm() - g).abs() - MAX_GRAVITY_ERROR * g).max(0.0).powi(2);
         let cost = (scatter + off + lost) / square;
         // NaN explains nothing.
-        if cost < MOST { cost } else { MOST }
+        if cost < MAX_COST { cost } else { MAX_COST }
     };
-    (gathered(windows.iter().map(cost)), g)
+    (collect(windows.iter().map(cost)), g)
 }
 
 /// What a window's scatter counts in a fit.
 pub(super) fn weight(cost: f64, g: f64) -> f64 {
-    1.0 / ((cost + FLOOR * FLOOR) * MEANS as f64 * (g * g).max(f64::MIN_POSITIVE))
+    1.0 / ((cost + COST_FLOOR * COST_FLOOR) * MEANS as f64 * (g * g).max(f64::MIN_POSITIVE))
 }
 
 pub(super) fn mean(f: &Means) -> Vector3<f64> {
@@ -53,17 +53,17 @@ pub(super) fn average(costs: &[f64]) -> f64 {
     costs.iter().sum::<f64>() / costs.len() as f64
 }
 
-/// The costs with the bias that makes them least, beside the one with which the windows were carried.
+/// The costs with the bias that makes them least, added to the one with which the windows were propagated.
 pub(super) fn with_bias(
     windows: &[Means],
     integrals: &[[Matrix3<f64>; MEANS]],
-    carried: &Vector3<f64>,
+    propagated: &Vector3<f64>,
 ) -> (Vec<f64>, Vector3<f64>) {
     let (mut now, mut g) = costs(windows);
-    let (mut best, mut bias) = (gathered(now.iter().copied()), Vector3::zeros());
-    let (mut beta, mut moved) = (Vector3::zeros(), gathered(windows.iter().copied()));
+    let (mut best, mut bias) = (collect(now.iter().copied()), Vector3::zeros());
+    let (mut beta, mut moved) = (Vector3::zeros(), collect(windows.iter().copied()));
     for _ in 0..ROUNDS {
-        let Some(step) = better(&moved, integrals, &now, g, &(beta + carried)) else { break };
+        let Some(step) = better(&moved, integrals, &now, g, &(beta + propagated)) else { break };
         beta += step;
         for ((moved, f), psi) in moved.iter_mut().zip(windows).zip(integrals) {
             *moved = core::array::from_fn(|k| exponential(&(psi[k] * -beta)) * f[k]);
@@ -85,7 +85,7 @@ fn better(
     g: f64,
     bias: &Vector3<f64>,
 ) -> Option<Vector3<f64>> {
-    let prior = 1.0 / (BIAS * BIAS);
+    let prior = 1.0 / (BIAS_SIGMA_RAD_S * BIAS_SIGMA_RAD_S);
     let (mut normal, mut right) = (Matrix3::identity() * prior, bias * -prior);
     for ((f, psi), cost) in windows.iter().zip(integrals).zip(costs) {
         let jacobian: [_; MEANS] = core::array::from_fn(|k| f[k].cross_matrix() * psi[k]);
@@ -103,7 +103,8 @@ fn better(
 
 /// The costs of what no gyro has turned.
 pub(super) fn null(forces: &[Vector3<f64>], starts: &[usize], length: usize) -> Vec<f64> {
-    let of = |first: &usize| super::carry::uncarried(&forces[*first..*first + length]);
-    let windows = gathered(starts.iter().map(of));
+    let of =
+        |first: &usize| super::propagation::average_unrotated(&forces[*first..*first + length]);
+    let windows = collect(starts.iter().map(of));
     if windows.is_empty() { filled(0.0, 0) } else { costs(&windows).0 }
 }

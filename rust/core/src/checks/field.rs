@@ -9,21 +9,21 @@ use super::window::windows;
 use super::{ROTATIONS, Sense};
 use crate::math::parallel;
 use crate::math::rotation::{exponential, turned};
-use crate::work::{filled, gathered, pause};
+use crate::work::{collect, filled, pause};
 
 /// Ticks of a window, in which field and hard iron are constant, and of each mean in it.
-const LENGTH: usize = 1200;
-const BLOCK: usize = 25;
+const WINDOW_TICKS: usize = 1200;
+const MEAN_TICKS: usize = 25;
 /// Windows that are enough.
-const MOST: usize = 60;
+const MAX_WINDOWS: usize = 60;
 /// Of the hard iron, in fields.
 const RIDGE: f64 = 1e-3;
 /// Deviation of the gyro's bias, rad/s.
-const BIAS: f64 = 0.05;
+const BIAS_SIGMA_RAD_S: f64 = 0.05;
 const ROUNDS: usize = 3;
 /// Root of the cost that does not count more than another.
-const FLOOR: f64 = 0.05;
-const WORST: f64 = 4.0;
+const COST_FLOOR: f64 = 0.05;
+const MAX_COST: f64 = 4.0;
 
 /// Costs of the hypotheses on a magnetometer.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,33 +32,35 @@ pub struct FieldCosts {
     pub starts: Vec<usize>,
     /// Ticks of a window.
     pub length: usize,
-    /// By rotation and window. The negative of a sense is not to be told from it.
+    /// By rotation and window. The negative of a sense cannot be distinguished from it.
     pub costs: Vec<f64>,
     /// Of the field as the sensor has it, by window.
     pub null: Vec<f64>,
 }
 
-/// Judges the rotations by ticks of a gyro, rad/s and without bias, and of a magnetometer, whose
+/// Test the rotations by ticks of a gyro, rad/s and without bias, and of a magnetometer, whose
 /// median field is 1.
 pub fn field_costs(rates: &[[f64; 3]], fields: &[[f64; 3]]) -> FieldCosts {
     let record = Record::of(rates, fields);
-    let starts = windows(&record.rates, &record.forces, LENGTH, MOST);
-    let all = gathered(starts.iter().map(|first| {
+    let starts = windows(&record.rates, &record.forces, WINDOW_TICKS, MAX_WINDOWS);
+    let all = collect(starts.iter().map(|first| {
         pause();
-        let part = *first..*first + LENGTH;
+        let part = *first..*first + WINDOW_TICKS;
         Window::of(&record.rates[part.clone()], &record.forces[part])
     }));
-    let senses = gathered(Sense::rotations());
+    let senses = collect(Sense::rotations());
     let costs = parallel::map(senses, true, |sense| costs(&all, &sense));
     FieldCosts {
-        length: LENGTH,
-        costs: gathered(costs.into_iter().flatten()),
-        null: gathered(starts.iter().map(|first| scatter(&record.forces[*first..*first + LENGTH]))),
+        length: WINDOW_TICKS,
+        costs: collect(costs.into_iter().flatten()),
+        null: collect(
+            starts.iter().map(|first| scatter(&record.forces[*first..*first + WINDOW_TICKS])),
+        ),
         starts,
     }
 }
 
-/// Means of a window's blocks, carried into a frame that does not turn.
+/// Means of a window's blocks, rotated into a frame that does not turn.
 struct Window {
     /// Element `(i, j)` of matrix `c` is the mean of R_ij m_c.
     tensors: Vec<[Matrix3<f64>; 3]>,
@@ -73,23 +75,23 @@ impl Window {
     fn of(rates: &[Vector3<f64>], fields: &[Vector3<f64>]) -> Self {
         let (mut rotation, mut integral) = (UnitQuaternion::identity(), Matrix3::zeros());
         let mut own = Self {
-            tensors: filled([Matrix3::zeros(); 3], LENGTH / BLOCK),
-            rotations: filled(Matrix3::zeros(), LENGTH / BLOCK),
-            integrals: filled(Matrix3::zeros(), LENGTH / BLOCK),
+            tensors: filled([Matrix3::zeros(); 3], WINDOW_TICKS / MEAN_TICKS),
+            rotations: filled(Matrix3::zeros(), WINDOW_TICKS / MEAN_TICKS),
+            integrals: filled(Matrix3::zeros(), WINDOW_TICKS / MEAN_TICKS),
             inverse: SMatrix::zeros(),
         };
-        let (mut middle, part) = (Matrix3::zeros(), 1.0 / BLOCK as f64);
+        let (mut middle, part) = (Matrix3::zeros(), 1.0 / MEAN_TICKS as f64);
         for (k, (rate, field)) in rates.iter().zip(fields).enumerate() {
-            if k == LENGTH / 2 {
+            if k == WINDOW_TICKS / 2 {
                 middle = integral;
             }
             rotation = turned(&rotation, &(rate * (TICK / 2.0)));
             let turn = rotation.to_rotation_matrix().into_inner();
             for c in 0..3 {
-                own.tensors[k / BLOCK][c] += turn * (field[c] * part);
+                own.tensors[k / MEAN_TICKS][c] += turn * (field[c] * part);
             }
-            own.rotations[k / BLOCK] += turn * part;
-            own.integrals[k / BLOCK] += (integral + turn * (TICK / 2.0)) * part;
+            own.rotations[k / MEAN_TICKS] += turn * part;
+            own.integrals[k / MEAN_TICKS] += (integral + turn * (TICK / 2.0)) * part;
             integral += turn * TICK;
             rotation = turned(&rotation, &(rate * (TICK / 2.0)));
         }
@@ -134,21 +136,21 @@ impl Window {
 
 /// Costs of a sense in all windows, with the bias of the gyro that makes them least.
 fn costs(windows: &[Window], sense: &Sense) -> Vec<f64> {
-    let fields = gathered(
-        windows.iter().map(|window| gathered(window.tensors.iter().map(|tensor| sense.of(tensor)))),
+    let fields = collect(
+        windows.iter().map(|window| collect(window.tensors.iter().map(|tensor| sense.of(tensor)))),
     );
-    let (mut bias, mut best) = (Vector3::zeros(), gathered([]));
+    let (mut bias, mut best) = (Vector3::zeros(), collect([]));
     for round in 0..=ROUNDS {
         pause();
-        let prior = 1.0 / (BIAS * BIAS);
+        let prior = 1.0 / (BIAS_SIGMA_RAD_S * BIAS_SIGMA_RAD_S);
         let (mut normal, mut right) = (Matrix3::identity() * prior, bias * -prior);
-        let now = gathered(windows.iter().zip(&fields).map(|(window, fields)| {
+        let now = collect(windows.iter().zip(&fields).map(|(window, fields)| {
             let mut all = moved(window, fields, &bias);
             window.left(&mut all);
             let number = all.len() as f64;
             let cost = all.iter().map(|x| x.column(0).norm_squared()).sum::<f64>() / number;
-            let cost = if cost < WORST { cost } else { WORST };
-            let weight = 1.0 / ((cost + FLOOR * FLOOR) * number);
+            let cost = if cost < MAX_COST { cost } else { MAX_COST };
+            let weight = 1.0 / ((cost + COST_FLOOR * COST_FLOOR) * number);
             for x in &all {
                 let jacobian = x.fixed_columns::<3>(1).into_owned();
                 normal += jacobian.transpose() * jacobian * weight;
@@ -174,7 +176,7 @@ fn moved(
     fields: &[Vector3<f64>],
     bias: &SVector<f64, 3>,
 ) -> Vec<SMatrix<f64, 3, 4>> {
-    gathered(fields.iter().zip(&window.integrals).map(|(field, psi)| {
+    collect(fields.iter().zip(&window.integrals).map(|(field, psi)| {
         let field = exponential(&(psi * -bias)) * field;
         let jacobian = field.cross_matrix() * psi;
         SMatrix::from_columns(&[
@@ -189,9 +191,9 @@ fn moved(
 /// Variance of the means of blocks.
 fn scatter(fields: &[Vector3<f64>]) -> f64 {
     let mean = |part: &[Vector3<f64>]| part.iter().sum::<Vector3<f64>>() / part.len() as f64;
-    let means = gathered(fields.chunks(BLOCK).map(mean));
+    let means = collect(fields.chunks(MEAN_TICKS).map(mean));
     let centre = mean(&means);
     means.iter().map(|m| (m - centre).norm_squared()).sum::<f64>() / means.len() as f64
 }
 
-const _: () = assert!(ROTATIONS == 24 && LENGTH.is_multiple_of(BLOCK));
+const _: () = assert!(ROTATIONS == 24 && WINDOW_TICKS.is_multiple_of(MEAN_TICKS));

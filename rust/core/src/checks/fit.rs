@@ -2,21 +2,21 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 
-use super::cost::{BIAS, Means, average, costs, mean, weight};
+use super::cost::{BIAS_SIGMA_RAD_S, Means, average, costs, mean, weight};
 use super::gyro::Record;
 use super::ticks::TICK;
 use super::window::MEANS;
 use crate::math::rotation::{exponential, turned};
-use crate::work::{gathered, pause};
+use crate::work::{collect, pause};
 
 /// Bias, nine elements of the matrix by rows, delay.
 const SIZE: usize = 13;
 const ROUNDS: usize = 4;
 /// Deviations of an element of the matrix from that of 1, and of the delay, s.
-const MATRIX: f64 = 0.1;
-const DELAY: f64 = 0.05;
+const MATRIX_SIGMA: f64 = 0.1;
+const DELAY_SIGMA_S: f64 = 0.05;
 /// Root of the cost that no model is better than.
-const FLOOR: f64 = 0.01;
+const COST_FLOOR: f64 = 0.01;
 
 type Numbers = SVector<f64, SIZE>;
 type Rows = SMatrix<f64, 3, SIZE>;
@@ -45,7 +45,7 @@ impl Trust {
     fn weight(self, cost: f64, g: f64) -> f64 {
         match self {
             Self::Little => weight(cost, g),
-            Self::Full => 3.0 / ((cost + FLOOR * FLOOR) * (g * g).max(f64::MIN_POSITIVE)),
+            Self::Full => 3.0 / ((cost + COST_FLOOR * COST_FLOOR) * (g * g).max(f64::MIN_POSITIVE)),
         }
     }
 }
@@ -63,14 +63,14 @@ pub fn fit(
     let mut numbers = Numbers::zeros();
     numbers.fixed_rows_mut::<3>(0).copy_from_slice(bias);
     let nothing = [f64::NAN; SIZE];
-    let mut best = Fit { costs: gathered([]), numbers: nothing, sigmas: nothing };
+    let mut best = Fit { costs: collect([]), numbers: nothing, sigmas: nothing };
     for _ in 0..ROUNDS {
-        let windows = gathered(starts.iter().map(|first| {
+        let windows = collect(starts.iter().map(|first| {
             pause();
             let part = *first..*first + length;
             sensitive(&record.rates[part.clone()], &record.forces[part], &numbers)
         }));
-        let (costs, g) = costs(&gathered(windows.iter().map(|window| window.means)));
+        let (costs, g) = costs(&collect(windows.iter().map(|window| window.means)));
         let (normal, right) = normal_equations(&windows, &costs, g, &numbers, trust);
         let Some(normal) = normal.cholesky() else { break };
         if best.costs.is_empty() || average(&costs) < average(&best.costs) {
@@ -94,11 +94,11 @@ fn normal_equations(
 ) -> (SMatrix<f64, SIZE, SIZE>, Numbers) {
     let deviation = |k: usize| {
         if k < 3 {
-            BIAS
+            BIAS_SIGMA_RAD_S
         } else if k < 12 {
-            MATRIX
+            MATRIX_SIGMA
         } else {
-            DELAY
+            DELAY_SIGMA_S
         }
     };
     let prior = Numbers::from_fn(|k, _| deviation(k).powi(-2));

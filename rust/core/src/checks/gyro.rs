@@ -2,25 +2,25 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::carry::{Carried, carried};
 use super::cost::{Means, average, null, with_bias};
+use super::propagation::{WindowMeans, propagate};
 use super::window::{MEANS, windows};
 use super::{ROTATIONS, Sense, UNITS};
 use crate::math::parallel;
-use crate::work::{gathered, pause, push};
+use crate::work::{collect, pause, push};
 
 /// Both signs of the rotations.
 const SENSES: usize = 2 * ROTATIONS;
 /// Ticks of a window: of the first look, and of one that sees slower things.
-const SHORT: usize = 400;
-const LONG: usize = 800;
+const SHORT_WINDOW_TICKS: usize = 400;
+const LONG_WINDOW_TICKS: usize = 800;
 /// Long windows without which short ones have to do.
-const FEWEST: usize = 6;
+const MIN_LONG_WINDOWS: usize = 6;
 /// Windows that are enough.
-const MOST: usize = 150;
+const MAX_WINDOWS: usize = 150;
 /// Bias that a hypothesis of a unit begins with at most, and one that no gyro has, rad/s.
-const BEGUN: f64 = 0.175;
-const NO_GYRO: f64 = 0.35;
+const MAX_INITIAL_BIAS_RAD_S: f64 = 0.175;
+const MAX_GYRO_BIAS_RAD_S: f64 = 0.35;
 
 /// Costs of the hypotheses on a gyro.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,31 +37,31 @@ pub struct GyroCosts {
     pub biases: Vec<[f64; 3]>,
 }
 
-/// Judges all units and senses by ticks of a gyro, rad/s as it is named, and of an accelerometer.
+/// Test all units and senses by ticks of a gyro, rad/s as it is named, and of an accelerometer.
 pub fn gyro_costs(rates: &[[f64; 3]], forces: &[[f64; 3]]) -> GyroCosts {
     let record = Record::of(rates, forces);
-    let starts = windows(&record.rates, &record.forces, SHORT, MOST);
+    let starts = windows(&record.rates, &record.forces, SHORT_WINDOW_TICKS, MAX_WINDOWS);
     let zero = [Vector3::zeros(); 3];
-    let short = record.of_units(&starts, SHORT, &zero);
-    let longer = windows(&record.rates, &record.forces, LONG, MOST);
-    if longer.len() < FEWEST {
-        return record.gathered(starts, SHORT, short);
+    let short = record.of_units(&starts, SHORT_WINDOW_TICKS, &zero);
+    let longer = windows(&record.rates, &record.forces, LONG_WINDOW_TICKS, MAX_WINDOWS);
+    if longer.len() < MIN_LONG_WINDOWS {
+        return record.collect(starts, SHORT_WINDOW_TICKS, short);
     }
     let begun = core::array::from_fn(|u| {
         let best = short[u].iter().min_by(|a, b| a.average().total_cmp(&b.average()));
         let bias = best.map_or_else(Vector3::zeros, |best| best.bias);
-        bias * (BEGUN / bias.norm().max(BEGUN))
+        bias * (MAX_INITIAL_BIAS_RAD_S / bias.norm().max(MAX_INITIAL_BIAS_RAD_S))
     });
-    let mut long = record.of_units(&longer, LONG, &begun);
+    let mut long = record.of_units(&longer, LONG_WINDOW_TICKS, &begun);
     // What was given begins where it may be best for it, too.
     let own = short[0][0].bias;
     for bias in [Vector3::zeros(), own] {
-        let other = record.of_sense(&longer, LONG, &bias);
+        let other = record.of_sense(&longer, LONG_WINDOW_TICKS, &bias);
         if other.average() < long[0][0].average() {
             long[0][0] = other;
         }
     }
-    record.gathered(longer, LONG, long)
+    record.collect(longer, LONG_WINDOW_TICKS, long)
 }
 
 pub(super) struct Record {
@@ -70,12 +70,12 @@ pub(super) struct Record {
 }
 
 /// A hypothesis: its costs by window, and its bias.
-struct Judged {
+struct SenseCosts {
     costs: Vec<f64>,
     bias: Vector3<f64>,
 }
 
-impl Judged {
+impl SenseCosts {
     fn average(&self) -> f64 {
         average(&self.costs)
     }
@@ -83,23 +83,23 @@ impl Judged {
 
 impl Record {
     pub(super) fn of(rates: &[[f64; 3]], forces: &[[f64; 3]]) -> Self {
-        let vectors = |all: &[[f64; 3]]| gathered(all.iter().map(|v| Vector3::from(*v)));
+        let vectors = |all: &[[f64; 3]]| collect(all.iter().map(|v| Vector3::from(*v)));
         Self { rates: vectors(rates), forces: vectors(forces) }
     }
 
-    /// All senses of each unit, whose windows are carried with a bias of it.
+    /// All senses of each unit, whose windows are propagated with a bias of it.
     fn of_units(
         &self,
         starts: &[usize],
         length: usize,
         biases: &[Vector3<f64>; 3],
-    ) -> Vec<Vec<Judged>> {
-        let tasks = gathered((0..UNITS.len()).flat_map(|u| [(u, 1.0), (u, -1.0)]));
+    ) -> Vec<Vec<SenseCosts>> {
+        let tasks = collect((0..UNITS.len()).flat_map(|u| [(u, 1.0), (u, -1.0)]));
         let halves = parallel::map(tasks, true, |(unit, sign)| {
-            let all = self.carried(starts, length, UNITS[unit], sign, &biases[unit]);
-            judged(&all, &Sense::rotations(), sign, &biases[unit])
+            let all = self.propagate(starts, length, UNITS[unit], sign, &biases[unit]);
+            evaluate_senses(&all, &Sense::rotations(), sign, &biases[unit])
         });
-        let mut units: Vec<Vec<Judged>> = gathered([]);
+        let mut units: Vec<Vec<SenseCosts>> = collect([]);
         for (k, half) in halves.into_iter().enumerate() {
             match units.last_mut() {
                 Some(unit) if k % 2 == 1 => half.into_iter().for_each(|one| push(unit, one)),
@@ -110,52 +110,58 @@ impl Record {
     }
 
     /// The given sense alone, in the given unit.
-    fn of_sense(&self, starts: &[usize], length: usize, bias: &Vector3<f64>) -> Judged {
-        let all = self.carried(starts, length, UNITS[0], 1.0, bias);
-        judged(&all, &Sense::rotations()[..1], 1.0, bias).swap_remove(0)
+    fn of_sense(&self, starts: &[usize], length: usize, bias: &Vector3<f64>) -> SenseCosts {
+        let all = self.propagate(starts, length, UNITS[0], 1.0, bias);
+        evaluate_senses(&all, &Sense::rotations()[..1], 1.0, bias).swap_remove(0)
     }
 
-    fn carried(
+    fn propagate(
         &self,
         starts: &[usize],
         length: usize,
         unit: f64,
         sign: f64,
         bias: &Vector3<f64>,
-    ) -> Vec<Carried> {
-        gathered(starts.iter().map(|first| {
+    ) -> Vec<WindowMeans> {
+        collect(starts.iter().map(|first| {
             pause();
             let part = *first..*first + length;
-            carried(&self.rates[part.clone()], &self.forces[part], sign * unit, &(bias * sign))
+            propagate(&self.rates[part.clone()], &self.forces[part], sign * unit, &(bias * sign))
         }))
     }
 
-    fn gathered(&self, starts: Vec<usize>, length: usize, units: Vec<Vec<Judged>>) -> GyroCosts {
+    fn collect(&self, starts: Vec<usize>, length: usize, units: Vec<Vec<SenseCosts>>) -> GyroCosts {
         let all = || units.iter().flatten();
         GyroCosts {
             null: null(&self.forces, &starts, length),
-            costs: gathered(all().flat_map(|one| one.costs.iter().copied())),
-            biases: gathered(all().map(|one| one.bias.into())),
+            costs: collect(all().flat_map(|one| one.costs.iter().copied())),
+            biases: collect(all().map(|one| one.bias.into())),
             starts,
             length,
         }
     }
 }
 
-fn judged(windows: &[Carried], senses: &[Sense], sign: f64, bias: &Vector3<f64>) -> Vec<Judged> {
+fn evaluate_senses(
+    windows: &[WindowMeans],
+    senses: &[Sense],
+    sign: f64,
+    bias: &Vector3<f64>,
+) -> Vec<SenseCosts> {
     let integrals: Vec<[Matrix3<f64>; MEANS]> =
-        gathered(windows.iter().map(|window| window.integrals.map(|psi| psi * sign)));
-    gathered(senses.iter().map(|sense| {
+        collect(windows.iter().map(|window| window.integrals.map(|psi| psi * sign)));
+    collect(senses.iter().map(|sense| {
         pause();
-        let means =
-            |window: &Carried| -> Means { core::array::from_fn(|k| sense.of(&window.tensors[k])) };
-        let means = gathered(windows.iter().map(means));
+        let means = |window: &WindowMeans| -> Means {
+            core::array::from_fn(|k| sense.of(&window.tensors[k]))
+        };
+        let means = collect(windows.iter().map(means));
         let (mut costs, more) = with_bias(&means, &integrals, bias);
         let bias = bias + more;
-        if bias.norm() > NO_GYRO {
+        if bias.norm() > MAX_GYRO_BIAS_RAD_S {
             costs.iter_mut().for_each(|cost| *cost += 1.0);
         }
-        Judged { costs, bias }
+        SenseCosts { costs, bias }
     }))
 }
 

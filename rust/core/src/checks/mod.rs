@@ -1,18 +1,18 @@
 //! What motion shows of mistaken units, signs and axes: costs of hypotheses on a whole record.
 //!
 //! A hypothesis is a unit u and one of the 48 signed permutations P of the gyro's axes: the rate is
-//! `u P (gyro - b)`. Carried by it into a frame that does not turn, gravity is constant, and what is
-//! felt besides averages out in a *triangular* mean, which leaves a second difference of the position
+//! `u P (gyro - b)`. Rotated by it into a frame that does not turn, gravity is constant, and what is
+//! felt in addition averages out in a *triangular* mean, which leaves a second difference of the position
 //! where a plain mean leaves one of the velocity. With `P = s Q`, Q a rotation, the orientation is
-//! `Q R(s ω) Qᵀ`: two integrations a unit judge all 48, by the tensor of `R_ij a_c` in each mean.
+//! `Q R(s ω) Qᵀ`: two integrations a unit test all 48, by the tensor of `R_ij a_c` in each mean.
 //!
 //! All is in *ticks* of 0.02 s, rad/s, and forces by their median size.
 
-mod carry;
 mod cost;
 mod field;
 mod fit;
 mod gyro;
+mod propagation;
 mod ticks;
 mod window;
 
@@ -29,10 +29,10 @@ pub const UNITS: [f64; 3] = [1.0, core::f64::consts::PI / 180.0, 180.0 / core::f
 /// Signed permutations of determinant 1.
 const ROTATIONS: usize = 24;
 
-/// A signed permutation: row `c` has its `sign[c]` in column `place[c]`.
+/// A signed permutation: row `c` has its `sign[c]` in column `axis_order[c]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Sense {
-    place: [usize; 3],
+    axis_order: [usize; 3],
     sign: [f64; 3],
 }
 
@@ -43,23 +43,23 @@ impl Sense {
             [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
         // Of each order half of the signs make a rotation.
         let at = |k: usize| {
-            let place = ORDERS[k / 4];
+            let axis_order = ORDERS[k / 4];
             let signs =
                 (0..8).map(|bits: usize| [4, 2, 1].map(|b| if bits & b == 0 { 1.0 } else { -1.0 }));
-            let all = signs.map(|sign| Self { place, sign });
+            let all = signs.map(|sign| Self { axis_order, sign });
             all.filter(|sense| sense.matrix().determinant() > 0.0).nth(k % 4)
         };
         core::array::from_fn(|k| at(k).expect("four of the eight signs"))
     }
 
     fn matrix(&self) -> Matrix3<f64> {
-        Matrix3::from_fn(|i, j| if j == self.place[i] { self.sign[i] } else { 0.0 })
+        Matrix3::from_fn(|i, j| if j == self.axis_order[i] { self.sign[i] } else { 0.0 })
     }
 
     /// Σ_jc M_ijc Q_cj of the tensor whose element `(i, j)` of matrix `c` is M_ijc.
     #[inline(always)]
     fn of(&self, tensor: &[Matrix3<f64>; 3]) -> Vector3<f64> {
-        let [x, y, z] = [0, 1, 2].map(|c| tensor[c].column(self.place[c]) * self.sign[c]);
+        let [x, y, z] = [0, 1, 2].map(|c| tensor[c].column(self.axis_order[c]) * self.sign[c]);
         x + y + z
     }
 }

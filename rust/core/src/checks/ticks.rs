@@ -1,42 +1,42 @@
 //! A sensor's samples as means over ticks: what is missing, what is clipped.
 
-use crate::work::{filled, gathered, pause, room};
+use crate::work::{collect, filled, pause, room};
 
 /// Seconds of a tick.
 pub const TICK: f64 = 0.02;
 
-/// Seconds without a sample, beside its period, that are bridged.
-const BRIDGED: f64 = 0.05;
+/// Seconds without a sample, in addition to its period, that are bridged.
+const MAX_BRIDGED_S: f64 = 0.05;
 /// Largest value of a sensor, or of a time.
-const LARGEST: f64 = 1e30;
+const MAX_VALUE: f64 = 1e30;
 /// Samples that tell a median well enough.
-const SOME: usize = 20_000;
+const MEDIAN_SAMPLES: usize = 20_000;
 /// Samples between two looks at whether to go on.
-const PIECE: usize = 1 << 14;
+const SAMPLES_PER_CHECK: usize = 1 << 14;
 
 /// Means over `count` ticks from `start` on, of samples at increasing times; NaN where the half of a
 /// tick or more is missing. A sample that is not finite or at the end of the range is missing.
 pub fn ticks(time: &[f64], values: &[[f64; 3]], start: f64, count: usize) -> Vec<[f64; 3]> {
     let mut means = Means::of(start, count);
-    let period = median(gathered(time.windows(2).map(|t| t[1] - t[0]))).unwrap_or(TICK);
-    let full = clipped(values);
+    let period = median(collect(time.windows(2).map(|t| t[1] - t[0]))).unwrap_or(TICK);
+    let full = find_clipped(values);
     let is_there = |k: usize| !full[k] && values[k].iter().all(|x| x.is_finite());
     let mut there = (0..time.len().min(values.len())).filter(|k| is_there(*k));
     let Some(mut k) = there.next() else { return means.sums };
     let mut left = time[k] - period / 2.0;
     for next in there.by_ref() {
-        if next.is_multiple_of(PIECE) {
+        if next.is_multiple_of(SAMPLES_PER_CHECK) {
             pause();
         }
         let step = time[next] - time[k];
         // The middle between two samples, or a period's half from each.
-        let half = if step - period <= BRIDGED + 1e-9 { step / 2.0 } else { period / 2.0 };
+        let half = if step - period <= MAX_BRIDGED_S + 1e-9 { step / 2.0 } else { period / 2.0 };
         means.add(left, time[k] + half, &values[k]);
         left = time[next] - half;
         k = next;
     }
     means.add(left, time[k] + period / 2.0, &values[k]);
-    means.finished()
+    means.finish()
 }
 
 /// Sums over ticks, and the seconds that they are of.
@@ -62,14 +62,15 @@ impl Means {
             if part > 0.0 {
                 let sum = &mut self.sums[k];
                 let before = if self.held[k] > 0.0 { *sum } else { [0.0; 3] };
-                *sum =
-                    core::array::from_fn(|i| before[i] + part * value[i].clamp(-LARGEST, LARGEST));
+                *sum = core::array::from_fn(|i| {
+                    before[i] + part * value[i].clamp(-MAX_VALUE, MAX_VALUE)
+                });
                 self.held[k] += part;
             }
         }
     }
 
-    fn finished(mut self) -> Vec<[f64; 3]> {
+    fn finish(mut self) -> Vec<[f64; 3]> {
         for (sum, held) in self.sums.iter_mut().zip(&self.held) {
             *sum = if *held >= 0.5 { sum.map(|x| x / held) } else { [f64::NAN; 3] };
         }
@@ -78,17 +79,17 @@ impl Means {
 }
 
 /// Which samples are at the end of the range: there for several together, and rarely.
-fn clipped(values: &[[f64; 3]]) -> Vec<bool> {
+fn find_clipped(values: &[[f64; 3]]) -> Vec<bool> {
     let mut full = filled(false, values.len());
     for axis in 0..3 {
         let at = |k: usize| Some(values[k][axis]).filter(|x| x.is_finite());
         let all = || (0..values.len()).filter_map(at);
-        let step = values.len().div_ceil(SOME).max(1);
-        let Some(middle) = median(gathered((0..values.len()).step_by(step).filter_map(at))) else {
+        let step = values.len().div_ceil(MEDIAN_SAMPLES).max(1);
+        let Some(middle) = median(collect((0..values.len()).step_by(step).filter_map(at))) else {
             continue;
         };
         let off = |x: f64| (x - middle).abs();
-        let some = gathered((0..values.len()).step_by(step).filter_map(at).map(off));
+        let some = collect((0..values.len()).step_by(step).filter_map(at).map(off));
         let spread = median(some).unwrap_or(0.0);
         let ends = [all().fold(f64::MIN, f64::max), all().fold(f64::MAX, f64::min)];
         for end in ends {
@@ -105,20 +106,20 @@ fn clipped(values: &[[f64; 3]]) -> Vec<bool> {
 
 /// Whether so many samples are hit as by the end of a range.
 fn is_end(values: &[[f64; 3]], axis: usize, is_hit: impl Fn(f64) -> bool) -> bool {
-    let (mut hits, mut there, mut beside, mut most) = (0_usize, 0_usize, 0_usize, 0_usize);
+    let (mut hits, mut there, mut run, mut most) = (0_usize, 0_usize, 0_usize, 0_usize);
     for value in values {
         let hit = is_hit(value[axis]);
         there += usize::from(value[axis].is_finite());
         hits += usize::from(hit);
-        beside = if hit { beside + 1 } else { 0 };
-        most = most.max(beside);
+        run = if hit { run + 1 } else { 0 };
+        most = most.max(run);
     }
     hits >= 5 && 10 * hits < there && most >= 3
 }
 
 /// Of every so-manieth value, so that it takes no time.
 pub(super) fn median_of_some(values: impl Iterator<Item = f64>, length: usize) -> Option<f64> {
-    let step = length.div_ceil(SOME).max(1);
+    let step = length.div_ceil(MEDIAN_SAMPLES).max(1);
     let mut some = room(length.div_ceil(step));
     some.extend(values.step_by(step).filter(|x| x.is_finite()).take(length.div_ceil(step)));
     median(some)
@@ -138,7 +139,7 @@ pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{TICK, clipped, median, ticks};
+    use super::{TICK, find_clipped, median, ticks};
 
     fn times(n: usize, rate: f64) -> Vec<f64> {
         (0..n).map(|k| (k as f64 + 0.5) / rate).collect()
@@ -168,8 +169,8 @@ mod tests {
 
     #[test]
     fn no_times_are_not_ticks() {
-        for wild in [f64::NAN, f64::INFINITY, -1e300, 1e300] {
-            assert_eq!(ticks(&[0.0, wild], &[[1.0; 3]; 2], 0.0, 2).len(), 2);
+        for outlier in [f64::NAN, f64::INFINITY, -1e300, 1e300] {
+            assert_eq!(ticks(&[0.0, outlier], &[[1.0; 3]; 2], 0.0, 2).len(), 2);
         }
         assert!(ticks(&[], &[], 0.0, 2)[0][0].is_nan());
     }
@@ -178,9 +179,9 @@ mod tests {
     fn an_end_is_hit_again_and_again() {
         let mut values: Vec<_> = (0..1000).map(|k| [f64::from(k % 7), 0.0, 0.0]).collect();
         values[400..410].fill([500.0, 0.0, 0.0]);
-        assert_eq!(clipped(&values).iter().filter(|full| **full).count(), 10);
+        assert_eq!(find_clipped(&values).iter().filter(|full| **full).count(), 10);
         values[404] = [600.0, 0.0, 0.0];
-        assert!(!clipped(&values).contains(&true));
+        assert!(!find_clipped(&values).contains(&true));
     }
 
     #[test]

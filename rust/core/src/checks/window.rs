@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::ticks::median_of_some;
-use crate::work::{filled, gathered, pause};
+use crate::work::{collect, filled, pause};
 
 /// Triangular means in a window, each over half of it and half of that from the next.
 pub(super) const MEANS: usize = 3;
@@ -27,29 +27,29 @@ pub(super) fn windows(
         [0, 1, 2]
             .map(|i| median_of_some(rates.iter().map(|rate| rate[i]), rates.len()).unwrap_or(0.0)),
     );
-    let varied = gathered(whole.iter().map(|first| {
+    let varied = collect(whole.iter().map(|first| {
         pause();
         variance(&vectors[*first..*first + length])
     }));
-    let turned = gathered(whole.iter().map(|first| {
+    let turned = collect(whole.iter().map(|first| {
         let part = &rates[*first..*first + length];
         part.iter().map(|rate| (rate - centre).map(f64::abs).sum()).sum::<f64>()
     }));
     let mut chosen = filled(false, whole.len());
     for (scores, total) in [(&varied, most * 2 / 3), (&turned, most)] {
-        let mut left = gathered((0..whole.len()).filter(|k| !chosen[*k]));
+        let mut left = collect((0..whole.len()).filter(|k| !chosen[*k]));
         left.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
         let already = whole.len() - left.len();
         left.iter().take(total - already).for_each(|k| chosen[*k] = true);
     }
-    gathered(whole.iter().zip(&chosen).filter(|(_, chosen)| **chosen).map(|(first, _)| *first))
+    collect(whole.iter().zip(&chosen).filter(|(_, chosen)| **chosen).map(|(first, _)| *first))
 }
 
 fn whole_windows(rates: &[Vector3<f64>], vectors: &[Vector3<f64>], length: usize) -> Vec<usize> {
     let is_whole = |v: &Vector3<f64>| v.iter().all(|x| x.is_finite());
     let n = rates.len().min(vectors.len());
     let mut since = 0;
-    let mut found = gathered([]);
+    let mut found = collect([]);
     for k in 0..n {
         if !(is_whole(&rates[k]) && is_whole(&vectors[k])) {
             since = k + 1;

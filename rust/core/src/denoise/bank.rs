@@ -23,7 +23,7 @@ pub(super) struct Units {
 
 impl Units {
     /// As they are.
-    pub const OWN: Self = Self { scale: 1.0, origin: 0.0 };
+    pub const IDENTITY: Self = Self { scale: 1.0, origin: 0.0 };
 }
 
 /// How many approximations, and as many details, come of `n` samples.
@@ -122,11 +122,11 @@ impl<const F: usize> Analysis<'_, F> {
         let inside = begin.and_then(|begin| self.x.get(begin..begin + 2 * REACH));
         if let Some(samples) = inside {
             let pairs = samples.as_chunks::<2>().0;
-            for (place, pair) in even.iter_mut().zip(pairs) {
-                *place = pair[0] * scale - origin;
+            for (slot, pair) in even.iter_mut().zip(pairs) {
+                *slot = pair[0] * scale - origin;
             }
-            for (place, pair) in odd.iter_mut().zip(pairs) {
-                *place = pair[1] * scale - origin;
+            for (slot, pair) in odd.iter_mut().zip(pairs) {
+                *slot = pair[1] * scale - origin;
             }
             return;
         }
@@ -136,13 +136,13 @@ impl<const F: usize> Analysis<'_, F> {
         }
     }
 
-    /// The sample at `place + 2 - F`.
-    fn reflected(&self, place: usize) -> f64 {
+    /// The sample at `slot + 2 - F`.
+    fn reflected(&self, slot: usize) -> f64 {
         let n = self.x.len();
-        let inside = match (place + 2).checked_sub(F) {
+        let inside = match (slot + 2).checked_sub(F) {
             Some(i) if i < n => i,
             Some(i) => 2 * n - 1 - i,
-            None => F - 3 - place,
+            None => F - 3 - slot,
         };
         self.x[inside]
     }
@@ -185,8 +185,8 @@ impl<const F: usize> WithSimd for Synthesis<'_, F> {
             *pair = [even, odd];
         }
         let Units { scale, origin } = self.units;
-        for (place, x) in self.x.iter_mut().zip(pairs.as_flattened()) {
-            *place = ((*x + origin) * scale).clamp(-f64::MAX, f64::MAX);
+        for (slot, x) in self.x.iter_mut().zip(pairs.as_flattened()) {
+            *slot = ((*x + origin) * scale).clamp(-f64::MAX, f64::MAX);
         }
     }
 }
@@ -198,7 +198,7 @@ mod tests {
     fn apart(x: &[f64], wavelet: Wavelet) -> [Vec<f64>; 2] {
         let k = length(x.len(), wavelet);
         let (mut a, mut d) = (vec![0.0; k], vec![0.0; k]);
-        analyse(x, Units::OWN, wavelet, &mut a, &mut d);
+        analyse(x, Units::IDENTITY, wavelet, &mut a, &mut d);
         [a, d]
     }
 
@@ -209,7 +209,7 @@ mod tests {
                 let x: Vec<f64> = (0..n).map(|k| ((k * k * 7 + 3 * k) % 101) as f64).collect();
                 let [a, d] = apart(&x, wavelet);
                 let mut back = vec![0.0; n];
-                synthesise(&a, &d, (Mode::Soft, 0.0), wavelet, Units::OWN, &mut back);
+                synthesise(&a, &d, (Mode::Soft, 0.0), wavelet, Units::IDENTITY, &mut back);
                 let off = x.iter().zip(&back).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
                 assert!(off < 1e-13, "{name} {n}: {off}");
             }

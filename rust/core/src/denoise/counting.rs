@@ -4,16 +4,16 @@
 use serde::{Deserialize, Serialize};
 
 use super::NORMAL_MEDIAN;
-use crate::math::sound::{is_count, is_size};
+use crate::math::validity::{is_count, is_size};
 
 /// Part of normal noise within its deviation.
-const WITHIN: f64 = 0.682_689;
+const WITHIN_ONE_SIGMA: f64 = 0.682_689;
 
 /// Sizes whose median it starts from.
-const FIRST: usize = 16;
+const INITIAL_SIZES: usize = 16;
 
 /// What a size weighs in a start is this over their number, which converges fastest.
-const START: f64 = 2.0;
+const INITIAL_WEIGHT: f64 = 2.0;
 
 /// A deviation that follows slowly.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -21,12 +21,12 @@ pub(super) struct Counting {
     sigma: f64,
     count: u64,
     /// The first sizes, in rising order.
-    first: [f64; FIRST],
+    first: [f64; INITIAL_SIZES],
 }
 
 impl Counting {
     pub(super) fn new() -> Self {
-        Self { sigma: 0.0, count: 0, first: [0.0; FIRST] }
+        Self { sigma: 0.0, count: 0, first: [0.0; INITIAL_SIZES] }
     }
 
     /// The deviation; zero before the start is over.
@@ -38,40 +38,40 @@ impl Counting {
     #[inline(always)]
     pub(super) fn take(&mut self, size: f64, gain: f64) {
         self.count += 1;
-        if self.count <= FIRST as u64 {
+        if self.count <= INITIAL_SIZES as u64 {
             return self.begin(size);
         }
-        let gain = gain.max(START / self.count as f64);
+        let gain = gain.max(INITIAL_WEIGHT / self.count as f64);
         let within = if size < self.sigma { 1.0 } else { 0.0 };
-        let sigma = self.sigma * (gain * (WITHIN - within)).exp();
-        self.sigma = sigma.clamp(f64::MIN_POSITIVE, SIZE_MAX);
+        let sigma = self.sigma * (gain * (WITHIN_ONE_SIGMA - within)).exp();
+        self.sigma = sigma.clamp(f64::MIN_POSITIVE, MAX_SIZE);
     }
 
     #[cold]
     fn begin(&mut self, size: f64) {
-        let mut place = self.count as usize - 1;
-        while place > 0 && self.first[place - 1] > size {
-            self.first[place] = self.first[place - 1];
-            place -= 1;
+        let mut index = self.count as usize - 1;
+        while index > 0 && self.first[index - 1] > size {
+            self.first[index] = self.first[index - 1];
+            index -= 1;
         }
-        self.first[place] = size;
-        if self.count == FIRST as u64 {
-            self.sigma = (self.first[FIRST / 2] / NORMAL_MEDIAN).max(f64::MIN_POSITIVE);
+        self.first[index] = size;
+        if self.count == INITIAL_SIZES as u64 {
+            self.sigma = (self.first[INITIAL_SIZES / 2] / NORMAL_MEDIAN).max(f64::MIN_POSITIVE);
         }
     }
 
     /// Whether at most `samples` samples can have made it.
-    pub(super) fn is_sound(&self, samples: u64) -> bool {
-        let held = self.count.min(FIRST as u64) as usize;
+    pub(super) fn is_valid(&self, samples: u64) -> bool {
+        let held = self.count.min(INITIAL_SIZES as u64) as usize;
         is_count(self.count)
             && self.count <= samples
-            && self.first[..held].iter().all(|size| is_size(*size, SIZE_MAX) && *size > 0.0)
+            && self.first[..held].iter().all(|size| is_size(*size, MAX_SIZE) && *size > 0.0)
             && self.first[..held].is_sorted()
             && self.first[held..].iter().all(|size| *size == 0.0)
-            && is_size(self.sigma, 2.0 * SIZE_MAX)
-            && (self.sigma > 0.0) == (held == FIRST)
+            && is_size(self.sigma, 2.0 * MAX_SIZE)
+            && (self.sigma > 0.0) == (held == INITIAL_SIZES)
     }
 }
 
 /// Beyond any size that comes.
-pub(super) const SIZE_MAX: f64 = 1e170;
+pub(super) const MAX_SIZE: f64 = 1e170;

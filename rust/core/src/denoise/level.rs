@@ -20,17 +20,17 @@ pub enum LevelRule {
 }
 
 /// Fewest details that tell whether they are noise.
-const TELLING: usize = 64;
+const MIN_DETAILS: usize = 64;
 
 /// Relative standard error of a median size of n normal numbers, times √n.
 const MEDIAN_ERROR: f64 = 1.17;
 
 /// Deviations that chance may reach.
-const LIKELY: f64 = 3.0;
+const MAX_SIGMAS: f64 = 3.0;
 
 /// Ratio of deviations and excess of the RMS that are allowed whatever the number of details.
-const ALIKE: f64 = 0.05;
-const EXCESS: f64 = 0.1;
+const MAX_RATIO_ERROR: f64 = 0.05;
+const MAX_RMS_EXCESS: f64 = 0.1;
 
 impl LevelRule {
     /// Whether a level after the first belongs to those that are thresholded; `sigma` and `first`
@@ -42,7 +42,7 @@ impl LevelRule {
             Self::PeakToSumOverNoise(cut) => {
                 peak_to_sum(details) <= cut * peak_to_sum_of_noise(details.len())
             }
-            Self::Noise => details.len() >= TELLING && looks_like(details, sigma, first),
+            Self::Noise => details.len() >= MIN_DETAILS && looks_like(details, sigma, first),
         }
     }
 }
@@ -77,10 +77,10 @@ fn peak_to_sum_of_noise(n: usize) -> f64 {
 fn looks_like(details: &[f64], sigma: f64, first: usize) -> bool {
     let n = details.len() as f64;
     let ratio = median_size(details) / NORMAL_MEDIAN / sigma;
-    let chance = LIKELY * MEDIAN_ERROR * (1.0 / n + 1.0 / first as f64).sqrt();
+    let chance = MAX_SIGMAS * MEDIAN_ERROR * (1.0 / n + 1.0 / first as f64).sqrt();
     let rms = (sum(details, |d| d * d) / n).sqrt();
-    ratio.ln().abs() <= chance.max(ALIKE)
-        && rms <= sigma * (1.0 + (LIKELY / (2.0 * n).sqrt()).max(EXCESS))
+    ratio.ln().abs() <= chance.max(MAX_RATIO_ERROR)
+        && rms <= sigma * (1.0 + (MAX_SIGMAS / (2.0 * n).sqrt()).max(MAX_RMS_EXCESS))
 }
 
 #[cfg(test)]

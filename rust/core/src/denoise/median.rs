@@ -3,12 +3,12 @@
 use crate::work;
 
 /// From as many numbers on, a sample of them says between which two the median lies.
-const MANY: usize = 1 << 14;
+const MIN_LENGTH: usize = 1 << 14;
 
 /// How many are sampled, and how far beside its middle the two stand: four times as far as chance
 /// takes the median.
-const SAMPLED: usize = 1 << 10;
-const BESIDE: usize = SAMPLED / 16;
+const SAMPLE_COUNT: usize = 1 << 10;
+const RANK_MARGIN: usize = SAMPLE_COUNT / 16;
 
 /// The median of the sizes of finite numbers, zero of none; of an even count the mean of the two
 /// in the middle.
@@ -16,22 +16,23 @@ pub(super) fn median_size(values: &[f64]) -> f64 {
     if values.is_empty() {
         return 0.0;
     }
-    let found = if values.len() < MANY { None } else { among_near(values) };
+    let found = if values.len() < MIN_LENGTH { None } else { among_near(values) };
     found.unwrap_or_else(|| {
-        let mut sizes = work::gathered(values.iter().map(|x| x.abs()));
+        let mut sizes = work::collect(values.iter().map(|x| x.abs()));
         median(&mut sizes, 0, values.len())
     })
 }
 
 /// The median of those near to that of a sample, if it is one of them.
 fn among_near(values: &[f64]) -> Option<f64> {
-    let mut sample = [0.0; SAMPLED];
-    for (i, place) in sample.iter_mut().enumerate() {
+    let mut sample = [0.0; SAMPLE_COUNT];
+    for (i, slot) in sample.iter_mut().enumerate() {
         // Scattered, so that no period of the record decides.
-        *place = values[i.wrapping_mul(2_654_435_761) % values.len()].abs();
+        *slot = values[i.wrapping_mul(2_654_435_761) % values.len()].abs();
     }
     sample.sort_unstable_by(f64::total_cmp);
-    let (least, most) = (sample[SAMPLED / 2 - BESIDE], sample[SAMPLED / 2 + BESIDE]);
+    let (least, most) =
+        (sample[SAMPLE_COUNT / 2 - RANK_MARGIN], sample[SAMPLE_COUNT / 2 + RANK_MARGIN]);
     let mut near = work::filled(0.0, values.len() / 4);
     let (mut below, mut held) = (0, 0);
     for x in values {

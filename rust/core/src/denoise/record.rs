@@ -31,7 +31,7 @@ pub struct Denoised {
 }
 
 /// Exponent of two beyond which a record is not scaled.
-const EXPONENT_MAX: i64 = 1000;
+const MAX_EXPONENT: i64 = 1000;
 
 impl Shrinkage {
     /// Numbers that a record of `n` samples is worked on in, besides those of the result.
@@ -118,7 +118,7 @@ impl<'a> Parts<'a> {
         let details = &mut self.details[begin..begin + k];
         let [even, odd] = &mut self.sides;
         let (from, to) = if level.is_multiple_of(2) { (even, odd) } else { (odd, even) };
-        analyse(&from[..n], Units::OWN, wavelet, &mut to[..k], details);
+        analyse(&from[..n], Units::IDENTITY, wavelet, &mut to[..k], details);
         let deeper = goes_on(level + 1, details);
         if deeper {
             self.lengths.push(k);
@@ -144,7 +144,7 @@ impl<'a> Parts<'a> {
     fn synthesise(mut self, wavelet: Wavelet, how: (Mode, f64), units: Units) {
         while let Some(k) = self.lengths.pop() {
             let (level, n) = (self.level(), self.length(self.level()));
-            let units = if level == 0 { units } else { Units::OWN };
+            let units = if level == 0 { units } else { Units::IDENTITY };
             let begin = self.lengths.iter().sum::<usize>();
             let details = &self.details[begin..begin + k];
             let [even, odd] = &mut self.sides;
@@ -158,11 +158,11 @@ impl<'a> Parts<'a> {
 pub fn decompose(z: &[f64], wavelet: Wavelet, levels: usize) -> Vec<Vec<f64>> {
     let mut record = work::filled(0.0, z.len());
     let mut room = work::filled(0.0, room(z.len(), wavelet, levels));
-    let mut parts = Parts::new(z, Units::OWN, wavelet, &mut record, &mut room);
+    let mut parts = Parts::new(z, Units::IDENTITY, wavelet, &mut record, &mut room);
     while parts.level() < levels {
         parts.deepen(wavelet, |_, _| true);
     }
-    let copied = |values: &[f64]| work::gathered(values.iter().copied());
+    let copied = |values: &[f64]| work::collect(values.iter().copied());
     let mut found = Vec::new();
     let mut rest: &[f64] = parts.details;
     for k in &parts.lengths {
@@ -186,6 +186,6 @@ fn power_of_two(z: &[f64]) -> f64 {
     }
     let largest = largest.iter().chain(rest).fold(0.0, |largest: f64, z| largest.max(z.abs()));
     let exponent = (largest.to_bits() >> 52) as i64 - 1023;
-    let exponent = exponent.clamp(-EXPONENT_MAX, EXPONENT_MAX);
+    let exponent = exponent.clamp(-MAX_EXPONENT, MAX_EXPONENT);
     f64::from_bits(((exponent + 1023) as u64) << 52)
 }

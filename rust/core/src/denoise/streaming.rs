@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::counting::{Counting, SIZE_MAX};
+use super::counting::{Counting, MAX_SIZE};
 use super::wavelet::{Taps, with_taps};
 use super::{Mode, Wavelet};
 use crate::error::{Error, check_not_negative, check_rate};
-use crate::math::sound::{is_count, is_sample, is_within};
+use crate::math::validity::{is_count, is_sample, is_within};
 use crate::math::{Limits, Real};
 use crate::memory;
 use crate::stream::Stream;
@@ -14,14 +14,14 @@ use crate::stream::checkpoint::Checkpoint;
 
 /// How fast the noise is followed: what the details of a second weigh together, and the most that
 /// one of them does.
-const FOLLOWING: f64 = 0.2;
-const HEAVIEST: f64 = 0.5;
+const WEIGHT_PER_SECOND: f64 = 0.2;
+const MAX_WEIGHT: f64 = 0.5;
 
 /// A detail that is a smaller part of its last sample is one of equal samples, but for rounding.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// Largest distance from the first sample: no level of the bank can make it infinite.
-const DISTANCE_MAX: f64 = 1e150;
+const MAX_DISTANCE: f64 = 1e150;
 
 /// What a person chooses.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -30,7 +30,7 @@ pub struct WaveletParams {
     pub rate: f64,
     /// The wavelet.
     pub wavelet: Wavelet,
-    /// Octaves that are denoised, from 1 to [`LEVEL_MAX`](WaveletDenoiser::LEVEL_MAX).
+    /// Octaves that are denoised, from 1 to [`MAX_LEVEL`](WaveletDenoiser::MAX_LEVEL).
     pub level: usize,
     /// What becomes of details above the threshold.
     pub mode: Mode,
@@ -69,7 +69,7 @@ pub struct WaveletDenoiser {
 
 impl WaveletDenoiser {
     /// The most levels.
-    pub const LEVEL_MAX: usize = 10;
+    pub const MAX_LEVEL: usize = 10;
 
     /// A bank that has seen nothing.
     ///
@@ -79,7 +79,7 @@ impl WaveletDenoiser {
     pub fn new(params: WaveletParams) -> Result<Self, Error> {
         check_rate(params.rate)?;
         check_not_negative("threshold", "zero or a positive number", params.threshold)?;
-        if !(1..=Self::LEVEL_MAX).contains(&params.level) {
+        if !(1..=Self::MAX_LEVEL).contains(&params.level) {
             return Err(Error::Parameter {
                 name: "level",
                 expected: "from 1 to 10",
@@ -117,7 +117,7 @@ impl WaveletDenoiser {
 
     /// The deviation of the noise, zero before it is known.
     pub fn sigma(&self) -> f64 {
-        self.noise.sigma().min(f64::RAW_MAX)
+        self.noise.sigma().min(f64::MAX_RAW)
     }
 
     /// Samples given so far, missing ones included.
@@ -144,12 +144,12 @@ impl WaveletDenoiser {
             (self.unbroken, self.missing) = (0, self.missing + 1);
             return self.last;
         }
-        let z = z.within(f64::RAW_MAX);
+        let z = z.within(f64::MAX_RAW);
         if self.origin.is_nan() {
             self.origin = z;
         }
         self.unbroken += 1;
-        self.last = (z - self.origin).within(DISTANCE_MAX);
+        self.last = (z - self.origin).within(MAX_DISTANCE);
         self.last
     }
 
@@ -160,12 +160,12 @@ impl WaveletDenoiser {
         // Two samples of a level make one of the next.
         let whole = (k.trailing_ones() as usize).min(levels);
         let mut bank = Levels { taps, levels, state: &mut this.state };
-        let (mut x, mut details) = (y, [0.0; Self::LEVEL_MAX]);
+        let (mut x, mut details) = (y, [0.0; Self::MAX_LEVEL]);
         for level in 0..whole {
             let [a, d] = bank.analyse(level, k >> level, x);
             // Equal samples say nothing of the noise.
             if level == 0 && this.unbroken >= F as u64 && d.abs() > ROUNDING * y.abs() {
-                let gain = (2.0 * FOLLOWING / this.params.rate).min(HEAVIEST);
+                let gain = (2.0 * WEIGHT_PER_SECOND / this.params.rate).min(MAX_WEIGHT);
                 this.noise.take(d.abs(), gain);
             }
             details[level] = bank.exchange(level, k >> (level + 1), d);
@@ -208,10 +208,10 @@ impl<const F: usize> Levels<'_, F> {
     /// One of the two copies that are written, and where all of the last ones begin.
     #[inline(always)]
     fn write(&mut self, begin: usize, length: usize, k: u64, x: f64) -> usize {
-        let place = begin + k as usize % length;
-        self.state[place] = x;
-        self.state[place + length] = x;
-        place + 1
+        let index = begin + k as usize % length;
+        self.state[index] = x;
+        self.state[index + length] = x;
+        index + 1
     }
 
     #[inline(always)]
@@ -246,8 +246,8 @@ impl<const F: usize> Levels<'_, F> {
         match waiting(self.levels - level - 1, F) as u64 {
             0 => d,
             length => {
-                let place = self.begin(level) + 4 * F + 1 + (j % length) as usize;
-                core::mem::replace(&mut self.state[place], d)
+                let index = self.begin(level) + 4 * F + 1 + (j % length) as usize;
+                core::mem::replace(&mut self.state[index], d)
             }
         }
     }
@@ -284,7 +284,7 @@ impl Stream for WaveletDenoiser {
         x
     }
 
-    fn twin(&self) -> Result<Self, Error> {
+    fn try_clone(&self) -> Result<Self, Error> {
         let state = memory::copied(&self.state)?;
         Ok(Self { state, ..*self })
     }
@@ -304,17 +304,17 @@ impl Checkpoint for WaveletDenoiser {
     const TAG: &'static str = "wavelet-denoiser";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
-        let within = |x: f64| is_within(x, SIZE_MAX);
+    fn is_valid(&self) -> bool {
+        let within = |x: f64| is_within(x, MAX_SIZE);
         Self::new(self.params).is_ok_and(|fresh| {
             self.state.len() == fresh.state.len()
                 && is_count(self.samples_seen)
                 && self.unbroken <= self.samples_seen
                 && self.missing <= self.samples_seen - self.unbroken
-                && is_sample(self.origin, f64::RAW_MAX)
-                && is_within(self.last, DISTANCE_MAX)
+                && is_sample(self.origin, f64::MAX_RAW)
+                && is_within(self.last, MAX_DISTANCE)
                 && within(self.next)
-                && self.noise.is_sound(self.samples_seen)
+                && self.noise.is_valid(self.samples_seen)
                 && self.state.iter().all(|x| within(*x))
                 && (!self.origin.is_nan() || self.has_not_begun(&fresh))
         })

@@ -8,7 +8,7 @@
 
 #[cfg(feature = "std")]
 pub(super) mod side_by_side;
-mod sound;
+mod validity;
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -72,7 +72,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     pub fn new(params: AutoParams) -> Result<Self, Error> {
         let window = params::checked_window(params.rate, params.startup)?;
         crate::error::check_scale(params.scale)?;
-        params.behaviour.checked()?;
+        params.behaviour.validate()?;
         Ok(Self {
             params,
             detector: RestDetector::new(params.rate, params.limits)?,
@@ -119,7 +119,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             Some(model) if !begins(self.status) => (self.estimate, model.measurement_noise()),
             _ => (self.startup.mean(), self.startup.variance()),
         };
-        sigma.at_least((level.simd_abs() + noise.simd_sqrt()).at_most(T::RAW_MAX))
+        sigma.at_least((level.simd_abs() + noise.simd_sqrt()).at_most(T::MAX_RAW))
     }
 
     /// What it is taken for as rest is rest for certain.
@@ -200,7 +200,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             None => {}
         }
         if self.disproves(tick) {
-            return self.start_anew();
+            return self.restart_from_scratch();
         }
         if self.status == Status::NoRestYet && self.detector.standing() <= 1 {
             self.startup.reset();
@@ -290,8 +290,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// Noise and drift are learned anew, from the next sample on.
-    fn start_anew(&mut self) {
+    /// Learn noise and drift again, from the next sample on.
+    fn restart_from_scratch(&mut self) {
         self.startup.reset();
         (self.model, self.experienced) = (None, false);
         self.interim = Interim::held();
@@ -318,13 +318,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// Follows a sample that is there until its tick is judged.
+    /// Follows a sample that is there until its tick is tested.
     #[inline(always)]
     fn follow(&mut self, z: T) {
-        let z = z.within(T::RAW_MAX);
+        let z = z.within(T::MAX_RAW);
         self.reach = self.reach.at_least(z.simd_abs());
         if self.learns() {
-            self.innovation = (z - self.estimate).within(T::RAW_MAX);
+            self.innovation = (z - self.estimate).within(T::MAX_RAW);
             self.estimate = self.interim.step(self.estimate, z);
         }
     }
@@ -408,7 +408,7 @@ impl<T: DriftNumber> Stream for AutoFilter<T> {
 
     /// It holds plain numbers, which are copied at once, and not field by field.
     #[cfg(feature = "std")]
-    fn twin(&self) -> Result<Self, Error> {
+    fn try_clone(&self) -> Result<Self, Error> {
         Ok(*self)
     }
 
@@ -436,7 +436,7 @@ impl<T: DriftNumber> Traced for AutoFilter<T> {
 
     fn snapshot(&self) -> Snapshot<T, 1, 1> {
         let sigma = self.own_sigma();
-        let variance = (sigma.at_most(T::DIFFERENCE_MAX) * sigma).at_most(T::RAW_MAX);
+        let variance = (sigma.at_most(T::MAX_DIFFERENCE) * sigma).at_most(T::MAX_RAW);
         let one = |x: T| SVector::<T, 1>::repeat(x);
         let (R, G) = match &self.model {
             Some(model) => (model.measurement_noise(), model.process_noise()),
@@ -446,7 +446,7 @@ impl<T: DriftNumber> Traced for AutoFilter<T> {
         Snapshot {
             estimate: self.estimate,
             innovation: self.innovation,
-            innovation_variance: (R + variance).at_most(T::RAW_MAX),
+            innovation_variance: (R + variance).at_most(T::MAX_RAW),
             gain: one(K),
             measurement_noise: R,
             process_noise: SMatrix::repeat(G),
@@ -467,7 +467,7 @@ impl<T: DriftNumber> Checkpoint for AutoFilter<T> {
     const TAG: &'static str = "drift-auto";
     const VERSION: u16 = 4;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         Self::new(self.params).is_ok_and(|fresh| self.is_after(&fresh))
     }
 

@@ -3,7 +3,7 @@
 
 #[cfg(feature = "std")]
 pub(super) mod side_by_side;
-mod sound;
+mod validity;
 
 use nalgebra::{SMatrix, SVector, SimdBool};
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::kalman::{Correction, State};
 use super::least_squares::Rls;
 use super::options::Options;
-use super::start::{PEAK, Start};
+use super::start::{MAX_NORMALISED_SAMPLE, Start};
 use super::{
     Behaviour, Drift, DriftNumber, DriftStream, Params, PublishedFilter, RobustParams, Status,
     sage_husa,
@@ -24,7 +24,7 @@ use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Number, Output, Scaling, Shape, Startup, Stream, Traced, Watch};
 
 /// The largest coefficient of a stationary autoregression of order three.
-const COEFFICIENT_MAX: f64 = 3.0;
+const MAX_COEFFICIENT: f64 = 3.0;
 
 /// The filter on normalised samples, one signal a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -53,16 +53,16 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
     /// [`Error::Parameter`] for a parameter out of range.
     pub fn new(params: &Params) -> Result<Self, Error> {
         const { assert!(N >= 2 && M >= N, "N = p + 1 >= 2, M = p + q + 1 >= N") };
-        let params = params.checked()?;
+        let params = params.validate()?;
         let floor = Self::floor();
-        let most = T::limit(<T::Element as Limits>::COVARIANCE_MAX);
+        let most = T::limit(<T::Element as Limits>::MAX_COVARIANCE);
         let start = T::of(params.process_noise).at_least(floor).at_most(most);
         Ok(Self {
             adapts_measurement_noise: params.adapts_measurement_noise(),
             adapts_process_noise: params.adapts_process_noise(),
             learning_left: params.adapt_samples(),
             model: Rls::new(params.forgetting_factor),
-            measurement_noise: AllanNoise::with_floor(params.memory(), params.noise, floor)?,
+            measurement_noise: AllanNoise::with_floor(params.fading_factor(), params.noise, floor)?,
             process_noise: Symmetric::diagonal(start),
             state: State::new(start),
             last: Correction { innovation: T::zero(), variance: T::one(), inverse: T::zero() },
@@ -118,7 +118,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
     pub(super) fn row(&self) -> SVector<T, N> {
         let parameters = self.model.parameters();
         vector(|i| match i {
-            i if i < N - 1 => parameters[i].within(T::of(COEFFICIENT_MAX)),
+            i if i < N - 1 => parameters[i].within(T::of(MAX_COEFFICIENT)),
             _ => T::one(),
         })
     }
@@ -186,7 +186,7 @@ impl<T, const N: usize, const M: usize> DriftLoop<T, N, M>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// A loop that knows what `start` says, as firmly as a start-up would have told it.
+    /// A loop that knows what `start` says, as firmly as a start-up would have learned it.
     fn started(params: &Params, start: &Start<T, N, M>) -> Result<Self, Error> {
         let mut inner = Self::new(params)?;
         let samples = params.startup_samples();
@@ -199,7 +199,7 @@ where
         inner.state = Self::started_state(start)?;
         inner.last.variance = inner.state.P.at(0, 0) + inner.measurement_noise.variance();
         inner.count += T::of(samples as f64);
-        inner.peak = T::of(PEAK);
+        inner.peak = T::of(MAX_NORMALISED_SAMPLE);
         Ok(inner)
     }
 
@@ -288,13 +288,13 @@ where
             self.coefficients.as_slice(),
             self.covariance.as_slice(),
         ];
-        let mut places = numbers;
+        let mut slots = numbers;
         for part in parts {
-            let (own, others) = places.split_at_mut(part.len());
-            for (place, number) in own.iter_mut().zip(part) {
-                *place = (*number).into();
+            let (own, others) = slots.split_at_mut(part.len());
+            for (slot, number) in own.iter_mut().zip(part) {
+                *slot = (*number).into();
             }
-            places = others;
+            slots = others;
         }
         flags.copy_from_slice(&[
             self.missing,
@@ -355,7 +355,7 @@ where
     /// # Errors
     /// [`Error::Parameter`] for a parameter or a number of the start out of range.
     pub fn started(params: Params, start: Start<T, N, M>) -> Result<Self, Error> {
-        let start = start.checked()?;
+        let start = start.validate()?;
         Ok(Self {
             inner: DriftLoop::started(&params, &start)?,
             scaling: Some(Scaling::new(start.offset, start.scale)),
@@ -420,7 +420,7 @@ where
 
     /// Process noise and covariance during start-up.
     fn startup_noise(&self) -> T {
-        (self.startup.variance() * T::of(self.params.process_noise)).at_most(T::RAW_MAX)
+        (self.startup.variance() * T::of(self.params.process_noise)).at_most(T::MAX_RAW)
     }
 
     /// Measurement noise during start-up.
@@ -488,7 +488,7 @@ where
             Some(scaling) => {
                 (self.estimate, self.missing, self.guarded) = step(&mut self.inner, scaling, z);
                 if Watch::<T>::is_due(self.samples_seen) && self.disproves(z) {
-                    self.start_anew_if_disproved();
+                    self.restart_if_disproved();
                 }
             }
             None => {
@@ -525,7 +525,7 @@ where
                 let deviation = scaling.normalised_difference(startup.variance().simd_sqrt());
                 noise.interrupt();
                 noise.set_known(deviation * deviation, startup.samples());
-                inner.peak = T::of(PEAK);
+                inner.peak = T::of(MAX_NORMALISED_SAMPLE);
             }
         }
         inner.count += T::of(startup.samples() as f64);
@@ -536,19 +536,19 @@ where
         };
     }
 
-    /// Whether a sample proves the scale wrong by many orders, if it was learned and not told.
+    /// Whether a sample proves the scale wrong by many orders, if it was learned and not given.
     #[cold]
     fn disproves(&mut self, z: T) -> bool {
-        let told = self.start.is_some() || self.params.scale.is_some();
-        match self.scaling.filter(|_| !told) {
+        let scale_given = self.start.is_some() || self.params.scale.is_some();
+        match self.scaling.filter(|_| !scale_given) {
             Some(scaling) => self.watch.disproves(z, scaling.scale()),
             None => false,
         }
     }
 
-    /// Learns everything anew if the scale is proved wrong.
+    /// Restart the learning if the scale is proved wrong.
     #[cold]
-    fn start_anew_if_disproved(&mut self) {
+    fn restart_if_disproved(&mut self) {
         if self.watch.has_disproved()
             && let Ok(fresh) = Self::new(self.params)
         {
@@ -581,7 +581,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
 
     /// It holds plain numbers, which are copied at once, and not field by field.
     #[cfg(feature = "std")]
-    fn twin(&self) -> Result<Self, Error> {
+    fn try_clone(&self) -> Result<Self, Error> {
         Ok(*self)
     }
 
@@ -592,8 +592,8 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
     }
 
     #[cfg(feature = "std")]
-    fn abreast() -> usize {
-        T::abreast()
+    fn lane_count() -> usize {
+        T::lane_count()
     }
 
     #[cfg(feature = "std")]
@@ -620,7 +620,7 @@ impl<T: Number, const N: usize, const M: usize> Checkpoint for DriftFilter<T, N,
     const VERSION: u16 = 2;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         self.fresh().is_ok_and(|fresh| self.is_after(&fresh))
     }
 

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::error::Error;
 use crate::math::Real;
-use crate::math::sound::is_count;
+use crate::math::validity::is_count;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Stream, Traced};
 
@@ -49,7 +49,7 @@ pub struct RestGated<T, const N: usize, const M: usize, F = DriftFilter<T, N, M>
     filter: F,
     /// The filter as it was after the last tick at rest, and after the one before: a motion is
     /// seen in its second tick at times.
-    at_last_rests: [F; 2],
+    rest_states: [F; 2],
     at_rest: bool,
     missing: bool,
     saturated: bool,
@@ -71,10 +71,10 @@ where
     /// [`Error::Parameter`] for a rate or a limit out of range.
     pub fn new(filter: F, behaviour: Behaviour) -> Result<Self, Error> {
         Ok(Self {
-            behaviour: behaviour.checked()?,
+            behaviour: behaviour.validate()?,
             detector: RestDetector::new(filter.params().rate, RestLimits::default())?,
             filter,
-            at_last_rests: [filter; 2],
+            rest_states: [filter; 2],
             at_rest: true,
             missing: false,
             saturated: false,
@@ -92,7 +92,7 @@ where
         }
         let run = self.detector.run_with(z);
         let accepted = match reject_outliers {
-            true => self.detector.judged(z),
+            true => self.detector.gate_sample(z),
             false if run == Run::Stuck => T::of(f64::NAN),
             false => z,
         };
@@ -137,7 +137,7 @@ where
         match tick.event {
             Some(Event::Rest) => self.at_rest = true,
             Some(Event::Motion) => {
-                self.filter = self.at_last_rests[1];
+                self.filter = self.rest_states[1];
                 self.at_rest = false;
             }
             Some(Event::Restart) => {
@@ -147,7 +147,7 @@ where
             None => {}
         }
         if self.at_rest {
-            self.at_last_rests = [self.filter, self.at_last_rests[0]];
+            self.rest_states = [self.filter, self.rest_states[0]];
         }
     }
 }
@@ -167,14 +167,14 @@ where
 
     /// It holds plain numbers, which are copied at once, and not field by field.
     #[cfg(feature = "std")]
-    fn twin(&self) -> Result<Self, Error> {
+    fn try_clone(&self) -> Result<Self, Error> {
         Ok(*self)
     }
 
     fn reset(&mut self) {
         self.filter.reset();
         self.detector.restart();
-        self.at_last_rests = [self.filter; 2];
+        self.rest_states = [self.filter; 2];
         (self.at_rest, self.missing, self.saturated) = (true, false, false);
         (self.samples_seen, self.tally, self.suspects) = (0, Tally::default(), 0);
     }
@@ -224,7 +224,7 @@ where
     const VERSION: u16 = 4;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let made =
             |filter: &F| (*filter.params(), filter.robust().copied(), filter.start().copied());
         let pending = self.detector.pending();
@@ -235,9 +235,9 @@ where
             && self.tally.is_within_each(self.samples_seen, maybe_outliers, pending)
             && self.suspects <= pending.min(self.tally.outliers)
             && self.filter.samples_seen() <= self.samples_seen
-            && self.filter.is_sound()
-            && self.at_last_rests.iter().all(|filter| made_alike(filter) && filter.is_sound())
-            && self.detector.is_sound()
+            && self.filter.is_valid()
+            && self.rest_states.iter().all(|filter| made_alike(filter) && filter.is_valid())
+            && self.detector.is_valid()
             && Self::new(self.filter, self.behaviour)
                 .is_ok_and(|fresh| self.detector.is_like(&fresh.detector))
     }

@@ -9,7 +9,7 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::{is_nan, is_size, is_within};
+use crate::math::validity::{is_nan, is_size, is_within};
 use crate::math::{Limits, Real, Symmetric, choose, vector};
 
 /// A trace, in start-up variances, below which the floor of the noise outweighs all rounding.
@@ -70,12 +70,12 @@ impl<T: Real, const N: usize> State<T, N> {
         let mut P = *G;
         for j in 0..N {
             for i in 0..=j {
-                let carried = match (i, j) {
+                let propagated = match (i, j) {
                     (0, 0) => row.dot(&moved),
                     (0, j) => moved[source::<N>(j)],
                     (i, j) => self.P.at(source::<N>(i), source::<N>(j)),
                 };
-                P.set(i, j, carried + G.at(i, j));
+                P.set(i, j, propagated + G.at(i, j));
             }
         }
         Self { x, P }
@@ -133,16 +133,16 @@ where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
     /// Whether a running filter can have it.
-    pub(super) fn is_sound(&self) -> bool {
-        self.x.iter().all(|x| is_within(*x, T::RAW_MAX))
-            && self.P.is_covariance(T::COVARIANCE_MAX + T::COVARIANCE_MAX)
+    pub(super) fn is_valid(&self) -> bool {
+        self.x.iter().all(|x| is_within(*x, T::MAX_RAW))
+            && self.P.is_covariance(T::MAX_COVARIANCE + T::MAX_COVARIANCE)
     }
 }
 
 impl<T: Limits> Correction<T> {
     /// Whether a running filter can have it; the innovation of a start-up may be too large for the
     /// scale learned.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         !is_nan(self.innovation) && is_size(self.variance, T::MAX) && is_size(self.inverse, T::MAX)
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::start::{Factors, Start};
 use crate::error::{Error, check_forgetting_factor, check_scale};
-use crate::math::sound::{is_count, is_size, is_within};
+use crate::math::validity::{is_count, is_size, is_within};
 use crate::math::{Limits, Real, choose, vector};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Scaling, Startup, Stream, Watch};
@@ -216,13 +216,13 @@ where
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         let known = (0..M).flat_map(|j| (0..M).map(move |i| (i, j)));
         let is_factor = |(i, j): (usize, usize)| match i < j {
-            true => is_within(self.unit_upper[(i, j)], T::DIFFERENCE_MAX),
+            true => is_within(self.unit_upper[(i, j)], T::MAX_DIFFERENCE),
             false => self.unit_upper[(i, j)] == fresh.unit_upper[(i, j)],
         };
         let most = T::of(2.0 * M as f64);
         self.growth == fresh.growth
-            && self.parameters.iter().all(|x| is_within(*x, T::RAW_MAX))
-            && self.history.iter().all(|y| is_within(*y, T::LEARNED_MAX))
+            && self.parameters.iter().all(|x| is_within(*x, T::MAX_RAW))
+            && self.history.iter().all(|y| is_within(*y, T::MAX_LEARNED))
             && self.diagonal.iter().all(|d| is_size(*d, most))
             && known.into_iter().all(is_factor)
             && self.trace() <= most
@@ -231,7 +231,7 @@ where
 
 #[inline(always)]
 fn learned_max<T: Real>() -> T {
-    T::limit(<T::Element as Limits>::LEARNED_MAX)
+    T::limit(<T::Element as Limits>::MAX_LEARNED)
 }
 
 /// What a person chooses for [`RecursiveLeastSquares`].
@@ -317,11 +317,11 @@ where
         self.samples_seen
     }
 
-    /// A scale that was learned, not told, and is proved wrong by many orders is learned anew.
+    /// Learn a scale again that was learned, not given, and is proved wrong by many orders.
     #[cold]
     fn check_scale(&mut self, z: T) {
-        let told = self.params.scale.is_some();
-        let Some(scaling) = self.scaling.filter(|_| !told) else { return };
+        let scale_given = self.params.scale.is_some();
+        let Some(scaling) = self.scaling.filter(|_| !scale_given) else { return };
         if self.watch.disproves(z, scaling.scale())
             && let Ok(fresh) = Self::new(self.params)
         {
@@ -358,7 +358,7 @@ impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares
 
     /// It holds plain numbers, which are copied at once, and not field by field.
     #[cfg(feature = "std")]
-    fn twin(&self) -> Result<Self, Error> {
+    fn try_clone(&self) -> Result<Self, Error> {
         Ok(*self)
     }
 
@@ -374,13 +374,13 @@ impl<T: Number, const N: usize, const M: usize> Checkpoint for RecursiveLeastSqu
     const VERSION: u16 = 2;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         Self::new(self.params).is_ok_and(|fresh| {
             is_count(self.samples_seen)
                 && self.startup.is_after(&fresh.startup, self.samples_seen)
                 && self.scaling == self.startup.finished()
                 && self.rls.is_after(&fresh.rls)
-                && self.watch.is_sound()
+                && self.watch.is_valid()
         })
     }
 

@@ -43,7 +43,7 @@ pub enum Status {
     /// The drift is the mean so far.
     Starting,
     /// The same, after the scale learned before was proved wrong by many orders.
-    StartingAnew,
+    Restarting,
     /// The drift is learned.
     AtRest,
     /// The drift is held.
@@ -61,7 +61,7 @@ impl Status {
     pub fn name(self) -> &'static str {
         match self {
             Self::Starting => "starting",
-            Self::StartingAnew => "starting anew",
+            Self::Restarting => "starting anew",
             Self::AtRest => "at rest",
             Self::InMotion => "in motion",
             Self::NoRestYet => "no rest yet",
@@ -83,7 +83,7 @@ impl Status {
     /// The same for a filter whose scale was learned anew so often.
     fn after(self, restarts: u64) -> Self {
         match self {
-            Self::Starting if restarts > 0 => Self::StartingAnew,
+            Self::Starting if restarts > 0 => Self::Restarting,
             status => status,
         }
     }
@@ -106,15 +106,15 @@ impl Tally {
         self.stuck += u64::from(tick.stuck);
     }
 
-    /// Whether so many samples can have made it, so many of which are yet to be judged.
+    /// Whether so many samples can have made it, so many of which are yet to be tested.
     fn is_within(&self, samples: u64, pending: u64) -> bool {
         self.is_within_each(samples, pending, pending)
     }
 
-    /// The same, if fewer of them are yet to be judged as outliers.
+    /// The same, if fewer of them are yet to be tested as outliers.
     fn is_within_each(&self, samples: u64, maybe_outliers: u64, maybe_stuck: u64) -> bool {
         let few = |count: u64, pending: u64| {
-            samples.checked_sub(pending).is_some_and(|judged| count <= judged)
+            samples.checked_sub(pending).is_some_and(|tested| count <= tested)
         };
         self.saturated <= samples
             && few(self.outliers, maybe_outliers)

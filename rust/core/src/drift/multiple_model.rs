@@ -15,24 +15,24 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real};
 
 /// Members: no drift, then two ratios a decade.
 pub const MEMBERS: usize = 22;
 
 /// Ratio of a member's process noise in a block to the white noise of that block.
-const FAINTEST: f64 = 1e-8;
-const STEP: f64 = 3.162_277_660_168_379_5;
+const MIN_NOISE_RATIO: f64 = 1e-8;
+const NOISE_RATIO_STEP: f64 = 3.162_277_660_168_379_5;
 
 /// Weight at the start of the member without drift; the others share the rest.
-const NO_DRIFT: f64 = 0.3;
+const NO_DRIFT_WEIGHT: f64 = 0.3;
 
 /// Blocks after which evidence counts for 1/e: devices warm up and calm down.
-const MEMORY: f64 = 500.0;
+const TIME_CONSTANT_BLOCKS: f64 = 500.0;
 
 /// Degrees of freedom of the scale before the first block.
-const DEGREES: f64 = 2.0;
+const DEGREES_OF_FREEDOM: f64 = 2.0;
 
 type Each<T> = SVector<T, MEMBERS>;
 
@@ -99,17 +99,17 @@ pub struct KalmanBank<T> {
 impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
     /// Members for blocks whose mean has white noise of variance about `noise`.
     pub fn new(noise: T) -> Self {
-        let mut ratio = FAINTEST / STEP;
+        let mut ratio = MIN_NOISE_RATIO / NOISE_RATIO_STEP;
         let q = Each::from_fn(|m, _| {
-            ratio *= if m == 0 { 1.0 } else { STEP };
+            ratio *= if m == 0 { 1.0 } else { NOISE_RATIO_STEP };
             if m == 0 { T::zero() } else { noise * T::of(ratio) }
         });
         Self {
             q,
             x: Each::zeros(),
             P: Each::zeros(),
-            S: Each::repeat(T::of(DEGREES)),
-            degrees: T::of(DEGREES),
+            S: Each::repeat(T::of(DEGREES_OF_FREEDOM)),
+            degrees: T::of(DEGREES_OF_FREEDOM),
             evidence: Each::zeros(),
             weight: prior(),
         }
@@ -124,7 +124,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
     /// Time passes without a measurement.
     pub fn wait(&mut self, blocks: T) {
         for m in 0..MEMBERS {
-            self.P[m] = (self.P[m] + self.q[m] * blocks).at_most(T::COVARIANCE_MAX);
+            self.P[m] = (self.P[m] + self.q[m] * blocks).at_most(T::MAX_COVARIANCE);
         }
     }
 
@@ -232,14 +232,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
     /// Whether blocks of means within `reach` can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self, reach: T) -> bool {
         let every = |values: &Each<T>, holds: &dyn Fn(T) -> bool| values.iter().all(|x| holds(*x));
-        let (zero, most) = (T::zero(), T::DIFFERENCE_MAX);
+        let (zero, most) = (T::zero(), T::MAX_DIFFERENCE);
         self.q == fresh.q
             && every(&self.x, &|x| is_within(x, reach))
             && every(&self.P, &|P| is_size(P, most))
             && every(&self.S, &|S| S >= T::VARIANCE_FLOOR && S <= most)
             && self.degrees >= T::one()
-            && self.degrees <= T::of(MEMORY + 1.0)
-            && every(&self.evidence, &|evidence| is_within(evidence, T::RAW_MAX))
+            && self.degrees <= T::of(TIME_CONSTANT_BLOCKS + 1.0)
+            && every(&self.evidence, &|evidence| is_within(evidence, T::MAX_RAW))
             && self.evidence.max() == zero
             && every(&self.weight, &|weight| is_size(weight, T::one()))
             && is_within(self.weight.sum() - T::one(), T::of(0.01))
@@ -248,12 +248,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
 
 /// The part of the evidence that a block leaves.
 fn kept<T: Real>() -> T {
-    T::of(1.0 - 1.0 / MEMORY)
+    T::of(1.0 - 1.0 / TIME_CONSTANT_BLOCKS)
 }
 
 fn prior<T: Real>() -> Each<T> {
-    let others = (1.0 - NO_DRIFT) / (MEMBERS - 1) as f64;
-    Each::from_fn(|m, _| T::of(if m == 0 { NO_DRIFT } else { others }))
+    let others = (1.0 - NO_DRIFT_WEIGHT) / (MEMBERS - 1) as f64;
+    Each::from_fn(|m, _| T::of(if m == 0 { NO_DRIFT_WEIGHT } else { others }))
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use crate::{
 pub trait DriftNumber: Number {
     /// How many filters share one.
     #[cfg(feature = "std")]
-    fn abreast() -> usize {
+    fn lane_count() -> usize {
         1
     }
 
@@ -39,7 +39,7 @@ impl DriftNumber for f32 {}
 
 impl DriftNumber for f64 {
     #[cfg(feature = "std")]
-    fn abreast() -> usize {
+    fn lane_count() -> usize {
         pulp::Arch::new().dispatch(side_by_side::Width)
     }
 

@@ -362,10 +362,10 @@ impl Options {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
-        let (params, behaviour) = (self.params.checked()?, self.behaviour.checked()?);
-        let robust = self.robust.map(RobustParams::checked).transpose()?;
-        Ok(Self { params, robust, behaviour, limits: self.limits.checked()?, ..self })
+    pub fn validate(self) -> Result<Self, Error> {
+        let (params, behaviour) = (self.params.validate()?, self.behaviour.validate()?);
+        let robust = self.robust.map(RobustParams::validate).transpose()?;
+        Ok(Self { params, robust, behaviour, limits: self.limits.validate()?, ..self })
     }
 }
 
@@ -384,12 +384,12 @@ fn maybe(value: Option<f64>) -> Value {
     value.map_or(Value::None, Value::Number)
 }
 
-fn set_number(place: &mut f64, value: Value) {
+fn set_number(slot: &mut f64, value: Value) {
     if let Value::Number(number) = value {
-        *place = number;
+        *slot = number;
     }
 }
 
-fn set_maybe(place: &mut Option<f64>, value: Value) {
-    *place = if let Value::Number(number) = value { Some(number) } else { None };
+fn set_maybe(slot: &mut Option<f64>, value: Value) {
+    *slot = if let Value::Number(number) = value { Some(number) } else { None };
 }

@@ -49,7 +49,7 @@ impl Behaviour {
     ///
     /// # Errors
     /// [`Error::Parameter`] if it is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         self.limit.map_or(Ok(()), |limit| check_positive("limit", "a positive number", limit))?;
         Ok(self)
     }
@@ -68,7 +68,7 @@ impl Behaviour {
     {
         match (self.compensated, z.finite()) {
             (false, _) => drift,
-            (true, true) => (z.within(T::RAW_MAX) - drift).within(T::RAW_MAX),
+            (true, true) => (z.within(T::MAX_RAW) - drift).within(T::MAX_RAW),
             (true, false) => T::of(f64::NAN),
         }
     }
@@ -117,14 +117,14 @@ impl Default for Params {
 }
 
 /// Fewest samples of a start-up window, whatever the rate.
-const STARTUP_SAMPLES_MIN: f64 = 10.0;
+const MIN_STARTUP_SAMPLES: f64 = 10.0;
 
 impl Params {
     /// The parameters, if each is in its range.
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         check_rate(self.rate)?;
         check_fading(self.fading)?;
         check_forgetting_factor(self.forgetting_factor)?;
@@ -156,14 +156,14 @@ impl Params {
     }
 
     /// The memory of the measurement noise: equal weights unless the method fades.
-    pub(crate) fn memory(&self) -> f64 {
+    pub(crate) fn fading_factor(&self) -> f64 {
         if self.method == Method::Fading { self.fading } else { 1.0 }
     }
 }
 
 /// Samples of a start-up window.
 fn window(rate: f64, startup: f64) -> u64 {
-    rounded((startup * rate).max(STARTUP_SAMPLES_MIN))
+    rounded((startup * rate).max(MIN_STARTUP_SAMPLES))
 }
 
 /// [`window`] of parameters that are in their range.

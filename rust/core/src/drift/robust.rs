@@ -1,10 +1,10 @@
 //! The robust filter of Wu & Ran 2021 (section 2): three zones of the innovation.
 //!
-//! The chain is that of [`DriftFilter`] with `akf`; every innovation is judged before it is used.
+//! The chain is that of [`DriftFilter`] with `akf`; every innovation is classified before it is used.
 //! What the source leaves out is here: a way back, for a step of the signal is no outlier.
 #![allow(non_snake_case)]
 
-mod sound;
+mod validity;
 mod zones;
 
 use nalgebra::SVector;
@@ -60,7 +60,7 @@ where
     }
 
     fn around(filter: DriftFilter<T, N, M>, robust: RobustParams) -> Result<Self, Error> {
-        let gate = Gate::new(robust.checked()?, filter.params().rate);
+        let gate = Gate::new(robust.validate()?, filter.params().rate);
         Ok(Self { filter, gate })
     }
 
@@ -79,7 +79,7 @@ where
     fn damped_gain(&self) -> SVector<T, N> {
         let (inner, law) = (&self.filter.inner, &self.gate.law);
         let S = inner.last.variance;
-        let left = kept(T::of(law.fall()), inner.measurement_noise.variance() / S);
+        let left = decay(T::of(law.fall()), inner.measurement_noise.variance() / S);
         inner.state.column() * (T::of(law.damping) / (S * left))
     }
 }
@@ -100,7 +100,7 @@ where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
     if z.finite() {
-        judged(inner, gate, scaling.normalise(z), scaling.scale());
+        gate_sample(inner, gate, scaling.normalise(z), scaling.scale());
         return (scaling.raw(inner.state.x[0]), false, false);
     }
     gate.outlier = false;
@@ -110,7 +110,7 @@ where
 
 /// State, noise and model after the sample `y`, as its innovation deserves.
 #[inline(always)]
-fn judged<T, const N: usize, const M: usize>(
+fn gate_sample<T, const N: usize, const M: usize>(
     inner: &mut DriftLoop<T, N, M>,
     gate: &mut Gate<T>,
     y: T,
@@ -122,18 +122,18 @@ fn judged<T, const N: usize, const M: usize>(
     let innovation = y - prior.x[0];
     let R = inner.measurement_noise.variance();
     let P = prior.P.at(0, 0);
-    let verdict = gate.judge(innovation, P, P + R, scale);
+    let verdict = gate.classify(innovation, P, P + R, scale);
     if verdict == Verdict::Exit {
         open_level(&mut prior, &inner.row(), R + innovation * innovation);
     }
-    let taken = learned(&verdict, &gate.law, prior.x[0], y);
+    let taken = learning_sample(&verdict, &gate.law, prior.x[0], y);
     inner.learn(taken, taken.finite());
     let R = inner.measurement_noise.variance();
     let last = match verdict {
         Verdict::Damped(gain, fall) => damp(&mut inner.state, &prior, innovation, R, gain, fall),
         Verdict::Corrected(shift) => {
             prior.x[0] += shift;
-            // As printed, the innovation is not taken anew: what the prediction moves by, the gain
+            // As printed, the innovation is not computed again: what the prediction moves by, the gain
             // adds once more.
             let again = if gate.law.zones == Zones::Published { shift } else { T::zero() };
             inner.state.correct(&prior, y + again, true, R)
@@ -145,7 +145,7 @@ fn judged<T, const N: usize, const M: usize>(
 
 /// What model and noise learn: nothing, NaN, of an outlier, unless as published.
 #[inline(always)]
-fn learned<T>(verdict: &Verdict<T>, law: &RobustParams, predicted: T, y: T) -> T
+fn learning_sample<T>(verdict: &Verdict<T>, law: &RobustParams, predicted: T, y: T) -> T
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
@@ -159,7 +159,7 @@ where
 /// What is left of the first row of a covariance that falls by `fall` times `S K Kᵀ`, where `ratio`
 /// is R/S.
 #[inline(always)]
-fn kept<T: Real>(fall: T, ratio: T) -> T {
+fn decay<T: Real>(fall: T, ratio: T) -> T {
     T::one() - fall + fall * ratio
 }
 
@@ -176,7 +176,7 @@ fn damp<T: Real, const N: usize>(
 ) -> Correction<T> {
     let variance = prior.P.at(0, 0) + R;
     let inverse = T::one() / variance;
-    let left = kept(fall, R * inverse);
+    let left = decay(fall, R * inverse);
     let gain = prior.column() * inverse;
     state.x = prior.x + gain * (damping * innovation);
     state.P.assign(|i, j| match i {
@@ -223,7 +223,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for RobustFilter<T, 
 
     /// It holds plain numbers, which are copied at once, and not field by field.
     #[cfg(feature = "std")]
-    fn twin(&self) -> Result<Self, Error> {
+    fn try_clone(&self) -> Result<Self, Error> {
         Ok(*self)
     }
 
@@ -250,8 +250,8 @@ impl<T: Number, const N: usize, const M: usize> Checkpoint for RobustFilter<T, N
     const VERSION: u16 = 1;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
 
-    fn is_sound(&self) -> bool {
-        self.filter.is_sound()
+    fn is_valid(&self) -> bool {
+        self.filter.is_valid()
             && self.filter.params().method == Method::Akf
             && Self::around(self.filter, self.gate.law)
                 .is_ok_and(|fresh| self.gate.is_after(&fresh.gate, self.filter.samples_seen))

@@ -1,6 +1,6 @@
 //! The model of one sensor: its noise, and its drift as far as it has been at rest.
 
-mod sound;
+mod validity;
 
 use serde::{Deserialize, Serialize};
 
@@ -15,11 +15,11 @@ use crate::stream::Scaling;
 const BLOCK: f64 = 8.0;
 
 /// Deviations of a sample beyond which it does not move the drift until its tick is complete.
-const SURPRISE: f64 = 4.0;
+const MAX_SAMPLE_SIGMAS: f64 = 4.0;
 
 /// Widens the interval of the drift: no sensor's drift is quite a walk. So chosen that over the
 /// simulated gyros of the package two thirds of all errors lie within one deviation.
-const CAUTION: f64 = 1.15;
+const SIGMA_FACTOR: f64 = 1.15;
 
 /// Noise and drift, in units of the start-up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -109,8 +109,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
             Some(block) => self.bank.filtered(&block),
             None => self.bank.predicted(),
         };
-        let sigma = now.variance.simd_sqrt() * T::of(CAUTION);
-        let most = self.noise.of_sample().simd_sqrt() * T::of(SURPRISE);
+        let sigma = now.variance.simd_sqrt() * T::of(SIGMA_FACTOR);
+        let most = self.noise.of_sample().simd_sqrt() * T::of(MAX_SAMPLE_SIGMAS);
         let interim =
             Interim { gain: now.P / (now.P + noise), most: self.scaling.raw_difference(most) };
         DriftNow {
@@ -157,13 +157,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
 }
 
 /// Ticks after which a noise level counts for 1/e: a minute of quarter seconds.
-const NOISE_MEMORY: f64 = 240.0;
+const TIME_CONSTANT_TICKS: f64 = 240.0;
 
 /// Ratio of variances that no noise of one sensor at rest has.
-const ANOTHER: f64 = 9.0;
+const MAX_VARIANCE_RATIO: f64 = 9.0;
 
 /// Ticks that a noise counts for which one tick has shown.
-const FRESH: u64 = 8;
+const FIRST_NOISE_TICKS: u64 = 8;
 
 /// Variances of ticks' means and of samples, in units of the start-up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -183,7 +183,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
     /// # Errors
     /// None for the constants in use.
     fn white(length: T, ticks: T) -> Result<Self, Error> {
-        let fading = 1.0 - 1.0 / NOISE_MEMORY;
+        let fading = 1.0 - 1.0 / TIME_CONSTANT_TICKS;
         let mut of_means = AllanNoise::with_floor(fading, AllanKind::Allan, T::VARIANCE_FLOOR)?;
         of_means.set_known(T::one() / length, ticks.to_subset().map_or(0, |n: f64| n as u64));
         Ok(Self { of_means, of_samples: T::one(), ticks })
@@ -192,7 +192,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
     /// Takes mean and deviation of a tick.
     fn observe(&mut self, mean: T, deviation: T) {
         self.of_means.observe(mean);
-        self.ticks = (self.ticks + T::one()).at_most(T::of(NOISE_MEMORY));
+        self.ticks = (self.ticks + T::one()).at_most(T::of(TIME_CONSTANT_TICKS));
         self.of_samples += (deviation * deviation - self.of_samples) / self.ticks;
     }
 
@@ -204,7 +204,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
     /// Whether samples of this deviation are so far off that what was learned was not rest.
     fn is_another(&self, deviation: T) -> bool {
         let (now, known) = (deviation * deviation, self.of_samples);
-        now > known * T::of(ANOTHER) || now * T::of(ANOTHER) < known
+        now > known * T::of(MAX_VARIANCE_RATIO) || now * T::of(MAX_VARIANCE_RATIO) < known
     }
 
     /// The noise anew, from the deviation of a tick.
@@ -212,14 +212,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
         let variance = (deviation * deviation).at_least(T::VARIANCE_FLOOR);
         let louder = variance / self.of_samples.at_least(T::VARIANCE_FLOOR);
         let of_means = (self.of_means.variance() * louder).at_most(Self::most_of_means());
-        self.of_means.set_known(of_means, FRESH);
+        self.of_means.set_known(of_means, FIRST_NOISE_TICKS);
         self.of_samples = variance;
         self.ticks = T::one();
     }
 
     /// Largest variance of ticks' means: that of the largest differences.
     fn most_of_means() -> T {
-        T::INPUT_MAX * T::INPUT_MAX * T::of(4.0)
+        T::MAX_INPUT * T::MAX_INPUT * T::of(4.0)
     }
 
     /// Variance of a tick's mean.

@@ -9,7 +9,7 @@ use crate::stream::{Field, Input, Number, Output, Shape};
 
 /// Largest normalised sample expected of a record, in its deviations: what a Gaussian record of a
 /// million samples reaches.
-pub(crate) const PEAK: f64 = 5.0;
+pub(crate) const MAX_NORMALISED_SAMPLE: f64 = 5.0;
 
 /// Part of a variance that rounding and a text of ten digits can take from it, and no more.
 const PIVOT_ROUNDING: f64 = 1e-9;
@@ -44,7 +44,7 @@ where
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         require(self.offset.finite(), "offset", "finite", self.offset)?;
         let scale = self.scale;
         require(scale.finite() && scale > T::zero(), "scale", "a positive number", scale)?;
@@ -55,8 +55,8 @@ where
         check_variance("process_noise", self.process_noise)?;
         Factors::of("covariance", &self.covariance)?;
         Factors::of("state_covariance", &self.state_covariance)?;
-        let offset = self.offset.within(T::RAW_MAX);
-        let scale = scale.at_most(T::RAW_MAX).at_least(T::one() / T::RAW_MAX);
+        let offset = self.offset.within(T::MAX_RAW);
+        let scale = scale.at_most(T::MAX_RAW).at_least(T::one() / T::MAX_RAW);
         Ok(Self { offset, scale, ..self })
     }
 
@@ -65,18 +65,18 @@ where
         let rest = self.coefficients.iter().take(N - 1).fold(T::one(), |rest, phi| rest - *phi);
         let mut normalised = self.coefficients;
         normalised[M - 1] = (self.coefficients[M - 1] - rest * self.offset) / self.scale;
-        normalised.map(|c| c.within(T::LEARNED_MAX))
+        normalised.map(|c| c.within(T::MAX_LEARNED))
     }
 
     /// A variance of the signal in those of the centred and scaled one.
     pub(crate) fn normalised_variance(&self, variance: T) -> T {
         let ratio = T::one() / self.scale;
-        (variance * ratio * ratio).at_most(T::COVARIANCE_MAX)
+        (variance * ratio * ratio).at_most(T::MAX_COVARIANCE)
     }
 
     /// The state's covariance in variances of the signal, semidefinite to rounding.
     pub(crate) fn normalised_state_covariance(&self) -> Result<SMatrix<T, N, N>, Error> {
-        let bound = T::COVARIANCE_MAX;
+        let bound = T::MAX_COVARIANCE;
         let ratio = T::one() / self.scale;
         let normalised = self.state_covariance.map(|p| (p * ratio * ratio).within(bound));
         Ok(Factors::of("state_covariance", &normalised)?.product())
@@ -120,8 +120,8 @@ impl<T: Number, const N: usize, const M: usize> Output for Start<T, N, M> {
             .chain(self.covariance.iter().copied())
             .chain([self.measurement_noise, self.process_noise])
             .chain(self.state_covariance.iter().copied());
-        for (place, value) in numbers.iter_mut().zip(values) {
-            *place = value.into();
+        for (slot, value) in numbers.iter_mut().zip(values) {
+            *slot = value.into();
         }
     }
 }
@@ -176,7 +176,7 @@ where
         self.diagonal[j] = column[j];
         for i in 0..j {
             let u = column[i] / column[j];
-            require(u.simd_abs() <= T::INPUT_MAX, name, "of comparable variances", u)?;
+            require(u.simd_abs() <= T::MAX_INPUT, name, "of comparable variances", u)?;
             self.unit_upper[(i, j)] = u;
             for h in 0..=i {
                 rest[(h, i)] -= self.unit_upper[(h, j)] * column[i];

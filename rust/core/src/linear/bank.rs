@@ -5,17 +5,17 @@ use wide::f64x4;
 
 use super::check::{check_matrix, check_state, settle_covariance};
 use super::step::{
-    Advance, ELEMENT_MAX, Fixed, FixedRoom, LANES, Places, Size, VARIANCE_MAX, Work, advance_one,
-    advance_several, correct_covariance, is_known, predict_covariance, product,
+    Advance, ChannelOutputs, Fixed, FixedRoom, LANES, MAX_ELEMENT, MAX_VARIANCE, Size, Work,
+    advance_one, advance_several, correct_covariance, is_known, predict_covariance, product,
 };
 use crate::error::Error;
 use crate::math::Pairs;
 use crate::memory;
 
 /// Largest number of states, measurements, inputs.
-pub(super) const SIZE_MAX: usize = 256;
+pub(super) const MAX_SIZE: usize = 256;
 /// Deviations of the unknown initial state, in units of what as many samples as it has numbers tell.
-const UNKNOWN: f64 = 1e4;
+const UNKNOWN_SIGMAS: f64 = 1e4;
 
 /// The matrices of a filter, row after row: n states, m measurements, p inputs.
 #[derive(Debug, Clone, PartialEq)]
@@ -195,7 +195,7 @@ impl LinearBank {
     ///
     /// # Errors
     /// [`Error::Memory`] if there is none for it.
-    pub fn twin(&self) -> Result<Self, Error> {
+    pub fn try_clone(&self) -> Result<Self, Error> {
         // Asks for the memory that a clone takes.
         drop(memory::room::<f64>(2 * (self.P.len() + 3 * self.x.len() + self.innovation.len()))?);
         Ok(self.clone())
@@ -363,7 +363,7 @@ impl LinearBank {
                     predict: predict.map(|(F, _, B)| (F, B, u)),
                     correct: correct.map(|(H, _)| (H, z, weighed)),
                 };
-                let mut places = Places {
+                let mut outputs = ChannelOutputs {
                     state: &mut self.x,
                     innovation: &mut self.innovation,
                     nis: &mut self.nis,
@@ -371,10 +371,10 @@ impl LinearBank {
                 };
                 let (rest, end) = (first + group - group % LANES, first + group);
                 if first < rest {
-                    advance_several(size, first..rest, &step, &mut places, work);
+                    advance_several(size, first..rest, &step, &mut outputs, work);
                 }
                 for channel in rest..end {
-                    advance_one(size, channel, &step, &mut places, work);
+                    advance_one(size, channel, &step, &mut outputs, work);
                 }
             }
             self.keep(step, known);
@@ -392,7 +392,7 @@ impl LinearBank {
         keep(step, covariances, known.covariance);
     }
 
-    /// The room that steps of these sizes need beside the stack.
+    /// The room that steps of these sizes need in addition to the stack.
     pub(super) fn room(n: usize, m: usize) -> Result<FreeRoom, Error> {
         if n <= 8 && m <= n.min(4) { Ok(FreeRoom::default()) } else { FreeRoom::of(n, m) }
     }
@@ -431,9 +431,9 @@ fn misses_the_same(row: &[f64], m: usize) -> bool {
 }
 
 #[inline(always)]
-fn keep(step: usize, values: &[f64], places: &mut [f64]) {
-    if !places.is_empty() {
-        places[step * values.len()..][..values.len()].copy_from_slice(values);
+fn keep(step: usize, values: &[f64], outputs: &mut [f64]) {
+    if !outputs.is_empty() {
+        outputs[step * values.len()..][..values.len()].copy_from_slice(values);
     }
 }
 
@@ -455,11 +455,11 @@ impl Model {
         })
     }
 
-    /// Covariance of states of which nothing is known: variances [`UNKNOWN`]² times what n samples
+    /// Covariance of states of which nothing is known: variances [`UNKNOWN_SIGMAS`]² times what n samples
     /// tell of each state alone, so that it has the states' units.
     fn unknown(&self) -> Result<Vec<f64>, Error> {
         let [n, m, _] = self.sizes;
-        let mut told = memory::filled(0.0, n)?;
+        let mut information = memory::filled(0.0, n)?;
         let mut row = memory::filled(0.0, n)?;
         let mut next = memory::filled(0.0, n)?;
         let mut exactly = memory::filled(false, n)?;
@@ -472,18 +472,18 @@ impl Model {
             }
             for _ in 0..=n {
                 for (i, h) in row.iter().enumerate() {
-                    told[i] += if variance > 0.0 { h * h / variance } else { 0.0 };
+                    information[i] += if variance > 0.0 { h * h / variance } else { 0.0 };
                     exactly[i] |= variance <= 0.0 && *h != 0.0;
                 }
                 product(Pairs, false, [1, n, n], &row, &self.F, &mut next);
                 // Powers of F may leave the range.
-                let held = next.iter().map(|h| h.clamp(-ELEMENT_MAX, ELEMENT_MAX));
+                let held = next.iter().map(|h| h.clamp(-MAX_ELEMENT, MAX_ELEMENT));
                 row.iter_mut().zip(held).for_each(|(row, h)| *row = h);
             }
         }
         let mut P0 = memory::filled(0.0, n * n)?;
-        for (i, told) in told.iter().enumerate() {
-            if *told <= 0.0 {
+        for (i, information) in information.iter().enumerate() {
+            if *information <= 0.0 {
                 let expected = if exactly[i] {
                     "given: a state is measured without noise, so Q and R tell no size that its \
                      deviation may have"
@@ -493,7 +493,8 @@ impl Model {
                 };
                 return Err(Error::Matrix { name: "P0", step: None, expected });
             }
-            P0[i * n + i] = (UNKNOWN * UNKNOWN / told).min(VARIANCE_MAX / n as f64);
+            P0[i * n + i] =
+                (UNKNOWN_SIGMAS * UNKNOWN_SIGMAS / information).min(MAX_VARIANCE / n as f64);
         }
         Ok(P0)
     }
@@ -510,7 +511,7 @@ impl Size for Free {
     type States = Self;
     type Column<'a, T: Copy + 'a> = &'a mut [T];
     type Row<'a, T: Copy + 'a> = &'a mut [T];
-    const FEW: bool = false;
+    const IS_SMALL: bool = false;
 
     fn states(self) -> Self {
         self
@@ -544,7 +545,7 @@ impl<const N: usize> Size for States<N> {
     type States = Fixed<N, 1>;
     type Column<'a, T: Copy + 'a> = [T; N];
     type Row<'a, T: Copy + 'a> = &'a mut [T];
-    const FEW: bool = false;
+    const IS_SMALL: bool = false;
 
     #[inline(always)]
     fn states(self) -> Fixed<N, 1> {

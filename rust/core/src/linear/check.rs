@@ -1,13 +1,13 @@
 //! Whether matrices can be those of a filter.
 
-use super::step::{ELEMENT_MAX, STATE_MAX, VARIANCE_MAX, VARIANCE_MIN, is_semidefinite};
+use super::step::{MAX_ELEMENT, MAX_STATE, MAX_VARIANCE, MIN_VARIANCE, is_semidefinite};
 use crate::error::Error;
-use crate::math::sound::is_within;
+use crate::math::validity::is_within;
 use crate::memory;
 
 /// Times its variances by which a matrix that a person computed may miss symmetry, and definiteness.
-const UNEQUAL: f64 = 1e-9;
-const INDEFINITE: f64 = 1e-10;
+const MAX_ASYMMETRY: f64 = 1e-9;
+const MAX_INDEFINITENESS: f64 = 1e-10;
 
 /// Refuses elements that are not finite or too large, of a matrix or of the one of a step.
 ///
@@ -15,14 +15,14 @@ const INDEFINITE: f64 = 1e-10;
 /// [`Error::Matrix`].
 pub fn check_matrix(name: &'static str, step: Option<usize>, matrix: &[f64]) -> Result<(), Error> {
     let expected = "of finite numbers, at most 1e30 in size";
-    let fits = matrix.iter().all(|x| is_within(*x, ELEMENT_MAX));
+    let fits = matrix.iter().all(|x| is_within(*x, MAX_ELEMENT));
     if fits { Ok(()) } else { Err(Error::Matrix { name, step, expected }) }
 }
 
 /// Refuses states that are not finite or too large.
 pub(super) fn check_state(name: &'static str, x: &[f64]) -> Result<(), Error> {
     let expected = "of finite numbers, at most 1e150 in size";
-    let fits = x.iter().all(|x| is_within(*x, STATE_MAX));
+    let fits = x.iter().all(|x| is_within(*x, MAX_STATE));
     if fits { Ok(()) } else { Err(Error::Matrix { name, step: None, expected }) }
 }
 
@@ -37,14 +37,14 @@ pub fn settle_covariance(
     matrix: &mut [f64],
 ) -> Result<(), Error> {
     let refused = |expected| Err(Error::Matrix { name, step, expected });
-    if !matrix.iter().all(|x| is_within(*x, VARIANCE_MAX)) {
+    if !matrix.iter().all(|x| is_within(*x, MAX_VARIANCE)) {
         return refused("of finite numbers, at most 1e60 in size");
     }
     for i in 0..n {
         for j in 0..i {
             let (x, y) = (matrix[i * n + j], matrix[j * n + i]);
             let sizes = matrix[i * n + i].abs().sqrt() * matrix[j * n + j].abs().sqrt();
-            if (x - y).abs() > UNEQUAL * sizes {
+            if (x - y).abs() > MAX_ASYMMETRY * sizes {
                 return refused("symmetric");
             }
             let mean = 0.5 * x + 0.5 * y;
@@ -61,7 +61,7 @@ pub fn settle_covariance(
             &mut heap[..]
         }
     };
-    match is_semidefinite(n, matrix, INDEFINITE, room) {
+    match is_semidefinite(n, matrix, MAX_INDEFINITENESS, room) {
         true => Ok(()),
         false => refused("positive semidefinite"),
     }
@@ -71,9 +71,9 @@ pub fn settle_covariance(
 fn without_smallest(n: usize, matrix: &mut [f64]) {
     for i in 0..n {
         let variance = matrix[i * n + i];
-        let most = |j: usize| VARIANCE_MIN.sqrt() * matrix[j * n + j].abs().sqrt();
+        let most = |j: usize| MIN_VARIANCE.sqrt() * matrix[j * n + j].abs().sqrt();
         let tiny = (0..n).all(|j| j == i || matrix[i * n + j].abs() <= most(j));
-        if (0.0..VARIANCE_MIN).contains(&variance) && tiny {
+        if (0.0..MIN_VARIANCE).contains(&variance) && tiny {
             for j in 0..n {
                 (matrix[i * n + j], matrix[j * n + i]) = (0.0, 0.0);
             }

@@ -2,7 +2,7 @@
 #![allow(non_snake_case)]
 
 use super::step::{
-    Advance, Fixed, FixedRoom, Places, advance_one, correct_covariance, is_known,
+    Advance, ChannelOutputs, Fixed, FixedRoom, advance_one, correct_covariance, is_known,
     predict_covariance,
 };
 
@@ -12,8 +12,8 @@ type Matrix<const R: usize, const C: usize> = [[f64; C]; R];
 /// State and covariance of `N` states of which `M` combinations are measured; the matrices of the model
 /// come with each step.
 ///
-/// The matrices are taken as they are: finite, their elements below [`ELEMENT_MAX`](super::ELEMENT_MAX),
-/// covariances symmetric, positive semidefinite and below [`VARIANCE_MAX`](super::VARIANCE_MAX).
+/// The matrices are taken as they are: finite, their elements below [`MAX_ELEMENT`](super::MAX_ELEMENT),
+/// covariances symmetric, positive semidefinite and below [`MAX_VARIANCE`](super::MAX_VARIANCE).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearKalman<const N: usize, const M: usize> {
     /// The state.
@@ -48,9 +48,9 @@ impl<const N: usize, const M: usize> LinearKalman<N, M> {
         predict_covariance(size, F, Q.as_flattened(), self.P.as_flattened_mut(), &mut work);
         let step = Advance { predict: Some((F, B.as_flattened(), u)), correct: None };
         let state = &mut self.x;
-        let mut places =
-            Places { state, innovation: &mut [], nis: &mut [], log_likelihood: &mut [] };
-        advance_one(size, 0, &step, &mut places, &mut work);
+        let mut outputs =
+            ChannelOutputs { state, innovation: &mut [], nis: &mut [], log_likelihood: &mut [] };
+        advance_one(size, 0, &step, &mut outputs, &mut work);
     }
 
     /// x ← x + K (z - H x), P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ.
@@ -65,14 +65,14 @@ impl<const N: usize, const M: usize> LinearKalman<N, M> {
         let P = self.P.as_flattened_mut();
         let weighed = seen.then(|| correct_covariance(size, H, R.as_flattened(), P, &mut work));
         let (mut innovation, mut nis, mut log_likelihood) = ([0.0; M], [0.0], [0.0]);
-        let mut places = Places {
+        let mut outputs = ChannelOutputs {
             state: &mut self.x,
             innovation: &mut innovation,
             nis: &mut nis,
             log_likelihood: &mut log_likelihood,
         };
         let step = Advance { predict: None, correct: Some((H, z, weighed)) };
-        advance_one(size, 0, &step, &mut places, &mut work);
+        advance_one(size, 0, &step, &mut outputs, &mut work);
         Correction { innovation, nis: nis[0], log_likelihood: log_likelihood[0] }
     }
 }

@@ -6,7 +6,7 @@
 //! stays definite where the shorter forms collapse (R. S. Bucy, P. D. Joseph, *Filtering for
 //! Stochastic Processes with Applications to Guidance*, 1968).
 //!
-//! - A measurement is missing where it is not finite or beyond [`SAMPLE_MAX`]; what is left of a
+//! - A measurement is missing where it is not finite or beyond [`MAX_SAMPLE`]; what is left of a
 //!   vector corrects. An input that is missing counts as zero.
 //! - A measurement that those before it in its vector determine to rounding, and one without any
 //!   variance, cannot be weighed and corrects nothing.
@@ -38,4 +38,4 @@ pub use check::{check_matrix, settle_covariance};
 pub use fixed::{Correction, LinearKalman};
 #[cfg(feature = "std")]
 pub use smooth::{Filtered, Smoothed};
-pub use step::{ELEMENT_MAX, SAMPLE_MAX, STATE_MAX, VARIANCE_MAX};
+pub use step::{MAX_ELEMENT, MAX_SAMPLE, MAX_STATE, MAX_VARIANCE};

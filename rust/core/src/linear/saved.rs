@@ -3,22 +3,22 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bank::{LinearBank, Model, SIZE_MAX};
+use super::bank::{LinearBank, MAX_SIZE, Model};
 use super::check::{check_state, settle_covariance};
-use super::step::{VARIANCE_MAX, is_semidefinite};
+use super::step::{MAX_VARIANCE, is_semidefinite};
 use crate::error::Error;
-use crate::math::sound::is_within;
+use crate::math::validity::is_within;
 use crate::memory;
 use crate::stream::checkpoint::{self, Checkpoint};
 
 /// Largest innovation and sum of its squares, and log-likelihood, that measurements can lead to.
-const INNOVATION_MAX: f64 = 1e190;
-const NIS_MAX: f64 = 1e303;
+const MAX_INNOVATION: f64 = 1e190;
+const MAX_NIS: f64 = 1e303;
 /// Times its variances by which a running covariance may miss definiteness.
-const INDEFINITE: f64 = 1e-12;
-/// Bytes of a number, and of what stands beside numbers.
-const NUMBER: usize = 8;
-const OTHER: usize = 256;
+const MAX_INDEFINITENESS: f64 = 1e-12;
+/// Bytes of a number, and of what stands next to numbers.
+const NUMBER_BYTES: usize = 8;
+const OTHER_BYTES: usize = 256;
 
 /// What is written: the covariance once if that of all channels is the same, however that came.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -45,7 +45,7 @@ impl LinearBank {
         let chosen = [F, H, Q, R, B, &self.x0, &self.P0];
         let last = [&self.innovation, &self.nis, &self.log_likelihood];
         let numbers = chosen.iter().chain(&last).map(|part| part.len()).sum::<usize>();
-        let length = NUMBER * (numbers + self.x.len() + P.len()) + OTHER;
+        let length = NUMBER_BYTES * (numbers + self.x.len() + P.len()) + OTHER_BYTES;
         let copied = |part: &Vec<f64>| memory::copied(part);
         let [f, h, q, r, b, x, p] = chosen.map(copied);
         let [innovation, nis, density] = last.map(copied);
@@ -85,12 +85,12 @@ impl Checkpoint for Saved {
     const TAG: &'static str = "linear-kalman";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let [n, m, p] = self.sizes;
         let count = self.channels.unwrap_or(1);
         let [F, H, Q, R, B, x0, P0] = &self.chosen;
         let [innovation, nis, density] = &self.last;
-        let sizes = [n, m, p].iter().all(|size| *size <= SIZE_MAX);
+        let sizes = [n, m, p].iter().all(|size| *size <= MAX_SIZE);
         // Products of them must not overflow before they are compared.
         let fits = |part: &[f64], each: usize| {
             part.len().checked_div(each) == Some(count) && part.len().is_multiple_of(each)
@@ -120,9 +120,9 @@ impl Checkpoint for Saved {
         unchanged
             && states
             && self.P.chunks_exact(n * n).all(|P| is_covariance(n, P))
-            && innovation.iter().all(|y| y.is_nan() || is_within(*y, INNOVATION_MAX))
-            && nis.iter().all(|nis| nis.is_nan() || (0.0..=NIS_MAX).contains(nis))
-            && density.iter().all(|density| is_within(*density, NIS_MAX))
+            && innovation.iter().all(|y| y.is_nan() || is_within(*y, MAX_INNOVATION))
+            && nis.iter().all(|nis| nis.is_nan() || (0.0..=MAX_NIS).contains(nis))
+            && density.iter().all(|density| is_within(*density, MAX_NIS))
     }
 }
 
@@ -130,8 +130,8 @@ impl Checkpoint for Saved {
 fn is_covariance(n: usize, P: &[f64]) -> bool {
     let mut room = vec![0.0; n * n];
     let symmetric = (0..n).all(|i| (0..i).all(|j| P[i * n + j] == P[j * n + i]));
-    let bound = 2.0 * n as f64 * VARIANCE_MAX;
+    let bound = 2.0 * n as f64 * MAX_VARIANCE;
     symmetric
         && P.iter().all(|p| is_within(*p, bound))
-        && is_semidefinite(n, P, n as f64 * INDEFINITE, &mut room)
+        && is_semidefinite(n, P, n as f64 * MAX_INDEFINITENESS, &mut room)
 }

@@ -3,7 +3,7 @@
 #![allow(non_snake_case)]
 
 use super::bank::{Free, FreeRoom, Varying};
-use super::step::{Advance, Places, advance_one, correct_covariance, product, transpose};
+use super::step::{Advance, ChannelOutputs, advance_one, correct_covariance, product, transpose};
 use crate::error::Error;
 use crate::math::Pairs;
 use crate::memory;
@@ -69,14 +69,14 @@ impl Filtered<'_> {
                 predict: Some((F, if u.is_empty() { &[] } else { B }, u)),
                 correct: None,
             };
-            let mut places = Places {
+            let mut outputs = ChannelOutputs {
                 state: &mut expected,
                 innovation: &mut [],
                 nis: &mut [],
                 log_likelihood: &mut nothing,
             };
             for channel in 0..channels {
-                advance_one(size, channel, &step, &mut places, &mut work);
+                advance_one(size, channel, &step, &mut outputs, &mut work);
             }
             let (before, after) = P.split_at_mut(next * groups * square);
             let before = &mut before[(next - 1) * groups * square..];
@@ -98,8 +98,8 @@ impl Filtered<'_> {
                 let members = if groups == 1 { 0..channels } else { group..group + 1 };
                 for channel in members {
                     for j in 0..n {
-                        let place = channel * n + j;
-                        let news = those[place] - expected[place];
+                        let index = channel * n + j;
+                        let news = those[index] - expected[index];
                         for i in 0..n {
                             these[channel * n + i] += work.k[j * n + i] * news;
                         }

@@ -16,7 +16,7 @@ use pulp::{Simd, WithSimd};
 use crate::math::{Aside, Real};
 
 /// As many numbers as the widest register holds.
-pub const WIDEST: usize = 8;
+pub const MAX_LANES: usize = 8;
 
 /// One `f64` a lane. Only code that `pulp` dispatched to the processor may hold one.
 #[derive(Debug, Clone, Copy)]
@@ -39,14 +39,14 @@ fn simd<S: Simd>() -> S {
 impl<S: Simd> Lane<S> {
     /// The first numbers of a row.
     #[inline(always)]
-    pub fn load(numbers: &[f64; WIDEST]) -> Self {
+    pub fn load(numbers: &[f64; MAX_LANES]) -> Self {
         Self(S::as_simd_f64s(numbers).0[0])
     }
 
     /// All lanes in a row, and zeros after them.
     #[inline(always)]
-    pub fn store(self) -> [f64; WIDEST] {
-        let mut numbers = [0.0; WIDEST];
+    pub fn store(self) -> [f64; MAX_LANES] {
+        let mut numbers = [0.0; MAX_LANES];
         S::as_mut_simd_f64s(&mut numbers).0[0] = self.0;
         numbers
     }

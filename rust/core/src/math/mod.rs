@@ -14,11 +14,11 @@ pub mod rotation;
 mod rows;
 #[cfg(feature = "std")]
 pub(crate) mod segments;
-pub(crate) mod sound;
 mod symmetric;
+pub(crate) mod validity;
 
 #[cfg(feature = "std")]
-pub(crate) use lane::{Lane, Mask, WIDEST};
+pub(crate) use lane::{Lane, MAX_LANES, Mask};
 #[cfg(feature = "std")]
 pub(crate) use laned::{Laned, laned};
 pub use real::{Aside, Limits, Real};

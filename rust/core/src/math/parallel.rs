@@ -21,21 +21,21 @@ pub fn map<T: Send, R: Send>(
         let task = task.take();
         *result = work.clone().run(|| task.filter(|_| !is_asked_to_end()).map(&f));
     };
-    let mut places: Vec<_> = tasks.into_iter().map(|task| (Some(task), None)).collect();
-    started_on_pool(&mut || each(&mut places, &fill));
-    let results = places.into_iter().map(|(_, result)| result);
+    let mut slots: Vec<_> = tasks.into_iter().map(|task| (Some(task), None)).collect();
+    started_on_pool(&mut || each(&mut slots, &fill));
+    let results = slots.into_iter().map(|(_, result)| result);
     results.collect::<Option<_>>().unwrap_or_else(|| end(Error::Stopped))
 }
 
 /// Does `work` at each place, halves at once where there is a thread for it.
 #[cfg(feature = "parallel")]
-fn each<P: Send>(places: &mut [P], work: &(impl Fn(&mut P) + Sync)) {
+fn each<P: Send>(slots: &mut [P], work: &(impl Fn(&mut P) + Sync)) {
     use crate::stream::threads::both;
 
-    if let [place] = places {
-        work(place);
-    } else if !places.is_empty() {
-        let (one, other) = places.split_at_mut(places.len() / 2);
+    if let [slot] = slots {
+        work(slot);
+    } else if !slots.is_empty() {
+        let (one, other) = slots.split_at_mut(slots.len() / 2);
         both(&mut || each(one, work), &mut || each(other, work));
     }
 }

@@ -13,15 +13,15 @@ use num_traits::{One, Zero};
 /// They lie many orders of magnitude beyond what a sensor can do and shape nothing in normal use.
 pub trait Limits: RealField + Copy {
     /// Largest raw sample and the largest reciprocal of a scale.
-    const RAW_MAX: Self;
+    const MAX_RAW: Self;
     /// Largest normalised sample.
-    const INPUT_MAX: Self;
+    const MAX_INPUT: Self;
     /// Largest normalised sample that the drift model learns from.
-    const LEARNED_MAX: Self;
+    const MAX_LEARNED: Self;
     /// Largest raw sample of which differences are squared.
-    const DIFFERENCE_MAX: Self;
+    const MAX_DIFFERENCE: Self;
     /// Largest trace of a covariance.
-    const COVARIANCE_MAX: Self;
+    const MAX_COVARIANCE: Self;
     /// Smallest noise variance, process or measurement.
     const VARIANCE_FLOOR: Self;
     /// The smallest positive normal number.
@@ -33,11 +33,11 @@ pub trait Limits: RealField + Copy {
 }
 
 impl Limits for f64 {
-    const RAW_MAX: Self = 1e300;
-    const INPUT_MAX: Self = 1e30;
-    const LEARNED_MAX: Self = 1e9;
-    const DIFFERENCE_MAX: Self = 1e150;
-    const COVARIANCE_MAX: Self = 1e36;
+    const MAX_RAW: Self = 1e300;
+    const MAX_INPUT: Self = 1e30;
+    const MAX_LEARNED: Self = 1e9;
+    const MAX_DIFFERENCE: Self = 1e150;
+    const MAX_COVARIANCE: Self = 1e36;
     const VARIANCE_FLOOR: Self = 1e-12;
     const TINY: Self = f64::MIN_POSITIVE;
     const MAX: Self = f64::MAX;
@@ -45,11 +45,11 @@ impl Limits for f64 {
 }
 
 impl Limits for f32 {
-    const RAW_MAX: Self = 1e36;
-    const INPUT_MAX: Self = 1e5;
-    const LEARNED_MAX: Self = 1e4;
-    const DIFFERENCE_MAX: Self = 1e18;
-    const COVARIANCE_MAX: Self = 1e12;
+    const MAX_RAW: Self = 1e36;
+    const MAX_INPUT: Self = 1e5;
+    const MAX_LEARNED: Self = 1e4;
+    const MAX_DIFFERENCE: Self = 1e18;
+    const MAX_COVARIANCE: Self = 1e12;
     const VARIANCE_FLOOR: Self = 1e-6;
     const TINY: Self = f32::MIN_POSITIVE;
     const MAX: Self = f32::MAX;

@@ -11,7 +11,7 @@ use super::Limits;
 /// nalgebra's own is the identity below 4e-16 rad: sums of such steps would be lost.
 #[inline]
 pub fn exponential<T: Limits>(phi: &Vector3<T>) -> UnitQuaternion<T> {
-    let half = limited(phi) * of::<T>(0.5);
+    let half = clamp(phi) * of::<T>(0.5);
     let angle = half.norm();
     UnitQuaternion::new_unchecked(Quaternion::from_parts(angle.cos(), half * sinc(angle)))
 }
@@ -19,7 +19,7 @@ pub fn exponential<T: Limits>(phi: &Vector3<T>) -> UnitQuaternion<T> {
 /// The matrix J by which Exp(φ + δ) = Exp(φ) Exp(J δ) to first order in δ (Solà et al., eq. 143).
 #[inline]
 pub fn right_jacobian<T: Limits>(phi: &Vector3<T>) -> Matrix3<T> {
-    let phi = limited(phi);
+    let phi = clamp(phi);
     let angle = phi.norm();
     let axis = phi / if angle > T::zero() { angle } else { T::one() };
     let half = sinc(angle * of(0.5));
@@ -51,8 +51,8 @@ fn sinc<T: Limits>(x: T) -> T {
 }
 
 /// So that squares are finite.
-fn limited<T: Limits>(v: &Vector3<T>) -> Vector3<T> {
-    v.map(|x| x.clamp(-T::DIFFERENCE_MAX, T::DIFFERENCE_MAX))
+fn clamp<T: Limits>(v: &Vector3<T>) -> Vector3<T> {
+    v.map(|x| x.clamp(-T::MAX_DIFFERENCE, T::MAX_DIFFERENCE))
 }
 
 fn of<T: Limits>(x: f64) -> T {

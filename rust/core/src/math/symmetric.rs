@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use super::sound::is_size;
+use super::validity::is_size;
 use super::{Limits, Real, choose};
 
 /// Symmetric `N × N` matrix; only the upper triangle is kept up to date and read.
@@ -72,7 +72,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     /// may have cost, and scales it down as a whole where the trace passes its bound.
     #[inline(always)]
     pub fn settle(&mut self, large: T::SimdBool) {
-        let bound = T::limit(<T::Element as Limits>::COVARIANCE_MAX);
+        let bound = T::limit(<T::Element as Limits>::MAX_COVARIANCE);
         let factor = (bound / self.trace()).at_most(T::one());
         self.scale(choose(large, factor, T::one()));
         let raise = T::one() + T::limit(<T::Element as Limits>::ROUNDING);
@@ -114,7 +114,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
 
 /// Times [`Limits::ROUNDING`] by which a running covariance may miss semidefiniteness: sizes thirty
 /// orders apart add up roundings, and a true state must never be refused.
-const UNSETTLED: f64 = 1024.0;
+const MAX_INDEFINITENESS: f64 = 1024.0;
 
 impl<T, const N: usize> Symmetric<T, N>
 where
@@ -125,7 +125,7 @@ where
     pub(crate) fn is_covariance(&self, bound: T) -> bool {
         let below = (0..N).flat_map(|j| (j + 1..N).map(move |i| (i, j)));
         (0..N).all(|i| is_size(self.at(i, i), bound))
-            && below.into_iter().all(|place| self.upper[place] == T::zero())
+            && below.into_iter().all(|index| self.upper[index] == T::zero())
             && self.trace() <= bound
             && self.semidefinite()
     }
@@ -137,7 +137,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     pub(crate) fn semidefinite(&self) -> T::SimdBool {
         let scale = vector::<T, N>(|i| T::one() / (self.at(i, i) + T::tiny()).simd_sqrt());
         let rounding = T::limit(<T::Element as Limits>::ROUNDING);
-        let one = T::one() + rounding * T::of(N as f64 * UNSETTLED);
+        let one = T::one() + rounding * T::of(N as f64 * MAX_INDEFINITENESS);
         let mut rest = Self::from_upper(|i, j| match i == j {
             true => one,
             false => self.at(i, j) * scale[i] * scale[j],

@@ -5,53 +5,58 @@ use nalgebra::{Matrix3, Vector3};
 use super::covariance::{
     ACCEL, ANTENNA, CONSTANTS, Constants, Errors, GYRO, Innovation, PHI, R, Row, STATES, V,
 };
-use super::filter::{GAP_ANGLES, NavigationFilter, Sums, Witness};
+use super::filter::{GAP_VARIANCES_RAD2, NavigationFilter, Observer, Sums};
 use super::fix::{Given, Verdict, position_rows, velocity_rows};
-use super::judge::{INNOVATION_MAX, Judgement, Return};
-use super::params::{BIAS_MAX, LEVER_MAX, Wheels};
+use super::innovation_gate::{GateDecision, MAX_INNOVATION, Return};
+use super::params::{MAX_BIAS, MAX_LEVER, Wheels};
 use crate::math::Real;
 
 /// Variances of level and heading that a filter gains that was wrong, rad².
-const WRONG: [f64; 2] = [1e-3, 0.03];
+const WIDENED_VARIANCES_RAD2: [f64; 2] = [1e-3, 0.03];
 /// What fixes may leave after an outage, squared and over their noise: more is one in a thousand.
-const SURPRISE: f64 = 16.27;
+const MAX_OUTAGE_NIS: f64 = 16.27;
 /// Seconds between two looks at the wheels, and speed above which they tell something, m/s.
-const WHEELS_EVERY: f64 = 0.2;
-const WHEELS_SPEED: f64 = 1.0;
+const WHEELS_INTERVAL_S: f64 = 0.2;
+const MIN_WHEELS_SPEED_M_S: f64 = 1.0;
 /// Of a body at rest, m/s, and the speed above which one is not believed to rest.
-const REST_SIGMA: f64 = 0.05;
-const REST_SPEED: f64 = 0.5;
+const REST_SIGMA_M_S: f64 = 0.05;
+const MAX_REST_SPEED_M_S: f64 = 0.5;
 /// Least noise of the mean rate at rest, rad/s.
-const REST_RATE: f64 = 1e-7;
+const MIN_REST_RATE_SIGMA_RAD_S: f64 = 1e-7;
 /// A correction after which the Earth is that of another place, m.
-const FAR: f64 = 1e3;
+const MAX_EARTH_DISTANCE_M: f64 = 1e3;
 
-/// What is new of a position or a velocity, how errors move it, and its deviations as told.
+/// What is new of a position or a velocity, how errors move it, and its stated standard deviations.
 pub(crate) struct Measured {
     z: Vector3<f64>,
     rows: [Row; 3],
-    told: Vector3<f64>,
+    stated: Vector3<f64>,
 }
 
 impl NavigationFilter {
     /// A fix that is neither too old nor ahead.
-    pub(crate) fn take<W: Witness>(&mut self, given: &Given, age: f64, witness: &mut W) -> Verdict {
+    pub(crate) fn take<W: Observer>(
+        &mut self,
+        given: &Given,
+        age: f64,
+        observer: &mut W,
+    ) -> Verdict {
         if !self.navigating {
-            return self.begin_from(given, age, witness);
+            return self.begin_from(given, age, observer);
         }
-        self.propagate(witness);
+        self.propagate(observer);
         if !self.navigating {
             return Verdict::Refused;
         }
         let mut found = [0.0; STATES];
-        let measured = self.measured_by(given, age);
+        let measured = self.measure_fix(given, age);
         let taken = match self.after_outage(&measured) {
-            Return::None => self.usual(&measured, &mut found, witness),
+            Return::None => self.usual(&measured, &mut found, observer),
             Return::First => self.waits(&measured, &mut found),
             Return::Agrees(seconds) => self.comes_back(&measured, seconds, &mut found),
         };
         if taken.contains(&Some(true)) {
-            self.apply(&found, witness);
+            self.apply(&found, observer);
         }
         let [position, velocity] = taken;
         match position.or(velocity) {
@@ -61,55 +66,55 @@ impl NavigationFilter {
         }
     }
 
-    /// What a fix says of position and velocity, beside what is expected of the antenna.
+    /// Measure position and velocity by a fix, less what is expected of the antenna.
     #[inline(always)]
-    fn measured_by(&self, given: &Given, age: f64) -> [Option<Measured>; 2] {
+    fn measure_fix(&self, given: &Given, age: f64) -> [Option<Measured>; 2] {
         let lever = self.motion.attitude * self.antenna;
         let rate = self.sensors.gyro - self.gyro_bias;
-        let swing = self.motion.attitude * rate.cross(&self.antenna);
-        let velocity = self.motion.velocity + swing;
+        let lever_arm_velocity = self.motion.attitude * rate.cross(&self.antenna);
+        let velocity = self.motion.velocity + lever_arm_velocity;
         let acceleration = self.motion.acceleration;
-        let place = given.position.map(|position| {
+        let position = given.position.map(|position| {
             let here = self.motion.offset_from(position) + lever;
             let z = here - velocity * age + acceleration * (0.5 * age * age);
-            Measured { z: limited(&z), rows: position_rows(&lever), told: given.position_sigma }
+            Measured { z: clamp(&z), rows: position_rows(&lever), stated: given.position_sigma }
         });
-        let moved = given.velocity.map(|measured| {
+        let velocity = given.velocity.map(|measured| {
             let z = velocity - acceleration * age - measured;
             let turned = self.motion.attitude * self.antenna.cross_matrix();
             let rows = velocity_rows(&velocity, &turned);
-            Measured { z: limited(&z), rows, told: given.velocity_sigma }
+            Measured { z: clamp(&z), rows, stated: given.velocity_sigma }
         });
-        [place, moved]
+        [position, velocity]
     }
 
     /// Whether a fix is the first after an outage, or one that follows it.
     fn after_outage(&mut self, measured: &[Option<Measured>; 2]) -> Return {
         let time = self.sensors.time;
         let mut after = None;
-        for (judge, measured) in self.judges.iter_mut().zip(measured).rev() {
-            after = measured.as_ref().and_then(|measured| judge.learn(time, &measured.z));
+        for (gate, measured) in self.gates.iter_mut().zip(measured).rev() {
+            after = measured.as_ref().and_then(|measured| gate.learn(time, &measured.z));
         }
         let Some(position) = &measured[0] else { return Return::None };
-        if after.is_none() && !self.judges[0].waits() {
+        if after.is_none() && !self.gates[0].waits() {
             return Return::None;
         }
         let noise = self.noise(0, position);
         let walk = [V, V + 1, V + 2].map(|i| self.sigma[i] * self.sigma[i]);
-        self.judges[0].returns(time, after, &position.z, &noise, &walk)
+        self.gates[0].classify_return(time, after, &position.z, &noise, &walk)
     }
 
     /// Position and velocity, each if it is believed.
-    fn usual<W: Witness>(
+    fn usual<W: Observer>(
         &mut self,
         measured: &[Option<Measured>; 2],
         found: &mut Errors,
-        witness: &mut W,
+        observer: &mut W,
     ) -> [Option<bool>; 2] {
         let mut taken = [None; 2];
         for (kind, measured) in measured.iter().enumerate() {
             if let Some(measured) = measured {
-                taken[kind] = Some(self.judged(kind, measured, found, witness));
+                taken[kind] = Some(self.gate_fix(kind, measured, found, observer));
             }
         }
         taken
@@ -119,7 +124,7 @@ impl NavigationFilter {
     #[cold]
     fn waits(&mut self, measured: &[Option<Measured>; 2], found: &mut Errors) -> [Option<bool>; 2] {
         let before = (self.covariance, *found);
-        self.believed(measured, found);
+        self.believe(measured, found);
         (self.covariance, *found) = before;
         self.fixes.rejected_of[0] += 1;
         [Some(false), None]
@@ -135,29 +140,29 @@ impl NavigationFilter {
         found: &mut Errors,
     ) -> [Option<bool>; 2] {
         let before = (self.covariance, *found);
-        self.believed(measured, found);
-        if (0..2).any(|kind| self.left(measured, kind, found) > SURPRISE) {
+        self.believe(measured, found);
+        if (0..2).any(|kind| self.left(measured, kind, found) > MAX_OUTAGE_NIS) {
             (self.covariance, *found) = before;
             let [position, velocity] = measured.each_ref().map(|one| one.as_ref().map(|m| m.z));
             let z = position.unwrap_or_default();
             self.add_error(R, &z);
             self.add_error(V, &velocity.unwrap_or(z * (2.0 / seconds)));
             self.add_angles();
-            let shown = self.judges.map(|judge| judge.new);
-            self.believed(measured, found);
-            for (judge, new) in self.judges.iter_mut().zip(shown) {
-                judge.new = new;
+            let shown = self.gates.map(|gate| gate.new);
+            self.believe(measured, found);
+            for (gate, new) in self.gates.iter_mut().zip(shown) {
+                gate.new = new;
             }
         }
         measured.each_ref().map(|one| one.as_ref().map(|_| true))
     }
 
     /// Takes all that was measured, and tells no scalars: a filter may have been widened before.
-    fn believed(&mut self, measured: &[Option<Measured>; 2], found: &mut Errors) {
+    fn believe(&mut self, measured: &[Option<Measured>; 2], found: &mut Errors) {
         for (kind, measured) in measured.iter().enumerate() {
             if let Some(measured) = measured {
                 let noise = self.noise(kind, measured);
-                self.judges[kind].new = self.correct(measured, kind, &noise, found, &mut ());
+                self.gates[kind].new = self.correct(measured, kind, &noise, found, &mut ());
             }
         }
     }
@@ -166,7 +171,7 @@ impl NavigationFilter {
     fn left(&self, measured: &[Option<Measured>; 2], kind: usize, found: &Errors) -> f64 {
         let Some(measured) = &measured[kind] else { return 0.0 };
         let noise = self.noise(kind, measured);
-        let constants = self.covariance.1.map_or([0.0; CONSTANTS], |beside| beside.found);
+        let constants = self.covariance.1.map_or([0.0; CONSTANTS], |extra| extra.found);
         let moved = self.rows_of_antenna(kind);
         let of = |i: usize| {
             let by_errors = (0..STATES).map(|k| measured.rows[i][k] * found[k]).sum::<f64>();
@@ -178,32 +183,32 @@ impl NavigationFilter {
     }
 
     fn noise(&self, kind: usize, measured: &Measured) -> [f64; 3] {
-        let told = &measured.told;
-        let judge = &self.judges[kind];
-        [0, 1, 2].map(|i| judge.noise(i, told[i] * told[i], self.params.adapt))
+        let stated = &measured.stated;
+        let gate = &self.gates[kind];
+        [0, 1, 2].map(|i| gate.noise(i, stated[i] * stated[i], self.params.adapt))
     }
 
     /// Takes one kind of measurement if it is believed.
-    fn judged<W: Witness>(
+    fn gate_fix<W: Observer>(
         &mut self,
         kind: usize,
         measured: &Measured,
         found: &mut Errors,
-        witness: &mut W,
+        observer: &mut W,
     ) -> bool {
         let noise = self.noise(kind, measured);
         let before = (self.covariance, *found);
-        let new = self.correct(measured, kind, &noise, found, witness);
-        match self.judges[kind].judge(self.sensors.time, new, self.params.gate) {
-            Judgement::Take => return true,
-            Judgement::Reject => {
+        let new = self.correct(measured, kind, &noise, found, observer);
+        match self.gates[kind].test(self.sensors.time, new, self.params.gate) {
+            GateDecision::Take => return true,
+            GateDecision::Reject => {
                 (self.covariance, *found) = before;
-                witness.taken_back(3);
+                observer.drop_scalars(3);
                 self.fixes.rejected_of[kind] += 1;
             }
-            Judgement::Widen => {
+            GateDecision::Widen => {
                 (self.covariance, *found) = before;
-                witness.widened();
+                observer.mark_widened();
                 self.widen(kind, &measured.z);
                 self.correct(measured, kind, &noise, found, &mut ());
                 return true;
@@ -212,23 +217,31 @@ impl NavigationFilter {
         false
     }
 
-    fn correct<W: Witness>(
+    fn correct<W: Observer>(
         &mut self,
         measured: &Measured,
         kind: usize,
         noise: &[f64; 3],
         found: &mut Errors,
-        witness: &mut W,
+        observer: &mut W,
     ) -> [Innovation; 3] {
         let Measured { z, rows, .. } = measured;
         let covariance = &mut self.covariance;
         if covariance.1.is_none() {
-            return [0, 1, 2].map(|i| covariance.correct(&rows[i], z[i], noise[i], found, witness));
+            return [0, 1, 2]
+                .map(|i| covariance.correct(&rows[i], z[i], noise[i], found, observer));
         }
         let constants = self.rows_of_antenna(kind);
         let covariance = &mut self.covariance;
         [0, 1, 2].map(|i| {
-            covariance.correct_beside(&rows[i], &constants[i], z[i], noise[i], found, witness)
+            covariance.correct_with_constants(
+                &rows[i],
+                &constants[i],
+                z[i],
+                noise[i],
+                found,
+                observer,
+            )
         })
     }
 
@@ -265,7 +278,7 @@ impl NavigationFilter {
     }
 
     fn add_angles(&mut self) {
-        let [level, heading] = WRONG;
+        let [level, heading] = WIDENED_VARIANCES_RAD2;
         for (i, more) in [level, level, heading].into_iter().enumerate() {
             self.covariance.widen(PHI + i, more);
         }
@@ -273,47 +286,47 @@ impl NavigationFilter {
 
     /// Takes errors that were found out of the motion and the biases.
     #[inline(never)]
-    pub(crate) fn apply<W: Witness>(&mut self, found: &Errors, witness: &mut W) {
+    pub(crate) fn apply<W: Observer>(&mut self, found: &Errors, observer: &mut W) {
         let mut constants = None;
-        if let Some(beside) = &mut self.covariance.1 {
-            let found = *constants.insert(core::mem::take(&mut beside.found));
+        if let Some(extra) = &mut self.covariance.1 {
+            let found = *constants.insert(core::mem::take(&mut extra.found));
             self.odometer.take_out(&found);
             let [.., x, y, z] = found;
-            self.antenna = (self.antenna + Vector3::new(x, y, z)).map(|x| x.within(LEVER_MAX));
+            self.antenna = (self.antenna + Vector3::new(x, y, z)).map(|x| x.within(MAX_LEVER));
         }
         let part = |i: usize| Vector3::new(found[i], found[i + 1], found[i + 2]);
         self.motion.correct(&part(R), &part(V), &part(PHI));
-        let within = |b: Vector3<f64>| b.map(|x| x.within(BIAS_MAX));
+        let within = |b: Vector3<f64>| b.map(|x| x.within(MAX_BIAS));
         self.gyro_bias = within(self.gyro_bias + part(GYRO));
         self.accel_bias = within(self.accel_bias + part(ACCEL));
         if !self.is_somewhere() {
-            self.lose(GAP_ANGLES);
+            self.lose(GAP_VARIANCES_RAD2);
             return;
         }
-        if part(R).norm_squared() > FAR * FAR {
+        if part(R).norm_squared() > MAX_EARTH_DISTANCE_M * MAX_EARTH_DISTANCE_M {
             self.motion.settle();
         }
         self.refresh_sigma();
         if let Some(constants) = &constants {
-            witness.told(constants);
+            observer.record_constants(constants);
         }
-        witness.corrected(found, &self.covariance, &self.motion);
+        observer.record_correction(found, &self.covariance, &self.motion);
     }
 
     /// Sideways and down a wheel does not go.
     #[inline(always)]
-    pub(crate) fn look_at_wheels<W: Witness>(&mut self, witness: &mut W) {
+    pub(crate) fn look_at_wheels<W: Observer>(&mut self, observer: &mut W) {
         let Some(wheels) = self.params.wheels else { return };
-        if self.wheels >= WHEELS_EVERY - 1e-6 && self.navigating {
+        if self.wheels >= WHEELS_INTERVAL_S - 1e-6 && self.navigating {
             self.wheels = 0.0;
-            if self.motion.velocity.norm_squared() > WHEELS_SPEED * WHEELS_SPEED {
-                self.roll(&wheels, witness);
+            if self.motion.velocity.norm_squared() > MIN_WHEELS_SPEED_M_S * MIN_WHEELS_SPEED_M_S {
+                self.roll(&wheels, observer);
             }
         }
     }
 
     #[inline(never)]
-    fn roll<W: Witness>(&mut self, wheels: &Wheels, witness: &mut W) {
+    fn roll<W: Observer>(&mut self, wheels: &Wheels, observer: &mut W) {
         let rate = self.sensors.gyro - self.gyro_bias;
         let velocity = self.motion.attitude.transpose() * self.motion.velocity;
         let rows = self.rows_of_wheels(wheels, &velocity, &rate);
@@ -323,43 +336,45 @@ impl NavigationFilter {
             let (h, z) = (&rows.errors[i], rows.speed[i]);
             if self.covariance.1.is_some() {
                 let constants = &rows.constants[i];
-                self.covariance.correct_beside(h, constants, z, noise, &mut found, witness);
+                self.covariance
+                    .correct_with_constants(h, constants, z, noise, &mut found, observer);
             } else {
-                self.covariance.correct(h, z, noise, &mut found, witness);
+                self.covariance.correct(h, z, noise, &mut found, observer);
             }
         }
-        self.apply(&found, witness);
+        self.apply(&found, observer);
     }
 
     /// All samples of a step were at rest, if the filter does not know better.
     #[inline(never)]
-    pub(crate) fn stand<W: Witness>(&mut self, sums: &Sums, witness: &mut W) {
+    pub(crate) fn stand<W: Observer>(&mut self, sums: &Sums, observer: &mut W) {
         let speed = self.motion.velocity.norm();
         let sigma = (V..PHI).map(|i| self.sigma[i] * self.sigma[i]).sum::<f64>().simd_sqrt();
-        if speed >= REST_SPEED + 3.0 * sigma {
+        if speed >= MAX_REST_SPEED_M_S + 3.0 * sigma {
             return;
         }
         let mut found = [0.0; STATES];
         let z = self.motion.velocity;
         let rows = velocity_rows(&z, &Matrix3::zeros());
         for i in 0..3 {
-            let noise = REST_SIGMA * REST_SIGMA;
-            self.covariance.correct(&rows[i], z[i], noise, &mut found, witness);
+            let noise = REST_SIGMA_M_S * REST_SIGMA_M_S;
+            self.covariance.correct(&rows[i], z[i], noise, &mut found, observer);
         }
         if sums.unknown[0] == 0.0 {
-            let earth = self.motion.attitude.transpose() * self.motion.place.earth;
+            let earth = self.motion.attitude.transpose() * self.motion.local_earth.earth;
             let z = sums.gyro * (1.0 / sums.samples) - self.gyro_bias - earth;
             for i in 0..3 {
                 let mut h = [0.0; 16];
                 h[GYRO + i] = 1.0;
-                let noise = self.params.gyro_noise[i] / sums.seconds + REST_RATE * REST_RATE;
-                self.covariance.correct(&h, z[i], noise, &mut found, witness);
+                let noise = self.params.gyro_noise[i] / sums.seconds
+                    + MIN_REST_RATE_SIGMA_RAD_S * MIN_REST_RATE_SIGMA_RAD_S;
+                self.covariance.correct(&h, z[i], noise, &mut found, observer);
             }
         }
-        self.apply(&found, witness);
+        self.apply(&found, observer);
     }
 }
 
-fn limited(z: &Vector3<f64>) -> Vector3<f64> {
-    z.map(|x| x.within(INNOVATION_MAX))
+fn clamp(z: &Vector3<f64>) -> Vector3<f64> {
+    z.map(|x| x.within(MAX_INNOVATION))
 }

@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use super::covariance::Errors;
-use super::filter::{Inertial, NavigationFilter, Witness};
+use super::filter::{Inertial, NavigationFilter, Observer};
 use super::fix::{Fix, Verdict};
 use super::odometer::Rolling;
 use crate::error::Error;
@@ -68,27 +68,27 @@ impl Batch<'_> {
     ///
     /// # Errors
     /// As of [`NavigationFilter::update`] and [`NavigationFilter::update_gnss`].
-    pub fn run<W: Witness>(
+    pub fn run<W: Observer>(
         &self,
         filter: &mut NavigationFilter,
         piece: Range<usize>,
         next: &mut Next,
         known: &mut Known<'_>,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Result<(), Error> {
         for k in piece {
             let rest = self.rest.get(k).copied().unwrap_or(false);
             let (time, gyro, accel) = (self.time[k], self.gyro[k], self.accel[k]);
-            witness.sample(k);
-            filter.update_before(&Inertial { time, gyro, accel, rest }, witness)?;
+            observer.sample(k);
+            filter.update_before(&Inertial { time, gyro, accel, rest }, observer)?;
             while let Some(rolling) = self.wheels.get(next.wheels).filter(|one| one.time <= time) {
                 let sigma = Some(rolling.sigma).filter(|sigma| !sigma.is_nan());
                 filter.update_wheels(rolling.time, rolling.speed, sigma)?;
                 next.wheels += 1;
             }
             while let Some(fix) = self.fixes.get(next.fixes).filter(|fix| fix.time <= time) {
-                let verdict = filter.update_gnss_before(fix, witness)?;
-                known.judge(next.fixes, fix, verdict, filter);
+                let verdict = filter.update_gnss_before(fix, observer)?;
+                known.record_verdict(next.fixes, fix, verdict, filter);
                 next.fixes += 1;
             }
             known.put(k, filter);
@@ -110,14 +110,15 @@ impl Known<'_> {
         self.status[k] = now.status as u8;
     }
 
-    fn judge(&mut self, k: usize, fix: &Fix, verdict: Verdict, filter: &NavigationFilter) {
+    fn record_verdict(&mut self, k: usize, fix: &Fix, verdict: Verdict, filter: &NavigationFilter) {
         self.verdict[k] = verdict as u8;
         self.taken[k] = filter.time();
         if verdict != Verdict::Refused {
             // A height or a vertical velocity may be missing.
-            let told = [&fix.position, &fix.velocity].map(|x| x[..2].iter().all(|x| !x.is_nan()));
+            let present =
+                [&fix.position, &fix.velocity].map(|x| x[..2].iter().all(|x| !x.is_nan()));
             let (nis, new) = (filter.nis(), filter.innovations());
-            for (kind, _) in told.iter().enumerate().filter(|(_, told)| **told) {
+            for (kind, _) in present.iter().enumerate().filter(|(_, present)| **present) {
                 self.nis[k][kind] = nis[kind];
                 let part = 3 * kind..3 * kind + 3;
                 self.innovation[k][part.clone()].copy_from_slice(&new[0][part.clone()]);

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::filter::Witness;
-use super::motion::crossed;
+use super::filter::Observer;
+use super::motion::cross_columns;
 use crate::math::{Fours, OnRows, Pairs, Real, widest};
 
 /// Errors that are estimated: of position, velocity, orientation, biases of gyro and accelerometer.
@@ -15,7 +15,7 @@ pub(crate) type Row = [f64; 16];
 
 /// Least noise of a scalar, over what the errors do to it: below it rounding would leave variances
 /// below zero.
-const NOISE_MIN: f64 = 1e-8;
+const MIN_NOISE: f64 = 1e-8;
 
 /// Where each error begins.
 pub(crate) const R: usize = 0;
@@ -55,12 +55,12 @@ pub struct Scalar {
 /// Errors, estimated less true; those of biases true less estimated.
 pub type Errors = [f64; STATES];
 
-/// Their covariance, symmetric to the bit. Each row has a sixteenth place, zero. Beside it that of
+/// Their covariance, symmetric to the bit. Each row has a sixteenth place, zero. With it that of
 /// constants, where some are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Covariance(pub(crate) [Row; STATES], pub(crate) Option<Beside>);
+pub struct Covariance(pub(crate) [Row; STATES], pub(crate) Option<ConstantsCovariance>);
 
-/// Constants that may be estimated beside the errors: scale, yaw and pitch of wheels, and where the
+/// Constants that may be estimated with the errors: scale, yaw and pitch of wheels, and where the
 /// antenna is. Their errors are true less estimated.
 pub const CONSTANTS: usize = 6;
 
@@ -74,13 +74,13 @@ pub type Constants = [f64; CONSTANTS];
 /// other; and what the scalars so far have found of them, not yet taken out. The variance of one
 /// that is not estimated is zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Beside {
+pub(crate) struct ConstantsCovariance {
     pub cross: [Row; CONSTANTS],
     pub own: [Constants; CONSTANTS],
     pub found: Constants,
 }
 
-impl Beside {
+impl ConstantsCovariance {
     /// Of constants that are all known.
     pub const NONE: Self = Self {
         cross: [[0.0; 16]; CONSTANTS],
@@ -107,7 +107,7 @@ impl Beside {
         self.own[constant][constant] > 0.0
     }
 
-    /// What stays where the errors begin anew.
+    /// Return what stays where the errors restart.
     pub fn alone(&self) -> Self {
         Self { cross: [[0.0; 16]; CONSTANTS], found: [0.0; CONSTANTS], ..*self }
     }
@@ -133,10 +133,10 @@ impl Beside {
 }
 
 /// How errors at the end of a step follow from those at its start: the blocks of Φ that are neither
-/// zero nor one, a row beside all that it multiplies.
+/// zero nor one, a row next to all that it multiplies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition {
-    /// From velocity, orientation and biases; those of the position stay besides.
+    /// From velocity, orientation and biases; those of the position stay.
     position: [[f64; 12]; 3],
     /// From velocity, orientation and biases.
     velocity: [[f64; 12]; 3],
@@ -174,27 +174,28 @@ impl Transition {
         // v' = -(2Ω+ρ)×v - g×φ + …, φ' = -(Ω+ρ)×φ - …
         let (coriolis, turn) = (-(earth * 2.0 + transport), -(earth + transport));
         let fall = Vector3::new(0.0, 0.0, -gravity);
-        let carried = crossed(velocity, attitude);
-        let fallen = crossed(&fall, attitude);
+        let propagated = cross_columns(velocity, attitude);
+        let fallen = cross_columns(&fall, attitude);
         let [from_v, by_v] = [skew(coriolis), skew(*velocity)];
         let r = [
             one * *t + from_v * half,
-            by_v * *t + (skew(fall) + crossed(velocity, &skew(turn))) * half,
+            by_v * *t + (skew(fall) + cross_columns(velocity, &skew(turn))) * half,
             fallen * (-half * t / 3.0),
             attitude * half,
         ];
         let v = [
-            one + from_v * *t + crossed(&coriolis, &from_v) * half,
+            one + from_v * *t + cross_columns(&coriolis, &from_v) * half,
             skew(fall) * *t
-                + (crossed(&coriolis, &skew(fall)) + crossed(&fall, &skew(turn))) * half,
-            carried * *t + (crossed(&coriolis, &carried) - fallen) * half,
-            attitude * *t + crossed(&coriolis, attitude) * half,
+                + (cross_columns(&coriolis, &skew(fall)) + cross_columns(&fall, &skew(turn)))
+                    * half,
+            propagated * *t + (cross_columns(&coriolis, &propagated) - fallen) * half,
+            attitude * *t + cross_columns(&coriolis, attitude) * half,
         ];
         let phi = [
-            one + skew(turn) * *t + crossed(&turn, &skew(turn)) * half,
-            -(attitude * *t + crossed(&turn, attitude) * half),
+            one + skew(turn) * *t + cross_columns(&turn, &skew(turn)) * half,
+            -(attitude * *t + cross_columns(&turn, attitude) * half),
         ];
-        Self { position: beside(&r), velocity: beside(&v), attitude: beside(&phi) }
+        Self { position: hstack(&r), velocity: hstack(&v), attitude: hstack(&phi) }
     }
 
     /// Φ times the rows of a matrix, in place: each row of Φ has only those below it, or its own.
@@ -267,9 +268,9 @@ impl Transition {
     }
 }
 
-/// Blocks of three rows side by side.
+/// Stack blocks of three rows horizontally.
 #[inline(always)]
-fn beside<const N: usize, const W: usize>(blocks: &[Matrix3<f64>; N]) -> [[f64; W]; 3] {
+fn hstack<const N: usize, const W: usize>(blocks: &[Matrix3<f64>; N]) -> [[f64; W]; 3] {
     let mut rows = [[0.0; W]; 3];
     for (b, block) in blocks.iter().enumerate() {
         for (i, row) in rows.iter_mut().enumerate() {
@@ -300,14 +301,14 @@ impl Growth {
             scaled * course.attitude.transpose()
         };
         let phi = through(white[0]);
-        let velocity_phi = -crossed(&course.velocity, &phi);
+        let velocity_phi = -cross_columns(&course.velocity, &phi);
         // [v×] W [v×]ᵀ = -([v×] ([v×] W)ᵀ)ᵀ…, both symmetric.
-        let carried = crossed(&course.velocity, &velocity_phi.transpose()) * -1.0;
-        let velocity = through(white[1]) + carried;
+        let propagated = cross_columns(&course.velocity, &velocity_phi.transpose()) * -1.0;
+        let velocity = through(white[1]) + propagated;
         Self { phi, velocity_phi, velocity, gyro: walk[0] * half, accel: walk[1] * half }
     }
 
-    /// Besides, an orientation and a velocity of which nothing was measured: variances.
+    /// Additional variances of an orientation and a velocity that were not measured.
     pub fn add_unknown(&mut self, course: &Course, phi: f64, velocity: f64) {
         let v = course.velocity.cross_matrix();
         self.phi += Matrix3::from_diagonal_element(phi);
@@ -335,8 +336,8 @@ impl Covariance {
     /// Φ(P + G)Φᵀ + G, G being what grows in half a step.
     pub(crate) fn propagate(&mut self, transition: &Transition, growth: &Growth) {
         widest(Propagation { covariance: self, transition, growth });
-        if let Some(beside) = &mut self.1 {
-            beside.propagate(transition);
+        if let Some(extra) = &mut self.1 {
+            extra.propagate(transition);
         }
     }
 
@@ -381,16 +382,16 @@ impl Covariance {
     /// Takes a scalar that errors move by `h`, with its noise variance. `found` are the errors that
     /// scalars before it have found; returns what was new of it.
     #[inline]
-    pub(crate) fn correct<W: Witness>(
+    pub(crate) fn correct<W: Observer>(
         &mut self,
         h: &Row,
         z: f64,
         noise: f64,
         found: &mut Errors,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Innovation {
         if self.1.is_some() {
-            return self.correct_beside(h, &[0.0; CONSTANTS], z, noise, found, witness);
+            return self.correct_with_constants(h, &[0.0; CONSTANTS], z, noise, found, observer);
         }
         let gain = Pairs.sum([0.0; 16], h, &self.0);
         let (mut variance, mut innovation) = (0.0, z);
@@ -398,7 +399,7 @@ impl Covariance {
             variance += gain[i] * h[i];
             innovation -= found[i] * h[i];
         }
-        variance += noise.at_least(NOISE_MIN * variance);
+        variance += noise.at_least(MIN_NOISE * variance);
         let inverse = 1.0 / variance;
         for i in 0..STATES {
             found[i] += gain[i] * (innovation * inverse);
@@ -406,7 +407,7 @@ impl Covariance {
         }
         let new = Innovation { value: innovation, variance };
         let none = [0.0; CONSTANTS];
-        witness.scalar(&Scalar { h: *h, hw: none, gain, own: none, new });
+        observer.record_scalar(&Scalar { h: *h, hw: none, gain, own: none, new });
         new
     }
 
@@ -431,18 +432,18 @@ impl Covariance {
 
     /// The same where constants are estimated as well, which move the scalar by `hw`.
     #[inline(never)]
-    pub(crate) fn correct_beside<W: Witness>(
+    pub(crate) fn correct_with_constants<W: Observer>(
         &mut self,
         h: &Row,
         hw: &Constants,
         z: f64,
         noise: f64,
         found: &mut Errors,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Innovation {
-        let Some(beside) = &mut self.1 else { return Innovation::NONE };
-        let gain = Pairs.sum(Pairs.sum([0.0; 16], h, &self.0), hw, &beside.cross);
-        let own = beside.gain(h, hw);
+        let Some(extra) = &mut self.1 else { return Innovation::NONE };
+        let gain = Pairs.sum(Pairs.sum([0.0; 16], h, &self.0), hw, &extra.cross);
+        let own = extra.gain(h, hw);
         let (mut variance, mut innovation) = (0.0, z);
         for i in 0..STATES {
             variance += gain[i] * h[i];
@@ -450,29 +451,29 @@ impl Covariance {
         }
         for k in 0..CONSTANTS {
             variance += own[k] * hw[k];
-            innovation -= beside.found[k] * hw[k];
+            innovation -= extra.found[k] * hw[k];
         }
-        variance += noise.at_least(NOISE_MIN * variance);
+        variance += noise.at_least(MIN_NOISE * variance);
         let inverse = 1.0 / variance;
         for i in 0..STATES {
             found[i] += gain[i] * (innovation * inverse);
             lessen(&mut self.0[i], gain[i], &gain, inverse);
         }
         for k in 0..CONSTANTS {
-            beside.found[k] += own[k] * (innovation * inverse);
-            lessen(&mut beside.cross[k], own[k], &gain, inverse);
-            (0..CONSTANTS).for_each(|l| beside.own[k][l] -= (own[k] * own[l]) * inverse);
+            extra.found[k] += own[k] * (innovation * inverse);
+            lessen(&mut extra.cross[k], own[k], &gain, inverse);
+            (0..CONSTANTS).for_each(|l| extra.own[k][l] -= (own[k] * own[l]) * inverse);
         }
         let new = Innovation { value: innovation, variance };
-        witness.scalar(&Scalar { h: *h, hw: *hw, gain, own, new });
+        observer.record_scalar(&Scalar { h: *h, hw: *hw, gain, own, new });
         new
     }
 
     /// What a scalar's variance would be but for its noise.
-    pub(crate) fn variance_beside(&self, h: &Row, hw: &Constants) -> f64 {
-        let Some(beside) = &self.1 else { return 0.0 };
-        let gain = Pairs.sum(Pairs.sum([0.0; 16], h, &self.0), hw, &beside.cross);
-        let own = beside.gain(h, hw);
+    pub(crate) fn variance_with_constants(&self, h: &Row, hw: &Constants) -> f64 {
+        let Some(extra) = &self.1 else { return 0.0 };
+        let gain = Pairs.sum(Pairs.sum([0.0; 16], h, &self.0), hw, &extra.cross);
+        let own = extra.gain(h, hw);
         (0..STATES).map(|i| gain[i] * h[i]).sum::<f64>()
             + (0..CONSTANTS).map(|k| own[k] * hw[k]).sum::<f64>()
     }
@@ -480,38 +481,38 @@ impl Covariance {
     /// Errors of position and velocity that follow from those of the antenna by some rows: so the
     /// filter begins at a fix.
     #[cold]
-    pub(crate) fn carry_antenna(&mut self, rows: &[[f64; 3]; 6]) {
-        let Some(beside) = &mut self.1 else { return };
+    pub(crate) fn propagate_antenna(&mut self, rows: &[[f64; 3]; 6]) {
+        let Some(extra) = &mut self.1 else { return };
         let through = |of: &[f64]| rows.map(|row| (0..3).map(|j| row[j] * of[ANTENNA + j]).sum());
         for k in 0..CONSTANTS {
-            let moved: [f64; 6] = through(&beside.own[k]);
-            beside.cross[k][..6].copy_from_slice(&moved);
+            let moved: [f64; 6] = through(&extra.own[k]);
+            extra.cross[k][..6].copy_from_slice(&moved);
         }
         for i in 0..6 {
             for j in 0..=i {
-                let more: f64 = (0..3).map(|a| rows[i][a] * beside.cross[ANTENNA + a][j]).sum();
+                let more: f64 = (0..3).map(|a| rows[i][a] * extra.cross[ANTENNA + a][j]).sum();
                 self.0[i][j] += more;
                 self.0[j][i] = self.0[i][j];
             }
         }
     }
 
-    /// Variances of errors that begin anew; of constants all that is known stays.
-    pub(crate) fn anew(&self, variances: &Errors) -> Self {
-        Self(Self::of(variances).0, self.1.map(|beside| beside.alone()))
+    /// Return the covariance of errors that restart; of constants all that is known stays.
+    pub(crate) fn with_variances(&self, variances: &Errors) -> Self {
+        Self(Self::of(variances).0, self.1.map(|extra| extra.alone()))
     }
 
     /// The error of the velocity is that in the frame which is believed in: one that moves has it
     /// from the orientation as well.
     pub(crate) fn couple(&mut self, velocity: &Vector3<f64>) {
         let phi = Matrix3::from_fn(|i, j| self.at(PHI + i, PHI + j));
-        let velocity_phi = -crossed(velocity, &phi);
-        let carried = -crossed(velocity, &velocity_phi.transpose());
+        let velocity_phi = -cross_columns(velocity, &phi);
+        let propagated = -cross_columns(velocity, &velocity_phi.transpose());
         for i in 0..3 {
             for j in 0..3 {
                 self.0[V + i][PHI + j] += velocity_phi[(i, j)];
                 self.0[PHI + j][V + i] += velocity_phi[(i, j)];
-                self.0[V + i][V + j] += 0.5 * (carried[(i, j)] + carried[(j, i)]);
+                self.0[V + i][V + j] += 0.5 * (propagated[(i, j)] + propagated[(j, i)]);
             }
         }
     }

@@ -15,13 +15,13 @@ const GRAVITY: [f64; 2] = [9.780_325_335_9, 9.832_184_937_8];
 const POLAR: f64 = 0.996_647_189_335_258_2;
 
 /// Latitudes beyond ±89.5° have no useful north.
-pub(crate) const LATITUDE_MAX: f64 = 1.562_069_680_534_925;
+pub(crate) const MAX_LATITUDE: f64 = 1.562_069_680_534_925;
 /// Heights and depths of which something is known, m.
-pub(crate) const HEIGHT_MAX: f64 = 1e6;
+pub(crate) const MAX_HEIGHT: f64 = 1e6;
 
 /// What the mechanisation needs to know of a place; it is found anew at each step of the covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Place {
+pub struct LocalEarth {
     /// Gravity, down, m/s².
     pub gravity: f64,
     /// Rotation of the Earth, rad/s.
@@ -35,7 +35,7 @@ pub struct Place {
     tangent: f64,
 }
 
-impl Place {
+impl LocalEarth {
     /// At a latitude, rad, and a height, m.
     pub fn at(latitude: f64, height: f64) -> Self {
         let (sine, cosine) = (ComplexField::sin(latitude), ComplexField::cos(latitude));
@@ -60,9 +60,9 @@ impl Place {
 
     /// Elsewhere on the Earth; a plane is everywhere the same.
     #[inline(always)]
-    pub(crate) fn moved_to(&self, latitude: f64, height: f64) -> Self {
-        let turns = self.earth.x != 0.0 || self.earth.z != 0.0;
-        if turns { Self::at(latitude, height) } else { *self }
+    pub(crate) fn relocate(&self, latitude: f64, height: f64) -> Self {
+        let revolutions = self.earth.x != 0.0 || self.earth.z != 0.0;
+        if revolutions { Self::at(latitude, height) } else { *self }
     }
 
     /// How the frame of north, east and down turns while it moves, rad/s.
@@ -73,7 +73,7 @@ impl Place {
     }
 
     /// Numbers of some place that is not too near to a pole.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         (0.0..20.0).contains(&self.gravity)
             && self.earth.iter().all(|x| x.abs() <= RATE)
             && (1e-7..2e-7).contains(&self.north)
@@ -97,18 +97,18 @@ fn gravity(square: f64, root: f64, height: f64) -> f64 {
 }
 
 /// An angle from -π to π.
-pub(crate) fn wrapped(angle: f64) -> f64 {
+pub(crate) fn wrap(angle: f64) -> f64 {
     use core::f64::consts::{PI, TAU};
     if (-PI..=PI).contains(&angle) {
         return angle;
     }
-    let turns = ComplexField::round(angle / TAU);
-    (angle - turns * TAU).clamp(-PI, PI)
+    let revolutions = ComplexField::round(angle / TAU);
+    (angle - revolutions * TAU).clamp(-PI, PI)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{normal_gravity, wrapped};
+    use super::{normal_gravity, wrap};
 
     #[test]
     fn gravity_is_that_of_the_tables() {
@@ -122,10 +122,10 @@ mod tests {
 
     #[test]
     fn angles_wrap() {
-        for turns in -3..=3 {
-            let found = wrapped(0.25 + f64::from(turns) * core::f64::consts::TAU);
+        for revolutions in -3..=3 {
+            let found = wrap(0.25 + f64::from(revolutions) * core::f64::consts::TAU);
             assert!((found - 0.25).abs() < 1e-14);
         }
-        assert_eq!(wrapped(-3.0), -3.0);
+        assert_eq!(wrap(-3.0), -3.0);
     }
 }

@@ -59,8 +59,8 @@ impl Output for Snapshot {
             &self.sigma,
             &[f64::from(self.status as u8)],
         ];
-        for (place, number) in numbers.iter_mut().zip(parts.into_iter().flatten()) {
-            *place = *number;
+        for (slot, number) in numbers.iter_mut().zip(parts.into_iter().flatten()) {
+            *slot = *number;
         }
     }
 }

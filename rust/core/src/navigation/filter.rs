@@ -4,13 +4,13 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::covariance::{
-    ACCEL, ANTENNA, Beside, Constants, Course, Covariance, Errors, GYRO, Growth, Innovation, PHI,
-    STATES, Scalar, Transition, V,
+    ACCEL, ANTENNA, Constants, ConstantsCovariance, Course, Covariance, Errors, GYRO, Growth,
+    Innovation, PHI, STATES, Scalar, Transition, V,
 };
-use super::earth::{HEIGHT_MAX, LATITUDE_MAX, wrapped};
+use super::earth::{MAX_HEIGHT, MAX_LATITUDE, wrap};
 use super::fix::{Fix, Given, Verdict, velocity_rows};
 use super::initialise::Before;
-use super::judge::Judge;
+use super::innovation_gate::InnovationGate;
 use super::motion::{Motion, Step};
 use super::odometer::{Odometer, Rolled};
 use super::params::{Kind, NavigationParams, Start};
@@ -18,27 +18,27 @@ use crate::error::{Error, require};
 use crate::math::Real;
 
 /// Samples beyond are missing: rad/s and m/s².
-pub(crate) const SAMPLE_MAX: f64 = 1e4;
+pub(crate) const MAX_SAMPLE: f64 = 1e4;
 /// Longest time between two samples, s: after a longer one the filter waits for a fix.
-const GAP: f64 = 1.0;
+const MAX_SAMPLE_INTERVAL_S: f64 = 1.0;
 /// A missing sample is the last one for so long, s, then unknown.
-const HELD: f64 = 0.1;
+const MAX_HELD_S: f64 = 0.1;
 /// A gyro that is unknown for so long, s, is a gap: errors of the orientation are not small any more.
-pub(crate) const UNKNOWN_MAX: f64 = 2.0;
+pub(crate) const MAX_UNKNOWN_S: f64 = 2.0;
 /// Power densities of a rate and of a force of which nothing is measured, rad²/s and m²/s³.
-const UNKNOWN: [f64; 2] = [1.0, 25.0];
+const UNKNOWN_DENSITIES: [f64; 2] = [1.0, 25.0];
 /// Oldest fix, s, and how far one may be ahead of the sensors.
-const LATE: f64 = 1.0;
-const AHEAD: f64 = 0.1;
+const MAX_FIX_AGE_S: f64 = 1.0;
+const MAX_FIX_LEAD_S: f64 = 0.1;
 /// Variances of level and heading that it gains at a gap, rad².
-pub(crate) const GAP_ANGLES: [f64; 2] = [1e-2, 0.25];
+pub(crate) const GAP_VARIANCES_RAD2: [f64; 2] = [1e-2, 0.25];
 /// Without a fix for so long, s, it coasts.
-const COASTING: f64 = 2.0;
+const COASTING_S: f64 = 2.0;
 /// Bounds of a state of which something is known: m/s, and sums of variances.
-const VELOCITY_MAX: f64 = 1e5;
-pub(crate) const SIZES_MAX: [f64; 3] = [1e14, 1e10, 1e3];
+const MAX_VELOCITY: f64 = 1e5;
+pub(crate) const MAX_SIZES: [f64; 3] = [1e14, 1e10, 1e3];
 /// Largest time, s: digits enough for a microsecond.
-const TIME_MAX: f64 = 4e9;
+const MAX_TIME: f64 = 4e9;
 
 /// One sample of the sensors, body axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,40 +89,40 @@ pub struct Snapshot {
     pub status: Status,
 }
 
-/// Somebody who watches steps, for the smoother.
-pub trait Witness {
-    /// This sample of a record is under way.
+/// Record the steps of a filter, for the smoother.
+pub trait Observer {
+    /// Take the number of the sample under way.
     #[inline(always)]
     fn sample(&mut self, _number: usize) {}
-    /// Errors were carried over a step, by `transition` to `covariance`.
-    fn stepped(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion);
-    /// `found` was taken out of the motion.
-    fn corrected(&mut self, found: &Errors, covariance: &Covariance, motion: &Motion);
-    /// This was found of constants that are estimated, which `corrected` follows.
+    /// Record a step of the covariance, by `transition` to `covariance`.
+    fn record_step(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion);
+    /// Record that `found` was taken out of the motion.
+    fn record_correction(&mut self, found: &Errors, covariance: &Covariance, motion: &Motion);
+    /// Record the corrections of estimated constants, before `record_correction`.
     #[inline(always)]
-    fn told(&mut self, _constants: &Constants) {}
-    /// A scalar was taken, on the way to `corrected`. Who takes some and tells none of them leaves
-    /// it to the covariances before and after.
+    fn record_constants(&mut self, _constants: &Constants) {}
+    /// Record a scalar measurement, before `record_correction`. Without any, the covariances before
+    /// and after stand for them.
     #[inline(always)]
-    fn scalar(&mut self, _scalar: &Scalar) {}
-    /// So many scalars were not taken after all.
+    fn record_scalar(&mut self, _scalar: &Scalar) {}
+    /// Drop the last scalars, which were not taken after all.
     #[inline(always)]
-    fn taken_back(&mut self, _scalars: usize) {}
-    /// The last three were not taken before the filter was made less sure of itself: covariances
-    /// before and after do not follow from scalars alone.
+    fn drop_scalars(&mut self, _scalars: usize) {}
+    /// Record that the covariance was widened: covariances before and after do not follow from scalars
+    /// alone.
     #[inline(always)]
-    fn widened(&mut self) {}
-    /// The filter began anew, with this covariance.
-    fn started(&mut self, covariance: &Covariance, motion: &Motion);
+    fn mark_widened(&mut self) {}
+    /// Record a start of the filter, with this covariance.
+    fn record_start(&mut self, covariance: &Covariance, motion: &Motion);
 }
 
-impl Witness for () {
+impl Observer for () {
     #[inline(always)]
-    fn stepped(&mut self, _: &Transition, _: &Covariance, _: &Motion) {}
+    fn record_step(&mut self, _: &Transition, _: &Covariance, _: &Motion) {}
     #[inline(always)]
-    fn corrected(&mut self, _: &Errors, _: &Covariance, _: &Motion) {}
+    fn record_correction(&mut self, _: &Errors, _: &Covariance, _: &Motion) {}
     #[inline(always)]
-    fn started(&mut self, _: &Covariance, _: &Motion) {}
+    fn record_start(&mut self, _: &Covariance, _: &Motion) {}
 }
 
 /// The navigation filter.
@@ -135,13 +135,13 @@ pub struct NavigationFilter {
     pub(crate) accel_bias: Vector3<f64>,
     pub(crate) covariance: Covariance,
     pub(crate) sigma: Errors,
-    pub(crate) judges: [Judge; 2],
+    pub(crate) gates: [InnovationGate; 2],
     pub(crate) sensors: Sensors,
     pub(crate) sums: Sums,
     pub(crate) before: Option<Before>,
     pub(crate) heading_known: bool,
     pub(crate) navigating: bool,
-    /// Seconds since the start or a gap in which nothing but the gyro told of the orientation.
+    /// Seconds since the start or a gap in which nothing but the gyro has shown the orientation.
     pub(crate) alone: f64,
     /// Seconds since the wheels were looked at.
     pub(crate) wheels: f64,
@@ -196,7 +196,7 @@ pub(crate) struct Sums {
     pub seconds: f64,
     pub samples: f64,
     /// Samples at rest.
-    pub rests: f64,
+    pub rest_samples: f64,
     pub attitude: Matrix3<f64>,
     pub velocity: Vector3<f64>,
     /// Of the rate, biases in it.
@@ -210,7 +210,7 @@ impl Sums {
         Self {
             seconds: 0.0,
             samples: 0.0,
-            rests: 0.0,
+            rest_samples: 0.0,
             attitude: Matrix3::zeros(),
             velocity: Vector3::zeros(),
             gyro: Vector3::zeros(),
@@ -233,7 +233,7 @@ impl NavigationFilter {
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
     pub fn new(start: Start, params: NavigationParams) -> Result<Self, Error> {
-        let (start, params) = (start.checked()?, params.checked()?);
+        let (start, params) = (start.validate()?, params.validate()?);
         Ok(Self {
             params,
             start,
@@ -242,7 +242,7 @@ impl NavigationFilter {
             accel_bias: start.accel_bias.into(),
             covariance: Self::first_covariance(&start, params.antenna_sigma),
             sigma: [f64::NAN; STATES],
-            judges: [Judge::new(); 2],
+            gates: [InnovationGate::new(); 2],
             sensors: Sensors::new(),
             sums: Sums::new(),
             before: None,
@@ -260,7 +260,7 @@ impl NavigationFilter {
     fn first_covariance(start: &Start, antenna_sigma: f64) -> Covariance {
         let mut covariance = Covariance::of(&Self::first_variances(start));
         if antenna_sigma > 0.0 {
-            covariance.1 = Some(Beside::NONE.with(ANTENNA, [antenna_sigma; 3]));
+            covariance.1 = Some(ConstantsCovariance::NONE.with(ANTENNA, [antenna_sigma; 3]));
         }
         covariance
     }
@@ -295,18 +295,18 @@ impl NavigationFilter {
         self.update_before(sample, &mut ())
     }
 
-    /// The same, with a witness.
+    /// The same, with an observer.
     ///
     /// # Errors
     /// As of [`update`](Self::update).
     #[inline]
-    pub fn update_before<W: Witness>(
+    pub fn update_before<W: Observer>(
         &mut self,
         sample: &Inertial,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Result<(), Error> {
         let dt = sample.time - self.sensors.time;
-        if !(dt > 0.0 && dt <= GAP) || sample.time.abs() > TIME_MAX {
+        if !(dt > 0.0 && dt <= MAX_SAMPLE_INTERVAL_S) || sample.time.abs() > MAX_TIME {
             return self.begin(sample);
         }
         let step = self.step(sample, dt);
@@ -320,8 +320,8 @@ impl NavigationFilter {
         self.motion.advance(&step);
         self.accumulate(dt, sample.rest);
         if self.sums.seconds >= self.params.covariance_step - 0.25 * dt {
-            self.propagate(witness);
-            self.look_at_wheels(witness);
+            self.propagate(observer);
+            self.look_at_wheels(observer);
         }
         Ok(())
     }
@@ -330,7 +330,7 @@ impl NavigationFilter {
     #[cold]
     fn begin(&mut self, sample: &Inertial) -> Result<(), Error> {
         let before = self.sensors.time;
-        require(sample.time.abs() <= TIME_MAX, "t", "a time in seconds", sample.time)?;
+        require(sample.time.abs() <= MAX_TIME, "t", "a time in seconds", sample.time)?;
         require(
             before.is_nan() || sample.time > before,
             "t",
@@ -338,7 +338,7 @@ impl NavigationFilter {
             sample.time,
         )?;
         if !before.is_nan() {
-            self.lose(GAP_ANGLES);
+            self.lose(GAP_VARIANCES_RAD2);
         }
         // The first sample of increments belongs to a time that is not known.
         let rates = self.params.kind == Kind::Rate;
@@ -347,7 +347,7 @@ impl NavigationFilter {
         let samples = self.sensors.samples + 1;
         let gyro: Option<Vector3<f64>> = known(sample.gyro);
         let accel = known(sample.accel);
-        let age = |known: bool| if known { 0.0 } else { HELD };
+        let age = |known: bool| if known { 0.0 } else { MAX_HELD_S };
         self.sensors = Sensors {
             time: sample.time,
             gyro: gyro.unwrap_or(zero),
@@ -363,7 +363,7 @@ impl NavigationFilter {
     #[inline(always)]
     fn step(&mut self, sample: &Inertial, dt: f64) -> Step {
         let (gyro, accel) = (self.sensors.gyro, self.sensors.accel);
-        let (now, force) = self.measured(sample, dt);
+        let (now, force) = self.measure(sample, dt);
         // Increments are means already.
         let (rate, mean) = match self.params.kind {
             Kind::Rate => ((gyro + now) * (0.5 * dt), (accel + force) * (0.5 * dt)),
@@ -381,26 +381,26 @@ impl NavigationFilter {
 
     /// Rate and force of a sample, the last ones where they are missing.
     #[inline(always)]
-    fn measured(&mut self, sample: &Inertial, dt: f64) -> (Vector3<f64>, Vector3<f64>) {
+    fn measure(&mut self, sample: &Inertial, dt: f64) -> (Vector3<f64>, Vector3<f64>) {
         let per = if self.params.kind == Kind::Rate { 1.0 } else { 1.0 / dt };
         let (gyro, accel) = (Vector3::from(sample.gyro) * per, Vector3::from(sample.accel) * per);
         if !(is_known(&gyro) && is_known(&accel)) {
-            return self.held(gyro, accel, dt);
+            return self.hold(gyro, accel, dt);
         }
         (self.sensors.gyro_age, self.sensors.accel_age) = (0.0, 0.0);
         (gyro, accel)
     }
 
     #[cold]
-    fn held(
+    fn hold(
         &mut self,
         gyro: Vector3<f64>,
         accel: Vector3<f64>,
         dt: f64,
     ) -> (Vector3<f64>, Vector3<f64>) {
-        let level = self.motion.attitude.transpose().column(2) * self.motion.place.gravity;
+        let level = self.motion.attitude.transpose().column(2) * self.motion.local_earth.gravity;
         // It turns and moves on as it did, where nothing better is known.
-        let unknown = [self.gyro_bias, (self.accel_bias - level).map(|x| x.within(SAMPLE_MAX))];
+        let unknown = [self.gyro_bias, (self.accel_bias - level).map(|x| x.within(MAX_SAMPLE))];
         let mut found = [self.sensors.gyro, self.sensors.accel];
         let ages = [&mut self.sensors.gyro_age, &mut self.sensors.accel_age];
         for (i, (age, given)) in ages.into_iter().zip([gyro, accel]).enumerate() {
@@ -408,8 +408,8 @@ impl NavigationFilter {
                 (found[i], *age) = (given, 0.0);
                 continue;
             }
-            *age = (*age + dt).min(TIME_MAX);
-            if *age > HELD {
+            *age = (*age + dt).min(MAX_TIME);
+            if *age > MAX_HELD_S {
                 found[i] = unknown[i];
                 self.sums.unknown[i] += dt;
             }
@@ -417,12 +417,12 @@ impl NavigationFilter {
         (found[0], found[1])
     }
 
-    /// While nothing is known of the position, the orientation is carried on.
+    /// While nothing is known of the position, the orientation is propagated.
     #[inline(never)]
     fn turn(&mut self, step: &Step) {
-        self.motion.turn(step, &(self.motion.place.earth * step.dt));
+        self.motion.turn(step, &(self.motion.local_earth.earth * step.dt));
         self.motion.settle();
-        self.alone = (self.alone + step.dt).min(TIME_MAX);
+        self.alone = (self.alone + step.dt).min(MAX_TIME);
     }
 
     #[inline(always)]
@@ -430,7 +430,7 @@ impl NavigationFilter {
         let sums = &mut self.sums;
         sums.seconds += dt;
         sums.samples += 1.0;
-        sums.rests += f64::from(u8::from(rest));
+        sums.rest_samples += f64::from(u8::from(rest));
         sums.attitude += self.motion.attitude;
         sums.velocity += self.motion.velocity;
         sums.gyro += self.sensors.gyro;
@@ -438,13 +438,13 @@ impl NavigationFilter {
 
     /// Propagates the covariance to the last sample.
     #[inline(always)]
-    pub(crate) fn propagate<W: Witness>(&mut self, witness: &mut W) {
-        self.propagate_with([0.0; 2], witness);
+    pub(crate) fn propagate<W: Observer>(&mut self, observer: &mut W) {
+        self.propagate_with([0.0; 2], observer);
     }
 
-    /// The same; an orientation and a velocity are less sure by these variances besides.
+    /// The same; an orientation and a velocity have these variances added.
     #[inline(never)]
-    pub(crate) fn propagate_with<W: Witness>(&mut self, extra: [f64; 2], witness: &mut W) {
+    pub(crate) fn propagate_with<W: Observer>(&mut self, extra: [f64; 2], observer: &mut W) {
         let sums = self.sums;
         let Sums { seconds, samples, attitude, velocity, unknown, .. } = sums;
         if samples == 0.0 {
@@ -458,7 +458,7 @@ impl NavigationFilter {
             velocity: velocity * (1.0 / samples),
             earth,
             transport,
-            gravity: self.motion.place.gravity,
+            gravity: self.motion.local_earth.gravity,
         };
         let transition = Transition::over(&course);
         let params = &self.params;
@@ -467,36 +467,36 @@ impl NavigationFilter {
             [&params.gyro_noise.into(), &params.accel_noise.into()],
             [&params.gyro_walk.into(), &params.accel_walk.into()],
         );
-        let more = [0, 1].map(|i| UNKNOWN[i] * unknown[i] + extra[i]);
+        let more = [0, 1].map(|i| UNKNOWN_DENSITIES[i] * unknown[i] + extra[i]);
         if more != [0.0; 2] {
             growth.add_unknown(&course, 0.5 * more[0], 0.5 * more[1]);
         }
         self.covariance.propagate(&transition, &growth);
         self.sums = Sums::new();
-        self.wheels = (self.wheels + seconds).min(TIME_MAX);
+        self.wheels = (self.wheels + seconds).min(MAX_TIME);
         if !self.is_somewhere() {
-            self.lose(GAP_ANGLES);
+            self.lose(GAP_VARIANCES_RAD2);
             return;
         }
         self.refresh_sigma();
-        witness.stepped(&transition, &self.covariance, &self.motion);
-        if sums.rests == samples {
-            self.stand(&sums, witness);
+        observer.record_step(&transition, &self.covariance, &self.motion);
+        if sums.rest_samples == samples {
+            self.stand(&sums, observer);
         }
         if self.odometer.sums.count > 0.0 && self.navigating {
-            self.rolled(witness);
+            self.rolled(observer);
         }
     }
 
     /// Whether anything is known of where it is.
     pub(crate) fn is_somewhere(&self) -> bool {
         let sizes = self.covariance.sizes();
-        let known = sizes.iter().zip(SIZES_MAX).all(|(size, most)| *size < most);
+        let known = sizes.iter().zip(MAX_SIZES).all(|(size, most)| *size < most);
         known
-            && self.sensors.gyro_age <= UNKNOWN_MAX
-            && self.motion.velocity.norm_squared() < VELOCITY_MAX * VELOCITY_MAX
-            && self.motion.height.abs() < HEIGHT_MAX
-            && self.motion.latitude.abs() < LATITUDE_MAX
+            && self.sensors.gyro_age <= MAX_UNKNOWN_S
+            && self.motion.velocity.norm_squared() < MAX_VELOCITY * MAX_VELOCITY
+            && self.motion.height.abs() < MAX_HEIGHT
+            && self.motion.latitude.abs() < MAX_LATITUDE
     }
 
     /// Position and velocity are lost, the orientation nearly; biases are kept.
@@ -513,10 +513,10 @@ impl NavigationFilter {
             variances[PHI + i] = (variances[PHI + i] + more).min(10.0);
         }
         if self.navigating && !self.is_on_earth() {
-            let place = Motion::new(self.motion.attitude, self.start.latitude, 0.0, 0.0);
-            self.motion = place;
+            let motion = Motion::new(self.motion.attitude, self.start.latitude, 0.0, 0.0);
+            self.motion = motion;
         }
-        self.covariance = self.covariance.anew(&variances);
+        self.covariance = self.covariance.with_variances(&variances);
         self.odometer.sums = Rolled::default();
         self.sigma = [f64::NAN; STATES];
         self.navigating = false;
@@ -528,7 +528,7 @@ impl NavigationFilter {
 
     fn is_on_earth(&self) -> bool {
         let motion = &self.motion;
-        motion.height.abs() < HEIGHT_MAX && motion.latitude.abs() < LATITUDE_MAX
+        motion.height.abs() < MAX_HEIGHT && motion.latitude.abs() < MAX_LATITUDE
     }
 
     /// Takes a fix.
@@ -539,20 +539,23 @@ impl NavigationFilter {
         self.update_gnss_before(fix, &mut ())
     }
 
-    /// The same, with a witness.
+    /// The same, with an observer.
     ///
     /// # Errors
     /// As of [`update_gnss`](Self::update_gnss).
-    pub fn update_gnss_before<W: Witness>(
+    pub fn update_gnss_before<W: Observer>(
         &mut self,
         fix: &Fix,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Result<Verdict, Error> {
-        let given = Given::checked(fix)?;
+        let given = Given::validate(fix)?;
         let age = self.sensors.time - fix.time;
         let verdict = match given {
-            Some(given) if given.time >= self.start.time && (-AHEAD..=LATE).contains(&age) => {
-                self.take(&given, age, witness)
+            Some(given)
+                if given.time >= self.start.time
+                    && (-MAX_FIX_LEAD_S..=MAX_FIX_AGE_S).contains(&age) =>
+            {
+                self.take(&given, age, observer)
             }
             _ => Verdict::Refused,
         };
@@ -588,10 +591,10 @@ impl NavigationFilter {
         if !self.navigating {
             return if self.heading_known { Status::Waiting } else { Status::NoHeading };
         }
-        if sensors.gyro_age > HELD || sensors.accel_age > HELD {
+        if sensors.gyro_age > MAX_HELD_S || sensors.accel_age > MAX_HELD_S {
             return Status::Missing;
         }
-        let coasts = sensors.time - self.last_used > COASTING;
+        let coasts = sensors.time - self.last_used > COASTING_S;
         if coasts { Status::Coasting } else { Status::Navigating }
     }
 
@@ -601,7 +604,7 @@ impl NavigationFilter {
         let Motion { attitude, velocity, latitude, longitude, height, .. } = &self.motion;
         let known = |x: [f64; 3]| if self.navigating { x } else { [f64::NAN; 3] };
         Snapshot {
-            position: known([*latitude, wrapped(*longitude), *height]),
+            position: known([*latitude, wrap(*longitude), *height]),
             velocity: known((*velocity).into()),
             quaternion: quaternion(attitude),
             gyro_bias: self.gyro_bias.into(),
@@ -644,26 +647,26 @@ impl NavigationFilter {
     /// Normalised innovations squared of the last position and velocity, 3 on average; NaN before
     /// the first.
     pub fn nis(&self) -> [f64; 2] {
-        [self.judges[0].nis(), self.judges[1].nis()]
+        [self.gates[0].nis(), self.gates[1].nis()]
     }
 
     /// What was new of the last position and velocity, north, east, down, each given those before it,
     /// and its standard deviation; NaN before the first.
     pub fn innovations(&self) -> [[f64; 6]; 2] {
-        let all = self.judges.map(|judge| judge.new);
+        let all = self.gates.map(|gate| gate.new);
         let of = |of: fn(&Innovation) -> f64| core::array::from_fn(|i| of(&all[i / 3][i % 3]));
         [of(|new| new.value), of(|new| new.variance.simd_sqrt())]
     }
 
     /// Standard deviations of position and velocity that the innovations show; NaN before they do.
     pub fn learned_noise(&self) -> [[f64; 3]; 2] {
-        self.judges.map(|judge| judge.learned())
+        self.gates.map(|gate| gate.standard_deviations())
     }
 }
 
 #[inline(always)]
 pub(crate) fn is_known(v: &Vector3<f64>) -> bool {
-    v.x.abs() <= SAMPLE_MAX && v.y.abs() <= SAMPLE_MAX && v.z.abs() <= SAMPLE_MAX
+    v.x.abs() <= MAX_SAMPLE && v.y.abs() <= MAX_SAMPLE && v.z.abs() <= MAX_SAMPLE
 }
 
 /// Of a unit quaternion, scalar first.

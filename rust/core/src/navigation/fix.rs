@@ -3,14 +3,14 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::covariance::{GYRO, PHI, R, Row, V};
-use super::earth::{HEIGHT_MAX, LATITUDE_MAX};
+use super::earth::{MAX_HEIGHT, MAX_LATITUDE};
 use super::filter::is_known;
 use crate::error::{Error, require};
 use crate::math::Real;
 
 /// Smallest standard deviation of a fix, m and m/s, and that of what it does not tell.
-const SIGMA_MIN: f64 = 1e-3;
-const SIGMA_MAX: f64 = 1e6;
+const MIN_SIGMA: f64 = 1e-3;
+const MAX_SIGMA: f64 = 1e6;
 
 /// One fix of the receiver; what it does not tell is NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,16 +51,16 @@ pub(crate) struct Given {
 
 impl Given {
     /// None if nothing is there. A height or a vertical velocity may be missing.
-    pub fn checked(fix: &Fix) -> Result<Option<Self>, Error> {
+    pub fn validate(fix: &Fix) -> Result<Option<Self>, Error> {
         let Fix {
             time,
             position: [latitude, longitude, height],
             velocity: [north, east, down],
             ..
         } = *fix;
-        let there = latitude.abs() < LATITUDE_MAX && longitude.abs() < 7.0;
+        let there = latitude.abs() < MAX_LATITUDE && longitude.abs() < 7.0;
         let flat = !height.is_finite();
-        let position = (there && (flat || height.abs() < HEIGHT_MAX)).then_some([
+        let position = (there && (flat || height.abs() < MAX_HEIGHT)).then_some([
             latitude,
             longitude,
             if flat { 0.0 } else { height },
@@ -68,12 +68,12 @@ impl Given {
         let level = !down.is_finite();
         let velocity =
             Some(Vector3::new(north, east, if level { 0.0 } else { down })).filter(is_known);
-        let sigma = |name, told: bool, without_down: bool, sigmas: &[f64; 3]| {
-            let mut found = Vector3::from_element(SIGMA_MAX);
+        let sigma = |name, stated: bool, without_down: bool, sigmas: &[f64; 3]| {
+            let mut found = Vector3::from_element(MAX_SIGMA);
             let count = if without_down { 2 } else { 3 };
-            for (place, sigma) in found.iter_mut().zip(sigmas).take(count).filter(|_| told) {
+            for (slot, sigma) in found.iter_mut().zip(sigmas).take(count).filter(|_| stated) {
                 require(*sigma > 0.0, name, "positive", *sigma)?;
-                *place = sigma.at_most(SIGMA_MAX).at_least(SIGMA_MIN);
+                *slot = sigma.at_most(MAX_SIGMA).at_least(MIN_SIGMA);
             }
             Ok(found)
         };

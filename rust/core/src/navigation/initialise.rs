@@ -4,25 +4,27 @@ use nalgebra::{Matrix3, RealField, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::covariance::{GYRO, PHI, R, STATES, V};
-use super::earth::{HEIGHT_MAX, LATITUDE_MAX, Place, wrapped};
-use super::filter::{GAP_ANGLES, NavigationFilter, Sums, UNKNOWN_MAX, Witness, is_known};
+use super::earth::{LocalEarth, MAX_HEIGHT, MAX_LATITUDE, wrap};
+use super::filter::{
+    GAP_VARIANCES_RAD2, MAX_UNKNOWN_S, NavigationFilter, Observer, Sums, is_known,
+};
 use super::fix::{Given, Verdict};
-use super::judge::Judge;
+use super::innovation_gate::InnovationGate;
 use super::motion::{Motion, rotation};
 use crate::math::Real;
-use crate::math::sound::is_within;
+use crate::math::validity::is_within;
 
 /// Of a velocity of which nothing is known, m/s.
-const UNKNOWN_VELOCITY: f64 = 10.0;
+const UNKNOWN_VELOCITY_SIGMA_M_S: f64 = 10.0;
 /// A course is a heading above this speed, m/s, and above so many deviations of it; it is wrong by so
 /// much at best, rad.
-const COURSE_SPEED: f64 = 1.0;
-const COURSE_DEVIATIONS: f64 = 10.0;
-const COURSE_SIGMA: f64 = 0.03;
+const MIN_COURSE_SPEED_M_S: f64 = 1.0;
+const MIN_COURSE_SIGMAS: f64 = 10.0;
+const MIN_COURSE_SIGMA_RAD: f64 = 0.03;
 /// Two fixes tell a velocity if they are farther apart than so many deviations of their places, and no
 /// longer than so many seconds.
-const APART_DEVIATIONS: f64 = 20.0;
-const APART_SECONDS: f64 = 10.0;
+const MIN_APART_SIGMAS: f64 = 20.0;
+const MAX_APART_S: f64 = 10.0;
 
 /// A fix that a velocity is reckoned from.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -40,17 +42,19 @@ struct Moves {
 
 impl NavigationFilter {
     /// Begins at a fix, if it has a place and the heading is known or can be told.
-    pub(crate) fn begin_from<W: Witness>(
+    pub(crate) fn begin_from<W: Observer>(
         &mut self,
         given: &Given,
         age: f64,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Verdict {
-        let Some(position) = given.position.filter(|_| self.sensors.gyro_age <= UNKNOWN_MAX) else {
+        let Some(position) = given.position.filter(|_| self.sensors.gyro_age <= MAX_UNKNOWN_S)
+        else {
             return Verdict::Refused;
         };
-        let told = given.velocity.map(|velocity| Moves { velocity, sigma: given.velocity_sigma });
-        let moves = told.or_else(|| self.between(given, position));
+        let measured =
+            given.velocity.map(|velocity| Moves { velocity, sigma: given.velocity_sigma });
+        let moves = measured.or_else(|| self.between(given, position));
         let mut heading_sigma = None;
         if !self.heading_known {
             let Some(sigma) = moves.filter(|_| self.start.course).and_then(|m| self.look_along(&m))
@@ -62,11 +66,11 @@ impl NavigationFilter {
         }
         self.begin_at(given, position, moves, heading_sigma, age);
         if !self.is_somewhere() {
-            self.lose(GAP_ANGLES);
+            self.lose(GAP_VARIANCES_RAD2);
             return Verdict::Refused;
         }
         self.refresh_sigma();
-        witness.started(&self.covariance, &self.motion);
+        observer.record_start(&self.covariance, &self.motion);
         Verdict::Used
     }
 
@@ -75,19 +79,19 @@ impl NavigationFilter {
         let now = Before { time: given.time, position };
         let before = *self.before.get_or_insert(now);
         let seconds = given.time - before.time;
-        let place = Place::at(position[0], position[2]);
+        let local_earth = LocalEarth::at(position[0], position[2]);
         let [latitude, longitude, height] = before.position;
         let way = Vector3::new(
-            (position[0] - latitude) / place.north,
-            wrapped(position[1] - longitude) / place.east,
+            (position[0] - latitude) / local_earth.north,
+            wrap(position[1] - longitude) / local_earth.east,
             height - position[2],
         );
-        let far = way.xy().norm() > APART_DEVIATIONS * given.position_sigma.xy().amax();
-        if far || !(0.0..=APART_SECONDS).contains(&seconds) {
+        let far = way.xy().norm() > MIN_APART_SIGMAS * given.position_sigma.xy().amax();
+        if far || !(0.0..=MAX_APART_S).contains(&seconds) {
             self.before = Some(now);
         }
         let velocity = way / seconds;
-        let possible = seconds > 0.0 && seconds <= APART_SECONDS && is_known(&velocity);
+        let possible = seconds > 0.0 && seconds <= MAX_APART_S && is_known(&velocity);
         // Two places, and a velocity that has changed meanwhile.
         let sigma = given.position_sigma * (2.0 / seconds.at_least(0.1));
         (possible && far).then_some(Moves { velocity, sigma })
@@ -97,7 +101,7 @@ impl NavigationFilter {
     fn look_along(&mut self, moves: &Moves) -> Option<f64> {
         let (v, sigma) = (moves.velocity, moves.sigma.xy().amax());
         let speed = v.xy().norm();
-        if speed < COURSE_SPEED || speed < COURSE_DEVIATIONS * sigma {
+        if speed < MIN_COURSE_SPEED_M_S || speed < MIN_COURSE_SIGMAS * sigma {
             return None;
         }
         // The axle goes forward; what is ahead of it goes sideways in a turn.
@@ -109,7 +113,7 @@ impl NavigationFilter {
         let off = RealField::atan2(v.y, v.x) - drift - self.motion.heading();
         self.motion.attitude = rotation(&Vector3::new(0.0, 0.0, off)) * self.motion.attitude;
         let course = sigma / speed;
-        Some((course * course + COURSE_SIGMA * COURSE_SIGMA).simd_sqrt())
+        Some((course * course + MIN_COURSE_SIGMA_RAD * MIN_COURSE_SIGMA_RAD).simd_sqrt())
     }
 
     fn begin_at(
@@ -125,10 +129,10 @@ impl NavigationFilter {
         let antenna = self.antenna;
         let lever = motion.attitude * antenna;
         let rate = self.sensors.gyro - self.gyro_bias;
-        let swing = motion.attitude * rate.cross(&antenna);
+        let lever_arm_velocity = motion.attitude * rate.cross(&antenna);
         let zero = Vector3::zeros();
         let velocity = moves.map(|moves| moves.velocity);
-        let start = velocity.map_or(zero, |v| v - swing);
+        let start = velocity.map_or(zero, |v| v - lever_arm_velocity);
         // Off by the lever, and by the way since the fix.
         motion.correct(&(lever - velocity.unwrap_or(zero) * age), &zero, &zero);
         motion.velocity = start;
@@ -139,32 +143,35 @@ impl NavigationFilter {
             variances[i] = self.covariance.at(i, i);
         }
         for i in 0..3 {
-            // The gyro alone has told of the orientation since its start.
+            // The gyro alone has given the orientation since its start.
             let t = self.alone;
             let bias = variances[GYRO + i];
             variances[PHI + i] += (self.params.gyro_noise[i] + bias * t) * t;
-            let told =
-                moves.map_or(UNKNOWN_VELOCITY, |moves| moves.sigma[i].at_most(UNKNOWN_VELOCITY));
+            let sigma = moves.map_or(UNKNOWN_VELOCITY_SIGMA_M_S, |moves| {
+                moves.sigma[i].at_most(UNKNOWN_VELOCITY_SIGMA_M_S)
+            });
             variances[R + i] = given.position_sigma[i] * given.position_sigma[i];
-            variances[V + i] = told * told;
+            variances[V + i] = sigma * sigma;
             variances[PHI + i] = variances[PHI + i].min(10.0);
         }
         if let Some(sigma) = heading_sigma {
             variances[PHI + 2] = sigma * sigma;
         }
-        self.covariance = self.covariance.anew(&variances);
+        self.covariance = self.covariance.with_variances(&variances);
         // What is not known of the antenna is not known of the place.
         if self.params.antenna_sigma > 0.0 {
             let turn = self.motion.attitude;
-            let swing = turn * rate.cross_matrix();
-            let told = if velocity.is_some() { 1.0 } else { 0.0 };
+            let lever_arm_rate = turn * rate.cross_matrix();
+            let factor = if velocity.is_some() { 1.0 } else { 0.0 };
             let row = |m: &Matrix3<f64>, i: usize| [m[(i, 0)], m[(i, 1)], m[(i, 2)]];
-            let of = |i: usize| if i < 3 { row(&turn, i) } else { row(&(swing * told), i - 3) };
-            self.covariance.carry_antenna(&core::array::from_fn(of));
+            let of = |i: usize| {
+                if i < 3 { row(&turn, i) } else { row(&(lever_arm_rate * factor), i - 3) }
+            };
+            self.covariance.propagate_antenna(&core::array::from_fn(of));
         }
         // The error of the velocity is taken in the frame that is believed in.
         self.covariance.couple(&start);
-        self.judges.iter_mut().for_each(Judge::restart);
+        self.gates.iter_mut().for_each(InnovationGate::restart);
         self.navigating = true;
         self.sums = Sums::new();
         (self.alone, self.wheels) = (0.0, 0.0);
@@ -172,11 +179,11 @@ impl NavigationFilter {
 }
 
 impl Before {
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let [latitude, longitude, height] = self.position;
         is_within(self.time, 4e9)
-            && is_within(latitude, LATITUDE_MAX)
+            && is_within(latitude, MAX_LATITUDE)
             && is_within(longitude, 7.0)
-            && is_within(height, HEIGHT_MAX)
+            && is_within(height, MAX_HEIGHT)
     }
 }

@@ -19,19 +19,19 @@ mod filter;
 mod fix;
 pub mod foot;
 mod initialise;
-mod judge;
+mod innovation_gate;
 mod motion;
 mod odometer;
 mod params;
 #[cfg(feature = "std")]
 mod smoother;
-mod sound;
+mod validity;
 
 pub use batch::{Batch, Known, Next};
 pub use covariance::{CONSTANTS, Constants, Covariance, Errors, STATES, Scalar, Transition};
-pub use earth::{Place, normal_gravity};
+pub use earth::{LocalEarth, normal_gravity};
 pub use event::Event;
-pub use filter::{FixCounts, Inertial, NavigationFilter, Snapshot, Status, Witness};
+pub use filter::{FixCounts, Inertial, NavigationFilter, Observer, Snapshot, Status};
 pub use fix::{Fix, Verdict};
 pub use motion::Motion;
 pub use odometer::Rolling;

@@ -3,10 +3,10 @@
 use nalgebra::{ComplexField, Matrix3, RealField, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::earth::{Place, wrapped};
+use super::earth::{LocalEarth, wrap};
 
 /// Square of the angle of a step, rad², up to which its sine and cosine are series.
-const SERIES: f64 = 0.01;
+const MAX_SERIES_ANGLE_SQUARED: f64 = 0.01;
 
 /// Where the body is, how fast it moves and how it is turned.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -23,7 +23,7 @@ pub struct Motion {
     pub height: f64,
     /// Of the last step, m/s².
     pub acceleration: Vector3<f64>,
-    pub(crate) place: Place,
+    pub(crate) local_earth: LocalEarth,
 }
 
 /// One step of the sensors, biases removed: rotation vector, rad, and velocity gained, m/s, both in
@@ -39,14 +39,14 @@ impl Motion {
     /// A body at rest in some place.
     pub fn new(attitude: Matrix3<f64>, latitude: f64, longitude: f64, height: f64) -> Self {
         let (velocity, acceleration) = (Vector3::zeros(), Vector3::zeros());
-        let place = Place::at(latitude, height);
-        Self { attitude, velocity, latitude, longitude, height, acceleration, place }
+        let local_earth = LocalEarth::at(latitude, height);
+        Self { attitude, velocity, latitude, longitude, height, acceleration, local_earth }
     }
 
     /// How north, east and down turn, rad/s: with the Earth, and with the way over it.
     #[inline(always)]
     pub(crate) fn frame(&self) -> (Vector3<f64>, Vector3<f64>) {
-        (self.place.earth, self.place.transport(&self.velocity))
+        (self.local_earth.earth, self.local_earth.transport(&self.velocity))
     }
 
     /// One step.
@@ -57,12 +57,12 @@ impl Motion {
         let gain = self.attitude * step.gain;
         let turned = (earth + both).cross(&self.velocity) + both.cross(&gain) * 0.5;
         let mut change = gain - turned * dt;
-        change.z += self.place.gravity * dt;
+        change.z += self.local_earth.gravity * dt;
         let mean = self.velocity + change * 0.5;
         self.velocity += change;
         self.acceleration = change * (1.0 / dt);
-        self.latitude += mean.x * dt * self.place.north;
-        self.longitude += mean.y * dt * self.place.east;
+        self.latitude += mean.x * dt * self.local_earth.north;
+        self.longitude += mean.y * dt * self.local_earth.east;
         self.height -= mean.z * dt;
         self.turn(step, &(both * dt));
     }
@@ -72,15 +72,15 @@ impl Motion {
     pub(crate) fn turn(&mut self, step: &Step, frame: &Vector3<f64>) {
         let turned = self.attitude * rotation(&step.turn);
         // What a square of the frame's turn would add, `settle` takes for a stretch.
-        self.attitude = turned - crossed(frame, &turned);
+        self.attitude = turned - cross_columns(frame, &turned);
     }
 
     /// One Newton step towards a rotation, and the Earth of the place where the body is now.
     pub(crate) fn settle(&mut self) {
         let square = self.attitude.transpose() * self.attitude;
         self.attitude *= Matrix3::from_diagonal_element(1.5) - square * 0.5;
-        self.longitude = wrapped(self.longitude);
-        self.place = self.place.moved_to(self.latitude, self.height);
+        self.longitude = wrap(self.longitude);
+        self.local_earth = self.local_earth.relocate(self.latitude, self.height);
     }
 
     /// Takes errors out: of position, m, of velocity, and of orientation.
@@ -88,16 +88,16 @@ impl Motion {
         let turn = rotation(phi);
         self.attitude = turn * self.attitude;
         self.velocity = turn * (self.velocity - v);
-        self.latitude -= r.x * self.place.north;
-        self.longitude = wrapped(self.longitude - r.y * self.place.east);
+        self.latitude -= r.x * self.local_earth.north;
+        self.longitude = wrap(self.longitude - r.y * self.local_earth.east);
         self.height += r.z;
     }
 
     /// From a place, rad, rad and m, to here: north, east, down, m.
     pub(crate) fn offset_from(&self, [latitude, longitude, height]: [f64; 3]) -> Vector3<f64> {
         Vector3::new(
-            (self.latitude - latitude) / self.place.north,
-            wrapped(self.longitude - longitude) / self.place.east,
+            (self.latitude - latitude) / self.local_earth.north,
+            wrap(self.longitude - longitude) / self.local_earth.east,
             height - self.height,
         )
     }
@@ -113,7 +113,7 @@ impl Motion {
 pub(crate) fn rotation(phi: &Vector3<f64>) -> Matrix3<f64> {
     let square = phi.norm_squared();
     // sin(x)/x and (1 - cos x)/x².
-    let (s, c) = if square <= SERIES {
+    let (s, c) = if square <= MAX_SERIES_ANGLE_SQUARED {
         let x = square;
         (
             1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0 * (1.0 - x / 72.0))),
@@ -142,7 +142,7 @@ pub(crate) fn rotation(phi: &Vector3<f64>) -> Matrix3<f64> {
 
 /// The cross product of a vector with each column.
 #[inline(always)]
-pub(crate) fn crossed(v: &Vector3<f64>, m: &Matrix3<f64>) -> Matrix3<f64> {
+pub(crate) fn cross_columns(v: &Vector3<f64>, m: &Matrix3<f64>) -> Matrix3<f64> {
     Matrix3::new(
         v.y * m.m31 - v.z * m.m21,
         v.y * m.m32 - v.z * m.m22,
@@ -163,14 +163,14 @@ mod tests {
 
     /// A perfect sensor at rest at 45°, for so many seconds at 100 Hz, with an error of tilt and one
     /// of the gyro.
-    fn rests(seconds: usize, tilt: Vector3<f64>, gyro: Vector3<f64>) -> Vector3<f64> {
+    fn stand_still(seconds: usize, tilt: Vector3<f64>, gyro: Vector3<f64>) -> Vector3<f64> {
         let latitude = 45.0_f64.to_radians();
         let mut body = Motion::new(rotation(&tilt), latitude, 0.3, 0.0);
-        let (place, dt) = (body.place, 0.01);
+        let (local_earth, dt) = (body.local_earth, 0.01);
         for k in 0..seconds * 100 {
-            let turn = (place.earth + gyro) * dt;
-            let force = Vector3::new(0.0, 0.0, -place.gravity);
-            let gain = (force + (place.earth).cross(&force) * (0.5 * dt)) * dt;
+            let turn = (local_earth.earth + gyro) * dt;
+            let force = Vector3::new(0.0, 0.0, -local_earth.gravity);
+            let gain = (force + (local_earth.earth).cross(&force) * (0.5 * dt)) * dt;
             body.advance(&Step { turn, gain, dt });
             if k % 10 == 9 {
                 body.settle();
@@ -181,14 +181,14 @@ mod tests {
 
     #[test]
     fn a_perfect_sensor_at_rest_stays() {
-        assert!(rests(600, Vector3::zeros(), Vector3::zeros()).amax() < 1e-5);
+        assert!(stand_still(600, Vector3::zeros(), Vector3::zeros()).amax() < 1e-5);
     }
 
     #[test]
     fn errors_grow_as_known() {
-        let tilt = rests(60, Vector3::new(1e-3, 0.0, 0.0), Vector3::zeros());
+        let tilt = stand_still(60, Vector3::new(1e-3, 0.0, 0.0), Vector3::zeros());
         assert!((tilt.y - 17.64).abs() < 0.01, "{tilt}");
-        let bias = rests(60, Vector3::zeros(), Vector3::new(0.0, 1e-4, 0.0));
+        let bias = stand_still(60, Vector3::zeros(), Vector3::new(0.0, 1e-4, 0.0));
         assert!((bias.x + 35.29).abs() < 0.01, "{bias}");
     }
 

@@ -3,29 +3,29 @@
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::covariance::{ANTENNA, Beside, Constants, GYRO, PHI, Row, STATES, V};
-use super::filter::{NavigationFilter, Witness};
+use super::covariance::{ANTENNA, Constants, ConstantsCovariance, GYRO, PHI, Row, STATES, V};
+use super::filter::{NavigationFilter, Observer};
 use super::params::Wheels;
 use crate::error::{Error, require};
 use crate::math::Real;
 
 /// Scale, yaw and pitch: the first of the constants.
-const OF_WHEELS: usize = 3;
-/// Deviations of scale, yaw and pitch before anything is told.
-const PRIOR: [f64; OF_WHEELS] = [0.03, 0.035, 0.035];
+const WHEEL_CONSTANTS: usize = 3;
+/// Deviations of scale, yaw and pitch before any measurement.
+const PRIOR_SIGMAS: [f64; WHEEL_CONSTANTS] = [0.03, 0.035, 0.035];
 /// What they are at most: a scale of one half, a right angle.
-pub(crate) const CONSTANT_MAX: f64 = 1.5;
+pub(crate) const MAX_CONSTANT: f64 = 1.5;
 /// Normalised innovation squared beyond which a wheel slips, and how long it may, s: from then on it
 /// counts less instead, so that a filter that is wrong itself finds back.
-const SLIP: f64 = 9.0;
-const SLIP_MAX: f64 = 10.0;
+const MAX_WHEEL_NIS: f64 = 9.0;
+const MAX_SLIP_S: f64 = 10.0;
 /// Deviation of a heading, rad, with which wheels begin to tell: what is wrong by more would be taken
 /// for a mount that is turned.
-const HEADING: f64 = 0.1;
+const MAX_HEADING_SIGMA_RAD: f64 = 0.1;
 /// Largest speed, m/s.
-pub(crate) const SPEED_MAX: f64 = 1e4;
-const AHEAD: f64 = 0.1;
-const LATE: f64 = 1.0;
+pub(crate) const MAX_SPEED: f64 = 1e4;
+const MAX_SPEED_LEAD_S: f64 = 0.1;
+const MAX_SPEED_AGE_S: f64 = 1.0;
 
 /// What wheels tell of a time, s: how fast they roll forward, m/s, as a mean about it, and its
 /// deviation, NaN for that of the parameters.
@@ -43,7 +43,7 @@ pub struct Rolling {
 /// pitch above forward.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Odometer {
-    pub constants: [f64; OF_WHEELS],
+    pub constants: [f64; WHEEL_CONSTANTS],
     /// Since when it slips, s.
     pub slips: Option<f64>,
     pub sums: Rolled,
@@ -71,7 +71,7 @@ impl Odometer {
 
     pub fn take_out(&mut self, found: &Constants) {
         for (constant, more) in self.constants.iter_mut().zip(found) {
-            *constant = (*constant + more).within(CONSTANT_MAX);
+            *constant = (*constant + more).within(MAX_CONSTANT);
         }
         self.constants[0] = self.constants[0].within(0.5);
     }
@@ -79,7 +79,7 @@ impl Odometer {
 
 impl NavigationFilter {
     /// Takes the speed of the wheels, m/s, forward, at a time, s, as a mean about it; a deviation that
-    /// is not told is that of the parameters. Returns whether it will be used: not if it is missing, too
+    /// is not given is that of the parameters. Returns whether it will be used: not if it is missing, too
     /// old, or nothing is known of where the filter is, nor before its heading is known to 0.1 rad.
     ///
     /// # Errors
@@ -96,18 +96,19 @@ impl NavigationFilter {
         let sigma = sigma.unwrap_or(usual);
         require(sigma > 0.0, "sigma", "positive", sigma)?;
         let age = self.sensors.time - time;
-        let known = speed.abs() <= SPEED_MAX && (-AHEAD..=LATE).contains(&age);
-        let begun = self.covariance.1.is_some_and(|beside| beside.has(0));
-        let looks = begun || self.sigma[PHI + 2] < HEADING;
+        let known =
+            speed.abs() <= MAX_SPEED && (-MAX_SPEED_LEAD_S..=MAX_SPEED_AGE_S).contains(&age);
+        let begun = self.covariance.1.is_some_and(|extra| extra.has(0));
+        let looks = begun || self.sigma[PHI + 2] < MAX_HEADING_SIGMA_RAD;
         if !(known && looks && self.navigating) {
             return Ok(false);
         }
-        let beside = self.covariance.1.get_or_insert(Beside::NONE);
-        if !beside.has(0) {
-            *beside = beside.with(0, PRIOR);
+        let extra = self.covariance.1.get_or_insert(ConstantsCovariance::NONE);
+        if !extra.has(0) {
+            *extra = extra.with(0, PRIOR_SIGMAS);
         }
         let moved = self.motion.velocity - self.motion.acceleration * age;
-        let sigma = sigma.at_most(SPEED_MAX).at_least(1e-3);
+        let sigma = sigma.at_most(MAX_SPEED).at_least(1e-3);
         let sums = &mut self.odometer.sums;
         sums.count += 1.0;
         sums.speed += speed;
@@ -117,9 +118,9 @@ impl NavigationFilter {
         Ok(true)
     }
 
-    /// What wheels have told since the last step.
+    /// What wheels have measured since the last step.
     #[inline(never)]
-    pub(crate) fn rolled<W: Witness>(&mut self, witness: &mut W) {
+    pub(crate) fn rolled<W: Observer>(&mut self, observer: &mut W) {
         let sums = core::mem::take(&mut self.odometer.sums);
         let Some(wheels) = self.params.wheels.filter(|_| sums.count > 0.0) else { return };
         let each = 1.0 / sums.count;
@@ -127,23 +128,23 @@ impl NavigationFilter {
         let rows = self.rows_of_wheels(&wheels, &(sums.velocity * each), &rate);
         let (u, h, mut hw) = (rows.speed.x, rows.errors[0], rows.constants[0]);
         let scale = 1.0 + self.odometer.constants[0];
-        // By the speed that is expected: the one that is told has noise of its own.
+        // By the speed that is expected: the measured one has noise of its own.
         hw[0] = u / scale;
         let z = u - scale * sums.speed * each;
-        let variance = self.covariance.variance_beside(&h, &hw);
+        let variance = self.covariance.variance_with_constants(&h, &hw);
         let mut noise = sums.variance * each;
-        if z * z > SLIP * (variance + noise) {
+        if z * z > MAX_WHEEL_NIS * (variance + noise) {
             let now = self.sensors.time;
-            if now - *self.odometer.slips.get_or_insert(now) < SLIP_MAX {
+            if now - *self.odometer.slips.get_or_insert(now) < MAX_SLIP_S {
                 return;
             }
-            noise = noise.at_least(z * z / SLIP - variance);
+            noise = noise.at_least(z * z / MAX_WHEEL_NIS - variance);
         } else {
             self.odometer.slips = None;
         }
         let mut found = [0.0; STATES];
-        self.covariance.correct_beside(&h, &hw, z, noise, &mut found, witness);
-        self.apply(&found, witness);
+        self.covariance.correct_with_constants(&h, &hw, z, noise, &mut found, observer);
+        self.apply(&found, observer);
     }
 
     /// The velocity at the axle in the axes of the wheels, and how errors and constants move it.
@@ -171,11 +172,11 @@ impl NavigationFilter {
         WheelRows { speed, errors, constants }
     }
 
-    /// Scale, yaw and pitch of the wheels, rad, and their deviations; NaN before they told anything.
-    pub fn wheels(&self) -> [[f64; OF_WHEELS]; 2] {
-        let told = self.covariance.1.as_ref().filter(|beside| beside.has(0));
-        told.map_or([[f64::NAN; OF_WHEELS]; 2], |beside| {
-            [self.odometer.constants, core::array::from_fn(|k| beside.sigma(k))]
+    /// Scale, yaw and pitch of the wheels, rad, and their deviations; NaN before the first measurement.
+    pub fn wheels(&self) -> [[f64; WHEEL_CONSTANTS]; 2] {
+        let estimated = self.covariance.1.as_ref().filter(|extra| extra.has(0));
+        estimated.map_or([[f64::NAN; WHEEL_CONSTANTS]; 2], |extra| {
+            [self.odometer.constants, core::array::from_fn(|k| extra.sigma(k))]
         })
     }
 
@@ -185,7 +186,7 @@ impl NavigationFilter {
             .covariance
             .1
             .as_ref()
-            .map_or([0.0; 3], |beside| core::array::from_fn(|k| beside.sigma(ANTENNA + k)));
+            .map_or([0.0; 3], |extra| core::array::from_fn(|k| extra.sigma(ANTENNA + k)));
         [self.antenna.into(), sigma]
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::earth::LATITUDE_MAX;
+use super::earth::MAX_LATITUDE;
 use crate::error::{Error, check_not_negative, require};
 
 /// What a sample of the sensors is.
@@ -66,14 +66,14 @@ pub struct NavigationParams {
 }
 
 /// Farthest antenna or axle, m.
-pub(crate) const LEVER_MAX: f64 = 1e3;
+pub(crate) const MAX_LEVER: f64 = 1e3;
 /// Largest density of noise, its unit squared.
-const NOISE_MAX: f64 = 1e4;
+const MAX_NOISE: f64 = 1e4;
 
 impl NavigationParams {
     /// # Errors
     /// [`Error::Parameter`] if one is out of its range.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         let noises = [
             ("gyro noise", &self.gyro_noise),
             ("accel noise", &self.accel_noise),
@@ -82,17 +82,17 @@ impl NavigationParams {
         ];
         for (name, noise) in noises {
             for x in *noise {
-                require((0.0..=NOISE_MAX).contains(&x), name, "from 0 to 100 (SI)", x)?;
+                require((0.0..=MAX_NOISE).contains(&x), name, "from 0 to 100 (SI)", x)?;
             }
         }
         let axle = self.wheels.map_or([0.0; 3], |wheels| wheels.axle);
         for (name, lever) in [("antenna", &self.antenna), ("axle", &axle)] {
             for x in *lever {
-                require(x.abs() <= LEVER_MAX, name, "within 1000 m", x)?;
+                require(x.abs() <= MAX_LEVER, name, "within 1000 m", x)?;
             }
         }
         let sigma = self.antenna_sigma;
-        require((0.0..=LEVER_MAX).contains(&sigma), "antenna_sigma", "from 0 to 1000 m", sigma)?;
+        require((0.0..=MAX_LEVER).contains(&sigma), "antenna_sigma", "from 0 to 1000 m", sigma)?;
         if let Some(wheels) = &self.wheels {
             let sigma = wheels.sigma;
             require((1e-3..=1e3).contains(&sigma), "wheel_sigma", "from 0.001 to 1000 m/s", sigma)?;
@@ -137,15 +137,15 @@ pub struct Start {
 impl Start {
     /// # Errors
     /// [`Error::Parameter`] if one is out of its range.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         let square = self.quaternion.iter().map(|x| x * x).sum::<f64>();
         require((square - 1.0).abs() < 1e-6, "quaternion", "a unit quaternion", square)?;
         require(self.time.abs() <= 4e9, "time", "a time in seconds", self.time)?;
         let latitude = self.latitude;
-        require(latitude.abs() <= LATITUDE_MAX, "latitude", "within 89.5 degrees", latitude)?;
+        require(latitude.abs() <= MAX_LATITUDE, "latitude", "within 89.5 degrees", latitude)?;
         for (name, bias) in [("gyro_bias", &self.gyro_bias), ("accel_bias", &self.accel_bias)] {
             for x in *bias {
-                require(x.abs() <= BIAS_MAX, name, "within 10 rad/s or m/s^2", x)?;
+                require(x.abs() <= MAX_BIAS, name, "within 10 rad/s or m/s^2", x)?;
             }
         }
         for (name, sigma) in [
@@ -155,11 +155,11 @@ impl Start {
             ("accel_bias_sigma", self.accel_bias_sigma),
         ] {
             check_not_negative(name, "zero or a positive number", sigma)?;
-            require(sigma <= BIAS_MAX, name, "at most 10", sigma)?;
+            require(sigma <= MAX_BIAS, name, "at most 10", sigma)?;
         }
         Ok(self)
     }
 }
 
 /// Largest bias, rad/s and m/s²: beyond it a sensor is broken, or not in SI.
-pub(crate) const BIAS_MAX: f64 = 10.0;
+pub(crate) const MAX_BIAS: f64 = 10.0;

@@ -8,9 +8,10 @@
 use nalgebra::{Cholesky, Const, SMatrix, SVector, Vector3};
 
 use super::covariance::{
-    Beside, CONSTANTS, Constants, Covariance, Errors, PHI, STATES, Scalar, Transition, V,
+    CONSTANTS, Constants, ConstantsCovariance, Covariance, Errors, PHI, STATES, Scalar, Transition,
+    V,
 };
-use super::filter::Witness;
+use super::filter::Observer;
 use super::motion::Motion;
 use crate::error::Error;
 use crate::math::{Fours, OnRows, widest};
@@ -56,13 +57,13 @@ struct Prior {
 pub struct Record {
     nodes: Vec<Node>,
     /// Of the last nodes: constants that are estimated once are so to the end.
-    constants: Vec<Beside>,
+    constants: Vec<ConstantsCovariance>,
     scalars: Vec<Scalar>,
     priors: Vec<Prior>,
     /// Of the last priors, too.
-    prior_constants: Vec<Beside>,
+    prior_constants: Vec<ConstantsCovariance>,
     /// Of the last node.
-    prior: Option<(Prior, Option<Beside>)>,
+    prior: Option<(Prior, Option<ConstantsCovariance>)>,
     widened: bool,
     /// The sample under way.
     sample: usize,
@@ -84,60 +85,60 @@ pub struct Smoothed {
     pub sigma: Errors,
 }
 
-impl Witness for Record {
+impl Observer for Record {
     fn sample(&mut self, number: usize) {
         self.sample = number;
     }
 
-    fn stepped(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion) {
+    fn record_step(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion) {
         self.push(Some(*transition), covariance, motion);
     }
 
-    fn scalar(&mut self, scalar: &Scalar) {
+    fn record_scalar(&mut self, scalar: &Scalar) {
         if self.refused.is_none() {
-            self.refused = added(&mut self.scalars, *scalar).err();
+            self.refused = try_push(&mut self.scalars, *scalar).err();
         }
     }
 
-    fn taken_back(&mut self, scalars: usize) {
+    fn drop_scalars(&mut self, scalars: usize) {
         self.scalars.truncate(self.scalars.len().saturating_sub(scalars));
     }
 
-    fn widened(&mut self) {
+    fn mark_widened(&mut self) {
         self.widened = true;
     }
 
-    fn told(&mut self, constants: &Constants) {
+    fn record_constants(&mut self, constants: &Constants) {
         let kept = self.nodes.last().and_then(|node| node.prior);
-        let kept = kept.and_then(|place| self.priors.get_mut(place));
+        let kept = kept.and_then(|index| self.priors.get_mut(index));
         for prior in self.prior.iter_mut().map(|(prior, _)| prior).chain(kept) {
             prior.found.iter_mut().zip(constants).for_each(|(all, more)| *all += more);
         }
     }
 
-    fn corrected(&mut self, found: &Errors, covariance: &Covariance, motion: &Motion) {
+    fn record_correction(&mut self, found: &Errors, covariance: &Covariance, motion: &Motion) {
         let Some(node) = self.nodes.last_mut().filter(|_| self.refused.is_none()) else { return };
         node.found.iter_mut().zip(found).for_each(|(all, more)| *all += more);
-        (node.after, node.velocity) = (packed(covariance), motion.velocity);
-        if let (Some(constants), Some(beside)) = (self.constants.last_mut(), covariance.1) {
-            *constants = beside;
+        (node.after, node.velocity) = (pack(covariance), motion.velocity);
+        if let (Some(constants), Some(extra)) = (self.constants.last_mut(), covariance.1) {
+            *constants = extra;
         }
-        let untold = self.scalars.len() == node.scalars || self.widened;
+        let unexplained = self.scalars.len() == node.scalars || self.widened;
         node.scalars = self.scalars.len();
         self.widened = false;
-        if (untold || node.prior.is_some())
-            && let Some((prior, beside)) = &self.prior
+        if (unexplained || node.prior.is_some())
+            && let Some((prior, extra)) = &self.prior
         {
             if node.prior.is_none() {
                 node.prior = Some(self.priors.len());
-                let beside = beside.map_or(Ok(()), |one| added(&mut self.prior_constants, one));
-                self.refused = beside.and(added(&mut self.priors, prior.clone())).err();
+                let extra = extra.map_or(Ok(()), |one| try_push(&mut self.prior_constants, one));
+                self.refused = extra.and(try_push(&mut self.priors, prior.clone())).err();
             }
             self.forget_scalars();
         }
     }
 
-    fn started(&mut self, covariance: &Covariance, motion: &Motion) {
+    fn record_start(&mut self, covariance: &Covariance, motion: &Motion) {
         self.push(None, covariance, motion);
     }
 }
@@ -152,12 +153,12 @@ impl Record {
         self.scalars.truncate(scalars);
         self.widened = false;
         let (sample, velocity, found) = (self.sample, motion.velocity, [0.0; STATES]);
-        let after = packed(covariance);
-        let beside = covariance.1;
-        self.prior = Some((Prior { errors: after, found: [0.0; CONSTANTS] }, beside));
+        let after = pack(covariance);
+        let extra = covariance.1;
+        self.prior = Some((Prior { errors: after, found: [0.0; CONSTANTS] }, extra));
         let node = Node { sample, transition, after, found, velocity, scalars, prior: None };
-        let kept = added(&mut self.nodes, node)
-            .and_then(|()| beside.map_or(Ok(()), |one| added(&mut self.constants, one)));
+        let kept = try_push(&mut self.nodes, node)
+            .and_then(|()| extra.map_or(Ok(()), |one| try_push(&mut self.constants, one)));
         self.refused = kept.err();
     }
 
@@ -174,7 +175,7 @@ impl Record {
     ///
     /// # Errors
     /// [`Error::Memory`] if it did not.
-    pub fn checked(&self) -> Result<(), Error> {
+    pub fn validate(&self) -> Result<(), Error> {
         self.refused.clone().map_or(Ok(()), Err)
     }
 
@@ -227,7 +228,7 @@ impl<const N: usize, const W: usize, const D: bool> OnRows for Back<'_, N, W, D>
         let Self { record, k, later } = self;
         let (nodes, node) = (&record.nodes, &record.nodes[k]);
         match nodes.get(k + 1).and_then(|next| next.transition) {
-            Some(transition) => later.carry_back(fours, &transition),
+            Some(transition) => later.propagate_back(fours, &transition),
             None => *later = Later::nothing(),
         }
         let after = rows::<N, W>(&node.after, of_last(&record.constants, k, nodes.len()));
@@ -239,10 +240,10 @@ impl<const N: usize, const W: usize, const D: bool> OnRows for Back<'_, N, W, D>
             after: core::array::from_fn(|i| error[i]),
             sigma: later.sigma(fours, &after, &node.velocity),
         };
-        if let Some(place) = node.prior {
-            let prior = &record.priors[place];
-            let beside = of_last(&record.prior_constants, place, record.priors.len());
-            let before = rows::<N, W>(&prior.errors, beside);
+        if let Some(index) = node.prior {
+            let prior = &record.priors[index];
+            let extra = of_last(&record.prior_constants, index, record.priors.len());
+            let before = rows::<N, W>(&prior.errors, extra);
             later.add_change(&before, &after, &node.found, &prior.found);
         } else {
             let first = k.checked_sub(1).map_or(0, |before| nodes[before].scalars);
@@ -256,7 +257,7 @@ impl<const N: usize, const W: usize, const D: bool> OnRows for Back<'_, N, W, D>
 }
 
 /// What the k-th of n has of constants: those before the first that has some have nothing.
-fn of_last(constants: &[Beside], k: usize, n: usize) -> Option<&Beside> {
+fn of_last(constants: &[ConstantsCovariance], k: usize, n: usize) -> Option<&ConstantsCovariance> {
     constants.get((k + constants.len()).checked_sub(n)?)
 }
 
@@ -276,7 +277,7 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
 
     /// Over a step of the covariance: Φᵀλ and ΦᵀΛΦ.
     #[inline(always)]
-    fn carry_back<F: Fours>(&mut self, fours: F, transition: &Transition) {
+    fn propagate_back<F: Fours>(&mut self, fours: F, transition: &Transition) {
         let mut errors = [0.0; STATES];
         errors.copy_from_slice(&self.vector[..STATES]);
         self.vector[..STATES].copy_from_slice(&transition.apply_transposed(&errors));
@@ -390,9 +391,9 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
                     c1 = fours.add_product(c1, by, x);
                     c2 = fours.add_product(c2, by, y);
                 }
-                for (told, x, y) in [(&mut *a, a1, a2), (&mut *b, b1, b2), (&mut *c, c1, c2)] {
-                    fours.put(x, told, left);
-                    fours.put(y, told, right);
+                for (rows, x, y) in [(&mut *a, a1, a2), (&mut *b, b1, b2), (&mut *c, c1, c2)] {
+                    fours.put(x, rows, left);
+                    fours.put(y, rows, right);
                 }
             }
         }
@@ -414,10 +415,10 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
         for (row, whole) in errors.iter_mut().zip(covariance) {
             row.copy_from_slice(&whole[..16]);
         }
-        let told = self.times(fours, &errors);
+        let products = self.times(fours, &errors);
         let mut less = [0.0; 16];
-        for (row, told) in errors.iter().zip(&told) {
-            (0..16).for_each(|j| less[j] += row[j] * told[j]);
+        for (row, product) in errors.iter().zip(&products) {
+            (0..16).for_each(|j| less[j] += row[j] * product[j]);
         }
         let skew = velocity.cross_matrix();
         let of = |i: usize, row: &[f64; 16]| {
@@ -428,7 +429,7 @@ impl<const N: usize, const W: usize, const D: bool> Later<N, W, D> {
                 let i = j - V;
                 let own = of(i, &errors[V + i])
                     + (0..3).map(|k| skew[(i, k)] * of(i, &errors[PHI + k])).sum::<f64>();
-                own - errors.iter().zip(&told).map(|(a, b)| of(i, a) * of(i, b)).sum::<f64>()
+                own - errors.iter().zip(&products).map(|(a, b)| of(i, a) * of(i, b)).sum::<f64>()
             } else {
                 errors[j][j] - less[j]
             };
@@ -448,21 +449,24 @@ fn all<const N: usize, const W: usize>(errors: &[f64; 16], constants: &Constants
 
 /// A covariance.
 #[inline(always)]
-fn rows<const N: usize, const W: usize>(errors: &Triangle, beside: Option<&Beside>) -> Rows<N, W> {
+fn rows<const N: usize, const W: usize>(
+    errors: &Triangle,
+    extra: Option<&ConstantsCovariance>,
+) -> Rows<N, W> {
     let mut rows = [[0.0; W]; N];
-    let mut places = errors.iter();
+    let mut slots = errors.iter();
     for i in 0..STATES {
-        for (j, place) in (0..=i).zip(&mut places) {
-            (rows[i][j], rows[j][i]) = (*place, *place);
+        for (j, slot) in (0..=i).zip(&mut slots) {
+            (rows[i][j], rows[j][i]) = (*slot, *slot);
         }
     }
-    if let Some(beside) = beside {
+    if let Some(extra) = extra {
         for i in STATES..N {
             for j in 0..STATES {
-                let cross = beside.cross[i - STATES][j];
+                let cross = extra.cross[i - STATES][j];
                 (rows[i][j], rows[j][i]) = (cross, cross);
             }
-            rows[i][STATES..N].copy_from_slice(&beside.own[i - STATES][..N - STATES]);
+            rows[i][STATES..N].copy_from_slice(&extra.own[i - STATES][..N - STATES]);
         }
     }
     rows
@@ -495,19 +499,19 @@ fn factor<const N: usize>(matrix: &Full<N>) -> Option<Cholesky<f64, Const<N>>> {
 }
 
 /// By doubling, so that a long record is not copied at every step.
-fn added<T>(all: &mut Vec<T>, one: T) -> Result<(), Error> {
+fn try_push<T>(all: &mut Vec<T>, one: T) -> Result<(), Error> {
     let more = if all.len() == all.capacity() { all.len().max(64) } else { 0 };
     memory::reserve(all, more)?;
     all.push(one);
     Ok(())
 }
 
-fn packed(covariance: &Covariance) -> Triangle {
+fn pack(covariance: &Covariance) -> Triangle {
     let mut triangle = [0.0; STATES * (STATES + 1) / 2];
-    let mut places = triangle.iter_mut();
+    let mut slots = triangle.iter_mut();
     for i in 0..STATES {
-        for (j, place) in (0..=i).zip(&mut places) {
-            *place = covariance.at(i, j);
+        for (j, slot) in (0..=i).zip(&mut slots) {
+            *slot = covariance.at(i, j);
         }
     }
     triangle
@@ -515,7 +519,7 @@ fn packed(covariance: &Covariance) -> Triangle {
 
 #[cfg(test)]
 mod tests {
-    use super::{ALL, Column, Full, Record, STATES, Scalar, Transition, V, Witness, inverse};
+    use super::{ALL, Column, Full, Observer, Record, STATES, Scalar, Transition, V, inverse};
     use crate::navigation::covariance::{Constants, Covariance, Errors, PHI};
     use crate::navigation::{
         Adapt, Fix, Inertial, Kind, Motion, NavigationFilter, NavigationParams, Start,
@@ -531,7 +535,7 @@ mod tests {
         velocity: Vector3<f64>,
     }
 
-    /// A record, and beside it all that Rauch, Tung and Striebel need.
+    /// A record, and next to it all that Rauch, Tung and Striebel need.
     #[derive(Default)]
     struct Watched {
         record: Record,
@@ -543,9 +547,9 @@ mod tests {
         Matrix::from_fn(|i, j| match (i < STATES, j < STATES, &covariance.1) {
             (true, true, _) => covariance.at(i, j),
             (_, _, None) => 0.0,
-            (true, false, Some(beside)) => beside.cross[j - STATES][i],
-            (false, true, Some(beside)) => beside.cross[i - STATES][j],
-            (false, false, Some(beside)) => beside.own[i - STATES][j - STATES],
+            (true, false, Some(extra)) => extra.cross[j - STATES][i],
+            (false, true, Some(extra)) => extra.cross[i - STATES][j],
+            (false, false, Some(extra)) => extra.own[i - STATES][j - STATES],
         })
     }
 
@@ -570,13 +574,13 @@ mod tests {
                     all.push((Column::zeros(), after));
                     continue;
                 };
-                let mut carried = Matrix::zeros();
+                let mut propagated = Matrix::zeros();
                 for (k, column) in after.column_iter().enumerate() {
                     let errors = transition.apply(&core::array::from_fn(|i| column[i]));
                     let of = |i: usize| if i < STATES { errors[i] } else { column[i] };
-                    carried.set_column(k, &Column::from_fn(|i, _| of(i)));
+                    propagated.set_column(k, &Column::from_fn(|i, _| of(i)));
                 }
-                let gain = carried.transpose() * inverse(&next.covariances[0]);
+                let gain = propagated.transpose() * inverse(&next.covariances[0]);
                 let (error, covariance) = &all[all.len() - 1];
                 let change = gain * (covariance - next.covariances[0]) * gain.transpose();
                 all.push((gain * (next.found + error), after + change));
@@ -586,44 +590,44 @@ mod tests {
         }
     }
 
-    impl Witness for Watched {
+    impl Observer for Watched {
         fn sample(&mut self, number: usize) {
             self.record.sample(number);
         }
-        fn scalar(&mut self, scalar: &Scalar) {
-            self.record.scalar(scalar);
+        fn record_scalar(&mut self, scalar: &Scalar) {
+            self.record.record_scalar(scalar);
         }
-        fn taken_back(&mut self, scalars: usize) {
-            self.record.taken_back(scalars);
+        fn drop_scalars(&mut self, scalars: usize) {
+            self.record.drop_scalars(scalars);
         }
-        fn widened(&mut self) {
+        fn mark_widened(&mut self) {
             self.widened += 1;
-            self.record.widened();
+            self.record.mark_widened();
         }
-        fn stepped(&mut self, transition: &Transition, now: &Covariance, motion: &Motion) {
+        fn record_step(&mut self, transition: &Transition, now: &Covariance, motion: &Motion) {
             self.push(Some(transition), now, motion);
-            self.record.stepped(transition, now, motion);
+            self.record.record_step(transition, now, motion);
         }
-        fn told(&mut self, constants: &Constants) {
+        fn record_constants(&mut self, constants: &Constants) {
             let step = self.steps.last_mut().expect("a step");
             constants.iter().enumerate().for_each(|(k, more)| step.found[STATES + k] += more);
-            self.record.told(constants);
+            self.record.record_constants(constants);
         }
-        fn corrected(&mut self, found: &Errors, now: &Covariance, motion: &Motion) {
+        fn record_correction(&mut self, found: &Errors, now: &Covariance, motion: &Motion) {
             let step = self.steps.last_mut().expect("a step");
             found.iter().enumerate().for_each(|(k, more)| step.found[k] += more);
             (step.covariances[1], step.velocity) = (matrix(now), motion.velocity);
-            self.record.corrected(found, now, motion);
+            self.record.record_correction(found, now, motion);
         }
-        fn started(&mut self, now: &Covariance, motion: &Motion) {
+        fn record_start(&mut self, now: &Covariance, motion: &Motion) {
             self.push(None, now, motion);
-            self.record.started(now, motion);
+            self.record.record_start(now, motion);
         }
     }
 
     /// A body that sways about a place for 40 s. Fixes come four times a second, with an outage, one
     /// that is rejected, and from 30 s on they are far off, so that the filter gives way.
-    fn watched(antenna_sigma: f64) -> Watched {
+    fn observe_run(antenna_sigma: f64) -> Watched {
         let start = Start {
             quaternion: [1.0, 0.0, 0.0, 0.0],
             heading_known: true,
@@ -680,12 +684,12 @@ mod tests {
     #[test]
     fn it_says_what_rauch_tung_and_striebel_say() {
         for antenna_sigma in [0.0, 0.1] {
-            let watched = watched(antenna_sigma);
-            let told = watched.smoothed();
+            let watched = observe_run(antenna_sigma);
+            let smoothed = watched.smoothed();
             let found: Vec<_> = watched.record.smoothed(true).collect();
-            assert_eq!(found.len(), told.len());
+            assert_eq!(found.len(), smoothed.len());
             for ((own, (error, covariance)), step) in
-                found.iter().rev().zip(&told).zip(&watched.steps)
+                found.iter().rev().zip(&smoothed).zip(&watched.steps)
             {
                 let skew = step.velocity.cross_matrix();
                 for i in (0..STATES).filter(|i| !(V..PHI).contains(i)) {
@@ -709,7 +713,7 @@ mod tests {
 
     #[test]
     fn errors_are_the_same_without_deviations() {
-        let watched = watched(0.1);
+        let watched = observe_run(0.1);
         let [with, without] = [true, false].map(|deviations| watched.record.smoothed(deviations));
         for (one, other) in with.zip(without) {
             assert_eq!((one.before, one.after), (other.before, other.after));

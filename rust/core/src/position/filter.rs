@@ -4,24 +4,24 @@
 use nalgebra::{ComplexField, SMatrix};
 use serde::{Deserialize, Serialize};
 
-use super::options::{PositionConstants, PositionMethod, PositionParams, WINDOW_MAX};
+use super::options::{MAX_WINDOW, PositionConstants, PositionMethod, PositionParams};
 use super::pair::{Pair, Plane, Step};
 use crate::error::Error;
 use crate::math::Real;
-use crate::math::sound::{are_within, is_count, is_within};
+use crate::math::validity::{are_within, is_count, is_within};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Input, Output, Shape, Stream, Traced};
 
 /// Largest coordinate and velocity of a sample, far beyond any.
-const SAMPLE_MAX: f64 = 1e150;
+const MAX_SAMPLE: f64 = 1e150;
 /// Longest time between two samples, s.
-const SPAN_MAX: f64 = 1e9;
+const MAX_SPAN: f64 = 1e9;
 /// Signals of this strength and more are strong, dB-Hz; one below zero is none.
-const STRONG: f64 = 45.0;
+const MIN_STRONG_DB_HZ: f64 = 45.0;
 /// Seconds after which nothing is known of a velocity that is missing.
-const UNKNOWN_MAX: f64 = 100.0;
+const MAX_UNKNOWN_S: f64 = 100.0;
 /// Times `sigma` in a second: velocity of which nothing is known but that it is one.
-const DIFFUSE: f64 = 100.0;
+const DIFFUSE_SIGMAS: f64 = 100.0;
 
 /// A fix as it is given, NaN where something is missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,7 +120,7 @@ impl PositionFilter {
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of its range.
     pub fn new(params: PositionParams) -> Result<Self, Error> {
-        let params = params.checked()?;
+        let params = params.validate()?;
         let state = match params.method {
             PositionMethod::Aided => State::Aided(Aided::new()),
             PositionMethod::MovingAverage => State::Average(Average::new()),
@@ -149,7 +149,7 @@ impl PositionFilter {
         if !weighed || !cn0.is_finite() {
             return sigma * sigma;
         }
-        let tenths = (STRONG - cn0.clamp(0.0, STRONG)) / 10.0;
+        let tenths = (MIN_STRONG_DB_HZ - cn0.clamp(0.0, MIN_STRONG_DB_HZ)) / 10.0;
         sigma * sigma * ComplexField::exp(core::f64::consts::LN_10 * tenths)
     }
 
@@ -171,7 +171,7 @@ impl Stream for PositionFilter {
     type Output = [f64; 2];
 
     fn update(&mut self, fix: Fix) -> [f64; 2] {
-        let dt = if fix.dt >= 0.0 { fix.dt.min(SPAN_MAX) } else { self.period.min(SPAN_MAX) };
+        let dt = if fix.dt >= 0.0 { fix.dt.min(MAX_SPAN) } else { self.period.min(MAX_SPAN) };
         let (known, R) = (plane(fix.position), self.noise(fix.cn0));
         let constants = &self.params.constants;
         let begins = !self.begun && known.is_some();
@@ -181,7 +181,7 @@ impl Stream for PositionFilter {
             State::Average(average) => average.take(known, self.params.window()),
             State::Course(course) => self.held = course.take(known, self.begun, constants),
             State::Constant(pair) if begins => {
-                let speed = DIFFUSE * constants.sigma;
+                let speed = DIFFUSE_SIGMAS * constants.sigma;
                 *pair = Pair::measured(known.unwrap_or_default(), R, speed * speed);
             }
             State::Constant(pair) if self.begun => {
@@ -228,7 +228,7 @@ impl Traced for PositionFilter {
 
 /// Both axes, unless one is missing.
 fn plane(given: Plane) -> Option<Plane> {
-    given.iter().all(|x| is_within(*x, SAMPLE_MAX)).then_some(given)
+    given.iter().all(|x| is_within(*x, MAX_SAMPLE)).then_some(given)
 }
 
 /// Position and velocity over a time T: Q = q [T³/3, T²/2; T²/2, T].
@@ -246,12 +246,12 @@ struct Aided {
     velocity: Plane,
     unknown: f64,
     /// Whether the last sample was one at rest.
-    rests: bool,
+    at_rest: bool,
 }
 
 impl Aided {
     fn new() -> Self {
-        Self { pair: Pair::unknown(), velocity: [0.0; 2], unknown: UNKNOWN_MAX, rests: false }
+        Self { pair: Pair::unknown(), velocity: [0.0; 2], unknown: MAX_UNKNOWN_S, at_rest: false }
     }
 
     fn position(&self) -> Plane {
@@ -283,15 +283,15 @@ impl Aided {
     /// The way since the sample before, and its deviation an axis. Of a body that rests at both ends
     /// it is none. Where rest begins or ends it moved in between: its velocity there is zero.
     fn moved(&mut self, fix: &Fix, dt: f64, constants: &PositionConstants) -> (Plane, f64) {
-        let rested = core::mem::replace(&mut self.rests, fix.rest);
+        let rested = core::mem::replace(&mut self.at_rest, fix.rest);
         let (before, unknown) = (self.velocity, self.unknown);
         let now = if fix.rest { Some([0.0; 2]) } else { plane(fix.speed) };
-        self.unknown = if now.is_some() { 0.0 } else { (unknown + dt).min(UNKNOWN_MAX) };
+        self.unknown = if now.is_some() { 0.0 } else { (unknown + dt).min(MAX_UNKNOWN_S) };
         self.velocity = now.unwrap_or(before);
         if rested && fix.rest {
             return ([0.0; 2], 0.0);
         }
-        let guessed = constants.acceleration * dt.min(UNKNOWN_MAX).max(self.unknown);
+        let guessed = constants.acceleration * dt.min(MAX_UNKNOWN_S).max(self.unknown);
         let (mean, sigma) = match now {
             Some(v) if unknown == 0.0 => {
                 ([0, 1].map(|i| 0.5 * (v[i] + before[i])), constants.speed_sigma)
@@ -301,10 +301,10 @@ impl Aided {
         (mean.map(|v| v * dt), sigma * dt)
     }
 
-    fn is_sound(&self) -> bool {
-        self.pair.is_sound()
-            && self.velocity.iter().all(|v| is_within(*v, SAMPLE_MAX))
-            && (0.0..=UNKNOWN_MAX).contains(&self.unknown)
+    fn is_valid(&self) -> bool {
+        self.pair.is_valid()
+            && self.velocity.iter().all(|v| is_within(*v, MAX_SAMPLE))
+            && (0.0..=MAX_UNKNOWN_S).contains(&self.unknown)
     }
 }
 
@@ -319,7 +319,7 @@ fn wandering(moved: Plane, sigma: f64, dt: f64, spread: f64, time: f64) -> Step 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Average {
     /// One a column, in the order of a ring.
-    fixes: SMatrix<f64, 2, WINDOW_MAX>,
+    fixes: SMatrix<f64, 2, MAX_WINDOW>,
     count: u8,
     next: u8,
     mean: Plane,
@@ -342,12 +342,12 @@ impl Average {
         self.mean = [sum[0] / count as f64, sum[1] / count as f64];
     }
 
-    fn is_sound(&self, window: u8, begun: bool) -> bool {
-        are_within(&self.fixes, SAMPLE_MAX)
+    fn is_valid(&self, window: u8, begun: bool) -> bool {
+        are_within(&self.fixes, MAX_SAMPLE)
             && self.count <= window
             && self.next == if self.count < window { self.count } else { self.next % window }
             && (self.count > 0) == begun
-            && self.mean.iter().all(|x| is_within(*x, 2.0 * SAMPLE_MAX))
+            && self.mean.iter().all(|x| is_within(*x, 2.0 * MAX_SAMPLE))
     }
 }
 
@@ -384,9 +384,9 @@ impl Course {
         false
     }
 
-    fn is_sound(&self) -> bool {
-        let step = self.step.iter().all(|x| is_within(*x, 2.0 * SAMPLE_MAX));
-        step && self.position.iter().all(|x| is_within(*x, SAMPLE_MAX))
+    fn is_valid(&self) -> bool {
+        let step = self.step.iter().all(|x| is_within(*x, 2.0 * MAX_SAMPLE));
+        step && self.position.iter().all(|x| is_within(*x, MAX_SAMPLE))
     }
 }
 
@@ -398,20 +398,20 @@ impl Checkpoint for PositionFilter {
     const TAG: &'static str = "position";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         // What follows counts on them.
-        if self.params.checked().is_err() {
+        if self.params.validate().is_err() {
             return false;
         }
         let state = match (&self.state, self.params.method) {
-            (State::Aided(aided), PositionMethod::Aided) => aided.is_sound(),
+            (State::Aided(aided), PositionMethod::Aided) => aided.is_valid(),
             (State::Average(average), PositionMethod::MovingAverage) => {
-                average.is_sound(self.params.window(), self.begun)
+                average.is_valid(self.params.window(), self.begun)
             }
             (State::Constant(pair), PositionMethod::Kalman | PositionMethod::Strength) => {
-                pair.is_sound()
+                pair.is_valid()
             }
-            (State::Course(course), PositionMethod::Heading) => course.is_sound(),
+            (State::Course(course), PositionMethod::Heading) => course.is_valid(),
             _ => false,
         };
         state
@@ -459,7 +459,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_fix_makes_an_unsound_state(
+        fn no_fix_makes_an_invalid_state(
             ends in prop::collection::vec(0..3_usize, POSITION_CONSTANTS.len()),
             method in prop::sample::select(METHODS.to_vec()),
             fixes in prop::collection::vec(fix(), 1..120),
@@ -475,7 +475,7 @@ mod tests {
             for fix in fixes {
                 begun |= fix.position.iter().all(|x| x.abs() <= 1e150);
                 let position = filter.update(fix);
-                prop_assert!(filter.is_sound(), "{fix:?}: {filter:?}");
+                prop_assert!(filter.is_valid(), "{fix:?}: {filter:?}");
                 prop_assert!(position.iter().all(|x| x.is_finite() == begun));
                 let sigma = filter.snapshot().sigma;
                 prop_assert!(sigma.is_nan() || sigma >= 0.0);

@@ -14,6 +14,6 @@ mod pair;
 
 pub use filter::{Fix, PositionFilter, PositionSnapshot};
 pub use options::{
-    POSITION_CONSTANTS, POSITION_METHODS, PositionConstants, PositionMethod, PositionParams,
-    WINDOW_MAX,
+    MAX_WINDOW, POSITION_CONSTANTS, POSITION_METHODS, PositionConstants, PositionMethod,
+    PositionParams,
 };

@@ -6,7 +6,7 @@ use crate::attitude::Constant;
 use crate::error::{Error, check_rate, require};
 
 /// Most fixes of a moving average.
-pub const WINDOW_MAX: usize = 64;
+pub const MAX_WINDOW: usize = 64;
 
 /// What is made of the fixes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -99,7 +99,7 @@ const fn row(
 /// Every constant.
 pub const POSITION_CONSTANTS: &[Constant<PositionConstants>] = &[
     Constant {
-        range: [1.0, WINDOW_MAX as f64],
+        range: [1.0, MAX_WINDOW as f64],
         expected: "a whole number from 1 to 64",
         ..row(
             "window",
@@ -204,7 +204,7 @@ pub struct PositionParams {
 }
 
 impl PositionParams {
-    pub(super) fn checked(self) -> Result<Self, Error> {
+    pub(super) fn validate(self) -> Result<Self, Error> {
         check_rate(self.rate)?;
         POSITION_CONSTANTS.iter().try_for_each(|constant| constant.check(&self.constants))?;
         let window = self.constants.window;

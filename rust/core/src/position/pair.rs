@@ -3,15 +3,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::is_within;
+use crate::math::validity::is_within;
 use crate::math::{Real, Symmetric};
 
 /// East and north.
 pub(super) type Plane = [f64; 2];
 
 /// Largest state and variance, far beyond any.
-const STATE_MAX: f64 = 1e170;
-const VARIANCE_MAX: f64 = 1e100;
+const MAX_STATE: f64 = 1e170;
+const MAX_VARIANCE: f64 = 1e100;
 /// What rounding may cost the variance of a difference, relative to what was there before.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
@@ -98,9 +98,9 @@ impl Pair {
     fn limit(&mut self) {
         for i in 0..2 {
             let variance = self.P.at(i, i);
-            if variance > VARIANCE_MAX {
-                self.P.set(0, 1, self.P.at(0, 1) * (VARIANCE_MAX / variance).simd_sqrt());
-                self.P.set(i, i, VARIANCE_MAX);
+            if variance > MAX_VARIANCE {
+                self.P.set(0, 1, self.P.at(0, 1) * (MAX_VARIANCE / variance).simd_sqrt());
+                self.P.set(i, i, MAX_VARIANCE);
             }
         }
         let [first, second] = [0, 1].map(|i| self.P.at(i, i).simd_sqrt());
@@ -108,9 +108,9 @@ impl Pair {
         self.P.set(0, 1, self.P.at(0, 1).clamp(-most, most));
     }
 
-    pub fn is_sound(&self) -> bool {
-        self.x.iter().flatten().all(|x| is_within(*x, STATE_MAX))
-            && self.P.is_covariance(2.0 * VARIANCE_MAX)
+    pub fn is_valid(&self) -> bool {
+        self.x.iter().flatten().all(|x| is_within(*x, MAX_STATE))
+            && self.P.is_covariance(2.0 * MAX_VARIANCE)
     }
 }
 
@@ -120,5 +120,5 @@ fn size(variance: f64) -> f64 {
 }
 
 fn bounded(x: f64) -> f64 {
-    x.clamp(-STATE_MAX, STATE_MAX)
+    x.clamp(-MAX_STATE, MAX_STATE)
 }

@@ -3,25 +3,25 @@
 use crate::math::{Limits, Real};
 
 /// Deviations that chance exceeds once in a million: four tests a tick, one false alarm a day.
-pub(super) const CERTAIN: f64 = 4.9;
+pub(super) const CERTAIN_SIGMAS: f64 = 4.9;
 
 /// Variance over that of rest, at least, that is motion: no noise keeps its variance to a hair.
-pub(super) const LOUD: f64 = 3.0;
+pub(super) const MIN_MOTION_RATIO: f64 = 3.0;
 
 /// Ratio of variances that the noise of one sensor at rest does not have.
-pub(super) const ANOTHER: f64 = 9.0;
+pub(super) const MAX_NOISE_RATIO: f64 = 9.0;
 
 /// Deviations from the level of the last rest that a tick, and the mean of all that make a new one,
 /// may have: of 468 poses between turns of MEMS gyros, 99 in 100 begin within two.
-pub(super) const NEAR_TICK: f64 = 6.0;
-pub(super) const NEAR_MEAN: f64 = 2.0;
+pub(super) const MAX_TICK_SIGMAS: f64 = 6.0;
+pub(super) const MAX_MEAN_SIGMAS: f64 = 2.0;
 
 /// Variance of the levels over that of the samples, at most, of a sensor that may be at rest: motion
 /// slower than a tick moves its level more than its samples.
-pub(super) const LEVEL_SHARE: f64 = 0.25;
+pub(super) const MAX_LEVEL_RATIO: f64 = 0.25;
 
 /// Degrees of freedom of a tick's variance at most, whatever its length: vibration is coloured.
-pub(super) const ALIKE_FREEDOM: f64 = 14.0;
+pub(super) const MAX_FREEDOM: f64 = 14.0;
 
 /// Bound of a mean of `freedom` squares of unit normal numbers that lies `deviations` off, after
 /// Wilson & Hilferty, *Proc. Natl. Acad. Sci.* 17, 684 (1931).
@@ -43,5 +43,5 @@ pub(super) fn one_step<T: Limits + Real<Element = T>>(step: T) -> T {
 
 /// Whether one variance is that of a rest beside the other.
 pub(super) fn is_quieter<T: Limits + Real<Element = T>>(quiet: T, loud: T, step: T) -> bool {
-    loud > T::of(ANOTHER) * quiet + flips(step)
+    loud > T::of(MAX_NOISE_RATIO) * quiet + flips(step)
 }

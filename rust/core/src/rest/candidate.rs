@@ -2,16 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::LEAST;
-use super::bounds::{ALIKE_FREEDOM, CERTAIN, LEVEL_SHARE, chi_squared_bound, flips};
+use super::MIN_SAMPLES;
+use super::bounds::{CERTAIN_SIGMAS, MAX_FREEDOM, MAX_LEVEL_RATIO, chi_squared_bound, flips};
 use super::model::RestModel;
 use super::ticker::{TickSums, level_max};
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real};
 
 /// Variance of the mean of so many samples at most, over that of white noise, that is even.
-const EVEN: f64 = 4.0;
-const MANY: u32 = 25;
+const MAX_EVEN_RATIO: f64 = 4.0;
+const EVEN_SAMPLES: u32 = 25;
 
 /// Successive ticks of much the same variance whose levels vary far less than the samples do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -29,7 +29,7 @@ pub(super) struct Candidate<T> {
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
     pub(super) fn none() -> Self {
         let zero = T::zero();
-        Self { ticks: 0, count: LEAST, level: zero, squares: zero, variance: zero }
+        Self { ticks: 0, count: MIN_SAMPLES, level: zero, squares: zero, variance: zero }
     }
 
     pub(super) fn of(seen: &TickSums<T>) -> Self {
@@ -62,9 +62,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
 
     /// Whether the tick's variance is that of the others: shaking changes from tick to tick.
     fn is_alike(&self, seen: &TickSums<T>) -> bool {
-        let freedom = seen.freedom().at_most(T::of(ALIKE_FREEDOM));
-        let most = chi_squared_bound(freedom, CERTAIN);
-        let least = chi_squared_bound(freedom, -CERTAIN);
+        let freedom = seen.freedom().at_most(T::of(MAX_FREEDOM));
+        let most = chi_squared_bound(freedom, CERTAIN_SIGMAS);
+        let least = chi_squared_bound(freedom, -CERTAIN_SIGMAS);
         let flips = flips(seen.step);
         seen.variance <= self.variance * most + flips
             && seen.variance + flips >= self.variance * least
@@ -72,14 +72,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
 
     /// Whether the levels stand still: those of motion vary as much as the samples do.
     fn stands(&self, seen: &TickSums<T>) -> bool {
-        let share = T::of(LEVEL_SHARE + 4.0 / f64::from(self.count));
+        let share = T::of(MAX_LEVEL_RATIO + 4.0 / f64::from(self.count));
         self.level_variance() <= share * self.variance + flips(seen.step)
     }
 
     /// Whether the levels vary no more than the means of noise that is nearly white, or than those
     /// of samples on two neighbouring steps.
     pub(super) fn is_even(&self, step: T) -> bool {
-        let share = T::of(EVEN / f64::from(self.count.min(MANY)));
+        let share = T::of(MAX_EVEN_RATIO / f64::from(self.count.min(EVEN_SAMPLES)));
         let (levels, two_steps) = (self.level_variance(), flips(step));
         let coarse = self.variance <= two_steps && levels <= two_steps;
         coarse || levels <= share * self.variance
@@ -126,9 +126,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Run<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
     /// Whether ticks can have made it.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         let most = level_max::<T>() + level_max();
-        self.count >= LEAST
+        self.count >= MIN_SAMPLES
             && is_within(self.level, most)
             && is_size(self.squares, most * most * T::of(4.0 * f64::from(self.ticks)))
             && is_size(self.variance, most * most)
@@ -137,7 +137,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Run<T> {
     /// Whether ticks can have made it.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         is_within(self.level, level_max::<T>() + level_max())
     }
 }

@@ -2,19 +2,19 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bounds::{LOUD, is_quieter};
+use super::bounds::{MIN_MOTION_RATIO, is_quieter};
 use super::candidate::{Candidate, Run};
 use super::model::RestModel;
 use super::still::Still;
 use super::ticker::TickSums;
-use super::{Event, LEAST, RestLimits};
+use super::{Event, MIN_SAMPLES, RestLimits};
 use crate::math::{Limits, Real};
 
 /// Deviations of the level of a candidate within which it may be that of the rest before.
-const CONFIDENT: f64 = 3.0;
+const SAME_LEVEL_SIGMAS: f64 = 3.0;
 
 /// Doubts after which the time that a rest needs no longer doubles.
-const PATIENCE: u32 = 8;
+const MAX_DOUBTS: u32 = 8;
 
 /// Samples in a tick, and times in ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,7 +30,7 @@ pub(super) struct Times {
 
 impl Times {
     pub(super) fn new(rate: f64) -> Self {
-        let tick = ((rate * 0.25 + 0.5) as u32).max(LEAST);
+        let tick = ((rate * 0.25 + 0.5) as u32).max(MIN_SAMPLES);
         let ticks = |seconds: f64| (seconds * rate / f64::from(tick) + 0.5) as u32;
         // At low rates ticks are long, and few say little.
         let [dwell, short, long] = [ticks(1.5).max(6), ticks(10.0).max(10), ticks(60.0).max(30)];
@@ -212,7 +212,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
     fn return_to_earlier(&mut self, known: &RestModel<T>, seen: &TickSums<T>) -> Option<Event> {
         let earlier = self.earlier?;
         self.near_earlier.take(earlier.is_near(seen), seen.level);
-        let louder = known.noise.variance > T::of(LOUD) * earlier.noise.variance;
+        let louder = known.noise.variance > T::of(MIN_MOTION_RATIO) * earlier.noise.variance;
         let arrived = self.near_earlier.has_arrived(self.times.dwell, &earlier, seen.step);
         if !arrived || (self.at_rest && !louder) {
             return None;
@@ -240,7 +240,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         let weak = self.still.is_limited() && known.trust < self.times.short;
         let trust = if weak { 0 } else { self.times.short };
         let mut accepted = RestModel::new(&self.candidate, self.times.tick, trust);
-        let ratio = T::of(LOUD);
+        let ratio = T::of(MIN_MOTION_RATIO);
         let (new, old) = (self.candidate.variance, known.noise.variance);
         if new <= old * ratio && new * ratio >= old {
             accepted.noise = known.noise;
@@ -254,7 +254,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         self.at_rest = true;
         self.near_earlier = Run::none();
         // Of a louder one the level is not known as well.
-        let unsure = T::of(CONFIDENT) * self.candidate.level_deviation();
+        let unsure = T::of(SAME_LEVEL_SIGMAS) * self.candidate.level_deviation();
         let distance = (known.distance(self.candidate.level) - unsure).at_least(T::zero());
         Some(match known.is_near_level(distance, seen.step) {
             true => Event::Rest,
@@ -268,7 +268,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         let Times { dwell, short, .. } = self.times;
         let first = dwell + dwell / 2;
         match self.candidate.is_even(step) {
-            true => (first << self.doubts.min(PATIENCE)).min(short),
+            true => (first << self.doubts.min(MAX_DOUBTS)).min(short),
             false => short,
         }
     }
@@ -301,13 +301,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
     /// Whether ticks can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
-        let is_sound = |model: &RestModel<T>| model.is_sound();
+        let is_valid = |model: &RestModel<T>| model.is_valid();
         self.times == fresh.times
             && (self.known.is_some() || !self.at_rest && self.earlier.is_none())
-            && self.known.iter().chain(&self.earlier).all(is_sound)
-            && self.candidate.is_sound()
-            && self.back.is_sound()
-            && self.near_earlier.is_sound()
+            && self.known.iter().chain(&self.earlier).all(is_valid)
+            && self.candidate.is_valid()
+            && self.back.is_valid()
+            && self.near_earlier.is_valid()
             && self.still.is_after(&fresh.still)
             && (self.proven || !fresh.proven)
     }

@@ -7,47 +7,47 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::is_size;
+use crate::math::validity::is_size;
 use crate::math::{Limits, Real};
 use crate::stream::Sketch;
 
 /// Bounds of the zones in deviations, and at least in steps of the sensor.
-const NEAR: f64 = 3.0;
-const FAR: f64 = 4.0;
+const NEAR_SIGMAS: f64 = 3.0;
+const FAR_SIGMAS: f64 = 4.0;
 const NEAR_STEPS: f64 = 1.01;
 const FAR_STEPS: f64 = 3.0;
 
 /// Share of a normal variable within one deviation.
-const WITHIN_ONE: f64 = 0.682_689_492_137_085_9;
+const WITHIN_ONE_SIGMA: f64 = 0.682_689_492_137_085_9;
 
 /// How fast the deviation follows that share, a tick; and where almost all of a tick's samples lie
 /// within one deviation, which chance does once in a thousand ticks: after motion, which is no
 /// noise, it is to be back soon.
-const RATE: f64 = 0.05;
-const FAST: f64 = 0.5;
-const ALMOST_ALL: f64 = 0.95;
+const SHARE_GAIN: f64 = 0.05;
+const FAST_SHARE_GAIN: f64 = 0.5;
+const MIN_FAST_SHARE: f64 = 0.95;
 
 /// Samples that tell such a share.
-const MANY: u32 = 16;
+const MIN_SHARE_SAMPLES: u32 = 16;
 
 /// Ratio of two deviations that are not of one noise.
-const OFF: f64 = 2.0;
+const MAX_SIGMA_RATIO: f64 = 2.0;
 
 /// Least deviation in steps: one of zero would never grow.
-const LEAST_STEPS: f64 = 0.25;
+const MIN_STEPS: f64 = 0.25;
 
 /// Share of samples in a tick, at most, that do not count in full: three in ten.
-const OUTLIERS: [u32; 2] = [3, 10];
+const MAX_OUTLIER_SHARE: [u32; 2] = [3, 10];
 
 /// How long outliers are on one side at most, in seconds and in samples.
-const SIDE: f64 = 0.015;
-const LEAST_SIDE: u32 = 3;
+const MAX_SIDE_S: f64 = 0.015;
+const MIN_SIDE_SAMPLES: u32 = 3;
 
 /// Samples that a first median is taken of at least.
-const LEAST_LEARNED: u32 = 32;
+const MIN_LEARNED: u32 = 32;
 
 /// Fewest of them of which a median distance says anything.
-const TELLING: usize = 8;
+const MIN_MEDIAN_SAMPLES: usize = 8;
 
 /// Where a sample lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,7 +86,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         let zero = T::zero();
         Self {
             sketch: Sketch::new(),
-            learning: (rate as u32).max(LEAST_LEARNED),
+            learning: (rate as u32).max(MIN_LEARNED),
             scale: zero,
             near: T::MAX,
             far: T::MAX,
@@ -94,7 +94,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
             beyond: 0,
             side: 0,
             above: false,
-            longest: ((SIDE * rate) as u32).max(LEAST_SIDE),
+            longest: ((MAX_SIDE_S * rate) as u32).max(MIN_SIDE_SAMPLES),
             moves: false,
             open: true,
         }
@@ -135,20 +135,20 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
 
     /// Whether a tick of so many samples shows motion and no outliers.
     pub(super) fn exits(&self, samples: u32) -> bool {
-        self.moves || self.beyond * OUTLIERS[1] > samples * OUTLIERS[0]
+        self.moves || self.beyond * MAX_OUTLIER_SHARE[1] > samples * MAX_OUTLIER_SHARE[0]
     }
 
     /// Ends a tick of so many samples; `step` is the sensor's. Motion tells nothing of the noise.
     pub(super) fn end_tick(&mut self, samples: u32, exits: bool, step: T) {
         let share = f64::from(self.inside) / f64::from(samples.max(1));
-        let too_large = share > ALMOST_ALL && samples >= MANY;
+        let too_large = share > MIN_FAST_SHARE && samples >= MIN_SHARE_SAMPLES;
         let rate = match (exits, too_large) {
             (true, _) => 0.0,
-            (false, true) => FAST,
-            (false, false) => RATE,
+            (false, true) => FAST_SHARE_GAIN,
+            (false, false) => SHARE_GAIN,
         };
-        let growth = T::of(rate * (WITHIN_ONE - share)).exp();
-        self.scale = (self.scale * growth).at_least(T::of(LEAST_STEPS) * step);
+        let growth = T::of(rate * (WITHIN_ONE_SIGMA - share)).exp();
+        self.scale = (self.scale * growth).at_least(T::of(MIN_STEPS) * step);
         self.forget_tick();
         self.open = exits;
         self.set_bounds(step);
@@ -162,9 +162,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
     /// A rest begins whose samples have this deviation: one far off it was that of motion, or of
     /// the noise before.
     pub(super) fn rest(&mut self, deviation: T, step: T) {
-        let (most, least) = (deviation * T::of(OFF), deviation * T::of(1.0 / OFF));
+        let (most, least) =
+            (deviation * T::of(MAX_SIGMA_RATIO), deviation * T::of(1.0 / MAX_SIGMA_RATIO));
         if self.scale > most || self.scale < least {
-            self.scale = deviation.at_least(T::of(LEAST_STEPS) * step);
+            self.scale = deviation.at_least(T::of(MIN_STEPS) * step);
             self.set_bounds(step);
         }
     }
@@ -175,7 +176,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         };
         let is_known = self.scale > T::zero();
         (self.near, self.far) = match is_known {
-            true => (bound(NEAR, NEAR_STEPS), bound(FAR, FAR_STEPS)),
+            true => (bound(NEAR_SIGMAS, NEAR_STEPS), bound(FAR_SIGMAS, FAR_STEPS)),
             false => (T::MAX, T::MAX),
         };
     }
@@ -200,18 +201,18 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
 
     /// Starts from the first second, given the size of the ticker's unit in that of the samples.
     pub(super) fn start(&mut self, inverse: T, step: T) {
-        if self.sketch.held() < TELLING {
+        if self.sketch.held() < MIN_MEDIAN_SAMPLES {
             self.scale = T::zero();
             return self.set_bounds(step);
         }
-        self.scale = (self.sketch.deviation() * inverse).at_most(T::DIFFERENCE_MAX.simd_sqrt());
+        self.scale = (self.sketch.deviation() * inverse).at_most(T::MAX_DIFFERENCE.simd_sqrt());
         self.open = false;
         self.set_bounds(step);
     }
 
     /// Whether samples can have made it of `fresh`, at most `position` of them in this tick.
     pub(super) fn is_after(&self, fresh: &Self, position: u32, most: T) -> bool {
-        self.sketch.is_sound()
+        self.sketch.is_valid()
             && self.learning <= fresh.learning
             && self.longest == fresh.longest
             && is_size(self.scale, most)

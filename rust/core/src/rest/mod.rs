@@ -39,7 +39,7 @@ use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Stream};
 
 /// Fewest samples that tell a mean and a variance without the farthest of them.
-pub(crate) const LEAST: u32 = 4;
+pub(crate) const MIN_SAMPLES: u32 = 4;
 
 /// What changed at the end of a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,7 +88,7 @@ impl RestLimits {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         let check = |name, limit: Option<f64>| {
             limit.map_or(Ok(()), |limit| check_positive(name, "a positive number", limit))
         };
@@ -116,7 +116,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     /// [`Error::Parameter`] if the rate or a limit is not a positive number.
     pub fn new(rate: f64, limits: RestLimits) -> Result<Self, Error> {
         check_rate(rate)?;
-        let (times, limits) = (Times::new(rate), limits.checked()?);
+        let (times, limits) = (Times::new(rate), limits.validate()?);
         let ticker = Ticker::new(rate, times.tick);
         Ok(Self { rate, limits, ticker, decision: Decision::new(times, limits) })
     }
@@ -132,7 +132,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     #[inline(always)]
     pub fn observe_while(&mut self, z: T, moving: bool) -> Option<Tick<T>> {
         let seen = self.ticker.observe(z)?;
-        Some(self.decided(&seen, moving))
+        Some(self.decide(&seen, moving))
     }
 
     /// Whether no sample has come since the last tick.
@@ -163,8 +163,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
 
     /// A sample before it is taken, with the bounds that outliers have; NaN for one that is an
     /// outlier as far as can be told before its tick is complete.
-    pub fn judged(&self, z: T) -> T {
-        self.ticker.judged(z)
+    pub fn gate_sample(&self, z: T) -> T {
+        self.ticker.gate_sample(z)
     }
 
     /// What a sample is, before it is taken, to the run of equal ones that the last one is of.
@@ -203,7 +203,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     #[cfg(feature = "std")]
     pub(crate) fn finished(&mut self) -> Option<Tick<T>> {
         let seen = self.ticker.finished()?;
-        Some(self.decided(&seen, false))
+        Some(self.decide(&seen, false))
     }
 
     /// Samples that are still to come of the tick under way.
@@ -225,7 +225,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.decision = Decision::new(times, self.limits);
     }
 
-    fn decided(&mut self, seen: &TickSums<T>, moving: bool) -> Tick<T> {
+    fn decide(&mut self, seen: &TickSums<T>, moving: bool) -> Tick<T> {
         let event = match (self.ticker.is_lost(), seen.count > 0) {
             (true, _) => {
                 self.restart();
@@ -285,7 +285,7 @@ where
     const TAG: &'static str = "rest-detector";
     const VERSION: u16 = 4;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         Self::new(self.rate, self.limits).is_ok_and(|fresh| {
             self.ticker.is_after(&fresh.ticker) && self.decision.is_after(&fresh.decision)
         })

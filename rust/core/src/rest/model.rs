@@ -2,20 +2,23 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bounds::{CERTAIN, LOUD, NEAR_MEAN, NEAR_TICK, chi_squared_bound, flips, one_step};
+use super::bounds::{
+    CERTAIN_SIGMAS, MAX_MEAN_SIGMAS, MAX_TICK_SIGMAS, MIN_MOTION_RATIO, chi_squared_bound, flips,
+    one_step,
+};
 use super::candidate::Candidate;
 use super::ticker::{TickSums, level_max};
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real};
 
 /// Averages of 4, 16 and 64 ticks.
 const SCALES: usize = 3;
 
 /// Ticks that the noise is averaged over: a minute.
-const MEMORY: f64 = 240.0;
+const TIME_CONSTANT_TICKS: f64 = 240.0;
 
 /// Square over its mean that is nothing out of the way.
-const LIKELY: f64 = 9.0;
+const MAX_SQUARE_RATIO: f64 = 9.0;
 
 /// How ticks and samples vary at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -51,7 +54,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
     }
 
     fn is_quiet(&self, seen: &TickSums<T>) -> bool {
-        let most = self.variance * T::of(LOUD) + flips(seen.step);
+        let most = self.variance * T::of(MIN_MOTION_RATIO) + flips(seen.step);
         if seen.variance <= most {
             return true;
         }
@@ -59,36 +62,36 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
         // One of fewer samples than those that were learned from varies more.
         let few = seen.weight < T::one();
         let freedom = if few { freedom.at_most(seen.freedom()) } else { freedom };
-        let bound = chi_squared_bound(freedom.at_least(T::one()), CERTAIN);
+        let bound = chi_squared_bound(freedom.at_least(T::one()), CERTAIN_SIGMAS);
         seen.variance <= self.variance * bound + flips(seen.step)
     }
 
     /// `youth` is what the averages lack, as a share of a tick's variance.
     fn is_steady(&self, differences: &[T; SCALES], youth: T, step: T) -> bool {
         (0..SCALES).all(|i| {
-            if differences[i] * differences[i] <= T::of(LIKELY) * self.differences[i] {
+            if differences[i] * differences[i] <= T::of(MAX_SQUARE_RATIO) * self.differences[i] {
                 return true;
             }
             let freedom = self.weights[i] / (T::of(2.0) * ticks_of::<T>(i));
             // Student's distribution, roughly: a variance of few terms may be far too small.
             let unsure = T::one() + T::of(8.0) / (freedom + T::one());
             let square = self.differences[i] * unsure + self.differences[0] * youth;
-            let limit = T::of(CERTAIN) * square.simd_sqrt();
+            let limit = T::of(CERTAIN_SIGMAS) * square.simd_sqrt();
             differences[i].simd_abs() <= limit + one_step(step)
         })
     }
 
     fn learn(&mut self, variance: T, differences: &[T; SCALES], step: T) {
-        self.weight = (self.weight + T::one()).at_most(T::of(MEMORY));
+        self.weight = (self.weight + T::one()).at_most(T::of(TIME_CONSTANT_TICKS));
         let before = variance - self.variance;
         self.variance += before / self.weight;
         let square = before * (variance - self.variance);
         self.spread += (square - self.spread) / self.weight;
         for i in 0..SCALES {
-            let most = T::of(MEMORY) * ticks_of::<T>(i);
+            let most = T::of(TIME_CONSTANT_TICKS) * ticks_of::<T>(i);
             self.weights[i] = (self.weights[i] + T::one()).at_most(most);
             // A slow start of motion is not to widen its own bounds.
-            let likely = T::of(LIKELY) * self.differences[i] + step * step;
+            let likely = T::of(MAX_SQUARE_RATIO) * self.differences[i] + step * step;
             let square = (differences[i] * differences[i]).at_most(likely);
             self.differences[i] += (square - self.differences[i]) / self.weights[i];
         }
@@ -191,7 +194,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
     /// Whether a tick of motion looks like the rest before.
     pub(super) fn is_near(&self, seen: &TickSums<T>) -> bool {
         let distance = (seen.level - self.reference).simd_abs() * seen.weight;
-        let limit = T::of(NEAR_TICK) * self.noise.deviation() + one_step(seen.step);
+        let limit = T::of(MAX_TICK_SIGMAS) * self.noise.deviation() + one_step(seen.step);
         self.noise.is_quiet(seen) && distance <= limit
     }
 
@@ -202,7 +205,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
 
     /// Whether a mean level so far away is.
     pub(super) fn is_near_level(&self, distance: T, step: T) -> bool {
-        distance <= T::of(NEAR_MEAN) * self.noise.deviation() + one_step(step)
+        distance <= T::of(MAX_MEAN_SIGMAS) * self.noise.deviation() + one_step(step)
     }
 
     /// Whether the levels of other ticks vary about as those of rest do.
@@ -224,10 +227,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
     /// Whether ticks can have made it.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         let most = level_max::<T>() + level_max();
         let levels = &self.levels;
-        self.noise.is_sound(most)
+        self.noise.is_valid(most)
             && levels.averages.iter().all(|level| is_within(*level, most))
             && levels.ticks >= T::one()
             && levels.ticks <= ticks_of(SCALES)
@@ -237,16 +240,16 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
     /// Whether ticks whose levels lie within `most` can have made it.
-    fn is_sound(&self, most: T) -> bool {
+    fn is_valid(&self, most: T) -> bool {
         let square = most * most;
         is_size(self.variance, square)
             && is_size(self.spread, square * square + square * square)
             && self.weight >= T::one()
-            && self.weight <= T::of(MEMORY)
+            && self.weight <= T::of(TIME_CONSTANT_TICKS)
             && (0..SCALES).all(|i| {
                 is_size(self.differences[i], square * T::of(16.0))
                     && self.weights[i] >= T::one()
-                    && self.weights[i] <= T::of(MEMORY) * ticks_of(i)
+                    && self.weights[i] <= T::of(TIME_CONSTANT_TICKS) * ticks_of(i)
             })
     }
 }

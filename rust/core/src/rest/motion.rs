@@ -1,4 +1,4 @@
-//! Motion told from an accelerometer: in the axes of a body that turns, gravity does not stand still.
+//! Motion detected by an accelerometer: in the axes of a body that turns, gravity does not stand still.
 //!
 //! Nothing is known of unit, bias or noise, and gravity itself is the measure. Means of 1, 2, 4, …,
 //! 64 successive ticks are each compared with the one before: where gravity has turned, or the body
@@ -7,10 +7,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::LEAST;
+use super::MIN_SAMPLES;
 use super::decision::Times;
 use crate::error::{Error, check_rate};
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 use crate::stream::Stream;
 use crate::stream::checkpoint::Checkpoint;
 
@@ -19,27 +19,27 @@ const SCALES: usize = 7;
 
 /// Part of gravity by which means differ at least where a body moves: a turn of 0.4 degrees. Cheap
 /// accelerometers at rest jump by a third of it.
-const TURN: f64 = 1.0 / 150.0;
+const MIN_TURN_SHARE: f64 = 1.0 / 150.0;
 
 /// Square of a difference over its variance that chance does not reach. The variance is that of all
 /// axes together, so even noise on one axis alone is five deviations away.
-const CERTAIN: f64 = 25.0;
+const MIN_DIFFERENCE_RATIO: f64 = 25.0;
 
 /// Samples of a tick at most that count as independent: a sensor's filter makes neighbours alike.
-const INDEPENDENT: u32 = 8;
+const MAX_INDEPENDENT_SAMPLES: u32 = 8;
 
 /// Variance over that of the quiet ticks above which a body that has moved shakes on.
-const LOUD: f64 = 4.0;
+const MIN_SHAKE_RATIO: f64 = 4.0;
 
 /// Ticks for which a loud one prolongs a motion.
-const SHAKEN: u32 = 3;
+const SHAKE_TICKS: u32 = 3;
 
 /// How fast the variance of quiet ticks is followed downwards and upwards, a tick.
-const FALL: f64 = 1.0 / 8.0;
-const RISE: f64 = 1.0 / 240.0;
+const VARIANCE_FALL_GAIN: f64 = 1.0 / 8.0;
+const VARIANCE_RISE_GAIN: f64 = 1.0 / 240.0;
 
 /// Largest component; squares of it are far from overflowing.
-const MOST: f64 = 1e75;
+const MAX_COMPONENT: f64 = 1e75;
 
 /// Tells that a body moves, from its accelerometer alone; that it does not, nobody can.
 ///
@@ -121,25 +121,25 @@ impl MotionDetector {
         self.position = 0;
         self.left = self.left.saturating_sub(1);
         self.since = (self.since + 1).min(self.patience);
-        if self.sums.count >= LEAST {
-            let (mean, variance) = self.sums.told();
+        if self.sums.count >= MIN_SAMPLES {
+            let (mean, variance) = self.sums.mean_and_variance();
             self.sums = Sums::none();
-            self.judge(mean, variance);
+            self.test(mean, variance);
         }
     }
 
-    fn judge(&mut self, mean: Mean, variance: f64) {
+    fn test(&mut self, mean: Mean, variance: f64) {
         if let Some(scale) = self.turned(mean) {
             // What took so long to be seen may go on for as long before it is seen again.
             self.left = self.left.max((3 << scale) - 1);
             self.since = 0;
             self.scales = [Successive::NONE; SCALES];
         } else if self.is_moving() && self.shakes(variance) {
-            self.left = self.left.max(SHAKEN);
+            self.left = self.left.max(SHAKE_TICKS);
         }
         if !self.is_moving() {
             let quiet = self.quiet.unwrap_or(variance);
-            let share = if variance < quiet { FALL } else { RISE };
+            let share = if variance < quiet { VARIANCE_FALL_GAIN } else { VARIANCE_RISE_GAIN };
             self.quiet = Some(quiet + (variance - quiet) * share);
         }
     }
@@ -154,14 +154,15 @@ impl MotionDetector {
             }
             let first = before.filter(|_| successive.halves);
             successive.halves = !successive.halves;
-            mean = first?.joined(&mean);
+            mean = first?.join(&mean);
         }
         None
     }
 
     /// Whether a tick of a motion is louder than rest; nothing is known before a rest.
     fn shakes(&self, variance: f64) -> bool {
-        self.since < self.patience && self.quiet.is_some_and(|quiet| variance > LOUD * quiet)
+        self.since < self.patience
+            && self.quiet.is_some_and(|quiet| variance > MIN_SHAKE_RATIO * quiet)
     }
 }
 
@@ -171,7 +172,7 @@ impl Sums {
     }
 
     fn add(&mut self, sample: [f64; 3]) {
-        let sample = sample.map(|x| x.clamp(-MOST, MOST));
+        let sample = sample.map(|x| x.clamp(-MAX_COMPONENT, MAX_COMPONENT));
         if self.count == 0 {
             self.origin = sample;
         }
@@ -184,19 +185,19 @@ impl Sums {
     }
 
     /// Their mean, and the variance of a sample.
-    fn told(&self) -> (Mean, f64) {
+    fn mean_and_variance(&self) -> (Mean, f64) {
         let n = f64::from(self.count);
         let above = self.sum.map(|x| x / n);
         let variance = ((self.squares - n * square(above)) / (n - 1.0)).max(0.0);
         let level = core::array::from_fn(|i| self.origin[i] + above[i]);
-        let variance_of_mean = variance / f64::from(self.count.min(INDEPENDENT));
+        let variance_of_mean = variance / f64::from(self.count.min(MAX_INDEPENDENT_SAMPLES));
         (Mean { level, variance: variance_of_mean }, variance)
     }
 }
 
 impl Mean {
     /// The mean of two equally long ones.
-    fn joined(&self, next: &Self) -> Self {
+    fn join(&self, next: &Self) -> Self {
         let level = core::array::from_fn(|i| 0.5 * (self.level[i] + next.level[i]));
         Self { level, variance: 0.25 * (self.variance + next.variance) }
     }
@@ -204,8 +205,8 @@ impl Mean {
     /// Whether gravity has turned, beyond what noise explains.
     fn differs(&self, before: &Self) -> bool {
         let change = square(core::array::from_fn(|i| self.level[i] - before.level[i]));
-        let noise = CERTAIN * (self.variance + before.variance);
-        change > noise && change > TURN * TURN * square(self.level)
+        let noise = MIN_DIFFERENCE_RATIO * (self.variance + before.variance);
+        change > noise && change > MIN_TURN_SHARE * MIN_TURN_SHARE * square(self.level)
     }
 }
 
@@ -245,12 +246,12 @@ impl Checkpoint for MotionDetector {
     const TAG: &'static str = "motion-detector";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         Self::new(self.rate).is_ok_and(|fresh| {
             (self.length, self.patience) == (fresh.length, fresh.patience)
                 && self.position < self.length
-                && self.sums.is_sound(self.position)
-                && self.scales.iter().all(Successive::is_sound)
+                && self.sums.is_valid(self.position)
+                && self.scales.iter().all(Successive::is_valid)
                 && self.left < 3 << (SCALES - 1)
                 && self.since <= self.patience
                 && self.quiet.is_none_or(is_variance)
@@ -264,20 +265,21 @@ impl Checkpoint for MotionDetector {
 
 impl Sums {
     /// Whether samples can have made it, at most `position` of them in this tick.
-    fn is_sound(&self, position: u32) -> bool {
+    fn is_valid(&self, position: u32) -> bool {
         // A few wait for those of the next tick.
-        let most = 2.0 * MOST * f64::from(self.count);
-        self.count < position + LEAST
-            && is_vector(self.origin, MOST)
+        let most = 2.0 * MAX_COMPONENT * f64::from(self.count);
+        self.count < position + MIN_SAMPLES
+            && is_vector(self.origin, MAX_COMPONENT)
             && is_vector(self.sum, most)
-            && is_size(self.squares, 6.0 * MOST * most)
+            && is_size(self.squares, 6.0 * MAX_COMPONENT * most)
     }
 }
 
 impl Successive {
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         // Means are rounded.
-        let is_mean = |mean: Mean| is_vector(mean.level, 3.0 * MOST) && is_variance(mean.variance);
+        let is_mean =
+            |mean: Mean| is_vector(mean.level, 3.0 * MAX_COMPONENT) && is_variance(mean.variance);
         self.last.is_none_or(is_mean) && (self.last.is_some() || !self.halves)
     }
 }
@@ -288,5 +290,5 @@ fn is_vector(x: [f64; 3], most: f64) -> bool {
 
 /// A variance that samples within the bounds can have.
 fn is_variance(x: f64) -> bool {
-    is_size(x, 24.0 * MOST * MOST)
+    is_size(x, 24.0 * MAX_COMPONENT * MAX_COMPONENT)
 }

@@ -4,11 +4,11 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 
 /// Ticks of the first direction of gravity, and share of each tick in the last.
-pub const SETTLED: f64 = 5.0;
-pub const RECENT: f64 = 0.2;
+pub const FIRST_DIRECTION_TICKS: f64 = 5.0;
+pub const LAST_DIRECTION_GAIN: f64 = 0.2;
 
 /// What means of ticks may do at rest, rad/s and m/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,10 +76,10 @@ impl Quiet {
             *mean += before * (1.0 / self.ticks);
             *squares += before.dot(&(value - *mean)).max(0.0);
         }
-        if self.ticks <= SETTLED {
+        if self.ticks <= FIRST_DIRECTION_TICKS {
             (self.first, self.last) = (self.accel, self.accel);
         } else {
-            self.last += (accel - self.last) * RECENT;
+            self.last += (accel - self.last) * LAST_DIRECTION_GAIN;
         }
     }
 
@@ -101,7 +101,7 @@ impl Quiet {
     }
 
     /// Whether ticks of rates and forces within these sizes can have made it.
-    pub fn is_sound(&self, rates: f64, forces: f64) -> bool {
+    pub fn is_valid(&self, rates: f64, forces: f64) -> bool {
         is_size(self.ticks, 1e15)
             && is_size(self.seconds, 2.0 * self.ticks)
             && are_within(&self.gyro, rates)

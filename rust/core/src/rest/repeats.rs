@@ -5,16 +5,16 @@ use serde::{Deserialize, Serialize};
 use crate::math::{Limits, Real};
 
 /// Chance of a run of equal samples that is none.
-const CHANCE: f64 = 1e-9;
+const FALSE_RUN_PROBABILITY: f64 = 1e-9;
 
 /// Changes that tell how often there is one.
-const TELLING: u32 = 32;
+const MIN_CHANGES: u32 = 32;
 
 /// Samples that are a run at least.
-const LEAST_RUN: u32 = 4;
+const MIN_RUN: u32 = 4;
 
 /// Pairs of samples after which those before count half.
-pub(super) const MEMORY: u32 = 20_000;
+pub(super) const HALVING_PAIRS: u32 = 20_000;
 
 /// How often a sample equals the one before, and how long the run is that is under way.
 ///
@@ -86,7 +86,7 @@ impl Repeats {
 
     /// Ends a tick; returns how many samples of it a stuck sensor gave.
     pub(super) fn end_tick<T: Limits + Real<Element = T>>(&mut self) -> u32 {
-        if self.pairs - self.equal >= TELLING {
+        if self.pairs - self.equal >= MIN_CHANGES {
             self.set_limit::<T>();
         }
         core::mem::take(&mut self.dropped)
@@ -94,20 +94,20 @@ impl Repeats {
 
     /// Derives the limit from what is learned.
     fn set_limit<T: Limits + Real<Element = T>>(&mut self) {
-        if self.pairs > MEMORY {
+        if self.pairs > HALVING_PAIRS {
             (self.equal, self.pairs) = (self.equal / 2, self.pairs / 2);
         }
         // Never zero, never one.
         let chance = T::of(f64::from(self.equal.max(1)) / f64::from(self.pairs));
-        let least: Option<f64> = (T::of(CHANCE).ln() / chance.ln()).to_subset();
+        let least: Option<f64> = (T::of(FALSE_RUN_PROBABILITY).ln() / chance.ln()).to_subset();
         // A run has a pair less than samples.
         let least = least.map_or(u32::MAX, |least| least as u32).saturating_add(2);
-        self.limit = least.max(LEAST_RUN);
+        self.limit = least.max(MIN_RUN);
     }
 
     #[inline(always)]
     fn learn(&mut self, one_step: bool, change: u32) {
-        let most = if one_step { MEMORY } else { self.limit.min(MEMORY) };
+        let most = if one_step { HALVING_PAIRS } else { self.limit.min(HALVING_PAIRS) };
         let run = self.run.min(most);
         self.equal += run.saturating_sub(1);
         self.pairs += run.saturating_sub(1) + change;
@@ -127,14 +127,14 @@ impl Repeats {
 
     /// Whether samples can have made it, at most `position` of them of this tick; the last one is
     /// `known`, or it was missing.
-    pub(super) fn is_sound(&self, position: u32, known: bool) -> bool {
+    pub(super) fn is_valid(&self, position: u32, known: bool) -> bool {
         (self.run > 0) == known
             && self.held <= self.run.min(position)
             && self.dropped <= position
-            && self.limit >= LEAST_RUN
+            && self.limit >= MIN_RUN
             && self.equal < self.pairs
             // As long as there are too few changes, none of the pairs before is forgotten.
-            && self.pairs <= (TELLING + 1) * MEMORY + position
+            && self.pairs <= (MIN_CHANGES + 1) * HALVING_PAIRS + position
     }
 }
 
@@ -145,10 +145,10 @@ mod tests {
     #[test]
     fn a_missing_sample_has_no_run() {
         let mut repeats = Repeats::new();
-        assert!(repeats.is_sound(0, false) && !repeats.is_sound(0, true));
+        assert!(repeats.is_valid(0, false) && !repeats.is_valid(0, true));
         repeats.begin(false);
-        assert!(repeats.is_sound(1, true) && !repeats.is_sound(1, false));
+        assert!(repeats.is_valid(1, true) && !repeats.is_valid(1, false));
         repeats.interrupt();
-        assert!(repeats.is_sound(1, false));
+        assert!(repeats.is_valid(1, false));
     }
 }

@@ -10,11 +10,11 @@ use nalgebra::{SimdBool, SimdPartialOrd};
 use num_traits::{One, Zero};
 use pulp::Simd;
 
-use super::repeats::MEMORY;
+use super::repeats::HALVING_PAIRS;
 use super::sums::Sums;
-use super::ticker::FEW_STEPS;
+use super::ticker::MAX_COARSE_STEPS;
 use super::{RestDetector, Ticker};
-use crate::math::{Lane, Laned, Mask, Real, WIDEST, choose};
+use crate::math::{Lane, Laned, MAX_LANES, Mask, Real, choose};
 
 /// One number of each of several states.
 macro_rules! each {
@@ -61,8 +61,8 @@ struct SumsEach<S: Simd> {
 impl<S: Simd> Tickers<S> {
     /// Those of detectors that are settled.
     #[inline(always)]
-    pub(crate) fn of(detectors: [&RestDetector<f64>; WIDEST]) -> Self {
-        let tickers: [&Ticker<f64>; WIDEST] = from_fn(|i| &detectors[i].ticker);
+    pub(crate) fn of(detectors: [&RestDetector<f64>; MAX_LANES]) -> Self {
+        let tickers: [&Ticker<f64>; MAX_LANES] = from_fn(|i| &detectors[i].ticker);
         Self {
             origin: each!(tickers, origin),
             inverse: each!(tickers, inverse),
@@ -115,8 +115,8 @@ impl<S: Simd> Tickers<S> {
     fn begin(&mut self, z: Lane<S>, repeats: Mask<S>) {
         let change = (z - self.previous).simd_abs();
         self.step = choose(change.simd_lt(self.step) & !repeats, change, self.step);
-        let one_step = change.simd_le(Lane::of(FEW_STEPS) * self.step);
-        let most = Lane::of(f64::from(MEMORY));
+        let one_step = change.simd_le(Lane::of(MAX_COARSE_STEPS) * self.step);
+        let most = Lane::of(f64::from(HALVING_PAIRS));
         let most = choose(one_step, most, self.limit.at_most(most));
         let longer = (self.run.at_most(most) - Lane::one()).at_least(Lane::zero());
         let longer = choose(repeats, Lane::zero(), longer);
@@ -155,7 +155,7 @@ impl<S: Simd> Tickers<S> {
 
 impl<S: Simd> SumsEach<S> {
     #[inline(always)]
-    fn of(sums: [&Sums<f64>; WIDEST]) -> Self {
+    fn of(sums: [&Sums<f64>; MAX_LANES]) -> Self {
         Self {
             count: each!(sums, count),
             sum: each!(sums, sum),

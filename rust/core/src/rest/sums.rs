@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::LEAST;
-use crate::math::sound::{is_size, is_within};
+use super::MIN_SAMPLES;
+use crate::math::validity::{is_size, is_within};
 use crate::math::{Limits, Real, choose};
 
 /// Sums over distances from a centre.
@@ -47,7 +47,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
     /// Mean and variance about it without the farthest: one sample far off is no motion. What is less
     /// than `rounding` is nothing.
     pub(super) fn without_farthest(&self, rounding: T) -> (T, T) {
-        if self.count < LEAST {
+        if self.count < MIN_SAMPLES {
             return (T::zero(), T::zero());
         }
         let n = T::of(f64::from(self.count - 1));
@@ -72,7 +72,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
     }
 
     /// Whether at most `count` distances within `most` can have made it.
-    pub(super) fn is_sound(&self, count: u32, most: T) -> bool {
+    pub(super) fn is_valid(&self, count: u32, most: T) -> bool {
         let own = T::of(f64::from(self.count));
         self.count <= count
             && is_within(self.sum, most * own)

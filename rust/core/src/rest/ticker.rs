@@ -2,33 +2,33 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::LEAST;
+use super::MIN_SAMPLES;
 use super::gate::{Gate, Zone};
 use super::repeats::Repeats;
 use super::sums::Sums;
-use crate::math::sound::{is_sample, is_size, is_within};
+use crate::math::validity::{is_sample, is_size, is_within};
 use crate::math::{Limits, Real, choose};
 
 /// Ticks in a row whose samples the origin or the unit swallows, and after which both are lost.
-const LOST: u32 = 4;
+const MAX_SWALLOWED_TICKS: u32 = 4;
 
 /// Level over the origin at most, where the origin is far from all samples; deviation and steps over
-/// the rounding of the origin at most, where little of the samples is left beside it.
-const FAR: f64 = 1e-3;
-const LITTLE: f64 = 16.0;
+/// the rounding of the origin at most, where little of the samples is left next to it.
+const MAX_LEVEL_RATIO: f64 = 1e-3;
+const MAX_ROUNDING_RATIO: f64 = 16.0;
 
 /// Level and deviation over the bound at least, where the unit is far too small.
-const NEAR_BOUND: f64 = 0.1;
+const MIN_BOUND_RATIO: f64 = 0.1;
 
 /// Ticks that a few samples wait for more at most: sixteen seconds.
-const PATIENCE: u32 = 64;
+const MAX_WAIT_TICKS: u32 = 64;
 
 /// Steps at most by which a coarse output leaves a value that it has stood still at: two, whatever
 /// rounding makes of them.
-pub(super) const FEW_STEPS: f64 = 2.5;
+pub(super) const MAX_COARSE_STEPS: f64 = 2.5;
 
 /// Part of a tick's distance by which the centre follows it; the whole if the sensor moves.
-const FOLLOW: f64 = 0.25;
+const CENTRE_GAIN: f64 = 0.25;
 
 /// Sums over the samples of the tick that is under way.
 ///
@@ -136,7 +136,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     #[inline(always)]
     pub(super) fn observe(&mut self, z: T) -> Option<TickSums<T>> {
         if z.finite() {
-            self.take(z.within(T::RAW_MAX));
+            self.take(z.within(T::MAX_RAW));
         } else {
             self.interrupt();
         }
@@ -167,7 +167,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         if change < self.step {
             self.step = change;
         }
-        self.repeats.begin(change <= T::of(FEW_STEPS) * self.step);
+        self.repeats.begin(change <= T::of(MAX_COARSE_STEPS) * self.step);
         self.previous = z;
     }
 
@@ -212,11 +212,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
 
     /// A sample as the gate sees it before its tick is complete: within the bounds, NaN if it is far
     /// from the level or the sensor is stuck.
-    pub(super) fn judged(&self, z: T) -> T {
+    pub(super) fn gate_sample(&self, z: T) -> T {
         if self.is_stuck() && z == self.previous || !z.finite() {
             return T::of(f64::NAN);
         }
-        let z = z.within(T::RAW_MAX);
+        let z = z.within(T::MAX_RAW);
         let distance = self.distance(z);
         match self.gate.zone(distance) {
             Zone::Far => T::of(f64::NAN),
@@ -251,11 +251,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         let stuck = self.repeats.end_tick::<T>();
         self.position = 0;
         let far = self.plain.count - self.kept.count;
-        let enough = self.plain.count >= LEAST;
+        let enough = self.plain.count >= MIN_SAMPLES;
         let exits = enough && self.gate.exits(self.plain.count);
         let used = if exits { self.plain } else { self.kept };
-        let seen = TickSums { stuck, ..self.told(&used) };
-        if used.count < LEAST {
+        let seen = TickSums { stuck, ..self.summarise(&used) };
+        if used.count < MIN_SAMPLES {
             self.wait();
             return TickSums { count: 0, ..seen };
         }
@@ -266,7 +266,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     }
 
     /// What sums tell.
-    fn told(&self, sums: &Sums<T>) -> TickSums<T> {
+    fn summarise(&self, sums: &Sums<T>) -> TickSums<T> {
         let (above, variance) = sums.without_farthest(self.rounding(sums));
         let level = self.centre + above;
         let share = T::of(f64::from(sums.count)) / T::of(f64::from(self.length));
@@ -309,7 +309,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     /// Few samples are judged with those of the next ticks.
     fn wait(&mut self) {
         self.waited += 1;
-        if self.waited > PATIENCE {
+        if self.waited > MAX_WAIT_TICKS {
             self.gate.forget_tick();
             (self.plain, self.kept, self.waited) = (Sums::none(), Sums::none(), 0);
         }
@@ -317,22 +317,22 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
 
     /// Whether neither origin nor unit fits the samples: their first ones were far from all others.
     pub(super) fn is_lost(&self) -> bool {
-        self.swallowed >= LOST
+        self.swallowed >= MAX_SWALLOWED_TICKS
     }
 
-    /// Counts ticks whose samples vanish beside the origin, or leave the range of the unit.
+    /// Counts ticks whose samples vanish next to the origin, or leave the range of the unit.
     fn note_swallowed(&mut self) {
         let (above, variance) = self.plain.without_farthest(self.rounding(&self.plain));
         let level = self.centre + above;
         let mean = self.origin + self.unit * (self.centre + self.plain.mean());
         let (origin, deviation) = (self.origin.simd_abs(), variance.simd_sqrt());
-        let rounding = T::of(LITTLE) * T::ROUNDING * origin;
+        let rounding = T::of(MAX_ROUNDING_RATIO) * T::ROUNDING * origin;
         let coarse = self.step <= rounding && self.unit * deviation <= rounding;
-        let beside = coarse && mean.simd_abs() < T::of(FAR) * origin;
+        let far_origin = coarse && mean.simd_abs() < T::of(MAX_LEVEL_RATIO) * origin;
         let range = self.plain.range();
         let small = range > T::zero() && range < T::one() / self.bound;
-        let large = level.simd_abs() + deviation >= self.bound * T::of(NEAR_BOUND);
-        self.swallowed = if beside || small || large { self.swallowed + 1 } else { 0 };
+        let large = level.simd_abs() + deviation >= self.bound * T::of(MIN_BOUND_RATIO);
+        self.swallowed = if far_origin || small || large { self.swallowed + 1 } else { 0 };
     }
 
     /// The next tick, after one whose sums are used.
@@ -340,7 +340,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         let step = self.least_step();
         let (above, _) = used.without_farthest(self.rounding(used));
         self.gate.end_tick(self.plain.count, exits, step);
-        self.centre += above * T::of(if exits { 1.0 } else { FOLLOW });
+        self.centre += above * T::of(if exits { 1.0 } else { CENTRE_GAIN });
         if self.gate.learns() && self.unit > T::zero() {
             self.gate.start(self.inverse, step);
             self.centre = ((self.gate.median() - self.origin) * self.inverse).within(self.bound);
@@ -351,30 +351,30 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
 
 /// Largest sample in the ticker's own units: fourth powers of differences must be finite.
 pub(super) fn level_max<T: Limits + Real<Element = T>>() -> T {
-    T::DIFFERENCE_MAX.simd_sqrt()
+    T::MAX_DIFFERENCE.simd_sqrt()
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     /// Whether samples can have made it of `fresh`.
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         // Raw, it must not overflow.
-        let reach = (T::RAW_MAX * T::of(4.0) * self.inverse).at_most(self.bound);
+        let reach = (T::MAX_RAW * T::of(4.0) * self.inverse).at_most(self.bound);
         // A few samples wait for those of the next ticks.
-        let most = self.position + self.length + LEAST;
+        let most = self.position + self.length + MIN_SAMPLES;
         (self.length, self.bound) == (fresh.length, fresh.bound)
-            && is_sample(self.origin, T::RAW_MAX)
+            && is_sample(self.origin, T::MAX_RAW)
             && self.has_unit()
-            && is_sample(self.previous, T::RAW_MAX)
-            && self.swallowed < LOST
+            && is_sample(self.previous, T::MAX_RAW)
+            && self.swallowed < MAX_SWALLOWED_TICKS
             && self.step > T::zero()
             && self.step <= T::MAX
             && is_within(self.centre, reach + reach)
             && self.position < self.length
-            && self.repeats.is_sound(self.position, self.previous.finite())
+            && self.repeats.is_valid(self.position, self.previous.finite())
             && self.gate.is_after(&fresh.gate, most, self.bound + self.bound)
-            && self.plain.is_sound(most, reach * T::of(4.0))
-            && self.kept.is_sound(self.plain.count, reach * T::of(4.0))
-            && self.waited <= PATIENCE
+            && self.plain.is_valid(most, reach * T::of(4.0))
+            && self.kept.is_valid(self.plain.count, reach * T::of(4.0))
+            && self.waited <= MAX_WAIT_TICKS
     }
 
     fn has_unit(&self) -> bool {
@@ -382,7 +382,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             true => T::zero(),
             false => T::one() / self.unit.at_least(T::TINY),
         };
-        is_size(self.unit, T::RAW_MAX + T::RAW_MAX)
+        is_size(self.unit, T::MAX_RAW + T::MAX_RAW)
             && self.inverse == inverse
             && (self.origin.finite() || self.unit == T::zero())
     }

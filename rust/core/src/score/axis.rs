@@ -144,13 +144,13 @@ impl AxisScores {
 
     fn hold_back(&mut self, raw: &[f64], at_rest: &[bool]) {
         let pending = &mut self.pending[0];
-        for (z, rests) in raw.iter().zip(at_rest) {
-            if self.resting && !rests {
+        for (z, resting) in raw.iter().zip(at_rest) {
+            if self.resting && !resting {
                 let first = pending.len().saturating_sub(self.delay);
                 pending[first..].fill(f64::NAN);
             }
-            self.resting = *rests;
-            pending.push(if *rests { *z } else { f64::NAN });
+            self.resting = *resting;
+            pending.push(if *resting { *z } else { f64::NAN });
         }
     }
 
@@ -194,8 +194,8 @@ impl AxisScores {
 
 /// The estimate at rest. One in motion is not held through the rest that follows: before the first
 /// rest it stands for nothing.
-fn known((rests, x): (&bool, &f64)) -> f64 {
-    if *rests { *x } else { f64::NAN }
+fn known((resting, x): (&bool, &f64)) -> f64 {
+    if *resting { *x } else { f64::NAN }
 }
 
 /// The values at samples that are present.

@@ -8,7 +8,7 @@ use crate::memory;
 
 /// Rows that channels sharing registers work on before the next ones: putting their states
 /// together and taking them apart costs as much as some thirty rows.
-const ROWS_ABREAST: usize = 1 << 10;
+const ROWS_IN_LANES: usize = 1 << 10;
 
 /// Rows that a channel alone works on before the next one: they stay in the first-level cache.
 const ROWS: usize = 1 << 8;
@@ -71,13 +71,13 @@ impl<'a> Block<'a> {
         let inputs = self.input.chunks_exact(channels * S::Input::NUMBERS);
         let inputs = inputs.map(|row| S::Input::read(&row[first..][..S::Input::NUMBERS]));
         let (numbers, flags) = (&mut *self.numbers, &mut *self.flags);
-        let mut place = channel;
+        let mut index = channel;
         stream.run(inputs, |output| {
             output.write(
-                &mut numbers[place * S::Output::NUMBERS..][..S::Output::NUMBERS],
-                &mut flags[place * S::Output::FLAGS..][..S::Output::FLAGS],
+                &mut numbers[index * S::Output::NUMBERS..][..S::Output::NUMBERS],
+                &mut flags[index * S::Output::FLAGS..][..S::Output::FLAGS],
             );
-            place += channels;
+            index += channels;
         });
     }
 }
@@ -96,7 +96,7 @@ impl<S: Stream + Clone> Bank<S> {
     pub fn new(stream: &S, channels: usize) -> Result<Self, Error> {
         let mut streams = memory::room(channels)?;
         for _ in 0..channels {
-            streams.push(stream.twin()?);
+            streams.push(stream.try_clone()?);
         }
         Ok(Self { streams })
     }
@@ -105,10 +105,10 @@ impl<S: Stream + Clone> Bank<S> {
     ///
     /// # Errors
     /// [`Error::Memory`] if there is none for it.
-    pub fn twin(&self) -> Result<Self, Error> {
+    pub fn try_clone(&self) -> Result<Self, Error> {
         let mut streams = memory::room(self.streams.len())?;
         for stream in &self.streams {
-            streams.push(stream.twin()?);
+            streams.push(stream.try_clone()?);
         }
         Ok(Self { streams })
     }
@@ -172,10 +172,10 @@ impl<S: Stream + Send> Bank<S> {
         // By the loop that fills batches: a step may be large, and is compiled no second time here.
         let mut returned = vec![0.0; layout.channels * layout.numbers];
         let mut marks = vec![false; layout.channels * layout.flags];
-        let mut places = 0..;
+        let mut indices = 0..;
         for row in rows.chunks_exact((layout.channels * layout.input).max(1)) {
             process(&mut &mut *self.streams, &layout, row, &mut returned, &mut marks);
-            for (stream, k) in self.streams.iter().zip(&mut places) {
+            for (stream, k) in self.streams.iter().zip(&mut indices) {
                 stream.snapshot().write(&mut numbers[k * n..][..n], &mut flags[k * f..][..f]);
             }
         }
@@ -219,7 +219,7 @@ struct Layout {
 impl Layout {
     fn of<S: Stream>(channels: usize) -> Self {
         let (input, numbers, flags) = (S::Input::NUMBERS, S::Output::NUMBERS, S::Output::FLAGS);
-        let block = if S::abreast() > 1 && channels > 1 { ROWS_ABREAST } else { ROWS };
+        let block = if S::lane_count() > 1 && channels > 1 { ROWS_IN_LANES } else { ROWS };
         Self { channels, input, numbers, flags, block }
     }
 
@@ -256,7 +256,7 @@ mod on_threads {
     use crate::stream::threads::{both, started_on_pool};
 
     /// Samples that make another thread worth its while: some 100 µs of work.
-    const SAMPLES_A_THREAD: usize = 1 << 15;
+    const MIN_SAMPLES_PER_THREAD: usize = 1 << 15;
 
     impl<S: Stream + Send> Bank<S> {
         /// [`process`](Self::process) with the channels spread over up to `threads` threads; the
@@ -273,13 +273,13 @@ mod on_threads {
         ) -> Result<(), Error> {
             let layout = Layout::of::<S>(self.streams.len());
             let streams = &mut &mut *self.streams;
-            spread(streams, S::abreast(), &layout, rows, numbers, flags, threads)
+            spread(streams, S::lane_count(), &layout, rows, numbers, flags, threads)
         }
     }
 
     fn spread(
         streams: &mut dyn Channels,
-        abreast: usize,
+        lane_count: usize,
         layout: &Layout,
         rows: &[f64],
         numbers: &mut [f64],
@@ -287,9 +287,9 @@ mod on_threads {
         threads: usize,
     ) -> Result<(), Error> {
         let channels = layout.channels;
-        let worth = rows.len() / layout.input / SAMPLES_A_THREAD;
+        let worth = rows.len() / layout.input / MIN_SAMPLES_PER_THREAD;
         let threads = threads.min(worth).max(1);
-        let share = channels.div_ceil(threads).next_multiple_of(abreast);
+        let share = channels.div_ceil(threads).next_multiple_of(lane_count);
         if share >= channels {
             process(streams, layout, rows, numbers, flags);
             return Ok(());

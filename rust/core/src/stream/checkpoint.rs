@@ -32,18 +32,18 @@ pub trait Checkpoint: Serialize + DeserializeOwned {
     /// # Errors
     /// [`Error::Content`] if they are none, [`Error::Memory`] if there is none for it.
     fn take(bytes: &[u8]) -> Result<(Self, &[u8]), Error> {
-        taken(bytes)
+        decode(bytes)
     }
 
     /// Whether a state that was read can be one of this type: every number, count and choice is one
     /// that samples can lead to, so that what follows is as finite as after these samples.
-    fn is_sound(&self) -> bool;
+    fn is_valid(&self) -> bool;
 
-    /// A sound state that was read, with the memory that its steps need.
+    /// Return a valid state that was read, with the memory that its steps need.
     ///
     /// # Errors
     /// [`Error::Memory`] if there is none.
-    fn reserved(self) -> Result<Self, Error> {
+    fn with_reserve(self) -> Result<Self, Error> {
         Ok(self)
     }
 
@@ -133,16 +133,16 @@ fn header(label: Label, length: usize) -> [u8; HEADER] {
 /// # Errors
 /// Every variant of [`Error`] that speaks of a checkpoint.
 pub fn read<S: Checkpoint>(bytes: &[u8]) -> Result<S, Error> {
-    match sound(content(const { Label::of::<S>() }, bytes)?)? {
+    match decode_valid(content(const { Label::of::<S>() }, bytes)?)? {
         (state, []) => Ok(state),
         _ => Err(Error::Content),
     }
 }
 
 /// A state off the start of a content.
-fn sound<S: Checkpoint>(content: &[u8]) -> Result<(S, &[u8]), Error> {
+fn decode_valid<S: Checkpoint>(content: &[u8]) -> Result<(S, &[u8]), Error> {
     let (state, rest) = S::take(content)?;
-    if state.is_sound() { Ok((state.reserved()?, rest)) } else { Err(Error::Content) }
+    if state.is_valid() { Ok((state.with_reserve()?, rest)) } else { Err(Error::Content) }
 }
 
 /// What stands between header and checksum of a checkpoint of this type.
@@ -155,7 +155,7 @@ fn content(expected: Label, bytes: &[u8]) -> Result<&[u8], Error> {
 }
 
 /// What postcard reads off the start of `bytes`.
-pub(crate) fn taken<'a, C: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(C, &'a [u8]), Error> {
+pub(crate) fn decode<'a, C: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(C, &'a [u8]), Error> {
     postcard::take_from_bytes(bytes).map_err(|_| Error::Content)
 }
 
@@ -192,7 +192,7 @@ pub fn label(bytes: &[u8]) -> Result<Label, Error> {
 mod banks {
     use postcard::ser_flavors::Flavor;
 
-    use super::{CHECKSUM, Checkpoint, HEADER, Label, content, header, sound, taken};
+    use super::{CHECKSUM, Checkpoint, HEADER, Label, content, decode, decode_valid, header};
     use crate::error::Error;
     use crate::memory;
     use crate::stream::Bank;
@@ -252,7 +252,7 @@ mod banks {
         let (channels, mut content) = channels(const { Label::of::<S>() }, bytes)?;
         let mut streams = Vec::new();
         for _ in 0..channels.unwrap_or(1) {
-            let (stream, rest) = sound::<S>(content)?;
+            let (stream, rest) = decode_valid::<S>(content)?;
             if !streams.last().is_none_or(|last: &S| last.is_like(&stream)) {
                 return Err(Error::Content);
             }
@@ -268,7 +268,8 @@ mod banks {
 
     /// The channels of a bank of this label, and its streams.
     fn channels(label: Label, bytes: &[u8]) -> Result<(Option<usize>, &[u8]), Error> {
-        let ((channels, count), streams) = taken::<(Option<usize>, usize)>(content(label, bytes)?)?;
+        let ((channels, count), streams) =
+            decode::<(Option<usize>, usize)>(content(label, bytes)?)?;
         match count {
             0 => Err(Error::Content),
             _ if count != channels.unwrap_or(1) => Err(Error::Content),

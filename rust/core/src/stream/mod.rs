@@ -48,7 +48,7 @@ pub trait Stream: Sized {
     /// # Errors
     /// [`Error::Memory`] if there is none for it.
     #[cfg(feature = "std")]
-    fn twin(&self) -> Result<Self, Error>
+    fn try_clone(&self) -> Result<Self, Error>
     where
         Self: Clone,
     {
@@ -78,15 +78,15 @@ pub trait Stream: Sized {
     fn process(&mut self, inputs: &[Self::Input], outputs: &mut [Self::Output]) {
         let mut outputs = outputs.iter_mut();
         self.run(inputs.iter().copied().take(outputs.len()), |output| {
-            if let Some(place) = outputs.next() {
-                *place = output;
+            if let Some(slot) = outputs.next() {
+                *slot = output;
             }
         });
     }
 
     /// How many channels take hardly longer than one, because they share SIMD registers.
     #[cfg(feature = "std")]
-    fn abreast() -> usize {
+    fn lane_count() -> usize {
         1
     }
 

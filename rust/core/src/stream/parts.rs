@@ -77,10 +77,10 @@ impl Parts {
                     } else {
                         let before = values.len();
                         values.resize(before + records.len() * length, 0.0);
-                        let places = values[before..].chunks_exact_mut(length);
-                        for (place, record) in places.zip(records) {
+                        let slots = values[before..].chunks_exact_mut(length);
+                        for (slot, record) in slots.zip(records) {
                             let own = record[number..].iter();
-                            place.iter_mut().zip(own).for_each(|(place, x)| *place = *x);
+                            slot.iter_mut().zip(own).for_each(|(slot, x)| *slot = *x);
                         }
                     }
                     number += length;

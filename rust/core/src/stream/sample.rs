@@ -125,8 +125,8 @@ macro_rules! number {
 
             #[inline(always)]
             fn write(self, numbers: &mut [f64], _: &mut [bool]) {
-                for (place, number) in numbers.iter_mut().zip(self) {
-                    *place = f64::from(number);
+                for (slot, number) in numbers.iter_mut().zip(self) {
+                    *slot = f64::from(number);
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! Offset and scale of a signal, learned from its own first samples: no filter needs a unit.
 
-mod sound;
+mod validity;
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -10,18 +10,18 @@ use crate::error::Error;
 use crate::math::{Limits, Real, Symmetric, choose};
 
 /// Fewest samples that can tell a deviation.
-const WINDOW_MIN: u64 = 2;
+const MIN_WINDOW: u64 = 2;
 
 /// Fewest samples of which a median says more than their mean.
-const TELLING: usize = 8;
+const MIN_MEDIAN_SAMPLES: usize = 8;
 
 /// Variance of a mean of normal variables over that of their median.
-const MEDIAN_WORTH: f64 = core::f64::consts::FRAC_2_PI;
+const MEDIAN_EFFICIENCY: f64 = core::f64::consts::FRAC_2_PI;
 
 /// Deviation over that of the median distance, beyond which a few samples have spoilt it; a
 /// thousandth below which its unit has: no distribution of a sensor comes near to either.
-const SPOILT: f64 = 4.0;
-const LOST: f64 = 1e-3;
+const MAX_DEVIATION_RATIO: f64 = 4.0;
+const MIN_DEVIATION_RATIO: f64 = 1e-3;
 
 /// Running mean and variance of the first samples, or, where a few of these are far from all
 /// others, median and median distance.
@@ -49,7 +49,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
     /// # Errors
     /// [`Error::Parameter`] if the window is shorter than two samples.
     pub fn new(window: u64, known_scale: Option<f64>) -> Result<Self, Error> {
-        if window < WINDOW_MIN {
+        if window < MIN_WINDOW {
             return Err(Error::Parameter {
                 name: "startup",
                 expected: "at least two samples long",
@@ -75,7 +75,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         if !z.finite() {
             return T::of(f64::NAN);
         }
-        let z = z.within(T::RAW_MAX);
+        let z = z.within(T::MAX_RAW);
         if self.samples == 0 {
             self.origin = z;
             self.unit = self.known_scale.unwrap_or(T::zero());
@@ -113,7 +113,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
     pub fn variance(&self) -> T {
         match self.typical() {
             Some((_, deviation)) => {
-                (deviation.at_most(T::DIFFERENCE_MAX) * deviation).at_most(T::RAW_MAX)
+                (deviation.at_most(T::MAX_DIFFERENCE) * deviation).at_most(T::MAX_RAW)
             }
             None => {
                 let deviation = self.sample_deviation();
@@ -125,22 +125,23 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
     /// Median and deviation from it, where a few samples far from all others have spoilt mean and
     /// variance.
     fn typical(&self) -> Option<(T, T)> {
-        if self.sketch.held() < TELLING {
+        if self.sketch.held() < MIN_MEDIAN_SAMPLES {
             return None;
         }
         let (deviation, typical) = (self.unit * self.sample_deviation(), self.sketch.deviation());
-        let spoilt = deviation > T::of(SPOILT) * typical || deviation < T::of(LOST) * typical;
+        let spoilt = deviation > T::of(MAX_DEVIATION_RATIO) * typical
+            || deviation < T::of(MIN_DEVIATION_RATIO) * typical;
         (spoilt && typical > T::zero()).then(|| (self.sketch.median(), typical))
     }
 
     /// The raw size of a variance in the start-up's own units.
     pub(crate) fn raw_variance(&self, v: T) -> T {
-        (v * self.unit * self.unit).at_most(T::RAW_MAX)
+        (v * self.unit * self.unit).at_most(T::MAX_RAW)
     }
 
     /// Distance of `z` from the mean so far; zero for a missing sample.
     pub fn difference(&self, z: T) -> T {
-        choose(z.finite(), z.within(T::RAW_MAX) - self.mean(), T::zero())
+        choose(z.finite(), z.within(T::MAX_RAW) - self.mean(), T::zero())
     }
 
     /// Samples that were not missing.
@@ -151,7 +152,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
     /// Samples whose mean would be as exact as this one.
     pub(crate) fn worth(&self) -> T {
         match self.typical() {
-            Some(_) => T::of(self.sketch.held() as f64 * MEDIAN_WORTH),
+            Some(_) => T::of(self.sketch.held() as f64 * MEDIAN_EFFICIENCY),
             None => T::of(self.samples as f64),
         }
     }
@@ -183,7 +184,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
     }
 
     fn sample_deviation(&self) -> T {
-        if self.samples < WINDOW_MIN {
+        if self.samples < MIN_WINDOW {
             return T::zero();
         }
         (self.sum_of_squares / T::of((self.samples - 1) as f64)).simd_sqrt()
@@ -193,7 +194,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         if self.unit == T::zero() {
             return T::zero();
         }
-        (difference / self.unit).within(T::INPUT_MAX)
+        (difference / self.unit).within(T::MAX_INPUT)
     }
 }
 
@@ -217,14 +218,14 @@ impl<T: Real> Scaling<T> {
 
     #[inline(always)]
     fn raw_max() -> T {
-        T::limit(<T::Element as Limits>::RAW_MAX)
+        T::limit(<T::Element as Limits>::MAX_RAW)
     }
 
     /// A raw sample, centred and scaled; NaN if it is missing.
     #[inline(always)]
     pub fn normalise(&self, z: T) -> T {
         let y = (z.within(Self::raw_max()) - self.offset) * self.inverse;
-        let y = y.within(T::limit(<T::Element as Limits>::INPUT_MAX));
+        let y = y.within(T::limit(<T::Element as Limits>::MAX_INPUT));
         choose(z.finite(), y, T::of(f64::NAN))
     }
 
@@ -243,7 +244,7 @@ impl<T: Real> Scaling<T> {
     /// The normalised size of a raw difference.
     #[inline(always)]
     pub(crate) fn normalised_difference(&self, y: T) -> T {
-        (y * self.inverse).within(T::limit(<T::Element as Limits>::INPUT_MAX))
+        (y * self.inverse).within(T::limit(<T::Element as Limits>::MAX_INPUT))
     }
 
     /// The raw size of a normalised variance, limited to what the type can hold.

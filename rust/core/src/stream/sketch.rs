@@ -2,20 +2,20 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::is_within;
+use crate::math::validity::is_within;
 use crate::math::{Limits, Real};
 
 /// Samples that are kept at most.
-const ROOM: usize = 32;
+const CAPACITY: usize = 32;
 
 /// Deviation of a normal variable over its median distance from the median.
-const NORMAL: f64 = 1.482_602_218_505_602;
+const SIGMA_PER_MEDIAN_DISTANCE: f64 = 1.482_602_218_505_602;
 
 /// Up to 32 samples of a stream, evenly spaced in time until there is no more room and then in rank.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sketch<T> {
     /// In rising order.
-    sorted: [T; ROOM],
+    sorted: [T; CAPACITY],
     held: u32,
     /// One sample in so many is kept.
     stride: u64,
@@ -25,7 +25,7 @@ pub(crate) struct Sketch<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
     pub(crate) fn new() -> Self {
-        Self { sorted: [T::zero(); ROOM], held: 0, stride: 1, passing: 0 }
+        Self { sorted: [T::zero(); CAPACITY], held: 0, stride: 1, passing: 0 }
     }
 
     /// Takes a finite sample.
@@ -34,22 +34,22 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
             self.passing -= 1;
             return;
         }
-        if self.held() == ROOM {
+        if self.held() == CAPACITY {
             self.thin();
         }
-        let mut place = self.held();
-        while place > 0 && self.sorted[place - 1] > z {
-            self.sorted[place] = self.sorted[place - 1];
-            place -= 1;
+        let mut index = self.held();
+        while index > 0 && self.sorted[index - 1] > z {
+            self.sorted[index] = self.sorted[index - 1];
+            index -= 1;
         }
-        self.sorted[place] = z;
+        self.sorted[index] = z;
         self.held += 1;
         self.passing = self.stride - 1;
     }
 
     /// Samples that are kept.
     pub(crate) fn held(&self) -> usize {
-        (self.held as usize).min(ROOM)
+        (self.held as usize).min(CAPACITY)
     }
 
     /// The median, zero before the first sample.
@@ -70,22 +70,26 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
         for nearest in 0..held {
             let is_above = below == 0
                 || above < held && self.sorted[above] - centre <= centre - self.sorted[below - 1];
-            let place = if is_above { above } else { below - 1 };
-            (below, above) = if is_above { (below, above + 1) } else { (place, above) };
-            distance = (self.sorted[place] - centre).simd_abs();
+            let index = if is_above { above } else { below - 1 };
+            (below, above) = if is_above { (below, above + 1) } else { (index, above) };
+            distance = (self.sorted[index] - centre).simd_abs();
             if nearest >= held / 2 && distance > T::zero() {
                 let is_median = nearest == held / 2;
-                return if is_median { distance * T::of(NORMAL) } else { distance };
+                return if is_median {
+                    distance * T::of(SIGMA_PER_MEDIAN_DISTANCE)
+                } else {
+                    distance
+                };
             }
         }
         distance
     }
 
     /// Whether samples can have made it.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let kept = &self.sorted[..self.held()];
         self.held as usize == self.held()
-            && kept.iter().all(|z| is_within(*z, T::RAW_MAX))
+            && kept.iter().all(|z| is_within(*z, T::MAX_RAW))
             && kept.is_sorted()
             && self.stride.is_power_of_two()
             && self.passing < self.stride
@@ -94,7 +98,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
     /// Keeps every second sample in rank, of each pair the one nearer to the median: a sign must
     /// change nothing.
     fn thin(&mut self) {
-        const HALF: usize = ROOM / 2;
+        const HALF: usize = CAPACITY / 2;
         for i in 0..HALF {
             self.sorted[i] = self.sorted[if i < HALF / 2 { 2 * i + 1 } else { 2 * i }];
         }
@@ -122,7 +126,7 @@ mod tests {
     fn few_samples_are_exact() {
         let sketch = of([3.0, -1.0, 7.0, 4.0, 1e300]);
         assert_eq!(sketch.median(), 4.0);
-        assert_eq!(sketch.deviation(), 3.0 * super::NORMAL);
+        assert_eq!(sketch.deviation(), 3.0 * super::SIGMA_PER_MEDIAN_DISTANCE);
         assert_eq!(of([2.0, 4.0]).median(), 3.0);
         assert_eq!((of([]).median(), of([]).deviation(), of([5.0]).deviation()), (0.0, 0.0, 0.0));
     }
@@ -138,7 +142,9 @@ mod tests {
         for n in [33, 100, 1000, 100_000] {
             let clean = of(noise(n));
             assert!(clean.median().abs() < 0.1, "{n}: {}", clean.median());
-            assert!((clean.deviation() / (0.25 * super::NORMAL) - 1.0).abs() < 0.35);
+            assert!(
+                (clean.deviation() / (0.25 * super::SIGMA_PER_MEDIAN_DISTANCE) - 1.0).abs() < 0.35
+            );
             let spoilt = of(noise(n).enumerate().map(|(i, z)| if i % 4 == 1 { 1e200 } else { z }));
             assert!(spoilt.median().abs() < 0.5 && spoilt.deviation() < 1.0, "{n}");
         }

@@ -1,6 +1,6 @@
 //! Searches for the coefficients of ARMA models.
 
-use zerorate_core::identify::arma::{Method, Series, fit};
+use zerorate_core::identification::arma::{Method, Series, fit};
 
 /// Uniform noise by a linear congruential generator.
 fn noise(seed: u64, n: usize) -> Vec<f64> {

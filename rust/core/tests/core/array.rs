@@ -46,7 +46,7 @@ impl Checkpoint for Three {
     const TAG: &'static str = "three";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
-        self.0.is_sound()
+    fn is_valid(&self) -> bool {
+        self.0.is_valid()
     }
 }

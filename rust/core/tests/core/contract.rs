@@ -62,7 +62,7 @@ impl Checkpoint for Centred {
     const TAG: &'static str = "test-centred";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         self.threshold >= 0.0
     }
 }

@@ -56,7 +56,7 @@ pub fn forged(bytes: &[u8], place: usize, content: &[u8]) -> Vec<u8> {
 }
 
 /// All that a state tells, with what it returned last.
-type Told<S> = fn(&S, <S as Stream>::Output) -> Vec<f64>;
+type Outputs<S> = fn(&S, <S as Stream>::Output) -> Vec<f64>;
 
 /// Numbers of any output.
 fn numbers<O: Output>(output: O) -> Vec<f64> {
@@ -82,7 +82,7 @@ fn input<S: Stream>(samples: &[f64], k: usize) -> (S::Input, bool) {
 
 fn check<S: Stream + Checkpoint>(
     mut stream: S,
-    told: Told<S>,
+    outputs: Outputs<S>,
     samples: &[f64],
     after: &[f64],
     first: usize,
@@ -113,13 +113,13 @@ fn check<S: Stream + Checkpoint>(
                 let (z, finite) = input::<S>(after, k);
                 let output = other.update(z);
                 if finite {
-                    let told = told(&other, output);
+                    let outputs = outputs(&other, output);
                     prop_assert!(
-                        told.iter().all(|x| x.is_finite()),
+                        outputs.iter().all(|x| x.is_finite()),
                         "{:?} at {} is accepted and gives {:?} for {:e}",
                         content,
                         place,
-                        told,
+                        outputs,
                         after[k]
                     );
                 }
@@ -153,8 +153,8 @@ fn auto<T: Number>(scale: Option<f64>, hold_in_motion: bool) -> AutoFilter<T> {
 
 fn samples() -> impl Strategy<Value = Vec<f64>> {
     let calm = prop::collection::vec(-1.0..1.0, 0..400);
-    let wild = prop::collection::vec(any_sample(), 0..100);
-    (calm, wild).prop_map(|(calm, wild)| [calm, wild].concat())
+    let spikes = prop::collection::vec(any_sample(), 0..100);
+    (calm, spikes).prop_map(|(calm, spikes)| [calm, spikes].concat())
 }
 
 /// Samples of many sizes after which the process noise of three coefficients is all but singular.
@@ -284,10 +284,10 @@ proptest! {
         slope in prop::option::of(-1.0..1.0), walk in prop::option::of(0.0..1.0),
     ) {
         let params = TemperatureParams { rate: 16.0, slope, walk, ..TemperatureParams::default() };
-        let told: Told<TemperatureFilter> = |filter, bias| {
+        let outputs: Outputs<TemperatureFilter> = |filter, bias| {
             vec![bias, filter.bias_sigma(), filter.slope(), filter.slope_sigma()]
         };
-        check(TemperatureFilter::new(params)?, told, &samples, &after, first)?;
+        check(TemperatureFilter::new(params)?, outputs, &samples, &after, first)?;
     }
 
     #[cfg(feature = "std")]
@@ -312,7 +312,7 @@ proptest! {
         samples in samples(), after in prop::collection::vec(any_sample(), 40), first in 0..STRIDE,
         limit in prop::sample::select(vec![None, Some(9.0)]),
     ) {
-        check(crate::array::Three::new(limit)?, sound, &samples, &after, first)?;
+        check(crate::array::Three::new(limit)?, numbers_and_validity, &samples, &after, first)?;
     }
 }
 
@@ -330,7 +330,7 @@ fn half_a_tick() {
             continue;
         };
         (0..41).for_each(|_| _ = other.update([0.0; 3]));
-        assert!(other.is_sound(), "{place}");
+        assert!(other.is_valid(), "{place}");
     }
 }
 
@@ -349,14 +349,14 @@ proptest! {
     ) {
         let params = AttitudeParams { rate, frame: Frame::Ned, mag: true, gyro_unit: 1.0, accel_unit: 10.0, gyro_range: None };
         let auto = Auto::new(AutoOptions { mag, ..AutoOptions::default() })?;
-        check(Attitude::new(params, auto)?, sound, &samples, &after, first)?;
+        check(Attitude::new(params, auto)?, numbers_and_validity, &samples, &after, first)?;
     }
 }
 
 /// What is returned, and whether the state could be saved again: what else it tells is not known of a
 /// force that is none.
-fn sound<S: Stream + Checkpoint>(stream: &S, output: S::Output) -> Vec<f64> {
-    let mut told = numbers(output);
-    told.push(if stream.is_sound() { 0.0 } else { f64::NAN });
-    told
+fn numbers_and_validity<S: Stream + Checkpoint>(stream: &S, output: S::Output) -> Vec<f64> {
+    let mut outputs = numbers(output);
+    outputs.push(if stream.is_valid() { 0.0 } else { f64::NAN });
+    outputs
 }

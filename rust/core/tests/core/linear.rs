@@ -34,13 +34,13 @@ fn of_fixed_size() {
             Batch { steps: 1, predicts: true, corrects: true, u: &u, z: &z, ..Batch::default() };
         bank.run(&batch, &mut Known::nothing());
         fixed.predict(&F, &Q, &B, &u);
-        let told = fixed.update(&z, &H, &R);
+        let step = fixed.update(&z, &H, &R);
         assert_eq!(bank.state(), fixed.x);
         assert_eq!(bank.covariance(), fixed.P.as_flattened());
         let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(bank.innovation()), bits(&told.innovation));
-        assert_eq!(bits(bank.nis()), bits(&[told.nis]));
-        assert_eq!(bank.log_likelihood(), [told.log_likelihood]);
+        assert_eq!(bits(bank.innovation()), bits(&step.innovation));
+        assert_eq!(bits(bank.nis()), bits(&[step.nis]));
+        assert_eq!(bank.log_likelihood(), [step.log_likelihood]);
     }
 }
 
@@ -48,8 +48,8 @@ fn of_fixed_size() {
 #[test]
 fn more_measurements_than_states() {
     let mut fixed = LinearKalman::<1, 2> { x: [0.0], P: [[1.0]] };
-    let told = fixed.update(&[1.0, 3.0], &[[1.0], [1.0]], &[[1.0, 0.0], [0.0, 1.0]]);
+    let step = fixed.update(&[1.0, 3.0], &[[1.0], [1.0]], &[[1.0, 0.0], [0.0, 1.0]]);
     assert!((fixed.x[0] - 4.0 / 3.0).abs() < 1e-15, "{}", fixed.x[0]);
     assert!((fixed.P[0][0] - 1.0 / 3.0).abs() < 1e-15, "{}", fixed.P[0][0]);
-    assert_eq!(told.innovation, [1.0, 3.0]);
+    assert_eq!(step.innovation, [1.0, 3.0]);
 }

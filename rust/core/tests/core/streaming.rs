@@ -104,11 +104,11 @@ proptest! {
     fn batches_samples_and_checkpoints_agree(
         octaves in 1usize..10,
         samples in prop::collection::vec(-10.0..10.0, 2..700),
-        wild in prop::collection::vec((any::<prop::sample::Index>(), any_sample()), 0..6),
+        spikes in prop::collection::vec((any::<prop::sample::Index>(), any_sample()), 0..6),
         part in 0.0..1.0,
     ) {
         let mut samples = samples;
-        for (place, z) in wild {
+        for (place, z) in spikes {
             let place = place.index(samples.len());
             samples[place] = z;
         }

@@ -98,11 +98,11 @@ proptest! {
     fn batches_samples_and_checkpoints_agree(
         params in any_wavelet_params(),
         seed in any::<u64>(),
-        wild in prop::collection::vec((any::<prop::sample::Index>(), any_sample()), 0..6),
+        spikes in prop::collection::vec((any::<prop::sample::Index>(), any_sample()), 0..6),
         part in 0.0..1.0,
     ) {
         let mut samples = white_noise(700, seed);
-        for (place, z) in wild {
+        for (place, z) in spikes {
             let place = place.index(samples.len());
             samples[place] = z;
         }

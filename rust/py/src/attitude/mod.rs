@@ -174,8 +174,8 @@ impl Attitude {
             gyro_range: gyro_range.map(|range| range * unit),
             accel_unit: factor(py, accel_unit, "m/s^2", "accel_unit")?,
         };
-        let (told, sigma) = (bias.is_some(), bias_sigma.is_some());
-        options::check_bias(method, told, sigma, bias_limit.is_some())?;
+        let (bias_given, sigma) = (bias.is_some(), bias_sigma.is_some());
+        options::check_bias(method, bias_given, sigma, bias_limit.is_some())?;
         options::check_field(mag, constants)?;
         let mut auto = AutoOptions { mag, ..AutoOptions::default() };
         prior(py, bias, bias_sigma, (gyro_unit, params.gyro_unit), method, &mut auto)?;
@@ -183,7 +183,7 @@ impl Attitude {
             auto.bias_limit = limit * params.gyro_unit;
         }
         let usual =
-            if told || sigma { auto.bias_sigma } else { NamedOptions::default().bias_sigma };
+            if bias_given || sigma { auto.bias_sigma } else { NamedOptions::default().bias_sigma };
         let named = NamedOptions {
             mag,
             bias: auto.bias,
@@ -252,7 +252,7 @@ impl Attitude {
         let array = arrays::zeros::<f64>(slf.py(), &shape)?;
         let mut places = array.try_readwrite()?;
         let (rows_out, threads) = (places.as_slice_mut()?, streaming::threads(threads)?);
-        let before = this.shared.bank.twin().ok();
+        let before = this.shared.bank.try_clone().ok();
         let width = 4 * this.shared.bank.channels();
         this.in_blocks(slf.py(), &batch, threads, |bank, rows, instants| {
             let out = &mut rows_out[streaming::places(instants, width)];
@@ -283,7 +283,7 @@ impl Attitude {
         let batch = Given::of(&taken).batch(this.shared.channels)?;
         let (n, channels) = (batch.n, this.shared.bank.channels());
         let mut parts = Parts::new(bank::fields(), n * channels).map_err(NativeError::from)?;
-        let before = this.shared.bank.twin().ok();
+        let before = this.shared.bank.try_clone().ok();
         this.in_blocks(py, &batch, 1, |bank, rows, _| bank.trace(rows, &mut parts))?;
         let found = named_arrays(py, parts, &this.shared.batch_axes(n))?;
         this.warn(py, before)?;
@@ -555,7 +555,7 @@ impl Attitude {
         let text = std::ffi::CString::new(text).unwrap_or_default();
         let said = PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1);
         if let (Err(_), Some(before)) = (&said, before) {
-            self.shared.bank.become_twin(before);
+            self.shared.bank.replace_with(before);
         }
         said
     }

@@ -66,20 +66,20 @@ pub fn propagate_turns<'py>(
     let spans = spans?;
     let samples = spans.iter().map(|span| span.len()).sum();
     let biases = biases.values.as_chunks::<3>().0;
-    let turns: Vec<Turn> = interruptible(py, samples, || {
-        let turns = spans.into_iter().zip(biases).map(|(span, bias)| {
+    let rotations: Vec<Turn> = interruptible(py, samples, || {
+        let rotations = spans.into_iter().zip(biases).map(|(span, bias)| {
             let steps = &steps.values[span.start..span.end - 1];
             propagate_turn(&rates[span], steps, bias, &matrix)
         });
-        turns.collect()
+        rotations.collect()
     })?;
     let square = |of: fn(&Turn, usize, usize) -> f64| -> Vec<f64> {
         let elements = |turn| (0..9).map(move |i| of(turn, i / 3, i % 3));
-        turns.iter().flat_map(elements).collect()
+        rotations.iter().flat_map(elements).collect()
     };
     let cube = |turn| (0..27).map(move |i| element(turn, i / 9, i / 3 % 3, i % 3));
-    let by_matrix = turns.iter().flat_map(cube).collect();
-    let angles: Vec<f64> = turns.iter().map(|turn| turn.angle).collect();
+    let by_matrix = rotations.iter().flat_map(cube).collect();
+    let angles: Vec<f64> = rotations.iter().map(|turn| turn.angle).collect();
     Ok((
         array(py, square(|turn, a, b| turn.rotation[(a, b)]), &[m, 3, 3])?,
         array(py, by_matrix, &[m, 3, 3, 3])?,

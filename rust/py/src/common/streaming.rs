@@ -29,9 +29,9 @@ pub trait AnyBank: Any + Send + Sync {
     /// Bytes of its state.
     fn bytes(&self) -> usize;
     /// An independent bank in the same state.
-    fn twin(&self) -> Result<Box<dyn Any + Send>, Error>;
-    /// Takes over the state of a twin.
-    fn become_twin(&mut self, twin: Box<dyn Any + Send>);
+    fn try_clone(&self) -> Result<Box<dyn Any + Send>, Error>;
+    /// Take over the state of a clone.
+    fn replace_with(&mut self, other: Box<dyn Any + Send>);
     fn update(&mut self, row: &[f64], numbers: &mut [f64], flags: &mut [bool]);
     fn process(
         &mut self,
@@ -61,13 +61,13 @@ impl<S: Stream + Checkpoint + Clone + Send + Sync + 'static> AnyBank for Bank<S>
         Bank::bytes(self)
     }
 
-    fn twin(&self) -> Result<Box<dyn Any + Send>, Error> {
-        Ok(Box::new(Bank::twin(self)?))
+    fn try_clone(&self) -> Result<Box<dyn Any + Send>, Error> {
+        Ok(Box::new(Bank::try_clone(self)?))
     }
 
-    fn become_twin(&mut self, twin: Box<dyn Any + Send>) {
-        if let Ok(twin) = twin.downcast::<Self>() {
-            *self = *twin;
+    fn replace_with(&mut self, other: Box<dyn Any + Send>) {
+        if let Ok(other) = other.downcast::<Self>() {
+            *self = *other;
         }
     }
 

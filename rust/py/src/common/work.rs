@@ -99,7 +99,7 @@ pub fn in_pieces<B: AnyBank + ?Sized>(
     let (channels, bytes) = (bank.channels(), bank.bytes());
     let at_once = (PIECE * threads.min(channels)).max(bytes / BYTES_A_SAMPLE) / channels;
     // Without memory for a copy it is done all the same, and no signal looked for.
-    let before = (rows > at_once).then(|| bank.twin().ok()).flatten();
+    let before = (rows > at_once).then(|| bank.try_clone().ok()).flatten();
     let length = match before {
         Some(_) => (PIECE * threads.min(channels)).div_ceil(channels),
         None => rows.max(1),
@@ -110,7 +110,7 @@ pub fn in_pieces<B: AnyBank + ?Sized>(
 /// A bank and what is done with it, neither of them part of the type.
 trait Pieces: Send {
     fn take(&mut self, rows: Range<usize>) -> Result<(), Error>;
-    fn become_twin(&mut self, twin: Box<dyn Any + Send>);
+    fn replace_with(&mut self, other: Box<dyn Any + Send>);
 }
 
 struct AtWork<'a, B: ?Sized, W> {
@@ -127,8 +127,8 @@ where
         (self.work)(self.bank, rows)
     }
 
-    fn become_twin(&mut self, twin: Box<dyn Any + Send>) {
-        self.bank.become_twin(twin);
+    fn replace_with(&mut self, other: Box<dyn Any + Send>) {
+        self.bank.replace_with(other);
     }
 }
 
@@ -147,7 +147,7 @@ fn each_piece(
         let done = done.and_then(|()| if before.is_some() { py.check_signals() } else { Ok(()) });
         if let Err(error) = done {
             if let Some(before) = before {
-                pieces.become_twin(before);
+                pieces.replace_with(before);
             }
             return Err(error);
         }

@@ -301,8 +301,9 @@ impl<'py> FromPyObject<'_, 'py> for Order {
 
 /// The error for an order that is not supported.
 pub fn order_error((p, q): (i64, i64)) -> PyErr {
-    let told = format!("order must be (p, q) with p from 1 to 3 and q from 0 to 3, got ({p}, {q})");
-    about("order", told)
+    let message =
+        format!("order must be (p, q) with p from 1 to 3 and q from 0 to 3, got ({p}, {q})");
+    about("order", message)
 }
 
 /// A bank of new filters.

@@ -31,7 +31,7 @@ pub fn read(rate: f64, given: Option<&Bound<'_, PyDict>>) -> PyResult<(Options, 
             }
         }
     }
-    let options = options.checked().map_err(NativeError::from)?;
+    let options = options.validate().map_err(NativeError::from)?;
     check_limits(&options)?;
     Ok((options, channels))
 }

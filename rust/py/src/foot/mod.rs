@@ -148,7 +148,7 @@ pub fn foot_track<'py>(
         }
         walk.rejections()
     };
-    steps.checked().map_err(NativeError::from)?;
+    steps.validate().map_err(NativeError::from)?;
     let found = PyDict::new(py);
     for ((name, _), array) in SAMPLE.iter().zip(numbers) {
         found.set_item(*name, array)?;
@@ -160,18 +160,21 @@ pub fn foot_track<'py>(
 
 fn put_plan(found: &Bound<'_, PyDict>, plan: Plan) -> PyResult<()> {
     let py = found.py();
-    let (mut stances, mut rests, mut rates) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut stances, mut static_intervals, mut rates) = (Vec::new(), Vec::new(), Vec::new());
     for one in &plan.stances {
         stances.extend([one.samples.0 as i64, one.samples.1 as i64, one.lowest as i64]);
     }
-    for one in &plan.rests {
-        rests.extend([one.samples.0 as i64, one.samples.1 as i64]);
+    for one in &plan.static_intervals {
+        static_intervals.extend([one.samples.0 as i64, one.samples.1 as i64]);
         rates.extend([one.rate.x, one.rate.y, one.rate.z, one.sigma]);
     }
     let n = plan.bound.len();
     found.set_item("bound", arrays::array(py, plan.bound, &[n])?)?;
     found.set_item("stances", arrays::array(py, stances, &[plan.stances.len(), 3])?)?;
-    found.set_item("rests", arrays::array(py, rests, &[plan.rests.len(), 2])?)?;
-    found.set_item("rest_rates", arrays::array(py, rates, &[plan.rests.len(), 4])?)?;
+    found.set_item(
+        "rests",
+        arrays::array(py, static_intervals, &[plan.static_intervals.len(), 2])?,
+    )?;
+    found.set_item("rest_rates", arrays::array(py, rates, &[plan.static_intervals.len(), 4])?)?;
     found.set_item("clipped", limits(&plan.clipped))
 }

@@ -9,23 +9,23 @@ use std::f64::consts::{LN_2, PI};
 use super::record::Record;
 
 /// Averages that are looked at: the standard error of their correlation is 0.02.
-const ENOUGH: usize = 1 << 11;
+const MAX_AVERAGES: usize = 1 << 11;
 
 /// Fewest averages for a correlation, and for anything.
-const MANY: usize = 30;
-const FEW: usize = 4;
+const MIN_CORRELATION_AVERAGES: usize = 30;
+const MIN_AVERAGES: usize = 4;
 
 /// The exponent α of averages over `m` samples, at least `lowest`; `None` of too few of them.
 pub fn exponent(record: &Record, m: usize, lowest: i32) -> Option<i32> {
     let x = record.longest_segment();
-    let count = (x.len().saturating_sub(1) / m).min(ENOUGH);
-    if count < FEW {
+    let count = (x.len().saturating_sub(1) / m).min(MAX_AVERAGES);
+    if count < MIN_AVERAGES {
         return None;
     }
     let x = middle(x, count * m + 1);
     let points: Vec<f64> = x.iter().step_by(m).copied().collect();
     let averages = differences(&points);
-    let alpha = match count < MANY {
+    let alpha = match count < MIN_CORRELATION_AVERAGES {
         true => from_variances(&averages, lowest)?,
         false => from_correlation(averages, m, lowest)?,
     };
@@ -54,11 +54,11 @@ fn sum_of_squares(values: &[f64]) -> f64 {
 
 /// A correlation r at lag one, as δ = r / (1 + r), from which on differences are taken: it is 0 of
 /// white noise, 0.2 of the differences of an averaged walk, and from 0.4 on of redder noise.
-const RED: [f64; 3] = [0.25, 0.33, f64::INFINITY];
+const RED_NOISE_DELTA: [f64; 3] = [0.25, 0.33, f64::INFINITY];
 
 /// Half way between what is expected of flicker noise and of a walk, after one difference and
 /// after two: of single samples, and of averages, which are correlated by themselves.
-const WALK: [[f64; 2]; 2] = [[-0.18, -0.18], [-0.03, 0.12]];
+const WALK_BOUNDARY: [[f64; 2]; 2] = [[-0.18, -0.18], [-0.03, 0.12]];
 
 /// Takes differences until the rest is nearly white; its correlation at lag one says how nearly.
 fn from_correlation(mut averages: Vec<f64>, m: usize, lowest: i32) -> Option<i32> {
@@ -67,7 +67,7 @@ fn from_correlation(mut averages: Vec<f64>, m: usize, lowest: i32) -> Option<i32
     let delta = loop {
         let rest = without_mean(averages);
         let delta = correlation(&rest)?;
-        if taken == most || delta < RED[taken] {
+        if taken == most || delta < RED_NOISE_DELTA[taken] {
             break delta;
         }
         averages = differences(&rest);
@@ -75,7 +75,7 @@ fn from_correlation(mut averages: Vec<f64>, m: usize, lowest: i32) -> Option<i32
     };
     Some(match taken {
         0 => (-2.0 * delta).round().clamp(0.0, 2.0) as i32,
-        _ => -2 * taken as i32 + i32::from(delta < WALK[usize::from(m > 1)][taken - 1]),
+        _ => -2 * taken as i32 + i32::from(delta < WALK_BOUNDARY[usize::from(m > 1)][taken - 1]),
     })
 }
 

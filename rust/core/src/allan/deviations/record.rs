@@ -10,7 +10,7 @@ use crate::math::segments::segment_ranges;
 use crate::work;
 
 /// Samples beyond this magnitude, or all below its reciprocal, are scaled before they are squared.
-const LARGEST: f64 = 1e100;
+const MAX_UNSCALED_SAMPLE: f64 = 1e100;
 
 /// The phase of a rate record (the sums of its samples less their mean), at a sampling interval of
 /// one, piece by piece between its gaps.
@@ -34,7 +34,7 @@ impl Record {
         let mut summary = Summary::of(&samples, &present, arch);
         if !summary.sum.is_finite() {
             bridge(&mut samples, bridged);
-            present = work::gathered(segment_ranges(&samples).filter(|range| range.len() > 1));
+            present = work::collect(segment_ranges(&samples).filter(|range| range.len() > 1));
             summary = Summary::of(&samples, &present, arch);
         }
         let unit = unit(summary.largest);
@@ -103,7 +103,7 @@ impl Summary {
 
 /// A power of two near `largest`, or one where no square can overflow or vanish.
 fn unit(largest: f64) -> f64 {
-    if largest == 0.0 || (LARGEST.recip()..LARGEST).contains(&largest) {
+    if largest == 0.0 || (MAX_UNSCALED_SAMPLE.recip()..MAX_UNSCALED_SAMPLE).contains(&largest) {
         return 1.0;
     }
     largest.log2().floor().clamp(-1000.0, 1000.0).exp2()

@@ -163,7 +163,7 @@ pub fn hadamard_total(record: &Record, factors: &[usize]) -> Vec<f64> {
 }
 
 fn rates(x: &[f64]) -> Vec<f64> {
-    work::gathered(x.windows(2).map(|pair| pair[1] - pair[0]))
+    work::collect(x.windows(2).map(|pair| pair[1] - pair[0]))
 }
 
 /// Sum over all windows of 3 m values, each without its slope and reflected at both ends.
@@ -202,7 +202,7 @@ struct Reflected {
 
 impl Reflected {
     fn new(m: usize) -> Self {
-        let index = work::gathered((0..=3 * m).map(|k| k as f64));
+        let index = work::collect((0..=3 * m).map(|k| k as f64));
         let odd = work::filled(0.0, 3 * m + 3 * m / 2 * 2 + 1);
         Self { m, index, running: work::room(2 * share(m)), odd }
     }
@@ -252,7 +252,7 @@ impl Reflected {
 }
 
 /// Samples of reflected windows after which work that was asked to stop does.
-const LOOKED_AT: usize = 1 << 16;
+const SAMPLES_PER_CHECK: usize = 1 << 16;
 
 struct Over<'a>(&'a mut Reflected);
 
@@ -262,7 +262,7 @@ impl WithSimd for Over<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let windows = self.0;
-        let often = (LOOKED_AT / windows.m).max(1);
+        let often = (SAMPLES_PER_CHECK / windows.m).max(1);
         (0..windows.running.len() - 3 * windows.m)
             .map(|start| {
                 if start.is_multiple_of(often) {

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 use self::differences::{Differences, Squares};
 use self::phases::{BLOCK, FIRST_BLOCK, Phases};
 use crate::error::{Error, check_rate};
-use crate::math::sound::is_count;
+use crate::math::validity::is_count;
 use crate::stream::Stream;
-use crate::stream::checkpoint::{Checkpoint, taken};
+use crate::stream::checkpoint::{Checkpoint, decode};
 
 /// Fully overlapping Allan and Hadamard variances at `m = 1, 2, 4, …, 2^(octaves-1)` samples.
 ///
@@ -37,17 +37,17 @@ pub struct StreamingAllan {
 
 impl StreamingAllan {
     /// The most octaves: 8 million samples, 256 MiB.
-    pub const OCTAVES_MAX: usize = 24;
+    pub const MAX_OCTAVES: usize = 24;
 
     /// An estimator for `rate` samples a second, which scales the averaging times alone.
     ///
     /// # Errors
     /// [`Error::Parameter`] for the rate, or octaves out of 1 to
-    /// [`OCTAVES_MAX`](Self::OCTAVES_MAX),
+    /// [`MAX_OCTAVES`](Self::MAX_OCTAVES),
     /// [`Error::Memory`] if there is none for the ring.
     pub fn new(rate: f64, octaves: usize) -> Result<Self, Error> {
         check_rate(rate)?;
-        if !(1..=Self::OCTAVES_MAX).contains(&octaves) {
+        if !(1..=Self::MAX_OCTAVES).contains(&octaves) {
             return Err(Error::Parameter {
                 name: "octaves",
                 expected: "from 1 to 24",
@@ -135,9 +135,9 @@ impl Stream for StreamingAllan {
         self.observe(z);
     }
 
-    fn twin(&self) -> Result<Self, Error> {
+    fn try_clone(&self) -> Result<Self, Error> {
         let differences = self.differences.clone();
-        Ok(Self { phases: self.phases.twin()?, differences, ..*self })
+        Ok(Self { phases: self.phases.try_clone()?, differences, ..*self })
     }
 
     fn bytes(&self) -> usize {
@@ -156,23 +156,23 @@ impl Checkpoint for StreamingAllan {
     const VERSION: u16 = 1;
 
     fn take(bytes: &[u8]) -> Result<(Self, &[u8]), Error> {
-        let ((rate, samples_seen), bytes) = taken(bytes)?;
+        let ((rate, samples_seen), bytes) = decode(bytes)?;
         let (phases, bytes) = Phases::take(bytes)?;
-        let (differences, bytes) = taken(bytes)?;
+        let (differences, bytes) = decode(bytes)?;
         Ok((Self { rate, samples_seen, phases, differences }, bytes))
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         check_rate(self.rate).is_ok()
-            && (1..=Self::OCTAVES_MAX).contains(&self.octaves())
+            && (1..=Self::MAX_OCTAVES).contains(&self.octaves())
             && is_count(self.samples_seen)
-            && self.phases.is_sound(distance(self.octaves()))
+            && self.phases.is_valid(distance(self.octaves()))
             && self.phases.count() <= self.samples_seen + 1
             && self.differences.is_possible(self.samples_seen)
     }
 
-    fn reserved(self) -> Result<Self, Error> {
-        Ok(Self { phases: self.phases.reserved()?, ..self })
+    fn with_reserve(self) -> Result<Self, Error> {
+        Ok(Self { phases: self.phases.with_reserve()?, ..self })
     }
 
     fn is_like(&self, other: &Self) -> bool {

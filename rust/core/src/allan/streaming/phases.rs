@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::memory;
-use crate::stream::checkpoint::taken;
+use crate::stream::checkpoint::decode;
 
 /// Phases that are worked on side by side.
 pub(super) const BLOCK: usize = 32;
@@ -16,7 +16,7 @@ pub(super) const BLOCK: usize = 32;
 pub(super) const FIRST_BLOCK: u64 = 3 * BLOCK as u64;
 
 /// Largest distance from the first sample: whatever 2²⁵ of them add up to, its square is finite.
-const DISTANCE_MAX: f64 = 1e140;
+const MAX_DISTANCE: f64 = 1e140;
 
 /// Phases `x_0 = 0, x_1, …`: running sums of the samples' distances from the first one of the
 /// piece, so that an offset costs no precision.
@@ -32,39 +32,40 @@ pub(super) struct Phases {
 impl Phases {
     /// Headroom to look back by `distance` phases from each of a block.
     pub(super) fn new(distance: usize) -> Result<Self, Error> {
-        Self { origin: 0.0, count: 0, ring: Vec::new(), capacity: capacity(distance) }.reserved()
+        Self { origin: 0.0, count: 0, ring: Vec::new(), capacity: capacity(distance) }
+            .with_reserve()
     }
 
     /// Reads what postcard wrote off the start of `bytes`; memory follows what is there to be read.
     pub(super) fn take(bytes: &[u8]) -> Result<(Self, &[u8]), Error> {
-        let ((origin, count, length), mut bytes) = taken::<(f64, u64, usize)>(bytes)?;
+        let ((origin, count, length), mut bytes) = decode::<(f64, u64, usize)>(bytes)?;
         let mut ring = memory::room(length.min(bytes.len() / size_of::<f64>()))?;
         for _ in 0..length {
-            let (x, rest) = taken::<f64>(bytes)?;
+            let (x, rest) = decode::<f64>(bytes)?;
             ring.push(x);
             bytes = rest;
         }
-        let (capacity, bytes) = taken(bytes)?;
+        let (capacity, bytes) = decode(bytes)?;
         Ok((Self { origin, count, ring, capacity }, bytes))
     }
 
     /// The same phases, with the same room.
-    pub(super) fn twin(&self) -> Result<Self, Error> {
+    pub(super) fn try_clone(&self) -> Result<Self, Error> {
         let mut ring = memory::room(self.capacity)?;
         ring.extend_from_slice(&self.ring);
         Ok(Self { ring, ..*self })
     }
 
     /// With memory for the whole ring, so that no step needs any.
-    pub(super) fn reserved(mut self) -> Result<Self, Error> {
+    pub(super) fn with_reserve(mut self) -> Result<Self, Error> {
         let missing = self.capacity - self.ring.len();
         memory::reserve(&mut self.ring, missing)?;
         Ok(self)
     }
 
     /// Whether [`new`](Self::new) for this distance could have come to this state.
-    pub(super) fn is_sound(&self, distance: usize) -> bool {
-        let most = self.count as f64 * DISTANCE_MAX;
+    pub(super) fn is_valid(&self, distance: usize) -> bool {
+        let most = self.count as f64 * MAX_DISTANCE;
         self.capacity == capacity(distance)
             && self.count != 1
             && self.ring.len() as u64 == self.count.min(self.capacity as u64)
@@ -141,25 +142,25 @@ impl Phases {
 
     /// The block that starts at `x_k`, `k` a multiple of its length: it never wraps.
     fn block(&self, k: u64) -> &[f64] {
-        &self.ring[self.place(k)..][..BLOCK]
+        &self.ring[self.index(k)..][..BLOCK]
     }
 
     fn distance(&self, z: f64) -> f64 {
-        (z - self.origin).clamp(-DISTANCE_MAX, DISTANCE_MAX)
+        (z - self.origin).clamp(-MAX_DISTANCE, MAX_DISTANCE)
     }
 
     fn at(&self, k: u64) -> f64 {
-        self.ring[self.place(k)]
+        self.ring[self.index(k)]
     }
 
-    fn place(&self, k: u64) -> usize {
+    fn index(&self, k: u64) -> usize {
         k as usize & (self.capacity - 1)
     }
 
     /// Into the part of the ring that is not yet there, or over the oldest.
     fn store(&mut self, x: f64) {
-        let place = self.place(self.count);
-        match self.ring.get_mut(place) {
+        let index = self.index(self.count);
+        match self.ring.get_mut(index) {
             Some(oldest) => *oldest = x,
             None => self.ring.push(x),
         }

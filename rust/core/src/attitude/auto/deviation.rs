@@ -6,19 +6,19 @@ use serde::{Deserialize, Serialize};
 
 use super::DEGREE;
 use super::iron::Iron;
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 
 /// Deviation that is always left, rad, and that at the start.
-const LEFT: f64 = 0.5 * DEGREE;
-const FIRST: f64 = 3.0 * DEGREE;
+const MIN_DEVIATION_RAD: f64 = 0.5 * DEGREE;
+const INITIAL_DEVIATION_RAD: f64 = 3.0 * DEGREE;
 /// Seconds of the mean innovation whose square says how wrong places are.
-const PLACE: f64 = 5.0;
+const INNOVATION_MEAN_S: f64 = 5.0;
 /// Of a heading that nothing is known of, rad².
-const MOST: f64 = 10.0;
+const MAX_HEADING_VARIANCE_RAD2: f64 = 10.0;
 /// Largest tangent of a dip.
-const STEEPEST: f64 = 10.0;
+const MAX_DIP_TANGENT: f64 = 10.0;
 /// Variance of a tilt of which nothing is known, rad²: it cannot be further off than half a turn.
-const ANY_TILT: f64 = core::f64::consts::PI * core::f64::consts::PI;
+const MAX_TILT_VARIANCE_RAD2: f64 = core::f64::consts::PI * core::f64::consts::PI;
 
 /// What is seen of the field when it corrects the heading.
 #[derive(Debug, Clone, Copy)]
@@ -35,7 +35,7 @@ pub struct Correction {
     /// East in the axes of the sensor.
     pub east: Vector3<f64>,
     /// Share of a mean over places.
-    pub places: f64,
+    pub field_weight: f64,
     pub span: f64,
 }
 
@@ -52,7 +52,7 @@ pub struct Deviation {
     tilted: f64,
     /// Mean innovation over a place, rad, and its mean square over places.
     mean: f64,
-    places: f64,
+    field_variance: f64,
     /// What a field of the sensor's axes does to the heading, 1 over the field's unit.
     shares: Vector3<f64>,
 }
@@ -66,7 +66,7 @@ impl Deviation {
             known: heading,
             tilted: 0.0,
             mean: 0.0,
-            places: FIRST * FIRST,
+            field_variance: INITIAL_DEVIATION_RAD * INITIAL_DEVIATION_RAD,
             shares: Vector3::zeros(),
         }
     }
@@ -80,13 +80,14 @@ impl Deviation {
     pub fn correct(&mut self, by: &Correction, before: f64, after: f64, strength: f64) {
         let (gain, rest) = (by.gain, 1.0 - by.gain);
         self.white = rest * rest * self.white + gain * gain * by.noise;
-        let slope = (by.down.abs() / by.level).min(STEEPEST);
-        self.tilted += gain * (slope * ComplexField::sqrt(by.tilt.min(ANY_TILT)) - self.tilted);
-        self.mean += (by.span / PLACE).min(1.0) * (by.innovation - self.mean);
-        self.places += by.places * (self.mean * self.mean - self.places);
+        let slope = (by.down.abs() / by.level).min(MAX_DIP_TANGENT);
+        self.tilted +=
+            gain * (slope * ComplexField::sqrt(by.tilt.min(MAX_TILT_VARIANCE_RAD2)) - self.tilted);
+        self.mean += (by.span / INNOVATION_MEAN_S).min(1.0) * (by.innovation - self.mean);
+        self.field_variance += by.field_weight * (self.mean * self.mean - self.field_variance);
         self.own = (rest * rest * self.since_field(before))
             .min((after - self.white).max(0.0))
-            .min(self.places + LEFT * LEFT);
+            .min(self.field_variance + MIN_DEVIATION_RAD * MIN_DEVIATION_RAD);
         self.known = after;
         let east = by.east * (1.0 / by.level.max(1e-6 * strength));
         self.shares += (east - self.shares) * gain;
@@ -94,15 +95,18 @@ impl Deviation {
 
     /// Forgets what the heading was made of: it has this variance now.
     pub fn restart(&mut self, heading: f64) {
-        let Self { places, .. } = *self;
-        *self = Self { places, ..Self::new(heading) };
+        let Self { field_variance, .. } = *self;
+        *self = Self { field_variance, ..Self::new(heading) };
     }
 
     /// The variance of the heading, of which the filter says this one.
     pub fn variance(&self, heading: f64, iron: &Iron) -> f64 {
         let (iron, unsure) = iron.of_heading(&self.shares);
-        let seen = LEFT * LEFT + self.tilted * self.tilted + iron * iron + unsure;
-        (self.since_field(heading).max(self.places) + seen).min(MOST)
+        let seen = MIN_DEVIATION_RAD * MIN_DEVIATION_RAD
+            + self.tilted * self.tilted
+            + iron * iron
+            + unsure;
+        (self.since_field(heading).max(self.field_variance) + seen).min(MAX_HEADING_VARIANCE_RAD2)
     }
 
     /// Variance that a field of this covariance, in the sensor's axes, has given the heading.
@@ -110,21 +114,21 @@ impl Deviation {
         (covariance * self.shares).dot(&self.shares).max(0.0)
     }
 
-    pub fn is_sound_with(&self, iron: &Iron) -> bool {
+    pub fn is_valid_with(&self, iron: &Iron) -> bool {
         let sizes = [
             (self.white, 1e3),
             (self.own, 1e3),
             (self.known, 1e3),
             (self.tilted, 1e2),
-            (self.places, 16.0),
+            (self.field_variance, 16.0),
         ];
         sizes.iter().all(|(x, most)| is_size(*x, *most))
             && self.mean.abs() <= 4.0
-            && self.is_shared_soundly(iron.strength())
+            && self.has_valid_shares(iron.strength())
     }
 
     /// Before the first field nothing has a share.
-    fn is_shared_soundly(&self, strength: f64) -> bool {
+    fn has_valid_shares(&self, strength: f64) -> bool {
         match strength {
             0.0 => self.shares == Vector3::zeros(),
             strength => are_within(&(self.shares * strength), 1e7),

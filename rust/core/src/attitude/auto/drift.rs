@@ -1,7 +1,7 @@
 //! A heading that drifts from its field: the gyro's bias has jumped along the vertical, where no
 //! gravity shows it.
 //!
-//! A magnetometer corrects the heading alone, so a bias that neither a rest nor a tilt has told stays.
+//! A magnetometer corrects the heading alone, so a bias that neither a rest nor a tilt has shown stays.
 //! Once a field that is trusted keeps the heading on one side for ten seconds, or the field and the
 //! iron of the body leave a drift that is sure, the heading is turned back as fast as it drifts.
 //! Nothing else knows of it.
@@ -9,33 +9,33 @@
 use nalgebra::ComplexField;
 use serde::{Deserialize, Serialize};
 
-use super::iron::{SOUGHT, Turning};
+use super::iron::{FRAME_DRIFT_WALK, Turning};
 use super::{DEGREE, square};
-use crate::math::sound::is_size;
+use crate::math::validity::is_size;
 
 /// Seconds of the mean innovation, and those in which a rest forgets it.
-const MEAN: f64 = 10.0;
-const RESTED: f64 = 2.0;
+const INNOVATION_MEAN_S: f64 = 10.0;
+const REST_DECAY_S: f64 = 2.0;
 /// Rate, rad/s, that a drift does not pass: it makes a slope of the innovations, and a field that passes
 /// by a step.
-const STEEPEST: f64 = 2.0 * DEGREE;
+const MAX_DRIFT_RAD_S: f64 = 2.0 * DEGREE;
 /// Deviations, of whatever is largest, from which on a mean is a drift; the least of them, rad.
-const SURE: f64 = 1.5;
-const LEAST: f64 = 5.0 * DEGREE;
+const MIN_MEAN_SIGMAS: f64 = 1.5;
+const MIN_MEAN_SIGMA_RAD: f64 = 5.0 * DEGREE;
 /// Deviations of the drift that field and iron leave, from which on there is one.
-const PROVEN: f64 = 2.0;
+const MIN_DRIFT_SIGMAS: f64 = 2.0;
 /// Walk of a drift that was found, rad/s/√s: of a gyro's bias.
-const WALK: f64 = 0.01 * DEGREE;
+const DRIFT_WALK: f64 = 0.01 * DEGREE;
 /// Seconds of turning at this rate, rad/s, over which the field's own spread is averaged, and the
 /// deviation of its direction at the start, rad.
-const PLACES: f64 = 60.0;
-const TURNING: f64 = 20.0 * DEGREE;
-const FIRST: f64 = 3.0 * DEGREE;
+const FIELD_SPREAD_S: f64 = 60.0;
+const TURN_RATE_RAD_S: f64 = 20.0 * DEGREE;
+const INITIAL_FIELD_SIGMA_RAD: f64 = 3.0 * DEGREE;
 
 /// How much the field differs from place to place: the iron of a room or of the body shows in its
 /// level and vertical part before it shows in its direction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Places {
+pub struct FieldSpread {
     level: f64,
     down: f64,
     /// Square of the angle by which the direction differs, rad².
@@ -43,18 +43,23 @@ pub struct Places {
     seen: bool,
 }
 
-impl Default for Places {
+impl Default for FieldSpread {
     fn default() -> Self {
-        Self { level: 0.0, down: 0.0, spread: FIRST * FIRST, seen: false }
+        Self {
+            level: 0.0,
+            down: 0.0,
+            spread: INITIAL_FIELD_SIGMA_RAD * INITIAL_FIELD_SIGMA_RAD,
+            seen: false,
+        }
     }
 }
 
 /// The share of a mean over places that a tick at this rate has.
-pub fn share_of_places(rate: f64, span: f64) -> f64 {
-    (span / PLACES * (rate / TURNING).min(1.0)).min(1.0)
+pub fn spread_weight(rate: f64, span: f64) -> f64 {
+    (span / FIELD_SPREAD_S * (rate / TURN_RATE_RAD_S).min(1.0)).min(1.0)
 }
 
-impl Places {
+impl FieldSpread {
     /// Takes the level part and the one down of a field.
     pub fn observe(&mut self, level: f64, down: f64, weight: f64) {
         if !self.seen {
@@ -67,7 +72,7 @@ impl Places {
         self.spread += weight * (angle - self.spread);
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         is_size(self.level, 1e10) && self.down.abs() <= 1e10 && is_size(self.spread, 1.0)
     }
 }
@@ -82,13 +87,20 @@ pub struct HeadingDrift {
     lag: f64,
     mean: f64,
     since: f64,
-    places: Places,
+    field_spread: FieldSpread,
 }
 
 impl Default for HeadingDrift {
     fn default() -> Self {
-        let places = Places::default();
-        Self { active: false, with_heading: 0.0, lag: 0.0, mean: 0.0, since: MEAN, places }
+        let field_spread = FieldSpread::default();
+        Self {
+            active: false,
+            with_heading: 0.0,
+            lag: 0.0,
+            mean: 0.0,
+            since: INNOVATION_MEAN_S,
+            field_spread,
+        }
     }
 }
 
@@ -100,10 +112,10 @@ pub struct Found {
 }
 
 impl HeadingDrift {
-    /// Carries a heading of this variance through a tick; returns by what it turns and by what its
+    /// Propagate a heading of this variance through a tick; returns by what it turns and by what its
     /// variance grows.
     pub fn predict(&mut self, by: Turning, heading: f64, span: f64) -> (f64, f64) {
-        self.since = (self.since + span).min(MEAN);
+        self.since = (self.since + span).min(INNOVATION_MEAN_S);
         if !self.active {
             return (0.0, 0.0);
         }
@@ -117,7 +129,7 @@ impl HeadingDrift {
 
     /// Takes an innovation, the heading's variance, whether the field can be believed in motion, and
     /// what field and iron leave for a drift.
-    pub fn judge(
+    pub fn test(
         &mut self,
         innovation: f64,
         heading: f64,
@@ -125,21 +137,22 @@ impl HeadingDrift {
         by: Turning,
         span: f64,
     ) -> Option<Found> {
-        let most = STEEPEST * span;
+        let most = MAX_DRIFT_RAD_S * span;
         self.lag += (innovation - self.lag).clamp(-most, most);
         let seen = if believed { self.lag } else { 0.0 };
-        self.mean += (span / MEAN).min(1.0) * (seen - self.mean);
-        if self.since < MEAN * (1.0 - 1e-9) {
+        self.mean += (span / INNOVATION_MEAN_S).min(1.0) * (seen - self.mean);
+        if self.since < INNOVATION_MEAN_S * (1.0 - 1e-9) {
             return None;
         }
-        let proven = !self.active && square(by.rate) > PROVEN * PROVEN * by.variance;
+        let proven =
+            !self.active && square(by.rate) > MIN_DRIFT_SIGMAS * MIN_DRIFT_SIGMAS * by.variance;
         let lags = believed && self.is_one_sided(heading, by.rate);
         if !(proven || lags) {
             return None;
         }
         let found = Found {
             heading: square(self.mean).max(square(self.lag)),
-            drift: square(self.mean / MEAN),
+            drift: square(self.mean / INNOVATION_MEAN_S),
         };
         (self.active, self.mean, self.since) = (true, 0.0, 0.0);
         Some(found)
@@ -148,10 +161,12 @@ impl HeadingDrift {
     /// Whether innovations lie on one side, further than anything but a drift would bring them, and
     /// field and iron leave one that way.
     fn is_one_sided(&self, heading: f64, rate: f64) -> bool {
-        let usual = heading.max(LEAST * LEAST).max(4.0 * self.places.spread);
+        let usual = heading
+            .max(MIN_MEAN_SIGMA_RAD * MIN_MEAN_SIGMA_RAD)
+            .max(4.0 * self.field_spread.spread);
         self.mean * self.lag > 0.0
             && self.mean * rate <= 0.0
-            && self.mean * self.mean > SURE * SURE * usual
+            && self.mean * self.mean > MIN_MEAN_SIGMAS * MIN_MEAN_SIGMAS * usual
     }
 
     /// A field has corrected the heading with this gain.
@@ -171,12 +186,12 @@ impl HeadingDrift {
 
     /// How the drift walks.
     pub fn walk(&self) -> f64 {
-        if self.active { WALK } else { SOUGHT }
+        if self.active { DRIFT_WALK } else { FRAME_DRIFT_WALK }
     }
 
     /// The body rests: what a field says is no drift.
     pub fn rest(&mut self, span: f64) {
-        let kept = (1.0 - span / RESTED).max(0.0);
+        let kept = (1.0 - span / REST_DECAY_S).max(0.0);
         (self.lag, self.mean) = (kept * self.lag, kept * self.mean);
     }
 
@@ -185,17 +200,17 @@ impl HeadingDrift {
         (self.active, self.with_heading) = (false, 0.0);
     }
 
-    pub fn places(&mut self) -> &mut Places {
-        &mut self.places
+    pub fn field_spread(&mut self) -> &mut FieldSpread {
+        &mut self.field_spread
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         (self.with_heading == 0.0 || self.active)
             && is_size(-self.with_heading, 1e3)
             && self.lag.abs() <= 4.0
             && self.mean.abs() <= 4.0
-            && is_size(self.since, MEAN)
-            && self.places.is_sound()
+            && is_size(self.since, INNOVATION_MEAN_S)
+            && self.field_spread.is_valid()
     }
 }
 
@@ -211,7 +226,7 @@ mod tests {
     /// field and iron leave this for one, rad/s.
     fn drifts(lag: f64, believed: bool, rate: f64, sigma: f64) -> bool {
         let (mut drift, by) = (HeadingDrift::default(), Turning { rate, variance: square(sigma) });
-        (0..300).any(|_| drift.judge(lag, 1e-3, believed, by, TICK).is_some())
+        (0..300).any(|_| drift.test(lag, 1e-3, believed, by, TICK).is_some())
     }
 
     #[test]
@@ -239,7 +254,7 @@ mod tests {
         let by = Turning { rate: DEGREE, variance: square(0.2 * DEGREE) };
         let mut drift = HeadingDrift::default();
         assert_eq!(drift.predict(by, 1e-3, TICK), (0.0, 0.0));
-        drift.judge(0.0, 1e-3, true, by, TICK).expect("a drift that is sure");
+        drift.test(0.0, 1e-3, true, by, TICK).expect("a drift that is sure");
         let mut variance = 1e-3;
         for _ in 0..100 {
             let (turned, grown) = drift.predict(by, variance, TICK);
@@ -249,7 +264,7 @@ mod tests {
         // Ten seconds of an unknown rate are an unknown angle; what else is unknown is less.
         let angle = square(10.0 * 0.2 * DEGREE);
         assert!((variance - 1e-3 - angle).abs() < 1e-12, "{variance} {angle}");
-        assert!(drift.is_sound());
+        assert!(drift.is_valid());
         drift.end();
         assert_eq!(drift.predict(by, 1e-3, TICK), (0.0, 0.0));
     }

@@ -16,10 +16,10 @@ pub const BIAS: usize = 2;
 pub const MATRIX: usize = 5;
 pub const VELOCITY: usize = 14;
 /// Bias and matrix.
-const CAUSES: usize = 12;
+const GYRO_STATES: usize = 12;
 
 /// How errors of bias and matrix turn the orientation about one axis within a tick.
-pub type Drivers = SVector<f64, CAUSES>;
+pub type Drivers = SVector<f64, GYRO_STATES>;
 pub type States = SVector<f64, STATES>;
 
 /// Registers that hold a column. The compiler's own packing is off for this library.
@@ -37,9 +37,9 @@ fn numbers(lanes: &[f64x4; LANES]) -> [f64; STATES] {
 }
 
 /// Variances that no tilt, heading and velocity passes, rad² and (m/s)².
-const TILT_MAX: f64 = 0.5;
-const HEADING_MAX: f64 = 10.0;
-const VELOCITY_MAX: f64 = 1e2;
+const MAX_TILT: f64 = 0.5;
+const MAX_HEADING: f64 = 10.0;
+const MAX_VELOCITY: f64 = 1e2;
 
 /// What a tick does to errors, and the noise that it adds to each.
 #[derive(Debug, Clone, Copy)]
@@ -53,7 +53,7 @@ pub struct Transition {
     pub bias_noise: f64,
     pub matrix_noise: f64,
     pub velocity_noise: f64,
-    /// Variances that the noise does not carry bias and matrix beyond: elements of the matrix on
+    /// Variances that the noise does not widen bias and matrix beyond: elements of the matrix on
     /// the diagonal and off it.
     pub bias_cap: f64,
     pub matrix_caps: [f64; 2],
@@ -100,7 +100,7 @@ impl Errors {
         &self.covariance
     }
 
-    /// Carries the errors through a tick; returns by what the heading was shrunk to its bound.
+    /// Propagate the errors through a tick; returns by what the heading was shrunk to its bound.
     #[inline(always)]
     pub fn predict(&mut self, by: &Transition) -> f64 {
         let driven = self.driven(&by.drivers);
@@ -115,7 +115,7 @@ impl Errors {
     #[inline(always)]
     fn driven(&self, drivers: &[Drivers; 3]) -> [States; 3] {
         let mut sums = [[f64x4::ZERO; LANES]; 3];
-        for c in 0..CAUSES {
+        for c in 0..GYRO_STATES {
             let column = lanes(&self.covariance.data.0[BIAS + c]);
             for (sum, drivers) in sums.iter_mut().zip(drivers) {
                 let driver = f64x4::splat(drivers[c]);
@@ -132,10 +132,10 @@ impl Errors {
     fn predict_heading(&mut self, by: &Transition, driven: &States) {
         let drivers = &by.drivers[2];
         let mut moved = self.with_heading + driven;
-        for c in 0..CAUSES {
+        for c in 0..GYRO_STATES {
             self.heading += drivers[c] * (self.with_heading[BIAS + c] + moved[BIAS + c]);
         }
-        for c in 0..CAUSES {
+        for c in 0..GYRO_STATES {
             moved[0] += by.drivers[0][c] * moved[BIAS + c];
             moved[1] += by.drivers[1][c] * moved[BIAS + c];
         }
@@ -167,7 +167,7 @@ impl Errors {
         let p = &mut self.covariance.data.0;
         for r in REST {
             let row = &mut p[r];
-            for c in 0..CAUSES {
+            for c in 0..GYRO_STATES {
                 row[0] += by.drivers[0][c] * row[BIAS + c];
                 row[1] += by.drivers[1][c] * row[BIAS + c];
             }
@@ -208,18 +208,18 @@ impl Errors {
     /// heading was.
     #[inline(always)]
     fn bound(&mut self) -> f64 {
-        let bounds = [TILT_MAX, TILT_MAX, VELOCITY_MAX, VELOCITY_MAX];
+        let bounds = [MAX_TILT, MAX_TILT, MAX_VELOCITY, MAX_VELOCITY];
         for (i, bound) in [0, 1, VELOCITY, VELOCITY + 1].into_iter().zip(bounds) {
             if self.variance(i) > bound {
                 self.shrink(i, ComplexField::sqrt(bound / self.variance(i)));
             }
         }
-        if self.heading <= HEADING_MAX {
+        if self.heading <= MAX_HEADING {
             return 1.0;
         }
-        let factor = ComplexField::sqrt(HEADING_MAX / self.heading);
+        let factor = ComplexField::sqrt(MAX_HEADING / self.heading);
         self.with_heading *= factor;
-        self.heading = HEADING_MAX;
+        self.heading = MAX_HEADING;
         factor
     }
 
@@ -386,7 +386,7 @@ impl Errors {
 
 impl Errors {
     /// Whether this is a covariance.
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let all = Symmetric::<f64, { STATES + 1 }>::from_upper(|i, j| match (i, j) {
             (0..STATES, 0..STATES) => self.covariance[(i, j)],
             (_, STATES) if i < STATES => self.with_heading[i],
@@ -408,7 +408,7 @@ impl Errors {
 #[cfg(test)]
 mod tests {
     use super::{
-        BIAS, CAUSES, Drivers, Errors, Found, MATRIX, STATES, States, Transition, VELOCITY,
+        BIAS, Drivers, Errors, Found, GYRO_STATES, MATRIX, STATES, States, Transition, VELOCITY,
     };
     use nalgebra::{SMatrix, SVector};
     use proptest::prelude::*;
@@ -421,7 +421,7 @@ mod tests {
         All::from_fn(|i, j| match (i, j) {
             (STATES, STATES) => errors.heading,
             (STATES, k) | (k, STATES) => errors.with_heading[k],
-            place => errors.covariance[place],
+            index => errors.covariance[index],
         })
     }
 
@@ -452,12 +452,12 @@ mod tests {
 
     prop_compose! {
         fn transitions()(
-            numbers in prop::collection::vec(-0.5..0.5_f64, 3 * CAUSES),
+            numbers in prop::collection::vec(-0.5..0.5_f64, 3 * GYRO_STATES),
             lift in -2.0..2.0_f64,
             noise in prop::array::uniform5(0.0..1e-4_f64),
         ) -> Transition {
             Transition {
-                drivers: [0, 1, 2].map(|i| Drivers::from_column_slice(&numbers[CAUSES * i..][..CAUSES])),
+                drivers: [0, 1, 2].map(|i| Drivers::from_column_slice(&numbers[GYRO_STATES * i..][..GYRO_STATES])),
                 lift,
                 tilt_noise: noise[0],
                 heading_noise: noise[1],
@@ -474,7 +474,7 @@ mod tests {
     fn transition(by: &Transition) -> All {
         let (mut turned, mut lifted) = (All::identity(), All::identity());
         for (i, drivers) in [0, 1, STATES].into_iter().zip(&by.drivers) {
-            turned.fixed_view_mut::<1, CAUSES>(i, BIAS).copy_from(&drivers.transpose());
+            turned.fixed_view_mut::<1, GYRO_STATES>(i, BIAS).copy_from(&drivers.transpose());
         }
         (lifted[(VELOCITY, 1)], lifted[(VELOCITY + 1, 0)]) = (by.lift, -by.lift);
         lifted * turned
@@ -564,7 +564,7 @@ mod tests {
             let by = Transition { bias_cap: 1e-4, matrix_caps: [1e-5; 2], ..by };
             let before = errors;
             errors.predict(&by);
-            prop_assert!(errors.is_sound());
+            prop_assert!(errors.is_valid());
             // Noise raises a variance up to its cap; one above stays.
             for i in BIAS..VELOCITY {
                 let cap = if i < MATRIX { by.bias_cap } else { by.matrix_caps[0] };
@@ -572,7 +572,7 @@ mod tests {
                 prop_assert!(errors.variance(i) <= most * (1.0 + 1e-12));
             }
             errors.blur(1.0, 20.0);
-            prop_assert!(errors.is_sound());
+            prop_assert!(errors.is_valid());
             // To the rounding of a root and its square.
             prop_assert!(errors.variance(0) <= 0.5 + 1e-15 && errors.heading() <= 10.0);
         }

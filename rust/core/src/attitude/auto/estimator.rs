@@ -1,18 +1,19 @@
 //! The filter as a method of estimating an attitude: its steps, what it knows, how it starts anew.
 
 use super::errors::{BIAS, MATRIX, VELOCITY};
-use super::heading::FIELD_HOLDS;
+use super::heading::MAX_FIELD_AGE_S;
 use super::lost::Lost;
 use super::recovery::Recovery;
-use super::start::{SPEED, TILT};
+use super::start::{MAX_SPEED_CHANGE_M_S, TILT_SIGMA_RAD};
 use super::strapdown::Sums;
 use super::trust::Lasting;
 use super::{
-    Auto, BIAS_MAX, BY_BIAS_MAX, MATRIX_MAX, STILL, TICK, Ticked, VELOCITY_MAX, WEIGHED, square,
+    Auto, GRAVITY_TICKS, MAX_BIAS, MAX_BIAS_TIME_S, MAX_MATRIX, MAX_REST_RATE_RAD_S, MAX_VELOCITY,
+    TICK, Ticked, square,
 };
 use crate::attitude::stream::Tagged;
 use crate::attitude::{Estimator, Inertial, Knowledge};
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 use nalgebra::{ComplexField, Matrix3, Quaternion, Vector3};
 
 impl Auto {
@@ -71,12 +72,12 @@ impl Estimator for Auto {
         (self.at_rest, self.unclear) = (false, false);
         (self.velocity, self.lasting) = ([0.0; 2], Lasting::default());
         // It may have turned as it did, another way every second.
-        let turned = (self.speed_squared + STILL * STILL) * seconds;
-        self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
+        let turned = (self.speed_squared + MAX_REST_RATE_RAD_S * MAX_REST_RATE_RAD_S) * seconds;
+        self.errors.restart(&[VELOCITY, VELOCITY + 1], MAX_SPEED_CHANGE_M_S * MAX_SPEED_CHANGE_M_S);
         self.blur(turned, turned);
         self.iron.blur(turned);
         self.strapdown.restart(self.strapdown.orientation);
-        if self.errors.variance(0) > TILT * TILT {
+        if self.errors.variance(0) > TILT_SIGMA_RAD * TILT_SIGMA_RAD {
             self.start.again();
         }
     }
@@ -112,7 +113,7 @@ impl Estimator for Auto {
         self.turn = [1.0, 0.0];
         self.velocity = [0.0; 2];
         self.errors.restart(&[0, 1], square(tilt_sigma));
-        self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
+        self.errors.restart(&[VELOCITY, VELOCITY + 1], MAX_SPEED_CHANGE_M_S * MAX_SPEED_CHANGE_M_S);
         self.errors.restart_heading(square(heading_sigma));
         self.deviation.restart(square(heading_sigma));
         self.drift.end();
@@ -133,41 +134,41 @@ impl Estimator for Auto {
         self.errors.keep_matrix(&errors);
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let sizes = [
-            (self.velocity[0].abs(), VELOCITY_MAX),
-            (self.velocity[1].abs(), VELOCITY_MAX),
-            (self.field_age, FIELD_HOLDS),
+            (self.velocity[0].abs(), MAX_VELOCITY),
+            (self.velocity[1].abs(), MAX_VELOCITY),
+            (self.field_age, MAX_FIELD_AGE_S),
             (self.gravity[0], 2e3),
-            (self.gravity[1], WEIGHED),
+            (self.gravity[1], GRAVITY_TICKS),
             (self.speed_squared, 1e7),
         ];
         let [c, s] = self.turn;
-        self.options.checked().is_ok()
+        self.options.validate().is_ok()
             && sizes.iter().all(|(x, most)| is_size(*x, *most))
-            && are_within(&self.bias, BIAS_MAX)
-            && are_within(&(self.matrix - Matrix3::identity()), MATRIX_MAX + 1e-12)
+            && are_within(&self.bias, MAX_BIAS)
+            && are_within(&(self.matrix - Matrix3::identity()), MAX_MATRIX + 1e-12)
             && (c * c + s * s - 1.0).abs() < 1e-9
-            && self.strapdown.is_sound()
-            && self.sums.is_sound()
-            && self.drift.is_sound()
-            && self.errors.is_sound()
-            && self.start.is_sound()
-            && self.rest.is_sound()
-            && self.accelerations.is_sound()
-            && self.lasting.is_sound()
-            && self.scale_noise.is_sound()
-            && self.spikes.is_sound()
-            && self.straight.is_sound()
-            && self.recovery.is_sound()
-            && self.magnet.is_sound()
-            && self.held.is_sound()
-            && self.deviation.is_sound_with(&self.iron)
-            && self.iron.is_sound()
-            && self.lost.is_sound()
-            && self.first.is_sound()
-            && self.unit.is_sound()
-            && are_within(&self.by_bias, BY_BIAS_MAX)
+            && self.strapdown.is_valid()
+            && self.sums.is_valid()
+            && self.drift.is_valid()
+            && self.errors.is_valid()
+            && self.start.is_valid()
+            && self.rest.is_valid()
+            && self.accelerations.is_valid()
+            && self.lasting.is_valid()
+            && self.scale_noise.is_valid()
+            && self.spikes.is_valid()
+            && self.straight.is_valid()
+            && self.recovery.is_valid()
+            && self.magnet.is_valid()
+            && self.held.is_valid()
+            && self.deviation.is_valid_with(&self.iron)
+            && self.iron.is_valid()
+            && self.lost.is_valid()
+            && self.first.is_valid()
+            && self.unit.is_valid()
+            && are_within(&self.by_bias, MAX_BIAS_TIME_S)
     }
 
     fn is_like(&self, other: &Self) -> bool {

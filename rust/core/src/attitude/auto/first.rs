@@ -7,16 +7,16 @@
 use serde::{Deserialize, Serialize};
 
 use super::{DEGREE, square};
-use crate::math::sound::is_size;
+use crate::math::validity::is_size;
 
 /// Rate about the vertical, rad/s, up to which a first level is a bias: good gyros have no more.
-const USUAL: f64 = 0.8 * DEGREE;
+const MAX_BIAS_RAD_S: f64 = 0.8 * DEGREE;
 /// Seconds of motion after which the first rest was one.
-const MOVED: f64 = 3.0;
+const MIN_MOTION_S: f64 = 3.0;
 /// Deviations that the angle is.
-const DEVIATIONS: f64 = 2.5;
+const ANGLE_SIGMAS: f64 = 2.5;
 /// No angle is further off, rad.
-const MOST: f64 = 10.0;
+const MAX_ANGLE_RAD: f64 = 10.0;
 
 /// What the first level has turned the heading by if it was none of a rest, rad, and for how many
 /// seconds the body has moved.
@@ -29,17 +29,17 @@ pub struct FirstRest {
 impl FirstRest {
     /// Takes a tick: whether the body is quiet, and the bias about the vertical.
     pub fn observe(&mut self, quiet: bool, bias: f64, span: f64) {
-        if self.moved >= MOVED {
+        if self.moved >= MIN_MOTION_S {
             return;
         }
-        if bias.abs() > USUAL {
-            self.turned = (self.turned + bias.abs() * span).min(MOST);
+        if bias.abs() > MAX_BIAS_RAD_S {
+            self.turned = (self.turned + bias.abs() * span).min(MAX_ANGLE_RAD);
         }
         // Before the first half second of rest nothing is known of either.
         if !quiet && self.turned > 0.0 {
             self.moved += span;
         }
-        if self.moved >= MOVED {
+        if self.moved >= MIN_MOTION_S {
             self.turned = 0.0;
         }
     }
@@ -51,10 +51,10 @@ impl FirstRest {
 
     /// Variance of the heading by it, rad².
     pub fn variance(&self) -> f64 {
-        square(self.turned / DEVIATIONS)
+        square(self.turned / ANGLE_SIGMAS)
     }
 
-    pub fn is_sound(&self) -> bool {
-        is_size(self.turned, MOST) && is_size(self.moved, 1e3)
+    pub fn is_valid(&self) -> bool {
+        is_size(self.turned, MAX_ANGLE_RAD) && is_size(self.moved, 1e3)
     }
 }

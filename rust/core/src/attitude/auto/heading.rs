@@ -3,30 +3,30 @@
 use nalgebra::{ComplexField, Matrix3, RealField, Vector3};
 
 use super::deviation::Correction;
-use super::drift::share_of_places;
+use super::drift::spread_weight;
 use super::magnet::Magnet;
 use super::strapdown::{self, Sums};
-use super::{Auto, DEGREE, HEADING_FREE, square};
+use super::{Auto, DEGREE, FREE_HEADING_VARIANCE_RAD2, square};
 use crate::attitude::frame;
 
 /// Seconds of rest after which the bias is known.
-const KNOWN: f64 = 2.0;
+const BIAS_REST_S: f64 = 2.0;
 /// How much less a field that is not used says of iron.
-const UNUSED: f64 = 16.0;
+const UNUSED_NOISE_FACTOR: f64 = 16.0;
 /// Direction of the magnetic field, rad √s, and how it changes on the way, rad/√s.
-const FIELD: f64 = 25.0 * DEGREE;
+const FIELD_NOISE: f64 = 25.0 * DEGREE;
 pub(super) const FIELD_WALK: f64 = 0.02 * DEGREE;
 /// Square of the share of a field that is level, from which on the noise of its direction grows: of
 /// a dip of 72 degrees.
-const LEVEL: f64 = 0.1;
+const LEVEL_SHARE_SQUARED: f64 = 0.1;
 /// The same of a field that tells no heading at all, as far as its size can be rounded.
-const VERTICAL: f64 = 1e-12;
+const VERTICAL_SHARE_SQUARED: f64 = 1e-12;
 /// Longest time that a field stands for, s.
-pub(super) const FIELD_HOLDS: f64 = 1.0;
+pub(super) const MAX_FIELD_AGE_S: f64 = 1.0;
 
-/// What a field did to the heading.
+/// The correction of the heading by a field.
 #[derive(Debug, Clone, Copy)]
-pub struct Pull {
+pub struct HeadingCorrection {
     /// The share of its direction that the heading took over.
     pub gain: f64,
     /// By how much a field of the sensor's axes changes that direction, rad in one of its unit.
@@ -35,9 +35,14 @@ pub struct Pull {
 
 impl Auto {
     /// The mean direction of the field corrects the heading, and nothing else.
-    pub(super) fn see_field(&mut self, sums: &Sums, rate: f64, news: bool) -> Option<Pull> {
+    pub(super) fn see_field(
+        &mut self,
+        sums: &Sums,
+        rate: f64,
+        news: bool,
+    ) -> Option<HeadingCorrection> {
         self.follow_drift(sums.elapsed);
-        self.field_age = (self.field_age + sums.elapsed).min(FIELD_HOLDS);
+        self.field_age = (self.field_age + sums.elapsed).min(MAX_FIELD_AGE_S);
         if !news {
             return None;
         }
@@ -45,20 +50,20 @@ impl Auto {
         let seconds = core::mem::take(&mut self.field_age);
         let doubt = self.magnet.observe(&field, seconds, rate);
         let level_squared = field.x * field.x + field.y * field.y;
-        if seconds <= 0.0 || level_squared <= VERTICAL * field.norm_squared() {
+        if seconds <= 0.0 || level_squared <= VERTICAL_SHARE_SQUARED * field.norm_squared() {
             return None;
         }
         let level = ComplexField::sqrt(level_squared);
-        let places = share_of_places(rate, seconds);
-        self.drift.places().observe(level, -field.z, places);
+        let field_weight = spread_weight(rate, seconds);
+        self.drift.field_spread().observe(level, -field.z, field_weight);
         let rotation = sums.rotation();
-        let unused = doubt.unwrap_or(UNUSED);
+        let unused = doubt.unwrap_or(UNUSED_NOISE_FACTOR);
         self.iron.observe(&field, &rotation, seconds, unused, self.drift.walk());
         let innovation = self.east_of_north(&field);
-        self.judge_drift(innovation, seconds);
+        self.test_drift(innovation, seconds);
         let doubt = doubt?;
-        let steep = (LEVEL * field.norm_squared() / level_squared).max(1.0);
-        let noise = square(FIELD) / seconds * doubt * steep;
+        let steep = (LEVEL_SHARE_SQUARED * field.norm_squared() / level_squared).max(1.0);
+        let noise = square(FIELD_NOISE) / seconds * doubt * steep;
         let before = self.errors.heading();
         let gain = before / (before + noise);
         self.drift.correct(gain);
@@ -73,12 +78,12 @@ impl Auto {
             down: field.z,
             tilt,
             east,
-            places,
+            field_weight,
             span: seconds,
         };
         self.deviation.correct(&by, before, self.errors.heading(), self.iron.strength());
         self.turn_heading(gain * innovation);
-        Some(Pull { gain, share: east * (1.0 / level) })
+        Some(HeadingCorrection { gain, share: east * (1.0 / level) })
     }
 
     /// From the axes of the sensor to those of a level frame that the gyro alone turns.
@@ -93,10 +98,10 @@ impl Auto {
         self.iron.forget();
     }
 
-    /// The fields to come find the heading anew; tilt and bias stay.
+    /// Let the fields to come find the heading again; tilt and bias stay.
     pub fn find_heading(&mut self) {
-        self.errors.restart_heading(HEADING_FREE);
-        self.deviation.restart(HEADING_FREE);
+        self.errors.restart_heading(FREE_HEADING_VARIANCE_RAD2);
+        self.deviation.restart(FREE_HEADING_VARIANCE_RAD2);
         self.by_bias = Vector3::zeros();
         self.forget_field();
     }
@@ -115,7 +120,7 @@ impl Auto {
         }
         if self.at_rest {
             self.drift.rest(span);
-            if self.rest.lasted() >= KNOWN {
+            if self.rest.lasted() >= BIAS_REST_S {
                 self.end_drift();
             }
         }
@@ -128,13 +133,13 @@ impl Auto {
     }
 
     /// Whether the field keeps the heading on one side, in motion.
-    fn judge_drift(&mut self, innovation: f64, span: f64) {
+    fn test_drift(&mut self, innovation: f64, span: f64) {
         if self.at_rest || !self.start.over {
             return;
         }
         let (believed, by) = (self.magnet.is_believed(), self.iron.turning());
         let heading = self.errors.heading();
-        if let Some(found) = self.drift.judge(innovation, heading, believed, by, span) {
+        if let Some(found) = self.drift.test(innovation, heading, believed, by, span) {
             self.iron.widen(found.drift);
             self.blur(0.0, found.heading);
             self.by_bias = Vector3::zeros();

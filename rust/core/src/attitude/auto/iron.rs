@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 use wide::f64x4;
 
 use super::{BIAS_LIMIT, BIAS_SIGMA, DEGREE, square};
-use crate::attitude::sample::FIELD_MIN;
+use crate::attitude::sample::MIN_FIELD;
 use crate::math::Symmetric;
-use crate::math::sound::is_size;
+use crate::math::validity::is_size;
 
 /// The earth's field, iron, and the drift of the frame.
 const STATES: usize = 7;
@@ -23,22 +23,22 @@ const DRIFT: usize = 6;
 const ROWS: usize = 8;
 /// Of the field's strength: what iron may be, how the earth's field and the iron walk, 1/√s, the
 /// noise of an axis, √s, and how well iron can be known.
-const IRON_MOST: f64 = 0.4;
+const MAX_IRON: f64 = 0.4;
 const WALKS: [f64; 2] = [0.003, 0.0005];
 const NOISE: f64 = 0.2;
-const IRON_LEAST: f64 = 0.01;
+const MIN_IRON: f64 = 0.01;
 /// Walk of a drift that is looked for, rad/s/√s: one that jumps by a degree a second stands out of
 /// the noise above within half a minute, which is sooner than the heading is lost.
-pub const SOUGHT: f64 = 0.05 * DEGREE;
+pub const FRAME_DRIFT_WALK: f64 = 0.05 * DEGREE;
 /// A change of a component, beyond three deviations, that neither a place nor a turn makes within a
 /// tick: three times the tenth by which a field may differ and still be known; and the seconds after
 /// which it has come to stay.
-const CHANGED: f64 = 0.3;
-const STAYED: f64 = 30.0;
+const MIN_COMPONENT_CHANGE: f64 = 0.3;
+const MIN_CHANGE_S: f64 = 30.0;
 /// A field this many times as strong as the first is no body's, and no estimate is.
-const STRONGEST: f64 = 100.0;
+const MAX_FIELD_RATIO: f64 = 100.0;
 /// Of a field of which nothing is known, and the largest that noise makes.
-const MOST: f64 = 10.0;
+const MAX_VARIANCE: f64 = 10.0;
 
 /// A column of the covariance; its last row is zero.
 #[derive(Clone, Copy)]
@@ -90,7 +90,7 @@ pub struct Iron {
 
 impl Default for Iron {
     fn default() -> Self {
-        let iron = IRON_MOST * IRON_MOST;
+        let iron = MAX_IRON * MAX_IRON;
         let variances = [1.0, 1.0, 1.0, iron, iron, iron, square(BIAS_SIGMA)];
         let covariance = SMatrix::from_fn(|i, j| if i == j { variances[j] } else { 0.0 });
         Self { strength: 0.0, state: SVector::zeros(), covariance, apart: 0.0 }
@@ -109,12 +109,12 @@ impl Iron {
         walk: f64,
     ) {
         if self.strength == 0.0 {
-            self.strength = field.norm().max(FIELD_MIN);
+            self.strength = field.norm().max(MIN_FIELD);
         }
         self.turn(span);
         self.walk(span, walk);
         let seen = field * (1.0 / self.strength);
-        if seen.norm_squared() > STRONGEST * STRONGEST {
+        if seen.norm_squared() > MAX_FIELD_RATIO * MAX_FIELD_RATIO {
             return;
         }
         let noise = NOISE * NOISE / span * doubt;
@@ -122,15 +122,15 @@ impl Iron {
         for i in 0..3 {
             fits &= self.correct(i, &rotation.row(i).into_owned(), seen[i], noise);
         }
-        self.judge(fits, span);
+        self.test_fit(fits, span);
         let limits = SVector::<f64, STATES>::from_fn(|i, _| most(i));
         self.state = self.state.zip_map(&limits, |x, most| x.clamp(-most, most));
     }
 
-    /// What differs for too long is the field now: of what it is made, is to be learned anew.
-    fn judge(&mut self, fits: bool, span: f64) {
+    /// What differs for too long is the field now: of what it is made, is to be learned again.
+    fn test_fit(&mut self, fits: bool, span: f64) {
         self.apart = if fits { 0.0 } else { self.apart + span };
-        if self.apart >= STAYED {
+        if self.apart >= MIN_CHANGE_S {
             self.forget();
         }
     }
@@ -140,7 +140,7 @@ impl Iron {
         self.apart = 0.0;
         self.lose_earth();
         for i in IRON..DRIFT {
-            self.restart(i, IRON_MOST * IRON_MOST);
+            self.restart(i, MAX_IRON * MAX_IRON);
         }
     }
 
@@ -174,8 +174,8 @@ impl Iron {
     fn walk(&mut self, span: f64, walk: f64) {
         for i in 0..STATES {
             let (walk, most) = match i {
-                EARTH..IRON => (WALKS[0], MOST),
-                IRON..DRIFT => (WALKS[1], MOST),
+                EARTH..IRON => (WALKS[0], MAX_VARIANCE),
+                IRON..DRIFT => (WALKS[1], MAX_VARIANCE),
                 _ => (walk, square(BIAS_SIGMA)),
             };
             let variance = &mut self.covariance[(i, i)];
@@ -194,7 +194,7 @@ impl Iron {
         let column = column.numbers();
         let own = |v: &[f64]| v[i] + row[0] * v[3] + row[1] * v[4] + row[2] * v[5];
         let (unsure, apart) = (own(&column), seen - own(&self.state.data.0[0]));
-        if square(apart) > square(CHANGED) + 9.0 * unsure {
+        if square(apart) > square(MIN_COMPONENT_CHANGE) + 9.0 * unsure {
             return false;
         }
         let scale = 1.0 / (unsure + noise);
@@ -240,7 +240,7 @@ impl Iron {
         let level = square(self.state[EARTH]) + square(self.state[EARTH + 1]);
         for i in EARTH..EARTH + 2 {
             let own = &mut self.covariance[(i, i)];
-            *own += (variance * level).min((MOST - *own).max(0.0));
+            *own += (variance * level).min((MAX_VARIANCE - *own).max(0.0));
         }
     }
 
@@ -265,7 +265,7 @@ impl Iron {
         let shares = shares * self.strength;
         let iron = self.state.fixed_rows::<3>(IRON);
         let variance = (self.covariance.fixed_view::<3, 3>(IRON, IRON) * shares).dot(&shares);
-        let most = IRON_LEAST * IRON_LEAST * shares.norm_squared();
+        let most = MIN_IRON * MIN_IRON * shares.norm_squared();
         (shares.dot(&iron), variance.max(0.0).min(most))
     }
 
@@ -274,12 +274,12 @@ impl Iron {
         self.strength
     }
 
-    pub fn is_sound(&self) -> bool {
-        let (p, first) = (&self.covariance, self.strength == 0.0 || self.strength >= FIELD_MIN);
+    pub fn is_valid(&self) -> bool {
+        let (p, first) = (&self.covariance, self.strength == 0.0 || self.strength >= MIN_FIELD);
         let square = p.fixed_rows::<STATES>(0);
         is_size(self.strength, 1e10)
             && first
-            && is_size(self.apart, STAYED)
+            && is_size(self.apart, MIN_CHANGE_S)
             && (0..STATES).all(|i| self.state[i].abs() <= most(i))
             && square == square.transpose()
             && p.row(ROWS - 1).iter().all(|x| *x == 0.0)
@@ -289,12 +289,12 @@ impl Iron {
 
 /// Largest size of a state.
 fn most(i: usize) -> f64 {
-    if i == DRIFT { BIAS_LIMIT } else { STRONGEST }
+    if i == DRIFT { BIAS_LIMIT } else { MAX_FIELD_RATIO }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{DEGREE, DRIFT, EARTH, IRON, Iron, SOUGHT, STATES};
+    use super::{DEGREE, DRIFT, EARTH, FRAME_DRIFT_WALK, IRON, Iron, STATES};
     use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
     use proptest::prelude::*;
 
@@ -312,7 +312,7 @@ mod tests {
             let frame = Rotation3::from_axis_angle(&Vector3::z_axis(), turned);
             let body = frame * Rotation3::from_axis_angle(&Vector3::z_axis(), heading);
             let field = frame * FIELD + body * iron;
-            found.observe(&field, body.matrix(), TICK, 1.0, SOUGHT);
+            found.observe(&field, body.matrix(), TICK, 1.0, FRAME_DRIFT_WALK);
         }
         found
     }
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn both_are_told_apart() {
+    fn both_are_distinguished() {
         let iron = Vector3::new(10.0, -10.0, 0.0);
         let found = driven(&iron, -DEGREE, 5);
         assert!((found.turning().rate + DEGREE).abs() < 0.05 * DEGREE, "{:?}", found.turning());
@@ -352,7 +352,7 @@ mod tests {
         let magnet = FIELD + Vector3::new(20.0, -25.0, 30.0);
         let seen = |found: &mut Iron, seconds: f64| {
             for _ in 0..(seconds / TICK).round() as usize {
-                found.observe(&magnet, &stand, TICK, 1.0, SOUGHT);
+                found.observe(&magnet, &stand, TICK, 1.0, FRAME_DRIFT_WALK);
             }
         };
         seen(&mut found, 4.0);
@@ -360,7 +360,7 @@ mod tests {
         seen(&mut found, 60.0);
         let all = found.state.fixed_rows::<3>(EARTH) + found.state.fixed_rows::<3>(IRON);
         assert!((all * found.strength - magnet).norm() < 2.0, "{all}");
-        assert!(found.is_sound());
+        assert!(found.is_valid());
     }
 
     #[test]
@@ -368,7 +368,7 @@ mod tests {
         let mut found = driven(&Vector3::new(10.0, 0.0, 0.0), DEGREE, 1);
         found.rest(1e-8);
         assert_eq!((found.turning().rate, found.turning().variance), (0.0, 1e-8));
-        assert!(found.is_sound());
+        assert!(found.is_valid());
         found.learned(-0.5 * DEGREE);
         assert_eq!(found.turning().rate, 0.5 * DEGREE);
     }
@@ -386,8 +386,8 @@ mod tests {
             let mut found = Iron::default();
             for (angle, field) in &seen {
                 let rotation = Rotation3::new(Vector3::from(*angle));
-                found.observe(&Vector3::from(*field), rotation.matrix(), TICK, 1.0, SOUGHT);
-                prop_assert!(found.is_sound());
+                found.observe(&Vector3::from(*field), rotation.matrix(), TICK, 1.0, FRAME_DRIFT_WALK);
+                prop_assert!(found.is_valid());
             }
             let before = found;
             found.turn(span);
@@ -403,18 +403,18 @@ mod tests {
             let got = found.covariance.fixed_rows::<STATES>(0);
             prop_assert!((got - expected).amax() <= 1e-12 * expected.amax());
             prop_assert_eq!(found.state[EARTH], cosine * x - sine * y);
-            prop_assert!(found.is_sound());
+            prop_assert!(found.is_valid());
         }
 
         #[test]
-        fn it_stays_sound_whatever_happens(
+        fn it_stays_valid_whatever_happens(
             seen in prop::collection::vec(seen(), 5..60), variance in 0.0..10.0_f64,
         ) {
             let mut found = Iron::default();
             for (k, (angle, field)) in seen.iter().enumerate() {
                 let rotation: Matrix3<f64> = Rotation3::new(Vector3::from(*angle)).into_inner();
                 let stronger = Vector3::from(*field) * (1.0 + k as f64);
-                found.observe(&stronger, &rotation, TICK, 16.0, SOUGHT);
+                found.observe(&stronger, &rotation, TICK, 16.0, FRAME_DRIFT_WALK);
                 match k % 5 {
                     0 => found.widen(variance),
                     1 => found.blur(variance),
@@ -422,7 +422,7 @@ mod tests {
                     3 => found.lose_earth(),
                     _ => found.rest(variance),
                 }
-                prop_assert!(found.is_sound());
+                prop_assert!(found.is_valid());
             }
         }
     }

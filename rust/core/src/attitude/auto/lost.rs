@@ -3,18 +3,18 @@
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::attitude::sample::{Inertial, RATE_MAX};
-use crate::math::sound::is_size;
+use crate::attitude::sample::{Inertial, MAX_RATE};
+use crate::math::validity::is_size;
 
 /// Seconds in which the last rate is forgotten, and those of the usual rate.
-const FORGOTTEN: f64 = 0.3;
-const USUAL: f64 = 5.0;
+const RATE_DECAY_S: f64 = 0.3;
+const USUAL_RATE_S: f64 = 5.0;
 /// Rate of a body that seemed to rest, rad/s.
-const STILL: f64 = 0.01;
+const MAX_REST_RATE_RAD_S: f64 = 0.01;
 /// Variance per second of an angle while no rate is known at all, rad²/s.
-const UNKNOWN: f64 = 1.0;
+const UNKNOWN_RATE_VARIANCE: f64 = 1.0;
 /// No angle is further off, rad.
-const MOST: f64 = 10.0;
+const MAX_ANGLE_RAD: f64 = 10.0;
 
 /// How far the body may have turned since the last rate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -42,10 +42,11 @@ impl Lost {
         if sample.age < f64::INFINITY {
             self.covered += sample.unknown;
         }
-        let kept = ComplexField::exp(-sample.age / FORGOTTEN);
-        let rate = rate.norm_squared().max(self.usual).max(STILL * STILL);
+        let kept = ComplexField::exp(-sample.age / RATE_DECAY_S);
+        let rate =
+            rate.norm_squared().max(self.usual).max(MAX_REST_RATE_RAD_S * MAX_REST_RATE_RAD_S);
         let more = sample.dt * (1.0 - kept) * ComplexField::sqrt(rate);
-        let angle = (self.angle + more).min(MOST);
+        let angle = (self.angle + more).min(MAX_ANGLE_RAD);
         self.grown += angle * angle - self.angle * self.angle;
         self.angle = angle;
         kept
@@ -55,17 +56,17 @@ impl Lost {
     /// the variance of the orientation has grown, rad²: where there was no rate before, by any.
     pub fn take(&mut self, speed_squared: f64, span: f64, unknown: f64) -> f64 {
         if self.angle == 0.0 {
-            self.usual += (span / USUAL).min(1.0) * (speed_squared - self.usual);
+            self.usual += (span / USUAL_RATE_S).min(1.0) * (speed_squared - self.usual);
         }
         let (grown, covered) =
             (core::mem::take(&mut self.grown), core::mem::take(&mut self.covered));
-        grown + UNKNOWN * (unknown - covered).max(0.0)
+        grown + UNKNOWN_RATE_VARIANCE * (unknown - covered).max(0.0)
     }
 
-    pub fn is_sound(&self) -> bool {
-        is_size(self.angle, MOST)
-            && is_size(self.grown, 2.0 * MOST * MOST)
+    pub fn is_valid(&self) -> bool {
+        is_size(self.angle, MAX_ANGLE_RAD)
+            && is_size(self.grown, 2.0 * MAX_ANGLE_RAD * MAX_ANGLE_RAD)
             && is_size(self.covered, 1e3)
-            && is_size(self.usual, 2.0 * RATE_MAX * RATE_MAX)
+            && is_size(self.usual, 2.0 * MAX_RATE * MAX_RATE)
     }
 }

@@ -6,30 +6,30 @@ use serde::{Deserialize, Serialize};
 
 /// How far the strength of the field, as a share of it, and the dip may lie from those known: the
 /// cosine of ten degrees.
-const STRENGTH: f64 = 0.1;
-const DIP: f64 = 0.984_807_753_012_208;
+const MAX_STRENGTH_CHANGE: f64 = 0.1;
+const MIN_DIP_COSINE: f64 = 0.984_807_753_012_208;
 /// Seconds over which the field known follows.
-const FOLLOWS: f64 = 20.0;
+const FIELD_TIME_CONSTANT_S: f64 = 20.0;
 /// Seconds within the limits after which the field is trusted again.
-const TRUSTED: f64 = 0.5;
+const MIN_TRUSTED_S: f64 = 0.5;
 /// Seconds of rotation above a rate, rad/s, in a field that stays the same, until it is the one
 /// known: of any, and of the first.
-const NEW: f64 = 20.0;
-const FIRST: f64 = 5.0;
-const TURNING: f64 = core::f64::consts::PI / 9.0;
+const NEW_FIELD_TURN_S: f64 = 20.0;
+const FIRST_FIELD_TURN_S: f64 = 5.0;
+const MIN_TURN_RATE_RAD_S: f64 = core::f64::consts::PI / 9.0;
 /// Seconds after which a field of an unchanged shape is believed where none is known.
-const STAYED: f64 = 30.0;
+const MIN_UNCHANGED_S: f64 = 30.0;
 /// Seconds for which a disturbed field is not used at all, and how much less it is then used.
-const REJECTED: f64 = 60.0;
-const DOUBTED: f64 = 4.0;
+const MAX_REJECTION_S: f64 = 60.0;
+const DOUBTED_NOISE_FACTOR: f64 = 4.0;
 /// Times faster that the rejection is forgotten in a good field than it lasts.
-const FORGOTTEN: f64 = 2.0;
+const REJECTION_DECAY: f64 = 2.0;
 
 /// Times by which the strength of a sample's field may differ from that of the one before, and samples
 /// in a row that agree on another one, of any and of the first, until that is the field.
-const LEAPS: f64 = 2.0;
-const AGREE: u8 = 3;
-const AGREE_FIRST: u8 = 2;
+const MAX_STRENGTH_RATIO: f64 = 2.0;
+const MIN_AGREEING_SAMPLES: u8 = 3;
+const MIN_FIRST_AGREEING_SAMPLES: u8 = 2;
 
 /// Which samples of the field are none of a field: spikes, far stronger or weaker than those before.
 /// A magnet comes nearer from sample to sample, or stays.
@@ -64,7 +64,8 @@ impl Spikes {
     fn doubt(&mut self, square: f64) -> bool {
         self.count = if is_near(square, self.other) { self.count + 1 } else { 1 };
         self.other = square;
-        let enough = if self.usual > 0.0 { AGREE } else { AGREE_FIRST };
+        let enough =
+            if self.usual > 0.0 { MIN_AGREEING_SAMPLES } else { MIN_FIRST_AGREEING_SAMPLES };
         if self.count < enough {
             return false;
         }
@@ -72,17 +73,17 @@ impl Spikes {
         true
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let size = |square: f64| (0.0..=1e20).contains(&square);
-        size(self.usual) && size(self.other) && self.count < AGREE
+        size(self.usual) && size(self.other) && self.count < MIN_AGREEING_SAMPLES
     }
 }
 
 /// Angle that a body turns by, rad, while the magnetometer gives one value: it is held, or stuck if for
 /// so many seconds.
-const HELD: f64 = 0.05;
-const STUCK: f64 = 2.0;
-const TURN_MOST: f64 = 1e9;
+const HELD_ANGLE_RAD: f64 = 0.05;
+const STUCK_S: f64 = 2.0;
+const MAX_TURN_RAD: f64 = 1e9;
 
 /// A magnetometer that gives one value while the body turns: what is held is no news.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -107,23 +108,23 @@ impl Held {
     pub fn observe(&mut self, square: f64, turned: &Vector3<f64>, span: f64) -> bool {
         let same = core::mem::replace(&mut self.square, square) == square;
         self.turn = if same {
-            (self.turn + turned).map(|x| x.clamp(-TURN_MOST, TURN_MOST))
+            (self.turn + turned).map(|x| x.clamp(-MAX_TURN_RAD, MAX_TURN_RAD))
         } else {
             Vector3::zeros()
         };
-        let news = self.turn.norm_squared() <= HELD * HELD;
+        let news = self.turn.norm_squared() <= HELD_ANGLE_RAD * HELD_ANGLE_RAD;
         self.seconds = if news { 0.0 } else { self.seconds + span };
         news
     }
 
     /// Whether the magnetometer is stuck.
     pub fn is_stuck(&self) -> bool {
-        self.seconds >= STUCK * (1.0 - 1e-9)
+        self.seconds >= STUCK_S * (1.0 - 1e-9)
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         (0.0..=1e20).contains(&self.square)
-            && self.turn.iter().all(|x| x.abs() <= TURN_MOST)
+            && self.turn.iter().all(|x| x.abs() <= MAX_TURN_RAD)
             && (0.0..1e18).contains(&self.seconds)
     }
 }
@@ -131,7 +132,8 @@ impl Held {
 /// Whether one strength is that of another, by their squares.
 #[inline(always)]
 fn is_near(one: f64, other: f64) -> bool {
-    one <= LEAPS * LEAPS * other && other <= LEAPS * LEAPS * one
+    one <= MAX_STRENGTH_RATIO * MAX_STRENGTH_RATIO * other
+        && other <= MAX_STRENGTH_RATIO * MAX_STRENGTH_RATIO * one
 }
 
 /// Strength and dip of a field: its level part, which is not negative, the one down, and both.
@@ -150,8 +152,8 @@ impl Shape {
 
     fn is_near(&self, other: &Self) -> bool {
         let along = self.level * other.level + self.down * other.down;
-        (self.strength - other.strength).abs() < STRENGTH * other.strength
-            && along > DIP * self.strength * other.strength
+        (self.strength - other.strength).abs() < MAX_STRENGTH_CHANGE * other.strength
+            && along > MIN_DIP_COSINE * self.strength * other.strength
     }
 
     fn follow(&mut self, other: &Self, weight: f64) {
@@ -160,7 +162,7 @@ impl Shape {
         self.strength += weight * (other.strength - self.strength);
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         (0.0..=1e10).contains(&self.strength)
             && (0.0..=1e10).contains(&self.level)
             && self.down.abs() <= 1e10
@@ -191,7 +193,7 @@ impl Default for Magnet {
             turned: 0.0,
             stayed: 0.0,
             undisturbed: 0.0,
-            rejected: REJECTED,
+            rejected: MAX_REJECTION_S,
             trusted: false,
         }
     }
@@ -206,7 +208,7 @@ impl Magnet {
     /// Whether its direction says something of a heading that drifts: it is the one known, or there
     /// never was one and it has stayed the same.
     pub fn is_believed(&self) -> bool {
-        self.trusted || self.known.is_none() && self.stayed >= STAYED
+        self.trusted || self.known.is_none() && self.stayed >= MIN_UNCHANGED_S
     }
 
     /// Takes the mean field of so many seconds, and the rate, rad/s; returns by how much the
@@ -216,14 +218,14 @@ impl Magnet {
         self.compare(&seen, seconds);
         self.consider(&seen, seconds, rate);
         if self.trusted {
-            self.rejected = (self.rejected - FORGOTTEN * seconds).max(0.0);
+            self.rejected = (self.rejected - REJECTION_DECAY * seconds).max(0.0);
             return Some(1.0);
         }
-        if self.rejected < REJECTED {
+        if self.rejected < MAX_REJECTION_S {
             self.rejected += seconds;
             return None;
         }
-        Some(DOUBTED)
+        Some(DOUBTED_NOISE_FACTOR)
     }
 
     fn compare(&mut self, seen: &Shape, seconds: f64) {
@@ -233,9 +235,9 @@ impl Magnet {
             return;
         }
         self.undisturbed += seconds;
-        if self.undisturbed >= TRUSTED {
+        if self.undisturbed >= MIN_TRUSTED_S {
             self.trusted = true;
-            known.follow(seen, (seconds / FOLLOWS).min(1.0));
+            known.follow(seen, (seconds / FIELD_TIME_CONSTANT_S).min(1.0));
         }
     }
 
@@ -245,29 +247,29 @@ impl Magnet {
             (self.candidate, self.turned, self.stayed) = (*seen, 0.0, 0.0);
             return;
         }
-        self.stayed = (self.stayed + seconds).min(STAYED);
-        if rate > TURNING {
+        self.stayed = (self.stayed + seconds).min(MIN_UNCHANGED_S);
+        if rate > MIN_TURN_RATE_RAD_S {
             self.turned += seconds;
         }
-        self.candidate.follow(seen, (seconds / FOLLOWS).min(1.0));
-        let needed = if self.known.is_some() { NEW } else { FIRST };
+        self.candidate.follow(seen, (seconds / FIELD_TIME_CONSTANT_S).min(1.0));
+        let needed = if self.known.is_some() { NEW_FIELD_TURN_S } else { FIRST_FIELD_TURN_S };
         if !self.trusted && self.turned >= needed {
             self.known = Some(self.candidate);
-            (self.trusted, self.undisturbed) = (true, TRUSTED);
+            (self.trusted, self.undisturbed) = (true, MIN_TRUSTED_S);
         }
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let times = [self.turned, self.stayed, self.undisturbed, self.rejected];
-        self.known.is_none_or(|known| known.is_sound())
-            && self.candidate.is_sound()
+        self.known.is_none_or(|known| known.is_valid())
+            && self.candidate.is_valid()
             && times.iter().all(|x| (0.0..1e18).contains(x))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{DOUBTED, Magnet, Spikes};
+    use super::{DOUBTED_NOISE_FACTOR, Magnet, Spikes};
     use nalgebra::Vector3;
 
     const TICK: f64 = 0.1;
@@ -292,8 +294,8 @@ mod tests {
     #[test]
     fn the_first_field_is_doubted_until_the_sensor_has_turned() {
         let mut magnet = Magnet::default();
-        assert_eq!(seen(&mut magnet, earth(), 30.0, 0.1), Some(DOUBTED));
-        assert_eq!(seen(&mut magnet, earth(), 4.8, TURNING), Some(DOUBTED));
+        assert_eq!(seen(&mut magnet, earth(), 30.0, 0.1), Some(DOUBTED_NOISE_FACTOR));
+        assert_eq!(seen(&mut magnet, earth(), 4.8, TURNING), Some(DOUBTED_NOISE_FACTOR));
         assert!(!magnet.is_disturbed());
         assert_eq!(seen(&mut magnet, earth(), 0.4, TURNING), Some(1.0));
     }
@@ -336,9 +338,9 @@ mod tests {
         // What was used up before the first field was known comes back twice as fast.
         assert_eq!(seen(&mut magnet, earth(), 40.0, 0.0), Some(1.0));
         assert_eq!(seen(&mut magnet, earth() * 2.0, 59.5, 0.0), None);
-        assert_eq!(seen(&mut magnet, earth() * 2.0, 1.0, 0.0), Some(DOUBTED));
+        assert_eq!(seen(&mut magnet, earth() * 2.0, 1.0, 0.0), Some(DOUBTED_NOISE_FACTOR));
         // The one known is trusted again after half a second.
-        assert_eq!(seen(&mut magnet, earth(), 0.4, 0.0), Some(DOUBTED));
+        assert_eq!(seen(&mut magnet, earth(), 0.4, 0.0), Some(DOUBTED_NOISE_FACTOR));
         assert_eq!(seen(&mut magnet, earth(), 0.3, 0.0), Some(1.0));
         assert!(!magnet.is_disturbed());
     }

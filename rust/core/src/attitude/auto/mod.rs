@@ -35,7 +35,7 @@ use self::drift::HeadingDrift;
 use self::errors::{BIAS, Errors, Found, MATRIX, States, Transition, VELOCITY};
 use self::first::FirstRest;
 use self::heading::FIELD_WALK;
-pub use self::heading::Pull;
+pub use self::heading::HeadingCorrection;
 use self::iron::Iron;
 use self::lost::Lost;
 use self::magnet::{Held, Magnet, Spikes};
@@ -44,7 +44,7 @@ use self::recovery::{Recovery, Wrong};
 use self::rest::Rest;
 #[cfg(feature = "std")]
 pub use self::smooth::{Around, Smoothed};
-use self::start::{SPEED, Start, TILT};
+use self::start::{MAX_SPEED_CHANGE_M_S, Start, TILT_SIGMA_RAD};
 use self::straight::Straight;
 use self::strapdown::{Strapdown, Sums};
 use self::trust::{Accelerations, Lasting, ScaleNoise};
@@ -61,20 +61,20 @@ const TURN_NOISE: f64 = 0.003;
 /// Random walk of the bias, rad/s/√s, how far it is followed, and its spread at the start, rad/s: so
 /// that motion tells a large one, and an ordinary one is not lost in it.
 const BIAS_WALK: f64 = 0.01 * DEGREE;
-const BIAS_FOLLOWED: f64 = 0.5 * DEGREE;
+const MAX_FOLLOWED_BIAS_RAD_S: f64 = 0.5 * DEGREE;
 const BIAS_SIGMA: f64 = DEGREE;
 /// Largest bias of a gyro, rad/s, unless a person says otherwise.
 const BIAS_LIMIT: f64 = 10.0 * DEGREE;
 /// What a wrong tilt says of the bias, rad/s: more finds one that has jumped sooner, and takes a car's
 /// long accelerations for one.
-const BIAS_REVIVED: f64 = 0.15 * DEGREE;
+const RECOVERY_BIAS_SIGMA_RAD_S: f64 = 0.15 * DEGREE;
 /// Rate about level axes of a body that leans as much as gravity needs to show all of the bias, rad/s.
-const LEANING: f64 = 20.0 * DEGREE;
+const LEANING_RATE_RAD_S: f64 = 20.0 * DEGREE;
 /// Random walk of the matrix' elements, 1/√s, and their spread on the diagonal and off it.
 const MATRIX_WALK: f64 = 1e-5;
 const MATRIX_SIGMAS: [f64; 2] = [0.008, 0.005];
 /// Variance of a tilt of which nothing is known, rad²: half of it about each level axis.
-const TILT_MOST: f64 = 1.0;
+const MAX_TILT_VARIANCE_RAD2: f64 = 1.0;
 /// Bias of an accelerometer, m/s², as consumer devices have it.
 const ACCEL_BIAS: f64 = 0.05;
 /// Noise of the velocity, m/s/√s.
@@ -83,21 +83,21 @@ const VELOCITY_NOISE: f64 = 0.01;
 const REST_VELOCITY: f64 = 1e-2;
 /// Deviation of what is not learned, rad/s and 1.
 #[cfg(feature = "std")]
-const SURE: f64 = 1e-7;
+const FIXED_SIGMA: f64 = 1e-7;
 /// Ticks at rest over which the strength of gravity is averaged, and from how many on it is known.
-const WEIGHED: f64 = 100.0;
-const WEIGHED_LEAST: f64 = 20.0;
+const GRAVITY_TICKS: f64 = 100.0;
+const MIN_GRAVITY_TICKS: f64 = 20.0;
 /// Variances of the heading at the start, rad²: to be found by a magnetometer, and chosen.
-const HEADING_FREE: f64 = 10.0;
-const HEADING_CHOSEN: f64 = 1e-6;
+const FREE_HEADING_VARIANCE_RAD2: f64 = 10.0;
+const CHOSEN_HEADING_VARIANCE_RAD2: f64 = 1e-6;
 /// Rate of a sensor that seemed to rest before a gap, rad/s.
-const STILL: f64 = 0.01;
+const MAX_REST_RATE_RAD_S: f64 = 0.01;
 /// Largest bias, rad/s, and element of the matrix' error that are believed.
-const BIAS_MAX: f64 = 10.0;
-const MATRIX_MAX: f64 = 0.2;
-const VELOCITY_MAX: f64 = 1e4;
+const MAX_BIAS: f64 = 10.0;
+const MAX_MATRIX: f64 = 0.2;
+const MAX_VELOCITY: f64 = 1e4;
 /// Seconds of one bias that the heading keeps.
-const BY_BIAS_MAX: f64 = 1e9;
+const MAX_BIAS_TIME_S: f64 = 1e9;
 
 /// The filter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -161,7 +161,7 @@ pub struct Ticked {
     /// Whether its field was that of a magnetometer that is held while the body turns.
     pub held: bool,
     /// What its field did to the heading, if that was used.
-    pub pull: Option<Pull>,
+    pub heading_correction: Option<HeadingCorrection>,
 }
 
 impl Auto {
@@ -170,11 +170,12 @@ impl Auto {
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.
     pub fn new(options: AutoOptions) -> Result<Self, Error> {
-        Ok(Self::with(options.checked()?))
+        Ok(Self::with(options.validate()?))
     }
 
     fn with(options: AutoOptions) -> Self {
-        let heading = if options.mag { HEADING_FREE } else { HEADING_CHOSEN };
+        let heading =
+            if options.mag { FREE_HEADING_VARIANCE_RAD2 } else { CHOSEN_HEADING_VARIANCE_RAD2 };
         Self {
             options,
             knowing: false,
@@ -217,7 +218,11 @@ impl Auto {
     #[cfg(feature = "std")]
     fn knowing(options: AutoOptions) -> Self {
         let usual = AutoOptions { mag: options.mag, ..AutoOptions::default() };
-        let sure = AutoOptions { bias_sigma: [SURE; 3], matrix_sigma: [[SURE; 3]; 3], ..usual };
+        let sure = AutoOptions {
+            bias_sigma: [FIXED_SIGMA; 3],
+            matrix_sigma: [[FIXED_SIGMA; 3]; 3],
+            ..usual
+        };
         Self { knowing: true, options: usual, ..Self::with(sure) }
     }
 
@@ -262,10 +267,11 @@ impl Auto {
             self.velocity = [0.0; 2];
         }
         self.correct(&sums, state, moving && !starting);
-        let pull = if self.options.mag { self.see_field(&sums, rate, news) } else { None };
+        let heading_correction =
+            if self.options.mag { self.see_field(&sums, rate, news) } else { None };
         self.strapdown.settle();
         let held = self.options.mag && sums.fields > 0.0 && !news;
-        Ticked { seconds: sums.elapsed, held, pull }
+        Ticked { seconds: sums.elapsed, held, heading_correction }
     }
 
     #[inline(never)]
@@ -287,7 +293,7 @@ impl Auto {
         self.held.observe(self.spikes.last(), &turned, sums.elapsed)
     }
 
-    /// Carries velocity and errors through a tick; false where no force was known in it.
+    /// Propagate velocity and errors through a tick; false where no force was known in it.
     #[inline(always)]
     fn predict(&mut self, sums: &Sums, rate: f64) -> bool {
         let span = sums.elapsed;
@@ -302,7 +308,7 @@ impl Auto {
             drivers[2].fixed_rows_mut::<3>(0).fill(0.0);
         }
         let of_bias = drivers[2].fixed_rows::<3>(0);
-        self.by_bias = (self.by_bias + of_bias).map(|x| x.clamp(-BY_BIAS_MAX, BY_BIAS_MAX));
+        self.by_bias = (self.by_bias + of_bias).map(|x| x.clamp(-MAX_BIAS_TIME_S, MAX_BIAS_TIME_S));
         let learns = if self.knowing { 0.0 } else { span };
         let shrunk = self.errors.predict(&Transition {
             drivers,
@@ -312,7 +318,7 @@ impl Auto {
             bias_noise: learns * square(BIAS_WALK),
             matrix_noise: learns * square(MATRIX_WALK),
             velocity_noise: span * (square(VELOCITY_NOISE) + self.lasting.walk()),
-            bias_cap: square(BIAS_FOLLOWED),
+            bias_cap: square(MAX_FOLLOWED_BIAS_RAD_S),
             matrix_caps: MATRIX_SIGMAS.map(|sigma| sigma * sigma),
         });
         self.drift.shrink(shrunk);
@@ -321,7 +327,8 @@ impl Auto {
             self.velocity[0] += span * force.x;
             self.velocity[1] += span * force.y;
         } else {
-            self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
+            self.errors
+                .restart(&[VELOCITY, VELOCITY + 1], MAX_SPEED_CHANGE_M_S * MAX_SPEED_CHANGE_M_S);
         }
         known
     }
@@ -358,7 +365,7 @@ impl Auto {
             self.recovery.doubt() * variance / span
         };
         let expected = self.expected(noise);
-        let shown = self.at_rest || self.knowing || self.rest.has_told();
+        let shown = self.at_rest || self.knowing || self.rest.has_evidence();
         let hidden = if shown { None } else { self.hidden(sums) };
         self.errors.correct(VELOCITY, velocity.map(|x| -x), noise, found);
         if let Some(hidden) = &hidden {
@@ -379,11 +386,11 @@ impl Auto {
         let rate = sums.gyro * (1.0 / sums.samples) - self.bias;
         let along = up.dot(&rate);
         let leaning = (rate.norm_squared() - along * along).max(0.0);
-        if leaning >= square(LEANING) {
+        if leaning >= square(LEANING_RATE_RAD_S) {
             return None;
         }
         let (bias, heading) = (self.errors.bias_along(&up), self.errors.heading());
-        Some(Hidden { up, share: 1.0 - leaning / square(LEANING), bias, heading })
+        Some(Hidden { up, share: 1.0 - leaning / square(LEANING_RATE_RAD_S), bias, heading })
     }
 
     /// Takes back what accelerations of the body seemed to say of it.
@@ -418,15 +425,18 @@ impl Auto {
         let known = self.known_gravity();
         self.recovery.observe(&force, &felt, self.speed_squared, known, sums.elapsed);
         let variance = self.errors.variance(0) + self.errors.variance(1);
-        match self.recovery.judge(persistence, variance, known.unwrap_or(GRAVITY)) {
+        match self.recovery.test(persistence, variance, known.unwrap_or(GRAVITY)) {
             None => {}
             Some(Wrong::Fallen) => self.start.again(),
             Some(Wrong::Tilted(variance)) => {
-                self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
+                self.errors.restart(
+                    &[VELOCITY, VELOCITY + 1],
+                    MAX_SPEED_CHANGE_M_S * MAX_SPEED_CHANGE_M_S,
+                );
                 self.errors.widen_tilt(variance);
                 if !self.knowing {
                     let up = self.up();
-                    self.errors.widen_level_bias(square(BIAS_REVIVED), &up);
+                    self.errors.widen_level_bias(square(RECOVERY_BIAS_SIGMA_RAD_S), &up);
                 }
                 self.velocity = [0.0; 2];
                 self.accelerations.forget();
@@ -456,16 +466,16 @@ impl Auto {
             self.iron.learned(self.up().dot(&states.fixed_rows::<3>(BIAS)));
         }
         for i in 0..3 {
-            self.bias[i] = (self.bias[i] + states[BIAS + i]).clamp(-BIAS_MAX, BIAS_MAX);
+            self.bias[i] = (self.bias[i] + states[BIAS + i]).clamp(-MAX_BIAS, MAX_BIAS);
             for j in 0..3 {
                 let usual = if i == j { 1.0 } else { 0.0 };
                 let element = self.matrix[(i, j)] + states[MATRIX + 3 * i + j] - usual;
-                self.matrix[(i, j)] = usual + element.clamp(-MATRIX_MAX, MATRIX_MAX);
+                self.matrix[(i, j)] = usual + element.clamp(-MAX_MATRIX, MAX_MATRIX);
             }
         }
         for j in 0..2 {
             let velocity = self.velocity[j] + states[VELOCITY + j];
-            self.velocity[j] = velocity.clamp(-VELOCITY_MAX, VELOCITY_MAX);
+            self.velocity[j] = velocity.clamp(-MAX_VELOCITY, MAX_VELOCITY);
         }
         self.turn_heading(found.heading);
     }
@@ -475,10 +485,10 @@ impl Auto {
     fn tilt_variance(&self) -> f64 {
         let own = (self.errors.variance(0) + self.errors.variance(1)).max(0.0);
         let doubt = self.accelerations.doubt(&self.lasting);
-        (doubt * own).min(TILT_MOST) + 2.0 * square(ACCEL_BIAS / GRAVITY)
+        (doubt * own).min(MAX_TILT_VARIANCE_RAD2) + 2.0 * square(ACCEL_BIAS / GRAVITY)
     }
 
-    /// By what variances of bias and matrix are told larger: what a velocity that lasts does to the
+    /// Return the factor by which stated variances of bias and matrix are larger: what a velocity that lasts does to the
     /// tilt, it does to what is learned from it.
     fn doubt(&self) -> f64 {
         self.accelerations.doubt(&self.lasting).max(1.0)
@@ -489,14 +499,14 @@ impl Auto {
         if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN }
     }
 
-    /// The same once rests have told it.
+    /// The same once rests have shown it.
     fn known_gravity(&self) -> Option<f64> {
-        if self.gravity[1] >= WEIGHED_LEAST { Some(self.gravity[0]) } else { None }
+        if self.gravity[1] >= MIN_GRAVITY_TICKS { Some(self.gravity[0]) } else { None }
     }
 
     fn weigh(&mut self, sums: &Sums) {
         let force = (sums.accel / sums.forces).norm();
-        self.gravity[1] = (self.gravity[1] + 1.0).min(WEIGHED);
+        self.gravity[1] = (self.gravity[1] + 1.0).min(GRAVITY_TICKS);
         self.gravity[0] += (force - self.gravity[0]) / self.gravity[1];
     }
 }
@@ -508,10 +518,10 @@ fn square(x: f64) -> f64 {
 /// Variances of all states at the start.
 fn start_variances(bias_sigma: &[f64; 3], matrix_sigma: &[[f64; 3]; 3]) -> States {
     States::from_fn(|i, _| match i {
-        0..BIAS => TILT * TILT,
+        0..BIAS => TILT_SIGMA_RAD * TILT_SIGMA_RAD,
         BIAS..MATRIX => square(bias_sigma[i - BIAS]),
         MATRIX..VELOCITY => square(matrix_sigma.as_flattened()[i - MATRIX]),
-        _ => SPEED * SPEED,
+        _ => MAX_SPEED_CHANGE_M_S * MAX_SPEED_CHANGE_M_S,
     })
 }
 
@@ -557,7 +567,7 @@ mod tests {
             prop_assert_eq!(with.velocity, without.velocity);
             prop_assert_eq!(with.errors.covariance(), without.errors.covariance());
             prop_assert_eq!(with.scale_noise, without.scale_noise);
-            prop_assert!(with.is_sound());
+            prop_assert!(with.is_valid());
             prop_assert!(with.errors.heading() < without.errors.heading());
         }
 

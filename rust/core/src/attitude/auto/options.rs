@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{BIAS_LIMIT, BIAS_MAX, BIAS_SIGMA, MATRIX_MAX, MATRIX_SIGMAS};
+use super::{BIAS_LIMIT, BIAS_SIGMA, MATRIX_SIGMAS, MAX_BIAS, MAX_MATRIX};
 use crate::error::{Error, require};
 
 /// What a person may say of the sensor.
@@ -36,17 +36,17 @@ impl Default for AutoOptions {
 }
 
 impl AutoOptions {
-    pub(super) fn checked(self) -> Result<Self, Error> {
+    pub(super) fn validate(self) -> Result<Self, Error> {
         for (x, sigma) in self.bias.into_iter().zip(self.bias_sigma) {
-            require(x.abs() <= BIAS_MAX, "bias", "a rate of at most 10 rad/s", x)?;
+            require(x.abs() <= MAX_BIAS, "bias", "a rate of at most 10 rad/s", x)?;
             let expected = "a positive rate of at most 0.2 rad/s";
             require(sigma > 0.0 && sigma <= 0.2, "bias_sigma", expected, sigma)?;
         }
         let (limit, expected) = (self.bias_limit, "a positive rate of at most 10 rad/s");
-        require(limit > 0.0 && limit <= BIAS_MAX, "bias_limit", expected, limit)?;
+        require(limit > 0.0 && limit <= MAX_BIAS, "bias_limit", expected, limit)?;
         for (i, x) in self.matrix.as_flattened().iter().enumerate() {
             let error = x - if i % 4 == 0 { 1.0 } else { 0.0 };
-            require(error.abs() <= MATRIX_MAX, "gyro_matrix", "the identity within 0.2", *x)?;
+            require(error.abs() <= MAX_MATRIX, "gyro_matrix", "the identity within 0.2", *x)?;
         }
         for sigma in self.matrix_sigma.as_flattened() {
             let expected = "a number from 0 to 0.1";

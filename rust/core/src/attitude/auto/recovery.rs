@@ -10,36 +10,36 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::attitude::GRAVITY;
-use crate::attitude::sample::FORCE_MAX;
-use crate::math::sound::{are_within, is_size};
+use crate::attitude::sample::MAX_FORCE;
+use crate::math::validity::{are_within, is_size};
 
 /// Seconds of the mean force, and those between two recoveries.
-const MEAN: f64 = 1.5;
-const BETWEEN: f64 = 2.0;
+const FORCE_MEAN_S: f64 = 1.5;
+const MIN_RECOVERY_INTERVAL_S: f64 = 2.0;
 /// Square of the sum of corrections, in times of what is expected, from which on they persist.
-const PERSIST: f64 = 2.0;
+const MIN_CORRECTION_RATIO: f64 = 2.0;
 /// Level part of the mean force, m/s², that a body under way does not keep up.
-const LEVEL: f64 = 2.5;
+const MIN_LEVEL_FORCE_M_S2: f64 = 2.5;
 /// Largest deviation of the tilt, rad.
-const TILT: f64 = 0.5;
+const MAX_TILT_SIGMA_RAD: f64 = 0.5;
 /// Share of the mean force that points up, below which the frame is more than 45 deg off, and the
 /// least such force, m/s².
-const UPRIGHT: f64 = 0.7;
-const LEAST: f64 = 3.0;
+const MIN_UP_SHARE: f64 = 0.7;
+const MIN_UP_FORCE_M_S2: f64 = 3.0;
 /// Share of the square of the level part by which that of the whole force is larger than gravity's,
 /// squared: of a body that speeds up all of it, of a wrong tilt nothing. Pushes are commoner than knocks;
 /// a rest is denied by what is surely one, of so many m/s² where the strength of gravity is known.
-const PUSHED: f64 = 0.25;
-const SURELY: f64 = 0.5;
-const STRONG: f64 = 1.0;
+const MIN_PUSH_SHARE: f64 = 0.25;
+const MIN_SURE_PUSH_SHARE: f64 = 0.5;
+const MIN_PUSH_M_S2: f64 = 1.0;
 /// Seconds of it after which the velocity is not near zero, and by how much its variance is larger then.
-const LONG: f64 = 3.0;
-const DOUBTED: f64 = 10.0;
+const LONG_PUSH_S: f64 = 3.0;
+const VELOCITY_VARIANCE_FACTOR: f64 = 10.0;
 
 /// Less than this, m/s², no force changes by from tick to tick but that of a stuck accelerometer,
 /// where the body turns by so much, (rad/s)².
-const STUCK: f64 = 1e-9;
-const TURNS: f64 = 0.01;
+const MAX_STUCK_CHANGE_M_S2: f64 = 1e-9;
+const MIN_TURN_RATE_SQUARED: f64 = 0.01;
 
 /// What a mean force says of the tilt.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,7 +64,7 @@ pub struct Recovery {
 impl Default for Recovery {
     fn default() -> Self {
         let (mean, last) = (Vector3::new(0.0, 0.0, GRAVITY), Vector3::zeros());
-        Self { mean, last, since: BETWEEN, pushed: 0.0 }
+        Self { mean, last, since: MIN_RECOVERY_INTERVAL_S, pushed: 0.0 }
     }
 }
 
@@ -81,13 +81,15 @@ impl Recovery {
         span: f64,
     ) {
         let before = core::mem::replace(&mut self.last, *felt);
-        if (felt - before).norm_squared() <= STUCK * STUCK && speed_squared > TURNS {
+        if (felt - before).norm_squared() <= MAX_STUCK_CHANGE_M_S2 * MAX_STUCK_CHANGE_M_S2
+            && speed_squared > MIN_TURN_RATE_SQUARED
+        {
             return;
         }
-        self.mean += (force - self.mean) * (span / MEAN).min(1.0);
-        self.since = (self.since + span).min(BETWEEN);
-        let surely = gravity.is_some_and(|known| self.is_pushed(known, SURELY))
-            && self.level_squared() > STRONG * STRONG;
+        self.mean += (force - self.mean) * (span / FORCE_MEAN_S).min(1.0);
+        self.since = (self.since + span).min(MIN_RECOVERY_INTERVAL_S);
+        let surely = gravity.is_some_and(|known| self.is_pushed(known, MIN_SURE_PUSH_SHARE))
+            && self.level_squared() > MIN_PUSH_M_S2 * MIN_PUSH_M_S2;
         self.pushed = if surely { self.pushed + span } else { 0.0 };
     }
 
@@ -99,7 +101,7 @@ impl Recovery {
     /// By how much the variance of "the velocity is zero" is larger: the gyro holds the tilt of a body
     /// that speeds up for long.
     pub fn doubt(&self) -> f64 {
-        if self.pushed > LONG * (1.0 + 1e-9) { DOUBTED } else { 1.0 }
+        if self.pushed > LONG_PUSH_S * (1.0 + 1e-9) { VELOCITY_VARIANCE_FACTOR } else { 1.0 }
     }
 
     fn level_squared(&self) -> f64 {
@@ -114,37 +116,32 @@ impl Recovery {
 
     /// What is wrong, if corrections persist in these times of what is expected, the tilt has this
     /// variance and gravity this strength; in a rest only a fall is seen.
-    pub fn judge(
-        &mut self,
-        persistence: Option<f64>,
-        variance: f64,
-        gravity: f64,
-    ) -> Option<Wrong> {
-        if self.is_pushed(gravity, PUSHED) {
+    pub fn test(&mut self, persistence: Option<f64>, variance: f64, gravity: f64) -> Option<Wrong> {
+        if self.is_pushed(gravity, MIN_PUSH_SHARE) {
             return None;
         }
         let length = self.mean.norm();
-        if self.mean.z < UPRIGHT * length && length > LEAST {
+        if self.mean.z < MIN_UP_SHARE * length && length > MIN_UP_FORCE_M_S2 {
             *self = Self::default();
             return Some(Wrong::Fallen);
         }
         let level = self.level_squared();
         let angle = level / (GRAVITY * GRAVITY);
-        let wrong = persistence.is_some_and(|times| times > PERSIST)
-            && level > LEVEL * LEVEL
+        let wrong = persistence.is_some_and(|times| times > MIN_CORRECTION_RATIO)
+            && level > MIN_LEVEL_FORCE_M_S2 * MIN_LEVEL_FORCE_M_S2
             && angle > variance
-            && self.since >= BETWEEN * (1.0 - 1e-9);
+            && self.since >= MIN_RECOVERY_INTERVAL_S * (1.0 - 1e-9);
         if !wrong {
             return None;
         }
         self.since = 0.0;
-        Some(Wrong::Tilted(angle.min(TILT * TILT)))
+        Some(Wrong::Tilted(angle.min(MAX_TILT_SIGMA_RAD * MAX_TILT_SIGMA_RAD)))
     }
 
-    pub fn is_sound(&self) -> bool {
-        are_within(&self.mean, 2.0 * FORCE_MAX)
-            && are_within(&self.last, 2.0 * FORCE_MAX)
-            && is_size(self.since, BETWEEN)
+    pub fn is_valid(&self) -> bool {
+        are_within(&self.mean, 2.0 * MAX_FORCE)
+            && are_within(&self.last, 2.0 * MAX_FORCE)
+            && is_size(self.since, MIN_RECOVERY_INTERVAL_S)
             && is_size(self.pushed, 1e18)
     }
 }
@@ -167,17 +164,17 @@ mod tests {
     fn a_wrong_tilt_turns_gravity() {
         let mut knocked = felt(Vector3::new(4.0, 0.0, 8.957));
         assert!(!knocked.is_strong());
-        assert!(matches!(knocked.judge(Some(3.0), 0.01, GRAVITY), Some(Wrong::Tilted(_))));
+        assert!(matches!(knocked.test(Some(3.0), 0.01, GRAVITY), Some(Wrong::Tilted(_))));
         let mut fallen = felt(Vector3::new(0.0, 1.0, -12.0));
-        assert_eq!(fallen.judge(None, 0.01, GRAVITY), Some(Wrong::Fallen));
+        assert_eq!(fallen.test(None, 0.01, GRAVITY), Some(Wrong::Fallen));
     }
 
     #[test]
     fn what_speeds_up_adds_to_it() {
         let mut pushed = felt(Vector3::new(4.0, 0.0, GRAVITY));
         assert!(pushed.is_strong() && pushed.doubt() > 1.0);
-        assert_eq!(pushed.judge(Some(3.0), 0.01, GRAVITY), None);
+        assert_eq!(pushed.test(Some(3.0), 0.01, GRAVITY), None);
         let mut faster = felt(Vector3::new(12.0, 0.0, GRAVITY));
-        assert_eq!(faster.judge(Some(3.0), 0.01, GRAVITY), None);
+        assert_eq!(faster.test(Some(3.0), 0.01, GRAVITY), None);
     }
 }

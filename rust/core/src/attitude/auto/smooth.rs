@@ -16,10 +16,10 @@ use crate::stream::{Block, Stream};
 use crate::{memory, work};
 
 /// Samples between two looks at whether to go on.
-const PIECE: usize = 1 << 12;
+const SAMPLES_PER_CHECK: usize = 1 << 12;
 
 /// Deviations of the headings of both passes, rad, below which they are joined half and half.
-const HALVED: f64 = core::f64::consts::PI / 6.0;
+const MAX_JOINED_SIGMA_RAD: f64 = core::f64::consts::PI / 6.0;
 
 /// A filter around this one that sees fields of its own making.
 pub trait Around: Tagged + Clone + Send + Sync {
@@ -39,7 +39,7 @@ impl Around for Auto {
     }
 }
 
-/// The bias after a sample, rad/s, with the filter's variance of it and the deviation to be told.
+/// The bias after a sample, rad/s, with the filter's variance of it and the standard deviation to report.
 #[derive(Debug, Clone, Copy)]
 struct Bias {
     value: Vector3<f64>,
@@ -61,7 +61,7 @@ struct Known {
     /// The filter's variances of both tilts together, and of the heading.
     tilt: f64,
     heading: f64,
-    /// What is told of them.
+    /// What is reported of them.
     tilt_sigma: f64,
     heading_sigma: f64,
     gravity: f64,
@@ -201,9 +201,9 @@ fn take<E: Around>(filter: &mut Attitude<E>, sample: &Sample) {
 /// The k-th sample of a record backward in time: the rate that leads from a sample to the one before
 /// it is the sample's own, the other way round.
 fn turned(samples: &[Sample], k: usize, rate: f64) -> Sample {
-    let place = samples.len() - 1 - k;
-    let sample = samples[place];
-    let (gyro, dt) = match samples.get(place + 1) {
+    let index = samples.len() - 1 - k;
+    let sample = samples[index];
+    let (gyro, dt) = match samples.get(index + 1) {
         Some(next) => (next.gyro, next.dt),
         None => (sample.gyro, 1.0 / rate),
     };
@@ -308,7 +308,7 @@ fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Kno
     let leaned = small_rotation(&Vector3::new(level.x * tilt, level.y * tilt, 0.0));
     let (orientation, heading_sigma) = if mag {
         // Both follow the same field: what the forward pass lags behind a drift, the backward one leads.
-        let sure = a.max(b) < HALVED * HALVED;
+        let sure = a.max(b) < MAX_JOINED_SIGMA_RAD * MAX_JOINED_SIGMA_RAD;
         let heading = if sure { 0.5 } else { share(a, b) };
         let about_up = f64::atan2(about_up.sin(), about_up.cos()) * heading;
         let turned = small_rotation(&(Vector3::z() * about_up)) * leaned;
@@ -373,7 +373,7 @@ impl Drift {
 }
 
 fn pause(k: usize) {
-    if k % PIECE == PIECE - 1 {
+    if k % SAMPLES_PER_CHECK == SAMPLES_PER_CHECK - 1 {
         work::pause();
     }
 }

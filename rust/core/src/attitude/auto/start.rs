@@ -10,15 +10,15 @@ use super::errors::{Errors, VELOCITY};
 use crate::attitude::GRAVITY;
 
 /// Seconds that it lasts.
-const LASTS: f64 = 1.0;
+const START_S: f64 = 1.0;
 /// Speed that a body may change by in it, m/s.
-pub const SPEED: f64 = 1.0;
+pub const MAX_SPEED_CHANGE_M_S: f64 = 1.0;
 /// Standard deviation of a tilt that nothing is known of, rad.
-pub const TILT: f64 = 0.5;
+pub const TILT_SIGMA_RAD: f64 = 0.5;
 /// A mean force shorter than this, of all samples together, tells no direction, m/s².
-const LEAST: f64 = 1e-6;
+const MIN_FORCE_M_S2: f64 = 1e-6;
 /// Samples may take no time: their sum is not longer than this, m/s².
-const SUM_MAX: f64 = 1e9;
+const MAX_SUM: f64 = 1e9;
 
 /// The sum of the forces so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -31,7 +31,7 @@ pub struct Start {
     north: North,
 }
 
-/// What has told the heading so far.
+/// What has shown the heading to date.
 #[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 enum North {
     #[default]
@@ -47,10 +47,10 @@ impl Start {
     pub fn add(&mut self, force: &Vector3<f64>) -> Option<Quaternion<f64>> {
         let sum = Vector3::new(force.x, force.y, force.z + self.sum);
         let length = sum.norm();
-        if length < LEAST {
+        if length < MIN_FORCE_M_S2 {
             return None;
         }
-        self.sum = length.min(SUM_MAX);
+        self.sum = length.min(MAX_SUM);
         let half = ComplexField::sqrt(((1.0 + sum.z / length) * 0.5).max(0.0));
         if half < 1e-6 {
             // Upside down: about any level axis.
@@ -67,10 +67,10 @@ impl Start {
 
     /// Whether a field is the first, or the first that is `known` to be no spike.
     pub fn is_first_field(&mut self, known: bool) -> bool {
-        let told = if known { North::Known } else { North::Doubted };
-        let first = told > self.north;
+        let north = if known { North::Known } else { North::Doubted };
+        let first = north > self.north;
         if first {
-            self.north = told;
+            self.north = north;
         }
         first
     }
@@ -81,29 +81,29 @@ impl Start {
             return !self.over;
         }
         self.elapsed += elapsed;
-        if self.elapsed > LASTS * (1.0 + 1e-9) && self.elapsed > elapsed {
+        if self.elapsed > START_S * (1.0 + 1e-9) && self.elapsed > elapsed {
             self.over = true;
             return false;
         }
-        let slope = SPEED / (GRAVITY * self.elapsed);
-        let tilt = (2.0 * slope * slope).min(TILT * TILT);
+        let slope = MAX_SPEED_CHANGE_M_S / (GRAVITY * self.elapsed);
+        let tilt = (2.0 * slope * slope).min(TILT_SIGMA_RAD * TILT_SIGMA_RAD);
         errors.restart(&[0, 1], tilt);
-        errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
-        if tilt < TILT * TILT {
-            errors.couple(1, VELOCITY, slope * SPEED);
-            errors.couple(0, VELOCITY + 1, -slope * SPEED);
+        errors.restart(&[VELOCITY, VELOCITY + 1], MAX_SPEED_CHANGE_M_S * MAX_SPEED_CHANGE_M_S);
+        if tilt < TILT_SIGMA_RAD * TILT_SIGMA_RAD {
+            errors.couple(1, VELOCITY, slope * MAX_SPEED_CHANGE_M_S);
+            errors.couple(0, VELOCITY + 1, -slope * MAX_SPEED_CHANGE_M_S);
         }
         true
     }
 
-    pub fn is_sound(&self) -> bool {
-        (0.0..=SUM_MAX).contains(&self.sum) && (0.0..=1e3).contains(&self.elapsed)
+    pub fn is_valid(&self) -> bool {
+        (0.0..=MAX_SUM).contains(&self.sum) && (0.0..=1e3).contains(&self.elapsed)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Errors, SPEED, Start, VELOCITY};
+    use super::{Errors, MAX_SPEED_CHANGE_M_S, Start, VELOCITY};
     use crate::attitude::GRAVITY;
     use crate::attitude::auto::errors::States;
     use nalgebra::{UnitQuaternion, Vector3};
@@ -152,14 +152,17 @@ mod tests {
         assert!(start.add(&Vector3::new(0.0, 0.0, 9.81)).is_some());
         for tick in 1..=10 {
             assert!(start.observe(0.1, &mut errors));
-            let slope = SPEED / (GRAVITY * 0.1 * f64::from(tick));
+            let slope = MAX_SPEED_CHANGE_M_S / (GRAVITY * 0.1 * f64::from(tick));
             let tilt = (2.0 * slope * slope).min(0.25);
             assert!((errors.variance(0) / tilt - 1.0).abs() < 1e-12);
             // A tilt is the velocity so far over the time: of north along x, of east along -y.
             let coupled = errors.covariance()[(1, VELOCITY)];
             assert_eq!(coupled, -errors.covariance()[(0, VELOCITY + 1)]);
-            assert!((coupled - if tilt < 0.25 { slope * SPEED } else { 0.0 }).abs() < 1e-15);
-            assert!(errors.is_sound());
+            assert!(
+                (coupled - if tilt < 0.25 { slope * MAX_SPEED_CHANGE_M_S } else { 0.0 }).abs()
+                    < 1e-15
+            );
+            assert!(errors.is_valid());
         }
         assert!(!start.over);
         assert!(!start.observe(0.1, &mut errors));

@@ -7,25 +7,25 @@
 use serde::{Deserialize, Serialize};
 
 use super::{BIAS_SIGMA, DEGREE, square};
-use crate::attitude::sample::RATE_MAX;
-use crate::math::sound::is_size;
+use crate::attitude::sample::MAX_RATE;
+use crate::math::validity::is_size;
 
 /// How far the rate of a tick lies from the mean of so many seconds, rad/s, and for how long.
-const STEADY: f64 = 3.0 * DEGREE;
-const MEAN: f64 = 1.5;
+const MAX_RATE_CHANGE_RAD_S: f64 = 3.0 * DEGREE;
+const MIN_STEADY_S: f64 = 1.5;
 /// Density of the rate about the vertical of what goes straight on, rad/s √s.
-const NOISE: f64 = DEGREE;
+const RATE_NOISE: f64 = DEGREE;
 /// How far it may lie from the bias given, rad/s: three deviations of one of which nothing is known.
-const MOST: f64 = 3.0 * BIAS_SIGMA;
+const MAX_BIAS_RAD_S: f64 = 3.0 * BIAS_SIGMA;
 /// How near a stretch is to the usual rate, rad/s, and seconds over which that follows.
-const AGREES: f64 = 0.7 * DEGREE;
-const FOLLOWS: f64 = 10.0;
+const MAX_RATE_DIFFERENCE_RAD_S: f64 = 0.7 * DEGREE;
+const RATE_TIME_CONSTANT_S: f64 = 10.0;
 /// A stretch has one vote when it begins, and another in so many seconds; the most votes that count,
 /// how many are a majority, and what one of another rate takes.
-const VOTE: f64 = 20.0;
-const VOTES: f64 = 10.0;
-const MAJORITY: f64 = 2.0;
-const AGAINST: f64 = 0.5;
+const VOTE_INTERVAL_S: f64 = 20.0;
+const MAX_VOTES: f64 = 10.0;
+const MIN_VOTES: f64 = 2.0;
+const OPPOSING_VOTE: f64 = 0.5;
 
 /// Mean rate about the vertical, rad/s, and seconds since which it holds; the usual one of such
 /// stretches, and its votes.
@@ -42,26 +42,26 @@ impl Straight {
     /// be one; returns the variance of "it is the bias".
     pub fn observe(&mut self, rate: f64, given: f64, most: f64, span: f64) -> Option<f64> {
         let apart = (rate - self.mean).abs();
-        self.mean += (rate - self.mean) * (span / MEAN).min(1.0);
-        let may_be = (self.mean - given).abs() <= MOST && self.mean.abs() <= most;
+        self.mean += (rate - self.mean) * (span / MIN_STEADY_S).min(1.0);
+        let may_be = (self.mean - given).abs() <= MAX_BIAS_RAD_S && self.mean.abs() <= most;
         let before = self.since;
-        self.since = if apart <= STEADY && may_be { before + span } else { 0.0 };
+        self.since = if apart <= MAX_RATE_CHANGE_RAD_S && may_be { before + span } else { 0.0 };
         if !lasts(self.since) {
             return None;
         }
-        let vote = if lasts(before) { span / VOTE } else { 1.0 };
-        (self.agrees(vote, span) && self.votes >= MAJORITY).then(|| square(NOISE) / span)
+        let vote = if lasts(before) { span / VOTE_INTERVAL_S } else { 1.0 };
+        (self.agrees(vote, span) && self.votes >= MIN_VOTES).then(|| square(RATE_NOISE) / span)
     }
 
     /// Whether the present rate is that of most stretches.
     fn agrees(&mut self, vote: f64, span: f64) -> bool {
         let apart = self.mean - self.usual;
-        if apart.abs() <= AGREES {
-            self.votes = (self.votes + vote).min(VOTES);
-            self.usual += apart * (span / FOLLOWS).min(1.0);
+        if apart.abs() <= MAX_RATE_DIFFERENCE_RAD_S {
+            self.votes = (self.votes + vote).min(MAX_VOTES);
+            self.usual += apart * (span / RATE_TIME_CONSTANT_S).min(1.0);
             return true;
         }
-        self.votes -= AGAINST * vote;
+        self.votes -= OPPOSING_VOTE * vote;
         if self.votes < 0.0 {
             (self.usual, self.votes) = (self.mean, 1.0);
         }
@@ -73,16 +73,16 @@ impl Straight {
         self.since = 0.0;
     }
 
-    pub fn is_sound(&self) -> bool {
-        self.mean.abs() <= 2.0 * RATE_MAX
+    pub fn is_valid(&self) -> bool {
+        self.mean.abs() <= 2.0 * MAX_RATE
             && is_size(self.since, 1e18)
-            && self.usual.abs() <= 2.0 * RATE_MAX
-            && is_size(self.votes, VOTES)
+            && self.usual.abs() <= 2.0 * MAX_RATE
+            && is_size(self.votes, MAX_VOTES)
     }
 }
 
 fn lasts(seconds: f64) -> bool {
-    seconds >= MEAN * (1.0 - 1e-9)
+    seconds >= MIN_STEADY_S * (1.0 - 1e-9)
 }
 
 #[cfg(test)]
@@ -90,7 +90,7 @@ mod tests {
     use super::{DEGREE, Straight};
 
     /// Whether the last of so many seconds at each of these rates, deg/s, says the bias.
-    fn told(rates: &[f64], seconds: usize) -> bool {
+    fn finds_bias(rates: &[f64], seconds: usize) -> bool {
         let mut straight = Straight::default();
         let mut last = None;
         for rate in rates {
@@ -103,13 +103,13 @@ mod tests {
 
     #[test]
     fn a_rate_that_stays_is_the_bias() {
-        assert!(!told(&[0.5], 10), "one stretch has one vote");
-        assert!(told(&[0.5], 30), "and another in twenty seconds");
+        assert!(!finds_bias(&[0.5], 10), "one stretch has one vote");
+        assert!(finds_bias(&[0.5], 30), "and another in twenty seconds");
     }
 
     #[test]
     fn arcs_are_each_of_another_rate() {
-        assert!(!told(&[1.0, 2.5, -1.5, 2.0, -0.4], 8));
-        assert!(!told(&[4.0, 9.0, 4.0], 20), "beyond three deviations it is none");
+        assert!(!finds_bias(&[1.0, 2.5, -1.5, 2.0, -0.4], 8));
+        assert!(!finds_bias(&[4.0, 9.0, 4.0], 20), "beyond three deviations it is none");
     }
 }

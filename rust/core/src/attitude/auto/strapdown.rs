@@ -5,23 +5,23 @@ use serde::{Deserialize, Serialize};
 
 use super::TICK;
 use super::errors::Drivers;
-use crate::attitude::sample::{FIELD_MAX, FORCE_MAX, Inertial, RATE_MAX};
+use crate::attitude::sample::{Inertial, MAX_FIELD, MAX_FORCE, MAX_RATE};
 use crate::math::rotation::exponential;
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 
 /// Square of the angle of a step, rad², up to which its sine and cosine are series.
-const SERIES: f64 = 0.25;
+const MAX_SERIES_ANGLE_SQUARED: f64 = 0.25;
 /// A step, rad, so large that it is looked whether a sensor can have felt it; by what share of itself it
 /// has then changed from the one before, and by which acceleration, rad/s²; and how near the next one is
 /// to that before, as a share of it, if it was none.
-const LARGE: f64 = 0.05;
-const CHANGED: f64 = 0.75;
-const ACCELERATED: f64 = 500.0;
-const BACK: f64 = 0.25;
+const LARGE_STEP_RAD: f64 = 0.05;
+const MIN_CHANGE_SHARE: f64 = 0.75;
+const MIN_ACCELERATION_RAD_S2: f64 = 500.0;
+const MAX_RETURN_SHARE: f64 = 0.25;
 /// Looks a tick at how the rotation couples errors of the gyro into the orientation.
-const LOOKS: f64 = 4.0;
+const LOOKS_PER_TICK: f64 = 4.0;
 /// Where counting ends: samples may take no time.
-const COUNT_MAX: f64 = 9_007_199_254_740_992.0;
+const MAX_COUNT: f64 = 9_007_199_254_740_992.0;
 
 /// The orientation in a frame whose z axis is up and whose heading nothing but the gyro turns.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -54,7 +54,7 @@ impl Default for Strapdown {
             rotation,
             before: Vector3::zeros(),
             doubted: None,
-            alert: LARGE * LARGE,
+            alert: LARGE_STEP_RAD * LARGE_STEP_RAD,
         }
     }
 }
@@ -91,7 +91,8 @@ impl Strapdown {
     ) -> Option<Vector3<f64>> {
         let mut wrong = None;
         if let Some(doubted) = self.doubted.take()
-            && (step - doubted.before).norm_squared() <= BACK * BACK * doubted.angle.norm_squared()
+            && (step - doubted.before).norm_squared()
+                <= MAX_RETURN_SHARE * MAX_RETURN_SHARE * doubted.angle.norm_squared()
         {
             let mean = (doubted.before + step) * 0.5;
             self.turn_by(&-doubted.angle);
@@ -99,11 +100,17 @@ impl Strapdown {
             self.before = mean * (1.0 / 12.0);
             wrong = Some(doubted.gyro);
         }
-        self.alert = LARGE * LARGE;
+        self.alert = LARGE_STEP_RAD * LARGE_STEP_RAD;
         let before = self.before * 12.0;
         let (changed, angle) = ((step - before).norm_squared(), self.angle(step));
-        let (by, fast) = (CHANGED * CHANGED * step.norm_squared(), ACCELERATED * dt * dt);
-        if step.norm_squared() > LARGE * LARGE && changed > by && changed > fast * fast {
+        let (by, fast) = (
+            MIN_CHANGE_SHARE * MIN_CHANGE_SHARE * step.norm_squared(),
+            MIN_ACCELERATION_RAD_S2 * dt * dt,
+        );
+        if step.norm_squared() > LARGE_STEP_RAD * LARGE_STEP_RAD
+            && changed > by
+            && changed > fast * fast
+        {
             self.doubted = Some(Doubted { before, angle, gyro: *gyro });
             self.alert = -1.0;
         }
@@ -122,7 +129,8 @@ impl Strapdown {
 
     /// Takes an orientation over, without memory of steps.
     pub fn restart(&mut self, orientation: Quaternion<f64>) {
-        (self.before, self.doubted, self.alert) = (Vector3::zeros(), None, LARGE * LARGE);
+        (self.before, self.doubted, self.alert) =
+            (Vector3::zeros(), None, LARGE_STEP_RAD * LARGE_STEP_RAD);
         self.set(orientation);
     }
 
@@ -141,37 +149,38 @@ impl Strapdown {
 }
 
 impl Strapdown {
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         (self.orientation.norm_squared() - 1.0).abs() < 1e-6
             && self.rotation == matrix(&self.orientation)
             && are_within(&self.before, 1e4)
-            && self.alert == if self.doubted.is_some() { -1.0 } else { LARGE * LARGE }
-            && self.doubted.is_none_or(|one| one.is_sound())
+            && self.alert
+                == if self.doubted.is_some() { -1.0 } else { LARGE_STEP_RAD * LARGE_STEP_RAD }
+            && self.doubted.is_none_or(|one| one.is_valid())
     }
 }
 
 impl Doubted {
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         are_within(&self.before, 2e5)
             && are_within(&self.angle, 1e10)
-            && are_within(&self.gyro, RATE_MAX)
+            && are_within(&self.gyro, MAX_RATE)
     }
 }
 
 impl Sums {
     /// No sum is larger than its samples can make it.
-    pub fn is_sound(&self) -> bool {
-        let (rates, forces) = (2.0 * RATE_MAX * self.samples, 2.0 * FORCE_MAX * self.forces);
+    pub fn is_valid(&self) -> bool {
+        let (rates, forces) = (2.0 * MAX_RATE * self.samples, 2.0 * MAX_FORCE * self.forces);
         let sizes = [
             (self.elapsed, TICK),
             (self.unknown, self.elapsed),
-            (self.samples, COUNT_MAX),
+            (self.samples, MAX_COUNT),
             (self.forces, self.samples),
             (self.fields, self.samples),
             (self.looks, self.samples),
             (self.next_look, 2.0),
-            (self.gyro_squared, RATE_MAX * rates),
-            (self.accel_squared, FORCE_MAX * forces),
+            (self.gyro_squared, MAX_RATE * rates),
+            (self.accel_squared, MAX_FORCE * forces),
         ];
         let counts = [self.samples, self.forces, self.fields, self.looks];
         sizes.iter().all(|(x, most)| is_size(*x, *most))
@@ -179,9 +188,9 @@ impl Sums {
             && are_within(&self.gyro, rates)
             && are_within(&self.accel, forces)
             && are_within(&self.force, forces)
-            && are_within(&self.field, 2.0 * FIELD_MAX * self.fields)
+            && are_within(&self.field, 2.0 * MAX_FIELD * self.fields)
             && are_within(&self.rotation, 2.0 * self.looks)
-            && self.products.iter().all(|product| are_within(product, 4.0 * RATE_MAX * self.looks))
+            && self.products.iter().all(|product| are_within(product, 4.0 * MAX_RATE * self.looks))
     }
 }
 
@@ -190,7 +199,7 @@ impl Sums {
 #[inline(always)]
 pub fn small_rotation(angle: &Vector3<f64>) -> Quaternion<f64> {
     let square = angle.norm_squared();
-    if square > SERIES {
+    if square > MAX_SERIES_ANGLE_SQUARED {
         return exponential(angle).into_inner();
     }
     // Both halves of each series at once: a sample is as long as its chain of operations.
@@ -274,7 +283,7 @@ impl Sums {
             force: zero,
             field: zero,
             looks: 0.0,
-            next_look: 0.5 * tick / LOOKS,
+            next_look: 0.5 * tick / LOOKS_PER_TICK,
             rotation: none,
             products: [none; 3],
         }
@@ -325,7 +334,7 @@ impl Sums {
     #[inline(never)]
     fn look(&mut self, rate: &Vector3<f64>, rotation: &Matrix3<f64>, tick: f64) {
         self.looks += 1.0;
-        self.next_look += tick / LOOKS;
+        self.next_look += tick / LOOKS_PER_TICK;
         self.rotation += rotation;
         for k in 0..3 {
             self.products[k] += rotation * rate[k];
@@ -350,10 +359,10 @@ impl Sums {
     /// Means of the rate and of the force in the sensor's axes, and the mean squared distances of
     /// the samples from places given; zero of the force if there is none.
     pub fn spread(&self, gyro: &Vector3<f64>, accel: &Vector3<f64>) -> (f64, f64) {
-        let about = |count: f64, sum: &Vector3<f64>, squared: f64, place: &Vector3<f64>| match count
+        let about = |count: f64, sum: &Vector3<f64>, squared: f64, point: &Vector3<f64>| match count
         {
             0.0 => 0.0,
-            n => (squared - 2.0 * sum.dot(place)) / n + place.norm_squared(),
+            n => (squared - 2.0 * sum.dot(point)) / n + point.norm_squared(),
         };
         let of_gyro = about(self.samples, &self.gyro, self.gyro_squared, gyro);
         (of_gyro, about(self.forces, &self.accel, self.accel_squared, accel))

@@ -7,13 +7,14 @@ use super::rest::{self, Known, State};
 use super::strapdown::Sums;
 use super::trust::ScaleNoise;
 use super::{
-    Auto, AutoOptions, BIAS_FOLLOWED, BIAS_MAX, DEGREE, HEADING_FREE, square, start_variances,
+    Auto, AutoOptions, DEGREE, FREE_HEADING_VARIANCE_RAD2, MAX_BIAS, MAX_FOLLOWED_BIAS_RAD_S,
+    square, start_variances,
 };
 
 /// Deviations after a rest that proves others wrong: of the bias at the least, rad/s, and of the
 /// tilt, rad.
-const REFUTED_BIAS: f64 = 0.02 * DEGREE;
-const REFUTED_TILT: f64 = 0.2;
+const REFUTED_BIAS_SIGMA_RAD_S: f64 = 0.02 * DEGREE;
+const REFUTED_TILT_SIGMA_RAD: f64 = 0.2;
 
 impl Auto {
     /// Whether the body rests, and what is undone if it does.
@@ -50,7 +51,7 @@ impl Auto {
             State::Jumped(level) => {
                 self.restart_gyro(level);
                 let seconds = sums.elapsed;
-                Some((sums.gyro / sums.samples, square(rest::NOISE) / seconds))
+                Some((sums.gyro / sums.samples, square(rest::RATE_NOISE) / seconds))
             }
         }
     }
@@ -58,22 +59,27 @@ impl Auto {
     /// A rest far from the bias: nothing that was learned of the gyro holds.
     #[cold]
     fn restart_gyro(&mut self, level: Vector3<f64>) {
-        let heading = self.errors.heading().max(if self.options.mag { HEADING_FREE } else { 0.0 });
-        self.forget_gyro(level, [BIAS_FOLLOWED; 3], heading);
+        let heading = self.errors.heading().max(if self.options.mag {
+            FREE_HEADING_VARIANCE_RAD2
+        } else {
+            0.0
+        });
+        self.forget_gyro(level, [MAX_FOLLOWED_BIAS_RAD_S; 3], heading);
     }
 
     /// A rest that was none has said what the bias is. What the false one did to the heading is known.
     #[cold]
     fn undo(&mut self, level: &Vector3<f64>, noise: [f64; 3]) -> Option<(Vector3<f64>, f64)> {
         self.turn_heading(self.by_bias.dot(&(level - self.bias)));
-        let sigma = noise.map(|noise| ComplexField::sqrt(noise.max(square(REFUTED_BIAS))));
+        let sigma =
+            noise.map(|noise| ComplexField::sqrt(noise.max(square(REFUTED_BIAS_SIGMA_RAD_S))));
         self.forget_gyro(*level, sigma, self.errors.heading());
-        self.errors.restart(&[0, 1], square(REFUTED_TILT));
+        self.errors.restart(&[0, 1], square(REFUTED_TILT_SIGMA_RAD));
         None
     }
 
     fn forget_gyro(&mut self, level: Vector3<f64>, sigma: [f64; 3], heading: f64) {
-        self.bias = level.map(|x| x.clamp(-BIAS_MAX, BIAS_MAX));
+        self.bias = level.map(|x| x.clamp(-MAX_BIAS, MAX_BIAS));
         self.matrix = Matrix3::from(self.options.matrix).transpose();
         let variances = start_variances(&sigma, &self.options.matrix_sigma);
         self.errors = Errors::new(&variances, heading);

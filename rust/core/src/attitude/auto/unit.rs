@@ -5,26 +5,26 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{DEGREE, square};
-use crate::attitude::sample::{FORCE_MAX, RATE_MAX};
-use crate::math::sound::{are_within, is_size};
+use crate::attitude::sample::{MAX_FORCE, MAX_RATE};
+use crate::math::validity::{are_within, is_size};
 
 /// Seconds over which turns are compared.
-const MEMORY: f64 = 10.0;
+const COMPARISON_S: f64 = 10.0;
 /// Times by which a unit may seem larger or smaller than one that is wrong.
-const NEAR: f64 = 2.0;
+const WRONG_UNIT_TOLERANCE: f64 = 2.0;
 /// Square of the least correlation of what gravity does with what the gyro says, and the least sum of the
 /// squares of its changes, (m/s²)².
-const ALIKE: f64 = 0.36;
-const SEEN: f64 = 20.0;
+const MIN_CORRELATION_SQUARED: f64 = 0.36;
+const MIN_CHANGE_SQUARED: f64 = 20.0;
 /// Least mean square of rates too large, (rad/s)².
-const FAST: f64 = 100.0;
+const MIN_FAST_RATE_SQUARED: f64 = 100.0;
 /// Square of the largest share of the force that points one way, where rates are too small: what only
 /// speeds up turns gravity by less.
-const ONE_WAY: f64 = 0.64;
+const MAX_ONE_WAY_SHARE_SQUARED: f64 = 0.64;
 /// Times by which a right unit may seem another one, and the sum of squares, (m/s²)², that proves it: then
 /// nobody looks again.
-const RIGHT: f64 = 2.0;
-const PROVEN: f64 = 100.0;
+const RIGHT_UNIT_TOLERANCE: f64 = 2.0;
+const PROOF_CHANGE_SQUARED: f64 = 100.0;
 
 /// Changes of the force from tick to tick, and those that the gyro says.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -66,7 +66,7 @@ impl UnitWatch {
         }
         let seen = force - last;
         let said = (force + last).cross(&(rate + last_rate)) * (0.25 * span);
-        let share = (span / MEMORY).min(1.0);
+        let share = (span / COMPARISON_S).min(1.0);
         let kept = 1.0 - share;
         self.seen = kept * self.seen + seen.norm_squared();
         self.said = kept * self.said + said.norm_squared();
@@ -74,8 +74,9 @@ impl UnitWatch {
         self.fast += share * (rate.norm_squared() - self.fast);
         self.mean += (force - self.mean) * share;
         self.square += share * (force.norm_squared() - self.square);
-        let is_one = self.both > self.said / RIGHT && self.both < self.said * RIGHT;
-        self.right = is_one && self.seen > PROVEN && self.is_alike();
+        let is_one = self.both > self.said / RIGHT_UNIT_TOLERANCE
+            && self.both < self.said * RIGHT_UNIT_TOLERANCE;
+        self.right = is_one && self.seen > PROOF_CHANGE_SQUARED && self.is_alike();
     }
 
     /// Whether the unit of the gyro was seen to be the one said.
@@ -85,26 +86,28 @@ impl UnitWatch {
     }
 
     fn is_alike(&self) -> bool {
-        self.both > 0.0 && square(self.both) > ALIKE * self.seen * self.said
+        self.both > 0.0 && square(self.both) > MIN_CORRELATION_SQUARED * self.seen * self.said
     }
 
     /// Whether the unit of the gyro is not the one said.
     pub fn is_wrong(&self) -> bool {
-        if !self.is_alike() || self.seen < SEEN {
+        if !self.is_alike() || self.seen < MIN_CHANGE_SQUARED {
             return false;
         }
         let unit = self.both / self.said;
-        let is = |times: f64| unit > times / NEAR && unit < times * NEAR;
-        is(DEGREE) && self.fast > FAST
-            || is(1.0 / DEGREE) && self.mean.norm_squared() < ONE_WAY * self.square
+        let is =
+            |times: f64| unit > times / WRONG_UNIT_TOLERANCE && unit < times * WRONG_UNIT_TOLERANCE;
+        is(DEGREE) && self.fast > MIN_FAST_RATE_SQUARED
+            || is(1.0 / DEGREE)
+                && self.mean.norm_squared() < MAX_ONE_WAY_SHARE_SQUARED * self.square
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let sizes = [(self.seen, 1e12), (self.said, 1e18), (self.both.abs(), 1e18)];
         sizes.iter().all(|(x, most)| is_size(*x, *most))
-            && is_size(self.fast, 4.0 * RATE_MAX * RATE_MAX)
-            && is_size(self.square, 4.0 * FORCE_MAX * FORCE_MAX)
-            && are_within(&self.rate, 2.0 * RATE_MAX)
-            && [self.force, self.mean].iter().all(|v| are_within(v, 2.0 * FORCE_MAX))
+            && is_size(self.fast, 4.0 * MAX_RATE * MAX_RATE)
+            && is_size(self.square, 4.0 * MAX_FORCE * MAX_FORCE)
+            && are_within(&self.rate, 2.0 * MAX_RATE)
+            && [self.force, self.mean].iter().all(|v| are_within(v, 2.0 * MAX_FORCE))
     }
 }

@@ -6,32 +6,32 @@ use serde::{Deserialize, Serialize};
 
 use super::learner::{Learner, Present, Start};
 use super::sums::{apart, known_part, root};
-use crate::math::sound::{are_within, is_size};
+use crate::math::validity::{are_within, is_size};
 
 /// Seconds of a span that tells its hard iron, and how many directions have to be known.
-const SHORTEST: f64 = 5.0;
-const DIRECTIONS: usize = 2;
+const MIN_SPAN_S: f64 = 5.0;
+const MIN_DIRECTIONS: usize = 2;
 /// Share of the scatter that a hard iron may leave: one that is found first, one in use, and by its size
 /// those that are so many deviations from none. A room does a tenth of the field, no room a quarter.
-const HALVED: f64 = 0.40;
-const STAYS: f64 = 0.60;
-const SIZES: [f64; 2] = [0.10, 0.25];
-const LARGE: f64 = 0.7;
-const LARGE_APART: f64 = 25.0;
+const MAX_FIRST_SCATTER: f64 = 0.40;
+const MAX_USED_SCATTER: f64 = 0.60;
+const IRON_SIZES: [f64; 2] = [0.10, 0.25];
+const MAX_LARGE_SCATTER: f64 = 0.7;
+const MIN_LARGE_DISTANCE: f64 = 25.0;
 /// What is as near as this is the same hard iron.
-const SAME: f64 = 16.0;
+const MAX_SAME_DISTANCE: f64 = 16.0;
 /// Of scatters: how much better another one has to be than the one in use.
-const BETTER: f64 = 1.1;
+const MIN_SCATTER_RATIO: f64 = 1.1;
 /// How near the field has to stay to the last one known, for a span that does not tell.
-const NEAR: f64 = 0.15;
+const MAX_FIELD_CHANGE: f64 = 0.15;
 /// A field that is weaker stands still in the sensor: there is none.
 const NONE: f64 = 0.1;
 /// Seconds for which the field is withheld at most.
-const WITHHELD: f64 = 60.0;
+const MAX_WITHHELD_S: f64 = 60.0;
 /// Hard irons that are remembered.
-const PLACES: usize = 5;
+const REMEMBERED_IRONS: usize = 5;
 /// Largest number of a hard iron.
-const LARGEST: f64 = 1e6;
+const MAX_IRON: f64 = 1e6;
 
 /// What is done with the magnetometer.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -60,8 +60,8 @@ impl Iron {
         covariance: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    fn is_sound(&self) -> bool {
-        are_within(&self.value, LARGEST) && are_within(&self.covariance, LARGEST)
+    fn is_valid(&self) -> bool {
+        are_within(&self.value, MAX_IRON) && are_within(&self.covariance, MAX_IRON)
     }
 }
 
@@ -70,7 +70,7 @@ impl Iron {
 pub struct Choice {
     pub taken: Taken,
     pub iron: Iron,
-    remembered: [Option<Iron>; PLACES],
+    remembered: [Option<Iron>; REMEMBERED_IRONS],
     next: usize,
     /// The last field known, in the frame of the gyro.
     field: Option<Vector3<f64>>,
@@ -82,7 +82,7 @@ impl Default for Choice {
         Self {
             taken: Taken::Raw,
             iron: Iron::NONE,
-            remembered: [None; PLACES],
+            remembered: [None; REMEMBERED_IRONS],
             next: 0,
             field: None,
             withheld: 0.0,
@@ -100,17 +100,17 @@ impl Choice {
     pub fn decide(&mut self, learner: &Learner, present: Present, seconds: f64) {
         let start = match present {
             Present::Nothing => return,
-            Present::Wild => return self.withhold(seconds),
-            Present::Of(place) => learner.start(place),
+            Present::Outlier => return self.withhold(seconds),
+            Present::Of(index) => learner.start(index),
         };
         let Some(start) = start else { return };
-        if start.age < SHORTEST {
+        if start.age < MIN_SPAN_S {
             return self.keep(start, seconds);
         }
         let value = start.iron();
         let covariance = start.sums.covariance(&value, start.age);
         let (directions, value) = known_part(&value, &covariance);
-        if directions < DIRECTIONS {
+        if directions < MIN_DIRECTIONS {
             return self.keep(start, seconds);
         }
         let iron = Iron { value, covariance };
@@ -130,27 +130,29 @@ impl Choice {
     fn pays(&self, start: &Start, iron: &Iron) -> bool {
         let raw = root(start.sums.variance(&Vector3::zeros()));
         let left = root(start.sums.variance(&iron.value));
-        let usual = if self.taken == Taken::Known { STAYS } else { HALVED };
-        let share = (iron.value.norm() - SIZES[0]) / (SIZES[1] - SIZES[0]);
-        let large = HALVED + (LARGE - HALVED) * share.clamp(0.0, 1.0);
+        let usual = if self.taken == Taken::Known { MAX_USED_SCATTER } else { MAX_FIRST_SCATTER };
+        let share = (iron.value.norm() - IRON_SIZES[0]) / (IRON_SIZES[1] - IRON_SIZES[0]);
+        let large =
+            MAX_FIRST_SCATTER + (MAX_LARGE_SCATTER - MAX_FIRST_SCATTER) * share.clamp(0.0, 1.0);
         left < usual * raw
-            || left < large * raw && apart(&iron.value, &iron.covariance) > LARGE_APART
+            || left < large * raw && apart(&iron.value, &iron.covariance) > MIN_LARGE_DISTANCE
     }
 
     fn remember(&mut self, iron: &Iron) {
         let same = |one: &Iron| {
-            apart(&(one.value - iron.value), &(one.covariance + iron.covariance)) < SAME
+            apart(&(one.value - iron.value), &(one.covariance + iron.covariance))
+                < MAX_SAME_DISTANCE
         };
-        for place in self.remembered.iter_mut().flatten() {
-            if same(place) {
-                if iron.covariance.trace() < 1.5 * place.covariance.trace() {
-                    *place = *iron;
+        for known in self.remembered.iter_mut().flatten() {
+            if same(known) {
+                if iron.covariance.trace() < 1.5 * known.covariance.trace() {
+                    *known = *iron;
                 }
                 return;
             }
         }
         self.remembered[self.next] = Some(*iron);
-        self.next = (self.next + 1) % PLACES;
+        self.next = (self.next + 1) % REMEMBERED_IRONS;
     }
 
     fn is_learned(&self) -> bool {
@@ -175,7 +177,7 @@ impl Choice {
             self.taken = Taken::Raw;
             return;
         }
-        let (found, _) = self.cheapest(|iron| root(start.sums.variance(iron)), BETTER);
+        let (found, _) = self.cheapest(|iron| root(start.sums.variance(iron)), MIN_SCATTER_RATIO);
         (self.taken, self.iron, self.withheld) = (Taken::Kept, found, 0.0);
         self.field = Some(start.sums.field(&found.value));
     }
@@ -191,7 +193,7 @@ impl Choice {
             return;
         };
         let (found, apart) = self.cheapest(|iron| (start.sums.field(iron) - field).norm(), 1.0);
-        if apart > NEAR {
+        if apart > MAX_FIELD_CHANGE {
             return self.withhold(seconds);
         }
         (self.taken, self.iron, self.withheld) = (Taken::Kept, found, 0.0);
@@ -202,15 +204,15 @@ impl Choice {
             self.taken = Taken::Raw;
             return;
         }
-        self.withheld = (self.withheld + seconds).min(WITHHELD);
-        self.taken = if self.withheld < WITHHELD { Taken::Withheld } else { Taken::Kept };
+        self.withheld = (self.withheld + seconds).min(MAX_WITHHELD_S);
+        self.taken = if self.withheld < MAX_WITHHELD_S { Taken::Withheld } else { Taken::Kept };
     }
 
-    pub fn is_sound(&self) -> bool {
-        self.iron.is_sound()
-            && self.remembered.iter().flatten().all(Iron::is_sound)
-            && self.next < PLACES
-            && self.field.is_none_or(|field| are_within(&field, LARGEST))
-            && is_size(self.withheld, WITHHELD)
+    pub fn is_valid(&self) -> bool {
+        self.iron.is_valid()
+            && self.remembered.iter().flatten().all(Iron::is_valid)
+            && self.next < REMEMBERED_IRONS
+            && self.field.is_none_or(|field| are_within(&field, MAX_IRON))
+            && is_size(self.withheld, MAX_WITHHELD_S)
     }
 }

@@ -6,37 +6,39 @@ use serde::{Deserialize, Serialize};
 
 use super::sums::{Products, Sums};
 use super::ticks::Tick;
-use crate::attitude::auto::Pull;
-use crate::calibrate::magnet::{Cost, DROP, LONGEST, PRICE, Seen, Span, WILD_TICK, step_all};
-use crate::math::sound::{are_within, is_size, is_within};
+use crate::attitude::auto::HeadingCorrection;
+use crate::calibrate::magnet::{
+    Cost, MAX_EXTRA_COST, MAX_OUTLIER_S, OUTLIER_COST, SPAN_COST, Seen, Span, step_all,
+};
+use crate::math::validity::{are_within, is_size, is_within};
 
 /// Filters that go on.
-const STARTS: usize = 4;
+const FILTERS: usize = 4;
 /// Seconds between two beginnings, and the part of a period that rounding may cost.
-const SECOND: f64 = 1.0;
+const START_INTERVAL_S: f64 = 1.0;
 const ROUNDING: f64 = 1e-6;
 /// Deviation of the noise by √s that the field walks: as in a room.
 const WALK: f64 = 0.5;
 /// Seconds after which a tick counts e times less.
-const FADES: f64 = 60.0;
+const TICK_TIME_CONSTANT_S: f64 = 60.0;
 /// Ticks whose median size is that of the field.
-const FIRST: usize = 10;
+const INITIAL_TICKS: usize = 10;
 /// No field of so many sizes is one.
-const STRONGEST: f64 = 20.0;
-/// Largest cost that is told from others.
-const DEAREST: f64 = 1e9;
+const MAX_FIELD_RATIO: f64 = 20.0;
+/// Largest cost that is distinguished from others.
+const MAX_COST: f64 = 1e9;
 /// Seconds that are counted.
-const AGE_MOST: f64 = 1e9;
+const MAX_AGE_S: f64 = 1e9;
 
 /// Noise of a tick: at the start, the least, the ticks that tell it, how much the sensor has to turn in
 /// them, how fast it follows, and which share of them lies above it.
-const NOISE: f64 = 0.02 * 0.02;
-const NOISE_LEAST: f64 = 0.005 * 0.005;
-const NOISE_MOST: f64 = 1.0;
-const WINDOW: f64 = 20.0;
-const TURNS: f64 = 0.3;
-const FOLLOWS: f64 = 0.2;
-const ABOVE: f64 = 0.4;
+const INITIAL_NOISE: f64 = 0.02 * 0.02;
+const MIN_NOISE: f64 = 0.005 * 0.005;
+const MAX_NOISE: f64 = 1.0;
+const NOISE_TICKS: f64 = 20.0;
+const MIN_TURN: f64 = 0.3;
+const NOISE_GAIN: f64 = 0.2;
+const SHARE_ABOVE: f64 = 0.4;
 
 /// One hard iron from one second on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -69,7 +71,7 @@ impl Start {
     }
 
     /// By what a hard iron that was there all along turned the heading, and what was not taken off.
-    pub fn turned(&self, iron: &Vector3<f64>) -> f64 {
+    pub fn turn_by_iron(&self, iron: &Vector3<f64>) -> f64 {
         self.shares.dot(iron) - self.taken
     }
 
@@ -77,18 +79,18 @@ impl Start {
     fn take(&mut self, tick: &Products, by: Cost<f64>, seconds: f64) {
         let Cost { determinant, misfit } = by;
         let cost = ComplexField::ln(determinant.max(f64::MIN_POSITIVE)) + misfit;
-        self.cost = (self.cost + cost).min(DEAREST);
-        self.age = (self.age + seconds).min(AGE_MOST);
+        self.cost = (self.cost + cost).min(MAX_COST);
+        self.age = (self.age + seconds).min(MAX_AGE_S);
         // As its filter does: what is far off counts less.
         let weight = if misfit > 9.0 { 18.0 / (misfit + 9.0) } else { 1.0 };
-        self.sums.add(tick, weight, (1.0 - seconds / FADES).max(0.0));
+        self.sums.add(tick, weight, (1.0 - seconds / TICK_TIME_CONSTANT_S).max(0.0));
     }
 
-    fn is_sound(&self) -> bool {
-        self.span.is_sound()
-            && self.sums.is_sound()
-            && is_within(self.cost, DEAREST)
-            && is_size(self.age, AGE_MOST)
+    fn is_valid(&self) -> bool {
+        self.span.is_valid()
+            && self.sums.is_valid()
+            && is_within(self.cost, MAX_COST)
+            && is_size(self.age, MAX_AGE_S)
             && are_within(&self.shares, 1e9)
             && is_within(self.taken, 1e12)
     }
@@ -100,7 +102,7 @@ pub enum Present {
     /// Nothing was seen.
     Nothing,
     /// No hard iron explains the field.
-    Wild,
+    Outlier,
     /// The one of this start does.
     Of(usize),
 }
@@ -110,15 +112,15 @@ pub enum Present {
 pub struct Learner {
     /// Size of the field, unit of the samples; zero until it is known.
     norm: f64,
-    sizes: [f64; FIRST],
+    sizes: [f64; INITIAL_TICKS],
     ticks: usize,
     noise: f64,
     windows: f64,
     window: Sums,
-    starts: [Option<Start>; STARTS],
+    starts: [Option<Start>; FILTERS],
     /// Of the path that ends in seconds that nothing explains, and how many these are.
-    wild: f64,
-    wild_seconds: f64,
+    outlier_cost: f64,
+    outlier_seconds: f64,
     /// Seconds since the last tick, and of the present second.
     since: f64,
     second: f64,
@@ -129,14 +131,14 @@ impl Default for Learner {
     fn default() -> Self {
         Self {
             norm: 0.0,
-            sizes: [0.0; FIRST],
+            sizes: [0.0; INITIAL_TICKS],
             ticks: 0,
-            noise: NOISE,
+            noise: INITIAL_NOISE,
             windows: 0.0,
             window: Sums::default(),
-            starts: [None; STARTS],
-            wild: 0.0,
-            wild_seconds: 0.0,
+            starts: [None; FILTERS],
+            outlier_cost: 0.0,
+            outlier_seconds: 0.0,
             since: 0.0,
             second: 0.0,
             seen: false,
@@ -150,8 +152,8 @@ impl Learner {
         self.norm
     }
 
-    pub fn start(&self, place: usize) -> Option<&Start> {
-        self.starts[place].as_ref()
+    pub fn start(&self, index: usize) -> Option<&Start> {
+        self.starts[index].as_ref()
     }
 
     /// The frame of the gyro is another from now on.
@@ -161,11 +163,15 @@ impl Learner {
     }
 
     /// Follows what a field did to the heading while this hard iron was taken off.
-    pub fn pull(&mut self, pull: &Pull, taken: &Vector3<f64>) {
-        let share = pull.share * self.norm;
+    pub fn correct_heading(
+        &mut self,
+        heading_correction: &HeadingCorrection,
+        taken: &Vector3<f64>,
+    ) {
+        let share = heading_correction.share * self.norm;
         for start in self.starts.iter_mut().flatten() {
-            start.shares += (share - start.shares) * pull.gain;
-            start.taken += (share.dot(taken) - start.taken) * pull.gain;
+            start.shares += (share - start.shares) * heading_correction.gain;
+            start.taken += (share.dot(taken) - start.taken) * heading_correction.gain;
         }
     }
 
@@ -186,11 +192,11 @@ impl Learner {
     /// Takes a tick of so many seconds; at the end of a second tells what it was.
     pub fn take(&mut self, tick: Option<Tick>, seconds: f64) -> Option<Present> {
         self.since += seconds;
-        if let Some(tick) = tick.and_then(|tick| self.sized(tick)) {
+        if let Some(tick) = tick.and_then(|tick| self.normalise(tick)) {
             self.see(&tick);
         }
         self.second += seconds;
-        if self.second < SECOND - ROUNDING {
+        if self.second < START_INTERVAL_S - ROUNDING {
             return None;
         }
         self.second = 0.0;
@@ -198,32 +204,33 @@ impl Learner {
     }
 
     /// A tick in units of the field's size, once that is known.
-    fn sized(&mut self, tick: Tick) -> Option<Tick> {
+    fn normalise(&mut self, tick: Tick) -> Option<Tick> {
         if self.norm == 0.0 {
             self.sizes[self.ticks] = tick.size;
             self.ticks += 1;
-            if self.ticks == FIRST {
+            if self.ticks == INITIAL_TICKS {
                 self.sizes.sort_unstable_by(f64::total_cmp);
-                self.norm = 0.5 * (self.sizes[FIRST / 2 - 1] + self.sizes[FIRST / 2]);
+                self.norm =
+                    0.5 * (self.sizes[INITIAL_TICKS / 2 - 1] + self.sizes[INITIAL_TICKS / 2]);
                 self.ticks = 0;
             }
             return None;
         }
         let size = tick.size / self.norm;
-        (size < STRONGEST).then(|| Tick { turned: tick.turned / self.norm, size, ..tick })
+        (size < MAX_FIELD_RATIO).then(|| Tick { turned: tick.turned / self.norm, size, ..tick })
     }
 
     fn see(&mut self, tick: &Tick) {
         let since = core::mem::take(&mut self.since);
         let products = Products::of(tick);
-        self.judge_noise(&products);
+        self.update_noise(&products);
         if !core::mem::replace(&mut self.seen, true) {
             self.begin(tick);
         }
         let rows: [f64; 9] = core::array::from_fn(|k| tick.rotation[(k / 3, k % 3)]);
         let walked = WALK * WALK * self.noise * since;
         let seen = Seen::of(&tick.turned.into(), &rows, walked, self.noise);
-        let mut spans = [Span::new([0.0; 3]); STARTS];
+        let mut spans = [Span::new([0.0; 3]); FILTERS];
         for (span, start) in spans.iter_mut().zip(&self.starts) {
             *span = start.map_or(*span, |one| one.span);
         }
@@ -234,87 +241,88 @@ impl Learner {
                 one.take(&products, costs[k], since);
             }
         }
-        self.wild += WILD_TICK;
+        self.outlier_cost += OUTLIER_COST;
     }
 
     /// Another filter, in the place of the one that costs most.
     fn begin(&mut self, tick: &Tick) {
         let dearest = |start: &Option<Start>| start.as_ref().map_or(f64::INFINITY, |one| one.cost);
-        let mut place = 0;
-        for k in 1..STARTS {
-            if dearest(&self.starts[k]) > dearest(&self.starts[place]) {
-                place = k;
+        let mut index = 0;
+        for k in 1..FILTERS {
+            if dearest(&self.starts[k]) > dearest(&self.starts[index]) {
+                index = k;
             }
         }
-        self.starts[place] = Some(Start::new(tick));
+        self.starts[index] = Some(Start::new(tick));
     }
 
     /// The noise is what the best hard iron leaves of two seconds in which the sensor turns.
-    fn judge_noise(&mut self, tick: &Products) {
+    fn update_noise(&mut self, tick: &Products) {
         self.window.add(tick, 1.0, 1.0);
-        if self.window.weight() < WINDOW {
+        if self.window.weight() < NOISE_TICKS {
             return;
         }
         let window = core::mem::take(&mut self.window);
-        if window.turning().trace() < TURNS * TURNS {
+        if window.turning().trace() < MIN_TURN * MIN_TURN {
             return;
         }
         let Some(iron) = window.iron() else { return };
-        let freedom = 3.0 * WINDOW / (3.0 * WINDOW - 6.0);
+        let freedom = 3.0 * NOISE_TICKS / (3.0 * NOISE_TICKS - 6.0);
         let above = window.variance(&iron) * freedom > self.noise;
         self.windows += 1.0;
-        let step = FOLLOWS.max(1.0 / self.windows) * if above { 1.0 - ABOVE } else { -ABOVE };
-        self.noise = (self.noise * ComplexField::exp(2.0 * step)).clamp(NOISE_LEAST, NOISE_MOST);
+        let step = NOISE_GAIN.max(1.0 / self.windows)
+            * if above { 1.0 - SHARE_ABOVE } else { -SHARE_ABOVE };
+        self.noise = (self.noise * ComplexField::exp(2.0 * step)).clamp(MIN_NOISE, MAX_NOISE);
     }
 
-    /// The second's end: paths that cost too much are dropped, and costs told against the best.
+    /// The second's end: paths that cost too much are dropped, and costs are relative to the best.
     fn end(&mut self) -> Present {
         if !core::mem::take(&mut self.seen) {
             return Present::Nothing;
         }
-        self.wild_seconds += SECOND;
-        let (mut least, mut present) = (self.wild, Present::Wild);
-        for (place, start) in self.starts.iter_mut().enumerate() {
+        self.outlier_seconds += START_INTERVAL_S;
+        let (mut least, mut present) = (self.outlier_cost, Present::Outlier);
+        for (index, start) in self.starts.iter_mut().enumerate() {
             if let Some(one) = start {
-                if !one.is_sound() {
+                if !one.is_valid() {
                     *start = None;
                 } else if one.cost < least {
-                    (least, present) = (one.cost, Present::Of(place));
+                    (least, present) = (one.cost, Present::Of(index));
                 }
             }
         }
-        let found = least + PRICE;
+        let found = least + SPAN_COST;
         for start in &mut self.starts {
             if let Some(one) = start {
                 one.cost -= found;
-                if one.cost > DROP {
+                if one.cost > MAX_EXTRA_COST {
                     *start = None;
                 }
             }
         }
         // Seconds that nothing explains go on, or begin after the best path.
-        self.wild -= found;
-        if self.wild > 0.0 || self.wild_seconds >= LONGEST as f64 {
-            (self.wild, self.wild_seconds) = (0.0, 0.0);
+        self.outlier_cost -= found;
+        if self.outlier_cost > 0.0 || self.outlier_seconds >= MAX_OUTLIER_S as f64 {
+            (self.outlier_cost, self.outlier_seconds) = (0.0, 0.0);
         }
         present
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let sizes = [
             (self.norm, 1e10),
-            (self.noise, NOISE_MOST),
+            (self.noise, MAX_NOISE),
             (self.windows, 1e15),
-            (self.wild_seconds, LONGEST as f64),
-            (self.since, AGE_MOST),
-            (self.second, SECOND),
+            (self.outlier_seconds, MAX_OUTLIER_S as f64),
+            (self.since, MAX_AGE_S),
+            (self.second, START_INTERVAL_S),
         ];
         sizes.iter().all(|(x, most)| is_size(*x, *most))
-            && self.noise >= NOISE_LEAST
+            && self.noise >= MIN_NOISE
             && self.sizes.iter().all(|x| is_size(*x, 1e10))
-            && self.ticks < FIRST
-            && self.window.is_sound()
-            && is_within(self.wild, DEAREST)
-            && self.starts.iter().flatten().all(Start::is_sound)
+            && self.ticks < INITIAL_TICKS
+            && self.window.is_valid()
+            && is_within(self.outlier_cost, MAX_COST)
+            && self.starts.iter().flatten().all(Start::is_valid)
     }
 }

@@ -25,13 +25,13 @@ use super::named::Named;
 use super::stream::Tagged;
 use super::{Auto, Estimator, Inertial, Knowledge, NamedOptions};
 use crate::error::Error;
-use crate::math::sound::are_within;
+use crate::math::validity::are_within;
 
 /// Change of a hard iron, by the field's size, with which the shape of the field is another one.
-const RESHAPED: f64 = 0.1;
+const MIN_SHAPE_CHANGE: f64 = 0.1;
 /// By how much a hard iron may have turned the heading, rad, for that to be taken back: the square of
 /// it, which is not, is two degrees.
-const TAKEN_BACK: f64 = 0.25;
+const MAX_REVERSED_TURN_RAD: f64 = 0.25;
 
 /// What is known of a magnetometer's hard iron, in the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,7 +62,7 @@ impl Learning {
     /// # Errors
     /// [`Error::Parameter`] if the calibration's numbers are out of their ranges.
     pub fn new(auto: Auto, correction: Option<FieldCorrection>) -> Result<Self, Error> {
-        let correction = correction.map(FieldCorrection::checked).transpose()?;
+        let correction = correction.map(FieldCorrection::validate).transpose()?;
         Ok(Self::with(auto, correction))
     }
 
@@ -116,8 +116,8 @@ impl Learning {
 
     #[inline(never)]
     fn tick(&mut self, ticked: &Ticked) {
-        if let Some(pull) = &ticked.pull {
-            self.learner.pull(pull, &self.choice.iron.value);
+        if let Some(heading_correction) = &ticked.heading_correction {
+            self.learner.correct_heading(heading_correction, &self.choice.iron.value);
         }
         // What is held says nothing of iron.
         let tick = self.gathered.end().filter(|_| !ticked.held);
@@ -134,17 +134,17 @@ impl Learning {
     fn take_off(&mut self, before: &Vector3<f64>) {
         let value = self.choice.iron.value;
         self.iron = Some(value * self.learner.norm());
-        if (value - before).norm() > RESHAPED {
+        if (value - before).norm() > MIN_SHAPE_CHANGE {
             self.auto.forget_field();
         }
     }
 
     /// The heading becomes what it were if this hard iron had been taken off since the span began.
     fn take_back(&mut self, present: Present) {
-        let Present::Of(place) = present else { return };
-        let Some(start) = self.learner.start(place) else { return };
-        let turned = start.turned(&self.choice.iron.value);
-        if turned.abs() > TAKEN_BACK {
+        let Present::Of(index) = present else { return };
+        let Some(start) = self.learner.start(index) else { return };
+        let turned = start.turn_by_iron(&self.choice.iron.value);
+        if turned.abs() > MAX_REVERSED_TURN_RAD {
             self.auto.find_heading();
             self.learner.forget_heading();
         } else if turned != 0.0 {
@@ -213,13 +213,13 @@ impl Estimator for Learning {
         *self = Self::with(self.auto, self.correction);
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let iron = self.iron.is_none_or(|iron| are_within(&iron, 1e16));
-        self.correction.is_none_or(|one| one.checked().is_ok())
-            && self.auto.is_sound()
-            && self.gathered.is_sound()
-            && self.learner.is_sound()
-            && self.choice.is_sound()
+        self.correction.is_none_or(|one| one.validate().is_ok())
+            && self.auto.is_valid()
+            && self.gathered.is_valid()
+            && self.learner.is_valid()
+            && self.choice.is_valid()
             && iron
     }
 

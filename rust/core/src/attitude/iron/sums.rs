@@ -7,26 +7,26 @@ use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::ticks::Tick;
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 
 /// Scatter that no field goes below: of places, not of noise.
-const FLOOR: f64 = 0.01;
+const MIN_SCATTER: f64 = 0.01;
 /// Seconds that count as one independent observation, and how many a span may have.
-const ONE: f64 = 10.0;
-const MOST: f64 = 4.0;
-const LEAST: f64 = 0.5;
+const OBSERVATION_S: f64 = 10.0;
+const MAX_OBSERVATIONS: f64 = 4.0;
+const MIN_OBSERVATIONS: f64 = 0.5;
 /// Deviation of a direction of a hard iron that is known.
-pub const KNOWN: f64 = 0.10;
+pub const MAX_KNOWN_SIGMA: f64 = 0.10;
 /// No sum is larger.
-const LARGEST: f64 = 1e12;
+const MAX_SUM: f64 = 1e12;
 
 /// Where in a row of sums stand those of 1, e, its squared size, B, BᵀB and Bᵀe.
 const WEIGHT: usize = 0;
-const TURNED: Range<usize> = 1..4;
-const SQUARED: usize = 4;
+const FIELD: Range<usize> = 1..4;
+const FIELD_SQUARED: usize = 4;
 const ROTATION: Range<usize> = 5..14;
-const OWN: Range<usize> = 14..23;
-const BOTH: Range<usize> = 23..COUNT;
+const GRAM: Range<usize> = 14..23;
+const CROSS: Range<usize> = 23..COUNT;
 const COUNT: usize = 26;
 
 /// Numbers of a tick that are summed, fields in units of their usual size.
@@ -37,11 +37,11 @@ impl Products {
     pub fn of(tick: &Tick) -> Self {
         let Tick { turned, rotation, .. } = tick;
         let mut row = [0.0; COUNT];
-        (row[WEIGHT], row[SQUARED]) = (1.0, turned.norm_squared());
-        row[TURNED].copy_from_slice(turned.as_slice());
+        (row[WEIGHT], row[FIELD_SQUARED]) = (1.0, turned.norm_squared());
+        row[FIELD].copy_from_slice(turned.as_slice());
         row[ROTATION].copy_from_slice(rotation.as_slice());
-        row[OWN].copy_from_slice(rotation.tr_mul(rotation).as_slice());
-        row[BOTH].copy_from_slice(rotation.tr_mul(turned).as_slice());
+        row[GRAM].copy_from_slice(rotation.tr_mul(rotation).as_slice());
+        row[CROSS].copy_from_slice(rotation.tr_mul(turned).as_slice());
         Self(row)
     }
 }
@@ -63,7 +63,7 @@ impl Sums {
     }
 
     fn turned(&self) -> Vector3<f64> {
-        Vector3::from_column_slice(&self.0[TURNED])
+        Vector3::from_column_slice(&self.0[FIELD])
     }
 
     fn rotation(&self) -> Matrix3<f64> {
@@ -77,7 +77,7 @@ impl Sums {
     /// Mean of BᵀB without that of the mean of B: what turning says of a hard iron.
     pub fn turning(&self) -> Matrix3<f64> {
         let (part, mean) = (self.part(), self.rotation() * self.part());
-        let own = Matrix3::from_column_slice(&self.0[OWN]);
+        let own = Matrix3::from_column_slice(&self.0[GRAM]);
         let spread = own * part - mean.tr_mul(&mean);
         (spread + spread.transpose()) * 0.5
     }
@@ -85,7 +85,7 @@ impl Sums {
     /// The same of Bᵀe.
     fn seen(&self) -> Vector3<f64> {
         let part = self.part();
-        let both = Vector3::from_column_slice(&self.0[BOTH]);
+        let both = Vector3::from_column_slice(&self.0[CROSS]);
         both * part - self.rotation().tr_mul(&self.turned()) * (part * part)
     }
 
@@ -97,7 +97,7 @@ impl Sums {
     /// Variance of an axis of the field about its mean without a hard iron.
     pub fn variance(&self, iron: &Vector3<f64>) -> f64 {
         let part = self.part();
-        let raw = self.0[SQUARED] * part - (self.turned() * part).norm_squared();
+        let raw = self.0[FIELD_SQUARED] * part - (self.turned() * part).norm_squared();
         let less = iron.dot(&self.seen()) * 2.0 - iron.dot(&(self.turning() * iron));
         ((raw - less) / 3.0).max(0.0)
     }
@@ -110,16 +110,16 @@ impl Sums {
 
     /// Covariance of a hard iron that was seen for so many seconds.
     pub fn covariance(&self, iron: &Vector3<f64>, seconds: f64) -> Matrix3<f64> {
-        let limit = self.variance(iron).max(FLOOR * FLOOR);
-        let observations = (seconds / ONE).clamp(LEAST, MOST);
+        let limit = self.variance(iron).max(MIN_SCATTER * MIN_SCATTER);
+        let observations = (seconds / OBSERVATION_S).clamp(MIN_OBSERVATIONS, MAX_OBSERVATIONS);
         let information = self.turning() * (observations / limit) + Matrix3::identity();
         let found = information.try_inverse().unwrap_or_else(Matrix3::identity);
         (found + found.transpose()) * 0.5
     }
 
-    pub fn is_sound(&self) -> bool {
-        let sizes = is_size(self.weight(), LARGEST) && is_size(self.0[SQUARED], LARGEST);
-        sizes && self.0.iter().all(|x| is_within(*x, LARGEST))
+    pub fn is_valid(&self) -> bool {
+        let sizes = is_size(self.weight(), MAX_SUM) && is_size(self.0[FIELD_SQUARED], MAX_SUM);
+        sizes && self.0.iter().all(|x| is_within(*x, MAX_SUM))
     }
 }
 
@@ -131,7 +131,7 @@ pub fn known_part(iron: &Vector3<f64>, covariance: &Matrix3<f64>) -> (usize, Vec
     };
     let (mut count, mut value) = (0, Vector3::zeros());
     for (size, axis) in found.eigenvalues.iter().zip(found.eigenvectors.column_iter()) {
-        if *size < KNOWN * KNOWN {
+        if *size < MAX_KNOWN_SIGMA * MAX_KNOWN_SIGMA {
             count += 1;
             value += axis * axis.dot(iron);
         }

@@ -3,15 +3,15 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::attitude::sample::FIELD_MAX;
-use crate::math::sound::{are_within, is_size};
+use crate::attitude::sample::MAX_FIELD;
+use crate::math::validity::{are_within, is_size};
 
 /// Share of the usual number of samples below which a tick is missing, and that of a tick in the mean
 /// number: a magnetometer may be slower than the gyro.
-const HALF: f64 = 0.5;
-const USUAL: f64 = 0.05;
+const MIN_SAMPLE_SHARE: f64 = 0.5;
+const MEAN_GAIN: f64 = 0.05;
 /// Samples that a tick can have.
-const COUNT_MAX: f64 = 9_007_199_254_740_992.0;
+const MAX_COUNT: f64 = 9_007_199_254_740_992.0;
 
 /// Sums over the samples of a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -54,10 +54,10 @@ impl Gathered {
             return None;
         }
         let usual = if self.usual == 0.0 { count } else { self.usual };
-        self.usual = usual + USUAL * (count - usual);
+        self.usual = usual + MEAN_GAIN * (count - usual);
         let (turned, rotation) = (turned / count, rotation / count);
         let tick = Tick { turned, rotation, size: turned.norm() };
-        (count >= HALF * usual).then_some(tick)
+        (count >= MIN_SAMPLE_SHARE * usual).then_some(tick)
     }
 
     /// Drops what came of the present tick.
@@ -65,10 +65,10 @@ impl Gathered {
         *self = Self { usual: self.usual, ..Self::default() };
     }
 
-    pub fn is_sound(&self) -> bool {
-        is_size(self.count, COUNT_MAX)
-            && is_size(self.usual, COUNT_MAX)
-            && are_within(&self.turned, 2.0 * FIELD_MAX * self.count)
+    pub fn is_valid(&self) -> bool {
+        is_size(self.count, MAX_COUNT)
+            && is_size(self.usual, MAX_COUNT)
+            && are_within(&self.turned, 2.0 * MAX_FIELD * self.count)
             && are_within(&self.rotation, 2.0 * self.count)
     }
 }

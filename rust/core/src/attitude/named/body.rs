@@ -88,7 +88,7 @@ impl Body {
         frame::up(&self.orientation)
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         (self.orientation.norm_squared() - 1.0).abs() < 1e-9 && (self.levelled || !self.headed)
     }
 }

@@ -30,7 +30,7 @@ impl Complementary {
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.
     pub fn new(options: NamedOptions) -> Result<Self, Error> {
-        Ok(Self { options: options.checked()?, body: Body::default() })
+        Ok(Self { options: options.validate()?, body: Body::default() })
     }
 }
 
@@ -78,8 +78,8 @@ impl Estimator for Complementary {
         self.body = Body::default();
     }
 
-    fn is_sound(&self) -> bool {
-        self.options.checked().is_ok() && self.body.is_sound()
+    fn is_valid(&self) -> bool {
+        self.options.validate().is_ok() && self.body.is_valid()
     }
 
     fn is_like(&self, other: &Self) -> bool {

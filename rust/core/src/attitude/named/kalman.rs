@@ -8,25 +8,25 @@ use serde::{Deserialize, Serialize};
 
 use super::body::{Body, east_of_north};
 use super::extended::Extended;
-use super::options::BIAS_MAX;
+use super::options::MAX_BIAS;
 use super::unscented::Unscented;
 use super::{Named, NamedOptions};
 use crate::attitude::sample::Inertial;
 use crate::attitude::stream::Tagged;
 use crate::attitude::{Estimator, GRAVITY, Knowledge};
 use crate::error::Error;
-use crate::math::sound::are_within;
+use crate::math::validity::are_within;
 use crate::math::{Real, Symmetric};
 
 /// Standard deviation of a tilt, and of a heading, that one sample has shown, rad.
-const SHOWN: f64 = 0.5;
+const SAMPLE_SIGMA_RAD: f64 = 0.5;
 /// Variance of a heading that is still to be found, rad², and deviation of one that was chosen, rad.
-const FREE: f64 = 10.0;
-const CHOSEN: f64 = 1e-3;
+const FREE_HEADING_VARIANCE_RAD2: f64 = 10.0;
+const CHOSEN_HEADING_SIGMA_RAD: f64 = 1e-3;
 /// Variance per second of an angle while no rate is known, rad²/s.
-const UNKNOWN: f64 = 1.0;
+const UNKNOWN_RATE_VARIANCE: f64 = 1.0;
 /// Largest variances of an angle, rad², and of a bias, (rad/s)².
-const CAPS: [f64; 2] = [FREE, 1.0];
+const MAX_VARIANCES: [f64; 2] = [FREE_HEADING_VARIANCE_RAD2, 1.0];
 /// The bias in the error state, after the three angles.
 pub const BIAS: usize = 3;
 
@@ -57,7 +57,7 @@ pub trait Linearised: core::fmt::Debug + Clone + Copy + PartialEq {
     /// As of a checkpoint.
     const TAG: &'static str;
 
-    /// Carries mean and covariance through a step.
+    /// Propagate mean and covariance through a step.
     fn predict(state: &mut Gauss, step: &Step);
 
     /// Corrects by the direction of the force, of length one, in the estimated axes of the earth: up,
@@ -93,12 +93,16 @@ impl<L: Linearised> Kalman<L> {
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.
     pub fn new(options: NamedOptions) -> Result<Self, Error> {
-        Ok(Self::with(options.checked()?))
+        Ok(Self::with(options.validate()?))
     }
 
     fn with(options: NamedOptions) -> Self {
-        let heading = if options.mag { FREE } else { CHOSEN * CHOSEN };
-        let mut P = Symmetric::diagonal(SHOWN * SHOWN);
+        let heading = if options.mag {
+            FREE_HEADING_VARIANCE_RAD2
+        } else {
+            CHOSEN_HEADING_SIGMA_RAD * CHOSEN_HEADING_SIGMA_RAD
+        };
+        let mut P = Symmetric::diagonal(SAMPLE_SIGMA_RAD * SAMPLE_SIGMA_RAD);
         P.set(2, 2, heading);
         (0..3).for_each(|i| P.set(BIAS + i, BIAS + i, squared(options.bias_sigma[i])));
         let state = Gauss { body: Body::default(), bias: options.bias.into(), P };
@@ -129,7 +133,7 @@ impl<L: Linearised> Kalman<L> {
         let before = self.state.body;
         self.state.body.begin(accel, mag);
         if self.state.body.headed && !before.headed {
-            self.state.restart(2, SHOWN * SHOWN);
+            self.state.restart(2, SAMPLE_SIGMA_RAD * SAMPLE_SIGMA_RAD);
         }
     }
 }
@@ -139,7 +143,7 @@ impl Gauss {
     pub fn apply(&mut self, found: &nalgebra::SVector<f64, 6>) {
         self.body.turn_earth(&found.fixed_rows::<3>(0).into_owned());
         let bias = self.bias + found.fixed_rows::<3>(BIAS);
-        self.bias = bias.map(|x| x.clamp(-BIAS_MAX, BIAS_MAX));
+        self.bias = bias.map(|x| x.clamp(-MAX_BIAS, MAX_BIAS));
     }
 
     /// One error is of this variance, and has nothing to do with the others.
@@ -151,7 +155,7 @@ impl Gauss {
     /// Keeps every variance below its cap, without a change of the correlations.
     pub fn limit(&mut self) {
         for i in 0..6 {
-            let (variance, cap) = (self.P.at(i, i), CAPS[i / 3]);
+            let (variance, cap) = (self.P.at(i, i), MAX_VARIANCES[i / 3]);
             if variance > cap {
                 let scale = (cap / variance).simd_sqrt();
                 (0..6).for_each(|j| self.P.set(i, j, self.P.at(i, j) * scale));
@@ -160,11 +164,11 @@ impl Gauss {
         }
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         // What a restart leaves may lie a rounding above its cap.
-        let caps = CAPS.map(|cap| cap * (1.0 + 1e-9));
-        self.body.is_sound()
-            && are_within(&self.bias, BIAS_MAX)
+        let caps = MAX_VARIANCES.map(|cap| cap * (1.0 + 1e-9));
+        self.body.is_valid()
+            && are_within(&self.bias, MAX_BIAS)
             && self.P.is_covariance(3.0 * (caps[0] + caps[1]))
             && (0..6).all(|i| self.P.at(i, i) <= caps[i / 3])
     }
@@ -180,7 +184,7 @@ impl<L: Linearised> Estimator for Kalman<L> {
             &Step {
                 gyro: sample.gyro,
                 dt: if sample.known { dt } else { 0.0 },
-                angle: squared(constants.gyro_noise) * dt + UNKNOWN * sample.unknown,
+                angle: squared(constants.gyro_noise) * dt + UNKNOWN_RATE_VARIANCE * sample.unknown,
                 bias: squared(constants.bias_walk) * dt,
             },
         );
@@ -195,8 +199,12 @@ impl<L: Linearised> Estimator for Kalman<L> {
         let (state, walked) =
             (&mut self.state, squared(self.options.constants.bias_walk) * seconds);
         state.body.forget();
-        (0..2).for_each(|i| state.restart(i, SHOWN * SHOWN));
-        let heading = if self.options.mag { FREE } else { state.P.at(2, 2) + UNKNOWN * seconds };
+        (0..2).for_each(|i| state.restart(i, SAMPLE_SIGMA_RAD * SAMPLE_SIGMA_RAD));
+        let heading = if self.options.mag {
+            FREE_HEADING_VARIANCE_RAD2
+        } else {
+            state.P.at(2, 2) + UNKNOWN_RATE_VARIANCE * seconds
+        };
         state.restart(2, heading);
         for i in BIAS..6 {
             state.P.set(i, i, state.P.at(i, i) + walked);
@@ -233,8 +241,8 @@ impl<L: Linearised> Estimator for Kalman<L> {
         *self = Self::with(self.options);
     }
 
-    fn is_sound(&self) -> bool {
-        self.options.checked().is_ok() && self.state.is_sound()
+    fn is_valid(&self) -> bool {
+        self.options.validate().is_ok() && self.state.is_valid()
     }
 
     fn is_like(&self, other: &Self) -> bool {

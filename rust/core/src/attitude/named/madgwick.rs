@@ -12,9 +12,9 @@ use crate::error::Error;
 use crate::math::Real;
 
 /// A gradient shorter than this is made of roundings and has no direction.
-const FLAT: f64 = 1e-12;
+const MIN_GRADIENT: f64 = 1e-12;
 /// Largest step of the quaternion, of length one, in one sample.
-const STEP_MAX: f64 = 0.5;
+const MAX_STEP: f64 = 0.5;
 
 /// dq/dt = q ⊗ ω/2 - β ∇F/|∇F|, where F is the squared distance of the measured from the expected
 /// directions of gravity and field, and the field is expected in the plane of north and up.
@@ -35,7 +35,7 @@ impl Madgwick {
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.
     pub fn new(options: NamedOptions) -> Result<Self, Error> {
-        Ok(Self { options: options.checked()?, body: Body::default() })
+        Ok(Self { options: options.validate()?, body: Body::default() })
     }
 
     /// ∇F of all directions that are measured.
@@ -88,8 +88,8 @@ impl Estimator for Madgwick {
             next += q * Quaternion::from_parts(0.0, sample.gyro * (0.5 * dt));
         }
         let length = gradient.norm();
-        if length > FLAT {
-            next -= gradient * ((self.options.beta() * dt).min(STEP_MAX) / length);
+        if length > MIN_GRADIENT {
+            next -= gradient * ((self.options.beta() * dt).min(MAX_STEP) / length);
         }
         self.body.set(next);
         self.body.begin(sample.accel.as_ref(), mag);
@@ -116,8 +116,8 @@ impl Estimator for Madgwick {
         self.body = Body::default();
     }
 
-    fn is_sound(&self) -> bool {
-        self.options.checked().is_ok() && self.body.is_sound()
+    fn is_valid(&self) -> bool {
+        self.options.validate().is_ok() && self.body.is_valid()
     }
 
     fn is_like(&self, other: &Self) -> bool {

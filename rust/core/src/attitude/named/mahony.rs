@@ -4,14 +4,14 @@ use nalgebra::{Quaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::body::Body;
-use super::options::BIAS_MAX;
+use super::options::MAX_BIAS;
 use super::{Named, NamedOptions};
 use crate::attitude::sample::Inertial;
 use crate::attitude::stream::Tagged;
 use crate::attitude::{Estimator, Knowledge};
 use crate::error::Error;
 use crate::math::Real;
-use crate::math::sound::are_within;
+use crate::math::validity::are_within;
 
 /// The error e = a × v̂ of the measured against the estimated vertical turns the orientation by the
 /// rate ω - b + k_P e, and the bias by db/dt = -k_I e.
@@ -33,7 +33,7 @@ impl Mahony {
     /// # Errors
     /// [`Error::Parameter`] if an option is out of its range.
     pub fn new(options: NamedOptions) -> Result<Self, Error> {
-        let options = options.checked()?;
+        let options = options.validate()?;
         Ok(Self { options, body: Body::default(), bias: options.bias.into() })
     }
 
@@ -68,7 +68,7 @@ impl Estimator for Mahony {
         let mut rate = error * kp;
         if sample.known {
             let bias = self.bias - error * (ki * sample.dt);
-            self.bias = bias.map(|x| x.clamp(-BIAS_MAX, BIAS_MAX));
+            self.bias = bias.map(|x| x.clamp(-MAX_BIAS, MAX_BIAS));
             rate += sample.gyro - self.bias;
         }
         self.body.turn(&(rate * sample.dt));
@@ -96,8 +96,8 @@ impl Estimator for Mahony {
         (self.body, self.bias) = (Body::default(), self.options.bias.into());
     }
 
-    fn is_sound(&self) -> bool {
-        self.options.checked().is_ok() && self.body.is_sound() && are_within(&self.bias, BIAS_MAX)
+    fn is_valid(&self) -> bool {
+        self.options.validate().is_ok() && self.body.is_valid() && are_within(&self.bias, MAX_BIAS)
     }
 
     fn is_like(&self, other: &Self) -> bool {

@@ -118,7 +118,7 @@ mod tests {
         })
     }
 
-    fn stays_sound<E: Named + core::fmt::Debug>(
+    fn stays_valid<E: Named + core::fmt::Debug>(
         filter: Result<E, Error>,
         samples: &[Inertial],
     ) -> Result<(), TestCaseError> {
@@ -130,7 +130,7 @@ mod tests {
             }
             let known = filter.knowledge();
             prop_assert!((filter.orientation().norm() - 1.0).abs() < 1e-9, "{k}: {sample:?}");
-            prop_assert!(filter.is_sound(), "{} at {k}: {filter:?}", E::METHOD);
+            prop_assert!(filter.is_valid(), "{} at {k}: {filter:?}", E::METHOD);
             prop_assert!(!known.tilt_sigma.is_infinite() && !known.heading_sigma.is_infinite());
         }
         Ok(())
@@ -138,15 +138,15 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_sample_makes_an_unsound_state(
+        fn no_sample_makes_an_invalid_state(
             options in options(),
             samples in prop::collection::vec(sample(), 1..120),
         ) {
-            stays_sound(Complementary::new(options), &samples)?;
-            stays_sound(Mahony::new(options), &samples)?;
-            stays_sound(Madgwick::new(options), &samples)?;
-            stays_sound(Ekf::new(options), &samples)?;
-            stays_sound(Ukf::new(options), &samples)?;
+            stays_valid(Complementary::new(options), &samples)?;
+            stays_valid(Mahony::new(options), &samples)?;
+            stays_valid(Madgwick::new(options), &samples)?;
+            stays_valid(Ekf::new(options), &samples)?;
+            stays_valid(Ukf::new(options), &samples)?;
         }
 
         #[test]
@@ -154,8 +154,8 @@ mod tests {
             let (row, mut options) = (&CONSTANTS[row], NamedOptions::default());
             let value = if over { row.range[1] * 1.1 } else { row.range[0] - 1e-13 };
             (row.set)(&mut options.constants, value);
-            let told = Error::Parameter { name: row.name, expected: row.expected, value };
-            prop_assert_eq!(Ekf::new(options).err(), Some(told));
+            let error = Error::Parameter { name: row.name, expected: row.expected, value };
+            prop_assert_eq!(Ekf::new(options).err(), Some(error));
         }
     }
 }

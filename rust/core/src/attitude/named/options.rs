@@ -13,8 +13,8 @@ pub const BIAS_METHODS: &[&str] = &["auto", "mahony", "ekf", "ukf"];
 pub const BIAS_SIGMA_METHODS: &[&str] = &["auto", "ekf", "ukf"];
 
 /// Largest bias that can be given or found, rad/s, and its largest deviation at the start.
-pub(super) const BIAS_MAX: f64 = 10.0;
-pub(super) const BIAS_SIGMA_MAX: f64 = 0.2;
+pub(super) const MAX_BIAS: f64 = 10.0;
+pub(super) const MAX_BIAS_SIGMA: f64 = 0.2;
 /// Spread of a bias of which nothing is known, rad/s.
 const BIAS_SIGMA: f64 = 0.5 * core::f64::consts::PI / 180.0;
 
@@ -205,11 +205,11 @@ impl NamedOptions {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         for (x, sigma) in self.bias.into_iter().zip(self.bias_sigma) {
-            require(x.abs() <= BIAS_MAX, "bias", "a rate of at most 10 rad/s", x)?;
+            require(x.abs() <= MAX_BIAS, "bias", "a rate of at most 10 rad/s", x)?;
             let expected = "a positive rate of at most 0.2 rad/s";
-            require(sigma > 0.0 && sigma <= BIAS_SIGMA_MAX, "bias_sigma", expected, sigma)?;
+            require(sigma > 0.0 && sigma <= MAX_BIAS_SIGMA, "bias_sigma", expected, sigma)?;
         }
         CONSTANTS.iter().try_for_each(|constant| constant.check(&self.constants))?;
         Ok(self)

@@ -2,17 +2,17 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::fit::{Fit, IRON, LITTLE, Ticks};
+use super::fit::{Fit, IRON_SIGMA, RIDGE, Ticks};
 use super::normal::{Element, Normal, Sums};
 
 /// Seconds of a tick.
 const TICK: f64 = 0.1;
 /// Seconds that count as one independent observation, and how many a group may have.
-const ONE: f64 = 10.0;
-const MOST: f64 = 4.0;
-const LEAST: f64 = 0.5;
+const OBSERVATION_S: f64 = 10.0;
+const MAX_OBSERVATIONS: f64 = 4.0;
+const MIN_OBSERVATIONS: f64 = 0.5;
 /// Scatter that no field goes below, its size being 1.
-const FLOOR: f64 = 0.01;
+const MIN_SCATTER: f64 = 0.01;
 
 /// Deviations of the elements of the soft iron before anything is seen.
 pub type Doubt<'a> = &'a [f64];
@@ -30,23 +30,24 @@ pub fn covariance(
     let size = soft + 3 * groups;
     let mut information = DMatrix::zeros(size, size);
     for k in 0..size {
-        let sigma = doubt.get(k).copied().unwrap_or(IRON);
+        let sigma = doubt.get(k).copied().unwrap_or(IRON_SIGMA);
         information[(k, k)] = 1.0 / (sigma * sigma);
     }
-    let limit = fit.scatter.max(FLOOR);
+    let limit = fit.scatter.max(MIN_SCATTER);
     for group in 0..groups {
         let (part, count) = of_group(ticks, fit, elements, group)?;
         if count == 0 {
             continue;
         }
         let length = count as f64;
-        let observations = (length * TICK / ONE).clamp(LEAST, MOST);
+        let observations =
+            (length * TICK / OBSERVATION_S).clamp(MIN_OBSERVATIONS, MAX_OBSERVATIONS);
         let scale = observations / length / (limit * limit);
-        let place = |k: usize| if k < soft { k } else { k + 3 * group };
+        let index = |k: usize| if k < soft { k } else { k + 3 * group };
         for i in 0..soft + 3 {
             for j in 0..soft + 3 {
                 let both = 0.5 * (part[(i, j)] + part[(j, i)]);
-                information[(place(i), place(j))] += both * scale;
+                information[(index(i), index(j))] += both * scale;
             }
         }
     }
@@ -72,7 +73,7 @@ fn of_group(
     let mut count = 0;
     for stretch in stretches {
         let window = ticks.window[stretch.start];
-        let place = windows.partition_point(|w| *w < window);
+        let index = windows.partition_point(|w| *w < window);
         let (field, mut sums) = (fit.fields[window], Sums::default());
         count += stretch.len();
         for k in stretch {
@@ -80,9 +81,9 @@ fn of_group(
             let (a, s) = (matrix * back, back * field);
             sums.add(fit.weights[k], &a, &s, &Vector3::zeros(), true);
         }
-        normal.add(place, 0, &sums, elements);
+        normal.add(index, 0, &sums, elements);
     }
     let fields = vec![Vector3::zeros(); windows.len()];
-    normal.smooth(&fields, LITTLE);
+    normal.smooth(&fields, RIDGE);
     Some((normal.eliminate()?.rest.own, count))
 }

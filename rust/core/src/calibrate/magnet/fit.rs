@@ -6,17 +6,17 @@ use super::normal::{Element, Normal, Sums};
 use crate::work::pause;
 
 /// Deviations of a hard iron and of an element of the soft iron, before anything is seen.
-pub(super) const IRON: f64 = 1.0;
-const SOFT: f64 = 0.2;
+pub(super) const IRON_SIGMA: f64 = 1.0;
+const SOFT_IRON_SIGMA: f64 = 0.2;
 const ROUNDS: usize = 8;
 /// Largest step of a round that is the last.
-const STILL: f64 = 1e-7;
+const MAX_LAST_STEP: f64 = 1e-7;
 /// Median of the square of a normal vector of three, over three.
-const MEDIAN: f64 = 0.79;
+const NORMAL_MEDIAN_SQUARE: f64 = 0.79;
 /// Deviations beyond which a tick counts less.
-const FAR: f64 = 2.5;
+const MAX_SIGMAS: f64 = 2.5;
 /// Keeps what nothing tells of within reach.
-pub(super) const LITTLE: f64 = 1e-9;
+pub(super) const RIDGE: f64 = 1e-9;
 
 /// Ticks of a fit.
 #[derive(Debug, Clone, Copy)]
@@ -117,10 +117,10 @@ impl Fit {
             *left = Vector3::from(ticks.field[k]) - matrix * seen - self.iron[ticks.group[k]];
             squares.push(left.norm_squared());
         }
-        let variance = (median(squares) / 3.0 / MEDIAN).max(1e-10);
+        let variance = (median(squares) / 3.0 / NORMAL_MEDIAN_SQUARE).max(1e-10);
         for (weight, left) in self.weights.iter_mut().zip(left.iter()) {
             let size = left.norm_squared().max(1e-30);
-            *weight = (FAR * (variance / size).sqrt()).min(1.0);
+            *weight = (MAX_SIGMAS * (variance / size).sqrt()).min(1.0);
         }
         variance
     }
@@ -146,13 +146,13 @@ impl Fit {
             }
             normal.add(window, group, &sums, elements);
         }
-        normal.smooth(&self.fields, LITTLE);
+        normal.smooth(&self.fields, RIDGE);
         for k in 0..soft + 3 * groups {
             let (now, sigma) = match k.checked_sub(soft) {
-                None => (self.elements[k], SOFT),
-                Some(i) => (self.iron[i / 3][i % 3], IRON),
+                None => (self.elements[k], SOFT_IRON_SIGMA),
+                Some(i) => (self.iron[i / 3][i % 3], IRON_SIGMA),
             };
-            normal.own[(k, k)] += 1.0 / (sigma * sigma) + LITTLE;
+            normal.own[(k, k)] += 1.0 / (sigma * sigma) + RIDGE;
             normal.own_right[k] -= now / (sigma * sigma);
         }
         let (rest, fields) = normal.eliminate()?.solve()?;
@@ -178,7 +178,7 @@ pub fn fit(ticks: &Ticks<'_>, elements: &[Element]) -> Option<Fit> {
     for _ in 0..ROUNDS {
         pause();
         let variance = found.weigh(ticks, elements, &mut left, &mut squares);
-        if found.step(ticks, elements, &left, variance)? < STILL {
+        if found.step(ticks, elements, &left, variance)? < MAX_LAST_STEP {
             break;
         }
     }

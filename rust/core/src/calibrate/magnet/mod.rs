@@ -24,5 +24,5 @@ pub use fit::{Fit, Ticks, fit};
 pub use normal::Element;
 #[cfg(feature = "std")]
 pub use partition::{Partition, Piece, Turned, partition};
-pub(crate) use span::{Cost, DROP, LONGEST, PRICE, Seen, Span, WILD_TICK};
+pub(crate) use span::{Cost, MAX_EXTRA_COST, MAX_OUTLIER_S, OUTLIER_COST, SPAN_COST, Seen, Span};
 pub(crate) use together::step_all;

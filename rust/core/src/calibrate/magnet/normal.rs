@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX, Vector3};
 
 /// Deviation of the difference of the fields of two windows.
-const WALK: f64 = 0.1;
+const FIELD_WALK_SIGMA: f64 = 0.1;
 
 /// An element of the soft iron.
 pub type Element = Matrix3<f64>;
@@ -78,7 +78,7 @@ impl Normal {
             own: DMatrix::zeros(size, size),
             own_right: DVector::zeros(size),
             soft,
-            walk: noise / (WALK * WALK),
+            walk: noise / (FIELD_WALK_SIGMA * FIELD_WALK_SIGMA),
         }
     }
 
@@ -135,8 +135,8 @@ impl Normal {
             if w + 1 < self.inner.len() {
                 // The coupling of neighbours is -walk.
                 self.inner[w + 1] -= inverse * (self.walk * self.walk);
-                let carried = inverse * self.right[w] * self.walk;
-                self.right[w + 1] += carried;
+                let propagated = inverse * self.right[w] * self.walk;
+                self.right[w + 1] += propagated;
                 self.across[w + 1] += solved * self.walk;
             }
             inverses.push(inverse);

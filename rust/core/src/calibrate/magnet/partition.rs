@@ -1,14 +1,14 @@
-//! The spans of least cost, each of one hard iron or *wild*, by dynamic programming.
+//! The spans of least cost, each of one hard iron or an *outlier*, by dynamic programming.
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::span::{Cost, DROP, LONGEST, PRICE, Seen, Span, WILD_TICK};
+use super::span::{Cost, MAX_EXTRA_COST, MAX_OUTLIER_S, OUTLIER_COST, SPAN_COST, Seen, Span};
 use super::together::{gather, scatter};
 use crate::math::{Lane, Real, parallel};
 use crate::work::pause;
 
 /// Ticks of a second, in which a span begins and ends.
-const SECOND: usize = 10;
+const TICKS_PER_SECOND: usize = 10;
 /// Seconds of a tick.
 const TICK: f64 = 0.1;
 
@@ -31,7 +31,7 @@ pub struct Piece {
     /// Past the last one.
     pub stop: usize,
     /// Whether nothing is believed of it.
-    pub wild: bool,
+    pub outlier: bool,
 }
 
 /// What a record falls into, and its cost.
@@ -79,27 +79,28 @@ struct Search<'a> {
     /// Least cost of all before each second, and the last piece of it.
     best: Vec<f64>,
     came: Vec<Piece>,
-    /// Cost of each second if it is wild.
-    wild: Vec<f64>,
+    /// Cost of each second if it is an outlier.
+    outlier: Vec<f64>,
     going: Vec<Going>,
 }
 
 impl<'a> Search<'a> {
     fn new(ticks: &'a Turned<'a>, noise: f64, walk: f64) -> Self {
-        let (best, came, wild, going) = (vec![0.0], Vec::new(), Vec::new(), Vec::new());
-        Self { ticks, noise, walk, best, came, wild, going }
+        let (best, came, outlier, going) = (vec![0.0], Vec::new(), Vec::new(), Vec::new());
+        Self { ticks, noise, walk, best, came, outlier, going }
     }
 
     fn run(mut self) -> Partition {
         let Some(last) = self.ticks.number.last() else {
             return Partition { cost: 0.0, pieces: Vec::new() };
         };
-        let seconds = last / SECOND + 1;
+        let seconds = last / TICKS_PER_SECOND + 1;
         let mut first = 0;
         for second in 0..seconds {
             pause();
             let rest = &self.ticks.number[first..];
-            let inside = first..first + rest.partition_point(|k| *k < (second + 1) * SECOND);
+            let inside =
+                first..first + rest.partition_point(|k| *k < (second + 1) * TICKS_PER_SECOND);
             first = inside.end;
             self.take(second, inside);
         }
@@ -107,36 +108,36 @@ impl<'a> Search<'a> {
     }
 
     fn take(&mut self, second: usize, inside: core::ops::Range<usize>) {
-        self.wild.push(WILD_TICK * inside.len() as f64);
+        self.outlier.push(OUTLIER_COST * inside.len() as f64);
         if !inside.is_empty() {
             let span = Span::new(median(&self.ticks.turned[inside.clone()]));
             self.going.push(Going { start: second, cost: 0.0, span });
             self.step(inside);
         }
-        let (mut least, mut piece) = self.wildest(second);
+        let (mut least, mut piece) = self.cheapest_outlier(second);
         for one in &self.going {
             let cost = self.best[one.start] + one.cost;
             if cost < least {
-                (least, piece) = (cost, Piece { start: one.start, wild: false, ..piece });
+                (least, piece) = (cost, Piece { start: one.start, outlier: false, ..piece });
             }
         }
-        let found = least + PRICE;
+        let found = least + SPAN_COST;
         self.came.push(piece);
         let best = &self.best;
-        self.going.retain(|one| best[one.start] + one.cost <= found + DROP);
+        self.going.retain(|one| best[one.start] + one.cost <= found + MAX_EXTRA_COST);
         self.best.push(found);
     }
 
-    /// The wild piece of least cost that ends with a second.
-    fn wildest(&self, second: usize) -> (f64, Piece) {
+    /// Return the outlier piece of least cost that ends with a second.
+    fn cheapest_outlier(&self, second: usize) -> (f64, Piece) {
         let (mut least, mut start, mut sum) = (f64::INFINITY, second, 0.0);
-        for i in ((second + 1).saturating_sub(LONGEST)..=second).rev() {
-            sum += self.wild[i];
+        for i in ((second + 1).saturating_sub(MAX_OUTLIER_S)..=second).rev() {
+            sum += self.outlier[i];
             if self.best[i] + sum <= least {
                 (least, start) = (self.best[i] + sum, i);
             }
         }
-        (least, Piece { start, stop: second + 1, wild: true })
+        (least, Piece { start, stop: second + 1, outlier: true })
     }
 
     fn step(&mut self, inside: core::ops::Range<usize>) {

@@ -3,25 +3,25 @@
 use serde::{Deserialize, Serialize};
 
 use crate::math::Real;
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 
-/// What another span costs, beside the evidence of its prior.
-pub const PRICE: f64 = 24.0;
+/// Cost of another span, in addition to the evidence of its prior.
+pub const SPAN_COST: f64 = 24.0;
 /// By how much a span may be dearer than the best, and still go on.
-pub const DROP: f64 = 64.0;
+pub const MAX_EXTRA_COST: f64 = 64.0;
 /// What a tick costs of which nothing is believed: of a deviation of 0.35 an axis, that is
 /// 3 (ln 0.35² + 1). So many seconds in a row at most.
-pub const WILD_TICK: f64 = -3.298_932_746_992_067;
-pub const LONGEST: usize = 60;
+pub const OUTLIER_COST: f64 = -3.298_932_746_992_067;
+pub const MAX_OUTLIER_S: usize = 60;
 
 /// Where an element of a symmetric matrix is in its six numbers.
-const AT: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
+const SYMMETRIC_INDEX: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
 
 /// Squared size of an innovation, in its own variances, above which it counts less.
-const FAR: f64 = 9.0;
+const MAX_FULL_NIS: f64 = 9.0;
 
 /// No number of a filter is larger, fields having a size of about 1.
-const LARGEST: f64 = 1e6;
+const MAX_NUMBER: f64 = 1e6;
 
 /// Numbers of a span: hard iron, field, and the covariance of both.
 pub const NUMBERS: usize = 27;
@@ -88,13 +88,13 @@ impl Span<f64> {
     }
 
     /// Whether every number is one of a running filter.
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let row = self.row();
-        let variances = AT.iter().enumerate().map(|(i, at)| at[i]);
-        row.iter().all(|x| is_within(*x, LARGEST))
+        let variances = SYMMETRIC_INDEX.iter().enumerate().map(|(i, at)| at[i]);
+        row.iter().all(|x| is_within(*x, MAX_NUMBER))
             && variances
                 .into_iter()
-                .all(|i| is_size(self.irons[i], LARGEST) && is_size(self.fields[i], LARGEST))
+                .all(|i| is_size(self.irons[i], MAX_NUMBER) && is_size(self.fields[i], MAX_NUMBER))
     }
 }
 
@@ -158,7 +158,7 @@ impl<T: Real> Span<T> {
     pub fn step(&mut self, seen: &Seen<T>) -> Cost<T> {
         let turn = &seen.rotation;
         for k in 0..3 {
-            self.fields[AT[k][k]] += seen.walked;
+            self.fields[SYMMETRIC_INDEX[k][k]] += seen.walked;
         }
         let (of_iron, of_field) = self.gains(turn);
         let mut spread = [T::zero(); 6];
@@ -173,19 +173,19 @@ impl<T: Real> Span<T> {
                 for k in 0..3 {
                     sum += turn[i][k] * of_iron[k][j];
                 }
-                spread[AT[i][j]] = sum;
+                spread[SYMMETRIC_INDEX[i][j]] = sum;
             }
-            spread[AT[i][i]] += seen.noise;
+            spread[SYMMETRIC_INDEX[i][i]] += seen.noise;
         }
         let (adjoint, determinant) = inverse(&spread);
         let size = quadratic(&adjoint, &off) / determinant;
-        let nine = T::of(FAR);
+        let nine = T::of(MAX_FULL_NIS);
         let far = (size.at_least(nine) / nine).simd_sqrt();
-        let beyond = T::of(2.0 * FAR) * far - nine;
+        let beyond = T::of(2.0 * MAX_FULL_NIS) * far - nine;
         let misfit = beyond.select(size.simd_ge(nine), size);
         let more = seen.noise * (far - T::one());
         for i in 0..3 {
-            spread[AT[i][i]] += more;
+            spread[SYMMETRIC_INDEX[i][i]] += more;
         }
         self.correct(&of_iron, &of_field, &spread, &off);
         Cost { determinant, misfit }
@@ -197,9 +197,9 @@ impl<T: Real> Span<T> {
         let (mut of_iron, mut of_field) = ([[T::zero(); 3]; 3], [[T::zero(); 3]; 3]);
         for i in 0..3 {
             for j in 0..3 {
-                let (mut iron, mut field) = (self.across[i][j], self.fields[AT[i][j]]);
+                let (mut iron, mut field) = (self.across[i][j], self.fields[SYMMETRIC_INDEX[i][j]]);
                 for k in 0..3 {
-                    iron += self.irons[AT[i][k]] * turn[j][k];
+                    iron += self.irons[SYMMETRIC_INDEX[i][k]] * turn[j][k];
                     field += self.across[k][i] * turn[j][k];
                 }
                 (of_iron[i][j], of_field[i][j]) = (iron, field);
@@ -223,8 +223,8 @@ impl<T: Real> Span<T> {
             for j in 0..3 {
                 let (mut first, mut second) = (T::zero(), T::zero());
                 for k in 0..3 {
-                    first += of_iron[i][k] * adjoint[AT[k][j]];
-                    second += of_field[i][k] * adjoint[AT[k][j]];
+                    first += of_iron[i][k] * adjoint[SYMMETRIC_INDEX[k][j]];
+                    second += of_field[i][k] * adjoint[SYMMETRIC_INDEX[k][j]];
                 }
                 (iron[i][j], field[i][j]) = (first * scale, second * scale);
             }
@@ -241,8 +241,8 @@ impl<T: Real> Span<T> {
             }
             for j in i..3 {
                 for k in 0..3 {
-                    self.irons[AT[i][j]] -= iron[i][k] * of_iron[j][k];
-                    self.fields[AT[i][j]] -= field[i][k] * of_field[j][k];
+                    self.irons[SYMMETRIC_INDEX[i][j]] -= iron[i][k] * of_iron[j][k];
+                    self.fields[SYMMETRIC_INDEX[i][j]] -= field[i][k] * of_field[j][k];
                 }
             }
         }
@@ -264,7 +264,7 @@ fn quadratic<T: Real>(m: &[T; 6], v: &[T; 3]) -> T {
     for i in 0..3 {
         let mut row = T::zero();
         for j in 0..3 {
-            row += m[AT[i][j]] * v[j];
+            row += m[SYMMETRIC_INDEX[i][j]] * v[j];
         }
         sum += v[i] * row;
     }

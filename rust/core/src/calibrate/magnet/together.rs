@@ -7,7 +7,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::span::NUMBERS;
 use super::span::{Cost, Seen, Span};
 #[cfg(feature = "std")]
-use crate::math::{Lane, Real, WIDEST};
+use crate::math::{Lane, MAX_LANES, Real};
 
 /// Takes a tick into every span; returns what it costs each.
 #[cfg(feature = "std")]
@@ -57,7 +57,7 @@ impl<const N: usize> WithSimd for All<'_, N> {
 #[cfg(feature = "std")]
 #[inline(always)]
 pub fn gather<S: Simd>(spans: &[impl AsRef<Span<f64>>]) -> Span<Lane<S>> {
-    let mut rows = [[0.0; WIDEST]; NUMBERS];
+    let mut rows = [[0.0; MAX_LANES]; NUMBERS];
     for k in 0..S::F64_LANES {
         let row = spans[k.min(spans.len() - 1)].as_ref().row();
         for i in 0..NUMBERS {
@@ -75,7 +75,7 @@ pub fn gather<S: Simd>(spans: &[impl AsRef<Span<f64>>]) -> Span<Lane<S>> {
 #[cfg(feature = "std")]
 #[inline(always)]
 pub fn scatter<S: Simd>(lanes: &Span<Lane<S>>, spans: &mut [impl AsMut<Span<f64>>]) {
-    let (lanes, mut rows) = (lanes.row(), [[0.0; WIDEST]; NUMBERS]);
+    let (lanes, mut rows) = (lanes.row(), [[0.0; MAX_LANES]; NUMBERS]);
     for i in 0..NUMBERS {
         rows[i] = lanes[i].store();
     }

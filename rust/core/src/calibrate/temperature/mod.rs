@@ -10,16 +10,16 @@ mod walks;
 use serde::{Deserialize, Serialize};
 
 use self::thermometer::Thermometer;
-use self::walks::{LEVEL_MAX, Mixture, SLOPE_MAX, Walks};
+use self::walks::{MAX_LEVEL, MAX_SLOPE, Mixture, Walks};
 use crate::error::{Error, check_not_negative, require};
-use crate::math::sound::{is_count, is_size, is_within};
+use crate::math::validity::{is_count, is_size, is_within};
 use crate::math::{Limits, Real};
 use crate::rest::{Event, RestDetector, RestLimits, Tick};
 use crate::stream::Stream;
 use crate::stream::checkpoint::Checkpoint;
 
 /// Largest deviation of the samples.
-const SCALE_MAX: f64 = 1e150;
+const MAX_SCALE: f64 = 1e150;
 
 /// Believed of the slope where nothing is given: one deviation of a sample per kelvin.
 const SLOPE_SIGMA: f64 = 1.0;
@@ -55,7 +55,7 @@ impl Default for TemperatureParams {
 }
 
 impl TemperatureParams {
-    fn checked(self) -> Result<Self, Error> {
+    fn validate(self) -> Result<Self, Error> {
         let finite = |name, value: f64| require(value.is_finite(), name, "a finite number", value);
         let size = |name, value| check_not_negative(name, "zero or a positive number", value);
         finite("reference", self.reference)?;
@@ -99,7 +99,7 @@ impl TemperatureFilter {
     /// # Errors
     /// [`Error::Parameter`] for a parameter out of range.
     pub fn new(params: TemperatureParams) -> Result<Self, Error> {
-        let params = params.checked()?;
+        let params = params.validate()?;
         let detector = RestDetector::new(params.rate, params.limits)?;
         Ok(Self {
             params,
@@ -212,26 +212,26 @@ impl TemperatureFilter {
     /// The first tick at rest, or the first whose samples differ, gives offset and scale.
     fn start(&mut self, tick: &Tick<f64>, white: f64) {
         (self.begun, self.offset) = (true, tick.mean);
-        self.scale = tick.deviation.min(SCALE_MAX);
+        self.scale = tick.deviation.min(MAX_SCALE);
         if self.scale == 0.0 {
             return;
         }
         let sigma = self.params.known_slope_sigma();
-        let spread = sigma.map_or(SLOPE_SIGMA, |sigma| (sigma / self.scale).min(SLOPE_MAX));
+        let spread = sigma.map_or(SLOPE_SIGMA, |sigma| (sigma / self.scale).min(MAX_SLOPE));
         let slope = self.params.slope.unwrap_or(0.0) / self.scale;
-        self.walks = Walks::new(slope.within(SLOPE_MAX), spread);
+        self.walks = Walks::new(slope.within(MAX_SLOPE), spread);
         self.walks.begin(0.0, white, self.kelvin());
     }
 
     /// From the first tick on, in deviations of its samples.
     fn counted(&self, z: f64) -> f64 {
-        ((z - self.offset) / self.scale).within(LEVEL_MAX)
+        ((z - self.offset) / self.scale).within(MAX_LEVEL)
     }
 
     /// Variance that a known walk adds in a tick, in units of the scale.
     fn walked(&self, walk: f64) -> f64 {
         let seconds = (self.tick_length() / self.params.rate).min(f64::MAX);
-        let walk = (walk / self.scale).min(LEVEL_MAX);
+        let walk = (walk / self.scale).min(MAX_LEVEL);
         walk * walk * seconds
     }
 
@@ -242,7 +242,7 @@ impl TemperatureFilter {
     fn answer(&self) -> f64 {
         match self.scale == 0.0 {
             true => self.offset,
-            false => (self.offset + self.scale * self.level().mean).within(f64::RAW_MAX),
+            false => (self.offset + self.scale * self.level().mean).within(f64::MAX_RAW),
         }
     }
 }
@@ -256,7 +256,7 @@ impl Stream for TemperatureFilter {
         self.samples_seen += 1;
         self.thermometer.observe(temperature - self.params.reference);
         if z.is_finite() {
-            self.reach = self.reach.max(z.abs().min(f64::RAW_MAX));
+            self.reach = self.reach.max(z.abs().min(f64::MAX_RAW));
         }
         if let Some(tick) = self.detector.observe(z) {
             self.feel();
@@ -277,21 +277,21 @@ impl Checkpoint for TemperatureFilter {
     const TAG: &'static str = "temperature";
     const VERSION: u16 = 2;
 
-    fn is_sound(&self) -> bool {
-        let most = f64::RAW_MAX * 32.0;
+    fn is_valid(&self) -> bool {
+        let most = f64::MAX_RAW * 32.0;
         Self::new(self.params).is_ok_and(|fresh| {
-            self.detector.is_sound()
+            self.detector.is_valid()
                 && self.detector.is_like(&fresh.detector)
-                && self.thermometer.is_sound(self.detector.tick_length())
+                && self.thermometer.is_valid(self.detector.tick_length())
                 && is_count(self.samples_seen)
-                && is_size(self.reach, f64::RAW_MAX)
+                && is_size(self.reach, f64::MAX_RAW)
                 && is_within(self.offset, most)
-                && is_size(self.scale, SCALE_MAX)
+                && is_size(self.scale, MAX_SCALE)
                 && is_within(self.bias, most)
                 && (self.begun || (self.offset, self.scale) == (0.0, 0.0))
                 && match self.scale == 0.0 {
                     true => self.walks == Walks::none() && self.bias == self.offset,
-                    false => self.walks.is_sound(),
+                    false => self.walks.is_valid(),
                 }
         })
     }

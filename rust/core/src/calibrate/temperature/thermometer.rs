@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::sound::{is_sample, is_within};
+use crate::math::validity::{is_sample, is_within};
 
 /// Kelvins from the reference beyond which there is no temperature.
-pub const KELVIN_MAX: f64 = 1e4;
+pub const MAX_KELVIN: f64 = 1e4;
 
 /// Ticks at most over which temperature is averaged, and what is left of them at the next change.
-const PACE_MAX: f64 = 240.0;
-const PACE_KEPT: f64 = 0.75;
+const MAX_PACE: f64 = 240.0;
+const PACE_SHARE: f64 = 0.75;
 
 /// Kelvins from the reference, averaged over as many ticks as lie between two changes.
 ///
@@ -50,7 +50,7 @@ impl Thermometer {
     /// Takes one that is within the bounds.
     #[inline(always)]
     pub fn observe(&mut self, kelvin: f64) {
-        if kelvin.abs() <= KELVIN_MAX {
+        if kelvin.abs() <= MAX_KELVIN {
             self.changed |= kelvin != self.last && !self.last.is_nan();
             self.last = kelvin;
             self.sum += kelvin;
@@ -63,7 +63,7 @@ impl Thermometer {
         if self.count > 0 {
             self.since = self.since.saturating_add(1);
             if self.changed {
-                self.pace = f64::from(self.since).max(PACE_KEPT * self.pace).min(PACE_MAX);
+                self.pace = f64::from(self.since).max(PACE_SHARE * self.pace).min(MAX_PACE);
                 self.since = 0;
             }
             let mean = self.sum / f64::from(self.count);
@@ -74,14 +74,14 @@ impl Thermometer {
     }
 
     /// Whether temperatures can have made it, in ticks of so many samples.
-    pub fn is_sound(&self, length: u32) -> bool {
+    pub fn is_valid(&self, length: u32) -> bool {
         // A mean is off by some roundings.
-        let most = KELVIN_MAX * (1.0 + 1e-6);
-        is_sample(self.last, KELVIN_MAX)
+        let most = MAX_KELVIN * (1.0 + 1e-6);
+        is_sample(self.last, MAX_KELVIN)
             && is_sample(self.kelvin, most)
             && self.count < length
             && is_within(self.sum, most * f64::from(self.count))
             && self.pace >= 1.0
-            && self.pace <= PACE_MAX
+            && self.pace <= MAX_PACE
     }
 }

@@ -10,14 +10,14 @@
 use nalgebra::ComplexField;
 use serde::{Deserialize, Serialize};
 
-use super::thermometer::KELVIN_MAX;
+use super::thermometer::MAX_KELVIN;
 use crate::math::Real;
-use crate::math::sound::{is_size, is_within};
+use crate::math::validity::{is_size, is_within};
 
 /// Of what is counted in deviations of the noise.
-pub const LEVEL_MAX: f64 = 1e12;
-pub const SLOPE_MAX: f64 = 1e8;
-const VARIANCE_MAX: f64 = 1e24;
+pub const MAX_LEVEL: f64 = 1e12;
+pub const MAX_SLOPE: f64 = 1e8;
+const MAX_VARIANCE: f64 = 1e24;
 
 /// Filters: one a decade.
 const WALKS: usize = 8;
@@ -27,14 +27,14 @@ const RATIOS: Each = [1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 
 /// Before any tick the walk's deviation is believed to be half-Cauchy, with this ratio in the middle:
 /// a walk as strong as the noise of five seconds.
-const MIDDLE: f64 = 2.5e-3;
+const MEDIAN_RATIO: f64 = 2.5e-3;
 
 /// What a tick leaves of the evidence, and what the noise is believed to be worth before the first.
-const KEPT: f64 = 1.0 - 1.0 / 4000.0;
-const DEGREES: f64 = 2.0;
+const EVIDENCE_DECAY: f64 = 1.0 - 1.0 / 4000.0;
+const DEGREES_OF_FREEDOM: f64 = 2.0;
 
 /// Least noise, as a variance over that of the first tick.
-const NOISE_MIN: f64 = 1e-12;
+const MIN_NOISE: f64 = 1e-12;
 
 type Each = [f64; WALKS];
 
@@ -80,13 +80,19 @@ impl Walks {
     /// With a slope of this mean and deviation; `begin` says where the bias is.
     pub fn new(slope: f64, sigma: f64) -> Self {
         let (k, c) = ([slope; WALKS], [sigma * sigma; WALKS]);
-        Self { k, c, degrees: DEGREES, squares: [DEGREES; WALKS], ..Self::none() }
+        Self {
+            k,
+            c,
+            degrees: DEGREES_OF_FREEDOM,
+            squares: [DEGREES_OF_FREEDOM; WALKS],
+            ..Self::none()
+        }
     }
 
     /// The bias is that of a tick, of this white variance, whatever it was; the slope is what it was.
     pub fn begin(&mut self, y: f64, R: f64, d: f64) {
         for m in 0..WALKS {
-            self.x[m] = (y - self.k[m] * d).within(LEVEL_MAX);
+            self.x[m] = (y - self.k[m] * d).within(MAX_LEVEL);
             (self.v[m], self.u[m]) = (R, -d);
         }
     }
@@ -94,7 +100,7 @@ impl Walks {
     /// What was learned was so at `d` kelvins from the reference.
     pub fn shift(&mut self, d: f64) {
         for m in 0..WALKS {
-            self.x[m] = (self.x[m] - self.k[m] * d).within(LEVEL_MAX);
+            self.x[m] = (self.x[m] - self.k[m] * d).within(MAX_LEVEL);
             self.u[m] -= d;
         }
     }
@@ -103,7 +109,7 @@ impl Walks {
     pub fn wait(&mut self, known: Option<f64>, length: f64) {
         for m in 0..WALKS {
             let step = known.map_or(RATIOS[m] / length, |variance| variance / self.noise(m));
-            self.v[m] = (self.v[m] + step).min(VARIANCE_MAX);
+            self.v[m] = (self.v[m] + step).min(MAX_VARIANCE);
         }
     }
 
@@ -116,15 +122,15 @@ impl Walks {
             let a = R + v;
             let S = a + h * h * c;
             self.weigh_in(m, e * e / S, S);
-            self.x[m] = (self.x[m] + (v + u * h * c) / S * e).within(LEVEL_MAX);
-            self.k[m] = (self.k[m] + h * c / S * e).within(LEVEL_MAX);
+            self.x[m] = (self.x[m] + (v + u * h * c) / S * e).within(MAX_LEVEL);
+            self.k[m] = (self.k[m] + h * c / S * e).within(MAX_LEVEL);
             self.u[m] = u - h * v / a;
             self.v[m] = v * R / a;
             self.c[m] = c * a / S;
         }
-        self.degrees = KEPT * self.degrees + 1.0;
+        self.degrees = EVIDENCE_DECAY * self.degrees + 1.0;
         for squares in &mut self.squares {
-            *squares = squares.max(NOISE_MIN * self.degrees);
+            *squares = squares.max(MIN_NOISE * self.degrees);
         }
     }
 
@@ -150,14 +156,14 @@ impl Walks {
     fn weigh_in(&mut self, m: usize, square: f64, S: f64) {
         let tail = ComplexField::ln_1p(square / self.squares[m]) * (self.degrees + 1.0);
         let spread = tail + ComplexField::ln(S * self.noise(m));
-        self.evidence[m] = KEPT * self.evidence[m] - 0.5 * spread;
-        self.squares[m] = KEPT * self.squares[m] + square;
+        self.evidence[m] = EVIDENCE_DECAY * self.evidence[m] - 0.5 * spread;
+        self.squares[m] = EVIDENCE_DECAY * self.squares[m] + square;
     }
 
     fn weights(&self) -> Each {
         let best = self.evidence.iter().fold(f64::NEG_INFINITY, |best, e| best.max(*e));
         let weights: Each = core::array::from_fn(|m| {
-            let ratio = RATIOS[m] / MIDDLE;
+            let ratio = RATIOS[m] / MEDIAN_RATIO;
             let prior = ratio.simd_sqrt() / (1.0 + ratio);
             prior * ComplexField::exp(self.evidence[m] - best)
         });
@@ -176,19 +182,19 @@ impl Walks {
     }
 
     /// Whether ticks can have made it.
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let every = |values: &Each, holds: &dyn Fn(f64) -> bool| values.iter().all(|x| holds(*x));
         let size = |bound: f64| move |x: f64| is_size(x, bound);
-        let level = |x: f64| is_within(x, LEVEL_MAX);
+        let level = |x: f64| is_within(x, MAX_LEVEL);
         every(&self.x, &level)
             && every(&self.k, &level)
             // Two readings apart at most.
-            && every(&self.u, &|u| is_within(u, 3.0 * KELVIN_MAX))
-            && every(&self.v, &size(VARIANCE_MAX))
-            && every(&self.c, &size(SLOPE_MAX * SLOPE_MAX))
+            && every(&self.u, &|u| is_within(u, 3.0 * MAX_KELVIN))
+            && every(&self.v, &size(MAX_VARIANCE))
+            && every(&self.c, &size(MAX_SLOPE * MAX_SLOPE))
             && every(&self.evidence, &|evidence| is_within(evidence, 1e12))
             && self.degrees >= 1.0
             && self.degrees <= 4001.0
-            && every(&self.squares, &|s| s >= NOISE_MIN * self.degrees && s <= 1e60)
+            && every(&self.squares, &|s| s >= MIN_NOISE * self.degrees && s <= 1e60)
     }
 }

@@ -7,7 +7,7 @@ use num_traits::Zero;
 use pulp::{Simd, WithSimd};
 
 use super::{AutoFilter, begins};
-use crate::math::{Lane, Laned, Limits, Mask, Real, WIDEST, choose};
+use crate::math::{Lane, Laned, Limits, MAX_LANES, Mask, Real, choose};
 use crate::rest::side_by_side::Tickers;
 use crate::stream::Block;
 
@@ -38,9 +38,9 @@ impl WithSimd for Together<'_, '_> {
     fn with_simd<S: Simd>(self, _: S) {
         let Self { filters, block } = self;
         let first = filters.iter().find(|filter| filter.runs_with(filter)).copied();
-        let places = 0..filters.len();
+        let indices = 0..filters.len();
         let (running, others): (Vec<usize>, Vec<usize>) =
-            places.partition(|c| first.as_ref().is_some_and(|first| filters[*c].runs_with(first)));
+            indices.partition(|c| first.as_ref().is_some_and(|first| filters[*c].runs_with(first)));
         one_by_one(filters, &others, block);
         for members in running.chunks(S::F64_LANES) {
             match members.len() >= FILTERS {
@@ -130,7 +130,7 @@ struct Lanes<S: Simd> {
 impl<S: Simd> Lanes<S> {
     #[inline(always)]
     fn of(filters: &[AutoFilter<f64>], members: &[usize]) -> Self {
-        let own: [&AutoFilter<f64>; WIDEST] =
+        let own: [&AutoFilter<f64>; MAX_LANES] =
             from_fn(|i| &filters[*members.get(i).unwrap_or(&members[0])]);
         let behaviour = own[0].params.behaviour;
         let learns = Lane::load(&from_fn(|i| f64::from(u8::from(own[i].learns()))));
@@ -156,16 +156,16 @@ impl<S: Simd> Lanes<S> {
         block: &mut Block<'_>,
         rows: usize,
     ) -> usize {
-        let places: [usize; WIDEST] = from_fn(|i| *members.get(i).unwrap_or(&members[0]));
+        let indices: [usize; MAX_LANES] = from_fn(|i| *members.get(i).unwrap_or(&members[0]));
         let mut taken = 0;
         for (input, output) in block.rows().take(rows) {
-            let numbers = from_fn(|i| if i < S::F64_LANES { input[places[i]] } else { 0.0 });
+            let numbers = from_fn(|i| if i < S::F64_LANES { input[indices[i]] } else { 0.0 });
             let z = Lane::load(&numbers);
             if !self.takes(z) {
                 break;
             }
-            let outputs = self.step(z.within(Lane::of(f64::RAW_MAX))).store();
-            for (number, c) in outputs.iter().zip(places).take(S::F64_LANES) {
+            let outputs = self.step(z.within(Lane::of(f64::MAX_RAW))).store();
+            for (number, c) in outputs.iter().zip(indices).take(S::F64_LANES) {
                 output[c] = *number;
             }
             taken += 1;
@@ -180,12 +180,12 @@ impl<S: Simd> Lanes<S> {
     #[inline(always)]
     fn takes(&mut self, z: Lane<S>) -> bool {
         let usual = z.finite() & z.simd_abs().simd_lt(self.limit);
-        usual.all() && self.tickers.take(z.within(Lane::of(f64::RAW_MAX)))
+        usual.all() && self.tickers.take(z.within(Lane::of(f64::MAX_RAW)))
     }
 
     #[inline(always)]
     fn step(&mut self, z: Lane<S>) -> Lane<S> {
-        let most = Lane::of(f64::RAW_MAX);
+        let most = Lane::of(f64::MAX_RAW);
         self.reach = self.reach.at_least(z.simd_abs());
         let surprise = z - self.estimate;
         self.innovation = choose(self.learns, surprise.within(most), Lane::zero());

@@ -8,7 +8,7 @@ use pulp::{Simd, WithSimd};
 use super::{DriftFilter, DriftLoop};
 use crate::allan::AllanKind;
 use crate::drift::Method;
-use crate::math::{Lane, Laned, Mask, Real, WIDEST, laned};
+use crate::math::{Lane, Laned, MAX_LANES, Mask, Real, laned};
 use crate::stream::{Block, Scaling, Watch};
 
 /// How many filters share a register.
@@ -51,12 +51,12 @@ impl<const N: usize, const M: usize> WithSimd for Together<'_, '_, N, M> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         if const { S::F64_LANES == 1 } {
-            let places: Vec<usize> = (0..self.filters.len()).collect();
-            return one_by_one(self.filters, &places, self.block);
+            let indices: Vec<usize> = (0..self.filters.len()).collect();
+            return one_by_one(self.filters, &indices, self.block);
         }
         for alike in self.sorted().chunk_by(|(a, _), (b, _)| a == b) {
-            let places: Vec<usize> = alike.iter().map(|(_, c)| *c).collect();
-            for members in places.chunks(S::F64_LANES) {
+            let indices: Vec<usize> = alike.iter().map(|(_, c)| *c).collect();
+            for members in indices.chunks(S::F64_LANES) {
                 let rows = match Lanes::<S, N, M>::of(self.filters, members) {
                     Some(lanes) => lanes.process(self.filters, members, self.block),
                     None => 0,
@@ -138,13 +138,13 @@ impl<S: Simd, const N: usize, const M: usize> Lanes<S, N, M> {
         members: &[usize],
         block: &mut Block<'_>,
     ) -> usize {
-        let places: [usize; WIDEST] = from_fn(|i| *members.get(i).unwrap_or(&members[0]));
-        let seen_before = filters[places[0]].samples_seen;
+        let indices: [usize; MAX_LANES] = from_fn(|i| *members.get(i).unwrap_or(&members[0]));
+        let seen_before = filters[indices[0]].samples_seen;
         let mut rows = 0;
         for (input, output) in block.rows() {
-            let numbers = from_fn(|i| if i < S::F64_LANES { input[places[i]] } else { 0.0 });
+            let numbers = from_fn(|i| if i < S::F64_LANES { input[indices[i]] } else { 0.0 });
             let estimates = self.step(Lane::load(&numbers)).store();
-            for (estimate, c) in estimates.iter().zip(places).take(S::F64_LANES) {
+            for (estimate, c) in estimates.iter().zip(indices).take(S::F64_LANES) {
                 output[c] = *estimate;
             }
             rows += 1;
@@ -154,7 +154,7 @@ impl<S: Simd, const N: usize, const M: usize> Lanes<S, N, M> {
         }
         for (i, c) in members.iter().enumerate() {
             self.leave(i, rows, &mut filters[*c]);
-            filters[*c].start_anew_if_disproved();
+            filters[*c].restart_if_disproved();
         }
         rows as usize
     }

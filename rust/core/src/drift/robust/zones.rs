@@ -45,7 +45,7 @@ impl RobustParams {
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
-    pub fn checked(self) -> Result<Self, Error> {
+    pub fn validate(self) -> Result<Self, Error> {
         if let Zones::Deviations(kappa, beta) = self.zones {
             require(kappa > 0.0 && kappa.is_finite(), "zones", ZONES_EXPECTED, kappa)?;
             require(beta > 0.0 && beta <= 1.0, "zones", ZONES_EXPECTED, beta)?;
@@ -74,11 +74,11 @@ const EXIT_SECONDS: f64 = 0.03;
 const EXIT_SAMPLES: f64 = 3.0;
 
 /// As many times that are none whatever their signs.
-const EXIT_ANYWAY: i64 = 10;
+const EXIT_ANY_SIGN_FACTOR: i64 = 10;
 
 /// Accepted innovations after which one counts for 1/e: enough to know their deviation to seven
 /// percent, and few enough to forget a motion, or outliers that were taken, within seconds.
-const MEMORY: f64 = 100.0;
+const TIME_CONSTANT_INNOVATIONS: f64 = 100.0;
 
 /// What becomes of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,7 +95,7 @@ pub(super) enum Verdict<T> {
     Exit,
 }
 
-/// Innovations so far, which a judgement of the next one rests on.
+/// Innovations so far, which the class of the next one rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Gate<T> {
     pub law: RobustParams,
@@ -134,21 +134,21 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.accept();
     }
 
-    /// Judges the innovation `e`, of which the filter expects the variance `S`, its own prediction's
+    /// Classify the innovation `e`, of which the filter expects the variance `S`, its own prediction's
     /// `P` in it; `scale` leads to the unit of the samples.
     #[inline(always)]
-    pub fn judge(&mut self, e: T, P: T, S: T, scale: T) -> Verdict<T> {
+    pub fn classify(&mut self, e: T, P: T, S: T, scale: T) -> Verdict<T> {
         self.outlier = false;
         match self.law.zones {
-            Zones::Published => self.judge_as_published(e, scale),
+            Zones::Published => self.classify_as_published(e, scale),
             Zones::Deviations(kappa, beta) => {
-                self.judge_by_deviations(e, [P, S], T::of(kappa), T::of(beta))
+                self.classify_by_deviations(e, [P, S], T::of(kappa), T::of(beta))
             }
         }
     }
 
     #[inline(always)]
-    fn judge_by_deviations(&mut self, e: T, [P, S]: [T; 2], kappa: T, beta: T) -> Verdict<T> {
+    fn classify_by_deviations(&mut self, e: T, [P, S]: [T; 2], kappa: T, beta: T) -> Verdict<T> {
         if self.taken.count == T::zero() {
             self.begin(S);
         }
@@ -166,13 +166,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
             true if correction > T::zero() => (e, Verdict::Corrected(correction * e)),
             true => (e.within(inner), Verdict::Bounded(e.within(inner))),
         };
-        self.taken.observe(counted, T::of(MEMORY));
+        self.taken.observe(counted, T::of(TIME_CONSTANT_INNOVATIONS));
         verdict
     }
 
     /// Equations 7 to 9 of the source and its figure 1.
     #[inline(always)]
-    fn judge_as_published(&mut self, e: T, scale: T) -> Verdict<T> {
+    fn classify_as_published(&mut self, e: T, scale: T) -> Verdict<T> {
         self.taken.observe(e, T::MAX);
         let outer = scale * self.taken.variance;
         let distance = e.simd_abs() - self.taken.mean.simd_abs();
@@ -189,7 +189,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         Verdict::Damped(T::of(self.law.damping), T::of(self.law.fall()))
     }
 
-    /// An outlier, or the last of so many that they are none: then the innovations begin anew,
+    /// An outlier, or the last of so many that they are none: then the innovations start again,
     /// with the scatter of these, if that is more than the filter expects.
     fn refuse(&mut self, e: T, S: T) -> Verdict<T> {
         self.outliers.observe(e, T::MAX);
@@ -200,7 +200,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
             (false, true) => 1,
             (false, false) => -1,
         };
-        let all = T::of(self.exit.saturating_mul(EXIT_ANYWAY) as f64);
+        let all = T::of(self.exit.saturating_mul(EXIT_ANY_SIGN_FACTOR) as f64);
         if self.row.abs() < self.exit && self.outliers.count < all {
             return self.damp();
         }
@@ -224,7 +224,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
 
     /// A bound of all variances of innovations.
     pub fn most() -> T {
-        let innovation = T::INPUT_MAX * T::of(16.0);
+        let innovation = T::MAX_INPUT * T::of(16.0);
         innovation * innovation
     }
 }

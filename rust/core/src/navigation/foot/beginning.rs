@@ -3,14 +3,14 @@
 use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{DEGREE, FORCE, GRAVITY};
+use super::{DEGREE, GRAVITY, MAX_GRAVITY_ERROR_M_S2};
 
 /// Deviations before anything is measured: biases, rad/s and m/s²; level after a rest and without;
 /// velocity likewise.
-const GYRO_BIAS: f64 = 0.3 * DEGREE;
-const ACCEL_BIAS: f64 = 0.1;
-const LEVEL: [f64; 2] = [0.3 * DEGREE, 3.0 * DEGREE];
-const VELOCITY: [f64; 2] = [0.01, 1.0];
+const GYRO_BIAS_SIGMA_RAD_S: f64 = 0.3 * DEGREE;
+const ACCEL_BIAS_SIGMA_M_S2: f64 = 0.1;
+const LEVEL_SIGMAS_RAD: [f64; 2] = [0.3 * DEGREE, 3.0 * DEGREE];
+const VELOCITY_SIGMAS_M_S: [f64; 2] = [0.01, 1.0];
 
 /// What is known of a gyro and an accelerometer at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -36,17 +36,18 @@ impl Beginning {
     /// In a rest with this mean force and rate, the latter with its deviation.
     pub fn at_rest(force: &Vector3<f64>, rate: &Vector3<f64>, sigma: f64) -> Self {
         let size = force.norm();
-        let share = GYRO_BIAS * GYRO_BIAS / (GYRO_BIAS * GYRO_BIAS + sigma * sigma);
+        let share = GYRO_BIAS_SIGMA_RAD_S * GYRO_BIAS_SIGMA_RAD_S
+            / (GYRO_BIAS_SIGMA_RAD_S * GYRO_BIAS_SIGMA_RAD_S + sigma * sigma);
         let accel_bias =
             if is_gravity(size) { force * ((size - GRAVITY) / size) } else { Vector3::zeros() };
         Self {
             attitude: levelled(force),
             gyro_bias: rate * share,
             accel_bias,
-            velocity: VELOCITY[0],
-            level: LEVEL[0],
+            velocity: VELOCITY_SIGMAS_M_S[0],
+            level: LEVEL_SIGMAS_RAD[0],
             gyro: sigma * ComplexField::sqrt(share),
-            accel: ACCEL_BIAS,
+            accel: ACCEL_BIAS_SIGMA_M_S2,
         }
     }
 
@@ -56,17 +57,17 @@ impl Beginning {
             attitude: levelled(force),
             gyro_bias: Vector3::zeros(),
             accel_bias: Vector3::zeros(),
-            velocity: VELOCITY[1],
-            level: LEVEL[1],
-            gyro: GYRO_BIAS,
-            accel: ACCEL_BIAS,
+            velocity: VELOCITY_SIGMAS_M_S[1],
+            level: LEVEL_SIGMAS_RAD[1],
+            gyro: GYRO_BIAS_SIGMA_RAD_S,
+            accel: ACCEL_BIAS_SIGMA_M_S2,
         }
     }
 }
 
 /// Whether a force may be gravity.
 pub(super) fn is_gravity(size: f64) -> bool {
-    (size - GRAVITY).abs() < FORCE
+    (size - GRAVITY).abs() < MAX_GRAVITY_ERROR_M_S2
 }
 
 /// Roll and pitch of a force at rest, and no heading: to axes of which the third is down.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::beginning::AtRest;
-use super::{HALF, LASTS, PIVOT, samples_in};
+use super::{FORCE_S, HALF_WINDOW_S, PIVOT_DISTANCE_M, samples_in};
 use crate::error::Error;
 use crate::memory;
 
@@ -14,7 +14,7 @@ pub(super) fn bound(
     dt: f64,
     known: &AtRest,
 ) -> Result<Vec<f64>, Error> {
-    let (n, half) = (gyro.len(), samples_in(HALF, dt));
+    let (n, half) = (gyro.len(), samples_in(HALF_WINDOW_S, dt));
     let window = |k: usize| k.saturating_sub(half)..(k + half + 1).min(n);
     let mut pushed = memory::room(n)?;
     for k in 0..n {
@@ -26,9 +26,9 @@ pub(super) fn bound(
     let turned = |i: usize| (Vector3::from(gyro[i]) - known.gyro_bias).norm_squared();
     let mut found = memory::room(n)?;
     for k in 0..n {
-        let turns: f64 = window(k).map(turned).sum();
+        let rotations: f64 = window(k).map(turned).sum();
         let pushes: f64 = window(k).map(|i| pushed[i]).sum();
-        let square = PIVOT * PIVOT * turns + LASTS * LASTS * pushes;
+        let square = PIVOT_DISTANCE_M * PIVOT_DISTANCE_M * rotations + FORCE_S * FORCE_S * pushes;
         found.push((square / window(k).len() as f64).sqrt());
     }
     Ok(found)

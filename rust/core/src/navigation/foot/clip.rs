@@ -1,25 +1,25 @@
 //! Rates that a gyro clipped at its range: found in the recording, restored from their flanks.
 
-use super::cubic::{Cubic, MOST, density};
+use super::cubic::{Cubic, MAX_RATE_RATIO, density};
 use super::{DEGREE, runs};
 use crate::error::Error;
 use crate::memory;
 
 /// A gyro that never turned so fast, rad/s, is not looked at.
-const FAST: f64 = 100.0 * DEGREE;
+const MIN_FAST_RATE_RAD_S: f64 = 100.0 * DEGREE;
 /// Parts of the largest rate: of samples at the limit, of those below it, and of those restored.
-const AT: f64 = 0.96;
-const NEAR: f64 = 0.88;
-const RUN: f64 = 0.965;
+const LIMIT_SHARE: f64 = 0.96;
+const NEAR_SHARE: f64 = 0.88;
+const RUN_SHARE: f64 = 0.965;
 /// Seconds at the limit, and how many there must be of those below it.
-const SECONDS: f64 = 0.1;
-const SHARE: f64 = 0.5;
+const MIN_LIMIT_S: f64 = 0.1;
+const MIN_LIMIT_RATIO: f64 = 0.5;
 /// What flanks must promise beyond the limit, on average, as a part of it.
-const EXCESS: f64 = 0.015;
+const MIN_EXCESS: f64 = 0.015;
 /// A run that lasts longer, s, is no peak: no cubic knows what it was.
-const LONGEST: f64 = 0.5;
+const MAX_RUN_S: f64 = 0.5;
 /// Samples that a run needs on either side.
-const FLANK: usize = 3;
+const FLANK_SAMPLES: usize = 3;
 
 /// One axis and sign that was clipped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,21 +65,24 @@ fn restore_side(
     let n = gyro.len();
     let side = |k: usize| sign * gyro[k][axis];
     let limit = (0..n).map(side).fold(0.0, f64::max);
-    if limit < FAST {
+    if limit < MIN_FAST_RATE_RAD_S {
         return Ok(None);
     }
     let count = |holds: &dyn Fn(f64) -> bool| (0..n).filter(|k| holds(side(*k))).count() as f64;
-    let at = count(&|x| x > AT * limit);
-    let near = count(&|x| x > NEAR * limit && x <= AT * limit);
-    if at * dt < SECONDS || at < SHARE * near {
+    let at = count(&|x| x > LIMIT_SHARE * limit);
+    let near = count(&|x| x > NEAR_SHARE * limit && x <= LIMIT_SHARE * limit);
+    if at * dt < MIN_LIMIT_S || at < MIN_LIMIT_RATIO * near {
         return Ok(None);
     }
     let inside = |&(first, end): &(usize, usize)| {
         let seconds = (end - first) as f64 * dt;
-        end - first >= 2 && seconds <= LONGEST && first >= FLANK && end + FLANK <= n
+        end - first >= 2
+            && seconds <= MAX_RUN_S
+            && first >= FLANK_SAMPLES
+            && end + FLANK_SAMPLES <= n
     };
     let mut peaks = memory::room(0)?;
-    for run in runs(n, |k| side(k) > RUN * limit).filter(inside) {
+    for run in runs(n, |k| side(k) > RUN_SHARE * limit).filter(inside) {
         memory::reserve(&mut peaks, 1)?;
         let (first, end) = run;
         let flanks = [[side(first - 2), side(first - 1)], [side(end), side(end + 1)]];
@@ -90,7 +93,7 @@ fn restore_side(
     };
     let samples: usize = peaks.iter().map(|((first, end), _)| end - first).sum();
     let all: f64 = peaks.iter().map(excess).sum();
-    if samples == 0 || all < EXCESS * limit * samples as f64 {
+    if samples == 0 || all < MIN_EXCESS * limit * samples as f64 {
         return Ok(None);
     }
     for ((first, end), cubic) in peaks {
@@ -101,7 +104,7 @@ fn restore_side(
         for k in first..end {
             variance[k] += density;
             let given = sign * gyro[k][axis];
-            gyro[k][axis] = sign * cubic.at(k - first).max(given).min(MOST * limit);
+            gyro[k][axis] = sign * cubic.at(k - first).max(given).min(MAX_RATE_RATIO * limit);
         }
     }
     Ok(Some(Clipped { axis, sign, limit, samples }))
@@ -111,15 +114,15 @@ fn restore_side(
 mod tests {
     use super::{DEGREE, restore_clipped};
 
-    /// Swings of 700 deg/s, half a second each, of which a gyro shows no more than its range.
-    fn swings(range: f64) -> Vec<[f64; 3]> {
+    /// Oscillations of 700 deg/s, half a second each, of which a gyro shows no more than its range.
+    fn oscillations(range: f64) -> Vec<[f64; 3]> {
         let rate = |k: usize| 700.0 * DEGREE * (k as f64 * 0.005 * core::f64::consts::TAU).sin();
         (0..2000).map(|k| [0.0, rate(k).min(range * DEGREE), 0.0]).collect()
     }
 
     #[test]
-    fn clipped_swings_come_back() {
-        let (whole, mut gyro) = (swings(1e9), swings(500.0));
+    fn clipped_oscillations_come_back() {
+        let (whole, mut gyro) = (oscillations(1e9), oscillations(500.0));
         let mut variance = [0.0; 2000];
         let found = restore_clipped(&mut gyro, 0.005, &mut variance).unwrap();
         assert_eq!((found.len(), found[0].axis, found[0].sign), (1, 1, 1.0));
@@ -140,7 +143,7 @@ mod tests {
 
     #[test]
     fn round_peaks_stay() {
-        let mut gyro = swings(1e9);
+        let mut gyro = oscillations(1e9);
         let before = gyro.clone();
         assert!(restore_clipped(&mut gyro, 0.005, &mut [0.0; 2000]).unwrap().is_empty());
         assert_eq!(gyro, before);

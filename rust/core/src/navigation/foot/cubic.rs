@@ -1,9 +1,9 @@
-//! What the flanks of a clipped run promise: a cubic through the samples beside it, with their slopes.
+//! What the flanks of a clipped run promise: a cubic through the samples next to it, with their slopes.
 
 /// A restored rate is at most so many limits, and wrong by these parts: of what was added, and of the
 /// limit.
-pub(super) const MOST: f64 = 2.0;
-const WRONG: [f64; 2] = [0.5, 0.05];
+pub(super) const MAX_RATE_RATIO: f64 = 2.0;
+const RATE_ERROR_SHARES: [f64; 2] = [0.5, 0.05];
 
 /// A cubic over a run; steps count from the sample before it.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +40,6 @@ impl Cubic {
 /// Density of a white noise, rad²/s, of rates that are wrong by one constant for so many seconds,
 /// after `added` was restored on average.
 pub(super) fn density(added: f64, limit: f64, seconds: f64) -> f64 {
-    let wrong = WRONG[0] * added + WRONG[1] * limit;
+    let wrong = RATE_ERROR_SHARES[0] * added + RATE_ERROR_SHARES[1] * limit;
     wrong * wrong * seconds
 }

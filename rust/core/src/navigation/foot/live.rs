@@ -4,32 +4,35 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::beginning::{AtRest, Beginning, is_gravity};
-use super::recent::{HALF_MAX, Recent};
-use super::still::{BLOCK, News, Still, Told};
+use super::recent::{MAX_HALF, Recent};
+use super::still::{BLOCK_S, News, RestMean, Still};
 use super::walker::Walker;
-use super::{APART, GRAVITY, HALF, SLOWEST, SOON, STEP, may_stand, samples_in};
+use super::{
+    GRAVITY, HALF_WINDOW_S, MAX_FIRST_REST_S, MIN_RATE_HZ, MIN_STANCE_INTERVAL_S, STEP_S,
+    may_stand, samples_in,
+};
 use crate::checkpoint::Checkpoint;
 use crate::error::{Error, check_positive, require};
-use crate::math::sound::{are_within, is_count, is_size, is_within};
+use crate::math::validity::{are_within, is_count, is_size, is_within};
 use crate::navigation::covariance::{Errors, STATES};
 use crate::navigation::filter::Inertial;
 use crate::stream::Stream;
 
 /// Before a sample, s, the lowest bound is looked for.
-const BACK: f64 = 1.5;
+const LOOK_BACK_S: f64 = 1.5;
 /// Nodes of that time at most.
 const ROW: usize = 16;
 const ROWS: usize = 7;
 const NODES: usize = ROW * ROWS;
 /// Without a rest it begins where it moves least in so many seconds.
-const FIRST: f64 = 1.0;
+const START_WINDOW_S: f64 = 1.0;
 /// With a range, for so long rates that are clipped wait for their end, s.
-const CLIPPED: f64 = 0.05;
+const MAX_CLIPPED_S: f64 = 0.05;
 /// Largest range of a gyro, rad/s.
-const RANGE_MAX: f64 = 1e4;
+const MAX_RANGE: f64 = 1e4;
 /// Most samples a second.
-const FASTEST: f64 = 1200.0;
-const BOUND_MAX: f64 = 1e9;
+const MAX_RATE_HZ: f64 = 1200.0;
+const MAX_BOUND: f64 = 1e9;
 
 /// What a person chooses.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -48,7 +51,7 @@ struct Lengths {
     dt: f64,
     /// Samples of half a window, between two nodes, and of a block of a rest.
     half: u64,
-    /// By how many samples what is told of is behind the last one.
+    /// By how many samples what is reported is behind the last one.
     late: u64,
     every: u64,
     block: u32,
@@ -77,7 +80,7 @@ pub struct FootFilter {
     recent: Recent,
     known: AtRest,
     walker: Option<Walker>,
-    /// The bound at the sample that is told of, m/s; NaN before one.
+    /// The bound at the reported sample, m/s; NaN before one.
     bound: f64,
     /// The lowest bound of each of the last nodes, and of that under way.
     lows: [[f64; ROW]; ROWS],
@@ -88,7 +91,7 @@ pub struct FootFilter {
     /// Whether it began in a rest.
     rested: bool,
     /// A rest that has ended, for the next node.
-    rest: Option<Told>,
+    rest: Option<RestMean>,
     standing: Standing,
     /// The largest rate about an axis so far, rad/s.
     fastest: f64,
@@ -97,16 +100,16 @@ pub struct FootFilter {
 impl Lengths {
     fn of(params: &FootParams) -> Self {
         let dt = 1.0 / params.rate;
-        let every = samples_in(STEP, dt);
-        let half = samples_in(HALF, dt) as u64;
-        let waits = params.gyro_range.map_or(0, |_| samples_in(CLIPPED, dt) as u64);
+        let every = samples_in(STEP_S, dt);
+        let half = samples_in(HALF_WINDOW_S, dt) as u64;
+        let waits = params.gyro_range.map_or(0, |_| samples_in(MAX_CLIPPED_S, dt) as u64);
         Self {
             dt,
             half,
             late: 2 * half + waits,
             every: every as u64,
-            block: samples_in(BLOCK, dt) as u32,
-            nodes: samples_in(BACK, every as f64 * dt).min(NODES) as u32,
+            block: samples_in(BLOCK_S, dt) as u32,
+            nodes: samples_in(LOOK_BACK_S, every as f64 * dt).min(NODES) as u32,
         }
     }
 }
@@ -118,13 +121,13 @@ impl FootFilter {
     /// [`Error::Parameter`] if one is out of its range.
     pub fn new(params: FootParams) -> Result<Self, Error> {
         let (rate, expected) = (params.rate, "from 48 to 1200 samples a second");
-        require((SLOWEST..=FASTEST).contains(&rate), "rate", expected, rate)?;
+        require((MIN_RATE_HZ..=MAX_RATE_HZ).contains(&rate), "rate", expected, rate)?;
         if let Some(range) = params.gyro_range {
             check_positive("gyro_range", "a positive number of rad/s", range)?;
-            require(range <= RANGE_MAX, "gyro_range", "at most 10000 rad/s", range)?;
+            require(range <= MAX_RANGE, "gyro_range", "at most 10000 rad/s", range)?;
         }
         let lengths = Lengths::of(&params);
-        debug_assert!(lengths.half <= HALF_MAX, "two windows fit in what is kept");
+        debug_assert!(lengths.half <= MAX_HALF, "two windows fit in what is kept");
         Ok(Self {
             params,
             lengths,
@@ -139,7 +142,13 @@ impl FootFilter {
             still: Still::new(),
             rested: false,
             rest: None,
-            standing: Standing { gap: APART, lowest: 0.0, floored: false, stood: false, count: 0 },
+            standing: Standing {
+                gap: MIN_STANCE_INTERVAL_S,
+                lowest: 0.0,
+                floored: false,
+                stood: false,
+                count: 0,
+            },
             fastest: 0.0,
         })
     }
@@ -156,7 +165,7 @@ impl FootFilter {
         } else {
             self.step(k);
         }
-        self.look_for_rests(k);
+        self.find_static_intervals(k);
         if k.is_multiple_of(self.lengths.every) {
             self.node(k);
         }
@@ -169,7 +178,7 @@ impl FootFilter {
     /// Whether it begins here, for nothing is known, or it moves less than at any sample of the first
     /// second so far.
     fn begins(&mut self, k: u64) -> bool {
-        let lower = self.bound < self.least && self.seconds(k) < FIRST && !self.rested;
+        let lower = self.bound < self.least && self.seconds(k) < START_WINDOW_S && !self.rested;
         if lower {
             self.least = self.bound;
         }
@@ -198,20 +207,22 @@ impl FootFilter {
         }
     }
 
-    fn look_for_rests(&mut self, k: u64) {
+    fn find_static_intervals(&mut self, k: u64) {
         let Lengths { block, dt, .. } = self.lengths;
         let slot = self.recent.slot(k);
-        let at_start = self.still.since().is_some_and(|since| self.seconds(since) < SOON);
+        let at_start =
+            self.still.since().is_some_and(|since| self.seconds(since) < MAX_FIRST_REST_S);
         match self.still.look(k, self.bound, [slot.gyro, slot.accel], (block, dt)) {
-            News::Better(told) if at_start => {
-                let from = Beginning::at_rest(&told.force, &told.rate, told.sigma);
-                let size = told.force.norm();
+            News::Better(found_rest) if at_start => {
+                let from =
+                    Beginning::at_rest(&found_rest.force, &found_rest.rate, found_rest.sigma);
+                let size = found_rest.force.norm();
                 let force = if is_gravity(size) { size } else { self.known.force };
                 self.known = AtRest { gyro_bias: from.gyro_bias, force };
                 self.rested = true;
                 self.begin(k, &from);
             }
-            News::Ended(told) if !at_start => self.rest = Some(told),
+            News::Ended(found_rest) if !at_start => self.rest = Some(found_rest),
             _ => {}
         }
     }
@@ -219,8 +230,8 @@ impl FootFilter {
     fn node(&mut self, k: u64) {
         let Lengths { every, dt, nodes, .. } = self.lengths;
         let seconds = every as f64 * dt;
-        let place = ((k / every) % u64::from(nodes)) as usize;
-        self.lows[place / ROW][place % ROW] = self.low;
+        let index = ((k / every) % u64::from(nodes)) as usize;
+        self.lows[index / ROW][index % ROW] = self.low;
         self.low = f64::INFINITY;
         let lower = |low: f64, x: &f64| if *x < low { *x } else { low };
         let low = self.lows.iter().flatten().fold(f64::INFINITY, lower);
@@ -235,8 +246,8 @@ impl FootFilter {
         let mut found: Errors = [0.0; STATES];
         let stood = may && walker.stand(self.bound, seconds, &mut found);
         let floored = floors && walker.take_floor(&mut found);
-        if let Some(told) = &rest {
-            walker.take_rest(&told.rate, told.sigma, &mut found);
+        if let Some(found_rest) = &rest {
+            walker.take_rest(&found_rest.rate, found_rest.sigma, &mut found);
         }
         if stood || floored || rest.is_some() {
             walker.apply(&found, &mut ());
@@ -249,10 +260,14 @@ impl FootFilter {
     fn note(&mut self, stands: bool, seconds: f64) -> bool {
         let standing = &mut self.standing;
         if !stands {
-            standing.gap = if standing.gap < APART { standing.gap + seconds } else { APART };
+            standing.gap = if standing.gap < MIN_STANCE_INTERVAL_S {
+                standing.gap + seconds
+            } else {
+                MIN_STANCE_INTERVAL_S
+            };
             return false;
         }
-        if standing.gap >= APART {
+        if standing.gap >= MIN_STANCE_INTERVAL_S {
             standing.count += 1;
             (standing.lowest, standing.floored) = (self.bound, false);
         }
@@ -270,7 +285,7 @@ impl FootFilter {
         &self.params
     }
 
-    /// Seconds by which what is told is behind the last sample.
+    /// Seconds by which what is reported is behind the last sample.
     pub fn delay(&self) -> f64 {
         self.seconds(self.lengths.late)
     }
@@ -315,9 +330,9 @@ impl FootFilter {
         self.standing.stood
     }
 
-    /// Whether it has stood still for half a second, and the gyro's bias can be told.
+    /// Whether it has stood still for half a second, and the gyro's bias can be estimated.
     pub fn is_at_rest(&self) -> bool {
-        self.still.rests()
+        self.still.is_resting()
     }
 
     /// The speed bound, m/s; NaN before it is known.
@@ -381,26 +396,26 @@ impl Checkpoint for FootFilter {
     const TAG: &'static str = "foot";
     const VERSION: u16 = 1;
 
-    fn is_sound(&self) -> bool {
-        let bound = |x: f64| is_size(x, BOUND_MAX) || x == f64::INFINITY;
+    fn is_valid(&self) -> bool {
+        let bound = |x: f64| is_size(x, MAX_BOUND) || x == f64::INFINITY;
         Self::new(self.params).is_ok_and(|fresh| {
             self.lengths == fresh.lengths
                 && is_count(self.samples)
                 && self.recent.count() <= self.samples
-                && self.recent.is_sound()
+                && self.recent.is_valid()
                 && are_within(&self.known.gyro_bias, 10.0)
                 && is_within(self.known.force - GRAVITY, 1.0)
-                && self.walker.as_ref().is_none_or(Walker::is_sound)
+                && self.walker.as_ref().is_none_or(Walker::is_valid)
                 && (self.bound.is_nan() || bound(self.bound))
                 && self.lows.iter().flatten().all(|x| bound(*x))
                 && bound(self.low)
                 && bound(self.least)
-                && self.still.is_sound(self.lengths.block)
-                && self.rest.as_ref().is_none_or(Told::is_sound)
-                && is_size(self.standing.gap, 2.0 * APART)
-                && is_size(self.standing.lowest, BOUND_MAX)
+                && self.still.is_valid(self.lengths.block)
+                && self.rest.as_ref().is_none_or(RestMean::is_valid)
+                && is_size(self.standing.gap, 2.0 * MIN_STANCE_INTERVAL_S)
+                && is_size(self.standing.lowest, MAX_BOUND)
                 && is_count(self.standing.count)
-                && is_size(self.fastest, 2.0 * RANGE_MAX)
+                && is_size(self.fastest, 2.0 * MAX_RANGE)
         })
     }
 

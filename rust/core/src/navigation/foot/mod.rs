@@ -19,7 +19,7 @@ mod live;
 mod plan;
 mod recent;
 #[cfg(feature = "std")]
-mod rests;
+mod static_intervals;
 mod still;
 #[cfg(feature = "std")]
 mod walk;
@@ -31,7 +31,7 @@ pub use live::{FootFilter, FootParams};
 #[cfg(feature = "std")]
 pub use plan::{Feet, Plan, Stance};
 #[cfg(feature = "std")]
-pub use rests::Rest;
+pub use static_intervals::StaticInterval;
 #[cfg(feature = "std")]
 pub use walk::{Trodden, Walk};
 
@@ -40,26 +40,26 @@ const DEGREE: f64 = core::f64::consts::PI / 180.0;
 /// Gravity of the plane, m/s².
 const GRAVITY: f64 = 9.81;
 /// Of a force that is gravity's, m/s².
-const FORCE: f64 = 0.3;
+const MAX_GRAVITY_ERROR_M_S2: f64 = 0.3;
 /// Between two steps of the covariance, s.
-const STEP: f64 = 0.02;
+const STEP_S: f64 = 0.02;
 /// Half a window of the bound, s.
-const HALF: f64 = 0.025;
+const HALF_WINDOW_S: f64 = 0.025;
 /// From the pivot to the sensor, m, and for how long a force lasts, s.
-const PIVOT: f64 = 0.1;
-const LASTS: f64 = 0.0175;
+const PIVOT_DISTANCE_M: f64 = 0.1;
+const FORCE_S: f64 = 0.0175;
 /// A valley: how far above the lowest bound round about, and above which speed, none is a stance, m/s.
-const ABOVE: f64 = 2.0;
-const LOWEST: f64 = 0.01;
-const HIGHEST: f64 = 0.5;
+const MAX_VALLEY_RATIO: f64 = 2.0;
+const MIN_VALLEY_SPEED_M_S: f64 = 0.01;
+const MAX_VALLEY_SPEED_M_S: f64 = 0.5;
 /// Two stances less than this apart, s, are one.
-const APART: f64 = 0.15;
+const MIN_STANCE_INTERVAL_S: f64 = 0.15;
 /// The first rest begins within so many seconds.
-const SOON: f64 = 1.5;
+const MAX_FIRST_REST_S: f64 = 1.5;
 /// A missing sample is the last one for so long, s.
-const HELD: f64 = 0.1;
+const MAX_HELD_S: f64 = 0.1;
 /// Fewest samples a second.
-const SLOWEST: f64 = 1.0 / 0.021;
+const MIN_RATE_HZ: f64 = 1.0 / 0.021;
 
 /// The samples in so many seconds, one at least; halves to even.
 fn samples_in(seconds: f64, dt: f64) -> usize {
@@ -72,7 +72,8 @@ fn samples_in(seconds: f64, dt: f64) -> usize {
 
 /// Whether the foot may stand where the bound is so, with the lowest one round about.
 fn may_stand(bound: f64, low: f64) -> bool {
-    bound < ABOVE * if low > LOWEST { low } else { LOWEST } && bound < HIGHEST
+    bound < MAX_VALLEY_RATIO * if low > MIN_VALLEY_SPEED_M_S { low } else { MIN_VALLEY_SPEED_M_S }
+        && bound < MAX_VALLEY_SPEED_M_S
 }
 
 /// Where something holds without a break: first and past the last.

@@ -5,15 +5,18 @@ use nalgebra::Vector3;
 use super::beginning::{AtRest, Beginning, is_gravity};
 use super::bound::bound;
 use super::clip::{Clipped, restore_clipped};
-use super::rests::{Rest, find};
-use super::{APART, GRAVITY, HELD, SLOWEST, SOON, STEP, may_stand, samples_in};
+use super::static_intervals::{StaticInterval, find};
+use super::{
+    GRAVITY, MAX_FIRST_REST_S, MAX_HELD_S, MIN_RATE_HZ, MIN_STANCE_INTERVAL_S, STEP_S, may_stand,
+    samples_in,
+};
 use crate::error::{Error, require};
 use crate::math::Real;
 use crate::memory;
-use crate::navigation::filter::SAMPLE_MAX;
+use crate::navigation::filter::MAX_SAMPLE;
 
 /// The lowest bound round about, s.
-const ROUND: f64 = 0.7;
+const NEIGHBOURHOOD_S: f64 = 0.7;
 
 /// What a person chooses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +51,7 @@ pub struct Plan {
     /// What was clipped.
     pub clipped: Vec<Clipped>,
     /// In their order; one at the start is among them.
-    pub rests: Vec<Rest>,
+    pub static_intervals: Vec<StaticInterval>,
     /// Where the foot may stand, whether or not the filter believes it.
     pub stances: Vec<Stance>,
     /// Whether each node is one of a stance.
@@ -79,9 +82,9 @@ impl Plan {
         let seconds = if n > 1 { time[n - 1] - time[0] } else { 0.0 };
         require(seconds >= 1.0, "time", "over a second or more", seconds)?;
         let dt = seconds / (n - 1) as f64;
-        require(1.0 / dt >= SLOWEST, "time", "of 48 samples a second or more", 1.0 / dt)?;
-        let (mut gyro, lost) = filled(time, gyro)?;
-        let (accel, missed) = filled(time, accel)?;
+        require(1.0 / dt >= MIN_RATE_HZ, "time", "of 48 samples a second or more", 1.0 / dt)?;
+        let (mut gyro, lost) = fill_gaps(time, gyro)?;
+        let (accel, missed) = fill_gaps(time, accel)?;
         let mut variance = memory::filled(0.0, n)?;
         let clipped =
             if feet.restore { restore_clipped(&mut gyro, dt, &mut variance)? } else { Vec::new() };
@@ -92,8 +95,11 @@ impl Plan {
             bound
         };
         let mut bound_ = known(bound(&gyro, &accel, dt, &unbiased)?);
-        let mut rests = find(&bound_, &gyro, dt, 0)?;
-        let first = rests.first().copied().filter(|rest| rest.samples.0 as f64 * dt < SOON);
+        let mut static_intervals = find(&bound_, &gyro, dt, 0)?;
+        let first = static_intervals
+            .first()
+            .copied()
+            .filter(|rest| rest.samples.0 as f64 * dt < MAX_FIRST_REST_S);
         let beginning = match &first {
             Some(rest) => {
                 let force = mean(&accel[rest.samples.0..rest.samples.1]);
@@ -105,20 +111,20 @@ impl Plan {
             let force = force_of(mean(&accel[rest.samples.0..rest.samples.1]).norm(), &unbiased);
             let at_rest = AtRest { gyro_bias: beginning.gyro_bias, force };
             bound_ = known(bound(&gyro, &accel, dt, &at_rest)?);
-            rests = find(&bound_, &gyro, dt, rest.samples.1)?;
-            memory::reserve(&mut rests, 1)?;
-            rests.insert(0, rest);
+            static_intervals = find(&bound_, &gyro, dt, rest.samples.1)?;
+            memory::reserve(&mut static_intervals, 1)?;
+            static_intervals.insert(0, rest);
         }
-        let every = samples_in(STEP, dt);
-        let stands = standing(&bound_, every, samples_in(ROUND, dt))?;
-        let stances = joined(&stands, &bound_, every, dt)?;
+        let every = samples_in(STEP_S, dt);
+        let stands = standing(&bound_, every, samples_in(NEIGHBOURHOOD_S, dt))?;
+        let stances = join_stances(&stands, &bound_, every, dt)?;
         Ok(Self {
             gyro,
             accel,
             variance,
             bound: bound_,
             clipped,
-            rests,
+            static_intervals,
             stances,
             stands,
             dt,
@@ -131,8 +137,8 @@ impl Plan {
 
 /// The last sample where one is missing, the first one before that; and where it is older than a tenth
 /// of a second.
-fn filled(time: &[f64], given: &[[f64; 3]]) -> Result<(Vec<[f64; 3]>, Vec<bool>), Error> {
-    let is_known = |v: &[f64; 3]| v.iter().all(|x| x.abs() <= SAMPLE_MAX);
+fn fill_gaps(time: &[f64], given: &[[f64; 3]]) -> Result<(Vec<[f64; 3]>, Vec<bool>), Error> {
+    let is_known = |v: &[f64; 3]| v.iter().all(|x| x.abs() <= MAX_SAMPLE);
     let first = given.iter().position(is_known);
     require(first.is_some(), "gyro and accel", "arrays with a finite sample each", f64::NAN)?;
     let first = first.unwrap_or(0);
@@ -143,7 +149,7 @@ fn filled(time: &[f64], given: &[[f64; 3]]) -> Result<(Vec<[f64; 3]>, Vec<bool>)
             last = k;
         }
         values.push(given[last]);
-        lost.push((time[k] - time[last]).abs() > HELD);
+        lost.push((time[k] - time[last]).abs() > MAX_HELD_S);
     }
     Ok((values, lost))
 }
@@ -192,10 +198,16 @@ fn standing(bound: &[f64], every: usize, round: usize) -> Result<Vec<bool>, Erro
 }
 
 /// Nodes that stand, those near to each other as one stance.
-fn joined(stands: &[bool], bound: &[f64], every: usize, dt: f64) -> Result<Vec<Stance>, Error> {
+fn join_stances(
+    stands: &[bool],
+    bound: &[f64],
+    every: usize,
+    dt: f64,
+) -> Result<Vec<Stance>, Error> {
     let mut found: Vec<Stance> = Vec::new();
     for k in (0..stands.len()).filter(|i| stands[*i]).map(|i| (i + 1) * every) {
-        let joins = |stance: &Stance| ((k + 1 - stance.samples.1) as f64) * dt < APART;
+        let joins =
+            |stance: &Stance| ((k + 1 - stance.samples.1) as f64) * dt < MIN_STANCE_INTERVAL_S;
         match found.last_mut().filter(|last| joins(last)) {
             Some(last) => {
                 last.samples.1 = k + 1;

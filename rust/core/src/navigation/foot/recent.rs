@@ -4,25 +4,25 @@ use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::beginning::AtRest;
-use super::cubic::{Cubic, MOST, density};
-use super::{HELD, LASTS, PIVOT};
-use crate::math::sound::{are_within, is_count, is_size};
-use crate::navigation::filter::{SAMPLE_MAX, is_known};
+use super::cubic::{Cubic, MAX_RATE_RATIO, density};
+use super::{FORCE_S, MAX_HELD_S, PIVOT_DISTANCE_M};
+use crate::math::validity::{are_within, is_count, is_size};
+use crate::navigation::filter::{MAX_SAMPLE, is_known};
 
-/// Samples that are kept: two windows on either side of the one that is told of, and those for which
+/// Samples that are kept: two windows on either side of the one that is reported, and those for which
 /// clipped rates wait.
 const ROW: usize = 16;
 const ROWS: usize = 12;
 const SLOTS: u64 = (ROW * ROWS) as u64;
 /// Half a window has so many samples at most.
-pub(super) const HALF_MAX: u64 = 30;
+pub(super) const MAX_HALF: u64 = 30;
 /// Part of the range above which a rate counts as clipped.
-const CLIPPED: f64 = 0.965;
+const CLIPPING_SHARE: f64 = 0.965;
 /// What a clipped rate is wrong by before its flanks are known, as a part of the range.
-const UNTOLD: f64 = 0.2;
-/// Bounds of a sound state: seconds, and squares and densities of what samples can be.
-const TIMES: f64 = 4e9;
-const SQUARES: f64 = 1e12;
+const UNKNOWN_RATE_SHARE: f64 = 0.2;
+/// Bounds of a valid state: seconds, and squares and densities of what samples can be.
+const MAX_TIME_S: f64 = 4e9;
+const MAX_SQUARE: f64 = 1e12;
 
 /// One sample, the last one where it is missing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -70,11 +70,11 @@ impl Slot {
         lost: false,
     };
 
-    fn is_sound(&self) -> bool {
-        are_within(&self.gyro, MOST * SAMPLE_MAX)
-            && are_within(&self.accel, SAMPLE_MAX)
-            && is_size(self.variance, SQUARES)
-            && is_size(self.pushed, SQUARES)
+    fn is_valid(&self) -> bool {
+        are_within(&self.gyro, MAX_RATE_RATIO * MAX_SAMPLE)
+            && are_within(&self.accel, MAX_SAMPLE)
+            && is_size(self.variance, MAX_SQUARE)
+            && is_size(self.pushed, MAX_SQUARE)
     }
 }
 
@@ -94,17 +94,17 @@ impl Recent {
     }
 
     pub fn slot(&self, k: u64) -> &Slot {
-        let place = (k % SLOTS) as usize;
-        &self.slots[place / ROW][place % ROW]
+        let index = (k % SLOTS) as usize;
+        &self.slots[index / ROW][index % ROW]
     }
 
     fn slot_mut(&mut self, k: u64) -> &mut Slot {
-        let place = (k % SLOTS) as usize;
-        &mut self.slots[place / ROW][place % ROW]
+        let index = (k % SLOTS) as usize;
+        &mut self.slots[index / ROW][index % ROW]
     }
 
     /// Takes a sample; whether both sensors are known, or were. `half` is half a window, `late` how many
-    /// samples before the last one that which is told of is.
+    /// samples before the last one the reported one is.
     pub fn push(
         &mut self,
         given: [Vector3<f64>; 2],
@@ -116,13 +116,13 @@ impl Recent {
         for i in 0..2 {
             if missing[i] {
                 let age = self.ages[i] + dt;
-                self.ages[i] = if age < TIMES { age } else { TIMES };
+                self.ages[i] = if age < MAX_TIME_S { age } else { MAX_TIME_S };
             } else {
                 (self.last[i], self.ages[i]) = (Some(given[i]), 0.0);
             }
         }
         let [Some(gyro), Some(accel)] = self.last else { return false };
-        let lost = self.ages.iter().any(|age| *age > HELD);
+        let lost = self.ages.iter().any(|age| *age > MAX_HELD_S);
         let k = self.count;
         *self.slot_mut(k) = Slot { gyro, accel, missing, lost, ..Slot::EMPTY };
         self.count += 1;
@@ -156,9 +156,9 @@ impl Recent {
             return f64::INFINITY;
         }
         let turned = |i: u64| (self.slot(i).gyro - known.gyro_bias).norm_squared();
-        let turns: f64 = self.window(k, half).map(turned).sum();
+        let rotations: f64 = self.window(k, half).map(turned).sum();
         let pushes: f64 = self.window(k, half).map(|i| self.slot(i).pushed).sum();
-        let square = PIVOT * PIVOT * turns + LASTS * LASTS * pushes;
+        let square = PIVOT_DISTANCE_M * PIVOT_DISTANCE_M * rotations + FORCE_S * FORCE_S * pushes;
         let count = 1 + half + k.min(half);
         ComplexField::sqrt(square / count as f64)
     }
@@ -179,11 +179,11 @@ impl Recent {
             self.runs[axis] = Run::NONE;
         }
         let run = self.runs[axis];
-        let (clipped, positive) = (x.abs() >= CLIPPED * range, x > 0.0);
+        let (clipped, positive) = (x.abs() >= CLIPPING_SHARE * range, x > 0.0);
         if clipped && (run.samples == 0 || run.positive == positive) {
             let samples = if run.samples < u32::MAX { run.samples + 1 } else { run.samples };
             self.runs[axis] = Run { samples, positive, ended: false };
-            let wrong = UNTOLD * range;
+            let wrong = UNKNOWN_RATE_SHARE * range;
             let seconds = f64::from(samples) * dt;
             self.slot_mut(k).variance += wrong * wrong * if seconds < 1.0 { seconds } else { 1.0 };
         } else if !clipped && run.samples >= 2 {
@@ -208,23 +208,24 @@ impl Recent {
         let beyond = |i: u64| cubic.at(i as usize) - side(first + i);
         let added = (0..n).map(beyond).sum::<f64>() / n as f64;
         let density = density(added, range, n as f64 * dt);
-        // That which was told of when the sample before the last one came is used.
+        // The one that was reported when the sample before the last one came is used.
         let unused = (end + 1).saturating_sub(late);
         for k in first.max(unused)..end {
-            let (given, told) = (side_of(self.slot(k), axis, sign), cubic.at((k - first) as usize));
-            let most = MOST * range;
-            let more = if told > given { told } else { given };
+            let (given, fitted) =
+                (side_of(self.slot(k), axis, sign), cubic.at((k - first) as usize));
+            let most = MAX_RATE_RATIO * range;
+            let more = if fitted > given { fitted } else { given };
             let slot = self.slot_mut(k);
             slot.gyro[axis] = sign * if more < most { more } else { most };
             slot.variance = density;
         }
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         is_count(self.count)
-            && self.slots.iter().flatten().all(Slot::is_sound)
+            && self.slots.iter().flatten().all(Slot::is_valid)
             && self.last.iter().flatten().all(is_known)
-            && self.ages.iter().all(|age| is_size(*age, TIMES))
+            && self.ages.iter().all(|age| is_size(*age, MAX_TIME_S))
     }
 
     /// Samples so far.

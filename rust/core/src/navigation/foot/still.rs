@@ -4,28 +4,28 @@ use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::DEGREE;
-use crate::math::sound::{are_within, is_count, is_size};
-use crate::navigation::filter::SAMPLE_MAX;
+use crate::math::validity::{are_within, is_count, is_size};
+use crate::navigation::filter::MAX_SAMPLE;
 
 /// The speed bound of a still interval, m/s.
-pub(super) const STILL: f64 = 0.01;
+pub(super) const MAX_STILL_SPEED_M_S: f64 = 0.01;
 /// A block, s, and how many there must be.
-pub(super) const BLOCK: f64 = 0.1;
-pub(super) const BLOCKS: usize = 5;
+pub(super) const BLOCK_S: f64 = 0.1;
+pub(super) const MIN_BLOCKS: usize = 5;
 /// What a mean over a second is wrong by at least, and any; above the last it is none: rad/s.
-pub(super) const SECOND: f64 = 0.02 * DEGREE;
-pub(super) const FLOOR: f64 = 0.01 * DEGREE;
-pub(super) const WORST: f64 = 0.2 * DEGREE;
+pub(super) const MIN_SECOND_SIGMA_RAD_S: f64 = 0.02 * DEGREE;
+pub(super) const MIN_SIGMA_RAD_S: f64 = 0.01 * DEGREE;
+pub(super) const MAX_SIGMA_RAD_S: f64 = 0.2 * DEGREE;
 /// Largest correlation of neighbours.
-pub(super) const CORRELATED: f64 = 0.9;
+pub(super) const MAX_CORRELATION: f64 = 0.9;
 /// Blocks of a rest at most: beyond, the floor of its deviation is reached.
-const MOST: usize = 32;
-/// Bounds of a sound state.
-const RATE_MAX: f64 = 2.0 * SAMPLE_MAX;
+const MAX_BLOCKS: usize = 32;
+/// Bounds of a valid state.
+const MAX_RATE: f64 = 2.0 * MAX_SAMPLE;
 
 /// A part of a still interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) struct Told {
+pub(super) struct RestMean {
     pub rate: Vector3<f64>,
     pub force: Vector3<f64>,
     /// Of the rate, rad/s.
@@ -49,9 +49,9 @@ impl Means {
 pub(super) enum News {
     None,
     /// A better part than before of an interval under way.
-    Better(Told),
+    Better(RestMean),
     /// An interval has ended, with its best part.
-    Ended(Told),
+    Ended(RestMean),
 }
 
 /// A still interval under way, if there is one.
@@ -63,14 +63,14 @@ pub(super) struct Still {
     sum: Means,
     samples: u32,
     /// The last blocks, and how many there were.
-    blocks: [Means; MOST],
+    blocks: [Means; MAX_BLOCKS],
     count: u64,
-    best: Option<Told>,
+    best: Option<RestMean>,
 }
 
 impl Still {
     pub fn new() -> Self {
-        let (sum, blocks) = (Means::ZERO, [Means::ZERO; MOST]);
+        let (sum, blocks) = (Means::ZERO, [Means::ZERO; MAX_BLOCKS]);
         Self { since: None, sum, samples: 0, blocks, count: 0, best: None }
     }
 
@@ -80,7 +80,7 @@ impl Still {
     }
 
     /// Whether a part of it is a rest.
-    pub fn rests(&self) -> bool {
+    pub fn is_resting(&self) -> bool {
         self.best.is_some()
     }
 
@@ -92,7 +92,7 @@ impl Still {
         [rate, force]: [Vector3<f64>; 2],
         (size, dt): (u32, f64),
     ) -> News {
-        if bound >= STILL {
+        if bound >= MAX_STILL_SPEED_M_S {
             if self.since.is_none() {
                 return News::None;
             }
@@ -110,17 +110,17 @@ impl Still {
         let each = 1.0 / f64::from(size);
         let block = Means { rate: self.sum.rate * each, force: self.sum.force * each };
         (self.sum, self.samples) = (Means::ZERO, 0);
-        self.blocks[(self.count % MOST as u64) as usize] = block;
+        self.blocks[(self.count % MAX_BLOCKS as u64) as usize] = block;
         self.count += 1;
-        self.judge(f64::from(size) * dt)
+        self.test(f64::from(size) * dt)
     }
 
     /// Whether one of the parts that end with this block is better than any before.
-    fn judge(&mut self, seconds: f64) -> News {
-        let most = if self.count < MOST as u64 { self.count as usize } else { MOST };
+    fn test(&mut self, seconds: f64) -> News {
+        let most = if self.count < MAX_BLOCKS as u64 { self.count as usize } else { MAX_BLOCKS };
         let block = |back: usize| {
-            let place = (self.count - 1).saturating_sub(back as u64) % MOST as u64;
-            &self.blocks[place as usize]
+            let index = (self.count - 1).saturating_sub(back as u64) % MAX_BLOCKS as u64;
+            &self.blocks[index as usize]
         };
         let newest = block(0).rate;
         let zero = Vector3::<f64>::zeros();
@@ -135,7 +135,7 @@ impl Still {
             force += block(back).force;
             after = rate;
             let count = back + 1;
-            if count < BLOCKS {
+            if count < MIN_BLOCKS {
                 continue;
             }
             let n = count as f64;
@@ -145,39 +145,41 @@ impl Still {
             let products = products - mean.component_mul(&(sum * 2.0 - rate))
                 + mean.component_mul(&mean) * (n - 1.0);
             let sigma = sigma_of(&squares, &products, n, seconds);
-            let least = better.or(self.best).map_or(WORST, |told: Told| told.sigma);
+            let least = better
+                .or(self.best)
+                .map_or(MAX_SIGMA_RAD_S, |found_rest: RestMean| found_rest.sigma);
             if sigma < least {
-                better = Some(Told { rate: newest + mean, force: force / n, sigma });
+                better = Some(RestMean { rate: newest + mean, force: force / n, sigma });
             }
         }
-        let Some(told) = better else { return News::None };
+        let Some(found_rest) = better else { return News::None };
         self.best = better;
-        News::Better(told)
+        News::Better(found_rest)
     }
 
-    pub fn is_sound(&self, size: u32) -> bool {
+    pub fn is_valid(&self, size: u32) -> bool {
         let means = |of: &Means, most: f64| {
-            are_within(&of.rate, RATE_MAX * most) && are_within(&of.force, RATE_MAX * most)
+            are_within(&of.rate, MAX_RATE * most) && are_within(&of.force, MAX_RATE * most)
         };
-        let told = |of: &Told| {
+        let found_rest = |of: &RestMean| {
             are_within(&of.rate, 10.0)
-                && are_within(&of.force, RATE_MAX)
-                && is_size(of.sigma, WORST)
+                && are_within(&of.force, MAX_RATE)
+                && is_size(of.sigma, MAX_SIGMA_RAD_S)
         };
         self.since.is_none_or(is_count)
             && self.samples < size
             && means(&self.sum, f64::from(size))
             && self.blocks.iter().all(|block| means(block, 1.0))
             && is_count(self.count)
-            && self.best.as_ref().is_none_or(told)
+            && self.best.as_ref().is_none_or(found_rest)
     }
 }
 
-impl Told {
-    pub fn is_sound(&self) -> bool {
+impl RestMean {
+    pub fn is_valid(&self) -> bool {
         are_within(&self.rate, 10.0)
-            && are_within(&self.force, RATE_MAX)
-            && is_size(self.sigma, WORST)
+            && are_within(&self.force, MAX_RATE)
+            && is_size(self.sigma, MAX_SIGMA_RAD_S)
             && self.sigma > 0.0
     }
 }
@@ -189,10 +191,11 @@ pub(super) fn sigma_of(
     n: f64,
     seconds: f64,
 ) -> f64 {
-    let mut square = SECOND * SECOND / (n * seconds) + FLOOR * FLOOR;
+    let mut square = MIN_SECOND_SIGMA_RAD_S * MIN_SECOND_SIGMA_RAD_S / (n * seconds)
+        + MIN_SIGMA_RAD_S * MIN_SIGMA_RAD_S;
     for i in 0..3 {
         let size = if squares[i] > 1e-30 { squares[i] } else { 1e-30 };
-        let rho = (products[i] / size).clamp(0.0, CORRELATED);
+        let rho = (products[i] / size).clamp(0.0, MAX_CORRELATION);
         let positive = if squares[i] > 0.0 { squares[i] } else { 0.0 };
         square += positive / (n - 1.0) / n * (1.0 + rho) / (1.0 - rho) / 3.0;
     }

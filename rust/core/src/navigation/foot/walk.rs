@@ -6,7 +6,7 @@ use super::plan::Plan;
 use super::walker::Walker;
 use crate::error::Error;
 use crate::navigation::covariance::{Errors, STATES};
-use crate::navigation::filter::{Inertial, NavigationFilter, Witness};
+use crate::navigation::filter::{Inertial, NavigationFilter, Observer};
 
 /// A sensor on a foot under way over a recording.
 #[derive(Debug, Clone)]
@@ -41,14 +41,14 @@ impl<'a> Walk<'a> {
     ///
     /// # Errors
     /// [`Error::Parameter`] if the time of the first sample is none.
-    pub fn begin<W: Witness>(
+    pub fn begin<W: Observer>(
         plan: &'a Plan,
         level: bool,
         time: f64,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Result<Self, Error> {
         let first = [plan.gyro[0], plan.accel[0]];
-        let walker = Walker::begin(&plan.beginning, time, first, witness)?;
+        let walker = Walker::begin(&plan.beginning, time, first, observer)?;
         Ok(Self { plan, level, walker, stance: 0, rest: usize::from(plan.rested) })
     }
 
@@ -61,30 +61,30 @@ impl<'a> Walk<'a> {
     ///
     /// # Errors
     /// [`Error::Parameter`] if a time is not later than that before.
-    pub fn run<W: Witness>(
+    pub fn run<W: Observer>(
         &mut self,
         time: &[f64],
         given: [&[[f64; 3]]; 2],
         piece: Range<usize>,
         trodden: &mut Trodden<'_>,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Result<(), Error> {
         for k in piece {
-            witness.sample(k);
+            observer.sample(k);
             if k > 0 {
-                self.step(time, given, k, witness)?;
+                self.step(time, given, k, observer)?;
             }
             trodden.put(k, &self.walker);
         }
         Ok(())
     }
 
-    fn step<W: Witness>(
+    fn step<W: Observer>(
         &mut self,
         time: &[f64],
         [gyro, accel]: [&[[f64; 3]]; 2],
         k: usize,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Result<(), Error> {
         let known = |given: &[f64; 3], planned: [f64; 3]| match given.iter().all(|x| x.is_finite())
         {
@@ -97,14 +97,14 @@ impl<'a> Walk<'a> {
             accel: known(&accel[k], self.plan.accel[k]),
             rest: false,
         };
-        self.walker.step(&sample, self.plan.variance[k], witness)?;
-        if k.is_multiple_of(self.plan.every) && self.walker.propagate(witness) {
-            self.node(k, witness);
+        self.walker.step(&sample, self.plan.variance[k], observer)?;
+        if k.is_multiple_of(self.plan.every) && self.walker.propagate(observer) {
+            self.node(k, observer);
         }
         Ok(())
     }
 
-    fn node<W: Witness>(&mut self, k: usize, witness: &mut W) {
+    fn node<W: Observer>(&mut self, k: usize, observer: &mut W) {
         let seconds = self.plan.every as f64 * self.plan.dt;
         let mut found = [0.0; STATES];
         let stood = self.plan.stands[k / self.plan.every - 1]
@@ -112,7 +112,7 @@ impl<'a> Walk<'a> {
         let floored = self.floor(k, &mut found);
         let rested = self.rest(k, &mut found);
         if stood || floored || rested {
-            self.walker.apply(&found, witness);
+            self.walker.apply(&found, observer);
         }
     }
 
@@ -127,7 +127,7 @@ impl<'a> Walk<'a> {
 
     /// The bias that a rest tells, at its end.
     fn rest(&mut self, k: usize, found: &mut Errors) -> bool {
-        let Some(rest) = self.plan.rests.get(self.rest) else { return false };
+        let Some(rest) = self.plan.static_intervals.get(self.rest) else { return false };
         if k + self.plan.every < rest.until && k + self.plan.every < self.plan.gyro.len() {
             return false;
         }

@@ -7,10 +7,10 @@ use super::beginning::Beginning;
 use super::{DEGREE, GRAVITY};
 use crate::checkpoint::Checkpoint;
 use crate::error::Error;
-use crate::math::sound::{is_count, is_size, is_within};
+use crate::math::validity::{is_count, is_size, is_within};
 use crate::navigation::covariance::{Covariance, Errors, GYRO, PHI, R, STATES, V};
-use crate::navigation::earth::Place;
-use crate::navigation::filter::{Inertial, NavigationFilter, Sums, Witness, quaternion};
+use crate::navigation::earth::LocalEarth;
+use crate::navigation::filter::{Inertial, NavigationFilter, Observer, Sums, quaternion};
 use crate::navigation::motion::Motion;
 use crate::navigation::params::{Adapt, Kind, NavigationParams, Start};
 
@@ -20,28 +20,28 @@ const ACCEL_NOISE: f64 = 0.03 * 0.03;
 const GYRO_WALK: f64 = 1e-14;
 const ACCEL_WALK: f64 = 1e-4;
 /// Noise relative to rate and shock, squares: of scale, misalignment and bandwidth.
-const OF_RATE: f64 = 0.001 * 0.001;
-const OF_SHOCK: f64 = 0.015 * 0.015;
+const RATE_NOISE: f64 = 0.001 * 0.001;
+const SHOCK_NOISE: f64 = 0.015 * 0.015;
 /// Deviations of where it begins, m, and of its heading, rad.
-const HERE: f64 = 1e-5;
-const HEADING: f64 = 1e-6;
+const POSITION_SIGMA_M: f64 = 1e-5;
+const HEADING_SIGMA_RAD: f64 = 1e-6;
 /// Of a foot that stands, m/s, the bound above which it hardly does, and how long its roll lasts, s.
-const STANDS: f64 = 0.003;
-const HARDLY: f64 = 0.1;
-const ROLL: f64 = 0.05;
+const STANCE_SIGMA_M_S: f64 = 0.003;
+const MAX_STANCE_SPEED_M_S: f64 = 0.1;
+const ROLL_S: f64 = 0.05;
 /// The most that may be new of a stance, squared, of three.
-const GATE: f64 = 100.0;
+const MAX_STANCE_NIS: f64 = 100.0;
 /// After so many seconds of rejections the filter is wrong: by this in level, rad².
-const WRONG_AFTER: f64 = 0.15;
-const WRONG_LEVEL: f64 = 1e-3;
+const MAX_REJECTION_S: f64 = 0.15;
+const WRONG_LEVEL_VARIANCE_RAD2: f64 = 1e-3;
 /// The same floor, m, and its deviation, m.
-const SAME_FLOOR: f64 = 0.1;
-const FLOOR: f64 = 0.02;
+const MAX_FLOOR_STEP_M: f64 = 0.1;
+const FLOOR_SIGMA_M: f64 = 0.02;
 /// How fast a foot goes while nothing is known of it, m/s.
-const STRAYS: f64 = 2.0;
-/// Bounds of a sound state: heights, m, and times, s.
-const HEIGHTS: f64 = 3e6;
-const TIMES: f64 = 4e9;
+const UNKNOWN_SPEED_M_S: f64 = 2.0;
+/// Bounds of a valid state: heights, m, and times, s.
+const MAX_HEIGHT_M: f64 = 3e6;
+const MAX_TIME_S: f64 = 4e9;
 
 /// A sensor on a foot under way.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -51,7 +51,7 @@ pub(super) struct Walker {
     rejected: f64,
     pub rejections: u64,
     floor: Option<f64>,
-    /// Noise besides since the last node, rad² and m²/s².
+    /// Additional noise since the last node, rad² and m²/s².
     extra: [f64; 2],
     /// When the filter was lost, s; NaN before it ever was.
     lost: f64,
@@ -62,11 +62,11 @@ impl Walker {
     ///
     /// # Errors
     /// [`Error::Parameter`] if the time is none.
-    pub fn begin<W: Witness>(
+    pub fn begin<W: Observer>(
         from: &Beginning,
         time: f64,
         [gyro, accel]: [[f64; 3]; 2],
-        witness: &mut W,
+        observer: &mut W,
     ) -> Result<Self, Error> {
         let start = Start {
             quaternion: quaternion(&from.attitude),
@@ -77,7 +77,7 @@ impl Walker {
             gyro_bias: from.gyro_bias.into(),
             accel_bias: from.accel_bias.into(),
             level_sigma: from.level,
-            heading_sigma: HEADING,
+            heading_sigma: HEADING_SIGMA_RAD,
             gyro_bias_sigma: from.gyro,
             accel_bias_sigma: from.accel,
         };
@@ -89,7 +89,7 @@ impl Walker {
             antenna: [0.0; 3],
             antenna_sigma: 0.0,
             wheels: None,
-            gate: GATE,
+            gate: MAX_STANCE_NIS,
             adapt: Adapt::Fixed,
             // The nodes are counted elsewhere, in samples.
             covariance_step: 1.0,
@@ -98,86 +98,86 @@ impl Walker {
         let mut filter = NavigationFilter::new(start, params)?;
         filter.update(&Inertial { time, gyro, accel, rest: false })?;
         filter.motion.attitude = from.attitude;
-        filter.motion.place = Place::plane(GRAVITY);
+        filter.motion.local_earth = LocalEarth::plane(GRAVITY);
         let of = |first: usize| match first {
-            R => HERE,
+            R => POSITION_SIGMA_M,
             V => from.velocity,
             PHI => from.level,
             GYRO => from.gyro,
             _ => from.accel,
         };
         let mut variances: Errors = core::array::from_fn(|i| of(i - i % 3) * of(i - i % 3));
-        variances[PHI + 2] = HEADING * HEADING;
-        filter.begin_on_plane(&variances, witness);
+        variances[PHI + 2] = HEADING_SIGMA_RAD * HEADING_SIGMA_RAD;
+        filter.begin_on_plane(&variances, observer);
         let (rejected, rejections) = (0.0, 0);
         Ok(Self { filter, rejected, rejections, floor: None, extra: [0.0; 2], lost: f64::NAN })
     }
 
-    /// One sample, NaN where it is missing; the gyro has this noise besides, rad²/s.
+    /// One sample, NaN where it is missing; the gyro has this additional noise, rad²/s.
     ///
     /// # Errors
     /// [`Error::Parameter`] if its time is not later than that before.
     #[inline(always)]
-    pub fn step<W: Witness>(
+    pub fn step<W: Observer>(
         &mut self,
         sample: &Inertial,
         variance: f64,
-        witness: &mut W,
+        observer: &mut W,
     ) -> Result<(), Error> {
         let (was, before) = (self.filter.navigating, self.filter.sensors.time);
-        self.filter.update_before(sample, witness)?;
+        self.filter.update_before(sample, observer)?;
         if was && !self.filter.navigating {
             self.lost = before;
         }
         let known = |of: &[f64; 3]| of.iter().all(|x| x.is_finite());
         if !self.filter.navigating && known(&sample.gyro) && known(&sample.accel) {
-            self.resume(sample.time, witness);
+            self.resume(sample.time, observer);
         }
         let dt = sample.time - before;
         // Noise relative to rate and shock, and that of restored rates.
         let rate = self.filter.sensors.gyro - self.filter.gyro_bias;
         let shock = self.filter.sensors.accel.norm() - GRAVITY;
-        self.extra[0] += (OF_RATE * rate.norm_squared() + variance) * dt;
-        self.extra[1] += OF_SHOCK * shock * shock * dt;
+        self.extra[0] += (RATE_NOISE * rate.norm_squared() + variance) * dt;
+        self.extra[1] += SHOCK_NOISE * shock * shock * dt;
         Ok(())
     }
 
     /// After a gap: where it was, as far as it may have gone.
     #[cold]
-    fn resume<W: Witness>(&mut self, time: f64, witness: &mut W) {
+    fn resume<W: Observer>(&mut self, time: f64, observer: &mut W) {
         let since = time - self.lost;
-        let far = STRAYS * if since > 0.0 { since } else { 0.0 } + HERE;
+        let far = UNKNOWN_SPEED_M_S * if since > 0.0 { since } else { 0.0 } + POSITION_SIGMA_M;
         let filter = &mut self.filter;
         let motion = &filter.motion;
-        let mut anew = Motion::new(motion.attitude, 0.0, 0.0, 0.0);
-        (anew.latitude, anew.longitude, anew.height) =
+        let mut restarted = Motion::new(motion.attitude, 0.0, 0.0, 0.0);
+        (restarted.latitude, restarted.longitude, restarted.height) =
             (motion.latitude, motion.longitude, motion.height);
-        anew.place = Place::plane(GRAVITY);
-        filter.motion = anew;
+        restarted.local_earth = LocalEarth::plane(GRAVITY);
+        filter.motion = restarted;
         let mut variances: Errors = core::array::from_fn(|i| filter.covariance.at(i, i));
         for i in 0..3 {
             variances[R + i] = far * far;
-            variances[V + i] = STRAYS * STRAYS;
+            variances[V + i] = UNKNOWN_SPEED_M_S * UNKNOWN_SPEED_M_S;
         }
-        filter.begin_on_plane(&variances, witness);
+        filter.begin_on_plane(&variances, observer);
         (self.rejected, self.floor) = (0.0, None);
     }
 
-    /// Carries the covariance on; whether anything is known of where it is.
+    /// Propagate the covariance. Returns false if the position is unknown.
     #[inline(always)]
-    pub fn propagate<W: Witness>(&mut self, witness: &mut W) -> bool {
+    pub fn propagate<W: Observer>(&mut self, observer: &mut W) -> bool {
         let extra = core::mem::take(&mut self.extra);
         let was = self.filter.navigating;
-        self.filter.propagate_with(extra, witness);
+        self.filter.propagate_with(extra, observer);
         self.note_lost(was);
         self.filter.navigating
     }
 
     /// Takes what was found out of the motion.
     #[inline(always)]
-    pub fn apply<W: Witness>(&mut self, found: &Errors, witness: &mut W) {
+    pub fn apply<W: Observer>(&mut self, found: &Errors, observer: &mut W) {
         let was = self.filter.navigating;
-        self.filter.apply(found, witness);
+        self.filter.apply(found, observer);
         self.note_lost(was);
     }
 
@@ -193,18 +193,19 @@ impl Walker {
 
     /// Zero velocity, if it can be, `seconds` after the node before.
     pub fn stand(&mut self, bound: f64, seconds: f64, found: &mut Errors) -> bool {
-        let part = bound / HARDLY;
-        let independent = if ROLL > seconds { ROLL / seconds } else { 1.0 };
-        let noise = (STANDS * STANDS + bound * bound * (1.0 + part * part)) * independent;
+        let part = bound / MAX_STANCE_SPEED_M_S;
+        let independent = if ROLL_S > seconds { ROLL_S / seconds } else { 1.0 };
+        let noise = (STANCE_SIGMA_M_S * STANCE_SIGMA_M_S + bound * bound * (1.0 + part * part))
+            * independent;
         let before = self.filter.covariance;
-        if self.filter.take_standing(noise, found) <= GATE {
+        if self.filter.take_standing(noise, found) <= MAX_STANCE_NIS {
             self.rejected = 0.0;
             return true;
         }
         (self.filter.covariance, *found) = (before, [0.0; STATES]);
         self.rejected += seconds;
         self.rejections += 1;
-        if self.rejected <= WRONG_AFTER {
+        if self.rejected <= MAX_REJECTION_S {
             return false;
         }
         self.rejected = 0.0;
@@ -213,8 +214,8 @@ impl Walker {
             self.filter.covariance.widen(V + i, square);
             self.filter.covariance.widen(R + i, 0.25 * square);
         }
-        self.filter.covariance.widen(PHI, WRONG_LEVEL);
-        self.filter.covariance.widen(PHI + 1, WRONG_LEVEL);
+        self.filter.covariance.widen(PHI, WRONG_LEVEL_VARIANCE_RAD2);
+        self.filter.covariance.widen(PHI + 1, WRONG_LEVEL_VARIANCE_RAD2);
         self.filter.take_standing(noise, found);
         true
     }
@@ -223,14 +224,20 @@ impl Walker {
     pub fn take_floor(&mut self, found: &mut Errors) -> bool {
         let down = -self.filter.motion.height;
         let here = down - found[R + 2];
-        let floor = self.floor.filter(|floor| (here - floor).abs() < SAME_FLOOR);
+        let floor = self.floor.filter(|floor| (here - floor).abs() < MAX_FLOOR_STEP_M);
         let Some(floor) = floor else {
             self.floor = Some(here);
             return false;
         };
         let mut h = [0.0; 16];
         h[R + 2] = 1.0;
-        self.filter.covariance.correct(&h, down - floor, FLOOR * FLOOR, found, &mut ());
+        self.filter.covariance.correct(
+            &h,
+            down - floor,
+            FLOOR_SIGMA_M * FLOOR_SIGMA_M,
+            found,
+            &mut (),
+        );
         true
     }
 
@@ -253,26 +260,26 @@ impl Walker {
     }
 
     /// Whether samples can have led here.
-    pub fn is_sound(&self) -> bool {
-        self.filter.is_sound()
-            && is_size(self.rejected, 2.0 * WRONG_AFTER)
+    pub fn is_valid(&self) -> bool {
+        self.filter.is_valid()
+            && is_size(self.rejected, 2.0 * MAX_REJECTION_S)
             && is_count(self.rejections)
-            && self.floor.is_none_or(|floor| is_within(floor, HEIGHTS))
+            && self.floor.is_none_or(|floor| is_within(floor, MAX_HEIGHT_M))
             && self.extra.iter().all(|x| is_size(*x, 1e9))
-            && (self.lost.is_nan() || is_within(self.lost, 2.0 * TIMES))
+            && (self.lost.is_nan() || is_within(self.lost, 2.0 * MAX_TIME_S))
     }
 }
 
 impl NavigationFilter {
     /// Somewhere on a plane, with these variances.
-    fn begin_on_plane<W: Witness>(&mut self, variances: &Errors, witness: &mut W) {
+    fn begin_on_plane<W: Observer>(&mut self, variances: &Errors, observer: &mut W) {
         self.covariance = Covariance::of(variances);
         self.covariance.couple(&self.motion.velocity);
         self.navigating = true;
         self.heading_known = true;
         self.sums = Sums::new();
         self.refresh_sigma();
-        witness.started(&self.covariance, &self.motion);
+        observer.record_start(&self.covariance, &self.motion);
     }
 
     /// Takes the velocity for zero, with this noise; what is known of the gyro's bias stays. Returns

@@ -4,26 +4,26 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::quiet::{ACCEL, Candidate, GYRO};
+use super::quiet::{Candidate, MAX_ACCEL_SPREAD_M_S2, MAX_GYRO_SPREAD_RAD_S};
 use super::{DEGREE, Seen};
-use crate::math::sound::is_size;
-use crate::rest::quiet::SETTLED;
+use crate::math::validity::is_size;
+use crate::rest::quiet::FIRST_DIRECTION_TICKS;
 
 /// How much louder than the calmest rest another may be, and a single tick off its mean: squared.
-const LOUDER: f64 = 9.0;
-const TICK_OFF: f64 = 16.0;
+const MAX_NOISE_RATIO: f64 = 9.0;
+const MAX_TICK_RATIO: f64 = 16.0;
 /// The same, squared, of the mean of half a second, which the mean of a long candidate hides; ticks of
 /// the candidate from which on it counts, and seconds in a row after which it is another's.
-const LEVEL_OFF: f64 = 1.5;
-const SEVERAL: f64 = 10.0;
-const STRAYS: f64 = 3.0;
+const MAX_LEVEL_RATIO: f64 = 1.5;
+const MIN_LEVEL_TICKS: f64 = 10.0;
+const MAX_STRAY_S: f64 = 3.0;
 /// Seconds in which the floor doubles: a place may be less calm.
-const DOUBLES: f64 = 300.0;
+const FLOOR_DOUBLING_S: f64 = 300.0;
 /// Least floors, rad/s and m/s².
-const GYRO_LEAST: f64 = 0.005 * DEGREE;
-const ACCEL_LEAST: f64 = 0.003;
+const MIN_GYRO_RAD_S: f64 = 0.005 * DEGREE;
+const MIN_ACCEL_M_S2: f64 = 0.003;
 /// Seconds of rest from which on a floor is learned.
-const LEARNED: f64 = 2.0;
+const MIN_LEARNING_S: f64 = 2.0;
 
 /// Spread of the ticks' means in the calmest rest so far, squared; zero before the first.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -42,49 +42,49 @@ impl Calm {
 
     /// So many seconds passed.
     pub fn age(&mut self, span: f64) {
-        let grown = 1.0 + 2.0 * core::f64::consts::LN_2 / DOUBLES * span;
-        self.gyro = (self.gyro * grown).min(GYRO * GYRO);
-        self.accel = (self.accel * grown).min(ACCEL * ACCEL);
+        let grown = 1.0 + 2.0 * core::f64::consts::LN_2 / FLOOR_DOUBLING_S * span;
+        self.gyro = (self.gyro * grown).min(MAX_GYRO_SPREAD_RAD_S * MAX_GYRO_SPREAD_RAD_S);
+        self.accel = (self.accel * grown).min(MAX_ACCEL_SPREAD_M_S2 * MAX_ACCEL_SPREAD_M_S2);
     }
 
     /// Whether what may be a rest is as calm as rests of this sensor are.
     pub fn holds(&self, rest: &Candidate, seen: &Seen) -> bool {
         !self.is_known()
-            || rest.ticks >= SETTLED
-                && rest.gyro_spread() <= LOUDER * self.gyro
-                && rest.accel_spread() <= LOUDER * self.accel
-                && (seen.gyro - rest.gyro).norm_squared() <= TICK_OFF * self.gyro
+            || rest.ticks >= FIRST_DIRECTION_TICKS
+                && rest.gyro_spread() <= MAX_NOISE_RATIO * self.gyro
+                && rest.accel_spread() <= MAX_NOISE_RATIO * self.accel
+                && (seen.gyro - rest.gyro).norm_squared() <= MAX_TICK_RATIO * self.gyro
     }
 
     /// Whether the level of half a second has left the mean of what may be a rest.
     pub fn is_left(&mut self, rest: &Candidate, level: &Vector3<f64>, span: f64) -> bool {
         let off = self.is_known()
-            && rest.ticks >= SEVERAL
-            && (level - rest.gyro).norm_squared() > LEVEL_OFF * self.gyro;
+            && rest.ticks >= MIN_LEVEL_TICKS
+            && (level - rest.gyro).norm_squared() > MAX_LEVEL_RATIO * self.gyro;
         self.strayed = if off { self.strayed + span } else { 0.0 };
         off
     }
 
-    /// Whether it has for so long that the next rest begins anew: sooner, a smooth drive had many
+    /// Whether it has for so long that the next rest starts again: sooner, a smooth drive had many
     /// short candidates, of which one would be calm by chance.
     pub fn is_gone(&self) -> bool {
-        self.strayed > STRAYS * (1.0 + 1e-9)
+        self.strayed > MAX_STRAY_S * (1.0 + 1e-9)
     }
 
     /// Takes a rest.
     pub fn learn(&mut self, rest: &Candidate) {
-        if rest.seconds < LEARNED * (1.0 - 1e-9) {
+        if rest.seconds < MIN_LEARNING_S * (1.0 - 1e-9) {
             return;
         }
         let (gyro, accel) = (rest.gyro_spread(), rest.accel_spread());
         let least = |known: f64, seen: f64| if known > 0.0 { known.min(seen) } else { seen };
-        self.gyro = least(self.gyro, gyro.max(GYRO_LEAST * GYRO_LEAST));
-        self.accel = least(self.accel, accel.max(ACCEL_LEAST * ACCEL_LEAST));
+        self.gyro = least(self.gyro, gyro.max(MIN_GYRO_RAD_S * MIN_GYRO_RAD_S));
+        self.accel = least(self.accel, accel.max(MIN_ACCEL_M_S2 * MIN_ACCEL_M_S2));
     }
 
-    pub fn is_sound(&self) -> bool {
-        (0.0..=GYRO * GYRO).contains(&self.gyro)
-            && (0.0..=ACCEL * ACCEL).contains(&self.accel)
+    pub fn is_valid(&self) -> bool {
+        (0.0..=MAX_GYRO_SPREAD_RAD_S * MAX_GYRO_SPREAD_RAD_S).contains(&self.gyro)
+            && (0.0..=MAX_ACCEL_SPREAD_M_S2 * MAX_ACCEL_SPREAD_M_S2).contains(&self.accel)
             && is_size(self.strayed, 1e18)
     }
 }

@@ -7,12 +7,12 @@ use super::{DEGREE, Seen};
 use crate::attitude::auto::strapdown::Sums;
 
 /// How far samples of a resting gyro, rad/s, and accelerometer, m/s², lie from their mean.
-pub const GYRO: f64 = 2.0 * DEGREE;
-const ACCEL: f64 = 0.5;
+pub const MAX_GYRO_RAD_S: f64 = 2.0 * DEGREE;
+const MAX_ACCEL_M_S2: f64 = 0.5;
 /// Seconds of the means.
-pub const MEAN: f64 = 0.5;
+pub const MEAN_S: f64 = 0.5;
 /// Seconds after which what looks like rest is one.
-pub const NEAR: f64 = 1.5;
+pub const MIN_REST_S: f64 = 1.5;
 
 /// Means of the last half second, and since when they hold.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -56,19 +56,21 @@ impl Limits {
             self.first_accel = seen.accel;
         }
         let (of_gyro, of_accel) = sums.spread(&self.gyro, &self.accel);
-        let weight = (seen.span / MEAN).min(1.0);
+        let weight = (seen.span / MEAN_S).min(1.0);
         self.gyro += (seen.gyro - self.gyro) * weight;
         self.accel += (seen.accel - self.accel) * weight;
         // A turn about no vertical axis shows in gravity, however slow it is.
         let moved = (self.accel - self.first_accel).norm_squared();
-        if of_gyro > GYRO * GYRO || of_accel.max(moved) > ACCEL * ACCEL {
+        if of_gyro > MAX_GYRO_RAD_S * MAX_GYRO_RAD_S
+            || of_accel.max(moved) > MAX_ACCEL_M_S2 * MAX_ACCEL_M_S2
+        {
             (self.since, self.first_accel) = (0.0, self.accel);
         } else {
             self.since += seen.span;
         }
     }
 
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let finite = |v: &Vector3<f64>| v.iter().all(|x| x.abs() <= 2e3);
         finite(&self.gyro)
             && finite(&self.accel)

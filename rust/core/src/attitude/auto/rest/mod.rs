@@ -3,47 +3,47 @@
 //! A rest shows the bias of the gyro, and nothing else does so well; a false one ruins the heading.
 //! So each part of this folder is for a body that seems to rest or does not: [`limits`] for the usual
 //! rest, [`quiet`] for one of seconds and with motors running, [`calm`] for what a road or a table
-//! makes of either, [`witness`] for a turn that only a field shows. Here they are put together, and
+//! makes of either, [`field_observer`] for a turn that only a field shows. Here they are put together, and
 //! it is decided what becomes of a rest at a rate that is far from the bias.
 
 mod calm;
+mod field_observer;
 mod limits;
 mod quiet;
-mod witness;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use self::calm::Calm;
+use self::field_observer::FieldObserver;
 use self::limits::Limits;
 use self::quiet::Candidate;
-pub use self::quiet::NOISE;
-use self::witness::Witness;
+pub use self::quiet::RATE_NOISE;
 use super::strapdown::Sums;
 use super::{DEGREE, square};
-use crate::attitude::sample::RATE_MAX;
-use crate::math::sound::{are_within, is_size};
+use crate::attitude::sample::MAX_RATE;
+use crate::math::validity::{are_within, is_size};
 
-/// How far the level of a rest may lie from the bias, rad/s: always, beside three deviations of the
+/// How far the level of a rest may lie from the bias, rad/s: always, in addition to three standard deviations of the
 /// bias, which do not count for more than this once a rest was used.
-const NEAR: f64 = 0.15 * DEGREE;
-const DEVIATIONS: f64 = 9.0;
-const NEAR_MOST: f64 = 0.3 * DEGREE;
+const MAX_BIAS_CHANGE_RAD_S: f64 = 0.15 * DEGREE;
+const BIAS_SIGMAS_SQUARED: f64 = 9.0;
+const MAX_USED_BIAS_CHANGE_RAD_S: f64 = 0.3 * DEGREE;
 /// Seconds that a level far from the bias has to be steady, before any rest was used and after,
 /// within how many rad/s.
-const FAR: [f64; 2] = [10.0, 30.0];
-const STEADY: f64 = 0.5 * DEGREE;
+const FAR_REST_S: [f64; 2] = [10.0, 30.0];
+const MAX_STEADY_RATE_RAD_S: f64 = 0.5 * DEGREE;
 /// By how much a bias that a rest has shown drifts, rad/s, if three deviations of it are no more: a level
 /// that differs by more is that of a turn, until gravity or a field proves that it is none.
-const DRIFTS: f64 = 0.9 * DEGREE;
+const MAX_BIAS_DRIFT_RAD_S: f64 = 0.9 * DEGREE;
 /// Seconds of rest from which on a bias is one that jumped, not one that never was.
-const SUPPORTED: f64 = 10.0;
+const MIN_SUPPORT_S: f64 = 10.0;
 /// Seconds of a rest that prove an earlier one wrong: by its length, at the least and in times of
 /// the support, and by its steadiness.
-const LONGER: [f64; 3] = [2.0, 2.0, 9.9];
-const STEADIER: f64 = 1.5;
+const REFUTING_REST_S: [f64; 3] = [2.0, 2.0, 9.9];
+const REFUTING_STEADINESS: f64 = 1.5;
 /// How many times as large as the largest bias a rate is that no part has: it is a turn.
-const BEYOND: f64 = 3.0;
+const MAX_BIAS_RATIO: f64 = 3.0;
 
 /// What a rest detector sees of a tick, in the axes of the sensor.
 #[derive(Debug, Clone, Copy)]
@@ -101,7 +101,7 @@ pub struct Rest {
     limits: Limits,
     candidate: Candidate,
     calm: Calm,
-    witness: Witness,
+    field_observer: FieldObserver,
     /// Where the level last was when it began to be steady, rad/s, and seconds since then.
     anchor: Vector3<f64>,
     steady: f64,
@@ -128,7 +128,7 @@ impl Rest {
     }
 
     /// Whether any rest, however short, has said something of the bias, or one was a turn.
-    pub fn has_told(&self) -> bool {
+    pub fn has_evidence(&self) -> bool {
         self.tells() || self.support > 0.0
     }
 
@@ -140,7 +140,7 @@ impl Rest {
     /// Nothing is known of a while.
     pub fn interrupt(&mut self) {
         (self.limits, self.candidate) = (Limits::default(), Candidate::default());
-        self.witness.begin();
+        self.field_observer.begin();
         (self.steady, self.lasted) = (0.0, 0.0);
     }
 
@@ -148,7 +148,7 @@ impl Rest {
     #[inline(always)]
     pub fn observe(&mut self, sums: &Sums, field: Option<&Vector3<f64>>, known: &Known) -> State {
         self.calm.age(sums.elapsed);
-        self.witness.age(sums.elapsed);
+        self.field_observer.age(sums.elapsed);
         let state = match Seen::of(sums) {
             Some(seen) if self.follow(sums, &seen, field) => {
                 self.deny();
@@ -157,7 +157,7 @@ impl Rest {
             Some(seen) => self.decide(&seen, known),
             None => {
                 self.limits.end();
-                self.begin_anew();
+                self.restart_candidate();
                 State::Motion
             }
         };
@@ -171,24 +171,26 @@ impl Rest {
     fn follow(&mut self, sums: &Sums, seen: &Seen, field: Option<&Vector3<f64>>) -> bool {
         self.limits.observe(sums, seen);
         if self.candidate.observe(seen) {
-            self.witness.begin();
+            self.field_observer.begin();
         }
         self.steady += seen.span;
-        if (self.limits.level() - self.anchor).norm_squared() > STEADY * STEADY {
+        if (self.limits.level() - self.anchor).norm_squared()
+            > MAX_STEADY_RATE_RAD_S * MAX_STEADY_RATE_RAD_S
+        {
             (self.anchor, self.steady) = (*self.limits.level(), 0.0);
         }
         let Some(field) = field else { return false };
-        let [moved, away] = self.witness.observe(field, seen.span);
+        let [moved, away] = self.field_observer.observe(field, seen.span);
         if away {
             self.steady = 0.0;
         }
         let only = !self.candidate.is_new() && self.support <= 2.0 * self.candidate.seconds;
         let denied = moved
             && only
-            && self.support < SUPPORTED
-            && self.witness.turned_with(&self.candidate.gyro, self.candidate.seconds);
+            && self.support < MIN_SUPPORT_S
+            && self.field_observer.follows_rotation(&self.candidate.gyro, self.candidate.seconds);
         if moved {
-            self.begin_anew();
+            self.restart_candidate();
         }
         denied
     }
@@ -196,7 +198,7 @@ impl Rest {
     /// The first rest was a turn: what it has taught is forgotten.
     fn deny(&mut self) {
         (self.calm, self.denied) = (Calm::default(), true);
-        self.witness.forget();
+        self.field_observer.forget();
         (self.used, self.support, self.spread) = (false, 0.0, 0.0);
     }
 
@@ -204,11 +206,12 @@ impl Rest {
     fn decide(&mut self, seen: &Seen, known: &Known) -> State {
         let Known { bias, variance, most, pushed } = known;
         let bound = match (self.used, self.denied) {
-            (true, _) => NEAR_MOST * NEAR_MOST,
+            (true, _) => MAX_USED_BIAS_CHANGE_RAD_S * MAX_USED_BIAS_CHANGE_RAD_S,
             (false, false) => f64::INFINITY,
             (false, true) => 0.0,
         };
-        let bound = NEAR * NEAR + (DEVIATIONS * variance).min(bound);
+        let bound = MAX_BIAS_CHANGE_RAD_S * MAX_BIAS_CHANGE_RAD_S
+            + (BIAS_SIGMAS_SQUARED * variance).min(bound);
         let calm = self.is_calm(seen, bias, bound);
         if *pushed {
             return State::Motion;
@@ -232,32 +235,34 @@ impl Rest {
     /// Whether the tick is as calm as rests of this sensor are.
     fn is_calm(&mut self, seen: &Seen, bias: &Vector3<f64>, bound: f64) -> bool {
         let level = self.limits.level();
-        if (level - bias).norm_squared() <= bound.min(limits::GYRO * limits::GYRO) {
+        if (level - bias).norm_squared()
+            <= bound.min(limits::MAX_GYRO_RAD_S * limits::MAX_GYRO_RAD_S)
+        {
             // A level is steady for as long as it is far.
             (self.anchor, self.steady) = (*level, 0.0);
         }
         let left = self.calm.is_left(&self.candidate, level, seen.span);
         if self.calm.is_gone() {
-            self.begin_anew();
+            self.restart_candidate();
         }
         !left && self.calm.holds(&self.candidate, seen)
     }
 
-    fn begin_anew(&mut self) {
+    fn restart_candidate(&mut self) {
         self.candidate = Candidate::default();
-        self.witness.begin();
+        self.field_observer.begin();
     }
 
     /// What a candidate that may be a rest is, if it is one.
     fn quietly(&mut self, seen: &Seen, bias: &Vector3<f64>, bound: f64) -> Option<State> {
         let off = (self.candidate.gyro - bias).norm();
-        let first =
-            !self.used && (!self.denied || self.witness.refutes_turn(off, self.candidate.seconds));
+        let first = !self.used
+            && (!self.denied || self.field_observer.refutes_turn(off, self.candidate.seconds));
         if off * off <= bound || first {
             return Some(self.quiet(seen));
         }
         if self.is_refuted(off) {
-            return Some(self.refuted(seen));
+            return Some(self.refute(seen));
         }
         if self.candidate.refutes_lean(bias) {
             self.candidate.is_known();
@@ -271,16 +276,16 @@ impl Rest {
     /// it does not turn about a level axis, a field that stays that it does not about the vertical.
     fn beyond(&mut self, seen: &Seen, most: f64) -> Option<State> {
         let rest = &self.candidate;
-        if !rest.is_long() || rest.gyro.norm() > BEYOND * most {
+        if !rest.is_long() || rest.gyro.norm() > MAX_BIAS_RATIO * most {
             return None;
         }
         let about_up = rest.gyro.dot(&rest.up()).abs();
         let stays = match about_up > most {
-            true => self.witness.refutes_turn(about_up, rest.seconds),
+            true => self.field_observer.refutes_turn(about_up, rest.seconds),
             false => rest.refutes_level_turn(),
         };
         if stays {
-            return Some(self.refuted(seen));
+            return Some(self.refute(seen));
         }
         (!self.used).then(|| State::Unclear(rest.up()))
     }
@@ -289,10 +294,10 @@ impl Rest {
     fn quiet(&mut self, seen: &Seen) -> State {
         let rest = &mut self.candidate;
         self.support += if rest.is_new() { rest.seconds } else { seen.span };
-        self.used |= rest.seconds >= STEADIER * (1.0 - 1e-9);
+        self.used |= rest.seconds >= REFUTING_STEADINESS * (1.0 - 1e-9);
         self.spread = rest.gyro_spread();
         self.calm.learn(rest);
-        self.witness.learn();
+        self.field_observer.learn();
         State::Rest(rest.measure(seen))
     }
 
@@ -300,18 +305,20 @@ impl Rest {
     fn is_refuted(&self, off: f64) -> bool {
         let rest = &self.candidate;
         let seconds = rest.seconds * (1.0 + 1e-9);
-        let long = LONGER[0].max((LONGER[1] * self.support).min(LONGER[2]));
-        let steadier = seconds >= STEADIER && rest.gyro_spread() < 0.25 * self.spread;
-        (self.support < SUPPORTED && (seconds >= long || steadier))
-            || (seconds >= LONGER[0] && self.witness.refutes_turn(off, rest.seconds))
+        let long =
+            REFUTING_REST_S[0].max((REFUTING_REST_S[1] * self.support).min(REFUTING_REST_S[2]));
+        let steadier = seconds >= REFUTING_STEADINESS && rest.gyro_spread() < 0.25 * self.spread;
+        (self.support < MIN_SUPPORT_S && (seconds >= long || steadier))
+            || (seconds >= REFUTING_REST_S[0]
+                && self.field_observer.refutes_turn(off, rest.seconds))
     }
 
-    fn refuted(&mut self, seen: &Seen) -> State {
+    fn refute(&mut self, seen: &Seen) -> State {
         let rest = &mut self.candidate;
         rest.is_known();
         (self.used, self.support, self.spread) = (true, rest.seconds, rest.gyro_spread());
         self.calm.learn(rest);
-        self.witness.learn();
+        self.field_observer.learn();
         State::Refuted(rest.gyro, seen.noise() / rest.seconds)
     }
 
@@ -327,19 +334,19 @@ impl Rest {
         calm: bool,
     ) -> State {
         let (level, since) = (*self.limits.level(), self.limits.since());
-        let bound = bound.min(limits::GYRO * limits::GYRO);
+        let bound = bound.min(limits::MAX_GYRO_RAD_S * limits::MAX_GYRO_RAD_S);
         if (level - bias).norm_squared() <= bound {
-            if since < limits::NEAR * (1.0 - 1e-9) || self.calm.is_known() {
+            if since < limits::MIN_REST_S * (1.0 - 1e-9) || self.calm.is_known() {
                 return State::Motion;
             }
             self.used = true;
             return State::Rest(Some((seen.gyro, seen.noise() / seen.span)));
         }
-        let long = FAR[usize::from(self.used)];
+        let long = FAR_REST_S[usize::from(self.used)];
         if !calm || since.min(self.steady) < long * (1.0 - 1e-9) || level.norm() > most {
             return State::Motion;
         }
-        let drifts = square(DRIFTS).max(DEVIATIONS * variance);
+        let drifts = square(MAX_BIAS_DRIFT_RAD_S).max(BIAS_SIGMAS_SQUARED * variance);
         if self.used && (level - bias).norm_squared() > drifts {
             return State::Motion;
         }
@@ -347,12 +354,12 @@ impl Rest {
         State::Jumped(level)
     }
 
-    pub fn is_sound(&self) -> bool {
-        self.limits.is_sound()
-            && self.candidate.is_sound()
-            && self.calm.is_sound()
-            && self.witness.is_sound()
-            && are_within(&self.anchor, 2.0 * RATE_MAX)
+    pub fn is_valid(&self) -> bool {
+        self.limits.is_valid()
+            && self.candidate.is_valid()
+            && self.calm.is_valid()
+            && self.field_observer.is_valid()
+            && are_within(&self.anchor, 2.0 * MAX_RATE)
             && [self.steady, self.support, self.lasted].iter().all(|x| is_size(*x, 1e18))
             && is_size(self.spread, 1.0)
     }

@@ -6,29 +6,33 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{DEGREE, Seen};
-use crate::attitude::sample::{FORCE_MAX, RATE_MAX};
-use crate::math::sound::{are_within, is_size};
+use crate::attitude::sample::{MAX_FORCE, MAX_RATE};
+use crate::math::validity::{are_within, is_size};
 use crate::rest::quiet::{Quiet, QuietLimits};
 
 /// How far means of ticks vary at rest, over the three axes: rad/s and m/s².
-pub const GYRO: f64 = 0.5 * DEGREE;
-pub const ACCEL: f64 = 0.15;
+pub const MAX_GYRO_SPREAD_RAD_S: f64 = 0.5 * DEGREE;
+pub const MAX_ACCEL_SPREAD_M_S2: f64 = 0.15;
 /// How far gravity may turn in it, m/s²: a slow turn about a level axis.
-const TURNED: f64 = 0.12;
-const LIMITS: QuietLimits = QuietLimits { gyro: GYRO, accel: ACCEL, turned: TURNED };
+const MAX_GRAVITY_TURN_M_S2: f64 = 0.12;
+const LIMITS: QuietLimits = QuietLimits {
+    gyro: MAX_GYRO_SPREAD_RAD_S,
+    accel: MAX_ACCEL_SPREAD_M_S2,
+    turned: MAX_GRAVITY_TURN_M_S2,
+};
 /// Seconds by which the last direction of gravity is behind, how many times further a turn would have
-/// carried it, and the least share of a jump that is about level axes.
-const BEHIND: f64 = 0.8;
-const SURELY: f64 = 3.0;
-const SHARE: f64 = 0.2;
+/// rotated it, and the least share of a jump that is about level axes.
+const DIRECTION_DELAY_S: f64 = 0.8;
+const MIN_TURN_RATIO: f64 = 3.0;
+const MIN_LEVEL_SHARE: f64 = 0.2;
 /// Density of the mean of a tick, rad/s √s, of a gyro that nothing shakes, and its share of what
 /// shakes it: a gyro rectifies vibration.
-pub const NOISE: f64 = 0.04 * DEGREE;
-const RECTIFIED: f64 = 0.05;
+pub const RATE_NOISE: f64 = 0.04 * DEGREE;
+const RECTIFIED_SHARE: f64 = 0.05;
 /// What a turn may pass for a rest that lasts a second, rad/s.
-const SLOW: f64 = 0.1 * DEGREE;
+const SLOW_TURN_RAD_S: f64 = 0.1 * DEGREE;
 /// Seconds after which its mean is measured; each tick after the last.
-const MEASURED: [f64; 3] = [0.5, 1.0, 2.0];
+const MEASURED_AFTER_S: [f64; 3] = [0.5, 1.0, 2.0];
 
 /// Ticks in a row that may be rest, and what of them was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -82,7 +86,7 @@ impl Candidate {
 
     /// Whether it has lasted for long enough to be one.
     pub fn lasts(&self) -> bool {
-        self.seconds >= MEASURED[0] * (1.0 - 1e-9)
+        self.seconds >= MEASURED_AFTER_S[0] * (1.0 - 1e-9)
     }
 
     /// Whether nothing of it was measured.
@@ -95,36 +99,37 @@ impl Candidate {
     /// every tick.
     pub fn measure(&mut self, seen: &Seen) -> Option<(Vector3<f64>, f64)> {
         let due =
-            MEASURED.iter().filter(|time| self.seconds >= **time * (1.0 - 1e-9)).count() as u8;
+            MEASURED_AFTER_S.iter().filter(|time| self.seconds >= **time * (1.0 - 1e-9)).count()
+                as u8;
         if due > self.measured {
             self.measured = due;
-            let slow = SLOW / (self.seconds * self.seconds);
+            let slow = SLOW_TURN_RAD_S / (self.seconds * self.seconds);
             return Some((self.weighted, 1.0 / self.weight + slow * slow));
         }
-        (due == MEASURED.len() as u8).then(|| (seen.gyro, seen.noise() / seen.span))
+        (due == MEASURED_AFTER_S.len() as u8).then(|| (seen.gyro, seen.noise() / seen.span))
     }
 
     /// Whether its level is not the bias, but no turn either: about a level axis that would have
-    /// carried gravity along. A jump of the bias shows about all axes.
+    /// rotated gravity. A jump of the bias shows about all axes.
     pub fn refutes_lean(&self, bias: &Vector3<f64>) -> bool {
         let off = self.gyro - bias;
         let leans = self.level_part(&off);
-        self.is_long() && leans > SHARE * off.norm() && self.would_carry(leans)
+        self.is_long() && leans > MIN_LEVEL_SHARE * off.norm() && self.would_rotate_gravity(leans)
     }
 
     /// Whether gravity proves the part of its level about level axes to be no turn.
     pub fn refutes_level_turn(&self) -> bool {
-        self.would_carry(self.level_part(&self.gyro))
+        self.would_rotate_gravity(self.level_part(&self.gyro))
     }
 
     /// Whether it has lasted until a turn would show.
     pub fn is_long(&self) -> bool {
-        self.seconds >= MEASURED[2] * (1.0 - 1e-9)
+        self.seconds >= MEASURED_AFTER_S[2] * (1.0 - 1e-9)
     }
 
     /// Up in the axes of the sensor.
     pub fn up(&self) -> Vector3<f64> {
-        self.accel * (1.0 / self.accel.norm().max(TURNED))
+        self.accel * (1.0 / self.accel.norm().max(MAX_GRAVITY_TURN_M_S2))
     }
 
     fn level_part(&self, rate: &Vector3<f64>) -> f64 {
@@ -132,27 +137,28 @@ impl Candidate {
         (rate - up * rate.dot(&up)).norm()
     }
 
-    /// Whether a turn at this rate about a level axis would have carried gravity along.
-    fn would_carry(&self, rate: f64) -> bool {
-        rate * (self.seconds - BEHIND) * self.accel.norm() > SURELY * TURNED
+    /// Whether a turn at this rate about a level axis would have rotated gravity.
+    fn would_rotate_gravity(&self, rate: f64) -> bool {
+        rate * (self.seconds - DIRECTION_DELAY_S) * self.accel.norm()
+            > MIN_TURN_RATIO * MAX_GRAVITY_TURN_M_S2
     }
 
     /// All of its means count as measured.
     pub fn is_known(&mut self) {
-        self.measured = MEASURED.len() as u8;
+        self.measured = MEASURED_AFTER_S.len() as u8;
     }
 
-    pub fn is_sound(&self) -> bool {
-        self.quiet.is_sound(2.0 * RATE_MAX, 2.0 * FORCE_MAX)
-            && are_within(&self.weighted, 2.0 * RATE_MAX)
+    pub fn is_valid(&self) -> bool {
+        self.quiet.is_valid(2.0 * MAX_RATE, 2.0 * MAX_FORCE)
+            && are_within(&self.weighted, 2.0 * MAX_RATE)
             && is_size(self.weight, 1e24)
-            && usize::from(self.measured) <= MEASURED.len()
+            && usize::from(self.measured) <= MEASURED_AFTER_S.len()
     }
 }
 
 impl Seen {
     /// Density of the noise of the mean rate, (rad/s)² s: a shaken gyro's is larger.
     pub fn noise(&self) -> f64 {
-        NOISE * NOISE + RECTIFIED * RECTIFIED * self.vibration
+        RATE_NOISE * RATE_NOISE + RECTIFIED_SHARE * RECTIFIED_SHARE * self.vibration
     }
 }

@@ -1,0 +1,246 @@
+//! Which fixes are believed, and how much: a gate that a filter which is wrong can leave, and the
+//! noise of the receiver as its innovations show it.
+//!
+//! The Allan variance of the innovations over one fix is that of the measurement, as long as the
+//! inertial sensors take the motion out (Fu & Han, equations 17 and 26 to 31).
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::covariance::Innovation;
+use super::params::Adapt;
+use crate::math::Real;
+
+/// Rejected fixes in a row after which the filter, not the receiver, is wrong.
+const MAX_REJECTED: u32 = 10;
+/// Seconds across which differences of innovations say nothing; fixes come once a second, about.
+const MAX_DIFFERENCE_S: f64 = 1.5;
+/// Gain of the Allan variance, and differences from which on it counts.
+const FADING: f64 = 0.03;
+const MIN_DIFFERENCES: u32 = 10;
+/// After so many seconds, and so many times the usual, without a fix no gate decides: how far a filter
+/// has drifted it knows only as well as its noise model. A position is taken if the next one agrees
+/// with it; of velocities without positions all are for a while.
+const MIN_OUTAGE_S: f64 = 2.0;
+const MIN_OUTAGE_RATIO: f64 = 5.0;
+const OPEN_GATE_S: f64 = 1.0;
+/// Two positions agree to so many deviations, so many metres, and so much of what the first was off
+/// over the part of the outage that has passed since: a drift grows at most as its square.
+const MAX_AGREEMENT_SIGMAS: f64 = 3.0;
+const MAX_AGREEMENT_M: f64 = 0.5;
+const MAX_AGREEMENT_DRIFT: f64 = 4.5;
+/// Part of its change that the usual time between fixes takes over.
+const INTERVAL_GAIN: f64 = 0.1;
+/// Least noise, as a share of the stated one.
+const MIN_NOISE_SHARE: f64 = 1e-4;
+
+/// One kind of measurement: positions, or velocities.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct InnovationGate {
+    /// Allan variance of the innovations an axis, and differences it was learned from.
+    pub spread: Vector3<f64>,
+    pub count: u32,
+    /// The last innovation, and its time; NaN before the first.
+    last: Vector3<f64>,
+    last_time: f64,
+    /// Usual seconds between fixes, zero before it is known.
+    usual: f64,
+    /// Fixes rejected in a row.
+    rejected: u32,
+    /// Until when all are taken; NaN before the first.
+    open_until: f64,
+    /// The position after an outage that waits for one that agrees with it.
+    first: Option<First>,
+    /// What was new of the last one; NaN before the first.
+    pub new: [Innovation; 3],
+}
+
+/// A position after an outage.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct First {
+    innovation: Vector3<f64>,
+    time: f64,
+    /// Since the last position before the outage, s.
+    outage: f64,
+}
+
+/// What a position is to an outage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Return {
+    /// There was none.
+    None,
+    /// The first after it, or one that does not agree with it: the next one tells.
+    First,
+    /// It agrees with the one before; the outage was of so many seconds.
+    Agrees(f64),
+}
+
+/// What becomes of a fix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum GateDecision {
+    Take,
+    /// The filter is wrong: widen, then take.
+    Widen,
+    Reject,
+}
+
+impl InnovationGate {
+    pub fn new() -> Self {
+        Self {
+            spread: Vector3::zeros(),
+            count: 0,
+            last: Vector3::zeros(),
+            last_time: f64::NAN,
+            usual: 0.0,
+            rejected: 0,
+            open_until: f64::NAN,
+            first: None,
+            new: [Innovation::NONE; 3],
+        }
+    }
+
+    /// Restart the gate; what was learned of the receiver stays.
+    pub fn restart(&mut self) {
+        let Self { spread, count, usual, .. } = *self;
+        *self = Self { spread, count, usual, ..Self::new() };
+    }
+
+    /// Learns from an innovation, whether it will be taken or not. Returns the seconds of the outage
+    /// that it ends.
+    pub fn learn(&mut self, time: f64, innovation: &Vector3<f64>) -> Option<f64> {
+        let difference = innovation - self.last;
+        let apart = time - self.last_time;
+        let ended = apart > MIN_OUTAGE_S.max(MIN_OUTAGE_RATIO * self.usual);
+        if ended {
+            self.open_until = time + OPEN_GATE_S;
+        }
+        // Of a receiver whose usual time is not known yet nobody knows what an outage is.
+        let outage = (ended && self.usual > 0.0).then_some(apart);
+        // NaN before the first.
+        if apart > 0.0 {
+            let part = if self.usual > 0.0 { INTERVAL_GAIN } else { 1.0 };
+            self.usual += part * (apart.min(MAX_INTERVAL_S) - self.usual);
+        }
+        if apart <= MAX_DIFFERENCE_S {
+            self.count = self.count.saturating_add(1);
+            let w = FADING.max(1.0 / f64::from(self.count));
+            for i in 0..3 {
+                let half = 0.5 * difference[i] * difference[i];
+                let a = self.spread[i];
+                let new = if self.count > 1 { half.min(4.0 * a) } else { half };
+                self.spread[i] = (1.0 - w) * a + w * new.min(MAX_SPREAD);
+            }
+        }
+        (self.last, self.last_time) = (*innovation, time);
+        outage
+    }
+
+    /// Whether a position waits for one that agrees with it.
+    #[inline(always)]
+    pub fn waits(&self) -> bool {
+        self.first.is_some()
+    }
+
+    /// What a position is to an outage that ended with it, or before. `noise` is its variances,
+    /// `walk` those of the velocity.
+    pub fn classify_return(
+        &mut self,
+        time: f64,
+        outage: Option<f64>,
+        innovation: &Vector3<f64>,
+        noise: &[f64; 3],
+        walk: &[f64; 3],
+    ) -> Return {
+        let now = |outage: f64| Some(First { innovation: *innovation, time, outage });
+        let Some(first) = self.first.filter(|_| outage.is_none()) else {
+            let Some(seconds) = outage else { return Return::None };
+            let before = self.first.map_or(0.0, |first| first.outage);
+            self.first = now((seconds + before).min(MAX_OUTAGE_S));
+            return Return::First;
+        };
+        let dt = time - first.time;
+        let agrees = (0..3).all(|i| {
+            let drift = MAX_AGREEMENT_DRIFT * first.innovation[i].abs() * dt / first.outage;
+            let sigma = (2.0 * noise[i] + walk[i] * dt * dt).simd_sqrt();
+            let apart = (innovation[i] - first.innovation[i]).abs();
+            apart <= MAX_AGREEMENT_SIGMAS * sigma + MAX_AGREEMENT_M + drift
+        });
+        if agrees || self.rejected >= MAX_REJECTED {
+            (self.first, self.rejected) = (None, 0);
+            return Return::Agrees(first.outage);
+        }
+        self.rejected += 1;
+        self.first = now((first.outage + dt).min(MAX_OUTAGE_S));
+        Return::First
+    }
+
+    /// Return the variance of an axis, of which the receiver states `stated`.
+    pub fn noise(&self, axis: usize, stated: f64, adapt: Adapt) -> f64 {
+        match adapt {
+            _ if self.count < MIN_DIFFERENCES => stated,
+            Adapt::Fixed => stated,
+            Adapt::Inflate => stated.max(self.spread[axis]),
+            Adapt::Free => self.spread[axis].max(MIN_NOISE_SHARE * stated),
+        }
+    }
+
+    /// Standard deviations that the innovations show; NaN before they do.
+    pub fn standard_deviations(&self) -> [f64; 3] {
+        let known = self.count >= MIN_DIFFERENCES;
+        [0, 1, 2].map(|i| if known { self.spread[i].simd_sqrt() } else { f64::NAN })
+    }
+
+    /// Normalised innovation squared of the last one, 3 on average; NaN before the first.
+    pub fn nis(&self) -> f64 {
+        self.new.iter().map(Innovation::nis).sum()
+    }
+
+    /// Test a fix by its normalised innovation squared.
+    pub fn test(&mut self, time: f64, new: [Innovation; 3], gate: f64) -> GateDecision {
+        self.new = new;
+        if self.nis() <= gate || time < self.open_until {
+            self.rejected = 0;
+            return GateDecision::Take;
+        }
+        self.rejected += 1;
+        if self.rejected <= MAX_REJECTED {
+            return GateDecision::Reject;
+        }
+        self.rejected = 0;
+        GateDecision::Widen
+    }
+
+    pub fn is_valid(&self) -> bool {
+        let time = |t: f64| t.is_nan() || t.is_finite();
+        self.spread.iter().all(|a| (0.0..=MAX_SPREAD).contains(a))
+            && self.last.iter().all(|e| e.abs() <= MAX_INNOVATION)
+            && (0.0..=MAX_INTERVAL_S).contains(&self.usual)
+            && self.rejected <= MAX_REJECTED
+            && [self.last_time, self.open_until].into_iter().all(time)
+            && self.first.is_none_or(|first| first.is_valid())
+            && self.new.iter().all(Innovation::is_valid)
+    }
+}
+
+impl First {
+    fn is_valid(&self) -> bool {
+        self.innovation.iter().all(|e| e.abs() <= MAX_INNOVATION)
+            && self.time.is_finite()
+            && (MIN_OUTAGE_S..=MAX_OUTAGE_S).contains(&self.outage)
+    }
+}
+
+impl Innovation {
+    fn is_valid(&self) -> bool {
+        let Self { value, variance } = *self;
+        let there = value.is_finite() && variance > 0.0 && variance.is_finite();
+        there || (value.is_nan() && variance.is_nan())
+    }
+}
+
+/// Largest innovation: farther than anything on Earth.
+pub(crate) const MAX_INNOVATION: f64 = 1e8;
+const MAX_INTERVAL_S: f64 = 60.0;
+/// Longest outage that is distinguished from a longer one, s.
+const MAX_OUTAGE_S: f64 = 1e9;
+const MAX_SPREAD: f64 = MAX_INNOVATION * MAX_INNOVATION;
