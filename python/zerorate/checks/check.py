@@ -83,9 +83,8 @@ def check(
     known = {"source": recording.source, "notes": notes, "clock": clock}
     if reason := _find_obstacle(recording, gyro, accel):
         undecided = Finding(gyro if gyro in recording else "", "cannot tell", reason)
-        return Checks(
-            undecided, _no_field_finding(recording, mag, reason), *_unknown_scale(), None, **known
-        )  # type: ignore[arg-type]
+        field = _no_field_finding(recording, mag, reason)
+        return Checks(undecided, field, *_unknown_scale(), None, **known)  # type: ignore[arg-type]
     ticks = _Ticks.of(recording[gyro], recording[accel], recording.get(mag))
     gyro_check = _check_gyro(ticks, recording[gyro], gyro)
     scale_and_delay = (

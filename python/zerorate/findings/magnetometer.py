@@ -115,7 +115,8 @@ def _check_disturbance(calibration: MagnetometerCalibration, gyro: Sensor) -> It
         yield Finding(
             SECTION, "disturbed", LIMITS["disturbed"].severity(share),
             f"No hard iron explains the magnetometer's field in {share:.2g} % of the log.",
-            share, "%", None, _spans_where(calibration, gyro, lambda span: span.kind == "disturbed"),
+            share, "%", None,
+            _spans_where(calibration, gyro, lambda span: span.kind == "disturbed"),
             gyro.figure, "Leave these spans out of any heading.",
         )  # fmt: skip
 

@@ -168,11 +168,13 @@ impl Cursor<'_> {
         Some(byte) == self.form.delimiter || matches!(byte, b'\n' | b'\r') || blank
     }
 
-    /// Passes over a cell. Quotes might take delimiters in, and beyond ASCII there are more blanks.
+    /// Passes over a cell. Quotes might enclose delimiters. Beyond ASCII there are further blanks,
+    /// which matter where blanks are delimiters.
     #[inline(always)]
     fn pass(&mut self) -> Option<()> {
+        let blanks = self.form.delimiter.is_none();
         while !self.ends_cell(self.here()) {
-            if self.here() == b'"' || !(b' '..0x7f).contains(&self.here()) {
+            if self.here() == b'"' || (blanks && !(b' '..0x7f).contains(&self.here())) {
                 return None;
             }
             self.at += 1;
