@@ -188,7 +188,8 @@ def invoke(arguments: list[str]) -> int:
             print(help.of_command(name, taker, command.examples, command.usual, everything))
             return 0
         options = [*taker.options()]
-        flags = {one.flag[2:].replace("-", "_"): one.flag for one in options if one.all_flags}
+        flags = {one.name: one.flag for one in options if one.all_flags}
+        flags |= {flag[2:].replace("-", "_"): flag for flag in flags.values()}
         with use_argument_names({**flags, **command.renamed, **_ALWAYS_RENAMED}), faults():
             taker.value(parse(options, words, _hint(name)))
         return 0

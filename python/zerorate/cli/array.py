@@ -28,7 +28,7 @@ FusionOptions: TypeAlias = Annotated[
         {name: ARRAY_OPTIONS[name] for name in ("method", "scale_error")}, _PANEL, _fusion_flag
     ),
 ]
-"""The options of an array that the filter does not have as well."""
+"""The options of an array that the filter lacks."""
 
 
 def _parse_weights(flag: str, text: str) -> str | list[float]:

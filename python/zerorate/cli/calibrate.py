@@ -179,7 +179,7 @@ def _correct(
 
 
 def _check_alone(typed: Typed, context: str, used: Sequence[str]) -> None:
-    """Raise a usage fault for an option that means nothing with what is asked for."""
+    """Raise a usage fault for an option that has no effect in this context."""
     for name in typed:
         if name not in used:
             raise UsageFault(f"{own_flag(name)} has no effect with {context}")

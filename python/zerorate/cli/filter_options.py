@@ -69,7 +69,7 @@ class TableOptions:
     flag_of : callable
         What an option is called on the command line.
     always : sequence of str
-        Options whose default is passed on as well.
+        Options whose default is passed on, too.
     """
 
     table: Mapping[str, Row]

@@ -302,7 +302,7 @@ class LogAndFigure:
 
 @dataclass(frozen=True)
 class LogAndPanels(LogAndFigure):
-    """The same where the figure may have all its panels."""
+    """A log and a figure that may have all its panels."""
 
     figure: FigurePanels = "usual"
 

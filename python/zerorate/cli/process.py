@@ -86,7 +86,7 @@ def notify(sentence: str) -> None:
 def keep_freed() -> None:
     """Keep freed memory for the next blocks of a record, where glibc takes the setting.
 
-    By itself it hands blocks of a megabyte back, and the kernel clears as much anew: of a day's
+    By itself it hands blocks of a megabyte back, and the kernel clears as much again: of a day's
     replay that takes a quarter of the processor's time. At most 128 MB are kept.
     """
     try:

@@ -37,7 +37,7 @@ class Origin:
     )
 
     def packets(self) -> PacketProtocol | None:
-        """Return the form of packets that was asked for."""
+        """Return the protocol of the packets, None for lines."""
         if self.form is None:
             return None
         if self.form not in PACKETS:
@@ -64,7 +64,7 @@ class Origin:
     def opened(
         self, source: Path | None, interrupts: Interrupts, hidden: bool
     ) -> Iterator[Iterator[Line]]:
-        """Give the lines, or the packets, of whatever was asked for; `hidden` prints no answers."""
+        """Yield the lines or packets of the source; `hidden` prints no answers."""
         form = self.packets()
         if self.udp is not None:
             with as_usage():

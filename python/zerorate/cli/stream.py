@@ -101,7 +101,7 @@ class _Accelerometer:
     no_accel: NoAccel = False
 
     def columns(self) -> tuple[str | int, ...] | None:
-        """Return the columns that were asked for, none of them where it is left alone."""
+        """Return the columns, none of them where the accelerometer is left alone."""
         if not self.no_accel:
             return None if self.accel_columns is None else tuple(self.accel_columns)
         if self.accel_columns is not None:
@@ -187,14 +187,14 @@ def stream(
     numbers: _Numbers,
     options: FilterOptions,
     accelerometer: _Accelerometer,
-    beside: Annotated[
+    extra: Annotated[
         str | None,
         Option(
             f"More columns: {','.join(DriftColumn)}; with --attitude: {','.join(AttitudeColumn)}.",
             "--with",
         ),
     ] = None,
-    of_earth: _Attitude,
+    orientation: _Attitude,
     origin: Origin,
     saves: _Saves,
     watched: Watched,
@@ -218,13 +218,13 @@ def stream(
     if arguments["sequence"] is None:
         arguments |= origin.numbers()
     arguments |= _timing(reading)
-    if of_earth.attitude:
+    if orientation.attitude:
         _check_attitude_alone(options, accelerometer)
-        arguments |= {**of_earth.arguments(), **{name: options.get(name) for name in _OF_BOTH}}
+        arguments |= {**orientation.arguments(), **{name: options.get(name) for name in _OF_BOTH}}
     else:
         _check_filter_alone(options, typed)
         arguments |= {"accel_columns": accelerometer.columns(), **options}
-    settings = _settings(reading, beside, of_earth.attitude, arguments)
+    settings = _settings(reading, extra, orientation.attitude, arguments)
     saver = saves.saver(rate)
     lines = saves.resumed(settings, numbers.fields)
     patient = numbers.fields is not None
@@ -246,11 +246,11 @@ def _timing(reading: Reading) -> dict[str, Any]:
 
 
 def _settings(
-    reading: Reading, beside: str | None, attitude: bool, arguments: Mapping[str, Any]
+    reading: Reading, extra: str | None, attitude: bool, arguments: Mapping[str, Any]
 ) -> Settings | AttitudeSettings:
     kind = AttitudeSettings if attitude else Settings
     known = AttitudeColumn if attitude else DriftColumn
-    words = [] if beside is None else parse_choices("--with", beside, [*map(str, known)])
+    words = [] if extra is None else parse_choices("--with", extra, [*map(str, known)])
     rate, unit, scale, columns = (
         reading.arguments[name] for name in ("rate", "unit", "scale", "columns")
     )
@@ -298,7 +298,7 @@ def _read(
 
 
 def _run(server: Server, source: Path | None, origin: Origin, hidden: bool) -> None:
-    """Serve what was asked for; a signal ends it with the code of a shell."""
+    """Serve the lines of the source; a signal ends it with the code of a shell."""
     interrupts = Interrupts()
     try:
         with (

@@ -49,7 +49,7 @@ class Watched:
 
     @property
     def hides_answers(self) -> bool:
-        """Whether answers would be printed over what is drawn."""
+        """True if answers would be printed over what is drawn."""
         return self.show and sys.stdout is not None and sys.stdout.isatty()
 
 

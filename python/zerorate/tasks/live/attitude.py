@@ -167,9 +167,9 @@ class AttitudeSettings:
     limit: float | None = None
 
     @classmethod
-    def of_reading(cls, rate: float, unit: str | None, scale: Scale, **asked: Any) -> Self:  # noqa: ANN401
-        """Return settings of lines with this unit and scale, as `zerorate.read_log` takes them."""
-        units, scaling = units_of_sensors(unit) or {}, Scaling.of(scale)
+    def of_reading(cls, rate: float, unit: str | None, data_scale: Scale, **asked: Any) -> Self:  # noqa: ANN401
+        """Return settings of lines with this unit and scale, as those of `zerorate.read_log`."""
+        units, scaling = units_of_sensors(unit) or {}, Scaling.of(data_scale)
         return cls(
             rate,
             gyro_unit=scaling.unit("gyro", units.get("gyro")),

@@ -155,9 +155,9 @@ class Settings:
         )
 
     @classmethod
-    def of_reading(cls, rate: float, unit: str | None, scale: Scale, **asked: Any) -> Self:  # noqa: ANN401
-        """Return settings of lines with this unit and scale, as `zerorate.read_log` takes them."""
-        scaling = Scaling.of(scale)
+    def of_reading(cls, rate: float, unit: str | None, data_scale: Scale, **asked: Any) -> Self:  # noqa: ANN401
+        """Return settings of lines with this unit and scale, as those of `zerorate.read_log`."""
+        scaling = Scaling.of(data_scale)
         factor = scaling.factor_for("gyro", first=True)
         return cls(rate, unit=scaling.unit("gyro", unit), data_scale=factor, **asked)
 
