@@ -35,7 +35,7 @@ __all__ = [
     "check_options",
     "check_used",
     "index_by_name",
-    "read_options",
+    "options_of_rows",
     "select_options",
 ]
 
@@ -90,7 +90,7 @@ class Option:
         return cls(name, "choice", choices[0], meaning, _join_words(choices, "or"), choices=choices)
 
 
-def read_options(rows: Iterable[_Option]) -> Iterator[Option]:
+def options_of_rows(rows: Iterable[_Option]) -> Iterator[Option]:
     """Yield the rows of one of the core's tables, in the order in which help shows them."""
     for row in rows:
         parts: dict[str, Any] = dict(row)
@@ -103,7 +103,7 @@ def index_by_name(rows: Iterable[Option]) -> Mapping[str, Option]:
     return MappingProxyType({option.name: option for option in rows})
 
 
-FILTER_OPTIONS: Final = index_by_name(read_options(filter_options()))
+FILTER_OPTIONS: Final = index_by_name(options_of_rows(filter_options()))
 
 METHODS: Final = FILTER_OPTIONS["method"].choices
 """All methods: the published ones, then the one that tunes itself."""

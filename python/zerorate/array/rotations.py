@@ -17,7 +17,7 @@ from zerorate.noise.exports import write_text
 from zerorate.options import add_rest_limits
 from zerorate.record.log import LogError, check_rate
 from zerorate.record.missing import floats
-from zerorate.record.saved import as_json, check_format, finite_numbers, read_key, restore
+from zerorate.record.saved import as_json, check_format, finite_numbers, parse_key, restore
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 
@@ -425,7 +425,7 @@ def read_rotations(source: str | os.PathLike[str]) -> Rotations:
 
 def _parse_rotations(content: object) -> Rotations:
     check_format(content, _FORMAT, _VERSION)
-    listed: Mapping[str, object] = read_key(content, "rotations", dict)
+    listed: Mapping[str, object] = parse_key(content, "rotations", dict)
     if not listed:
         raise ValueError("'rotations' must have an entry for each sensor, got none")
     matrices = np.stack([_parse_rotation(label, value) for label, value in listed.items()])
@@ -434,7 +434,7 @@ def _parse_rotations(content: object) -> Rotations:
     mapping = content if isinstance(content, dict) else {}
     key = "errors_deg" if "errors_deg" in mapping else "sigma_deg"
     if key in mapping:
-        known = read_key(content, key, dict)
+        known = parse_key(content, key, dict)
         sigmas |= {
             label: float(finite_numbers(label, known[label], ()))
             for label in listed
@@ -451,7 +451,7 @@ def _parse_positions(content: object, labels: Sequence[str]) -> Floats | None:
     """Return the positions of the sensors, if the content holds any."""
     if not isinstance(content, dict) or content.get("positions") is None:
         return None
-    known = read_key(content, "positions", dict)
+    known = parse_key(content, "positions", dict)
     missing = [label for label in labels if label not in known]
     if missing:
         raise ValueError(f"there is no position of {', '.join(missing)}")

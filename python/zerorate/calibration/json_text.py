@@ -20,9 +20,9 @@ from zerorate.record.saved import (
     finite_numbers,
     from_fields,
     is_null,
-    read_key,
-    read_number,
-    read_sentences,
+    parse_key,
+    parse_number,
+    parse_sentences,
     restore,
 )
 from zerorate.types import Booleans, Floats
@@ -106,19 +106,19 @@ def from_json(source: str | os.PathLike[str], build: type[CalibrationType]) -> C
 
 def _parse_arguments(content: object) -> dict[str, Any]:
     check_format(content, _FORMAT, _VERSION, "calibrate again from the log")
-    frame = read_key(content, "frame", str)
+    frame = parse_key(content, "frame", str)
     if frame not in get_args(Frame):
         raise ValueError(f"frame is {frame!r}, expected one of {', '.join(get_args(Frame))}")
-    units, errors = (read_key(content, name, dict) for name in ("units", "errors"))
-    values, identifiable = _parse_estimates(read_key(content, "parameters", dict))
-    rests = tuple(from_fields(entry, Rest) for entry in read_key(content, "rests", list))
-    turns = tuple(from_fields(entry, Turn) for entry in read_key(content, "turns", list))
+    units, errors = (parse_key(content, name, dict) for name in ("units", "errors"))
+    values, identifiable = _parse_estimates(parse_key(content, "parameters", dict))
+    rests = tuple(from_fields(entry, Rest) for entry in parse_key(content, "rests", list))
+    turns = tuple(from_fields(entry, Turn) for entry in parse_key(content, "turns", list))
     for turn in turns:
         if not all(0 <= index < len(rests) for index in turn.rests):
             raise ValueError(f"a turn lies between rests {turn.rests}, of which not both are there")
     return {
         "values": values,
-        "covariance": _parse_covariance(read_key(content, "covariance", list)),
+        "covariance": _parse_covariance(parse_key(content, "covariance", list)),
         "identifiable": identifiable,
         "accel_units": _parse_units(units, "accel"),
         "gyro_units": _parse_units(units, "gyro"),
@@ -127,14 +127,14 @@ def _parse_arguments(content: object) -> dict[str, Any]:
         "frame": frame,
         "rests": rests,
         "turns": turns,
-        **{name: read_number(errors, name) for name in _ERROR_NAMES},
-        "held_out": read_key(errors, "held_out", bool),
-        **{name: read_sentences(content, name) for name in _SENTENCE_NAMES},
+        **{name: parse_number(errors, name) for name in _ERROR_NAMES},
+        "held_out": parse_key(errors, "held_out", bool),
+        **{name: parse_sentences(content, name) for name in _SENTENCE_NAMES},
         "temperature": None
         if is_null(content, "temperature")
-        else read_key(content, "temperature", float),
+        else parse_key(content, "temperature", float),
         "temperature_model": _parse_temperature_model(content),
-        "origin": from_fields(read_key(content, "origin", dict), Origin),
+        "origin": from_fields(parse_key(content, "origin", dict), Origin),
     }
 
 
@@ -143,13 +143,13 @@ def _parse_temperature_model(content: object) -> Any:  # noqa: ANN401
         return None
     from zerorate.calibration.temperature import TemperatureModel
 
-    return TemperatureModel.from_json(json.dumps(read_key(content, "temperature_model", dict)))
+    return TemperatureModel.from_json(json.dumps(parse_key(content, "temperature_model", dict)))
 
 
 def _parse_estimates(parameters: dict[str, Any]) -> tuple[Floats, Booleans]:
-    entries = [read_key(parameters, name, dict) for name in PARAMETERS]
-    values = np.array([read_key(entry, "value", float) for entry in entries], dtype=np.float64)
-    return values, np.array([read_key(entry, "identifiable", bool) for entry in entries])
+    entries = [parse_key(parameters, name, dict) for name in PARAMETERS]
+    values = np.array([parse_key(entry, "value", float) for entry in entries], dtype=np.float64)
+    return values, np.array([parse_key(entry, "identifiable", bool) for entry in entries])
 
 
 def _parse_covariance(rows: list[Any]) -> Floats:
@@ -166,12 +166,12 @@ def _parse_covariance(rows: list[Any]) -> Floats:
 
 
 def _parse_units(units: object, sensor: str) -> tuple[str, str]:
-    pair = read_key(units, sensor, dict)
-    return read_key(pair, "raw", str), read_key(pair, "corrected", str)
+    pair = parse_key(units, sensor, dict)
+    return parse_key(pair, "raw", str), parse_key(pair, "corrected", str)
 
 
 def _parse_positive(content: object, name: str) -> float:
-    value = float(read_key(content, name, float))
+    value = float(parse_key(content, name, float))
     if not 0.0 < value < math.inf:
         raise ValueError(f"{name!r} must be a positive number, got {value}")
     return value

@@ -3,7 +3,7 @@
 from typing import Final
 
 from zerorate._native import position_options
-from zerorate.options import Option, index_by_name, read_options
+from zerorate.options import Option, index_by_name, options_of_rows
 
 _WHEELED: Final = ("wheeled",)
 
@@ -85,7 +85,7 @@ FOOT_OPTIONS: Final = index_by_name(
 )
 """Of `zerorate.FootNavigation`: every constant that is one of some words."""
 
-POSITION_OPTIONS: Final = index_by_name(read_options(position_options()))
+POSITION_OPTIONS: Final = index_by_name(options_of_rows(position_options()))
 """Of `zerorate.PositionFilter`: its method, then every constant, with the methods that use it."""
 
 POSITION_METHODS: Final = POSITION_OPTIONS["method"].choices

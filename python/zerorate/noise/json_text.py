@@ -9,7 +9,7 @@ from zerorate.noise.exports import write_text
 from zerorate.noise.quantities import TERMS, Quantity, term_of
 from zerorate.noise.terms import Markov, Sinusoid
 from zerorate.record.exporting import document_export
-from zerorate.record.saved import as_json, check_format, read_key, restore
+from zerorate.record.saved import as_json, check_format, parse_key, restore
 
 if TYPE_CHECKING:
     from zerorate.noise.model import NoiseModel
@@ -76,22 +76,22 @@ def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
 
 def _read_fields(content: object) -> dict[str, Any]:
     check_format(content, _FORMAT, _VERSION)
-    quantity = read_key(content, "quantity", str)
+    quantity = parse_key(content, "quantity", str)
     if quantity not in TERMS:
         raise ValueError(f"quantity is {quantity!r}, expected one of {', '.join(TERMS)}")
-    coefficients = read_key(content, "coefficients", dict)
+    coefficients = parse_key(content, "coefficients", dict)
     fields = {
         term.field: _decode_with_unit(coefficients, term.field, term.unit)
         for term in TERMS[quantity]
     }
-    markov, sinusoid = (read_key(content, name, list) for name in ("markov", "sinusoid"))
+    markov, sinusoid = (parse_key(content, name, list) for name in ("markov", "sinusoid"))
     return fields | {
         "markov": [Markov(**_decode_term(term, _markov_units(quantity))) for term in markov],
         "sinusoid": [
             Sinusoid(**_decode_term(term, _sinusoid_units(quantity))) for term in sinusoid
         ],
         "quantity": quantity,
-        "doubt": read_key(content, "doubt", str) if _has_key(content, "doubt") else "",
+        "doubt": parse_key(content, "doubt", str) if _has_key(content, "doubt") else "",
     }
 
 
@@ -106,7 +106,9 @@ def _read_fit(content: object, build: type[Model]) -> dict[str, Any]:
     if fit is None:
         return {}
     return {
-        name: read_key(fit, name, kind) for name, kind in _FIT_FIELDS.items() if name in field_names
+        name: parse_key(fit, name, kind)
+        for name, kind in _FIT_FIELDS.items()
+        if name in field_names
     }
 
 
@@ -141,12 +143,12 @@ def _encode_with_unit(coefficient: Coefficient, unit: str) -> dict[str, Any]:
 def decode_coefficient(entry: object) -> Coefficient:
     """Return the coefficient of its parts; ValueError if one is not there."""
     parts = (("value", float), ("sigma", float), ("identifiable", bool), ("upper_bound", float))
-    return Coefficient(*(read_key(entry, name, kind) for name, kind in parts))
+    return Coefficient(*(parse_key(entry, name, kind) for name, kind in parts))
 
 
 def _decode_with_unit(content: object, name: str, unit: str) -> Coefficient:
-    entry = read_key(content, name, dict)
-    stored_unit = read_key(entry, "unit", str)
+    entry = parse_key(content, name, dict)
+    stored_unit = parse_key(entry, "unit", str)
     if stored_unit != unit:
         raise ValueError(f"the unit of {name!r} is {stored_unit!r}, expected {unit!r}")
     if entry.get("value", 0.0) is None and entry.get("upper_bound", 0.0) is None:

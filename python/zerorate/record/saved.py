@@ -85,7 +85,7 @@ def check_format(content: object, name: str, version: int, remedy: str = "") -> 
 
     `remedy` says what helps with another version.
     """
-    stated = read_key(content, "format", str), read_key(content, "version", int)
+    stated = parse_key(content, "format", str), parse_key(content, "version", int)
     if stated[0] != name:
         raise ValueError(f"its format is {stated[0]!r}, expected {name!r}")
     if stated[1] != version:
@@ -95,7 +95,7 @@ def check_format(content: object, name: str, version: int, remedy: str = "") -> 
         )
 
 
-def read_key(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
+def parse_key(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
     """Return what stands under a key, of a type; ValueError if it is another, or not there."""
     return check_type(key, content.get(key) if isinstance(content, dict) else None, kind)
 
@@ -127,14 +127,14 @@ def is_null(content: object, key: str) -> bool:
     return isinstance(content, dict) and key in content and content[key] is None
 
 
-def read_number(content: object, key: str) -> float:
+def parse_number(content: object, key: str) -> float:
     """Return the number under a key, NaN for null."""
-    return math.nan if is_null(content, key) else float(read_key(content, key, float))
+    return math.nan if is_null(content, key) else float(parse_key(content, key, float))
 
 
-def read_sentences(content: object, key: str) -> tuple[str, ...]:
+def parse_sentences(content: object, key: str) -> tuple[str, ...]:
     """Return the strings listed under a key."""
-    return tuple(str(check_type(key, item, str)) for item in read_key(content, key, list))
+    return tuple(str(check_type(key, item, str)) for item in parse_key(content, key, list))
 
 
 def from_fields(content: object, build: type[Built]) -> Built:
@@ -144,14 +144,14 @@ def from_fields(content: object, build: type[Built]) -> Built:
 
 
 def _read_vector(content: object, key: str) -> Floats:
-    listed = read_key(content, key, list)
+    listed = parse_key(content, key, list)
     if len(listed) != 3:
         raise ValueError(f"{key!r} must have three numbers, got {listed!r}")
     return np.array([np.nan if item is None else check_type(key, item, float) for item in listed])
 
 
 def _read_pair(content: object, key: str) -> tuple[int, int]:
-    listed = read_key(content, key, list)
+    listed = parse_key(content, key, list)
     if len(listed) != 2:
         raise ValueError(f"{key!r} must be two whole numbers, got {listed!r}")
     first, second = (int(check_type(key, item, int)) for item in listed)
@@ -159,9 +159,9 @@ def _read_pair(content: object, key: str) -> tuple[int, int]:
 
 
 _READERS: Final[Mapping[Any, Callable[[object, str], Any]]] = {
-    **{kind: partial(read_key, kind=kind) for kind in (bool, int, str)},
-    float: read_number,
+    **{kind: partial(parse_key, kind=kind) for kind in (bool, int, str)},
+    float: parse_number,
     Floats: _read_vector,
     tuple[int, int]: _read_pair,
-    tuple[str, ...]: read_sentences,
+    tuple[str, ...]: parse_sentences,
 }

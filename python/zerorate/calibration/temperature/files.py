@@ -19,8 +19,8 @@ from zerorate.record.saved import (
     check_format,
     finite_numbers,
     is_null,
-    read_key,
-    read_sentences,
+    parse_key,
+    parse_sentences,
     restore,
 )
 from zerorate.types import Floats
@@ -97,40 +97,42 @@ def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
 
 def _parse_arguments(content: object) -> dict[str, Any]:
     check_format(content, _FORMAT, _VERSION)
-    axes = read_key(content, "axes", list)
-    low, high = finite_numbers("range", read_key(content, "range", list), (2,)).tolist()
+    axes = parse_key(content, "axes", list)
+    low, high = finite_numbers("range", parse_key(content, "range", list), (2,)).tolist()
     if not axes or low > high:
         raise ValueError("it needs an axis, and a range from low to high")
-    single = read_key(content, "single", bool)
+    single = parse_key(content, "single", bool)
     if single and len(axes) > 1:
         raise ValueError(f"'single' is true of {len(axes)} axes")
-    degrees = tuple(read_key(axis, "degree", int) for axis in axes)
+    degrees = tuple(parse_key(axis, "degree", int) for axis in axes)
     if not all(0 <= degree <= 3 for degree in degrees):
         raise ArgumentError("degrees", f"must be 0 to 3, got {degrees}")
     return {
         "coefficients": np.array([_parse_numbers(axis, "coefficients", (4,)) for axis in axes]),
         "covariance": np.array([_parse_numbers(axis, "covariance", (4, 4)) for axis in axes]),
         "degrees": degrees,
-        "reference": float(read_key(content, "reference", float)),
+        "reference": float(parse_key(content, "reference", float)),
         "range": (low, high),
         "slopes": tuple(_decode_coefficient(axis, "slope") for axis in axes),
         "hystereses": tuple(_decode_coefficient(axis, "hysteresis") for axis in axes),
-        "time_correlation": float(read_key(content, "time_correlation", float)),
-        "step": float(read_key(content, "step", float)),
-        "names": tuple(read_key(axis, "name", str) for axis in axes),
-        "unit": read_key(content, "unit", str),
-        "notes": read_sentences(content, "notes"),
+        "time_correlation": float(parse_key(content, "time_correlation", float)),
+        "step": float(parse_key(content, "step", float)),
+        "names": tuple(parse_key(axis, "name", str) for axis in axes),
+        "unit": parse_key(content, "unit", str),
+        "notes": parse_sentences(content, "notes"),
         "single": single,
     }
 
 
 def _parse_numbers(axis: object, key: str, shape: tuple[int, ...]) -> Floats:
-    return finite_numbers(key, read_key(axis, key, list), shape)
+    return finite_numbers(key, parse_key(axis, key, list), shape)
 
 
 def _decode_coefficient(axis: object, key: str) -> Coefficient:
     return (
-        UNKNOWN_COEFFICIENT if is_null(axis, key) else decode_coefficient(read_key(axis, key, dict))
+        UNKNOWN_COEFFICIENT
+        if is_null(axis, key)
+        else decode_coefficient(parse_key(axis, key, dict))
     )
 
 
