@@ -56,7 +56,7 @@ def test_the_root_has_the_names_of_readme_and_docs():
 
 
 def test_a_name_of_the_root_is_that_of_its_package():
-    for name, place in modules_by_name(zr._PLACES).items():
+    for name, place in modules_by_name(zr._LAZY_EXPORTS).items():
         package = import_module(f"zerorate.{place.partition('.')[0] or name}")
         if name in getattr(package, "__all__", ()):
             assert getattr(package, name) is getattr(zr, name)

@@ -91,7 +91,7 @@ if TYPE_CHECKING:
     from zerorate.tasks.report import report as report
     from zerorate.tasks.walk import walk as walk
 
-_PLACES: Final = {
+_LAZY_EXPORTS: Final = {
     "": (
         "array attitude calibration checks datasets denoising findings foot geometry "
         "identification io linear metrics navigation noise record simulation tasks units"
@@ -140,12 +140,12 @@ _PLACES: Final = {
 }
 """Names by the module that is imported when one is first asked for; packages of the root first."""
 
-__all__ = sorted(["__version__", *modules_by_name(_PLACES)])
+__all__ = sorted(["__version__", *modules_by_name(_LAZY_EXPORTS)])
 
 add_registrar("zerorate.show.registry")
 
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _LAZY_EXPORTS)
 
 
 def _rule(module: str, name: str) -> Callable[..., Any]:

@@ -24,7 +24,7 @@ __all__ = [
     "read_rotations",
 ]
 
-_PLACES: Final = {
+_LAZY_EXPORTS: Final = {
     "accelerometers": "FusedAccelerometers fuse_accelerometers",
     "covariance": "AllanCovariance allan_covariance",
     "logs": "ArrayLog array_log",
@@ -32,4 +32,4 @@ _PLACES: Final = {
     "virtual_gyro": "VirtualGyro",
 }
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _LAZY_EXPORTS)

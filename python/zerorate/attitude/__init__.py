@@ -12,8 +12,8 @@ __all__ = [
     "attitude_of",
 ]
 
-_PLACES: Final = {
+_LAZY_EXPORTS: Final = {
     "estimate": "AttitudeEstimate attitude_of",
 }
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _LAZY_EXPORTS)

@@ -14,11 +14,8 @@ if TYPE_CHECKING:
         compare_calibrations,
     )
     from zerorate.calibration.fit.rests import find_rests
-    from zerorate.calibration.magnetometer import (
-        IronGroup,
-        MagnetometerCalibration,
-        calibrate_magnetometer,
-    )
+    from zerorate.calibration.magnet.calibrate import calibrate_magnetometer
+    from zerorate.calibration.magnetometer import IronGroup, MagnetometerCalibration
     from zerorate.calibration.rate.angle import Integrated, integrate
     from zerorate.calibration.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibration.rate.reference import FittedRate, fit_rate
@@ -51,11 +48,12 @@ __all__ = [
     "integrate",
 ]
 
-_PLACES: Final = {
+_LAZY_EXPORTS: Final = {
     "calibration": "Calibration SensorCalibration",
     "comparison": "CalibrationComparison MovedParameter compare_calibrations",
     "fit.rests": "find_rests",
-    "magnetometer": "IronGroup MagnetometerCalibration calibrate_magnetometer",
+    "magnet.calibrate": "calibrate_magnetometer",
+    "magnetometer": "IronGroup MagnetometerCalibration",
     "rate.angle": "Integrated integrate",
     "rate.rate_table": "RateTable RateTableAxis calibrate_rate_table",
     "rate.reference": "FittedRate fit_rate",
@@ -63,4 +61,4 @@ _PLACES: Final = {
     "temperature": "TemperatureBias TemperatureModel",
 }
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _LAZY_EXPORTS)

@@ -10,8 +10,9 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.calibration.magnet.calibrate import calibrate_magnetometer
 from zerorate.calibration.magnet.spans import Span
-from zerorate.calibration.magnetometer import MagnetometerCalibration, calibrate_magnetometer
+from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.findings.finding import Finding, count_noun
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor, cut_log
 from zerorate.findings.limits import LIMITS

@@ -25,10 +25,10 @@ __all__ = [
     "join_feet",
 ]
 
-_PLACES: Final = {
+_LAZY_EXPORTS: Final = {
     "feet": "Asymmetry Feet join_feet",
     "foot": "FootNavigation FootTrack Origin GeodeticTrack",
     "strides": "Strides",
 }
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _LAZY_EXPORTS)

@@ -33,7 +33,7 @@ __all__ = [
     "write_log",
 ]
 
-_PLACES: Final = {
+_LAZY_EXPORTS: Final = {
     "counts": "RawCounts raw_counts",
     "explaining": "Explanation explain",
     "fixes": "read_fixes",
@@ -47,4 +47,4 @@ _PLACES: Final = {
 }
 
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _LAZY_EXPORTS)

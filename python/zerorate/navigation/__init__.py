@@ -44,7 +44,7 @@ __all__ = [
     "write_gpx",
 ]
 
-_PLACES: Final = {
+_LAZY_EXPORTS: Final = {
     "alignment": "Alignment align",
     "axes": "Axes",
     "begin": "Beginning find_beginning",
@@ -57,4 +57,4 @@ _PLACES: Final = {
     "wheels": "Wheels",
 }
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _LAZY_EXPORTS)

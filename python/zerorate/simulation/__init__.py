@@ -41,7 +41,7 @@ __all__ = [
     "wheel_ticks",
 ]
 
-_PLACES: Final = {
+_LAZY_EXPORTS: Final = {
     "contamination": "Contamination",
     "devices": "DEVICES Device device",
     "drive": "SimulatedDrive simulate_drive",
@@ -52,4 +52,4 @@ _PLACES: Final = {
     "wheels": "wheel_speeds wheel_ticks",
 }
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = lazy_exports(__name__, _PLACES)
+    __getattr__, __dir__ = lazy_exports(__name__, _LAZY_EXPORTS)

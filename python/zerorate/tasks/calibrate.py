@@ -19,8 +19,8 @@ from zerorate.calibration.errors import CalibrationError
 from zerorate.calibration.fit.priors import PriorName
 from zerorate.calibration.fit.sensors import choose_logs
 from zerorate.calibration.fit.solution import GSensitivity
+from zerorate.calibration.magnet.calibrate import calibrate_magnetometer as iron_of
 from zerorate.calibration.magnetometer import MagnetometerCalibration
-from zerorate.calibration.magnetometer import calibrate_magnetometer as iron_of
 from zerorate.calibration.parameters import GYRO_MATRIX, Frame
 from zerorate.calibration.record import Rest
 from zerorate.checks.preparation import AXES, CLIPPED, FROZEN, Choices, PreparedRecording, prepare
