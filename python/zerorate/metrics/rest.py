@@ -178,7 +178,7 @@ class AllanRatio:
     >>> import numpy as np
     >>> from zerorate.metrics import allan_ratio
     >>> z = np.random.default_rng(1).standard_normal(4000)
-    >>> found = allan_ratio(z, 0.5 * z, rate=100.0, memory=0.04)
+    >>> found = allan_ratio(z, 0.5 * z, rate=100.0, time_constant=0.04)
     >>> found.taus.tolist(), found.ratio.tolist()
     ([0.64, 1.28, 2.56, 5.12], [0.5, 0.5, 0.5, 0.5])
     """
@@ -190,11 +190,11 @@ class AllanRatio:
 def allan_ratio(
     raw: npt.ArrayLike, filtered: npt.ArrayLike, rate: float | None, time_constant: float
 ) -> AllanRatio:
-    """Return Allan deviations after over before at ten times the filter's memory and beyond.
+    """Return Allan deviations after over before at ten filter time constants and beyond.
 
     At shorter averaging times a filter's output is a smoothed one, and its noise coefficients are
     those of the filter. Beyond, an estimate of gain 1 keeps a ratio near 1, a one-pole low-pass
-    filter 0.92 at ten times its memory and 0.99 at a hundred times: one gyro's angle random walk
+    filter 0.92 at ten of its time constants and 0.99 at a hundred: one gyro's angle random walk
     does not fall, and a claim that it did is an error. The compensated rate, raw minus bias,
     falls there as far as drift was removed.
 
@@ -238,13 +238,13 @@ def allan_ratio(
 
 def _octave_factors(n: int, rate: float, time_constant: float) -> list[int]:
     if not time_constant >= 0.0:
-        raise ArgumentError("memory", f"must not be negative, got {time_constant}")
+        raise ArgumentError("time_constant", f"must not be negative, got {time_constant}")
     octaves = (1 << i for i in range(max(1, (n // 4).bit_length())))
     max_factor = min(n // 4, longest_factor("oadev", n))
     factors = [m for m in octaves if 10.0 * time_constant * rate <= m <= max_factor]
     if not factors:
         raise ValueError(
-            f"ten times a memory of {time_constant:g} s must not exceed a quarter of the record's "
+            f"ten time constants of {time_constant:g} s must not exceed a quarter of the record's "
             f"{n / rate:g} s"
         )
     return factors

@@ -151,7 +151,7 @@ def ate(
         known = ", ".join(map(repr, _ALIGNMENTS))
         raise ArgumentError("align", f"must be one of {known}, got {align!r}")
     first, second = _match_poses(
-        estimate, reference, check_positive("most_apart", max_time_difference)
+        estimate, reference, check_positive("max_time_difference", max_time_difference)
     )
     track, true = _select_poses(estimate, first), _select_poses(reference, second)
     turn, shift, scale = _fit_alignment(track, true, align)
@@ -215,7 +215,7 @@ def rpe(
     [0.1, 0.1, 0.1]
     """
     first, second = _match_poses(
-        estimate, reference, check_positive("most_apart", max_time_difference)
+        estimate, reference, check_positive("max_time_difference", max_time_difference)
     )
     track, true = _select_poses(estimate, first), _select_poses(reference, second)
     begin, end = _find_steps(track, check_positive("delta", delta), unit, every)

@@ -200,7 +200,7 @@ def simulate_feet(
     sensor = _SensorErrors(gyro_noise, accel_noise, gyro_bias, gyro_range)
     check_whole("strides", strides, 2)
     _check_sizes(length, rest)
-    check_not_negative("apart", step_width)
+    check_not_negative("step_width", step_width)
     draws = np.random.default_rng(seed)
     later = 0.5 * (stance + swing)
     left = np.concatenate([[0.0], np.arange(strides) + 0.5])
