@@ -118,7 +118,7 @@ def test_no_tilt_is_further_off_than_any(push, lasts, rate):
 @pytest.mark.parametrize(("angle", "lasts"), [(50.0, 8.0), (90.0, 4.0)])
 def test_a_field_that_passes_by_is_no_drift(angle, lasts):
     """A drift makes a slope: this one, a step, led the heading away by 40 and 75 deg."""
-    scene = faults.passthrough_labels(angle, lasts, 0)
+    scene = faults.passing(angle, lasts, 0)
     off, _, _ = outside.judged(scene, traced(scene, nine=True)["quaternion"])
     assert np.max(np.abs(np.degrees(off))) < 8.0
 

@@ -139,5 +139,5 @@ class TestAllanRatio:
 
     @pytest.mark.parametrize("memory", [-1.0, math.nan])
     def test_other_refusals(self, memory):
-        with pytest.raises(ValueError, match="memory must not be negative"):
+        with pytest.raises(ValueError, match="time_constant must not be negative"):
             metrics.allan_ratio(white(1000), white(1000), RATE, memory)

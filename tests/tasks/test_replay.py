@@ -302,7 +302,7 @@ class TestAuto:
         assert raw.deviation == pytest.approx(calm[there].std(), rel=1e-12)
         expected = metrics.coasting_error(calm[:, 0], known, RATE, 5.0)
         assert auto.coasting[0] == pytest.approx(expected, rel=1e-12)
-        assert measured.compensated[0] == pytest.approx(calm[there].std(), rel=1e-12)
+        assert measured.compensated_deviation[0] == pytest.approx(calm[there].std(), rel=1e-12)
 
 
 class TestReadings:

@@ -98,7 +98,7 @@ class TestImu:
         imu = Imu.of(Trial.of(recording))
         gappy = replace(imu, gyro=imu.gyro.copy(), accel=imu.accel.copy(), mag=imu.mag.copy())
         gappy.gyro[[0, 9], 1], gappy.accel[5, 2], gappy.mag[6] = np.nan, np.nan, np.nan
-        filled = gappy.filled()
+        filled = gappy.fill_missing()
         assert (filled.gyro[0] == 0.0).all()
         np.testing.assert_array_equal(filled.gyro[9], imu.gyro[8])
         assert not filled.accel[5].any()

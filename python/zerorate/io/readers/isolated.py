@@ -27,7 +27,7 @@ from zerorate.io.limits import max_bytes, max_seconds
 from zerorate.io.table import Column
 from zerorate.record.log import LogError
 
-_PROGRAM: Final = Path(__file__).with_name("apart_child.py")
+_PROGRAM: Final = Path(__file__).with_name("isolated_worker.py")
 """What the process runs; it knows the readers, so it is not imported here."""
 _CLOCK_S_PER_CPU_S: Final = 1.0 if sys.platform == "win32" else 10.0
 """Seconds on the clock for one of computing, which most systems count: they may be busy."""
@@ -35,7 +35,7 @@ _CPU_LIMIT_CODE: Final = -int(getattr(signal, "SIGXCPU", 0))
 
 
 def run_isolated(work: str, path: Path, *arguments: Any) -> tuple[Any, list[Column]]:  # noqa: ANN401
-    """Return what a function of `apart_child` tells of a file, and its arrays.
+    """Return what a function of `isolated_worker` tells of a file, and its arrays.
 
     Raises
     ------
