@@ -4,8 +4,11 @@ import sys
 
 import numpy as np
 import pytest
+from rosbags import rosbag2
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.typesys import Stores, get_typestore
 
+from support import bags
 from support.bags import EPOCH, IMU, KINDS, WIND, imu_message, values, write_own, write_recording
 from zerorate.io import read_fixes, read_log, read_recording
 from zerorate.io.readers.ros import decode_cdr_imu
@@ -134,3 +137,51 @@ def test_messages_of_ones_own_whose_fields_tell(tmp_path, kind):
 def test_topics_of_any_type_are_listed(tmp_path):
     with pytest.raises(LogError, match=r"no topic '/imu' .*; the recording has: /fix, /motion"):
         read_log(write_own(tmp_path, "mcap"), topic="/imu")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("marked", [False, True])
+def test_gyro_and_accelerometer_in_topics_of_their_own_are_joined(tmp_path, kind, marked):
+    """What a message has not is zero in all of them, or marked by its covariance."""
+    store = get_typestore(Stores.ROS1_NOETIC if kind == "bag" else Stores.ROS2_HUMBLE)
+    rows = values(120)
+    path = tmp_path / ("run.bag" if kind == "bag" else f"run_{kind}")
+    with bags._writer(path, kind) as writer:
+        for name, half, step in (("gyro", slice(0, 3), 1), ("accel", slice(3, 6), 3)):
+            connection = writer.add_connection(f"/{name}/sample", IMU, typestore=store)
+            for i in range(0, 120, step):
+                row = rows[i] * 1.0 if marked else np.zeros(6)
+                row[half] = rows[i, half]
+                stamp = EPOCH + i * 5_000_000
+                message = imu_message(store, stamp, row, "imu")
+                for other, field in (
+                    ("accel", "angular_velocity"),
+                    ("gyro", "linear_acceleration"),
+                ):
+                    covariance = np.zeros(9)
+                    covariance[0] = -1.0 if marked and other == name else 0.0
+                    object.__setattr__(message, f"{field}_covariance", covariance)
+                writer.write(connection, stamp, bags._bytes(store, message, kind))
+    source = next(path.glob(f"*.{kind}")) if kind in ("db3", "mcap") else path
+    recording = read_recording(source)
+    assert recording.names == ("gyro", "accel")
+    np.testing.assert_array_equal(recording.gyro.data, rows[:, :3])
+    np.testing.assert_array_equal(recording.accel.data, rows[::3, 3:])
+    assert recording.gyro.rate == pytest.approx(200.0)
+    assert read_log(source).n == 120
+    assert any("absent" in note for note in recording.gyro.meta["notes"])
+
+
+@pytest.mark.parametrize("mode", ["FILE", "MESSAGE"])
+def test_compressed_recordings_of_ros_2(tmp_path, mode):
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    writer = rosbag2.Writer(tmp_path / "run", version=9, storage_plugin=StoragePlugin.SQLITE3)
+    writer.set_compression(CompressionMode[mode], CompressionFormat.ZSTD)
+    rows = values(50)
+    with writer:
+        connection = writer.add_connection("/imu", IMU, typestore=store)
+        for i, row in enumerate(rows):
+            stamp = EPOCH + i * 10_000_000
+            message = imu_message(store, stamp, row, "imu")
+            writer.write(connection, stamp, store.serialize_cdr(message, IMU))
+    np.testing.assert_array_equal(read_log(tmp_path / "run").data, rows[:, :3])

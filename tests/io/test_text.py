@@ -130,7 +130,9 @@ def test_headerless_time_is_found(tmp_path, parser):
     log = read(tmp_path, "0.00 5 1\n0.02 4 7\n0.04 6 3\n0.06 2 1\n", ".txt")
     assert (log.rate, log.names) == (50.0, ("column_1", "column_2"))
     assert log.unit == "unit"
-    assert "is not known; give unit=" in log.meta["notes"][0]
+    notes = log.meta["notes"]
+    assert notes[0] == "the table has no names: column_1, column_2 are taken for a gyro"
+    assert any("is not known; give unit=" in note for note in notes)
 
 
 def test_headerless_without_time_takes_all_columns(tmp_path):

@@ -71,6 +71,12 @@ _OPTIONS: Final = (
         metavar="UNIT",
     ),
     Option(
+        "Leave out lines of a text that are not whole rows: --torn skip. By default such a line "
+        "inside a log is an error.",
+        name="torn",
+        choices=("skip",),
+    ),
+    Option(
         "What the values are multiplied by, e.g. 1/131 for raw counts; --unit says what they are "
         "then.",
         name="scale",

@@ -44,7 +44,7 @@ _OF_ATTITUDE: Final = ("frame", "no_mag", "learn_magnetometer")
 """Options that act on attitudes alone."""
 
 _READING: Final = ReadingOptions(
-    without=("topic", "group_by", "start", "stop", "sensor"),
+    without=("topic", "group_by", "start", "stop", "sensor", "torn"),
     help={
         "rate": "Samples per second; required.",
         "time": "Column of the timestamps, by name or position: samples that its gaps show are "

@@ -5,17 +5,15 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import takewhile
 from typing import Final, Literal
 
 import numpy as np
 
 from zerorate.faults import keyword_argument, make_sentence
-from zerorate.io.clocks.names import find_time_unit, has_time_name, looks_like_time, may_be_time
-from zerorate.io.clocks.stamps import UnitHint, convert_texts, to_seconds
-from zerorate.io.clocks.units import PER_SECOND, check_time_unit
-from zerorate.io.table import Column, Table
-from zerorate.io.timecolumns import join_time_columns
+from zerorate.io.clocks.names import looks_like_time
+from zerorate.io.clocks.units import check_time_unit
+from zerorate.io.evidence import named_time, not_of_gyro, unnamed_time
+from zerorate.io.table import Table
 from zerorate.io.triads import (
     Triad,
     choose_triads,
@@ -27,12 +25,6 @@ from zerorate.io.triads import (
 from zerorate.record.log import LogError
 from zerorate.record.names import KIND_OF_UNIT, looks_like_gyro, meaning_of
 
-NOT_TIME: Final = " is not taken for the time: "
-_MAX_BACKWARD_PART: Final = 0.01
-"""Part of the steps of a clock that may lead back, as by a clock that was set."""
-_CLOCK_TOLERANCE: Final = 0.02
-"""Part by which two clocks of a log may differ over all of it."""
-
 _AXES: Final = 3
 _KIND_NAMES: Final = {
     "gyro": "a gyro",
@@ -42,6 +34,9 @@ _KIND_NAMES: Final = {
 }
 _WANTED_NAMES: Final = {("gyro",): "a gyro", ("gyro", "accel"): "a gyro or an accelerometer"}
 
+SKIP: Final = "skip"
+"""What becomes of torn lines where a caller says so."""
+
 Columns = str | int | Sequence[str | int] | None
 TimeColumn = str | int | Literal[False] | None
 """Name or index of the time column, False for none; None to find it."""
@@ -49,23 +44,30 @@ TimeColumn = str | int | Literal[False] | None
 
 @dataclass(frozen=True)
 class Timing:
-    """What a caller says of the timestamps: their column, and their unit.
+    """What a caller says of the rows: the column and unit of their time, and which to leave out.
 
     Raises
     ------
     ValueError
-        If the unit is not known.
+        If the unit is not known, or torn lines are to be anything but left out.
     """
 
     column: TimeColumn = None
     unit: str | None = None
+    torn: str | None = None
 
     def __post_init__(self) -> None:
         """Bring the unit to its one spelling."""
+        if self.torn not in (None, SKIP):
+            raise ValueError(
+                make_sentence(keyword_argument("torn"), f" must be '{SKIP}', got {self.torn!r}")
+            )
         object.__setattr__(self, "unit", check_time_unit(self.unit))
 
     def apply(self, table: Table) -> Table:
         """Return a table with its time as the caller says; LogError if there is no such column."""
+        if self.torn is not None and table.whole is not None:
+            table = table.whole()
         if self.unit is not None:
             table = replace(table, time_unit=self.unit)
         if self.column is None:
@@ -112,89 +114,17 @@ def choose_columns(
     """
     indices = None if columns is None else _find_indices(table, columns)
     if table.names is None:
-        time, counter = _choose_unnamed_time(table, indices or ())
+        time, counters = unnamed_time(table, indices or ())
     else:
-        time, counter = _choose_named_time(table, table.names, indices, kinds), None
+        time, counters = named_time(table, table.names, indices, kinds), ()
     if indices is not None:
         return ColumnChoice(time, indices)
     if table.data is not None:
         return ColumnChoice(time, table.data)
     if table.names is None:
-        return ColumnChoice(time, _choose_unnamed(table, {time, counter}))
+        return ColumnChoice(time, *_choose_unnamed(table, {time, *counters}))
     data, notes = _choose_sensors(table, table.names, time, kinds, sensor)
     return ColumnChoice(time, data, notes)
-
-
-def add_time_column(table: Table) -> Table:
-    """Return the table with its time column, where only the values tell that a name is of one.
-
-    Columns that `may_be_time` are looked at where no name is plainly that of the time. One that
-    does not rise is no clock: it may hold durations.
-    """
-    table = join_time_columns(table)
-    names = table.names
-    is_decided = table.time is not None or table.timeless
-    if is_decided or names is None or any(map(looks_like_time, names)):
-        return table
-    one_length = table.lengths is None or len(set(table.lengths)) == 1
-    notes = []
-    for i in (i for i, name in enumerate(names) if may_be_time(name) and one_length):
-        why_not = _explain_no_clock(table, i)
-        if why_not is None:
-            return replace(table, time=i)
-        notes.append(f"column '{names[i]}'{NOT_TIME}{why_not}")
-    all_notes = dict.fromkeys((*table.meta.notes, *notes))
-    return replace(table, meta=replace(table.meta, notes=tuple(all_notes))) if notes else table
-
-
-def _explain_no_clock(table: Table, index: int) -> str | None:
-    """Return why the values of a column are no timestamps; None if hardly any is out of order."""
-    try:
-        (column,) = table.load([index])
-        # Whatever their unit, a clock rises.
-        unit = table.time_unit or find_time_unit(table.label(index)) or "s"
-        seconds = to_seconds(column, table.label(index), 1.0, unit).seconds
-    except LogError as error:
-        return str(error)
-    steps = np.diff(seconds)
-    rises = len(steps) == 0 or ((steps < 0).mean() <= _MAX_BACKWARD_PART and (steps > 0).any())
-    return None if rises else "its values do not rise"
-
-
-def make_unit_hint(table: Table, time: int) -> UnitHint:
-    """Return what tells the unit of a time column by another clock of the table, if there is one.
-
-    That is a column named like a time, with its unit in its name, that runs as far in the log.
-    """
-
-    def tells(units: Sequence[str]) -> tuple[str, str] | None:
-        for index, name in enumerate(table.names or ()):
-            unit = find_time_unit(name)
-            if index == time or unit is None or not has_time_name(name):
-                continue
-            ratio = _count_ratio(table, time, index)
-            for candidate in units:
-                scale = PER_SECOND[candidate] / PER_SECOND[unit]
-                if ratio is not None and abs(ratio / scale - 1) <= _CLOCK_TOLERANCE:
-                    return candidate, name
-        return None
-
-    return tells
-
-
-def _count_ratio(table: Table, first: int, second: int) -> float | None:
-    """Return how much faster one column counts than another, None where one of them does not."""
-    try:
-        loaded = table.load([first, second])
-    except LogError:
-        return None
-    spans = []
-    for column in loaded:
-        column = convert_texts(column, "")
-        if column.dtype.kind not in "fiu" or len(column) < 2:
-            return None
-        spans.append(float(column[-1]) - float(column[0]))
-    return spans[0] / spans[1] if len(loaded[0]) == len(loaded[1]) and spans[1] > 0 else None
 
 
 def check_samples(table: Table, columns: Columns) -> None:
@@ -216,8 +146,16 @@ def check_samples(table: Table, columns: Columns) -> None:
         )
 
 
-def _choose_unnamed(table: Table, excluded: set[int | None]) -> tuple[int, ...]:
-    """Return the columns of a table without names that are samples; LogError if they are many."""
+def _choose_unnamed(
+    table: Table, excluded: set[int | None]
+) -> tuple[tuple[int, ...], tuple[str, ...]]:
+    """Return the columns of a table without names that are a gyro's, and the note on them.
+
+    Raises
+    ------
+    LogError
+        If they are many, or hold what no gyro measures.
+    """
     data_columns = tuple(i for i in range(table.width) if i not in excluded)
     if not data_columns:
         raise _make_not_found_error("a gyro", table)
@@ -231,7 +169,14 @@ def _choose_unnamed(table: Table, excluded: set[int | None]) -> tuple[int, ...]:
                 keyword_argument("columns", last),
             )
         )
-    return data_columns
+    if (found := not_of_gyro(table, data_columns)) is not None:
+        why, left = found
+        columns = keyword_argument("columns", ",".join(map(str, left)))
+        raise LogError(
+            make_sentence(f"the table has no names, and {why}; ", columns, " reads as a gyro")
+        )
+    listed = ", ".join(map(table.label, data_columns))
+    return data_columns, (f"the table has no names: {listed} are taken for a gyro",)
 
 
 def _choose_sensors(
@@ -375,72 +320,3 @@ def _list_columns(table: Table) -> str:
     names = [table.label(i) for i in range(table.width)]
     shown = names if len(names) <= 60 else [*names[:60], f"... ({len(names)} in all)"]
     return ", ".join(shown)
-
-
-def _choose_named_time(
-    table: Table,
-    names: tuple[str, ...],
-    indices: Sequence[int] | None,
-    kinds: Sequence[str],
-) -> int | None:
-    data_indices = indices or ()
-    if table.timeless:
-        return None
-    if table.time is not None:
-        return table.time if table.time not in data_indices else None
-    time_indices = [
-        i for i, name in enumerate(names) if i not in data_indices and looks_like_time(name)
-    ]
-    sensor_indices = (
-        i for i, name in enumerate(names) if i not in time_indices and _is_of_kind(name, kinds)
-    )
-    data = next(iter(data_indices), next(sensor_indices, None))
-    if data is None:
-        return next(iter(time_indices), None)
-    return max(time_indices, key=lambda i: _match_time(table, names, i, data), default=None)
-
-
-def _is_of_kind(name: str, kinds: Sequence[str]) -> bool:
-    meaning = meaning_of(name)
-    return meaning is not None and meaning.kind in kinds
-
-
-def _match_time(table: Table, names: tuple[str, ...], time: int, data: int) -> tuple[bool, int]:
-    """Return how well a time fits a data column: by its length, then by the folders they share."""
-    same = table.lengths is None or table.lengths[time] == table.lengths[data]
-    folders = zip(names[time].split("/")[:-1], names[data].split("/")[:-1], strict=False)
-    return same, sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], folders))
-
-
-def _choose_unnamed_time(
-    table: Table, data_indices: Sequence[int]
-) -> tuple[int | None, int | None]:
-    """Return the time column and the row counter of a table without names, each maybe None."""
-    if table.time is not None:
-        return (table.time if table.time not in data_indices else None), None
-    if table.timeless:
-        return None, None
-    if table.width < 2 or 0 in data_indices:
-        return None, None
-    columns = table.load(range(table.width))
-    if not _is_steady(columns[0]) or any(_is_steady(column) for column in columns[1:]):
-        return None, None
-    if _is_row_counter(columns[0]):
-        return None, 0
-    return 0, None
-
-
-def _is_steady(column: Column) -> bool:
-    """Whether values rise in near-equal steps over most rows, as a clock's do."""
-    if len(column) < 3 or column.dtype.kind not in "fiuM":
-        return False
-    counts = column.view(np.int64) if column.dtype.kind == "M" else column
-    with np.errstate(invalid="ignore"):  # of infinities
-        steps = np.diff(counts.astype(np.float64))
-        middle = np.median(steps)
-        near = np.abs(steps - middle) <= 0.5 * middle
-        return bool(middle > 0 and (steps > 0).mean() >= 0.9 and near.mean() >= 0.8)
-
-
-def _is_row_counter(column: Column) -> bool:
-    return column.dtype.kind != "M" and column[0] in (0, 1) and bool(np.all(np.diff(column) == 1))

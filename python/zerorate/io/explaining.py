@@ -9,9 +9,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final, Unpack
 
+import numpy as np
+
 from zerorate.faults import render_text, sentence_of
-from zerorate.io.clocks.names import find_time_unit, looks_like_time
-from zerorate.io.columns import add_time_column, choose_columns
+from zerorate.io.clocks.names import find_time_unit, has_time_name, looks_like_time
+from zerorate.io.columns import choose_columns
+from zerorate.io.evidence import clues_of, loaded, with_time
 from zerorate.io.formats import FORMATS, check_readable, find_format, label_of, open_source
 from zerorate.io.reading import ReadArguments
 from zerorate.io.recording import read_recording
@@ -20,8 +23,10 @@ from zerorate.io.writing import WRITTEN_SUFFIXES
 from zerorate.record.log import Log, LogError
 from zerorate.record.names import meaning_of, split_unit
 from zerorate.record.recording import Recording
+from zerorate.units import UNITS
 
 _BY_NAME: Final = "by its name"
+_STATED: Final = "as stated"
 
 
 @dataclass(frozen=True)
@@ -161,7 +166,7 @@ def _split_topics(
 def _explain_columns(
     topic: str, table: Table, logs: Mapping[str, Log]
 ) -> tuple[ColumnExplanation, ...]:
-    table = add_time_column(table if table.names is not None else table.load_all())
+    table = with_time(table if table.names is not None else table.load_all())
     time = _find_time(table)
     log_of_column = {
         column: name
@@ -169,15 +174,15 @@ def _explain_columns(
         if not topic or log.meta.get("sensor") in (table.meta.sensor, None)
         for column in log.names
     }
+    clues = {clue.place: clue.evidence for clue in clues_of(table)[0]}
     return tuple(
-        _explain_column(
-            table,
-            index,
-            "time" if index == time else log_of_column.get(table.label(index), ""),
-            time,
-        )
+        _explain_column(table, index, _log_of(index, time, log_of_column, table), time, clues, logs)
         for index in range(table.width)
     )
+
+
+def _log_of(index: int, time: int | None, of: Mapping[str, str], table: Table) -> str:
+    return "time" if index == time else of.get(table.label(index), "")
 
 
 def _find_time(table: Table) -> int | None:
@@ -188,23 +193,46 @@ def _find_time(table: Table) -> int | None:
         return choose_columns(table, [table.width - 1]).time
 
 
-def _explain_column(table: Table, index: int, log: str, time: int | None) -> ColumnExplanation:
+def _explain_column(
+    table: Table,
+    index: int,
+    log: str,
+    time: int | None,
+    clues: Mapping[int, str],
+    logs: Mapping[str, Log],
+) -> ColumnExplanation:
     name = table.label(index)
     if index == time or looks_like_time(name):
-        unit = table.time_unit or find_time_unit(name)
+        told = "time" if has_time_name(name) else f"time, {clues.get(index, _STATED)}"
+        unit = (table.time_unit if index == time else None) or find_time_unit(name)
         return ColumnExplanation(
-            name, "time", f"{unit}, {_BY_NAME}" if unit else "by its numbers", log
+            name, told, f"{unit}, {_BY_NAME}" if unit else "by its numbers", log
         )
     meaning = meaning_of(name)
     if meaning is None:
         unit = split_unit(name)[1]
-        return ColumnExplanation(name, "", f"{unit}, {_BY_NAME}" if unit else "", log)
+        told = f"may be the time {clues[index]}" if index in clues else ""
+        told = told or ("" if log or logs else _values(table, index))
+        told = told or (f"{log}, by its place" if log else "")
+        return ColumnExplanation(name, told, f"{unit}, {_BY_NAME}" if unit else "", log)
     words = meaning.words
     parts = [meaning.kind]
     if words is not None:
         parts += [words.stage] if words.stage else []
         parts += ["xyz"[words.axis]] if words.axis is not None else []
-    return ColumnExplanation(name, " ".join(parts), _explain_unit(table, meaning.unit), log)
+    unit = _explain_unit(table, meaning.unit)
+    if meaning.unit is None and log in logs and logs[log].unit in UNITS:
+        unit = f"{logs[log].unit}, by the names of its other axes"
+    return ColumnExplanation(name, " ".join(parts), unit, log)
+
+
+def _values(table: Table, index: int) -> str:
+    """Return what is in a column of a file of which nothing is read."""
+    column = loaded(table, index)
+    if column is None or column.dtype.kind not in "fiu":
+        return "holds texts" if column is None else ""
+    known = column[np.isfinite(column)]
+    return f"{known.min():.4g} to {known.max():.4g}" if known.size else "all missing"
 
 
 def _explain_unit(table: Table, unit: str | None) -> str:

@@ -16,6 +16,7 @@ from zerorate.io.clocks.names import find_time_unit, looks_like_time, may_be_tim
 from zerorate.io.clocks.stamps import convert_texts, to_seconds
 from zerorate.io.columns import Timing
 from zerorate.io.damage import read_guarded
+from zerorate.io.evidence import clues_of
 from zerorate.io.formats import (
     FORMATS,
     TEXT,
@@ -26,6 +27,7 @@ from zerorate.io.formats import (
     open_source,
 )
 from zerorate.io.readers import navsatfix, nmea, rtklib
+from zerorate.io.remote import is_address
 from zerorate.io.signatures import is_dataflash_text
 from zerorate.io.table import Column, Content, Format, Table, to_numbers
 from zerorate.record.fixes import Fixes
@@ -40,6 +42,7 @@ _DATE_RANGE_S: Final = (946_684_800.0, 4_102_444_800.0)
 """Seconds from 1970 to the years 2000 and 2100, between which numbers are dates."""
 _MAX_FIX_STEP_S: Final = 60.0
 """Seconds from fix to fix from which on the unit of the time must be another one."""
+_EARTH_M: Final = 6_371_000.0
 _MAX_DISORDER_PART: Final = 0.1
 """Share of the rows whose time may not be later than those before."""
 _LEAP_SECOND_DAYS: Final = np.array(
@@ -61,13 +64,42 @@ _NAME_START: Final = (
     rf"^(?!.*(?:sigma|std|cov|bias|(?:^|_)sd))(?!(?:.*_)?{_OTHER_SOURCES}_)(?:.*_)?"
 )
 """Before the name of a quantity itself, not of its standard deviation nor of something else's."""
-_LATITUDE: Final = re.compile(_NAME_START + r"lat(itude)?(_(deg|degrees|rad))?$")
-_LONGITUDE: Final = re.compile(_NAME_START + r"(lon|lng|long|longitude)(_(deg|degrees|rad))?$")
+_ANGLE: Final = r"(?:_?(?:deg|degrees|rad|°|1e7|e7|wgs84))*$"
+_LATITUDE: Final = re.compile(_NAME_START + r"lat(itude)?" + _ANGLE)
+_LONGITUDE: Final = re.compile(_NAME_START + r"(lon|lng|long|longitude)" + _ANGLE)
 _HEIGHT: Final = re.compile(
-    _NAME_START + r"(height|altitude|alt|hgt)(_(ellipsoid(al)?|hae|msl))?(_m)?$"
+    _NAME_START
+    + r"(height|altitude|alt|hgt|elevation|h_msl)(_(ellipsoid(al)?|hae|msl))?(_(m|mm))?$"
 )
-_COORDINATE_END: Final = re.compile(r"_?(lat|lon|lng)[a-z]*(_(deg|degrees|rad))?$")
+_COORDINATE_END: Final = re.compile(r"_?(lat|lon|lng)[a-z]*" + _ANGLE)
 _VELOCITY: Final = _NAME_START + r"(velocity|vel|v)_?({way})(_(mps|m_s))?$"
+_SPEED: Final = re.compile(
+    _NAME_START
+    + r"(?:g_|ground_?)?(?:speed|velocity|sog)(?:_(m_s|mps|km_h|kmh|kmph|kph|knots?|kn|kt|mph))?$"
+)
+_COURSE: Final = re.compile(
+    _NAME_START
+    + r"(?:(?:course|heading|bearing|cog|direction|head_mot)|(?:gps|location)_orientation)"
+    r"(?:_(?:deg|degrees|°|true|over_ground))*$"
+)
+_PER_MPS: Final = {
+    "km": 3.6,
+    "kp": 3.6,
+    "kn": 3600 / 1852,
+    "kt": 3600 / 1852,
+    "mph": 2.236936292054,
+}
+"""Beginnings of units of speed, each with how many are 1 m/s."""
+_ACCURACY: Final = {
+    "horizontal": re.compile(
+        _NAME_START + r"(?:(?:horizontal|h|position)_?acc(?:uracy)?|accuracy)(?:_(m|mm))?$"
+    ),
+    "vertical": re.compile(_NAME_START + r"(?:vertical|v|altitude)_?acc(?:uracy)?(?:_(m|mm))?$"),
+    "speed": re.compile(_NAME_START + r"(?:s|speed|velocity)_?acc(?:uracy)?(?:_(?:mps|m_s))?$"),
+}
+_FULL_CIRCLE: Final = 360.0
+_WHOLE_DEG: Final = 1e7
+"""Counts of a degree in receivers that send whole numbers; theirs of lengths are mm."""
 _FOREIGN_VELOCITY: Final = re.compile(
     _NAME_START + r"(velocity|vel|v)_?(north|east|down|up|n|e|d|u)_(?!mps$|m_s$)\w+$"
 )
@@ -174,7 +206,7 @@ RECEIVERS: Final[Mapping[str, Format]] = {
 
 
 def _read_content(source: LogSource, format: FixFormat | None) -> Content:
-    if not isinstance(source, (str, os.PathLike)):
+    if not isinstance(source, (str, os.PathLike)) or is_address(source):
         return open_source(source)[1]
     file = Path(source)
     check_readable(file)
@@ -237,6 +269,7 @@ class _FixColumns:
 
     table: Table
     notes: list[str] = field(default_factory=list)
+    whole: bool = False
 
     def numbers(self, wanted: re.Pattern[str]) -> Floats | None:
         """Return the column of such a name, None if there is none."""
@@ -263,20 +296,52 @@ class _FixColumns:
         columns: dict[str, int] = {}
         for index, name in enumerate(map(to_snake_case, self.table.names or ())):
             if wanted.search(name):
-                columns.setdefault(
-                    re.sub(r"_?(lat|lon|lng)[a-z]*(_(deg|degrees|rad))?$", "", name), index
-                )
+                columns.setdefault(_COORDINATE_END.sub("", name), index)
         if not columns:
             raise LogError(f"no column is a {what}, such as {what}_deg")
         return columns
 
     def _load_degrees(self, index: int) -> Floats:
-        values = self.load_numbers(index)
-        return (
-            np.degrees(values)
-            if to_snake_case(self.table.label(index)).endswith("_rad")
-            else values
+        values, label = self.load_numbers(index), self.table.label(index)
+        named = to_snake_case(label).endswith("e7")
+        told = to_snake_case(label).endswith(("_deg", "_degrees", "_rad"))
+        if named or (not told and np.nanmax(np.abs(values), initial=0.0) > _FULL_CIRCLE):
+            self.whole = True
+            why = "as its name says" if named else "as whole numbers of that size are"
+            self.notes.append(f"'{label}' is read in 1e-7 deg, {why}")
+            return values / _WHOLE_DEG
+        return np.degrees(values) if to_snake_case(label).endswith("_rad") else values
+
+    def lengths(self, wanted: re.Pattern[str], scale: float = 1e3) -> Floats | None:
+        """Return a column in m or m/s, of whole mm by its name, or as its places are whole."""
+        index = _find_column(self.table, wanted)
+        if index is None:
+            return None
+        values, name = self.load_numbers(index), to_snake_case(self.table.label(index))
+        known = values[np.isfinite(values)]
+        told = name.endswith(("_m", "_mps", "_m_s"))
+        if name.endswith("_mm") or (self.whole and not told and (known == np.rint(known)).all()):
+            self.notes.append(f"'{self.table.label(index)}' is read in 1/{scale:g} m")
+            return values / scale
+        return values
+
+    def over_ground(self) -> Floats | None:
+        """Return velocities of columns of speed and course, NaN where one is missing."""
+        speed, course = _find_column(self.table, _SPEED), self.numbers(_COURSE)
+        if speed is None or course is None:
+            return None
+        label = self.table.label(speed)
+        unit = (_SPEED.search(to_snake_case(label)) or [""])[1] or ""
+        per = next((per for start, per in _PER_MPS.items() if unit.startswith(start)), 1.0)
+        values = self.load_numbers(speed) / per
+        if not np.isfinite(values * course).any():
+            return None
+        self.notes.append(
+            f"velocities are those of '{label}', read in {unit or 'm/s'}, and the course"
         )
+        values = np.where((values < 0.0) | (course < 0.0), np.nan, values)
+        angle = np.radians(course)
+        return np.column_stack([values * np.cos(angle), values * np.sin(angle), values * np.nan])
 
     def vector(self, pattern: str) -> Floats | None:
         """Return north, east and down from columns of a name with these ways, NaN where none is.
@@ -328,11 +393,20 @@ class _FixColumns:
         of_header = _find_column(self.table, _STAMP)
         if of_header is not None:
             return of_header
-        for wanted in (looks_like_time, may_be_time):
+        for wanted in (looks_like_time, may_be_time, _is_of_week):
             index = next((i for i, name in enumerate(names) if wanted(name)), None)
             if index is not None:
                 return index
+        clues, _ = clues_of(self.table)
+        if len(clues) == 1:
+            self.notes.append(f"column '{names[clues[0].place]}' is the time {clues[0].evidence}")
+            return clues[0].place
         raise LogError("no column is the time, such as time_s or timestamp_ns")
+
+
+def _is_of_week(name: str) -> bool:
+    """Whether a column of this name holds the time of the week of GPS."""
+    return to_snake_case(name) in ("i_tow", "itow", "tow", "tow_ms")
 
 
 def _add_unit(name: str, column: Column) -> str:
@@ -374,7 +448,7 @@ def _make_fixes(table: Table, label: str) -> Fixes:
     columns = _FixColumns(table, list(table.meta.notes))
     time, epoch = columns.time()
     coordinates = columns.load_coordinates()
-    height = columns.numbers(_HEIGHT)
+    height = columns.lengths(_HEIGHT)
     index = _find_column(table, _HEIGHT)
     if index is not None and "msl" in to_snake_case(table.label(index)).split("_"):
         columns.notes.append("heights are above mean sea level, as their column says")
@@ -386,9 +460,9 @@ def _make_fixes(table: Table, label: str) -> Fixes:
     is_fix = _select_fixes(columns, time, position)
     columns.note_on_units()
     arrays = {
-        "velocity": columns.vector(_VELOCITY),
+        "velocity": _velocity(columns, time, position),
         "position_sigma": _find_position_sigmas(columns),
-        "velocity_sigma": _find_sigmas(columns, _AXIS_VELOCITY_SIGMA, _SINGLE_VELOCITY_SIGMA),
+        "velocity_sigma": _sigma_velocity(columns),
     }
     chosen = {
         name: None if a is None else _none_if_unknown(a[is_fix]) for name, a in arrays.items()
@@ -406,6 +480,23 @@ def _make_fixes(table: Table, label: str) -> Fixes:
         )
     except ValueError as error:
         raise LogError(str(error)) from None
+
+
+def _velocity(columns: _FixColumns, time: Floats, position: Floats) -> Floats | None:
+    """Return velocities in m/s: those of columns, of whole numbers by what the places tell."""
+    found = columns.vector(_VELOCITY)
+    if found is None:
+        return columns.over_ground()
+    if not columns.whole or not (found[np.isfinite(found)] % 1.0 == 0.0).all():
+        return found
+    north = np.radians(np.diff(position[:, 0])) * _EARTH_M
+    east = np.radians(np.diff(position[:, 1])) * _EARTH_M * np.cos(np.radians(position[1:, 0]))
+    moved = np.column_stack([north, east]) / np.diff(time)[:, None]
+    # Places are noisy, velocities are not: the slope of those on these has no bias.
+    slope = float(np.nansum(moved * found[1:, :2]) / max(np.nansum(found[1:, :2] ** 2), 1e-9))
+    scale = min((1.0, 1e2, 1e3), key=lambda one: abs(np.log(max(slope, 1e-9) * one)))
+    columns.notes.append(f"velocities are read in 1/{scale:g} m/s, as the places tell")
+    return found / scale
 
 
 def _select_fixes(columns: _FixColumns, time: Floats, position: Floats) -> Booleans:
@@ -444,6 +535,12 @@ def _find_position_sigmas(columns: _FixColumns) -> Floats | None:
     sigmas = _find_sigmas(columns, _AXIS_POSITION_SIGMA, _SINGLE_POSITION_SIGMA)
     if sigmas is not None:
         return sigmas
+    across = columns.lengths(_ACCURACY["horizontal"])
+    if across is not None:
+        up = columns.lengths(_ACCURACY["vertical"])
+        wide = np.column_stack([across, across, across * np.nan if up is None else up])
+        columns.notes.append("accuracies are taken for standard deviations")
+        return np.where(wide > 0.0, wide, np.nan)
     # Row by row, in east, north and up.
     east, north, up = (
         columns.numbers(re.compile(_VARIANCE.format(index=index))) for index in (0, 4, 8)
@@ -454,6 +551,12 @@ def _find_position_sigmas(columns: _FixColumns) -> Floats | None:
     variances = np.column_stack([north, east, up])
     is_known = (variances > 0.0) & (True if kind is None else (kind != 0.0)[:, None])
     return np.sqrt(np.where(is_known, variances, np.nan))
+
+
+def _sigma_velocity(columns: _FixColumns) -> Floats | None:
+    found = _find_sigmas(columns, _AXIS_VELOCITY_SIGMA, _SINGLE_VELOCITY_SIGMA)
+    one = columns.lengths(_ACCURACY["speed"]) if found is None else None
+    return found if one is None else np.repeat(np.where(one > 0.0, one, np.nan)[:, None], 3, axis=1)
 
 
 def _find_sigmas(

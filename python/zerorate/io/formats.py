@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
@@ -14,13 +16,20 @@ import numpy.typing as npt
 from zerorate.io.damage import read_guarded
 from zerorate.io.parts import Part
 from zerorate.io.readers.objects import ArrowStream, describe_object, make_table
+from zerorate.io.remote import Spooled, is_address, spooled
 from zerorate.io.signatures import is_camera_file, is_dataflash_text, is_telemetry, is_text
-from zerorate.io.table import Content, Format, Needs, Reader
+from zerorate.io.table import Column, Content, Format, Needs, Reader, Table
 from zerorate.record.log import LogError
 from zerorate.texts import make_printable
 
 LogSource = (
-    str | os.PathLike[str] | Mapping[str, npt.ArrayLike] | npt.NDArray[Any] | ArrowStream | Part
+    str
+    | os.PathLike[str]
+    | io.BytesIO
+    | Mapping[str, npt.ArrayLike]
+    | npt.NDArray[Any]
+    | ArrowStream
+    | Part
 )
 
 
@@ -42,9 +51,8 @@ _IPC_MARKS: Final = (b"ARROW1", b"\xff\xff\xff\xff")
 _VIDEO_SUFFIXES: Final = (".mp4", ".mov", ".360", ".insv", ".bbl", ".bfl", ".gcsv")
 _CAMERA: Final = Needs("telemetry_parser", "camera")
 
-TEXT: Final = Format(
-    "text", "a text table", (".csv", ".tsv", ".txt", ".dat"), (), _import_reader("text")
-)
+_TEXTS: Final = (".csv", ".tsv", ".txt", ".dat", ".json", ".jsonl", ".ndjson", ".gpx")
+TEXT: Final = Format("text", "a text table", _TEXTS, (), _import_reader("text"))
 FORMATS: Final = (
     TEXT,
     Format(
@@ -125,12 +133,19 @@ _BAG_FORMAT, _DATAFLASH_TEXT = (
     next(form for form in FORMATS if form.kind == kind) for kind in ("ros2", "dataflash text")
 )
 _HEAD_BYTES = 16
+_SHEET: Final = "a spreadsheet: save the sheet as CSV, and read that"
+_PACKED: Final = "compressed: unpack it, and read what is in it"
+_TO_CONVERT: Final = {
+    **dict.fromkeys((".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ".numbers"), _SHEET),
+    **dict.fromkeys((".gz", ".zip", ".7z", ".bz2", ".xz", ".zst", ".rar", ".tgz"), _PACKED),
+}
+"""Suffixes of files that something else makes a log of, and what to do."""
 
 
 def label_of(source: LogSource) -> str:
     """Return what messages and outputs call a source."""
     if isinstance(source, (str, os.PathLike)):
-        return make_printable(str(Path(source)))
+        return make_printable(str(source if is_address(source) else Path(source)))
     if isinstance(source, Part):
         return source.label
     return describe_object(source)
@@ -138,6 +153,8 @@ def label_of(source: LogSource) -> str:
 
 def open_source(source: LogSource) -> tuple[str, Content]:
     """Return the format of a source and its content."""
+    if isinstance(source, io.BytesIO) or is_address(source):
+        return _of_copy(source)
     if isinstance(source, (str, os.PathLike)):
         file = Path(source)
         check_readable(file)
@@ -147,6 +164,25 @@ def open_source(source: LogSource) -> tuple[str, Content]:
         return source.kind, source.content
     kind, table = make_table(source)
     return kind, Content.of(table)
+
+
+def _of_copy(source: str | io.BytesIO) -> tuple[str, Content]:
+    """Return the format and the content of a copy, which is there as long as its tables."""
+    form = TEXT
+    if isinstance(source, io.BytesIO):
+        form = find_binary_format(source.getvalue()[:_HEAD_BYTES]) or TEXT
+    copy = spooled(source, form.suffixes[0])
+    kind, content = open_source(copy.path)
+    tables = {name: _keeping(table, copy) for name, table in content.tables.items()}
+    return kind, replace(content, tables=tables)
+
+
+def _keeping(table: Table, copy: Spooled) -> Table:
+    def load(wanted: Sequence[int]) -> list[Column]:
+        assert copy.path
+        return table.load(wanted)
+
+    return replace(table, load=load, pieces=None)
 
 
 def check_readable(file: Path) -> None:
@@ -195,6 +231,8 @@ def find_format(file: Path) -> Format:
         form = TEXT
     if form is TEXT and _is_dataflash_text_file(file):
         return _DATAFLASH_TEXT
+    if suffix in _TO_CONVERT:
+        raise LogError(f"the file is {_TO_CONVERT[suffix]}")
     if form is None:
         known = ", ".join(suffix for form in FORMATS for suffix in form.suffixes)
         raise LogError(f"unknown suffix '{file.suffix}'; known: {known}")

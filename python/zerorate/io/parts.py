@@ -83,7 +83,7 @@ def _select_rows(table: Table, rows: Integers) -> Table:
     def load(wanted: Sequence[int]) -> list[Column]:
         return [column[rows] for column in table.load(wanted)]
 
-    return replace(table, load=load, lengths=None, pieces=None, rows=0, labels=None)
+    return replace(table, load=load, lengths=None, pieces=None, rows=0, labels=None, whole=None)
 
 
 def suggest_grouping(table: Table, time: int | None, stamps: Column | None) -> str | None:

@@ -13,17 +13,9 @@ from zerorate.io.clocks.grid import Grid
 from zerorate.io.clocks.repeats import HEAD_ROWS
 from zerorate.io.clocks.sensor_clock import Clock, make_clock
 from zerorate.io.clocks.stamps import Stamps, convert_texts, to_seconds
-from zerorate.io.columns import (
-    NOT_TIME,
-    Columns,
-    TimeColumn,
-    Timing,
-    add_time_column,
-    check_samples,
-    choose_columns,
-    make_unit_hint,
-)
+from zerorate.io.columns import Columns, TimeColumn, Timing, check_samples, choose_columns
 from zerorate.io.counts import Scale, Scaling, describe_counts, guess_kind
+from zerorate.io.evidence import NOT_TIME, candidates, clock_beside, with_time
 from zerorate.io.formats import LogSource, label_of, open_source
 from zerorate.io.parts import suggest_grouping
 from zerorate.io.table import Column, Table, to_numbers
@@ -75,6 +67,7 @@ class ReadArguments(TypedDict, total=False):
     stop: float | None
     time: TimeColumn
     time_unit: str | None
+    torn: str | None
 
 
 @dataclass(frozen=True)
@@ -114,10 +107,11 @@ class ReadOptions:
         stop: float | None = None,
         time: TimeColumn = None,
         time_unit: str | None = None,
+        torn: str | None = None,
     ) -> ReadOptions:
         """Return the arguments of a reader after checking them; ValueError if one is not valid."""
         checked = None if rate is None else check_rate(rate)
-        span, timing = Span(start, stop), Timing(time, time_unit)
+        span, timing = Span(start, stop), Timing(time, time_unit, torn)
         return cls(checked, columns, topic, Scaling.of(scale), span, timing, sensor)
 
 
@@ -157,6 +151,7 @@ def read_log(
     stop: float | None = None,
     time: TimeColumn = None,
     time_unit: str | None = None,
+    torn: str | None = None,
 ) -> Log:
     r"""Return the gyro channels of a recording on a uniform time grid.
 
@@ -203,6 +198,9 @@ def read_log(
         Unit of numbers as timestamps, where their name does not say it and what they would mean
         does not tell: ``"s"``, ``"ms"``, ``"us"``, ``"ns"``, ``"100us"``, ``"min"``, ``"h"``,
         ``"days"``, or ``"samples"`` of the `rate` stated.
+    torn
+        ``"skip"`` leaves out the lines of a text table that are no whole rows; by default one that
+        is not the last or the first is an error, which names it.
 
     Returns
     -------
@@ -255,7 +253,7 @@ def read_log(
     """
     options = ReadOptions.of(
         rate=rate, columns=columns, topic=topic, sensor=sensor, scale=scale,
-        start=start, stop=stop, time=time, time_unit=time_unit,
+        start=start, stop=stop, time=time, time_unit=time_unit, torn=torn,
     )  # fmt: skip
     return read_groups(source, options, group_all(unit, options.scaling), ("gyro",))[0]
 
@@ -316,7 +314,7 @@ def select_columns(
     sensor: str | None = None,
 ) -> Selection:
     """Return what is to be read of a table, of which only a table without names is loaded."""
-    table = table.load_all() if table.names is None else add_time_column(table)
+    table = table.load_all() if table.names is None else with_time(table)
     check_samples(table, columns)
     choice = choose_columns(table, columns, kinds, sensor)
     if choice.notes:
@@ -328,7 +326,11 @@ def select_columns(
     if choice.time is None and stated_rate is None:
         hint_text = "".join(f"; {note}" for note in table.meta.notes if NOT_TIME in note)
         lacking = "there are no timestamps to tell the sampling rate; give "
-        raise LogError(make_sentence(lacking, keyword_argument("rate"), f" in Hz{hint_text}"))
+        raise LogError(
+            make_sentence(
+                lacking, keyword_argument("rate"), f" in Hz{hint_text}", *candidates(table)
+            )
+        )
     return Selection(table, choice.data, choice.time, names, groups, stated_rate)
 
 
@@ -351,7 +353,7 @@ def _read_stamps(selection: Selection, column: Column | None) -> Stamps | None:
     if len(column) == 0:
         raise LogError("there are columns but no rows")
     table = selection.table
-    unit_hint = make_unit_hint(table, selection.time)
+    unit_hint = clock_beside(table, selection.time)
     return to_seconds(
         column, table.label(selection.time), selection.rate, table.time_unit, unit_hint
     )

@@ -11,15 +11,9 @@ import numpy as np
 from zerorate.faults import keyword_argument, make_sentence, sentence_of
 from zerorate.io.clocks.names import looks_like_time
 from zerorate.io.clocks.sensor_clock import Clock
-from zerorate.io.columns import (
-    Columns,
-    TimeColumn,
-    Timing,
-    add_time_column,
-    check_samples,
-    choose_columns,
-)
+from zerorate.io.columns import Columns, TimeColumn, Timing, check_samples, choose_columns
 from zerorate.io.counts import Scale, Scaling
+from zerorate.io.evidence import with_time
 from zerorate.io.formats import LogSource, label_of, open_source
 from zerorate.io.reading import (
     Group,
@@ -42,6 +36,7 @@ from zerorate.record.names import (
     check_foreign,
     common_unit,
     is_quaternion,
+    looks_like_sensor,
     meaning_of,
     split_unit,
 )
@@ -84,6 +79,7 @@ def read_recording(
     stop: float | None = None,
     time: TimeColumn = None,
     time_unit: str | None = None,
+    torn: str | None = None,
 ) -> Recording:
     """Return the logs of all sensors in a file, found by the names of its columns and topics.
 
@@ -120,7 +116,7 @@ def read_recording(
         from the earliest sample of all logs of a source; those of a list have clocks of their
         own. Another sensor than the gyro without a sample there is left out, and ``notes`` says
         so.
-    time, time_unit
+    time, time_unit, torn
         As of `read_log`; in a source of several tables the column is that of those that have it.
 
     Returns
@@ -157,7 +153,7 @@ def read_recording(
     of_kinds = columns if isinstance(columns, Mapping) else {"gyro": columns}
     options = ReadOptions.of(
         rate=rate, topic=topic, sensor=sensor, scale=scale,
-        start=start, stop=stop, time=time, time_unit=time_unit,
+        start=start, stop=stop, time=time, time_unit=time_unit, torn=torn,
     )  # fmt: skip
     return _read_sources(sources, _make_request(options, of_kinds, reference, unit, only))
 
@@ -222,6 +218,8 @@ def _read_sources(sources: Sequence[LogSource], request: _Request) -> Recording:
         except LogError as error:
             raise error.with_context(f"{label_of(source)}: ") from None
         request = replace(request, columns={}, topic=None)
+    if not logs and notes and any(map(looks_like_sensor, column_names)):
+        raise LogError(make_sentence(f"{label}: ", notes[-1]))
     if not logs:
         wanted = "a sensor" if request.only == KINDS else f"a {request.only[0]}"
         raise LogError(
@@ -325,7 +323,7 @@ def _read_source(
     tables = [] if request.is_single_topic else _choose_tables(content, request.topic)
     if not tables:
         tables = [content.choose_table(request.topic)]
-    for table in map(add_time_column, request.timing.apply_to_all(tables)):
+    for table in map(with_time, request.timing.apply_to_all(tables)):
         column_names.extend(table.label(index) for index in range(table.width))
         sensors = _choose_sensors(table, request, notes)
         if "" in content.tables and request.only == KINDS:
@@ -356,6 +354,8 @@ def _choose_sensors(table: Table, request: _Request, notes: list[str]) -> list[_
     # Without names nothing is found beside what is asked for.
     is_decided = table.names is None and "gyro" in stated_columns
     named_groups = {} if is_decided else _find_sensors(table, request, used, notes)
+    if table.names is None and not is_decided:
+        notes.extend(choose_columns(table, None).notes)
     for (kind, sensor), places in named_groups.items():
         if kind not in stated_columns:
             groups[kind, sensor] = places

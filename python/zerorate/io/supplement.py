@@ -15,6 +15,7 @@ from zerorate.io.columns import Timing
 from zerorate.io.fixes import find_fixes
 from zerorate.io.formats import LogSource, open_source
 from zerorate.io.mounting import read_mounting
+from zerorate.io.remote import is_address
 from zerorate.io.table import Content
 from zerorate.record.fixes import Fixes
 from zerorate.record.log import LogError
@@ -59,7 +60,7 @@ def make_supplement(opened_sources: Sequence[SourceContent], timing: Timing) -> 
 
 
 def _is_file(source: LogSource) -> TypeGuard[str | os.PathLike[str]]:
-    return isinstance(source, (str, os.PathLike))
+    return isinstance(source, (str, os.PathLike)) and not is_address(source)
 
 
 def _make_fixes_reader(opened_source: SourceContent, timing: Timing) -> Callable[[], Fixes | None]:

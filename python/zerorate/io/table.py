@@ -73,7 +73,7 @@ class Table:
     indices in pieces of so many rows at most, and ``rows`` says how many they are together, where
     a format can be read so. ``labels`` gives a column of texts, where ``load`` has none.
     ``time_unit`` is that of the time column where a caller says it, and ``timeless`` whether he
-    wants none to be used.
+    wants none to be used. ``whole`` gives the table without torn lines.
     """
 
     width: int
@@ -88,14 +88,18 @@ class Table:
     labels: Callable[[int], Column] | None = None
     time_unit: str | None = None
     timeless: bool = False
+    whole: Callable[[], Table] | None = None
 
     def label(self, index: int) -> str:
         """Return the column's name, or one made from its index."""
         return self.names[index] if self.names is not None else f"column_{index}"
 
     def load_all(self) -> Table:
-        """Return the table with all columns in memory."""
-        columns = self.load(range(self.width))
+        """Return the table with all columns in memory, unless there are texts among them."""
+        try:
+            columns = self.load(range(self.width))
+        except LogError:
+            return self  # what is wrong is said of columns that are used
         return replace(self, load=lambda wanted: [columns[i] for i in wanted])
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -34,23 +35,29 @@ def join_time_columns(table: Table) -> Table:
     if time_columns is None or (table.lengths is not None and len(set(table.lengths)) > 1):
         return table
     label = " and ".join(names[i] for i in time_columns.values())
+    joined = partial(_join_parts, list(time_columns))
+    return with_joined(table, list(time_columns.values()), label, joined)
+
+
+def with_joined(
+    table: Table, places: Sequence[int], label: str, join: Callable[[list[Column]], Column]
+) -> Table:
+    """Return a table with one more column, of its time, that is made of others."""
 
     def load(wanted: Sequence[int]) -> list[Column]:
         own = [i for i in wanted if i != table.width]
-        parts = list(time_columns.values()) if len(own) < len(wanted) else []
+        parts = places if len(own) < len(wanted) else []
         loaded = table.load([*own, *parts])
         columns = dict(zip(own, loaded, strict=False))
         if parts:
-            columns[table.width] = _join_parts(
-                dict(zip(time_columns, loaded[len(own) :], strict=True))
-            )
+            columns[table.width] = join(loaded[len(own) :])
         return [columns[i] for i in wanted]
 
     return replace(
         table,
         width=table.width + 1,
         load=load,
-        names=(*names, label),
+        names=(*(table.names or ()), label),
         time=table.width,
         lengths=None if table.lengths is None else (*table.lengths, table.lengths[0]),
         pieces=None,
@@ -96,10 +103,10 @@ def _are_parts(table: Table, pair: dict[str, int]) -> bool:
     return bool((np.rint(seconds) == seconds).all() and ((rest >= 0) & (rest < 1e9)).all())
 
 
-def _join_parts(parts: dict[str, Column]) -> Column:
+def _join_parts(units: Sequence[str], columns: list[Column]) -> Column:
     """Return whole nanoseconds as durations, which have a unit."""
     total = None
-    for unit, column in parts.items():
+    for unit, column in zip(units, columns, strict=True):
         numbers = to_numbers(column, unit)
         if numbers.dtype.kind == "f" and not np.isfinite(numbers).all():
             row = int(np.flatnonzero(~np.isfinite(numbers))[0])

@@ -169,7 +169,11 @@ def common_unit(names: list[str], stated: str | None, file_unit: str | None) -> 
     for name, unit in suffixes.items():
         if stated is not None and unit is not None and unit != stated:
             raise LogError(f"unit '{stated}' was given, but column '{name}' is in {unit}")
-    fallback = stated or canonical_spelling(file_unit or "") or UNKNOWN_UNIT
+    # A unit that is written once counts for all axes.
+    written = {unit for unit in suffixes.values() if unit is not None}
+    kinds = {_kind_of_imu(*split_unit(name)) for name in names}
+    once = written.pop() if len(written) == len(kinds) == 1 and not (stated or file_unit) else ""
+    fallback = stated or canonical_spelling(file_unit or "") or once or UNKNOWN_UNIT
     units = {name: unit or fallback for name, unit in suffixes.items()}
     if len(set(units.values())) > 1:
         listed = ", ".join(f"'{n}' {_describe_unit(u)}" for n, u in units.items())
@@ -193,7 +197,7 @@ def to_snake_case(name: str) -> str:
     return re.sub(r"[^a-z0-9µ°]+", "_", words.lower()).strip("_")
 
 
-_OTHER_UNIT_SPELLINGS: Final = ("°c", "c", "degc", "nt", "mt", "gauss", "m", "hz")
+_OTHER_UNIT_SPELLINGS: Final = ("deg c", "°c", "℃", "c", "degc", "nt", "mt", "gauss", "m", "hz")
 _ALL_UNIT_SPELLINGS: Final = {
     *_NAME_UNIT_BY_SPELLING,
     *_FOREIGN_BY_SPELLING,
@@ -278,7 +282,15 @@ _SENSOR_KINDS: Final = {
     "temperature": _SensorKind(
         re.compile(r"(^|_)temp(erature)?s?\d*(_|$)"),
         re.compile(_NO_SAMPLE_WORDS + r"|target|setpoint|coef"),
-        {"degc": "degC", "°c": "degC", "c": "degC", "celsius": "degC", "k": "K", "degf": "degF"},
+        {
+            "degc": "degC",
+            "°c": "degC",
+            "℃": "degC",
+            "c": "degC",
+            "celsius": "degC",
+            "k": "K",
+            "degf": "degF",
+        },
         None,
     ),
     "velocity": _SensorKind(

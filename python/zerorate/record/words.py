@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 _WORDS_BY_ROLE: Final = {
     "gyro": "gyr gyro gyros gyroscope gyroscopes gyrometer gyroskop giroscopio omega drehrate"
     " winkelgeschwindigkeit angvel angrate",
-    "accel": "acc accs accel accels accelero accelerometer accelerometers acceleration"
+    "accel": "acc acce accs accel accels accelero accelerometer accelerometers acceleration"
     " accelerations beschleunigung beschleunigungssensor acelerometro aceleracion accelerometre",
     "mag": "compass mag magn magnet magnetic magneto magnetometer magnetfeld"
     " magnetometre magnetometro",
@@ -183,6 +183,8 @@ def _find_kind(
 
 def _find_letter_kind(words: list[str], rest: list[str]) -> tuple[str | None, set[str]]:
     """Return the kind that a letter before an axis tells, maybe with frames between them."""
+    if len(words) > 1 and words[-1].isdigit():
+        words = words[:-1]  # the number of a sensor behind its axis: gx1
     before = words[
         : max(i for i, word in enumerate(words) if word in {**_AXIS_LETTERS, **_ROTATION_AXES})
     ]

@@ -90,5 +90,5 @@ def _format_topic(topic: TopicExplanation) -> str:
     hidden_count = len(topic.columns) - len(listed)
     note = f"And {hidden_count} further columns." if hidden_count else ""
     title = f"Columns of {topic.name}" if topic.name else "Columns"
-    head = ("column", "by its name", "unit", "read as")
+    head = ("column", "understood as", "unit", "read as")
     return as_text(Table(title, head, rows, words=4, note=note))

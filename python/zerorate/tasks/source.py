@@ -32,6 +32,7 @@ class UnscaledArguments(TypedDict, total=False):
     stop: float | None
     time: TimeColumn
     time_unit: str | None
+    torn: str | None
 
 
 class ReadingArguments(UnscaledArguments, total=False):

@@ -23,7 +23,9 @@ from zerorate.record.clock import ClockReport
 from zerorate.record.log import LogError
 from zerorate.types import Floats, Integers
 
-_BLOCK_ROWS: Final = 1 << 16
+_BLOCK: Final = 1 << 16
+_BLOCK_ROWS: Final = 3
+"""Rows of a block of equal stamps from which on they are compared block by block."""
 _MAX_ROUNDS: Final = 3
 """Times that gaps and the wander of a clock are judged by each other."""
 MIN_RESTART_S: Final = 1.0
@@ -52,10 +54,10 @@ def _fit_steady_clock(stamps: Floats, start: float) -> _SteadyClock | None:
     if not span > 0.0:
         return None
     doubt = _stamp_resolution(start, span)
-    rate = _round_rate(span / (len(stamps) - 1), 4.0 * doubt / span)
+    rate = roundest(span / (len(stamps) - 1), 4.0 * doubt / span)
     squares = max_deviation = 0.0
-    for first in range(0, len(stamps), _BLOCK_ROWS):
-        part = stamps[first : first + _BLOCK_ROWS]
+    for first in range(0, len(stamps), _BLOCK):
+        part = stamps[first : first + _BLOCK]
         off = part - np.arange(first, first + len(part)) / rate
         max_deviation = max(max_deviation, float(off.max()), -float(off.min()))
         if max_deviation > 0.25 * doubt:
@@ -69,7 +71,7 @@ def _stamp_resolution(start: float, last: float) -> float:
     return float(4 * np.finfo(np.float64).eps * (abs(start) + abs(last)))
 
 
-def _round_rate(period: float, doubt: float) -> float:
+def roundest(period: float, doubt: float) -> float:
     """Return the rate of the fewest digits, of itself or its period, within a relative doubt."""
     for digits in range(1, 16):
         for rate in (float(f"{1 / period:.{digits}g}"), 1 / float(f"{period:.{digits}g}")):
@@ -195,14 +197,12 @@ def _follow_wander(fit: _Fit, stamps: Floats, start: float) -> _Fit:
     return fit if best.wander is None else best
 
 
-def _add_wander(fit: _Fit, stamps: Floats, block_rows: float) -> _Fit:
+def _add_wander(fit: _Fit, stamps: Floats, lump: float) -> _Fit:
     """Return a fit with the wander of its stamps, and how far they are from its rate."""
     # The rate is rounder than their slope, from which they deviate otherwise.
     deviation = stamps - fit.indices / fit.rate
     deviation -= np.median(deviation)
-    return fit._replace(
-        deviation=deviation, wander=find_wander(deviation, 1.0 / fit.rate, block_rows)
-    )
+    return fit._replace(deviation=deviation, wander=find_wander(deviation, 1.0 / fit.rate, lump))
 
 
 def _fit_arrivals(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid | None:
@@ -305,6 +305,10 @@ def find_setbacks(stamps: Floats, steps: Floats, period: float) -> Floats:
 
 def _fit_period(stamps: Floats, indices: Integers) -> float:
     half = len(stamps) // 2
+    edges = np.flatnonzero(stamps[1:] != stamps[:-1])
+    block = int(edges[1] - edges[0]) if len(edges) > 2 * LONG_STEP_PERIODS else 1
+    if block >= _BLOCK_ROWS and half >= block and (np.diff(edges) == block).all():
+        half -= half % block  # from one block to the same place of another
     slopes = (stamps[half:] - stamps[:-half]) / (indices[half:] - indices[:-half])
     return _check_period(float(np.median(slopes)))
 
@@ -318,7 +322,7 @@ def fit_rate(stamps: Floats, indices: Integers, start: float = 0.0) -> tuple[flo
     deviation = stamps - period * indices
     deviation -= np.median(deviation)
     doubt = float(np.median(np.abs(deviation))) + _stamp_resolution(start, float(stamps[-1]))
-    return _round_rate(period, doubt / (period * int(indices[-1]))), deviation
+    return roundest(period, doubt / (period * int(indices[-1]))), deviation
 
 
 def _make_report(steps: Floats, missing: Floats, deviation: Floats, rate: float) -> ClockReport:

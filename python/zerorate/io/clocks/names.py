@@ -23,8 +23,10 @@ _UNIT_NAMES: Final = (
     "seconds", "millis", "milliseconds", "micros", "microseconds", "nanos", "nanoseconds"
 )  # fmt: skip
 """Names that are a unit and nothing else."""
+_SHORT: Final = ("sec", "secs", "ms", "msec", "us", "µs", "usec", "ns", "nsec")
+"""Those that are the name of a clock if the values tell so."""
 _ORIGIN: Final = (
-    r"(?:_(?:since|from|start|startup|begin|boot|reboot|epoch|unix|1970|since1970|utc|gps|local|tow"
+    r"(?:_(?:in|since|from|start|startup|begin|boot|reboot|epoch|unix|1970|since1970|utc|gps|local|tow"
     r"|abs|absolute|elapsed|fine|cal|sample|device|system|sys|host|header|txt|iso|of|day|week"
     r"|\d\d_\d\d))*"
 )
@@ -34,7 +36,7 @@ _TIME_NAME: Final = re.compile(
     rf"^(?:t|(?:.*_)?(?:times?|time_?stamps?|stamps?|realtime|uptime|systime)){_SUFFIX}$"
 )
 _MAYBE_TIME_NAME: Final = re.compile(
-    rf"^(?:(?:ts|elapsed|epoch|unix|clock){_SUFFIX}|date|date_?times?|(?:{'|'.join(_UNIT_NAMES)}"
+    rf"^(?:(?:ts|elapsed|epoch|unix|clock){_SUFFIX}|temps|date|date_?times?|(?:{'|'.join(_UNIT_NAMES)}"
     rf"){_ORIGIN})$"
 )
 _BRACKETED_UNIT: Final = re.compile(rf"[\[(]\s*(?:{'|'.join(_UNIT_OF_WORD)})\s*[\])]\s*(?:\.\d+)?$")
@@ -66,6 +68,8 @@ def find_time_unit(name: str) -> str | None:
     whole = to_snake_case(_REPEAT_SUFFIX.sub("", name))
     for candidate in (whole, _ORIGIN_END.sub("", whole)):
         words = candidate.split("_")
-        if words[-1] in _UNIT_OF_WORD and (len(words) > 1 or words[0] in _UNIT_NAMES):
+        if words[-1] in _UNIT_OF_WORD and (
+            len(words) > 1 or words[0] in _UNIT_NAMES or words[0] in _SHORT
+        ):
             return _UNIT_OF_WORD[words[-1]]
     return None

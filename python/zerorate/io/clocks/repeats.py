@@ -38,6 +38,15 @@ _MIN_REPEAT_RATIO: Final = 10.0
 """Rows that repeat for each one that chance would let repeat."""
 
 
+_MANY: Final = 0.125
+"""Part of the rows that repeat from which on they are told."""
+_FEW_ROWS: Final = 16
+_EQUAL: Final = 0.02
+"""Part of the numbers that a fine sensor has twice in a row, at most."""
+_SHORT_RUN: Final = 3
+"""Rows that repeat one after the other where they were sent again."""
+
+
 def find_repeats(values: Floats, before: Floats | None = None) -> Booleans:
     """Return which rows (n, k) repeat the one before; the first is compared with one given."""
     repeats = np.zeros(len(values), np.bool_)
@@ -118,6 +127,27 @@ def _is_abrupt(values: Floats, repeats: Booleans) -> bool:
     small = (steps[:, moving] <= 1.5 * least[moving]).all(axis=1) & ~repeats[1:]
     by_chance = float(small.sum()) / (3.0 ** int(moving.sum()) - 1)
     return bool(moving.any() and repeats.sum() >= _MIN_REPEAT_RATIO * by_chance)
+
+
+def sent_again(values: Floats, again: Booleans, seconds: Floats) -> bool:
+    """Return True if rows that repeat the one before, at no clock's moments, are no samples.
+
+    They have the stamp of the one before, and no others have; or they are far more than chance
+    would have, and none of them stays for long, as a stuck sensor does.
+    """
+    if len(again) < _FEW_ROWS or again.mean() < _MANY:
+        return False
+    same = np.append(False, np.diff(seconds) == 0.0)
+    if (same & again).sum() >= _MIN_EVEN_PART * max(same.sum(), again.sum()):
+        return True
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], again.view(np.int8), [0]))))
+    longest = float(np.percentile(edges[1::2] - edges[::2], 100.0 * _MIN_EVEN_PART))
+    # A fine sensor hardly ever has one of its numbers again.
+    equal = (np.diff(values, axis=0) == 0.0)[~again[1:]]
+    fine = equal.size > 0 and bool(equal.mean() <= _EQUAL)
+    return (
+        fine and len(again) >= _SPAN_CHANGES and longest <= _SHORT_RUN and _is_abrupt(values, again)
+    )
 
 
 def make_sensor_grid(grid: Grid, repeats: Booleans, rows_per_sample: float) -> Grid:

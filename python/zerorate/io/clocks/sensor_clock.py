@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from zerorate.io.clocks.clock import fit_own_grid
+from zerorate.io.clocks.coarse import spread
 from zerorate.io.clocks.grid import Grid, make_unstamped_grid
 from zerorate.io.clocks.repeats import (
     HEAD_ROWS,
     find_repeats,
     find_rows_per_sample,
     make_sensor_grid,
+    sent_again,
 )
 from zerorate.io.clocks.stamps import Stamps
 from zerorate.record.log import LogError, check_rate
@@ -60,7 +64,7 @@ class Clock:
         """
         rows_per_sample = find_rows_per_sample(head[:HEAD_ROWS], self.grid.first_indices(HEAD_ROWS))
         if rows_per_sample is None:
-            return self._apply_rate()
+            return self._without_sent_again(head, load_repeats)
         sensor_grid = make_sensor_grid(
             self.grid,
             find_repeats(head) if load_repeats is None else load_repeats(),
@@ -81,6 +85,23 @@ class Clock:
         return replace(self, grid=sensor_grid, rate=rate)._apply_rate(
             f"{note}; each sample is taken once"
         )
+
+    def _without_sent_again(self, head: Floats, again: Callable[[], Booleans] | None) -> Clock:
+        """Return the clock without the rows that repeat the one before and are no samples."""
+        kept = self.rate is not None and self.grid.agrees_with(self.rate)
+        if self.stamps is None or kept or self.grid.report.burst_count:
+            return self._apply_rate()
+        seconds = self.stamps.seconds
+        first = head[:HEAD_ROWS]
+        if not sent_again(first, find_repeats(first), seconds[: len(first)]):
+            return self._apply_rate()
+        rows = np.flatnonzero(~(find_repeats(head) if again is None else again()))
+        part = 1.0 - len(rows) / len(seconds)
+        clock = self.for_rows(rows)
+        report = replace(clock.grid.report, repeat_count=len(seconds) - len(rows))
+        grid = replace(clock.grid, used_rows=rows, report=report)
+        said = f"{part:.0%} of the rows repeat the one before, with no clock of their own; left out"
+        return replace(self, grid=grid, start=clock.start)._apply_rate(said)
 
     def for_rows(self, rows: Integers) -> Clock:
         """Return the clock of some of the rows; LogError if they have none."""
@@ -106,9 +127,11 @@ def make_clock(stamps: Stamps | None, rate: float | None, rows: int) -> Clock:
     """Return the clock that timestamps tell, or the rate stated."""
     if stamps is None:
         return Clock(make_unstamped_grid(rows, check_rate(rate)), 0.0, None, rate)
+    notes = (stamps.note,) if stamps.note else ()
+    if (finer := spread(stamps.seconds)) is not None:
+        stamps, notes = replace(stamps, seconds=finer[0] - finer[0][0]), (*notes, finer[1])
     try:
         grid = fit_own_grid(stamps.seconds, stamps.start, rate)
     except LogError as error:
         raise error.with_context("", f" ({stamps.note})" if stamps.note else "") from None
-    notes = (stamps.note,) if stamps.note else ()
     return Clock(grid, stamps.start + grid.offset, stamps, rate, notes)

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import Argument, keyword_argument, make_sentence
-from zerorate.io.clocks.names import UNITS
+from zerorate.io.clocks.names import UNITS, has_time_name
 from zerorate.record.log import LogError
 from zerorate.types import Floats
 
@@ -96,9 +96,15 @@ def find_date_unit(name: str, first: float, since: Counts) -> tuple[str, Unit] |
     median_count = first + sorted(float(since[i]) for i in (0, len(since) // 2, -1))[1]
     for unit in _DECIMAL_UNITS:
         if DATE_RANGE_S[0] <= median_count / PER_SECOND[unit] < DATE_RANGE_S[1]:
-            slow = median_step(since) > _MAX_DATED_STEP_S * PER_SECOND[unit]
+            step = median_step(since)
+            slow = step > _MAX_DATED_STEP_S * PER_SECOND[unit]
+            # A sensor that counts since it was switched on passes the same numbers.
+            counts = step * _RATE_RANGE_HZ[0] > PER_SECOND[unit] and not has_time_name(name)
+            counts = counts and bool(plausible_units(step, since))
             return (
-                None if slow else (unit, Unit(PER_SECOND[unit], 0.0, _describe_dates(name, unit)))
+                None
+                if slow or counts
+                else (unit, Unit(PER_SECOND[unit], 0.0, _describe_dates(name, unit)))
             )
     for epoch_name, zero in _DAY_EPOCHS.items():
         dated = DATE_RANGE_S[0] <= 86_400 * (median_count - zero) < DATE_RANGE_S[1]
@@ -151,16 +157,9 @@ def find_unit(
         return Unit(PER_SECOND[unit], 0.0, f"{prefix} {unit}, as its steps of {step:g} are")
     if step <= 0.0:
         return Unit(1.0)
-    units = [
-        u
-        for u in _DECIMAL_UNITS
-        if _RATE_RANGE_HZ[0] <= PER_SECOND[u] / step <= _RATE_RANGE_HZ[1] * 1.001
-    ]
-    if units == ["s"]:
+    units = plausible_units(step, column)
+    if units == ["s"] == _with_sensible_rate(step):
         return Unit(1.0)
-    if len(units) > 1 and _has_fractions(column):
-        # Counters count; decimals below one are those of seconds.
-        units = ["s"] if step < 0.5 and "s" in units else [u for u in units if u in ("s", "ms")]
     if len(units) == 1:
         note = f"{prefix} {units[0]}, judged by its step: {_format_rate(units[0], step)}"
         return Unit(PER_SECOND[units[0]], 0.0, note)
@@ -168,6 +167,23 @@ def find_unit(
         unit, other = hint
         return Unit(PER_SECOND[unit], 0.0, f"{prefix} {unit}, as column '{other}' tells")
     raise _make_unit_error(name, units, step)
+
+
+def plausible_units(step: float, column: npt.NDArray[np.generic]) -> list[str]:
+    """Return the units in which rows so many counts apart have the rate of a sensor."""
+    units = _with_sensible_rate(step)
+    if len(units) > 1 and _has_fractions(column):
+        # Counters count; decimals below one are those of seconds.
+        return ["s"] if step < 0.5 and "s" in units else [u for u in units if u in ("s", "ms")]
+    return units
+
+
+def _with_sensible_rate(step: float) -> list[str]:
+    return [
+        u
+        for u in _DECIMAL_UNITS
+        if _RATE_RANGE_HZ[0] <= PER_SECOND[u] / step <= _RATE_RANGE_HZ[1] * 1.001
+    ]
 
 
 def _make_unit_error(name: str, units: Sequence[str], step: float) -> LogError:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -52,9 +53,30 @@ def arrow_table(schema: _Schema, read: Callable[[Sequence[int]], Sequence[_Chunk
         return values
 
     meta = _make_metadata(schema.metadata or {})
-    return apply_listed_names(
-        Table(len(schema), load, names=_column_names(schema), meta=meta, labels=labels)
-    )
+    names = tuple(map(_of_levels, _column_names(schema)))
+    table = Table(len(schema), load, names=names, meta=meta, labels=labels)
+    return apply_listed_names(replace(table, time=_index_of_pandas(schema)))
+
+
+def _of_levels(name: str) -> str:
+    """Return the name of a column of several levels, as pandas writes it, with bars between."""
+    if not re.fullmatch(r"\('.*'\)", name):
+        return name
+    return "/".join(re.findall(r"'([^']*)'", name))
+
+
+def _index_of_pandas(schema: _Schema) -> int | None:
+    """Return the column that was the index of times of a frame of pandas, None if there is none."""
+    try:
+        listed = json.loads((schema.metadata or {}).get(b"pandas", b"{}"))["index_columns"]
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return None
+    if len(listed) != 1 or not isinstance(listed[0], str) or listed[0] not in schema.names:
+        return None
+    index = int(schema.get_field_index(listed[0]))
+    types = import_pyarrow("Arrow").types
+    kind = schema.field(index).type if index >= 0 else None
+    return index if kind and (types.is_timestamp(kind) or types.is_duration(kind)) else None
 
 
 def add_pieces(

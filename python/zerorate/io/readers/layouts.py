@@ -11,10 +11,10 @@ import json
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import islice
 from typing import Final, NamedTuple
 
-from zerorate.io.clocks.iso8601 import is_date
 from zerorate.io.clocks.names import UNITS, looks_like_time
 from zerorate.io.readers.cells import (
     MISSING,
@@ -24,7 +24,7 @@ from zerorate.io.readers.cells import (
     split_cells,
     undo_inert,
 )
-from zerorate.io.readers.parsers import BOM, Layout, decode_text
+from zerorate.io.readers.parsers import BOM, Layout, decode_text, is_value
 from zerorate.io.table import Metadata
 from zerorate.record.log import LogError
 from zerorate.record.names import is_unit
@@ -37,7 +37,6 @@ _SEP: Final = re.compile(r'"?sep=(.)"?[,;\t]*', re.IGNORECASE)
 _RATE: Final = re.compile(
     r"(?:rate|frequency|odr)\W{0,6}([0-9.]+) ?Hz|\bat ([0-9.]+) ?Hz", re.IGNORECASE
 )
-_TIME_OF_DAY: Final = re.compile(r"\d{1,4}[-/.:]\w+[-/.:]\d.*")
 _TIME_UNIT_WORDS: Final = {spelling for spellings in UNITS.values() for spelling in spellings}
 _EMPTY_CELLS: Final = ("", "-")
 """What stands for no value in a row, and for none in a line of units."""
@@ -45,6 +44,12 @@ _MAX_HEAD_LINES: Final = 400
 """Lines that tell how many cells a row has."""
 _MAX_COMMA_ROWS: Final = 50
 """Rows that tell whether numbers have a decimal comma."""
+
+
+_REMEDY: Final = (
+    "; export it as CSV: names, then rows with as many cells (lines of JSON and of pairs such as "
+    "gx=0.1 are read as well)"
+)
 
 
 class Line(NamedTuple):
@@ -71,8 +76,11 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
     body = [line for line in lines if not line.comment]
     if not body:
         raise LogError("the file holds no rows, expected a table of numbers")
-    delimiter = mark[1] if mark else _find_delimiter(_find_sample_row(body).text)
+    delimiter = mark[1] if mark else delimiter_of(_find_sample_row(body).text)
     cells = [split_cells(line.text, delimiter) for line in body[:_MAX_HEAD_LINES]]
+    notes: tuple[str, ...] = ()
+    if _begins_within(cells):
+        notes, body, cells = (_begun(body[0]),), body[1:], cells[1:]
     width = len(split_cells(_find_sample_row(body).text, delimiter))
     rows = [row for row in cells if len(row) == width][:_MAX_COMMA_ROWS]
     decimal_comma = delimiter != "," and _has_decimal_comma(rows)
@@ -88,6 +96,8 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
     if not below_names and at:
         _check_has_number(first, row, decimal_comma)
         column_names, at = _find_header(cells, body, at)
+        if column_names is None and all(cell in MISSING or is_value(cell) for cell in cells[at]):
+            notes = (_begun(body[at]),)
         # A space below the names is not what stands among the rows when a device is started anew.
         header = body[at].text if any(cells[at]) else None
     column_names = column_names and _mark_empty_times(column_names, cells[at_row:])
@@ -101,7 +111,20 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
         first_row=tuple(row),
         header=header,
     )
-    return layout, _find_metadata(lines, first)
+    meta = _find_metadata(lines, first)
+    return layout, replace(meta, notes=(*meta.notes, *notes))
+
+
+def _begins_within(cells: list[list[str]]) -> bool:
+    """Whether a file begins within a row that stands above the names."""
+    if len(cells) < 3 or not len(cells[0]) == len(cells[1]) == len(cells[2]):
+        return False
+    named = not any(is_value(cell) for cell in cells[1]) and all(cells[1])
+    return named and all(map(is_value, cells[0])) and any(map(is_value, cells[2]))
+
+
+def _begun(line: Line) -> str:
+    return f"line {line.number} is begun within; left out"
 
 
 def first_lines(raw: bytes, count: int) -> list[Line]:
@@ -135,7 +158,8 @@ def _find_sample_row(body: Sequence[Line]) -> Line:
     return middle if re.search(r"\d", middle.text) else body[-1]
 
 
-def _find_delimiter(line: str) -> str | None:
+def delimiter_of(line: str) -> str | None:
+    """Return what separates the cells of a line, None for blanks."""
     line = re.sub(r'"[^"]*"', "", line)
     for mark in (";", "\t", ",", "|"):
         if mark in line:
@@ -147,11 +171,6 @@ def _has_decimal_comma(rows: list[list[str]]) -> bool:
     cells = [cell for row in rows for cell in row]
     numbers = [cell for cell in cells if re.fullmatch(r"[+-]?\d*[.,]\d*([eE][+-]?\d+)?", cell)]
     return any("," in n for n in numbers) and not any("." in n for n in numbers)
-
-
-def is_value(cell: str, decimal_comma: bool = False) -> bool:
-    """Whether a cell holds a number or a time, not a name."""
-    return is_number(cell, decimal_comma) or is_date(cell) or bool(_TIME_OF_DAY.fullmatch(cell))
 
 
 def _find_first_row(cells: list[list[str]], decimal_comma: bool) -> int:
@@ -198,7 +217,9 @@ def _is_header(row: list[str], following: list[str], decimal_comma: bool) -> boo
 
 def _check_has_number(line: Line, cells: list[str], decimal_comma: bool) -> None:
     if not any(cell in MISSING or is_value(cell, decimal_comma) for cell in cells):
-        raise LogError(f"line {line.number} holds no number, expected a row of a table of numbers")
+        raise LogError(
+            f"line {line.number} holds no number, expected a row of a table of numbers{_REMEDY}"
+        )
 
 
 def _find_header(
@@ -212,12 +233,13 @@ def _find_header(
         not rows or _is_header_part(cells[above], rows[0], body[above : above + 2])
     ):
         fitting = _fit_width(cells[above], row)
-        if fitting is None:
+        if fitting is None or (rows and _is_padded(fitting)):
             break
         rows.insert(0, fitting)
         above -= 1
     if not rows:
-        if at > 1:
+        torn = all(cell in MISSING or is_value(cell) for cell in cells[at - 1])
+        if at > 1 or (torn and len(cells[at - 1]) < len(row)):
             return None, at - 1
         raise LogError(_describe_width(cells[at - 1], row, body[at - 1].number, body[at].number))
     units = next((own for own in rows if len(rows) > 1 and _are_units(own)), None)
@@ -247,6 +269,11 @@ def _is_header_part(cells: list[str], below: list[str], lines: Sequence[Line]) -
     return _are_units(below) or (len(cells) > 2 and ("" in cells or is_known))
 
 
+def _is_padded(cells: list[str]) -> bool:
+    """Whether a line of a preamble has delimiters behind it, as many as a row."""
+    return not any(cells[1:]) and not parse_name(f"{cells[0]} x").kind
+
+
 def _is_block(cells: list[str]) -> bool:
     """Whether a line names blocks of columns: mostly empty cells, the filled ones apart."""
     return 4 * sum(1 for cell in cells if cell) < len(cells)
@@ -270,7 +297,7 @@ def _describe_width(cells: list[str], row: list[str], line: int, row_line: int) 
             "be told from the commas between cells; write semicolons between cells, or decimal "
             "points"
         )
-    return f"{sentence} {len(row)} cells"
+    return f"{sentence} {len(row)} cells{_REMEDY}"
 
 
 def _are_units(cells: list[str]) -> bool:

@@ -40,6 +40,10 @@ def from_pandas(frame: _Frame) -> Table:
     has_time_index = _is_time(frame.index) and not any(map(looks_like_time, names))
     if has_time_index:
         series, names = [frame.index, *series], [str(frame.index.name or "time"), *names]
+    counts = type(frame.index).__name__ == "RangeIndex" or frame.index.dtype.kind not in "fiu"
+    if not has_time_index and not counts:
+        # Whether it is the clock is told by its values.
+        series, names = [*series, frame.index], [*names, str(frame.index.name or "index")]
     has_names = any(isinstance(label, (str, tuple)) for label in frame.columns)
     return Table(
         width=len(series),

@@ -9,18 +9,20 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, NoReturn
 
 import numpy as np
 
 from zerorate._native import parse_rows
+from zerorate.faults import keyword_argument, make_sentence
 from zerorate.io.clocks.iso8601 import find_fault, is_date, parse_dates
 from zerorate.io.readers.cells import (
     MISSING,
     has_stray_quotes,
     is_blank,
     is_comment,
+    is_number,
     parse_number,
     parse_whole,
     split_cells,
@@ -30,6 +32,13 @@ from zerorate.record.log import LogError
 
 BOM: Final = b"\xef\xbb\xbf"
 _LINE_END: Final = re.compile(rb"\r\n|\r|\n")
+_TIME_OF_DAY: Final = re.compile(r"\d{1,4}[-/.:]\w+[-/.:]\d.*")
+_LINE: Final = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r)|[^\r\n]+\Z")
+_BEFORE: Final = 50
+"""Lines before the last one that tell how many decimals it has."""
+_TAIL: Final = 1 << 16
+_FEW: Final = 0.1
+"""Part of the lines that are torn at most, where they are to be left out."""
 _NO_ROW: Final = re.compile(rb"(?m)^[ \t]*(?:(?:#|%|//)[^\n]*)?\n")
 _NO_ROW_OF_TABS: Final = re.compile(rb"(?m)^(?: *|[ \t]*(?:#|%|//)[^\n]*)\n")
 _DELIMITERS: Final = (",", ";", "\t", "|", None)
@@ -65,6 +74,11 @@ def decode_text(raw: bytes) -> str:
         return raw.decode("latin-1")
 
 
+def is_value(cell: str, decimal_comma: bool = False) -> bool:
+    """Whether a cell holds a number or a time, not a name."""
+    return is_number(cell, decimal_comma) or is_date(cell) or bool(_TIME_OF_DAY.fullmatch(cell))
+
+
 def parse_columns(raw: bytes, layout: Layout, wanted: list[int]) -> list[Column]:
     """Return the columns at some indices; LogError that names line and column of a fault."""
     kinds = _find_kinds(layout, wanted)
@@ -73,7 +87,74 @@ def parse_columns(raw: bytes, layout: Layout, wanted: list[int]) -> list[Column]
     )
     if columns is None:
         columns = _plain(_plain_rows(raw, layout), 0, layout, wanted, kinds)
-    return _by_line(raw, layout, wanted, kinds) if columns is None else columns
+    if columns is not None:
+        return columns
+    try:
+        return _by_line(raw, layout, wanted, kinds)
+    except LogError as error:
+        whole, torn = without_torn(raw, layout)
+        rest = whole.count(b"\n") + whole.count(b"\r")
+        few = 0 < len(torn) <= _FEW * rest
+        remedy = make_sentence(
+            keyword_argument("torn", "skip", "torn='skip'"), " leaves such lines out"
+        )
+        raise error.with_context("", make_sentence("; ", remedy) if few else "") from None
+
+
+def without_torn(raw: bytes, layout: Layout) -> tuple[bytes, list[int]]:
+    """Return the bytes of the lines of a table that are whole, and the numbers of the others."""
+    kept, torn = [raw[: layout.offset]], []
+    columns = range(layout.width)
+    kinds = _find_kinds(layout, list(columns))
+    words = [not (is_value(cell, layout.decimal_comma)) for cell in layout.first_row]
+    lines = _LINE.finditer(raw, layout.offset)
+    for at, found in enumerate(lines, start=layout.lines_before + 1):
+        line = decode_text(found[0])
+        cells = split_cells(line, layout.delimiter)
+        no_row = is_blank(line, layout.delimiter) or is_comment(line)
+        if no_row or line.strip() == layout.header or _is_whole(cells, kinds, words, layout):
+            kept.append(found[0])
+        else:
+            torn.append(at)
+    return b"".join(kept), torn
+
+
+def _is_whole(cells: list[str], kinds: _Kinds, words: list[bool], layout: Layout) -> bool:
+    return len(cells) == layout.width and all(
+        word
+        or cell in MISSING
+        or (is_date(cell) if kind is np.str_ else is_number(cell, layout.decimal_comma))
+        for cell, kind, word in zip(cells, kinds, words, strict=True)
+    )
+
+
+def without_torn_end(raw: bytes, layout: Layout) -> tuple[bytes, int | None]:
+    """Return the bytes without a last line that the end of the file cuts, and its number.
+
+    That has no line's end, and fewer cells or a last number of fewer decimals than all before it.
+    """
+    end = raw.rstrip(b"\0")
+    begin = max(end.rfind(b"\n"), end.rfind(b"\r")) + 1
+    if begin <= layout.offset or begin == len(end):
+        return (end, None) if begin == len(end) else (raw, None)
+    before = [
+        split_cells(decode_text(line), layout.delimiter)
+        for line in end[layout.offset : begin].splitlines()[-_BEFORE:]
+    ]
+    cells = split_cells(decode_text(end[begin:]), layout.delimiter)
+    own = replace(layout, offset=begin)
+    _, torn = without_torn(end, own)
+    cut = bool(torn) and len(cells) <= layout.width
+    if not cut and len(cells) == layout.width and len(before) == _BEFORE:
+        decimals = {_decimals(row[-1]) for row in before if len(row) == layout.width}
+        cut = len(decimals) == 1 and _decimals(cells[-1]) < decimals.pop()
+    if not cut:
+        return raw, None
+    return end[:begin], 1 + sum(1 for _ in _LINE_END.finditer(end, 0, begin))
+
+
+def _decimals(cell: str) -> int:
+    return len(cell) - 1 - max(cell.rfind("."), cell.rfind(",")) if re.search("[.,]", cell) else -1
 
 
 def read_texts(raw: bytes, layout: Layout, index: int) -> Column:

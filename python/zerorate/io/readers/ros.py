@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -29,6 +29,9 @@ _VALUE_NAMES = (
     *(f"linear_acceleration_{axis}_mps2" for axis in _AXES),
 )
 _NAMES = ("stamp_ns", *_VALUE_NAMES)
+_HALF: Final = {"gyro": "angular_velocity", "accel": "linear_acceleration"}
+_MARK: Final = -1.0
+"""First number of the covariance of what a message has not."""
 _ROW_DTYPE = np.dtype(
     [
         ("seconds", np.int64),
@@ -44,10 +47,16 @@ def read(path: Path) -> Content:
         raise ImportError(describe_missing_extra("rosbags", "ros", "a ROS recording"))
     infos, _ = run_isolated("bag_topics", path)
     tables = {info["topic"]: _make_table(path, info) for info in infos}
-    imus = [info["topic"] for info in infos if info["names"] is None]
-    what = _IMU_TYPE if imus else "a gyro"
+    what = _IMU_TYPE if any(info["names"] is None for info in infos) else "a gyro"
+    imus = [
+        info["topic"] for info in infos if info["names"] is None and "gyro" not in info["absent"]
+    ]
     gyros = imus or [info["topic"] for info in infos if info["gyro"]]
-    others = [info["topic"] for info in infos if info["topic"] not in gyros and not info["gyro"]]
+    others = [
+        info["topic"]
+        for info in infos
+        if info["topic"] not in gyros and (not info["gyro"] or info.get("absent"))
+    ]
     return Content(
         tables, lambda asked: _choose_topic(gyros, list(tables), what, asked), (*gyros, *others)
     )
@@ -56,14 +65,21 @@ def read(path: Path) -> Content:
 def _make_table(path: Path, info: Mapping[str, Any]) -> Table:
     topic, names = info["topic"], info["names"]
 
-    def load(wanted: Sequence[int]) -> list[Column]:
-        return run_isolated("bag_columns", path, topic, list(wanted))[1]
+    absent = info.get("absent", ())
+    there = [i for i, name in enumerate(_NAMES) if not any(_HALF[kind] in name for kind in absent)]
 
-    notes: tuple[str, ...] = ()
+    def load(wanted: Sequence[int]) -> list[Column]:
+        places = [there[i] for i in wanted] if absent else list(wanted)
+        return run_isolated("bag_columns", path, topic, places)[1]
+
+    notes = tuple(f"{topic}: its {kind} is constant zero or marked as absent" for kind in absent)
     if names is not None and info["gyro"]:
         notes = (f"{topic} holds {info['type']}, read by the names of its fields",)
     meta = Metadata(sensor=topic, notes=notes)
-    names = _NAMES if names is None else tuple(names)
+    names = tuple(_NAMES[i] for i in there) if names is None else tuple(names)
+    if "gyro" in absent:
+        # Alone, what is called linear would be without gravity.
+        names = tuple(name.replace("linear_acceleration", "acceleration") for name in names)
     return Table(len(names), load, names=names, meta=meta, time=0)
 
 
@@ -80,7 +96,10 @@ def list_topics(path: Path) -> list[dict[str, Any]]:
         for connection in sorted(reader.connections, key=lambda c: (not _is_imu(c), c.topic)):
             info = {"topic": connection.topic, "type": connection.msgtype}
             if _is_imu(connection):
-                infos.setdefault(connection.topic, info | {"gyro": True, "names": None})
+                if connection.topic not in infos:
+                    own: dict[str, Any] = {"gyro": True, "names": None}
+                    own["absent"] = _absent(path, connection.topic)
+                    infos[connection.topic] = info | own
             elif _is_decoded(connection) and connection.topic not in infos:
                 if connection.msgtype not in plans:
                     plans[connection.msgtype] = make_plan(connection)
@@ -89,6 +108,20 @@ def list_topics(path: Path) -> list[dict[str, Any]]:
                     own = {"gyro": plan.has_gyro, "names": plan.names}
                     infos[connection.topic] = info | own
     return list(infos.values())
+
+
+def _absent(path: Path, topic: str) -> list[str]:
+    """Return which half of a topic's messages is marked as absent, or zero in all of them."""
+    with _open_reader(path) as reader:
+        on_topic = [c for c in reader.connections if c.topic == topic and _is_imu(c)]
+        decoded, seen = _decoder_of(path), [False, False]
+        for _, _, raw in reader.messages(connections=on_topic):
+            numbers = decoded(raw, _MARKED)[2:]
+            for i, half in enumerate((numbers[:4], numbers[4:])):
+                seen[i] |= half[3] != _MARK and any(half[:3])
+            if all(seen):
+                return []
+    return [kind for kind, there in zip(_HALF, seen, strict=True) if any(seen) and not there]
 
 
 def read_columns(path: Path, topic: str, wanted: Sequence[int]) -> list[Column]:
@@ -140,9 +173,13 @@ def _choose_topic(gyros: list[str], topics: list[str], what: str, topic: str | N
     return gyros[0]
 
 
+def _decoder_of(path: Path) -> Callable[..., Any]:
+    return decode_ros1_imu if path.suffix.lower() == ".bag" else decode_cdr_imu
+
+
 def _read_messages(path: Path, topic: str) -> npt.NDArray[np.void]:
     """Return the messages of a topic, (n,), as rows of named fields."""
-    decode = decode_ros1_imu if path.suffix.lower() == ".bag" else decode_cdr_imu
+    decode = _decoder_of(path)
     with _open_reader(path) as reader:
         on_topic = [c for c in reader.connections if c.topic == topic and _is_imu(c)]
         messages = (decode(raw) for _, _, raw in reader.messages(connections=on_topic))
@@ -167,20 +204,22 @@ Imu = tuple[int, int, float, float, float, float, float, float]
 
 _STAMP_STRUCTS: Final = {order: struct.Struct(f"{order}iII") for order in "<>"}
 _VALUE_STRUCTS: Final = {order: struct.Struct(f"{order}104x3d72x3d72x") for order in "<>"}
+_MARKED: Final = {order: struct.Struct(f"{order}104x4d64x4d64x") for order in "<>"}
+"""The same, each followed by the first number of its covariance."""
 # Four bytes come first: the sequence number in ROS 1, the encapsulation in CDR.
 _PREFIX_BYTES = 4
 _FRAME_ID_OFFSET = _PREFIX_BYTES + 12
 
 
-def decode_ros1_imu(raw: bytes) -> Imu:
+def decode_ros1_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STRUCTS) -> Imu:
     """Return the stamp and the values of a message of ROS 1, which is packed."""
     seconds, nanoseconds, length = _STAMP_STRUCTS["<"].unpack_from(raw, _PREFIX_BYTES)
-    return (seconds, nanoseconds, *_VALUE_STRUCTS["<"].unpack_from(raw, _FRAME_ID_OFFSET + length))
+    return (seconds, nanoseconds, *numbers["<"].unpack_from(raw, _FRAME_ID_OFFSET + length))
 
 
-def decode_cdr_imu(raw: bytes) -> Imu:
+def decode_cdr_imu(raw: bytes, numbers: Mapping[str, struct.Struct] = _VALUE_STRUCTS) -> Imu:
     """Return the stamp and the values of a message of ROS 2, where numbers of 8 bytes align."""
     order = "<" if raw[1] & 1 else ">"
     seconds, nanoseconds, length = _STAMP_STRUCTS[order].unpack_from(raw, _PREFIX_BYTES)
     aligned = -(-(_FRAME_ID_OFFSET - _PREFIX_BYTES + length) // 8) * 8
-    return (seconds, nanoseconds, *_VALUE_STRUCTS[order].unpack_from(raw, _PREFIX_BYTES + aligned))
+    return (seconds, nanoseconds, *numbers[order].unpack_from(raw, _PREFIX_BYTES + aligned))

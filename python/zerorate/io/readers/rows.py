@@ -6,15 +6,24 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import zip_longest
 from typing import Final
 
 import numpy as np
 
 from zerorate.faults import keyword_argument, make_sentence
+from zerorate.io.evidence import loaded, rises
 from zerorate.io.parts import split_table
-from zerorate.io.readers.cells import split_cells
-from zerorate.io.readers.layouts import find_layout, first_lines, is_value
-from zerorate.io.readers.parsers import parse_columns, read_texts
+from zerorate.io.readers.cells import is_comment, split_cells
+from zerorate.io.readers.layouts import delimiter_of, find_layout, first_lines
+from zerorate.io.readers.parsers import (
+    Layout,
+    decode_text,
+    is_value,
+    parse_columns,
+    read_texts,
+    without_torn,
+)
 from zerorate.io.table import Content, Metadata, Table
 from zerorate.record.log import LogError
 from zerorate.record.names import meaning_of
@@ -30,6 +39,19 @@ _DATAFLASH_COLUMNS: Final = {
     "MAG": "TimeUS I MagX MagY MagZ",
 }
 """Columns of messages of ArduPilot's DataFlash log, of which a part may lack the formats."""
+_MAG_FIRST: Final = (
+    "mag_x mag_y mag_z accel_x_mps2 accel_y_mps2 accel_z_mps2 gyro_x_radps gyro_y_radps"
+    " gyro_z_radps"
+)
+_SENTENCES: Final = {
+    "VNYMR": f"sensor yaw pitch roll {_MAG_FIRST}",
+    "VNIMU": f"sensor {_MAG_FIRST} temperature_degc pressure_kpa",
+}
+"""Columns of sentences of VectorNav's sensors."""
+_AXES: Final = 3
+_FEW_ROWS: Final = 2
+_LINES: Final = 60
+"""Lines that tell how a text is made."""
 _SENSOR_WORDS: Final = {"sensor", "type", "message", "name", "label", "kind", "channel", "stream"}
 _INSTANCE_WORDS: Final = {
     "i",
@@ -97,6 +119,108 @@ def split_messages(raw: bytes) -> Content | None:
     return make_content(tables) if any(_has_kind(t, *_KINDS) for t in tables.values()) else None
 
 
+def labelled(raw: bytes) -> Content | None:
+    """Return the rows of a text in which a cell, always the same, has the word of a sensor.
+
+    Their columns are named by a header, else the clock and the three axes are told by the values.
+    """
+    lines = first_lines(raw, _LINES)
+    body = [line for line in lines if re.search(r"\d", line.text)]
+    if not body:
+        return None
+    delimiter = delimiter_of(body[len(body) // 2].text)
+    rows = [split_cells(line.text, delimiter) for line in body]
+    width = min(map(len, rows))
+    header = lines[0] is not body[0] and len(split_cells(lines[0].text, delimiter)) == width
+    at = next((i for i in range(width) if _words_of_sensors([row[i] for row in rows])), None)
+    if any(line.text.startswith("$COL,") for line in lines):
+        at, delimiter, header = 0, ",", False
+    if at is None or header:
+        return None
+    groups: dict[str, list[bytes]] = {}
+    declared: list[list[str]] = []
+    units: dict[str, list[str]] = {}
+    mark = None if delimiter is None else delimiter.encode()
+    for line in raw.splitlines():
+        if is_comment(decode_text(line)):
+            declared.append(split_cells(decode_text(line).strip("'\" "), delimiter))
+            continue
+        if re.match(rb"\$(?:COL|UNIT),", line):
+            kind, word, *cells_told = split_cells(decode_text(line), ",")
+            if kind == "$COL":
+                declared.append([f"${word}", *cells_told])
+            else:
+                units[f"${word}"] = ["", *cells_told]
+            continue
+        cells = re.sub(rb"\*[0-9A-Fa-f]{2}\s*$", b"", line).split(mark)
+        if len(cells) > at:
+            groups.setdefault(decode_text(cells[at]).strip(), []).append((mark or b" ").join(cells))
+    tables = {}
+    for word, own in groups.items():
+        stated = next((names for names in declared if names[at].endswith(word)), [])
+        if (stated or _kind_of(word)) and len(own) > _FEW_ROWS:
+            pairs = zip_longest(stated, units.get(word, ())[: len(stated)], fillvalue="")
+            stated = [f"{name} ({unit})" if unit else name for name, unit in pairs]
+            tables[word] = _of_word(b"\n".join(own), word.strip("$:<>[]"), at, stated)
+    return make_content(tables) if tables else None
+
+
+def _words_of_sensors(cells: list[str]) -> bool:
+    """Whether cells have few words, and that of a sensor among them."""
+    words = set(cells)
+    texts = all(re.match(r"[$<\[]?[A-Za-z]", cell) and not is_value(cell) for cell in words)
+    return texts and len(words) <= _MAX_INSTANCES and any(map(_kind_of, words))
+
+
+def _kind_of(word: str) -> str | None:
+    bare = word.strip("$:<>[]")
+    return "gyro" if bare in _SENTENCES else parse_name(f"{bare} x").kind
+
+
+def _of_word(raw: bytes, word: str, at: int, stated: list[str]) -> Table:
+    """Return the table of the rows of a sensor by its word, which stands in one of the columns.
+
+    ``stated`` are the names of the columns where a remark has them.
+    """
+    layout, _ = find_layout(raw)
+    layout = replace(layout, offset=0, lines_before=0, header=None, names=None)
+    raw, torn = without_torn(raw, layout)
+    notes = [f"{len(torn)} rows of {word} are torn; left out"] if torn else []
+    table = table_of_rows(raw, layout)
+    names = _SENTENCES[word].split() if word in _SENTENCES else stated
+    if len(names) != layout.width:
+        names = _names_by_values(table, word, at)
+        listed = ", ".join(name for i, name in enumerate(names) if i != at)
+        notes += [f"rows of {word} have no names: they are taken as {listed}"] if names else []
+    names = ["sensor" if i == at else name for i, name in enumerate(names)]
+    layout = replace(layout, names=tuple(names) or None)
+    time = names.index("time") if "time" in names else None
+    meta = Metadata(sensor=word, notes=tuple(notes))
+    return replace(table_of_rows(raw, layout), time=time, meta=meta)
+
+
+def _names_by_values(table: Table, word: str, at: int) -> list[str]:
+    """Return names of the clocks, which rise, and of the three axes behind them, none if unsure."""
+    numbers = {i: column for i in range(table.width) if (column := loaded(table, i)) is not None}
+    clocks = [i for i, column in numbers.items() if rises(column)]
+    rest = [i for i in range(table.width) if i > max(clocks, default=-1) and i != at]
+    if not _AXES <= len(rest) <= _AXES + 2:
+        return []
+    names = {i: f"{word}_{axis}" for i, axis in zip(rest[:_AXES], "xyz", strict=True)}
+    names |= {i: "time" if i == clocks[-1] else f"time_{i}" for i in clocks}
+    return [names.get(i, f"column_{i}") for i in range(table.width)]
+
+
+def table_of_rows(raw: bytes, layout: Layout) -> Table:
+    """Return the table of rows of one layout."""
+    return Table(
+        width=layout.width,
+        load=lambda wanted: parse_columns(raw, layout, list(wanted)),
+        names=layout.names,
+        labels=lambda index: read_texts(raw, layout, index),
+    )
+
+
 def _parse_formats(formats: list[bytes]) -> dict[str, str]:
     """Return the columns of messages by name: ``FMT, type, length, name, format, columns``."""
     columns = {}
@@ -110,25 +234,10 @@ def _parse_formats(formats: list[bytes]) -> dict[str, str]:
 def _make_message_table(raw: bytes, names: list[str], label: str) -> Table | None:
     """Return the table of a message; None if its rows are not what the names are of."""
     layout, _ = find_layout(raw)
-    own_names = names if len(names) == layout.width else _guess_names(label, layout.width)
-    if own_names is None:
+    if len(names) != layout.width:
         return None
-    layout = replace(layout, names=tuple(own_names), offset=0, lines_before=0)
-    assumed = f"rows of {label} have no names: they are taken as {', '.join(own_names)}"
-    return Table(
-        width=layout.width,
-        load=lambda wanted: parse_columns(raw, layout, list(wanted)),
-        names=layout.names,
-        labels=lambda index: read_texts(raw, layout, index),
-        meta=Metadata(sensor=label, notes=() if own_names is names else (assumed,)),
-    )
-
-
-def _guess_names(label: str, width: int) -> list[str] | None:
-    """Return the names of a sensor's three axes, maybe after a time; None for anything else."""
-    if not parse_name(f"{label} x").kind or width not in (3, 4):
-        return None
-    return [*["time"][: width - 3], *(f"{label}_{axis}" for axis in "xyz")]
+    layout = replace(layout, names=tuple(names), offset=0, lines_before=0)
+    return replace(table_of_rows(raw, layout), meta=Metadata(sensor=label))
 
 
 def split_by_label(table: Table) -> Content | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,12 +21,21 @@ from zerorate.io.readers.parsers import (
     Layout,
     decode_text,
     describe_lines,
-    parse_columns,
-    read_texts,
+    without_torn,
+    without_torn_end,
 )
-from zerorate.io.readers.rows import make_content, split_by_instance, split_by_label, split_messages
+from zerorate.io.readers.rows import (
+    labelled,
+    make_content,
+    split_by_instance,
+    split_by_label,
+    split_messages,
+    table_of_rows,
+)
+from zerorate.io.readers.tokens import ECHO, tokenizer_of
 from zerorate.io.signatures import is_text
 from zerorate.io.table import Content, Metadata, Table, apply_listed_names
+from zerorate.record.clock import count_noun
 from zerorate.record.log import LogError
 from zerorate.record.names import meaning_of
 from zerorate.record.words import STAGES, parse_name, words_of
@@ -33,19 +43,24 @@ from zerorate.record.words import STAGES, parse_name, words_of
 _UTF_16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 _SERIAL_STAMP: Final = rb"(?m)^(\d{1,2}:\d\d:\d\d[.,]?\d*) -> "
 """What the serial monitor of Arduino writes before a line."""
-_PAIR: Final = r"([A-Za-z_][\w.\[\]]*)[ \t]*[:=][ \t]*([-+.\deE]+|nan)"
-_LABEL: Final = rb"[A-Za-z_][\w.\[\]]*[ \t]*[:=][ \t]*"
 _AXES: Final = (0, 1, 2)
+_PART: Final = 0.1
+"""Rows of a set of names, of those of the commonest, from which on it is a sensor."""
+_LISTED: Final = 8
+"""Torn lines that a note names."""
 
 
 def read(path: Path) -> Content:
     """Return the content of a text."""
-    raw = _to_utf8(path.read_bytes())
+    raw = _to_utf8(path.read_bytes()).rstrip(b"\0")
     if not is_text(raw):
         raise LogError("the content is binary, expected a text table")
     _check_no_result(raw)
-    raw, has_stamps = _strip_arrows(raw)
-    content = split_messages(raw)
+    told = _track(raw) or tokenized(raw)
+    if told is not None:
+        return told
+    raw, has_stamps = _strip_arrows(_with_one_mark(raw))
+    content = split_messages(raw) or labelled(raw)
     if content is not None:
         return content
     table = _name_by_file(_read_table(raw), path.stem)
@@ -55,6 +70,65 @@ def read(path: Path) -> Content:
     return (
         split_by_label(table) or split_by_instance(table) or Content.of(apply_listed_names(table))
     )
+
+
+def _track(raw: bytes) -> Content | None:
+    """Return the points of a GPX as a table, None for any other text."""
+    if b"<gpx" not in raw[: 1 << 12]:
+        return None
+    names = ("time", "latitude_deg", "longitude_deg", "height_m", "speed_mps", "course_deg")
+    rows = [",".join(names)]
+    for point in re.finditer(
+        r"<(trkpt|wpt|rtept)\b([^>]*)>(.*?)</\1>", decode_text(raw), re.DOTALL
+    ):
+        place = dict(re.findall(r"(lat|lon)\s*=\s*[\"']([^\"']+)", point[2]))
+        told = dict(re.findall(r"<(?:\w+:)?(ele|time|speed|course)>\s*([^<]*?)\s*<", point[3]))
+        cells = {**place, **told}
+        keys = ("time", "lat", "lon", "ele", "speed", "course")
+        rows.append(",".join(cells.get(key, "") for key in keys))
+    return Content.of(_read_table("\n".join(rows).encode()))
+
+
+def tokenized(raw: bytes) -> Content | None:
+    """Return the content of lines of names and numbers, a table for each set of names."""
+    raw = _listed_lines(raw)
+    head = [line.text for line in first_lines(raw, 60)]
+    tokenizer = tokenizer_of(head)
+    if tokenizer is None:
+        return None
+    groups: dict[tuple[str, ...], list[str]] = {}
+    left = 0
+    for line in decode_text(raw).splitlines():
+        cells = tokenizer.take(line)
+        if cells:
+            row = ",".join(cell.replace(",", ";") for cell in cells.values())
+            groups.setdefault(tuple(cells), []).append(row)
+        left += cells is None and tokenizer.kind != ECHO and bool(line.strip())
+    if (last := tokenizer.take("---")) is not None:
+        groups.setdefault(tuple(last), []).append(",".join(last.values()))
+    most = max(map(len, groups.values()), default=0)
+    used = {names: rows for names, rows in groups.items() if len(rows) >= _PART * most}
+    left += sum(map(len, groups.values())) - sum(map(len, used.values()))
+    notes = [f"read as lines of {tokenizer.kind}"]
+    notes += [f"left out: {count_noun(left, 'line')} without a sample"] if left else []
+    tables = {}
+    for names, rows in used.items():
+        table = _read_table("\n".join([",".join(names), *rows]).encode())
+        meta = replace(table.meta, notes=(*notes, *table.meta.notes))
+        tables[f"rows of {names[-1]}" if len(used) > 1 else ""] = replace(table, meta=meta)
+    if not tables:
+        return None
+    return make_content(tables) if len(tables) > 1 else Content.of(*tables.values())
+
+
+def _listed_lines(raw: bytes) -> bytes:
+    """Return the objects of a list in JSON as lines, any other text as it is."""
+    if not raw.lstrip().startswith(b"["):
+        return raw
+    try:
+        return b"\n".join(json.dumps(one).encode() for one in json.loads(raw))
+    except (ValueError, RecursionError):
+        return raw
 
 
 def _check_no_result(raw: bytes) -> None:
@@ -73,6 +147,13 @@ def _to_utf8(raw: bytes) -> bytes:
         raise LogError(f"damaged UTF-16: {error.reason}") from None
 
 
+def _with_one_mark(raw: bytes) -> bytes:
+    """Return rows with a comma and a tab between cells with tabs alone."""
+    lines = first_lines(raw, 20)
+    both = lines and all(0 < line.text.count("\t") <= line.text.count(",\t") for line in lines)
+    return raw.replace(b",\t", b"\t") if both else raw
+
+
 def _strip_arrows(raw: bytes) -> tuple[bytes, bool]:
     """Return the lines of a serial monitor with their times as cells, and whether they had any."""
     match = re.match(_SERIAL_STAMP + rb"(.*)", raw)
@@ -83,33 +164,25 @@ def _strip_arrows(raw: bytes) -> tuple[bytes, bool]:
 
 
 def _read_table(raw: bytes) -> Table:
-    raw, names = _strip_labels(raw)
-    layout, meta = find_layout(raw, names)
+    layout, meta = find_layout(raw)
     return make_table(raw, layout, meta)
 
 
 def make_table(raw: bytes, layout: Layout, meta: Metadata) -> Table:
-    """Return the table of a layout in bytes."""
-    return Table(
-        width=layout.width,
-        load=lambda wanted: parse_columns(raw, layout, list(wanted)),
-        names=layout.names,
-        labels=lambda index: read_texts(raw, layout, index),
-        meta=replace(meta, notes=(*meta.notes, *describe_lines(raw, layout))),
-    )
+    """Return the table of a layout in bytes, without a last line that is cut."""
+    raw, cut = without_torn_end(raw, layout)
+    notes = [*meta.notes, *describe_lines(raw, layout)]
+    if cut is not None:
+        notes.append(f"line {cut}, the last one, is cut; left out")
 
+    def whole() -> Table:
+        rest, torn = without_torn(raw, layout)
+        listed = ", ".join(map(str, torn[:_LISTED])) + (" and more" if len(torn) > _LISTED else "")
+        told = [f"torn, left out: line{'s' * (len(torn) > 1)} {listed}"] if torn else []
+        found = replace(meta, notes=(*notes, *told))
+        return replace(table_of_rows(rest, layout), meta=found)
 
-def _strip_labels(raw: bytes) -> tuple[bytes, tuple[str, ...] | None]:
-    """Return rows of ``gx:0.1,gy:0.2`` without their labels, and these as names."""
-    lines = first_lines(raw, 2)
-    labels = [tuple(name for name, _ in re.findall(_PAIR, line.text)) for line in lines]
-    rest = [re.sub(_PAIR, "", line.text).strip(" ,;\t") for line in lines]
-    if not lines or len(set(labels)) > 1 or len(labels[0]) < 2 or any(rest):
-        return raw, None
-    row_labels = re.findall(rb"([A-Za-z_][\w.\[\]]*)[ \t]*[:=]", raw)
-    if set(map(decode_text, row_labels)) != set(labels[0]):
-        raise LogError(f"the rows name other values than the first, {', '.join(labels[0])}")
-    return re.sub(_LABEL, b"", raw), labels[0]
+    return replace(table_of_rows(raw, layout), meta=replace(meta, notes=tuple(notes)), whole=whole)
 
 
 def _name_by_file(table: Table, stem: str) -> Table:

@@ -59,6 +59,7 @@ if TYPE_CHECKING:
         stop: float | None
         time: TimeColumn
         time_unit: str | None
+        torn: str | None
         format: str | None
         calibration: Calibration | str | os.PathLike[str] | None
         accel: bool
@@ -88,10 +89,10 @@ class Settings:
         Topic to read of ROS recordings and PX4 logs.
     sensor : str, optional
         Which sensor of several in one table, as of `zerorate.read_log`.
-    data_scale, start, stop, time, time_unit : optional
-        As `scale`, `start`, `stop`, `time` and `time_unit` of `zerorate.read_log`: what values are
-        multiplied by, the seconds between which each log is read, and what is said of the
-        timestamps.
+    data_scale, start, stop, time, time_unit, torn : optional
+        As `scale`, `start`, `stop`, `time`, `time_unit` and `torn` of `zerorate.read_log`: what
+        values are multiplied by, the seconds between which each log is read, and what is said of
+        the timestamps and of torn lines.
     format : {"parquet", "csv", "npz"}, optional
         Of the filtered logs, for "replay" alone; default Parquet.
     calibration : Calibration or path, optional
@@ -143,6 +144,7 @@ class Settings:
         stop: float | None = None,
         time: TimeColumn = None,
         time_unit: str | None = None,
+        torn: str | None = None,
         format: str | None = None,
         calibration: Calibration | str | os.PathLike[str] | None = None,
         accel: bool = True,
@@ -159,7 +161,7 @@ class Settings:
             canonical_unit(unit_name)
         Scaling.of(data_scale)
         Span(start, stop)
-        Timing(time, time_unit)
+        Timing(time, time_unit, torn)
         filter_options: dict[str, Any] = {}
         if command == "replay":
             filter_options = check_options(options)
@@ -185,6 +187,7 @@ class Settings:
             "stop": stop,
             "time": time,
             "time_unit": time_unit,
+            "torn": torn,
         }
         output_format, loaded_calibration = format or _FORMATS[0], calibration_of(calibration)
         vars(self).update(

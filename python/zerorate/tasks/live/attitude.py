@@ -434,7 +434,7 @@ def _read_first_line(
         raise LineError("it is empty, expected names or numbers")
     if fields not in (None, len(cells)):
         raise LineError(f"it has {len(cells)} cells, expected {fields}")
-    names, width = header_names(cells), len(cells)
+    names, width = header_names(cells, settings.columns), len(cells)
     sequence, time = (
         None if column is None else position_of(column, names, width)
         for column in (settings.sequence, settings.time)

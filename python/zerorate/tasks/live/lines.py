@@ -23,6 +23,7 @@ from zerorate.record.names import UNKNOWN_UNIT, common_unit
 # As many digits as a counter of 64 bits may have.
 _INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
 
+_AXES: Final = "xyz"
 _UNPRINTABLE: Final = "it holds characters that cannot be printed"
 
 _Column: TypeAlias = float | bool | npt.NDArray[Any]
@@ -118,10 +119,10 @@ class Layout:
         """Return the answer to a line: texts in the place of channels, further ones at its end."""
         if self._is_all_channels:
             return ",".join(texts)
-        answer_cells = list(cells)
-        for position, text in zip(self.channels, texts, strict=False):
-            answer_cells[position] = text
-        return ",".join([*answer_cells, *texts[len(self.channels) :]])
+        whole = list(cells)
+        for place, text in zip(self.channels, texts, strict=False):
+            whole[place] = text
+        return ",".join([*whole, *texts[len(self.channels) :]])
 
     def header(self, cells: Sequence[str], extra_columns: Sequence["DriftColumn"]) -> str:
         """Return the names of an answer's columns."""
@@ -153,7 +154,7 @@ def find_layout(cells: Sequence[str], request: ColumnRequest) -> Layout:
         raise LineError("it is empty, expected names or numbers")
     if request.fields not in (None, len(cells)):
         raise LineError(f"it has {len(cells)} cells, expected {request.fields}")
-    names = header_names(cells)
+    names = header_names(cells, request.columns)
     sequence = (
         None if request.sequence is None else position_of(request.sequence, names, len(cells))
     )
@@ -177,8 +178,16 @@ def find_layout(cells: Sequence[str], request: ColumnRequest) -> Layout:
     return Layout(len(cells), channels, sequence, names, unit)
 
 
-def header_names(cells: Sequence[str]) -> tuple[str, ...] | None:
-    """Return the names in a first line, None if it holds a sample; LineError if neither."""
+def header_names(
+    cells: Sequence[str], columns: Sequence[str | int] | None = None
+) -> tuple[str, ...] | None:
+    """Return the names in a first line, None if it holds a sample; LineError if neither.
+
+    Where numbers stand in all of the positions that were asked for, other cells are labels.
+    """
+    places = [i for i in columns or () if isinstance(i, int) and 0 <= i < len(cells)]
+    if places and len(places) == len(columns or ()) and all(_is_number(cells[i]) for i in places):
+        return None
     return None if all(is_date(cell) or _is_number(cell) for cell in cells) else _parse_names(cells)
 
 
@@ -238,7 +247,14 @@ def _is_name_like(cell: str) -> bool:
 def _parse_names(cells: Sequence[str]) -> tuple[str, ...]:
     # A header of numbers and names is more likely a sample that was garbled.
     if any(cell and _is_number(cell) for cell in cells):
-        raise LineError("it holds names and numbers, expected one or the other")
+        several = sum(map(_is_number, cells)) >= len(_AXES)
+        remedy = (
+            "; ",
+            keyword_argument("columns"),
+            " takes the positions of the numbers, from 0 on",
+        )
+        mixed = "it holds names and numbers, expected one or the other"
+        raise LineError(make_sentence(mixed, *remedy) if several else mixed)
     if not "".join(cells).isprintable():
         raise LineError(_UNPRINTABLE)
     return _fill_names(cells)

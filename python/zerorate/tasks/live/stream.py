@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator
 from typing import Final, Self
 
+from zerorate.io.readers.tokens import ECHO, PAIRS, TUPLES, Tokenizer, tokenizer_of
 from zerorate.tasks.live.array import ArraySettings
 from zerorate.tasks.live.attitude import AttitudeSettings
 from zerorate.tasks.live.checkpoint import (
@@ -70,6 +71,9 @@ class LineStream:
         self._fields = fields
         self._lines = 0
         self._engine: Engine | None = None
+        self._tokenizer: Tokenizer | None = None
+        self._looked = False
+        self._names: tuple[str, ...] | None = None
 
     @property
     def samples(self) -> int:
@@ -107,15 +111,36 @@ class LineStream:
         ColumnError
             The columns are others than before, or than was asked for: the stream cannot go on.
         """
-        text = line.strip(" \t\r\n")
-        if text.startswith("#"):
+        if line.lstrip(" \t").startswith("#"):
             return None
-        cells = split_cells(text)
+        cells = self._cells(line.rstrip("\r\n"))
+        if cells is None:
+            return None
         if self._engine is None:
-            self._engine = self.settings.open_engine(cells, self._fields)
+            self._engine = self.settings.open_engine(self._names or cells, self._fields)
         if self._engine.layout.is_header(cells):
             return self._engine.header(cells)
         return self._answer_sample(self._engine, cells)
+
+    def _cells(self, line: str) -> list[str] | None:
+        """Return the cells of a line, None where it ends no sample.
+
+        Lines of names and numbers are read as those of a log; the first sample tells the names.
+        """
+        text = line.strip(" \t\r\n")
+        if not self._looked:
+            self._tokenizer, self._looked = tokenizer_of([line]), bool(text)
+        if self._tokenizer is None or not text:
+            return split_cells(text)
+        found = self._tokenizer.take(line)
+        if found is None:
+            return None if self._tokenizer.kind in (ECHO, PAIRS) else [text]
+        names = self._engine.layout.names if self._engine is not None else None
+        if names is None and self._tokenizer.kind != TUPLES:
+            names = self._names = tuple(found)
+        if names is not None and tuple(found) != tuple(names):
+            return None if set(found).isdisjoint(names) else [*found.values(), ""]
+        return [*found.values()]
 
     def take_damaged(self) -> str:
         """Return the answer to a sample that came damaged; the columns must be known.

@@ -1,0 +1,56 @@
+"""Stamps in whole seconds: the rows in each of them, spread by what the seconds inside tell."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from zerorate.io.clocks.clock import roundest
+from zerorate.types import Floats, Integers
+
+_FEWEST: Final = 3
+"""Rows a second, and seconds, that are spread at least."""
+_NEAR: Final = 0.1
+"""Part by which seconds without a fault differ in their rows."""
+
+
+def spread(seconds: Floats, place: Integers | None = None) -> tuple[Floats, str] | None:
+    """Return when rows in whole seconds were taken, and a sentence on it; None for other stamps.
+
+    ``place`` counts the rows with those that were lost, shape (n,).
+    """
+    if not in_whole_seconds(seconds):
+        return None
+    edges = np.flatnonzero(np.diff(seconds)) + 1
+    place = np.arange(len(seconds)) if place is None else place
+    rate = _rate(seconds, place, edges)
+    note = f"the stamps are whole seconds: rows are spread in them, {rate:.6g} a second"
+    phase = place[edges] / rate - seconds[edges]
+    if np.ptp(phase) <= 1.0 / rate * (1.0 + 1e-9):
+        return (place - place[edges[0]]) / rate + seconds[edges[0]], note
+    # A stamp lost, or rows: each second by itself, the first one from its end.
+    first = np.zeros(len(seconds), np.int64)
+    first[edges] = edges
+    first = np.maximum.accumulate(first)
+    inside = (place - place[first]) / rate
+    inside[: edges[0]] += 1.0 - edges[0] / rate
+    return seconds + np.minimum(inside, 1.0 - 1e-6), note
+
+
+def in_whole_seconds(seconds: Floats) -> bool:
+    """Return True if several rows stand in each of several whole seconds."""
+    steps = np.diff(seconds)
+    changes = np.count_nonzero(steps)
+    coarse = changes > _FEWEST and len(seconds) > _FEWEST * changes
+    return bool(coarse and (steps >= 0).all() and (np.rint(steps) == steps).all())
+
+
+def _rate(seconds: Floats, place: Integers, edges: Integers) -> float:
+    """Return the rows a second: those of whole seconds inside, the roundest that they allow."""
+    rows, long = np.diff(place[edges]), np.diff(seconds[edges])
+    usual = float(np.median(rows / long))
+    good = np.abs(rows / long - usual) <= max(1.0, _NEAR * usual)
+    rows, long = rows[good], long[good]
+    doubt = 1.0 / rows.sum()
+    return roundest(float(long.sum() / rows.sum()), float(doubt))

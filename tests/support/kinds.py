@@ -1,0 +1,405 @@
+"""Kinds of text logs, several inputs of each: the clocks, columns, torn lines and texts of people.
+
+All are of one motion (`truth`), in deg/s and g, drawn anew for every input.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+N = 300
+BOOT, EPOCH = 83_514.25, 1_714_560_000.0
+
+
+@dataclass
+class Kind:
+    """A text, and what is to be read of it.
+
+    ``said`` are words of a note. One that is refused has words of the refusal, and the arguments
+    that it names, with which it is read right.
+    """
+
+    name: str
+    text: str
+    gyro: np.ndarray
+    accel: np.ndarray | None = None
+    rate: float = 100.0
+    said: tuple[str, ...] = ()
+    refused: str | None = None
+    remedy: dict[str, Any] = field(default_factory=dict)
+    file: str = "log.csv"
+    options: dict[str, Any] = field(default_factory=dict)
+    to: float = 1e-4
+
+    def write(self, folder):
+        path = folder / self.file
+        path.write_bytes(self.text.encode())
+        return path
+
+
+def truth(seed: int, n: int = N) -> tuple[np.ndarray, np.ndarray]:
+    """Return rates, deg/s, and forces, g, shape (n, 3) each."""
+    random = np.random.default_rng(seed)
+    t = np.arange(n)[:, None] / 100
+    turns = np.sin(t * random.uniform(1, 3, 3) + random.uniform(0, 6, 3)) * [25, 15, 10]
+    force = [0.02, 0.03, 1.0] + 0.01 * random.normal(size=(n, 3))
+    return (turns + 0.05 * random.normal(size=(n, 3))).round(4), force.round(4)
+
+
+def rows(*columns: Any, sep: str = ",", digits: str = "%.4f") -> str:
+    """Return lines of columns: texts as they stand, whole numbers exactly."""
+
+    def cell(value: Any) -> str:
+        whole = isinstance(value, (str, int, np.integer))
+        return str(value) if whole else digits % value
+
+    wide = [c.T if getattr(c, "ndim", 1) == 2 else [c] for c in columns]
+    flat = [list(one) for many in wide for one in many]
+    return "".join(sep.join(map(cell, row)) + "\n" for row in zip(*flat, strict=True))
+
+
+def _times(unit: str, start: float, rate: float = 100.0, n: int = N) -> list[Any]:
+    per = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}[unit]
+    if unit == "s":
+        return [f"{start + i / rate:.4f}" for i in range(n)]
+    return [round(start * 1000) * (per // 1000) + round(i * per / rate) for i in range(n)]
+
+
+def clocks() -> Iterator[Kind]:
+    """Yield clocks under other names, and several, coarse and merged ones."""
+    names = (
+        ("tstamp", "ms"), ("Tiempo", "s"), ("Zeit", "s"), ("ms", "ms"), ("sec", "s"), ("us", "us"),
+        ("Time since start in ms ", "ms"), ("Zeitstempel", "ms"), ("tick", "us"), ("T_ESP", "us"),
+        ("temps", "s"), ("czas (ms)", "ms"), ("ns", "ns"), ("Timecode", "ms"), ("rtc", "s"),
+        ("LogTick", "ms"), ("board_clk", "us"), ("mikros", "us"), ("aika", "s"), ("t0", "ms"),
+    )  # fmt: skip
+    for seed, (name, unit) in enumerate(names):
+        for start in (0.0, 12.34, BOOT):
+            gyro, _ = truth(seed)
+            text = f"{name},gx_dps,gy_dps,gz_dps\n" + rows(_times(unit, start), gyro)
+            yield Kind(f"clock {name.strip()} from {start:g}", text, gyro)
+    gyro, _ = truth(77)
+    for unit in ("ms", "us", "ns"):
+        for start in (0.0, 37.5, BOOT, 1_798_921.641, EPOCH):
+            for rate in (50.0, 100.0, 200.0):
+                if (unit, start) == ("ns", 0.0) and rate == 50.0:
+                    continue
+                text = rows(_times(unit, start, rate), gyro, sep="  ")
+                name = f"no names, {unit} from {start:g} at {rate:g}"
+                yield Kind(name, text, gyro, rate=rate, file="gyro.txt")
+    ms, us = _times("ms", 5.0), _times("us", 5.0003)
+    for head, columns in (
+        ("tickms,tickus", (ms, us)),
+        ("uptime_s,clk", ([f"{5 + i // 10 / 10:.1f}" for i in range(N)], us)),
+        ("count,ms", (range(N), ms)),
+        ("seq,Zeit", (range(7, 7 + N), _times("s", 3.0))),
+    ):
+        yield Kind(f"two: {head}", f"{head},gx_dps,gy_dps,gz_dps\n" + rows(*columns, gyro), gyro)
+    odd = [str(round(1000 + 1.9 * i, 3)) for i in range(N)]
+    other = [str(round(5 + 0.04 * i, 3)) for i in range(N)]
+    text = "odo,phase,gx_dps,gy_dps,gz_dps\n" + rows(odd, other, gyro)
+    yield Kind("two that disagree", text, gyro, rate=25.0, refused="odo", remedy={"time": "phase"})
+    text = "sample,gx_dps,gy_dps,gz_dps\n" + rows(range(N), gyro)
+    yield Kind("rows counted", text, gyro, refused="give rate", remedy={"rate": 100.0})
+    yield from _coarse()
+
+
+def _coarse() -> Iterator[Kind]:
+    """Yield stamps in whole seconds, with and without something finer."""
+    for seed, (rate, begin) in enumerate(
+        ((100.0, 0.003), (100.0, 0.42), (50.0, 0.7), (31.25, 0.1))
+    ):
+        n = 754
+        gyro, _ = truth(seed, n)
+        t = begin + np.arange(n) / rate
+        whole = np.floor(t + 1e-9).astype(int)
+        ms = np.floor((t - whole) * 1000 + 1e-6).astype(int)
+        iso = [f"2021-01-20 21:{50 + s // 60}:{s % 60:02d}" for s in whole]
+        for name, column in (("Timestamp", iso), ("time", (whole + 1_611_179_415).tolist())):
+            told = f"at {rate:g} from {begin}"
+            head = f"{name},Milliseconds,gx_dps,gy_dps,gz_dps\n"
+            yield Kind(
+                f"{name} and ms {told}", head + rows(column, ms.tolist(), gyro), gyro, rate=rate
+            )
+            head = f"{name},gx_dps,gy_dps,gz_dps\n"
+            yield Kind(f"{name} alone {told}", head + rows(column, gyro), gyro, rate=rate)
+            count = [17 + i for i in range(n)]
+            head = f"{name},Counter,gx_dps,gy_dps,gz_dps\n"
+            yield Kind(f"{name}, counter {told}", head + rows(column, count, gyro), gyro, rate=rate)
+            mcu = [round(1000 * (3.2 + x)) for x in t]
+            head = f"{name},mcu,gx_dps,gy_dps,gz_dps\n"
+            yield Kind(f"{name}, mcu {told}", head + rows(column, mcu, gyro), gyro, rate=rate)
+    yield from _with_losses()
+    yield from _sent_again()
+    for block in (4, 10, 25):
+        gyro, _ = truth(block, 700)
+        t = [round(3000 + 10 * (i // block) * block) for i in range(700)]
+        text = "millis,gx_dps,gy_dps,gz_dps\n" + rows(t, gyro)
+        yield Kind(f"blocks of {block}", text, gyro)
+
+
+def _with_losses() -> Iterator[Kind]:
+    """Yield whole seconds beside what tells that twenty rows are lost."""
+    gyro, _ = truth(31, 900)
+    kept = np.r_[:333, 353:900]
+    t = 0.31 + kept / 100
+    whole = np.floor(t + 1e-9).astype(int)
+    iso = np.array([f"2021-01-20 21:50:{s:02d}" for s in whole])
+    holes = gyro.copy()
+    holes[333:353] = np.nan
+    for name, beside in (
+        ("Milliseconds", np.rint(t * 1000).astype(int) % 1000),
+        ("usec", np.rint(t * 1e6).astype(int) % 1_000_000),
+        ("Counter", 40 + kept),
+        ("mcu", np.rint(1000 * (3.2 + t)).astype(int)),
+    ):
+        text = f"Timestamp,{name},gx_dps,gy_dps,gz_dps\n" + rows(iso, beside, gyro[kept])
+        yield Kind(f"lost rows, {name}", text, holes)
+
+
+def _sent_again() -> Iterator[Kind]:
+    """Yield rows of which a third repeats the one before."""
+    random = np.random.default_rng(8)
+    for n in (200, 900, 2400):
+        gyro, _ = truth(n, n)
+        twice = np.sort(np.r_[:n, random.choice(n, n // 2, replace=False)])
+        head, said = "t_s,gx_dps,gy_dps,gz_dps\n", ("repeat the one before",)
+        text = head + rows([f"{i / 100:.2f}" for i in twice], gyro[twice])
+        yield Kind(f"rows twice, {n}", text, gyro, said=said)
+        if n < 300:
+            continue
+        t = np.cumsum(random.uniform(0.6, 1.4, int(1.5 * n)) / 150)
+        t = t[t < n / 100]
+        seen = (t * 100).astype(int)
+        if len(np.unique(seen)) < n:  # a sample that was never polled
+            seen = np.searchsorted(np.unique(seen), seen)
+        text = head + rows([f"{x:.6f}" for x in t], gyro[seen])
+        want = gyro[np.unique(seen)]
+        yield Kind(f"polled, {n}", text, want, said=said)
+
+
+def columns() -> Iterator[Kind]:
+    """Yield names of columns as people write them, and rows that begin with a word."""
+    gyro, force = truth(5)
+    s, ms = _times("s", 0.0), _times("ms", 2.0)
+    six = rows(s, gyro, force)
+    for head in (
+        "# time[s], wx(deg/s), wy, wz, ax(g), ay, az",
+        "t,Gyro X [deg/s],Gyro Y,Gyro Z,Acc X [g],Acc Y,Acc Z",
+        "time_s,gx (°/s),gy,gz,ax (g),ay,az",
+        "Time (s),Gyroscope x,Gyroscope y,Gyroscope z (deg/s),Accel x,Accel y,Accel z (g)",
+    ):
+        yield Kind(f"unit once: {head[:20]}", head + "\n" + six, gyro, force)
+    for odd in ("gyro_sum_dps", "gyro", "gyro_w", "Gyro_Total", "gyro_mag_dps"):
+        head = f"t,gyro_x_dps,gyro_y_dps,gyro_z_dps,{odd}\n"
+        yield Kind(f"odd {odd}", head + rows(s, gyro, gyro.sum(axis=1)), gyro)
+    other, _ = truth(6)
+    for head in (
+        "millis,gx1_dps,gy1_dps,gz1_dps,gx2_dps,gy2_dps,gz2_dps",
+        "millis,gx1 (deg/s),gy1 (deg/s),gz1 (deg/s),gx2 (deg/s),gy2 (deg/s),gz2 (deg/s)",
+        "millis,GyroX1 [dps],GyroY1 [dps],GyroZ1 [dps],GyroX2 [dps],GyroY2 [dps],GyroZ2 [dps]",
+        "millis,gyro_x_1_dps,gyro_y_1_dps,gyro_z_1_dps,gyro_x_2_dps,gyro_y_2_dps,gyro_z_2_dps",
+    ):
+        yield Kind(f"two: {head[:24]}", head + "\n" + rows(ms, gyro, other), gyro)
+    names = "address\tTime(s)\tax(g)\tay(g)\taz(g)\twx(deg/s)\twy(deg/s)\twz(deg/s)\tT(°)\n"
+    body = rows(["0x50"] * N, s, force, gyro, np.full(N, 22.5), sep="\t")
+    for above in ("StartTime: 2022-08-10 08:58:06.422", "Device WT901\t1.2", "Rate 100Hz"):
+        for pads in (0, 4, 8):
+            text = above + "\t" * pads + "\n" + names + body
+            yield Kind(f"preamble {above[:9]} {pads}", text, gyro, force, file="log.txt")
+    commas = "Firmware: 2.1,,,,,,\nlocation: left wrist,,,,,,\n"
+    head = "t [s],gx [dps],gy [dps],gz [dps],ax [g],ay [g],az [g]\n"
+    long = "".join(f"Setting {i}: {i % 7}.5\n" for i in range(45))
+    yield Kind("preamble of many names and values", long + head + six, gyro, force)
+    yield Kind("preamble of commas", commas + head + six, gyro, force)
+    yield Kind("CR alone", (head + six).replace("\n", "\r"), gyro, force)
+    yield Kind("a quote somewhere", 'a "note" by me\n' + head + six, gyro, force)
+    tabs = (head + six).replace(",", "\t").replace(".", ",")
+    yield Kind("decimal commas between tabs", tabs, gyro, force)
+    mixed = head.replace(",", ",\t") + six.replace(".", ";").replace(",", ",\t").replace(";", ",")
+    yield Kind("decimal commas between commas and tabs", mixed, gyro, force)
+    yield from _labelled(gyro, force, ms)
+
+
+def _labelled(gyro: Any, force: Any, ms: Any) -> Iterator[Kind]:
+    """Yield rows whose sensor is told by a word: first, last, or between."""
+    words = (("acc", "gyro"), ("ACCE", "GYRO"), ("Accelerometer", "Gyroscope"), ("A", "G"))
+    for accel_word, gyro_word in words:
+        for sep in (" ", ",", ";", "\t"):
+            for place in ("first", "second", "last"):
+                lines = []
+                for i in range(N):
+                    for word, values in ((accel_word, force), (gyro_word, gyro)):
+                        cells = [str(ms[i]), *(f"{v:.4f}" for v in values[i])]
+                        cells.insert({"first": 0, "second": 1, "last": 4}[place], word)
+                        lines.append(sep.join(cells))
+                name = f"rows of {gyro_word}, {place} by {sep!r}"
+                text = "\n".join(lines) + "\n"
+                given = {"file": "log.txt", "options": {"unit": "deg/s"}}
+                yield Kind(name, text, gyro, force, **given)
+                if place != "first":
+                    continue
+                head = sep.join(["sensor", "millis", "x", "y", "z"]) + "\n"
+                yield Kind(f"{name}, named", head + text, gyro, force, **given)
+    for word, sep in (("gyro", " "), ("GYR", ","), ("$GYRO", ","), ("Gyr:", "\t")):
+        text = "".join(f"{word}{sep}{line}\n" for line in rows(ms, gyro, sep=sep).splitlines())
+        yield Kind(f"only {word}", text, gyro, file="log.txt", options={"unit": "deg/s"})
+    lines = [
+        "$VNYMR,+010.1,-000.3,+001.2,+1.0,-0.2,+0.4,"
+        + ",".join(f"{v:+010.6f}" for v in (*(force[i] * 9.80665), *np.radians(gyro[i])))
+        + "*5A"
+        for i in range(N)
+    ]
+    yield Kind(
+        "$VNYMR", "\n".join(lines) + "\n", np.radians(gyro), force * 9.80665, file="log.txt",
+        options={"rate": 100.0},
+    )  # fmt: skip
+    text = (
+        "% Gyroscope data: \t'GYRO;AppTimestamp(s);SensorTimestamp(s);Gyr_X(rad/s);Gyr_Y(rad/s)'\n"
+    )
+    t = _times("s", 100.0)
+    for i in range(N):
+        a, g = (";".join(f"{v:.6f}" for v in x) for x in (force[i] * 9.80665, np.radians(gyro[i])))
+        text += f"ACCE;{i / 100:.3f};{t[i]};{a};3\nGYRO;{i / 100:.3f};{t[i]};{g};3\n"
+        if i % 10 == 0:
+            text += f"PRES;{i / 100:.3f};{t[i]};962.1;0\nWIFI;{i / 100:.3f};{t[i]};eduroam;-61\n"
+    yield Kind(
+        "GetSensorData", text, np.radians(gyro), force * 9.80665, file="log.txt",
+        options={"unit": "rad/s"},
+    )  # fmt: skip
+
+
+def torn() -> Iterator[Kind]:
+    """Yield tables whose first or last line is cut, and one torn inside."""
+    gyro, force = truth(9)
+    head, body = "t_s,gx_dps,gy_dps,gz_dps,ax_g,ay_g,az_g\n", rows(_times("s", 0.0), gyro, force)
+    lines = body.splitlines()
+    for cut in (5, 12, 20, 30):
+        said = ("line 301",)
+        text = head + body[: -1 - cut]
+        yield Kind(f"end cut by {cut}", text, gyro[:-1], force[:-1], said=said)
+    for cut in (3, 17, 33):
+        yield Kind(f"begun at {cut}, names", lines[0][cut:] + "\n" + head + body, gyro, force)
+    semicolons = rows(_times("ms", 0.0), gyro, sep=";")
+    for cut in (";-16\n", "3;0.1\n", ";1;-16\n"):
+        yield Kind(
+            f"begun at {cut.strip()}", cut + semicolons, gyro, said=("line 1",),
+            options={"unit": "deg/s"},
+        )  # fmt: skip
+    for bad in (
+        "3.1,2.2",
+        "0.99,1.2,3.4,0.1,0,0,1.0,7.1,2",
+        "0.99,a#!,0.2,0.1,0,0,1.0",
+        "\x1b[0;9",
+    ):
+        text = head + "\n".join([*lines[:99], bad, *lines[99:]]) + "\n"
+        yield Kind(
+            f"inside {bad[:12]!r}", text, gyro, force, refused="line 101",
+            remedy={"torn": "skip"}, said=("line 101",),
+        )  # fmt: skip
+
+
+def texts() -> Iterator[Kind]:
+    """Yield lines of names and numbers that are no table."""
+    gyro, force = truth(12)
+    us = _times("us", 1.0)
+    axes = [*zip(("gx", "gy", "gz", "ax", "ay", "az"), [*gyro.T, *force.T], strict=True)]
+
+    def lines(one: Callable[[int], str]) -> str:
+        return "".join(one(i) + "\n" for i in range(N))
+
+    def flat(
+        i: int, names: tuple[str, ...] = ("gx", "gy", "gz", "ax", "ay", "az")
+    ) -> dict[str, Any]:
+        values = (float(v) for v in (*gyro[i], *force[i]))
+        return dict(zip(names, values, strict=True))
+
+    given = {"options": {"unit": "deg/s"}, "file": "log.txt"}
+    yield Kind("JSON", lines(lambda i: json.dumps({"t": us[i], **flat(i)})), gyro, force, **given)
+    yield Kind(
+        "JSON nested",
+        lines(
+            lambda i: json.dumps(
+                {"ts": us[i], "gyro": dict(zip("xyz", gyro[i], strict=True)),
+                 "accel": dict(zip("xyz", force[i], strict=True)), "dev": "a7"}
+            )
+        ),
+        gyro, force, **given,
+    )  # fmt: skip
+    yield Kind(
+        "JSON arrays",
+        lines(lambda i: json.dumps({"ts": us[i], "gyro": [*gyro[i]], "accel": [*force[i]]})),
+        gyro, force, **given,
+    )  # fmt: skip
+    yield Kind(
+        "JSON of sensors",
+        lines(
+            lambda i: "\n".join(
+                json.dumps(
+                    {"sensor": s, "timestamp": us[i], "value": dict(zip("xyz", v[i], strict=True))}
+                )
+                for s, v in (("accelerometer", force), ("gyroscope", gyro))
+            )
+        ),
+        gyro, force, **given,
+    )  # fmt: skip
+    yield Kind(
+        "InfluxDB",
+        lines(
+            lambda i: "imu,host=pi,room=lab\\ 2 "
+            + ",".join(f"{k}={v[i]}" for k, v in axes)
+            + f" {1_714_560_000_000_000_000 + i * 10_000_000}"
+        ),
+        gyro, force, **given,
+    )  # fmt: skip
+    for name, form in (
+        ("ESP-IDF", "I ({ms}) MPU6050: gx: {gx} gy: {gy} gz: {gz} ax: {ax} ay: {ay} az: {az}"),
+        ("Arduino", "gx: {gx} gy: {gy} gz: {gz}\tax: {ax} ay: {ay} az: {az} t: {ms}"),
+        ("equals", "t={ms}, gx={gx}, gy={gy}, gz={gz}, ax={ax}, ay={ay}, az={az};"),
+        ("0 t", "0 {ms} GYR: x={gx} y={gy} z={gz} ACC: x={ax} y={ay} z={az}"),
+        (
+            "Zephyr",
+            "[00:00:{sec},{us6}] <inf> imu: gyro x:{gx} y:{gy} z:{gz} accel x:{ax} y:{ay} z:{az}",
+        ),
+    ):
+        body = lines(
+            lambda i, form=form: form.format(
+                ms=1000 + 10 * i, sec=f"{i // 100:02d}", us6=f"{i % 100 * 10:03d},000",
+                **{k: v[i] for k, v in axes},
+            )
+        )  # fmt: skip
+        boot = "I (312) cpu_start: Starting scheduler.\n" if name == "ESP-IDF" else ""
+        yield Kind(f"console {name}", boot + body, gyro, force, **given)
+    both = lines(
+        lambda i: "\n".join(
+            f"0 {1000 + 10 * i} {s}: x={v[i][0]} y={v[i][1]} z={v[i][2]}"
+            for s, v in (("ACC", force), ("GYR", gyro))
+        )
+    )
+    yield Kind("0 t ACC: x=", both, gyro, force, **given)
+    echo = lines(
+        lambda i: (
+            f"header: \n  seq: {i}\n  stamp: \n    secs: {1_693_464_526 + i // 100}\n"
+            f'    nsecs: {i % 100 * 10_000_000}\n  frame_id: "imu"\n'
+            "orientation: \n  x: 0.0\n  y: 0.0\n"
+            "  z: 0.0\n  w: 0.0\norientation_covariance: [-1.0, 0.0, 0.0]\nangular_velocity: \n"
+            + "".join(f"  {a}: {np.radians(v):.8f}\n" for a, v in zip("xyz", gyro[i], strict=True))
+            + "angular_velocity_covariance: [0.0, 0.0, 0.0]\nlinear_acceleration: \n"
+            + "".join(f"  {a}: {v * 9.80665:.6f}\n" for a, v in zip("xyz", force[i], strict=True))
+            + "---"
+        )
+    )
+    yield Kind("rostopic echo", echo, np.radians(gyro), force * 9.80665, file="echo.txt")
+
+
+KINDS = {"clocks": clocks, "columns": columns, "torn": torn, "texts": texts}
+
+
+def kinds() -> list[Kind]:
+    """Return all inputs of all kinds."""
+    return [one for make in KINDS.values() for one in make()]
