@@ -88,6 +88,7 @@ class _AttitudeTrace(TypedDict):
     linear_acceleration: _Floats
     at_rest: _Flags
     disturbed: _Flags
+    events: _Floats
 
 class _ArrayTrace(TypedDict):
     rate: _Floats

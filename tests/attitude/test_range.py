@@ -82,3 +82,79 @@ def test_right_units_are_not(kind):
         part = slice(first, first + 100)
         f.process(motion.gyro[part], motion.accel[part])
         assert f.status != "wrong unit?", first
+
+
+KINDS = ("hand", "arm", "pendulum", "spinning pendulum", "circle", "vehicle")
+
+
+def named_within(motion, seconds, times, *, nine):
+    """Return whether the status says it within so many seconds."""
+    f = zr.Attitude(RATE, mag=nine)
+    for first in range(0, round(seconds * RATE), 50):
+        part = slice(first, first + 50)
+        f.process(times * motion.gyro[part], motion.accel[part], motion.mag[part] if nine else None)
+        if f.status == "wrong unit?":
+            return True
+    return False
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("start", ["rest", "motion"])
+@pytest.mark.parametrize("times", [np.degrees(1.0), np.radians(1.0)])
+def test_a_field_tells_a_wrong_unit_on_every_platform(kind, start, times):
+    """But of a car, whose rates are those of noise where they are too small."""
+    if kind == "vehicle" and times < 1.0:
+        pytest.skip("a car turns its field by less than its noise in ten seconds")
+    seconds = 16.0 if start == "rest" else 11.0
+    found = [
+        named_within(zr.simulate_motion(kind, RATE, 17.0, seed=s, start=start), seconds, times,
+                     nine=True)
+        for s in range(3)
+    ]  # fmt: skip
+    # Rates beyond 1000 rad/s are none, and nothing is compared beside them.
+    assert sum(found) >= (2 if kind == "arm" and times > 1.0 else 3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_gravity_tells_rates_that_are_too_large(kind):
+    motion = zr.simulate_motion(kind, RATE, 17.0, seed=1)
+    assert named_within(motion, 16.0, np.degrees(1.0), nine=False)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("start", ["rest", "motion"])
+@pytest.mark.parametrize("nine", [True, False])
+def test_right_rates_are_never_another_unit(kind, start, nine):
+    for seed in range(2):
+        motion = zr.simulate_motion(kind, RATE, 40.0, seed=seed, start=start)
+        mag = motion.mag if nine else None
+        events = zr.Attitude(RATE, mag=nine).trace(motion.gyro, motion.accel, mag)["events"]
+        assert not (events.astype(int) & zr.attitude.Event.WRONG_UNIT).any()
+
+
+@pytest.mark.parametrize(("rate", "radius"), [(4.7, 0.3), (8.0, 0.3), (10.0, 0.5)])
+def test_a_centrifuge_is_none(rate, radius):
+    """Its force stays, and so does its rate."""
+    t = np.arange(0.0, 40.0, 1.0 / RATE)
+    turning = rate * np.clip((t - 10.0) / 2.0, 0.0, 1.0)
+    gyro = np.stack((0.0 * t, 0.0 * t, turning), axis=1)
+    forces = (-(turning**2) * radius, radius * np.gradient(turning, t), np.full(t.size, 9.81))
+    accel = np.stack(forces, axis=1) + np.random.default_rng(0).normal(0.0, 0.05, (t.size, 3))
+    events = zr.Attitude(RATE, mag=False).trace(gyro, accel)["events"].astype(int)
+    assert not (events & zr.attitude.Event.WRONG_UNIT).any()
+
+
+@pytest.mark.parametrize("nine", [True, False])
+def test_the_offline_pass_leaves_out_what_is_beyond_the_range(nine):
+    """As live: one garbage row of 50 rad/s, and rates at the range that stay."""
+    motion = zr.simulate_motion("hand", RATE, 40.0, seed=4)
+    mag = motion.mag if nine else None
+    gyro, missing = motion.gyro.copy(), motion.gyro.copy()
+    gyro[2000:2010], missing[2000:2010] = 50.0, np.nan
+    limited = zr.Attitude(RATE, mag=nine, gyro_range=35.0).smooth(gyro, motion.accel, mag)
+    expected = zr.Attitude(RATE, mag=nine).smooth(missing, motion.accel, mag)
+    np.testing.assert_array_equal(limited["quaternion"], expected["quaternion"])
+    top = float(np.abs(motion.gyro).max())
+    at_range = zr.Attitude(RATE, mag=nine, gyro_range=top).smooth(motion.gyro, motion.accel, mag)
+    whole = zr.Attitude(RATE, mag=nine).smooth(motion.gyro, motion.accel, mag)
+    np.testing.assert_array_equal(at_range["quaternion"], whole["quaternion"])

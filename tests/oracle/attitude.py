@@ -39,6 +39,7 @@ LOST_TURNING = 1.5**2
 UNKNOWN, STILL = 1.0, 0.01
 # Lost samples: seconds in which a rate is forgotten, and those of the usual one.
 FORGOTTEN, USUAL_RATE, ANGLE_MOST = 0.3, 5.0, 10.0
+BEGUN = 0.25
 # A step that may be of garbage, rad: its change by its size, rad/s^2, and how near the next is.
 LARGE, CHANGED, ACCELERATED, BACK = 0.05, 0.75, 500.0, 0.25
 # A wrong tilt: seconds of the force and between two, persistence, level part; a fallen frame.
@@ -238,7 +239,9 @@ class Attitude:
                 continue
             self.covered += samples.unknown[k] if samples.age[k] < math.inf else 0.0
             rate = max(np.linalg.norm(samples.gyro[k] - self.b), math.sqrt(self.usual), STILL)
-            angle = min(self.lost + samples.dt[k] * (1.0 - kept[k]) * rate, ANGLE_MOST)
+            begun = rate_begun(samples.age[k]) if np.isnan(samples.accel[k, 0]) else 0.0
+            rate = max((1.0 - kept[k]) * rate, begun)
+            angle = min(self.lost + samples.dt[k] * rate, ANGLE_MOST)
             self.lost_variance += angle**2 - self.lost**2
             self.lost = angle
         return kept
@@ -286,6 +289,8 @@ class Attitude:
 
     def end(self, tick):
         self.news = self.has_news(tick)
+        if self.P[PHI, PHI] > START_TILT**2 and tick.forces == 0:
+            self.begun, self.begun_for, self.up = False, 0.0, 0.0
         told = self.look(tick)
         self.speed = math.sqrt(np.mean(np.sum((tick.samples.gyro - self.b) ** 2, axis=1)))
         self.predict(tick)
@@ -627,20 +632,26 @@ class Attitude:
     # A gap.
 
     def lose(self, seconds):
-        """It may have turned as it did, another way every second."""
+        """It may have turned as it did, another way every second, or from rest on."""
+        turned = (max(self.speed**2, self.usual) + STILL**2) * seconds
+        turned = max(turned, (0.5 * rate_begun(seconds) * seconds) ** 2)
         self.rest.interrupt()
         self.at_rest = False
         self.lost = self.lost_variance = self.covered = self.usual = 0.0
         self.stand()
         self.v, self.before, self.under_way = np.zeros(2), np.zeros(3), UnderWay()
         self.doubted = None
-        turned = (self.speed**2 + STILL**2) * seconds
         self.restart([V, V + 1], START_SPEED**2)
         self.P[range(3), range(3)] += turned
         self.bound()
         self.iron.blur(turned)
         if self.P[PHI, PHI] > START_TILT**2:
             self.begun, self.begun_for, self.up = False, 0.0, 0.0
+
+
+def rate_begun(seconds):
+    """Rate that a body may have that rested so many seconds ago."""
+    return BEGUN * seconds if 1.0 < seconds < math.inf else 0.0
 
 
 def as_quaternion(turn):

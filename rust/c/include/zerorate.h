@@ -76,6 +76,14 @@ typedef enum zr_attitude_status {
     ZR_ATTITUDE_AT_REST = 4,
     // The sensor moves.
     ZR_ATTITUDE_MOVING = 5,
+    // The gyro is at its range.
+    ZR_ATTITUDE_CLIPPED = 6,
+    // Gravity turns in the sensor as if rates were in another unit.
+    ZR_ATTITUDE_WRONG_RATE_UNIT = 7,
+    // The magnetometer gives one value while the sensor turns.
+    ZR_ATTITUDE_MAGNETOMETER_STUCK = 8,
+    // At rest with a bias beyond `bias_limit`, or on a rate table.
+    ZR_ATTITUDE_UNCLEAR = 9,
 } zr_attitude_status;
 
 // Methods of a drift filter.
@@ -172,6 +180,8 @@ typedef struct zr_attitude_params {
     double bias_sigma[3];
     // Largest bias that such a gyro has, rad/s; zero: 10 deg/s.
     double bias_limit;
+    // Largest rate about an axis that the gyro measures, in its unit: beyond, it is missing; zero: unknown.
+    double gyro_range;
 } zr_attitude_params;
 
 // What is known after a sample.

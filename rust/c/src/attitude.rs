@@ -47,6 +47,8 @@ pub struct zr_attitude_params {
     pub bias_sigma: [f64; 3],
     /// Largest bias that such a gyro has, rad/s; zero: 10 deg/s.
     pub bias_limit: f64,
+    /// Largest rate about an axis that the gyro measures, in its unit: beyond, it is missing; zero: unknown.
+    pub gyro_range: f64,
 }
 
 /// What an attitude has to say first of all.
@@ -65,6 +67,14 @@ pub enum zr_attitude_status {
     ZR_ATTITUDE_AT_REST = 4,
     /// The sensor moves.
     ZR_ATTITUDE_MOVING = 5,
+    /// The gyro is at its range.
+    ZR_ATTITUDE_CLIPPED = 6,
+    /// Gravity turns in the sensor as if rates were in another unit.
+    ZR_ATTITUDE_WRONG_RATE_UNIT = 7,
+    /// The magnetometer gives one value while the sensor turns.
+    ZR_ATTITUDE_MAGNETOMETER_STUCK = 8,
+    /// At rest with a bias beyond `bias_limit`, or on a rate table.
+    ZR_ATTITUDE_UNCLEAR = 9,
 }
 
 impl zr_attitude_status {
@@ -75,6 +85,10 @@ impl zr_attitude_status {
             "wrong unit" => Self::ZR_ATTITUDE_WRONG_UNIT,
             "disturbed" => Self::ZR_ATTITUDE_DISTURBED,
             "at rest" => Self::ZR_ATTITUDE_AT_REST,
+            "clipped" => Self::ZR_ATTITUDE_CLIPPED,
+            "wrong unit?" => Self::ZR_ATTITUDE_WRONG_RATE_UNIT,
+            "magnetometer stuck" => Self::ZR_ATTITUDE_MAGNETOMETER_STUCK,
+            "at rest, or on a rate table: bias_limit" => Self::ZR_ATTITUDE_UNCLEAR,
             _ => Self::ZR_ATTITUDE_MOVING,
         }
     }
@@ -125,14 +139,14 @@ impl zr_attitude_params {
                 return Err(Error::Parameter { name, expected, value: f64::from(other) });
             }
         };
-        let mag = self.mag != 0;
+        let (mag, gyro_unit) = (self.mag != 0, or(self.gyro_unit, 1.0));
         let params = AttitudeParams {
             rate: self.rate,
             frame,
             mag,
-            gyro_unit: or(self.gyro_unit, 1.0),
+            gyro_unit,
             accel_unit: or(self.accel_unit, 1.0),
-            gyro_range: None,
+            gyro_range: (self.gyro_range != 0.0).then_some(self.gyro_range * gyro_unit),
         };
         let usual = AutoOptions { mag, bias: self.bias, ..AutoOptions::default() };
         let bias_sigma = [0, 1, 2].map(|i| or(self.bias_sigma[i], usual.bias_sigma[i]));

@@ -174,6 +174,34 @@ fn an_attitude_is_not_a_drift_filter() {
 }
 
 #[test]
+fn a_rate_beyond_the_range_is_missing() {
+    let turned = |gyro_range: f64| {
+        let (mut one, mut attitude, mut quaternion) = (memory(), null_mut(), [0.0; 4]);
+        let usual = zr_attitude_params::default();
+        let params = zr_attitude_params { rate: 50.0, gyro_unit: 0.5, gyro_range, ..usual };
+        // SAFETY: all is as large as is said.
+        unsafe {
+            let (place, size) = (one.0.as_mut_ptr().cast(), one.0.len());
+            let code = zr_attitude_init(place, size, &params, &mut attitude);
+            if code != zr_code::ZR_OK {
+                return Err(code);
+            }
+            let (gyro, accel) = ([0.0, 0.0, 6.0], [0.0, 0.0, 9.81]);
+            for _ in 0..20 {
+                let out = quaternion.as_mut_ptr();
+                zr_attitude_update(
+                    attitude, gyro.as_ptr(), accel.as_ptr(), null_mut(), f64::NAN, out,
+                );
+            }
+        }
+        Ok(quaternion[3].abs())
+    };
+    assert_eq!(turned(5.0), Ok(0.0));
+    assert!(turned(7.0).is_ok_and(|z| z > 0.1) && turned(0.0) == turned(7.0));
+    assert_eq!(turned(-1.0), Err(zr_code::ZR_PARAMETER));
+}
+
+#[test]
 fn codes_have_words() {
     let words = |code: i32| {
         // SAFETY: a text that is there for ever.

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
+use super::events::Events;
 use super::sample::Inertial;
 
 /// A method of estimating the attitude, in rad, s, m/s² and the frame east, north, up.
@@ -67,6 +68,8 @@ pub struct Knowledge {
     pub stuck: bool,
     /// Whether the first seconds are over.
     pub started: bool,
+    /// What it did at the last sample.
+    pub events: Events,
 }
 
 impl Default for Knowledge {
@@ -85,6 +88,7 @@ impl Default for Knowledge {
             disturbed: false,
             stuck: false,
             started: true,
+            events: Events::default(),
         }
     }
 }

@@ -11,6 +11,7 @@
 mod auto;
 mod compass;
 mod estimator;
+mod events;
 mod frame;
 mod iron;
 mod named;
@@ -23,6 +24,7 @@ pub use auto::{Around, Smoothed};
 pub use auto::{Auto, AutoOptions};
 pub use compass::{Compass, FieldCorrection};
 pub use estimator::{Estimator, Knowledge};
+pub use events::{EVENTS, Events};
 pub use frame::Frame;
 pub use iron::{LearnedIron, Learning};
 pub use named::{

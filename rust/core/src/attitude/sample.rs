@@ -24,7 +24,7 @@ pub struct Sample {
     /// Magnetic field, in any unit.
     pub mag: [f64; 3],
     /// Seconds since the sample before; NaN for one period of the rate, below zero where the clock was
-    /// set back: as a second of which nothing is known.
+    /// set back: as a second of which nothing is known, or ten if it was by more than a second.
     pub dt: f64,
 }
 
@@ -60,14 +60,6 @@ pub struct Inertial {
     pub mag: Option<Vector3<f64>>,
     /// Seconds since the sample before, not negative.
     pub dt: f64,
-}
-
-/// The rate in rad/s, unless it is missing or beyond any body's.
-#[cfg(feature = "std")]
-#[inline(always)]
-pub(super) fn rate(gyro: [f64; 3], unit: f64) -> Option<Vector3<f64>> {
-    let rate = Vector3::from(gyro) * unit;
-    (rate.norm_squared() <= MAX_RATE * MAX_RATE).then_some(rate)
 }
 
 /// The specific force in m/s², likewise; none is not one.

@@ -5,6 +5,7 @@ use core::f64::consts::FRAC_PI_2;
 use nalgebra::{Quaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::events::Events;
 use super::frame::{self, Frame};
 use super::sample::{self, Inertial, MAX_FORCE, MAX_RATE, Sample};
 use super::{Estimator, GRAVITY, Knowledge};
@@ -21,6 +22,8 @@ const MAX_HELD_S: f64 = 0.05;
 const MAX_PERIODS: f64 = 1.5;
 /// More seconds between two samples are a gap.
 const MIN_GAP_S: f64 = 1.0;
+/// Seconds for which nothing is known where a clock was set back by more: a recorder that began again.
+const RESTART_GAP_S: f64 = 10.0;
 /// No gap is longer, s.
 const MAX_GAP_S: f64 = 1e9;
 /// Share of its range at which a gyro clips.
@@ -77,6 +80,23 @@ impl AttitudeParams {
     fn limit_squared(&self) -> f64 {
         let limit = self.gyro_range.unwrap_or(MAX_RATE);
         limit * limit
+    }
+
+    /// The rate in rad/s, unless it is missing, beyond the range or any body's.
+    #[cfg(feature = "std")]
+    pub(super) fn measured(&self, gyro: [f64; 3]) -> Option<Vector3<f64>> {
+        let rate = Vector3::from(gyro) * self.gyro_unit;
+        let is_small = rate.norm_squared() <= self.limit_squared();
+        if is_small { Some(rate) } else { self.within(rate) }
+    }
+
+    /// A rate whose size is beyond the range may be within it about each axis.
+    #[cold]
+    #[inline(never)]
+    fn within(&self, rate: Vector3<f64>) -> Option<Vector3<f64>> {
+        let range = self.gyro_range? * (1.0 + 1e-9);
+        let fits = rate.iter().all(|x| x.abs() <= range) && rate.norm() <= MAX_RATE;
+        if fits { Some(rate) } else { None }
     }
 
     /// The rotation from the estimator's axes to those asked for. Without a magnetometer its first
@@ -147,6 +167,9 @@ pub struct Attitude<E> {
     samples: u64,
     /// Rates that were given and that no such gyro measures.
     left_out: u64,
+    /// What befell the last sample: no state, the next one forgets it.
+    #[serde(skip)]
+    events: Events,
     /// Square of the size up to which a rate is within the range about each axis, (rad/s)².
     limit_squared: f64,
 }
@@ -168,6 +191,7 @@ impl<E: Estimator> Attitude<E> {
             force: Vector3::repeat(f64::NAN),
             samples: 0,
             left_out: 0,
+            events: Events::default(),
             limit_squared: params.limit_squared(),
         };
         this.forget();
@@ -257,7 +281,7 @@ impl<E: Estimator> Attitude<E> {
     fn forget(&mut self) {
         (self.rate, self.unknown, self.zeros) = (Vector3::zeros(), f64::INFINITY, 0.0);
         (self.force, self.samples) = (Vector3::repeat(f64::NAN), 0);
-        self.left_out = 0;
+        (self.left_out, self.events) = (0, Events::default());
     }
 
     /// A sample in the units of an estimator.
@@ -265,8 +289,8 @@ impl<E: Estimator> Attitude<E> {
     fn measure(&mut self, sample: &Sample, dt: f64) -> Inertial {
         let before = self.rate;
         let rate = Vector3::from(sample.gyro) * self.params.gyro_unit;
-        let rated =
-            if rate.norm_squared() <= self.limit_squared { Some(rate) } else { self.within(rate) };
+        let is_small = rate.norm_squared() <= self.limit_squared;
+        let rated = if is_small { Some(rate) } else { self.params.within(rate) };
         let given = match rated {
             Some(rate) if rate.norm_squared() <= MAX_SLOW_RATE_RAD_S * MAX_SLOW_RATE_RAD_S => {
                 self.slow(rate, dt)
@@ -292,13 +316,14 @@ impl<E: Estimator> Attitude<E> {
         Inertial { gyro, known, unknown, age, accel, mag, dt }
     }
 
-    /// A rate whose size is beyond the range may be within it about each axis.
-    #[cold]
-    #[inline(never)]
-    fn within(&self, rate: Vector3<f64>) -> Option<Vector3<f64>> {
-        let range = self.params.gyro_range? * (1.0 + 1e-9);
-        let fits = rate.iter().all(|x| x.abs() <= range) && rate.norm() <= MAX_RATE;
-        if fits { Some(rate) } else { None }
+    /// What befell the last sample, and what the estimator did at it.
+    pub(super) fn events(&self, known: Events) -> Events {
+        let mut events = self
+            .events
+            .with(Events::CLIPPED, self.is_clipped())
+            .with(Events::MISSING, self.unknown > MAX_HELD_S && self.samples > 0);
+        events.add(known);
+        events
     }
 
     /// Whether the last rate known is one at which the gyro clips.
@@ -312,6 +337,7 @@ impl<E: Estimator> Attitude<E> {
     fn leave_out(&mut self, gyro: [f64; 3]) {
         let given = gyro.iter().all(|x| x.is_finite()) && gyro != [0.0; 3];
         self.left_out += u64::from(given);
+        self.events = self.events.with(Events::LEFT_OUT, given);
     }
 
     /// A low rate; none if it is a vector of zeros that stands for a missing sample.
@@ -351,6 +377,7 @@ impl<E: Estimator> Attitude<E> {
     #[inline(never)]
     fn bridge(&mut self, seconds: f64) {
         self.unknown += seconds;
+        self.events.add(Events::GAP);
         if self.samples > 1 {
             self.estimator.gap(seconds.min(MAX_GAP_S));
         }
@@ -397,6 +424,7 @@ impl Output for Snapshot {
         Field { name: "linear_acceleration", shape: Shape::Vector(3) },
         Field { name: "at_rest", shape: Shape::Flag },
         Field { name: "disturbed", shape: Shape::Flag },
+        Field { name: "events", shape: Shape::Number },
     ];
 
     #[inline(always)]
@@ -410,6 +438,7 @@ impl Output for Snapshot {
         numbers[19..28].copy_from_slice(known.gyro_matrix_sigma.transpose().as_slice());
         (numbers[28], numbers[29]) = (known.tilt_sigma, known.heading_sigma);
         numbers[30..33].copy_from_slice(&self.linear_acceleration);
+        numbers[33] = f64::from(known.events.bits());
         (flags[0], flags[1]) = (known.at_rest, known.disturbed);
     }
 }
@@ -421,10 +450,12 @@ impl<E: Estimator> Stream for Attitude<E> {
     #[inline(always)]
     fn update(&mut self, sample: Sample) -> [f64; 4] {
         self.samples += 1;
+        self.events = Events::default();
         let mut dt = if sample.dt >= 0.0 { sample.dt } else { self.period };
         if (dt > MIN_GAP_S) | (sample.dt < 0.0) {
             // Of the time over which a clock was set back nothing is known either.
-            self.bridge(if dt > MIN_GAP_S { dt } else { MIN_GAP_S });
+            let set_back = if sample.dt < -MIN_GAP_S { RESTART_GAP_S } else { MIN_GAP_S };
+            self.bridge(if dt > MIN_GAP_S { dt } else { set_back });
             dt = 0.0;
         }
         let measured = self.measure(&sample, dt);
@@ -475,8 +506,9 @@ impl<E: Estimator> Traced for Attitude<E> {
     type Snapshot = Snapshot;
 
     fn snapshot(&self) -> Snapshot {
-        let estimator = &self.estimator;
-        self.params.shown(&estimator.orientation(), &estimator.knowledge(), &self.force)
+        let (orientation, known) = (self.estimator.orientation(), self.estimator.knowledge());
+        let known = Knowledge { events: self.events(known.events), ..known };
+        self.params.shown(&orientation, &known, &self.force)
     }
 }
 

@@ -46,8 +46,9 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// so is one beyond 1000 rad/s or m/s^2. Zeros of a gyro are a rate as long as it seems to give them at
 /// rest, as one that is simulated or has a dead band does: after a rate below 5 deg/s, unless it has
 /// rested with noise, and where it has rested with zeros for some time. A missing rate is the last one for 50 ms. ``dt`` is the time
-/// since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap. North is the
-/// magnetic one; without a magnetometer a level sensor starts along the axes of the frame, and the
+/// since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap, and below zero the
+/// clock was set back, by more than 1 s where the recorder began again. Over either the body may have
+/// turned, and ``tilt_sigma`` and ``heading_sigma`` grow by that. North is the magnetic one; without a magnetometer a level sensor starts along the axes of the frame, and the
 /// heading drifts. One object serves one thread at a time.
 ///
 /// Parameters
@@ -267,8 +268,8 @@ impl Attitude {
 
     /// Like ``process``, but returns all that was known after each sample, as arrays by name:
     /// quaternion (n, 4), bias, bias_sigma and linear_acceleration (n, 3), gyro_matrix and
-    /// gyro_matrix_sigma (n, 3, 3), tilt_sigma, heading_sigma, at_rest and disturbed (n,); with
-    /// channels (n, k, …).
+    /// gyro_matrix_sigma (n, 3, 3), tilt_sigma, heading_sigma, at_rest, disturbed and events (n,), the
+    /// last the sum of `zerorate.attitude.Event`; with channels (n, k, …).
     #[pyo3(signature = (gyro, accel, mag=None, dt=None))]
     fn trace<'py>(
         slf: &Bound<'py, Self>,

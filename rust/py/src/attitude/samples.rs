@@ -64,7 +64,7 @@ impl<'a, 'py> Given<'a, 'py> {
             }
         }
         if let Some(dt) = self.dt {
-            let dt = checked(arrays::sample(dt).map_err(|error| named("dt", error, dt))?)?;
+            let dt = arrays::sample(dt).map_err(|error| named("dt", error, dt))?;
             row.iter_mut().skip(WIDTH - 1).step_by(WIDTH).for_each(|place| *place = dt);
         }
         Ok(row)
@@ -85,7 +85,7 @@ impl<'a, 'py> Given<'a, 'py> {
             check_length(name, samples.shape()[0], n)?;
             sensors.push((first, samples));
         }
-        let dt = self.dt.map(|dt| times(dt, n)).transpose()?;
+        let dt = self.dt.map(|dt| steps(dt, n)).transpose()?;
         Ok(Batch { n, channels: channels.unwrap_or(1), sensors, dt })
     }
 
@@ -158,12 +158,17 @@ impl Columns<'_> {
     }
 }
 
-/// One time for all samples, or one for each.
+/// One step of a clock for all samples, or one for each; negative where it was set back.
+fn steps(dt: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<f64>> {
+    match arrays::sample(dt) {
+        Ok(one) => Ok(memory::filled(one, n).map_err(NativeError::from)?),
+        Err(_) => Ok(arrays::named("dt", dt, &format!("({n},)"), |shape| shape == [n])?.values),
+    }
+}
+
+/// The same, unless one is negative.
 pub fn times(dt: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<f64>> {
-    let times = match arrays::sample(dt) {
-        Ok(one) => memory::filled(one, n).map_err(NativeError::from)?,
-        Err(_) => arrays::named("dt", dt, &format!("({n},)"), |shape| shape == [n])?.values,
-    };
+    let times = steps(dt, n)?;
     times.iter().try_for_each(|dt| checked(*dt).map(|_| ()))?;
     Ok(times)
 }
@@ -189,7 +194,7 @@ pub fn of_floats(
         *place = arrays::sample(&given)?;
     }
     if let Some(dt) = dt {
-        row[WIDTH - 1] = checked(arrays::sample(dt)?)?;
+        row[WIDTH - 1] = arrays::sample(dt)?;
     }
     Ok(row)
 }

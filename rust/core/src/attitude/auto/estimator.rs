@@ -8,9 +8,10 @@ use super::start::{MAX_SPEED_CHANGE_M_S, TILT_SIGMA_RAD};
 use super::strapdown::Sums;
 use super::trust::Lasting;
 use super::{
-    Auto, GRAVITY_TICKS, MAX_BIAS, MAX_BIAS_TIME_S, MAX_MATRIX, MAX_REST_RATE_RAD_S, MAX_VELOCITY,
+    Auto, GRAVITY_TICKS, MAX_BIAS, MAX_BIAS_TIME_S, MAX_MATRIX, MAX_VELOCITY,
     TICK, Ticked, square,
 };
+use crate::attitude::events::Events;
 use crate::attitude::stream::Tagged;
 use crate::attitude::{Estimator, Inertial, Knowledge};
 use crate::math::validity::{are_within, is_size};
@@ -20,6 +21,7 @@ impl Auto {
     /// Takes one sample; returns what a tick did that ends with it.
     #[inline(always)]
     pub fn follow(&mut self, sample: &Inertial) -> Option<Ticked> {
+        self.events = Events::default();
         let mut driven = sample.gyro - self.bias;
         if sample.age == 0.0 {
             self.lost.end();
@@ -47,11 +49,21 @@ impl Auto {
         Some(self.tick())
     }
 
+    /// What was done at the last sample, and what is the case since the last tick.
+    pub(super) fn all_events(&self) -> Events {
+        self.events
+            .with(Events::FIELD_HELD, self.held.is_held())
+            .with(Events::FIELD_IGNORED, self.magnet.is_ignored())
+            .with(Events::UNCLEAR, self.unclear)
+            .with(Events::WRONG_UNIT, self.unit.is_wrong())
+    }
+
     #[cold]
     #[inline(never)]
     fn look_again(&mut self, step: &Vector3<f64>, sample: &Inertial) {
         if let Some(wrong) = self.strapdown.doubt(step, &sample.gyro, sample.dt) {
             self.sums.replace(&wrong, &sample.gyro);
+            self.events.add(Events::GLITCH);
         }
         let angle = self.strapdown.angle(step);
         self.strapdown.turn(step, &angle);
@@ -67,12 +79,11 @@ impl Estimator for Auto {
     fn gap(&mut self, seconds: f64) {
         self.sums = Sums::new(TICK);
         self.rest.interrupt();
+        let turned = self.lost.turned(self.speed_squared, seconds);
         (self.lost, self.recovery) = (Lost::default(), Recovery::default());
         self.unit.interrupt();
         (self.at_rest, self.unclear) = (false, false);
         (self.velocity, self.lasting) = ([0.0; 2], Lasting::default());
-        // It may have turned as it did, another way every second.
-        let turned = (self.speed_squared + MAX_REST_RATE_RAD_S * MAX_REST_RATE_RAD_S) * seconds;
         self.errors.restart(&[VELOCITY, VELOCITY + 1], MAX_SPEED_CHANGE_M_S * MAX_SPEED_CHANGE_M_S);
         self.blur(turned, turned);
         self.iron.blur(turned);
@@ -105,6 +116,7 @@ impl Estimator for Auto {
             disturbed: self.magnet.is_disturbed() || self.held.is_stuck(),
             stuck: self.held.is_stuck(),
             started: self.start.over,
+            events: self.all_events(),
         }
     }
 
@@ -178,5 +190,5 @@ impl Estimator for Auto {
 
 impl Tagged for Auto {
     const TAG: &'static str = "attitude";
-    const VERSION: u16 = 5;
+    const VERSION: u16 = 6;
 }

@@ -7,7 +7,7 @@ use super::drift::spread_weight;
 use super::magnet::Magnet;
 use super::strapdown::{self, Sums};
 use super::{Auto, DEGREE, FREE_HEADING_VARIANCE_RAD2, square};
-use crate::attitude::frame;
+use crate::attitude::{events::Events, frame};
 
 /// Seconds of rest after which the bias is known.
 const BIAS_REST_S: f64 = 2.0;
@@ -140,6 +140,7 @@ impl Auto {
         let (believed, by) = (self.magnet.is_believed(), self.iron.turning());
         let heading = self.errors.heading();
         if let Some(found) = self.drift.test(innovation, heading, believed, by, span) {
+            self.events.add(Events::DRIFT);
             self.iron.widen(found.drift);
             self.blur(0.0, found.heading);
             self.by_bias = Vector3::zeros();

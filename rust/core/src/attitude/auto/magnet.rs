@@ -117,6 +117,11 @@ impl Held {
         news
     }
 
+    /// Whether the last tick's field was no news.
+    pub fn is_held(&self) -> bool {
+        self.seconds > 0.0
+    }
+
     /// Whether the magnetometer is stuck.
     pub fn is_stuck(&self) -> bool {
         self.seconds >= STUCK_S * (1.0 - 1e-9)
@@ -203,6 +208,11 @@ impl Magnet {
     /// Whether a field is known, and the present one is not it.
     pub fn is_disturbed(&self) -> bool {
         self.known.is_some() && !self.trusted
+    }
+
+    /// Whether the last field was not used, for it is not the one known.
+    pub fn is_ignored(&self) -> bool {
+        !self.trusted && self.rejected < MAX_REJECTION_S
     }
 
     /// Whether its direction says something of a heading that drifts: it is the one known, or there

@@ -50,6 +50,8 @@ use self::strapdown::{Strapdown, Sums};
 use self::trust::{Accelerations, Lasting, ScaleNoise};
 use self::unit::UnitWatch;
 use super::GRAVITY;
+use super::events::Events;
+use super::sample::MIN_FIELD;
 use crate::error::Error;
 
 /// Seconds of a tick.
@@ -90,8 +92,6 @@ const MIN_GRAVITY_TICKS: f64 = 20.0;
 /// Variances of the heading at the start, rad²: to be found by a magnetometer, and chosen.
 const FREE_HEADING_VARIANCE_RAD2: f64 = 10.0;
 const CHOSEN_HEADING_VARIANCE_RAD2: f64 = 1e-6;
-/// Rate of a sensor that seemed to rest before a gap, rad/s.
-const MAX_REST_RATE_RAD_S: f64 = 0.01;
 /// Largest bias, rad/s, and element of the matrix' error that are believed.
 const MAX_BIAS: f64 = 10.0;
 const MAX_MATRIX: f64 = 0.2;
@@ -142,6 +142,9 @@ pub struct Auto {
     unclear: bool,
     /// Mean square of the rate in the last tick, (rad/s)².
     speed_squared: f64,
+    /// What was done at the last sample: no state, the next one forgets it.
+    #[serde(skip)]
+    events: Events,
 }
 
 /// Up in the axes of the sensor, the share of the bias along it that is hidden, and the variances of
@@ -211,6 +214,7 @@ impl Auto {
             at_rest: false,
             unclear: false,
             speed_squared: 0.0,
+            events: Events::default(),
         }
     }
 
@@ -250,10 +254,14 @@ impl Auto {
     fn tick(&mut self) -> Ticked {
         let sums = self.sums;
         self.sums = Sums::new(TICK);
-        if !self.unit.is_right() {
-            self.watch_unit(&sums);
-        }
         let news = self.has_news(&sums);
+        if !self.unit.is_right() {
+            self.watch_unit(&sums, news);
+        }
+        if self.errors.variance(0) > TILT_SIGMA_RAD * TILT_SIGMA_RAD && sums.forces == 0.0 {
+            // Nothing has been known for so long that the tilt is not: the next force shows it.
+            self.start.again();
+        }
         let state = self.rest(&sums, news);
         self.speed_squared = sums.spread(&self.bias, &Vector3::zeros()).0.max(0.0);
         let rate = ComplexField::sqrt(self.speed_squared);
@@ -275,12 +283,15 @@ impl Auto {
     }
 
     #[inline(never)]
-    fn watch_unit(&mut self, sums: &Sums) {
+    fn watch_unit(&mut self, sums: &Sums, news: bool) {
         if sums.unknown > 0.0 || sums.forces == 0.0 {
             return self.unit.interrupt();
         }
         let (rate, force) = (sums.gyro / sums.samples, sums.accel / sums.forces);
-        self.unit.observe(&rate, &force, sums.elapsed);
+        // Whatever iron adds to its strength, the field's direction turns as the body does.
+        let field = news.then(|| self.strapdown.rotation.tr_mul(&sums.field));
+        let direction = field.and_then(|field| field.try_normalize(MIN_FIELD));
+        self.unit.observe(&rate, &force, direction.as_ref(), sums.elapsed);
     }
 
     /// Whether a tick has a field, and not that of a magnetometer that is held while the body turns.
@@ -427,8 +438,12 @@ impl Auto {
         let variance = self.errors.variance(0) + self.errors.variance(1);
         match self.recovery.test(persistence, variance, known.unwrap_or(GRAVITY)) {
             None => {}
-            Some(Wrong::Fallen) => self.start.again(),
+            Some(Wrong::Fallen) => {
+                self.events.add(Events::FALL);
+                self.start.again();
+            }
             Some(Wrong::Tilted(variance)) => {
+                self.events.add(Events::KNOCK);
                 self.errors.restart(
                     &[VELOCITY, VELOCITY + 1],
                     MAX_SPEED_CHANGE_M_S * MAX_SPEED_CHANGE_M_S,

@@ -6,6 +6,7 @@ use nalgebra::{ComplexField, Matrix3, Quaternion, Vector3};
 use super::errors::BIAS;
 use super::strapdown::small_rotation;
 use super::{Auto, AutoOptions};
+use crate::attitude::events::Events;
 use crate::attitude::stream::Tagged;
 use crate::attitude::{
     Attitude, AttitudeParams, Estimator, Knowledge, Sample, Snapshot, frame, sample,
@@ -70,6 +71,22 @@ struct Known {
     started: bool,
 }
 
+/// What a pass over the rates as they are finds of a sample.
+#[derive(Debug, Clone, Copy)]
+struct First {
+    bias: Bias,
+    /// The field that it saw.
+    field: [f64; 3],
+    events: Events,
+}
+
+impl First {
+    fn of<E: Around>(filter: &Attitude<E>, field: [f64; 3]) -> Self {
+        let auto = filter.estimator().auto();
+        Self { bias: Bias::of(auto), field, events: filter.events(auto.all_events()) }
+    }
+}
+
 /// What a pass has found of each sample, in the order in which it came to them, and of the gyro.
 #[derive(Debug)]
 struct Passed<T> {
@@ -83,6 +100,8 @@ struct Record {
     params: AttitudeParams,
     samples: Vec<Sample>,
     biases: Vec<Bias>,
+    /// What befell each sample, and what the filter did at it.
+    events: Vec<Events>,
     gyro: Gyro,
 }
 
@@ -114,7 +133,7 @@ impl<E: Around> Attitude<E> {
         let record = self.without_bias(samples)?;
         let (n, rate) = (record.samples.len(), record.params.rate);
         let knowing = Attitude::new(record.params, Auto::knowing(options))?;
-        let pass = |at: &At<'_>| pass(knowing, n, at, |filter, _| Known::of(filter));
+        let pass = |at: &At<'_>| pass(knowing, n, at, |filter, _| Known::of(filter.estimator()));
         let [forward, backward] =
             both(|| pass(&|k| record.samples[k]), || pass(&|k| turned(&record.samples, k, rate)))?;
         let (forward, backward) = (forward.found, backward.found);
@@ -139,20 +158,26 @@ impl<E: Around> Attitude<E> {
         own.reset();
         let back = |k| Sample { mag: [f64::NAN; 3], ..turned(&samples, k, params.rate) };
         let [forward, backward] = both(
-            || pass(own.clone(), n, &|k| samples[k], |filter, field| (Bias::of(filter), field)),
-            || pass(reversed, n, &back, |filter, field| (Bias::of(filter), field)),
+            || pass(own.clone(), n, &|k| samples[k], First::of),
+            || pass(reversed, n, &back, First::of),
         )?;
         // Each pass knows most of the matrix at its end.
         let (gyro, unit) = (forward.gyro.mean(&backward.gyro), params.gyro_unit);
-        let mut biases = memory::room(n)?;
+        let (mut biases, mut events) = (memory::room(n)?, memory::room(n)?);
         let ahead = forward.found.iter().zip(&mut samples);
-        for (((bias, field), sample), (other, _)) in ahead.zip(backward.found.iter().rev()) {
-            let bias = bias.joined(other);
-            let rate = gyro.matrix * (Vector3::from(sample.gyro) * unit - bias.value);
-            (sample.gyro, sample.mag) = ((rate / unit).into(), *field);
+        for ((first, sample), other) in ahead.zip(backward.found.iter().rev()) {
+            let bias = first.bias.joined(&other.bias);
+            let rate = match params.measured(sample.gyro) {
+                Some(rate) => gyro.matrix * (rate - bias.value),
+                None => Vector3::repeat(f64::NAN),
+            };
+            (sample.gyro, sample.mag) = ((rate / unit).into(), first.field);
             biases.push(bias);
+            events.push(first.events);
         }
-        Ok(Record { params, samples, biases, gyro })
+        // What is left of a rate within the range may lie beyond it.
+        let params = AttitudeParams { gyro_range: None, ..params };
+        Ok(Record { params, samples, biases, events, gyro })
     }
 }
 
@@ -177,7 +202,7 @@ fn pass<E: Around, T>(
     mut filter: Attitude<E>,
     n: usize,
     at: &At<'_>,
-    known: impl Fn(&Auto, [f64; 3]) -> T,
+    known: impl Fn(&Attitude<E>, [f64; 3]) -> T,
 ) -> Result<Passed<T>, Error> {
     let mut found = memory::room(n)?;
     for k in 0..n {
@@ -185,7 +210,7 @@ fn pass<E: Around, T>(
         let sample = at(k);
         let field = filter.estimator().field(sample.mag);
         take(&mut filter, &sample);
-        found.push(known(filter.estimator().auto(), field));
+        found.push(known(&filter, field));
     }
     Ok(Passed { found, gyro: Gyro::of(filter.estimator().auto()) })
 }
@@ -224,8 +249,9 @@ impl Iterator for Smoothed {
         (knowledge.bias, knowledge.bias_sigma) = (bias.value, bias.sigma);
         (knowledge.gyro_matrix, knowledge.gyro_matrix_sigma) =
             (record.gyro.matrix, record.gyro.sigma);
+        knowledge.events = record.events[k];
         if !self.mag {
-            let rate = sample::rate(sample.gyro, params.gyro_unit).unwrap_or_default();
+            let rate = params.measured(sample.gyro).unwrap_or_default();
             self.drift.turn(&orientation, &rate, seconds(sample, params.rate));
             knowledge.heading_sigma = self.drift.sigma(forward.heading, bias, &record.gyro);
         }
@@ -331,6 +357,7 @@ fn joined(forward: &Known, backward: &Known, mag: bool) -> (Quaternion<f64>, Kno
         disturbed: forward.disturbed,
         stuck: false,
         started: forward.started,
+        events: Events::default(),
     };
     (orientation.normalize(), knowledge)
 }

@@ -10,6 +10,7 @@ use super::{
     Auto, AutoOptions, DEGREE, FREE_HEADING_VARIANCE_RAD2, MAX_BIAS, MAX_FOLLOWED_BIAS_RAD_S,
     square, start_variances,
 };
+use crate::attitude::events::Events;
 
 /// Deviations after a rest that proves others wrong: of the bias at the least, rad/s, and of the
 /// tilt, rad.
@@ -25,6 +26,7 @@ impl Auto {
         let limit = self.options.bias_limit;
         let known =
             Known { bias: self.bias, variance, most: limit, pushed: self.recovery.is_strong() };
+        let had_rest = self.rest.has_evidence();
         let state = self.rest.observe(sums, field.as_ref(), &known);
         self.at_rest = !matches!(state, State::Motion | State::Denied | State::Unclear(_));
         self.unclear = matches!(state, State::Unclear(_));
@@ -41,14 +43,19 @@ impl Auto {
                 None
             }
             State::Rest(measured) => measured,
-            State::Refuted(level, noise) => self.undo(&level, [noise; 3]),
+            State::Refuted(level, noise) => {
+                self.events = self.events.with(Events::REST_UNDONE, had_rest);
+                self.undo(&level, [noise; 3])
+            }
             State::Denied => {
+                self.events.add(Events::REST_UNDONE);
                 let AutoOptions { bias, bias_sigma, .. } = self.options;
                 self.undo(&Vector3::from(bias), bias_sigma.map(square));
                 self.by_bias = Vector3::zeros();
                 None
             }
             State::Jumped(level) => {
+                self.events.add(Events::BIAS_JUMP);
                 self.restart_gyro(level);
                 let seconds = sums.elapsed;
                 Some((sums.gyro / sums.samples, square(rest::RATE_NOISE) / seconds))

@@ -1,10 +1,11 @@
-//! A gyro in degrees a second that is given in radians, or the other way round: gravity turns in the
-//! sensor by 57 times less than it says, or more.
+//! A gyro in degrees a second that is given in radians, or the other way round: gravity and the magnetic
+//! field turn in the sensor by 57 times less than it says, or more.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{DEGREE, square};
+use crate::attitude::GRAVITY;
 use crate::attitude::sample::{MAX_FORCE, MAX_RATE};
 use crate::math::validity::{are_within, is_size};
 
@@ -16,67 +17,148 @@ const WRONG_UNIT_TOLERANCE: f64 = 2.0;
 /// squares of its changes, (m/s²)².
 const MIN_CORRELATION_SQUARED: f64 = 0.36;
 const MIN_CHANGE_SQUARED: f64 = 20.0;
+/// The same of the field, whose size is that of gravity: nothing but rotation and iron changes it.
+const MIN_FIELD_CORRELATION_SQUARED: f64 = 0.25;
+const MIN_FIELD_CHANGE_SQUARED: f64 = 0.5;
+/// Share of the field's mean square by which its direction varies at the least where rates are too small,
+/// and the least sum, (m/s²)², of what rates that are too large say.
+const MIN_FIELD_SPREAD: f64 = 0.02;
+const MIN_SAID_SQUARED: f64 = 100.0;
 /// Least mean square of rates too large, (rad/s)².
 const MIN_FAST_RATE_SQUARED: f64 = 100.0;
 /// Square of the largest share of the force that points one way, where rates are too small: what only
 /// speeds up turns gravity by less.
 const MAX_ONE_WAY_SHARE_SQUARED: f64 = 0.64;
+/// Times by which the changes that rates about their mean say are larger, as squares, than those seen, of
+/// rates too large: a body that circles steadily keeps its force, and turns as steadily. It feels more
+/// than gravity, by this square of a ratio, unless it turns by less than this, (rad/s)².
+const MIN_EXCESS_SQUARED: f64 = 20.0;
+const MAX_FORCE_RATIO_SQUARED: f64 = 1.08;
+const MIN_SPIN_RATE_SQUARED: f64 = 400.0;
 /// Times by which a right unit may seem another one, and the sum of squares, (m/s²)², that proves it: then
 /// nobody looks again.
 const RIGHT_UNIT_TOLERANCE: f64 = 2.0;
 const PROOF_CHANGE_SQUARED: f64 = 100.0;
 
-/// Changes of the force from tick to tick, and those that the gyro says.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct UnitWatch {
-    /// Rate and force of the tick before; no force before the first.
-    rate: Vector3<f64>,
-    force: Vector3<f64>,
-    /// Faded sums of products: seen with itself, said with itself, both.
+/// Changes of a vector from tick to tick, and those that the gyro says: faded sums of products.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+struct Turns {
+    /// Seen with itself, said with itself, both.
     seen: f64,
     said: f64,
     both: f64,
-    /// Means of the rate's square, the force and its square.
-    fast: f64,
+}
+
+impl Turns {
+    #[inline(always)]
+    fn observe(&mut self, seen: &Vector3<f64>, said: &Vector3<f64>, kept: f64) {
+        self.seen = kept * self.seen + seen.norm_squared();
+        self.said = kept * self.said + said.norm_squared();
+        self.both = kept * self.both + seen.dot(said);
+    }
+
+    fn are_alike(&self, correlation_squared: f64) -> bool {
+        self.both > 0.0 && square(self.both) > correlation_squared * self.seen * self.said
+    }
+
+    /// Whether what is seen is so many times what is said.
+    fn is(&self, times: f64, tolerance: f64) -> bool {
+        self.both > self.said * (times / tolerance) && self.both < self.said * (times * tolerance)
+    }
+
+    fn prove(&self) -> bool {
+        self.is(1.0, RIGHT_UNIT_TOLERANCE)
+            && self.seen > PROOF_CHANGE_SQUARED
+            && self.are_alike(MIN_CORRELATION_SQUARED)
+    }
+
+    fn is_valid(&self) -> bool {
+        let sizes = [(self.seen, 1e12), (self.said, 1e18), (self.both.abs(), 1e18)];
+        sizes.iter().all(|(x, most)| is_size(*x, *most))
+    }
+}
+
+/// How gravity and field turn in the sensor, and how the gyro says that they do.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct UnitWatch {
+    /// Rate, force and field of the tick before; no force and no field before the first.
+    rate: Vector3<f64>,
+    force: Vector3<f64>,
+    field: Vector3<f64>,
+    of_force: Turns,
+    of_field: Turns,
+    /// What rates about their mean say, as a sum of squares.
+    varied: f64,
+    /// Means of rate, force and field, of the rate's square and the force's, and their weight.
+    mean_rate: Vector3<f64>,
     mean: Vector3<f64>,
+    mean_field: Vector3<f64>,
+    fast: f64,
     square: f64,
+    weight: f64,
     right: bool,
 }
 
 impl Default for UnitWatch {
     fn default() -> Self {
-        let zero = Vector3::zeros();
-        let [seen, said, both, fast, square] = [0.0; 5];
-        Self { rate: zero, force: zero, seen, said, both, fast, mean: zero, square, right: false }
+        let (zero, turns) = (Vector3::zeros(), Turns::default());
+        Self {
+            rate: zero,
+            force: zero,
+            field: zero,
+            of_force: turns,
+            of_field: turns,
+            varied: 0.0,
+            mean_rate: zero,
+            mean: zero,
+            mean_field: zero,
+            fast: 0.0,
+            square: 0.0,
+            weight: 0.0,
+            right: false,
+        }
     }
 }
 
 impl UnitWatch {
     /// Nothing is known of a while.
     pub fn interrupt(&mut self) {
-        self.force = Vector3::zeros();
+        (self.force, self.field) = (Vector3::zeros(), Vector3::zeros());
     }
 
-    /// Takes the mean rate and force of a tick.
-    pub fn observe(&mut self, rate: &Vector3<f64>, force: &Vector3<f64>, span: f64) {
+    /// Takes the mean rate and force of a tick, and the direction of its field if there is a new one.
+    pub fn observe(
+        &mut self,
+        rate: &Vector3<f64>,
+        force: &Vector3<f64>,
+        field: Option<&Vector3<f64>>,
+        span: f64,
+    ) {
         let (last_rate, last) = (self.rate, self.force);
         (self.rate, self.force) = (*rate, *force);
+        let field = field.map_or(Vector3::zeros(), |direction| direction * GRAVITY);
+        let last_field = core::mem::replace(&mut self.field, field);
         if last == Vector3::zeros() {
             return;
         }
-        let seen = force - last;
-        let said = (force + last).cross(&(rate + last_rate)) * (0.25 * span);
         let share = (span / COMPARISON_S).min(1.0);
         let kept = 1.0 - share;
-        self.seen = kept * self.seen + seen.norm_squared();
-        self.said = kept * self.said + said.norm_squared();
-        self.both = kept * self.both + seen.dot(&said);
+        self.weight += share * (1.0 - self.weight);
+        let (middle, mean) = ((force + last) * 0.5, (rate + last_rate) * (0.5 * span));
+        self.of_force.observe(&(force - last), &middle.cross(&mean), kept);
+        self.mean_rate += (rate - self.mean_rate) * share;
+        let varied = mean - self.mean_rate * (span / self.weight);
+        self.varied = kept * self.varied + middle.cross(&varied).norm_squared();
         self.fast += share * (rate.norm_squared() - self.fast);
         self.mean += (force - self.mean) * share;
         self.square += share * (force.norm_squared() - self.square);
-        let is_one = self.both > self.said / RIGHT_UNIT_TOLERANCE
-            && self.both < self.said * RIGHT_UNIT_TOLERANCE;
-        self.right = is_one && self.seen > PROOF_CHANGE_SQUARED && self.is_alike();
+        if field != Vector3::zeros() && last_field != Vector3::zeros() {
+            let said = ((field + last_field) * 0.5).cross(&mean);
+            self.of_field.observe(&(field - last_field), &said, kept);
+            self.mean_field += (field - self.mean_field) * share;
+        }
+        // A field proves nothing: its mean over a tick is taken in a frame that turns as the gyro says.
+        self.right = self.of_force.prove();
     }
 
     /// Whether the unit of the gyro was seen to be the one said.
@@ -85,29 +167,49 @@ impl UnitWatch {
         self.right
     }
 
-    fn is_alike(&self) -> bool {
-        self.both > 0.0 && square(self.both) > MIN_CORRELATION_SQUARED * self.seen * self.said
-    }
-
     /// Whether the unit of the gyro is not the one said.
     pub fn is_wrong(&self) -> bool {
-        if !self.is_alike() || self.seen < MIN_CHANGE_SQUARED {
+        self.is_wrong_by_force() || self.is_wrong_by_field() || self.is_too_large()
+    }
+
+    fn is_wrong_by_force(&self) -> bool {
+        let turns = &self.of_force;
+        if !turns.are_alike(MIN_CORRELATION_SQUARED) || turns.seen < MIN_CHANGE_SQUARED {
             return false;
         }
-        let unit = self.both / self.said;
-        let is =
-            |times: f64| unit > times / WRONG_UNIT_TOLERANCE && unit < times * WRONG_UNIT_TOLERANCE;
-        is(DEGREE) && self.fast > MIN_FAST_RATE_SQUARED
-            || is(1.0 / DEGREE)
+        turns.is(DEGREE, WRONG_UNIT_TOLERANCE) && self.fast > MIN_FAST_RATE_SQUARED
+            || turns.is(1.0 / DEGREE, WRONG_UNIT_TOLERANCE)
                 && self.mean.norm_squared() < MAX_ONE_WAY_SHARE_SQUARED * self.square
     }
 
+    fn is_wrong_by_field(&self) -> bool {
+        let turns = &self.of_field;
+        if !turns.are_alike(MIN_FIELD_CORRELATION_SQUARED) || turns.seen < MIN_FIELD_CHANGE_SQUARED {
+            return false;
+        }
+        let one_way = square(GRAVITY * self.weight) * (1.0 - MIN_FIELD_SPREAD);
+        turns.is(DEGREE, WRONG_UNIT_TOLERANCE) && turns.said > MIN_SAID_SQUARED
+            || turns.is(1.0 / DEGREE, WRONG_UNIT_TOLERANCE)
+                && self.mean_field.norm_squared() < one_way
+    }
+
+    /// Whether the force stays although rates change by more than any body's that it stays for.
+    fn is_too_large(&self) -> bool {
+        let most = square(GRAVITY) * MAX_FORCE_RATIO_SQUARED * self.weight;
+        self.varied > MIN_SAID_SQUARED.max(MIN_EXCESS_SQUARED * self.of_force.seen)
+            && (self.fast > MIN_SPIN_RATE_SQUARED || self.square < most)
+    }
+
     pub fn is_valid(&self) -> bool {
-        let sizes = [(self.seen, 1e12), (self.said, 1e18), (self.both.abs(), 1e18)];
-        sizes.iter().all(|(x, most)| is_size(*x, *most))
+        let fields = [self.field, self.mean_field];
+        self.of_force.is_valid()
+            && self.of_field.is_valid()
+            && is_size(self.varied, 1e18)
             && is_size(self.fast, 4.0 * MAX_RATE * MAX_RATE)
             && is_size(self.square, 4.0 * MAX_FORCE * MAX_FORCE)
-            && are_within(&self.rate, 2.0 * MAX_RATE)
+            && is_size(self.weight, 1.0)
+            && [self.rate, self.mean_rate].iter().all(|v| are_within(v, 2.0 * MAX_RATE))
             && [self.force, self.mean].iter().all(|v| are_within(v, 2.0 * MAX_FORCE))
+            && fields.iter().all(|v| are_within(v, 2.0 * GRAVITY))
     }
 }

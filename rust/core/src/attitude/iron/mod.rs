@@ -230,7 +230,7 @@ impl Estimator for Learning {
 
 impl Tagged for Learning {
     const TAG: &'static str = "attitude-iron";
-    const VERSION: u16 = 3;
+    const VERSION: u16 = 4;
 }
 
 impl Named for Learning {
