@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import Attitude
+from zerorate.attitude.events import EventBits, event_notes
 from zerorate.attitude.options import ATTITUDE_METHODS
 from zerorate.faults import ArgumentError, keyword_argument, make_sentence
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
@@ -43,6 +44,7 @@ _SAMPLE_FIELDS: Final = (
     "linear_acceleration",
     "at_rest",
     "disturbed",
+    "events",
 )
 _MOMENT_FIELDS: Final = ("gyro_matrix", "gyro_matrix_sigma")
 
@@ -64,6 +66,8 @@ class AttitudeEstimate(Result):
         Standard deviations, rad; without a magnetometer that of the heading is against the start.
     at_rest, disturbed : ndarray of bool, shape (n,)
         Where the body rests, and where the magnetic field is another than the one known.
+    events : ndarray of uint16, shape (n,)
+        What befell the sample, and what the filter did there: a sum of `zerorate.attitude.Event`.
     linear_acceleration : ndarray, shape (n, 3)
         Acceleration in the axes of the sensor, m/s^2; NaN where the accelerometer has no sample.
     bias, bias_sigma : ndarray, shape (n, 3)
@@ -106,6 +110,7 @@ class AttitudeEstimate(Result):
     heading_sigma: Floats
     at_rest: Booleans
     disturbed: Booleans
+    events: EventBits
     linear_acceleration: Floats
     bias: Floats
     bias_sigma: Floats
@@ -331,6 +336,8 @@ def attitude_of(
     with warnings.catch_warnings(record=True) as messages:
         warnings.simplefilter("always")
         arrays, moments, matrices = run(filter_, samples, report)
+    events = arrays["events"].astype(np.uint16)
+    arrays = {**arrays, "events": events}
     if declination:
         arrays = {
             **arrays,
@@ -353,6 +360,7 @@ def attitude_of(
             *_filter_warnings(messages),
             *_axes_notes(samples.log, requested_frame),
             *samples.notes,
+            *event_notes(events, arrays["at_rest"], samples.time, samples.log.rate),
             *_recording_notes(recording, mag, uses_mag),
         ),
         **cast(dict[str, Any], arrays),

@@ -53,7 +53,8 @@ def detect_steady_rate(gyro: Log, accel: Log) -> SteadyRate | None:
     text = make_sentence(
         f"{', '.join(gyro.names)}: {math.degrees(size):.1f} deg/s throughout, while the "
         f"accelerometer shows no motion: {_cause(rate, forces)}",
-        *_remedy(size),
+        "; for a bias give ",
+        bias_limit_advice(size),
     )
     return SteadyRate(size, text)
 
@@ -65,11 +66,10 @@ def _cause(rate: Floats, forces: Floats) -> str:
     return "a bias" if level > _MAX_RATE_CHANGE_RAD_S else "a bias, or a rate table"
 
 
-def _remedy(size: float) -> tuple[str, Argument]:
+def bias_limit_advice(size: float) -> Argument:
+    """Return the argument that states that a rate of this size, rad/s, is a bias."""
     limit = math.ceil(math.degrees(size) * 1.2 / 5.0) * 5
-    return "; for a bias give ", keyword_argument(
-        "bias_limit", str(limit), f"bias_limit=math.radians({limit})"
-    )
+    return keyword_argument("bias_limit", str(limit), f"bias_limit=math.radians({limit})")
 
 
 def _second_means(log: Log, kind: str, unit: str) -> Floats:

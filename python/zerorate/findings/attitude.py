@@ -10,6 +10,9 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from zerorate._native import Attitude
+from zerorate.attitude.events import Event, event_mask
+from zerorate.checks.stillness import bias_limit_advice
+from zerorate.faults import make_sentence
 from zerorate.findings.autopilot import rows_of
 from zerorate.findings.finding import Finding, Spans, count_noun
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor, start_time
@@ -34,6 +37,8 @@ _MAX_TILT_SIGMA_RAD: Final = math.radians(5.0)
 _MIN_REST_S: Final = 5.0
 """Seconds of a rest by which the log's own inclination is judged, as it needs some to settle."""
 _MIN_ROWS: Final = 10
+_MIN_UNCLEAR_S: Final = 1.0
+"""Seconds of a rest that may be a rate table, for a finding."""
 _SIGNIFICANCE_SIGMAS: Final = 3.0
 """Of its own standard deviations by which an inclination must be off."""
 
@@ -41,13 +46,14 @@ _SIGNIFICANCE_SIGMAS: Final = 3.0
 class Course(NamedTuple):
     """Up in the axes of the sensor at some times since the beginning, and how well it is known.
 
-    Shapes (m,), (m, 3), (m,) and (m,), the last two in rad.
+    Shapes (m,), (m, 3), (m,), (m,) in rad, and (m,): True for a rest that may be a rate table.
     """
 
     times: Floats
     up: Floats
     tilt_sigma: Floats
     heading_sigma: Floats
+    unclear: Booleans
 
 
 def attitude_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Finding]:
@@ -57,6 +63,7 @@ def attitude_findings(recording: Recording, imus: Sequence[Imu]) -> Iterator[Fin
         return
     course = _estimate_course(recording, imu.gyro, imu.accel)
     yield from _check_arrivals(imu, imu.accel, course)
+    yield from _check_unclear_rest(imu.gyro, course)
     yield from _check_trust(imu.gyro, course)
     for name, vertical in _read_log_verticals(recording):
         yield from _check_log_inclination(name, imu, imu.accel, vertical)
@@ -82,13 +89,14 @@ def _estimate_course(recording: Recording, gyro: Sensor, accel: Sensor) -> Cours
                 None if steps is None else steps[part],
             )
         step_rows = slice(every - 1, None, every)
-        names = ("quaternion", "tilt_sigma", "heading_sigma")
+        names = ("quaternion", "tilt_sigma", "heading_sigma", "events")
         # Copies: a view would keep the whole trace.
         chunks.append([trace[name][step_rows].copy() for name in names])  # type: ignore[literal-required]
-    quaternion, tilt, heading = (np.concatenate(one) for one in zip(*chunks, strict=True))
+    quaternion, tilt, heading, events = (np.concatenate(one) for one in zip(*chunks, strict=True))
     return Course(
-        gyro.log.sampled[every - 1 :: every] - gyro.start, up_direction(quaternion), tilt, heading
-    )
+        gyro.log.sampled[every - 1 :: every] - gyro.start, up_direction(quaternion), tilt, heading,
+        event_mask(events.astype(np.uint16), Event.UNCLEAR_REST),
+    )  # fmt: skip
 
 
 def _align_samples(recording: Recording, gyro: Sensor, accel: Sensor) -> tuple[Floats, Floats]:
@@ -165,6 +173,25 @@ def _check_trust(gyro: Sensor, course: Course) -> Iterator[Finding]:
         f"deviation){doubt_text}; the heading against the start is {heading_text} at the end.",
         share, "%", None, _spans_where(course.times, doubt), gyro.figure,
         "Rest for some seconds now and then, and log at 100 Hz or more.",
+    )  # fmt: skip
+
+
+def _check_unclear_rest(gyro: Sensor, course: Course) -> Iterator[Finding]:
+    """Yield a steady rate that is a bias beyond the largest, or that of a rate table."""
+    seconds = _STEP_S * np.count_nonzero(course.unclear)
+    if seconds < _MIN_UNCLEAR_S:
+        return
+    spans = _spans_where(course.times, course.unclear)
+    begin, end = max(spans, key=lambda span: span[1] - span[0])
+    rate = np.nanmean(gyro.log.data[gyro.rows(begin, end)], axis=0) * (gyro.factor or 1.0)
+    size = float(np.linalg.norm(rate))
+    yield Finding(
+        SECTION, "unclear rest", "look",
+        f"{gyro.name} is at rest, or on a rate table, for {seconds:.3g} s: a steady "
+        f"{math.degrees(size):.3g} deg/s about the vertical is beyond the largest bias.",
+        math.degrees(size), "deg/s", None, spans, gyro.figure,
+        make_sentence("On a rate table nothing is to be done; for a bias give ",
+                      bias_limit_advice(size), "."),
     )  # fmt: skip
 
 

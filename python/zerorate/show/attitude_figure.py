@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
+from zerorate.attitude.events import KINDS, event_mask
 from zerorate.geometry.rotations import inverse, product, unit
 from zerorate.show.attitude_table import attitude_title
 from zerorate.show.scales import MAX_COLUMNS, column_quantiles, split_into_parts
@@ -28,6 +29,7 @@ from zerorate.show.style import (
     GREY,
     ORANGE,
     ROSE,
+    SMALL_FONT_PT,
     VERMILION,
     time_unit,
 )
@@ -42,7 +44,7 @@ if TYPE_CHECKING:
     from zerorate.types import Booleans, Floats, Integers
 
 # Millimetres.
-_ANGLES_HEIGHT_MM, _PANEL_HEIGHT_MM = 22.0, 16.0
+_ANGLES_HEIGHT_MM, _PANEL_HEIGHT_MM, _EVENT_HEIGHT_MM = 22.0, 16.0, 2.6
 _NAMES: Final = ("x", "y", "z")
 _Elements: TypeAlias = tuple[tuple[int, int], ...]
 _SCALE_ELEMENTS: Final[_Elements] = ((0, 0), (1, 1), (2, 2))
@@ -51,6 +53,8 @@ _LINE_STYLES: Final = ("-", "--", ":")
 _QUESTION: Final = "Which way does it point, and how sure is that?"
 _WRAP_STEP_DEG: Final = 300.0
 """Degrees between neighbours from which on an angle has wrapped."""
+_MIN_MARK_SHARE: Final = 0.006
+"""Width of a mark that can be seen, as a share of the time axis."""
 
 
 def plot_attitude(estimate: AttitudeEstimate) -> Figure:
@@ -58,8 +62,8 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
 
     Over one time axis: Euler angles; heading and inclination, each with two standard deviations to
     either side of zero and with its error where there is a reference; the gyro's bias, its scale
-    where that is known, and what of its misalignment is told from zero. Rest is grey, a disturbed
-    field rose.
+    where that is known, what of its misalignment is told from zero, and, a row each, what the
+    filter did where. Rest is grey, a disturbed field rose.
     """
     panels: list[Callable[[Axes, _Course], None]] = [_draw_angles]
     course = _Course(estimate)
@@ -70,6 +74,9 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
     if np.isfinite(estimate.gyro_matrix_sigma).all():
         panels += [_draw_scale, *([_draw_misalignment] if _significant_elements(estimate) else [])]
     heights = [_ANGLES_HEIGHT_MM, *[_PANEL_HEIGHT_MM] * (len(panels) - 1)]
+    if count := len(course.events):
+        panels.append(_draw_events)
+        heights.append(_EVENT_HEIGHT_MM * count)
     stack = Stack(_QUESTION, _describe_end(course), _make_caption(estimate), heights)
     for draw in panels:
         panel = stack.add()
@@ -78,6 +85,9 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
     share_time_axis(stack.panels, course.times[0], course.times[-1], course.unit)
     figure = stack.finish(estimate.source, estimate.rate, estimate.n / estimate.rate)
     stack.panels[0].set_yticks([-180.0, -90.0, 0.0, 90.0, 180.0])
+    if names := [name for name, _ in course.events]:
+        stack.panels[-1].set_yticks(range(len(names)), names[::-1])
+        stack.panels[-1].tick_params(axis="y", length=0.0, pad=1.0, labelsize=SMALL_FONT_PT)
     return figure
 
 
@@ -96,6 +106,8 @@ class _Course:
         self.times: Floats = (estimate.time - estimate.time[0]) / length
         self.rows: Integers = split_into_parts(estimate.n, MAX_COLUMNS)
         self.errors = _reference_errors(estimate)
+        masks = [(kind, event_mask(estimate.events, kind.event)) for kind in KINDS]
+        self.events = tuple((kind.name, mask) for kind, mask in masks if mask.any())
 
     @property
     def has_sigmas(self) -> bool:
@@ -150,6 +162,18 @@ def _shade_states(panel: Axes, course: _Course) -> None:
 def _shade_where(panel: Axes, course: _Course, mask: Booleans, colour: str) -> None:
     begins, ends = find_spans(mask)
     shade(panel, course.at(begins), course.at(ends), colour)
+
+
+def _draw_events(panel: Axes, course: _Course) -> None:
+    """Draw a row of marks for each mechanism that acted, the first on top."""
+    shortest = _MIN_MARK_SHARE * (course.times[-1] - course.times[0])
+    for row, (_, mask) in enumerate(reversed(course.events)):
+        begins, ends = (course.at(edges) for edges in find_spans(mask))
+        half = np.maximum(shortest - (ends - begins), 0.0) / 2.0
+        marks = list(zip(begins - half, ends - begins + 2.0 * half, strict=True))
+        panel.broken_barh(marks, (row - 0.32, 0.64), color=BLUE, lw=0.0)
+    panel.set_ylim(-0.5, len(course.events) - 0.5)
+    write_head(panel, "events")
 
 
 def _draw_angles(panel: Axes, course: _Course) -> None:
