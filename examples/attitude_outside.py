@@ -200,7 +200,7 @@ def failing():
     for every in (50, 100):
         yield f"it is held for {every / 100.0:g} s each time", [faults.held_field(hand, every)]
     for angle, lasts in ((50.0, 8.0), (90.0, 4.0), (50.0, 15.0)):
-        scenes = [faults.passthrough_labels(angle, lasts, seed) for seed in range(3)]
+        scenes = [faults.passing(angle, lasts, seed) for seed in range(3)]
         yield f"car, the field turns by {angle:g} deg for {lasts:g} s", scenes
     for size in (12.0, 25.0):
         scenes = [faults.big_bias(size, axis) for axis in ((1.0, -0.5, 0.3), (0.1, 0.1, 1.0))]
