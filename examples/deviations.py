@@ -7,14 +7,17 @@ and more holds). RECORDINGS are logs at rest at 100 Hz: the bias predicts their 
 """
 
 import argparse
+import itertools
 
 import numpy as np
+from scipy.signal import butter, lfilter
 
 import zerorate as zr
 from zerorate.simulation.devices import device
 from zerorate.simulation.models import MODELS, simulate_record
 
 RATE = 100.0
+FILTERED_RATE = 200.0
 RECORDS = 12
 DURATION = 900.0
 FIRST = 120.0
@@ -99,6 +102,57 @@ def noise_errors(count=40, duration=120.0):
     return np.array([(fit - 0.01) / fit.sigma for fit in fits])
 
 
+def filtered_record(seed, duration, corner, order):
+    """Return white noise, flicker and walk behind a filter, at 200 Hz."""
+    noise = zr.NoiseModel(
+        angle_random_walk=0.01, bias_instability=0.003, rate_random_walk=5e-5, quantity="unknown"
+    )
+    z, _ = zr.simulate(noise, FILTERED_RATE, duration + 20.0, seed=seed)
+    if order == "mean":
+        width = round(0.4429 * FILTERED_RATE / corner)
+        z = np.convolve(z, np.ones(width) / width, "valid")
+    else:
+        z = lfilter(*butter(order, 2.0 * corner / FILTERED_RATE), z)
+    first = round(15.0 * FILTERED_RATE)
+    return z[first : first + round(duration * FILTERED_RATE)]
+
+
+def filtered_rows(durations=(60.0, 600.0), corners=(5.0, 20.0), orders=(1, 2, "mean"), count=12):
+    """Yield bias and scatter of N behind filters, and its errors over sigma."""
+    for duration, corner, order in itertools.product(durations, corners, orders):
+        records = (filtered_record(s, duration, corner, order) for s in range(count))
+        fits = [zr.noise.whittle(z, FILTERED_RATE) for z in records]
+        white = np.array([fit.angle_random_walk for fit in fits]) / 0.01
+        errors = np.array([(f.angle_random_walk - 0.01) / f.angle_random_walk.sigma for f in fits])
+        named = sum(fit.low_pass is not None for fit in fits)
+        spread = f"{100.0 * (white.mean() - 1.0):+.1f} ± {100.0 * white.std():.1f} %"
+        yield (
+            f"{duration:g} s, {corner:g} Hz, {order}",
+            (spread, measures(errors), f"{named}/{count}"),
+        )
+
+
+def stepped_rows(ratios=(0.1, 0.15, 0.2, 0.25, 0.3, 0.4), count=4):
+    """Yield N of stepped samples over the truth, by the deviation over the step."""
+    for ratio in ratios:
+        values, errors, bounds = [], [], []
+        for level, drift, seed in itertools.product((0.0, 0.25, 0.45), (0.0, 0.3), range(count)):
+            rng = np.random.default_rng(seed)
+            z = np.rint(level + ratio * rng.standard_normal(30_000) + np.linspace(0, drift, 30_000))
+            (axis,) = zr.characterise({"gyro_x_radps": z}, rate=RATE).gyro.axes
+            if axis.model is None:
+                continue
+            white, truth = axis.model.angle_random_walk, ratio / np.sqrt(RATE)
+            bounds.append(white.upper_bound >= truth)
+            if white.identifiable:
+                values.append(white / truth)
+                errors.append((white - truth) / white.sigma)
+        spread = f"{np.mean(values):.3f} ± {np.std(values):.3f}" if values else "-"
+        held = measures(np.array(errors)) if errors else "-"
+        cells = (f"{len(values)}/{6 * count}", spread, held, f"{np.mean(bounds):.2f}")
+        yield f"{ratio:g}", cells
+
+
 def measures(errors):
     """Return the RMS, and the share within two."""
     return f"{np.sqrt(np.mean(errors**2)):.2f} {np.mean(np.abs(errors) <= 2.0):.2f}"
@@ -141,7 +195,10 @@ def main():
         print_table(head, drift_rows(platforms))
     if arguments.recordings:
         print_table(["recording at rest", *spans], recording_rows(arguments.recordings))
-    print("N of the spectrum:", measures(noise_errors()))
+    print("N of the spectrum:", measures(noise_errors()), end="\n\n")
+    print_table(["record, corner, order", "N", "error over sigma", "named"], filtered_rows())
+    head = ["σ/step", "identifiable", "N over truth", "error over sigma", "bound holds"]
+    print_table(head, stepped_rows())
 
 
 if __name__ == "__main__":
