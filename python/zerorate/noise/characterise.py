@@ -18,6 +18,7 @@ from zerorate.noise.coarse import (
     find_coarse,
 )
 from zerorate.noise.exports import check_doubts
+from zerorate.noise.fit import coefficient_of
 from zerorate.noise.kinds import KindName, TauGrid
 from zerorate.noise.low_pass import Filtered
 from zerorate.noise.spectrum import Spectrum, find_low_pass, fit_spectrum
@@ -256,7 +257,7 @@ def _contradiction(name: str, model: FittedModel | None, second: FittedModel) ->
     """Return that curve and spectrum give another white noise, empty where they agree."""
     if model is None:
         return ""
-    first, other = model.angle_random_walk, second.angle_random_walk
+    first, other = (coefficient_of(m, "angle_random_walk") for m in (model, second))
     apart = abs(first - other)
     if apart <= max(3.0 * math.hypot(first.sigma, other.sigma), 0.05 * other):
         return ""

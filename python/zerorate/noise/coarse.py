@@ -10,7 +10,7 @@ import numpy as np
 
 from zerorate._native import log_normal_cdf
 from zerorate.noise.coefficient import Coefficient
-from zerorate.noise.fit import FittedModel
+from zerorate.noise.fit import FittedModel, coefficient_of
 from zerorate.noise.quantities import UNKNOWN, si_unit
 from zerorate.types import Floats
 
@@ -83,7 +83,7 @@ def describe_coarse(coarse: Coarse, rate: float, unit: str) -> str:
     model = coarse_model(coarse, rate, unit)
     if model is None:
         return f"{steps}as it is not white, nothing is known of it{advice}"
-    white, unit_of_white = model.angle_random_walk, ""
+    white, unit_of_white = coefficient_of(model, "angle_random_walk"), ""
     if model.quantity != "unknown":
         unit_of_white = " deg/sqrt(h)" if model.quantity == "angular rate" else " m/s/sqrt(h)"
         white = model.in_units(unit_of_white.strip())

@@ -157,6 +157,12 @@ def fit_components(
     )
 
 
+def coefficient_of(model: NoiseModel, field: str) -> Coefficient:
+    """Return a coefficient of a model by its field."""
+    coefficient: Coefficient = getattr(model, field)
+    return coefficient
+
+
 def coefficient_of_square(square: float, sigma: float) -> Coefficient:
     """Return the root of a square and its standard error, which bound it at 95 %."""
     largest = math.sqrt(max(square, 0.0) + _ONE_SIDED_95 * sigma)

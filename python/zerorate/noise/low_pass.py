@@ -84,12 +84,12 @@ class LowPass:
         >>> round(1.0 / LowPass(5.0, 1.0).passed_share(200.0))  # a sample varies so much less
         13
         """
-        f = (np.arange(_SHARE_POINTS) + 0.5) * (0.5 / _SHARE_POINTS)
-        corner = min(float(self.corner) / rate, 0.4999)
+        f: Floats = (np.arange(_SHARE_POINTS, dtype=np.float64) + 0.5) * (0.5 / _SHARE_POINTS)
+        corner: Floats = np.array([math.log(min(float(self.corner) / rate, 0.4999))])
         if math.isinf(self.order):
-            return float(_mean(f[:, None], np.array([math.log(corner)])).mean())
+            return float(_mean(f[:, None], corner).mean())
         order = 2.0 if math.isnan(self.order) else self.order
-        return float(_butterworth(order)(f, np.array([math.log(corner)])).mean())
+        return float(_butterworth(order)(f, corner).mean())
 
     def __str__(self) -> str:
         """Return corner and order in words."""
@@ -149,7 +149,7 @@ def _continued(table: Floats, k: Floats, sums: int) -> Floats:
     step = table[last] - table[last - 1]
     # -phase(last + j) = level' + j/2, summed twice.
     cube = over * (over - 1.0) * (over + 1.0) / 12.0
-    return near + over * step - (level - 0.5) * over * (over + 1.0) / 2.0 + cube
+    return np.asarray(near + over * step - (level - 0.5) * over * (over + 1.0) / 2.0 + cube)
 
 
 class NarrowBands(NamedTuple):
@@ -236,7 +236,7 @@ def _mean(f: Floats, p: Floats) -> Floats:
     lags = np.arange(1, math.ceil(width))
     weights = 1.0 - lags / width
     series = 1.0 + 2.0 * np.tensordot(weights, np.cos(2.0 * np.pi * lags[:, None, None] * f), 1)
-    return np.maximum(np.asarray(series / (1.0 + 2.0 * weights.sum())), 0.0)
+    return np.asarray(np.maximum(series / (1.0 + 2.0 * weights.sum()), 0.0))
 
 
 def _cube(f: Floats, p: Floats) -> Floats:
@@ -303,7 +303,6 @@ class _Fit:
     deviance: float
     bic: float
     chance: float
-    build: Callable[[Floats], Floats] = field(repr=False)
 
     @property
     def white(self) -> float:
@@ -344,7 +343,7 @@ def _linear(columns: Floats, density: Floats, counts: Floats, rounds: int = 6) -
         c = _best_subset(gram, goal) / lengths
         model = np.einsum("...bk,...k->...b", columns, c)
         weight = np.sqrt(counts) / np.maximum(model, 1e-12 * density)
-    return c
+    return np.asarray(c)
 
 
 def _best_subset(gram: Floats, goal: Floats) -> Floats:
@@ -439,9 +438,9 @@ class _Search:
         free = int(np.count_nonzero(c)) + p.size
         bic = deviance + free * math.log(float(counts.sum()))
         chance = _chance(deviance, max(self.density.size - free, 1))
-        return _Fit(shape, p, c, deviance, bic, chance, lambda p: self.columns(shape, p))
+        return _Fit(shape, p, c, deviance, bic, chance)
 
-    def covariance(self, fit: _Fit, counts: Floats) -> tuple[Floats, Floats]:
+    def covariance(self, fit: _Fit, counts: Floats) -> Floats:
         """Return the covariance of all c and p, where c is not zero or is one of the terms."""
         columns = self.columns(fit.shape, fit.p)
         model = np.maximum(columns @ fit.c, 1e-12 * self.density)
@@ -451,13 +450,13 @@ class _Search:
         index = np.concatenate((np.flatnonzero(free), 5 + np.arange(fit.p.size)))
         full = np.zeros((5 + fit.p.size,) * 2)
         full[np.ix_(index, index)] = _inverse_gram(used)
-        return full, free
+        return full
 
     def sigma_of_absent(self, fit: _Fit, counts: Floats, i: int) -> float:
         """Return the standard error that amplitude i, found to be zero, would have."""
         c = fit.c.copy()
         c[i] = max(c[i], 1e-12 * c.max())
-        full, _ = self.covariance(_Fit(fit.shape, fit.p, c, 0.0, 0.0, 0.0, fit.build), counts)
+        full = self.covariance(_Fit(fit.shape, fit.p, c, 0.0, 0.0, 0.0), counts)
         return math.sqrt(max(full[i, i], 0.0))
 
 
@@ -602,11 +601,14 @@ def _markov_drift(
     first = fits[0]
     if first.bic > plain.bic - _MARKOV_BIC or first.chance < _MARKOV_CHANCE or first.c[4] <= 0.0:
         return None
-    covariance, _ = search.covariance(first, counts)
+    covariance = search.covariance(first, counts)
     white = Estimate(float(first.c[4]), math.sqrt(covariance[4, 4]))
+    flicker, walk, ramp = (_amplitude(search, first, counts, covariance, i) for i in (1, 2, 3))
     return Filtered(
         white,
-        *(_amplitude(search, first, counts, covariance, i) for i in (1, 2, 3)),
+        flicker,
+        walk,
+        ramp,
         deviance=first.deviance,
         freedom=_freedom(search, first),
         chance=first.chance,
@@ -640,7 +642,7 @@ def _average(search: _Search, fits: Sequence[_Fit], counts: Floats) -> Filtered:
     assert shape is not None
 
     def response(f: Floats) -> Floats:
-        return (c[0] * shape.response(f, p) + c[4]) / (c[0] + c[4])
+        return np.asarray((c[0] * shape.response(f, p) + c[4]) / (c[0] + c[4]))
 
     top = float((search.columns(shape, p) @ c)[-1])
     named = top < _NAMED_BELOW * best.white
@@ -655,7 +657,7 @@ def _average(search: _Search, fits: Sequence[_Fit], counts: Floats) -> Filtered:
 
 def _estimates(search: _Search, fit: _Fit, counts: Floats) -> tuple[Estimate, ...]:
     """Return N^2, B^2, K^2, R^2 and the corner of one filter."""
-    covariance, _ = search.covariance(fit, counts)
+    covariance = search.covariance(fit, counts)
     white = covariance[0, 0] + covariance[4, 4] + 2.0 * covariance[0, 4]
     shape = fit.shape
     assert shape is not None
@@ -665,9 +667,9 @@ def _estimates(search: _Search, fit: _Fit, counts: Floats) -> tuple[Estimate, ..
         change = shape.corner(fit.p + step) - shape.corner(fit.p - step)
         slope[5 + k] = change / (2.0 * _SMALL_STEP)
     return (
-        Estimate(fit.white, math.sqrt(max(white, 0.0))),
+        Estimate(fit.white, math.sqrt(max(float(white), 0.0))),
         *(_amplitude(search, fit, counts, covariance, i) for i in (1, 2, 3)),
-        Estimate(shape.corner(fit.p), math.sqrt(max(slope @ covariance @ slope, 0.0))),
+        Estimate(shape.corner(fit.p), math.sqrt(max(float(slope @ covariance @ slope), 0.0))),
     )
 
 
@@ -726,9 +728,12 @@ def _smooth(
 
 
 def _of_part(part: _Search, fit: _Fit) -> Filtered:
-    covariance, _ = part.covariance(fit, part.counts)
+    covariance = part.covariance(fit, part.counts)
+    white, flicker, walk = (_amplitude(part, fit, part.counts, covariance, i) for i in (0, 1, 2))
     return Filtered(
-        *(_amplitude(part, fit, part.counts, covariance, i) for i in (0, 1, 2)),
+        white,
+        flicker,
+        walk,
         ramp=Estimate(0.0, math.nan),
         deviance=fit.deviance,
         freedom=_freedom(part, fit),

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from zerorate.noise.coefficient import Coefficient
 from zerorate.noise.curve_fit import Curve, curve_fit, polynomial_fit
-from zerorate.noise.fit import FittedModel
+from zerorate.noise.fit import FittedModel, coefficient_of
 from zerorate.noise.freedom import reflection_bias
 from zerorate.noise.kinds import KINDS, Kind
 from zerorate.noise.low_pass import Filtered, band_fields, process_of
@@ -220,7 +220,7 @@ class AllanResult(Result):
         curve, unit = self._make_curve(scale), (factor * scale, quantity)
         model = curve_fit(curve, terms, (), (), unit, process_of(filtered))
         # What the filter leaves open of N is in no deviation.
-        white = model.angle_random_walk
+        white = coefficient_of(model, "angle_random_walk")
         share = 0.5 * filtered.white.sigma / filtered.white.value
         sigma = math.hypot(white.sigma, share * white.value)
         bound = max(white.upper_bound, white.value + 1.645 * sigma)
