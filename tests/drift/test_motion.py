@@ -47,7 +47,7 @@ def test_motion_matters(method):
     held, ignored = (traced(method, motion) for motion in ("hold", "ignore"))
     assert ignored.at_rest.all()
     # The published filters follow the rate; the other takes it for noise and believes it little.
-    least = 10.0 * NOISE if method != "auto" else 2.0 * held.bias_sigma[MOVED.start]
+    least = 10.0 * NOISE if method != "auto" else 2.0 * np.sqrt(held.covariance[MOVED.start, 0, 0])
     assert np.max(np.abs(ignored.bias[MOVED] - held.bias[MOVED])) > least
 
 

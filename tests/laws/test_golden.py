@@ -45,9 +45,10 @@ def test_a_state_of_an_older_layout_is_refused():
 
 OLDER = [
     ("fading", "drift", 1, 2),
-    ("auto", "drift-auto", 1, 4),
-    ("auto", "drift-auto", 2, 4),
-    ("auto", "drift-auto", 3, 4),
+    ("auto", "drift-auto", 1, 5),
+    ("auto", "drift-auto", 2, 5),
+    ("auto", "drift-auto", 3, 5),
+    ("auto", "drift-auto", 4, 5),
     ("holding", "drift-rest-gated", 2, 4),
     ("holding", "drift-rest-gated", 3, 4),
     ("robust-holding", "robust-gated", 3, 4),
@@ -71,7 +72,8 @@ OLDER = [
     ("rest-detector", "rest-detector", 2, 4),
     ("rest-detector", "rest-detector", 3, 4),
     ("temperature", "temperature", 1, 2),
-    ("array", "gyro-array", 1, 2),
+    ("array", "gyro-array", 1, 3),
+    ("array", "gyro-array", 2, 3),
 ]
 
 

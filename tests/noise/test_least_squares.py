@@ -8,10 +8,10 @@ from scipy.optimize import nnls
 from scipy.stats import chi2
 
 from zerorate.noise.least_squares import (
-    _solve_non_negative,
     bound_by_single,
     residual_chi_squared,
     solve,
+    solve_non_negative,
     upper_bound,
 )
 
@@ -31,7 +31,7 @@ def problems(draw):
 @given(problems())
 def test_equals_scipy(problem):
     matrix, target = problem
-    strengths = _solve_non_negative(matrix, target)
+    strengths = solve_non_negative(matrix, target)
     assert np.all(strengths >= 0.0)
     lengths = np.linalg.norm(matrix, axis=0)
     # SciPy's is for columns of a like size.
@@ -48,7 +48,7 @@ def test_equals_scipy(problem):
 def test_no_strength_can_be_changed_for_the_better(problem):
     """Kuhn and Tucker: the slope is zero where a strength is free and not upwards elsewhere."""
     matrix, target = problem
-    strengths = _solve_non_negative(matrix, target)
+    strengths = solve_non_negative(matrix, target)
     slopes = (matrix / np.linalg.norm(matrix, axis=0)).T @ (target - matrix @ strengths)
     # The tolerance of the search, and roundings of a least squares solution.
     least = 1e-10 * np.linalg.norm(target)
@@ -57,7 +57,7 @@ def test_no_strength_can_be_changed_for_the_better(problem):
 
 
 def test_columns_of_zeros_take_no_strength():
-    strengths = _solve_non_negative(np.array([[1.0, 0.0], [1.0, 0.0]]), np.array([2.0, 4.0]))
+    strengths = solve_non_negative(np.array([[1.0, 0.0], [1.0, 0.0]]), np.array([2.0, 4.0]))
     np.testing.assert_allclose(strengths, [3.0, 0.0], rtol=1e-15)
 
 

@@ -25,6 +25,7 @@ class AutoFilter:
         rest_limit=None,
         bias_limit=None,
     ):
+        self.rate = rate
         self.hold = motion == "hold"
         self.window = max(math.floor(startup * rate + 0.5), STARTUP_MIN)
         self.known_scale = scale
@@ -105,14 +106,15 @@ class AutoFilter:
         else:
             noise = self.learned.noises()
         sigma = self.startup_sigma if self.begins else self.drift["bias_sigma"]
+        of_walks = self.startup_sigma if self.begins else self.drift["walk_sigma"]
         return {
             **noise,
             "estimate": self.estimate,
             "bias": self.estimate,
             "bias_sigma": self.cautious(sigma, noise["measurement_noise"]),
             "gain": self.drift["gain"] if self.doing == "at rest" else 0.0,
-            "covariance": sigma**2,
-            "innovation_variance": noise["measurement_noise"] + sigma**2,
+            "covariance": of_walks**2,
+            "innovation_variance": noise["measurement_noise"] + of_walks**2,
             "coefficients": 1.0,
             "at_rest": self.learns,
             "saturated": self.tally.saturated,
@@ -211,7 +213,8 @@ class AutoFilter:
     def finish_startup(self):
         offset, samples = self.startup.mean, self.startup.worth
         if self.learned is None:
-            self.learned = Learned(offset, self.startup.scale, self.detector.length, samples)
+            length, rate = self.detector.length, self.rate
+            self.learned = Learned(offset, self.startup.scale, length, samples, rate)
         else:
             self.learned.begin(offset, samples)
         self.doing = "at rest"

@@ -3,18 +3,21 @@
 import numpy as np
 
 from oracle.allan_noise import AllanNoise
-from oracle.walks import Walks
+from oracle.flicker import Flicker
+from oracle.walks import DEGREES, Walks
 
 # Ticks of a block, and ticks after which a noise level counts for 1/e.
 BLOCK = 8
 NOISE_MEMORY = 240
 # In variances of the start-up.
 FLOOR = 1e-12
-# Deviations of a sample that are followed, and what the interval is widened by.
+# Deviations of a sample that are followed, what the walks' interval is widened by, and what is
+# stated before the first block over it.
 SURPRISE = 4.0
 CAUTION = 1.15
+FRESH = 2.0
 # Ticks that a noise counts for which one tick has shown.
-FRESH = 8
+FIRST_TICKS = 8
 # Ratio of the variances of two noises that are not the same sensor's at rest.
 ANOTHER = 9.0
 
@@ -22,13 +25,15 @@ ANOTHER = 9.0
 class Learned:
     """In units of the start-up: ``offset`` and ``scale`` lead back to those of the samples."""
 
-    def __init__(self, offset, scale, length, samples):
+    def __init__(self, offset, scale, length, samples, rate):
         self.offset, self.scale, self.length = offset, scale, length
         self.tick_noise = AllanNoise(1.0 - 1.0 / NOISE_MEMORY)
         self.tick_noise.believe(1.0 / length, int(samples / length))
         self.sample_noise = 1.0
         self.ticks = samples / length
-        self.walks = Walks(1.0 / (length * BLOCK))
+        block = length * BLOCK
+        self.walks = Walks(1.0 / block)
+        self.flicker = Flicker(1.0 / block, block / rate, rate)
         self.begin(offset, samples)
 
     @property
@@ -37,7 +42,10 @@ class Learned:
         return max(self.tick_noise.variance, FLOOR) * self.length
 
     def begin(self, mean, samples):
-        self.walks.begin((mean - self.offset) / self.scale, self.noise / max(samples, 1))
+        level, variance = (mean - self.offset) / self.scale, self.noise / max(samples, 1)
+        self.walks.begin(level, variance)
+        self.flicker.begin(level, variance)
+        self.state()
         self.block = []
         self.tick_noise.observe(np.nan)
 
@@ -54,15 +62,43 @@ class Learned:
 
     def finish_block(self):
         if self.gathered is None:
-            self.walks.wait(1.0)
+            self.go_on(1.0)
         else:
-            self.walks.correct(self.gathered)
+            degrees, block = self.walks.degrees, self.gathered
+            self.flicker.correct(block, degrees, self.walks.correct(block))
+            self.state()
         self.block = []
 
     def wait(self):
         self.tick_noise.observe(np.nan)
-        self.walks.wait((len(self.block) + 1) / BLOCK)
+        self.go_on((len(self.block) + 1) / BLOCK)
         self.block = []
+
+    def go_on(self, blocks):
+        self.walks.wait(blocks)
+        if self.flicker.wait(blocks):
+            self.state()
+
+    def state(self):
+        """What is stated of the drift from now on."""
+        self.variance = self.flicker.stated(self.walks)[0]
+
+    def bias_sigma_over(self, seconds):
+        return self.stated(self.flicker.over(self.walks, seconds)[0])
+
+    @property
+    def bias_instability(self):
+        return self.scale * np.sqrt(self.flicker.stated(self.walks)[1])
+
+    @property
+    def of_walks(self):
+        return CAUTION * self.scale * np.sqrt(self.walks.drift(self.gathered)[1])
+
+    def stated(self, variance):
+        """Before the first block the walks alone are known, and they rate the drift too low."""
+        if self.walks.degrees == DEGREES:
+            return FRESH * self.of_walks
+        return self.scale * np.sqrt(variance)
 
     @property
     def gathered(self):
@@ -80,15 +116,16 @@ class Learned:
     def listen_anew(self, tick):
         variance = max(tick.variance / self.scale**2, FLOOR)
         louder = variance / max(self.sample_noise, FLOOR)
-        self.tick_noise.believe(max(self.tick_noise.variance, FLOOR) * louder, FRESH)
+        self.tick_noise.believe(max(self.tick_noise.variance, FLOOR) * louder, FIRST_TICKS)
         self.sample_noise, self.ticks = variance, 1.0
 
     def drift(self):
         """In the unit of the samples; ``most`` is the largest difference that is followed."""
-        mean, variance, P = self.walks.drift(self.gathered)
+        mean, _, P = self.walks.drift(self.gathered)
         return {
             "estimate": self.offset + self.scale * mean,
-            "bias_sigma": CAUTION * self.scale * np.sqrt(variance),
+            "bias_sigma": self.stated(self.variance),
+            "walk_sigma": self.of_walks,
             "gain": P / (P + self.noise),
             "most": SURPRISE * self.scale * np.sqrt(self.sample_noise),
         }

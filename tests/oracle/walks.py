@@ -57,10 +57,13 @@ class Walks:
         x, P, e, S = self.step(*block)
         likelihood = student.logpdf(e, self.degrees, scale=np.sqrt(S * self.scale))
         self.evidence = KEPT * self.evidence + likelihood
+        best = self.evidence.max()
+        self.evidence = self.evidence - best
         self.squares = KEPT * self.squares + e**2 / S
         self.degrees = KEPT * self.degrees + 1.0
         self.x, self.P = x, P
         self.weight = softmax(np.log(PRIOR) + self.evidence)
+        return best
 
     @property
     def process_noise(self):

@@ -5,6 +5,7 @@ from zerorate.noise.allan import allan
 from zerorate.noise.coefficient import Coefficient
 from zerorate.noise.dynamic import DynamicAllan, dynamic_allan
 from zerorate.noise.fit import FittedModel
+from zerorate.noise.low_pass import LowPass
 from zerorate.noise.model import DiscreteSigmas, NoiseModel, worst_axis
 from zerorate.noise.quantities import Quantity
 from zerorate.noise.result import AllanResult
@@ -19,6 +20,7 @@ __all__ = [
     "DiscreteSigmas",
     "DynamicAllan",
     "FittedModel",
+    "LowPass",
     "Markov",
     "MotionDetector",
     "NoiseModel",

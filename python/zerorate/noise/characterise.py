@@ -1,18 +1,27 @@
 """The noise of every axis of one sensor: deviations, models, a second opinion, and warnings."""
 
 import json
+import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from zerorate.faults import keyword_argument, make_sentence
 from zerorate.noise import AllanResult, FittedModel, NoiseModel, allan, worst_axis
+from zerorate.noise.coarse import (
+    coarse_model,
+    describe_coarse,
+    describe_rounding,
+    find_coarse,
+)
 from zerorate.noise.exports import check_doubts
+from zerorate.noise.fit import coefficient_of
 from zerorate.noise.kinds import KindName, TauGrid
-from zerorate.noise.spectrum import Spectrum, fit_spectrum
+from zerorate.noise.low_pass import Filtered
+from zerorate.noise.spectrum import Spectrum, find_low_pass, fit_spectrum
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record import Log, LogError
 from zerorate.record.log import notes_of
@@ -37,7 +46,7 @@ class Axis:
     second : FittedModel or None
         Of the spectrum; None where that was not asked for or cannot be.
     doubts : tuple of str
-        Why there is no model.
+        Why there is no model, or what to beware of.
     """
 
     name: str
@@ -86,11 +95,18 @@ class Characterisation:
         yield from (doubt_entry.why for doubt_entry in self.curve.doubts if doubt_entry.why)
         yield from self.curve.notes
         yield from dict.fromkeys(doubt for axis in self.axes for doubt in axis.doubts)
+        yield from (
+            f"{axis.name}: {axis.model.band}"
+            for axis in self.axes
+            if axis.model is not None and axis.model.band
+        )
         yield from self._describe_misfit()
 
     def _describe_misfit(self) -> Iterator[str]:
         models = ((axis.name, axis.model) for axis in self.axes if axis.model is not None)
-        misfits = {name: 0.5 * model.misfit for name, model in models if not model.markov}
+        misfits = {
+            name: 0.5 * model.misfit for name, model in models if not (model.markov or model.band)
+        }
         notable = {name: part for name, part in misfits.items() if part > _NOTABLE_MISFIT}
         if notable:
             listed = ", ".join(f"{name} by {100.0 * part:.0f} %" for name, part in notable.items())
@@ -204,11 +220,48 @@ def _characterise_axis(
     (name,) = curve.names
     if not np.any(curve.deviation > 0.0):
         return Axis(name, None, None)
-    model, doubt = _try_fit(lambda: curve.fit(markov=markov))
-    second = None
+    coarse = find_coarse(z, log.rate)
+    if coarse is not None:
+        note = f"{name}: {describe_coarse(coarse, log.rate, log.unit)}"
+        return Axis(name, coarse_model(coarse, log.rate, log.unit), None, (note,))
+    rounding = describe_rounding(z, log.rate)
+    notes = (f"{name}: {rounding}",) if rounding else ()
+    second = filtered = None
     if spectrum is not None:
         second, _ = _try_fit(lambda: fit_spectrum(spectrum.result(), log.rate, log.unit))
-    return Axis(name, model, second, (doubt,) if doubt else ())
+        filtered = None if second is None else find_low_pass(spectrum.result(), log.rate)
+    if filtered is None or second is None or markov:
+        model, doubt = _try_fit(lambda: curve.fit(markov=markov))
+        return Axis(name, model, second, (*notes, doubt) if doubt else notes)
+    axis = _filtered_axis(name, curve, second, filtered)
+    return replace(axis, doubts=(*notes, *axis.doubts))
+
+
+def _filtered_axis(name: str, curve: AllanResult, second: FittedModel, filtered: Filtered) -> Axis:
+    """Return an axis whose spectrum a plain model misses."""
+    why = "".join(doubt.why for doubt in curve.doubts)
+    if filtered.response is not None:
+        model, doubt = _try_fit(lambda: curve.fit_behind(filtered))
+        why = why or _contradiction(name, model, second)
+    elif filtered.holds:
+        model, doubt = second, ""
+    else:
+        model, doubt = _try_fit(curve.fit)
+        why = why or f"{name}: the spectrum contradicts every model of its noise"
+    if model is not None and why:
+        model = replace(model, doubt=why)
+    return Axis(name, model, second, tuple(note for note in (doubt, why) if note))
+
+
+def _contradiction(name: str, model: FittedModel | None, second: FittedModel) -> str:
+    """Return that curve and spectrum give another white noise, empty where they agree."""
+    if model is None:
+        return ""
+    first, other = (coefficient_of(m, "angle_random_walk") for m in (model, second))
+    apart = abs(first - other)
+    if apart <= max(3.0 * math.hypot(first.sigma, other.sigma), 0.05 * other):
+        return ""
+    return f"{name}: deviations and spectrum contradict each other on the white noise"
 
 
 def _try_fit(

@@ -13,7 +13,14 @@ from zerorate.noise.fit import Component, FittedModel, Problem, fit_components
 from zerorate.noise.kinds import KINDS, Kind
 from zerorate.noise.least_squares import residual_chi_squared
 from zerorate.noise.model import NoiseModel
-from zerorate.noise.processes import COLOURED, markov, ramp_variance, sinusoid_variance, strength
+from zerorate.noise.processes import (
+    COLOURED,
+    Process,
+    markov,
+    ramp_variance,
+    sinusoid_variance,
+    strength,
+)
 from zerorate.noise.processes import markov as markov_process
 from zerorate.noise.quantities import TERMS, Quantity
 from zerorate.noise.terms import Markov, Sinusoid
@@ -69,6 +76,7 @@ def curve_fit(
     times: Sequence[float] | int,
     frequencies: Sequence[float],
     unit: tuple[float, Quantity],
+    white: Process = COLOURED["angle_random_walk"],
 ) -> FittedModel:
     """Fit the coefficients `terms`, Markov terms and sines to a curve.
 
@@ -84,6 +92,8 @@ def curve_fit(
         Of sines, Hz.
     unit : tuple
         Unit of the deviation in SI, and what it measures.
+    white : Process
+        White noise of unit density, as a low-pass leaves it.
 
     Raises
     ------
@@ -93,8 +103,8 @@ def curve_fit(
     if not times and not set(terms) & set(COLOURED):
         raise ValueError(f"a fit needs a noise: name a Markov term or one of {', '.join(COLOURED)}")
     if isinstance(times, int):
-        times = _find_times(curve, terms, times, frequencies)
-    design = _Design(curve, terms, times, frequencies)
+        times = _find_times(curve, terms, times, frequencies, white)
+    design = _Design(curve, terms, times, frequencies, white)
     return fit_components(design.problem(), design.components, curve.estimator.name, unit)
 
 
@@ -107,6 +117,7 @@ class _Design:
         terms: Sequence[str],
         times: Sequence[float],
         frequencies: Sequence[float],
+        white: Process,
     ) -> None:
         kind, rate, m = curve.kind, curve.rate, curve.m
         samples = m.astype(np.float64)
@@ -114,7 +125,7 @@ class _Design:
         periods = tuple(time * rate for time in times)
         counts = (tuple(m.tolist()), tuple(curve.terms.tolist()))
         self.curve, self.n_noises = curve, len(noises) + len(periods)
-        self.statistics = _curve_statistics(kind, *counts, tuple(noises), periods)
+        self.statistics = _curve_statistics(kind, *counts, tuple(noises), periods, white)
         columns = [self.statistics.variances]
         components = [Component(term, strength(term, rate)) for term in noises]
         components += [_markov_component(time) for time in times]
@@ -150,9 +161,11 @@ def _curve_statistics(
     terms: tuple[int, ...],
     noises: tuple[str, ...],
     periods: tuple[float, ...],
+    white: Process,
 ) -> CurveStatistics:
     """Return what the axes of a record share."""
-    processes = [COLOURED[noise] for noise in noises]
+    coloured = {**COLOURED, "angle_random_walk": white}
+    processes = [coloured[noise] for noise in noises]
     processes += [markov_process(period) for period in periods]
     return CurveStatistics(kind, np.array(m), np.array(terms), processes)
 
@@ -166,7 +179,11 @@ def _sinusoid_component(frequency: float) -> Component:
 
 
 def _find_times(
-    curve: Curve, terms: Sequence[str], count: int, frequencies: Sequence[float]
+    curve: Curve,
+    terms: Sequence[str],
+    count: int,
+    frequencies: Sequence[float],
+    white: Process,
 ) -> list[float]:
     """Return correlation times, found one after the other, each where chi-squared is least.
 
@@ -177,7 +194,7 @@ def _find_times(
     first, last = 2.0 / curve.rate, float(curve.m[-1]) / curve.rate
     steps = max(int(_TIMES_PER_DECADE * np.log10(last / first)), 1)
     for _ in range(count):
-        problem = _Design(curve, terms, times, frequencies).problem()
+        problem = _Design(curve, terms, times, frequencies, white).problem()
         solution, weighting, *_ = problem.solve()
         scatter = weighting(solution.strengths)
         trials = [float(t) for t in np.geomspace(first, last, steps + 1) if t not in times]

@@ -151,9 +151,11 @@ def check_doubts(models: Iterable["NoiseModel"]) -> None:
         )
 
 
-def _warning_lines(models: Iterable["NoiseModel | None"]) -> list[str]:
+def _warning_lines(models: Sequence["NoiseModel | None"]) -> list[str]:
     doubts = (model.doubt for model in models if model is not None and model.doubt)
-    return [f"# WARNING: {doubt}" for doubt in dict.fromkeys(doubts)]
+    bands = (model.band for model in models if model is not None and model.band)
+    lines = [f"# WARNING: {doubt}" for doubt in dict.fromkeys(doubts)]
+    return [*lines, *(f"# {band}" for band in dict.fromkeys(bands))]
 
 
 def _check_determined(coefficients: Sequence[Coefficient]) -> None:

@@ -1,5 +1,6 @@
 """Noise coefficients from a deviation curve or a spectrum, with what is known of each."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -18,6 +19,7 @@ from zerorate.types import Floats
 # gives the coefficient to better than a quarter.
 _IDENTIFIABLE_SIGMAS: Final = 2.0
 _MISFIT_PROBABILITY: Final = 0.99
+_ONE_SIDED_95: Final = 1.6448536269514722
 _MAX_MISFIT: Final = 4.0
 _MISFIT_PRECISION: Final = 5e-3
 _MAX_STEPS: Final = 100
@@ -153,6 +155,22 @@ def fit_components(
         degrees_of_freedom=solution.degrees_of_freedom,
         misfit=misfit,
     )
+
+
+def coefficient_of(model: NoiseModel, field: str) -> Coefficient:
+    """Return a coefficient of a model by its field."""
+    coefficient: Coefficient = getattr(model, field)
+    return coefficient
+
+
+def coefficient_of_square(square: float, sigma: float) -> Coefficient:
+    """Return the root of a square and its standard error, which bound it at 95 %."""
+    largest = math.sqrt(max(square, 0.0) + _ONE_SIDED_95 * sigma)
+    if not square > 0.0:
+        return Coefficient(0.0, largest / _ONE_SIDED_95, False, largest)
+    value = math.sqrt(square)
+    identifiable = square > _IDENTIFIABLE_SIGMAS * sigma
+    return Coefficient(value, sigma / (2.0 * value), identifiable, max(largest, value))
 
 
 def _make_coefficient(solution: Solution, i: int, bound: float, scale: float) -> Coefficient:

@@ -1,11 +1,13 @@
 """Noise models as JSON, and back without loss."""
 
 import dataclasses
+import math
 import os
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from zerorate.noise.coefficient import UNKNOWN_COEFFICIENT, Coefficient
 from zerorate.noise.exports import write_text
+from zerorate.noise.low_pass import LowPass
 from zerorate.noise.quantities import TERMS, Quantity, term_of
 from zerorate.noise.terms import Markov, Sinusoid
 from zerorate.record.exporting import document_export
@@ -61,6 +63,16 @@ def to_json(
     }
     if model.doubt:
         content["doubt"] = model.doubt
+    if model.low_pass is not None:
+        order = model.low_pass.order
+        content["low_pass"] = {
+            "corner": _encode_with_unit(model.low_pass.corner, "Hz"),
+            "order": order if math.isfinite(order) else str(order),
+        }
+    if model.up_to is not None:
+        content["up_to"] = model.up_to
+    if model.band:
+        content["band"] = model.band
     fit = {name: getattr(model, name) for name in _FIT_FIELDS if hasattr(model, name)}
     if fit:
         content["fit"] = fit
@@ -92,7 +104,21 @@ def _read_fields(content: object) -> dict[str, Any]:
         ],
         "quantity": quantity,
         "doubt": parse_key(content, "doubt", str) if _has_key(content, "doubt") else "",
+        "low_pass": _parse_low_pass(content),
+        "up_to": parse_key(content, "up_to", float) if _has_key(content, "up_to") else None,
     }
+
+
+def _parse_low_pass(content: object) -> LowPass | None:
+    if not _has_key(content, "low_pass"):
+        return None
+    entry = parse_key(content, "low_pass", dict)
+    # JSON has no number for a moving average's order.
+    order = float(entry["order"]) if isinstance(entry.get("order"), str) else None
+    return LowPass(
+        _decode_with_unit(entry, "corner", "Hz"),
+        parse_key(entry, "order", float) if order is None else order,
+    )
 
 
 def _has_key(content: object, key: str) -> bool:

@@ -128,10 +128,10 @@ def _whiten(covariance: Floats, columns: Floats) -> Floats:
 
 def _fit_whitened(white: Floats, guess: Booleans | None = None) -> Floats:
     """Return the strengths for whitened columns, the last of them the data."""
-    return _solve_non_negative(white[:, :-1], white[:, -1], guess)
+    return solve_non_negative(white[:, :-1], white[:, -1], guess)
 
 
-def _solve_non_negative(matrix: Floats, target: Floats, guess: Booleans | None = None) -> Floats:
+def solve_non_negative(matrix: Floats, target: Floats, guess: Booleans | None = None) -> Floats:
     """Return the x >= 0 that brings ``matrix @ x`` closest to the target.
 
     C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23, begun with the

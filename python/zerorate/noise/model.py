@@ -15,6 +15,7 @@ from zerorate.noise.coefficient import Coefficient, CoefficientField, check_posi
 from zerorate.noise.densities import densities
 from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_ros, to_vins
 from zerorate.noise.json_text import from_json, to_json
+from zerorate.noise.low_pass import LowPass
 from zerorate.noise.quantities import TERMS, UNKNOWN_UNIT_REASON, Quantity, Term
 from zerorate.noise.terms import ALLAN, HADAMARD, Markov, Sinusoid, deviation
 from zerorate.record.exporting import document_restore
@@ -87,6 +88,11 @@ class NoiseModel(Result):
     doubt : str
         Why the numbers are not to be trusted, a sentence: of a record that moved or is too short,
         `zerorate.allan` says so. Exports refuse such a model unless they are forced. Default none.
+    low_pass : LowPass, optional
+        Filter between noise and samples. The coefficients are those below its corner: the
+        variance of a sample is less than N^2 times the rate.
+    up_to : float, optional
+        Frequency in Hz below which the coefficients were read. Default: at all.
 
     Raises
     ------
@@ -119,13 +125,15 @@ class NoiseModel(Result):
     sinusoid: tuple[Sinusoid, ...] = ()
     quantity: Quantity = "angular rate"
     doubt: str = ""
+    low_pass: LowPass | None = None
+    up_to: float | None = None
 
     to_kalibr = to_kalibr
     to_vins = to_vins
     to_orbslam3 = to_orbslam3
     to_px4 = to_px4
     to_ros = to_ros
-    to_json = to_json
+    to_json = to_json  # type: ignore[has-type]
 
     def __post_init__(self) -> None:
         """Refuse what is no sequence of terms, or no known quantity."""
@@ -136,6 +144,19 @@ class NoiseModel(Result):
             raise ArgumentError("quantity", f"must be one of {known}, got {self.quantity!r}")
         if not isinstance(self.doubt, str):
             raise ArgumentError("doubt", f"must be a sentence, got {self.doubt!r}")
+        if not isinstance(self.low_pass, LowPass | None):
+            raise ArgumentError("low_pass", f"must be a LowPass, got {self.low_pass!r}")
+        if self.up_to is not None and not _is_positive(self.up_to):
+            raise ArgumentError("up_to", f"must be a frequency above 0 Hz, got {self.up_to}")
+
+    @property
+    def band(self) -> str:
+        """What is known of the band of the coefficients, in words; empty for the whole of it."""
+        if self.low_pass is not None:
+            return f"{self.low_pass}: N is the density of the white noise below"
+        if self.up_to is not None:
+            return f"N is read below {self.up_to:.2g} Hz; above, the model does not hold"
+        return ""
 
     @classmethod
     @document_restore
@@ -265,7 +286,8 @@ class NoiseModel(Result):
         Returns
         -------
         DiscreteSigmas
-            `white`, whose square is the measurement noise variance of one sample, and
+            `white`, whose square is the measurement noise variance of one sample, behind the
+            low-pass if there is one, and
             `walk_step`, whose square is the process noise variance of the bias per sample.
             Where a coefficient is not identifiable, by its upper bound; infinite where it is
             unknown.
@@ -282,7 +304,8 @@ class NoiseModel(Result):
         """
         root = math.sqrt(check_positive("rate", rate))
         white, walk = self.angle_random_walk, self.rate_random_walk
-        return DiscreteSigmas(white.conservative * root, walk.conservative / root)
+        passed = 1.0 if self.low_pass is None else math.sqrt(self.low_pass.passed_share(rate))
+        return DiscreteSigmas(white.conservative * root * passed, walk.conservative / root)
 
     def __noise_densities__(self, sensor: str) -> tuple[float, float | None]:
         """Tell a `NavigationFilter` white noise and walk of the bias of an axis of a sensor."""
@@ -290,6 +313,10 @@ class NoiseModel(Result):
 
     def _coefficients(self) -> Iterator[tuple[Term, Coefficient]]:
         return ((term, getattr(self, term.field)) for term in TERMS[self.quantity])
+
+
+def _is_positive(number: object) -> bool:
+    return isinstance(number, int | float) and 0.0 < number < math.inf
 
 
 def _check_terms(name: str, values: object, kind_: type) -> tuple[Any, ...]:
@@ -315,7 +342,8 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
         Each coefficient as it is in the axis where it is largest, with its standard error; one
         that is not identifiable counts by its upper bound, a ramp by its size, and one that is
         unknown in an axis is unknown. Markov terms and sinusoids are those of the axis where
-        they have the largest variance together. A doubt of any axis is one of the model.
+        they have the largest variance together. A doubt of any axis is one of the model. Of
+        low-pass filters it has the lowest.
 
     Raises
     ------
@@ -336,6 +364,7 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
         listed = ", ".join(sorted(quantities)) or "none"
         raise ValueError(f"the axes must be models of one quantity, got {listed}")
     quantity = quantities.pop()
+    filters = [axis.low_pass for axis in axes if axis.low_pass is not None]
     largest = {
         term.field: max((getattr(axis, term.field) for axis in axes), key=_conservative_size)
         for term in TERMS[quantity]
@@ -346,6 +375,8 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
         sinusoid=_choose_largest((axis.sinusoid for axis in axes), _sinusoid_deviation),
         quantity=quantity,
         doubt=next((axis.doubt for axis in axes if axis.doubt), ""),
+        low_pass=min(filters, key=lambda low_pass: low_pass.corner, default=None),
+        up_to=min((axis.up_to for axis in axes if axis.up_to is not None), default=None),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
@@ -9,10 +10,12 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.noise.coefficient import Coefficient
 from zerorate.noise.curve_fit import Curve, curve_fit, polynomial_fit
-from zerorate.noise.fit import FittedModel
+from zerorate.noise.fit import FittedModel, coefficient_of
 from zerorate.noise.freedom import reflection_bias
 from zerorate.noise.kinds import KINDS, Kind
+from zerorate.noise.low_pass import Filtered, band_fields, process_of
 from zerorate.noise.motion_check import Doubt
 from zerorate.noise.processes import TERMS, check_frequencies, check_terms, check_times
 from zerorate.noise.quantities import UNKNOWN, si_unit
@@ -200,6 +203,33 @@ class AllanResult(Result):
         times, frequencies = check_times(markov), check_frequencies(sinusoid, self.rate)
         model = curve_fit(axis._make_curve(scale), check_terms(terms), times, frequencies, unit)
         return replace(model, doubt=doubt)
+
+    def fit_behind(self, filtered: Filtered) -> FittedModel:
+        """Find the noise coefficients of one axis whose samples a filter has passed.
+
+        Parameters
+        ----------
+        filtered : Filtered
+            The filter, which the spectrum of the same record shows.
+        """
+        factor, quantity = si_unit(self.unit)
+        self._check_fit()
+        deviation = self.rate_deviation
+        scale = power_of_two(deviation[np.isfinite(deviation)])
+        terms = tuple(term for term in TERMS if term != "quantization")
+        curve, unit = self._make_curve(scale), (factor * scale, quantity)
+        model = curve_fit(curve, terms, (), (), unit, process_of(filtered))
+        # What the filter leaves open of N is in no deviation.
+        white = coefficient_of(model, "angle_random_walk")
+        share = 0.5 * filtered.white.sigma / filtered.white.value
+        sigma = math.hypot(white.sigma, share * white.value)
+        bound = max(white.upper_bound, white.value + 1.645 * sigma)
+        return replace(
+            model,
+            angle_random_walk=Coefficient(white.value, sigma, white.identifiable, bound),
+            doubt="".join(entry.why for entry in self.doubts),
+            **band_fields(filtered, self.rate),
+        )
 
     def plot(self, models: Sequence[FittedModel] | FittedModel | None = None) -> Figure:
         """Return a figure of the curves, their bounds, and models where they are given.

@@ -6,16 +6,31 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import Final, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate.faults import ArgumentError
-from zerorate.noise.fit import Component, FittedModel, Problem, fit_components
+from zerorate.noise.fit import (
+    Component,
+    FittedModel,
+    Problem,
+    coefficient_of_square,
+    fit_components,
+)
+from zerorate.noise.least_squares import solve
+from zerorate.noise.low_pass import (
+    Filtered,
+    NarrowBands,
+    band_fields,
+    find_filter,
+    suspects_filter,
+)
 from zerorate.noise.motion_check import find_doubts
 from zerorate.noise.processes import TERMS, check_terms, strength
-from zerorate.noise.quantities import check_unit, si_unit
+from zerorate.noise.quantities import Quantity, check_unit, si_unit
 from zerorate.noise.records import check_record, longest_stretch, power_of_two
 from zerorate.record.missing import floats
 from zerorate.record.named import rate_of, unit_of
@@ -27,6 +42,9 @@ _BANDS_PER_OCTAVE: Final = 8
 # Lines at a time: what is worked on stays in the cache.
 _BLOCK_LINES: Final = 1 << 13
 _MIN_SAMPLES: Final = 64
+# Narrow bands to the sampling rate, and points of each at which a model is computed.
+_NARROW_PARTS: Final = 256
+_POINTS_OF_BAND: Final = (np.arange(12) + 0.5) / 12.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +59,14 @@ class Spectrum:
         Two-sided, of the record divided by `scale`, with the sample as unit of time.
     scale : float
         Keeps squares in range, whatever the unit.
+    record : ndarray
+        Samples that the densities are of, not scaled.
     """
 
     bands: Bands
     density: Floats
     scale: float
+    record: Floats
 
     @classmethod
     def of(cls, z: npt.ArrayLike, rate: float) -> Self:
@@ -59,24 +80,35 @@ class Spectrum:
         if np.all(record == record[0]):
             raise ValueError("z is constant: there is no noise to fit")
         bands, scale = Bands.of(record.size), power_of_two(record)
-        return cls(bands, bands.density(record / scale), scale)
+        return cls(bands, bands.density(record / scale), scale, record)
+
+    def narrow(self) -> NarrowBands:
+        """Return the densities of narrower bands: a low-pass lies in the top octaves."""
+        bands = Bands.of(self.bands.n, narrow=True)
+        width = np.diff(bands.edges)[:, None]
+        lines = bands.lines[0] + bands.edges[:-1, None] - 0.5 + width * _POINTS_OF_BAND
+        ramp = bands.density(np.arange(bands.n, dtype=np.float64))
+        density = bands.density(self.record / self.scale)
+        return NarrowBands(lines / (bands.n + 1), bands.counts, ramp, density)
 
 
 class Bands:
     """Bands of the spectrum of n samples, and how many independent lines each holds."""
 
-    def __init__(self, n: int) -> None:
+    def __init__(self, n: int, narrow: bool = False) -> None:
         self.n = n
         self.lines = range(_TAPER_COUNT, (n + 1 - _TAPER_COUNT) // 2)
         self.edges = _band_edges(len(self.lines))
+        if narrow:
+            self.edges = _split_edges(self.edges, max((n + 1) // _NARROW_PARTS, _TAPER_COUNT))
         # Sums over many lines vary more by the ends of the record that the tapers leave out.
         self.counts = np.diff(self.edges) / (1.0 + 0.5 / _TAPER_COUNT)
 
     @classmethod
     @lru_cache(maxsize=4)
-    def of(cls, n: int) -> Bands:
+    def of(cls, n: int, narrow: bool = False) -> Bands:
         """Return the bands of n samples, the same ones each time: axes share them."""
-        return cls(n)
+        return cls(n, narrow)
 
     def density(self, record: Floats) -> Floats:
         """Return the mean two-sided density of each band, with the sample as unit of time.
@@ -125,6 +157,15 @@ def _band_edges(lines: int) -> npt.NDArray[np.intp]:
         if edge - edges[-1] >= _TAPER_COUNT:
             edges.append(int(edge))
     return np.array(edges)
+
+
+def _split_edges(edges: npt.NDArray[np.intp], widest: int) -> npt.NDArray[np.intp]:
+    """Return edges between which no band has more lines than the widest may."""
+    split = [edges[:1]]
+    for first, last in pairwise(edges.tolist()):
+        parts = -(-(last - first) // widest)
+        split.append(np.rint(np.linspace(first, last, parts + 1))[1:].astype(np.intp))
+    return np.concatenate(split)
 
 
 def _fast_length(n: int) -> int:
@@ -209,12 +250,51 @@ def fit_spectrum(
     """Estimate noise coefficients, as `whittle` does, from a spectrum that is there already."""
     wanted, bands = check_terms(terms), spectrum.bands
     factor, quantity = si_unit(unit)
+    filtered = find_low_pass(spectrum, rate) if wanted == TERMS else None
+    if filtered is not None and filtered.holds:
+        return filtered_model(filtered, rate, (factor * spectrum.scale, quantity))
     basis = _basis(bands, wanted)
     problem = Problem(
         basis, spectrum.density, 2.0 * bands.counts, lambda c: (basis @ c) ** 2 / bands.counts
     )
     components = [Component(term, strength(term, rate)) for term in wanted]
     return fit_components(problem, components, "whittle", (factor * spectrum.scale, quantity))
+
+
+def filtered_model(filtered: Filtered, rate: float, unit: tuple[float, Quantity]) -> FittedModel:
+    """Return the model of noise behind a filter; `unit` is that of the data, in SI, and of what."""
+    squares = {
+        "angle_random_walk": filtered.white,
+        "bias_instability": filtered.flicker,
+        "rate_random_walk": filtered.walk,
+        "rate_ramp": filtered.ramp,
+    }
+    coefficients = {
+        term: coefficient_of_square(square.value / s, square.sigma / s).scaled(unit[0])
+        for term, square in squares.items()
+        if math.isfinite(square.sigma)
+        for s in (strength(term, rate),)
+    }
+    return FittedModel(
+        **coefficients,  # type: ignore[arg-type]
+        quantity=unit[1],
+        method="whittle",
+        chi_squared=filtered.deviance,
+        degrees_of_freedom=filtered.freedom,
+        **band_fields(filtered, rate),
+    )
+
+
+@lru_cache(maxsize=8)
+def find_low_pass(spectrum: Spectrum, rate: float) -> Filtered | None:
+    """Return the noise behind a low-pass, None where a model without one holds."""
+    bands = spectrum.bands
+    basis = _basis(bands, TERMS)
+    start = spectrum.density**2 / bands.counts
+    plain = solve(basis, spectrum.density, start, lambda c: (basis @ c) ** 2 / bands.counts)
+    frequency = bands.mean(np.array(bands.lines) / (bands.n + 1))
+    data = basis, plain.strengths, spectrum.density, bands.counts, frequency
+    return find_filter(spectrum.narrow(), rate) if suspects_filter(*data) else None
 
 
 @lru_cache(maxsize=4)

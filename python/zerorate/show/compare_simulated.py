@@ -17,7 +17,10 @@ _MEANING_NOTE: Final = (
     "RMSE is the column optimum. 1 is perfect."
 )
 _TRANSIENT_NOTE: Final = "Only the optimum knows its time constant; not in mean and worst."
-_COVERAGE_NOTE: Final = "Share of errors within one sigma of the method: 0.683 if it is honest."
+_COVERAGE_NOTE: Final = (
+    "Share of times at which the mean drift over the next 10 s is within one sigma of the method: "
+    "0.683 if it is honest."
+)
 
 
 def format_compared(result: Compared, per_axis: bool = False) -> str:

@@ -152,7 +152,8 @@ typedef struct zr_drift_params {
 typedef struct zr_drift_state {
     // The sensor's output without rotation.
     double bias;
-    // Its standard deviation.
+    // Standard deviation of the mean bias over the next 10 s about it, for `ZR_AUTO`; of
+    // the others that of the bias as their model has it.
     double bias_sigma;
     // Samples given so far, missing ones included.
     uint64_t samples;

@@ -110,7 +110,8 @@ impl From<Status> for zr_drift_status {
 pub struct zr_drift_state {
     /// The sensor's output without rotation.
     pub bias: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the mean bias over the next 10 s about it, for `ZR_AUTO`; of
+    /// the others that of the bias as their model has it.
     pub bias_sigma: f64,
     /// Samples given so far, missing ones included.
     pub samples: u64,

@@ -26,6 +26,7 @@ from zerorate.tasks.compare.own_method import prefix_errors
 from zerorate.types import Booleans, Floats
 
 _SEED: Final = 1
+_SIGMA_SPAN_S: Final = 10.0
 """Of contamination."""
 
 
@@ -129,11 +130,19 @@ class _Trial(NamedTuple):
             )
         error = np.abs(drift[self.first :] - self.truth[self.first :])
         return _Score(
-            np.mean(error**2, axis=0), self._coverage(error, estimate.sigma), estimate.causal
+            np.mean(error**2, axis=0), self._coverage(drift, estimate.sigma), estimate.causal
         )
 
-    def _coverage(self, error: Floats, sigma: Floats | None) -> float:
-        return np.nan if sigma is None else float(np.mean(error <= sigma[self.first :]))
+    def _coverage(self, drift: Floats, sigma: Floats | None) -> float:
+        """Return how often the mean drift over the next ten seconds is within one sigma."""
+        if sigma is None:
+            return np.nan
+        n = len(self.truth)
+        total = np.vstack((np.zeros(self.truth.shape[1]), np.cumsum(self.truth, axis=0)))
+        first = np.arange(self.first, n - 1)
+        last = np.minimum(first + max(round(_SIGMA_SPAN_S * self.rate), 1), n - 1)
+        mean = (total[last + 1] - total[first + 1]) / (last - first)[:, None]
+        return float(np.mean(np.abs(drift[first] - mean) <= sigma[first]))
 
 
 def run(

@@ -19,7 +19,7 @@ const MAX_WEIGHT: f64 = 1.0 / MIN_WEIGHT_SUM + 1e-9;
 
 impl<const A: usize> Checkpoint for GyroArray<A> {
     const TAG: &'static str = "gyro-array";
-    const VERSION: u16 = 2;
+    const VERSION: u16 = 3;
     const SIZES: [u8; 2] = [A as u8, 0];
 
     fn is_valid(&self) -> bool {

@@ -14,7 +14,7 @@ use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use super::options::Options;
-use super::sensor::{Interim, SensorModel};
+use super::sensor::{DriftNow, Interim, SensorModel};
 use super::{Behaviour, Drift, DriftNumber, DriftStream, Snapshot, Status, Tally, params};
 use crate::error::Error;
 use crate::math::{Limits, Real};
@@ -49,8 +49,10 @@ pub struct AutoFilter<T> {
     /// What is learned was so before the sensor was last switched on.
     experienced: bool,
     estimate: T,
-    /// Standard deviation of the estimate, once the noise is known.
+    /// Standard deviation of the mean drift over the next ten seconds, once the noise is known.
     sigma: T,
+    /// Standard deviation of the estimate as the Kalman filters have it.
+    walk_sigma: T,
     interim: Interim<T>,
     /// The sample minus the estimate before it; zero where it is missing or in motion.
     innovation: T,
@@ -82,6 +84,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             experienced: false,
             estimate: T::zero(),
             sigma: T::zero(),
+            walk_sigma: T::zero(),
             interim: Interim::held(),
             innovation: T::zero(),
             reach: T::zero(),
@@ -108,10 +111,33 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.estimate
     }
 
-    /// Its standard deviation; as long as what is taken for rest may be motion, no less than a motion
-    /// of the size of the samples would be off.
+    /// Standard deviation of the mean drift over the next ten seconds about it; as long as what is
+    /// taken for rest may be motion, no less than a motion of the size of the samples would be off.
     pub fn bias_sigma(&self) -> T {
-        let sigma = self.own_sigma();
+        self.cautious(self.own_sigma(self.sigma))
+    }
+
+    /// The same of the mean drift over so many seconds; zero is the drift now, all fast flicker
+    /// included that the sensor may have.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if `seconds` is negative or not finite.
+    pub fn bias_sigma_over(&self, seconds: f64) -> Result<T, Error> {
+        if !(seconds >= 0.0 && seconds.is_finite()) {
+            return Err(Error::Parameter {
+                name: "seconds",
+                expected: "a finite number of at least 0",
+                value: seconds,
+            });
+        }
+        let sigma = match &self.model {
+            Some(model) if !begins(self.status) => model.sigma_over(seconds),
+            _ => self.sigma,
+        };
+        Ok(self.cautious(self.own_sigma(sigma)))
+    }
+
+    fn cautious(&self, sigma: T) -> T {
         if !self.is_provisional() {
             return sigma;
         }
@@ -123,9 +149,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     }
 
     /// What it is taken for as rest is rest for certain.
-    fn own_sigma(&self) -> T {
+    fn own_sigma(&self, learned: T) -> T {
         match (self.status, self.startup.samples()) {
-            (status, _) if !begins(status) => self.sigma,
+            (status, _) if !begins(status) => learned,
             (Status::NoRestYet, _) | (_, 0 | 1) => self.reach,
             (_, n) => (self.startup.variance() / T::of(n as f64)).simd_sqrt(),
         }
@@ -267,17 +293,18 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         let Some(scaling) = self.startup.finished() else { return };
         let samples = self.startup.worth();
         let length = T::of(f64::from(self.detector.tick_length()));
+        let rate = self.params.rate;
         match &mut self.model {
             Some(model) => model.begin_at(self.startup.mean(), samples),
-            None => self.model = SensorModel::new(scaling, length, samples).ok(),
+            None => self.model = SensorModel::new(scaling, length, samples, rate).ok(),
         }
         self.run();
     }
 
     fn learn(&mut self, tick: &Tick<T>) {
         if let Some(model) = &mut self.model {
-            model.learn(tick);
-            self.run();
+            let drift = model.learn(tick);
+            self.go_on(&drift);
         }
     }
 
@@ -304,10 +331,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     fn run(&mut self) {
         if let Some(model) = &self.model {
             let drift = model.drift();
-            (self.estimate, self.sigma) = (drift.mean, drift.sigma);
-            self.interim = drift.interim;
-            self.status = Status::AtRest;
+            self.go_on(&drift);
         }
+    }
+
+    fn go_on(&mut self, drift: &DriftNow<T>) {
+        (self.estimate, self.sigma) = (drift.mean, drift.sigma);
+        (self.walk_sigma, self.interim) = (drift.walk_sigma, drift.interim);
+        self.status = Status::AtRest;
     }
 
     fn wait(&mut self) {
@@ -315,6 +346,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             model.wait();
             let drift = model.drift();
             (self.estimate, self.sigma) = (drift.mean, drift.sigma);
+            self.walk_sigma = drift.walk_sigma;
         }
     }
 
@@ -435,7 +467,7 @@ impl<T: DriftNumber> Traced for AutoFilter<T> {
     type Snapshot = Snapshot<T, 1, 1>;
 
     fn snapshot(&self) -> Snapshot<T, 1, 1> {
-        let sigma = self.own_sigma();
+        let sigma = self.own_sigma(self.walk_sigma);
         let variance = (sigma.at_most(T::MAX_DIFFERENCE) * sigma).at_most(T::MAX_RAW);
         let one = |x: T| SVector::<T, 1>::repeat(x);
         let (R, G) = match &self.model {
@@ -465,7 +497,7 @@ impl<T: DriftNumber> Traced for AutoFilter<T> {
 
 impl<T: DriftNumber> Checkpoint for AutoFilter<T> {
     const TAG: &'static str = "drift-auto";
-    const VERSION: u16 = 4;
+    const VERSION: u16 = 5;
 
     fn is_valid(&self) -> bool {
         Self::new(self.params).is_ok_and(|fresh| self.is_after(&fresh))
@@ -525,6 +557,14 @@ impl<T: DriftNumber> DriftStream<T> for AutoFilter<T> {
             Some((R, G)) => [(R / rate).simd_sqrt(), (G * rate).simd_sqrt()],
             None => [T::of(f64::NAN); 2],
         }
+    }
+
+    fn bias_instability(&self) -> T {
+        self.model.as_ref().map_or(T::of(f64::NAN), SensorModel::bias_instability)
+    }
+
+    fn bias_sigma_over(&self, seconds: f64) -> Option<Result<T, Error>> {
+        Some(AutoFilter::bias_sigma_over(self, seconds))
     }
 
     fn restarts(&self) -> u64 {

@@ -673,6 +673,10 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFil
         [(R / T::of(self.params.rate)).simd_sqrt(), unknown]
     }
 
+    fn bias_instability(&self) -> T {
+        T::of(f64::NAN)
+    }
+
     fn guard_count(&self) -> u64 {
         self.inner.guards.to_subset().map_or(0, |count: f64| count as u64)
     }

@@ -284,6 +284,10 @@ where
         self.filter.densities()
     }
 
+    fn bias_instability(&self) -> T {
+        T::of(f64::NAN)
+    }
+
     fn guard_count(&self) -> u64 {
         self.filter.guard_count()
     }

@@ -8,6 +8,7 @@
 
 mod auto;
 mod filter;
+mod flicker;
 mod gated;
 mod kalman;
 mod least_squares;
@@ -33,6 +34,7 @@ use serde::{Deserialize, Serialize};
 pub use start::Start;
 
 use self::options::Options;
+use crate::error::Error;
 use crate::rest::{MotionAware, Tick};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Traced};
@@ -169,6 +171,16 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoi
     /// Densities of the white noise and of the drift's random walk, in the unit of the samples over
     /// root hertz and over root second; NaN where they are not known.
     fn densities(&self) -> [T; 2];
+
+    /// Bias instability B as learned, of flicker of the two-sided density B²/(2πf), in the unit of
+    /// the samples; NaN where it is not known.
+    fn bias_instability(&self) -> T;
+
+    /// Standard deviation of the mean drift over the next `seconds` about the bias; none where the
+    /// method cannot say.
+    fn bias_sigma_over(&self, _seconds: f64) -> Option<Result<T, Error>> {
+        None
+    }
 
     /// How often the step of the process noise had to be shortened.
     fn guard_count(&self) -> u64 {

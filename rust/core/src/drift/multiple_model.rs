@@ -32,7 +32,7 @@ const NO_DRIFT_WEIGHT: f64 = 0.3;
 const TIME_CONSTANT_BLOCKS: f64 = 500.0;
 
 /// Degrees of freedom of the scale before the first block.
-const DEGREES_OF_FREEDOM: f64 = 2.0;
+pub(super) const DEGREES_OF_FREEDOM: f64 = 2.0;
 
 type Each<T> = SVector<T, MEMBERS>;
 
@@ -94,6 +94,8 @@ pub struct KalmanBank<T> {
     /// Logarithm of the likelihood over that of the best.
     evidence: Each<T>,
     weight: Each<T>,
+    /// Sum of the weights before they were normalised: likelihood of all over that of the best.
+    likelihood: T,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
@@ -112,6 +114,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
             degrees: T::of(DEGREES_OF_FREEDOM),
             evidence: Each::zeros(),
             weight: prior(),
+            likelihood: T::one(),
         }
     }
 
@@ -142,8 +145,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         self.mixture(|m| (self.x[m], self.P[m]))
     }
 
-    /// Learns from a full block.
-    pub fn correct(&mut self, block: &BlockMean<T>) {
+    /// Learns from a full block; returns the logarithm of the likelihood of the best member.
+    pub fn correct(&mut self, block: &BlockMean<T>) -> T {
         for m in 0..MEMBERS {
             let step = self.step(m, block);
             self.weigh_in(m, step.innovation * step.innovation / step.S, step.S);
@@ -151,7 +154,34 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
             self.P[m] = step.P;
         }
         self.degrees = self.degrees * kept::<T>() + T::one();
-        self.normalise();
+        self.normalise()
+    }
+
+    /// Degrees of freedom of the scales.
+    pub fn degrees(&self) -> T {
+        self.degrees
+    }
+
+    /// No block has been seen.
+    pub fn is_fresh(&self) -> bool {
+        self.degrees == T::of(DEGREES_OF_FREEDOM)
+    }
+
+    /// Sums over the members by other priors, of no drift and of all walks: of the likelihood over
+    /// that of the best, and of that times the variance about the estimate, to which each walk adds
+    /// its process noise of so many blocks; `all` is what [`predicted`](Self::predicted) returns.
+    pub fn reweighed(&self, all: &Mixture<T>, priors: [T; 2], blocks: T) -> [T; 2] {
+        let none = priors[0] * T::of(1.0 / NO_DRIFT_WEIGHT) * self.likelihood * self.weight[0];
+        let walks = priors[1] * T::of(1.0 / (1.0 - NO_DRIFT_WEIGHT)) * self.likelihood;
+        let off = self.x[0] - all.mean;
+        let without = self.P[0] * self.scale(0) + off * off;
+        let (others, total) = (T::one() - self.weight[0], all.variance - self.weight[0] * without);
+        let mut process = T::zero();
+        for m in 0..MEMBERS {
+            process += self.weight[m] * self.q[m] * self.S[m];
+        }
+        let variance = total.at_least(T::zero()) + process / self.degrees * blocks;
+        [none + walks * others, none * without + walks * variance]
     }
 
     /// Process noise of a block, on average over the members.
@@ -217,14 +247,16 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         self.S[m] = (self.S[m] * kept::<T>() + square).at_least(T::VARIANCE_FLOOR);
     }
 
-    fn normalise(&mut self) {
+    fn normalise(&mut self) -> T {
         let best = self.evidence.max();
         let prior = prior::<T>();
         for m in 0..MEMBERS {
             self.evidence[m] -= best;
             self.weight[m] = prior[m] * self.evidence[m].exp();
         }
-        self.weight /= self.weight.sum();
+        self.likelihood = self.weight.sum();
+        self.weight /= self.likelihood;
+        best
     }
 }
 
@@ -243,11 +275,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
             && self.evidence.max() == zero
             && every(&self.weight, &|weight| is_size(weight, T::one()))
             && is_within(self.weight.sum() - T::one(), T::of(0.01))
+            && is_size(self.likelihood, T::of(1.01))
     }
 }
 
 /// The part of the evidence that a block leaves.
-fn kept<T: Real>() -> T {
+pub(super) fn kept<T: Real>() -> T {
     T::of(1.0 - 1.0 / TIME_CONSTANT_BLOCKS)
 }
 

@@ -291,6 +291,10 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RobustFi
         self.filter.densities()
     }
 
+    fn bias_instability(&self) -> T {
+        T::of(f64::NAN)
+    }
+
     fn guard_count(&self) -> u64 {
         self.gate.outlier_count
     }

@@ -4,7 +4,8 @@ mod validity;
 
 use serde::{Deserialize, Serialize};
 
-use super::multiple_model::{BlockMean, KalmanBank};
+use super::flicker::FlickerBank;
+use super::multiple_model::{BlockMean, KalmanBank, Mixture};
 use crate::allan::{AllanKind, AllanNoise};
 use crate::error::Error;
 use crate::math::{Limits, Real, choose};
@@ -17,9 +18,11 @@ const BLOCK: f64 = 8.0;
 /// Deviations of a sample beyond which it does not move the drift until its tick is complete.
 const MAX_SAMPLE_SIGMAS: f64 = 4.0;
 
-/// Widens the interval of the drift: no sensor's drift is quite a walk. So chosen that over the
-/// simulated gyros of the package two thirds of all errors lie within one deviation.
+/// Widens the interval that the walks alone give: no sensor's drift is quite a walk.
 const SIGMA_FACTOR: f64 = 1.15;
+
+/// Standard deviation that is stated before the first block over that of the walks alone.
+const FRESH_FACTOR: f64 = 2.0;
 
 /// Noise and drift, in units of the start-up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -31,21 +34,27 @@ pub struct SensorModel<T> {
     noise: TickNoise<T>,
     block: Block<T>,
     bank: KalmanBank<T>,
+    flicker: FlickerBank<T>,
+    /// Variance of the mean drift over the next ten seconds, as of the last block.
+    variance: T,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
-    /// What `samples` samples of a start-up say, their noise taken to be white.
+    /// What `samples` samples of a start-up at `rate` say, their noise taken to be white.
     ///
     /// # Errors
     /// None for the constants in use.
-    pub fn new(scaling: Scaling<T>, length: T, samples: T) -> Result<Self, Error> {
+    pub fn new(scaling: Scaling<T>, length: T, samples: T, rate: f64) -> Result<Self, Error> {
         let block = length * T::of(BLOCK);
+        let seconds = block.to_subset().map_or(0.0, |samples: f64| samples / rate);
         let mut learned = Self {
             scaling,
             length,
             noise: TickNoise::white(length, samples / length)?,
             block: Block::new(block),
             bank: KalmanBank::new(T::one() / block),
+            flicker: FlickerBank::new(T::one() / block, seconds, rate),
+            variance: T::zero(),
         };
         learned.begin(T::zero(), samples);
         Ok(learned)
@@ -55,6 +64,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
     pub fn begin(&mut self, mean: T, samples: T) {
         let variance = self.sample_noise() / samples.at_least(T::one());
         self.bank.begin(mean, variance);
+        self.flicker.begin(mean, variance);
+        self.state(&self.bank.predicted());
         self.block.restart();
         self.noise.interrupt();
     }
@@ -79,8 +90,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         self.noise.relearn(self.scaling.normalised_difference(tick.deviation));
     }
 
-    /// A tick at rest.
-    pub fn learn(&mut self, tick: &Tick<T>) {
+    /// A tick at rest; the drift then.
+    pub fn learn(&mut self, tick: &Tick<T>) -> DriftNow<T> {
         let present = T::of(f64::from(tick.count));
         let mean = self.scaling.normalise(tick.mean);
         if present + present >= self.length {
@@ -89,33 +100,79 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
             self.noise.interrupt();
         }
         self.block.add(self.length, present, mean);
-        if self.block.is_full() {
-            self.finish_block();
-        }
+        let now = match self.block.is_full() {
+            true => self.finish_block(),
+            false => self.now(),
+        };
+        self.drift_of(&now)
     }
 
     /// A tick in motion: the drift goes on unseen, and so does what the block has lost.
     pub fn wait(&mut self) {
         self.noise.interrupt();
         let lost = self.block.restart();
-        self.bank.wait(lost + T::of(1.0 / BLOCK));
+        self.pass(lost + T::of(1.0 / BLOCK));
+    }
+
+    /// Time passes, in blocks, without a measurement.
+    fn pass(&mut self, blocks: T) {
+        self.bank.wait(blocks);
+        if self.flicker.wait(blocks) {
+            self.state(&self.bank.predicted());
+        }
+    }
+
+    /// Notes what is stated of the drift from now on, given what the walks say.
+    fn state(&mut self, all: &Mixture<T>) {
+        self.variance = self.flicker.stated(&self.bank, all).variance;
+    }
+
+    /// Standard deviation of the mean drift over the next `seconds`, of the drift now for zero.
+    pub fn sigma_over(&self, seconds: f64) -> T {
+        let of_walks = self.now().variance.simd_sqrt() * T::of(SIGMA_FACTOR);
+        self.stated(self.flicker.over(seconds, &self.bank).variance, of_walks)
+    }
+
+    /// Bias instability B, of flicker whose two-sided density is B²/(2πf).
+    pub fn bias_instability(&self) -> T {
+        self.scaling.raw_difference(self.flicker.over(0.0, &self.bank).flicker.simd_sqrt())
+    }
+
+    /// Standard deviation that is stated, given that of the walks: before the first block twice
+    /// that, which they rate too low.
+    fn stated(&self, variance: T, of_walks: T) -> T {
+        self.scaling.raw_difference(match self.bank.is_fresh() {
+            true => of_walks * T::of(FRESH_FACTOR),
+            false => variance.simd_sqrt(),
+        })
+    }
+
+    /// The drift as the walks have it.
+    #[inline]
+    fn now(&self) -> Mixture<T> {
+        match self.block.mean(self.sample_noise()) {
+            Some(block) => self.bank.filtered(&block),
+            None => self.bank.predicted(),
+        }
     }
 
     /// The drift now.
     #[inline]
     pub fn drift(&self) -> DriftNow<T> {
+        self.drift_of(&self.now())
+    }
+
+    #[inline]
+    fn drift_of(&self, now: &Mixture<T>) -> DriftNow<T> {
         let noise = self.sample_noise();
-        let now = match self.block.mean(noise) {
-            Some(block) => self.bank.filtered(&block),
-            None => self.bank.predicted(),
-        };
-        let sigma = now.variance.simd_sqrt() * T::of(SIGMA_FACTOR);
+        let of_walks = now.variance.simd_sqrt() * T::of(SIGMA_FACTOR);
         let most = self.noise.of_sample().simd_sqrt() * T::of(MAX_SAMPLE_SIGMAS);
         let interim =
             Interim { gain: now.P / (now.P + noise), most: self.scaling.raw_difference(most) };
         DriftNow {
             mean: self.scaling.raw(now.mean),
-            sigma: self.scaling.raw_difference(sigma),
+            sigma: self.stated(self.variance, of_walks),
+            walk_sigma: self.scaling.raw_difference(of_walks),
             interim,
         }
     }
@@ -142,17 +199,19 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         self.noise.of_mean() * self.length
     }
 
-    fn finish_block(&mut self) {
-        match self.block.mean(self.sample_noise()) {
-            Some(block) => {
-                self.bank.correct(&block);
-                self.block.restart();
-            }
-            None => {
-                let time = self.block.restart();
-                self.bank.wait(time);
-            }
-        }
+    fn finish_block(&mut self) -> Mixture<T> {
+        let block = self.block.mean(self.sample_noise());
+        let time = self.block.restart();
+        let Some(block) = block else {
+            self.pass(time);
+            return self.bank.predicted();
+        };
+        let degrees = self.bank.degrees();
+        let best = self.bank.correct(&block);
+        self.flicker.correct(&block, degrees, best);
+        let all = self.bank.predicted();
+        self.state(&all);
+        all
     }
 }
 
@@ -288,8 +347,10 @@ impl<T: Real + PartialOrd> Block<T> {
 pub struct DriftNow<T> {
     /// Mean.
     pub mean: T,
-    /// Standard deviation.
+    /// Standard deviation of the mean drift over the next ten seconds.
     pub sigma: T,
+    /// Standard deviation of the drift as the walks alone have it: the one of the Kalman step.
+    pub walk_sigma: T,
     /// How it goes on until the next tick.
     pub interim: Interim<T>,
 }

@@ -30,6 +30,10 @@ pub trait AnyDrift {
     fn status(&self) -> &'static str;
     /// Densities of the white noise and of the drift's walk.
     fn densities(&self) -> [f64; 2];
+    /// Bias instability as learned.
+    fn bias_instability(&self) -> f64;
+    /// Standard deviation of the mean drift over the next seconds; none where that is not known.
+    fn bias_sigma_over(&self, seconds: f64) -> Option<Result<f64, Error>>;
     /// The parts of a snapshot.
     fn readings(&self) -> &'static [Field];
     /// Puts down the numbers and flags of a snapshot.
@@ -81,6 +85,14 @@ impl<F: DriftStream<f64>> AnyDrift for F {
 
     fn densities(&self) -> [f64; 2] {
         F::densities(self)
+    }
+
+    fn bias_instability(&self) -> f64 {
+        F::bias_instability(self)
+    }
+
+    fn bias_sigma_over(&self, seconds: f64) -> Option<Result<f64, Error>> {
+        F::bias_sigma_over(self, seconds)
     }
 
     fn readings(&self) -> &'static [Field] {

@@ -304,6 +304,38 @@ impl DriftFilter {
         )))
     }
 
+    /// Standard deviation of the mean bias over the next ``seconds`` about ``bias``: the heading
+    /// is off by ``seconds`` times this. Of ``"auto"`` only.
+    ///
+    /// Parameters
+    /// ----------
+    /// seconds : float
+    ///     Span from now on. 10 gives ``bias_sigma``, but in motion is up to two seconds newer; 0 is
+    ///     the bias at this instant, with flicker too fast to be seen, whose size is assumed: for
+    ///     drift without flicker that is up to twice too wide.
+    ///
+    /// Returns
+    /// -------
+    /// float, with channels ndarray, shape (k,)
+    ///     In the unit of the samples.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     ``seconds`` is negative or not finite, or the method is not ``"auto"``.
+    fn bias_sigma_over<'py>(slf: &Bound<'py, Self>, seconds: f64) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let sigmas: Option<Result<Vec<f64>, Error>> =
+            this.shared.bank.each(|filter| filter.bias_sigma_over(seconds)).into_iter().collect();
+        match sigmas {
+            Some(sigmas) => this.shared.numbers(py, sigmas.map_err(NativeError::from)?),
+            None => Err(PyValueError::new_err(format!(
+                "bias_sigma_over() is for method 'auto', this is '{}': use bias_sigma",
+                this.options.method_name()
+            ))),
+        }
+    }
+
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = reading(slf)?;
         let started = this.shared.bank.starts().is_some();
@@ -335,6 +367,10 @@ getters! { DriftFilter, slf, py, this;
     /// How far the bias walks in a root second as learned by ``"auto"``, unit of the samples: float,
     /// with channels (k,). NaN until it is known, and for the other methods.
     rate_random_walk: Object<'py> = this.each(py, |filter| filter.densities()[1])?;
+    /// Bias instability B as learned by ``"auto"`` from flicker of the two-sided density B²/(2πf), unit
+    /// of the samples: float, with channels (k,). An upper bound where there is no flicker; NaN until
+    /// it is known, and for the other methods.
+    bias_instability: Object<'py> = this.each(py, |filter| filter.bias_instability())?;
     /// Samples given so far, missing ones included.
     samples_seen: u64 = this.shared.bank.filter(0).samples_seen();
     /// How often a step of the process noise was shortened to keep it positive semidefinite: int,

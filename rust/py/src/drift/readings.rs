@@ -34,9 +34,10 @@ readings! { DriftFilter;
     /// What the compensated rate is free of, in the samples' unit: float, with channels (k,). Learned
     /// at rest and held in motion; in the first second the mean so far, 0 before the first sample.
     bias;
-    /// Standard deviation of the bias as the filter sees it, in the samples' unit: float, with
-    /// channels (k,). Of ``"auto"`` as large as the samples while little is known; 0 before the first
-    /// sample, when nothing is.
+    /// Standard deviation in the samples' unit: float, with channels (k,). Of ``"auto"`` that of the
+    /// mean bias over the next 10 s about ``bias`` (``bias_sigma_over`` gives other spans), renewed
+    /// every two seconds, and as large as the samples while little is known; of the other methods
+    /// that of the bias as their model has it. 0 before the first sample, when nothing is known.
     bias_sigma;
     /// The filter learns, since the sensor is not seen to move: bool, with channels (k,). True from
     /// the first sample on unless ``rest_limit`` is given, since the start is taken for rest until

@@ -25,7 +25,7 @@ impl<T: DriftNumber> AutoFilter<T> {
         match &self.model {
             Some(model) => {
                 (self.experienced || !begins(self.status))
-                    && model.is_valid(length, self.params.scale)
+                    && model.is_valid(length, self.params.scale, self.params.rate)
             }
             None => begins(self.status),
         }
@@ -34,6 +34,7 @@ impl<T: DriftNumber> AutoFilter<T> {
     fn has_numbers(&self) -> bool {
         is_within(self.estimate, T::MAX_RAW * T::of(32.0))
             && is_size(self.sigma, T::MAX_RAW)
+            && is_size(self.walk_sigma, T::MAX_RAW)
             && self.interim.is_valid()
             && is_within(self.innovation, T::MAX_RAW)
             && is_size(self.reach, T::MAX_RAW)

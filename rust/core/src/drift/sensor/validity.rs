@@ -7,9 +7,9 @@ use crate::rest::MIN_SAMPLES;
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
     /// Whether ticks of `length` samples can have made it.
-    pub(crate) fn is_valid(&self, length: T, known_scale: Option<f64>) -> bool {
+    pub(crate) fn is_valid(&self, length: T, known_scale: Option<f64>, rate: f64) -> bool {
         let reach = self.scaling.reach() + self.scaling.reach();
-        let fresh = Self::new(self.scaling, length, T::one());
+        let fresh = Self::new(self.scaling, length, T::one(), rate);
         self.scaling.is_valid(known_scale)
             && fresh.is_ok_and(|fresh| {
                 self.length == fresh.length
@@ -17,6 +17,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
                     && self.sample_noise() <= T::MAX_DIFFERENCE
                     && self.block.is_after(&fresh.block, reach)
                     && self.bank.is_after(&fresh.bank, reach)
+                    && self.flicker.is_after(&fresh.flicker)
+                    && is_size(self.variance, T::MAX_RAW)
             })
     }
 }

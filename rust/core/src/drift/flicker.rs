@@ -1,0 +1,366 @@
+//! Kalman filters that know flicker, for the standard deviation of the drift alone.
+//!
+//! Flicker of bias instability B has the two-sided density B²/(2πf). Two Gauss-Markov processes of
+//! 5 and 100 s, each of variance B² ln(20)/π, and a walk sum to it below 0.15 Hz; what is faster is
+//! no state and adds its variance to the mean of a block. There is one filter for each of eight
+//! levels of B². They move no estimate: their likelihoods, next to those of the
+//! walks of the [`KalmanBank`], weigh what is stated of the mean drift over a span.
+#![allow(non_snake_case)]
+
+use nalgebra::{ComplexField, SVector};
+use serde::{Deserialize, Serialize};
+
+use super::multiple_model::{BlockMean, DEGREES_OF_FREEDOM, KalmanBank, Mixture, kept};
+use crate::math::validity::{is_size, is_within};
+use crate::math::{Limits, Real};
+
+/// Levels of flicker: B² from a thousandth of the white noise of a block's mean, times five each.
+const LEVELS: usize = 8;
+const MIN_LEVEL_RATIO: f64 = 1e-3;
+const LEVEL_STEP: f64 = 5.0;
+
+/// Time constants of the Gauss-Markov processes, s, and their variance over B²: ln(20)/π.
+const TIME_CONSTANTS: [f64; 2] = [5.0, 100.0];
+const PROCESS_VARIANCE: f64 = 0.953_571_199_032_079_3;
+
+/// Variance a second, over B², of the walk for all that is slower.
+const WALK_VARIANCE: f64 = 0.003;
+
+/// Seconds that set the flicker faster than the states in a mean, and eight times the shortest time
+/// that a state follows, s, which sets the fastest that a sampled sensor has: see [`unseen`].
+const FAST_TIME: f64 = 2.6;
+const RATE_FACTOR: f64 = 8.94;
+
+/// Flicker over B² that the Allan variance of a block's eight ticks has in the noise: 2 ln 2/π/8.
+const IN_TICKS: f64 = 0.055_158_900_038_162_9;
+
+/// Priors of no drift, of all walks and of all levels of flicker.
+const NO_DRIFT_PRIOR: f64 = 0.05;
+const WALKS_PRIOR: f64 = 0.10;
+const FLICKER_PRIOR: f64 = 0.85;
+
+/// Variance of the stated interval over that of the mixture: no drift is quite of these kinds.
+const VARIANCE_FACTOR: f64 = 1.21;
+
+/// Seconds of the mean drift whose standard deviation is stated unless another span is asked for.
+const STATED_SECONDS: f64 = 10.0;
+
+/// Largest state over the largest sample.
+const MAX_STATE: f64 = 64.0;
+
+/// Logarithm of a likelihood ratio below which a level counts for nothing.
+const MAX_EVIDENCE_LOSS: f64 = 50.0;
+
+/// Largest factor of B² or of a block.
+const MAX_FACTOR: f64 = 1e30;
+
+type Each<T> = SVector<T, LEVELS>;
+
+/// Places of the covariances: xx, xy, xz, yy, yz, zz.
+const XX: usize = 0;
+const XY: usize = 1;
+const XZ: usize = 2;
+const YY: usize = 3;
+const YZ: usize = 4;
+const ZZ: usize = 5;
+
+/// How the states go on unseen.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Passage<T> {
+    /// Part of each process that is left.
+    phi: [T; 2],
+    /// Variance that arises of each process and of the walk, over B².
+    arises: [T; 3],
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Passage<T> {
+    fn new(seconds: f64) -> Self {
+        let phi = TIME_CONSTANTS.map(|time| ComplexField::exp(-seconds / time));
+        let [fast, slow] = phi.map(|phi| PROCESS_VARIANCE * (1.0 - phi * phi));
+        let walk = (WALK_VARIANCE * seconds).min(MAX_FACTOR);
+        Self { phi: phi.map(T::of), arises: [fast, slow, walk].map(T::of) }
+    }
+}
+
+/// The mean drift over a span that begins now.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Mean<T> {
+    /// Part of each process now that is in the mean.
+    parts: [T; 2],
+    /// Covariance of the mean with what arises of each state, over B².
+    common: [T; 3],
+    /// Variance of the mean that arises, over B²: of the states, and of what is faster.
+    arises: T,
+    /// Length of the span in blocks.
+    blocks: T,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Mean<T> {
+    fn new(seconds: f64, block: f64, fast: f64) -> Self {
+        let ratios = TIME_CONSTANTS.map(|time| seconds / time);
+        let parts = ratios.map(part_of_start);
+        let walk = WALK_VARIANCE * seconds;
+        let within = PROCESS_VARIANCE * ratios.map(variance_within).iter().sum::<f64>();
+        let common = |k: usize| PROCESS_VARIANCE * parts[k] * parts[k] * ratios[k];
+        Self {
+            parts: parts.map(T::of),
+            common: [common(0), common(1), 0.5 * walk].map(|x| T::of(x.min(MAX_FACTOR))),
+            arises: T::of((within + walk / 3.0 + fast).min(MAX_FACTOR)),
+            blocks: T::of((seconds / block).min(MAX_FACTOR)),
+        }
+    }
+}
+
+/// Part of a process in its mean over the next `r` time constants.
+fn part_of_start(r: f64) -> f64 {
+    if r < 1e-8 { 1.0 } else { -ComplexField::exp_m1(-r) / r }
+}
+
+/// Variance of that mean, given the start, over the variance of the process.
+fn variance_within(r: f64) -> f64 {
+    if r < 1e-4 {
+        return r * 2.0 / 3.0;
+    }
+    let part = part_of_start(r);
+    2.0 * (1.0 - part) / r - part * part
+}
+
+/// Variance over B² of flicker that no state follows, in the mean of so many seconds; at zero that
+/// of the instant.
+fn unseen(seconds: f64, rate: f64) -> f64 {
+    let ratio = (1.0 + FAST_TIME / seconds).min(RATE_FACTOR * rate).max(1.0);
+    ComplexField::ln(ratio) / core::f64::consts::PI
+}
+
+/// What is stated of the mean drift over a span.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stated<T> {
+    /// Its variance.
+    pub variance: T,
+    /// B², square of the bias instability.
+    pub flicker: T,
+}
+
+/// All members, in units of the start-up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct FlickerBank<T> {
+    /// Seconds of a block, and samples a second.
+    seconds: f64,
+    rate: f64,
+    passage: Passage<T>,
+    /// Of a block, and of the span that is stated.
+    block: Mean<T>,
+    ahead: Mean<T>,
+    /// B².
+    b: Each<T>,
+    /// The two processes and the walk at the end of the last block.
+    x: [Each<T>; 3],
+    P: [Each<T>; 6],
+    /// Sum of the normalised squared innovations.
+    S: Each<T>,
+    /// Logarithm of the likelihood over that of the best walk.
+    evidence: Each<T>,
+    /// Blocks without a measurement that the states do not know of yet, less than one.
+    waiting: T,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
+    /// Members for blocks of `seconds` at `rate` whose mean has white noise of variance `noise`.
+    pub fn new(noise: T, seconds: f64, rate: f64) -> Self {
+        let mut level = MIN_LEVEL_RATIO / LEVEL_STEP;
+        let b = Each::from_fn(|_, _| {
+            level *= LEVEL_STEP;
+            noise * T::of(level)
+        });
+        let in_noise = (unseen(seconds, rate) - IN_TICKS).max(0.0);
+        Self {
+            seconds,
+            rate,
+            passage: Passage::new(seconds),
+            block: Mean::new(seconds, seconds, in_noise),
+            ahead: Mean::new(STATED_SECONDS, seconds, unseen(STATED_SECONDS, rate)),
+            b,
+            x: [Each::zeros(); 3],
+            P: [Each::zeros(); 6],
+            S: Each::repeat(T::of(DEGREES_OF_FREEDOM)),
+            evidence: Each::zeros(),
+            waiting: T::zero(),
+        }
+    }
+
+    /// The drift anew, with everything that was learned about the noise.
+    pub fn begin(&mut self, mean: T, variance: T) {
+        let (process, zero) = (self.b * T::of(PROCESS_VARIANCE), Each::zeros());
+        let level = (process + process).map(|own| (own + variance).at_most(T::MAX_COVARIANCE));
+        self.x = [zero, zero, Each::repeat(mean)];
+        self.P = [process, zero, zero, process, zero, level];
+        self.waiting = T::zero();
+    }
+
+    /// Time passes without a measurement; true where the states have been told.
+    pub fn wait(&mut self, blocks: T) -> bool {
+        self.waiting += blocks;
+        let whole = self.waiting >= T::one();
+        if whole {
+            self.catch_up();
+        }
+        whole
+    }
+
+    /// What a span, from now on, has for a mean: its variance with all walks, and what is known of
+    /// flicker. Zero seconds are the instant.
+    pub fn over(&self, seconds: f64, walks: &KalmanBank<T>) -> Stated<T> {
+        let mut now = *self;
+        now.catch_up();
+        let ahead = Mean::new(seconds, self.seconds, unseen(seconds, self.rate));
+        now.stated_of(&ahead, walks, &walks.predicted())
+    }
+
+    /// The same of the span that is stated where none is asked for.
+    pub fn stated(&self, walks: &KalmanBank<T>, all: &Mixture<T>) -> Stated<T> {
+        self.stated_of(&self.ahead, walks, all)
+    }
+
+    /// Learns from a full block, of which the walks have learned; they had so many `degrees` of
+    /// freedom, and `best` is the logarithm of the likelihood of the best of them.
+    pub fn correct(&mut self, block: &BlockMean<T>, degrees: T, best: T) {
+        self.catch_up();
+        let ([f, s], common) = (self.passage.phi, self.block.common);
+        let (mut S, mut square, mut gain) = (Each::zeros(), Each::zeros(), [Each::zeros(); 3]);
+        let (mut innovation, mut inverse) = (Each::zeros(), Each::zeros());
+        for m in 0..LEVELS {
+            let with_mean = self.with_mean(m, &self.block);
+            let (mean, variance) = self.mean(m, &self.block, &with_mean);
+            S[m] = variance + block.noise;
+            inverse[m] = T::one() / S[m];
+            innovation[m] = block.mean - mean;
+            square[m] = innovation[m] * innovation[m] * inverse[m];
+            gain[0][m] = f * with_mean[0] + self.b[m] * common[0];
+            gain[1][m] = s * with_mean[1] + self.b[m] * common[1];
+            gain[2][m] = with_mean[2] + self.b[m] * common[2];
+        }
+        let passage = self.passage;
+        self.pass(&passage);
+        self.correct_states(&gain, &innovation, &inverse);
+        self.weigh_in(&square, &S, degrees, best);
+    }
+
+    /// By the covariances of the states at the block's end with its mean.
+    #[inline(always)]
+    fn correct_states(&mut self, c: &[Each<T>; 3], innovation: &Each<T>, inverse: &Each<T>) {
+        let bound = T::MAX_INPUT * T::of(MAX_STATE);
+        for m in 0..LEVELS {
+            let K = [c[0][m] * inverse[m], c[1][m] * inverse[m], c[2][m] * inverse[m]];
+            for k in 0..3 {
+                self.x[k][m] = (self.x[k][m] + K[k] * innovation[m]).within(bound);
+            }
+            self.P[XX][m] = (self.P[XX][m] - K[0] * c[0][m]).at_least(T::zero());
+            self.P[XY][m] -= K[0] * c[1][m];
+            self.P[XZ][m] -= K[0] * c[2][m];
+            self.P[YY][m] = (self.P[YY][m] - K[1] * c[1][m]).at_least(T::zero());
+            self.P[YZ][m] -= K[1] * c[2][m];
+            self.P[ZZ][m] = (self.P[ZZ][m] - K[2] * c[2][m]).at_least(T::zero());
+        }
+    }
+
+    fn weigh_in(&mut self, square: &Each<T>, variance: &Each<T>, degrees: T, best: T) {
+        let (inverse, tails) = (T::one() / degrees, degrees + T::one());
+        for m in 0..LEVELS {
+            let spread = (variance[m] * self.S[m] * inverse).ln();
+            let tail = (square[m] / self.S[m]).ln_1p() * tails;
+            self.evidence[m] = self.evidence[m] * kept::<T>() - (spread + tail) * T::of(0.5) - best;
+            let sum = self.S[m] * kept::<T>() + square[m];
+            self.S[m] = sum.at_least(T::VARIANCE_FLOOR).at_most(T::MAX_DIFFERENCE);
+        }
+    }
+
+    fn catch_up(&mut self) {
+        if self.waiting > T::zero() {
+            let blocks: f64 = self.waiting.to_subset().unwrap_or(1.0);
+            self.pass(&Passage::new(blocks * self.seconds));
+            self.waiting = T::zero();
+        }
+    }
+
+    /// The states go on unseen.
+    #[inline(always)]
+    fn pass(&mut self, passage: &Passage<T>) {
+        let ([f, s], [fast, slow, walk]) = (passage.phi, passage.arises);
+        for m in 0..LEVELS {
+            let b = self.b[m];
+            self.x[0][m] *= f;
+            self.x[1][m] *= s;
+            self.P[XX][m] = self.P[XX][m] * (f * f) + b * fast;
+            self.P[XY][m] *= f * s;
+            self.P[XZ][m] *= f;
+            self.P[YY][m] = self.P[YY][m] * (s * s) + b * slow;
+            self.P[YZ][m] *= s;
+            self.P[ZZ][m] = (self.P[ZZ][m] + b * walk).at_most(T::MAX_COVARIANCE);
+        }
+    }
+
+    /// Covariances of the states now with the mean.
+    #[inline(always)]
+    fn with_mean(&self, m: usize, mean: &Mean<T>) -> [T; 3] {
+        let ([f, s], P) = (mean.parts, &self.P);
+        [
+            P[XX][m] * f + P[XY][m] * s + P[XZ][m],
+            P[XY][m] * f + P[YY][m] * s + P[YZ][m],
+            P[XZ][m] * f + P[YZ][m] * s + P[ZZ][m],
+        ]
+    }
+
+    /// The mean and its variance.
+    #[inline(always)]
+    fn mean(&self, m: usize, mean: &Mean<T>, with_mean: &[T; 3]) -> (T, T) {
+        let [f, s] = mean.parts;
+        let known = (with_mean[0] * f + with_mean[1] * s + with_mean[2]).at_least(T::zero());
+        let level = self.x[0][m] * f + self.x[1][m] * s + self.x[2][m];
+        (level, known + self.b[m] * mean.arises)
+    }
+
+    /// All members and all walks by their likelihood, about the estimate of the walks.
+    fn stated_of(&self, ahead: &Mean<T>, walks: &KalmanBank<T>, all: &Mixture<T>) -> Stated<T> {
+        let best = self.evidence.max().at_least(T::zero());
+        let scale = T::one() / walks.degrees();
+        let priors = [NO_DRIFT_PRIOR, WALKS_PRIOR].map(T::of);
+        let walks = walks.reweighed(all, priors, ahead.blocks * T::of(1.0 / 3.0));
+        let [mut weights, mut variance] = match best > T::zero() {
+            true => walks.map(|sum| sum * (-best).exp()),
+            false => walks,
+        };
+        let prior = T::of(FLICKER_PRIOR / LEVELS as f64);
+        let mut flicker = T::zero();
+        for m in 0..LEVELS {
+            let evidence = self.evidence[m] - best;
+            if evidence < T::of(-MAX_EVIDENCE_LOSS) {
+                continue;
+            }
+            let weight = prior * evidence.exp();
+            let (mean, own) = self.mean(m, ahead, &self.with_mean(m, ahead));
+            let (off, scale) = (mean - all.mean, self.S[m] * scale);
+            weights += weight;
+            variance += weight * (own * scale + off * off);
+            flicker += weight * scale * self.b[m];
+        }
+        Stated { variance: variance / weights * T::of(VARIANCE_FACTOR), flicker: flicker / weights }
+    }
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
+    /// Whether blocks can have made it of `fresh`.
+    pub(super) fn is_after(&self, fresh: &Self) -> bool {
+        let every = |values: &Each<T>, holds: &dyn Fn(T) -> bool| values.iter().all(|x| holds(*x));
+        let most = T::MAX_DIFFERENCE;
+        let reach = T::MAX_INPUT * T::of(MAX_STATE);
+        let same = Self { x: fresh.x, P: fresh.P, S: fresh.S, evidence: fresh.evidence, ..*self };
+        Self { waiting: fresh.waiting, ..same } == *fresh
+            && self.x.iter().all(|x| every(x, &|x| is_within(x, reach)))
+            && [XX, YY, ZZ].iter().all(|k| every(&self.P[*k], &|P| is_size(P, most)))
+            && self.P.iter().all(|P| every(P, &|P| is_within(P, most)))
+            && every(&self.S, &|S| S >= T::VARIANCE_FLOOR && S <= most)
+            && every(&self.evidence, &|evidence| is_within(evidence, T::MAX_RAW))
+            && is_size(self.waiting, T::one())
+    }
+}
