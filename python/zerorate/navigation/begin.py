@@ -1,4 +1,4 @@
-"""The beginning of a navigation: axes, clock, antenna and start, found where nothing states them.
+"""The beginning of a navigation: axes, clock, antenna, start and noise where nothing states them.
 
 The task, the report and the outages begin here, so that all of them navigate alike.
 """
@@ -20,6 +20,7 @@ from zerorate.navigation.alignment import Alignment, align
 from zerorate.navigation.axes import Axes
 from zerorate.navigation.clock import find_time_offset
 from zerorate.navigation.coarse_start import find_start
+from zerorate.navigation.coasting import FoundNoise, find_noise
 from zerorate.navigation.selfcheck import (
     NavigationChecks,
     NavigationFinding,
@@ -37,6 +38,9 @@ Offset: TypeAlias = float | TimeOffset | Literal["auto"]
 """What is added to the times of fixes, s, or that it is to be found."""
 Heading: TypeAlias = float | Literal["course"] | None
 """At the start, rad from north over east; the direction of the first motion; or to be found."""
+
+ProcessNoise: TypeAlias = Literal["auto", "stated"]
+"""Noise of the filter by its coasting, or as stated."""
 
 _STATED_SIGMA_M: Final = 0.05
 _UNKNOWN_SIGMA_M: Final = 1.0
@@ -154,6 +158,8 @@ class Beginning:
         From the sensors to the antenna, m, and in ``antenna_sigma`` its standard deviation.
     checks : NavigationChecks
         What sensors and fixes say of each other.
+    noise : FoundNoise or None
+        Process noise by coasting; None where it was not searched.
     alarms, notes : tuple of str
         What contradicts the recording, and what was found or assumed.
 
@@ -173,13 +179,16 @@ class Beginning:
     antenna: Floats
     antenna_sigma: float
     checks: NavigationChecks
+    noise: FoundNoise | None
     alarms: tuple[str, ...]
     notes: tuple[str, ...]
 
     def filter(self, **options: Any) -> NavigationFilter:  # noqa: ANN401
         """Return a filter that begins so, with further options of `zerorate.NavigationFilter`."""
-        spread = {"antenna_sigma": self.antenna_sigma, **options}
-        return NavigationFilter(self.start, antenna=self.antenna, **spread)
+        options = {"antenna_sigma": self.antenna_sigma, **options}
+        if self.noise is not None and not self.noise.kept:
+            options |= self.noise.models
+        return NavigationFilter(self.start, antenna=self.antenna, **options)
 
 
 def find_beginning(
@@ -191,11 +200,12 @@ def find_beginning(
     time_offset: Offset = "auto",
     heading: Heading = None,
     rest: tuple[float, float] | None = None,
+    noise: ProcessNoise = "auto",
     checks: NavigationChecks | None = None,
     alarms: list[str] | None = None,
     **options: Any,  # noqa: ANN401
 ) -> Beginning:
-    """Find axes, clock and start of a navigation, where neither arguments nor metadata state them.
+    """Find axes, clock, start and noise of a navigation where nothing states them.
 
     Parameters
     ----------
@@ -215,12 +225,14 @@ def find_beginning(
         As of `find_start`, rad.
     rest : tuple of float, optional
         When the vehicle stands at the start, s after the first sample. Default: found.
+    noise : {"auto", "stated"}
+        Process noise of the filter: by its coasting, of `find_noise`; or as options state it.
     checks : NavigationChecks, optional
         Of a longer part of the recording, where that was checked before.
     alarms : list of str, optional
         Where alarms are added as soon as they are known, before a fault that may come of them.
     **options
-        Of `zerorate.NavigationFilter`, with which clock and heading are found.
+        Of `zerorate.NavigationFilter`, with which clock, heading and noise are found.
 
     Raises
     ------
@@ -251,7 +263,8 @@ def find_beginning(
         "" if vehicle.matrix is not None or matrix is None else _describe_axes(nav_checks.axes)
     )
     doubts = (finding.text for finding in nav_checks.findings if finding.status == "cannot tell")
-    notes = (vehicle.note, on_axes, *doubts, sentence)
+    found = search.find_noise(start, offset) if noise == "auto" else None
+    notes = (vehicle.note, on_axes, *doubts, sentence, "" if found is None else str(found))
     return Beginning(
         body,
         start,
@@ -260,6 +273,7 @@ def find_beginning(
         vehicle.antenna,
         vehicle.antenna_sigma,
         nav_checks,
+        found,
         first_alarms,
         tuple(filter(None, notes)),
     )
@@ -326,7 +340,7 @@ class _Search:
                 heading=self.heading,
                 time_offset=offset,
                 antenna=self.vehicle.antenna,
-                **self._options_without("antenna_sigma"),
+                **self._options_with_antenna(),
             )
         gyro = self.recording.gyro
         first = 0.0 if gyro is None else float(gyro.time[0])
@@ -339,7 +353,7 @@ class _Search:
 
     def _find_clock(self, start: Alignment, initial_offset: float) -> TimeOffset | None:
         """Return the clock of the fixes, None where it is not identifiable."""
-        options = self._options_without("gate", "adapt", "antenna_sigma")
+        options = self._options_with_antenna("gate", "adapt")
         try:
             offset = find_time_offset(
                 self.recording,
@@ -354,8 +368,24 @@ class _Search:
             return None
         return offset if offset.identifiable else None
 
-    def _options_without(self, *names: str) -> dict[str, Any]:
-        return {name: value for name, value in self.options.items() if name not in names}
+    def find_noise(self, start: Alignment, offset: float | TimeOffset) -> FoundNoise:
+        """Return the process noise by coasting, which a stated antenna's error hardly moves."""
+        options = self._options_with_antenna()
+        if options["antenna_sigma"] <= _STATED_SIGMA_M:
+            options["antenna_sigma"] = 0.0
+        return find_noise(
+            self.recording,
+            self.fixes,
+            start,
+            time_offset=offset,
+            antenna=self.vehicle.antenna,
+            **options,
+        )
+
+    def _options_with_antenna(self, *without: str) -> dict[str, Any]:
+        """Return options of a filter that knows how far the antenna is known, without some."""
+        options = {"antenna_sigma": self.vehicle.antenna_sigma, **self.options}
+        return {name: value for name, value in options.items() if name not in without}
 
 
 def _check_mount(mount: Mount) -> Floats | None:

@@ -12,15 +12,14 @@ import numpy as np
 from zerorate._native import NavigationFilter
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.events import Events, pack_fixes
-from zerorate.navigation.windows import Epochs, Means
+from zerorate.navigation.increments import Increments
+from zerorate.navigation.windows import Epochs
 from zerorate.record import Recording
 from zerorate.record.fixes import Fixes
 from zerorate.record.offset import TimeOffset
 from zerorate.record.samples import Samples
 from zerorate.types import Booleans, Floats
 
-_FILTER_RATE_HZ: Final = 50.0
-"""Hz, of what a filter is given here."""
 _SCAN_OFFSETS_S: Final = np.arange(-0.6, 0.61, 0.15)
 _MAX_NIS: Final = 25.0
 _DIFFERENCE_STEPS: Final = np.array([0.02, 0.02, 1e-4])
@@ -119,11 +118,7 @@ def find_time_offset(
     if not isinstance(gnss, Fixes):
         raise TypeError(f"gnss must be Fixes, as zr.read_fixes returns them, got {type(gnss)}")
     samples = Samples.of(imu, mag=False, what="navigation")
-    if options.get("kind", "rate") == "rate":
-        options["kind"] = "increment"
-        steps = _Increments.of(samples)
-    else:
-        steps = _Increments(samples.time, samples.gyro, samples.accel)
+    steps, options = Increments.for_filter(samples, options)
     # What was found of the heading was so with another clock.
     loose = replace(start, heading_sigma=max(start.heading_sigma, _MIN_HEADING_SIGMA_RAD))
     nav = NavigationFilter(loose, adapt="fixed", gate=_OPEN_GATE, **options)
@@ -139,25 +134,6 @@ def _thin_fixes(fixes: Fixes) -> Fixes:
         return fixes
     every = round(0.5 / float(np.median(np.diff(fixes.time))))
     return fixes.chosen(slice(None, None, max(1, every)))
-
-
-@dataclass(frozen=True, eq=False)
-class _Increments:
-    """Times of samples with the angles and the velocities gained since the one before."""
-
-    time: Floats
-    gyro: Floats
-    accel: Floats
-
-    @classmethod
-    def of(cls, samples: Samples) -> _Increments:
-        """Return steps of a fiftieth of a second or a sample, of which there are many to be run."""
-        every = max(1, round(samples.log.rate / _FILTER_RATE_HZ))
-        means = Means.of(samples)
-        gained = np.diff(means.integral[::every], axis=0)
-        gained[np.diff(means.missing[::every]) > 0.0] = np.nan
-        gained = np.concatenate((np.zeros((1, 6)), gained))
-        return cls(samples.time[::every], gained[:, :3].copy(), gained[:, 3:].copy())
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +153,7 @@ class _Innovations:
 class _Search:
     """Runs of one filter with fixes at other times."""
 
-    samples: _Increments
+    samples: Increments
     gnss: Fixes
     nav: NavigationFilter
     initial_offset: float
@@ -202,7 +178,7 @@ class _Search:
             early.time[-1] + self.initial_offset + _MAX_OFFSET_S if len(early) else 0.0,
         )
         n = int(np.searchsorted(whole.time, stop))
-        steps = _Increments(whole.time[:n], whole.gyro[:n], whole.accel[:n])
+        steps = Increments(whole.time[:n], whole.gyro[:n], whole.accel[:n])
         return _Search(steps, early, self.nav, self.initial_offset, self.pool)
 
     def fix_times(self, theta: Floats) -> tuple[Floats, Floats]:

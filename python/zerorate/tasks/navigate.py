@@ -23,7 +23,14 @@ from zerorate.io.reading import read_log
 from zerorate.io.writing import write_log
 from zerorate.metrics.tracks import TrackErrors, ate, rpe
 from zerorate.navigation.alignment import Alignment
-from zerorate.navigation.begin import Beginning, Heading, Mount, Offset, find_beginning
+from zerorate.navigation.begin import (
+    Beginning,
+    Heading,
+    Mount,
+    Offset,
+    ProcessNoise,
+    find_beginning,
+)
 from zerorate.navigation.options import NAVIGATION_OPTIONS
 from zerorate.navigation.outage import OutagePlan, Outages
 from zerorate.navigation.track import Track, explain_no_start
@@ -219,6 +226,7 @@ def navigate(
     tick: float | None = None,
     gyro_noise: NoiseModel | PathLike | None = None,
     accel_noise: NoiseModel | PathLike | None = None,
+    noise: ProcessNoise = "auto",
     calibration: Calibration | PathLike | None = None,
     clipped: Clipped = "auto",
     fix: bool = False,
@@ -266,6 +274,10 @@ def navigate(
         Metres a tick; by default as the receiver's speed shows it.
     gyro_noise, accel_noise : NoiseModel or path, optional
         Default: those of a consumer sensor.
+    noise : {"auto", "stated"}
+        Process noise of the filter. "auto": such that errors of coasting are as large as the filter
+        says (`zerorate.navigation.find_noise`); models that are given are raised only. "stated": as
+        the models say.
     calibration : Calibration or path, optional
         Taken off gyro and accelerometer first.
     clipped : {"auto", "restore", "leave"}
@@ -327,7 +339,7 @@ def navigate(
         report("navigating", 0.1)
         beginning = find_beginning(
             prepared.recording, used_fixes, mount=mount, antenna=antenna, time_offset=time_offset,
-            heading=heading, rest=rest, alarms=alarms, **filter_options,
+            heading=heading, rest=rest, noise=noise, alarms=alarms, **filter_options,
         )  # fmt: skip
         speed = None if wheels is None else _read_wheels(wheels, source, beginning, used_fixes)
         run = _Run(beginning, used_fixes, speed, smooth, lengths, filter_options)
