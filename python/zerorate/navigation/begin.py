@@ -26,6 +26,7 @@ from zerorate.navigation.selfcheck import (
     NavigationFinding,
     check_navigation,
 )
+from zerorate.numerals import format_with_error
 from zerorate.record.fixes import Fixes
 from zerorate.record.mounting import Mounting, body_axes, check_rotation
 from zerorate.record.offset import TimeOffset
@@ -155,7 +156,12 @@ class Beginning:
     clock : TimeOffset or None
         The offset with which sensors and fixes fit best; None where it is not identifiable.
     antenna : ndarray, shape (3,)
-        From the sensors to the antenna, m, and in ``antenna_sigma`` its standard deviation.
+        From the sensors to the antenna, m.
+    antenna_sigma : float
+        Its standard deviation where the filter estimates it, m; 0 where it was found.
+    considered_sigma : ndarray, shape (3,)
+        Its standard deviations as found with the clock, m: the filter takes the place as it is, and
+        `Track.considering` adds them to its own; 0 where the filter estimates it.
     checks : NavigationChecks
         What sensors and fixes say of each other.
     noise : FoundNoise or None
@@ -178,6 +184,7 @@ class Beginning:
     clock: TimeOffset | None
     antenna: Floats
     antenna_sigma: float
+    considered_sigma: Floats
     checks: NavigationChecks
     noise: FoundNoise | None
     alarms: tuple[str, ...]
@@ -259,24 +266,46 @@ def find_beginning(
     body = recording if matrix is None else body_axes(recording, matrix)
     search = _Search(body, fixes, vehicle, heading, rest, options)
     start, offset, clock, sentence = search.find_start_and_clock(nav_checks)
+    arm = search.arm(clock, offset)
     on_axes = (
         "" if vehicle.matrix is not None or matrix is None else _describe_axes(nav_checks.axes)
     )
     doubts = (finding.text for finding in nav_checks.findings if finding.status == "cannot tell")
-    found = search.find_noise(start, offset) if noise == "auto" else None
-    notes = (vehicle.note, on_axes, *doubts, sentence, "" if found is None else str(found))
+    found = search.find_noise(start, offset, arm) if noise == "auto" else None
+    notes = (
+        vehicle.note, on_axes, *doubts, sentence, arm.note, "" if found is None else str(found),
+    )  # fmt: skip
     return Beginning(
         body,
         start,
         offset,
         clock,
-        vehicle.antenna,
-        vehicle.antenna_sigma,
+        arm.place,
+        arm.estimated_sigma,
+        arm.considered_sigma,
         nav_checks,
         found,
         first_alarms,
         tuple(filter(None, notes)),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Arm:
+    """Where the antenna is, m, and its deviation: estimated by the filter, or considered by it."""
+
+    place: Floats
+    estimated_sigma: float
+    considered_sigma: Floats
+    note: str = ""
+
+    @classmethod
+    def found(cls, clock: TimeOffset) -> _Arm:
+        """Return that which was found with a clock."""
+        place, sigma = np.array(clock.antenna), np.array(clock.antenna_sigma)
+        fitted = ", ".join(map(format_with_error, place, sigma))
+        note = f"the antenna is {fitted} m forward, right and down of the sensors, as the fixes fit"
+        return cls(place, 0.0, sigma, f"{note} best")
 
 
 def _describe_mistakes(checks: NavigationChecks, vehicle: Vehicle) -> Iterator[str]:
@@ -319,6 +348,9 @@ class _Search:
         start = self._find_start(initial_offset)
         clock = self._find_clock(start, initial_offset)
         if clock is None or not clock.differs(initial_offset, _MIN_OFFSET_S):
+            if clock is not None and self._takes_arm(clock):
+                # Clock and antenna are one answer: what is not told is their difference.
+                return self._find_start(clock), clock, clock, ""
             return start, initial_offset, clock, ""
         values = ", ".join(f"{name} {x:.3g} (sigma {s:.1g})" for name, x, s in clock.parts)
         if vehicle.offset_source == "argument":
@@ -332,6 +364,18 @@ class _Search:
             sentence = make_sentence(not_it, typed, " takes that")
         return self._find_start(clock), clock, clock, sentence
 
+    def _takes_arm(self, clock: TimeOffset) -> bool:
+        """Whether nothing states the antenna's place, or the clock, and both were found."""
+        free = self.vehicle.antenna_sigma > _STATED_SIGMA_M and "antenna_sigma" not in self.options
+        return free and clock.antenna is not None and self.vehicle.offset_source != "argument"
+
+    def arm(self, clock: TimeOffset | None, offset: float | TimeOffset) -> _Arm:
+        """Return where the antenna is, as found with the clock that is used, or as stated."""
+        if clock is not None and clock is offset and self._takes_arm(clock):
+            return _Arm.found(clock)
+        vehicle = self.vehicle
+        return _Arm(vehicle.antenna, vehicle.antenna_sigma, np.zeros(3))
+
     def _find_start(self, offset: float | TimeOffset) -> Alignment:
         if self.rest is None:
             return find_start(
@@ -339,8 +383,7 @@ class _Search:
                 self.fixes,
                 heading=self.heading,
                 time_offset=offset,
-                antenna=self.vehicle.antenna,
-                **self._options_with_antenna(),
+                **self._options_at(offset),
             )
         gyro = self.recording.gyro
         first = 0.0 if gyro is None else float(gyro.time[0])
@@ -353,39 +396,41 @@ class _Search:
 
     def _find_clock(self, start: Alignment, initial_offset: float) -> TimeOffset | None:
         """Return the clock of the fixes, None where it is not identifiable."""
-        options = self._options_with_antenna("gate", "adapt")
+        options = self._options_with_antenna()
+        options.pop("gate", None)
+        options.pop("adapt", None)
         try:
             offset = find_time_offset(
                 self.recording,
                 self.fixes,
                 start,
                 time_offset=initial_offset,
-                antenna=self.vehicle.antenna,
                 **options,
             )
         except ValueError:
-            # A receiver without velocities does not show it.
+            # The filter did not begin.
             return None
         return offset if offset.identifiable else None
 
-    def find_noise(self, start: Alignment, offset: float | TimeOffset) -> FoundNoise:
+    def find_noise(self, start: Alignment, offset: float | TimeOffset, arm: _Arm) -> FoundNoise:
         """Return the process noise by coasting, which a stated antenna's error hardly moves."""
-        options = self._options_with_antenna()
-        if options["antenna_sigma"] <= _STATED_SIGMA_M:
-            options["antenna_sigma"] = 0.0
-        return find_noise(
-            self.recording,
-            self.fixes,
-            start,
-            time_offset=offset,
-            antenna=self.vehicle.antenna,
-            **options,
-        )
+        options = {**self._options_with_antenna(), "antenna": arm.place}
+        spread = min(options["antenna_sigma"], arm.estimated_sigma)
+        options["antenna_sigma"] = spread if spread > _STATED_SIGMA_M else 0.0
+        return find_noise(self.recording, self.fixes, start, time_offset=offset, **options)
 
-    def _options_with_antenna(self, *without: str) -> dict[str, Any]:
-        """Return options of a filter that knows how far the antenna is known, without some."""
-        options = {"antenna_sigma": self.vehicle.antenna_sigma, **self.options}
-        return {name: value for name, value in options.items() if name not in without}
+    def _options_with_antenna(self) -> dict[str, Any]:
+        """Return options of a filter that knows how far the antenna is known."""
+        vehicle = self.vehicle
+        known = {"antenna": vehicle.antenna, "antenna_sigma": vehicle.antenna_sigma}
+        return {**known, **self.options}
+
+    def _options_at(self, offset: float | TimeOffset) -> dict[str, Any]:
+        """Return the same, with the antenna that was found with a clock."""
+        options = self._options_with_antenna()
+        if isinstance(offset, TimeOffset) and self._takes_arm(offset):
+            options |= {"antenna": np.array(offset.antenna), "antenna_sigma": 0.0}
+        return options
 
 
 def _check_mount(mount: Mount) -> Floats | None:

@@ -18,6 +18,7 @@ from zerorate.faults import ArgumentError, make_sentence
 from zerorate.geometry.rotations import rotate
 from zerorate.metrics.channels import check_positive
 from zerorate.navigation.begin import Offset, find_beginning
+from zerorate.navigation.coarse_start import begins_in_motion
 from zerorate.navigation.events import pack_fixes
 from zerorate.navigation.track import SmoothedPoses, Track, explain_no_start
 from zerorate.progress import Progress, choose_reporter
@@ -27,6 +28,7 @@ from zerorate.views import Result
 
 if TYPE_CHECKING:
     from zerorate._native import NavigationFilter
+    from zerorate.navigation.alignment import Alignment
     from zerorate.navigation.wheels import Wheels
     from zerorate.record import Recording
     from zerorate.record.fixes import Fixes
@@ -39,6 +41,9 @@ SMOOTHED: Final = "smoothed"
 
 ELLIPSE_SIGMAS: Final = math.sqrt(-2.0 * math.log(0.05))
 """Standard deviations to the edge of an ellipse that holds 95 % of a plane's errors."""
+_DOUBT_S: Final = 10.0
+_MIN_DOUBT_OUTAGES: Final = 3
+"""Outages by which a start in motion is judged: their length, s, and how many at least."""
 _TIME_TOLERANCE_S: Final = 1e-6
 """Seconds by which times are one: those of fixes add up with rounding."""
 _MAX_END_GAP_SHARE: Final = 0.1
@@ -325,6 +330,32 @@ class OutagePlan:
                 for job in jobs:
                     job.cancel()
         return Outages(tuple(results), imu.source, tuple(dict.fromkeys(notes)))
+
+
+def doubt_start(
+    start: Alignment,
+    imu: Recording,
+    gnss: Fixes,
+    nav: NavigationFilter,
+    undisturbed: Track,
+    inputs: dict[str, Any],
+) -> str:
+    """Return a sentence where a velocity that is held beats a filter that began in motion."""
+    if not begins_in_motion(start):
+        return ""
+    plan = OutagePlan((_DOUBT_S,), smooth=False, first=2.0 * _DOUBT_S, between=_DOUBT_S)
+    try:
+        found = plan.run(imu, gnss, nav, undisturbed, inputs, 1, lambda step, done: None)[_DOUBT_S]
+    except ValueError:
+        # There is no room for an outage.
+        return ""
+    filtered, held = found.rms(), found.rms(VELOCITY_HELD)
+    if found.n < _MIN_DOUBT_OUTAGES or not filtered > held:
+        return ""
+    return (
+        f"without fixes for {_DOUBT_S:g} s the filter is off by {filtered:.3g} m RMS, a velocity "
+        f"that is held by {held:.3g} m: it began in motion, and no rest tells the gyro's bias"
+    )
 
 
 def _thread_count(threads: int | None) -> int:

@@ -32,7 +32,7 @@ from zerorate.navigation.begin import (
     find_beginning,
 )
 from zerorate.navigation.options import NAVIGATION_OPTIONS
-from zerorate.navigation.outage import OutagePlan, Outages
+from zerorate.navigation.outage import OutagePlan, Outages, doubt_start
 from zerorate.navigation.track import Track, explain_no_start
 from zerorate.navigation.tracks import write_geojson, write_gpx
 from zerorate.navigation.wheels import Wheels
@@ -377,15 +377,18 @@ class _Run:
             raise LogError(make_sentence("the filter did not begin: ", explain_no_start(track)))
         nis = track.nis()
         progress("outages", 0.3)
+        known = {"rest": None, **inputs}
+        doubt = doubt_start(beginning.start, beginning.recording, self.fixes, nav, track, known)
         errors = None
         if self.lengths:
             gaps, part = OutagePlan(self.lengths, self.smooth), _scale_progress(progress, 0.3, 0.7)
             work = partial(gaps.run, beginning.recording, self.fixes, nav, track)
-            errors = work({"rest": None, **inputs}, os.cpu_count() or 1, part)
+            errors = work(known, os.cpu_count() or 1, part)
         if self.smooth:
             progress("smoothing", 0.7)
             track = track.smooth()
-        notes = tuple(dict.fromkeys((*beginning.notes, *track.notes)))
+        track = track.considering(beginning.considered_sigma)
+        notes = tuple(dict.fromkeys(filter(None, (*beginning.notes, doubt, *track.notes))))
         return Navigation(replace(track, notes=notes), beginning.start, nis, errors)
 
 
