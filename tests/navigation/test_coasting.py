@@ -61,10 +61,12 @@ def test_a_wrong_noise_becomes_that_of_the_errors(receiver, factor):
         found = noise(receiver, seed, factor, lower=True)
         assert not found.kept
         assert found.gain > 2.0
-        one, right = (outages(receiver, seed, told) for told in (found.models, models(1.0)))
-        ratios.append(one.error_over_sigma())
-        errors.append([one.rms(), right.rms()])
-    assert 0.8 < np.sqrt(np.mean(np.square(ratios))) < 1.25
+        both = [outages(receiver, seed, told) for told in (found.models, models(1.0))]
+        ratios.append([one.error_over_sigma() for one in both])
+        errors.append([one.rms() for one in both])
+    # Few outages scatter: what counts is that they are as with the noise that is true.
+    found, right = np.sqrt(np.mean(np.square(ratios), axis=0))
+    assert 0.8 < found / right < 1.2
     found, right = np.sqrt(np.mean(np.square(errors), axis=0))
     assert found < 1.1 * right
 

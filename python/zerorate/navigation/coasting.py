@@ -43,6 +43,8 @@ _STUDENT: Final = 8.0
 _MIN_GAINS: Final = (2.0, 5.0)
 """Gain of log likelihood from which on noise is raised: of assumed sensors, and of stated ones."""
 _MIN_GAIN_DOWN: Final = 5.0
+_MAX_LEVEL: Final = 2.0
+"""Factor on the noise's square by which it is raised beyond the likelihood's, at most."""
 _MAX_REJECTED_SHARE: Final = 0.1
 _STEP_S: Final = 0.2
 """Time between two steps of the covariance, s."""
@@ -171,7 +173,8 @@ def find_noise(
     -----
     A copy of the filter leaves it every ten seconds, takes no fix, and is compared with the fixes
     after 2, 5 and 10 s. Three factors on the noise maximise the likelihood of the horizontal
-    errors (Student's with eight degrees of freedom), each with a pass of the whole filter.
+    errors (Student's with eight degrees of freedom), each with a pass of the whole filter. Where
+    errors after 5 and 10 s are still larger than their deviation, white noise is raised by that.
 
     Examples
     --------
@@ -414,6 +417,8 @@ def _search(coasting: _Coasting, is_assumed: bool) -> FoundNoise:
         lowered = _climb(coasting, theta, _DOWN)
         if coasting.score(lowered) - coasting.score(theta) >= _MIN_GAIN_DOWN:
             theta = lowered
+    if theta.any():
+        theta = _level(coasting, theta)
     gain, best = coasting.score(theta) - least, coasting.run(theta)
     if best.rejected_share > _MAX_REJECTED_SHARE:
         share = f"{best.rejected_share:.0%} of the fixes are rejected, more than tell a noise"
@@ -426,6 +431,19 @@ def _search(coasting: _Coasting, is_assumed: bool) -> FoundNoise:
         models["gyro"], models["accel"], (gyro, accel, walk), gain,
         first.count, first.ratios(), best.ratios(),
     )  # fmt: skip
+
+
+def _level(coasting: _Coasting, theta: Floats) -> Floats:
+    """Return the logarithms with white noise raised to the RMS of the longer coasts' errors.
+
+    A likelihood with heavy tails leaves these out of its deviation, which is to hold them.
+    """
+    level = float(np.nanmean(coasting.run(theta).ratios()[1:] ** 2))
+    if not level > 1.0:
+        return theta
+    raised = theta.copy()
+    raised[:2] = np.minimum(theta[:2] + math.log(min(level, _MAX_LEVEL)), _UP[:2, 1])
+    return raised if math.isfinite(coasting.score(raised)) else theta
 
 
 def _climb(coasting: _Coasting, theta: Floats, ranges: Floats) -> Floats:

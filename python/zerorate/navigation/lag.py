@@ -117,10 +117,9 @@ def find_lag_jump(rotation: RotationAngle, windows: Windows) -> tuple[Floats, Fl
 
     One lag of all windows lies between those of the parts, and fits neither.
     """
-    known = np.flatnonzero(course_weights(windows) > 0.0)
-    if len(known) < 2 * _MIN_WINDOWS:
+    own = windows.select(course_weights(windows) > 0.0)
+    if len(own.start) < 2 * _MIN_WINDOWS:
         return None
-    own = windows.select(known)
     w, lags = course_weights(own), np.arange(-NEAR_LAG_S, NEAR_LAG_S + 0.1, _GRID_STEP_S)
     rates = np.array([rotation.rate(own.start + lag, own.stop + lag) for lag in lags])
     inside = np.isfinite(rates).all(axis=0)
