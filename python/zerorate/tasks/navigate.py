@@ -60,6 +60,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PathLike = str | os.PathLike[str]
+StatedNoise = NoiseModel | PathLike | None
+"""A model of a sensor's noise, or the file of one."""
 
 
 class NavigateOptions(ReadingArguments, total=False):
@@ -224,8 +226,8 @@ def navigate(
     wheel_speed: str | npt.ArrayLike | None = None,
     wheel_ticks: str | npt.ArrayLike | None = None,
     tick: float | None = None,
-    gyro_noise: NoiseModel | PathLike | None = None,
-    accel_noise: NoiseModel | PathLike | None = None,
+    gyro_noise: StatedNoise = None,
+    accel_noise: StatedNoise = None,
     noise: ProcessNoise = "auto",
     calibration: Calibration | PathLike | None = None,
     clipped: Clipped = "auto",
