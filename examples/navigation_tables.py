@@ -1,11 +1,12 @@
 """How good a track is: in outages on a recorded drive, and against the truth of simulated ones.
 
-``python examples/navigation_tables.py [FOLDER]`` prints three tables in Markdown. FOLDER has the
+``python examples/navigation_tables.py [FOLDER]`` prints five tables in Markdown. FOLDER has the
 recordings ``drive_imu_100hz.parquet`` and ``drive_gnss_4hz.parquet`` (rtklibexplorer/GNSS_IMU,
 data/drive_0708): a car with a consumer sensor, RTK at 4 Hz, and in the metadata mounting, antenna
 and clock. Default: ../shared/data beside the checkout.
 """
 
+import math
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -27,6 +28,12 @@ GYRO = zr.NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-6)
 ACCEL = zr.NoiseModel(angle_random_walk=1e-3, rate_random_walk=2e-5, quantity="acceleration")
 """Noise of simulated drives."""
 ACCEL_BIAS = 0.02
+COASTS = (5.0, 10.0, 30.0, 60.0)
+COAST_RECEIVERS = {
+    "2 m, 1 Hz": {},
+    "2 cm, 4 Hz": {"fixes_rate": 4.0, "position_sigma": 0.02, "velocity_sigma": 0.02},
+}
+"""Seconds without fixes, and receivers, of which the error over sigma is told."""
 SETTLED = 120.0
 """Seconds from which on errors of simulated drives count."""
 
@@ -113,9 +120,77 @@ def speeds(imu, fixes, offset):
 
 
 def cell(one, name):
-    """Return rms, median and largest."""
+    """Return rms, median and largest, and of the filter the error over its sigma."""
     values = (one.rms(name), one.median(name), one.largest(name))
-    return " / ".join(f"{x:.1f}" if x < 100.0 else f"{x:.0f}" for x in values)
+    over = f"; {one.error_over_sigma():.1f}" if name == "filter" else ""
+    return " / ".join(f"{x:.1f}" if x < 100.0 else f"{x:.0f}" for x in values) + over
+
+
+def coasting_rows(folder):
+    """Yield error over sigma, RMS and share in the ellipse on the drive, three series each."""
+    imu, fixes = zr.read_recording(folder / IMU), zr.read_fixes(folder / GNSS)
+    for noise in ("stated", "auto"):
+        begun = zr.navigation.find_beginning(imu, fixes, noise=noise)
+        series = [
+            zr.navigation.outages(
+                begun.recording,
+                fixes,
+                seconds=COASTS,
+                nav=begun.filter(),
+                between=10.0,
+                first=first,
+                time_offset=begun.time_offset,
+            )
+            for first in (60.0, 66.0, 73.0)
+        ]
+        cells = (ratio_cell([one[length] for one in series]) for length in COASTS)
+        yield f"drive, noise {'by coasting' if noise == 'auto' else 'of the default'}", *cells
+
+
+def simulated_coasting_rows():
+    """Yield the same of simulated drives, whose noise is told times a factor, or not at all."""
+    for receiver, options in COAST_RECEIVERS.items():
+        drives = [zr.simulate_drive(duration=400.0, seed=seed, **options) for seed in range(4)]
+        for factor in (0.3, 1.0, 5.0, None):
+            noise = {} if factor is None else scaled_noise(factor)
+            series = {"told": [], "found": []}
+            for drive in drives:
+                imu = drive.recording()
+                start = zr.align(imu, latitude=48.0, heading="course", accel_bias_sigma=ACCEL_BIAS)
+                found = zr.navigation.find_noise(imu, drive.fixes, start, lower=True, **noise)
+                for name, models in (("told", noise), ("found", found.models)):
+                    nav = zr.NavigationFilter(start, **models)
+                    series[name].append(
+                        zr.navigation.outages(
+                            imu, drive.fixes, seconds=COASTS, nav=nav, between=10.0
+                        )
+                    )
+            times = "default" if factor is None else f"× {factor:g}"
+            for name, all_outages in series.items():
+                cells = (ratio_cell([one[length] for one in all_outages]) for length in COASTS)
+                yield f"{receiver}, {times}, {name}", *cells
+
+
+def ratio_cell(outages):
+    """Return error over sigma, RMS and the share of ends in the ellipse of 95 %."""
+    count = np.array([one.n for one in outages])
+
+    def mean(values):
+        return float(np.average(values, weights=count))
+
+    ratio = math.sqrt(mean([one.error_over_sigma() ** 2 for one in outages]))
+    rms = math.sqrt(mean([one.rms() ** 2 for one in outages]))
+    inside = mean([one.share_inside() for one in outages])
+    return f"{ratio:.2f}; {rms:.3g}; {inside:.0%}"
+
+
+def scaled_noise(factor):
+    """Return the noise of the simulator's sensors, times a factor."""
+    gyro = zr.NoiseModel(angle_random_walk=1e-4 * factor, rate_random_walk=2e-6 * factor)
+    accel = zr.NoiseModel(
+        angle_random_walk=1e-3 * factor, rate_random_walk=2e-5 * factor, quantity="acceleration"
+    )
+    return {"gyro": gyro, "accel": accel}
 
 
 def simulated_rows():
@@ -230,9 +305,14 @@ def row(name, found):
 def main(folder):
     """Print the tables."""
     head = ("filter", *(f"{length:g} s" for length in LENGTHS))
-    title = "Recorded drive, end of outages, horizontal error in m: rms / median / largest"
+    title = (
+        "Recorded drive, end of outages, horizontal error in m: rms / median / largest; over sigma"
+    )
+    coast = ("filter", *(f"{length:g} s" for length in COASTS))
+    coasting = "Error over sigma; RMS, m; ends in the ellipse of 95 %"
     if (folder / IMU).exists():
         print(table(title, head, drive_rows(folder), markdown=True))
+        print(table(coasting, coast, coasting_rows(folder), markdown=True))
     else:
         print(f"no {IMU} in {folder}\n", file=sys.stderr)
     head = (
@@ -248,6 +328,7 @@ def main(folder):
     )
     title = f"Simulated drives of 400 s, RMS after {SETTLED:g} s; fixes of 2 m and 0.1 m/s at 1 Hz"
     print(table(title, head, simulated_rows(), markdown=True))
+    print(table(coasting, coast, simulated_coasting_rows(), markdown=True))
     title = "The same with receivers that are not as they say, RMS in the plane, m"
     print(table(title, ("receiver", *ADAPTS), receiver_rows(), markdown=True))
 

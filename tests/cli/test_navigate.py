@@ -73,14 +73,13 @@ def gnss(tmp_path, written):
 
 
 def expected(smooth=False, recording=None, antenna=None, **options):
-    """A track as of the command: an antenna is known to 5 cm, to a metre if nothing says it."""
-    spread, antenna = (1.0, np.zeros(3)) if antenna is None else (0.05, antenna)
+    """A track as of the command, by the steps of the library."""
     recording = recording or zr.read_recording(imu_columns())
     fixes = zr.read_fixes(fix_columns())
-    start = zr.navigation.find_start(recording, fixes, antenna=antenna, **options)
-    nav = zr.NavigationFilter(start, antenna=antenna, antenna_sigma=spread, **options)
-    track = nav.process(recording, fixes)
-    return track.smooth() if smooth else track
+    begun = zr.navigation.find_beginning(recording, fixes, antenna=antenna, **options)
+    nav = begun.filter(**options)
+    track = nav.process(begun.recording, fixes, time_offset=begun.time_offset)
+    return (track.smooth() if smooth else track).considering(begun.considered_sigma)
 
 
 def test_it_writes_a_log_maps_and_a_figure(cli, imu, gnss, out):

@@ -121,6 +121,7 @@ def test_tables():
     for lines in (text, format_outages(outages())):
         assert max(map(len, lines.splitlines())) <= WIDTH
     rows = format_outages(outages()).splitlines()
-    assert rows[1].split() == ["outage", "n", "rms", "median", "largest"]
+    assert rows[1].split() == ["outage", "n", "rms", "median", "largest", "over", "σ"]
+    assert rows[4].split()[-1] == f"{outages()[10.0].error_over_sigma():.2f}"
     assert rows[2].split()[:5] == ["10", "s", "position", "held", str(outages()[10.0].n)]
-    assert len(rows) == 2 + 2 * 4
+    assert len(rows) == 2 + 2 * 4 + 1

@@ -18,6 +18,7 @@ from zerorate.checks.gravity import restore_gravity
 from zerorate.checks.held import drop_held_fixes
 from zerorate.checks.impossible import mask_impossible_rates
 from zerorate.checks.result import Checks, Finding
+from zerorate.checks.spikes import drop_spikes
 from zerorate.checks.stillness import SteadyRate, detect_steady_rate
 from zerorate.faults import Argument, keyword_argument, make_sentence
 from zerorate.record.fixes import Fixes
@@ -207,8 +208,8 @@ def prepare(recording: Recording, choices: Choices | None = None) -> PreparedRec
 
 
 def prepare_fixes(fixes: Fixes) -> Fixes:
-    """Return the fixes that are new, with a note on those that repeat the one before."""
-    return drop_held_fixes(fixes)[0]
+    """Return the fixes that are new and not wrong alone, with notes on the others."""
+    return drop_spikes(drop_held_fixes(fixes)[0])
 
 
 def _drop_absent(recording: Recording, choices: Choices) -> Step:
@@ -409,6 +410,16 @@ PREPARATIONS: Final = (
         "positions and velocities that repeat those of the fix before",
         "a median of 2 rows a fix: a receiver's own record repeats itself at rest alone; or half "
         "of the usual interval, for a fix that was sent twice",
+        "left out, and a note says how many",
+        "",
+        None,
+        "navigate, report",
+    ),
+    Preparation(
+        "wrong positions",
+        "positions that stand alone, off the line between the fixes before and after",
+        "six standard deviations, and eight medians of what motion causes; of a receiver without "
+        "velocities, for with them the filter's gate rejects it",
         "left out, and a note says how many",
         "",
         None,

@@ -129,6 +129,11 @@ class _Run:
     accel_noise: Path | None = option(
         None, "Noise of the accelerometer, likewise.", metavar="MODEL"
     )
+    noise: Literal["auto", "stated"] = option(
+        "auto",
+        "Process noise of the filter. auto: such that its errors without fixes are as large as "
+        "it says; models that are given are raised only. stated: as the models say.",
+    )
 
 
 @dataclass(frozen=True)

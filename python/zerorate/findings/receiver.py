@@ -110,7 +110,7 @@ def _check_navigation(
     """Yield clock and innovations of a part that is navigated, where nothing contradicts."""
     coarse_offset = checks.lag if abs(checks.lag) > _COARSE_OFFSET_S else 0.0
     sensors, fixes = _select_navigable_part(sensors, fixes, coarse_offset)
-    start = find_beginning(sensors, fixes, checks=checks)
+    start = find_beginning(sensors, fixes, noise="stated", checks=checks)
     if fixes.velocity is not None:
         yield from _describe_clock(start.clock, gyro, known=bool(checks.mistakes))
     yield from _check_innovations(start, fixes, gyro)

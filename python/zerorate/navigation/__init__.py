@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from zerorate.navigation.begin import Beginning, find_beginning
     from zerorate.navigation.clock import find_time_offset
     from zerorate.navigation.coarse_start import find_start
+    from zerorate.navigation.coasting import FoundNoise, find_noise
     from zerorate.navigation.outage import Outages, outages
     from zerorate.navigation.selfcheck import (
         NavigationChecks,
@@ -29,6 +30,7 @@ __all__ = [
     "Alignment",
     "Axes",
     "Beginning",
+    "FoundNoise",
     "NavigationChecks",
     "NavigationFinding",
     "Outages",
@@ -37,6 +39,7 @@ __all__ = [
     "align",
     "check_navigation",
     "find_beginning",
+    "find_noise",
     "find_start",
     "find_time_offset",
     "outages",
@@ -52,6 +55,7 @@ _LAZY_EXPORTS: Final = {
     "outage": "Outages outages",
     "selfcheck": "NavigationChecks NavigationFinding check_navigation",
     "coarse_start": "find_start",
+    "coasting": "FoundNoise find_noise",
     "track": "STATUSES VERDICTS Track",
     "tracks": "write_geojson write_gpx",
     "wheels": "Wheels",

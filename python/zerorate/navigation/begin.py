@@ -1,4 +1,4 @@
-"""The beginning of a navigation: axes, clock, antenna and start, found where nothing states them.
+"""The beginning of a navigation: axes, clock, antenna, start and noise where nothing states them.
 
 The task, the report and the outages begin here, so that all of them navigate alike.
 """
@@ -20,11 +20,13 @@ from zerorate.navigation.alignment import Alignment, align
 from zerorate.navigation.axes import Axes
 from zerorate.navigation.clock import find_time_offset
 from zerorate.navigation.coarse_start import find_start
+from zerorate.navigation.coasting import FoundNoise, find_noise
 from zerorate.navigation.selfcheck import (
     NavigationChecks,
     NavigationFinding,
     check_navigation,
 )
+from zerorate.numerals import format_with_error
 from zerorate.record.fixes import Fixes
 from zerorate.record.mounting import Mounting, body_axes, check_rotation
 from zerorate.record.offset import TimeOffset
@@ -37,6 +39,9 @@ Offset: TypeAlias = float | TimeOffset | Literal["auto"]
 """What is added to the times of fixes, s, or that it is to be found."""
 Heading: TypeAlias = float | Literal["course"] | None
 """At the start, rad from north over east; the direction of the first motion; or to be found."""
+
+ProcessNoise: TypeAlias = Literal["auto", "stated"]
+"""Noise of the filter by its coasting, or as stated."""
 
 _STATED_SIGMA_M: Final = 0.05
 _UNKNOWN_SIGMA_M: Final = 1.0
@@ -151,9 +156,16 @@ class Beginning:
     clock : TimeOffset or None
         The offset with which sensors and fixes fit best; None where it is not identifiable.
     antenna : ndarray, shape (3,)
-        From the sensors to the antenna, m, and in ``antenna_sigma`` its standard deviation.
+        From the sensors to the antenna, m.
+    antenna_sigma : float
+        Its standard deviation where the filter estimates it, m; 0 where it was found.
+    considered_sigma : ndarray, shape (3,)
+        Its standard deviations as found with the clock, m: the filter takes the place as it is, and
+        `Track.considering` adds them to its own; 0 where the filter estimates it.
     checks : NavigationChecks
         What sensors and fixes say of each other.
+    noise : FoundNoise or None
+        Process noise by coasting; None where it was not searched.
     alarms, notes : tuple of str
         What contradicts the recording, and what was found or assumed.
 
@@ -172,14 +184,18 @@ class Beginning:
     clock: TimeOffset | None
     antenna: Floats
     antenna_sigma: float
+    considered_sigma: Floats
     checks: NavigationChecks
+    noise: FoundNoise | None
     alarms: tuple[str, ...]
     notes: tuple[str, ...]
 
     def filter(self, **options: Any) -> NavigationFilter:  # noqa: ANN401
         """Return a filter that begins so, with further options of `zerorate.NavigationFilter`."""
-        spread = {"antenna_sigma": self.antenna_sigma, **options}
-        return NavigationFilter(self.start, antenna=self.antenna, **spread)
+        options = {"antenna_sigma": self.antenna_sigma, **options}
+        if self.noise is not None and not self.noise.kept:
+            options |= self.noise.models
+        return NavigationFilter(self.start, antenna=self.antenna, **options)
 
 
 def find_beginning(
@@ -191,11 +207,12 @@ def find_beginning(
     time_offset: Offset = "auto",
     heading: Heading = None,
     rest: tuple[float, float] | None = None,
+    noise: ProcessNoise = "auto",
     checks: NavigationChecks | None = None,
     alarms: list[str] | None = None,
     **options: Any,  # noqa: ANN401
 ) -> Beginning:
-    """Find axes, clock and start of a navigation, where neither arguments nor metadata state them.
+    """Find axes, clock, start and noise of a navigation where nothing states them.
 
     Parameters
     ----------
@@ -215,12 +232,14 @@ def find_beginning(
         As of `find_start`, rad.
     rest : tuple of float, optional
         When the vehicle stands at the start, s after the first sample. Default: found.
+    noise : {"auto", "stated"}
+        Process noise of the filter: by its coasting, of `find_noise`; or as options state it.
     checks : NavigationChecks, optional
         Of a longer part of the recording, where that was checked before.
     alarms : list of str, optional
         Where alarms are added as soon as they are known, before a fault that may come of them.
     **options
-        Of `zerorate.NavigationFilter`, with which clock and heading are found.
+        Of `zerorate.NavigationFilter`, with which clock, heading and noise are found.
 
     Raises
     ------
@@ -247,22 +266,46 @@ def find_beginning(
     body = recording if matrix is None else body_axes(recording, matrix)
     search = _Search(body, fixes, vehicle, heading, rest, options)
     start, offset, clock, sentence = search.find_start_and_clock(nav_checks)
+    arm = search.arm(clock, offset)
     on_axes = (
         "" if vehicle.matrix is not None or matrix is None else _describe_axes(nav_checks.axes)
     )
     doubts = (finding.text for finding in nav_checks.findings if finding.status == "cannot tell")
-    notes = (vehicle.note, on_axes, *doubts, sentence)
+    found = search.find_noise(start, offset, arm) if noise == "auto" else None
+    notes = (
+        vehicle.note, on_axes, *doubts, sentence, arm.note, "" if found is None else str(found),
+    )  # fmt: skip
     return Beginning(
         body,
         start,
         offset,
         clock,
-        vehicle.antenna,
-        vehicle.antenna_sigma,
+        arm.place,
+        arm.estimated_sigma,
+        arm.considered_sigma,
         nav_checks,
+        found,
         first_alarms,
         tuple(filter(None, notes)),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Arm:
+    """Where the antenna is, m, and its deviation: estimated by the filter, or considered by it."""
+
+    place: Floats
+    estimated_sigma: float
+    considered_sigma: Floats
+    note: str = ""
+
+    @classmethod
+    def found(cls, clock: TimeOffset) -> _Arm:
+        """Return that which was found with a clock."""
+        place, sigma = np.array(clock.antenna), np.array(clock.antenna_sigma)
+        fitted = ", ".join(map(format_with_error, place, sigma))
+        note = f"the antenna is {fitted} m forward, right and down of the sensors, as the fixes fit"
+        return cls(place, 0.0, sigma, f"{note} best")
 
 
 def _describe_mistakes(checks: NavigationChecks, vehicle: Vehicle) -> Iterator[str]:
@@ -305,6 +348,9 @@ class _Search:
         start = self._find_start(initial_offset)
         clock = self._find_clock(start, initial_offset)
         if clock is None or not clock.differs(initial_offset, _MIN_OFFSET_S):
+            if clock is not None and self._takes_arm(clock):
+                # Clock and antenna are one answer: what is not told is their difference.
+                return self._find_start(clock), clock, clock, ""
             return start, initial_offset, clock, ""
         values = ", ".join(f"{name} {x:.3g} (sigma {s:.1g})" for name, x, s in clock.parts)
         if vehicle.offset_source == "argument":
@@ -318,6 +364,18 @@ class _Search:
             sentence = make_sentence(not_it, typed, " takes that")
         return self._find_start(clock), clock, clock, sentence
 
+    def _takes_arm(self, clock: TimeOffset) -> bool:
+        """Whether nothing states the antenna's place, or the clock, and both were found."""
+        free = self.vehicle.antenna_sigma > _STATED_SIGMA_M and "antenna_sigma" not in self.options
+        return free and clock.antenna is not None and self.vehicle.offset_source != "argument"
+
+    def arm(self, clock: TimeOffset | None, offset: float | TimeOffset) -> _Arm:
+        """Return where the antenna is, as found with the clock that is used, or as stated."""
+        if clock is not None and clock is offset and self._takes_arm(clock):
+            return _Arm.found(clock)
+        vehicle = self.vehicle
+        return _Arm(vehicle.antenna, vehicle.antenna_sigma, np.zeros(3))
+
     def _find_start(self, offset: float | TimeOffset) -> Alignment:
         if self.rest is None:
             return find_start(
@@ -325,8 +383,7 @@ class _Search:
                 self.fixes,
                 heading=self.heading,
                 time_offset=offset,
-                antenna=self.vehicle.antenna,
-                **self._options_without("antenna_sigma"),
+                **self._options_at(offset),
             )
         gyro = self.recording.gyro
         first = 0.0 if gyro is None else float(gyro.time[0])
@@ -339,23 +396,41 @@ class _Search:
 
     def _find_clock(self, start: Alignment, initial_offset: float) -> TimeOffset | None:
         """Return the clock of the fixes, None where it is not identifiable."""
-        options = self._options_without("gate", "adapt", "antenna_sigma")
+        options = self._options_with_antenna()
+        options.pop("gate", None)
+        options.pop("adapt", None)
         try:
             offset = find_time_offset(
                 self.recording,
                 self.fixes,
                 start,
                 time_offset=initial_offset,
-                antenna=self.vehicle.antenna,
                 **options,
             )
         except ValueError:
-            # A receiver without velocities does not show it.
+            # The filter did not begin.
             return None
         return offset if offset.identifiable else None
 
-    def _options_without(self, *names: str) -> dict[str, Any]:
-        return {name: value for name, value in self.options.items() if name not in names}
+    def find_noise(self, start: Alignment, offset: float | TimeOffset, arm: _Arm) -> FoundNoise:
+        """Return the process noise by coasting, which a stated antenna's error hardly moves."""
+        options = {**self._options_with_antenna(), "antenna": arm.place}
+        spread = min(options["antenna_sigma"], arm.estimated_sigma)
+        options["antenna_sigma"] = spread if spread > _STATED_SIGMA_M else 0.0
+        return find_noise(self.recording, self.fixes, start, time_offset=offset, **options)
+
+    def _options_with_antenna(self) -> dict[str, Any]:
+        """Return options of a filter that knows how far the antenna is known."""
+        vehicle = self.vehicle
+        known = {"antenna": vehicle.antenna, "antenna_sigma": vehicle.antenna_sigma}
+        return {**known, **self.options}
+
+    def _options_at(self, offset: float | TimeOffset) -> dict[str, Any]:
+        """Return the same, with the antenna that was found with a clock."""
+        options = self._options_with_antenna()
+        if isinstance(offset, TimeOffset) and self._takes_arm(offset):
+            options |= {"antenna": np.array(offset.antenna), "antenna_sigma": 0.0}
+        return options
 
 
 def _check_mount(mount: Mount) -> Floats | None:

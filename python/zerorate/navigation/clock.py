@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
@@ -10,45 +11,64 @@ from typing import Any, Final
 import numpy as np
 
 from zerorate._native import NavigationFilter
+from zerorate.checks.spikes import without_spikes
 from zerorate.navigation.alignment import Alignment
+from zerorate.navigation.clock_equations import (
+    ARM,
+    OFFSETS,
+    RATE,
+    SIZE,
+    ClockEquations,
+    Slopes,
+    Weights,
+)
 from zerorate.navigation.events import Events, pack_fixes
-from zerorate.navigation.windows import Epochs, Means
+from zerorate.navigation.increments import Increments
+from zerorate.navigation.line_course import LineVelocities
+from zerorate.navigation.windows import Epochs
 from zerorate.record import Recording
 from zerorate.record.fixes import Fixes
 from zerorate.record.offset import TimeOffset
 from zerorate.record.samples import Samples
-from zerorate.types import Booleans, Floats
+from zerorate.types import Booleans, Floats, Integers
 
-_FILTER_RATE_HZ: Final = 50.0
-"""Hz, of what a filter is given here."""
 _SCAN_OFFSETS_S: Final = np.arange(-0.6, 0.61, 0.15)
 _MAX_NIS: Final = 25.0
-_DIFFERENCE_STEPS: Final = np.array([0.02, 0.02, 1e-4])
-_MAX_STEPS: Final = np.array([0.3, 0.3, 1e-3])
+_DIFFERENCE_STEPS: Final = np.array([0.1, 0.1, 1e-4, 0.05, 0.05, 0.05])
+"""A fix that moves by the covariance's step stays as far behind it."""
+_MAX_STEPS: Final = np.array([0.3, 0.3, 1e-3, 0.7, 0.7, 0.7])
+_CONVERGED_STEPS: Final = np.array([1e-3, 1e-3, 1e-5, 5e-3, 5e-3, 5e-3])
+_SMALL_STEPS: Final = 5.0 * _CONVERGED_STEPS
+"""Steps after which it is done, and below which slopes are those of the turn before."""
+_OFFSET_SIGMA_S: Final = 0.3
+_RATE_PRIOR: Final = 1e-3
+_UNKNOWN_ANTENNA_M: Final = 1.0
+_STATED_ANTENNA_M: Final = 0.05
+"""What is known before: of offsets, of their rate, of an antenna's place that is stated or not."""
 _FIRST_GUESS_S: Final = 150.0
 """Seconds that suffice for a first guess."""
 _COST_ROUGHNESS: Final = 4.0
 """By how much a cost may rise: it is rough where fixes come and go between two samples."""
-_CONVERGED_STEPS: Final = np.array([1e-3, 1e-3, 1e-5])
 _MAX_ITERATIONS: Final = 8
-_ANDERSON_DEPTH: Final = 2
-_PLAIN_ITERATIONS: Final = 1
-"""Steps, in all and back, and those that are taken as they are."""
-_HUBER_LIMIT: Final = 3.0
 _OUTLIER_FACTOR: Final = 2.0
 _MAX_OUTLIER_SHARE: Final = 0.1
 _MAX_OUTLIER_PASSES: Final = 2
 """A fix beyond so many of these limits is left out, unless there are more; so many times."""
-_CHI_SQUARED_MEDIAN: Final = 0.455
-"""Of chi-squared with one degree of freedom."""
+_MANY_SPIKES_SHARE: Final = 0.02
+_FINE_RECEIVER_M: Final = 0.1
+_SPIKES_FACTOR: Final = 3.0
+"""Share of spikes from which on a receiver of centimetres is believed less, by this factor."""
+_SLOW_SPEED_M_S: Final = 3.0
+_SLOW_FACTOR: Final = 1.5
+"""Speed below which positions alone tell less than they seem to, by this factor."""
 _MIN_HEADING_SIGMA_RAD: Final = math.radians(27.0)
 _SETTLING_S: Final = 20.0
-_BLOCK_S: Final = 10.0
 _MIN_MOVING_FIXES: Final = 10
 """Fixes in motion, without which nothing is told."""
 _MAX_MEAN_NIS: Final = 4.0
-_STEP_TOLERANCE_S: Final = 0.01
-"""Seconds of a step that is still to be taken where it counts as found in any case."""
+_MAX_ANTENNA_M: Final = 4.0
+_STEP_TOLERANCES: Final = np.array([0.01, 0.01, 1e-4, 0.05, 0.05, 0.05])
+"""Step that is still to be taken where the numbers count as found in any case."""
 _RATE_SIGMAS: Final = 3.0
 _RATE_SIGMA_FLOOR: Final = 5e-6
 _OPEN_GATE: Final = 1e12
@@ -67,38 +87,39 @@ def find_time_offset(
     time_offset: float = 0.0,
     **options: Any,  # noqa: ANN401
 ) -> TimeOffset:
-    """Find what is to be added to the times of the fixes so that they fit the sensors.
+    """Find what is to be added to the times of the fixes, and where the antenna is.
 
-    That of positions, that of velocities, and by how much both grow, with their deviations: those
-    by which a filter's innovations are the smallest.
+    The offsets of positions and velocities, the rate of both, and the antenna's place, by which a
+    filter's innovations are the smallest, with their standard deviations.
 
     Parameters
     ----------
     imu : Recording
         As ``NavigationFilter.process`` takes it, in the axes of the body.
     gnss : Fixes
-        Of the receiver.
+        Of the receiver, with velocities or without.
     start : Alignment
         As of `NavigationFilter`.
     time_offset : float
         Where to search from, s; within 0.6 s. `check_navigation` finds one of any size to tenths.
     **options
         As of `NavigationFilter`, without ``adapt`` and ``gate``: here a receiver is believed, for
-        what is taken for its noise is not seen as a clock.
+        what is taken for its noise is not seen as a clock. ``antenna_sigma`` is how far the
+        antenna's place is known before, m: by default 0.05 where ``antenna`` is given, else 1.
 
     Raises
     ------
     ValueError
-        If an option is out of range, the filter never begins, or there are no velocities:
-        positions alone would not tell an offset from a drift.
+        If an option is out of range, or the filter never begins.
 
     Notes
     -----
     Gauss and Newton's steps on the normalised innovations, which count less beyond three robust
-    deviations, after the first 20 s. A position or a velocity beyond six of them is left out if
-    the next is not as large to the same side: it would lead the filter astray. A position and a
-    velocity of one fix are two events; to carry one of them by the last force to the other's time
-    would cost more than it tells. Deviations are by leaving out blocks of 10 s, none below that of
+    standard deviations, after the first 20 s. A clock and an antenna forward of the sensors are the
+    same at constant speed: what the record does not separate is filled by what is known before
+    (0.3 s, 1e-3, 1 m), and the standard deviations grow. Slopes are those forward times those
+    backward, whose noise has nothing in common. A position or a velocity beyond six deviations is
+    left out if the next is not as large to the same side. Deviations are at least those of
     innovations that are as large as the filter says, with a fifth of the time of a sample. A rate
     is told beyond three deviations only. Innovations of twice their size are not of a clock: then
     nothing is told.
@@ -119,18 +140,22 @@ def find_time_offset(
     if not isinstance(gnss, Fixes):
         raise TypeError(f"gnss must be Fixes, as zr.read_fixes returns them, got {type(gnss)}")
     samples = Samples.of(imu, mag=False, what="navigation")
-    if options.get("kind", "rate") == "rate":
-        options["kind"] = "increment"
-        steps = _Increments.of(samples)
-    else:
-        steps = _Increments(samples.time, samples.gyro, samples.accel)
+    steps, options = Increments.for_filter(samples, options)
     # What was found of the heading was so with another clock.
     loose = replace(start, heading_sigma=max(start.heading_sigma, _MIN_HEADING_SIGMA_RAD))
-    nav = NavigationFilter(loose, adapt="fixed", gate=_OPEN_GATE, **options)
+    antenna = options.pop("antenna", None)
+    known = _UNKNOWN_ANTENNA_M if antenna is None else _STATED_ANTENNA_M
+    spread = options.pop("antenna_sigma", known)
+    lever = np.zeros(3) if antenna is None else np.asarray(antenna, dtype=np.float64)
+    # Refuse wrong options before a thread meets them.
+    NavigationFilter(loose, antenna=lever, antenna_sigma=spread, **options)
     # No move of the clock takes one before the start.
-    later = _thin_fixes(gnss.between(start.time - time_offset + _MAX_OFFSET_S))
+    later = gnss.between(start.time - time_offset + _MAX_OFFSET_S)
+    clean, spike_share = without_spikes(later)
+    receiver = _Receiver.of(_thin_fixes(clean), spike_share)
+    prior = _Prior.of(time_offset, lever, spread, receiver.has_velocities)
     with ThreadPoolExecutor(_THREAD_COUNT) as pool:
-        return _Search(steps, later, nav, time_offset, pool).find()
+        return _Search(steps, receiver, loose, options, prior, pool).find()
 
 
 def _thin_fixes(fixes: Fixes) -> Fixes:
@@ -142,22 +167,54 @@ def _thin_fixes(fixes: Fixes) -> Fixes:
 
 
 @dataclass(frozen=True, eq=False)
-class _Increments:
-    """Times of samples with the angles and the velocities gained since the one before."""
+class _Prior:
+    """What is known before: numbers, their standard deviations, and which of them are searched.
 
-    time: Floats
-    gyro: Floats
-    accel: Floats
+    Offsets of positions and velocities, s, their rate, the antenna's place, m.
+    """
+
+    theta: Floats
+    sigma: Floats
+    free: Integers
 
     @classmethod
-    def of(cls, samples: Samples) -> _Increments:
-        """Return steps of a fiftieth of a second or a sample, of which there are many to be run."""
-        every = max(1, round(samples.log.rate / _FILTER_RATE_HZ))
-        means = Means.of(samples)
-        gained = np.diff(means.integral[::every], axis=0)
-        gained[np.diff(means.missing[::every]) > 0.0] = np.nan
-        gained = np.concatenate((np.zeros((1, 6)), gained))
-        return cls(samples.time[::every], gained[:, :3].copy(), gained[:, 3:].copy())
+    def of(cls, offset: float, antenna: Floats, spread: float, has_velocities: bool) -> _Prior:
+        theta = np.concatenate([[offset, offset, 0.0], antenna])
+        sigma = np.array([_OFFSET_SIGMA_S, _OFFSET_SIGMA_S, _RATE_PRIOR, spread, spread, spread])
+        free = sigma > 0.0
+        free[1] &= has_velocities
+        return cls(theta, sigma, np.flatnonzero(free))
+
+    def away(self, theta: Floats) -> Floats:
+        """Return how far the numbers that are searched are from this, in deviations."""
+        away: Floats = (theta - self.theta) / np.where(self.sigma > 0.0, self.sigma, 1.0)
+        return away[self.free]
+
+
+@dataclass(frozen=True, eq=False)
+class _Receiver:
+    """Fixes of a receiver, and what is to be known of them."""
+
+    gnss: Fixes
+    has_velocities: bool
+    spike_share: float
+
+    @classmethod
+    def of(cls, gnss: Fixes, spike_share: float) -> _Receiver:
+        return cls(gnss, Epochs.of(gnss).is_reported, spike_share)
+
+    @property
+    def speed(self) -> Floats:
+        """Speed at some times, m/s, 0 where it is not known to differ from that of rest."""
+        if self.has_velocities:
+            epochs = Epochs.of(self.gnss)
+            speed, sigma = epochs.speed, epochs.sigma
+        else:
+            lines = LineVelocities.of(self.gnss, 4.0)
+            speed, sigma = lines.speed, lines.sigma
+        return np.where(
+            speed > np.maximum(0.3 + 0.2 * self.has_velocities, 4.0 * sigma), speed, 0.0
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,12 +232,13 @@ class _Innovations:
 
 @dataclass(eq=False)
 class _Search:
-    """Runs of one filter with fixes at other times."""
+    """Runs of a filter with fixes at other times, and an antenna at another place."""
 
-    samples: _Increments
-    gnss: Fixes
-    nav: NavigationFilter
-    initial_offset: float
+    samples: Increments
+    receiver: _Receiver
+    start: Alignment
+    options: Mapping[str, Any]
+    prior: _Prior
     pool: ThreadPoolExecutor
     outlier_passes: int = 0
     rows: Floats = field(init=False)
@@ -190,24 +248,25 @@ class _Search:
         self.rows = pack_fixes(self.gnss)
         self.middle = float(self.gnss.time.mean()) if len(self.gnss) else 0.0
 
+    @property
+    def gnss(self) -> Fixes:
+        """The fixes."""
+        return self.receiver.gnss
+
     def first_minutes(self) -> _Search:
         """Return a search of the first minutes alone."""
-        early = (
-            self.gnss.between(stop=self.gnss.time[0] + _FIRST_GUESS_S)
-            if len(self.gnss)
-            else self.gnss
-        )
-        whole, stop = (
-            self.samples,
-            early.time[-1] + self.initial_offset + _MAX_OFFSET_S if len(early) else 0.0,
-        )
+        fixes, whole, stop = self.gnss, self.samples, 0.0
+        if len(fixes):
+            fixes = fixes.between(stop=fixes.time[0] + _FIRST_GUESS_S)
+            stop = fixes.time[-1] + self.prior.theta[0] + _MAX_OFFSET_S
         n = int(np.searchsorted(whole.time, stop))
-        steps = _Increments(whole.time[:n], whole.gyro[:n], whole.accel[:n])
-        return _Search(steps, early, self.nav, self.initial_offset, self.pool)
+        steps = Increments(whole.time[:n], whole.gyro[:n], whole.accel[:n])
+        receiver = replace(self.receiver, gnss=fixes)
+        return _Search(steps, receiver, self.start, self.options, self.prior, self.pool)
 
     def fix_times(self, theta: Floats) -> tuple[Floats, Floats]:
         """Return those of positions and of velocities with their offsets and the rate of both."""
-        drift = theta[2] * (self.gnss.time - self.middle)
+        drift = theta[RATE] * (self.gnss.time - self.middle)
         velocity = self.gnss.velocity_time
         velocity = self.gnss.time if velocity is None else velocity
         return self.gnss.time + theta[0] + drift, velocity + theta[1] + drift
@@ -222,12 +281,16 @@ class _Search:
         return float(np.median(position - nearest))
 
     def run(self, theta: Floats) -> _Innovations:
-        """Return the innovations with offsets of positions and velocities and their rate."""
+        """Return the innovations with offsets of positions and velocities, a rate, an antenna."""
         events = Events.apart(self.rows, *self.fix_times(theta))
+        if not self.receiver.has_velocities:
+            only = events.rows[events.position]
+            events = Events(only, np.arange(len(only)), np.arange(len(only)))
         samples = self.samples
-        output, _ = self.nav.copy().process_arrays(
-            samples.time, samples.gyro, samples.accel, events.rows
+        nav = NavigationFilter(
+            self.start, antenna=theta[ARM], adapt="fixed", gate=_OPEN_GATE, **self.options
         )
+        output, _ = nav.process_arrays(samples.time, samples.gyro, samples.accel, events.rows)
         output = events.merge(output)
         whole = output["innovation"] / output["innovation_sigma"]
         scalars = whole.copy()
@@ -239,40 +302,36 @@ class _Search:
     def find(self) -> TimeOffset:
         """Return the offset at which the innovations are the smallest."""
         theta = self.first_minutes().scan()
-        epochs = Epochs.of(self.gnss)
-        if (
-            theta is None
-            or (epochs.speed > np.maximum(0.5, 4.0 * epochs.sigma)).sum() < _MIN_MOVING_FIXES
-        ):
+        if theta is None or np.count_nonzero(self.receiver.speed) < _MIN_MOVING_FIXES:
             return TimeOffset(math.nan, math.inf)
         offset = self.descend(theta)
         if not offset.identifiable:
             # From another side, where the first minutes were those of a filter that finds itself.
-            offset = self.descend(np.array([self.initial_offset, self.initial_offset, 0.0]))
+            offset = self.descend(self.prior.theta)
         return offset
 
     def descend(self, theta: Floats) -> TimeOffset:
         """Return the offset that steps from some numbers lead to."""
-        now, mixing = self.run(theta), _AndersonMixing()
-        for turn in range(_MAX_ITERATIONS):
-            slopes = self.slopes(theta, now)
-            equations = _NormalEquations.of(now, slopes, self.gnss.time)
-            step = equations.solve(None)
+        now, slopes = self.run(theta), None
+        for _ in range(_MAX_ITERATIONS):
+            slopes = self.slopes(theta, now) if slopes is None else slopes
+            equations = self.equations(theta, now, slopes)
+            step = equations.solve()
             if step is None:
                 return TimeOffset(math.nan, math.inf)
             if (np.abs(step) < _CONVERGED_STEPS).all():
                 break
-            if turn >= _PLAIN_ITERATIONS:
-                step = mixing.mix(theta, step)
-            step = np.clip(step, -_MAX_STEPS, _MAX_STEPS)
+            step = _shorten(step)
             before = theta
-            theta, now = self.search_line(theta, step, now, equations.limit)
+            theta, now = self.search_line(theta, step, now, equations.weights)
             if theta is before:
                 break
-        outliers = _find_outliers(now, equations.limit)
+            if not (np.abs(step) < _SMALL_STEPS).all():
+                slopes = None
+        outliers = _find_outliers(now, equations.weights.limit)
         if outliers.any() and self.outlier_passes < _MAX_OUTLIER_PASSES:
             return self.drop_outliers(outliers).descend(theta)
-        return self.estimate(theta, now, slopes)
+        return self.estimate(theta, now, equations)
 
     def drop_outliers(self, outliers: Booleans) -> _Search:
         """Return a search without some positions and velocities, shape (m, 2)."""
@@ -284,15 +343,12 @@ class _Search:
 
     def scan(self) -> Floats | None:
         """Return the best of both offsets together."""
-        candidates = [
-            np.array([self.initial_offset + x, self.initial_offset + x, 0.0])
-            for x in _SCAN_OFFSETS_S
-        ]
+        candidates = [self.prior.theta + x * OFFSETS for x in _SCAN_OFFSETS_S]
         runs = list(self.pool.map(self.run, candidates))
-        if not any(run.used[:, 3].any() for run in runs):
+        if not any(run.used.any() for run in runs):
             raise ValueError(
-                f"{self.gnss.source}: no velocity is used, by which an offset is found: the "
-                "filter does not begin, or the receiver tells none"
+                f"{self.gnss.source}: no fix is used, by which an offset is found: the filter does "
+                "not begin"
             )
         common = np.logical_and.reduce([run.used for run in runs])
         if not common.any():
@@ -300,95 +356,107 @@ class _Search:
         costs = [np.minimum(run.scalars[common] ** 2, _MAX_NIS).sum() for run in runs]
         return candidates[int(np.argmin(costs))]
 
-    def slopes(self, theta: Floats, now: _Innovations) -> Floats:
-        """Return how the innovations change with each number, shape (m, 6, 3)."""
-        sides = [(1.0, -1.0)] * 3
-        lag = self.position_lag(theta)
-        if abs(lag) <= _DIFFERENCE_STEPS[0]:
-            # Which of two events comes first decides what is new of either: none is moved past the
-            # other. Of one time the position is the first.
-            away = 2.0 if lag > 0.0 else -2.0
-            sides[:2] = [(away, 0.0), (-away, 0.0)]
+    def equations(self, theta: Floats, now: _Innovations, slopes: Slopes) -> ClockEquations:
+        """Return the normal equations at some numbers."""
+        weights, prior = Weights.of(now.scalars, self.gnss.time), self.prior
+        return ClockEquations.of(weights, slopes, prior.free, prior.sigma, prior.away(theta))
 
-        def moved(move: tuple[int, float]) -> Floats:
-            i, steps = move
-            return (
-                self.run(theta + steps * _DIFFERENCE_STEPS * np.eye(3)[i]).scalars
-                if steps
-                else now.scalars
+    def slopes(self, theta: Floats, now: _Innovations) -> Slopes:
+        """Return how the innovations change with each number, forward and backward."""
+        h, unit, has_both = _DIFFERENCE_STEPS, np.eye(SIZE), self.receiver.has_velocities
+        moves = [(k, sign * unit[k]) for k in self.prior.free.tolist() for sign in (1.0, -1.0)]
+        lag = self.position_lag(theta) if has_both else math.inf
+        near = abs(lag) <= h[0]
+        if near:
+            # Which of two events comes first decides what is new of either: neither is moved past
+            # the other. Of one time the position is the first.
+            away = 1.0 if lag > 0.0 else -1.0
+            moves[:4] = [
+                (0, OFFSETS), (0, -OFFSETS), (0, away * unit[0]), (1, -away * unit[1]),
+            ]  # fmt: skip
+        runs = list(self.pool.map(lambda move: self.run(theta + h * move[1]).scalars, moves))
+        sloped = [
+            (run - now.scalars) * (move.sum() / abs(move.sum()) / h[k])
+            for run, (k, move) in zip(runs, moves, strict=True)
+        ]
+        if near:
+            forward, backward, of_position, of_velocity = sloped[:4]
+            of_position_back, of_velocity_back = backward - of_velocity, forward - of_position
+            sloped[:4] = (
+                [of_position, of_position_back, of_velocity_back, of_velocity]
+                if away > 0.0
+                else [forward - of_velocity, of_position, of_velocity, backward - of_position]
             )
-
-        runs = list(self.pool.map(moved, [(i, at) for i, pair in enumerate(sides) for at in pair]))
-        return np.stack(
-            [
-                (runs[2 * i] - runs[2 * i + 1]) / ((plus - minus) * _DIFFERENCE_STEPS[i])
-                for i, (plus, minus) in enumerate(sides)
-            ],
-            axis=2,
-        )
+        return Slopes(np.stack(sloped[::2], axis=2), np.stack(sloped[1::2], axis=2))
 
     def search_line(
-        self, theta: Floats, step: Floats, now: _Innovations, limit: float
+        self, theta: Floats, step: Floats, now: _Innovations, weights: Weights
     ) -> tuple[Floats, _Innovations]:
         """Return numbers and innovations after a step, halved while the cost rises."""
+        before = float((self.prior.away(theta) ** 2).sum())
         for _ in range(5):
-            new = self.run(theta - step)
+            moved = theta - step
+            new = self.run(moved)
             both = new.used & now.used
-            if (
-                _huber_cost(new.scalars[both], limit)
-                <= _huber_cost(now.scalars[both], limit) + _COST_ROUGHNESS
-            ):
-                return theta - step, new
+            prior = float((self.prior.away(moved) ** 2).sum())
+            rise = weights.cost(new.scalars[both]) - weights.cost(now.scalars[both])
+            if rise + prior - before <= _COST_ROUGHNESS:
+                return moved, new
             step = 0.5 * step
         return theta, now
 
-    def estimate(self, theta: Floats, now: _Innovations, slopes: Floats) -> TimeOffset:
+    def estimate(self, theta: Floats, now: _Innovations, equations: ClockEquations) -> TimeOffset:
         """Return the numbers with their deviations, without a rate that is not sure."""
-        equations = _NormalEquations.of(now, slopes, self.gnss.time)
-        sigma = equations.sigmas(3)
         nis = float(np.nanmean(np.minimum(now.scalars**2, _MAX_NIS)))
-        remaining = equations.solve(None)
+        unknown = TimeOffset(math.nan, math.inf, nis=nis)
+        sigma, remaining = equations.sigmas(), equations.remaining()
         if sigma is None or remaining is None or not nis <= _MAX_MEAN_NIS:
-            return TimeOffset(math.nan, math.inf, nis=nis)
-        floor = np.array([_STEP_TOLERANCE_S, _STEP_TOLERANCE_S, 1e-4])
-        if (np.abs(remaining) > np.maximum(2.0 * sigma, floor)).any():
-            return TimeOffset(math.nan, math.inf, nis=nis)
-        if not abs(theta[2]) > _RATE_SIGMAS * math.hypot(sigma[2], _RATE_SIGMA_FLOOR):
+            return unknown
+        if (np.abs(remaining) > np.maximum(2.0 * sigma, _STEP_TOLERANCES)).any():
+            return unknown
+        if not abs(theta[RATE]) > _RATE_SIGMAS * math.hypot(sigma[RATE], _RATE_SIGMA_FLOOR):
             # The others as they are where there is no rate.
-            back = equations.solve(2, theta[2])
-            sigma_pair = equations.sigmas(2)
-            if back is None or sigma_pair is None:
-                return TimeOffset(math.nan, math.inf, nis=nis)
-            theta, sigma = np.array([*(theta[:2] - back), 0.0]), np.array([*sigma_pair, sigma[2]])
+            rate_sigma, fixed = sigma[RATE], equations.without_rate(theta[RATE])
+            step, sigma = fixed.solve(), fixed.sigmas()
+            if step is None or sigma is None:
+                return unknown
+            theta = theta - step
+            theta[RATE], sigma[RATE] = 0.0, rate_sigma
         dt = float(np.median(np.diff(self.samples.time)))
-        sigma = np.hypot(sigma, [0.2 * dt, 0.2 * dt, _RATE_SIGMA_FLOOR])
-        near = np.abs(theta[:2] - self.initial_offset).max() <= _MAX_OFFSET_S
-        if not near or float(sigma[:2].min()) > _MAX_SIGMA_S:
-            return TimeOffset(math.nan, math.inf, nis=nis)
-        (p, v, rate), (p_sigma, v_sigma, rate_sigma) = theta.tolist(), sigma.tolist()
-        return TimeOffset(p, p_sigma, v, v_sigma, rate, rate_sigma, self.middle, nis)
+        sigma = np.hypot(sigma, [0.2 * dt, 0.2 * dt, _RATE_SIGMA_FLOOR, 0.0, 0.0, 0.0])
+        sigma *= self.doubt()
+        offsets = self.prior.free[self.prior.free < RATE]
+        near = np.abs(theta[offsets] - self.prior.theta[0]).max() <= _MAX_OFFSET_S
+        near &= np.abs(theta[ARM] - self.prior.theta[ARM]).max() <= _MAX_ANTENNA_M
+        if not near or float(sigma[offsets].min()) > _MAX_SIGMA_S:
+            return unknown
+        p, v, rate = theta[: ARM.start].tolist()
+        p_sigma, v_sigma, rate_sigma = sigma[: ARM.start].tolist()
+        if not self.receiver.has_velocities:
+            v = v_sigma = math.nan
+        antenna = theta[ARM].tolist(), sigma[ARM].tolist()
+        offset = TimeOffset(p, p_sigma, v, v_sigma, rate, rate_sigma, self.middle, nis)
+        return replace(offset, antenna=tuple(antenna[0]), antenna_sigma=tuple(antenna[1]))
+
+    def doubt(self) -> float:
+        """Return the factor on standard deviations that seem too small, of what was simulated."""
+        receiver = self.receiver
+        moving = receiver.speed[receiver.speed > 0.0]
+        slow = moving.size > 0 and float(np.median(moving)) < _SLOW_SPEED_M_S
+        factor = _SLOW_FACTOR if slow and not receiver.has_velocities else 1.0
+        stated = float(np.nanmedian(self.rows[:, 7:9]))
+        if receiver.spike_share > _MANY_SPIKES_SHARE and stated < _FINE_RECEIVER_M:
+            factor *= _SPIKES_FACTOR
+        return factor
 
 
-@dataclass(eq=False)
-class _AndersonMixing:
-    """Steps so far: a filter takes a part of an offset for biases, and each leaves some of it."""
-
-    theta: list[Floats] = field(default_factory=list)
-    step: list[Floats] = field(default_factory=list)
-
-    def mix(self, theta: Floats, step: Floats) -> Floats:
-        """Return a step to where those of the last turns would vanish (Anderson's mixing)."""
-        self.theta.append(theta)
-        self.step.append(step)
-        at, steps = (
-            np.array(x[-_ANDERSON_DEPTH - 1 :]) / _DIFFERENCE_STEPS for x in (self.theta, self.step)
-        )
-        if len(steps) < 2:
-            return step
-        moved, changed = np.diff(at, axis=0).T, np.diff(steps, axis=0).T
-        part = np.linalg.lstsq(changed, steps[-1], rcond=1e-3)[0]
-        mixed: Floats = _DIFFERENCE_STEPS * (steps[-1] + (moved - changed) @ part)
-        return mixed
+def _shorten(step: Floats) -> Floats:
+    """Return a step within its limits: the antenna's height hangs on no other number, these do."""
+    within = np.clip(step, -_MAX_STEPS, _MAX_STEPS)
+    others = slice(0, SIZE - 1)
+    ratio = _MAX_STEPS[others] / np.maximum(np.abs(step[others]), 1e-12)
+    within[others] = step[others] * min(1.0, float(ratio.min()))
+    return within
 
 
 def _find_outliers(run: _Innovations, limit: float) -> Booleans:
@@ -407,74 +475,3 @@ def _find_outliers(run: _Innovations, limit: float) -> Booleans:
         outliers[used, k] = far.any(axis=1)
     outliers &= outliers.mean(axis=0) <= _MAX_OUTLIER_SHARE
     return outliers
-
-
-def _huber_cost(u: Floats, limit: float) -> float:
-    size = np.abs(u)
-    return float(np.where(size <= limit, size**2, limit * (2.0 * size - limit)).sum())
-
-
-@dataclass(frozen=True, eq=False)
-class _NormalEquations:
-    """Sums of the normal equations, a block of ten seconds each."""
-
-    normal: Floats
-    right: Floats
-    limit: float
-
-    @classmethod
-    def of(cls, run: _Innovations, slopes: Floats, time: Floats) -> _NormalEquations:
-        there = run.used & np.isfinite(slopes.sum(axis=2))
-        block = np.broadcast_to(
-            np.floor((time - time[0]) / _BLOCK_S).astype(np.int64)[:, np.newaxis], there.shape
-        )[there]
-        u, j = run.scalars[there], slopes[there]
-        squares = u**2
-        limit = (
-            _HUBER_LIMIT * max(1.0, math.sqrt(float(np.median(squares)) / _CHI_SQUARED_MEDIAN))
-            if u.size
-            else 1.0
-        )
-        weight = np.minimum(1.0, limit / np.maximum(np.abs(u), 1e-12))
-        count = int(block.max(initial=0)) + 1
-        normal, right = np.zeros((count, 3, 3)), np.zeros((count, 3))
-        for a in range(3):
-            right[:, a] = np.bincount(block, weight * j[:, a] * u, minlength=count)
-            for b in range(3):
-                normal[:, a, b] = np.bincount(block, weight * j[:, a] * j[:, b], minlength=count)
-        mask = np.trace(normal, axis1=1, axis2=2) > 0.0
-        return cls(normal[mask], right[mask], limit)
-
-    def solve(self, size: int | None, rate: float = 0.0) -> Floats | None:
-        """Return the step that all blocks ask for; with `size` 2 a rate is taken back first."""
-        normal, right = self.normal.sum(axis=0), self.right.sum(axis=0)
-        return _solve(normal, right - normal[:, 2] * rate, size or 3)
-
-    def sigmas(self, size: int) -> Floats | None:
-        """Return those by leaving out each block, but none below that of unit innovations.
-
-        Blocks of a short drive are few, and may agree by chance.
-        """
-        n = len(self.normal)
-        normal, right = self.normal.sum(axis=0), self.right.sum(axis=0)
-        replicates = [
-            _solve(normal - a, right - b, size)
-            for a, b in zip(self.normal, self.right, strict=True)
-        ]
-        solutions = [solution for solution in replicates if solution is not None]
-        if len(solutions) < max(n, 3):
-            return None
-        spread = np.array(solutions) - np.mean(solutions, axis=0)
-        least = np.diag(np.linalg.inv(normal[:size, :size]))
-        left_out = (n - 1.0) / n * (spread**2).sum(axis=0)
-        return np.asarray(np.sqrt(np.maximum(left_out, least)))
-
-
-def _solve(normal: Floats, right: Floats, size: int) -> Floats | None:
-    scale = np.sqrt(np.diag(normal)[:size])
-    if not (scale > 0.0).all():
-        return None
-    scaled = normal[:size, :size] / np.outer(scale, scale)
-    if np.linalg.cond(scaled) > 1e8:
-        return None
-    return np.asarray(np.linalg.solve(scaled, right[:size] / scale) / scale)

@@ -212,6 +212,11 @@ def _motion_starts(time: Floats, moving: Booleans) -> Iterator[float]:
             after = t + MAX_DECISION_S
 
 
+def begins_in_motion(start: Alignment) -> bool:
+    """Return True if a start had no rest, by which the bias of the gyro is known."""
+    return start.gyro_bias_sigma >= _GYRO_BIAS_SIGMAS_RAD_S[1]
+
+
 def _find_rest(samples: Samples, motion: _ReceiverMotion) -> tuple[float, float] | None:
     """Return the longest rest before the receiver leaves, from and to when, s."""
     stop = motion.departure

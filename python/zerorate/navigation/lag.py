@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.navigation.windows import Means, RotationAngle, Windows
+from zerorate.navigation.windows import RotationAngle, Windows
 from zerorate.types import Floats
 
 _GRID_STEP_S: Final = 0.25
@@ -23,6 +23,13 @@ _MIN_CORRELATIONS: Final = (0.5, 0.8)
 """Correlation that suffices for clocks that are nearly one, and for any."""
 _MIN_PEAK_RATIO: Final = 1.5
 _PEAK_WIDTH_S: Final = 5.0
+_MIN_PART_SHARE: Final = 0.1
+_MIN_PART_TURN_RAD: Final = 1.5
+_MAX_COST_RATIO: Final = 0.4
+_MAX_COST_SHARE: Final = 0.2
+"""Two lags: what each part has of the squared course rates and turns; their residuals, over those
+of one lag, and over all.
+"""
 _DEG_PER_RAD: Final = 180.0 / np.pi
 
 
@@ -48,18 +55,21 @@ class Lag:
     certain: bool
 
 
-def is_rate(slope: float) -> bool:
-    """Whether a slope is that of a rate in some unit."""
-    return any(0.7 < abs(slope) * unit < 1.4 for unit in (1.0, _DEG_PER_RAD, 1.0 / _DEG_PER_RAD))
+def is_rate(slope: float, factor: float = 1.4) -> bool:
+    """Whether a slope is that of a rate in some unit, within a factor."""
+    units = (1.0, _DEG_PER_RAD, 1.0 / _DEG_PER_RAD)
+    return any(0.98 / factor < abs(slope) * unit < factor for unit in units)
 
 
-def find_lag(means: Means, windows: Windows, down: Floats) -> Lag | None:
+def find_lag(
+    rotation: RotationAngle, windows: Windows, peak_width: float = _PEAK_WIDTH_S
+) -> Lag | None:
     """Return the lag that fits best, within ten seconds or, if none does, in any overlap.
 
-    None if nowhere half a minute and twenty windows overlap.
+    None if nowhere half a minute and twenty windows overlap. `peak_width` is how far off, s, a lag
+    is another one.
     """
-    rotation = means.about(down)
-    grid = _ScoreGrid.of(rotation, windows)
+    grid = _ScoreGrid.of(rotation, windows, peak_width)
     if grid is None:
         return None
     for reach, least in ((NEAR_LAG_S, _MIN_CORRELATIONS[0]), (np.inf, _MIN_CORRELATIONS[1])):
@@ -79,7 +89,7 @@ def find_lag(means: Means, windows: Windows, down: Floats) -> Lag | None:
 
 
 def find_piecewise_lags(
-    means: Means, windows: Windows, down: Floats, about: float
+    rotation: RotationAngle, windows: Windows, about: float
 ) -> tuple[Floats, Floats]:
     """Return times of pieces of a minute, and the lag of each that is believed.
 
@@ -89,7 +99,6 @@ def find_piecewise_lags(
     count = int(np.clip((last - first) // 60.0, 2, 20))
     edges = np.linspace(first, last + 1e-6, count + 1)
     lags = about + np.arange(-8.0, 8.0 + 0.5 * _GRID_STEP_S, _GRID_STEP_S)
-    rotation = means.about(down)
     times, piece_lags = [], []
     for a, b in pairwise(edges.tolist()):
         own = windows.select((windows.start >= a) & (windows.stop <= b))
@@ -101,6 +110,44 @@ def find_piecewise_lags(
             times.append(0.5 * (a + b))
             piece_lags.append(float(lags[best]))
     return np.array(times), np.array(piece_lags)
+
+
+def find_lag_jump(rotation: RotationAngle, windows: Windows) -> tuple[Floats, Floats] | None:
+    """Return the ends of two parts of a record, and the lag of each, where two fit far better.
+
+    One lag of all windows lies between those of the parts, and fits neither.
+    """
+    own = windows.select(course_weights(windows) > 0.0)
+    if len(own.start) < 2 * _MIN_WINDOWS:
+        return None
+    w, lags = course_weights(own), np.arange(-NEAR_LAG_S, NEAR_LAG_S + 0.1, _GRID_STEP_S)
+    rates = np.array([rotation.rate(own.start + lag, own.stop + lag) for lag in lags])
+    inside = np.isfinite(rates).all(axis=0)
+    if inside.sum() < 2 * _MIN_WINDOWS:
+        return None
+    w, rates, c = w[inside], rates[:, inside], own.course_rate[inside]
+    middle = 0.5 * (own.start + own.stop)[inside]
+    c = c - w @ c / w.sum()
+    rates = rates - (rates @ w / w.sum())[:, np.newaxis]
+    slope = (rates * w) @ c / np.maximum((rates**2) @ w, 1e-30)
+    energy = np.cumsum(w * c**2)
+    # Of either sign and any unit: the largest slope is that of the best lag, nearly.
+    slope = slope[np.argmax(np.abs(slope))]
+    costs = np.cumsum(w * (c - slope * rates) ** 2, axis=1)
+    before, after = costs.min(axis=0), (costs[:, -1:] - costs).min(axis=0)
+    share = energy / energy[-1]
+    turned = np.cumsum(np.abs(c) * np.gradient(middle))
+    enough = (share > _MIN_PART_SHARE) & (share < 1.0 - _MIN_PART_SHARE)
+    enough &= (turned > _MIN_PART_TURN_RAD) & (turned[-1] - turned > _MIN_PART_TURN_RAD)
+    if not enough.any():
+        return None
+    split = int(np.argmin(np.where(enough, before + after, np.inf)))
+    one, two = costs[:, -1].min(), before[split] + after[split]
+    if two > _MAX_COST_RATIO * one or two > _MAX_COST_SHARE * energy[-1]:
+        return None
+    ends = np.array([middle[split], middle[min(split + 1, len(middle) - 1)]])
+    found = [costs[:, split], costs[:, -1] - costs[:, split]]
+    return ends, np.array([lags[int(np.argmin(cost))] for cost in found])
 
 
 def course_weights(windows: Windows) -> Floats:
@@ -144,9 +191,10 @@ class _ScoreGrid:
 
     lags: Floats
     scores: Floats
+    peak_width: float
 
     @classmethod
-    def of(cls, rotation: RotationAngle, windows: Windows) -> _ScoreGrid | None:
+    def of(cls, rotation: RotationAngle, windows: Windows, peak_width: float) -> _ScoreGrid | None:
         """Return them by sums over what overlaps, all at once by Fourier transforms."""
         w = course_weights(windows)
         known = w > 0.0
@@ -189,7 +237,8 @@ class _ScoreGrid:
             return None
         order = np.argsort(index)
         scores = np.minimum(r, 1.0) * energy / energy.max()
-        return cls(at[0] - middle[0] + _GRID_STEP_S * index[order], scores[order])
+        lags = at[0] - middle[0] + _GRID_STEP_S * index[order]
+        return cls(lags, scores[order], peak_width)
 
     def find_best(self, reach: float) -> tuple[float, float] | None:
         """Return the best lag within a reach, and by how much it leads those beside it."""
@@ -203,7 +252,7 @@ class _ScoreGrid:
 
     def peak_ratio(self, lag: float, reach: float = np.inf) -> float:
         """Return by how much a lag leads all within a reach that are not beside it."""
-        elsewhere = (np.abs(self.lags) <= reach) & (np.abs(self.lags - lag) > _PEAK_WIDTH_S)
+        elsewhere = (np.abs(self.lags) <= reach) & (np.abs(self.lags - lag) > self.peak_width)
         second = float(self.scores[elsewhere].max()) if elsewhere.any() else 0.0
         own = float(self.scores[int(np.argmin(np.abs(self.lags - lag)))])
         return own / max(second, 1e-9)

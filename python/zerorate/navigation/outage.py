@@ -18,6 +18,8 @@ from zerorate.faults import ArgumentError, make_sentence
 from zerorate.geometry.rotations import rotate
 from zerorate.metrics.channels import check_positive
 from zerorate.navigation.begin import Offset, find_beginning
+from zerorate.navigation.coarse_start import begins_in_motion
+from zerorate.navigation.events import pack_fixes
 from zerorate.navigation.track import SmoothedPoses, Track, explain_no_start
 from zerorate.progress import Progress, choose_reporter
 from zerorate.record import LogError
@@ -26,6 +28,7 @@ from zerorate.views import Result
 
 if TYPE_CHECKING:
     from zerorate._native import NavigationFilter
+    from zerorate.navigation.alignment import Alignment
     from zerorate.navigation.wheels import Wheels
     from zerorate.record import Recording
     from zerorate.record.fixes import Fixes
@@ -36,6 +39,11 @@ FILTER: Final = "filter"
 SMOOTHED: Final = "smoothed"
 """Names of what is compared."""
 
+ELLIPSE_SIGMAS: Final = math.sqrt(-2.0 * math.log(0.05))
+"""Standard deviations to the edge of an ellipse that holds 95 % of a plane's errors."""
+_DOUBT_S: Final = 10.0
+_MIN_DOUBT_OUTAGES: Final = 3
+"""Outages by which a start in motion is judged: their length, s, and how many at least."""
 _TIME_TOLERANCE_S: Final = 1e-6
 """Seconds by which times are one: those of fixes add up with rounding."""
 _MAX_END_GAP_SHARE: Final = 0.1
@@ -66,6 +74,8 @@ class OutageErrors:
     end : dict of str to ndarray, shape (n,)
         Horizontal distance at the last fix withheld, m; of "smoothed" the largest inside, NaN
         where the record ends before two fixes more.
+    fix_sigma : ndarray, shape (m, 2)
+        Standard deviations north and east that the receiver states for these fixes, m.
     """
 
     seconds: float
@@ -76,6 +86,7 @@ class OutageErrors:
     errors: dict[str, Floats]
     sigma: Floats
     end: dict[str, Floats]
+    fix_sigma: Floats
 
     @property
     def n(self) -> int:
@@ -93,6 +104,25 @@ class OutageErrors:
     def largest(self, name: str = FILTER) -> float:
         """Return the largest of `end`, m."""
         return float(np.max(self._known_ends(name)))
+
+    def error_over_sigma(self) -> float:
+        """Return the RMS of the filter's end errors over their standard deviation: 1 is right.
+
+        The standard deviation is that of the filter and of the fix it is compared with.
+        """
+        return math.sqrt(0.5 * float(np.mean(self._end_squares())))
+
+    def share_inside(self) -> float:
+        """Return the share of ends in the ellipse that a figure draws, 95 % if sigma is right."""
+        return float(np.mean(self._end_squares() < ELLIPSE_SIGMAS**2))
+
+    def _end_squares(self) -> Floats:
+        """Return the squares of end errors over their variances, summed over both axes."""
+        last = np.flatnonzero(np.diff(self.outage, append=-1))
+        variance = self.sigma[last] ** 2 + self.fix_sigma[last] ** 2
+        squares = (self.errors[FILTER][last] ** 2 / variance).sum(axis=1)
+        known: Floats = squares[np.isfinite(squares)]
+        return known if known.size else np.array([np.nan])
 
     def _known_ends(self, name: str) -> Floats:
         ends = self.end[name]
@@ -302,6 +332,32 @@ class OutagePlan:
         return Outages(tuple(results), imu.source, tuple(dict.fromkeys(notes)))
 
 
+def doubt_start(
+    start: Alignment,
+    imu: Recording,
+    gnss: Fixes,
+    nav: NavigationFilter,
+    undisturbed: Track,
+    inputs: dict[str, Any],
+) -> str:
+    """Return a sentence where a velocity that is held beats a filter that began in motion."""
+    if not begins_in_motion(start):
+        return ""
+    plan = OutagePlan((_DOUBT_S,), smooth=False, first=2.0 * _DOUBT_S, between=_DOUBT_S)
+    try:
+        found = plan.run(imu, gnss, nav, undisturbed, inputs, 1, lambda step, done: None)[_DOUBT_S]
+    except ValueError:
+        # There is no room for an outage.
+        return ""
+    filtered, held = found.rms(), found.rms(VELOCITY_HELD)
+    if found.n < _MIN_DOUBT_OUTAGES or not filtered > held:
+        return ""
+    return (
+        f"without fixes for {_DOUBT_S:g} s the filter is off by {filtered:.3g} m RMS, a velocity "
+        f"that is held by {held:.3g} m: it began in motion, and no rest tells the gyro's bias"
+    )
+
+
 def _thread_count(threads: int | None) -> int:
     if threads is None:
         return os.cpu_count() or 1
@@ -472,8 +528,8 @@ def _compute_errors(
         )
     # The last sample before a fix: at the first after it the next may have been taken.
     samples = np.searchsorted(track.time, time, side="right") - 1
-    sigma = track.sigma[samples, :2]
-    return OutageErrors(length, spans, time, withheld.outage, truth, errors, sigma, end)
+    sigma, fix_sigma = track.sigma[samples, :2], pack_fixes(gnss)[chosen, 7:9]
+    return OutageErrors(length, spans, time, withheld.outage, truth, errors, sigma, end, fix_sigma)
 
 
 def _displacement(start: Floats, stop: Floats) -> Floats:

@@ -12,8 +12,9 @@ import numpy as np
 from zerorate.geometry.earth import local_ned
 from zerorate.navigation.axes import Axes, find_axes
 from zerorate.navigation.frozen_sensors import frozen_spans
-from zerorate.navigation.lag import Lag, find_lag, find_piecewise_lags, is_rate
-from zerorate.navigation.windows import Epochs, Means, Windows
+from zerorate.navigation.lag import Lag, find_lag, find_lag_jump, find_piecewise_lags, is_rate
+from zerorate.navigation.line_course import MIN_TURNED_RAD, find_line_course
+from zerorate.navigation.windows import Epochs, Means, RotationAngle, Windows
 from zerorate.record import Recording
 from zerorate.record.fixes import Fixes
 from zerorate.record.samples import Samples
@@ -21,6 +22,11 @@ from zerorate.types import Floats
 
 _MIN_LAG_S: Final = 1.0
 """Seconds by which clocks are off that are told here; less is found by innovations."""
+_LEAP_SECONDS: Final = {
+    18: "18 s between UTC and the time of GPS",
+    37: "37 s between UTC and atomic time",
+}
+_LEAP_TOLERANCE_S: Final = 0.7
 _DEG_PER_RAD: Final = 180.0 / math.pi
 _SPEED_UNITS: Final = (
     (0.24, 0.32, 1.0 / 3.6, "km/h"),
@@ -199,6 +205,16 @@ class _CheckState:
         )
         self.down = -mean / max(float(np.linalg.norm(mean)), 1e-9)
 
+    def find_course(self) -> tuple[Windows, RotationAngle, Lag | None, float]:
+        """Return how course and gyro turn, their lag, and how far the course turns in all, rad."""
+        if not Epochs.of(self.fixes).is_reported:
+            course = find_line_course(self.means, self.fixes, self.down)
+            if course is not None:
+                return course.windows, course.rotation, course.lag, course.turned
+        windows, rotation = self.windows(), self.means.about(self.down)
+        turned = 0.5 * np.nansum(np.abs(windows.course_rate) * (windows.stop - windows.start))
+        return windows, rotation, find_lag(rotation, windows), float(turned)
+
     def windows(self, positions: bool = False) -> Windows:
         """Return the windows of the fixes as they are by now."""
         between = Epochs.between_positions if positions else Epochs.of
@@ -317,16 +333,19 @@ def _regress(y: Floats, x: Floats) -> tuple[Floats, Floats]:
 
 
 def _check_clock(work: _CheckState) -> _Findings:
-    windows = work.windows()
-    work.lag = lag = find_lag(work.means, windows, work.down)
+    windows, rotation, lag, turned = work.find_course()
+    work.lag = lag
     if len(windows.start) == 0:
         yield _doubt("clock", "there are too few fixes to tell their clock")
         return
     about = lag.seconds if lag is not None and lag.certain else 0.0
-    times, lags = find_piecewise_lags(work.means, windows, work.down, about)
+    times, lags = find_piecewise_lags(rotation, windows, about)
     jumps = np.flatnonzero(np.abs(np.diff(lags)) > _MIN_LAG_S)
     if not (lag is not None and lag.certain) and not _is_one_jump(lags):
         jumps = jumps[:0]
+    if not jumps.size and (parts := find_lag_jump(rotation, windows)) is not None:
+        times, lags = parts
+        jumps = np.flatnonzero(np.abs(np.diff(lags)) > _MIN_LAG_S)
     if jumps.size:
         k = int(jumps[0])
         yield _mistake(
@@ -336,15 +355,17 @@ def _check_clock(work: _CheckState) -> _Findings:
             float(lags[k + 1] - lags[k]),
         )
     elif lag is None or not lag.certain:
-        yield _doubt(
-            "clock",
-            "whether sensors and fixes are on one clock is not told: the course hardly turns while "
-            "both are there, or they are not of one vehicle",
+        reason = (
+            "the course hardly turns while both are there"
+            if turned < MIN_TURNED_RAD
+            else "course and gyro do not turn alike, as if they were not of one vehicle"
         )
+        yield _doubt("clock", f"whether sensors and fixes are on one clock is not told: {reason}")
     elif abs(lag.seconds) > _MIN_LAG_S:
-        yield _mistake(
-            "clock", f"the fixes are on another clock, {-lag.seconds:.2f} s ahead", lag.seconds
-        )
+        leap = next((s for s in _LEAP_SECONDS if abs(abs(lag.seconds) - s) < _LEAP_TOLERANCE_S), 0)
+        named = f": leap seconds, {_LEAP_SECONDS[leap]}" if leap else ""
+        text = f"the fixes are on another clock, {-lag.seconds:.2f} s ahead{named}"
+        yield _mistake("clock", text, lag.seconds)
 
 
 def _is_one_jump(lags: Floats) -> bool:

@@ -279,6 +279,22 @@ class Track(SmoothableTrack, Result):
         position = offset_position(self.position, -error[:, :3])
         return replace(self, position=position, _nis=None, **self._apply_errors(error, sigma))
 
+    def considering(self, antenna_sigma: npt.ArrayLike) -> Track:
+        """Return the track, less sure by what is not known of an antenna that is not estimated.
+
+        Parameters
+        ----------
+        antenna_sigma : array_like, shape (3,)
+            Forward, right and down, m.
+        """
+        spread = floats(antenna_sigma, "antenna_sigma")
+        if not spread.any():
+            return self
+        axes = [rotate(self.quaternion, unit) for unit in np.diag(spread)]
+        sigma = self.sigma.copy()
+        sigma[:, :3] = np.sqrt(sigma[:, :3] ** 2 + sum(axis**2 for axis in axes))
+        return replace(self, sigma=sigma)
+
     def to_log(self) -> Log:
         """Return a log of latitude, longitude and height, for `zerorate.write_log`.
 

@@ -38,6 +38,11 @@ class TimeOffset(Result):
         Time of a fix at which the offsets hold, s.
     nis : float
         Mean normalised innovation squared of a scalar with it, 1 if all is right; NaN if not known.
+    antenna : tuple of float or None
+        From the sensors to the antenna, m forward, right, down, as found with the clock; None if it
+        was not searched.
+    antenna_sigma : tuple of float or None
+        Its standard deviations, m.
 
     Examples
     --------
@@ -57,6 +62,8 @@ class TimeOffset(Result):
     rate_sigma: float = math.nan
     middle: float = 0.0
     nis: float = math.nan
+    antenna: tuple[float, float, float] | None = None
+    antenna_sigma: tuple[float, float, float] | None = None
 
     @classmethod
     def of(cls, value: float | TimeOffset) -> TimeOffset:

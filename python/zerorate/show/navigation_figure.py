@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.geometry.earth import local_ned
-from zerorate.navigation.outage import FILTER, POSITION_HELD, SMOOTHED, VELOCITY_HELD
+from zerorate.navigation.outage import (
+    ELLIPSE_SIGMAS,
+    FILTER,
+    POSITION_HELD,
+    SMOOTHED,
+    VELOCITY_HELD,
+)
 from zerorate.show.scales import MAX_COLUMNS, column_quantiles, split_into_parts
 from zerorate.show.stack import (
     BAND_SIGMAS,
@@ -88,7 +94,7 @@ def plot_track(
 ) -> Figure:
     """Return the figure of a track, a column of a page wide.
 
-    The path in metres, with fixes and ellipses of two standard deviations; over one time axis
+    The path in metres, with fixes and ellipses that hold 95 % of the errors; over one time axis
     speed, standard deviations of position and of orientation, and the biases with bands of two
     standard deviations.
 
@@ -156,7 +162,8 @@ def plot_outages(
     question = f"How far off after {length:g} s without fixes?"
     caption = (
         f"{outage.n} outage{'s' if outage.n > 1 else ''}; horizontal errors against the fixes that "
-        "were withheld, whose own errors are the floor."
+        "were withheld, whose own errors are the floor. The filter's at the end are "
+        f"{outage.error_over_sigma():.2g} times their standard deviation (1 is right)."
     )
     answer = ", ".join(f"{name} {outage.rms(name):.3g} m" for name in outage.errors)
     curves = len(outage.errors) + sum(
@@ -202,7 +209,7 @@ def _describe_end(track: Track) -> str:
 
 
 def _make_caption(track: Track, longest: OutageErrors | None, nis: bool) -> str:
-    caption = "Ellipses and bands: ± 2σ."
+    caption = "Ellipses: 95 %. Bands: ± 2σ."
     if track.smoothed:
         caption = f"Smoothed: each moment in the light of all fixes. {caption}"
     if nis:
@@ -214,7 +221,9 @@ def _make_caption(track: Track, longest: OutageErrors | None, nis: bool) -> str:
     if longest is not None:
         caption += (
             f" Grey: outages of {longest.seconds:g} s, run apart; their paths begin at the last "
-            "fix and end, with an ellipse, at the last one withheld."
+            f"fix and end, with an ellipse, at the last one withheld. The error there is "
+            f"{longest.error_over_sigma():.2g} times its standard deviation (1 is right), and "
+            f"{longest.share_inside():.0%} of the ellipses hold the truth."
         )
     return caption
 
@@ -273,8 +282,8 @@ def _rows_along_way(track_ned: Floats, navigating: Integers) -> Integers:
 
 
 def _draw_ellipse(axes: Axes, centre: Floats, sigma: Floats, colour: str) -> None:
-    north = centre[0] + BAND_SIGMAS * sigma[0] * np.sin(_CIRCLE_ANGLES)
-    east = centre[1] + BAND_SIGMAS * sigma[1] * np.cos(_CIRCLE_ANGLES)
+    north = centre[0] + ELLIPSE_SIGMAS * sigma[0] * np.sin(_CIRCLE_ANGLES)
+    east = centre[1] + ELLIPSE_SIGMAS * sigma[1] * np.cos(_CIRCLE_ANGLES)
     axes.plot(east, north, color=colour, linewidth=0.5)
 
 

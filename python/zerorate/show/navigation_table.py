@@ -11,6 +11,7 @@ import numpy as np
 
 from zerorate.geometry.rotations import euler_angles
 from zerorate.navigation.heading import format_heading
+from zerorate.navigation.outage import FILTER
 from zerorate.navigation.track import STATUSES
 from zerorate.numerals import format_with_error
 from zerorate.show.tables import Table, as_text, bullet_list, wrap_prose
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
     from zerorate.tasks.navigate import Navigation
     from zerorate.types import Floats
 
+_OVER_SIGMA: Final = (
+    "over σ: RMS of the error over its standard deviation, the fix's included; 1 if that is right."
+)
 _NO_HEADING_TEXT: Final = {True: "from the course", False: "no heading"}
 _ROW_NAMES: Final = {"smoothed": "smoothed, largest inside"}
 """What a row is called where its name does not say it."""
@@ -54,10 +58,11 @@ def format_navigation(navigation: Navigation) -> str:
 def format_outages(outages: Outages) -> str:
     """Return the errors after outages as a table, position and velocity held first."""
     rows = tuple(row for outage in outages.lengths for row in _make_outage_rows(outage))
-    head = ("outage", "", "n", "rms", "median", "largest")
+    head = ("outage", "", "n", "rms", "median", "largest", "over σ")
     title = "Horizontal error at the end of outages of the receiver, m"
     notes = f"Notes\n{bullet_list(outages.notes)}" if outages.notes else ""
-    return "\n\n".join(filter(None, (as_text(Table(title, head, rows, words=2)), notes)))
+    table = as_text(Table(title, head, rows, words=2, legend={6: _OVER_SIGMA}))
+    return "\n\n".join(filter(None, (table, notes)))
 
 
 def format_errors(errors: TrackErrors, steps: TrackErrors | None, fitted: str) -> str:
@@ -129,7 +134,9 @@ def _make_outage_rows(outage: OutageErrors) -> Iterator[tuple[str, ...]]:
     for i, name in enumerate(outage.end):
         values = (outage.rms(name), outage.median(name), outage.largest(name))
         first = (f"{outage.seconds:g} s", str(outage.n)) if i == 0 else ("", "")
-        yield first[0], _ROW_NAMES.get(name, name), first[1], *(_format_metres(v) for v in values)
+        metres = (_format_metres(value) for value in values)
+        ratio = f"{outage.error_over_sigma():.2f}" if name == FILTER else ""
+        yield first[0], _ROW_NAMES.get(name, name), first[1], *metres, ratio
 
 
 def _format_metres(value: float) -> str:

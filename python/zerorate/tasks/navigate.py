@@ -23,9 +23,16 @@ from zerorate.io.reading import read_log
 from zerorate.io.writing import write_log
 from zerorate.metrics.tracks import TrackErrors, ate, rpe
 from zerorate.navigation.alignment import Alignment
-from zerorate.navigation.begin import Beginning, Heading, Mount, Offset, find_beginning
+from zerorate.navigation.begin import (
+    Beginning,
+    Heading,
+    Mount,
+    Offset,
+    ProcessNoise,
+    find_beginning,
+)
 from zerorate.navigation.options import NAVIGATION_OPTIONS
-from zerorate.navigation.outage import OutagePlan, Outages
+from zerorate.navigation.outage import OutagePlan, Outages, doubt_start
 from zerorate.navigation.track import Track, explain_no_start
 from zerorate.navigation.tracks import write_geojson, write_gpx
 from zerorate.navigation.wheels import Wheels
@@ -53,6 +60,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PathLike = str | os.PathLike[str]
+StatedNoise = NoiseModel | PathLike | None
+"""A model of a sensor's noise, or the file of one."""
 
 
 class NavigateOptions(ReadingArguments, total=False):
@@ -217,8 +226,9 @@ def navigate(
     wheel_speed: str | npt.ArrayLike | None = None,
     wheel_ticks: str | npt.ArrayLike | None = None,
     tick: float | None = None,
-    gyro_noise: NoiseModel | PathLike | None = None,
-    accel_noise: NoiseModel | PathLike | None = None,
+    gyro_noise: StatedNoise = None,
+    accel_noise: StatedNoise = None,
+    noise: ProcessNoise = "auto",
     calibration: Calibration | PathLike | None = None,
     clipped: Clipped = "auto",
     fix: bool = False,
@@ -266,6 +276,10 @@ def navigate(
         Metres a tick; by default as the receiver's speed shows it.
     gyro_noise, accel_noise : NoiseModel or path, optional
         Default: those of a consumer sensor.
+    noise : {"auto", "stated"}
+        Process noise of the filter. "auto": such that errors of coasting are as large as the filter
+        says (`zerorate.navigation.find_noise`); models that are given are raised only. "stated": as
+        the models say.
     calibration : Calibration or path, optional
         Taken off gyro and accelerometer first.
     clipped : {"auto", "restore", "leave"}
@@ -327,7 +341,7 @@ def navigate(
         report("navigating", 0.1)
         beginning = find_beginning(
             prepared.recording, used_fixes, mount=mount, antenna=antenna, time_offset=time_offset,
-            heading=heading, rest=rest, alarms=alarms, **filter_options,
+            heading=heading, rest=rest, noise=noise, alarms=alarms, **filter_options,
         )  # fmt: skip
         speed = None if wheels is None else _read_wheels(wheels, source, beginning, used_fixes)
         run = _Run(beginning, used_fixes, speed, smooth, lengths, filter_options)
@@ -365,15 +379,18 @@ class _Run:
             raise LogError(make_sentence("the filter did not begin: ", explain_no_start(track)))
         nis = track.nis()
         progress("outages", 0.3)
+        known = {"rest": None, **inputs}
+        doubt = doubt_start(beginning.start, beginning.recording, self.fixes, nav, track, known)
         errors = None
         if self.lengths:
             gaps, part = OutagePlan(self.lengths, self.smooth), _scale_progress(progress, 0.3, 0.7)
             work = partial(gaps.run, beginning.recording, self.fixes, nav, track)
-            errors = work({"rest": None, **inputs}, os.cpu_count() or 1, part)
+            errors = work(known, os.cpu_count() or 1, part)
         if self.smooth:
             progress("smoothing", 0.7)
             track = track.smooth()
-        notes = tuple(dict.fromkeys((*beginning.notes, *track.notes)))
+        track = track.considering(beginning.considered_sigma)
+        notes = tuple(dict.fromkeys(filter(None, (*beginning.notes, doubt, *track.notes))))
         return Navigation(replace(track, notes=notes), beginning.start, nis, errors)
 
 

@@ -1,0 +1,463 @@
+"""Process noise of a navigation filter, from its errors while it coasts without fixes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+
+from zerorate._native import NavigationFilter
+from zerorate.navigation.alignment import Alignment
+from zerorate.navigation.events import Events, pack_fixes
+from zerorate.navigation.increments import Increments
+from zerorate.noise import NoiseModel, Quantity
+from zerorate.record import Recording
+from zerorate.record.fixes import Fixes
+from zerorate.record.offset import TimeOffset
+from zerorate.record.samples import Samples
+from zerorate.types import Floats, Integers
+from zerorate.views import Result
+
+Noise: TypeAlias = NoiseModel | Sequence[NoiseModel]
+"""Noise of the axes of a sensor: one model for all, or one each."""
+
+COAST_S: Final = (2.0, 5.0, 10.0)
+"""Seconds after which a coasting filter is compared with the fixes, in each window."""
+_USUAL: Final[dict[str, tuple[float, float, Quantity]]] = {
+    "gyro": (0.05 * (math.pi / 180.0), 1e-5, "angular rate"),
+    "accel": (0.02, 5e-4, "acceleration"),
+}
+"""White noise, walk of the bias and quantity of the consumer sensors that a filter assumes."""
+_MAX_WAIT_S: Final = 1.5
+"""Seconds that a window waits for a fix which is due."""
+_MIN_BLOCKS: Final = 36
+"""Positions or velocities compared, at least: fewer tell no noise."""
+_MIN_BLOCK_SHARE: Final = 0.9
+"""Share of the blocks that a noise must leave comparable."""
+_MAX_HEADING_SIGMA_RAD: Final = 0.15
+_STUDENT: Final = 8.0
+"""Degrees of freedom of the errors' distribution."""
+_MIN_GAINS: Final = (2.0, 5.0)
+"""Gain of log likelihood from which on noise is raised: of assumed sensors, and of stated ones."""
+_MIN_GAIN_DOWN: Final = 5.0
+_MAX_LEVEL: Final = 2.0
+"""Factor on the noise's square by which it is raised beyond the likelihood's, at most."""
+_MAX_REJECTED_SHARE: Final = 0.1
+_STEP_S: Final = 0.2
+"""Time between two steps of the covariance, s."""
+_RATES_HZ: Final = (25.0, 50.0)
+_FAST_RATE_RAD_S: Final = 0.5
+"""Samples a second that a filter is given here, fewer below this RMS of a rate's axis."""
+_PRIOR_LOG: Final = 2.0 * math.log(10.0)
+"""One standard deviation of the logarithm of a factor on a noise's square."""
+_STEPS_LOG: Final = (2.0 * math.log(2.0), math.log(2.0), 0.5 * math.log(2.0))
+_UP: Final = np.array([[0.0, 2.0 * math.log(30.0)]] * 2 + [[0.0, 0.0]])
+_DOWN: Final = np.array(
+    [[2.0 * math.log(0.03), 2.0 * math.log(30.0)]] * 2 + [[2.0 * math.log(0.03), 0.0]]
+)
+"""Ranges of the logarithms: of gyro, accelerometer, and walks of their biases."""
+
+
+@dataclass(frozen=True, eq=False)
+class FoundNoise(Result):
+    """Process noise by coasting, as `find_noise` returns it.
+
+    Parameters
+    ----------
+    gyro, accel : NoiseModel, sequence of three NoiseModel, or None
+        For `zerorate.NavigationFilter`; None where the noise is kept and no model was given.
+    factors : tuple of float
+        Factors on the white noise of the gyro, on that of the accelerometer, and on the walks of
+        the biases: 1 where the noise is kept.
+    gain : float
+        Gain of the log likelihood of the coasting errors by these factors.
+    block_count : int
+        Number of positions and velocities compared.
+    before, after : ndarray, shape (3,)
+        RMS of the horizontal position error over its standard deviation after coasting for 2, 5
+        and 10 s, with the noise as stated and as found; 1 is right, NaN is not known.
+    reason : str
+        Why the noise is kept; empty where it is not.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=300.0, seed=1)
+    >>> start = zr.navigation.find_start(drive.recording(), drive.fixes)
+    >>> found = zr.navigation.find_noise(drive.recording(), drive.fixes, start)
+    >>> nav = zr.NavigationFilter(start, **found.models)
+    """
+
+    gyro: Noise | None
+    accel: Noise | None
+    factors: tuple[float, float, float]
+    gain: float
+    block_count: int
+    before: Floats
+    after: Floats
+    reason: str = ""
+
+    @property
+    def kept(self) -> bool:
+        """Whether the noise stays as it was."""
+        return bool(self.reason)
+
+    @property
+    def models(self) -> dict[str, Any]:
+        """Noise models by the names of `NavigationFilter`'s arguments."""
+        models = {"gyro": self.gyro, "accel": self.accel}
+        return {name: model for name, model in models.items() if model is not None}
+
+    def __str__(self) -> str:
+        """Say what was found and what it gains, or why the noise is kept."""
+        if self.kept:
+            return f"the noise of the filter is kept: {self.reason}"
+        gyro, accel, walk = (f"{factor:.2g}" for factor in self.factors)
+        before, after = (
+            ", ".join(f"{ratio:.2g}" for ratio in ratios) for ratios in (self.before, self.after)
+        )
+        seconds = ", ".join(f"{seconds:g}" for seconds in COAST_S)
+        return (
+            f"the noise of the filter is by its coasting: gyro {gyro} times, accelerometer {accel} "
+            f"times, bias walks {walk} times as stated; log likelihood gains {self.gain:.0f} over "
+            f"{self.block_count} blocks, error over sigma after {seconds} s is {after}, was "
+            f"{before}"
+        )
+
+
+def find_noise(
+    imu: Recording,
+    gnss: Fixes,
+    start: Alignment,
+    *,
+    time_offset: float | TimeOffset = 0.0,
+    gyro: Noise | None = None,
+    accel: Noise | None = None,
+    lower: bool | None = None,
+    **options: Any,  # noqa: ANN401
+) -> FoundNoise:
+    """Find the process noise with which a filter's coasting errors are as large as it says.
+
+    Parameters
+    ----------
+    imu : Recording
+        As ``NavigationFilter.process`` takes it, in the axes of the body.
+    gnss : Fixes
+        Of the receiver.
+    start : Alignment
+        As of `NavigationFilter`.
+    time_offset : float or TimeOffset
+        Added to the times of the fixes, s. Find it first: a wrong clock looks like noise.
+    gyro, accel : NoiseModel or sequence of three, optional
+        Noise of the sensors where it is known. Default: that of consumer sensors.
+    lower : bool, optional
+        Whether the noise may be lowered as well, for a clear gain. Default: only where neither
+        model is given; a given one is raised, for a clear gain.
+    **options
+        Further options of `NavigationFilter`.
+
+    Returns
+    -------
+    FoundNoise
+        Models for `NavigationFilter`; those stated where nothing is gained.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of range.
+
+    Notes
+    -----
+    A copy of the filter leaves it every ten seconds, takes no fix, and is compared with the fixes
+    after 2, 5 and 10 s. Three factors on the noise maximise the likelihood of the horizontal
+    errors (Student's with eight degrees of freedom), each with a pass of the whole filter. Where
+    errors after 5 and 10 s are still larger than their deviation, white noise is raised by that.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(duration=100.0, seed=1)
+    >>> start = zr.navigation.find_start(drive.recording(), drive.fixes)
+    >>> print(zr.navigation.find_noise(drive.recording(), drive.fixes, start))
+    the noise of the filter is kept: there are 30 positions and velocities to compare, under 36
+    """
+    samples = Samples.of(imu, mag=False, what="navigation")
+    rate = _RATES_HZ[bool(np.nanmean(samples.gyro**2) > _FAST_RATE_RAD_S**2)]
+    steps, options = Increments.for_filter(samples, {"covariance_step": _STEP_S, **options}, rate)
+    fixes = TimeOffset.of(time_offset).applied(gnss)
+    models = {"gyro": gyro, "accel": accel}
+    is_assumed = (gyro is None and accel is None) if lower is None else lower
+    return _search(_Coasting(steps, fixes, start, models, options), is_assumed)
+
+
+@dataclass(frozen=True)
+class _Probe:
+    """A fix with which a coasting filter is compared.
+
+    `kind` is 0 for a position and 1 for a velocity, `length` the index of the seconds coasted,
+    `sample` the first sample not before it.
+    """
+
+    kind: int
+    length: int
+    sample: int
+    row: Floats
+
+
+@dataclass(frozen=True)
+class _Window:
+    """Samples from which on a filter coasts, and the fixes it is compared with, in time order."""
+
+    sample: int
+    probes: tuple[_Probe, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Errors:
+    """Errors of coasting: of B blocks kind, length, squares over variance, and log determinant."""
+
+    blocks: Floats
+    rejected_share: float
+
+    @property
+    def count(self) -> int:
+        return len(self.blocks)
+
+    def log_likelihood(self) -> float:
+        """Return the mean log likelihood of a block, Student's scaled to its covariance."""
+        nis, log_det = self.blocks[:, 2], self.blocks[:, 3]
+        student = (_STUDENT + 2.0) * np.log1p(nis / (_STUDENT - 2.0))
+        return float(-0.5 * (log_det + student).mean())
+
+    def ratios(self) -> Floats:
+        """Return the RMS of position errors over sigma after each length."""
+        kind, length, nis = self.blocks[:, 0], self.blocks[:, 1], self.blocks[:, 2]
+        own = [nis[(kind == 0) & (length == k)] for k in range(len(COAST_S))]
+        return np.array([math.sqrt(0.5 * x.mean()) if len(x) else math.nan for x in own])
+
+
+@dataclass(eq=False)
+class _Coasting:
+    """Runs of a filter with some noise, and copies of it that coast."""
+
+    samples: Increments
+    fixes: Fixes
+    start: Alignment
+    models: dict[str, Noise | None]
+    options: dict[str, Any]
+    events: Floats = field(init=False)
+    event_samples: Integers = field(init=False)
+    windows: list[_Window] = field(init=False)
+    _memo: dict[tuple[float, ...], _Errors] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        events = Events.of(self.fixes)
+        self.events = events.rows
+        self.event_samples = np.searchsorted(self.samples.time, self.events[:, 0])
+        self.windows = list(self._plan(events))
+
+    def noise(self, theta: Floats) -> dict[str, Noise]:
+        """Return the models with logarithms of factors on their squares."""
+        white = dict(zip(_USUAL, np.exp(0.5 * theta[:2]).tolist(), strict=True))
+        walk = math.exp(0.5 * theta[2])
+        return {
+            sensor: _scale(sensor, self.models[sensor], white[sensor], walk) for sensor in _USUAL
+        }
+
+    def filter(self, theta: Floats) -> NavigationFilter:
+        """Return a filter before its first sample."""
+        options: dict[str, Any] = {**self.noise(theta), **self.options}
+        return NavigationFilter(self.start, **options)
+
+    def run(self, theta: Floats) -> _Errors:
+        """Return the errors of coasting with some noise."""
+        key = tuple(np.round(theta, 9).tolist())
+        if key not in self._memo:
+            self._memo[key] = self._run(theta)
+        return self._memo[key]
+
+    def score(self, theta: Floats) -> float:
+        """Return the log likelihood of some noise, with its prior; -inf if it compares too few."""
+        count = self.run(np.zeros(3)).count
+        errors = self.run(theta)
+        if errors.count < max(1.0, _MIN_BLOCK_SHARE * count):
+            return -math.inf
+        # Half: the lengths of one window share their errors.
+        prior = 0.5 * float((theta**2).sum()) / _PRIOR_LOG**2
+        return 0.5 * count * errors.log_likelihood() - prior
+
+    def _run(self, theta: Floats) -> _Errors:
+        nav, blocks, at = self.filter(theta), list[tuple[float, ...]](), 0
+        for window in self.windows:
+            self._advance(nav, at, window.sample, fixes=True)
+            at = window.sample
+            if nav.status == "navigating" and nav.sigma[8] < _MAX_HEADING_SIGMA_RAD:
+                blocks += self._coast(nav.copy(), window)
+        counts = nav.rejected_count
+        rejected = max(counts.values()) / max(1, sum(nav.fix_count.values()))
+        return _Errors(np.array(blocks).reshape(-1, 4), rejected)
+
+    def _coast(self, nav: NavigationFilter, window: _Window) -> Iterator[tuple[float, ...]]:
+        """Yield blocks of a window from a filter that coasts through it."""
+        at, samples = window.sample, self.samples
+        for probe in window.probes:
+            self._advance(nav, at, probe.sample, fixes=False)
+            at = probe.sample
+            own = slice(at, at + 1)
+            output, _ = nav.copy().process_arrays(
+                samples.time[own], samples.gyro[own], samples.accel[own], probe.row
+            )
+            columns = slice(3 * probe.kind, 3 * probe.kind + 2)
+            z, sigma = output["innovation"][0, columns], output["innovation_sigma"][0, columns]
+            if np.isfinite(z).all():
+                nis = float(((z / sigma) ** 2).sum())
+                yield probe.kind, probe.length, nis, 2.0 * float(np.log(sigma).sum())
+
+    def _advance(self, nav: NavigationFilter, first: int, stop: int, *, fixes: bool) -> None:
+        """Give a filter samples from `first` to before `stop`, with the fixes due or without."""
+        if stop <= first:
+            return
+        samples, rows = self.samples, self.events[:0]
+        if fixes:
+            due = np.searchsorted(self.event_samples, [first, stop])
+            rows = self.events[due[0] : due[1]]
+        own = slice(first, stop)
+        nav.process_arrays(samples.time[own], samples.gyro[own], samples.accel[own], rows)
+
+    def _plan(self, events: Events) -> Iterator[_Window]:
+        """Yield the windows, the same for every noise: fixes that the gate rejects are left out."""
+        samples = self.samples
+        output, _ = self.filter(np.zeros(3)).process_arrays(
+            samples.time, samples.gyro, samples.accel, self.events
+        )
+        merged = events.merge(output)
+        rows = pack_fixes(self.fixes)
+        velocity_time = self.fixes.velocity_time
+        times = self.fixes.time, self.fixes.time if velocity_time is None else velocity_time
+        good = [merged["nis"][:, kind] <= _gate(self.options) for kind in range(2)]
+        singles = [_single(rows, times[kind], good[kind], kind) for kind in range(2)]
+        began = np.flatnonzero(merged["verdict"] == 0)
+        if not began.size or not len(samples.time):
+            return
+        taken = np.sort(merged["taken"][np.isfinite(merged["taken"])])
+        begin = float(merged["taken"][began[0]])
+        while True:
+            at = np.searchsorted(taken, begin)
+            if at >= len(taken):
+                return
+            first = int(np.searchsorted(samples.time, taken[at])) + 1
+            begin = float(taken[at])
+            probes = list(self._probes(singles, begin))
+            if probes:
+                yield _Window(first, tuple(sorted(probes, key=lambda probe: probe.sample)))
+            begin += COAST_S[-1] + 1e-6
+
+    def _probes(self, singles: list[Floats], begin: float) -> Iterator[_Probe]:
+        time = self.samples.time
+        for kind, rows in enumerate(singles):
+            for length, seconds in enumerate(COAST_S):
+                k = int(np.searchsorted(rows[:, 0], begin + seconds - 1e-6))
+                if k == len(rows) or rows[k, 0] > begin + seconds + _MAX_WAIT_S:
+                    break
+                sample = int(np.searchsorted(time, rows[k, 0]))
+                if sample >= len(time):
+                    break
+                yield _Probe(kind, length, sample, rows[k : k + 1])
+
+
+def _gate(options: dict[str, Any]) -> float:
+    return float(options.get("gate", 50.0))
+
+
+def _single(rows: Floats, time: Floats, good: Floats, kind: int) -> Floats:
+    """Return rows with positions or velocities alone, of fixes that are good, in time order."""
+    own = rows.copy()
+    own[:, 0] = time
+    own[:, 4:7] = np.nan if kind == 0 else own[:, 4:7]
+    own[:, 1:4] = np.nan if kind == 1 else own[:, 1:4]
+    own = own[good]
+    ordered: Floats = own[np.argsort(own[:, 0], kind="stable")]
+    return ordered
+
+
+def _scale(sensor: str, model: Noise | None, white: float, walk: float) -> Noise:
+    if model is None or isinstance(model, NoiseModel):
+        return _scale_axis(sensor, model, white, walk)
+    return tuple(_scale_axis(sensor, axis, white, walk) for axis in model)
+
+
+def _scale_axis(sensor: str, model: NoiseModel | None, white: float, walk: float) -> NoiseModel:
+    usual_white, usual_walk, quantity = _USUAL[sensor]
+    own = (usual_white, usual_walk) if model is None else model.__noise_densities__(sensor)
+    return NoiseModel(
+        angle_random_walk=white * own[0],
+        rate_random_walk=walk * (usual_walk if own[1] is None else own[1]),
+        quantity=quantity,
+    )
+
+
+def _search(coasting: _Coasting, is_assumed: bool) -> FoundNoise:
+    theta = np.zeros(3)
+    first = coasting.run(theta)
+    kept = FoundNoise(
+        coasting.models["gyro"], coasting.models["accel"], (1.0, 1.0, 1.0), 0.0,
+        first.count, first.ratios(), first.ratios(),
+    )  # fmt: skip
+    if first.count < _MIN_BLOCKS:
+        few = f"there are {first.count} positions and velocities to compare, under {_MIN_BLOCKS}"
+        return replace(kept, reason=few)
+    least = coasting.score(theta)
+    raised = _climb(coasting, theta, _UP)
+    if coasting.score(raised) - least >= _MIN_GAINS[not is_assumed]:
+        theta = raised
+    if is_assumed:
+        lowered = _climb(coasting, theta, _DOWN)
+        if coasting.score(lowered) - coasting.score(theta) >= _MIN_GAIN_DOWN:
+            theta = lowered
+    if theta.any():
+        theta = _level(coasting, theta)
+    gain, best = coasting.score(theta) - least, coasting.run(theta)
+    if best.rejected_share > _MAX_REJECTED_SHARE:
+        share = f"{best.rejected_share:.0%} of the fixes are rejected, more than tell a noise"
+        return replace(kept, reason=share)
+    if not theta.any():
+        return replace(kept, reason="no other gains enough in its coasting")
+    gyro, accel, walk = np.exp(0.5 * theta).tolist()
+    models = coasting.noise(theta)
+    return FoundNoise(
+        models["gyro"], models["accel"], (gyro, accel, walk), gain,
+        first.count, first.ratios(), best.ratios(),
+    )  # fmt: skip
+
+
+def _level(coasting: _Coasting, theta: Floats) -> Floats:
+    """Return the logarithms with white noise raised to the RMS of the longer coasts' errors.
+
+    A likelihood with heavy tails leaves these out of its deviation, which is to hold them.
+    """
+    level = float(np.nanmean(coasting.run(theta).ratios()[1:] ** 2))
+    if not level > 1.0:
+        return theta
+    raised = theta.copy()
+    raised[:2] = np.minimum(theta[:2] + math.log(min(level, _MAX_LEVEL)), _UP[:2, 1])
+    return raised if math.isfinite(coasting.score(raised)) else theta
+
+
+def _climb(coasting: _Coasting, theta: Floats, ranges: Floats) -> Floats:
+    """Return the logarithms at the top of the likelihood, by steps along one at a time."""
+    best = coasting.score(theta)
+    for step in _STEPS_LOG:
+        moved = True
+        while moved:
+            moved = False
+            for axis, sign in ((k, sign) for k in range(3) for sign in (1.0, -1.0)):
+                while True:
+                    new = theta.copy()
+                    new[axis] = np.clip(theta[axis] + sign * step, *ranges[axis])
+                    if new[axis] == theta[axis] or not (score := coasting.score(new)) > best:
+                        break
+                    theta, best, moved = new, score, True
+    return theta
