@@ -8,10 +8,10 @@ import time
 
 import numpy as np
 from scipy.stats import kendalltau
+from zerorate.identification.reverse_arrangements import reverse_arrangements
 
 import peers
 from zerorate._native import reversals
-from zerorate.identification.reverse_arrangements import reverse_arrangements
 
 ROUNDS = 7
 SOURCE = peers.SOURCE.with_name("reversals.c")
