@@ -72,9 +72,9 @@ def _make_table(path: Path, info: Mapping[str, Any]) -> Table:
         places = [there[i] for i in wanted] if absent else list(wanted)
         return run_isolated("bag_columns", path, topic, places)[1]
 
+    kind_words = {"gyro": "gyro", "accel": "accelerometer"}
     notes = tuple(
-        f"{topic}: its {_SENSOR_WORDS.get(kind, kind)} is constant zero or marked as absent"
-        for kind in absent
+        f"{topic}: its {kind_words[kind]} is constant zero or marked as absent" for kind in absent
     )
     if names is not None and info["gyro"]:
         notes = (f"{topic} holds {info['type']}, read by the names of its fields",)
