@@ -190,7 +190,12 @@ fn a_rate_beyond_the_range_is_missing() {
             for _ in 0..20 {
                 let out = quaternion.as_mut_ptr();
                 zr_attitude_update(
-                    attitude, gyro.as_ptr(), accel.as_ptr(), null_mut(), f64::NAN, out,
+                    attitude,
+                    gyro.as_ptr(),
+                    accel.as_ptr(),
+                    null_mut(),
+                    f64::NAN,
+                    out,
                 );
             }
         }

@@ -8,8 +8,7 @@ use super::start::{MAX_SPEED_CHANGE_M_S, TILT_SIGMA_RAD};
 use super::strapdown::Sums;
 use super::trust::Lasting;
 use super::{
-    Auto, GRAVITY_TICKS, MAX_BIAS, MAX_BIAS_TIME_S, MAX_MATRIX, MAX_VELOCITY,
-    TICK, Ticked, square,
+    Auto, GRAVITY_TICKS, MAX_BIAS, MAX_BIAS_TIME_S, MAX_MATRIX, MAX_VELOCITY, TICK, Ticked, square,
 };
 use crate::attitude::events::Events;
 use crate::attitude::stream::Tagged;

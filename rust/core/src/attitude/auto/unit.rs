@@ -184,7 +184,8 @@ impl UnitWatch {
 
     fn is_wrong_by_field(&self) -> bool {
         let turns = &self.of_field;
-        if !turns.are_alike(MIN_FIELD_CORRELATION_SQUARED) || turns.seen < MIN_FIELD_CHANGE_SQUARED {
+        if !turns.are_alike(MIN_FIELD_CORRELATION_SQUARED) || turns.seen < MIN_FIELD_CHANGE_SQUARED
+        {
             return false;
         }
         let one_way = square(GRAVITY * self.weight) * (1.0 - MIN_FIELD_SPREAD);
