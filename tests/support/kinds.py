@@ -267,7 +267,7 @@ def _labelled(gyro: Any, force: Any, ms: Any) -> Iterator[Kind]:
         a, g = (";".join(f"{v:.6f}" for v in x) for x in (force[i] * 9.80665, np.radians(gyro[i])))
         text += f"ACCE;{i / 100:.3f};{t[i]};{a};3\nGYRO;{i / 100:.3f};{t[i]};{g};3\n"
         if i % 10 == 0:
-            text += f"PRES;{i / 100:.3f};{t[i]};962.1;0\nWIFI;{i / 100:.3f};{t[i]};eduroam;-61\n"
+            text += f"BARO;{i / 100:.3f};{t[i]};962.1;0\nWIFI;{i / 100:.3f};{t[i]};eduroam;-61\n"
     yield Kind(
         "GetSensorData", text, np.radians(gyro), force * 9.80665, file="log.txt",
         options={"unit": "rad/s"},

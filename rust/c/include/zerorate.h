@@ -17,7 +17,7 @@
 #define ZR_DRIFT_CHECKPOINT 4096
 
 // Bytes that are enough for a `zr_attitude`, to put one into static memory.
-#define ZR_ATTITUDE_MEMORY 5120
+#define ZR_ATTITUDE_MEMORY 6144
 
 // Bytes that are enough for the checkpoint of one.
 #define ZR_ATTITUDE_CHECKPOINT 5120

@@ -9,7 +9,7 @@ use crate::code::{Text, answer, zr_code};
 use crate::memory;
 
 /// Bytes that are enough for a `zr_attitude`, to put one into static memory.
-pub const ZR_ATTITUDE_MEMORY: usize = 5120;
+pub const ZR_ATTITUDE_MEMORY: usize = 6144;
 /// Bytes that are enough for the checkpoint of one.
 pub const ZR_ATTITUDE_CHECKPOINT: usize = 5120;
 
