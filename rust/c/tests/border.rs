@@ -5,11 +5,15 @@ use std::ptr::{null, null_mut};
 
 use zerorate::*;
 
+/// Bytes that are enough for either filter.
+const MEMORY: usize =
+    if ZR_ATTITUDE_MEMORY > ZR_DRIFT_MEMORY { ZR_ATTITUDE_MEMORY } else { ZR_DRIFT_MEMORY };
+
 #[repr(align(16))]
-struct Memory([u8; ZR_DRIFT_MEMORY]);
+struct Memory([u8; MEMORY]);
 
 fn memory() -> Box<Memory> {
-    Box::new(Memory([0; ZR_DRIFT_MEMORY]))
+    Box::new(Memory([0; MEMORY]))
 }
 
 fn params() -> zr_drift_params {
