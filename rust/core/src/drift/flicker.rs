@@ -249,18 +249,18 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
     /// By the covariances of the states at the block's end with its mean.
     #[inline(always)]
     fn correct_states(&mut self, c: &[Each<T>; 3], innovation: &Each<T>, inverse: &Each<T>) {
-        let bound = T::MAX_INPUT * T::of(MAX_STATE);
+        let (bound, most) = (T::MAX_INPUT * T::of(MAX_STATE), T::MAX_COVARIANCE);
         for m in 0..LEVELS {
             let K = [c[0][m] * inverse[m], c[1][m] * inverse[m], c[2][m] * inverse[m]];
             for k in 0..3 {
                 self.x[k][m] = (self.x[k][m] + K[k] * innovation[m]).within(bound);
             }
-            self.P[XX][m] = (self.P[XX][m] - K[0] * c[0][m]).at_least(T::zero());
-            self.P[XY][m] -= K[0] * c[1][m];
-            self.P[XZ][m] -= K[0] * c[2][m];
-            self.P[YY][m] = (self.P[YY][m] - K[1] * c[1][m]).at_least(T::zero());
-            self.P[YZ][m] -= K[1] * c[2][m];
-            self.P[ZZ][m] = (self.P[ZZ][m] - K[2] * c[2][m]).at_least(T::zero());
+            self.P[XX][m] = (self.P[XX][m] - K[0] * c[0][m]).at_least(T::zero()).at_most(most);
+            self.P[XY][m] = (self.P[XY][m] - K[0] * c[1][m]).within(most);
+            self.P[XZ][m] = (self.P[XZ][m] - K[0] * c[2][m]).within(most);
+            self.P[YY][m] = (self.P[YY][m] - K[1] * c[1][m]).at_least(T::zero()).at_most(most);
+            self.P[YZ][m] = (self.P[YZ][m] - K[1] * c[2][m]).within(most);
+            self.P[ZZ][m] = (self.P[ZZ][m] - K[2] * c[2][m]).at_least(T::zero()).at_most(most);
         }
     }
 
@@ -357,8 +357,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> FlickerBank<T> {
         let same = Self { x: fresh.x, P: fresh.P, S: fresh.S, evidence: fresh.evidence, ..*self };
         Self { waiting: fresh.waiting, ..same } == *fresh
             && self.x.iter().all(|x| every(x, &|x| is_within(x, reach)))
-            && [XX, YY, ZZ].iter().all(|k| every(&self.P[*k], &|P| is_size(P, most)))
-            && self.P.iter().all(|P| every(P, &|P| is_within(P, most)))
+            && [XX, YY, ZZ].iter().all(|k| every(&self.P[*k], &|P| P >= T::zero()))
+            && self.P.iter().all(|P| every(P, &|P| is_within(P, T::MAX_COVARIANCE)))
             && every(&self.S, &|S| S >= T::VARIANCE_FLOOR && S <= most)
             && every(&self.evidence, &|evidence| is_within(evidence, T::MAX_RAW))
             && is_size(self.waiting, T::one())
