@@ -19,7 +19,6 @@ from zerorate.record.fixes import Fixes
 from zerorate.record.offset import TimeOffset
 from zerorate.record.samples import Samples
 from zerorate.types import Floats, Integers
-from zerorate.views import Result
 
 Noise: TypeAlias = NoiseModel | Sequence[NoiseModel]
 """Noise of the axes of a sensor: one model for all, or one each."""
@@ -62,7 +61,7 @@ _DOWN: Final = np.array(
 
 
 @dataclass(frozen=True, eq=False)
-class FoundNoise(Result):
+class FoundNoise:
     """Process noise by coasting, as `find_noise` returns it.
 
     Parameters
