@@ -178,7 +178,7 @@ def before_after(before: Report, after: Report) -> BeforeAfter:
     >>> import zerorate as zr
     >>> logs = [zr.simulate_motion("hand", duration=30.0, seed=k).recording() for k in (1, 2)]
     >>> found = zr.findings.before_after(*map(zr.report, logs))
-    >>> [one.verdict for one in found.changes if one.one.kind == "rests"]
+    >>> [change.verdict for change in found.changes if change.finding.kind == "rests"]
     ['alike']
     """
     for report in (before, after):

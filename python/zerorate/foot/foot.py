@@ -48,7 +48,7 @@ class GeodeticTrack:
     --------
     >>> import zerorate as zr
     >>> walk = zr.simulate_walk(strides=20, seed=1)
-    >>> track = zr.FootNavigation().process(walk.recording()).placed(45.0, 7.0)
+    >>> track = zr.FootNavigation().process(walk.recording()).georeference(45.0, 7.0)
     >>> track.position[0].tolist(), track.position.shape == (len(track.time), 3)
     ([45.0, 7.0, 0.0], True)
     """

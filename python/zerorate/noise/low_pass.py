@@ -82,7 +82,7 @@ class LowPass:
         --------
         >>> from zerorate.noise import LowPass
         >>> round(1.0 / LowPass(5.0, 1.0).passed_share(200.0))  # a sample varies so much less
-        13
+        14
         """
         f: Floats = (np.arange(_SHARE_POINTS, dtype=np.float64) + 0.5) * (0.5 / _SHARE_POINTS)
         corner: Floats = np.array([math.log(min(float(self.corner) / rate, 0.4999))])

@@ -25,8 +25,8 @@ class Damage:
 
     Examples
     --------
-    >>> from zerorate.tasks.live import Damaged
-    >>> Damaged("its checksum is wrong").reason
+    >>> from zerorate.tasks.live import Damage
+    >>> Damage("its checksum is wrong").reason
     'its checksum is wrong'
     """
 
