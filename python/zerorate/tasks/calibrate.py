@@ -476,13 +476,13 @@ def _export_texts(calibration: Calibration, export: str, doubtful: bool) -> Sequ
     if export == "json":
         return ()
     if export == "imu_tk":
-        return calibration.to_imu_tk(force=doubtful)
+        return calibration.to_imu_tk(doubtful=doubtful)
     exporters = {
         "kalibr": calibration.to_kalibr,
         "px4": calibration.to_px4,
         "ardupilot": calibration.to_ardupilot,
     }
-    return (exporters[export](force=doubtful),)
+    return (exporters[export](doubtful=doubtful),)
 
 
 def magnetometer_files(
@@ -496,7 +496,7 @@ def magnetometer_files(
     written_exports = [export for export in exports if export in exporters]
     texts = (
         calibration.to_json(),
-        *(exporters[export](force=doubtful) for export in written_exports),
+        *(exporters[export](doubtful=doubtful) for export in written_exports),
     )
     endings = [ending for export in written_exports for ending in EXPORTS[export]]
     data = [*map(text_writer, texts)]
