@@ -341,9 +341,9 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
     NoiseModel
         Each coefficient of the axis where it is largest, with its standard error, among the axes
         where it is identifiable. If it is identifiable in none, the largest upper bound. It is
-        unknown only if it is unknown in all axes. A ramp counts by its size. Markov terms and sinusoids are those of the axis where
-        they have the largest variance together. A doubt of any axis is one of the model. Of
-        low-pass filters it has the lowest.
+        unknown only if it is unknown in all axes. A ramp counts by its size. Markov terms and
+        sinusoids are those of the axis where they have the largest variance together. A doubt of
+        any axis is one of the model. Of low-pass filters it has the lowest.
 
     Raises
     ------
