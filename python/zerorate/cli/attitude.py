@@ -142,7 +142,7 @@ def attitude(
     written.preload("attitude_figure")
     arguments = {**vars(filter), **vars(truth), **constants, **reading.arguments}
     task = partial(
-        estimate_attitude, gyro=gyro or "gyro", accel=accel, calibration=calibration,
+        estimate_attitude, gyro=gyro, accel=accel, calibration=calibration,
         magnetometer=magnetometer, clipped=clipped, fix=fix, **arguments,
     )  # fmt: skip
     for part in parts:

@@ -104,7 +104,7 @@ def calibrate_compass(
         preload_figure("magnetometer_figure")
     endings = [ending for export in exports for ending in EXPORTS[export]]
     files = partial(Destination.files, first=".json", others=endings, figures=figures, force=force)
-    arguments = {"gyro": gyro or "gyro", **compass.arguments(), **reading.arguments}
+    arguments = {"gyro": gyro, **compass.arguments(), **reading.arguments}
     useless = []
     for part in parts_of([(log, place)], reading, files):
         task = partial(calibrate_magnetometer, **arguments)

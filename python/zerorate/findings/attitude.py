@@ -187,7 +187,7 @@ def _check_unclear_rest(gyro: Sensor, course: Course) -> Iterator[Finding]:
     size = float(np.linalg.norm(rate))
     yield Finding(
         SECTION, "unclear rest", "look",
-        f"{gyro.name} is at rest, or on a rate table, for {seconds:.3g} s: a steady "
+        f"{gyro.label} is at rest, or on a rate table, for {seconds:.3g} s: a steady "
         f"{math.degrees(size):.3g} deg/s about the vertical is beyond the largest bias.",
         math.degrees(size), "deg/s", None, spans, gyro.figure,
         make_sentence("On a rate table nothing is to be done; for a bias give ",
@@ -283,7 +283,7 @@ def _compare_verticals(
     limit = LIMITS["attitudes apart"]
     yield Finding(
         SECTION, "attitudes apart", limit.severity(worst),
-        f"{name[0].upper()}{name[1:]} and that of {gyro.name} and its accelerometer have their "
+        f"{name[0].upper()}{name[1:]} and that of {gyro.label} and its accelerometer have their "
         f"verticals {worst:.2g} deg apart (95 % of where the latter is trusted; median "
         f"{np.median(off[known]):.2g}).",
         worst, "deg", None, _spans_where(course.times, off >= limit.look), gyro.figure,

@@ -71,7 +71,7 @@ def _check_imu(imu: Imu, thermometer: Log) -> Finding:
     confounding_text = "" if model.time_separable else "; temperature and time went together"
     return Finding(
         SECTION, "bias by temperature", kind.severity(max(abs(slope) - 2.0 * slope.sigma, 0.0)),
-        f"{gyro.name}: the bias goes with temperature by {slopes_text} deg/s/K at "
+        f"{gyro.label}: the bias goes with temperature by {slopes_text} deg/s/K at "
         f"{model.reference:.1f} degC, over {low:.1f} to {high:.1f} "
         f"degC{other_axes_text}{confounding_text}.",
         float(abs(slope)), kind.unit, slope.sigma, rest_spans(imu.rests), gyro.figure, _ADVICE,
@@ -103,6 +103,6 @@ def _describe_unidentifiable(imu: Imu, why: str) -> Finding:
     assert gyro is not None
     return Finding(
         SECTION, "bias by temperature", "good",
-        f"{gyro.name}: the bias by temperature is not identifiable: {why}.",
+        f"{gyro.label}: the bias by temperature is not identifiable: {why}.",
         figure=gyro.figure, advice=_ADVICE,
     )  # fmt: skip

@@ -32,7 +32,7 @@ from zerorate.tasks.source import (
     ReadingArguments,
     Source,
     name_source_in_errors,
-    recording_of,
+    one_imu_of,
     split_options,
 )
 
@@ -68,7 +68,7 @@ def estimate_attitude(
     declination: float = 0.0,
     at: npt.ArrayLike | None = None,
     bias_limit: float | None = None,
-    gyro: str = "gyro",
+    gyro: str | None = None,
     accel: str | None = None,
     calibration: Calibration | _Path | None = None,
     magnetometer: MagnetometerCalibration | _Path | None = None,
@@ -111,8 +111,8 @@ def estimate_attitude(
         Largest bias that such a gyro has, rad/s: a steadier rate beyond is a rotation, never a
         rest. Default 10 deg/s.
     gyro, accel : str
-        Which of several sensors: ``"gyro_1"`` and so on; default the first gyro, and the
-        accelerometer of its device.
+        Names of logs: ``"gyro_1"`` and so on; default the only gyro, and the accelerometer of its
+        device. ``sensor="imu2"`` chooses both by the name of their device.
     calibration : Calibration or path, optional
         Taken off gyro and accelerometer first.
     magnetometer : MagnetometerCalibration or path, optional
@@ -170,12 +170,13 @@ def estimate_attitude(
     north_declination, declination_notes = _find_declination(declination, at)
     truth, columns = _load_reference(reference, reference_offset)
     _check_heading(reference_heading)
-    correct = correction_of(calibration, magnetometer, gyro=gyro, accel=accel)
+    correct = correction_of(calibration, magnetometer, gyro=gyro or "gyro", accel=accel)
     reading, constants = split_options(options, ATTITUDE_OPTIONS)
     check_used(constants, [method], ATTITUDE_OPTIONS)
     settings = {**constants, **_filter_settings(learn_magnetometer, bias_limit)}
     report("reading", 0.0)
-    recording = recording_of(source, {**reading, "reference": columns})
+    recording = one_imu_of(source, {**reading, "reference": columns}, gyro, accel)
+    gyro = gyro or "gyro"
     choices = Choices(gyro, accel, fix, clipped, bias_limit=bias_limit, correct=correct)
     with name_source_in_errors(recording.source):
         prepared = prepare(recording, choices)

@@ -35,6 +35,7 @@ from zerorate.tasks.source import (
     ReadingArguments,
     Source,
     name_source_in_errors,
+    one_imu_of,
     recording_of,
 )
 from zerorate.views import Result
@@ -157,7 +158,8 @@ def _load_recording(
     source: Source | None, sensors: dict[str, Any], reading: ReadingArguments
 ) -> Recording:
     """Return the recording to calibrate; samples that are given take the place of its sensors."""
-    recording = None if source is None else recording_of(source, reading)
+    chosen = ["given" for sensor in sensors.values() if sensor is not None]
+    recording = None if source is None else one_imu_of(source, reading, *chosen)
     if recording is not None and all(
         sensor is None or isinstance(sensor, str) for sensor in sensors.values()
     ):
@@ -210,7 +212,7 @@ def _has_other_axes(calibration: Calibration) -> bool:
 def calibrate_magnetometer(
     source: Source,
     *,
-    gyro: str = "gyro",
+    gyro: str | None = None,
     one: bool = False,
     field: float | None = None,
     dip: float | None = None,
@@ -269,7 +271,8 @@ def calibrate_magnetometer(
     """
     report = choose_reporter(progress)
     report("reading", 0.0)
-    recording = recording_of(source, reading)
+    recording = one_imu_of(source, reading, gyro)
+    gyro = gyro or "gyro"
     choices = Choices(gyro, gravity=gyro in recording)
     with name_source_in_errors(recording.source):
         prepared = prepare(recording, choices)
