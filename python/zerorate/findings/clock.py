@@ -12,6 +12,7 @@ import numpy as np
 from zerorate.findings.finding import Finding, Spans, count_noun
 from zerorate.findings.imus import Imu, Sensor
 from zerorate.findings.limits import LIMITS, Severity
+from zerorate.numerals import shorten
 from zerorate.record.clock import ClockReport
 from zerorate.record.runs import runs
 from zerorate.types import Booleans, Floats, Integers
@@ -65,7 +66,7 @@ def _check_rate(sensor: Sensor, report: object) -> Iterator[Finding]:
     late = 100.0 * report.late_count / sensor.log.n
     if report.late_count >= _MIN_LATE_STAMPS and LIMITS["late stamps"].severity(late) != "good":
         text = (
-            f"{sensor.label}: {report.late_count} stamps ({late:.2g} %) come more than half "
+            f"{sensor.label}: {report.late_count} stamps ({shorten(late)} %) come more than half "
             "a period "
             "late, with no sample lost."
         )
@@ -124,8 +125,8 @@ def _check_gaps(
     share = 100.0 * float(lengths.sum()) / sensor.log.n
     longest = 1e3 * float(lengths.max()) / sensor.log.rate
     text_start = (
-        f"{sensor.label}: {share:.2g} % of samples are lost in {count_noun(firsts.size, 'gap')}, "
-        f"the longest lost {longest:.4g} ms"
+        f"{sensor.label}: {shorten(share)} % of samples are lost in "
+        f"{count_noun(firsts.size, 'gap')}, the longest lost {longest:.4g} ms"
     )
     spans = sensor.spans(np.flatnonzero(lost), 0.0)
     if sensor.factor is None or not sensor.name.startswith("gyro"):
@@ -134,7 +135,7 @@ def _check_gaps(
         )
         return
     cost = math.degrees(sensor.factor * _gap_angle_error(sensor, firsts, lengths))
-    text = f"{text_start}; a straight line over them is wrong by about {cost:.2g} deg in all."
+    text = f"{text_start}; a straight line over them is wrong by about {shorten(cost)} deg in all."
     severity = LIMITS["gaps"].severity(cost)
     # So slow a log shows a part of the sensor's samples: what it lost says little of the sensor.
     severity = "look" if severity == "act" and sensor.log.rate < _SLOW_RATE_HZ else severity

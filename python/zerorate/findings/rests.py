@@ -11,7 +11,7 @@ import numpy as np
 from zerorate.findings.finding import Finding, Spans, count_noun
 from zerorate.findings.imus import BLOCK_S, GRAVITY_M_S2, Imu, Sensor, StaticInterval
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.types import Floats
 
 SECTION: Final = "Rest and bias"
@@ -202,7 +202,7 @@ def _check_noise(sensor: Sensor, rest: StaticInterval) -> Iterator[Finding]:
         f"{sensor.label}: {format_with_error(value, sigma)} {kind.unit} about "
         f"{'xyz'[axis]}, the noisiest "
         "axis, one-sided as in data sheets. As N of an Allan deviation: "
-        f"{value / _ONE_SIDED_FACTOR:.2g}.",
+        f"{shorten(value / _ONE_SIDED_FACTOR)}.",
         value, kind.unit, sigma, rest_spans([rest]), sensor.figure,
         "For bias instability and random walk record an hour at rest: `zerorate allan`.",
     )  # fmt: skip

@@ -13,6 +13,7 @@ from zerorate.findings.finding import RANKS, Finding, as_sentence
 from zerorate.findings.imus import BLOCK_S, Imu, Sensor
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.saturation import Saturation, find_saturation
+from zerorate.numerals import shorten
 from zerorate.record.clock import ClockReport
 from zerorate.record.runs import runs, runs_of_rows
 from zerorate.types import Booleans, Floats, Integers
@@ -63,7 +64,7 @@ def _check_missing(sensor: Sensor) -> Iterator[Finding]:
     spans = sensor.spans(rows, 0.5)
     yield Finding(
         SECTION, "missing samples", severity,
-        f"{sensor.label}: {share:.2g} % of samples have no number, {_longest_run(rows)} in "
+        f"{sensor.label}: {shorten(share)} % of samples have no number, {_longest_run(rows)} in "
         "a row at most, "
         f"from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
@@ -136,8 +137,8 @@ def _describe_hard_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) 
     spans = sensor.spans(rows, 0.5)
     return Finding(
         SECTION, "at its limit", severity,
-        f"{sensor.label} was at its limit for {share:.2g} % of samples, {longest:.2g} s on "
-        "end at most "
+        f"{sensor.label} was at its limit for {shorten(share)} % of samples, {shorten(longest)} s "
+        "on end at most "
         f"({_list_limits(sensor, saturations)}), from {spans[0][0]:.1f} to {spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
         "Set a wider range, and leave these spans out of any integral.",
@@ -150,7 +151,7 @@ def _describe_soft_limit(sensor: Sensor, saturations: Mapping[str, Saturation]) 
     return Finding(
         SECTION, "soft limit", LIMITS["soft limit"].severity(share),
         f"{sensor.label} bends just below its largest value where it comes near it "
-        f"({_list_limits(sensor, saturations)}): {share:.2g} % of samples, from "
+        f"({_list_limits(sensor, saturations)}): {shorten(share)} % of samples, from "
         f"{spans[0][0]:.1f} to "
         f"{spans[-1][1]:.1f} s.",
         share, "%", None, spans, sensor.figure,
@@ -254,7 +255,8 @@ def _check_spikes(sensor: Sensor, steps: Sequence[float]) -> Iterator[Finding]:
         return
     yield Finding(
         SECTION, "spikes", severity,
-        f"{sensor.label}: {rows.size} single samples ({share:.2g} %) lie far from both neighbours.",
+        f"{sensor.label}: {rows.size} single samples ({shorten(share)} %) lie far from both "
+        "neighbours.",
         float(rows.size), "", None, sensor.spans(rows), sensor.figure,
         "Remove them with `zerorate.denoise`, or a median of three, before any filter.",
     )  # fmt: skip
@@ -318,7 +320,7 @@ def _check_resolution(imu: Imu, sensor: Sensor, steps: Sequence[float]) -> Itera
     yield Finding(
         SECTION, "coarse step", "look",
         f"{sensor.label}: numbers go in steps of {steps[axis]:.3g} {sensor.log.unit}, "
-        f"{worst:.2g} times "
+        f"{shorten(worst)} times "
         "their scatter at rest.",
         worst, "", None, _spans(imu), sensor.figure,
         "Log more digits, or set a smaller range.",

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from zerorate.attitude.estimate import AttitudeEstimate, attitude_of
 from zerorate.attitude.options import ATTITUDE_OPTIONS
 from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.magnet.changes import note_iron_changes
 from zerorate.calibration.magnetometer import MagnetometerCalibration
 from zerorate.checks.preparation import Choices, Clipped, prepare
 from zerorate.faults import ArgumentError, keyword_argument, make_sentence
@@ -190,7 +191,8 @@ def estimate_attitude(
     if reference_heading is not None and estimate.reference is None:
         raise ValueError(make_sentence(keyword_argument("reference_heading"), " needs a reference"))
     heading = reference_heading or estimate.compared_heading
-    notes = (*declination_notes, *estimate.notes)
+    changes = note_iron_changes(prepared.recording, gyro) if estimate.mag else ()
+    notes = (*declination_notes, *estimate.notes, *changes)
     return replace(estimate, alarms=prepared.alarms, notes=notes, compared_heading=heading)
 
 
