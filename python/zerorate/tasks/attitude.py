@@ -36,6 +36,7 @@ from zerorate.tasks.source import (
     one_imu_of,
     split_options,
 )
+from zerorate.views import page_of
 
 _Path: TypeAlias = str | os.PathLike[str]
 _Columns: TypeAlias = Sequence[str | int]
@@ -277,11 +278,14 @@ def _check_heading(heading: str | None) -> None:
         )
 
 
-def files_of(result: AttitudeEstimate, *, tum: bool = False) -> Files:
-    """Return what an attitude is saved as: log and figure; with `tum` the poses as well."""
+def files_of(result: AttitudeEstimate, *, tum: bool = False, view: bool = False) -> Files:
+    """Return what an attitude is saved as: log and figure; poses and a page in 3D where asked."""
     writers: list[Writer] = [lambda path: write_log(result.to_log(), path)]
     endings = []
     if tum:
         writers.append(text_writer(result.poses().to_tum()))
         endings.append(".tum")
+    if view:
+        writers.append(text_writer(page_of(result)))
+        endings.append(".html")
     return Files("-zerorate-attitude", "", writers, endings, {"": figure_writer(result.plot)})
