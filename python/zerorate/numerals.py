@@ -29,6 +29,17 @@ def format_significant(value: float, digits: int = 3) -> str:
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text
 
 
+def shorten(value: float) -> str:
+    """Return a number of two digits, without an exponent if it is of moderate size.
+
+    Examples
+    --------
+    >>> shorten(170.3), shorten(0.0234), shorten(2.0)
+    ('170', '0.023', '2')
+    """
+    return f"{value:.2g}" if abs(value) < 10.0 else format_significant(float(f"{value:.2g}"), 2)
+
+
 def format_or_dash(value: float) -> str:
     """Return a number of three digits, or a dash where it is not finite."""
     return format_significant(value) if math.isfinite(value) else DASH

@@ -38,9 +38,11 @@ _writes = partial(
     document_export,
     faults="""\
 ValueError
-    If the calibration is not valid, without `force`; if the unit of the raw samples is not known,
-    or a sensor's axes are left-handed.""",
-    forced=", and to write a calibration that is not valid, with a warning",
+    If the calibration is not valid, without `doubtful`; if the unit of the raw samples is not
+    known, or a sensor's axes are left-handed.""",
+    options="""\
+doubtful : bool
+    Write a calibration that is not valid, with a warning in the file; default False.""",
 )
 
 
@@ -49,6 +51,7 @@ def to_kalibr(
     calibration: Calibration,
     path: str | os.PathLike[str] | None = None,
     *,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return the calibration as the intrinsics of an IMU in Kalibr's YAML.
@@ -66,7 +69,7 @@ def to_kalibr(
     Kalibr multiplies the force by C_gyro_i before A (``IccSensors.py``,
     ``IccScaledMisalignedImu``), so A is our G turned into the axes of the gyro.
     """
-    _check_valid(calibration, force)
+    _check_valid(calibration, doubtful)
     converted = _convert_to_si(calibration.to_frame("x"), "Kalibr")
     gyro = converted.values[GYRO_MATRIX].reshape(3, 3)
     rotation = rotation_into_frame(gyro, "x")
@@ -118,6 +121,7 @@ def to_imu_tk(
     calibration: Calibration,
     path: str | os.PathLike[str] | None = None,
     *,
+    doubtful: bool = False,
     force: bool = False,
 ) -> ImuTk:
     """Return the calibration as the two files of imu_tk.
@@ -127,9 +131,10 @@ def to_imu_tk(
     path : str or path, optional
         What the names of the files begin with: ``imu`` gives ``imu_acc.calib`` and
         ``imu_gyro.calib``, as imu_tk's programs name them. Default: none is written.
+    doubtful : bool
+        Write a calibration that is not valid, with a warning in the files; default False.
     force : bool
-        Whether to replace existing files, and to write a calibration that is not valid, with a
-        warning; default no.
+        Replace existing files; default False.
 
     Returns
     -------
@@ -142,7 +147,7 @@ def to_imu_tk(
     Raises
     ------
     ValueError
-        If the calibration is not valid, without `force`, or the accelerometer's axes are
+        If the calibration is not valid, without `doubtful`, or the accelerometer's axes are
         left-handed.
     OSError
         If a file exists (without `force`) or cannot be written. Nothing is left half-written.
@@ -153,7 +158,7 @@ def to_imu_tk(
     Menegatti, "A robust and easy to implement method for IMU calibration without external
     equipments", ICRA 2014, equations 6 to 10.
     """
-    _check_valid(calibration, force)
+    _check_valid(calibration, doubtful)
     converted = calibration.to_frame("z")
     sensors = (
         (converted.accel.correction, converted.values[ACCEL_BIAS], converted.accel_units, "m/s^2"),
@@ -191,6 +196,7 @@ def to_px4(
     path: str | os.PathLike[str] | None = None,
     *,
     instance: int = 0,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return offsets and scales as parameters of PX4, in the format of QGroundControl.
@@ -209,7 +215,7 @@ def to_px4(
         is left is. Made of the frame "symmetric", which leaves the least. With a temperature
         model, ``TC_G0`` hold the bias of the gyro, and its offsets are zero.
     """
-    _check_valid(calibration, force)
+    _check_valid(calibration, doubtful)
     converted, names = _convert_to_si(calibration.to_frame("symmetric"), "PX4"), _PX4_NAMES
     lines = [
         *_header_lines(calibration, "PX4: offsets and scales of raw sensor_accel and sensor_gyro."),
@@ -236,6 +242,7 @@ def to_ardupilot(
     path: str | os.PathLike[str] | None = None,
     *,
     instance: int = 1,
+    doubtful: bool = False,
     force: bool = False,
 ) -> str:
     """Return offsets and scales as parameters of ArduPilot.
@@ -252,7 +259,7 @@ def to_ardupilot(
         `to_px4` for what is left; with a temperature model also ``INS_TCAL1``. ArduPilot takes new
         gyro offsets at every start by default.
     """
-    _check_valid(calibration, force)
+    _check_valid(calibration, doubtful)
     converted, names = (
         _convert_to_si(calibration.to_frame("symmetric"), "ArduPilot"),
         _ARDUPILOT_NAMES,
@@ -317,15 +324,15 @@ def _convert_to_si(calibration: Calibration, program: str) -> Calibration:
     return calibration.in_units(gyro="rad/s", accel="m/s^2")
 
 
-def _check_valid(calibration: Calibration, force: bool) -> None:
+def _check_valid(calibration: Calibration, doubtful: bool) -> None:
     """Refuse a calibration whose own words doubt it: ValueError says what to record instead."""
-    if calibration.valid or force:
+    if calibration.valid or doubtful:
         return
     advice = "; ".join(calibration.advice) or "rest in a dozen poses, and turns between them"
     raise ValueError(
         make_sentence(
             f"the calibration is not valid, {calibration.problems[0]}: record {advice}; ",
-            keyword_argument("force", "", "force=True"),
+            keyword_argument("doubtful", "", "doubtful=True"),
             " writes it with this warning",
         )
     )

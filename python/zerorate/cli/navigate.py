@@ -17,7 +17,7 @@ from zerorate.cli.options import (
     ReferenceOffset,
     Tum,
 )
-from zerorate.cli.outputs import LogAndPanels, check_outputs, print_result, run_and_save
+from zerorate.cli.outputs import LogAndPanels, check_outputs, of_sensor, print_result, run_and_save
 from zerorate.cli.parameters import Argument, Option, option
 from zerorate.cli.reading import PANEL, Reading, ReadingOptions
 from zerorate.cli.values import parse_numbers
@@ -244,7 +244,7 @@ def navigate(
     maps as GeoJSON and GPX, and a figure. Prints what became of the fixes, and with --outages how
     far the track is off without them, next to a position and a velocity that are held.
     """
-    place = written.place(f"{log.stem}-zerorate-navigate", *_MAPS)
+    place = of_sensor(written.place(f"{log.stem}-zerorate-navigate", *_MAPS), reading)
     others = [f".{one}" for one in (*_MAPS, *(("tum",) if tum else ()))]
     outputs = written.at(place, others)
     check_outputs(outputs.paths, written.force, log, gnss, calibration)

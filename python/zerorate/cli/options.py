@@ -11,6 +11,8 @@ from zerorate.tasks.saving import FIGURE_FORMATS, LOG_FORMATS
 OUTPUT: Final = "Output"
 """The panel of help with the files that are written."""
 
+EXPORT_PANEL: Final = "Exports for other programs"
+
 RECORDING: Final = (
     "Recording: csv, tsv, txt, npy, npz, parquet, arrow, feather, h5, mat, bag, mcap, ulg, "
     "bin, log, tlog, mp4, bbl, or the folder of a ROS 2 bag."
@@ -105,11 +107,10 @@ Tum: TypeAlias = Annotated[
     bool, Option("Write the poses as TUM's text, too, which evo reads.", panel=OUTPUT)
 ]
 Force: TypeAlias = Annotated[bool, Option("Replace existing files.", panel=OUTPUT)]
-ForceExports: TypeAlias = Annotated[
+Doubtful: TypeAlias = Annotated[
     bool,
     Option(
-        "Replace existing files; and export numbers that the log does not bear out, with a "
-        "warning in the file.",
-        panel=OUTPUT,
+        "Export numbers that the log does not bear out, with a warning in the file.",
+        panel=EXPORT_PANEL,
     ),
 ]

@@ -11,7 +11,7 @@ import numpy as np
 from zerorate.findings.finding import Finding, Spans, count_noun
 from zerorate.findings.imus import BLOCK_S, GRAVITY_M_S2, Imu, Sensor, StaticInterval
 from zerorate.findings.limits import LIMITS
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.types import Floats
 
 SECTION: Final = "Rest and bias"
@@ -101,7 +101,7 @@ def _check_bias(imu: Imu) -> Iterator[Finding]:
         severity, consequence = "look", "a bias, or an even turn about the vertical"
     yield Finding(
         SECTION, "gyro bias", severity,
-        f"{gyro.name} shows {format_with_error(worst, sigma)} deg/s about {'xyz'[axis]} at "
+        f"{gyro.label} shows {format_with_error(worst, sigma)} deg/s about {'xyz'[axis]} at "
         f"rest: {consequence}.",
         worst, "deg/s", sigma, rest_spans([usable[at]]), gyro.figure,
         "Start with some seconds at rest, so that a filter takes it off.",
@@ -143,7 +143,7 @@ def _check_bias_change(
     severity = LIMITS["bias moves"].severity(largest) if largest > 4.0 * sigma else "good"
     yield Finding(
         SECTION, "bias moves", severity,
-        f"{gyro.name}: the bias about {'xyz'[axis]} differs by "
+        f"{gyro.label}: the bias about {'xyz'[axis]} differs by "
         f"{format_with_error(largest, sigma)} deg/s "
         "between two rests.",
         largest, "deg/s", sigma, where, gyro.figure,
@@ -166,7 +166,7 @@ def _check_gravity(imu: Imu) -> Iterator[Finding]:
     )
     yield Finding(
         SECTION, "gravity", LIMITS["gravity"].severity(error, sigma),
-        f"{accel.name} shows {norm_range}, {format_with_error(error, sigma)} from 9.807 at most.",
+        f"{accel.label} shows {norm_range}, {format_with_error(error, sigma)} from 9.807 at most.",
         error, "m/s²", sigma, rest_spans([imu.rests[at]]), accel.figure,
         "Record it still on six sides or more, and calibrate: `zerorate calibrate`.",
     )  # fmt: skip
@@ -199,10 +199,10 @@ def _check_noise(sensor: Sensor, rest: StaticInterval) -> Iterator[Finding]:
     value, sigma = (factor * number for number in densities[axis])
     yield Finding(
         NOISE_SECTION, "gyro noise" if is_gyro else "accel noise", kind.severity(value),
-        f"{sensor.name}: {format_with_error(value, sigma)} {kind.unit} about "
+        f"{sensor.label}: {format_with_error(value, sigma)} {kind.unit} about "
         f"{'xyz'[axis]}, the noisiest "
         "axis, one-sided as in data sheets. As N of an Allan deviation: "
-        f"{value / _ONE_SIDED_FACTOR:.2g}.",
+        f"{shorten(value / _ONE_SIDED_FACTOR)}.",
         value, kind.unit, sigma, rest_spans([rest]), sensor.figure,
         "For bias instability and random walk record an hour at rest: `zerorate allan`.",
     )  # fmt: skip

@@ -13,7 +13,7 @@ from zerorate.findings.finding import Finding
 from zerorate.findings.imus import BLOCK_S, Imu
 from zerorate.findings.limits import LIMITS
 from zerorate.findings.rests import SECTION, rest_spans
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.record.log import Log
 from zerorate.record.recording import Recording
 from zerorate.types import Floats
@@ -71,7 +71,7 @@ def _check_imu(imu: Imu, thermometer: Log) -> Finding:
     confounding_text = "" if model.time_separable else "; temperature and time went together"
     return Finding(
         SECTION, "bias by temperature", kind.severity(max(abs(slope) - 2.0 * slope.sigma, 0.0)),
-        f"{gyro.name}: the bias goes with temperature by {slopes_text} deg/s/K at "
+        f"{gyro.label}: the bias goes with temperature by {slopes_text} deg/s/K at "
         f"{model.reference:.1f} degC, over {low:.1f} to {high:.1f} "
         f"degC{other_axes_text}{confounding_text}.",
         float(abs(slope)), kind.unit, slope.sigma, rest_spans(imu.rests), gyro.figure, _ADVICE,
@@ -91,11 +91,11 @@ def _temperature_at_blocks(thermometer: Log, start: float, count: int) -> Floats
 def _explain_missing_slope(model: TemperatureModel) -> str:
     """Return why no slope is identifiable."""
     if model.span < 1.0:
-        return f"temperature moved by {model.span:.2g} K only"
+        return f"temperature moved by {shorten(model.span)} K only"
     bound = max(slope.upper_bound for slope in model.slopes)
     if not math.isfinite(bound):
         return "the rests are too few"
-    return f"over {model.span:.3g} K no slope stands out, of {bound:.2g} deg/s/K or less"
+    return f"over {model.span:.3g} K no slope stands out, of {shorten(bound)} deg/s/K or less"
 
 
 def _describe_unidentifiable(imu: Imu, why: str) -> Finding:
@@ -103,6 +103,6 @@ def _describe_unidentifiable(imu: Imu, why: str) -> Finding:
     assert gyro is not None
     return Finding(
         SECTION, "bias by temperature", "good",
-        f"{gyro.name}: the bias by temperature is not identifiable: {why}.",
+        f"{gyro.label}: the bias by temperature is not identifiable: {why}.",
         figure=gyro.figure, advice=_ADVICE,
     )  # fmt: skip

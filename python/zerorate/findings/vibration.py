@@ -54,7 +54,7 @@ def _check_level(imu: Imu, sensor: Sensor) -> Iterator[Finding]:
     peak_text = "" if peak is None else f", most of it at {peak:.3g} Hz"
     yield Finding(
         SECTION, "vibration", kind.severity(level),
-        f"{sensor.name}: vibration of {level:.3g} m/s² (95 % of motion) in the "
+        f"{sensor.label}: vibration of {level:.3g} m/s² (95 % of motion) in the "
         f"{sensor.log.rate:.4g} Hz "
         f"samples{peak_text}; what is faster than those does not count in it.",
         level, "m/s²", None, spans, sensor.figure,
@@ -75,7 +75,7 @@ def _describe_aliased(sensor: Sensor, harmonic: AliasedHarmonic) -> Finding:
     rate = harmonic.fold * sensor.log.rate
     return Finding(
         SECTION, "folded peak", kind.severity(size),
-        f"{sensor.name}: a peak at {_format_band(harmonic.alias)} Hz of "
+        f"{sensor.label}: a peak at {_format_band(harmonic.alias)} Hz of "
         f"{format_with_error(size, sigma)} m/s² moves as "
         f"{harmonic.order} times the one at {_format_band(harmonic.peak)} Hz does where "
         "sampling folds it at "

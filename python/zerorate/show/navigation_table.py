@@ -13,7 +13,7 @@ from zerorate.geometry.rotations import euler_angles
 from zerorate.navigation.heading import format_heading
 from zerorate.navigation.outage import FILTER
 from zerorate.navigation.track import STATUSES
-from zerorate.numerals import format_with_error
+from zerorate.numerals import format_with_error, shorten
 from zerorate.show.tables import Table, as_text, bullet_list, wrap_prose
 
 if TYPE_CHECKING:
@@ -190,18 +190,22 @@ def _make_end_table(track: Track, last: int) -> Table:
     sigma = track.sigma[last]
     euler = np.degrees(euler_angles(track.quaternion[last : last + 1])[0])
     rows = [
-        ("latitude, deg; north, m", f"{latitude:.8f}", f"{sigma[0]:.2g}"),
-        ("longitude, deg; east, m", f"{longitude:.8f}", f"{sigma[1]:.2g}"),
-        ("height, m", f"{height:.2f}", f"{sigma[2]:.2g}"),
+        ("latitude, deg; north, m", f"{latitude:.8f}", shorten(sigma[0])),
+        ("longitude, deg; east, m", f"{longitude:.8f}", shorten(sigma[1])),
+        ("height, m", f"{height:.2f}", shorten(sigma[2])),
     ]
     ways = zip(("north", "east", "down"), track.velocity[last], sigma[3:6], strict=True)
-    rows += [(f"velocity {way}, m/s", f"{v:.3f}", f"{s:.2g}") for way, v, s in ways]
+    rows += [(f"velocity {way}, m/s", f"{v:.3f}", shorten(s)) for way, v, s in ways]
     tilt = float(np.degrees(np.hypot(*sigma[6:8])))
     heading = float(np.degrees(sigma[8]))
     rows += [
-        ("roll, deg", f"{euler[0]:.2f}", f"{tilt:.2g}"),
-        ("pitch, deg", f"{euler[1]:.2f}", f"{tilt:.2g}"),
-        ("heading, deg", format_heading(math.radians(euler[2]), 2), f"{heading:.2g}"),
+        ("roll, deg", f"{euler[0]:.2f}", shorten(tilt)),
+        ("pitch, deg", f"{euler[1]:.2f}", shorten(tilt)),
+        (
+            "heading, deg",
+            format_heading(math.radians(euler[2]), 2),
+            shorten(heading),
+        ),
     ]
     return Table("At the end", ("", "", "σ"), tuple(rows))
 

@@ -21,6 +21,7 @@ VIEWS: Final = {
     "attitude.estimate.AttitudeEstimate": (
         "attitude_table:format_attitude",
         "attitude_figure:plot_attitude",
+        "attitude_view:attitude_view",
     ),
     "calibration.calibration.Calibration": (
         "calibration_table:format_calibration",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from zerorate.numerals import shorten
 from zerorate.show.replay_panels import (
     SMOOTHING_TIME_CONSTANTS,
     draw_allan,
@@ -179,7 +180,7 @@ def _describe_shading(replay: Replay) -> str:
     has_motion = replay.readings is not None and not (replay.readings.at_rest | lost).all()
     if replay.method == "auto":
         seconds = mean_duration(replay)
-        sentences = [f"Dots: means of {seconds:.2g} s, noisier than the bias. Band: ± 2σ."]
+        sentences = [f"Dots: means of {shorten(seconds)} s, noisier than the bias. Band: ± 2σ."]
     else:
         sentences = ["Dotted: end of learning."]
     if has_motion:

@@ -69,6 +69,20 @@ class Readings:
         return rest
 
 
+TRUTH_MEAN_S: Final = 10.0
+"""Seconds of the mean bias whose standard deviation `DriftFilter` states."""
+
+
+def trailing_mean(values: Floats, rate: float) -> Floats:
+    """Return the mean of the last ten seconds at each sample, or of all before, shape (n,)."""
+    width = min(max(1, round(TRUTH_MEAN_S * rate)), len(values))
+    sums = np.concatenate(([0.0], np.cumsum(values)))
+    stops = np.arange(1, len(values) + 1)
+    starts = np.maximum(stops - width, 0)
+    means: Floats = (sums[stops] - sums[starts]) / (stops - starts)
+    return means
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Summary(Result):
     """What a replay says of a log, without its samples: `table`, and `plot` of the biases.
@@ -109,6 +123,9 @@ class Summary(Result):
         How many samples the chosen filter left out although they were there.
     alarms : tuple of str
         What contradicts the log, a sentence each.
+    error_at_end : ndarray, shape (k,), or None
+        Bias at the end minus the mean of the true one over the last 10 s, in the unit of the log,
+        where that is known.
     """
 
     header: Header
@@ -128,6 +145,7 @@ class Summary(Result):
     sample_counts: SampleCounts
     left_out: ExclusionCounts
     alarms: tuple[str, ...] = ()
+    error_at_end: Floats | None = None
 
     @property
     def source(self) -> str:
@@ -171,6 +189,8 @@ class Replay(Summary, Result):
     readings : Readings or None
         How well the bias was known at each sample; None for a published method that neither minds
         motion nor compensates.
+    truth : ndarray, shape (n, k), or None
+        True bias, where it is known.
 
     Examples
     --------
@@ -185,6 +205,7 @@ class Replay(Summary, Result):
     log: Log
     filtered: Mapping[str, Floats]
     readings: Readings | None
+    truth: Floats | None = None
 
     @property
     def bias(self) -> Floats:
